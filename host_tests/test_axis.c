@@ -134,6 +134,11 @@ static void plain_line_with_reversals(void)
     }
 }
 
+static void queue_run(int16_t mark, int16_t count, uint16_t pixels)
+{
+    TEST_ASSERT_TRUE(bench_queue_run(mark, count, pixels));
+}
+
 // The line zero of a chained line is the end of the line before, so that the step times have no
 // gap.
 static void chained_lines(void)
@@ -142,9 +147,9 @@ static void chained_lines(void)
 
     bench_open(1000, 1);
     bench.limits.reversal_min_ticks = 1600; // ten steps in 16000 ticks may just reverse
-    TEST_ASSERT_TRUE(bench_queue_run(PLAIN_MARK, 10, 3));
-    TEST_ASSERT_TRUE(bench_queue_run(CHAINED_MARK, 10, 2));
-    TEST_ASSERT_TRUE(bench_queue_run(CHAINED_MARK, -10, 4));
+    queue_run(PLAIN_MARK, 10, 3);
+    queue_run(CHAINED_MARK, 10, 2);
+    queue_run(CHAINED_MARK, -10, 4);
     TEST_ASSERT_TRUE(bench_start_line());
     while (!bench_finish_line()) {
         uint32_t start_ticks = bench.now_ticks;
@@ -174,8 +179,7 @@ static void time_ahead_inside_a_train(void)
     uint8_t inside = 0;
 
     bench_open(1000, 1);
-    TEST_ASSERT_TRUE(bench_queue_run(
-        PLAIN_MARK, 100, 2)); // every interval 160 ticks, so nothing is rounded
+    queue_run(PLAIN_MARK, 100, 2); // every interval 160 ticks, so nothing is rounded
     TEST_ASSERT_TRUE(bench_start_line());
     TEST_ASSERT_EQUAL(DECODE_OUTSIDE, bench.axis.phase);
     end_ticks = decoded_end_ticks();
@@ -192,7 +196,7 @@ static void time_ahead_inside_a_train(void)
 static void trains_longer_than_the_ring_has_room(void)
 {
     bench_open(8, 1);
-    TEST_ASSERT_TRUE(bench_queue_run(PLAIN_MARK, 16383, 2));
+    queue_run(PLAIN_MARK, 16383, 2);
     TEST_ASSERT_TRUE(bench_start_line());
     while (!bench_finish_line()) {
         (void)bench_period();
@@ -205,8 +209,8 @@ static void trains_longer_than_the_ring_has_room(void)
 static void waiting_line_is_not_chained(void)
 {
     bench_open(1000, 1);
-    TEST_ASSERT_TRUE(bench_queue_run(PLAIN_MARK, 10, 1));
-    TEST_ASSERT_TRUE(bench_queue_run(PLAIN_MARK, 10, 1));
+    queue_run(PLAIN_MARK, 10, 1);
+    queue_run(PLAIN_MARK, 10, 1);
     TEST_ASSERT_TRUE(bench_start_line());
     run_to_the_end();
     TEST_ASSERT_EQUAL_INT32(10, bench.steps);
@@ -275,7 +279,7 @@ static void refusal_in_a_running_line_lets_it_run_dry(void)
 
 static void discard_forgets_an_armed_line(void)
 {
-    TEST_ASSERT_TRUE(bench_queue_run(PLAIN_MARK, 10, 3));
+    queue_run(PLAIN_MARK, 10, 3);
     TEST_ASSERT_TRUE(axis_arm(&bench.axis, &bench.period, true));
     decode_axis(&bench.axis, &bench.period, true, 64);
     axis_stop(&bench.axis);
@@ -284,7 +288,7 @@ static void discard_forgets_an_armed_line(void)
     for (uint8_t i = 0; i < 20; i++) {
         TEST_ASSERT_FALSE(bench_period().pulse);
     }
-    TEST_ASSERT_TRUE(bench_queue_run(PLAIN_MARK, 4, 2));
+    queue_run(PLAIN_MARK, 4, 2);
     TEST_ASSERT_TRUE(bench_start_line());
     run_to_the_end();
     TEST_ASSERT_EQUAL_INT32(8, bench.steps);
@@ -360,7 +364,7 @@ static uint8_t singles_before_the_train(uint8_t stagger, int16_t steps)
 
     bench_open(1000, 1);
     bench.axis.stagger = stagger;
-    TEST_ASSERT_TRUE(bench_queue_run(PLAIN_MARK, steps, 1));
+    queue_run(PLAIN_MARK, steps, 1);
     TEST_ASSERT_TRUE(bench_start_line());
     for (uint8_t slot = 0; bench.ring.high[slot] != STEP_HIGH_TRAIN; slot++) {
         TEST_ASSERT_TRUE(bench.ring.high[slot] != STEP_HIGH_EMPTY);
@@ -391,7 +395,7 @@ static void trains_of_short_intervals_begin_at_once(void)
 static void longest_single_period(void)
 {
     bench_open(16000000, 20uL * 64768u + 10u);
-    TEST_ASSERT_TRUE(bench_queue_run(PLAIN_MARK, 20, 4));
+    queue_run(PLAIN_MARK, 20, 4);
     TEST_ASSERT_TRUE(bench_start_line());
     run_to_the_end();
     TEST_ASSERT_EQUAL_INT32(80, bench.steps);
@@ -409,7 +413,7 @@ static void next_line_is_not_dry(void)
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(LINE_MARK_END, 0));
     run_to_the_end();
     TEST_ASSERT_EQUAL(AXIS_DONE, bench.axis.life.state);
-    TEST_ASSERT_TRUE(bench_queue_run(PLAIN_MARK, 1, 1));
+    queue_run(PLAIN_MARK, 1, 1);
     TEST_ASSERT_TRUE(bench_start_line());
     TEST_ASSERT_NOT_EQUAL(DECODE_DRY, bench.axis.phase);
     run_to_the_end();
@@ -419,7 +423,7 @@ static void next_line_is_not_dry(void)
 static void chained_line_that_is_only_a_mark_yet(void)
 {
     bench_open(1000, 1);
-    TEST_ASSERT_TRUE(bench_queue_run(PLAIN_MARK, 10, 3));
+    queue_run(PLAIN_MARK, 10, 3);
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(CHAINED_MARK, 0));
     TEST_ASSERT_TRUE(bench_start_line());
     run_to_the_end();

@@ -46,7 +46,7 @@ def build(folder: Path) -> Path:
     call([
         sys.executable, "-m", "pip", "wheel", "--quiet", "--disable-pip-version-check",
         "--no-deps", "--no-build-isolation", "--no-index", "--wheel-dir", made,
-        "-C", f"build-dir={folder / 'build'}", "-C", images, ROOT,
+        "--config-settings", f"build-dir={folder / 'build'}", "--config-settings", images, ROOT,
     ])  # fmt: skip
     (wheel,) = made.glob("*.whl")
     return wheel

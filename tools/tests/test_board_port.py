@@ -2,6 +2,7 @@
 """Real serial ports: the simulator's pseudo terminal, and every way a port cannot be opened."""
 
 import contextlib
+import errno
 import json
 import os
 import pty
@@ -217,6 +218,18 @@ def test_a_scan_at_several_rates_goes_through_them_all(terminal, invoke):
 def test_ports_that_cannot_be_opened(invoke, name, complaint):
     text = invoke("board", "get", "status", "--port", name, status=2).stderr
     assert text.startswith(f"pixstep: {name}: {complaint}") and text.count("\n") == 1
+
+
+def test_a_port_that_is_not_allowed_is_not_a_file_that_is_not(invoke, tmp_path, monkeypatch):
+    def refuse(*_, **__):
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr("serial.Serial", refuse)
+    file = tmp_path / "file"
+    file.touch()
+    for name, complaint in ((file, "not a serial port"), ("/dev/tty", "not allowed: add yourself")):
+        text = invoke("board", "get", "status", "--port", name, status=2).stderr
+        assert text.startswith(f"pixstep: {name}: {complaint}") and text.count("\n") == 1
 
 
 def test_a_port_in_use(terminal):

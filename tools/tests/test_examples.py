@@ -42,6 +42,13 @@ def test_scripts(name, said, drawn, capsys):
     assert all(Path(file).read_bytes().startswith(PNG) for file in drawn)
 
 
+@pytest.mark.parametrize("name", ["own_profile", "four_axes", "locked_scan"])
+def test_scripts_say_that_the_simulator_is_missing(name, monkeypatch):
+    monkeypatch.setenv("PIXSTEP_SIM", "/none/pixstep-sim")
+    with pytest.raises(SystemExit, match=rf"{name}\.py: /none/pixstep-sim: no such file"):
+        runpy.run_path(str(EXAMPLES / f"{name}.py"), run_name="__main__")
+
+
 def test_drive_board(capsys):
     names = runpy.run_path(str(EXAMPLES / "drive_board.py"))
     with Bus(SimLink(SimOptions([("mega", natives.image("mega"))], Fraction(30)))) as bus:

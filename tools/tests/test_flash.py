@@ -114,8 +114,8 @@ def test_without_avrdude(invoke, tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
     path = image(tmp_path / "a.hex")
     text = invoke("flash", "--board", "mega", "--port", PORT, "--hex", path, status=2).stderr
-    assert (
-        text == "pixstep: avrdude is missing: tools/setup installs it (apt-get install avrdude)\n"
+    assert text == (
+        "pixstep: avrdude is missing: apt-get install avrdude (in a clone tools/setup does so)\n"
     )
 
 

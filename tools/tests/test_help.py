@@ -6,7 +6,10 @@ import subprocess
 import sys
 
 import pytest
+from click.testing import CliRunner
 
+from pixstep.cli import late
+from pixstep.cli.main import main
 from pixstep.lazy import lazy
 
 # The help of all commands in one process; a module counts for the first command that loads it.
@@ -36,6 +39,10 @@ SLOW = {
 }  # fmt: skip
 
 
+def help_lines() -> list[str]:
+    return CliRunner().invoke(main, ["--help"]).output.splitlines()
+
+
 def test_help_of_every_command_loads_nothing_slow():
     done = subprocess.run([sys.executable, "-c", ASK], capture_output=True, text=True, check=True)
     loaded = json.loads(done.stdout)
@@ -47,6 +54,22 @@ def test_help_of_every_command_loads_nothing_slow():
         if (found := sorted({name.partition(".")[0] for name in modules} & SLOW))
     }
     assert slow == {}
+
+
+def offered() -> set[str]:
+    """Return the first words of the lines that help indents: options and commands."""
+    return {text.split()[0] for text in help_lines() if text.startswith("  ")}
+
+
+def test_what_is_not_installed_is_not_offered(monkeypatch):
+    assert {"bench", "demo"} < offered()
+    monkeypatch.setattr(late, "_PACKAGE", "pixstep_of_nobody")
+    monkeypatch.setattr(late.BENCH, "_module", "pixstep_of_nobody.cli.bench")
+    assert "demo" in offered() and "bench" not in offered()
+    done = CliRunner().invoke(main, ["bench", "--help"])
+    assert done.exit_code == 2
+    assert done.output.startswith("pixstep: bench is part of pixstep-dev")
+    assert done.output.endswith("it is not installed (a clone has it)\n")
 
 
 def test_a_lazy_module_is_the_module():

@@ -164,6 +164,16 @@ def test_several_motors_and_none_for_lines(here, invoke):
     assert "fine: 2 pixels" in invoke(*given).stdout  # all that it needs was given
 
 
+def test_what_needs_no_motor_runs_beside_several(here, pixstep, invoke):
+    text = MACHINE.replace('[line]\nmotor = "M39"\npixels = 60\n', "")
+    (here / "machine.toml").write_text(text, encoding="utf-8")
+    words = ("limits", "--board", "mega", "--axes", "2", "--pixel-hz", "200")
+    assert pixstep(*words) == pixstep(*words, "--machine", "none")
+    pixstep("trajectory", "circle", "--radius", "3200", "-o", "circle.trj")
+    words = ("trajectory", "circle", "--radius", "3mm", "-o", "other.trj")
+    assert "choose by --motor" in invoke(*words, status=2).stderr
+
+
 def test_a_bad_file_stops_every_command_that_asks_it(here, invoke):
     (here / "machine.toml").write_text(MACHINE.replace("pixel = 30", "pixel = 0"), encoding="utf-8")
     assert "machine.toml:2: clock.pixel = 0" in invoke("limits", status=2).stderr

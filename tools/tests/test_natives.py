@@ -12,9 +12,9 @@ from pixstep.errors import UserError
 
 
 def test_the_simulator_may_be_named(tmp_path, monkeypatch):
-    other = tmp_path / "pixstep-sim"
+    other = tmp_path / "another-name"
     monkeypatch.setenv("PIXSTEP_SIM", str(other))
-    with pytest.raises(UserError, match=r"pixstep-sim: no such file \(PIXSTEP_SIM\)"):
+    with pytest.raises(UserError, match=r"another-name: no such file \(PIXSTEP_SIM\)"):
         natives.program("pixstep-sim")
     assert not natives.have("pixstep-sim")
     other.write_text("")

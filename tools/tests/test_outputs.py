@@ -67,6 +67,16 @@ def test_a_standard_output_that_is_closed(planned, line):
     assert (done.returncode, done.stderr) == (2, "pixstep: -: the standard output is closed\n")
 
 
+@pytest.mark.parametrize("words", [("limits", "--board", "uno", "--pixel-hz", "30"), ("--help",)])
+def test_a_standard_output_without_room(words):
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "pixstep", *words],
+            stdout=full, stderr=subprocess.PIPE, text=True, check=False,
+        )  # fmt: skip
+    assert (done.returncode, done.stderr) == (2, "pixstep: No space left on device\n")
+
+
 def test_a_link_stays_and_its_file_is_written(planned, invoke, line, tmp_path):
     (tmp_path / "real.csv").write_text("old")
     (tmp_path / "link.csv").symlink_to("real.csv")

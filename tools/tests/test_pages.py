@@ -90,6 +90,16 @@ def test_a_refusal_shows_its_reason_and_no_table_of_nothing():
     ]
 
 
+@pytest.mark.parametrize("columns", ["0", "20", "60", "none"])
+def test_a_narrow_terminal_loses_no_figure(columns, monkeypatch):
+    words = ["limits", "--board", "mega", "--pixel-hz", "200"]
+    monkeypatch.setenv("COLUMNS", "80")
+    wide = CliRunner().invoke(main, words).output
+    monkeypatch.setenv("COLUMNS", columns)
+    assert CliRunner().invoke(main, words).output == wide
+    assert "least steps/s2" in wide and "\N{HORIZONTAL ELLIPSIS}" not in wide
+
+
 def test_a_run_says_where_its_files_are(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     folder = tmp_path / "run"

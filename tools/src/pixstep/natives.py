@@ -119,7 +119,7 @@ def _built(path: Path) -> Path:
         return path
     if path.parent == _INSTALLED:
         raise UserError(f"{path.name}: this wheel of pixstep was built without it")
-    if path.name == _SIMULATOR and "PIXSTEP_SIM" in os.environ:
+    if str(path) == os.environ.get("PIXSTEP_SIM"):
         raise UserError(f"{path}: no such file (PIXSTEP_SIM)")
     raise UserError(
         f"{path} is not built: run tools/setup, then `cmake --workflow --preset default`"

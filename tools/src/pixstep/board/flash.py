@@ -74,7 +74,9 @@ def run(words: list[str]) -> None:
     """
     program = shutil.which(words[0])
     if program is None:
-        raise UserError("avrdude is missing: tools/setup installs it (apt-get install avrdude)")
+        raise UserError(
+            "avrdude is missing: apt-get install avrdude (in a clone tools/setup does so)"
+        )
     _find_loader([program, *words[1 : words.index("-U")]])
     try:
         status = subprocess.run([program, *words[1:]], check=False, timeout=LIMIT_S).returncode

@@ -10,6 +10,7 @@ from __future__ import annotations
 import errno
 import os
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pixstep.errors import UserError
@@ -103,11 +104,11 @@ class Port:
             return (
                 "there is no such port: is the board plugged in? (`ls /dev/ttyACM* /dev/ttyUSB*`)"
             )
-        if code == errno.EACCES:
+        if code == errno.EACCES and not Path(self.name).is_file():
             return "not allowed: add yourself to the group dialout (`sudo adduser $USER dialout`)"
         if code in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in str(error):
             return "in use by another program"
-        if code in (errno.ENOTTY, errno.ENXIO, errno.EIO):
+        if code in (errno.EACCES, errno.ENOTTY, errno.ENXIO, errno.EIO):
             return "not a serial port"
         if code == errno.EINVAL or isinstance(error, ValueError):
             return f"cannot do {self.baud} baud with parity {self.real_parity}"

@@ -183,8 +183,14 @@ class Group(click.Group):
 
     def main(self, *arguments: Any, **options: Any) -> Any:  # as click's own, which is overloaded
         """Run the command line; SIGTERM and SIGHUP end it as Ctrl-C does."""
-        with signals.caught():
-            return super().main(*arguments, **options)
+        try:
+            with signals.caught():
+                return super().main(*arguments, **options)
+        except OSError as error:  # of what click prints by itself, as --help
+            _complain_of_system(error)
+            sys.exit(MISUSE)
+        finally:
+            _let_go_of_streams()
 
     def invoke(self, ctx: click.Context) -> object:
         """Run a command."""
@@ -202,8 +208,7 @@ class Group(click.Group):
         except OSError as error:
             if error.errno == errno.EPIPE:  # click ends the command in order
                 raise
-            named = f"{os.fsdecode(error.filename)}: " if error.filename is not None else ""
-            complain(f"{named}{error.strerror or error}")
+            _complain_of_system(error)
             return ctx.exit(MISUSE)
         except click.Abort as error:  # at a prompt, for which click takes a KeyboardInterrupt
             ended = error.__context__
@@ -227,6 +232,26 @@ def complain(error: Exception | str) -> None:
     """Print an error as its one line, if its stream is still there: a closed terminal is not."""
     with contextlib.suppress(OSError):
         click.echo(f"pixstep: {error}", err=True)
+
+
+def _complain_of_system(error: OSError) -> None:
+    """Print what the system refuses."""
+    named = f"{os.fsdecode(error.filename)}: " if error.filename is not None else ""
+    complain(f"{named}{error.strerror or error}")
+
+
+def _let_go_of_streams() -> None:
+    """Drop what a full disk or a closed terminal does not take.
+
+    Python would try to write that once more when it ends, fail, and exit with a status of its own.
+    """
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        try:
+            if stream:
+                stream.flush()
+        except OSError:
+            setattr(sys, name, None)
 
 
 def _note_force(ctx: click.Context, _param: click.Parameter, value: bool) -> None:

@@ -2,6 +2,7 @@
 """Commands of pixstep-dev that `pixstep` offers too, to those who have it: `pixstep bench`."""
 
 import importlib
+import importlib.util
 from typing import Any
 
 import click
@@ -9,6 +10,14 @@ import click
 from pixstep.errors import UserError
 
 _PACKAGE = "pixstep_dev"
+
+
+OF_DEV = ("bench",)
+
+
+def have_dev() -> bool:
+    """True if pixstep-dev is installed."""
+    return importlib.util.find_spec(_PACKAGE) is not None
 
 
 class _Late(click.Command):
@@ -33,7 +42,7 @@ class _Late(click.Command):
                 raise
             raise UserError(
                 f"{self.name} is part of pixstep-dev, which measures and proves pixstep; "
-                "it is not installed"
+                "it is not installed (a clone has it)"
             ) from None
         real: click.Command = getattr(module, self._attribute)
         return real.make_context(info_name, args, parent, **extra)

@@ -18,21 +18,18 @@ from pixstep.cli.quantities import (
     LimitOptions,
     TimeType,
     limit_options,
-    scale_of,
+    scale_if_known,
     whole_limit,
 )
 from pixstep.errors import UserError
-from pixstep.lazy import lazy
 from pixstep.lines.units import ACCELERATION, DISTANCE, JERK, SPEED, STEP, Scale, number_text, unit
 from pixstep.profiles import make
 from pixstep.profiles.make import ProfileLimits
-from pixstep.simulation.report import new_table
+from pixstep.simulation.report import new_console, new_table
 
 if TYPE_CHECKING:
     import rich.console
     import rich.table
-else:
-    rich = lazy("rich")
 
 
 @command("limits")
@@ -77,7 +74,7 @@ def limits_command(
         clocked = {"divider": divider, "sync": sync}
         show_json({**_facts(able, axes), **clocked, "shortest_line": shortest})
     else:
-        _print(rich.console.Console(highlight=False), able, axes, divider, shortest, scale_of(ctx))
+        _print(new_console(), able, axes, divider, shortest, scale_if_known(ctx))
 
 
 def _facts(able: Capability, axes: int) -> Facts:

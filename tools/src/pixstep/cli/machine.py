@@ -23,12 +23,11 @@ from pixstep.cli.options import (
     show_json,
 )
 from pixstep.errors import UserError
-from pixstep.lazy import lazy
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.units import number_text
 from pixstep.machine import finding
 from pixstep.profiles.madefor import MOST_EDGES
-from pixstep.simulation.report import new_table
+from pixstep.simulation.report import new_console, new_table
 
 if TYPE_CHECKING:
     import rich.console
@@ -36,8 +35,6 @@ if TYPE_CHECKING:
 
     from pixstep.machine.model import Clock
     from pixstep.machine.reading import Machine
-else:
-    rich = lazy("rich")
 
 _KINDS = (SMOOTH, PLAIN)
 _file_argument = click.argument(
@@ -125,7 +122,7 @@ def machine_show(file: str | None, as_json: bool) -> None:
     if as_json:
         show_json(describe.as_json(found))
         return
-    console = rich.console.Console(highlight=False)
+    console = new_console()
     console.print(
         f"{found.path}: {_clock_text(found.clock)}, lines for "
         f"{found.line.motor or ', '.join(found.motors)}", markup=False, soft_wrap=True,

@@ -6,6 +6,7 @@ import os
 import click
 
 from pixstep import __version__
+from pixstep.cli import late
 from pixstep.cli.command import Group, Late, group
 
 _PLACE = "pixstep.cli."
@@ -253,6 +254,11 @@ class _MainGroup(Group):
         if args[:2] == ["sim", "board"] and not os.path.lexists("board"):
             args = ["board", "simulate", *args[2:]]
         return super().parse_args(ctx, args)
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Leave out what would only say that it is not installed."""
+        names = super().list_commands(ctx)
+        return names if late.have_dev() else [name for name in names if name not in late.OF_DEV]
 
 
 @group("line", late=_LINE)

@@ -25,15 +25,12 @@ from pixstep.cli.options import (
 )
 from pixstep.cli.results import deliver
 from pixstep.errors import UserError
-from pixstep.lazy import lazy
 from pixstep.moves import fastsim, fasttask
 from pixstep.simulation import report
 from pixstep.simulation.summary import Summary
 
 if TYPE_CHECKING:
     import rich.console
-else:
-    rich = lazy("rich")
 
 _MOST_ROWS = 40
 
@@ -143,7 +140,7 @@ def _print_runs(job: fastsim.MoveJob) -> None:
             table.add_row(span, str(count), f"{float(count * job.pixel_hz):g}", str(place))
         elif index == hidden.start:
             table.add_row("...", "", "", "")
-    rich.console.Console(highlight=False).print(table)
+    report.new_console().print(table)
 
 
 def _known(value: int | None) -> str:

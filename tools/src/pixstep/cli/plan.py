@@ -20,6 +20,7 @@ from pixstep.cli.programoptions import (
     setup_of,
 )
 from pixstep.errors import NEGATIVE
+from pixstep.simulation.report import new_console
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -88,10 +89,8 @@ def plan(
 
 def _print(done: Result, out: Path) -> None:
     """Print the report: a row for each motor, what was slowed, what is exceeded."""
-    from rich.console import Console
-
     report: Report = done.plan.report
-    console = Console(highlight=False)
+    console = new_console()
     console.print(_table(report.motors))
     click.echo(
         f"{out}: {report.moves} moves, {report.total_ms:.6g} ms ({report.asked_ms:.6g} ms "

@@ -39,6 +39,17 @@ def scale_of(ctx: click.Context | None) -> Scale | None:
     return find() if find else None
 
 
+def scale_if_known(ctx: click.Context | None) -> Scale | None:
+    """Return the scale for what is only shown in units of length too; None if nothing says it.
+
+    A machine file with several motors needs none of them chosen for that.
+    """
+    try:
+        return scale_of(ctx)
+    except UserError:
+        return None
+
+
 def _in_steps(quantity: Quantity, ctx: click.Context | None) -> Quantity:
     """Return a quantity in steps; only one in another unit asks for the motor's scale."""
     return quantity if quantity.length == STEP else quantity.in_steps(scale_of(ctx))

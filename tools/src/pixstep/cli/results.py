@@ -8,13 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypedDict, TypeVar
 
 from pixstep.cli.options import show_json
-from pixstep.lazy import lazy
 from pixstep.simulation import report
 
 if TYPE_CHECKING:
     import rich.console
-else:
-    rich = lazy("rich")
 
 
 class Judged(TypedDict):
@@ -37,7 +34,7 @@ def deliver(
     if as_json:
         show_json(summary)
     else:
-        console = rich.console.Console(highlight=False)
+        console = report.new_console()
         page(console, summary)
         report.print_files(console, out)
     return report.exit_status(summary["verdict"])

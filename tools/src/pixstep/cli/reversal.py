@@ -37,6 +37,7 @@ from pixstep.reversals.compensate import (
     compensate,
 )
 from pixstep.reversals.takeup import MotionLimits
+from pixstep.simulation.report import new_console
 
 if TYPE_CHECKING:
     import rich.box
@@ -147,12 +148,7 @@ def line_compensate(
     if as_json:
         show_json(_report(csv, output, request, made))
     else:
-        _print(
-            rich.console.Console(highlight=False, stderr=atomic.is_stdout(output)),
-            output,
-            request,
-            made,
-        )
+        _print(new_console(stderr=atomic.is_stdout(output)), output, request, made)
     ctx.exit(0 if made.complete else 1)
 
 

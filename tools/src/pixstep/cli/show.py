@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Unpack
+from typing import Unpack
 
 import click
 
@@ -26,17 +26,12 @@ from pixstep.cli.options import (
 )
 from pixstep.cli.quantities import LimitOptions, PixelsType, limit_options, whole_limit
 from pixstep.errors import UserError
-from pixstep.lazy import lazy
 from pixstep.lines import linecheck
 from pixstep.lines.line import Line
 from pixstep.lines.units import ACCELERATION, JERK, SPEED
 from pixstep.profiles import madefor, page
 from pixstep.profiles.drawing import Drawing
-
-if TYPE_CHECKING:
-    import rich.console
-else:
-    rich = lazy("rich")
+from pixstep.simulation.report import new_console
 
 
 @command("show")
@@ -150,7 +145,7 @@ def show_drawing(drawing: Drawing, output: Path | None, *, as_json: bool) -> Non
         return
     tell = teller(output)
     tell(f"{line.name}: decoded as {line.decode}")
-    console = rich.console.Console(stderr=atomic.is_stdout(output))
+    console = new_console(stderr=atomic.is_stdout(output))
     console.print(page.figures_table(figures, drawing.pixel_hz))
     if output is not None:
         tell(f"{output}: drawn")

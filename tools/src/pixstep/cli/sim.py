@@ -6,7 +6,7 @@ from __future__ import annotations
 import functools
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Unpack
+from typing import Unpack
 
 import click
 
@@ -38,17 +38,11 @@ from pixstep.cli.options import (
 from pixstep.cli.quantities import StepsType
 from pixstep.cli.results import deliver
 from pixstep.errors import FINE, NEGATIVE, RefusedError, UserError
-from pixstep.lazy import lazy
 from pixstep.lines import linecheck
 from pixstep.lines.line import Line
 from pixstep.simulation import report
 from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import simulate
-
-if TYPE_CHECKING:
-    import rich.console
-else:
-    rich = lazy("rich")
 
 
 class _SimOptions(FlawOptions, LineOptions):
@@ -174,7 +168,7 @@ def sim(
 @click.pass_context
 def demo_command(ctx: click.Context, out: Path | None, serial_load: bool, as_json: bool) -> None:
     """Worked example: profile, line, plan, simulated Mega, verdict, plots, VCD."""
-    console = rich.console.Console(highlight=False, quiet=as_json)
+    console = report.new_console(quiet=as_json)
     done = demo.run(console, out, serial_load=serial_load)
     if as_json:
         show_json(done.summary)

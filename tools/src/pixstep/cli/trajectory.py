@@ -46,7 +46,7 @@ from pixstep.cli.trajectoryoptions import (
 from pixstep.errors import NEGATIVE, UserError
 from pixstep.lazy import lazy
 from pixstep.lines.units import Quantity
-from pixstep.simulation.report import exit_status, new_table, print_files, ticks_text
+from pixstep.simulation.report import exit_status, new_console, new_table, print_files, ticks_text
 from pixstep.trajectories import choose, circle, circletest, files, host, transitions
 from pixstep.trajectories.boardsim import BoardJob
 from pixstep.trajectories.circle import HOLDS, Circle, CircleRequest
@@ -304,7 +304,7 @@ def sim_command(
     if as_json:
         show_json(summary)
     else:
-        console = rich.console.Console(highlight=False)
+        console = new_console()
         _print_summary(console, summary)
         print_files(console, out)
     ctx.exit(exit_status(summary["verdict"]))

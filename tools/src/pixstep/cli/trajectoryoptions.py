@@ -12,7 +12,7 @@ import click
 
 from pixstep.cli.manylines import Value, per_line
 from pixstep.cli.options import say
-from pixstep.cli.quantities import Decorated, StepsType, scale_of
+from pixstep.cli.quantities import Decorated, StepsType, scale_if_known, scale_of
 from pixstep.errors import UserError
 from pixstep.lines import units
 from pixstep.lines.units import DISTANCE, STEP, Quantity, Scale
@@ -177,15 +177,18 @@ def unit_of(ctx: click.Context, given: GivenScale | None) -> Unit:
     """Return the unit to tell lengths in: of --scale, of the motor, else counts."""
     if given:
         return given.unit
-    scale = scale_of(ctx)
+    scale = scale_if_known(ctx)
     return Unit(scale.length, scale.steps_per_unit) if scale else Unit()
 
 
 def counts_of(ctx: click.Context, length: Quantity, given: GivenScale | None) -> Fraction:
     """Return a length in counts. Raises UserError if that needs a scale which is missing."""
-    if length.length != STEP and not given and not scale_of(ctx):
+    if length.length == STEP:
+        return length.value
+    scale = given.scale if given else scale_of(ctx)
+    if not scale:
         raise UserError(f"{length.text}: needs --scale, or a motor of a machine file")
-    return length.in_steps(given.scale if given else scale_of(ctx)).value
+    return length.in_steps(scale).value
 
 
 def read_table(path: Path) -> Table:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pixstep import atomic
 from pixstep.errors import FINE, NEGATIVE, REFUSED
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 else:
     rich = lazy("rich")
 
+NARROWEST, WIDE = 80, 120  # columns of a page, and of one with sentences in its tables
 PIXELS_HEADER = "board,axis,pixel,edge_cycle,expected_steps,actual_steps"
 
 
@@ -154,6 +155,16 @@ def _handlers_table(summary: Summary) -> rich.table.Table:
             str(row["latency_max"]),
         )
     return table
+
+
+def new_console(*, narrowest: int = NARROWEST, **options: Any) -> rich.console.Console:
+    """Return where a page is printed: wide enough for its tables, whatever the terminal is.
+
+    A narrow terminal breaks long lines, but a table made to fit it would lose figures.
+    """
+    console = rich.console.Console(highlight=False, **options)
+    console.width = max(console.width, narrowest)
+    return console
 
 
 def new_table(*names: str) -> rich.table.Table:

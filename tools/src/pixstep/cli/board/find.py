@@ -30,13 +30,10 @@ from pixstep.cli.board.group import (
 from pixstep.cli.command import command
 from pixstep.cli.options import json_option, say, show_json
 from pixstep.errors import UserError
-from pixstep.lazy import lazy
-from pixstep.simulation.report import new_table
+from pixstep.simulation.report import WIDE, new_console, new_table
 
 if TYPE_CHECKING:
     import rich.console
-else:
-    rich = lazy("rich")
 
 
 class _Place(TypedDict):
@@ -142,7 +139,7 @@ def info_command(port: Port, units: Units, as_json: bool) -> None:
     if as_json:
         show_json({"boards": told})
         return
-    console = rich.console.Console(highlight=False)
+    console = new_console()
     for item in told:
         _print_info(console, item)
 
@@ -171,9 +168,7 @@ def features_command(port: Port, units: Units, as_json: bool) -> None:
     for row in rows:
         has = ("yes" if one["has"] else "no" for one in row)
         table.add_row(row[0]["name"], *has, row[0]["meaning"])
-    rich.console.Console(highlight=False, width=max(rich.console.Console().width, 120)).print(
-        table, markup=False
-    )
+    new_console(narrowest=WIDE).print(table, markup=False)
 
 
 def _rates(bauds: str | None, port: Port) -> list[tuple[int, str]]:
@@ -231,7 +226,7 @@ def _print_found(answers: list[Found]) -> None:
             str(item.unit), item.board, item.firmware, version, str(item.axes), item.status,
             item.fault,
         )  # fmt: skip
-    rich.console.Console(highlight=False).print(table)
+    new_console().print(table)
 
 
 def _info(known: Known) -> _Info:

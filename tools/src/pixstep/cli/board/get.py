@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import click
 
 from pixstep.board import features, values
@@ -15,13 +13,7 @@ from pixstep.board.values import SETTING, Reading
 from pixstep.cli.board.group import Units, boards, port_options, units_option
 from pixstep.cli.command import command
 from pixstep.cli.options import json_option, show_json
-from pixstep.lazy import lazy
-from pixstep.simulation.report import new_table
-
-if TYPE_CHECKING:
-    import rich.console
-else:
-    rich = lazy("rich")
+from pixstep.simulation.report import WIDE, new_console, new_table
 
 
 @command("get")
@@ -85,9 +77,7 @@ def _print(readings: list[Reading], *, full: bool) -> None:
             str(register.default) if is_setting else "",
             register.meaning,
         )
-    rich.console.Console(highlight=False, width=max(rich.console.Console().width, 120)).print(
-        table, markup=False
-    )
+    new_console(narrowest=WIDE).print(table, markup=False)
 
 
 def text(reading: Reading) -> str:
