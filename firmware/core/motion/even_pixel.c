@@ -80,6 +80,15 @@ _Static_assert(offsetof(struct even_rate, ticks) == EVEN_PIXEL_TICKS &&
                    offsetof(struct line, even) == EVEN_PIXEL_RATE &&
                    offsetof(struct line, position) == EVEN_PIXEL_POSITION &&
                    offsetof(struct line, to_edge_ticks) == EVEN_PIXEL_TO_EDGE &&
+                   offsetof(struct line, edges.mode) == EVEN_PIXEL_GRID_MODE &&
+                   LINE_GRID_EXACT == 0 &&
+                   offsetof(struct line, edges.exact.period) == EVEN_PIXEL_GRID_PERIOD &&
+                   offsetof(struct line, edges.exact.sum) == EVEN_PIXEL_GRID_SUM &&
+                   offsetof(struct pixel_period, whole_ticks) ==
+                       EVEN_PIXEL_PERIOD_WHOLE &&
+                   offsetof(struct pixel_period, remainder) ==
+                       EVEN_PIXEL_PERIOD_REMAINDER &&
+                   offsetof(struct pixel_period, divisor) == EVEN_PIXEL_PERIOD_DIVISOR &&
                    STREAM_MARKS == EVEN_PIXEL_MARK_COUNT &&
                    EVEN_PIXEL_MAX_STEPS == EVEN_PIXEL_MOST_STEPS &&
                    EVEN_PIXEL_MAX_TICKS >> 16 == EVEN_PIXEL_TICKS_TOO_BIG - 1 &&

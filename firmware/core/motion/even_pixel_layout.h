@@ -52,11 +52,20 @@
 #define EVEN_PIXEL_TO_EDGE  23
 
 // Its flags, and the bit of edge_open among them.
-#define EVEN_PIXEL_FLAGS     6
-#define EVEN_PIXEL_EDGE_OPEN 0x80
+#define EVEN_PIXEL_FLAGS         6
+#define EVEN_PIXEL_EDGE_OPEN     0x80
+#define EVEN_PIXEL_EDGE_OPEN_BIT 7
+
+// Its walk along the pixel edges, and the period of that; mode 0 is the exact grid.
+#define EVEN_PIXEL_GRID_MODE        27
+#define EVEN_PIXEL_GRID_PERIOD      30
+#define EVEN_PIXEL_GRID_SUM         32
+#define EVEN_PIXEL_PERIOD_WHOLE     0
+#define EVEN_PIXEL_PERIOD_REMAINDER 4
+#define EVEN_PIXEL_PERIOD_DIVISOR   8
 
 // Limits: even_pixel.h, stream.h and step_ring.h have the names.
 #define EVEN_PIXEL_MOST_STEPS    64
 #define EVEN_PIXEL_TICKS_TOO_BIG 4 /* third byte */
-#define EVEN_PIXEL_COST          4
+#define EVEN_PIXEL_COST          10
 #define EVEN_PIXEL_RING_CAPACITY 252

@@ -10,8 +10,9 @@
 ;     r12  third byte of the pixel's length  r22..r25  length of the pixel, ticks
 ;     r13  steps of a pixel                  Y         line
 ;
-; Cycles of a pixel: 128 (132 on the ATmega2560), line_pixel_ticks() and even_pixel_put(); with
-; another number of steps than the pixel before, line_even_steps() and even_pixel_divide() besides.
+; Cycles of a pixel: 239 (243 on the ATmega2560) and even_pixel_put(); of a locked line 146 and
+; line_pixel_ticks() besides; with another number of steps than the pixel before, line_even_steps()
+; and even_pixel_divide() besides.
 #include "base/asm.inc" // macros
 #include "motion/even_pixel_layout.h"
 
@@ -20,6 +21,8 @@
 #define TICKS2   r12
 #define STEPS    r13
 #define NEGATIVE r14
+#define SUM      r18, r19, r20, r21
+#define TICKS    r22, r23, r24, r25
 
     .section .text.even_pixels_write, "ax", @progbits
 function even_pixels_write
@@ -78,19 +81,35 @@ next_pixel:
     subi r18, 256 - EVEN_PIXEL_RING_CAPACITY
     cp r18, STEPS
     brlo no_room
-    movw r24, r28                       ; 10  how long is the pixel? 0: not known yet
+    ldd r18, Y + EVEN_PIXEL_FLAGS       ; 19  a pixel of the exact grid, as a whole?
+    sbrs r18, EVEN_PIXEL_EDGE_OPEN_BIT
+    rjmp ask
+    ldd r19, Y + EVEN_PIXEL_GRID_MODE
+    .irp byte, 0, 1, 2, 3
+    ldd r20, Y + EVEN_PIXEL_TO_EDGE + \byte
+    or r19, r20
+    .endr
+    brne ask
+    rjmp exact
+far_divide:
+    rjmp divide
+far_leave:
+    rjmp leave
+ask:
+    movw r24, r28                       ; 9   how long is the pixel? 0: not known yet
     call line_pixel_ticks
-    mov TICKS2, r24
+length_known:
+    mov TICKS2, r24                     ; 8
     cpi r24, EVEN_PIXEL_TICKS_TOO_BIG
-    brsh leave
+    brsh far_leave
     mov r18, r22
     or r18, r23
     or r18, r24
-    breq leave
+    breq far_leave
 
     ldd r18, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_STEPS ; 4 as many steps as in the last pixel?
     cp r18, STEPS
-    brne divide
+    brne far_divide
     ldd r18, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_TICKS ; 18 then the remainder may take the difference
     ldd r19, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_TICKS + 1
     ldd r20, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_REMAINDER
@@ -99,9 +118,9 @@ next_pixel:
     sbc r27, r19
     add r26, r20
     adc r27, r1
-    brne divide
+    brne far_divide
     cp r26, STEPS
-    brsh divide
+    brsh far_divide
     std Y + EVEN_PIXEL_RATE + EVEN_PIXEL_REMAINDER, r26 ; 6
     std Y + EVEN_PIXEL_RATE + EVEN_PIXEL_TICKS, r22
     std Y + EVEN_PIXEL_RATE + EVEN_PIXEL_TICKS + 1, r23
@@ -152,6 +171,49 @@ interval_known:
     breq 3f
     rjmp next_pixel
 3:  rjmp next_segment
+
+; pixel_grid_advance(): the grid's sum goes on by the remainder, and by one tick where it comes to
+; the divisor. 84 cycles.
+exact:
+    ldd r30, Y + EVEN_PIXEL_GRID_PERIOD
+    ldd r31, Y + EVEN_PIXEL_GRID_PERIOD + 1
+    clr r26
+    clr r27
+    load_plain EVEN_PIXEL_GRID_SUM, SUM
+    .irp byte, 0, 1, 2, 3
+    ldd r22, Z + EVEN_PIXEL_PERIOD_REMAINDER + \byte
+    .if \byte == 0
+    add r18, r22
+    .elseif \byte == 1
+    adc r19, r22
+    .elseif \byte == 2
+    adc r20, r22
+    .else
+    adc r21, r22
+    .endif
+    .endr
+    adc r27, r27                        ;     the sum's fifth byte
+    .irp byte, 0, 1, 2, 3
+    ldd 22 + \byte, Z + EVEN_PIXEL_PERIOD_DIVISOR + \byte
+    .endr
+    compare_number SUM, TICKS
+    cpc r27, r1
+    brlo 1f
+    sub_number SUM, TICKS
+    inc r26
+1:  store_plain EVEN_PIXEL_GRID_SUM, SUM
+    .irp byte, 0, 1, 2, 3
+    ldd 22 + \byte, Z + EVEN_PIXEL_PERIOD_WHOLE + \byte
+    .endr
+    add r22, r26
+    adc r23, r1
+    adc r24, r1
+    adc r25, r1
+    store_plain EVEN_PIXEL_TO_EDGE, TICKS ;   as line_pixel_ticks() leaves it
+    ldd r18, Y + EVEN_PIXEL_FLAGS
+    andi r18, 0xFF - EVEN_PIXEL_EDGE_OPEN
+    std Y + EVEN_PIXEL_FLAGS, r18
+    rjmp length_known
 
 ; The time above 16 bits, of which the marks know nothing.
 longer_than_16_bits:

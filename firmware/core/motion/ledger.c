@@ -3,6 +3,7 @@
 
 #include "base/apart.h"           // APART
 #include "base/multiply.h"        // multiply_u32_u16
+#include "motion/ledger_pixels.h" // ledger_take_pixels
 #include "motion/step_ring_sum.h" // step_ring_sum
 
 void ledger_reset(struct ledger *ledger, uint16_t first_period_ticks)
@@ -128,7 +129,7 @@ static APART int32_t position_at(const struct ledger *ledger,
            (ledger->negative ? (int8_t)mark->early : -(int8_t)mark->early);
 }
 
-static APART void pass_edge(struct ledger *ledger,
+APART void ledger_pass_edge(struct ledger *ledger,
                             int32_t position_steps,
                             uint16_t expected_steps)
 {
@@ -157,7 +158,7 @@ static void pass_marks(struct ledger *ledger, struct stream *stream)
         if (mark->line_start) {
             ledger_begin_line(ledger, mark);
         } else {
-            pass_edge(ledger, position_at(ledger, mark), mark->position);
+            ledger_pass_edge(ledger, position_at(ledger, mark), mark->position);
         }
         stream_pass_mark(stream);
     }
@@ -179,8 +180,7 @@ static APART void move_position(struct ledger *ledger, uint8_t steps)
     ledger->position_steps += ledger->negative ? -(int16_t)steps : (int16_t)steps;
 }
 
-// `count` single pulsing or quiet periods were passed. The ring still holds the last three.
-static APART void pass_count(struct ledger *ledger, uint8_t count)
+APART void ledger_pass_periods(struct ledger *ledger, uint8_t count)
 {
     uint8_t fresh = (uint8_t)(ledger->fresh + count);
 
@@ -204,30 +204,8 @@ static bool take_periods(struct ledger *ledger,
         return false;
     }
     ledger->loaded_ticks += ticks;
-    pass_count(ledger, count);
+    ledger_pass_periods(ledger, count);
     return true;
-}
-
-// Account for pixels that were written as a whole and that the interrupt has made, and for their
-// edges. Returns true when it is inside such a pixel now.
-static APART bool take_pixels(struct ledger *ledger, struct stream *stream, uint8_t tail)
-{
-    uint8_t count = stream_whole_pixel(stream);
-
-    while (count != 0) {
-        const struct stream_mark *mark = stream_mark(stream);
-
-        if ((uint8_t)(tail - stream->retired) < count) {
-            return true;
-        }
-        ledger->loaded_ticks += stream_whole_ticks(stream);
-        stream->retired = mark->slot;
-        pass_count(ledger, count);
-        pass_edge(ledger, ledger->position_steps, mark->position);
-        stream_pass_mark(stream);
-        count = stream_whole_pixel(stream);
-    }
-    return false;
 }
 
 // The train is over: account for its length and free it.
@@ -349,19 +327,16 @@ static void add_idle(struct ledger *ledger, struct stream *stream, uint16_t idle
     stream_delay(stream, ticks);
 }
 
-void ledger_advance(struct ledger *ledger,
-                    struct stream *stream,
-                    const struct engine_sample *sample,
-                    enum ledger_extent extent)
+// Apart from what comes before it: what it keeps on the stack costs more than a pixel.
+static APART void advance_by_entries(struct ledger *ledger,
+                                     struct stream *stream,
+                                     const struct engine_sample *sample,
+                                     bool whole)
 {
-    // After an idle period or a cut no batch is left to be accounted for as a whole later.
-    bool whole = extent == LEDGER_BY_BATCHES && !sample->cut &&
-                 sample->idle_count == ledger->idle_seen;
-
     ledger_arrive(ledger, stream, sample);
     while (stream->retired != sample->tail) {
         if (ledger->train == LEDGER_NO_TRAIN &&
-            take_pixels(ledger, stream, sample->tail) && whole) {
+            ledger_take_pixels(ledger, stream, sample->tail) && whole) {
             return;
         }
         if (stream->retired == sample->tail) {
@@ -376,6 +351,22 @@ void ledger_advance(struct ledger *ledger,
         ledger_arrive(ledger, stream, sample);
     }
     add_idle(ledger, stream, sample->idle_count);
+}
+
+void ledger_advance(struct ledger *ledger,
+                    struct stream *stream,
+                    const struct engine_sample *sample,
+                    enum ledger_extent extent)
+{
+    // After an idle period or a cut no batch is left to be accounted for as a whole later.
+    bool whole = extent == LEDGER_BY_BATCHES && !sample->cut &&
+                 sample->idle_count == ledger->idle_seen;
+
+    if (whole && ledger->train == LEDGER_NO_TRAIN &&
+        ledger_take_pixels(ledger, stream, sample->tail)) {
+        return;
+    }
+    advance_by_entries(ledger, stream, sample, whole);
 }
 
 // The account stands inside a pixel or a batch, with single periods from there to the sample's

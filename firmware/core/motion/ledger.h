@@ -187,6 +187,13 @@ void ledger_zero(struct ledger *ledger, int32_t origin_steps);
 // came late. Does nothing when the pixel's record is no longer kept.
 void ledger_note_edge_error(struct ledger *ledger, uint32_t pixel, int16_t error_ticks);
 
+// For ledger_pixels.c: `count` single periods were passed, and the ring still holds the last three.
+void ledger_pass_periods(struct ledger *ledger, uint8_t count);
+// A pixel edge was passed at this position.
+void ledger_pass_edge(struct ledger *ledger,
+                      int32_t position_steps,
+                      uint16_t expected_steps);
+
 // Nothing more of the stream will be loaded; the stream must be reset afterwards. Position and time
 // stay.
 void ledger_cut(struct ledger *ledger, const struct stream *stream);
