@@ -10,8 +10,8 @@
 ;     r12  third byte of the pixel's length  r22..r25  length of the pixel, ticks
 ;     r13  steps of a pixel                  Y         line
 ;
-; Cycles of a pixel: 239 (243 on the ATmega2560) and even_pixel_put(); of a locked line 146 and
-; line_pixel_ticks() besides; with another number of steps than the pixel before, line_even_steps()
+; Cycles of a pixel: 171 (175 on the ATmega2560), pixel_grid_advance() and even_pixel_put(); of a
+; locked line 146 and line_pixel_ticks() besides; with another number of steps than the pixel before, line_even_steps()
 ; and even_pixel_divide() besides.
 #include "base/asm.inc" // macros
 #include "motion/even_pixel_layout.h"
@@ -21,7 +21,6 @@
 #define TICKS2   r12
 #define STEPS    r13
 #define NEGATIVE r14
-#define SUM      r18, r19, r20, r21
 #define TICKS    r22, r23, r24, r25
 
     .section .text.even_pixels_write, "ax", @progbits
@@ -73,7 +72,7 @@ next_pixel:
     ldd r18, Z + EVEN_PIXEL_MARK_HEAD
     ldd r19, Z + EVEN_PIXEL_MARK_TAIL
     sub r18, r19
-    cpi r18, EVEN_PIXEL_MARK_COUNT - 1
+    cpi r18, STREAM_MARKS - 1
     brsh leave
     ldd r18, Z + EVEN_PIXEL_RETIRED     ; 9   room in the ring?
     ldd r19, Z + EVEN_PIXEL_HEAD
@@ -172,44 +171,12 @@ interval_known:
     rjmp next_pixel
 3:  rjmp next_segment
 
-; pixel_grid_advance(): the grid's sum goes on by the remainder, and by one tick where it comes to
-; the divisor. 84 cycles.
+; The length of a pixel of the exact grid, as line_pixel_ticks() leaves it. 34 cycles besides.
 exact:
-    ldd r30, Y + EVEN_PIXEL_GRID_PERIOD
-    ldd r31, Y + EVEN_PIXEL_GRID_PERIOD + 1
-    clr r26
-    clr r27
-    load_plain EVEN_PIXEL_GRID_SUM, SUM
-    .irp byte, 0, 1, 2, 3
-    ldd r22, Z + EVEN_PIXEL_PERIOD_REMAINDER + \byte
-    .if \byte == 0
-    add r18, r22
-    .elseif \byte == 1
-    adc r19, r22
-    .elseif \byte == 2
-    adc r20, r22
-    .else
-    adc r21, r22
-    .endif
-    .endr
-    adc r27, r27                        ;     the sum's fifth byte
-    .irp byte, 0, 1, 2, 3
-    ldd 22 + \byte, Z + EVEN_PIXEL_PERIOD_DIVISOR + \byte
-    .endr
-    compare_number SUM, TICKS
-    cpc r27, r1
-    brlo 1f
-    sub_number SUM, TICKS
-    inc r26
-1:  store_plain EVEN_PIXEL_GRID_SUM, SUM
-    .irp byte, 0, 1, 2, 3
-    ldd 22 + \byte, Z + EVEN_PIXEL_PERIOD_WHOLE + \byte
-    .endr
-    add r22, r26
-    adc r23, r1
-    adc r24, r1
-    adc r25, r1
-    store_plain EVEN_PIXEL_TO_EDGE, TICKS ;   as line_pixel_ticks() leaves it
+    movw r24, r28
+    adiw r24, EVEN_PIXEL_GRID
+    call pixel_grid_advance
+    store_plain EVEN_PIXEL_TO_EDGE, TICKS
     ldd r18, Y + EVEN_PIXEL_FLAGS
     andi r18, 0xFF - EVEN_PIXEL_EDGE_OPEN
     std Y + EVEN_PIXEL_FLAGS, r18
@@ -218,10 +185,8 @@ exact:
 ; The time above 16 bits, of which the marks know nothing.
 longer_than_16_bits:
     movw r30, r16
-#if STREAM_WHOLE_PIXELS
     ldi r24, 0xFF
     std Z + EVEN_PIXEL_BEHIND_PERIODS, r24
-#endif
     ldd r24, Z + EVEN_PIXEL_END_TICKS + 2
     add r24, TICKS2
     std Z + EVEN_PIXEL_END_TICKS + 2, r24

@@ -129,17 +129,6 @@ static APART int32_t position_at(const struct ledger *ledger,
            (ledger->negative ? (int8_t)mark->early : -(int8_t)mark->early);
 }
 
-APART void ledger_pass_edge(struct ledger *ledger,
-                            int32_t position_steps,
-                            uint16_t expected_steps)
-{
-    ledger->pixel++;
-    records_add(&ledger->records,
-                (uint16_t)ledger->pixel,
-                position_steps - ledger->line_origin,
-                expected_steps);
-}
-
 static void ledger_begin_line(struct ledger *ledger, const struct stream_mark *mark)
 {
     ledger->line_origin = position_at(ledger, mark);
@@ -178,16 +167,6 @@ static void ledger_execute(struct ledger *ledger, uint8_t command)
 static APART void move_position(struct ledger *ledger, uint8_t steps)
 {
     ledger->position_steps += ledger->negative ? -(int16_t)steps : (int16_t)steps;
-}
-
-APART void ledger_pass_periods(struct ledger *ledger, uint8_t count)
-{
-    uint8_t fresh = (uint8_t)(ledger->fresh + count);
-
-    ledger->fresh = fresh < count || fresh > 3u ? 3u : fresh;
-    if (ledger->pulse) {
-        move_position(ledger, count);
-    }
 }
 
 // Account for single periods. Returns false when the interrupt is inside a batch that must be taken
@@ -369,55 +348,36 @@ void ledger_advance(struct ledger *ledger,
     advance_by_entries(ledger, stream, sample, whole);
 }
 
-// The account stands inside a pixel or a batch, with single periods from there to the sample's
-// tail. Find the start of period `back`, counted from that tail, or of the first one before it that
-// is as long as the captured count. False when the periods before the account are no longer known
-// by themselves.
-static bool start_beside(const struct ledger *ledger,
-                         const struct stream *stream,
-                         uint8_t tail,
-                         uint8_t back,
-                         uint16_t captured_ticks,
-                         uint32_t *start_ticks)
+// Start of the period at this slot, one of the single periods around the place that the account has
+// come to. ahead: it is not accounted for yet.
+static uint32_t start_beside(const struct ledger *ledger,
+                             const struct stream *stream,
+                             uint8_t slot,
+                             bool ahead)
 {
-    uint8_t slot = stream->retired;
-    uint8_t ahead = (uint8_t)(tail - slot);
-    uint8_t known = (uint8_t)(ahead + ledger->fresh);
+    uint8_t from = ahead ? stream->retired : slot;
+    uint8_t to = ahead ? slot : stream->retired;
+    uint32_t ticks = step_ring_sum(stream->ring, &from, to);
 
-    *start_ticks = ledger->loaded_ticks;
-    while (back < known &&
-           captured_ticks >= stream_entry_ticks(stream, (uint8_t)(tail - 1u - back))) {
-        back++;
-    }
-    if (ahead > back) {
-        uint8_t start = (uint8_t)(tail - 1u - back);
-        *start_ticks += step_ring_sum(stream->ring, &slot, start);
-        return true;
-    }
-    uint8_t passed = (uint8_t)(back + 1u - ahead);
-    if (passed > ledger->fresh) {
-        return false;
-    }
-    for (; passed != 0; passed--) {
-        *start_ticks -= stream_passed_ticks(stream, passed);
-    }
-    return true;
+    return ahead ? ledger->loaded_ticks + ticks : ledger->loaded_ticks - ticks;
 }
 
-uint32_t ledger_advance_to_capture(struct ledger *ledger,
+APART uint32_t ledger_advance_to_capture(struct ledger *ledger,
                                    struct stream *stream,
                                    const struct engine_sample *sample,
                                    uint8_t back,
                                    uint16_t captured_ticks)
 {
-    uint32_t start_ticks = 0;
+    ledger_advance(ledger, stream, sample, LEDGER_BY_BATCHES);
+    uint8_t ahead = (uint8_t)(sample->tail - stream->retired);
+    uint8_t known = ahead == 0 ? 0 : (uint8_t)(ahead + ledger->fresh);
 
-    if (STREAM_WHOLE_PIXELS) {
-        ledger_advance(ledger, stream, sample, LEDGER_BY_BATCHES);
-        if (stream->retired != sample->tail &&
-            start_beside(
-                ledger, stream, sample->tail, back, captured_ticks, &start_ticks)) {
-            return start_ticks + captured_ticks;
+    // Inside a pixel or a batch: the period, or the first one before it that is as long as the
+    // captured count, among those that are known by themselves.
+    for (uint8_t at = back; at < known; at++) {
+        uint8_t slot = (uint8_t)(sample->tail - 1u - at);
+        if (captured_ticks < stream_entry_ticks(stream, slot)) {
+            return start_beside(ledger, stream, slot, at < ahead) + captured_ticks;
         }
     }
     ledger_advance(ledger, stream, sample, LEDGER_EXACTLY);

@@ -5,6 +5,10 @@
 // Offsets and sizes in bytes.
 #pragma once
 
+#if !defined(RECORDS_KEPT)
+#define RECORDS_KEPT 20
+#endif
+
 // struct ledger.
 #define LEDGER_PULSE    0
 #define LEDGER_NEGATIVE 1
@@ -23,7 +27,6 @@
 #define LEDGER_RECORDS_TO_NEXT 37
 #define LEDGER_RECORDS_EARLY   41
 #define LEDGER_RECORDS_EARLIER 8 /* RECORDS_EARLY */
-#define LEDGER_RECORDS_MOST    20 /* RECORDS_KEPT */
 
 // struct kept_record.
 #define LEDGER_RECORD_BEYOND 4

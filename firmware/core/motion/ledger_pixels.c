@@ -8,7 +8,7 @@
 #include "motion/ledger.h" // struct ledger
 #include "motion/ledger_layout.h"
 
-#if defined(__AVR__) && STREAM_WHOLE_PIXELS
+#if defined(__AVR__)
 
 #define IN_RECORDS(member) (LEDGER_RECORDS + offsetof(struct records, member))
 
@@ -26,13 +26,14 @@ _Static_assert(offsetof(struct ledger, pulse) == LEDGER_PULSE &&
                    IN_RECORDS(made) == LEDGER_RECORDS_MADE &&
                    IN_RECORDS(to_next) == LEDGER_RECORDS_TO_NEXT &&
                    IN_RECORDS(kept) == LEDGER_RECORDS_KEPT &&
-                   RECORDS_KEPT == LEDGER_RECORDS_MOST &&
                    offsetof(struct kept_record, actual_steps) == 0 &&
                    offsetof(struct kept_record, beyond_steps) == LEDGER_RECORD_BEYOND &&
                    offsetof(struct kept_record, pixel) == LEDGER_RECORD_PIXEL &&
                    sizeof(struct kept_record) == LEDGER_RECORD_BYTES &&
-                   offsetof(struct records_thinning, every) == 0 &&
-                   offsetof(struct stream, retired) == EVEN_PIXEL_RETIRED &&
+                   offsetof(struct records_thinning, every) == 0,
+               "known to ledger_pixels.S");
+
+_Static_assert(offsetof(struct stream, retired) == EVEN_PIXEL_RETIRED &&
                    offsetof(struct stream, mark_placed) == EVEN_PIXEL_MARK_PLACED &&
                    offsetof(struct stream, mark_tail) == EVEN_PIXEL_MARK_TAIL &&
                    offsetof(struct stream, marks) == EVEN_PIXEL_MARKS &&
@@ -40,8 +41,7 @@ _Static_assert(offsetof(struct ledger, pulse) == LEDGER_PULSE &&
                    offsetof(struct stream_mark, position) == EVEN_PIXEL_MARK_POSITION &&
                    offsetof(struct stream_mark, periods) == EVEN_PIXEL_MARK_PERIODS &&
                    offsetof(struct stream_mark, ticks) == EVEN_PIXEL_MARK_TICKS &&
-                   sizeof(struct stream_mark) == EVEN_PIXEL_MARK_BYTES &&
-                   STREAM_MARKS == EVEN_PIXEL_MARK_COUNT,
+                   sizeof(struct stream_mark) == EVEN_PIXEL_MARK_BYTES,
                "known to ledger_pixels.S");
 
 #if FEATURE_CLOCK_STATISTICS
@@ -52,6 +52,32 @@ _Static_assert(IN_RECORDS(early_ticks) == LEDGER_RECORDS_EARLY &&
 #endif
 
 #else
+
+static void move_position(struct ledger *ledger, uint8_t steps)
+{
+    ledger->position_steps += ledger->negative ? -(int16_t)steps : (int16_t)steps;
+}
+
+void ledger_pass_periods(struct ledger *ledger, uint8_t count)
+{
+    uint8_t fresh = (uint8_t)(ledger->fresh + count);
+
+    ledger->fresh = fresh < count || fresh > 3u ? 3u : fresh;
+    if (ledger->pulse) {
+        move_position(ledger, count);
+    }
+}
+
+void ledger_pass_edge(struct ledger *ledger,
+                      int32_t position_steps,
+                      uint16_t expected_steps)
+{
+    ledger->pixel++;
+    records_add(&ledger->records,
+                (uint16_t)ledger->pixel,
+                position_steps - ledger->line_origin,
+                expected_steps);
+}
 
 bool ledger_take_pixels(struct ledger *ledger, struct stream *stream, uint8_t tail)
 {

@@ -24,7 +24,7 @@
 // Records kept, up to 20: what one read request can carry. The build sets fewer for the smaller
 // board. Two at least: one may be of a pixel that is passing.
 #if !defined(RECORDS_KEPT)
-#define RECORDS_KEPT 20u
+#define RECORDS_KEPT 20
 #endif
 
 // Pixels by which the account may lag behind the clock's edges; a power of two.
