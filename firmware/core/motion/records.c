@@ -152,26 +152,29 @@ static APART struct kept_record *record_of(struct records *records, uint16_t pix
     return records->passing ? newest : NULL;
 }
 
-APART void records_note_error(struct records *records, uint16_t pixel, int16_t error_ticks)
+void records_note_error(struct records *records, uint16_t pixel, int16_t error_ticks)
 {
-    BY_POINTER(records);
-    const struct kept_record *newest = &records->kept[records->newest];
-    struct kept_record *record = NULL;
+    struct kept_record *newest = &records->kept[records->newest];
     uint16_t ahead = pixel;
 
     if (records->count != 0) {
         ahead = (uint16_t)(pixel - newest->pixel);
+        if (ahead == 0) {
+            newest->edge_error_ticks = error_ticks;
+            records_note_newest(records, error_ticks);
+            return;
+        }
     }
     if ((uint16_t)(ahead - 1u) < RECORDS_EARLY) {
         records_note_early(records, pixel, error_ticks);
         return;
     }
-    record = record_of(records, pixel);
+    struct kept_record *record = record_of(records, pixel);
     if (record != NULL) {
         record->edge_error_ticks = error_ticks;
-    }
-    if (record == newest) {
-        records_note_newest(records, error_ticks);
+        if (record == newest) {
+            records_note_newest(records, error_ticks);
+        }
     }
 }
 #else
