@@ -6,7 +6,7 @@
 ;
 ;     X  the grid's sum    Z  period    r18..r21  sum    r22..r25  divisor, then the ticks
 ;
-; Cycles: 83 with the call (87 on the ATmega2560), 88 where the period is a tick longer.
+; Cycles with the call: 69 (71 on the ATmega2560), 7 more where the period is a tick longer.
 #include "base/asm.inc" // macros
 #include "motion/pixel_period_layout.h"
 
