@@ -370,10 +370,10 @@ APART uint32_t ledger_advance_to_capture(struct ledger *ledger,
 {
     ledger_advance(ledger, stream, sample, LEDGER_BY_BATCHES);
     uint8_t ahead = (uint8_t)(sample->tail - stream->retired);
-    uint8_t known = ahead == 0 ? 0 : (uint8_t)(ahead + ledger->fresh);
+    uint8_t known = (uint8_t)(ahead + ledger->fresh);
 
-    // Inside a pixel or a batch: the period, or the first one before it that is as long as the
-    // captured count, among those that are known by themselves.
+    // The period, or the first one before it that is as long as the captured count, among the single
+    // periods around this place that still stand in the ring.
     for (uint8_t at = back; at < known; at++) {
         uint8_t slot = (uint8_t)(sample->tail - 1u - at);
         if (captured_ticks < stream_entry_ticks(stream, slot)) {

@@ -178,13 +178,13 @@ function ledger_take_pixels
     movw r16, r22
     mov TAIL, r20
 
-13: movw r30, r16                       ; 8   a mark that has its place?
+13: movw r30, r16                       ; 10  a mark that has its place?
     ldd r24, Z + EVEN_PIXEL_MARK_TAIL
     ldd r25, Z + EVEN_PIXEL_MARK_PLACED
+    ldd r20, Z + EVEN_PIXEL_RETIRED
     cp r24, r25
-    breq 14f
-    ldd r20, Z + EVEN_PIXEL_RETIRED     ; 10
-    mov r18, r24
+    breq 17f
+    mov r18, r24                        ; 8
     andi r18, STREAM_MARKS - 1
     ldi r25, EVEN_PIXEL_MARK_BYTES
     mul r18, r25
@@ -229,6 +229,12 @@ function ledger_take_pixels
     call pass_edge
     rjmp 13b
 
+17: ldd r25, Z + EVEN_PIXEL_BEHIND_PERIODS ;  no: inside the pixel written last? Not known is one
+    inc r25                             ;     below 0
+    sub r20, TAIL
+    neg r20
+    cp r20, r25
+    brlo 15f
 14: clr r24
     rjmp 16f
 15: ldi r24, 1

@@ -37,6 +37,9 @@ _Static_assert(offsetof(struct stream, retired) == EVEN_PIXEL_RETIRED &&
                    offsetof(struct stream, mark_placed) == EVEN_PIXEL_MARK_PLACED &&
                    offsetof(struct stream, mark_tail) == EVEN_PIXEL_MARK_TAIL &&
                    offsetof(struct stream, marks) == EVEN_PIXEL_MARKS &&
+                   offsetof(struct stream, behind_periods) ==
+                       EVEN_PIXEL_BEHIND_PERIODS &&
+                   STREAM_UNKNOWN == UINT8_MAX &&
                    offsetof(struct stream_mark, slot) == EVEN_PIXEL_MARK_SLOT &&
                    offsetof(struct stream_mark, position) == EVEN_PIXEL_MARK_POSITION &&
                    offsetof(struct stream_mark, periods) == EVEN_PIXEL_MARK_PERIODS &&
@@ -96,7 +99,7 @@ bool ledger_take_pixels(struct ledger *ledger, struct stream *stream, uint8_t ta
         stream_pass_mark(stream);
         count = stream_whole_pixel(stream);
     }
-    return false;
+    return stream_inside_newest(stream, tail);
 }
 
 #endif

@@ -137,7 +137,13 @@ static APART struct kept_record *record_of(struct records *records, uint16_t pix
 {
     struct kept_record *newest = &records->kept[records->newest];
     uint8_t slot = records->newest;
+    uint16_t back = (uint16_t)(newest->pixel - pixel);
 
+    // Nearly always every pixel has a record.
+    if (back < records->count && back <= slot &&
+        records->kept[slot - back].pixel == pixel) {
+        return &records->kept[slot - back];
+    }
     for (uint8_t left = records->count; left != 0; left--) {
         struct kept_record *record = &records->kept[slot];
         int16_t behind = (int16_t)(uint16_t)(record->pixel - pixel);

@@ -264,6 +264,14 @@ static inline uint8_t stream_whole_pixel(const struct stream *stream)
                : 0;
 }
 
+// True when the interrupt is inside the pixel that was written last as a whole: the mark at the end
+// of that pixel has no place yet.
+static inline bool stream_inside_newest(const struct stream *stream, uint8_t tail)
+{
+    return !stream_has_mark(stream) && stream->behind_periods != STREAM_UNKNOWN &&
+           (uint8_t)(tail - stream->retired) <= stream->behind_periods;
+}
+
 // Length of those periods, ticks.
 static inline uint16_t stream_whole_ticks(const struct stream *stream)
 {
