@@ -138,6 +138,10 @@ static uint8_t take_lost(void)
 // not hold it.
 #define EDGES_A_ROUND CONFIG_CLOCK_EDGES
 
+// Edges to come until one is surely next to the one before it: lost edges were lost behind those
+// that waited then.
+static uint8_t unsure_edges;
+
 // Take captured clock edges. Not inline, so that the captures do not take up stack below the
 // decoder of steps.
 static APART void take_captures(void)
@@ -146,8 +150,15 @@ static APART void take_captures(void)
     uint8_t lost = 0;
 
     for (uint8_t left = EDGES_A_ROUND; left != 0 && pixel_clock_take(&capture); left--) {
-        lost = (uint8_t)(lost + take_lost());
-        take_edge(&capture, lost != 0);
+        uint8_t lost_now = take_lost();
+        if (lost_now != 0) {
+            lost = (uint8_t)(lost + lost_now);
+            unsure_edges = CONFIG_CLOCK_EDGES + 1u;
+        }
+        take_edge(&capture, unsure_edges != 0);
+        if (unsure_edges != 0) {
+            unsure_edges--;
+        }
     }
     // A line that waits needs no edge in particular.
     if (lost != 0 && start_clocked_axis_runs()) {

@@ -3,6 +3,7 @@
 
 #include <stddef.h> // offsetof
 
+#include "base/apart.h"  // BY_POINTER_SMALL
 #include "base/divide.h" // divide_u32_u16
 #include "base/flash.h"  // IN_FLASH
 #include "motion/even_pixel_layout.h"
@@ -46,6 +47,7 @@ static void divide_short(struct even_rate *rate, uint16_t ticks, uint8_t steps)
 
 bool even_pixel_divide(struct even_rate *rate, uint8_t steps, uint32_t ticks)
 {
+    BY_POINTER_SMALL(rate);
     if (STREAM_BATCHES > 0 && ticks <= UINT16_MAX) {
         divide_short(rate, (uint16_t)ticks, steps);
     } else if (ticks >> 16 >= steps) {

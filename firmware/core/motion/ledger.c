@@ -203,6 +203,7 @@ static void note_lengths(struct ledger *ledger,
                          const struct stream *stream,
                          uint16_t loaded)
 {
+    BY_POINTER_SMALL(ledger);
     const struct pulse_train *carried = &stream->engine_trains[ledger->train];
     uint16_t base = stream_train_base(stream, ledger->train);
     int16_t sum = carried->sum;
@@ -229,6 +230,7 @@ static void note_lengths(struct ledger *ledger,
 // Close the train when all of it was loaded, or when its rest was cut off.
 static void settle_train(struct ledger *ledger, struct stream *stream, bool cut)
 {
+    BY_POINTER_SMALL(ledger);
     const struct stream_train *train = &stream->trains[ledger->train];
 
     uint16_t loaded = ledger_train_loaded(ledger);
@@ -363,10 +365,10 @@ static uint32_t start_beside(const struct ledger *ledger,
 }
 
 APART uint32_t ledger_advance_to_capture(struct ledger *ledger,
-                                   struct stream *stream,
-                                   const struct engine_sample *sample,
-                                   uint8_t back,
-                                   uint16_t captured_ticks)
+                                         struct stream *stream,
+                                         const struct engine_sample *sample,
+                                         uint8_t back,
+                                         uint16_t captured_ticks)
 {
     ledger_advance(ledger, stream, sample, LEDGER_BY_BATCHES);
     uint8_t ahead = (uint8_t)(sample->tail - stream->retired);

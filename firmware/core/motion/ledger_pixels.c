@@ -37,8 +37,7 @@ _Static_assert(offsetof(struct stream, retired) == EVEN_PIXEL_RETIRED &&
                    offsetof(struct stream, mark_placed) == EVEN_PIXEL_MARK_PLACED &&
                    offsetof(struct stream, mark_tail) == EVEN_PIXEL_MARK_TAIL &&
                    offsetof(struct stream, marks) == EVEN_PIXEL_MARKS &&
-                   offsetof(struct stream, behind_periods) ==
-                       EVEN_PIXEL_BEHIND_PERIODS &&
+                   offsetof(struct stream, behind_periods) == EVEN_PIXEL_BEHIND_PERIODS &&
                    STREAM_UNKNOWN == UINT8_MAX &&
                    offsetof(struct stream_mark, slot) == EVEN_PIXEL_MARK_SLOT &&
                    offsetof(struct stream_mark, position) == EVEN_PIXEL_MARK_POSITION &&

@@ -206,6 +206,7 @@ struct pixel_record records_get(const struct records *records, uint8_t number)
 
 uint16_t records_word(const struct records *records, uint8_t number, uint8_t word)
 {
+    BY_POINTER_SMALL(records);
     const struct kept_record *record = &records->kept[slot_of(records, number)];
     int32_t steps = record->actual_steps;
 

@@ -56,6 +56,7 @@ static void fill_train(struct pulse_train *train, const struct even *even)
 
 uint32_t stream_put_train(struct stream *stream, struct even *even, uint16_t steps)
 {
+    BY_POINTER_SMALL(stream);
     uint8_t train = stream->trains[0].steps == 0 ? 0 : 1;
 
     REQUIRE(stream->trains[train].steps == 0);
