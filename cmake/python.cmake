@@ -5,9 +5,9 @@
 # that knows more cases (tools/tests/effort.py) is run with all of them by `py.<name>.long` (label
 # `long`). All of these begin first: nothing else takes as long.
 set(PIXSTEP_LONG_RUNNING
-    bench board board_images every_output examples fast_moves figures fuzzing homing homing_smooth
-    lock lock_sim one_check orders program_run programs programs_cli programs_jerk safety_faults
-    trajectories trajectory_play trajectory_runs
+    bench board board_images clock_boards every_output examples fast_moves figures fuzzing homing
+    homing_smooth lock lock_sim one_check orders program_run programs programs_cli programs_jerk
+    safety_faults trajectories trajectory_play trajectory_runs
 )
 # These talk to a simulated board over a pseudo terminal, in real time: much of it they wait.
 set(PIXSTEP_REAL_TIME board_port board_trouble conformance console_doc tutorial virtual_bench)

@@ -275,3 +275,100 @@ def test_a_motor_of_another_board_is_refused(mega):
     motor = replace(machine["M39"], board="uno")
     with pytest.raises(px.RefusedError, match="M39 is on a uno, board 1 is a mega"):
         mega.board().run(px.line([2, 6, 8, 6, 2], motor=motor))
+
+
+CLOCKED = MACHINE.replace('pixel = "30 Hz"', 'pixel = "1 kHz"\ndivider = 4\nsync = "lock"')
+
+
+@pytest.fixture
+def clocked(desk):
+    """A machine whose pixels are four edges of its clock and whose lines are locked to it."""
+    (desk / "printer.toml").write_text(CLOCKED)
+    return px.Machine.load("printer.toml")
+
+
+@pytest.mark.usefixtures("simulator")
+def test_a_locked_run_has_the_figures_of_its_clock(clocked):
+    assert (clocked.pixel_hz, clocked.divider, clocked.sync) == (250, 4, "lock")
+    line = px.line([20] * 60, motor=clocked["M40"], pixel_hz=250)
+    clock = px.PixelClock(ppm=3000, jitter_us=2, drop=50, double=70)
+    run = px.simulate(line, clock=clock).raise_if_failed()
+    assert (run.pixel_hz, run.clock.clock_hz, run.clock.divider) == (250, 1000, 4)
+    assert run.clock.sync == "lock" and run.summary["clock"]["flaws"]["drop"] == 50
+    assert run.clock.board_offset_ppm == pytest.approx(3000, abs=60)
+    assert run.clock.board_period.ns == pytest.approx(1e6 / 1.003, abs=60)
+    assert 500 < run.clock.board_jitter.ns < 4000
+    assert 1 <= run.clock.board_missing <= run.clock.missing_edges
+    assert 1 <= run.clock.board_glitches <= run.clock.false_edges
+    found = run.axes[0].clock
+    row = run.summary["axes"][0]["clock"]
+    assert found.rms_error.ticks == pytest.approx(row["rms_error_ticks"], abs=0.001)
+    assert found.max_error.ticks == pytest.approx(np.max(np.abs(found.errors_ticks)))
+    assert list(found.pixels) == [*range(1, 61)]
+    assert found.rms_error.ns < 3000 and abs(found.drift_steps) < 0.1
+    titles = [axes.get_title("left") for axes in run.plot_clock().axes]
+    assert titles[0].startswith("not locked") and titles[1].startswith("locked")
+
+
+@pytest.mark.usefixtures("simulator")
+def test_the_same_clock_without_the_lock(clocked):
+    line = px.line([20] * 60, decode="plain", pixel_hz=250)
+    world = {"board": "uno", "clock": px.PixelClock(step_ppm=10_000, step_edge=1)}
+    run = px.simulate(line, divider=4, **world)
+    assert (run.clock.sync, run.clock.clock_hz) == ("start", 1000)
+    assert run.axes[0].clock.drift_steps == pytest.approx(20 * 59 * 0.01, rel=0.02)
+    assert run.axes[0].clock.ripple.ticks == 0
+    free = px.simulate(line, "uno", sync="free")
+    assert free.passed and free.axes[0].clock is None and free.clock.divider == 1
+    with pytest.raises(px.UserError, match="was not free: none"):
+        free.plot_clock()
+
+
+@pytest.mark.usefixtures("plan_program")
+def test_a_line_keeps_the_divider_that_it_was_made_for(clocked):
+    line = px.line([20] * 60, motor=clocked["M40"], name="scan")
+    with pytest.raises(px.UserError) as error:
+        px.simulate(line, divider=5)
+    assert str(error.value) == (
+        "scan: its pixels are 4 edges of its machine's clock, the run has 5"
+    )
+    with pytest.raises(px.UserError, match="scan: a line for 250 Hz, the run has 1000 Hz"):
+        px.simulate(line, pixel_hz=1000)
+    # A pixel of a locked line may be shorter than nominal: this one does not fit it then.
+    fast = px.line([240] * 9, decode="plain", pixel_hz=250)
+    assert not fast.check("mega", axes=4).refused
+    assert fast.check("mega", axes=4, sync="lock", divider=4).refused
+    assert not fast.check("mega", sync="lock", divider=4).refused
+
+
+@pytest.mark.parametrize(
+    ("made", "says"),
+    [(lambda: px.PixelClock(ppm=float("nan")), "ppm nan: expected -100000 to 100000"),
+     (lambda: px.PixelClock(jitter_us=-1), "jitter_us -1: expected 0 to 10000"),
+     (lambda: px.PixelClock(drop=1), "drop 1: expected 2 or more, or 0"),
+     (lambda: px.PixelClock(double=2.5), "double 2.5: expected a whole number"),
+     (lambda: px.PixelClock(step_ppm=10), "step_edge 0: expected 1 or more"),
+     (lambda: px.simulate(px.line([2, 2], pixel_hz=30), "uno", sync="on"),
+      "sync 'on': expected one of free, start, lock"),
+     (lambda: px.simulate(px.line([2, 2], pixel_hz=30), "uno", divider=1001),
+      "divider 1001: expected 1 to 1000")],
+)  # fmt: skip
+def test_clocks_that_cannot_be(made, says):
+    with pytest.raises(px.UserError, match=re.escape(says)):
+        made()
+
+
+@pytest.mark.usefixtures("simulator")
+def test_a_board_gets_the_clock_of_the_lines(clocked):
+    with Bus(SimLink(SimOptions([("mega", natives.image("mega"))], Fraction(1000)))) as bus:
+        board = bus.board()
+        line = px.line([2] * 60, motor=clocked["M40"])
+        (state,) = board.run(line)
+        assert (state.state, state.position_steps, board.pixel_hz) == ("done", 120, 250)
+        names = ("sync", "divider", "pixel_hz_num")
+        assert [board.device.setting(name) for name in names] == [2, 4, 1000]
+        own = px.line([2] * 30, decode="plain", pixel_hz=500)
+        assert board.run(own, sync="start", divider=2)[0].state == "done"
+        assert [board.device.setting(name) for name in names] == [1, 2, 1000]
+        with pytest.raises(px.UserError, match="the run has 2"):
+            board.run(line, divider=2)

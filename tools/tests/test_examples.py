@@ -29,6 +29,7 @@ def _empty_folder(tmp_path, monkeypatch):
     [
         ("own_profile", ["pass: "], ["own_profile.png", "edge_errors.png"]),
         ("four_axes", [f"axis {axis}: pass, " for axis in range(4)], ["four_axes.png"]),
+        ("locked_scan", ["own time: rms 10", "locked: rms 1."], ["locked_scan.png"]),
     ],
 )
 def test_scripts(name, said, drawn, capsys):

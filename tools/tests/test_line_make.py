@@ -105,6 +105,7 @@ def test_the_file_has_the_frequency_of_its_pixels(tmp_path, invoke):
     assert formats.read_motion(Path("l.csv")).header.frequency == 250
     said = invoke(*BY_ACCELERATION, "--pixels", "210", "--divider", "3", "--force", status=2).stderr
     assert "is below 2" in said  # 1.8 steps/px2
+    assert said.endswith("; --divider 4 has pixels that allow it\n")
     invoke(*MAKE, "--max-acceleration", "400000steps/s2", "--pixels", "300", "--force")
     assert formats.read_motion(Path("l.csv")).header.frequency == Fraction("333.3333333")
     check = ("line", "check", "l.csv", "--decode", "smooth", "--pixel-hz", "1000")

@@ -91,6 +91,13 @@ def test_the_motor_of_lines_is_the_only_one_or_named(machine):
         ("30 mm/s", "30 mm/s2", "19: motors.M39.limits.max_speed = '30 mm/s2': speed '30 mm/s2'"),
         ("[clock]", "[clokc]", "1: clokc: unknown key"),
         ("[clock]", "clock = 3\n[x]", "1: clock = 3: expected a valid dictionary"),
+        ("[clock]", "[clock]\ndivider = 0", "2: clock.divider = 0: expected greater than or equal"),
+        ("[clock]", "[clock]\ndivider = 1001", "2: clock.divider = 1001: expected less than or eq"),
+        ("[clock]", "[clock]\ndivider = 2.5", "2: clock.divider = 2.5: expected a valid integer"),
+        ("[clock]", "[clock]\ndivider = '4'", "2: clock.divider = '4': expected a valid integer"),
+        ("[clock]", "[clock]\nsync = 'on'",
+         "2: clock.sync = 'on': expected 'free', 'start' or 'lock'"),
+        ("[clock]", "[clock]\nsync = 2", "2: clock.sync = 2: expected 'free', 'start' or 'lock'"),
     ],
 )  # fmt: skip
 def test_a_mistake_is_named_by_line_key_and_value(put, old, new, message):

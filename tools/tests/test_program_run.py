@@ -3,6 +3,7 @@
 
 import doctest
 import importlib
+import re
 from fractions import Fraction
 from itertools import pairwise
 
@@ -71,11 +72,20 @@ def test_a_program_runs_on_a_board(one, folder):
     assert [row["position_steps"] for row in found["axes"]] == [1600, 800]
 
 
-def test_a_pixel_may_be_several_edges_of_the_clock(one, folder):
-    one.out("set", "divider=3")
+def test_the_board_gets_the_clock_of_the_machine_file(one, folder):
+    """Its edges, how many are a pixel, and what lines are to them: whatever it had before."""
+    one.out("set", "divider=5")
+    one.json("run", "corner.pmc")
+    assert (one.board.setting("pixel_hz_num"), one.board.setting("divider")) == (200, 1)
+    path = folder / "machine.toml"
+    clock = "[clock]\npixel = 600\ndivider = 3\nsync = 'free'\n"
+    text = re.sub(r"\[clock\]\npixel = .*\n", clock, path.read_text())
+    assert clock in text
+    path.write_text(text)
     found = one.json("run", "corner.pmc")
     assert [row["moved_steps"] for row in found["axes"]] == [800, 400]
-    assert one.board.setting("pixel_hz_num") == 600
+    names = ("pixel_hz_num", "divider", "sync")
+    assert [one.board.setting(name) for name in names] == [600, 3, 0]
 
 
 def test_a_program_longer_than_the_queue_is_streamed(one, folder):

@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: MIT
 """Plans with a limit of the jerk: every limit for every pixel, the path, times by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from effort import cases
 from pixstep.errors import RefusedError
-from pixstep.programs import jerk
+from pixstep.programs import figure, jerk
+from pixstep.programs.options import Options
+from pixstep.programs.plan import Plan
 from programbench import SHORT_MOVES, path, path_distance, planned, random_program, setup
 
 PIXEL_MS = 10  # at 100 Hz
@@ -122,3 +126,25 @@ def test_only_a_section_between_two_stops_has_to_be_short(monkeypatch):
     assert planned("INC TS0 TA50 TM300\n" + (move + "DWELL50\n") * 4, of)[0].sum() == 3600
     with pytest.raises(RefusedError, match=r"p.pmc: too long to keep a max_jerk: at most 60 pix"):
         planned("INC TS0 TA50 TM300\n" + move * 4, of)
+
+
+def drawn(**options):
+    """The drawing of a plan of two motors; the first one has a limit of the jerk that is near."""
+    of = setup(2.0, 2, 100)
+    of = replace(of, motors=(replace(of.motors[0], max_jerk=20.0), of.motors[1]))
+    plan = Plan("p.pmc", SHORT_MOVES.splitlines(), of, Options(**options))
+    return figure.draw_motion(figure.Drawn(plan, np.vstack(list(plan.counts()))))
+
+
+def test_the_drawing_has_the_jerk_where_a_limit_is_kept():
+    rows = [drawn().axes[:3], drawn().axes[3:]]
+    assert [len(row) for row in rows] == [3, 3]
+    limited, free = (
+        {float(line.get_ydata()[0]) for line in row[2].get_lines() if len(line.get_xdata()) == 2}
+        for row in rows
+    )
+    assert limited == {20.0, -20.0, 24.0, -24.0} and not free  # dashed, dotted
+    assert rows[0][2].get_ylabel() == "jerk, steps/px³"
+    jerks = rows[0][2].get_lines()[0].get_ydata()
+    assert 0 < np.abs(jerks).max() <= 24
+    assert len(drawn(mode="mode1").axes) == 4  # it keeps none

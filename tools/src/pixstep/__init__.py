@@ -12,6 +12,7 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from pixstep.api.bus import AxisState, Board, Bus, connect
+    from pixstep.api.clocks import ClockErrors, ClockFigures, PixelClock
     from pixstep.api.machines import Machine, Motor
     from pixstep.api.motions import (
         CheckResult,
@@ -25,7 +26,8 @@ if TYPE_CHECKING:
         read_profile,
     )
     from pixstep.api.programs import MotionProgram, ProgramPlan, read_program
-    from pixstep.api.runs import AxisRun, Run, RunFailedError, Ticks, simulate
+    from pixstep.api.runs import AxisRun, Run, RunFailedError, simulate
+    from pixstep.api.ticks import Ticks
     from pixstep.board.errors import BoardError
     from pixstep.errors import PlainError, RefusedError, UserError
     from pixstep.lines.linecheck import Finding, Limits
@@ -37,12 +39,15 @@ __all__ = [
     "BoardError",
     "Bus",
     "CheckResult",
+    "ClockErrors",
+    "ClockFigures",
     "Finding",
     "Limits",
     "Machine",
     "MotionLine",
     "MotionProgram",
     "Motor",
+    "PixelClock",
     "PlainError",
     "Profile",
     "ProgramPlan",
@@ -64,13 +69,15 @@ __all__ = [
 
 _MODULES = {
     "api.bus": ("AxisState", "Board", "Bus", "connect"),
+    "api.clocks": ("ClockErrors", "ClockFigures", "PixelClock"),
     "api.machines": ("Machine", "Motor"),
     "api.motions": (
         "CheckResult", "MotionLine", "Profile", "import_line", "line", "make_line",
         "make_profile", "read_line", "read_profile",
     ),
     "api.programs": ("MotionProgram", "ProgramPlan", "read_program"),
-    "api.runs": ("AxisRun", "Run", "RunFailedError", "Ticks", "simulate"),
+    "api.runs": ("AxisRun", "Run", "RunFailedError", "simulate"),
+    "api.ticks": ("Ticks",),
     "board.errors": ("BoardError",),
     "errors": ("PlainError", "RefusedError", "UserError"),
     "lines.linecheck": ("Finding", "Limits"),

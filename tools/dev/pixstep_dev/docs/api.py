@@ -17,7 +17,9 @@ _SECTIONS = {
         "Profile", "MotionLine", "CheckResult", "Finding", "Limits",
     ),
     "Motion programs": ("read_program", "MotionProgram", "ProgramPlan"),
-    "Simulated runs": ("simulate", "Run", "AxisRun", "Ticks"),
+    "Simulated runs": (
+        "simulate", "PixelClock", "Run", "AxisRun", "ClockFigures", "ClockErrors", "Ticks",
+    ),
     "Boards": ("connect", "Bus", "Board", "AxisState"),
     "Errors": ("PlainError", "UserError", "RefusedError", "RunFailedError", "BoardError"),
 }  # fmt: skip

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Self
 
+from pixstep.api.clocking import Clocking
 from pixstep.api.motions import CheckResult, MotionLine
 from pixstep.api.programs import MotionProgram
-from pixstep.board import connection, limits, settings, upload
+from pixstep.board import clockstate, connection, limits, settings, upload
 from pixstep.board import run as running
 from pixstep.board.client import Board as Device
 from pixstep.board.connection import Link
@@ -54,12 +55,21 @@ class Board:
         """Return the state and the position of every axis."""
         return self._states([*range(self.device.input("axis_count"))])
 
-    def check(self, line: MotionLine, *, axes: int = 1) -> CheckResult:
+    def check(
+        self,
+        line: MotionLine,
+        *,
+        axes: int = 1,
+        sync: str | None = None,
+        divider: int | None = None,
+    ) -> CheckResult:
         """Check a line by the limits that the board has now; nothing is sent.
 
-        `axes` is the number of axes that move together, its own included.
+        `axes` is the number of axes that move together, its own included; `sync` and `divider` are
+        those that `run` is to set.
         """
-        bounds = limits.connected(self.device, line.pixel_hz, axes)
+        clock = settings.of_clock(sync, divider)
+        bounds = limits.connected(self.device, line.pixel_hz, axes, clock)
         return line.check_by(bounds.of(line.line), self.kind)
 
     def run(
@@ -67,18 +77,25 @@ class Board:
         lines: MotionLine | Mapping[int, MotionLine],
         axis: int | None = None,
         *,
+        sync: str | None = None,
+        divider: int | None = None,
         progress: Progress = unseen,
     ) -> tuple[AxisState, ...]:
         """Run lines to their end and return the axes that moved: this blocks until then.
 
         `lines` is one line for `axis` (by default that of its motor), or lines by axis, which start
         on one pixel clock edge. Each is checked first; then the board's pixel frequency is set to
-        that of the lines, and a line longer than the queue is streamed. Ctrl-C and any error of the
-        program stop the axes. Raises RefusedError for a line that the board would refuse (nothing
-        is sent then), BoardError for a fault and for a board that does not answer.
+        that of the lines, and a line longer than the queue is streamed. `sync` (`"free"`,
+        `"start"`, `"lock"`) and `divider`, the clock edges of a pixel, are set as well if they are
+        given or a machine file has them; otherwise the board's stay. To lock the board must have
+        measured its clock: that is waited for. Ctrl-C and any error of the program stop the axes.
+        Raises RefusedError for a line that the board would refuse (nothing is sent then), UserError
+        for a divider that is not that of the lines' machine, BoardError for a fault, a clock that
+        cannot be measured and a board that does not answer.
         """
         by_axis = _by_axis(lines, axis)
         hz = _one_frequency(by_axis)
+        clock = Clocking.of(by_axis, sync, divider)
         refuse_period(hz, self.device.tick_hz())
         kind = self.kind
         for item in by_axis.values():
@@ -89,9 +106,12 @@ class Board:
                 )
             if item.line.backlash:
                 self.device.require("backlash")
-            self.check(item, axes=len(by_axis)).raise_if_refused()
-        if hz != self.pixel_hz:
-            self.device.set_pixel_hz(hz * settings.divider(self.device))
+            self.check(
+                item, axes=len(by_axis), sync=clock.sync, divider=clock.divider
+            ).raise_if_refused()
+        edges = clock.divider or settings.divider(self.device)
+        settings.set_clock(self.device, hz * edges, clock.sync, clock.divider)
+        clockstate.await_lock(self.device, self._link.world)
         axes = list(by_axis)
         motions = {number: item.line for number, item in by_axis.items()}
         group = [running.Lines(self.device, axes, upload.begin(self.device, motions))]
@@ -106,7 +126,8 @@ class Board:
     ) -> tuple[AxisState, ...]:
         """Run a motion program while it is planned and return the axes that it moved.
 
-        Memory does not grow with its length. With `check` the program is planned once beforehand,
+        Memory does not grow with its length. The board's pixel clock, divider and sync become those
+        of the machine file. With `check` the program is planned once beforehand,
         so that a mistake in it is found while nothing moves. Ctrl-C and any error of the program
         stop the axes. Raises UserError for a mistake, RefusedError for what the board would refuse,
         BoardError for a fault and for a board that does not answer.

@@ -26,7 +26,11 @@ class Motor:
     board: str
     """Kind of its board: `"uno"`, `"mega"` or `"m1284"`."""
     pixel_hz: Fraction
-    """Pixel frequency of the machine in Hz, exact."""
+    """Frequency of the machine's pixels in Hz, exact."""
+    divider: int
+    """Edges of the machine's clock in a pixel."""
+    sync: str | None
+    """What its lines are to the clock: `"free"`, `"start"`, `"lock"`; None: not said."""
     backlash_steps: int
     """Play between motor and load in steps."""
     negative: bool
@@ -63,7 +67,11 @@ class Machine:
     path: Path
     """The file."""
     pixel_hz: Fraction
-    """Pixel frequency in Hz, exact."""
+    """Frequency of its pixels in Hz, exact."""
+    divider: int
+    """Edges of its clock in a pixel: the clock has `divider` times the frequency of the pixels."""
+    sync: str | None
+    """What lines are to the clock: `"free"`, `"start"`, `"lock"`; None: not said."""
     motors: tuple[Motor, ...]
     """All motors, in the order of the file."""
 
@@ -75,7 +83,7 @@ class Machine:
         """
         read = MachineFile.load(Path(path))
         motors = tuple(_motor(read, motor) for motor in read.motors.values())
-        return cls(read.path, read.pixel_hz, motors)
+        return cls(read.path, read.pixel_hz, read.clock.edges, read.clock.sync, motors)
 
     def __getitem__(self, name: str) -> Motor:
         """Return a motor by its name; raises UserError naming those that there are."""
@@ -94,6 +102,8 @@ def _motor(read: MachineFile, table: MotorTable) -> Motor:
         decode=table.decode,
         board=board.kind,
         pixel_hz=read.pixel_hz,
+        divider=read.clock.edges,
+        sync=read.clock.sync,
         backlash_steps=table.backlash_steps,
         negative=table.negative,
         steps_per_unit=table.steps_per_unit,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Self, SupportsInt
 
 from pixstep import formats, owndata
 from pixstep.api.machines import Motor
-from pixstep.board import limits
+from pixstep.board import limits, settings
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines import linecheck, units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
@@ -106,7 +106,11 @@ class CheckResult:
 
 @dataclass(frozen=True)
 class MotionLine:
-    """A line for one axis: the steps of each pixel, the pixel frequency, and whose it is."""
+    """A line for one axis: the steps of each pixel, the pixel frequency, and whose it is.
+
+    The pixel frequency is that of pixels, also where one is several edges of the clock: the clock
+    has `divider` times that frequency.
+    """
 
     line: Line
     """Counts, decode rule, backlash and direction."""
@@ -139,16 +143,28 @@ class MotionLine:
         """The axis of its motor; 0 without one."""
         return self.motor.axis if self.motor else 0
 
-    def check(self, board: str | None = None) -> CheckResult:
+    def check(
+        self,
+        board: str | None = None,
+        *,
+        axes: int = 1,
+        sync: str | None = None,
+        divider: int | None = None,
+    ) -> CheckResult:
         """Check the line as a board would, by the firmware's own check, and by the motor's limits.
 
-        `board` is `"uno"`, `"mega"` or `"m1284"`, by default that of the motor. Without a board or
-        a pixel frequency the shortest interval and the reversal time are not checked.
+        `board` is `"uno"`, `"mega"` or `"m1284"`, by default that of the motor. `axes` is the
+        number of axes that move together, its own included. `sync` and `divider` are as for
+        `simulate`: a pixel that is locked to the clock may be shorter. Without a board or a pixel
+        frequency the shortest interval and the reversal time are not checked.
         """
         kind = board or (self.motor.board if self.motor else None)
         bounds = Limits()
         if kind and self.pixel_hz:
-            bounds = limits.named(kind, self.pixel_hz).of(self.line)
+            sync = sync or (self.motor.sync if self.motor else None)
+            divider = divider or (self.motor.divider if self.motor else None)
+            clock = settings.of_clock(sync, divider)
+            bounds = limits.named(kind, self.pixel_hz, axes=axes, clock=clock).of(self.line)
         return self.check_by(bounds, kind if self.pixel_hz else None)
 
     def check_by(self, bounds: Limits, board: str | None = None) -> CheckResult:

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Lines on a simulated board: every edge against its exact instant, and a verdict."""
 
+import contextlib
 import math
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from os import PathLike
@@ -14,15 +15,19 @@ import numpy as np
 import numpy.typing as npt
 
 from pixstep import outfolder
+from pixstep.api.clocking import Clocking
+from pixstep.api.clocks import ClockErrors, ClockFigures, PixelClock
 from pixstep.api.motions import Hz, MotionLine, exact_hz
+from pixstep.api.ticks import Ticks
 from pixstep.board import boards
 from pixstep.errors import PlainError, UserError
 from pixstep.progress import Progress, unseen
 from pixstep.simulation import simtask
+from pixstep.simulation.clockjudge import Kept
 from pixstep.simulation.judge import Judgement
 from pixstep.simulation.load import AxisLoad
-from pixstep.simulation.report import PixelRow, ticks_text
-from pixstep.simulation.simrun import Job, RunResult
+from pixstep.simulation.report import PixelRow
+from pixstep.simulation.simrun import START, Job, RunResult
 from pixstep.simulation.verdict import AxisVerdict
 
 if TYPE_CHECKING:
@@ -39,26 +44,6 @@ _Drawn = TypeVar("_Drawn")
 
 class RunFailedError(PlainError):
     """A simulated run whose verdict is not pass."""
-
-
-@dataclass(frozen=True)
-class Ticks:
-    """A time in ticks of the board's timer; `print` shows nanoseconds beside it."""
-
-    ticks: float
-    """Timer ticks."""
-    tick_hz: int
-    """Ticks a second."""
-
-    @property
-    def ns(self) -> float:
-        """The time in nanoseconds."""
-        return self.ticks / self.tick_hz * 1e9
-
-    def __str__(self) -> str:
-        if math.isnan(self.ticks):
-            return "unknown"
-        return f"{ticks_text(self.ticks)} ticks ({self.ns:.1f} ns)"
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +80,8 @@ class AxisRun:
     """Edge minus exact instant, in ticks, of every step."""
     pixels: tuple[PixelRow, ...]
     """Each pixel edge: its cycle, the steps that the board expected and those that it made."""
+    clock: ClockErrors | None
+    """How its pixels kept to the clock; None of a free line, and of one with too few edges."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +99,9 @@ class Run:
     board: str
     """Kind of the board."""
     pixel_hz: Fraction
-    """Pixel frequency in Hz."""
+    """Frequency of pixels in Hz."""
+    clock: ClockFigures
+    """What the pixel clock did, and what the board measured of it."""
     tick_hz: int
     """Ticks of the board's timer a second; a cycle is a tick."""
     axes: tuple[AxisRun, ...]
@@ -121,6 +110,7 @@ class Run:
     """All figures, as in summary.json."""
     _traces: "Mapping[int, Trace]" = field(repr=False)
     _loads: "Mapping[int, tuple[AxisLoad, str]]" = field(repr=False)
+    _kept: "Mapping[int, tuple[Job, Kept]]" = field(repr=False)
 
     @property
     def passed(self) -> bool:
@@ -171,6 +161,10 @@ class Run:
         with plotting.styled():
             return load_plot.build(load, title, self.pixel_hz)
 
+    def plot_clock(self, axis: int | None = None) -> "Figure":
+        """Draw how far the pixel edges of an axis were from the clock's true edges."""
+        return simtask.clock_figure(*_chosen(self._kept, axis, "moved and was not free"))
+
     def _trace(self, axis: int | None) -> "Trace":
         """Return what there is to draw of an axis; of the only one by default."""
         return _chosen(self._traces, axis, "moved")
@@ -183,7 +177,9 @@ def simulate(
     pixel_hz: Hz | None = None,
     check: bool = True,
     out: str | PathLike[str] | None = None,
-    pixel_ppm: float = 0.0,
+    sync: str | None = None,
+    divider: int | None = None,
+    clock: PixelClock | None = None,
     serial_load: bool = False,
     seed: int = 1,
     plant: str | Mapping[int, str] | None = None,
@@ -194,42 +190,66 @@ def simulate(
 
     `lines` is one line, which goes to the axis of its motor, or lines by axis. `board` is `"uno"`,
     `"mega"` or `"m1284"`, by default that of the motor; the pixel frequency is that of the lines.
-    `pixel_ppm` is a frequency error of the pixel clock, `serial_load` saturates the serial line
-    meanwhile. `plant` is the mechanics of an axis, as `"play=40"`, or of axes by number. The files
-    of the run go to `out`, by `pixstep sim`'s rules, if it is given; with `vcd` run.vcd for a
-    waveform viewer too. `progress` is called with the share done, 0 to 1. Needs the simulator,
-    pixstep-sim. Raises RefusedError for a line that the check refuses, unless `check` is False.
+    `sync` is what lines are to the pixel clock: `"free"` of it, `"start"` on an edge of it, or
+    `"lock"`: each of their pixels ends on an edge as the board predicts it. `divider` is how many
+    edges of the clock a pixel has, so that the clock has so many times the pixel frequency. Both
+    are by default those of the motor's machine, else `"start"` and 1. `clock` is how the clock
+    strays: by default it does not. `serial_load` saturates the serial line meanwhile. `plant` is
+    the mechanics of an axis, as `"play=40"`, or of axes by number. The files of the run go to
+    `out`, by `pixstep sim`'s rules, if it is given; with `vcd` run.vcd for a waveform viewer too.
+    `progress` is called with the share done, 0 to 1. Needs the simulator, pixstep-sim. Raises
+    RefusedError for a line that the check refuses, unless `check` is False, UserError for a divider
+    by which the pixels of a line are not edges of its machine's clock.
 
     Example:
         >>> from pixstep import line
         >>> run = simulate(line([2, 6, 8, 6, 2], pixel_hz=100), board="uno")
         >>> run.verdict, run.axes[0].steps, run.axes[0].max_edge_error.ticks < 1
         ('pass', 24, True)
+        >>> scan = line([20] * 60, decode="plain", pixel_hz=250)
+        >>> clock = PixelClock(ppm=2000, jitter_us=5)  # of 1 kHz, four edges a pixel
+        >>> run = simulate(scan, board="uno", sync="lock", divider=4, clock=clock)
+        >>> run.verdict, round(run.clock.board_offset_ppm, -2), run.clock.board_glitches
+        ('pass', 2000.0, 0)
+        >>> kept = run.axes[0].clock
+        >>> kept.rms_error.ns < 5000, kept.max_position_error_steps <= 1
+        (True, True)
     """
     by_axis = _by_axis(lines)
     kind = board or _board_of(by_axis)
     first = next(iter(by_axis.values()))
     hz = exact_hz(pixel_hz) or first.hz
-    _refuse(by_axis, kind, hz, check=check)
+    clock = clock or PixelClock()
+    clocking = Clocking.of(by_axis, sync, divider)
+    _refuse(by_axis, kind, hz, clocking, check=check)
     if vcd and out is None:
         raise UserError("vcd: run.vcd needs a folder: give out")
     job = Job(
         kind,
         {axis: item.line for axis, item in by_axis.items()},
-        hz,
-        pixel_ppm=pixel_ppm,
+        hz * (clocking.divider or 1),
+        pixel_ppm=clock.ppm,
+        flaws=clock.flaws,
+        sync=clocking.sync or START,
+        divider=clocking.divider or 1,
         serial_load=serial_load,
         seed=seed,
         plants=_plants(plant, by_axis),
         vcd=vcd,
     )
+    with _folder(out) as folder:
+        return _run(job, by_axis, *simtask.run_and_judge(job, folder, progress))
+
+
+@contextlib.contextmanager
+def _folder(out: str | PathLike[str] | None) -> Iterator[Path]:
+    """Yield where the files of a run go: to its folder, all or none, or nowhere in the end."""
     if out is None:
         with tempfile.TemporaryDirectory(prefix="pixstep-") as folder:
-            done = simtask.run_and_judge(job, Path(folder), progress)
+            yield Path(folder)
     else:
         with outfolder.of_run(Path(out), simtask.names()) as place:
-            done = simtask.run_and_judge(job, place, progress)
-    return _run(job, by_axis, *done)
+            yield place
 
 
 def _by_axis(lines: Lines) -> dict[int, MotionLine]:
@@ -250,7 +270,9 @@ def _board_of(lines: Mapping[int, MotionLine]) -> str:
     return kinds[0]
 
 
-def _refuse(lines: Mapping[int, MotionLine], kind: str, hz: Fraction, *, check: bool) -> None:
+def _refuse(
+    lines: Mapping[int, MotionLine], kind: str, hz: Fraction, clocking: Clocking, *, check: bool
+) -> None:
     """Raise UserError for axes or frequencies that do not fit, RefusedError for a wrong line."""
     for axis, item in lines.items():
         if not 0 <= axis < boards.load(kind).axes:
@@ -261,7 +283,9 @@ def _refuse(lines: Mapping[int, MotionLine], kind: str, hz: Fraction, *, check: 
                 f"clock drives all axes"
             )
         if check:
-            item.check(kind).raise_if_refused()
+            item.check(
+                kind, axes=len(lines), sync=clocking.sync, divider=clocking.divider
+            ).raise_if_refused()
 
 
 def _chosen(drawn: Mapping[int, _Drawn], axis: int | None, what: str) -> _Drawn:
@@ -302,12 +326,14 @@ def _run(
         verdict=judged.summary["verdict"],
         reasons=tuple(judged.summary["reasons"]),
         board=job.board,
-        pixel_hz=job.pixel_hz,
+        pixel_hz=job.line_hz,
+        clock=ClockFigures.of(job, judged.summary["clock"]),
         tick_hz=job.tick_hz,
         axes=axes,
         summary=judged.summary,
         _traces=simtask.traces(result, judged),
         _loads={load.axis: (load, simtask.load_title(job, load.axis)) for load in loads},
+        _kept={axis: (job, kept) for axis, kept in judged.kept.items()},
     )
 
 
@@ -336,4 +362,9 @@ def _axis(
         edge_cycles=result.edges.axis(0, found.axis).rising,
         edge_errors_ticks=np.zeros(0) if errors is None else errors,
         pixels=tuple(row for row in judged.pixels if row.axis == found.axis),
+        clock=_kept_of(judged.kept.get(found.axis), job),
     )
+
+
+def _kept_of(kept: Kept | None, job: Job) -> ClockErrors | None:
+    return None if kept is None else ClockErrors.of(kept, job.tick_hz)

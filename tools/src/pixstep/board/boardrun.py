@@ -11,6 +11,7 @@ in_time = run.follow()
 from collections.abc import Mapping
 from fractions import Fraction
 
+from pixstep.board import clockstate
 from pixstep.board import registers as regs
 from pixstep.board.connection import Link
 from pixstep.board.errors import IMPOSSIBLE, BoardError
@@ -20,8 +21,7 @@ from pixstep.lines.runs import queue_entries
 
 ENDS = frozenset({"done", "fault", "refused"})
 _POLL_PIXELS, _POLL_S = 4, 0.1  # between two polls, whichever is less
-_MEASURING_EDGES = 3000  # of a clock, after which a board that can measure it has done so
-_MEASURING_POLL_EDGES = 8
+_MEASURING_EDGES = 3000  # of a clock however bad, after which a board that can has measured it
 _SLOWEST = 1.06  # the longest pixel that a lock to the clock may make, and a little more
 _START_PIXELS = 10  # from arming to the last pixel there is this much to spare
 
@@ -84,14 +84,7 @@ class BoardRun:
 
     def await_clock(self) -> None:
         """Wait until the board has measured the pixel clock: what a locked line begins with."""
-        world = self.link.world
-        end_s = world.now_s() + _MEASURING_EDGES * self._clock_s + _POLL_S
-        while not self.board.input("status") >> regs.STATUS_MEASURED & 1:
-            if world.now_s() > end_s:
-                raise BoardError(
-                    f"board {self.board.unit}: no steady pixel clock in {_MEASURING_EDGES} edges"
-                )
-            world.wait(min(_POLL_S, _MEASURING_POLL_EDGES * self._clock_s))
+        clockstate.await_measured(self.board, self.link.world, self._clock_s, _MEASURING_EDGES)
 
     def arm(self) -> None:
         """Arm all loaded axes at once: their lines start on one pixel clock edge.

@@ -6,15 +6,16 @@ axes make at once is measured, not a rule: a line above it may end in the fault 
 """
 
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
 
-from pixstep.board import boards
+from pixstep.board import boards, limits
 from pixstep.board.boards import Board
 from pixstep.lines.linecheck import MAX_COUNT
-from pixstep.lines.rational import PERIOD_TICKS, refuse_period
+from pixstep.lines.rational import PERIOD_TICKS
 
 PLAIN, SMOOTH, SEEK = "plain", "smooth", "seek"
 KINDS = (PLAIN, SMOOTH, SEEK)
@@ -38,18 +39,25 @@ class Measured:
 class Capability:
     """A board at a pixel frequency, with drivers that need `driver_us` around a reversal.
 
-    `axes` is the number of axes that move together.
+    `axes` is the number of axes that move together. Pixels locked to the clock may be `lock_ticks`
+    shorter than nominal.
     """
 
     board: Board
     pixel_hz: Fraction
     driver_us: int = DRIVER_US
     axes: int = 1
+    lock_ticks: int = 0
 
     @property
     def pixel_ticks(self) -> int:
         """Whole ticks of a pixel: intervals are judged without the fraction."""
         return int(self.board.tick_hz / self.pixel_hz)
+
+    @property
+    def shortest_ticks(self) -> int:
+        """Whole ticks of the shortest pixel, by which intervals are judged."""
+        return int(self.board.tick_hz / self.pixel_hz - self.lock_ticks)
 
     def interval_ticks(self, kind: str) -> int:
         """Return the shortest interval between two steps of a kind of line."""
@@ -61,7 +69,7 @@ class Capability:
 
     def top_speed(self, kind: str) -> int:
         """Return the highest speed that the board accepts, steps/pixel; even of a smooth line."""
-        speed = min(self.pixel_ticks // self.interval_ticks(kind), MAX_COUNT)
+        speed = min(self.shortest_ticks // self.interval_ticks(kind), MAX_COUNT)
         return speed // 2 * 2 if kind == SMOOTH else speed
 
     def rate(self, kind: str) -> Fraction:
@@ -92,12 +100,12 @@ class Capability:
     @property
     def direct_reversal_speed(self) -> int:
         """Highest count of a plain pixel right behind one of the other direction, steps/px."""
-        return min(self.pixel_ticks // self.reversal_ticks, MAX_COUNT)
+        return min(self.shortest_ticks // self.reversal_ticks, MAX_COUNT)
 
     @property
     def rest_px(self) -> int:
         """Zero pixels between two directions with which any speed may follow."""
-        return -(-self.reversal_ticks // self.pixel_ticks)
+        return -(-self.reversal_ticks // self.shortest_ticks)
 
     @property
     def clock_range_hz(self) -> tuple[Fraction, Fraction]:
@@ -107,15 +115,19 @@ class Capability:
 
 
 def of(
-    name: str, pixel_hz: Fraction, driver_us: int = DRIVER_US, axes: int | None = None
+    name: str,
+    pixel_hz: Fraction,
+    driver_us: int = DRIVER_US,
+    axes: int | None = None,
+    clock: Mapping[str, int] | None = None,
 ) -> Capability:
     """Return what a board can do. Raises UserError for a frequency that it cannot follow.
 
-    Without `axes` all axes of the board move together.
+    Without `axes` all axes of the board move together; `clock` is as for `limits.named`.
     """
     board = boards.load(name)
-    refuse_period(pixel_hz, board.tick_hz)
-    return Capability(board, pixel_hz, driver_us, axes or board.axes)
+    found = limits.named(name, pixel_hz, clock=clock)
+    return Capability(board, pixel_hz, driver_us, axes or board.axes, found.lock_ticks)
 
 
 def measured(board: str, axes: int) -> tuple[Measured, ...]:

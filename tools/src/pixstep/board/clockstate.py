@@ -5,8 +5,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from pixstep.board import registers as regs
-from pixstep.board import settings
-from pixstep.board.client import Board
+from pixstep.board import settings, values
+from pixstep.board.client import Board, BoardError
+from pixstep.board.world import World
+
+_MEASURING_EDGES = 500  # of a clock that is not too bad, in which a board measures it
+_POLL_EDGES, _POLL_S = 8, 0.1  # between two looks, whichever is less
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,35 @@ class ClockState:
             "missing_edges": self.missing,
             "false_edges": self.false,
         }
+
+
+def is_awaited(board: Board, inputs: Mapping[str, int]) -> bool:
+    """True if a board locks lines to its pixel clock and has not measured it yet."""
+    return settings.locks(settings.read(board)) and not inputs["status"] >> regs.STATUS_MEASURED & 1
+
+
+def await_lock(board: Board, world: World) -> None:
+    """Wait, if the board locks lines to its pixel clock, until it can: then it has measured it.
+
+    Raises BoardError if it does not in a time that a steady clock needs.
+    """
+    known = settings.read(board)
+    if settings.locks(known):
+        await_measured(board, world, float(1 / values.hz_of(known)))
+
+
+def await_measured(
+    board: Board, world: World, clock_s: float, edges: int = _MEASURING_EDGES
+) -> None:
+    """Wait until a board has measured its pixel clock, whose edges are `clock_s` apart.
+
+    Raises BoardError if it has not after so many edges.
+    """
+    end_s = world.now_s() + edges * clock_s + _POLL_S
+    while not board.input("status") >> regs.STATUS_MEASURED & 1:
+        if world.now_s() > end_s:
+            raise BoardError(f"board {board.unit}: no steady pixel clock in {edges} edges")
+        world.wait(min(_POLL_S, _POLL_EDGES * clock_s))
 
 
 def read(board: Board, inputs: Mapping[str, int]) -> ClockState | None:

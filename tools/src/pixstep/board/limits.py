@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from pixstep.board import boards, settings, values
-from pixstep.board import registers as regs
 from pixstep.board.client import Board
 from pixstep.errors import RefusedError
 from pixstep.lines import linecheck
@@ -69,18 +68,19 @@ def named(
     pixel_hz: Fraction,
     tick_hz: int | None = None,
     axes: int = 1,
-    locked: Mapping[str, int] | None = None,
+    clock: Mapping[str, int] | None = None,
 ) -> BoardLimits:
     """Return the limits of a board with its default settings; at another timer's rate if given.
 
     `axes` is the number of axes that move together: the more, the longer the shortest intervals.
-    `locked` are the settings that differ, for lines that the board locks to the clock.
+    `clock` are the settings of the pixel clock that differ: `sync` and `divider`.
     Raises UserError for an unknown board, and for a pixel frequency that a board cannot carry.
     """
     board = boards.load(name)
     rate = tick_hz or board.tick_hz
-    refuse_period(pixel_hz, rate)
-    known = settings.defaults()
+    known = settings.defaults() | dict(clock or {})
+    refuse_period(pixel_hz, rate, locked=settings.locks(known))
+    refuse_period(pixel_hz * settings.divider_of(known), rate)  # the edges by themselves
     return BoardLimits(
         pixel_hz,
         rate,
@@ -90,18 +90,24 @@ def named(
         board.reversal_ticks(_driver_us(known), rate),
         known["max_acceleration"],
         known["start_stop_steps"],
-        _lock_ticks(known | dict(locked), pixel_hz, rate) if locked else 0,
+        lock_ticks(known, pixel_hz, rate),
     )
 
 
-def connected(board: Board, pixel_hz: Fraction | None = None, axes: int = 1) -> BoardLimits:
+def connected(
+    board: Board,
+    pixel_hz: Fraction | None = None,
+    axes: int = 1,
+    clock: Mapping[str, int] | None = None,
+) -> BoardLimits:
     """Ask a board for its limits; at another frequency of pixels than its own if one is given.
 
     `axes` is the number of axes that move together: a board with fewer has the limits of its own.
-    No register has the intervals of seeks and reversals: they are those of the board's table, and 0
-    where the tables have no such board.
+    `clock` are the settings `sync` and `divider` that it is to have then. No register has the
+    intervals of seeks and reversals: they are those of the board's table, and 0 where the tables
+    have no such board.
     """
-    state, known = board.inputs(), settings.read(board)
+    state, known = board.inputs(), settings.read(board) | dict(clock or {})
     table = next((item for item in boards.all_boards() if item.id == state["board_id"]), None)
     rate = board.tick_hz()
     hz = pixel_hz or values.hz_of(known) / settings.divider_of(known)
@@ -114,7 +120,7 @@ def connected(board: Board, pixel_hz: Fraction | None = None, axes: int = 1) -> 
         table.reversal_ticks(_driver_us(known)) if table else 0,
         known["max_acceleration"],
         known["start_stop_steps"],
-        _lock_ticks(known, hz, rate),
+        lock_ticks(known, hz, rate),
     )
 
 
@@ -132,9 +138,12 @@ def check(line: Line, found: BoardLimits) -> list[Finding]:
     return findings
 
 
-def _lock_ticks(known: Mapping[str, int], pixel_hz: Fraction, tick_hz: int) -> int:
-    """Return how much shorter a locked pixel may be by the board's settings, as its grid does."""
-    if known.get("sync") != regs.SYNCS["lock"]:
+def lock_ticks(known: Mapping[str, int], pixel_hz: Fraction, tick_hz: int) -> int:
+    """Return how much shorter a pixel may be than nominal by the board's settings.
+
+    Of lines that are not locked to the clock 0; of others what the board's grid allows.
+    """
+    if not settings.locks(known):
         return 0
     edges = known["divider"]
     clock_ticks = int(period_ticks(pixel_hz * edges, tick_hz))

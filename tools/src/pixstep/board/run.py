@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from pixstep import signals
+from pixstep.board import clockstate
 from pixstep.board import registers as regs
 from pixstep.board.client import (
     Board,
@@ -312,6 +313,8 @@ def _why_not(board: Board, name: str, axes: list[int]) -> str:
     fault = board.fault_advice()
     if fault and name != "clear_fault":
         return fault
+    if name == "arm" and clockstate.is_awaited(board, state):
+        return "lines are locked to the pixel clock (setting sync), which is not measured yet"
     for axis in range(state["axis_count"]) if name == "arm" else ():
         error = regs.code_name(regs.line_errors(), board.axis(axis)["line_error"])
         if error == _TOGETHER:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The settings of a board: all of them at once, all-or-nothing writes, the stored copy."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -69,6 +70,7 @@ def write(board: Board, old: dict[str, int], wanted: list[Change]) -> None:
         return
     new = old | {change.name: change.new for change in wanted}
     refuse_period(values.hz_of(new), board.tick_hz())
+    refuse_period(values.hz_of(new) / divider_of(new), board.tick_hz(), locked=locks(new))
     first, end = _span([change.register for change in wanted])
     words: list[int] = []
     for item in regs.settings():
@@ -144,10 +146,32 @@ def divider_of(known: dict[str, int]) -> int:
     return known.get("divider", 1)
 
 
-def pixel_hz(board: Board, clock: Fraction | None = None) -> Fraction:
-    """Return the exact frequency of the board's pixels; of those that another clock gives it."""
+def pixel_hz(board: Board, clock: Fraction | None = None, divider: int | None = None) -> Fraction:
+    """Return the exact frequency of the board's pixels; of those of another clock or divider."""
     known = read(board)
-    return (clock or values.hz_of(known)) / divider_of(known)
+    return (clock or values.hz_of(known)) / (divider or divider_of(known))
+
+
+def locks(known: Mapping[str, int]) -> bool:
+    """True if a board with these settings locks lines to its pixel clock."""
+    return known.get("sync") == regs.SYNCS["lock"]
+
+
+def of_clock(sync: str | None, divider: int | None) -> dict[str, int]:
+    """Return the settings that say what lines are to the pixel clock; without what is None."""
+    found = {} if sync is None else {"sync": regs.SYNCS[sync]}
+    return found if divider is None else found | {"divider": divider}
+
+
+def set_clock(
+    board: Board, clock: Fraction | None, sync: str | None = None, divider: int | None = None
+) -> None:
+    """Set the pixel clock of a board as far as it is given and differs, in one request."""
+    old = read(board)
+    wanted = old | of_clock(sync, divider)
+    if clock is not None and values.hz_of(old) != clock:
+        wanted |= {"pixel_hz_num": clock.numerator, "pixel_hz_den": clock.denominator}
+    write(board, old, changes(old, wanted))
 
 
 def _span(table) -> tuple[int, int]:

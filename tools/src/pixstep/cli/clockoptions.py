@@ -5,15 +5,35 @@ from collections.abc import Callable, Mapping
 
 import click
 
+from pixstep.board import registers as regs
+from pixstep.cli.options import HZ
 from pixstep.profiles.madefor import MOST_EDGES
-from pixstep.simulation.clockflaws import ClockFlaws
-
-_MOST_PPM = 100_000
+from pixstep.simulation.clockflaws import MOST_JITTER_US, MOST_PPM, ClockFlaws
 
 divider_option = click.option(
     "--divider", type=click.IntRange(1, MOST_EDGES), metavar="M", default=1, show_default=True,
     help="Edges of the pixel clock in a pixel: --pixel-hz is the frequency of the edges.",
 )  # fmt: skip
+sync_option = click.option(
+    "--sync", type=click.Choice(list(regs.SYNCS)), default="start", show_default=True,
+    help="Lines ignore the pixel clock, begin on an edge of it, or follow it to their end.",
+)  # fmt: skip
+board_sync_option = click.option(
+    "--sync", type=click.Choice(list(regs.SYNCS)),
+    help="Set what lines are to the pixel clock.  [default: the board's]",
+)  # fmt: skip
+
+
+def board_clock_options(command: Callable) -> Callable:
+    """Add the options for the pixel clock that a board is set to."""
+    command = click.option(
+        "--divider", type=click.IntRange(1, MOST_EDGES), metavar="M",
+        help="Set the clock edges of a pixel.  [default: the board's]",
+    )(command)  # fmt: skip
+    return click.option(
+        "--pixel-hz", type=HZ,
+        help="Set the frequency of the pixel clock's edges.  [default: the board's]",
+    )(command)  # fmt: skip
 
 
 class _Step(click.ParamType):
@@ -30,8 +50,8 @@ class _Step(click.ParamType):
             step = float(ppm), int(edge)
         except ValueError:
             self.fail(f"{value!r}: expected PPM@EDGE, as 1000@200", param, ctx)
-        if not (abs(step[0]) <= _MOST_PPM and step[1] >= 1):
-            self.fail(f"{value!r}: at most {_MOST_PPM} ppm, from edge 1 on", param, ctx)
+        if not (abs(step[0]) <= MOST_PPM and step[1] >= 1):
+            self.fail(f"{value!r}: at most {MOST_PPM} ppm, from edge 1 on", param, ctx)
         return step
 
 
@@ -41,11 +61,11 @@ def clock_flaw_options(command: Callable) -> Callable:
         ("--pixel-double", click.IntRange(1), None, "One clock edge of so many is doubled."),
         ("--pixel-drop", click.IntRange(2), None, "One clock edge of so many is missing."),
         ("--pixel-step-ppm", _Step(), None, "The frequency rises from a clock edge on."),
-        ("--pixel-wander-ppm", click.FloatRange(0, _MOST_PPM), 0.0,
+        ("--pixel-wander-ppm", click.FloatRange(0, MOST_PPM), 0.0,
          "The frequency swings so far to either side, once in 1,000 edges."),
-        ("--pixel-jitter-us", click.FloatRange(0, 10_000), 0.0,
+        ("--pixel-jitter-us", click.FloatRange(0, MOST_JITTER_US), 0.0,
          "Standard deviation of each clock edge."),
-        ("--pixel-ppm", click.FloatRange(-_MOST_PPM, _MOST_PPM), 0.0,
+        ("--pixel-ppm", click.FloatRange(-MOST_PPM, MOST_PPM), 0.0,
          "Frequency error of the pixel clock."),
     ):  # fmt: skip
         command = click.option(name, type=kind, default=default, help=text)(command)

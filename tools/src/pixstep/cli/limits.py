@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pixstep.board import boards, capability
+from pixstep.board import boards, capability, settings
 from pixstep.board.capability import DRIVER_US, KINDS, MOTIONS, SMOOTH, Capability
+from pixstep.cli.clockoptions import divider_option, sync_option
 from pixstep.cli.command import command
 from pixstep.cli.options import json_option, pixel_hz_option, show_json
 from pixstep.cli.quantities import (
@@ -36,6 +37,8 @@ else:
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
 @click.option("--axes", type=click.IntRange(1), help="Axes that move at once.  [default: all]")
 @pixel_hz_option
+@divider_option
+@sync_option
 @click.option(
     "--driver-us",
     type=TimeType("us", 1, 1000, int),
@@ -46,7 +49,7 @@ else:
 @limit_options
 @json_option
 @click.pass_context
-def limits_command(ctx, board, axes, pixel_hz, driver_us, as_json, **limits):
+def limits_command(ctx, board, axes, pixel_hz, divider, sync, driver_us, as_json, **limits):
     """Show what a board can do: rates, accelerations, shortest lines, reversals.
 
     With limits of a motor (options, or those of the machine file) the shortest smooth line that
@@ -54,9 +57,10 @@ def limits_command(ctx, board, axes, pixel_hz, driver_us, as_json, **limits):
     """
     if axes and axes > boards.load(board).axes:
         raise UserError(f"--axes {axes}: {boards.axes_text(board)}")
-    able = capability.of(board, pixel_hz, driver_us, axes)
+    clock = settings.of_clock(sync, divider)
+    able = capability.of(board, pixel_hz / divider, driver_us, axes, clock)
     axes = able.axes
-    told = _facts(able, axes)
+    told = _facts(able, axes) | {"divider": divider, "sync": sync}
     told["shortest_line"] = _shortest(able, limits)
     if as_json:
         show_json(told)
@@ -73,6 +77,7 @@ def _facts(able: Capability, axes: int) -> dict:
         "pixel_hz": str(able.pixel_hz),
         "tick_hz": able.board.tick_hz,
         "pixel_ticks": able.pixel_ticks,
+        "shortest_pixel_ticks": able.shortest_ticks,
         "pixel_hz_least": float(low),
         "pixel_hz_most": float(high),
         "queue_segments": able.board.queue_entries,
@@ -136,7 +141,8 @@ def _print(
     low, high = able.clock_range_hz
     console.print(
         f"{board.label} at {float(hz):.10g} Hz: {told['pixel_ticks']} ticks of {board.tick_ns:g} "
-        f"ns a pixel; the board takes {float(low):.3g} to {float(high):.0f} Hz",
+        f"ns a pixel{_clock_text(able, told)}; the board takes {float(low):.3g} to "
+        f"{float(high):.0f} Hz",
         soft_wrap=True,
     )  # fmt: skip
     console.print(_kinds_table(able, None))
@@ -150,6 +156,14 @@ def _print(
         _print_measured(console, told)
     _print_reversal(console, able, scale)
     _print_shortest(console, told["shortest_line"])
+
+
+def _clock_text(able: Capability, told: dict) -> str:
+    """Return what pixels are to the clock, if anything but its edges one by one."""
+    text = f", {told['divider']} clock edges" if told["divider"] > 1 else ""
+    if able.lock_ticks:
+        text += f", locked to the clock {able.shortest_ticks} at least"
+    return text
 
 
 def _kinds_table(able: Capability, scale: Scale | None) -> rich.table.Table:

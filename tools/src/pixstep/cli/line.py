@@ -8,9 +8,9 @@ from pathlib import Path
 import click
 
 from pixstep import atomic, formats
-from pixstep.board import boards
+from pixstep.board import boards, settings
 from pixstep.board.limits import named
-from pixstep.cli.clockoptions import divider_option
+from pixstep.cli.clockoptions import divider_option, sync_option
 from pixstep.cli.command import FILE, OUTPUT, command
 from pixstep.cli.options import (
     DECODE,
@@ -50,6 +50,7 @@ from pixstep.lines import linecheck, planner
 @line_option
 @click.option("--pixel-hz", type=HZ, help="Check the board's step rate and reversals too.")
 @divider_option
+@sync_option
 @clock_option
 @click.option(
     "--axes",
@@ -94,7 +95,8 @@ def line_check(
         raise UserError(f"--axes {axes}: {boards.axes_text(board)}")
     of_board = linecheck.Limits()
     if pixel_hz:
-        of_board = named(board, pixel_hz, axes=axes).of(checked)
+        clock = settings.of_clock(limits["sync"], divider)
+        of_board = named(board, pixel_hz, axes=axes, clock=clock).of(checked)
     bounds = replace(
         of_board,
         max_speed=whole_limit(limits["max_speed"], pixel_hz),

@@ -6,6 +6,7 @@ from pathlib import Path
 import click
 
 from pixstep import atomic, formats
+from pixstep.cli.clockoptions import divider_option
 from pixstep.cli.command import FILE, OUTPUT, command
 from pixstep.cli.options import DECODE, HZ, json_option, say, show_json, teller
 from pixstep.cli.quantities import scale_of
@@ -14,6 +15,7 @@ from pixstep.lines import linecheck
 from pixstep.lines.line import SMOOTH
 from pixstep.owndata import Imported, Request, import_line
 from pixstep.owndata.columns import QUANTITIES
+from pixstep.profiles import madefor
 
 
 @command("import")
@@ -32,21 +34,26 @@ from pixstep.owndata.columns import QUANTITIES
     help="steps, mm, um, deg ...; of speeds also mm/s or um/px.  [default: by the header]",
 )
 @click.option("--pixel-hz", type=HZ, help="Pixel clock: for speeds per second, and to check times.")
+@divider_option
 @click.option("--negative/--no-negative", help="Turn the direction round.")
 @click.option("--fit", is_flag=True, help="Smooth motors: make the nearest line that they can.")
 @click.option("-o", "--output", type=OUTPUT, required=True, help="CSV file to write.")
 @json_option
 @click.pass_context
-def line_import(ctx, table, decode, length_unit, output, as_json, fit, **options):
+def line_import(
+    ctx, table, decode, length_unit, pixel_hz, divider, output, as_json, fit, **options
+):
     """Make a line of your own table: CSV, or what numpy's savetxt writes.
 
     One row a pixel (positions: one more, the start). Lengths need a motor of the machine file. What
     was assumed is printed; a line that the motor cannot make is refused and not written.
     """
-    request = Request(decode, unit=length_unit, scale=scale_of(ctx), fit=fit, **options)
+    line_hz = pixel_hz and pixel_hz / divider
+    request = Request(decode, line_hz, unit=length_unit, scale=scale_of(ctx), fit=fit, **options)
     made = import_line(table, request)
     _refuse(table, made, fit=fit)
-    formats.write_csv(output, list(made.line.counts))
+    header = madefor.of_pixels(output, 0, line_hz, divider) if line_hz else None
+    formats.write_csv(output, list(made.line.counts), header)
     if as_json:
         show_json(_report(table, output, made))
         return

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
@@ -12,7 +11,7 @@ import click
 
 from pixstep import formats
 from pixstep.cli.command import FILE, OUTPUT, command
-from pixstep.cli.machinedefaults import by_machine
+from pixstep.cli.machinedefaults import by_machine, in_force
 from pixstep.cli.options import (
     DECODE,
     backlash_option,
@@ -99,12 +98,14 @@ def line_make(ctx, speed, pixel_hz, backlash, lead_in, output, as_json, **option
     jerk_warn = whole_limit(options["jerk_warn"], line_hz, least=0)
     sign = -1 if plain and options["negative"] else 1
     counts = [sign * count for count in made.counts]
-    name = options["name"]
-    if line.divider > 1 and name is None:
-        name = output.stem[:20]
-    formats.write_csv(output, counts, _header(name, lead_in, line_hz))
+    if options["name"] is None:
+        header = madefor.of_pixels(output, lead_in, line_hz, line.divider)
+    else:
+        header = madefor.header(options["name"], lead_in, line_hz)
+    formats.write_csv(output, counts, header)
     facts = _facts(output, line, pixel_hz, backlash)
-    deliver_facts(facts, _text(facts, pixel_hz), output, as_json=as_json)
+    text = _text(facts, pixel_hz) + _use_text(ctx, line.divider)
+    deliver_facts(facts, text, output, as_json=as_json)
     if jerk_warn is not None and not plain:
         ctx.exit(_warn_of_jerk(made, line.speed, jerk_warn))
 
@@ -206,15 +207,27 @@ def _facts(output: Path, line: _Made, clock_hz: Fraction, backlash: int) -> dict
 
 
 def _text(facts: dict, clock_hz: Fraction) -> str:
-    text = (
+    return (
         f"{facts['file']}: {facts['pixels']} pixels, {facts['accelerating_pixels']} accelerating, "
         f"image from pixel {facts['image_pixel']}, {facts['steps']} steps with backlash "
         f"{facts['backlash_steps']}, {facts['speed_steps_s']:g} steps/s at {float(clock_hz):g} Hz"
     )
-    edges = facts["divider"]
-    if edges > 1:
-        text += f", {edges} clock edges a pixel: --divider {edges} where it is used"
-    return text
+
+
+def _use_text(ctx: click.Context, edges: int) -> str:
+    """Return where a line of several clock edges a pixel has to be told of them."""
+    if edges == 1:
+        return ""
+    text = f", {edges} clock edges a pixel"
+    machine = in_force(ctx)
+    if machine is None:
+        return f"{text}: --divider {edges} where it is used"
+    if machine.clock.divider == edges:
+        return f"{text}, as {machine.path} has it"
+    return (
+        f"{text}: --divider {edges} where it is used, or divider = {edges} in the table [clock] of "
+        f"{machine.path}"
+    )
 
 
 def _warn_of_jerk(made: generator.GeneratedLine, speed: int, limit: int) -> int:
@@ -231,13 +244,3 @@ def _warn_of_jerk(made: generator.GeneratedLine, speed: int, limit: int) -> int:
             err=True,
         )
     return int(bool(rising))
-
-
-def _header(name: str | None, lead_in: int, hz: Fraction) -> formats.ProfileHeader | None:
-    """Return a header stamped now, if one is wanted."""
-    if name is None:
-        return None
-    if len(name) > 20:
-        raise UserError(f"header name {name!r} is longer than 20 characters")
-    frequency = f"{float(hz):.10g}"
-    return formats.ProfileHeader(time.ctime(), name, 1, 0, lead_in, frequency)

@@ -11,6 +11,7 @@ import click
 
 from pixstep import atomic
 from pixstep.board import boards
+from pixstep.board import registers as regs
 from pixstep.cli.command import OUTPUT, command
 from pixstep.cli.options import (
     STATUSES,
@@ -26,11 +27,14 @@ from pixstep.lazy import lazy
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.units import number_text
 from pixstep.machine import finding
+from pixstep.profiles.madefor import MOST_EDGES
 from pixstep.simulation.report import new_table
 
 if TYPE_CHECKING:
     import rich.console
     import rich.table
+
+    from pixstep.machine.model import Clock
 else:
     rich = lazy("rich")
 
@@ -44,6 +48,14 @@ _file_argument = click.argument(
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
 @pixel_hz_option
 @click.option(
+    "--divider", type=click.IntRange(1, MOST_EDGES), metavar="M",
+    help="Edges of the pixel clock in a pixel.  [default: 1]",
+)  # fmt: skip
+@click.option(
+    "--sync", type=click.Choice(list(regs.SYNCS)),
+    help="What lines are to the pixel clock.  [default: start]",
+)  # fmt: skip
+@click.option(
     "--motor", "motors", multiple=True, metavar="NAME:KIND",
     help="A motor, as M39:smooth or M40:plain; again for more.  [default: M39:smooth]",
 )  # fmt: skip
@@ -51,11 +63,12 @@ _file_argument = click.argument(
     "-o", "--output", type=OUTPUT, default=finding.NAME, show_default=True, help="File to write."
 )
 @json_option
-def machine_new(board, pixel_hz, motors, output, as_json):
+def machine_new(board, pixel_hz, divider, sync, motors, output, as_json):
     """Begin a machine file: valid as it is, with a comment for every key."""
     from pixstep.machine import template
 
-    atomic.write_text(output, template.text(board, pixel_hz, _motors(motors)))
+    made = template.text(board, pixel_hz, _motors(motors), divider, sync)
+    atomic.write_text(output, made)
     text = f"{output}: edit it, then `pixstep machine check`"
     deliver_facts({"machine": str(output)}, text, output, as_json=as_json)
 
@@ -106,12 +119,21 @@ def machine_show(file, as_json):
         return
     console = rich.console.Console(highlight=False)
     console.print(
-        f"{found.path}: {float(found.pixel_hz):.10g} Hz, lines for "
+        f"{found.path}: {_clock_text(found.clock)}, lines for "
         f"{found.line.motor or ', '.join(found.motors)}", markup=False, soft_wrap=True,
     )  # fmt: skip
     console.print(_boards_table(told))
     console.print(_motors_table(told))
     console.print("play: steps; speed, accel: limits in steps/px and steps/px2")
+
+
+def _clock_text(clock: Clock) -> str:
+    """Return the clock, and what pixels and lines are to it where the file says so."""
+    text = f"{float(clock.pixel):.10g} Hz"
+    if clock.edges > 1:
+        text += f", {clock.edges} clock edges a pixel"
+    said = {"free": "free of the clock", "start": "on its edge", "lock": "locked to it"}
+    return text + (f", lines {said[clock.sync]}" if clock.sync else "")
 
 
 def _path(given: str | None) -> Path:

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 _FACTS_OF = "pixstep.machine"
 _ANY_BOARD = (["board", "stop"], ["board", "info"])
 _OTHER_NAMES = {"line sim": ["sim"], "line plan": ["ticks"]}
+_BENCH = (["board", "simulate"], ["sim", "board"])
 _FIRST_UNIT = "1"  # the default address of commands that act on one board
 _FOLDERS = {
     "sim": "run",
@@ -257,6 +258,12 @@ def _pattern(word: str, value: object) -> str:
     return rf"(?<![\w./-]){re.escape(str(getattr(value, 'text', value)))}(?![\w/-])"
 
 
+def _pixel_hz(facts: Facts) -> Fraction:
+    """Of the clock's edges where a command divides them or makes a clock, else of pixels."""
+    edges = "divider" in facts.params or facts.words in _BENCH
+    return facts.machine.clock_hz if edges else facts.machine.pixel_hz
+
+
 def _decode(facts: Facts) -> object:
     """Every line has a motor: the one there is serves one line only."""
     asked = facts.params["decode"].required or facts.names or facts.words == ["line", "make"]
@@ -360,7 +367,9 @@ def _folder(facts: Facts) -> Path | None:
 
 
 _FACTS: dict[str, Callable[[Facts], object]] = {
-    "pixel_hz": lambda facts: facts.machine.pixel_hz,
+    "pixel_hz": _pixel_hz,
+    "divider": lambda facts: facts.machine.clock.divider,
+    "sync": lambda facts: facts.machine.clock.sync,
     "board": _of_board("kind"),
     "port": _of_board("port"),
     "baud": _of_board("baud"),

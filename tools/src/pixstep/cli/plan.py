@@ -59,7 +59,12 @@ def plan(ctx, program, machine, out, plot, as_json, **options):
     read = read_machine(machine)
     setup = setup_of(read, options)
     bounds = [
-        limits.named(read.board_of(read[motor.name]).kind, read.pixel_hz, axes=motor.together)
+        limits.named(
+            read.board_of(read[motor.name]).kind,
+            read.pixel_hz,
+            axes=motor.together,
+            clock=setup.clock,
+        )
         for motor in setup.motors
     ]
     with program.open(encoding="utf-8", errors="replace") as text, progress.shown("planning") as go:
@@ -82,6 +87,7 @@ def _print(done: Result, out: Path) -> None:
     click.echo(
         f"{out}: {report.moves} moves, {report.total_ms:.6g} ms ({report.asked_ms:.6g} ms "
         f"programmed), {report.pixels} pixels at {float(report.setup.pixel_hz):g} Hz"
+        f"{_edges_text(report.setup.divider)}"
     )
     for why, count in report.reasons.most_common():
         click.echo(f"{count} of {report.moves} moves slowed: {why}")
@@ -147,3 +153,7 @@ def _table(motors: list[MotorReport]) -> Table:
     )
     table.caption_justify = "left"
     return table
+
+
+def _edges_text(divider: int) -> str:
+    return f", {divider} clock edges each" if divider > 1 else ""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pixstep import atomic, formats
+from pixstep.cli.clockoptions import divider_option
 from pixstep.cli.command import FILE, command
 from pixstep.cli.machinedefaults import by_machine
 from pixstep.cli.options import (
@@ -47,15 +48,16 @@ else:
               help="Constant pixels before the image, to mark its start. Default: the header's.",
               )  # fmt: skip
 @click.option("--pixel-hz", type=HZ, help="Pixel frequency. Default: the header's.")
+@divider_option
 @limit_options
 @plot_option("-o", "--output")
 @json_option
 @click.pass_context
-def line_show(ctx, csv, decode, backlash, raw, lead_in, pixel_hz, plot, as_json, **limits):
+def line_show(ctx, csv, decode, backlash, raw, lead_in, pixel_hz, divider, plot, as_json, **limits):
     """Show speed, acceleration, jerk and position of a line: a table, with --plot a drawing."""
     read = formats.read_csv(csv, raw=raw)
     say(read.notes)
-    pixel_hz = used_frequency(ctx, csv, read.header)
+    pixel_hz = used_frequency(ctx, csv, read.header, divider)
     if read.header:
         lead_in = read.header.lead_in_px if lead_in is None else lead_in
     shown = Line(read.values, decode, backlash, name=str(csv))
@@ -66,16 +68,17 @@ def line_show(ctx, csv, decode, backlash, raw, lead_in, pixel_hz, plot, as_json,
 
 
 def used_frequency(
-    ctx: click.Context, path: Path, header: formats.ProfileHeader | None
+    ctx: click.Context, path: Path, header: formats.ProfileHeader | None, divider: int = 1
 ) -> Fraction | None:
-    """Return --pixel-hz, else the frequency of the file itself, else that of the machine.
+    """Return the frequency of pixels: by --pixel-hz, else of the file itself, else the machine's.
 
-    A file that was made for another one than is given gets a note.
+    A pixel has `divider` edges of the clock. A file that was made for another frequency than is
+    given gets a note.
     """
-    given = ctx.params["pixel_hz"]
+    given = ctx.params["pixel_hz"] and ctx.params["pixel_hz"] / divider
     own = madefor.frequency(path, header)
     if own is None or (given and not by_machine(ctx, "pixel_hz")):
-        say(madefor.notes(path, header, given))
+        say(madefor.notes(path, header, given, divider=divider))
         return given
     return own
 

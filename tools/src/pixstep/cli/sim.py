@@ -9,10 +9,14 @@ from typing import TYPE_CHECKING
 import click
 
 from pixstep import demo, progress
-from pixstep.board import boards, limits
-from pixstep.board import registers as regs
+from pixstep.board import boards, limits, settings
 from pixstep.board.limits import BoardLimits
-from pixstep.cli.clockoptions import clock_flaw_options, clock_flaws, divider_option
+from pixstep.cli.clockoptions import (
+    clock_flaw_options,
+    clock_flaws,
+    divider_option,
+    sync_option,
+)
 from pixstep.cli.command import FILE, FOLDER, command
 from pixstep.cli.manylines import per_line, read_lines
 from pixstep.cli.options import (
@@ -35,7 +39,7 @@ from pixstep.lazy import lazy
 from pixstep.lines import linecheck
 from pixstep.lines.line import Line
 from pixstep.simulation import report
-from pixstep.simulation.simrun import START, Job
+from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import simulate
 
 if TYPE_CHECKING:
@@ -57,9 +61,7 @@ else:
 )
 @click.option("--axis", type=click.IntRange(0, 3), default=0, help="Axis of the first line.")
 @clock_flaw_options
-@click.option("--sync", type=click.Choice(list(regs.SYNCS)), default=START, show_default=True,
-              help="Lines ignore the pixel clock, begin on an edge of it, or follow it to their "
-              "end.")  # fmt: skip
+@sync_option
 @divider_option
 @click.option("--serial-load", is_flag=True, help="Saturate the serial line while moving.")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
@@ -106,8 +108,8 @@ def sim(ctx, csv, board, decode, backlash, out, divider, plot, details, as_json,
     if last >= boards.load(board).axes:
         raise UserError(f"axis {last}: the {boards.axes_text(board)}")
     if options["check"]:
-        locked = {"sync": regs.SYNCS[options["sync"]], "divider": divider}
-        _refuse_bad(lines, limits.named(board, line_hz, axes=len(lines), locked=locked))
+        clock = settings.of_clock(options["sync"], divider)
+        _refuse_bad(lines, limits.named(board, line_hz, axes=len(lines), clock=clock))
     job = Job(
         board=board,
         lines={options["axis"] + index: line for index, line in enumerate(lines)},

@@ -56,10 +56,16 @@ def edge_tick(pixel: int, period: Fraction) -> int:
     return pixel * period.numerator // period.denominator
 
 
-def refuse_period(hz: Fraction, tick_hz: int) -> None:
-    """Raise UserError for a frequency whose pixel period a board's grid cannot carry."""
+def refuse_period(hz: Fraction, tick_hz: int, *, locked: bool = False) -> None:
+    """Raise UserError for a frequency whose pixel period a board's grid cannot carry.
+
+    Pixels that are `locked` to the clock need room: each may become longer than nominal.
+    """
     low, high = PERIOD_TICKS
+    if locked:
+        high = high // 16 * 15
     if not low <= period_ticks(hz, tick_hz) <= high:
         raise UserError(
             f"pixel frequency {float(hz):g} Hz: the period must be {low} to {high} ticks"
+            f"{', as lines are locked to the clock' if locked else ''}"
         )

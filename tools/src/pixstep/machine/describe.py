@@ -4,8 +4,9 @@
 from collections.abc import Iterator
 from fractions import Fraction
 
-from pixstep.board import capability
+from pixstep.board import boards, capability, settings
 from pixstep.errors import UserError
+from pixstep.lines.rational import refuse_period
 from pixstep.lines.units import ACCELERATION, JERK, SPEED, per_second, unit
 from pixstep.machine.model import Limits, Motor, Tables
 
@@ -22,6 +23,9 @@ def as_json(machine: Tables) -> dict:
     return {
         "machine": str(machine.path),
         "pixel_hz": str(machine.pixel_hz),
+        "clock_hz": str(machine.clock_hz),
+        "divider": machine.clock.divider,
+        "sync": machine.clock.sync,
         "line": machine.line.model_dump(),
         "program": machine.program.model_dump(mode="json"),
         "boards": {name: board.model_dump() for name, board in machine.boards.items()},
@@ -74,9 +78,10 @@ def warnings(machine: Tables) -> Iterator[str]:
     for motor in machine.motors.values():
         kind = machine.board_of(motor).kind
         try:
-            able = capability.of(kind, machine.pixel_hz)
+            clock = settings.of_clock(machine.clock.sync, machine.clock.edges)
+            able = capability.of(kind, machine.pixel_hz, clock=clock)
         except UserError as error:
-            yield f"clock.pixel: {kind}: {error}"
+            yield f"clock.{_wrong_key(machine, kind)}: {kind}: {error}"
             continue
         speed, most = motor.limit("max_speed"), able.top_speed(motor.kind)
         if speed and speed.per_pixel(machine.pixel_hz) > most:
@@ -91,6 +96,17 @@ def warnings(machine: Tables) -> Iterator[str]:
                 f"motors.{motor.name}.limits.max_acceleration = {acceleration.text!r}: a "
                 f"{motor.kind} line has {float(least):g} steps/s2 at least"
             )
+
+
+def _wrong_key(machine: Tables, kind: str) -> str:
+    """Return which key of the clock a board cannot follow: its edges, or what is made of them."""
+    if machine.clock.edges > 1:
+        try:
+            refuse_period(machine.clock_hz, boards.load(kind).tick_hz)
+        except UserError:
+            return "pixel"
+        return "divider"
+    return "pixel"
 
 
 def notes(machine: Tables) -> Iterator[str]:

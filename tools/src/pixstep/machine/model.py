@@ -15,6 +15,7 @@ from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.rational import parse_hz
 from pixstep.lines.units import ACCELERATION, DISTANCE, JERK, SPEED, Quantity, Scale
+from pixstep.profiles.madefor import MOST_EDGES
 
 LAST_UNIT = 247
 PARITIES = ("E", "O", "N")
@@ -59,9 +60,16 @@ class _Table(BaseModel):
 
 
 class Clock(_Table):
-    """The pixel clock."""
+    """The pixel clock: how often it has an edge, how many are a pixel, what lines are to it."""
 
     pixel: Hz
+    divider: Annotated[int, Field(ge=1, le=MOST_EDGES)] | None = None
+    sync: Literal["free", "start", "lock"] | None = None
+
+    @property
+    def edges(self) -> int:
+        """Edges of a pixel, one if the file does not say."""
+        return self.divider or 1
 
 
 class MachineBoard(_Table):
@@ -165,7 +173,12 @@ class Tables(_Table):
 
     @property
     def pixel_hz(self) -> Fraction:
-        """The pixel frequency, exact."""
+        """The frequency of pixels, exact."""
+        return self.clock.pixel / self.clock.edges
+
+    @property
+    def clock_hz(self) -> Fraction:
+        """The frequency of the clock's edges, of which `clock.divider` are a pixel, exact."""
         return self.clock.pixel
 
     def __getitem__(self, name: str) -> Motor:

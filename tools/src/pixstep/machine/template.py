@@ -14,7 +14,9 @@ _HEAD = """\
 # "128 steps/px2". A bare number is Hz, steps, steps/px, steps/px2 or pixels.
 
 [clock]
-pixel = "{hz} Hz" # exact: "30000/1001 Hz" is understood
+pixel = "{hz} Hz" # of its edges, exact: "30000/1001 Hz" is understood
+{divider} # edges of the clock in a pixel, 1 to 1000: gentler accelerations at kilohertz
+{sync} # free of the clock, start on an edge of it, or lock to it until the line's end
 
 [line]
 {motor_key}pixels = 60 # length of a line, both ramps included
@@ -46,18 +48,31 @@ max_acceleration = "500 mm/s2"
 """
 
 
-def text(board: str, pixel_hz: Fraction, motors: dict[str, str]) -> str:
+def text(
+    board: str,
+    clock_hz: Fraction,
+    motors: dict[str, str],
+    divider: int | None = None,
+    sync: str | None = None,
+) -> str:
     """Return a file for a board with motors, kinds by name, on its axes in a row.
 
-    Raises UserError if the board has fewer axes.
+    What is None of the clock is there as a comment. Raises UserError if the board has fewer axes.
     """
     if len(motors) > boards.load(board).axes:
         raise UserError(f"{len(motors)} motors: {boards.axes_text(board)}")
     first = next(iter(motors))
     key = f'motor = "{first}" # the motor that lines are for, if no --motor is given\n'
-    hz = f"{pixel_hz.numerator}/{pixel_hz.denominator}".removesuffix("/1")
-    head = _HEAD.format(hz=hz, board=board, motor_key=key)
+    hz = f"{clock_hz.numerator}/{clock_hz.denominator}".removesuffix("/1")
+    head = _HEAD.format(
+        hz=hz,
+        board=board,
+        motor_key=key,
+        divider=f"divider = {divider}" if divider else "# divider = 4",
+        sync=f'sync = "{sync}"' if sync else '# sync = "lock"',
+    )
+    pixel_hz = f"{float(clock_hz / (divider or 1)):.10g}"
     return head + "".join(
-        _MOTOR.format(name=name, axis=axis, kind=kind, hz=f"{float(pixel_hz):.10g}")
+        _MOTOR.format(name=name, axis=axis, kind=kind, hz=pixel_hz)
         for axis, (name, kind) in enumerate(motors.items())
     )

@@ -70,7 +70,7 @@ def choose_divider(wanted: Wanted) -> int:
     """
     if not wanted.acceleration.value:
         raise UserError(f"acceleration {wanted.acceleration.text}: above 0 is expected")
-    found = next((edges for edges in range(1, MOST_EDGES + 1) if wanted.allows(edges)), None)
+    found = _fewest_edges(wanted)
     if found is None:
         raise UserError(
             f"acceleration {wanted.acceleration.text} and speed {wanted.speed.text}: no pixel of 1 "
@@ -78,6 +78,10 @@ def choose_divider(wanted: Wanted) -> int:
             f"{'whole' if wanted.plain else 'even'} steps per pixel"
         )
     return found
+
+
+def _fewest_edges(wanted: Wanted) -> int | None:
+    return next((edges for edges in range(1, MOST_EDGES + 1) if wanted.allows(edges)), None)
 
 
 def note(wanted: Wanted, edges: int) -> str:
@@ -185,6 +189,15 @@ def _with_rest(ramp: list[int], ends: list[int], rest: int, *, plain: bool) -> l
 
 def _legal(wanted: Wanted, quantity: Quantity, order: int, edges: int) -> int:
     """Return a limit in steps/px2 or steps/px3. Raises UserError for less than counts can have."""
+    try:
+        return _of_counts(wanted, quantity, order, edges)
+    except UserError as error:
+        enough = _fewest_edges(wanted)
+        hint = f"; --divider {enough} has pixels that allow it" if enough else ""
+        raise UserError(f"{error}{hint}") from None
+
+
+def _of_counts(wanted: Wanted, quantity: Quantity, order: int, edges: int) -> int:
     hz = wanted.clock_hz / edges
     if wanted.plain:
         limit = wanted.limit(quantity, edges)

@@ -6,12 +6,14 @@ speed per second and k^2 times the acceleration: slower is safe for the motor an
 faster by more than FASTER is another motion than the file's maker meant.
 """
 
+import time
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep.errors import RefusedError
+from pixstep.errors import RefusedError, UserError
 from pixstep.formats import ProfileHeader
+from pixstep.formats.header import NAME_WIDTH
 from pixstep.profiles import names
 
 FASTER = Fraction(1, 100)
@@ -62,6 +64,21 @@ class OtherFrequency:
         return f"{self.source}: {self.text}"
 
 
+def header(name: str, lead_in: int, hz: Fraction) -> ProfileHeader:
+    """Return a header stamped now. Raises UserError for a name that is too long for it."""
+    if len(name) > NAME_WIDTH:
+        raise UserError(f"header name {name!r} is longer than {NAME_WIDTH} characters")
+    return ProfileHeader(time.ctime(), name, 1, 0, lead_in, f"{float(hz):.10g}")
+
+
+def of_pixels(path: Path, lead_in: int, hz: Fraction, divider: int) -> ProfileHeader | None:
+    """Return the header by which a line holds its user to its divider; None if that is 1."""
+    if divider == 1:
+        return None
+    name = "".join(sign if " " <= sign <= "~" else "_" for sign in path.stem[:NAME_WIDTH])
+    return header(name.strip(), lead_in, hz)
+
+
 def frequency(path: Path, header: ProfileHeader | None) -> Fraction | None:
     """Return the frequency of a file's header, else of its conventional name, else None."""
     if header is not None:
@@ -96,8 +113,19 @@ def notes(
     refuse: bool = False,
     divider: int = 1,
 ) -> list[str]:
-    """Return a warning if the frequencies differ; RefusedError for a faster one on `refuse`."""
+    """Return a warning if the frequencies differ; RefusedError for a faster one on `refuse`.
+
+    A file that does not say its own gets a note where a pixel is more than an edge of the clock.
+    """
     other = compare(path, header, used, divider)
     if other is None:
-        return []
+        unknown = used is not None and divider > 1 and frequency(path, header) is None
+        return [_unknown_text(path, divider)] if unknown else []
     return [other.refuse_faster() if refuse else f"{other.source}: {other.text}"]
+
+
+def _unknown_text(path: Path, divider: int) -> str:
+    return (
+        f"{path}: no header says how long its pixels are: each is taken as {divider} edges of the "
+        f"clock"
+    )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Drawings of a plan: its path, and speed and acceleration of each motor with their limits."""
+"""Drawings of a plan: its path, and each motor's speed, acceleration and jerk with their limits."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -55,16 +55,21 @@ def draw_path(result: Drawn) -> Figure:
 
 
 def draw_motion(result: Drawn) -> Figure:
-    """Return a row for each motor: its speed and its acceleration, in counts and milliseconds."""
+    """Return a row for each motor: its speed, its acceleration, and its jerk if that is limited.
+
+    They are in counts and milliseconds, but the jerk, whose limit is one of whole pixels.
+    """
     motors = result.plan.setup.motors
-    figure = plotting.figure((11, 1.4 + 2.3 * len(motors)))
-    rows = figure.subplots(len(motors), 2, sharex=True, squeeze=False)
+    keeps_jerk = result.plan.report.keeps_jerk
+    figure = plotting.figure((15 if keeps_jerk else 11, 1.4 + 2.3 * len(motors)))
+    rows = figure.subplots(len(motors), 3 if keeps_jerk else 2, sharex=True, squeeze=False)
     for index, (row, motor) in enumerate(zip(rows, motors, strict=True)):
         _draw_motor(row, result, index, motor)
     for axes in rows[-1]:
         axes.set_xlabel("time, s")
-    figure.suptitle(f"{_title(result)}: speeds and accelerations with their limits", x=0.012,
-                    ha="left", fontsize=13, weight="bold", color=INK)  # fmt: skip
+    what = "speeds, accelerations and jerks" if keeps_jerk else "speeds and accelerations"
+    figure.suptitle(f"{_title(result)}: {what} with their limits", x=0.012, ha="left",
+                    fontsize=13, weight="bold", color=INK)  # fmt: skip
     return figure
 
 
@@ -85,22 +90,36 @@ def _draw_motor(row: np.ndarray, result: Drawn, index: int, motor: PlanMotor) ->
     row[1].step(_times(result, len(changes))[::stride], changes[::stride] / pixel**2,
                 where="post", **drawn)  # fmt: skip
     _limit(row[0], motor.max_speed, float(np.abs(speeds).max()) / pixel)
-    _limit(row[1], motor.max_acceleration, float(np.abs(changes).max()) / pixel**2)
-    if not motor.smooth:
-        allowed = motor.max_acceleration + PLAIN_ROUNDING / pixel**2
-        for side in (allowed, -allowed):
-            row[1].axhline(side, color=FAINT, lw=0.8, ls=":")
+    rounding = 0 if motor.smooth else PLAIN_ROUNDING / pixel**2
+    _limit(row[1], motor.max_acceleration, float(np.abs(changes).max()) / pixel**2, rounding)
     row[0].set_ylabel(f"{motor.name}, counts/ms")
     row[1].set_ylabel("counts/ms²")
+    if len(row) > 2:
+        _draw_jerk(row[2], result, np.diff(changes, prepend=0), motor)
 
 
-def _limit(axes: Axes, limit: float, peak: float) -> None:
-    """Draw a limit where it is in sight of what is drawn, else say it."""
+def _draw_jerk(axes: Axes, result: Drawn, jerks: np.ndarray, motor: PlanMotor) -> None:
+    """Draw the jerk of whole steps, and the limit if the motor has one."""
+    stride = _stride(len(jerks))
+    axes.step(_times(result, len(jerks))[::stride], jerks[::stride], where="post", color=MADE,
+              lw=1.0)  # fmt: skip
+    if motor.max_jerk is not None:
+        _limit(axes, motor.max_jerk, float(np.abs(jerks).max()), motor.jerk_rounding)
+    axes.set_ylabel("jerk, steps/px³")
+
+
+def _limit(axes: Axes, limit: float, peak: float, rounding: float = 0) -> None:
+    """Draw a limit where it is in sight of what is drawn, else say it.
+
+    Up to `rounding` above it is what whole steps may have.
+    """
     if limit > 3 * max(peak, 1e-9):
         axes.set_title(f"limit {limit:.4g}", fontsize=8, color=FAINT)
         return
     for side in (limit, -limit):
         axes.axhline(side, color=BOARD, lw=0.9, ls="--")
+    for side in (limit + rounding, -limit - rounding) if rounding else ():
+        axes.axhline(side, color=FAINT, lw=0.8, ls=":")
 
 
 def _decoded(counts: np.ndarray) -> np.ndarray:

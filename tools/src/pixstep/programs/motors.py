@@ -5,7 +5,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from pixstep.board import capability
+from pixstep.board import capability, settings
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines.units import number_text
 from pixstep.machine.model import Motor, Tables
@@ -77,7 +77,11 @@ class PlanMotor:
 
 @dataclass(frozen=True)
 class Setup:
-    """Everything that a program does not say: the motors, the pixel clock, times."""
+    """Everything that a program does not say: the motors, the pixel clock, times.
+
+    `pixel_hz` is the frequency of pixels, each of `divider` edges of the clock. `sync` is what the
+    lines are to the clock; None leaves it to the board.
+    """
 
     motors: tuple[PlanMotor, ...]
     pixel_hz: Fraction
@@ -86,12 +90,19 @@ class Setup:
     other_feed: float | None = None
     segment_ms: float = 0.0
     path_tolerance: float = 1.0
+    divider: int = 1
+    sync: str | None = None
     words: dict[str, int] = field(init=False)
 
     def __post_init__(self) -> None:
         """Note which word moves which motor."""
         words = {motor.word: index for index, motor in enumerate(self.motors)}
         object.__setattr__(self, "words", words)
+
+    @property
+    def clock(self) -> dict[str, int]:
+        """The settings of a board that say what pixels and lines are to its clock."""
+        return settings.of_clock(self.sync, self.divider)
 
     @property
     def pixel_ms(self) -> float:
@@ -129,6 +140,8 @@ def of_machine(machine: Tables) -> Setup:
         given.top_feed,
         given.other_feed,
         float(given.segment_time * MS),
+        divider=machine.clock.edges,
+        sync=machine.clock.sync,
     )
 
 
@@ -140,26 +153,15 @@ def _word(motor: Motor) -> str | None:
 
 def _motor(machine: Tables, motor: Motor, together: int) -> PlanMotor:
     hz = machine.pixel_hz
-    limits = {key: motor.limit(key) for key in ("max_speed", "max_acceleration")}
-    values = {
-        key: None if limit is None else float(limit.per_pixel(hz) * (hz / MS) ** limit.order)
-        for key, limit in limits.items()
-    }
-    acceleration = values["max_acceleration"]
-    if not acceleration:
-        raise UserError(
-            f"{machine.path}: motors.{motor.name}.limits.max_acceleration: is missing; a program "
-            f"needs it"
-        )
-    able = capability.of(machine.board_of(motor).kind, hz, axes=together)
+    clock = settings.of_clock(machine.clock.sync, machine.clock.edges)
+    able = capability.of(machine.board_of(motor).kind, hz, axes=together, clock=clock)
     top = float(able.top_speed(motor.kind) * hz / MS)
     scale = motor.steps_per_unit
-    speed = values["max_speed"]
     return PlanMotor(
         name=motor.name,
         word=_word(motor) or "",
-        max_acceleration=acceleration,
-        max_speed=min(speed, top) if speed else top,
+        max_acceleration=_max_acceleration(machine, motor),
+        max_speed=min(_per_ms(machine, motor, "max_speed") or top, top),
         counts_per_unit=float(scale.steps_per_unit) if scale else 1.0,
         smooth=motor.smooth,
         reversal_steps=None if motor.smooth else able.direct_reversal_speed,
@@ -170,6 +172,23 @@ def _motor(machine: Tables, motor: Motor, together: int) -> PlanMotor:
         max_jerk=_max_jerk(machine, motor),
         unused_limits=tuple(key for key in UNUSED_LIMITS if motor.limit(key) is not None),
     )
+
+
+def _per_ms(machine: Tables, motor: Motor, key: str) -> float | None:
+    """Return a motor's limit in counts and milliseconds; None if it has none."""
+    limit, hz = motor.limit(key), machine.pixel_hz
+    return None if limit is None else float(limit.per_pixel(hz) * (hz / MS) ** limit.order)
+
+
+def _max_acceleration(machine: Tables, motor: Motor) -> float:
+    """Return a motor's limit of the acceleration. Raises UserError if it has none."""
+    found = _per_ms(machine, motor, "max_acceleration")
+    if not found:
+        raise UserError(
+            f"{machine.path}: motors.{motor.name}.limits.max_acceleration: is missing; a program "
+            f"needs it"
+        )
+    return found
 
 
 def _max_jerk(machine: Tables, motor: Motor) -> float | None:

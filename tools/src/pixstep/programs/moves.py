@@ -194,6 +194,14 @@ class Program:
         """Return the time of a move, from TM or from F; `arc` is the length of a circle."""
         if self._time is not None:
             return max(self._time, _LEAST_MS)
+        units = self._time_units(item, length, arc)
+        tm = units * self.setup.feed_ms
+        if tm > MOST_MS:
+            raise self._wrong(item, f"takes {tm:.6g} ms, beyond {MOST_MS}")
+        return max(tm, _LEAST_MS)
+
+    def _time_units(self, item: Item, length: list[float], arc: float | None) -> float:
+        """Return the time of a move by the feed rates, in their unit of time."""
         if self._feed is None:
             raise self._wrong(item, "neither TM nor F says how fast")
         fed = math.hypot(*(length[index] for index in self._feed_axes)) if arc is None else arc
@@ -203,11 +211,7 @@ class Program:
             raise self._wrong(
                 item, "only axes without a feed rate move (FRAX): set program.other_feed or use TM"
             )
-        units = max(fed / self._feed, rest / other if other else 0.0)
-        tm = units * self.setup.feed_ms
-        if tm > MOST_MS:
-            raise self._wrong(item, f"takes {tm:.6g} ms, beyond {MOST_MS}")
-        return max(tm, _LEAST_MS)
+        return max(fed / self._feed, rest / other if other else 0.0)
 
     def _counts(self, units: list[float]) -> tuple[float, ...]:
         return tuple(

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from pixstep.board import limits, settings
+from pixstep.board import clockstate, limits, settings
 from pixstep.board import run as running
 from pixstep.board.device import Board
 from pixstep.board.world import World
@@ -36,6 +36,7 @@ class OnBoard:
         Raises BoardError as a board does, UserError for a mistake in the program that shows only
         now: the motors are stopped then.
         """
+        clockstate.await_lock(self.board, world)
         running.arm(self.board, self.lines.axes)
         streaming.follow(self.lines, world, self.pixels, progress)
 
@@ -75,7 +76,7 @@ def rehearse(board: Board, request: Request, progress: Progress = unseen) -> Reh
     Raises UserError for a mistake in the program, RefusedError for what the board would refuse.
     """
     setup = request.setup
-    bounds = limits.connected(board, setup.pixel_hz, len(setup.motors))
+    bounds = limits.connected(board, setup.pixel_hz, len(setup.motors), setup.clock)
     with request.text() as text:
         plan = Plan(request.path, text, setup, request.options)
         return rehearsal.rehearse(plan, bounds, progress)
@@ -85,13 +86,12 @@ def rehearse(board: Board, request: Request, progress: Progress = unseen) -> Reh
 def queued(board: Board, request: Request, known: Rehearsal | None = None) -> Iterator[OnBoard]:
     """Queue the beginning of a program, its rehearsal being `known`; end the planner at the end.
 
-    Sets the board's clock so that its pixels have the frequency of the plan's. Raises as
+    Sets the board's clock, and how many of its edges are a pixel, to those of the plan. Raises as
     `streaming.begin` does.
     """
     setup = request.setup
     refuse_period(setup.pixel_hz, board.tick_hz())
-    if limits.connected(board).pixel_hz != setup.pixel_hz:
-        board.set_pixel_hz(setup.pixel_hz * settings.divider(board))
+    settings.set_clock(board, setup.pixel_hz * setup.divider, setup.sync, setup.divider)
     axes = [motor.axis for motor in setup.motors]
     before = dict(running.positions(board, axes))
     with PlanProcess(request) as source:

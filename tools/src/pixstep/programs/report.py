@@ -250,6 +250,8 @@ class Report:
             "moves": self.moves,
             "pixels": self.pixels,
             "pixel_hz": str(self.setup.pixel_hz),
+            "divider": self.setup.divider,
+            "sync": self.setup.sync,
             "total_ms": self.total_ms,
             "programmed_ms": self.asked_ms,
             "motors": [motor.as_json() for motor in self.motors],

@@ -4,6 +4,9 @@
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 
+MOST_PPM = 100_000
+MOST_JITTER_US = 10_000
+
 
 @dataclass(frozen=True)
 class ClockFlaws:

@@ -68,6 +68,11 @@ class Kept:
         return int(np.sum(np.abs(self.errors_ticks) <= EDGE_TICKS))
 
     @property
+    def max_off_steps(self) -> int:
+        """The largest difference of steps made from steps due at any of the clock's true edges."""
+        return int(np.max(np.abs(self.off_steps), initial=0))
+
+    @property
     def rms_ticks(self) -> float:
         """Root of the mean square of the errors."""
         return float(np.sqrt(np.mean(self.errors_ticks**2)))
@@ -90,7 +95,7 @@ class Kept:
             "drift_ticks": round(self.drift_ticks, 3) + 0.0,
             "drift_pixels": round(self.drift_ticks / self.period, 6) + 0.0,
             "drift_steps": round(self.drift_steps, 3) + 0.0,
-            "max_position_error_steps": int(np.max(np.abs(self.off_steps), initial=0)),
+            "max_position_error_steps": self.max_off_steps,
             "ripple_ticks": round(self.ripple_ticks, 3),
             "ripple_ppm": round(1e6 * ripple, 1),
             "ripple_steps_s": round(ripple * self.line_speed * self.speed_hz, 3),
@@ -201,6 +206,8 @@ def clock_summary(result: RunResult) -> dict:
     if "clock_period_ticks" in after:
         period = after["clock_period_ticks"] + after["clock_period_fraction"] / 0x10000
         told["board_period_ticks"] = round(period, 4)
+        if period:
+            told["board_offset_ppm"] = round(1e6 * (float(job.clock_period) / period - 1), 3)
         told["board_jitter_ticks"] = after["clock_jitter"] / 16
     return {
         "sync": job.sync,
@@ -211,6 +218,11 @@ def clock_summary(result: RunResult) -> dict:
         "false_edges": clock.false,
         **told,
     }
+
+
+def even(summary: dict) -> bool:
+    """True if the clock of a run had its edges where an even frequency has them."""
+    return ClockFlaws(**summary["clock"].get("flaws", {})).even
 
 
 def parts(summary: dict) -> list[str]:
@@ -236,13 +248,18 @@ def texts(summary: dict) -> list[str]:
         if row.get("clock")
     ]
     text = (
-        f"clock: {clock['true_edges']} true edges, {clock['missing_edges']} of them missing, "
-        f"{clock['false_edges']} false ones"
+        f"clock: {_counted(clock['true_edges'], 'true edge')}, {clock['missing_edges']} missing, "
+        f"{clock['false_edges']} false"
     )
     if "board_missing" in clock:
         text += (
-            f"; from arming on the board counted {clock['board_missing']} missing, "
-            f"{clock['board_glitches']} glitches"
+            f"; the board counted {clock['board_missing']} missing and {clock['board_glitches']} "
+            f"false from arming on"
+        )
+    if "board_offset_ppm" in clock:
+        text += (
+            f"\n  and measured {clock['board_offset_ppm']:+.1f} ppm, mean jitter "
+            f"{clock['board_jitter_ticks'] * tick_us:.2f} us"
         )
     return [*lines, text]
 
@@ -250,13 +267,29 @@ def texts(summary: dict) -> list[str]:
 def _kept_text(axis: int, kept: dict, tick_us: float) -> str:
     """Return one line on an axis, or several: what is too much for one has a line of its own."""
     return (
-        f"axis {axis}: {kept['pixels']} pixel edges at most {kept['max_error_ticks']:.1f} ticks "
-        f"({kept['max_error_ticks'] * tick_us:.3g} us) off the clock's true ones (pixel "
-        f"{kept['max_error_pixel']}), rms {kept['rms_error_ticks']:.2f} ticks "
-        f"({kept['rms_error_ticks'] * tick_us:.3g} us)\n"
-        f"  drift {kept['drift_ticks']:.1f} ticks = {kept['drift_pixels']:.4g} px = "
-        f"{kept['drift_steps']:.2f} steps; position at the clock's edges at most "
-        f"{kept['max_position_error_steps']} steps off\n"
+        f"axis {axis}: {_counted(kept['pixels'], 'pixel edge')} at most "
+        f"{kept['max_error_ticks']:.1f} ticks ({kept['max_error_ticks'] * tick_us:.3g} us) off the "
+        f"clock's true ones (pixel {kept['max_error_pixel']}), rms {kept['rms_error_ticks']:.2f} "
+        f"ticks ({kept['rms_error_ticks'] * tick_us:.3g} us)\n"
+        f"  drift from the first to the last {_number(kept['drift_ticks'], 1)} ticks = "
+        f"{kept['drift_pixels']:.4g} px = {_number(kept['drift_steps'], 2)} steps\n"
+        f"  {_position_text(kept['max_position_error_steps'])}\n"
         f"  ripple from pixel to pixel at most {kept['ripple_ticks']:.0f} ticks = "
         f"{kept['ripple_ppm']:.0f} ppm = {kept['ripple_steps_s']:.3g} steps/s"
     )
+
+
+def _position_text(steps: int) -> str:
+    """Return by how many steps the position was off whenever the clock truly had an edge."""
+    if not steps:
+        return "at every true edge of the clock exactly the steps made that were due by then"
+    return f"at the clock's true edges at most {_counted(steps, 'step')} made too early or too late"
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def _number(value: float, decimals: int) -> str:
+    """Return a rounded number that is never -0."""
+    return f"{round(value, decimals) + 0.0:.{decimals}f}"

@@ -97,7 +97,11 @@ def _headline(summary: dict) -> str:
 
 
 def _axes_table(summary: dict) -> rich.table.Table:
-    table = new_table("axis", "steps", "max ticks", "rms ns", "ppm", "on edge", "positions", "late")
+    edges = _edges_meaning(summary)
+    table = new_table(
+        "axis", "steps", "max ticks", "rms ns", "ppm", *(("on edge",) if edges else ()),
+        "positions", "late",
+    )  # fmt: skip
     for axis in summary["axes"]:
         ends = axis["last_steps_on_edge"] + axis["last_steps_off_edge"]
         table.add_row(
@@ -106,16 +110,30 @@ def _axes_table(summary: dict) -> rich.table.Table:
             ticks_text(axis["max_edge_error_ticks"]),
             f"{1000 * axis['rms_edge_error_us']:.1f}",
             f"{axis['rate_error_ppm']:.3f}",
-            f"{axis['last_steps_on_edge']}/{ends}",
+            *((f"{axis['last_steps_on_edge']}/{ends}",) if edges else ()),
             f"{axis['pixels_equal']}/{axis['pixels']}",
             str(axis["underruns"]),
         )
     table.caption = (
-        "edge minus exact instant (max, rms), rate error, last steps of pixels on their edge, "
-        "pixels whose expected and counted positions equal the reference, underruns"
+        f"edge minus exact instant (max, rms), rate error, {edges}pixels whose expected and "
+        f"counted positions equal the reference, underruns"
     )
     table.caption_justify = "left"
     return table
+
+
+def _edges_meaning(summary: dict) -> str:
+    """Return what it is for a last step to be on its pixel's edge; empty where nothing is.
+
+    A locked line on a clock with jitter, wander or a step ends its pixels where the board expects
+    the edges, which is not where they are: how far off is told in figures instead.
+    """
+    clock = summary.get("clock", {})
+    if clock.get("sync") != "lock":
+        return "last steps of pixels on their edge, "
+    if not clockjudge.even(summary):
+        return ""
+    return f"last steps of pixels within {clockjudge.EDGE_TICKS} ticks of the clock's true edge, "
 
 
 def _of(made: int, wanted: int) -> str:

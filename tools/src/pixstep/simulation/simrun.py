@@ -128,7 +128,8 @@ def run_job(job: Job, out: Path, progress: Progress = unseen) -> RunResult:
     `progress` is called with the share of pixels done. Raises UserError if the simulator cannot
     run; what the board does wrong is in the result.
     """
-    refuse_period(job.line_hz, job.tick_hz)
+    refuse_period(job.line_hz, job.tick_hz, locked=job.locked)
+    refuse_period(job.pixel_hz, job.tick_hz)
     out.mkdir(parents=True, exist_ok=True)
     result = RunResult(job)
     with scratch_folder(out) as scratch:

@@ -15,6 +15,8 @@ from pixstep.simulation.load import AxisLoad, axis_load
 from pixstep.simulation.simrun import Job, RunResult, run_job
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from pixstep.simulation import plots
 
 # What a run may leave in its folder; an earlier run's must not pass for this one's.
@@ -124,15 +126,21 @@ def draw_plots(result: RunResult, judged: Judgement, out: Path) -> list[Path]:
 def _draw_clocks(job: Job, judged: Judgement, out: Path) -> list[Path]:
     """Draw how each axis kept to the clock."""
     from pixstep import plotting
-    from pixstep.simulation import clockplot
 
     paths = []
     for axis, kept in judged.kept.items():
         prefix = "" if len(job.lines) == 1 else f"axis{axis}-"
-        with plotting.styled():
-            figure = clockplot.build(kept, job, _title(job, axis))
-            paths.append(plotting.write(figure, out / f"{prefix}{_CLOCK}"))
+        paths.append(plotting.write(clock_figure(job, kept), out / f"{prefix}{_CLOCK}"))
     return paths
+
+
+def clock_figure(job: Job, kept: clockjudge.Kept) -> "Figure":
+    """Return the drawing of how an axis kept to the clock."""
+    from pixstep import plotting
+    from pixstep.simulation import clockplot
+
+    with plotting.styled():
+        return clockplot.build(kept, job, _title(job, kept.axis))
 
 
 def traces(result: RunResult, judged: Judgement) -> "dict[int, plots.Trace]":

@@ -7,9 +7,10 @@ from pixstep import progress
 from pixstep.board import limits, run, settings
 from pixstep.board.client import Board, BoardError
 from pixstep.cli.board.group import line_options, one_board, stopping, unit_option
+from pixstep.cli.clockoptions import board_clock_options
 from pixstep.cli.command import command
 from pixstep.cli.homeoptions import home_options, make_plan
-from pixstep.cli.options import HZ, json_option, show_json
+from pixstep.cli.options import json_option, show_json
 from pixstep.lines.rational import refuse_period
 from pixstep.moves import homing, legs
 from pixstep.moves.homesim import INVERTED
@@ -20,7 +21,7 @@ from pixstep.moves.homing import Homed, HomingError
 @home_options
 @line_options
 @unit_option
-@click.option("--pixel-hz", type=HZ, help="Set the pixel frequency.  [default: the board's]")
+@board_clock_options
 @json_option
 def home_command(line, unit, as_json, **options):
     """Home an axis: its switch's edge becomes position 0.
@@ -51,7 +52,7 @@ def prepare(known, options: dict):
     """Check all that can be checked, then set and enable; return the plan and its clock in Hz."""
     known.axes((options["axis"],))
     known.board.require("homing")
-    pixel_hz = settings.pixel_hz(known.board, options["pixel_hz"])
+    pixel_hz = settings.pixel_hz(known.board, options["pixel_hz"], options["divider"])
     refuse_period(pixel_hz, known.board.tick_hz())
     plan = make_plan(options, pixel_hz, refuse=True)
     legs.refuse(plan, limits.connected(known.board, pixel_hz))
@@ -62,7 +63,7 @@ def prepare(known, options: dict):
 
 def _set_inputs(board: Board, options: dict) -> None:
     """Write the settings that the options of homing ask for, in one request."""
-    wanted = {}
+    wanted = settings.of_clock(None, options["divider"])
     if options["pixel_hz"]:
         wanted["pixel_hz_num"] = options["pixel_hz"].numerator
         wanted["pixel_hz_den"] = options["pixel_hz"].denominator

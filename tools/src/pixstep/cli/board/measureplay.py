@@ -9,9 +9,10 @@ from pixstep.board.client import BoardError
 from pixstep.cli import machinedefaults
 from pixstep.cli.board.group import line_options, one_board, stopping, unit_option
 from pixstep.cli.board.home import prepare
+from pixstep.cli.clockoptions import board_clock_options
 from pixstep.cli.command import command
 from pixstep.cli.homeoptions import home_options
-from pixstep.cli.options import HZ, json_option, show_json
+from pixstep.cli.options import json_option, show_json
 from pixstep.cli.quantities import StepsType
 from pixstep.errors import UserError
 from pixstep.lines.units import SPEED, parse
@@ -23,7 +24,7 @@ from pixstep.moves.playmeasure import MeasuredPlay
 @home_options
 @line_options
 @unit_option
-@click.option("--pixel-hz", type=HZ, help="Set the pixel frequency.  [default: the board's]")
+@board_clock_options
 @click.option("--repeat", type=click.IntRange(1, 100), default=5, show_default=True,
               help="Slow approaches from either side.")  # fmt: skip
 @click.option("--hysteresis", type=StepsType(0),

@@ -7,9 +7,10 @@ from pixstep import progress
 from pixstep.board import limits, run, settings, upload
 from pixstep.board.client import BoardError
 from pixstep.cli.board.group import AXIS, line_options, one_board, stopping, unit_option
+from pixstep.cli.clockoptions import board_clock_options
 from pixstep.cli.command import command
 from pixstep.cli.moveoptions import headline, plan_options, read_plan
-from pixstep.cli.options import HZ, json_option, show_json
+from pixstep.cli.options import json_option, show_json
 from pixstep.lines.rational import refuse_period
 
 
@@ -18,9 +19,9 @@ from pixstep.lines.rational import refuse_period
 @line_options
 @unit_option
 @click.option("--axis", type=AXIS, default=0, show_default=True)
-@click.option("--pixel-hz", type=HZ, help="Set the pixel frequency.  [default: the board's]")
+@board_clock_options
 @json_option
-def move_command(line, unit, axis, pixel_hz, as_json, **options):
+def move_command(line, unit, axis, pixel_hz, divider, as_json, **options):
     """Move an axis by exactly N steps.
 
     By a CSV acceleration profile; it needs no pixel clock. Planned as by `pixstep move show`,
@@ -29,13 +30,12 @@ def move_command(line, unit, axis, pixel_hz, as_json, **options):
     with one_board(line, unit) as (found, known):
         board = known.board
         known.axes((axis,))
-        hz = settings.pixel_hz(board, pixel_hz)
+        hz = settings.pixel_hz(board, pixel_hz, divider)
         refuse_period(hz, board.tick_hz())
         _profile, move = read_plan(options, hz, refuse=True)
         planned = move.line(str(options["profile"]))
         limits.check(planned, limits.connected(board, hz))
-        if pixel_hz:
-            board.set_pixel_hz(pixel_hz)
+        settings.set_clock(board, pixel_hz, divider=divider)
         before = run.positions(board, [axis])[axis]
         uploads = upload.begin(board, {axis: planned})
         group = [run.Lines(board, [axis], uploads)]

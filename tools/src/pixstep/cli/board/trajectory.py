@@ -7,10 +7,11 @@ from pixstep.board import settings
 from pixstep.board.limits import connected
 from pixstep.cli.board.group import AXIS, line_options, one_board, unit_option
 from pixstep.cli.board.upload import check_lines, run_lines
+from pixstep.cli.clockoptions import board_clock_options, board_sync_option
 from pixstep.cli.command import FILE, command
-from pixstep.cli.options import HZ, json_option, show_json
+from pixstep.cli.options import json_option, show_json
 from pixstep.cli.trajectoryoptions import axis_plays, board_play_options, read_table
-from pixstep.lines.rational import period_ticks, refuse_period
+from pixstep.lines.rational import refuse_period
 from pixstep.trajectories import boardsim, host, transitions
 from pixstep.trajectories.circletest import RUNS
 from pixstep.trajectories.host import COMPENSATED
@@ -29,9 +30,12 @@ from pixstep.trajectories.table import AXES
 @unit_option
 @click.option("--axis", type=AXIS, default=0, show_default=True,
               help="Axis of the board for the first axis of the table.")  # fmt: skip
-@click.option("--pixel-hz", type=HZ, help="Set the pixel frequency.  [default: the board's]")
+@board_clock_options
+@board_sync_option
 @json_option
-def trajectory_command(table, line, unit, which, take_up, axis, pixel_hz, as_json, **options):
+def trajectory_command(
+    table, line, unit, which, take_up, axis, pixel_hz, divider, sync, as_json, **options
+):
     """Run a table of two axes, its play taken up or not.
 
     Hold records are left out. The lines are checked with the board's own limits before anything
@@ -41,18 +45,18 @@ def trajectory_command(table, line, unit, which, take_up, axis, pixel_hz, as_jso
     ways = tuple(transitions.initial_direction(original, index) for index in range(AXES))
     with one_board(line, unit) as (found, known):
         known.axes((axis + AXES - 1,))
-        hz = settings.pixel_hz(known.board, pixel_hz)
+        hz = settings.pixel_hz(known.board, pixel_hz, divider)
         refuse_period(hz, known.board.tick_hz())
-        limits = connected(known.board, hz, AXES)
-        top = int(period_ticks(hz, limits.tick_hz)) // limits.min_interval_ticks
+        clock = settings.of_clock(sync, divider)
+        limits = connected(known.board, hz, AXES, clock)
+        top = int(limits.shortest_ticks) // limits.min_interval_ticks
         most = top - int(abs(original.velocities).max()) - 1
         plays = axis_plays(options, original, hz, most)
         made = host.command(original, plays, which)
         chosen = boardsim.taking_up(made, plays, ways) if take_up else boardsim.lines(made)
         lines = dict(enumerate(chosen, axis))
-        check_lines(known, lines, hz)
-        if pixel_hz:
-            known.board.set_pixel_hz(pixel_hz)
+        check_lines(known, lines, hz, clock)
+        settings.set_clock(known.board, pixel_hz, sync, divider)
         summary = run_lines(known.board, found.world, lines, arm=True, wait=True)
     summary |= {
         "run": which,

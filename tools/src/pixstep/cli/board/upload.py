@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: MIT
 """`pixstep board upload`: lines into the queues of a board, checked first, streamed if long."""
 
+from collections.abc import Mapping
 from fractions import Fraction
 from pathlib import Path
 
 import click
 
 from pixstep import formats, progress
-from pixstep.board import limits, run, settings, upload
+from pixstep.board import clockstate, limits, run, settings, upload
 from pixstep.board.client import Board
 from pixstep.board.world import World
 from pixstep.cli.board.group import (
@@ -19,11 +20,11 @@ from pixstep.cli.board.group import (
     stopping,
     unit_option,
 )
+from pixstep.cli.clockoptions import board_clock_options, board_sync_option
 from pixstep.cli.command import FILE, command
 from pixstep.cli.manylines import read_lines
 from pixstep.cli.options import (
     DECODE,
-    HZ,
     LINE_NUMBER,
     json_option,
     no_check_option,
@@ -48,11 +49,8 @@ POLICIES = {"always": 0, "on_reversal": 1}
 @click.option("--decode", type=DECODE, multiple=True, required=True, help="Once, or per line.")
 @click.option("--backlash", type=StepsType(0), multiple=True, help="Steps; once, or per line.")
 @click.option("--negative/--no-negative", help="Run smooth lines in the negative direction.")
-@click.option("--pixel-hz", type=HZ, help="Set the pixel frequency.  [default: the board's]")
-@click.option(
-    "--divider", type=click.IntRange(1, madefor.MOST_EDGES), metavar="M",
-    help="Set the clock edges of a pixel.  [default: the board's]",
-)  # fmt: skip
+@board_clock_options
+@board_sync_option
 @click.option("--backlash-policy", type=click.Choice(list(POLICIES)), help="Set the policy.")
 @click.option("--arm", is_flag=True, help="Arm the axes once the lines are loaded.")
 @click.option(
@@ -82,11 +80,12 @@ def upload_command(csv, line, unit, axis, decode, backlash, arm, wait, check, as
         if options["backlash_policy"]:
             known.board.require("backlash")
         divider = options["divider"] or settings.divider(known.board)
-        pixel_hz = (options["pixel_hz"] or settings.clock_hz(known.board)) / divider
+        pixel_hz = settings.pixel_hz(known.board, options["pixel_hz"], divider)
+        clock = settings.of_clock(options["sync"], divider)
         refuse_period(pixel_hz, known.board.tick_hz())
         _compare(csv, pixel_hz, divider, check=check)
         if check:
-            check_lines(known, lines, pixel_hz)
+            check_lines(known, lines, pixel_hz, clock)
         streamed = _streamed(known.board, lines)
         if streamed and not (arm and wait):
             raise UserError(
@@ -102,10 +101,7 @@ def upload_command(csv, line, unit, axis, decode, backlash, arm, wait, check, as
 
 def _set(board: Board, options: dict) -> None:
     """Write the settings that were asked for."""
-    if options["pixel_hz"]:
-        board.set_pixel_hz(options["pixel_hz"])
-    if options["divider"]:
-        board.write_setting("divider", options["divider"])
+    settings.set_clock(board, options["pixel_hz"], options["sync"], options["divider"])
     if options["backlash_policy"]:
         board.write_setting("backlash_policy", POLICIES[options["backlash_policy"]])
 
@@ -117,14 +113,20 @@ def _compare(csv: tuple[Path, ...], hz: Fraction, divider: int, *, check: bool) 
         say(madefor.notes(path, header, hz, refuse=check, divider=divider))
 
 
-def check_lines(known: Known, lines: dict[int, Line], hz: Fraction | None) -> None:
+def check_lines(
+    known: Known,
+    lines: dict[int, Line],
+    hz: Fraction | None,
+    clock: Mapping[str, int] | None = None,
+) -> None:
     """Check lines with the board's limits; warnings go to the error stream.
 
-    `hz` is the frequency of pixels that the board will be set to, if another than its own.
+    `hz` is the frequency of pixels that the board will be set to, if another than its own; `clock`
+    are the settings `sync` and `divider` that it gets.
     """
     if any(item.backlash for item in lines.values()):
         known.board.require("backlash")
-    found = limits.connected(known.board, hz, len(lines))
+    found = limits.connected(known.board, hz, len(lines), clock)
     for item in lines.values():
         say(
             f"{item.name}: {one.name} at pixel {one.pixel}: {one.message}"
@@ -145,6 +147,8 @@ def run_lines(board: Board, world: World, lines: dict[int, Line], *, arm: bool, 
     """Queue the lines, and as asked arm and follow them; return what was done."""
     axes = list(lines)
     pixels = max(item.pixels for item in lines.values())
+    if arm:
+        clockstate.await_lock(board, world)
     uploads = upload.begin(board, lines)
     if arm and wait:
         group = [run.Lines(board, axes, uploads)]

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: MIT
+"""What the lines of a run are to the pixel clock."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Self
+
+from pixstep.api.machines import Motor
+from pixstep.api.motions import MotionLine
+from pixstep.board import registers as regs
+from pixstep.errors import UserError
+from pixstep.profiles.madefor import MOST_EDGES
+
+
+@dataclass(frozen=True)
+class Clocking:
+    """What the lines of a run are to the pixel clock; None where nothing says so."""
+
+    sync: str | None
+    divider: int | None
+
+    @classmethod
+    def of(cls, lines: Mapping[int, MotionLine], sync: str | None, divider: int | None) -> Self:
+        """Return what is given, else what the machine of the lines has.
+
+        Raises UserError for what no board knows, and for a divider by which the pixels of a line
+        would not be edges of its machine's clock.
+        """
+        if sync not in (None, *regs.SYNCS):
+            raise UserError(f"sync {sync!r}: expected one of {', '.join(regs.SYNCS)}")
+        if divider is not None and divider not in range(1, MOST_EDGES + 1):
+            raise UserError(f"divider {divider!r}: expected 1 to {MOST_EDGES}")
+        for item in lines.values():
+            motor = item.motor
+            if motor is None:
+                continue
+            sync = sync or motor.sync
+            if _has_own_pixels(item, motor):
+                divider = _agreed(item, motor.divider, divider)
+        return cls(sync, divider)
+
+
+def _has_own_pixels(item: MotionLine, motor: Motor) -> bool:
+    """True if the pixels of a line are those of its machine's clock."""
+    return item.hz == motor.pixel_hz
+
+
+def _agreed(item: MotionLine, own: int, other: int | None) -> int:
+    """Return the divider of a line's machine. Raises UserError if the run has another one."""
+    if other not in (None, own):
+        edges = "one edge" if own == 1 else f"{own} edges"
+        raise UserError(
+            f"{item.line.name}: its pixels are {edges} of its machine's clock, the run has {other}"
+        )
+    return own
