@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Where the assembly (even_pixel*.S, ledger_pixels.S) finds the members of struct even_rate, struct line, struct
-// stream and struct stream_mark; checked in even_pixel.c. The assembler reads this file, too: plain
-// numbers only.
+// Where the assembly (even_pixel*.S, ledger_pixels.S) finds the members of struct even_rate, struct
+// line, struct stream and struct stream_mark; checked in even_pixel.c. The assembler reads this
+// file, too: plain numbers only.
 //
 // Offsets and sizes in bytes.
 #pragma once

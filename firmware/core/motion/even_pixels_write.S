@@ -11,8 +11,8 @@
 ;     r13  steps of a pixel                  Y         line
 ;
 ; Cycles of a pixel: 171 (175 on the ATmega2560), pixel_grid_advance() and even_pixel_put(); of a
-; locked line 146 and line_pixel_ticks() besides; with another number of steps than the pixel before, line_even_steps()
-; and even_pixel_divide() besides.
+; locked line 146, line_pixel_ticks() and even_pixel_put(); with another number of steps than the
+; pixel before, line_even_steps() and even_pixel_divide() besides.
 #include "base/asm.inc" // macros
 #include "motion/even_pixel_layout.h"
 

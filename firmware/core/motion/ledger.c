@@ -374,8 +374,8 @@ APART uint32_t ledger_advance_to_capture(struct ledger *ledger,
     uint8_t ahead = (uint8_t)(sample->tail - stream->retired);
     uint8_t known = (uint8_t)(ahead + ledger->fresh);
 
-    // The period, or the first one before it that is as long as the captured count, among the single
-    // periods around this place that still stand in the ring.
+    // The period, or the first one before it that is as long as the captured count, among the
+    // single periods around this place that still stand in the ring.
     for (uint8_t at = back; at < known; at++) {
         uint8_t slot = (uint8_t)(sample->tail - 1u - at);
         if (captured_ticks < stream_entry_ticks(stream, slot)) {

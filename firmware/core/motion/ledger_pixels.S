@@ -160,10 +160,9 @@ function ledger_pass_edge
     ret
 end_function ledger_pass_edge
 
-
 ; bool ledger_take_pixels(struct ledger *ledger, struct stream *stream, uint8_t tail)
 ;
-;     r15  where the interrupt reads next    r16, r17  stream    Y  ledger    r22  periods of a pixel
+;     r15  where the interrupt reads next   r16, r17  stream   Y  ledger   r22  periods of a pixel
 ;
 ; Cycles of a pixel: 252 on the ATmega2560, 248 elsewhere, all included but the error of an edge.
 #define TAIL    r15
@@ -243,4 +242,3 @@ function ledger_take_pixels
     .endr
     ret
 end_function ledger_take_pixels
-

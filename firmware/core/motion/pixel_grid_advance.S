@@ -1,6 +1,6 @@
 ; SPDX-License-Identifier: MIT
-; Moves a grid of pixel edges by one period: the assembly half of pixel_period.c, where the C is that
-; this file stands for.
+; Moves a grid of pixel edges by one period: the assembly half of pixel_period.c, where the C is
+; that this file stands for.
 ;
 ;     uint32_t pixel_grid_advance(struct pixel_grid *grid)
 ;
