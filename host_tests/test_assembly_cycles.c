@@ -12,6 +12,9 @@
 #include "base/wide.h"
 #include "motion/curve_flat.h"
 #include "motion/curve_steep.h"
+#include "motion/ledger.h"
+#include "motion/ledger_pixels.h"
+#include "motion/pixel_period.h"
 #include "motion/step_ring.h"
 #include "motion/step_ring_sum.h"
 
@@ -36,6 +39,9 @@ uint16_t curve_steep_root(uint32_t value);
 #else
 #define INNER_CALL_LESS 2u
 #endif
+// pixel_grid_advance() with the call, and a whole pixel in ledger_take_pixels().
+#define GRID_CYCLES  71u
+#define PIXEL_CYCLES (252u - 2u * INNER_CALL_LESS)
 // Of a step: the low byte of q - 1 stays far from a carry.
 #define TOP 0x0140u
 
@@ -45,6 +51,7 @@ typedef struct quotient quotient_function(uint16_t high, uint16_t low, uint16_t 
 typedef struct wide wide_function(struct wide a, uint16_t factor);
 typedef uint16_t root_function(uint32_t value);
 typedef uint32_t fit_function(struct curve_steep *steep, uint32_t ticks);
+typedef uint32_t grid_function(struct pixel_grid *grid);
 typedef void flat_function(struct curve_flat *flat, volatile uint8_t *low, uint8_t count);
 
 static struct step_ring ring;
@@ -338,6 +345,71 @@ static void ring_sum(void)
     TEST_ASSERT_EQUAL_UINT16(16 * 10, time_sum(12) - time_sum(2));
 }
 
+MEASURING time_grid(grid_function *function, struct pixel_grid *grid)
+{
+    uint16_t start = now();
+
+    result = function(grid);
+    return (uint16_t)(now() - start);
+}
+
+static uint16_t grid_cycles(uint32_t sum)
+{
+    const struct pixel_period period = {.whole_ticks = 7, .remainder = 2, .divisor = 5};
+    struct pixel_grid grid = {.period = &period, .sum = sum};
+    uint16_t own = time_grid((grid_function *)nothing, &grid);
+    uint16_t cycles = time_grid(pixel_grid_advance, &grid);
+
+    TEST_ASSERT_EQUAL_UINT32(sum < 3u ? 7 : 8, result);
+    TEST_ASSERT_EQUAL_UINT32(sum < 3u ? sum + 2u : sum - 3u, grid.sum);
+    return (uint16_t)(cycles - own + CALL_AND_RETURN);
+}
+
+static void grids(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(GRID_CYCLES, grid_cycles(0));
+    TEST_ASSERT_EQUAL_UINT16(GRID_CYCLES + 7u, grid_cycles(4));
+}
+
+#define PIXEL_STEPS 20u
+
+// Account for so many pixels of the line.
+MEASURING time_pixels(uint8_t count, int16_t error_ticks)
+{
+    static struct ledger ledger;
+    static struct stream stream;
+
+    ledger_reset(&ledger, 1000);
+    records_thin(1, UINT16_MAX);
+    records_reset(&ledger.records);
+    ledger.pulse = true;
+    stream = (struct stream){.mark_placed = count};
+    for (uint8_t i = 0; i < count; i++) {
+        stream.marks[i] = (struct stream_mark){
+            .slot = (uint8_t)(PIXEL_STEPS * (i + 1u)),
+            .periods = PIXEL_STEPS,
+            .ticks = 800,
+            .position = (uint16_t)(PIXEL_STEPS * (i + 1u)),
+        };
+        records_note_early(&ledger.records, (uint16_t)(i + 1u), error_ticks);
+    }
+    uint16_t start = now();
+    result = ledger_take_pixels(&ledger, &stream, (uint8_t)(PIXEL_STEPS * count));
+    uint16_t end = now();
+
+    TEST_ASSERT_EQUAL_INT32(PIXEL_STEPS * count, ledger.position_steps);
+    TEST_ASSERT_EQUAL_UINT32(2000u + 800uL * count, ledger.loaded_ticks);
+    TEST_ASSERT_EQUAL_UINT8(count, records_shown(&ledger.records));
+    return (uint16_t)(end - start);
+}
+
+static void pixels_accounted_for(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(PIXEL_CYCLES, time_pixels(3, 0) - time_pixels(2, 0));
+    TEST_ASSERT_LESS_OR_EQUAL_UINT16(PIXEL_CYCLES + 80u,
+                                     time_pixels(3, 5) - time_pixels(2, 5));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -349,6 +421,8 @@ int main(void)
     RUN_TEST(flat_steps);
     RUN_TEST(flat_moves);
     RUN_TEST(ring_sum);
+    RUN_TEST(grids);
+    RUN_TEST(pixels_accounted_for);
     return UNITY_END();
 }
 

@@ -178,7 +178,7 @@ static void at_most_three_axes_have_a_turn(void)
 
     slow_pixels();
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        bench_plain_line(i, 4, 20);
+        bench_plain_line(i, 4, 5);
     }
     arm_all();
     (void)round_of(AT_ONCE, &served);

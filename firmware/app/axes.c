@@ -96,7 +96,8 @@ static APART bool advance(uint8_t i, enum ledger_extent extent, bool rested)
     if (!rested && capture_waits(i)) {
         return false;
     }
-    if (extent == LEDGER_EXACTLY ||
+    // A single axis has little to ask, and asking takes as long.
+    if (CONFIG_AXES == 1 || extent == LEDGER_EXACTLY ||
         ledger_due(&axis->ledger, &axis->feed.stream, &sample)) {
         cpu_section(CPU_SECTION_LEDGER);
         ledger_advance(&axis->ledger, &axis->feed.stream, &sample, extent);

@@ -13,27 +13,37 @@
 #include "motion/lock_grid.h" // lock_grid_*
 
 #if FEATURE_CLOCK_STATISTICS
-// The clock goes on behind a line's last pixel: what comes then is not the line's.
-static bool has_pixel(const struct axis *axis, uint32_t pixel)
+// Note the error of the newest edge in the records of an axis. The clock goes on behind a line's
+// last pixel: what comes then is not the line's.
+static APART void note_error_of(struct axis *axis, uint16_t pixel, int16_t error_ticks)
 {
-    uint16_t ahead = (uint16_t)((uint16_t)pixel - (uint16_t)axis->ledger.pixel);
+    struct ledger *ledger = &axis->ledger;
+    uint16_t ahead = (uint16_t)(pixel - (uint16_t)ledger->pixel);
 
-    return lifecycle_moving(&axis->life) || ahead <= RECORDS_EARLY;
+    if ((uint16_t)(ahead - 1u) < RECORDS_EARLY) {
+        records_note_early(&ledger->records, pixel, error_ticks);
+    } else if (ahead == 0 || lifecycle_moving(&axis->life)) {
+        records_note_error(&ledger->records, pixel, error_ticks);
+    }
 }
 
 // Note the error of a clock edge in the records of the axes. Pixels are counted from a line's own
 // line zero, so that only lines with the line zero of the reference may take its errors.
-static void note_edge_error(uint32_t pixel)
+static APART void note_edge_error(uint16_t pixel)
 {
+    const struct clock_watch *watch = reference_watch();
+
+    BY_POINTER(watch);
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         struct axis *axis = axes_get(i);
-        if (axis->zero_ticks == reference_watch()->zero_ticks && has_pixel(axis, pixel)) {
-            ledger_note_edge_error(&axis->ledger, pixel, reference_watch()->error_ticks);
+        BY_POINTER(axis);
+        if (axis->zero_ticks == watch->zero_ticks) {
+            note_error_of(axis, pixel, watch->error_ticks);
         }
     }
 }
 #else
-static void note_edge_error(uint32_t pixel)
+static void note_edge_error(uint16_t pixel)
 {
     (void)pixel;
 }
@@ -92,7 +102,7 @@ static void take_edge(const struct pixel_capture *capture, bool after_loss)
                                                     capture->ticks) -
                           PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
     if (reference_edge(edge_ticks, &pixel)) {
-        note_edge_error(pixel);
+        note_edge_error((uint16_t)pixel);
     }
     if (lock_grid_now()->locks) {
         if (!lock_grid_tolerates()) {
@@ -124,8 +134,13 @@ static uint8_t take_lost(void)
     return 1;
 }
 
-// Edges taken in one round: a clock faster than the main loop, or noise, must not hold it.
-#define EDGES_A_ROUND 2u
+// Edges taken in one round: as many as can wait. A clock faster than the main loop, or noise, must
+// not hold it.
+#define EDGES_A_ROUND CONFIG_CLOCK_EDGES
+
+// Edges to come until one is surely next to the one before it: lost edges were lost behind those
+// that waited then.
+static uint8_t unsure_edges;
 
 // Take captured clock edges. Not inline, so that the captures do not take up stack below the
 // decoder of steps.
@@ -135,8 +150,15 @@ static APART void take_captures(void)
     uint8_t lost = 0;
 
     for (uint8_t left = EDGES_A_ROUND; left != 0 && pixel_clock_take(&capture); left--) {
-        lost = (uint8_t)(lost + take_lost());
-        take_edge(&capture, lost != 0);
+        uint8_t lost_now = take_lost();
+        if (lost_now != 0) {
+            lost = (uint8_t)(lost + lost_now);
+            unsure_edges = CONFIG_CLOCK_EDGES + 1u;
+        }
+        take_edge(&capture, unsure_edges != 0);
+        if (unsure_edges != 0) {
+            unsure_edges--;
+        }
     }
     // A line that waits needs no edge in particular.
     if (lost != 0 && start_clocked_axis_runs()) {

@@ -15,6 +15,7 @@
 
 static uint16_t record_register(const struct ledger *ledger, uint8_t offset)
 {
+    BY_POINTER_SMALL(ledger);
     uint8_t count = records_shown(&ledger->records);
 
     if (offset < 2) {

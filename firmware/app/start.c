@@ -183,6 +183,7 @@ bool start_near(void)
 // soon as can be.
 static inline int32_t delay_of(struct axis *axis)
 {
+    BY_POINTER_SMALL(axis);
     if (!axis->clocked) {
         axis->zero_ticks = (uint32_t)(2 * START_MIN_TICKS - ticks_to_start(axis, 0));
     }

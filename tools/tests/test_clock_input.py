@@ -2,6 +2,7 @@
 """What a clock input does to the rest of the board: storms of edges, lines armed at odd moments."""
 
 import contextlib
+import itertools
 from fractions import Fraction
 
 import pytest
@@ -9,7 +10,7 @@ import pytest
 from bench import Bench
 from effort import cases
 from pixstep.board import boards
-from pixstep.lines.line import PLAIN, Line
+from pixstep.lines.line import PLAIN, SMOOTH, Line
 
 pytestmark = pytest.mark.usefixtures("simulator")
 
@@ -20,6 +21,8 @@ SETTLED_S = 0.3
 MOMENTS = cases(8, 60)
 SLOW = Line((1777,) * 12, PLAIN, clocked=False)
 SLOW_HZ = 30
+SPEEDS = (*range(0, 22, 2), *[20] * 100, *range(18, -1, -2))
+RISING = Line(tuple((a + b) // 2 for a, b in itertools.pairwise(SPEEDS)), SMOOTH)
 
 
 @contextlib.contextmanager
@@ -42,6 +45,16 @@ def test_a_storm_of_edges_holds_nobody(board, hz):
         bench.sim.command(f"clock hz {SLOW_HZ}/1")
         bench.until(lambda: bench.state() == "done")
         assert bench.count() == SLOW.total_steps
+        assert bench.fault() == "none"
+
+
+@pytest.mark.parametrize("hz", [2200, 2400])
+def test_edges_lost_while_a_start_is_decoded_are_no_fault(hz):
+    """The gap that they leave lies behind the edges that waited."""
+    with Bench("uno", hz=hz) as bench:
+        bench.load(RISING)
+        bench.arm()
+        bench.run_until_steps(1500)
         assert bench.fault() == "none"
 
 

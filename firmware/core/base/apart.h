@@ -16,3 +16,10 @@
 //     struct feed *feed = &axis->feed;
 //     BY_POINTER(feed);
 #define BY_POINTER(pointer) __asm__("" : "+r"(pointer))
+
+// BY_POINTER_SMALL: the same where the image is built for size alone; elsewhere it costs time.
+#if defined(__OPTIMIZE_SIZE__)
+#define BY_POINTER_SMALL(pointer) BY_POINTER(pointer)
+#else
+#define BY_POINTER_SMALL(pointer)
+#endif

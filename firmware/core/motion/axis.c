@@ -100,6 +100,7 @@ static void report_queue(struct axis *axis)
 // Decide whether this block may be checked and queued. BLOCK_TAKEN means that it may.
 static enum block_result admit_block(const struct axis *axis, const struct block *block)
 {
+    BY_POINTER_SMALL(axis);
     // The queue will be discarded as soon as the axis is at rest.
     if (axis->life.state == AXIS_STOPPING) {
         return BLOCK_FULL;
@@ -180,6 +181,7 @@ static void axis_begin_line(struct axis *axis,
 
 bool axis_arm(struct axis *axis, const struct pixel_period *period, bool always_take_up)
 {
+    BY_POINTER_SMALL(axis);
     bool clocked = axis_waits_for_edge(axis) && !lock_grid_now()->ignored;
 
     if (!start_queued(axis) || !lifecycle_report(&axis->life, LIFECYCLE_ARM)) {
@@ -235,6 +237,7 @@ void axis_discard(struct axis *axis, uint8_t ring_slot)
 
 void axis_line_finished(struct axis *axis)
 {
+    BY_POINTER_SMALL(axis);
     if (lifecycle_report(&axis->life, LIFECYCLE_FINISHED)) {
         axis->lines_done++;
         report_queue(axis);
@@ -254,6 +257,7 @@ void axis_line_decoded(struct axis *axis,
                        const struct pixel_period *period,
                        bool always_take_up)
 {
+    BY_POINTER_SMALL(axis);
     if (axis->whole_lines != 0) {
         axis->whole_lines--;
     }

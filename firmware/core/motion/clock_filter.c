@@ -87,8 +87,9 @@ static void begin(struct clock_filter *filter, uint32_t edge_ticks)
     filter->bridged = 0;
 }
 
-bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks)
+APART bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks)
 {
+    BY_POINTER(filter);
     while (filter->count != 0) {
         // A quarter of the period. The first interval must be near the nominal one.
         uint8_t shift = filter->count == FIRST_COUNT ? 4u : 2u;

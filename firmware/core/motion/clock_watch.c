@@ -13,6 +13,7 @@ static void compare_interval(struct clock_watch *watch,
                              uint32_t period_ticks,
                              uint32_t edge_ticks)
 {
+    BY_POINTER(watch);
     uint32_t interval_ticks = edge_ticks - watch->edge_ticks;
     uint32_t most_ticks = period_ticks / 16u;
 

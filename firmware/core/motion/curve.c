@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "motion/curve.h"
 
+#include "base/apart.h"    // BY_POINTER_SMALL
 #include "base/divide.h"   // divide_u32_u16
 #include "base/multiply.h" // multiply_*
 
@@ -109,6 +110,7 @@ static uint8_t choose_kind(struct curve *curve, uint8_t count)
 
 uint32_t curve_next(struct curve *curve)
 {
+    BY_POINTER_SMALL(curve);
     (void)choose_kind(curve, 1);
     if (curve->kind == CURVE_FLAT_NOT) {
         return curve_steep_next(&curve->state.steep);

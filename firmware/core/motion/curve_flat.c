@@ -311,6 +311,7 @@ static void carry_highs(struct step_ring *ring,
                         uint8_t first_slot,
                         struct curve_made *made)
 {
+    BY_POINTER_SMALL(ring);
     for (; count != 0; count--) {
         if (ring->low[slot] != 0) {
             // as filled

@@ -33,6 +33,7 @@
 
 static void begin_piece(struct axis *axis)
 {
+    BY_POINTER_SMALL(axis);
     const struct piece *piece = &axis->piece;
 
     if (piece->steps == 0) {

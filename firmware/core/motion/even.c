@@ -16,6 +16,7 @@ void even_start(struct even *even, uint32_t ticks, uint16_t steps)
 
 APART uint32_t even_skip(struct even *even, uint16_t steps)
 {
+    BY_POINTER_SMALL(even);
     // All steps of the piece together need no division.
     if (steps == even->steps) {
         return multiply_u32_u16(even->base_ticks, steps) + even->remainder;

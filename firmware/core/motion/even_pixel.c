@@ -3,6 +3,7 @@
 
 #include <stddef.h> // offsetof
 
+#include "base/apart.h"  // BY_POINTER_SMALL
 #include "base/divide.h" // divide_u32_u16
 #include "base/flash.h"  // IN_FLASH
 #include "motion/even_pixel_layout.h"
@@ -11,8 +12,8 @@
 // Longest interval of a single period, ticks, with room for a longer one beside it.
 #define INTERVAL_MAX_TICKS 0xFC00u
 
-// Where whole pixels are not noted, flash is short too: every quotient by division.
-#if STREAM_WHOLE_PIXELS
+// Where no batches are noted, flash is short too: every quotient by division.
+#if STREAM_BATCHES > 0
 // floor(65536 / n); 65535 for n = 1.
 static const uint16_t reciprocals[EVEN_PIXEL_MAX_STEPS + 1u] IN_FLASH = {
     0,    65535, 32768, 21845, 16384, 13107, 10922, 9362, 8192, 7281, 6553, 5957, 5461,
@@ -46,7 +47,8 @@ static void divide_short(struct even_rate *rate, uint16_t ticks, uint8_t steps)
 
 bool even_pixel_divide(struct even_rate *rate, uint8_t steps, uint32_t ticks)
 {
-    if (STREAM_WHOLE_PIXELS && ticks <= UINT16_MAX) {
+    BY_POINTER_SMALL(rate);
+    if (STREAM_BATCHES > 0 && ticks <= UINT16_MAX) {
         divide_short(rate, (uint16_t)ticks, steps);
     } else if (ticks >> 16 >= steps) {
         return false;
@@ -80,7 +82,9 @@ _Static_assert(offsetof(struct even_rate, ticks) == EVEN_PIXEL_TICKS &&
                    offsetof(struct line, even) == EVEN_PIXEL_RATE &&
                    offsetof(struct line, position) == EVEN_PIXEL_POSITION &&
                    offsetof(struct line, to_edge_ticks) == EVEN_PIXEL_TO_EDGE &&
-                   STREAM_MARKS == EVEN_PIXEL_MARK_COUNT &&
+                   offsetof(struct line, edges.mode) == EVEN_PIXEL_GRID_MODE &&
+                   LINE_GRID_EXACT == 0 &&
+                   offsetof(struct line, edges.exact) == EVEN_PIXEL_GRID &&
                    EVEN_PIXEL_MAX_STEPS == EVEN_PIXEL_MOST_STEPS &&
                    EVEN_PIXEL_MAX_TICKS >> 16 == EVEN_PIXEL_TICKS_TOO_BIG - 1 &&
                    STEP_RING_CAPACITY == EVEN_PIXEL_RING_CAPACITY,
@@ -89,13 +93,11 @@ _Static_assert(offsetof(struct even_rate, ticks) == EVEN_PIXEL_TICKS &&
 _Static_assert(STREAM_UNKNOWN == UINT8_MAX, "known to even_pixel_put.S");
 _Static_assert(EVEN_PIXEL_WAITS == UINT8_MAX, "known to even_pixels_write.S");
 
-#if STREAM_WHOLE_PIXELS
 _Static_assert(offsetof(struct stream, behind_periods) == EVEN_PIXEL_BEHIND_PERIODS &&
                    offsetof(struct stream, behind_ticks) == EVEN_PIXEL_BEHIND_TICKS &&
                    offsetof(struct stream_mark, periods) == EVEN_PIXEL_MARK_PERIODS &&
                    offsetof(struct stream_mark, ticks) == EVEN_PIXEL_MARK_TICKS,
                "known to even_pixel_put.S");
-#endif
 
 #else
 

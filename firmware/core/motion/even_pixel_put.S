@@ -22,7 +22,7 @@
 ; Z = stream + the offset of mark `index` within the marks.
 .macro find_mark index
     mov r30, \index
-    andi r30, EVEN_PIXEL_MARK_COUNT - 1
+    andi r30, STREAM_MARKS - 1
     ldi r31, EVEN_PIXEL_MARK_BYTES
     mul r30, r31
     movw r30, r0
@@ -49,9 +49,7 @@ function even_pixel_put
     inc r26
     std Y + EVEN_PIXEL_MARK_HEAD, r26
     std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_FLAGS, r1
-#if STREAM_WHOLE_PIXELS
     std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_PERIODS, r1
-#endif
     std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_POSITION, r20
     std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_POSITION + 1, r21
 
@@ -64,7 +62,6 @@ function even_pixel_put
     std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_SLOT, r20
     subi r18, 1                         ; 2
     sbci r19, 0
-#if STREAM_WHOLE_PIXELS
     movw r26, r18                       ; 7   the first interval is a longer one if any is
     cpse REMAINDER, r1
     adiw r26, 1
@@ -87,7 +84,6 @@ function even_pixel_put
     sbc r31, r27
     std Y + EVEN_PIXEL_BEHIND_TICKS, r30
     std Y + EVEN_PIXEL_BEHIND_TICKS + 1, r31
-#endif
     .irp byte, 0, 1, 2, 3               ; 20
     ldd r21, Y + EVEN_PIXEL_END_TICKS + \byte
     .if \byte == 0

@@ -10,8 +10,9 @@
 ;     r12  third byte of the pixel's length  r22..r25  length of the pixel, ticks
 ;     r13  steps of a pixel                  Y         line
 ;
-; Cycles of a pixel: 128 (132 on the ATmega2560), line_pixel_ticks() and even_pixel_put(); with
-; another number of steps than the pixel before, line_even_steps() and even_pixel_divide() besides.
+; Cycles of a pixel: 171 (175 on the ATmega2560), pixel_grid_advance() and even_pixel_put(); of a
+; locked line 146, line_pixel_ticks() and even_pixel_put(); with another number of steps than the
+; pixel before, line_even_steps() and even_pixel_divide() besides.
 #include "base/asm.inc" // macros
 #include "motion/even_pixel_layout.h"
 
@@ -20,6 +21,7 @@
 #define TICKS2   r12
 #define STEPS    r13
 #define NEGATIVE r14
+#define TICKS    r22, r23, r24, r25
 
     .section .text.even_pixels_write, "ax", @progbits
 function even_pixels_write
@@ -70,7 +72,7 @@ next_pixel:
     ldd r18, Z + EVEN_PIXEL_MARK_HEAD
     ldd r19, Z + EVEN_PIXEL_MARK_TAIL
     sub r18, r19
-    cpi r18, EVEN_PIXEL_MARK_COUNT - 1
+    cpi r18, STREAM_MARKS - 1
     brsh leave
     ldd r18, Z + EVEN_PIXEL_RETIRED     ; 9   room in the ring?
     ldd r19, Z + EVEN_PIXEL_HEAD
@@ -78,19 +80,35 @@ next_pixel:
     subi r18, 256 - EVEN_PIXEL_RING_CAPACITY
     cp r18, STEPS
     brlo no_room
-    movw r24, r28                       ; 10  how long is the pixel? 0: not known yet
+    ldd r18, Y + EVEN_PIXEL_FLAGS       ; 19  a pixel of the exact grid, as a whole?
+    sbrs r18, EVEN_PIXEL_EDGE_OPEN_BIT
+    rjmp ask
+    ldd r19, Y + EVEN_PIXEL_GRID_MODE
+    .irp byte, 0, 1, 2, 3
+    ldd r20, Y + EVEN_PIXEL_TO_EDGE + \byte
+    or r19, r20
+    .endr
+    brne ask
+    rjmp exact
+far_divide:
+    rjmp divide
+far_leave:
+    rjmp leave
+ask:
+    movw r24, r28                       ; 9   how long is the pixel? 0: not known yet
     call line_pixel_ticks
-    mov TICKS2, r24
+length_known:
+    mov TICKS2, r24                     ; 8
     cpi r24, EVEN_PIXEL_TICKS_TOO_BIG
-    brsh leave
+    brsh far_leave
     mov r18, r22
     or r18, r23
     or r18, r24
-    breq leave
+    breq far_leave
 
     ldd r18, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_STEPS ; 4 as many steps as in the last pixel?
     cp r18, STEPS
-    brne divide
+    brne far_divide
     ldd r18, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_TICKS ; 18 then the remainder may take the difference
     ldd r19, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_TICKS + 1
     ldd r20, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_REMAINDER
@@ -99,9 +117,9 @@ next_pixel:
     sbc r27, r19
     add r26, r20
     adc r27, r1
-    brne divide
+    brne far_divide
     cp r26, STEPS
-    brsh divide
+    brsh far_divide
     std Y + EVEN_PIXEL_RATE + EVEN_PIXEL_REMAINDER, r26 ; 6
     std Y + EVEN_PIXEL_RATE + EVEN_PIXEL_TICKS, r22
     std Y + EVEN_PIXEL_RATE + EVEN_PIXEL_TICKS + 1, r23
@@ -153,13 +171,22 @@ interval_known:
     rjmp next_pixel
 3:  rjmp next_segment
 
+; The length of a pixel of the exact grid, as line_pixel_ticks() leaves it. 34 cycles besides.
+exact:
+    movw r24, r28
+    adiw r24, EVEN_PIXEL_GRID
+    call pixel_grid_advance
+    store_plain EVEN_PIXEL_TO_EDGE, TICKS
+    ldd r18, Y + EVEN_PIXEL_FLAGS
+    andi r18, 0xFF - EVEN_PIXEL_EDGE_OPEN
+    std Y + EVEN_PIXEL_FLAGS, r18
+    rjmp length_known
+
 ; The time above 16 bits, of which the marks know nothing.
 longer_than_16_bits:
     movw r30, r16
-#if STREAM_WHOLE_PIXELS
     ldi r24, 0xFF
     std Z + EVEN_PIXEL_BEHIND_PERIODS, r24
-#endif
     ldd r24, Z + EVEN_PIXEL_END_TICKS + 2
     add r24, TICKS2
     std Z + EVEN_PIXEL_END_TICKS + 2, r24

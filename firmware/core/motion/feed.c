@@ -52,6 +52,7 @@ bool feed_fits_train(const struct feed *feed, const struct even *even)
 
 uint32_t feed_train(struct feed *feed, struct even *even, uint16_t steps)
 {
+    BY_POINTER_SMALL(feed);
     if (!feed->pulse) {
         stream_put_command(&feed->stream, STEP_COMMAND_PULSE);
         feed->pulse = true;
@@ -77,6 +78,7 @@ static APART void put_held(struct step_ring *ring, uint8_t slot, uint32_t ticks)
 
 void feed_fill_front(struct feed *feed, uint32_t delay_ticks)
 {
+    BY_POINTER_SMALL(feed);
     struct step_ring *ring = feed->stream.ring;
     uint8_t slot = feed->held_slot;
     uint32_t half = delay_ticks / 2u;
@@ -164,6 +166,7 @@ void feed_pump(struct feed *feed)
 
 void feed_step(struct feed *feed, uint32_t interval_ticks, bool negative)
 {
+    BY_POINTER_SMALL(feed);
     REQUIRE(!feed_busy(feed));
     feed->pending_ticks += interval_ticks;
     feed->step_due = true;
@@ -179,6 +182,7 @@ void feed_quiet(struct feed *feed, uint32_t ticks)
 
 void feed_mark_here(struct feed *feed, bool line_start, int16_t position)
 {
+    BY_POINTER_SMALL(feed);
     stream_add_mark(&feed->stream, line_start, (uint16_t)position);
     if (!feed->lead) {
         stream_place_marks(&feed->stream, 0);

@@ -3,6 +3,7 @@
 
 #include "base/apart.h"           // APART
 #include "base/multiply.h"        // multiply_u32_u16
+#include "motion/ledger_pixels.h" // ledger_take_pixels
 #include "motion/step_ring_sum.h" // step_ring_sum
 
 void ledger_reset(struct ledger *ledger, uint16_t first_period_ticks)
@@ -128,17 +129,6 @@ static APART int32_t position_at(const struct ledger *ledger,
            (ledger->negative ? (int8_t)mark->early : -(int8_t)mark->early);
 }
 
-static APART void pass_edge(struct ledger *ledger,
-                            int32_t position_steps,
-                            uint16_t expected_steps)
-{
-    ledger->pixel++;
-    records_add(&ledger->records,
-                (uint16_t)ledger->pixel,
-                position_steps - ledger->line_origin,
-                expected_steps);
-}
-
 static void ledger_begin_line(struct ledger *ledger, const struct stream_mark *mark)
 {
     ledger->line_origin = position_at(ledger, mark);
@@ -157,7 +147,7 @@ static void pass_marks(struct ledger *ledger, struct stream *stream)
         if (mark->line_start) {
             ledger_begin_line(ledger, mark);
         } else {
-            pass_edge(ledger, position_at(ledger, mark), mark->position);
+            ledger_pass_edge(ledger, position_at(ledger, mark), mark->position);
         }
         stream_pass_mark(stream);
     }
@@ -179,17 +169,6 @@ static APART void move_position(struct ledger *ledger, uint8_t steps)
     ledger->position_steps += ledger->negative ? -(int16_t)steps : (int16_t)steps;
 }
 
-// `count` single pulsing or quiet periods were passed. The ring still holds the last three.
-static APART void pass_count(struct ledger *ledger, uint8_t count)
-{
-    uint8_t fresh = (uint8_t)(ledger->fresh + count);
-
-    ledger->fresh = fresh < count || fresh > 3u ? 3u : fresh;
-    if (ledger->pulse) {
-        move_position(ledger, count);
-    }
-}
-
 // Account for single periods. Returns false when the interrupt is inside a batch that must be taken
 // as a whole.
 static bool take_periods(struct ledger *ledger,
@@ -204,30 +183,8 @@ static bool take_periods(struct ledger *ledger,
         return false;
     }
     ledger->loaded_ticks += ticks;
-    pass_count(ledger, count);
+    ledger_pass_periods(ledger, count);
     return true;
-}
-
-// Account for pixels that were written as a whole and that the interrupt has made, and for their
-// edges. Returns true when it is inside such a pixel now.
-static APART bool take_pixels(struct ledger *ledger, struct stream *stream, uint8_t tail)
-{
-    uint8_t count = stream_whole_pixel(stream);
-
-    while (count != 0) {
-        const struct stream_mark *mark = stream_mark(stream);
-
-        if ((uint8_t)(tail - stream->retired) < count) {
-            return true;
-        }
-        ledger->loaded_ticks += stream_whole_ticks(stream);
-        stream->retired = mark->slot;
-        pass_count(ledger, count);
-        pass_edge(ledger, ledger->position_steps, mark->position);
-        stream_pass_mark(stream);
-        count = stream_whole_pixel(stream);
-    }
-    return false;
 }
 
 // The train is over: account for its length and free it.
@@ -246,6 +203,7 @@ static void note_lengths(struct ledger *ledger,
                          const struct stream *stream,
                          uint16_t loaded)
 {
+    BY_POINTER_SMALL(ledger);
     const struct pulse_train *carried = &stream->engine_trains[ledger->train];
     uint16_t base = stream_train_base(stream, ledger->train);
     int16_t sum = carried->sum;
@@ -272,6 +230,7 @@ static void note_lengths(struct ledger *ledger,
 // Close the train when all of it was loaded, or when its rest was cut off.
 static void settle_train(struct ledger *ledger, struct stream *stream, bool cut)
 {
+    BY_POINTER_SMALL(ledger);
     const struct stream_train *train = &stream->trains[ledger->train];
 
     uint16_t loaded = ledger_train_loaded(ledger);
@@ -349,19 +308,16 @@ static void add_idle(struct ledger *ledger, struct stream *stream, uint16_t idle
     stream_delay(stream, ticks);
 }
 
-void ledger_advance(struct ledger *ledger,
-                    struct stream *stream,
-                    const struct engine_sample *sample,
-                    enum ledger_extent extent)
+// Apart from what comes before it: what it keeps on the stack costs more than a pixel.
+static APART void advance_by_entries(struct ledger *ledger,
+                                     struct stream *stream,
+                                     const struct engine_sample *sample,
+                                     bool whole)
 {
-    // After an idle period or a cut no batch is left to be accounted for as a whole later.
-    bool whole = extent == LEDGER_BY_BATCHES && !sample->cut &&
-                 sample->idle_count == ledger->idle_seen;
-
     ledger_arrive(ledger, stream, sample);
     while (stream->retired != sample->tail) {
         if (ledger->train == LEDGER_NO_TRAIN &&
-            take_pixels(ledger, stream, sample->tail) && whole) {
+            ledger_take_pixels(ledger, stream, sample->tail) && whole) {
             return;
         }
         if (stream->retired == sample->tail) {
@@ -378,55 +334,52 @@ void ledger_advance(struct ledger *ledger,
     add_idle(ledger, stream, sample->idle_count);
 }
 
-// The account stands inside a pixel or a batch, with single periods from there to the sample's
-// tail. Find the start of period `back`, counted from that tail, or of the first one before it that
-// is as long as the captured count. False when the periods before the account are no longer known
-// by themselves.
-static bool start_beside(const struct ledger *ledger,
-                         const struct stream *stream,
-                         uint8_t tail,
-                         uint8_t back,
-                         uint16_t captured_ticks,
-                         uint32_t *start_ticks)
+void ledger_advance(struct ledger *ledger,
+                    struct stream *stream,
+                    const struct engine_sample *sample,
+                    enum ledger_extent extent)
 {
-    uint8_t slot = stream->retired;
-    uint8_t ahead = (uint8_t)(tail - slot);
-    uint8_t known = (uint8_t)(ahead + ledger->fresh);
+    // After an idle period or a cut no batch is left to be accounted for as a whole later.
+    bool whole = extent == LEDGER_BY_BATCHES && !sample->cut &&
+                 sample->idle_count == ledger->idle_seen;
 
-    *start_ticks = ledger->loaded_ticks;
-    while (back < known &&
-           captured_ticks >= stream_entry_ticks(stream, (uint8_t)(tail - 1u - back))) {
-        back++;
+    if (whole && ledger->train == LEDGER_NO_TRAIN &&
+        ledger_take_pixels(ledger, stream, sample->tail)) {
+        return;
     }
-    if (ahead > back) {
-        uint8_t start = (uint8_t)(tail - 1u - back);
-        *start_ticks += step_ring_sum(stream->ring, &slot, start);
-        return true;
-    }
-    uint8_t passed = (uint8_t)(back + 1u - ahead);
-    if (passed > ledger->fresh) {
-        return false;
-    }
-    for (; passed != 0; passed--) {
-        *start_ticks -= stream_passed_ticks(stream, passed);
-    }
-    return true;
+    advance_by_entries(ledger, stream, sample, whole);
 }
 
-uint32_t ledger_advance_to_capture(struct ledger *ledger,
-                                   struct stream *stream,
-                                   const struct engine_sample *sample,
-                                   uint8_t back,
-                                   uint16_t captured_ticks)
+// Start of the period at this slot, one of the single periods around the place that the account has
+// come to. ahead: it is not accounted for yet.
+static uint32_t start_beside(const struct ledger *ledger,
+                             const struct stream *stream,
+                             uint8_t slot,
+                             bool ahead)
 {
-    uint32_t start_ticks = 0;
+    uint8_t from = ahead ? stream->retired : slot;
+    uint8_t to = ahead ? slot : stream->retired;
+    uint32_t ticks = step_ring_sum(stream->ring, &from, to);
 
-    if (STREAM_WHOLE_PIXELS) {
-        ledger_advance(ledger, stream, sample, LEDGER_BY_BATCHES);
-        if (stream->retired != sample->tail &&
-            start_beside(
-                ledger, stream, sample->tail, back, captured_ticks, &start_ticks)) {
-            return start_ticks + captured_ticks;
+    return ahead ? ledger->loaded_ticks + ticks : ledger->loaded_ticks - ticks;
+}
+
+APART uint32_t ledger_advance_to_capture(struct ledger *ledger,
+                                         struct stream *stream,
+                                         const struct engine_sample *sample,
+                                         uint8_t back,
+                                         uint16_t captured_ticks)
+{
+    ledger_advance(ledger, stream, sample, LEDGER_BY_BATCHES);
+    uint8_t ahead = (uint8_t)(sample->tail - stream->retired);
+    uint8_t known = (uint8_t)(ahead + ledger->fresh);
+
+    // The period, or the first one before it that is as long as the captured count, among the
+    // single periods around this place that still stand in the ring.
+    for (uint8_t at = back; at < known; at++) {
+        uint8_t slot = (uint8_t)(sample->tail - 1u - at);
+        if (captured_ticks < stream_entry_ticks(stream, slot)) {
+            return start_beside(ledger, stream, slot, at < ahead) + captured_ticks;
         }
     }
     ledger_advance(ledger, stream, sample, LEDGER_EXACTLY);

@@ -20,9 +20,6 @@
 // Value of ledger.train outside a pulse train.
 #define LEDGER_NO_TRAIN 0xFFu
 
-// Periods of pixels written as a whole that may wait to be accounted for, as long as there are
-// marks for more of them: a few pixels at once cost less.
-#define LEDGER_LAG_PERIODS 40u
 // Entries of a pulse train that may wait to be accounted for.
 #define LEDGER_LAG_ENTRIES 8u
 
@@ -74,15 +71,6 @@ enum ledger_extent {
     LEDGER_BY_BATCHES,
 };
 
-// True when so many periods behind are worth the taking of a whole pixel: the account lags enough,
-// or marks run short.
-static inline bool ledger_pixel_due(const struct stream *stream,
-                                    uint8_t whole,
-                                    uint8_t behind)
-{
-    return behind >= whole && (behind >= LEDGER_LAG_PERIODS || stream_marks_low(stream));
-}
-
 // False when an advance by batches would do nothing, or would only count periods of a train that
 // continues: that can wait until somebody asks for the position.
 static inline bool ledger_due(const struct ledger *ledger,
@@ -97,7 +85,7 @@ static inline bool ledger_due(const struct ledger *ledger,
     if (ledger->train == LEDGER_NO_TRAIN) {
         uint8_t whole = stream_whole_pixel(stream);
         if (whole != 0) {
-            return ledger_pixel_due(stream, whole, behind);
+            return behind >= whole;
         }
         if (behind != 0) {
             return !stream_inside_batch(stream, sample->tail);

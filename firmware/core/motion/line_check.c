@@ -520,6 +520,7 @@ static enum line_error APART check_entry(struct line_check *check,
 
 void line_check_limits(struct line_check *check, const struct line_limits *limits)
 {
+    BY_POINTER_SMALL(check);
     check->easy_speed = 0;
     if (check->phase == LINE_CHECK_SEGMENTS) {
         note_top_speed(check, limits);
@@ -530,6 +531,7 @@ enum line_error line_check_entry(struct line_check *check,
                                  const struct line_limits *limits,
                                  struct segment entry)
 {
+    BY_POINTER_SMALL(check);
     if (entry.repeat == 0 || !is_easy(check, limits, entry)) {
         return check_entry(check, limits, entry);
     }

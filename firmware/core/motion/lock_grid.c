@@ -109,6 +109,7 @@ void lock_grid_hold_period(void)
 // Give pixel edge `newest` its time by prediction.
 static APART uint32_t fix_newest(struct lock_grid *grid)
 {
+    BY_POINTER_SMALL(grid);
     uint16_t edges = (uint16_t)(grid->newest_edge - grid->filter.edge);
     uint32_t ticks = clock_filter_ahead(&grid->filter, edges);
 
@@ -152,6 +153,7 @@ uint32_t lock_grid_next_to_come(void)
 
 void line_grid_place(struct line_grid *grid, uint16_t number, uint32_t zero_ticks)
 {
+    BY_POINTER_SMALL(grid);
     grid->mode = LINE_GRID_LOCKED;
     grid->edge = (uint16_t)(grid->edge + number);
     grid->reached.ticks += zero_ticks;

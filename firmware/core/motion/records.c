@@ -3,15 +3,14 @@
 
 #include <stddef.h> // NULL
 
-static struct {
-    uint16_t every;
-    uint16_t error_ticks;
-} thin = {.every = 1, .error_ticks = UINT16_MAX};
+#include "base/apart.h" // APART
+
+struct records_thinning records_thinned = {.every = 1, .error_ticks = UINT16_MAX};
 
 void records_thin(uint16_t every, uint16_t error_ticks)
 {
-    thin.every = every;
-    thin.error_ticks = error_ticks;
+    records_thinned.every = every;
+    records_thinned.error_ticks = error_ticks;
 }
 
 void records_reset(struct records *records)
@@ -20,7 +19,7 @@ void records_reset(struct records *records)
     records->count = 0;
     records->passing = false;
     records->made = 0;
-    records->to_next = thin.every;
+    records->to_next = records_thinned.every;
 #if FEATURE_CLOCK_STATISTICS
     records->shown_ticks = 0;
     for (uint8_t i = 0; i < RECORDS_EARLY; i++) {
@@ -36,16 +35,15 @@ static void keep_newest(struct records *records)
 }
 
 #if FEATURE_CLOCK_STATISTICS
-// The error of the newest pixel's edge is known: keep the record if the error is another than the
-// one before.
-static void note_newest(struct records *records, int16_t error)
+// Keep the record if the error is another than the one before.
+APART void records_note_newest(struct records *records, int16_t error)
 {
     int16_t shown = records->shown_ticks;
     // Of any two words the difference fits 16 bits without a sign.
     uint16_t change = error < shown ? (uint16_t)((uint16_t)shown - (uint16_t)error)
                                     : (uint16_t)((uint16_t)error - (uint16_t)shown);
 
-    if (records->passing && change > thin.error_ticks) {
+    if (records->passing && change > records_thinned.error_ticks) {
         keep_newest(records);
     }
     if (!records->passing) {
@@ -62,7 +60,7 @@ static void take_early(struct records *records, struct kept_record *record, uint
     record->edge_error_ticks = early_ticks;
     if (early_ticks != 0) {
         *place = 0;
-        note_newest(records, early_ticks);
+        records_note_newest(records, early_ticks);
     }
 }
 
@@ -114,7 +112,7 @@ void records_add(struct records *records,
     records->passing = true;
     records->to_next--;
     if (records->to_next == 0) {
-        records->to_next = thin.every;
+        records->to_next = records_thinned.every;
         keep_newest(records);
     } else if (beyond_steps != 0) {
         keep_newest(records);
@@ -135,11 +133,17 @@ static uint8_t slot_of(const struct records *records, uint8_t number)
 
 #if FEATURE_CLOCK_STATISTICS
 // The record of a pixel; the newest one stands for a pixel that was passed over, or NULL.
-static struct kept_record *record_of(struct records *records, uint16_t pixel)
+static APART struct kept_record *record_of(struct records *records, uint16_t pixel)
 {
     struct kept_record *newest = &records->kept[records->newest];
     uint8_t slot = records->newest;
+    uint16_t back = (uint16_t)(newest->pixel - pixel);
 
+    // Nearly always every pixel has a record.
+    if (back < records->count && back <= slot &&
+        records->kept[slot - back].pixel == pixel) {
+        return &records->kept[slot - back];
+    }
     for (uint8_t left = records->count; left != 0; left--) {
         struct kept_record *record = &records->kept[slot];
         int16_t behind = (int16_t)(uint16_t)(record->pixel - pixel);
@@ -156,23 +160,27 @@ static struct kept_record *record_of(struct records *records, uint16_t pixel)
 
 void records_note_error(struct records *records, uint16_t pixel, int16_t error_ticks)
 {
-    const struct kept_record *newest = &records->kept[records->newest];
-    struct kept_record *record = NULL;
+    struct kept_record *newest = &records->kept[records->newest];
     uint16_t ahead = pixel;
 
     if (records->count != 0) {
         ahead = (uint16_t)(pixel - newest->pixel);
+        if (ahead == 0) {
+            newest->edge_error_ticks = error_ticks;
+            records_note_newest(records, error_ticks);
+            return;
+        }
     }
     if ((uint16_t)(ahead - 1u) < RECORDS_EARLY) {
-        records->early_ticks[pixel & (RECORDS_EARLY - 1u)] = error_ticks;
+        records_note_early(records, pixel, error_ticks);
         return;
     }
-    record = record_of(records, pixel);
+    struct kept_record *record = record_of(records, pixel);
     if (record != NULL) {
         record->edge_error_ticks = error_ticks;
-    }
-    if (record == newest) {
-        note_newest(records, error_ticks);
+        if (record == newest) {
+            records_note_newest(records, error_ticks);
+        }
     }
 }
 #else
@@ -198,6 +206,7 @@ struct pixel_record records_get(const struct records *records, uint8_t number)
 
 uint16_t records_word(const struct records *records, uint8_t number, uint8_t word)
 {
+    BY_POINTER_SMALL(records);
     const struct kept_record *record = &records->kept[slot_of(records, number)];
     int32_t steps = record->actual_steps;
 

@@ -24,7 +24,7 @@
 // Records kept, up to 20: what one read request can carry. The build sets fewer for the smaller
 // board. Two at least: one may be of a pixel that is passing.
 #if !defined(RECORDS_KEPT)
-#define RECORDS_KEPT 20u
+#define RECORDS_KEPT 20
 #endif
 
 // Pixels by which the account may lag behind the clock's edges; a power of two.
@@ -73,6 +73,15 @@ struct records {
     struct kept_record kept[RECORDS_KEPT];
 };
 
+// What is kept of all axes, as records_thin() has set it.
+struct records_thinning {
+    uint16_t every;
+    uint16_t error_ticks;
+};
+
+// For ledger_pixels.S, which reads it.
+extern struct records_thinning records_thinned;
+
 // Keep the record of every Nth pixel, 1.., and those whose edge error has changed by more than
 // `error_ticks`. Of all axes, from the next record on.
 void records_thin(uint16_t every, uint16_t error_ticks);
@@ -87,9 +96,28 @@ void records_add(struct records *records,
                  int32_t actual_steps,
                  uint16_t expected_steps);
 
+// Note the error of the clock's edge at the end of a pixel 1..RECORDS_EARLY behind the newest one.
+static inline void records_note_early(struct records *records,
+                                      uint16_t pixel,
+                                      int16_t error_ticks)
+{
+#if FEATURE_CLOCK_STATISTICS
+    records->early_ticks[pixel & (RECORDS_EARLY - 1u)] = error_ticks;
+#else
+    (void)records;
+    (void)pixel;
+    (void)error_ticks;
+#endif
+}
+
 // Note how far the clock's edge at the end of a pixel lay from its planned time. Of a pixel that
 // was passed over the newest record takes the error; of one before the oldest record nothing does.
 void records_note_error(struct records *records, uint16_t pixel, int16_t error_ticks);
+
+#if FEATURE_CLOCK_STATISTICS
+// For ledger_pixels.S: the error of the newest pixel's edge is known.
+void records_note_newest(struct records *records, int16_t error_ticks);
+#endif
 
 // Number of records to be read.
 static inline uint8_t records_shown(const struct records *records)

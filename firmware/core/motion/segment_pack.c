@@ -10,6 +10,7 @@
 
 static uint8_t next_byte(struct segment_reader *reader)
 {
+    BY_POINTER_SMALL(reader);
     uint8_t byte = reader->bytes[reader->at & reader->mask];
 
     reader->at++;

@@ -56,6 +56,7 @@ static void fill_train(struct pulse_train *train, const struct even *even)
 
 uint32_t stream_put_train(struct stream *stream, struct even *even, uint16_t steps)
 {
+    BY_POINTER_SMALL(stream);
     uint8_t train = stream->trains[0].steps == 0 ? 0 : 1;
 
     REQUIRE(stream->trains[train].steps == 0);
@@ -93,9 +94,7 @@ void stream_add_mark(struct stream *stream, bool line_start, uint16_t position)
 
     mark->early = 0;
     mark->line_start = line_start;
-#if STREAM_WHOLE_PIXELS
     mark->periods = 0;
-#endif
     mark->position = position;
     stream->mark_head++;
 }
@@ -111,7 +110,6 @@ void stream_place_marks(struct stream *stream, uint8_t early)
     }
 }
 
-#if STREAM_WHOLE_PIXELS
 // Note what lies between the mark before and this one, and what the pixel leaves behind this one.
 static void count_periods(struct stream *stream,
                           struct stream_mark *mark,
@@ -128,20 +126,6 @@ static void count_periods(struct stream *stream,
     stream->behind_periods = ticks <= UINT16_MAX ? (uint8_t)(steps - 1u) : STREAM_UNKNOWN;
     stream->behind_ticks = (uint16_t)(ticks - first_ticks);
 }
-#else
-static void count_periods(struct stream *stream,
-                          struct stream_mark *mark,
-                          uint8_t steps,
-                          uint32_t ticks,
-                          uint16_t first_ticks)
-{
-    (void)stream;
-    (void)mark;
-    (void)steps;
-    (void)ticks;
-    (void)first_ticks;
-}
-#endif
 
 void stream_put_pixel(struct stream *stream,
                       uint8_t steps,

@@ -23,17 +23,14 @@
 #include "motion/step_ring.h" // struct step_ring, struct pulse_train
 
 // Pixel edges and line starts that can be decoded ahead, a power of two.
-#define STREAM_MARKS 16u
+#if !defined(STREAM_MARKS)
+#define STREAM_MARKS 16
+#endif
 
 // Batches whose length the stream remembers for the reader, a power of two; 0: none, the reader
 // adds up every period. The build sets 0 for the smaller board, which needs the memory elsewhere.
 #if !defined(STREAM_BATCHES)
 #define STREAM_BATCHES 8u
-#endif
-
-// 1: the stream also remembers the length of pixels that are written as a whole.
-#if !defined(STREAM_WHOLE_PIXELS)
-#define STREAM_WHOLE_PIXELS 1
 #endif
 
 // Single pulsing periods that were written together, from `slot` on: the reader takes them as a
@@ -54,13 +51,11 @@ struct stream_mark {
     bool line_start : 1;
     // Expected position at a pixel edge: signed steps of the line, modulo 2^16.
     uint16_t position;
-#if STREAM_WHOLE_PIXELS
     // Of a pixel that was written as a whole: number of periods behind the mark before; 0: not
     // known.
     uint8_t periods;
     // Length of these periods together, ticks.
     uint16_t ticks;
-#endif
 };
 
 // A pulse train as it was when it was written; the interrupt changes its own copy.
@@ -88,13 +83,11 @@ struct stream {
     uint8_t mark_head;   // writer: next to write (free running)
     uint8_t mark_placed; // writer: marks before this one have their slot
     uint8_t mark_tail;   // reader: next to pass
-#if STREAM_WHOLE_PIXELS
     // Writer: periods behind the newest placed mark, if they are those of a pixel written as a
     // whole; else STREAM_UNKNOWN.
     uint8_t behind_periods;
     // Length of these periods together, ticks.
     uint16_t behind_ticks;
-#endif
     // The end of the newest entry, ticks since the timers started, if no idle period comes before
     // that entry; wraps. Without the delay of a held line.
     uint32_t end_ticks;
@@ -192,11 +185,7 @@ void stream_put_pixel(struct stream *stream,
 // Something else than a pixel as a whole is written next.
 static inline void stream_lose_count(struct stream *stream)
 {
-#if STREAM_WHOLE_PIXELS
     stream->behind_periods = STREAM_UNKNOWN;
-#else
-    (void)stream;
-#endif
 }
 
 // Append a command.
@@ -221,12 +210,6 @@ uint8_t stream_reserve(struct stream *stream, uint8_t count);
 static inline bool stream_marks_full(const struct stream *stream)
 {
     return (uint8_t)(stream->mark_head - stream->mark_tail) >= STREAM_MARKS - 1u;
-}
-
-// True when few further marks fit.
-static inline bool stream_marks_low(const struct stream *stream)
-{
-    return (uint8_t)(stream->mark_head - stream->mark_tail) >= 3u * STREAM_MARKS / 4u;
 }
 
 // True when a mark waits for its place.
@@ -273,28 +256,26 @@ static inline bool stream_mark_within(const struct stream *stream, uint8_t count
 // not known how long they are.
 static inline uint8_t stream_whole_pixel(const struct stream *stream)
 {
-#if STREAM_WHOLE_PIXELS
     const struct stream_mark *mark = stream_mark(stream);
 
     return stream_has_mark(stream) &&
                    (uint8_t)(mark->slot - mark->periods) == stream->retired
                ? mark->periods
                : 0;
-#else
-    (void)stream;
-    return 0;
-#endif
+}
+
+// True when the interrupt is inside the pixel that was written last as a whole: the mark at the end
+// of that pixel has no place yet.
+static inline bool stream_inside_newest(const struct stream *stream, uint8_t tail)
+{
+    return !stream_has_mark(stream) && stream->behind_periods != STREAM_UNKNOWN &&
+           (uint8_t)(tail - stream->retired) <= stream->behind_periods;
 }
 
 // Length of those periods, ticks.
 static inline uint16_t stream_whole_ticks(const struct stream *stream)
 {
-#if STREAM_WHOLE_PIXELS
     return stream_mark(stream)->ticks;
-#else
-    (void)stream;
-    return 0;
-#endif
 }
 
 // The oldest mark was passed.

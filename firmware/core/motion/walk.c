@@ -85,6 +85,7 @@ static uint32_t shift_special(struct walk *walk, uint32_t ticks)
 
 uint32_t walk_next(struct walk *walk)
 {
+    BY_POINTER_SMALL(walk);
     uint32_t ticks = 0;
 
     walk->until--;
@@ -103,6 +104,7 @@ uint32_t walk_next(struct walk *walk)
 
 void walk_pass_train(struct walk *walk, uint16_t steps, uint32_t ticks)
 {
+    BY_POINTER_SMALL(walk);
     walk->until = (uint16_t)(walk->until - steps);
     walk->exact_ticks += ticks;
     walk->at_edge = walk->until == 0 && edge_of(walk->piece) == walk->piece->steps;

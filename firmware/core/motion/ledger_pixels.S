@@ -1,0 +1,244 @@
+; SPDX-License-Identifier: MIT
+; The account of periods and pixel edges: the assembly half of ledger_pixels.c, where the C is that
+; this file stands for.
+#include "base/asm.inc" // macros
+#include "build_features.h"
+#include "motion/even_pixel_layout.h"
+#include "motion/ledger_layout.h"
+
+#define STEPS    r20, r21, r22, r23
+#define EXPECTED r18, r19
+
+; Count r22 periods in the ledger at Y: at most three lengths are told by the ring, and the position
+; moves if they pulse. STEPS becomes the position. r26 is lost, r24 keeps the periods.
+    .section .text.pass_periods, "ax", @progbits
+pass_periods:
+    mov r24, r22
+    ldd r26, Y + LEDGER_FRESH
+    add r26, r24
+    brcs 1f
+    cpi r26, 4
+    brlo 2f
+1:  ldi r26, 3
+2:  std Y + LEDGER_FRESH, r26
+    load_plain LEDGER_POSITION, STEPS
+    ldd r26, Y + LEDGER_PULSE
+    tst r26
+    breq 5f
+    ldd r26, Y + LEDGER_NEGATIVE
+    tst r26
+    brne 3f
+    add r20, r24
+    adc r21, r1
+    adc r22, r1
+    adc r23, r1
+    rjmp 4f
+3:  sub r20, r24
+    sbc r21, r1
+    sbc r22, r1
+    sbc r23, r1
+4:  store_plain LEDGER_POSITION, STEPS
+5:  ret
+
+; The ledger at Y passed the edge of its next pixel at the position STEPS; EXPECTED are the low 16
+; bits of the position expected. All that C calls may lose is
+; lost.
+    .section .text.pass_edge, "ax", @progbits
+pass_edge:
+    plain_op sub, sbc, r26, LEDGER_ORIGIN, STEPS ; 15 steps of the line, beside those expected
+    movw r30, r20
+    sub r30, r18
+    sbc r31, r19
+    movw r18, r30
+    ldd r24, Y + LEDGER_PIXEL           ; 12  the pixel's number
+    ldd r25, Y + LEDGER_PIXEL + 1
+    adiw r24, 1
+    std Y + LEDGER_PIXEL, r24
+    std Y + LEDGER_PIXEL + 1, r25
+    brne 6f
+    ldd r30, Y + LEDGER_PIXEL + 2
+    ldd r31, Y + LEDGER_PIXEL + 3
+    adiw r30, 1
+    std Y + LEDGER_PIXEL + 2, r30
+    std Y + LEDGER_PIXEL + 3, r31
+
+6:  ldd r30, Y + LEDGER_RECORDS_NEWEST  ; 14  the next record's place, unless the newest passes
+    ldd r26, Y + LEDGER_RECORDS_PASSING
+    tst r26
+    brne 8f
+    inc r30
+    cpi r30, RECORDS_KEPT
+    brlo 7f
+    clr r30
+7:  std Y + LEDGER_RECORDS_NEWEST, r30
+    ldd r26, Y + LEDGER_RECORDS_COUNT
+    cpi r26, RECORDS_KEPT
+    brsh 8f
+    inc r26
+    std Y + LEDGER_RECORDS_COUNT, r26
+8:  ldi r26, LEDGER_RECORD_BYTES        ; 9
+    mul r30, r26
+    movw r30, r0
+    clr r1
+    add r30, r28
+    adc r31, r29
+    adiw r30, LEDGER_RECORDS_KEPT
+    .irp byte, 0, 1, 2, 3               ; 16
+    std Z + \byte, 20 + \byte
+    .endr
+    std Z + LEDGER_RECORD_BEYOND, r18
+    std Z + LEDGER_RECORD_BEYOND + 1, r19
+    std Z + LEDGER_RECORD_PIXEL, r24
+    std Z + LEDGER_RECORD_PIXEL + 1, r25
+
+    ldd r26, Y + LEDGER_RECORDS_TO_NEXT ; 25  to be kept?
+    ldd r27, Y + LEDGER_RECORDS_TO_NEXT + 1
+    sbiw r26, 1
+    brne 9f
+    lds r26, records_thinned
+    lds r27, records_thinned + 1
+    or r18, r26                         ;     not 0
+    or r18, r27
+9:  std Y + LEDGER_RECORDS_TO_NEXT, r26
+    std Y + LEDGER_RECORDS_TO_NEXT + 1, r27
+    or r18, r19
+    brne 10f
+    ldi r26, 1
+    std Y + LEDGER_RECORDS_PASSING, r26
+    rjmp 11f
+10: std Y + LEDGER_RECORDS_PASSING, r1
+    ldd r26, Y + LEDGER_RECORDS_MADE
+    ldd r27, Y + LEDGER_RECORDS_MADE + 1
+    adiw r26, 1
+    std Y + LEDGER_RECORDS_MADE, r26
+    std Y + LEDGER_RECORDS_MADE + 1, r27
+11:
+#if FEATURE_CLOCK_STATISTICS
+    andi r24, LEDGER_RECORDS_EARLIER - 1 ; 16 the error of an edge that came before its pixel
+    lsl r24
+    movw r26, r28
+    add r26, r24
+    adc r27, r1
+    adiw r26, LEDGER_RECORDS_EARLY
+    ld r22, X+
+    ld r23, X
+    std Z + LEDGER_RECORD_ERROR, r22
+    std Z + LEDGER_RECORD_ERROR + 1, r23
+    mov r24, r22
+    or r24, r23
+    breq 12f
+    st X, r1
+    st -X, r1
+    movw r24, r28
+    adiw r24, LEDGER_RECORDS
+    jmp records_note_newest
+12:
+#endif
+    ret
+
+; void ledger_pass_periods(struct ledger *ledger, uint8_t count)
+    .section .text.ledger_pass_periods, "ax", @progbits
+function ledger_pass_periods
+    push r28
+    push r29
+    movw r28, r24
+    call pass_periods
+    pop r29
+    pop r28
+    ret
+end_function ledger_pass_periods
+
+; void ledger_pass_edge(struct ledger *ledger, int32_t position_steps, uint16_t expected_steps)
+    .section .text.ledger_pass_edge, "ax", @progbits
+function ledger_pass_edge
+    push r28
+    push r29
+    movw r28, r24
+    call pass_edge
+    pop r29
+    pop r28
+    ret
+end_function ledger_pass_edge
+
+; bool ledger_take_pixels(struct ledger *ledger, struct stream *stream, uint8_t tail)
+;
+;     r15  where the interrupt reads next   r16, r17  stream   Y  ledger   r22  periods of a pixel
+;
+; Cycles of a pixel: 252 on the ATmega2560, 248 elsewhere, all included but the error of an edge.
+#define TAIL    r15
+#define PERIODS r22
+
+    .section .text.ledger_take_pixels, "ax", @progbits
+function ledger_take_pixels
+    .irp register, 15, 16, 17, 28, 29
+    push r\register
+    .endr
+    movw r28, r24
+    movw r16, r22
+    mov TAIL, r20
+
+13: movw r30, r16                       ; 10  a mark that has its place?
+    ldd r24, Z + EVEN_PIXEL_MARK_TAIL
+    ldd r25, Z + EVEN_PIXEL_MARK_PLACED
+    ldd r20, Z + EVEN_PIXEL_RETIRED
+    cp r24, r25
+    breq 17f
+    mov r18, r24                        ; 8
+    andi r18, STREAM_MARKS - 1
+    ldi r25, EVEN_PIXEL_MARK_BYTES
+    mul r18, r25
+    movw r26, r30
+    add r30, r0
+    adc r31, r1
+    clr r1
+    ldd PERIODS, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_PERIODS ; 4 of a pixel as a whole,
+    tst PERIODS
+    breq 14f
+    ldd r21, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_SLOT ; 6 that begins here,
+    mov r18, r21
+    sub r18, PERIODS
+    cp r18, r20
+    brne 14f
+    mov r18, TAIL                       ; 4   and that is over?
+    sub r18, r20
+    cp r18, PERIODS
+    brlo 15f
+
+    adiw r26, EVEN_PIXEL_RETIRED        ; 9   the mark is passed
+    st X, r21
+    adiw r26, EVEN_PIXEL_MARK_TAIL - EVEN_PIXEL_RETIRED
+    inc r24
+    st X, r24
+    ldd r18, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_TICKS ; 24 its time
+    ldd r19, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_TICKS + 1
+    .irp byte, 0, 1, 2, 3
+    ldd r26, Y + LEDGER_LOADED + \byte
+    .if \byte == 0
+    add r26, r18
+    .elseif \byte == 1
+    adc r26, r19
+    .else
+    adc r26, r1
+    .endif
+    std Y + LEDGER_LOADED + \byte, r26
+    .endr
+    ldd r18, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_POSITION ; 14
+    ldd r19, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_POSITION + 1
+    call pass_periods
+    call pass_edge
+    rjmp 13b
+
+17: ldd r25, Z + EVEN_PIXEL_BEHIND_PERIODS ;  no: inside the pixel written last? Not known is one
+    inc r25                             ;     below 0
+    sub r20, TAIL
+    neg r20
+    cp r20, r25
+    brlo 15f
+14: clr r24
+    rjmp 16f
+15: ldi r24, 1
+16: .irp register, 29, 28, 17, 16, 15
+    pop r\register
+    .endr
+    ret
+end_function ledger_take_pixels
