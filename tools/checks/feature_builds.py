@@ -152,7 +152,7 @@ class Maker:
         code = code_of(run([*words, "-E"], self.build.folder))
         if code == self.usual[one.made]:
             return None
-        made = folder / f"{one.source.stem}.o"
+        made = folder / f"{one.source.name}.o"
         self.once(made, code, [*words, "-c", "-o", str(made)])
         return made
 

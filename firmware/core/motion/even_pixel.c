@@ -85,6 +85,7 @@ _Static_assert(offsetof(struct even_rate, ticks) == EVEN_PIXEL_TICKS &&
                    offsetof(struct line, edges.mode) == EVEN_PIXEL_GRID_MODE &&
                    LINE_GRID_EXACT == 0 &&
                    offsetof(struct line, edges.exact) == EVEN_PIXEL_GRID &&
+                   STREAM_MARKS == EVEN_PIXEL_MARK_COUNT &&
                    EVEN_PIXEL_MAX_STEPS == EVEN_PIXEL_MOST_STEPS &&
                    EVEN_PIXEL_MAX_TICKS >> 16 == EVEN_PIXEL_TICKS_TOO_BIG - 1 &&
                    STEP_RING_CAPACITY == EVEN_PIXEL_RING_CAPACITY,

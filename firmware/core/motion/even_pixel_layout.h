@@ -6,10 +6,6 @@
 // Offsets and sizes in bytes.
 #pragma once
 
-#if !defined(STREAM_MARKS)
-#define STREAM_MARKS 16
-#endif
-
 // struct even_rate.
 #define EVEN_PIXEL_TICKS     0
 #define EVEN_PIXEL_BASE      2
@@ -23,6 +19,7 @@
 #define EVEN_PIXEL_MARK_HEAD   7
 #define EVEN_PIXEL_MARK_PLACED 8
 #define EVEN_PIXEL_MARK_TAIL   9
+#define EVEN_PIXEL_MARK_COUNT  16
 
 // struct stream_mark.
 #define EVEN_PIXEL_MARK_SLOT     0

@@ -22,7 +22,7 @@
 ; Z = stream + the offset of mark `index` within the marks.
 .macro find_mark index
     mov r30, \index
-    andi r30, STREAM_MARKS - 1
+    andi r30, EVEN_PIXEL_MARK_COUNT - 1
     ldi r31, EVEN_PIXEL_MARK_BYTES
     mul r30, r31
     movw r30, r0

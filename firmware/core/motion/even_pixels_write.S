@@ -72,7 +72,7 @@ next_pixel:
     ldd r18, Z + EVEN_PIXEL_MARK_HEAD
     ldd r19, Z + EVEN_PIXEL_MARK_TAIL
     sub r18, r19
-    cpi r18, STREAM_MARKS - 1
+    cpi r18, EVEN_PIXEL_MARK_COUNT - 1
     brsh leave
     ldd r18, Z + EVEN_PIXEL_RETIRED     ; 9   room in the ring?
     ldd r19, Z + EVEN_PIXEL_HEAD

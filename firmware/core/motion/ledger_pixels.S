@@ -2,7 +2,7 @@
 ; The account of periods and pixel edges: the assembly half of ledger_pixels.c, where the C is that
 ; this file stands for.
 #include "base/asm.inc" // macros
-#include "build_features.h"
+#include "build_features.h" // FEATURE_CLOCK_STATISTICS
 #include "motion/even_pixel_layout.h"
 #include "motion/ledger_layout.h"
 
@@ -184,7 +184,7 @@ function ledger_take_pixels
     cp r24, r25
     breq 17f
     mov r18, r24                        ; 8
-    andi r18, STREAM_MARKS - 1
+    andi r18, EVEN_PIXEL_MARK_COUNT - 1
     ldi r25, EVEN_PIXEL_MARK_BYTES
     mul r18, r25
     movw r26, r30

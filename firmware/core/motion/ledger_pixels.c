@@ -5,8 +5,9 @@
 
 #include "build_features.h" // FEATURE_CLOCK_STATISTICS
 #include "motion/even_pixel_layout.h"
-#include "motion/ledger.h" // struct ledger
+#include "motion/ledger_data.h" // struct ledger
 #include "motion/ledger_layout.h"
+#include "motion/stream.h" // struct stream
 
 #if defined(__AVR__)
 

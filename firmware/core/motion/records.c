@@ -133,17 +133,11 @@ static uint8_t slot_of(const struct records *records, uint8_t number)
 
 #if FEATURE_CLOCK_STATISTICS
 // The record of a pixel; the newest one stands for a pixel that was passed over, or NULL.
-static APART struct kept_record *record_of(struct records *records, uint16_t pixel)
+static APART struct kept_record *search_record(struct records *records, uint16_t pixel)
 {
     struct kept_record *newest = &records->kept[records->newest];
     uint8_t slot = records->newest;
-    uint16_t back = (uint16_t)(newest->pixel - pixel);
 
-    // Nearly always every pixel has a record.
-    if (back < records->count && back <= slot &&
-        records->kept[slot - back].pixel == pixel) {
-        return &records->kept[slot - back];
-    }
     for (uint8_t left = records->count; left != 0; left--) {
         struct kept_record *record = &records->kept[slot];
         int16_t behind = (int16_t)(uint16_t)(record->pixel - pixel);
@@ -156,6 +150,19 @@ static APART struct kept_record *record_of(struct records *records, uint16_t pix
         slot = slot == 0 ? RECORDS_KEPT - 1u : (uint8_t)(slot - 1u);
     }
     return records->passing ? newest : NULL;
+}
+
+// The same. Nearly always every pixel has a record, so that its place is known.
+static struct kept_record *record_of(struct records *records, uint16_t pixel)
+{
+    uint8_t slot = records->newest;
+    uint16_t back = (uint16_t)(records->kept[slot].pixel - pixel);
+
+    if (back < records->count && back <= slot &&
+        records->kept[slot - back].pixel == pixel) {
+        return &records->kept[slot - back];
+    }
+    return search_record(records, pixel);
 }
 
 void records_note_error(struct records *records, uint16_t pixel, int16_t error_ticks)

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "motion/step_engine.h"
 
-#include "base/apart.h" // BY_POINTER_SMALL
-
 void step_engine_reset(struct step_engine *engine, struct step_ring *ring)
 {
     engine->tail = 0;
@@ -27,7 +25,6 @@ static struct step_load idle_load(struct step_engine *engine, bool reverses)
 // entry, so that the first period of an entry takes no longer path than the others.
 static void take_train_entry(struct step_engine *engine, const struct step_ring *ring)
 {
-    BY_POINTER_SMALL(engine);
     uint8_t tail = engine->tail;
 
     if (engine->left == 0 && ring->high[tail] == STEP_HIGH_TRAIN) {

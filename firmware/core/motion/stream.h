@@ -23,9 +23,7 @@
 #include "motion/step_ring.h" // struct step_ring, struct pulse_train
 
 // Pixel edges and line starts that can be decoded ahead, a power of two.
-#if !defined(STREAM_MARKS)
 #define STREAM_MARKS 16
-#endif
 
 // Batches whose length the stream remembers for the reader, a power of two; 0: none, the reader
 // adds up every period. The build sets 0 for the smaller board, which needs the memory elsewhere.
