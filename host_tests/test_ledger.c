@@ -293,6 +293,35 @@ static void ring_wraps_many_times(void)
     TEST_ASSERT_EQUAL_UINT32(60, ledger.pixel);
 }
 
+// The mark at its end has no place yet: who does not need the middle of the pixel waits for it.
+static void the_pixel_written_last_stays_whole(void)
+{
+    begin_line();
+    step(500, false);
+    release();
+    step(500, false);
+    feed_mark_here(&feed, false, 1);
+    uint8_t slot = feed.stream.head;
+
+    for (uint8_t i = 0; i < 4; i++) {
+        ring.low[(uint8_t)(slot + i)] = 199;
+        ring.high[(uint8_t)(slot + i)] = 0;
+    }
+    stream_put_pixel(&feed.stream, 4, 800, 200, 5);
+    while (engine.tail != (uint8_t)(slot + 3u)) {
+        load_periods(1);
+    }
+    struct engine_sample sample = step_engine_sample(&engine);
+
+    ledger_advance(&ledger, &feed.stream, &sample, LEDGER_BY_BATCHES);
+    TEST_ASSERT_EQUAL_UINT8(slot + 1u, feed.stream.retired);
+    TEST_ASSERT_EQUAL_UINT32(1, ledger.pixel);
+    TEST_ASSERT_EQUAL_UINT32(now_ticks - 400u, ledger.loaded_ticks);
+    advance();
+    TEST_ASSERT_EQUAL_UINT8(slot + 3u, feed.stream.retired);
+    TEST_ASSERT_EQUAL_UINT32(now_ticks, ledger.loaded_ticks);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -311,5 +340,6 @@ int main(void)
     RUN_TEST(restart_keeps_position_and_records);
     RUN_TEST(skipped_entries_do_not_count);
     RUN_TEST(ring_wraps_many_times);
+    RUN_TEST(the_pixel_written_last_stays_whole);
     return UNITY_END();
 }
