@@ -54,7 +54,7 @@ def test_only_what_a_switch_changes_is_compiled_again(build, monkeypatch):
     maker = build("")
     monkeypatch.setattr(feature_builds, "LARGE_FLASH", "-Wl,--gc-sections")
     made = maker.image("FEATURE_SEEK", 0)
-    assert sorted(path.name for path in made.parent.glob("*.o")) == ["main.o", "seek.o"]
+    assert sorted(path.name for path in made.parent.glob("*.o")) == ["main.c.o", "seek.c.o"]
     stamps = {path: path.stat().st_mtime_ns for path in made.parent.iterdir()}
     assert maker.image("FEATURE_SEEK", 0) == made
     assert {path: path.stat().st_mtime_ns for path in made.parent.iterdir()} == stamps

@@ -17,7 +17,10 @@ OF_DEV = ("bench",)
 
 def have_dev() -> bool:
     """True if pixstep-dev is installed."""
-    return importlib.util.find_spec(_PACKAGE) is not None
+    try:
+        return importlib.util.find_spec(_PACKAGE) is not None
+    except ModuleNotFoundError:
+        return False
 
 
 class _Late(click.Command):
