@@ -12,7 +12,7 @@
 ;     r23      so many intervals are a tick longer              Z         a mark, then the next
 ;                                                                         entry's high byte
 ;
-; Cycles: 129 (88 where the reader adds up every period) and 12 for each step, 14 for a longer one.
+; Cycles: 129 and 12 for each step, 14 for a longer one.
 #include "base/asm.inc" // macros
 #include "motion/even_pixel_layout.h"
 
