@@ -6,6 +6,7 @@
 
 #include "app/board.h"
 #include "app/drivers.h"
+#include "app/round.h"
 #include "app/safety.h"
 #include "app/time_check.h"
 #include "fakes/board.h"
@@ -79,6 +80,27 @@ static void estop_halts_latches_and_wants_a_clear(void)
 }
 
 // Normally closed: the pin is low while all is well.
+// The account of the axis lags by up to two pixels, by the round in which the stop comes.
+static void estop_names_the_pixel_that_was_reached(void)
+{
+    for (uint16_t rounds = 330; rounds < 340; rounds++) {
+        bench_power_on();
+        bench_plain_line(0, 30, 500);
+        bench_plain_line(1, 60, 500);
+        TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(3, COMMAND_ARM));
+        TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
+        bench_rounds(rounds);
+        fake_pass(31000);
+        fake_estop(false);
+        round_poll();
+        bench_rounds(100);
+        TEST_ASSERT_EQUAL_UINT16(FAULT_estop, fault());
+        TEST_ASSERT_EQUAL_UINT8(0, faults_record()->axis);
+        TEST_ASSERT_EQUAL_UINT32(axes_get(0)->ledger.pixel + 1u,
+                                 faults_record()->pixel);
+    }
+}
+
 static void estop_may_be_inverted(void)
 {
     bench_settings()->inputs_inverted = 4;
@@ -337,6 +359,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(estop_halts_latches_and_wants_a_clear);
+    RUN_TEST(estop_names_the_pixel_that_was_reached);
     RUN_TEST(estop_may_be_inverted);
     RUN_TEST(estop_tripped_from_the_start);
     RUN_TEST(permit_needs_a_sound_machine);

@@ -69,12 +69,12 @@ static void name_halt(uint8_t i)
 {
     take_underruns();
     if (axes_get(i)->life.state == AXIS_RUNNING) {
-        (void)axes_advance(i, LEDGER_EXACTLY);
         enum fault why = why_halted(axes_get(i));
         // An emergency stop halts them all.
         if (CONFIG_AXES > 1 && why == FAULT_estop) {
             i = CONFIG_INDEX(axes_first_moving());
         }
+        (void)axes_advance(i, LEDGER_EXACTLY);
         faults_latch_plain(why, i);
     }
 }

@@ -81,10 +81,13 @@ static bool bus_silent(void)
            (uint16_t)(clock_now_ms() - traffic_last_request_ms()) > limit_ms;
 }
 
-// Latch a fault of the first axis that moves, or of axis 0.
+// Latch a fault of the first axis that moves, or of axis 0, in the pixel that it has reached.
 static void latch_for_moving(enum fault code)
 {
-    faults_latch_plain(code, (uint8_t)(axes_first_moving() % CONFIG_AXES));
+    uint8_t axis = (uint8_t)(axes_first_moving() % CONFIG_AXES);
+
+    (void)axes_advance(axis, LEDGER_EXACTLY);
+    faults_latch_plain(code, axis);
 }
 
 static void latch_bus_silence(void)
