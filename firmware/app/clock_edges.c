@@ -152,7 +152,7 @@ static APART void take_captures(void)
     for (uint8_t left = EDGES_A_ROUND; left != 0 && pixel_clock_take(&capture); left--) {
         uint8_t lost_now = take_lost();
         if (lost_now != 0) {
-            lost = (uint8_t)(lost + lost_now);
+            lost = lost_now > UINT8_MAX - lost ? UINT8_MAX : (uint8_t)(lost + lost_now);
             unsure_edges = CONFIG_CLOCK_EDGES + 1u;
         }
         take_edge(&capture, unsure_edges != 0);
