@@ -96,8 +96,7 @@ static void estop_names_the_pixel_that_was_reached(void)
         bench_rounds(100);
         TEST_ASSERT_EQUAL_UINT16(FAULT_estop, fault());
         TEST_ASSERT_EQUAL_UINT8(0, faults_record()->axis);
-        TEST_ASSERT_EQUAL_UINT32(axes_get(0)->ledger.pixel + 1u,
-                                 faults_record()->pixel);
+        TEST_ASSERT_EQUAL_UINT32(axes_get(0)->ledger.pixel + 1u, faults_record()->pixel);
     }
 }
 

@@ -138,6 +138,12 @@ static uint8_t take_lost(void)
 // not hold it.
 #define EDGES_A_ROUND CONFIG_CLOCK_EDGES
 
+// Of lost edges; stays at 255.
+static uint8_t sum_of(uint8_t lost, uint8_t more)
+{
+    return more > UINT8_MAX - lost ? UINT8_MAX : (uint8_t)(lost + more);
+}
+
 // Edges to come until one is surely next to the one before it: lost edges were lost behind those
 // that waited then.
 static uint8_t unsure_edges;
@@ -152,7 +158,7 @@ static APART void take_captures(void)
     for (uint8_t left = EDGES_A_ROUND; left != 0 && pixel_clock_take(&capture); left--) {
         uint8_t lost_now = take_lost();
         if (lost_now != 0) {
-            lost = lost_now > UINT8_MAX - lost ? UINT8_MAX : (uint8_t)(lost + lost_now);
+            lost = sum_of(lost, lost_now);
             unsure_edges = CONFIG_CLOCK_EDGES + 1u;
         }
         take_edge(&capture, unsure_edges != 0);
