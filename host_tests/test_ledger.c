@@ -246,8 +246,8 @@ static void next_line_counts_from_its_start(void)
 static void edge_error_finds_its_record(void)
 {
     run_pixels(RECORDS_KEPT + 3u, false);
-    ledger_note_edge_error(&ledger, 5, -7);
-    ledger_note_edge_error(&ledger, 3, 9);
+    records_note_error(&ledger.records, 5, -7);
+    records_note_error(&ledger.records, 3, 9);
     // The oldest record is pixel 4's; pixel 3's is no longer kept.
     TEST_ASSERT_EQUAL_INT16(-7, records_get(&ledger.records, 1).edge_error_ticks);
     for (uint8_t i = 0; i < RECORDS_KEPT; i++) {

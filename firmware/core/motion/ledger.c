@@ -26,11 +26,6 @@ APART void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks)
     ledger->lengths[1] = first_period_ticks;
 }
 
-void ledger_note_edge_error(struct ledger *ledger, uint32_t pixel, int16_t error_ticks)
-{
-    records_note_error(&ledger->records, (uint16_t)pixel, error_ticks);
-}
-
 static APART void shift_lengths(struct ledger *ledger, uint16_t newest_ticks, bool pulse)
 {
     ledger->lengths[2] = ledger->lengths[1];

@@ -136,10 +136,6 @@ uint8_t ledger_steps_after(struct ledger *ledger,
 // Subtract origin_steps from the position, so that this place becomes position 0.
 void ledger_zero(struct ledger *ledger, int32_t origin_steps);
 
-// Note by how many ticks the clock edge that ends a pixel missed its planned time; positive when it
-// came late. Does nothing when the pixel's record is no longer kept.
-void ledger_note_edge_error(struct ledger *ledger, uint32_t pixel, int16_t error_ticks);
-
 // Nothing more of the stream will be loaded; the stream must be reset afterwards. Position and time
 // stay.
 void ledger_cut(struct ledger *ledger, const struct stream *stream);
