@@ -15,7 +15,7 @@
 #if FEATURE_CLOCK_STATISTICS
 // Note the error of the newest edge in the records of an axis. The clock goes on behind a line's
 // last pixel: what comes then is not the line's.
-static APART void note_error_of(struct axis *axis, uint16_t pixel, int16_t error_ticks)
+static inline void note_error_of(struct axis *axis, uint16_t pixel, int16_t error_ticks)
 {
     struct ledger *ledger = &axis->ledger;
     uint16_t ahead = (uint16_t)(pixel - (uint16_t)ledger->pixel);

@@ -165,19 +165,12 @@ static struct kept_record *record_of(struct records *records, uint16_t pixel)
     return search_record(records, pixel);
 }
 
-void records_note_error(struct records *records, uint16_t pixel, int16_t error_ticks)
+// Apart from the newest pixel's: what it keeps in registers would cost that one as much again.
+static APART void note_other(struct records *records, uint16_t pixel, int16_t error_ticks)
 {
     struct kept_record *newest = &records->kept[records->newest];
-    uint16_t ahead = pixel;
+    uint16_t ahead = records->count == 0 ? pixel : (uint16_t)(pixel - newest->pixel);
 
-    if (records->count != 0) {
-        ahead = (uint16_t)(pixel - newest->pixel);
-        if (ahead == 0) {
-            newest->edge_error_ticks = error_ticks;
-            records_note_newest(records, error_ticks);
-            return;
-        }
-    }
     if ((uint16_t)(ahead - 1u) < RECORDS_EARLY) {
         records_note_early(records, pixel, error_ticks);
         return;
@@ -188,6 +181,18 @@ void records_note_error(struct records *records, uint16_t pixel, int16_t error_t
         if (record == newest) {
             records_note_newest(records, error_ticks);
         }
+    }
+}
+
+void records_note_error(struct records *records, uint16_t pixel, int16_t error_ticks)
+{
+    struct kept_record *newest = &records->kept[records->newest];
+
+    if (newest->pixel == pixel && records->count != 0) {
+        newest->edge_error_ticks = error_ticks;
+        records_note_newest(records, error_ticks);
+    } else {
+        note_other(records, pixel, error_ticks);
     }
 }
 #else
