@@ -391,18 +391,29 @@ static void each_axis_has_its_records(void)
     TEST_ASSERT_EQUAL_UINT32(0, bench_input_wide(0x0100 + BENCH_THIRD * 0x0080));
 }
 
+// The word below the first one of an axis's position.
+static uint16_t position_low(uint8_t axis)
+{
+    return axis_input(axis, (uint16_t)(REG_AXIS_position_steps + 1u));
+}
+
 static void position_is_as_new_as_its_first_word(void)
 {
     start_line(10, 50);
     bench_rounds(100);
     fake_pass(3 * BENCH_PIXEL_TICKS / 10);
-    (void)axis_input(0, REG_AXIS_position_steps);
-    int32_t position = ledger_position(&axes_get(0)->ledger);
-    TEST_ASSERT_INT32_WITHIN(2, fake_axes[0].steps, position);
+    int32_t steps = fake_axes[0].steps;
+
+    TEST_ASSERT_EQUAL_UINT16(0, axis_input(0, REG_AXIS_position_steps));
     fake_pass(5 * BENCH_PIXEL_TICKS / 10);
-    // The second word belongs to the first.
-    TEST_ASSERT_EQUAL_UINT16(position,
-                             axis_input(0, (uint16_t)(REG_AXIS_position_steps + 1u)));
+    // The second word belongs to the first,
+    TEST_ASSERT_INT16_WITHIN(2, steps, (int16_t)position_low(0));
+    // alone it is as new as itself,
+    TEST_ASSERT_INT16_WITHIN(2, fake_axes[0].steps, (int16_t)position_low(0));
+    TEST_ASSERT_TRUE(fake_axes[0].steps >= steps + 4);
+    // and it is never another axis's.
+    (void)axis_input(0, REG_AXIS_position_steps);
+    TEST_ASSERT_EQUAL_UINT16(0, position_low(BENCH_LAST));
 }
 
 static void last_order_is_read_back(void)

@@ -19,6 +19,8 @@ static uint16_t speeds[PIXELS + 1u]; // of smooth lines, at the pixels' edges
 static uint8_t seen_marks;
 static uint8_t whole_pixels;
 static uint32_t starts[3]; // of the newest loaded periods, the newest first
+static int32_t steps_loaded;
+static uint16_t lags; // accounts that waited outside a batch or a pixel
 
 void setUp(void)
 {
@@ -96,6 +98,22 @@ static void check_capture(const struct engine_sample *sample)
             &axis->ledger, &axis->feed.stream, sample, seen, (uint16_t)captured_ticks));
 }
 
+// An account by batches tells where the axis is and when its newest period begins, too.
+static void check_batches(const struct engine_sample *sample)
+{
+    struct axis *axis = &bench.axis;
+
+    ledger_advance(&axis->ledger, &axis->feed.stream, sample, LEDGER_BY_BATCHES);
+    TEST_ASSERT_EQUAL_INT32(
+        steps_loaded,
+        ledger_position_at(&axis->ledger, &axis->feed.stream, sample->tail));
+    TEST_ASSERT_EQUAL_UINT32(
+        starts[0], ledger_newest_start(&axis->ledger, &axis->feed.stream, sample->tail));
+    if (axis->feed.stream.retired != sample->tail) {
+        lags++;
+    }
+}
+
 // Count the pixels that can be accounted for as a whole.
 static void count_whole_pixels(void)
 {
@@ -126,6 +144,8 @@ static void follow(void)
         }
     } else if (what == 5) {
         check_capture(&sample);
+    } else if (what == 6) {
+        check_batches(&sample);
     }
 }
 
@@ -140,6 +160,9 @@ static uint32_t next_edge(void)
         count_whole_pixels();
         struct step_load load = step_engine_next(&bench.engine, &bench.ring);
         bench.now_ticks += (uint32_t)load.top_ticks + 1u;
+        if (load.pulse) {
+            steps_loaded += bench.engine.negative ? -1 : 1;
+        }
         follow();
         if (load.pulse) {
             return starts[0] - bench.zero_ticks;
@@ -156,6 +179,8 @@ static void run_line(bool smooth)
     starts[1] = starts[0] - STEP_IDLE_TICKS;
     seen_marks = 0;
     whole_pixels = 0;
+    steps_loaded = 0;
+    lags = 0;
     TEST_ASSERT_TRUE(bench_start_line());
     for (uint8_t i = 0; i < pixels; i++) {
         uint16_t steps = (uint16_t)(counts[i] < 0 ? -counts[i] : counts[i]);
@@ -288,6 +313,14 @@ static void smooth_pixels_speed_up_and_slow_down(void)
     check_line(30, 1, true, 0);
 }
 
+// Hundreds of steps a pixel: they come in batches.
+static void the_account_waits_outside_batches(void)
+{
+    ramps(400, 40);
+    check_line(30, 1, true, 0);
+    TEST_ASSERT_TRUE(STREAM_BATCHES == 0 || lags > 50u);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -295,5 +328,6 @@ int main(void)
     RUN_TEST(one_count_for_all);
     RUN_TEST(pixels_of_every_kind_in_turn);
     RUN_TEST(smooth_pixels_speed_up_and_slow_down);
+    RUN_TEST(the_account_waits_outside_batches);
     return UNITY_END();
 }

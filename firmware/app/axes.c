@@ -106,6 +106,20 @@ static APART bool advance(uint8_t i, enum ledger_extent extent, bool rested)
     return true;
 }
 
+bool axes_sample(uint8_t i, struct engine_sample *sample)
+{
+    struct axis *axis = axes_get(i);
+
+    step_timer_sample(i, sample);
+    if (capture_waits(i)) {
+        return false;
+    }
+    cpu_section(CPU_SECTION_LEDGER);
+    ledger_advance(&axis->ledger, &axis->feed.stream, sample, LEDGER_BY_BATCHES);
+    cpu_section(CPU_SECTION_ROUND);
+    return true;
+}
+
 bool axes_advance_at(uint8_t i, enum ledger_extent extent)
 {
     return advance(i, extent, false);

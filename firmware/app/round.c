@@ -164,13 +164,14 @@ static void decode_in_turn(uint8_t budget)
 #define AHEAD_UNIT  256u // ticks
 #define AHEAD_MAX   (UINT16_MAX - 1u)
 
-// How far axis i is decoded ahead of its account; ALL_DECODED if it needs no more now.
+// How far axis i is decoded ahead of its interrupt; ALL_DECODED if it needs no more now. The account
+// may lag by a batch, unlike that of another axis.
 static uint16_t units_ahead(uint8_t i)
 {
     if (decode_is_ahead(axes_get(i))) {
         return ALL_DECODED;
     }
-    uint32_t units = decode_ahead_ticks(axes_get(i)) / AHEAD_UNIT;
+    uint32_t units = decode_left_ticks(axes_get(i), step_timer_tail(i)) / AHEAD_UNIT;
 
     return units < AHEAD_MAX ? (uint16_t)units : AHEAD_MAX;
 }

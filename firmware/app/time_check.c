@@ -27,15 +27,20 @@ void time_check_start(void)
 bool time_check_lags(uint8_t i)
 {
     struct axis *axis = axes_get(i);
-    // The time is rounded down, so that it is never ahead of the instant at which the account of
-    // the axis is brought up to date.
+    struct engine_sample sample;
+    // The time is rounded down, so that it is never ahead of the instant of the sample.
     uint32_t now_ticks = (clock_now_units() - started_units - 1u) * CLOCK_UNIT_TICKS;
 
-    if (!axes_advance(i, LEDGER_EXACTLY)) {
+    if (!axes_sample(i, &sample)) {
         return false;
     }
-    uint32_t running_end = ledger_period_start(&axis->ledger, &axis->feed.stream, 0);
-    return (int32_t)(now_ticks - running_end) > 0;
+    uint32_t running_end =
+        ledger_newest_start(&axis->ledger, &axis->feed.stream, sample.tail);
+    if ((int32_t)(now_ticks - running_end) <= 0) {
+        return false;
+    }
+    (void)axes_advance(i, LEDGER_EXACTLY);
+    return true;
 }
 
 void time_check_poll(void)

@@ -329,6 +329,24 @@ static APART void advance_by_entries(struct ledger *ledger,
     add_idle(ledger, stream, sample->idle_count);
 }
 
+// Account for the batches that are over, in front of which no mark stands: nearly all of a curve is
+// such batches. Returns true when the interrupt is inside the next one, so that nothing is left.
+static inline bool take_batches(struct ledger *ledger, struct stream *stream, uint8_t tail)
+{
+    uint32_t ticks = 0;
+
+    if (stream_mark_within(stream, 0)) {
+        return false;
+    }
+    uint8_t count = stream_pass_batches(stream, tail, &ticks);
+
+    if (count != 0) {
+        ledger->loaded_ticks += ticks;
+        ledger_pass_periods(ledger, count);
+    }
+    return stream_inside_batch(stream, tail);
+}
+
 void ledger_advance(struct ledger *ledger,
                     struct stream *stream,
                     const struct engine_sample *sample,
@@ -338,11 +356,41 @@ void ledger_advance(struct ledger *ledger,
     bool whole = extent == LEDGER_BY_BATCHES && !sample->cut &&
                  sample->idle_count == ledger->idle_seen;
 
-    if (whole && ledger->train == LEDGER_NO_TRAIN &&
-        ledger_take_pixels(ledger, stream, sample->tail)) {
-        return;
+    if (whole && ledger->train == LEDGER_NO_TRAIN) {
+        if (stream_at_batch(stream) ? take_batches(ledger, stream, sample->tail)
+                                    : ledger_take_pixels(ledger, stream, sample->tail)) {
+            return;
+        }
     }
     advance_by_entries(ledger, stream, sample, whole);
+}
+
+int32_t ledger_position_at(const struct ledger *ledger,
+                           const struct stream *stream,
+                           uint8_t tail)
+{
+    uint8_t slot = stream->retired;
+    int32_t position = ledger_position(ledger);
+
+    if (!ledger->pulse) {
+        return position;
+    }
+    (void)step_ring_sum(stream->ring, &slot, tail);
+    uint8_t steps = (uint8_t)(slot - stream->retired);
+    return ledger->negative ? position - steps : position + steps;
+}
+
+uint32_t ledger_newest_start(struct ledger *ledger,
+                             const struct stream *stream,
+                             uint8_t tail)
+{
+    uint8_t slot = stream->retired;
+
+    if (slot == tail) {
+        return ledger_period_start(ledger, stream, 0);
+    }
+    return ledger->loaded_ticks +
+           step_ring_sum(stream->ring, &slot, (uint8_t)(tail - 1u));
 }
 
 // Start of the period at this slot, one of the single periods around the place that the account has

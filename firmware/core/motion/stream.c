@@ -174,8 +174,7 @@ static void drop_batch(struct stream *stream)
 #endif
 }
 
-// Pass the batches that follow one another up to slot `tail`, as long as they are over.
-static uint8_t pass_batches(struct stream *stream, uint8_t tail, uint32_t *ticks)
+uint8_t stream_pass_batches(struct stream *stream, uint8_t tail, uint32_t *ticks)
 {
     uint8_t first = stream->retired;
     const struct stream_batch *batch = oldest_batch(stream);
@@ -205,7 +204,7 @@ uint8_t stream_pass_periods(struct stream *stream,
     bool at_batch = batch != NULL && batch->slot == first;
 
     if (at_batch) {
-        uint8_t count = pass_batches(stream, tail, ticks);
+        uint8_t count = stream_pass_batches(stream, tail, ticks);
         if (count != 0 || whole) {
             return count;
         }

@@ -298,6 +298,24 @@ static inline bool stream_inside_batch(const struct stream *stream, uint8_t tail
 #endif
 }
 
+// True when a batch begins where the reader is.
+static inline bool stream_at_batch(const struct stream *stream)
+{
+#if STREAM_BATCHES > 0
+    return stream->batch_tail != stream->batch_head &&
+           stream->batches[stream->batch_tail & (STREAM_BATCHES - 1u)].slot ==
+               stream->retired;
+#else
+    (void)stream;
+    return false;
+#endif
+}
+
+// Pass the batches from here on that follow one another and are over: the interrupt reads slot
+// `tail` next. Returns the number of their periods, and their length in *ticks. Only when no mark
+// stands here.
+uint8_t stream_pass_batches(struct stream *stream, uint8_t tail, uint32_t *ticks);
+
 // Kind of the next entry: STEP_HIGH_TRAIN, STEP_HIGH_COMMAND, or less for a single period. Only
 // while the reader is not at the interrupt's tail.
 static inline uint8_t stream_peek(const struct stream *stream)
