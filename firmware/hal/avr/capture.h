@@ -21,8 +21,7 @@
 #include "hal/avr/step_isr.h" // step_engines
 #include "hal/pixel_clock.h"  // struct pixel_capture
 #if CONFIG_AXES > 1
-#include "hal/avr/clock_units.h"  // clock_look
-#include "hal/avr/step_parking.h" // step_parking_idle_count_at
+#include "hal/avr/clock_units.h" // clock_look
 #endif
 
 // What the handler saw; capture_take() makes sense of it. The handler writes it while `waiting` is
@@ -388,7 +387,7 @@ static inline void capture_place_parked(const struct capture *source,
     if ((source->flags_before & CAPTURE_PARKED) != 0) {
         capture->back = 1;
         capture->sample.idle_count =
-            step_parking_idle_count_at(axis, source->idle_count, source->captured);
+            step_isr_idle_count_at(axis, source->idle_count, source->captured);
     }
 #else
     (void)source;

@@ -3,10 +3,9 @@
 
 #include <util/atomic.h>
 
-#include "base/apart.h"           // APART
-#include "config.h"               // CONFIG_*, BOARD_PIXEL_CLOCK_TIMER
-#include "hal/avr/capture.h"      // capture_queue
-#include "hal/avr/step_parking.h" // step_parking_idle_count_at
+#include "base/apart.h" // APART
+#include "config.h"     // CONFIG_*, BOARD_PIXEL_CLOCK_TIMER
+#include "hal/avr/capture.h"
 
 static struct capture_queue edges;
 
@@ -35,7 +34,7 @@ static void place_parked(const struct capture_entry *entry, struct pixel_capture
 {
     if ((entry->notes & CAPTURE_WAS_PARKED) != 0) {
         capture->back = 1;
-        capture->sample.idle_count = step_parking_idle_count_at(
+        capture->sample.idle_count = step_isr_idle_count_at(
             CONFIG_PIXEL_CLOCK_AXIS, entry->idle_count, entry->captured);
     }
 }

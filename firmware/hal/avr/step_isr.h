@@ -47,6 +47,10 @@
 extern struct step_engine step_engines[CONFIG_AXES];
 extern struct step_ring step_rings[CONFIG_AXES];
 
+// Idle periods of a parked axis at an edge that its timer captured, when a little later the coarse
+// clock's low 16 bits were `units`. Main loop only, before the axis is parked anew.
+uint16_t step_isr_idle_count_at(uint8_t axis, uint16_t units, uint16_t captured);
+
 #if CONFIG_AXES > 1
 // Of each axis: low byte of the TOP that was loaded last, if a train's was; else 0 (step_isr.S).
 extern volatile uint8_t step_isr_last[CONFIG_AXES];
