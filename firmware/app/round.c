@@ -164,8 +164,8 @@ static void decode_in_turn(uint8_t budget)
 #define AHEAD_UNIT  256u // ticks
 #define AHEAD_MAX   (UINT16_MAX - 1u)
 
-// How far axis i is decoded ahead of its interrupt; ALL_DECODED if it needs no more now. The account
-// may lag by a batch, unlike that of another axis.
+// How far axis i is decoded ahead of its interrupt; ALL_DECODED if it needs no more now. Not ahead
+// of its account, which may lag by a batch while another one is up to date.
 static uint16_t units_ahead(uint8_t i)
 {
     if (decode_is_ahead(axes_get(i))) {

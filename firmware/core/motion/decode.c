@@ -70,7 +70,7 @@ uint32_t decode_left_ticks(const struct axis *axis, uint8_t tail)
         return ahead;
     }
     uint32_t made = multiply_u32_u16((uint8_t)(tail - stream->retired),
-                                 stream_entry_ticks(stream, newest));
+                                     stream_entry_ticks(stream, newest));
 
     return made < ahead ? ahead - made : 0;
 }

@@ -331,7 +331,9 @@ static APART void advance_by_entries(struct ledger *ledger,
 
 // Account for the batches that are over, in front of which no mark stands: nearly all of a curve is
 // such batches. Returns true when the interrupt is inside the next one, so that nothing is left.
-static inline bool take_batches(struct ledger *ledger, struct stream *stream, uint8_t tail)
+static inline bool take_batches(struct ledger *ledger,
+                                struct stream *stream,
+                                uint8_t tail)
 {
     uint32_t ticks = 0;
 

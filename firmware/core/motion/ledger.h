@@ -125,10 +125,10 @@ uint32_t ledger_advance_to_capture(struct ledger *ledger,
                                    uint8_t back,
                                    uint16_t captured_ticks);
 
-// What the interrupt has made in front of an account that was advanced to a sample by batches: single
+// What the interrupt has made beyond an account that was advanced to a sample by batches: single
 // periods of a batch or of a pixel. `tail` is the sample's.
 //
-// Position by then. Also of an account that no sample may advance now, as far as single periods tell.
+// Position by then. Of an account that no sample may advance now: as far as single periods tell.
 int32_t ledger_position_at(const struct ledger *ledger,
                            const struct stream *stream,
                            uint8_t tail);
