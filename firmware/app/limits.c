@@ -30,6 +30,7 @@ static uint32_t shortest_pixel_ticks(void)
 void limits_apply_settings(void)
 {
     const struct settings *settings = settings_now();
+    const struct pixel_period *period = reference_period();
     uint16_t driver_us = settings->dir_setup_us > settings->dir_hold_us
                              ? settings->dir_setup_us
                              : settings->dir_hold_us;
@@ -37,7 +38,8 @@ void limits_apply_settings(void)
         (uint16_t)(driver_us * TICKS_PER_US + CONFIG_REVERSAL_MARGIN_TICKS);
 
     reference_apply_settings();
-    uint32_t error_ticks = reference_period()->whole_ticks / DEVIATION_PARTS;
+    BY_POINTER(period);
+    uint32_t error_ticks = period->whole_ticks / DEVIATION_PARTS;
     records_thin(settings->record_every,
                  error_ticks > UINT16_MAX ? UINT16_MAX : (uint16_t)error_ticks);
     struct line_limits *limits = &current_limits;

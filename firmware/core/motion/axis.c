@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "motion/axis.h"
 
-#include "base/apart.h" // APART
+#include "base/apart.h"          // APART
+#include "build_features.h"      // FEATURE_LINE_DIVIDER
+#include "motion/line_divider.h" // line_divider_take
 
 // Discard what is written and not made. slot: where the step interrupt reads next.
 static void empty_stream(struct axis *axis, uint8_t slot)
@@ -50,6 +52,19 @@ static bool read_entry(const struct block *block,
     return true;
 }
 
+// Check an entry, and let the divider of a line count from there on.
+static enum line_error check_next(struct line_check *check,
+                                  const struct line_limits *limits,
+                                  struct segment entry,
+                                  bool alone)
+{
+    if (FEATURE_LINE_DIVIDER && check->phase == LINE_CHECK_DIVIDER && entry.repeat == 0 &&
+        !line_divider_take((uint16_t)entry.count, alone)) {
+        return LINE_divider;
+    }
+    return line_check_entry(check, limits, entry);
+}
+
 // True when every entry is possible after the queued ones. The axis's check then has passed the
 // whole block, and *reader has read all of it.
 static bool check_block(struct axis *axis,
@@ -69,7 +84,7 @@ static bool check_block(struct axis *axis,
         struct segment entry;
         enum line_error error = LINE_malformed;
         if (read_entry(block, reader, &check, &entry)) {
-            error = line_check_entry(&check, limits, entry);
+            error = check_next(&check, limits, entry, *whole_lines == 0);
         }
         if (error != LINE_none) {
             axis->line_error = (uint8_t)error;
@@ -149,32 +164,44 @@ enum block_result axis_queue_block(struct axis *axis,
 
 bool axis_waits_for_edge(const struct axis *axis)
 {
-    return (segment_queue_front_word(&axis->queue) & LINE_START_WAIT) != 0;
+    uint8_t flags = (uint8_t)segment_queue_front_word(&axis->queue);
+
+    BY_BYTE(flags);
+    return (flags & LINE_START_WAIT) != 0;
 }
 
 bool axis_seeks(const struct axis *axis, bool *opening)
 {
     uint16_t word = segment_queue_front_word(&axis->queue);
+    uint8_t flags = (uint8_t)word;
+    uint8_t more = (uint8_t)(word >> 8);
 
-    *opening = (word & LINE_START_OPEN) != 0;
-    return (word & LINE_START_SEEK) != 0;
+    BY_BYTE(flags);
+    BY_BYTE(more);
+    *opening = (more & LINE_START_OPEN >> 8) != 0;
+    return (flags & LINE_START_SEEK) != 0;
 }
 
-// Wherever this is asked, a start mark is the next entry that may be queued. It is in full, and
-// so is its parameter, or is at least there when there is more.
+// Wherever this is asked, a start mark is the next entry that may be queued. All entries in front of
+// a line's segments are in full, so that there is another one, of any size, behind the first two
+// only if the divider is there or is none of them.
 static bool start_queued(const struct axis *axis)
 {
-    return segment_queue_fill(&axis->queue) > SEGMENT_MOST;
+    return segment_queue_fill(&axis->queue) > LINE_HEAD_ENTRIES * SEGMENT_MOST;
 }
 
 static void axis_begin_line(struct axis *axis,
                             const struct pixel_period *period,
                             bool always_take_up)
 {
-    bool negative = (segment_queue_front_word(&axis->queue) & LINE_START_NEGATIVE) != 0;
-    bool reverses = !axis->direction_known || negative != axis->feed.negative;
+    uint8_t flags = (uint8_t)segment_queue_front_word(&axis->queue);
+    BY_BYTE(flags);
+    bool negative = (flags & LINE_START_NEGATIVE) != 0;
 
-    line_begin(&axis->line, period, &axis->queue, always_take_up || reverses);
+    if (!axis->direction_known || negative != axis->feed.negative) {
+        always_take_up = true;
+    }
+    line_begin(&axis->line, period, &axis->queue, always_take_up);
     axis->phase = DECODE_PIECE;
     feed_mark_here(&axis->feed, true, 0);
 }

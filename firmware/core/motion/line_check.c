@@ -27,11 +27,13 @@ static inline bool has_backlash(const struct line_check *check)
 }
 
 // A seek must not wait for the pixel clock, and only a seek may have the bit for an opening switch.
-static bool seek_bits_fit(uint16_t word)
+// The bytes of a start mark's word.
+static inline bool seek_bits_fit(uint8_t more, uint8_t flags)
 {
-    uint16_t without = (word & LINE_START_SEEK) != 0 ? LINE_START_WAIT : LINE_START_OPEN;
-
-    return (word & without) == 0;
+    if ((flags & LINE_START_SEEK) != 0) {
+        return (flags & LINE_START_WAIT) == 0;
+    }
+    return (more & LINE_START_OPEN >> 8) == 0;
 }
 
 // The speeds of lines that wait in the queue count as long as the queue is not empty.
@@ -81,19 +83,23 @@ static void note_fastest(struct line_check *check, uint16_t speed)
 static enum line_error check_start_mark(struct line_check *check, struct segment entry)
 {
     uint16_t word = (uint16_t)entry.count;
+    uint8_t flags = (uint8_t)word;
+    uint8_t more = (uint8_t)(word >> 8);
 
-    if (entry.repeat != 0 || (word & LINE_MARK_KIND) != LINE_MARK_START ||
-        (word & (uint16_t)~(LINE_START_KNOWN | LINE_START_WAIT)) != 0 ||
-        !seek_bits_fit(word)) {
+    BY_BYTE(flags);
+    BY_BYTE(more);
+    if (entry.repeat != 0 || (word & (uint16_t)~LINE_START_FLAGS) != LINE_MARK_START ||
+        !seek_bits_fit(more, flags)) {
         return LINE_malformed;
     }
-    if (!FEATURE_HOMING && (word & LINE_START_SEEK) != 0) {
+    if ((!FEATURE_HOMING && (flags & LINE_START_SEEK) != 0) ||
+        (!FEATURE_LINE_DIVIDER && (more & LINE_START_DIVIDER >> 8) != 0)) {
         return LINE_not_built;
     }
     // A line that waits for the clock starts from rest, and so does a seek, which is always armed
     // by itself. Any other line may follow the one before without a pause and inherits its
     // direction.
-    bool chained = (word & (LINE_START_WAIT | LINE_START_SEEK)) == 0;
+    bool chained = (flags & (LINE_START_WAIT | LINE_START_SEEK)) == 0;
     struct line_check before = *check;
 
     line_check_reset(check);
@@ -102,11 +108,13 @@ static enum line_error check_start_mark(struct line_check *check, struct segment
         check->rest_ticks = before.rest_ticks;
     }
     keep_fastest(check, &before);
-    uint8_t flags = (uint8_t)word;
-    check->smooth = (flags & LINE_START_SMOOTH) != 0;
-    check->negative = (flags & LINE_START_NEGATIVE) != 0;
-    check->seek = (flags & LINE_START_SEEK) != 0;
-    check->one_way = check->seek;
+    check->flags = flags & LINE_START_KEPT;
+    if ((flags & LINE_START_SEEK) != 0) {
+        check->one_way = true;
+    }
+    if (FEATURE_LINE_DIVIDER && (more & LINE_START_DIVIDER >> 8) != 0) {
+        check->divided = true;
+    }
     check->phase = LINE_CHECK_PARAMETER;
     return LINE_none;
 }
@@ -129,7 +137,7 @@ static uint16_t shortest_interval(const struct line_check *check,
 
 // Note the highest speed that keeps the shortest interval: one division for the whole line, since
 // speed * interval > pixel if and only if speed > floor(pixel / interval).
-static void note_top_speed(struct line_check *check, const struct line_limits *limits)
+static APART void note_top_speed(struct line_check *check, const struct line_limits *limits)
 {
     uint16_t interval = shortest_interval(check, limits);
 
@@ -165,9 +173,20 @@ static enum line_error check_parameter(struct line_check *check,
 {
     check->backlash_steps = (uint16_t)entry.count;
     check->line_speed = entry.repeat;
-    check->phase = LINE_CHECK_SEGMENTS;
+    check->phase = FEATURE_LINE_DIVIDER && check->divided ? LINE_CHECK_DIVIDER
+                                                          : LINE_CHECK_SEGMENTS;
     note_top_speed(check, limits);
     return check_backlash(check);
+}
+
+// What a pixel is from here on, the limits say already.
+static enum line_error check_divider(struct line_check *check,
+                                     const struct line_limits *limits,
+                                     struct segment entry)
+{
+    check->phase = LINE_CHECK_SEGMENTS;
+    note_top_speed(check, limits);
+    return entry.repeat != 0 ? LINE_malformed : LINE_none;
 }
 
 #if SEVERAL_AXES
@@ -503,16 +522,27 @@ static enum line_error check_segment(struct line_check *check,
     return error;
 }
 
+// Check an entry in front of the segments.
+static enum line_error APART check_head(struct line_check *check,
+                                        const struct line_limits *limits,
+                                        struct segment entry)
+{
+    if (check->phase == LINE_CHECK_OUTSIDE) {
+        return check_start_mark(check, entry);
+    }
+    if (!FEATURE_LINE_DIVIDER || check->phase == LINE_CHECK_PARAMETER) {
+        return check_parameter(check, limits, entry);
+    }
+    return check_divider(check, limits, entry);
+}
+
 // Check an entry of any kind. Apart from the easy ones, which then need no registers saved.
 static enum line_error APART check_entry(struct line_check *check,
                                          const struct line_limits *limits,
                                          struct segment entry)
 {
-    if (check->phase == LINE_CHECK_OUTSIDE) {
-        return check_start_mark(check, entry);
-    }
-    if (check->phase == LINE_CHECK_PARAMETER) {
-        return check_parameter(check, limits, entry);
+    if (check->phase != LINE_CHECK_SEGMENTS) {
+        return check_head(check, limits, entry);
     }
     return entry.repeat == 0 ? check_mark(check, entry)
                              : check_segment(check, limits, entry);

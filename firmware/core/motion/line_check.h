@@ -5,8 +5,9 @@
 // The host tools run the same code.
 //
 //     OUTSIDE -- start mark --> PARAMETER -- parameter --> SEGMENTS -- end mark --> OUTSIDE
-//                                                          |  ^ segment, down mark
-//                                                          +--+
+//                                    |                     ^ |  ^ segment, down mark
+//                          parameter |                     | +--+
+//                                    +-------> DIVIDER ----+ divider
 #pragma once
 
 #include <stdbool.h>
@@ -39,6 +40,8 @@ enum line_check_phase {
     LINE_CHECK_OUTSIDE,
     // The parameter of the start mark must come next.
     LINE_CHECK_PARAMETER,
+    // The divider of the start mark must come next. The limits behind it are those of its pixels.
+    LINE_CHECK_DIVIDER,
     // A segment or a mark must come next.
     LINE_CHECK_SEGMENTS,
 };
@@ -46,18 +49,27 @@ enum line_check_phase {
 struct line_check {
     // enum line_check_phase.
     uint8_t phase;
-    // The line has constant acceleration inside a pixel.
-    bool smooth : 1;
-    // The line reached the line speed of the backlash parameter.
-    bool reached : 1;
-    // Direction of a smooth line.
-    bool negative : 1;
-    // The line is a seek whose down mark is still to come.
-    bool seek : 1;
-    // The line is a seek: when it trips, any segment behind the down mark may come next.
-    bool one_way : 1;
-    // A segment of the line was accepted.
-    bool begun : 1;
+    union {
+        // The flags below; the highest four at the bits of the start mark's.
+        uint8_t flags;
+        struct {
+            // The line reached the line speed of the backlash parameter.
+            bool reached : 1;
+            // The line is a seek: when it trips, any segment behind the down mark may come next.
+            bool one_way : 1;
+            // A segment of the line was accepted.
+            bool begun : 1;
+            // A divider follows the parameter.
+            bool divided : 1;
+            // The line has constant acceleration inside a pixel.
+            bool smooth : 1;
+            bool unused : 1;
+            // Direction of a smooth line.
+            bool negative : 1;
+            // The line is a seek whose down mark is still to come.
+            bool seek : 1;
+        };
+    };
     int8_t
         direction; // of the last step, 0: none yet or long ago; kept across chained lines
     // First warning of the line (enum line_error, from 32 on).
