@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The register map's contents: what the Modbus server reads and writes.
-#include "app/axes.h"          // axes_get
-#include "app/commands.h"      // commands_*
-#include "app/events.h"        // events_word
-#include "app/limits.h"        // limits_*
-#include "app/report.h"        // report_word
-#include "app/settings.h"      // settings_*
-#include "app/store.h"         // store_*
+#include "app/axes.h"            // axes_get
+#include "app/commands.h"        // commands_*
+#include "app/events.h"          // events_word
+#include "app/limits.h"          // limits_*
+#include "app/report.h"          // report_word
+#include "app/settings.h"        // settings_*
+#include "app/store.h"           // store_*
 #include "base/apart.h"          // APART
 #include "base/flash.h"          // IN_FLASH
 #include "motion/line_divider.h" // line_divider_take
@@ -167,7 +167,7 @@ static APART enum modbus_exception apply_settings(void)
     return MODBUS_OK;
 }
 
-APART bool line_divider_take(uint16_t edges, bool alone)
+APART bool line_divider_take(uint16_t edges, bool behind)
 {
     uint16_t *divider = &settings_record()->divider;
     uint16_t before = *divider;
@@ -176,7 +176,7 @@ APART bool line_divider_take(uint16_t edges, bool alone)
         return true;
     }
     *divider = edges;
-    if (alone && apply_settings() == MODBUS_OK) {
+    if (!behind && apply_settings() == MODBUS_OK) {
         return true;
     }
     *divider = before;
@@ -201,7 +201,7 @@ static APART enum modbus_exception queue_block(uint16_t count, uint8_t *words)
     case BLOCK_REFUSED:
         // The block may have changed the divider before its first segment was refused.
         if (FEATURE_LINE_DIVIDER) {
-            (void)line_divider_take(divider, true);
+            (void)line_divider_take(divider, false);
         }
         return MODBUS_ILLEGAL_VALUE;
     case BLOCK_WRONG:

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "motion/axis.h"
 
-#include "base/apart.h"          // APART
-#include "build_features.h"      // FEATURE_LINE_DIVIDER
-#include "motion/line_divider.h" // line_divider_take
+#include "base/apart.h" // APART
 
 // Discard what is written and not made. slot: where the step interrupt reads next.
 static void empty_stream(struct axis *axis, uint8_t slot)
@@ -52,19 +50,6 @@ static bool read_entry(const struct block *block,
     return true;
 }
 
-// Check an entry, and let the divider of a line count from there on.
-static enum line_error check_next(struct line_check *check,
-                                  const struct line_limits *limits,
-                                  struct segment entry,
-                                  bool alone)
-{
-    if (FEATURE_LINE_DIVIDER && check->phase == LINE_CHECK_DIVIDER && entry.repeat == 0 &&
-        !line_divider_take((uint16_t)entry.count, alone)) {
-        return LINE_divider;
-    }
-    return line_check_entry(check, limits, entry);
-}
-
 // True when every entry is possible after the queued ones. The axis's check then has passed the
 // whole block, and *reader has read all of it.
 static bool check_block(struct axis *axis,
@@ -84,7 +69,7 @@ static bool check_block(struct axis *axis,
         struct segment entry;
         enum line_error error = LINE_malformed;
         if (read_entry(block, reader, &check, &entry)) {
-            error = check_next(&check, limits, entry, *whole_lines == 0);
+            error = line_check_entry(&check, limits, entry);
         }
         if (error != LINE_none) {
             axis->line_error = (uint8_t)error;

@@ -13,9 +13,9 @@ static inline bool is_shifted(const struct line *line)
 }
 
 APART void line_begin(struct line *line,
-                const struct pixel_period *period,
-                struct segment_queue *queue,
-                bool take_up)
+                      const struct pixel_period *period,
+                      struct segment_queue *queue,
+                      bool take_up)
 {
     *line = (struct line){.queue = queue};
     uint16_t word = (uint16_t)segment_unpack(&queue->out).count;

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "motion/line_check.h"
 
-#include "base/apart.h"     // APART
-#include "base/divide.h"    // divide_u32_u16
-#include "base/multiply.h"  // multiply_u32_u16
-#include "build_features.h" // FEATURE_*
+#include "base/apart.h"          // APART
+#include "base/divide.h"         // divide_u32_u16
+#include "base/multiply.h"       // multiply_u32_u16
+#include "build_features.h"      // FEATURE_*
+#include "motion/line_divider.h" // line_divider_take
 
 // Largest count: the curve decoder multiplies speeds, which are up to 2 * count, by piece lengths
 // in 40 bits.
@@ -26,14 +27,14 @@ static inline bool has_backlash(const struct line_check *check)
     return FEATURE_BACKLASH && check->backlash_steps != 0;
 }
 
-// A seek must not wait for the pixel clock, and only a seek may have the bit for an opening switch.
-// The bytes of a start mark's word.
-static inline bool seek_bits_fit(uint8_t more, uint8_t flags)
+// Flags of a start mark that exclude each other, by the bytes of its word; 0: none. A seek must not
+// wait for the pixel clock, and only a seek may have the bit for an opening switch.
+static inline uint8_t misfits(uint8_t more, uint8_t flags)
 {
     if ((flags & LINE_START_SEEK) != 0) {
-        return (flags & LINE_START_WAIT) == 0;
+        return flags & LINE_START_WAIT;
     }
-    return (more & LINE_START_OPEN >> 8) == 0;
+    return more & LINE_START_OPEN >> 8;
 }
 
 // The speeds of lines that wait in the queue count as long as the queue is not empty.
@@ -89,7 +90,7 @@ static enum line_error check_start_mark(struct line_check *check, struct segment
     BY_BYTE(flags);
     BY_BYTE(more);
     if (entry.repeat != 0 || (word & (uint16_t)~LINE_START_FLAGS) != LINE_MARK_START ||
-        !seek_bits_fit(more, flags)) {
+        misfits(more, flags) != 0) {
         return LINE_malformed;
     }
     if ((!FEATURE_HOMING && (flags & LINE_START_SEEK) != 0) ||
@@ -99,6 +100,7 @@ static enum line_error check_start_mark(struct line_check *check, struct segment
     // A line that waits for the clock starts from rest, and so does a seek, which is always armed
     // by itself. Any other line may follow the one before without a pause and inherits its
     // direction.
+    uint8_t behind = check->flags & LINE_CHECK_BEHIND;
     bool chained = (flags & (LINE_START_WAIT | LINE_START_SEEK)) == 0;
     struct line_check before = *check;
 
@@ -114,6 +116,9 @@ static enum line_error check_start_mark(struct line_check *check, struct segment
     }
     if (FEATURE_LINE_DIVIDER && (more & LINE_START_DIVIDER >> 8) != 0) {
         check->divided = true;
+    }
+    if (FEATURE_LINE_DIVIDER && behind != 0) {
+        check->behind = true;
     }
     check->phase = LINE_CHECK_PARAMETER;
     return LINE_none;
@@ -137,7 +142,8 @@ static uint16_t shortest_interval(const struct line_check *check,
 
 // Note the highest speed that keeps the shortest interval: one division for the whole line, since
 // speed * interval > pixel if and only if speed > floor(pixel / interval).
-static APART void note_top_speed(struct line_check *check, const struct line_limits *limits)
+static APART void note_top_speed(struct line_check *check,
+                                 const struct line_limits *limits)
 {
     uint16_t interval = shortest_interval(check, limits);
 
@@ -173,20 +179,26 @@ static enum line_error check_parameter(struct line_check *check,
 {
     check->backlash_steps = (uint16_t)entry.count;
     check->line_speed = entry.repeat;
-    check->phase = FEATURE_LINE_DIVIDER && check->divided ? LINE_CHECK_DIVIDER
-                                                          : LINE_CHECK_SEGMENTS;
+    check->phase =
+        FEATURE_LINE_DIVIDER && check->divided ? LINE_CHECK_DIVIDER : LINE_CHECK_SEGMENTS;
     note_top_speed(check, limits);
     return check_backlash(check);
 }
 
-// What a pixel is from here on, the limits say already.
+// Let the divider change what a pixel is, before a segment is checked.
 static enum line_error check_divider(struct line_check *check,
                                      const struct line_limits *limits,
                                      struct segment entry)
 {
+    if (entry.repeat != 0) {
+        return LINE_malformed;
+    }
+    if (!line_divider_take((uint16_t)entry.count, check->behind)) {
+        return LINE_divider;
+    }
     check->phase = LINE_CHECK_SEGMENTS;
     note_top_speed(check, limits);
-    return entry.repeat != 0 ? LINE_malformed : LINE_none;
+    return LINE_none;
 }
 
 #if SEVERAL_AXES

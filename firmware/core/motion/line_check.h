@@ -40,17 +40,20 @@ enum line_check_phase {
     LINE_CHECK_OUTSIDE,
     // The parameter of the start mark must come next.
     LINE_CHECK_PARAMETER,
-    // The divider of the start mark must come next. The limits behind it are those of its pixels.
+    // The divider of the start mark must come next. It may change the limits (line_divider.h).
     LINE_CHECK_DIVIDER,
     // A segment or a mark must come next.
     LINE_CHECK_SEGMENTS,
 };
 
+// Of the flags of struct line_check `begun` and `behind`.
+#define LINE_CHECK_BEHIND 0x24u
+
 struct line_check {
     // enum line_check_phase.
     uint8_t phase;
     union {
-        // The flags below; the highest four at the bits of the start mark's.
+        // The flags below. Smooth, negative and seek are at the bits of the start mark's flags.
         uint8_t flags;
         struct {
             // The line reached the line speed of the backlash parameter.
@@ -63,7 +66,8 @@ struct line_check {
             bool divided : 1;
             // The line has constant acceleration inside a pixel.
             bool smooth : 1;
-            bool unused : 1;
+            // Segments of another line were accepted before this one, since the reset.
+            bool behind : 1;
             // Direction of a smooth line.
             bool negative : 1;
             // The line is a seek whose down mark is still to come.

@@ -46,8 +46,7 @@
 // All flags of a start mark.
 #define LINE_START_FLAGS 0x03F0u
 // The flags of its low byte that a line keeps; struct line_check has them at the same bits.
-#define LINE_START_KEPT                                                                  \
-    (LINE_START_SMOOTH | LINE_START_NEGATIVE | LINE_START_SEEK)
+#define LINE_START_KEPT (LINE_START_SMOOTH | LINE_START_NEGATIVE | LINE_START_SEEK)
 // Entries in front of a line's segments, but for a divider; all of them are stored in full.
 #define LINE_HEAD_ENTRIES 2u
 
