@@ -228,6 +228,19 @@ static void unknown_flags(void)
     refused(LINE_malformed, 1, (int16_t)(LINE_MARK_START | 0x8000u), 0);
 }
 
+// The flags that a line keeps of its start mark are at the mark's bits.
+static void flags_at_the_bits_of_the_mark(void)
+{
+    check = (struct line_check){.smooth = true};
+    TEST_ASSERT_EQUAL_HEX8(LINE_START_SMOOTH, check.flags);
+    check = (struct line_check){.negative = true};
+    TEST_ASSERT_EQUAL_HEX8(LINE_START_NEGATIVE, check.flags);
+    check = (struct line_check){.seek = true};
+    TEST_ASSERT_EQUAL_HEX8(LINE_START_SEEK, check.flags);
+    check = (struct line_check){.begun = true, .behind = true};
+    TEST_ASSERT_EQUAL_HEX8(LINE_CHECK_BEHIND, check.flags);
+}
+
 // A start mark and its parameter, and a divider to come.
 static void begin_divided(uint16_t mark)
 {
@@ -367,6 +380,7 @@ int main(void)
     RUN_TEST(negative_count);
     RUN_TEST(start_mark_missing);
     RUN_TEST(unknown_flags);
+    RUN_TEST(flags_at_the_bits_of_the_mark);
     RUN_TEST(divider_behind_the_parameter);
     RUN_TEST(divider_of_a_smooth_line);
     RUN_TEST(divider_must_be_a_mark);

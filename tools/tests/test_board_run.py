@@ -67,7 +67,7 @@ def test_upload_streams_a_long_line(one):
     counts = [n % 7 + 1 for n in range(400)]
     name = put(counts)
     text = one.err("upload", name, "--decode", "plain", status=2)
-    assert "line.csv takes 403 queue entries, axis 0 has room for 128" in text
+    assert "line.csv takes 404 queue entries, axis 0 has room for 128" in text
     assert not one.board.axes[0].entries
     found = one.json("upload", name, "--decode", "plain", "--arm")
     assert found["axes"][0]["state"] == "done"
