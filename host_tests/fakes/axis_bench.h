@@ -30,8 +30,8 @@ struct axis_bench {
 
 extern struct axis_bench bench;
 
-// A fresh axis at this frequency of the clock, 16 MHz timers. A line may change how many of its edges
-// are a pixel; the lines' period stays.
+// A fresh axis at this frequency of the clock, 16 MHz timers. A line may change how many of its
+// edges are a pixel to the line check; the period of the decoder stays.
 void bench_open(uint32_t hz_num, uint32_t hz_den);
 
 #define BENCH_BLOCK_MAX 242u

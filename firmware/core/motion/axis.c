@@ -167,9 +167,9 @@ bool axis_seeks(const struct axis *axis, bool *opening)
     return (flags & LINE_START_SEEK) != 0;
 }
 
-// Wherever this is asked, a start mark is the next entry that may be queued. All entries in front of
-// a line's segments are in full, so that there is another one, of any size, behind the first two
-// only if the divider is there or is none of them.
+// Wherever this is asked, a start mark is the next entry that may be queued. All entries in front
+// of a line's segments are in full, so that what is behind the first two of them, however short,
+// is a whole divider or none is due.
 static bool start_queued(const struct axis *axis)
 {
     return segment_queue_fill(&axis->queue) > LINE_HEAD_ENTRIES * SEGMENT_MOST;

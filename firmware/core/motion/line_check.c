@@ -81,15 +81,13 @@ static void note_fastest(struct line_check *check, uint16_t speed)
 }
 #endif
 
-static enum line_error check_start_mark(struct line_check *check, struct segment entry)
+// What is wrong with a start mark, whose bytes are `more` and `flags`.
+static inline enum line_error judge_start_mark(struct segment entry,
+                                               uint8_t more,
+                                               uint8_t flags)
 {
-    uint16_t word = (uint16_t)entry.count;
-    uint8_t flags = (uint8_t)word;
-    uint8_t more = (uint8_t)(word >> 8);
-
-    BY_BYTE(flags);
-    BY_BYTE(more);
-    if (entry.repeat != 0 || (word & (uint16_t)~LINE_START_FLAGS) != LINE_MARK_START ||
+    if (entry.repeat != 0 ||
+        ((uint16_t)entry.count & (uint16_t)~LINE_START_FLAGS) != LINE_MARK_START ||
         misfits(more, flags) != 0) {
         return LINE_malformed;
     }
@@ -97,11 +95,17 @@ static enum line_error check_start_mark(struct line_check *check, struct segment
         (!FEATURE_LINE_DIVIDER && (more & LINE_START_DIVIDER >> 8) != 0)) {
         return LINE_not_built;
     }
+    return LINE_none;
+}
+
+// Begin to check a line, by the bytes of its start mark.
+static inline void begin_line(struct line_check *check, uint8_t more, uint8_t flags)
+{
     // A line that waits for the clock starts from rest, and so does a seek, which is always armed
     // by itself. Any other line may follow the one before without a pause and inherits its
     // direction.
-    uint8_t behind = check->flags & LINE_CHECK_BEHIND;
     bool chained = (flags & (LINE_START_WAIT | LINE_START_SEEK)) == 0;
+    uint8_t behind = check->flags & LINE_CHECK_BEHIND;
     struct line_check before = *check;
 
     line_check_reset(check);
@@ -121,7 +125,20 @@ static enum line_error check_start_mark(struct line_check *check, struct segment
         check->behind = true;
     }
     check->phase = LINE_CHECK_PARAMETER;
-    return LINE_none;
+}
+
+static enum line_error check_start_mark(struct line_check *check, struct segment entry)
+{
+    uint8_t flags = (uint8_t)entry.count;
+    uint8_t more = (uint8_t)((uint16_t)entry.count >> 8);
+
+    BY_BYTE(flags);
+    BY_BYTE(more);
+    enum line_error error = judge_start_mark(entry, more, flags);
+    if (error == LINE_none) {
+        begin_line(check, more, flags);
+    }
+    return error;
 }
 
 static bool APART too_fast(uint16_t speed, uint16_t interval_ticks, uint32_t pixel_ticks)
