@@ -12,6 +12,7 @@ from fake_modbus import ADDRESS, BUSY, FAILURE, VALUE, FakeServer, RefusalError
 from pixstep.board import boards, features
 from pixstep.board import registers as regs
 from pixstep.lines import packing
+from pixstep.lines.runs import MARK_DIVIDER
 from pixstep_dev.robustness.wire import crc16
 
 MAP = regs.register_map()
@@ -102,6 +103,7 @@ class FakeBoard(FakeServer):
         self.axes = [FakeAxis() for _ in range(boards.load(kind).axes)]
         self.holdings = self.defaults()
         self.holdings[0] = unit
+        self.said = []  # the dividers of lines
         self.stored = None
         self.serial = 0
         self.storing_until = 0.0
@@ -323,12 +325,27 @@ class FakeBoard(FakeServer):
             entries = [(count & 0xFFFF, repeat) for count, repeat in found]
         else:
             entries = list(zip(rest[::2], rest[1::2], strict=True))
+        last = entries[-1][0]
+        self.take_divider(entries)
         if len(axis.entries) + len(entries) > QUEUE:
             raise RefusalError(BUSY)
         axis.next_block = (block + 1) & 0xFFFF
         axis.entries += entries
-        axis.last = entries[-1][0]
+        axis.last = last
         axis.state = axis.state if axis.state == "running" else "loaded"
+
+    def take_divider(self, entries):
+        """Take the third entry of a line whose start mark promises one: setting `divider`."""
+        count, repeat = entries[0]
+        if repeat or count & (15 | MARK_DIVIDER) != 1 | MARK_DIVIDER:
+            return
+        edges, _ = entries.pop(2)
+        self.said.append(edges)
+        if edges != self.setting("divider"):
+            if any(axis.entries for axis in self.axes):
+                raise RefusalError(VALUE)
+            item = MAP.holding("divider")
+            place(self.holdings, item.address, item, edges)
 
     def obey(self, name, mask, argument):
         """Do a command for the axes of a mask."""

@@ -77,6 +77,7 @@ def test_the_board_gets_the_clock_of_the_machine_file(one, folder):
     one.out("set", "divider=5")
     one.json("run", "corner.pmc")
     assert (one.board.setting("pixel_hz_num"), one.board.setting("divider")) == (200, 1)
+    assert set(one.board.said) == {1}
     path = folder / "machine.toml"
     clock = "[clock]\npixel = 600\ndivider = 3\nsync = 'free'\n"
     text = re.sub(r"\[clock\]\npixel = .*\n", clock, path.read_text())
