@@ -41,8 +41,11 @@ rule(writable "${PIXSTEP_PYTHON}" "${checks}/writable.py" "${CMAKE_BINARY_DIR}")
 rule(module_graph "${PIXSTEP_PYTHON}" "${checks}/module_graph.py" --check DESIGN.md)
 rule(package_graph "${PIXSTEP_PYTHON}" "${checks}/package_graph.py" --check DESIGN.md)
 rule(module_sizes "${PIXSTEP_PYTHON}" "${checks}/module_sizes.py" --check docs/TIMING.md)
-# All feature switches of a board turned over; each by itself, with what it costs, takes longer.
+# All feature switches turned over, on one board of each set of defaults; the other boards, and each
+# switch by itself with what it costs, take longer.
 rule(features "${PIXSTEP_PYTHON}" "${checks}/features.py" --together)
+rule(features.together.long "${PIXSTEP_PYTHON}" "${checks}/features.py" --together --each-board)
+set_tests_properties(rules.features.together.long PROPERTIES LABELS long)
 rule(features.long "${PIXSTEP_PYTHON}" "${checks}/features.py" --check docs/TIMING.md)
 set_tests_properties(rules.features.long PROPERTIES LABELS long PROCESSORS 2)
 rule(figures "${PIXSTEP_PYTHON}" "${checks}/figures.py")
