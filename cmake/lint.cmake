@@ -64,6 +64,9 @@ set_tests_properties(
     lint.tidy.host lint.tidy.avr lint.tidy.host.long lint.tidy.avr.long PROPERTIES PROCESSORS 2
 )
 set_tests_properties(lint.tidy.host.long lint.tidy.avr.long PROPERTIES LABELS long)
+# What takes long begins early, so that nothing is left to wait for at the end.
+set_tests_properties(lint.types PROPERTIES COST 30)
+set_tests_properties(lint.tidy.host PROPERTIES COST 25)
 
 add_custom_target(
     format
