@@ -338,8 +338,7 @@ class FakeBoard(FakeServer):
         if edges != self.setting("divider"):
             if any(axis.entries for axis in self.axes):
                 raise RefusalError(VALUE)
-            item = MAP.holding("divider")
-            place(self.holdings, item.address, item, edges)
+            self.holdings[MAP.holding("divider").address] = edges
 
     def obey(self, name, mask, argument):
         """Do a command for the axes of a mask."""

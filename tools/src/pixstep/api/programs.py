@@ -2,7 +2,7 @@
 """Motion programs: planned to lines, or run on a board while they are planned."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from os import PathLike, fspath
 
 import numpy as np
@@ -13,7 +13,7 @@ from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.machine.reading import Machine as MachineFile
 from pixstep.programs.motors import of_machine
 from pixstep.programs.options import LOOKAHEAD, WINDOW, Options
-from pixstep.programs.plan import Plan
+from pixstep.programs.plan import Plan, with_segments
 from pixstep.programs.report import PlanFigures
 from pixstep.programs.results import of_line
 from pixstep.programs.sources import Request
@@ -88,11 +88,9 @@ def read_program(
     """Return a motion program for a machine; the file is read when it is planned or run.
 
     `mode` is `"lookahead"` or `"mode1"`, `window` the moves that lookahead sees ahead, `segment_ms`
-    the length of a circle's segments, by default that of the machine file. Raises UserError for
-    motors without limits.
+    the length of a circle's segments, by default that of the machine file; `"mode1"` has none.
+    Raises UserError for motors without limits.
     """
-    setup = of_machine(MachineFile.load(machine.path))
-    if segment_ms is not None:
-        setup = replace(setup, segment_ms=segment_ms)
+    setup = with_segments(of_machine(MachineFile.load(machine.path)), mode, segment_ms)
     name = fspath(path)
     return MotionProgram(name, machine, Request(name, setup, Options(mode, window)))
