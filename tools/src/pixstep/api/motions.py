@@ -17,7 +17,7 @@ from pixstep.lines import linecheck, units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.linecheck import Finding, Limits
 from pixstep.lines.rational import parse_hz
-from pixstep.owndata.columns import QUANTITIES
+from pixstep.owndata.naming import QUANTITIES
 from pixstep.profiles import generator, legal_prn, madefor, make, names
 
 if TYPE_CHECKING:
