@@ -25,14 +25,15 @@ from pixstep.owndata.naming import INDEX, POSITION, QUANTITIES, SPEED, STEPS, TI
 from pixstep.owndata.table import Table, read_table
 
 _CLOCK_TOLERANCE = Fraction(1, 1000)
-_UNITS = f"--unit {'|'.join(LENGTH_UNITS)}, of speeds also those per px|{'|'.join(SECOND_UNITS)}"
+_LENGTHS = "|".join(unit for unit in LENGTH_UNITS if unit != "step")
+_UNITS = f"--unit {_LENGTHS}, of speeds also those per px|{'|'.join(SECOND_UNITS)}"
 
 
 @dataclass(frozen=True)
 class Request:
     """What is known beside the file; None where the file has to say.
 
-    `quantity` is position, speed or steps; `unit` steps, mm, um, deg, of speeds also mm/s or um/px;
+    `quantity` is position, speed or steps; `unit` that of a distance, of speeds also mm/s or um/px;
     `column` a name or a number from 1. `negative`: the load's positive direction is the motor's
     negative one. `fit`: let a smooth motor make the nearest line that it can.
     """
