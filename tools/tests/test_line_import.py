@@ -53,11 +53,18 @@ def load(put):
         ("# a note\n\n4\n# another\n8\n", (4, 8)),
         ('"steps"\n"4"\n', (4,)),
         ("\ufeffsteps\n4\n", (4,)),
+        ("7;0\n8;1\n", None),  # which of the two is not said
+        ("px,pos_mm\n7,0\n8,0.01\n", (4,)),  # numbered from anywhere
+        ("pos_mm;\n0;\n0.01;\n", (4,)),  # a separator at the end of each line
+        ("# pos_mm;\n0;;\n0,01;;\n", (4,)),
+        ("pixel,pos_mm,,\n0,0,,\n1,0.01,,\n", (4,)),
+        ("\n\npos_mm\n\n0\n# a note\n0.01\n\n\n", (4,)),  # empty lines around the numbers
+        ("pixel,pos_mm\n0,0\n\n1,0.01\n", (4,)),  # no number can be missing here
     ],
 )
 def test_what_is_taken(load, text, counts):
     if counts is None:
-        with pytest.raises(UserError, match="say what it holds"):
+        with pytest.raises(UserError, match=r"say what it holds|choose one by --column"):
             load(text)
     else:
         assert load(text).line == Line(counts, PLAIN)
@@ -133,6 +140,20 @@ def test_a_motor_that_is_turned_round_says_when_it_is_not(load):
         ("x_mm,y_mm\n0,0\n1,1\n", {}, ":2: 2 columns (x_mm, y_mm): choose one by --column"),
         ("x_mm,y_mm\n0,0\n1,1\n", {"column": "z"}, ": there is no column 'z': x_mm, y_mm"),
         ("x_mm,y_mm\n0,0\n1,1\n", {"column": "3"}, ": there is no column '3'"),
+        ("x,x\n0,0\n1,2\n", {"column": "x"}, ":2: columns 1, 2 are all named 'x': rename them, or"),
+        ("t_s,x_mm,t_s\n0,0,0\n1,2,2\n", {}, ":2: columns 1, 3 are all named 't_s'"),
+        ("px,x_mm\n0,0\n1,1\n3,3\n", {}, ":4: column 1 'px': '3': rows must be numbered one by"),
+        ("px,x_mm\n0,0\n1,1\n1,3\n", {}, ":4: column 1 'px': '1': rows must be numbered one by"),
+        ("px,x_mm\n0,0\n2,1\n1,3\n", {}, ":3: column 1 'px': '2': rows must be numbered one by"),
+        (
+            "px,x_mm\n9,0\n8,1\n",
+            {},
+            ":3: column 1 'px': '8': rows must be numbered one by one: expected 10",
+        ),
+        ("px,x_mm\n0.5,0\n1.5,1\n", {}, ":2: column 1 'px': '0.5': not the whole number of a row"),
+        ("px,x_mm\n0,0\n,1\n", {}, ":3: column 1 'px': '': not a number"),
+        ("pos_mm\n0\n\n0.03\n", {}, ":3: column 1 'pos_mm': an empty line between numbers"),
+        ("4\n5\n \n# a note\n6\n\n", {}, ":3: column 1: an empty line between numbers"),
         ("t_s,pos_mm\n0,0\n0.02,1\n", {}, ":2: column 1 't_s': '0': the times are those of 50 Hz"),
         ("t_s,pos_mm\n0,0\n.03,1\n.1,2\n", {}, ":3: column 1 't_s': '.03': times are not even"),
         ("t_s,pos_mm\n1,0\n1,1\n", {}, ":3: column 1 't_s': '1': times must rise"),

@@ -17,7 +17,7 @@ from pixstep.lines import linecheck, units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.linecheck import Finding, Limits
 from pixstep.lines.rational import parse_hz
-from pixstep.owndata.columns import QUANTITIES
+from pixstep.owndata.naming import QUANTITIES
 from pixstep.profiles import generator, legal_prn, madefor, make, names
 
 if TYPE_CHECKING:
@@ -356,9 +356,10 @@ def import_line(
     """Make a line of a table of your own: ordinary CSV, or what numpy's savetxt writes.
 
     `quantity` is what `column` (a name, or a number from 1) holds for each pixel: `"position"`,
-    `"speed"` or `"steps"`; `unit` is steps, mm, um or deg. `fit` takes the nearest line that a
-    smooth motor can make. What was assumed is in the line's notes. Raises UserError naming file,
-    line and column.
+    `"speed"` or `"steps"`; `unit` is that of a distance as `"mm"` or, of speeds, also `"mm/min"` or
+    `"um/px"`. Without them the header says both; what stands in the place of a unit there and is
+    none is refused. `fit` takes the nearest line that a smooth motor can make. What was assumed is
+    in the line's notes. Raises UserError naming file, line and column.
     """
     if quantity not in (None, *QUANTITIES):
         raise UserError(f"quantity {quantity!r}: expected one of {', '.join(QUANTITIES)}")

@@ -16,7 +16,7 @@ from pixstep.errors import RefusedError
 from pixstep.lines import linecheck
 from pixstep.lines.line import SMOOTH
 from pixstep.owndata import Imported, Request, import_line
-from pixstep.owndata.columns import QUANTITIES
+from pixstep.owndata.naming import QUANTITIES
 from pixstep.profiles import madefor
 
 

@@ -47,6 +47,7 @@ _SECONDS = {
 _PIXELS = ("px", "pixel", "pixels")
 _POWERS = {"": 1, "2": 2, "²": 2, "^2": 2, "3": 3, "³": 3, "^3": 3}
 LENGTH_UNITS = tuple(_LENGTHS)
+SECOND_UNITS = tuple(_SECONDS)
 
 _NUMBER = re.compile(r"([+-]?[0-9]{1,12}(?:\.[0-9]{1,12})?(?:[eE][+-]?[0-9]{1,2})?) *(.*)")
 _RATE = re.compile(r"([^/0-9^²³ ]+)/([a-z]+)([0-9²³^]*)")
@@ -161,6 +162,16 @@ def parse_pixels(text: str) -> int:
 def parse_length_unit(name: str) -> tuple[str, Fraction] | None:
     """Return STEP, MM or DEGREE and how much of it a unit is; None for no unit of length."""
     return _LENGTHS.get(_plain(name.strip()))
+
+
+def is_unit(name: str) -> bool:
+    """True for the unit of a distance or of a speed: mm, mm/min, um/px."""
+    order = SPEED if "/" in name else DISTANCE
+    try:
+        _unit_of(name.strip(), order, name)
+    except UserError:
+        return False
+    return True
 
 
 def whole_limit(quantity: Quantity, hz: Fraction | None, *, least: int = 1) -> int:

@@ -11,28 +11,29 @@ from pixstep.errors import UserError
 from pixstep.lines import linecheck
 from pixstep.lines.line import SMOOTH, Line
 from pixstep.lines.linecheck import MAX_COUNT
-from pixstep.lines.units import Scale, parse_seconds
+from pixstep.lines.units import LENGTH_UNITS, SECOND_UNITS, Scale, parse_seconds
 from pixstep.owndata.columns import (
-    POSITION,
-    QUANTITIES,
-    SPEED,
-    STEPS,
     Column,
     KnownColumn,
     choose,
     factor_of,
+    of_table,
+    refuse_twins,
 )
 from pixstep.owndata.fitting import fit, largest_error
+from pixstep.owndata.naming import INDEX, POSITION, QUANTITIES, SPEED, STEPS, TIME
 from pixstep.owndata.table import Table, read_table
 
 _CLOCK_TOLERANCE = Fraction(1, 1000)
+_LENGTHS = "|".join(unit for unit in LENGTH_UNITS if unit != "step")
+_UNITS = f"--unit {_LENGTHS}, of speeds also those per px|{'|'.join(SECOND_UNITS)}"
 
 
 @dataclass(frozen=True)
 class Request:
     """What is known beside the file; None where the file has to say.
 
-    `quantity` is position, speed or steps; `unit` steps, mm, um, deg, of speeds also mm/s or um/px;
+    `quantity` is position, speed or steps; `unit` that of a distance, of speeds also mm/s or um/px;
     `column` a name or a number from 1. `negative`: the load's positive direction is the motor's
     negative one. `fit`: let a smooth motor make the nearest line that it can.
     """
@@ -78,10 +79,9 @@ def import_line(path: str | Path, request: Request) -> Imported:
     for a file that does not say what its numbers are where the request does not either.
     """
     read = read_table(Path(path))
-    chosen, times = choose(read, request.column)
-    column, assumed = _meaning(read, chosen, request)
-    if times is not None and times.number != column.number:
-        assumed += _check_clock(read, times, request.pixel_hz)
+    columns = of_table(read)
+    column, assumed = _meaning(read, choose(read, columns, request.column), request)
+    assumed += _check_others(read, columns, column, request.pixel_hz)
     motion = _motion(read, column, request)
     counts = _counts(motion, column.quantity == STEPS)
     line, more = _line(motion, counts, request)
@@ -101,13 +101,15 @@ def _meaning(read: Table, column: Column, request: Request) -> tuple[KnownColumn
     """Return the column with its quantity and unit, and what was assumed of them."""
     quantity = request.quantity or column.quantity
     unit = request.unit or column.unit
-    whole = unit is None and _all_whole(read.values(column.number))
-    if quantity not in QUANTITIES and unit is None and whole:
+    place = f"{read.path}:{read.rows[0][0]}: {read.title(column.number)}"
+    if request.unit is None and column.unclear is not None:
+        raise UserError(f"{place}: {column.unclear!r} is no unit: {_UNITS}")
+    whole = unit is None and _are_steps(read, column)
+    if quantity not in QUANTITIES and whole:
         quantity, unit = STEPS, "steps"
     if quantity not in QUANTITIES or (unit is None and not (quantity == STEPS or whole)):
         raise UserError(
-            f"{read.path}:{read.rows[0][0]}: {read.title(column.number)}: say what it holds: "
-            f"--quantity {'|'.join(QUANTITIES)} and --unit steps|mm|um|deg (of speeds also mm/s)"
+            f"{place}: say what it holds: --quantity {'|'.join(QUANTITIES)} and {_UNITS}"
         )
     unit = unit or "steps"
     words = {
@@ -121,12 +123,47 @@ def _meaning(read: Table, column: Column, request: Request) -> tuple[KnownColumn
     return KnownColumn(column.number, quantity, unit), [text]
 
 
-def _all_whole(values: list[Fraction]) -> bool:
-    return all(value.denominator == 1 for value in values)
+def _are_steps(read: Table, column: Column) -> bool:
+    """True for whole numbers whose column has no name, or one with a quantity and no unit."""
+    plain = not read.names or column.quantity is not None
+    return plain and all(value.denominator == 1 for value in read.values(column.number))
+
+
+def _check_others(
+    read: Table, columns: Sequence[Column], chosen: Column, hz: Fraction | None
+) -> list[str]:
+    """Compare the pixel numbers and the times that are beside a column with its rows."""
+    others = [column for column in columns if column.number != chosen.number]
+    for column in others:
+        if column.quantity == INDEX:
+            _check_numbers(read, column)
+    times = next((column for column in others if column.quantity == TIME), None)
+    if times is None:
+        return []
+    refuse_twins(read, times.number)
+    return _check_clock(read, times, hz)
+
+
+def _check_numbers(read: Table, numbers: Column) -> None:
+    """Refuse a gap, a repeat or disorder in the numbers of the rows."""
+    values = read.values(numbers.number)
+    if values[0].denominator != 1:
+        raise read.error(0, numbers.number, "not the whole number of a row")
+    for row, (before, after) in enumerate(pairwise(values), 1):
+        if after != before + 1:
+            raise read.error(
+                row, numbers.number,
+                f"rows must be numbered one by one: expected {before + 1}",
+            )  # fmt: skip
 
 
 def _check_clock(read: Table, times: Column, hz: Fraction | None) -> list[str]:
     """Compare a column of times with the pixel clock. Raises UserError where they differ."""
+    if times.unclear is not None:
+        raise UserError(
+            f"{read.path}:{read.rows[0][0]}: {read.title(times.number)}: {times.unclear!r} is no "
+            f"unit of time: expected {', '.join(SECOND_UNITS)}"
+        )
     per = parse_seconds(f"1 {times.unit or 's'}")
     values = [value * per for value in read.values(times.number)]
     if len(values) < 2 or values[-1] <= values[0]:

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from pixstep.errors import UserError
 from pixstep.formats.records import MAX_BYTES
+from pixstep.owndata.naming import is_name
 
 _SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas"}
 _BLANKS = "blanks"
@@ -72,12 +73,12 @@ def read_table(path: Path) -> Table:
     if not data:
         raise UserError(f"{path}: no numbers in it")
     separator = _separator([text for _, text in data])
-    rows = [(number, _fields(text, separator)) for number, text in data]
+    rows = _without_empty_ends([(number, _fields(text, separator)) for number, text in data])
     comma = separator == ";" and any("," in text for _, row in rows[1:] for text in row)
     names = None
     if not _all_numbers(rows[0][1], comma):
         names = tuple(rows.pop(0)[1])
-        if rows and len(rows[0][1]) == 1:  # a name may have blanks in it
+        if rows and len(rows[0][1]) == 1 and not separator:  # a name may have blanks in it
             names = (data[0][1].strip('"'),)
     else:
         names = _names_in_comment(lines, data[0][0], separator, len(rows[0][1]))
@@ -85,6 +86,8 @@ def read_table(path: Path) -> Table:
         raise UserError(f"{path}:{data[0][0]}: a header, and no numbers behind it")
     table = Table(path, tuple(rows), names, separator, comma, _notes(separator, names, comma))
     _check_width(table)
+    if table.width == 1:
+        _check_empty_lines(table, lines)
     return table
 
 
@@ -118,6 +121,13 @@ def _fields(text: str, separator: str) -> list[str]:
     return [field.strip() for field in fields]
 
 
+def _without_empty_ends(rows: list[Row]) -> list[Row]:
+    """Return rows without the fields behind a separator that ends every one of them."""
+    while all(len(fields) > 1 and not fields[-1] for _, fields in rows):
+        rows = [(number, fields[:-1]) for number, fields in rows]
+    return rows
+
+
 def _is_number(text: str) -> bool:
     return len(text) <= _MOST_DIGITS and bool(_NUMBER.fullmatch(text))
 
@@ -136,7 +146,10 @@ def _names_in_comment(
     if not above.startswith("#"):
         return None
     text = above.lstrip("# ")
-    names = _fields(text, separator) if width > 1 else [text]
+    if width == 1:
+        text = text.rstrip(f"{separator} ")
+        return (text,) if is_name(text) else None
+    names = _without_empty_ends([(first, _fields(text, separator))])[0][1]
     return tuple(names) if len(names) == width else None
 
 
@@ -161,6 +174,17 @@ def _check_width(table: Table) -> None:
             f"{table.path}:{line}: {len(fields)} fields, {table.width} in the rows before: "
             f"{' '.join(fields)[:_MOST_SHOWN]!r}"
         )
+
+
+def _check_empty_lines(table: Table, lines: list[tuple[int, str]]) -> None:
+    """Refuse an empty line between the numbers of a single column: a number may be missing."""
+    first, last = table.rows[0][0], table.rows[-1][0]
+    for line, text in lines[first:last]:
+        if not text:
+            raise UserError(
+                f"{table.path}:{line}: {table.title(0)}: an empty line between numbers: expected "
+                f"the number of this row, or no line"
+            )
 
 
 def _others(table: Table) -> Iterator[Row]:
