@@ -223,6 +223,12 @@ def stop(group: list[Lines]) -> str:
         return "; ".join(_stop_all(group))
 
 
+def discard(lines: Lines) -> None:
+    """Discard what is queued of lines that do not run, as far as the board can be told."""
+    with contextlib.suppress(BoardError), lines.board.once():
+        lines.board.command("disarm", lines.axes)
+
+
 @contextlib.contextmanager
 def stopped_on_failure(group: list[Lines]) -> Iterator[None]:
     """Stop all axes of a group when a signal comes or this program fails.

@@ -194,14 +194,26 @@ class Upload:
 def begin(board: Board, lines: dict[int, Line]) -> list[Upload]:
     """Queue lines by axis, or as much of them as the queues hold; return what may be left.
 
-    Raises LineRefusedByBoardError, and BoardError for an axis that will not load.
+    Call it where a signal stops the axes, or a part of a line stays in a queue. Raises
+    LineRefusedByBoardError, and BoardError for an axis that will not load.
     """
+    require_whole(board, list(lines))
     uploads = []
     for axis, line in lines.items():
         upload = Upload(board, axis, queue_entries(line))
         upload.push()
         uploads.append(upload)
     return uploads
+
+
+def require_whole(board: Board, axes: Iterable[int]) -> None:
+    """Raise BoardError for the first axis with a part of a line, whose host was ended there."""
+    for axis in axes:
+        if regs.axis_state(board.axis(axis)["axis_state"]) == "loading":
+            raise BoardError(
+                f"board {board.unit}: axis {axis} has a part of a line queued, whose upload was "
+                f"broken off: `pixstep board disarm --axis {axis}` discards it"
+            )
 
 
 def room(board: Board, axis: int, line: Line) -> tuple[int, int]:
