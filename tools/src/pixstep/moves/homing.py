@@ -85,7 +85,7 @@ class Homed:
         """Return plain data."""
         return {
             "axis": self.plan.axis,
-            "direction": "plus" if self.plan.direction > 0 else "minus",
+            "direction": self.plan.towards,
             "edge": asdict(self.edge),
             "beyond_edge_steps": self.zeroed_steps,
             "position_steps": self.position_steps,
