@@ -72,7 +72,7 @@ WRITTEN = {  # commands that write a line
             60,
             "-o",
             "out.csv",
-        )  # fmt: skip
+        )
     ],
     "move make": [
         (FAST, "--motor", "X", "--steps", "1mm", "-o", "out.csv"),

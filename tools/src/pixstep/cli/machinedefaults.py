@@ -187,8 +187,10 @@ def compare_board(ctx: click.Context, port: str, unit: int, kind: str) -> None:
     The file says it of the board at this address, and of the one whose motor is meant. Stopping
     goes on, and so does what shows which board it is: both only note it.
     """
-    facts = ctx.meta.get(_FACTS_OF)
-    if facts is not None and facts.names:
+    facts: Facts | None = ctx.meta.get(_FACTS_OF)
+    if facts is None:
+        return
+    if facts.names:
         _ = facts.found  # a motor that is named needs the file, whatever else is given
     used = _used(ctx)
     if used is None:
