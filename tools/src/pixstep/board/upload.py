@@ -183,6 +183,8 @@ class Upload:
             ) from None
         if state["next_block"] == (self._block + 1) & 0xFFFF:
             return True
+        if self._block and state["next_block"] != self._block:
+            self.board.require_no_reset(self.axis)
         if last and error.code == _ILLEGAL_VALUE and state["line_error"]:
             # A line that moves already is not in state refused: its axis runs dry.
             raise self.board.refusal(self.axis) from None
