@@ -304,6 +304,8 @@ def _require(lines: Lines, wanted: tuple[str, ...], text: str) -> None:
             _raise_fault(lines.board)
             lines.board.require_no_reset(axis)
             raise BoardError(f"board {lines.board.unit}: axis {axis} is {state}: {text}")
+        if state == "loaded":  # a fault stopped it before its start
+            _raise_fault(lines.board)
 
 
 def _raise_fault(board: Board) -> None:

@@ -229,40 +229,13 @@ def motor_in_force(ctx: click.Context) -> tuple[Path, str] | None:
 
     Raises UserError if the file has several motors and none is chosen.
     """
-    facts = _facts(ctx)
+    facts = facts_of(ctx)
     return (facts.found.path, facts.motor.name) if facts.found else None
 
 
 def in_force(ctx: click.Context) -> Machine | None:
     """Return the machine of a command line; None without a file."""
-    return _facts(ctx).found
-
-
-def way(ctx: click.Context) -> int:
-    """Return -1 if the motor of a command runs backwards for its load to go forwards, else 1.
-
-    Without a motor steps are those of the board.
-    """
-    facts = _facts(ctx)
-    if facts.found is None:
-        return 1
-    try:
-        return -1 if facts.motor.negative else 1
-    except UserError:
-        if facts.names:
-            raise
-        return 1
-
-
-def ways(ctx: click.Context, axes: int) -> tuple[int, ...]:
-    """Return the same for each axis of a table; 1 unless --motor says which motors they are."""
-    facts = _facts(ctx)
-    if facts.found is None or not facts.names:
-        return (1,) * axes
-    found = [-1 if motor.negative else 1 for motor in facts.motors]
-    if len(found) not in (1, axes):
-        raise UserError(f"--motor is given {len(found)} times for {axes} axes")
-    return tuple(found * (axes // len(found)))
+    return facts_of(ctx).found
 
 
 def by_machine(ctx: click.Context, name: str) -> bool:
@@ -482,7 +455,7 @@ def add_options(command: click.Command) -> None:
     )  # fmt: skip
 
 
-def _facts(ctx: click.Context) -> Facts:
+def facts_of(ctx: click.Context) -> Facts:
     """Return the facts of a command line, in force from now on."""
     facts = ctx.meta.get(_FACTS_OF)
     if facts is None or facts.ctx is not ctx:
@@ -493,7 +466,7 @@ def _facts(ctx: click.Context) -> Facts:
 
 
 def _note_machine(ctx: click.Context, _param: click.Parameter, value: str | None) -> None:
-    _facts(ctx).given = value
+    facts_of(ctx).given = value
 
 
 def _words(ctx: click.Context) -> list[str]:
@@ -509,9 +482,9 @@ def _note_motor(
     ctx: click.Context, _param: click.Parameter, value: str | tuple[str, ...] | None
 ) -> None:
     if value:
-        _facts(ctx).names = (value,) if isinstance(value, str) else value
+        facts_of(ctx).names = (value,) if isinstance(value, str) else value
 
 
 def _note_own_motor(ctx: click.Context, _param: click.Parameter, value: str | None) -> str | None:
-    _facts(ctx).own_motor = value
+    facts_of(ctx).own_motor = value
     return value

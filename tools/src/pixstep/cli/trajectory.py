@@ -12,7 +12,7 @@ import click
 
 from pixstep import progress
 from pixstep.board import boards, capability
-from pixstep.cli import machinedefaults
+from pixstep.cli import directions
 from pixstep.cli.command import FILE, OUTPUT, command
 from pixstep.cli.options import (
     HZ,
@@ -301,7 +301,7 @@ def sim_command(
             axis,
             options["image"],
             options["seed"],
-            machinedefaults.ways(ctx, AXES),
+            directions.ways(ctx, AXES),
         ),
         find_circle(original),
         unit_of(ctx, options["scale"]),

@@ -10,7 +10,7 @@ import click
 from pixstep.board import settings
 from pixstep.board.limits import connected
 from pixstep.board.port import Port
-from pixstep.cli import machinedefaults
+from pixstep.cli import directions
 from pixstep.cli.board.group import AXIS, one_board, port_options, unit_option
 from pixstep.cli.board.upload import check_lines, run_lines
 from pixstep.cli.clockoptions import board_clock_options, board_sync_option
@@ -60,7 +60,7 @@ def trajectory_command(
     moves, streamed, and followed to their end.
     """
     original = read_table(table).without_holds()
-    motor_ways = machinedefaults.ways(ctx, AXES)
+    motor_ways = directions.ways(ctx, AXES)
     ways = tuple(transitions.initial_direction(original, index) for index in range(AXES))
     with one_board(port, unit) as (found, known):
         known.axes((axis + AXES - 1,))
