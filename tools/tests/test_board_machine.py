@@ -4,10 +4,12 @@
 import json
 from pathlib import Path
 
+import click
 import pytest
 
 from console import PORT, put
 from pixstep import natives
+from pixstep.cli.main import main
 
 FAST = natives.root() / "tools/data/AccProf-fast-move.csv"
 MACHINE = f"""\
@@ -74,3 +76,113 @@ def test_json_names_the_machine_file_that_was_used(one, says):
     put([5] * 6)
     uploaded = json.loads(one.out("upload", "line.csv", "--decode", "plain", "--json"))
     assert uploaded["machine"] == "machine.toml"
+
+
+# Motors of two boards, of which the file says no port
+
+TWO_BOARDS = """\
+[clock]
+pixel = 30
+[boards.a]
+kind = "mega"
+unit = 1
+[boards.b]
+kind = "uno"
+unit = 2
+[motors.X]
+board = "a"
+axis = 0
+kind = "plain"
+steps_per_unit = "400 steps/mm"
+limits = { max_speed = "30 mm/s", max_acceleration = "500 mm/s2" }
+[motors.Y]
+board = "b"
+axis = 0
+kind = "plain"
+steps_per_unit = "400 steps/mm"
+limits = { max_speed = "30 mm/s", max_acceleration = "500 mm/s2" }
+"""
+GIVEN = {  # what a command needs to get as far as its board
+    "get": ("board_id",),
+    "home": (FAST,),
+    "log clear": ("--yes",),
+    "measure-play": (FAST,),
+    "move": (FAST, "--steps", 40),
+    "permit": ("on",),
+    "run": ("corner.pmc",),
+    "selftest": ("--yes",),
+    "set": ("dir_setup_us=8",),
+    "settings diff": ("settings.toml",),
+    "settings export": ("out.toml",),
+    "settings import": ("settings.toml",),
+    "trajectory": ("circle.csv",),
+    "upload": ("line.csv",),
+    "watch": ("--count", 1),
+}
+ONLY_NOTED = ("info", "stop")
+NOT_ASKED = ("scan", "simulate")  # a scan takes what answers; the bench is no board
+
+
+def talking():
+    """Return all commands of `board` with --motor, by their words."""
+    with click.Context(main) as ctx:
+        found = dict(_leaves(main.get_command(ctx, "board"), ctx, ()))
+    return sorted(
+        words
+        for words, command in found.items()
+        if words not in NOT_ASKED and any("--motor" in param.opts for param in command.params)
+    )
+
+
+def _leaves(group, ctx, words):
+    for name in group.list_commands(ctx):
+        found = group.get_command(ctx, name)
+        if isinstance(found, click.Group):
+            yield from _leaves(found, ctx, (*words, name))
+        else:
+            yield " ".join((*words, name)), found
+
+
+@pytest.fixture
+def files(tmp_path, two):
+    """Make what the commands of `GIVEN` read."""
+    Path("machine.toml").write_text(TWO_BOARDS)
+    put([5] * 6)
+    Path("corner.pmc").write_text("ABS LINEAR TA100 TS0 F20\nX1\n")
+    Path("settings.toml").write_text("[settings]\ndir_setup_us = 8\n")
+    Path("circle.csv").write_text("p1,v1,p2,v2\n0,0,0,0\n5,5,5,5\n10,0,10,0\n")
+
+
+@pytest.mark.usefixtures("files")
+@pytest.mark.parametrize("words", [words for words in talking() if words not in ONLY_NOTED])
+def test_a_motor_of_another_board_than_the_one_that_answers(two, words):
+    before = [dict(board.holdings) for board in two.boards]
+    given = (*words.split(), *GIVEN.get(words, ()), "--unit", 2)
+    told = two.err(*given, "--motor", "X", status=3)
+    assert told == f"board 2 on {PORT} is a uno; machine.toml has boards.a as a mega"
+    assert [dict(board.holdings) for board in two.boards] == before
+    assert not any(board.commands for board in two.boards)
+
+
+@pytest.mark.usefixtures("files")
+@pytest.mark.parametrize("words", ONLY_NOTED)
+def test_it_is_only_noted_where_a_board_is_shown_or_stopped(two, words):
+    note = f"note: board 2 on {PORT} is a uno; machine.toml has boards.a as a mega\n"
+    assert note in two.run(words, "--unit", 2, "--motor", "X").stderr
+
+
+@pytest.mark.usefixtures("files")
+def test_the_motor_that_is_meant_needs_no_name_to_be_compared(two):
+    text = TWO_BOARDS.replace("[motors.X]", '[line]\nmotor = "X"\n[motors.X]')
+    Path("machine.toml").write_text(text)
+    told = two.err("move", FAST, "--steps", 40, "--unit", 2, status=3)
+    assert told == f"board 2 on {PORT} is a uno; machine.toml has boards.a as a mega"
+    two.boards[0].holdings[0], two.boards[1].holdings[0] = 2, 1  # the addresses changed over
+    told = two.err("get", "board_id", "--unit", 1, status=3)
+    assert told == f"board 1 on {PORT} is a uno; machine.toml has boards.a as a mega"
+
+
+@pytest.mark.usefixtures("files")
+def test_a_motor_s_own_board_gets_the_command(two):
+    two.run("permit", "on", "--motor", "Y")
+    assert [[name for name, *_ in board.commands] for board in two.boards] == [[], ["permit_on"]]

@@ -237,7 +237,7 @@ def test_a_port_in_use(terminal):
     client = SerialClient(Port(name))
     client.connect()
     try:
-        with pytest.raises(UserError, match="in use by another program"):
+        with pytest.raises(UserError, match=r"in use by another program, .*, Ctrl-C there stops"):
             SerialClient(Port(name)).connect()
     finally:
         client.close()

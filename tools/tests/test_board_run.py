@@ -6,6 +6,7 @@ import json
 import pytest
 
 from console import put
+from fake_board import FakeAxis
 from pixstep import natives
 from test_board_stop import BROADCAST
 
@@ -33,7 +34,8 @@ def test_stop_is_a_broadcast_that_every_kind_of_board_understands(two):
 
 
 def test_a_refused_command_says_why(one):
-    assert one.err("arm", "--axis", 1) == ("board 1: arm: not possible now: axis 1 is empty")
+    text = one.err("arm", "--axis", 1, status=3)
+    assert text == "board 1: arm: not possible now: axis 1 is empty"
     one.board.press_estop()
     assert "the emergency stop is pressed" in one.err("arm", "--axis", 1)
     assert "the emergency stop is pressed" in one.err("clear")
@@ -45,6 +47,31 @@ def test_a_refused_command_says_why(one):
 
 
 # Upload and start
+
+
+@pytest.mark.parametrize("pixels", [40, 400])
+def test_a_reset_during_a_line_is_named(one, pixels):
+    def reset():
+        one.board.axes[0] = FakeAxis()
+        one.board.values["reset_cause"] = 2
+
+    counts = [5, 6] * (pixels // 2)  # the longer one is streamed
+    one.world.later(1, reset)
+    assert one.err("upload", put(counts), "--decode", "plain", "--arm") == (
+        "board 1: it was reset (reset pin) during the line of axis 0: lines are lost, positions "
+        "count from 0 again"
+    )
+
+
+def test_a_line_that_ends_before_another_one_is_loaded_has_ended(one):
+    one.out("upload", put([5] * 40), "--decode", "plain")
+    axis = one.board.axes[0]
+
+    def end():
+        axis.state, axis.entries, axis.position = "loaded", [(1, 0)], 200
+
+    one.world.later(1, end)
+    assert one.out("start", "--wait") == "board 1 axis 0: loaded, position 200\n"
 
 
 def test_upload_arm_and_wait(one):

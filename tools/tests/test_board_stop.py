@@ -2,8 +2,13 @@
 """`pixstep board stop`: one stop is sent, and what rests is asked for."""
 
 from itertools import pairwise
+from pathlib import Path
 
-from console import put
+import pytest
+
+from console import PORT, put
+from fake_modbus import FAILURE, RefusalError
+from pixstep import natives
 from pixstep.board import registers as regs
 from pixstep_dev.robustness.wire import seal
 
@@ -109,3 +114,71 @@ def test_a_silent_board_is_named(one):
     one.board.answer = lambda *_: None
     assert one.err("stop", "--unit", 1).startswith("board 1 on /dev/ttyTEST")
     assert one.run("stop", status=1).stderr.endswith(": no board answers at any address\n")
+
+
+# Ended while a line is queued: a part of one must not stay, or the board refuses the next
+
+
+PROGRAM_MACHINE = f"""\
+[clock]
+pixel = "200 Hz"
+[boards.main]
+kind = "mega"
+port = "{PORT}"
+[motors.X]
+axis = 0
+kind = "plain"
+steps_per_unit = "400 steps/mm"
+limits = {{ max_speed = "30 mm/s", max_acceleration = "500 mm/s2" }}
+"""
+QUEUEING = (
+    ("upload", "line.csv", "--decode", "plain"),
+    ("upload", "line.csv", "--decode", "plain", "--arm"),
+    ("move", natives.root() / "tools/data/AccProf-fast-move.csv", "--steps", 40),
+    ("run", "line.pmc", "--machine", "program.toml"),
+)
+
+
+@pytest.fixture
+def files(one):
+    put([5, 6] * 50)
+    Path("line.pmc").write_text("INC TS0 TA20 TM40\n" + "X0.05\nX0.1\n" * 300)
+    Path("program.toml").write_text(PROGRAM_MACHINE)
+
+
+@pytest.mark.usefixtures("files")
+@pytest.mark.parametrize("words", QUEUEING)
+def test_ctrl_c_while_a_line_is_queued_leaves_no_part_of_it(one, words):
+    queue = one.board.queue
+
+    def interrupted(data):
+        queue(data)
+        raise KeyboardInterrupt
+
+    one.board.queue = interrupted
+    assert one.ended(*words).startswith("stopped by Ctrl-C: board 1 axis 0 at position 0")
+    assert one.board.commands == [("stop", 1, 0)]
+    assert one.board.axes[0].entries == []
+
+
+@pytest.mark.usefixtures("files")
+@pytest.mark.parametrize("words", QUEUEING)
+def test_an_axis_with_a_part_of_a_line_takes_no_other(one, words):
+    if words[0] == "run":
+        one.run("set", "pixel_hz=200")
+    one.board.axes[0].state = "loading"
+    assert one.err(*words) == (
+        "board 1: axis 0 has a part of a line queued, whose upload was broken off: `pixstep board "
+        "disarm --axis 0` discards it"
+    )
+    assert one.board.axes[0].entries == []
+
+
+@pytest.mark.usefixtures("files")
+def test_a_program_that_the_board_refuses_leaves_no_part_of_it(one):
+    def refusing(_data):
+        raise RefusalError(FAILURE)
+
+    one.board.queue = refusing
+    assert "exception 4" in one.err("run", "line.pmc", "--machine", "program.toml", status=3)
+    assert one.board.commands == [("disarm", 1, 0)]

@@ -140,6 +140,17 @@ def test_two_boards_need_places_and_motors_say_which(machine, put):
     ]
 
 
+def test_two_boards_without_ports_cannot_have_one_address(put):
+    text = '[clock]\npixel = 30\n[boards.a]\nkind = "mega"\n[boards.b]\nkind = "uno"\n'
+    text += 'unit = UNIT\n[motors.X]\nboard = "a"\naxis = 0\nkind = "plain"\n'
+    path = put(text.replace("UNIT", "1").encode(), "two.toml")
+    assert reading.problems(path) == [
+        f"{path}:7: boards.b.unit = 1: board a has this address too, and neither "
+        "has a port of its own"
+    ]
+    assert not reading.problems(put(text.replace("UNIT", "2").encode(), "two.toml"))
+
+
 NESTED = """\
 top = 1 # a comment
 

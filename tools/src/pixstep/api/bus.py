@@ -115,8 +115,9 @@ class Board:
         clockstate.await_lock(self.device, self._link.world)
         axes = list(by_axis)
         motions = {number: item.line for number, item in by_axis.items()}
-        group = [running.Lines(self.device, axes, upload.begin(self.device, motions, edges))]
+        group = [running.Lines(self.device, axes)]
         with running.stopped_on_failure(group):
+            group[0].uploads += upload.begin(self.device, motions, edges)
             running.arm(self.device, axes)
             longest = max(item.pixels for item in by_axis.values())
             running.follow(group, self._link.world, longest, progress)
@@ -137,7 +138,7 @@ class Board:
         onboard.require_fitting(MachineFile.load(program.machine.path), request.setup, self.kind)
         known = onboard.rehearse(self.device, request) if check else None
         with (
-            onboard.queued(self.device, request, known) as run,
+            onboard.prepared(self.device, request, known) as run,
             running.stopped_on_failure([run.lines]),
         ):
             run.run(self._link.world, progress)

@@ -106,6 +106,18 @@ class Board(Wire):
             if not self.has(feature):
                 raise features.missing(self.unit, feature)
 
+    def require_no_reset(self, axis: int) -> None:
+        """Raise BoardError if the board was reset since it took a line of an axis.
+
+        A block of the line has counted up its number, which nothing but a reset sets to 0.
+        """
+        if self.axis(axis)["next_block"] == 0:
+            cause = regs.words(self.map.input("reset_cause"), self.input("reset_cause"))
+            raise BoardError(
+                f"board {self.unit}: it was reset ({cause}) during the line of axis {axis}: lines "
+                f"are lost, positions count from 0 again"
+            )
+
     def pixel_period_s(self) -> float:
         """Return the pixel period that the board measures, in seconds."""
         return self.input("pixel_period_ticks") / self.tick_hz()

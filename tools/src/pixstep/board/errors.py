@@ -60,6 +60,12 @@ class ExceptionReplyError(BoardError):
         super().__init__(f"board {unit}: {what} answered with exception {code}, {text}", code)
 
 
+class NotPossibleError(BoardError):
+    """The board does not take a command in the state that it is in."""
+
+    status = REFUSED
+
+
 class BusyError(ExceptionReplyError):
     """The board takes no settings now; the text says what it is busy with and what ends that."""
 

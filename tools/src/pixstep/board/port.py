@@ -107,7 +107,10 @@ class Port:
         if code == errno.EACCES and not Path(self.name).is_file():
             return "not allowed: add yourself to the group dialout (`sudo adduser $USER dialout`)"
         if code in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in str(error):
-            return "in use by another program"
+            return (
+                "in use by another program, and a port has one user at a time: if that is a "
+                "command of pixstep, Ctrl-C there stops what it moves"
+            )
         if code in (errno.EACCES, errno.ENOTTY, errno.ENXIO, errno.EIO):
             return "not a serial port"
         if code == errno.EINVAL or isinstance(error, ValueError):

@@ -16,6 +16,7 @@ from pixstep.board.errors import (
     ExceptionReplyError,
     LineLostError,
     NoReplyError,
+    NotPossibleError,
 )
 from pixstep.board.link import World
 from pixstep.board.upload import Upload, feed
@@ -26,6 +27,7 @@ _POLL_S = 0.02
 _GO_S = 1.0  # from the broadcast go to every board's start, and so many pixels
 _GO_PIXELS = 4
 _MOVING = ("armed", "running")
+_OVER = ("done", "loaded")  # a line has ended; loaded is the one behind it
 _TOGETHER = "too_fast_together"
 _STOP_TRIES = 3
 _LAST_STEP_S = 1.0  # the period of a very slow step may be longer
@@ -80,7 +82,7 @@ def arm(board: Board, axes: list[int], token: int = 0) -> None:
         if error.code != IMPOSSIBLE:
             raise
         if any(state not in _MOVING for state in states(board, axes).values()):
-            raise BoardError(f"board {board.unit}: arm: {_why_not(board, 'arm', axes)}") from None
+            raise _why_not(board, "arm", axes) from None
 
 
 def command(board: Board, name: str, axes: list[int], argument: int = 0) -> None:
@@ -90,7 +92,7 @@ def command(board: Board, name: str, axes: list[int], argument: int = 0) -> None
     except ExceptionReplyError as error:
         if error.code != IMPOSSIBLE:
             raise
-        raise BoardError(f"board {board.unit}: {name}: {_why_not(board, name, axes)}") from None
+        raise _why_not(board, name, axes) from None
 
 
 def start_together(group: list[Lines], world: World) -> int:
@@ -176,7 +178,7 @@ def follow(group: list[Lines], world: World, pixels: int = 0, progress: Progress
         progress(min(1.0, done / pixels) if pixels else 0.0)
         world.wait(_POLL_S)
     for lines in group:
-        _require(lines, ("done",), "stopped before its end")
+        _require(lines, _OVER, "stopped before its end")
 
 
 def stop_axes(board: Board, axes: list[int]) -> None:
@@ -221,6 +223,12 @@ def stop(group: list[Lines]) -> str:
     with signals.ignored():
         group[0].board.settle()
         return "; ".join(_stop_all(group))
+
+
+def discard(lines: Lines) -> None:
+    """Discard what is queued of lines that do not run, as far as the board can be told."""
+    with contextlib.suppress(BoardError), lines.board.once():
+        lines.board.command("disarm", lines.axes)
 
 
 @contextlib.contextmanager
@@ -294,7 +302,10 @@ def _require(lines: Lines, wanted: tuple[str, ...], text: str) -> None:
     for axis, state in states(lines.board, lines.axes).items():
         if state not in wanted:
             _raise_fault(lines.board)
+            lines.board.require_no_reset(axis)
             raise BoardError(f"board {lines.board.unit}: axis {axis} is {state}: {text}")
+        if state == "loaded":  # a fault stopped it before its start
+            _raise_fault(lines.board)
 
 
 def _raise_fault(board: Board) -> None:
@@ -304,14 +315,22 @@ def _raise_fault(board: Board) -> None:
         raise BoardError(f"board {board.unit}: {text}")
 
 
-def _why_not(board: Board, name: str, axes: list[int]) -> str:
+def _why_not(board: Board, name: str, axes: list[int]) -> BoardError:
     """Return what speaks against a command at present."""
     state = board.inputs()
+    said = f"board {board.unit}: {name}:"
     if regs.flags(state["status"])["estop"]:
-        return "the emergency stop is pressed: release it, then `pixstep board clear`"
+        return BoardError(
+            f"{said} the emergency stop is pressed: release it, then `pixstep board clear`"
+        )
     fault = board.fault_advice()
     if fault and name != "clear_fault":
-        return fault
+        return BoardError(f"{said} {fault}")
+    return NotPossibleError(f"{said} {_not_now(board, name, axes, state)}")
+
+
+def _not_now(board: Board, name: str, axes: list[int], state: Mapping[str, int]) -> str:
+    """Return which state of a board without a fault speaks against a command."""
     if name == "arm" and clockstate.is_awaited(board, state):
         return "lines are locked to the pixel clock (setting sync), which is not measured yet"
     for axis in range(state["axis_count"]) if name == "arm" else ():

@@ -183,6 +183,8 @@ class Upload:
             ) from None
         if state["next_block"] == (self._block + 1) & 0xFFFF:
             return True
+        if self._block and state["next_block"] != self._block:
+            self.board.require_no_reset(self.axis)
         if last and error.code == _ILLEGAL_VALUE and state["line_error"]:
             # A line that moves already is not in state refused: its axis runs dry.
             raise self.board.refusal(self.axis) from None
@@ -194,9 +196,11 @@ class Upload:
 def begin(board: Board, lines: dict[int, Line], divider: int | None = None) -> list[Upload]:
     """Queue lines by axis, or as much of them as the queues hold; return what may be left.
 
-    `divider` is how many clock edges a pixel has, if the lines are to say it. Raises
+    `divider` is how many clock edges a pixel has, if the lines are to say it. Call it where a
+    signal stops the axes, or a part of a line stays in a queue. Raises
     LineRefusedByBoardError, and BoardError for an axis that will not load.
     """
+    require_whole(board, list(lines))
     uploads = []
     said = said_divider(board, divider)
     for axis, line in lines.items():
@@ -209,6 +213,16 @@ def begin(board: Board, lines: dict[int, Line], divider: int | None = None) -> l
 def said_divider(board: Board, divider: int | None) -> int | None:
     """Return the divider as lines say it; None for a board that has only the setting."""
     return divider if divider is not None and board.has("line_divider") else None
+
+
+def require_whole(board: Board, axes: Iterable[int]) -> None:
+    """Raise BoardError for the first axis with a part of a line, whose host was ended there."""
+    for axis in axes:
+        if regs.axis_state(board.axis(axis)["axis_state"]) == "loading":
+            raise BoardError(
+                f"board {board.unit}: axis {axis} has a part of a line queued, whose upload was "
+                f"broken off: `pixstep board disarm --axis {axis}` discards it"
+            )
 
 
 def room(board: Board, axis: int, line: Line, divider: int | None = None) -> tuple[int, int]:

@@ -7,6 +7,7 @@ from typing import TypedDict
 
 import click
 
+from pixstep.cli import directions
 from pixstep.cli.command import FILE
 from pixstep.cli.options import DECODE, line_option, raw_option, say
 from pixstep.cli.quantities import SPEED_TYPE, Decorated, StepsType, TimeType
@@ -104,9 +105,11 @@ def read_profile(
 def make_plan(options: HomeOptions, pixel_hz: Fraction, *, refuse: bool = False) -> legs.HomingPlan:
     """Read the profile and plan the homing that the options ask for."""
     decode = options["decode"] or _motor_decode(options["profile"])
+    way = directions.way(click.get_current_context())
     request = legs.HomingRequest(
         axis=options["axis"],
-        direction=DIRECTIONS[options["direction"]],
+        direction=way * DIRECTIONS[options["direction"]],
+        turned=way < 0,
         haps=options["haps"],
         slow=_slow(options["slow"], pixel_hz, decode),
         search_steps=options["search"],

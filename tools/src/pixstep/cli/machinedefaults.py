@@ -184,19 +184,44 @@ def _used(ctx: click.Context) -> Machine | None:
 def compare_board(ctx: click.Context, port: str, unit: int, kind: str) -> None:
     """Refuse a connected board of another kind than the machine file that is used says.
 
-    Stopping goes on, and so does what shows which board it is: both only note it.
+    The file says it of the board at this address, and of the one whose motor is meant. Stopping
+    goes on, and so does what shows which board it is: both only note it.
     """
+    facts: Facts | None = ctx.meta.get(_FACTS_OF)
+    if facts is None:
+        return
+    if facts.names:
+        _ = facts.found  # a motor that is named needs the file, whatever else is given
     used = _used(ctx)
     if used is None:
         return
-    for name, board in used.boards.items():
-        if (board.port, board.unit) != (port, unit) or board.kind == kind:
+    for name in _boards_meant(facts, used, port, unit):
+        if used.boards[name].kind == kind:
             continue
-        said = f"{used.path} has boards.{name} as a {board.kind}"
+        said = f"{used.path} has boards.{name} as a {used.boards[name].kind}"
         text = f"board {unit} on {port} is a {kind}; {said}"
         if _words(ctx) not in _ANY_BOARD:
             raise RefusedError(text)
         click.echo(f"note: {text}", err=True)
+
+
+def _boards_meant(facts: Facts, used: Machine, port: str, unit: int) -> list[str]:
+    """Return the file's boards that a connected one must be like, by name.
+
+    A board without a port in the file is on every port.
+    """
+    place = [
+        name
+        for name, board in used.boards.items()
+        if board.port in (None, port) and board.unit == unit
+    ]
+    motors = facts.motors if facts.names or _by_motor(facts.ctx) else []
+    return list(dict.fromkeys([*place, *map(used.board_name, motors)]))
+
+
+def _by_motor(ctx: click.Context) -> bool:
+    """True if a parameter of a command comes from a motor of the machine file."""
+    return any(name not in _NO_MOTOR_S and by_machine(ctx, name) for name in _FACTS)
 
 
 def motor_in_force(ctx: click.Context) -> tuple[Path, str] | None:
@@ -204,13 +229,13 @@ def motor_in_force(ctx: click.Context) -> tuple[Path, str] | None:
 
     Raises UserError if the file has several motors and none is chosen.
     """
-    facts = _facts(ctx)
+    facts = facts_of(ctx)
     return (facts.found.path, facts.motor.name) if facts.found else None
 
 
 def in_force(ctx: click.Context) -> Machine | None:
     """Return the machine of a command line; None without a file."""
-    return _facts(ctx).found
+    return facts_of(ctx).found
 
 
 def by_machine(ctx: click.Context, name: str) -> bool:
@@ -393,6 +418,7 @@ _FACTS: dict[str, Callable[[Facts], object]] = {
     "start_stop": _limit("start_stop"),
     "out": _folder,
 }
+_NO_MOTOR_S = ("pixel_hz", "divider", "sync", "board", "port", "baud", "parity", "unit", "units")
 
 
 def add_options(command: click.Command) -> None:
@@ -429,7 +455,7 @@ def add_options(command: click.Command) -> None:
     )  # fmt: skip
 
 
-def _facts(ctx: click.Context) -> Facts:
+def facts_of(ctx: click.Context) -> Facts:
     """Return the facts of a command line, in force from now on."""
     facts = ctx.meta.get(_FACTS_OF)
     if facts is None or facts.ctx is not ctx:
@@ -440,7 +466,7 @@ def _facts(ctx: click.Context) -> Facts:
 
 
 def _note_machine(ctx: click.Context, _param: click.Parameter, value: str | None) -> None:
-    _facts(ctx).given = value
+    facts_of(ctx).given = value
 
 
 def _words(ctx: click.Context) -> list[str]:
@@ -456,9 +482,9 @@ def _note_motor(
     ctx: click.Context, _param: click.Parameter, value: str | tuple[str, ...] | None
 ) -> None:
     if value:
-        _facts(ctx).names = (value,) if isinstance(value, str) else value
+        facts_of(ctx).names = (value,) if isinstance(value, str) else value
 
 
 def _note_own_motor(ctx: click.Context, _param: click.Parameter, value: str | None) -> str | None:
-    _facts(ctx).own_motor = value
+    facts_of(ctx).own_motor = value
     return value

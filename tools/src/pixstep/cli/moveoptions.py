@@ -7,6 +7,7 @@ from typing import TypedDict
 
 import click
 
+from pixstep.cli import directions
 from pixstep.cli.command import FILE
 from pixstep.cli.options import line_option, raw_option, say
 from pixstep.cli.quantities import SPEED_TYPE, Decorated, StepsType, whole_limit
@@ -46,7 +47,7 @@ def plan_options(command: Decorated) -> Decorated:
 def read_plan(
     options: MoveOptions, pixel_hz: Fraction, *, refuse: bool = False
 ) -> tuple[accel.Acceleration, FastMove]:
-    """Read the profile and plan the move; notes go to the error stream.
+    """Read the profile and plan the move in the motor's steps; notes go to the error stream.
 
     `refuse` a profile that was made for a lower pixel frequency.
     """
@@ -57,7 +58,8 @@ def read_plan(
         max_speed=whole_limit(options["max_speed"], pixel_hz),
     )
     say(profile.notes_at(pixel_hz, refuse=refuse))
-    return profile, fast.plan(profile, options["steps"])
+    way = directions.way(click.get_current_context())
+    return profile, fast.plan(profile, way * options["steps"])
 
 
 def headline(move: FastMove, pixel_hz: Fraction) -> str:

@@ -12,6 +12,7 @@ import click
 
 from pixstep import progress
 from pixstep.board import boards, capability
+from pixstep.cli import directions
 from pixstep.cli.command import FILE, OUTPUT, command
 from pixstep.cli.options import (
     HZ,
@@ -293,7 +294,15 @@ def sim_command(
     test = CircleTest(
         original,
         plays,
-        BoardJob(board, pixel_hz, tuple(plants), axis, options["image"], options["seed"]),
+        BoardJob(
+            board,
+            pixel_hz,
+            tuple(plants),
+            axis,
+            options["image"],
+            options["seed"],
+            directions.ways(ctx, AXES),
+        ),
         find_circle(original),
         unit_of(ctx, options["scale"]),
         RUNS if which == _BOTH else (which,),

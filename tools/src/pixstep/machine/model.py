@@ -235,8 +235,9 @@ def _places_of_boards(machine: Tables) -> Iterator[Problem]:
     seen: dict[tuple[str, int], str] = {}
     for name, board in machine.boards.items():
         place = (board.port or "", board.unit)
-        if board.port and place in seen:
-            yield ("boards", name, "unit"), f"board {seen[place]} has this address on this port"
+        if place in seen:
+            where = "on this port" if board.port else "too, and neither has a port of its own"
+            yield ("boards", name, "unit"), f"board {seen[place]} has this address {where}"
         seen.setdefault(place, name)
 
 

@@ -71,7 +71,7 @@ def judge(run: HomeRun) -> HomeSummary:
         "fault": getattr(run.error, "name", ""),
         "board": job.board,
         "axis": job.plan.axis,
-        "direction": "plus" if job.plan.direction > 0 else "minus",
+        "direction": job.plan.towards,
         "decode": job.plan.decode,
         "pixel_hz": hz_text(job.pixel_hz).removesuffix("/1"),
         "haps": len(job.plan.ramp.counts),

@@ -209,9 +209,8 @@ def _draw_near(axes: Axes, run: HomeRun, homed: Homed) -> None:
 
 def _subtitle(run: HomeRun, verdict: str) -> str:
     plan, job = run.job.plan, run.job
-    way = "plus" if plan.direction > 0 else "minus"
     text = (
-        f"{job.board} axis {plan.axis} towards {way} at {float(job.pixel_hz):g} Hz, "
+        f"{job.board} axis {plan.axis} towards {plan.towards} at {float(job.pixel_hz):g} Hz, "
         f"{plan.decode}, slow approach {number(float(plan.slow * job.pixel_hz))} steps/s"
     )
     return f"{text}; {run.error or verdict}"

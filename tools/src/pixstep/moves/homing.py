@@ -20,7 +20,7 @@ from pixstep.board.device import Board
 from pixstep.board.errors import BoardError
 from pixstep.board.link import World
 from pixstep.board.state import TRIP_CLOSED, TRIP_NONE, TRIP_OPENED, Trip
-from pixstep.board.upload import Upload
+from pixstep.board.upload import Upload, require_whole
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.runs import MARK_SMOOTH, Seek, queue_entries, seek_entries
 from pixstep.moves import fast
@@ -85,7 +85,7 @@ class Homed:
         """Return plain data."""
         return {
             "axis": self.plan.axis,
-            "direction": "plus" if self.plan.direction > 0 else "minus",
+            "direction": self.plan.towards,
             "edge": asdict(self.edge),
             "beyond_edge_steps": self.zeroed_steps,
             "position_steps": self.position_steps,
@@ -204,6 +204,7 @@ class Legs:
                 f"room for {room}: fewer HAPs (now {len(self.plan.ramp.counts)}) make it shorter",
                 legs=tuple(self.legs),
             )
+        require_whole(self.board, [self.plan.axis])
         upload = Upload(self.board, self.plan.axis, entries, state)
         while not upload.done:
             if not upload.push():

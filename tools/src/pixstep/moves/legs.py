@@ -22,7 +22,8 @@ REACTION_S = Fraction(10, 1000)  # the board decodes 8 ms ahead, and the switch 
 class HomingRequest:
     """What the user chooses; None takes the profile's own.
 
-    `direction` is where the home switch is sought (+1, -1), `haps` how many leading entries of
+    `direction` is where the motor seeks the home switch (+1, -1), `turned` is True if the load's
+    plus direction is the motor's minus one, `haps` how many leading entries of
     the profile may be used, `slow` the speed of the second approach (steps/pixel), `search_steps`
     after how many steps a leg gives up, `clear_steps` how far from the switch the second approach
     begins at least, `decode` how the legs that seek the switch change their speed: smoothly inside
@@ -36,6 +37,7 @@ class HomingRequest:
     search_steps: int = 20_000
     clear_steps: int | None = None
     decode: str = PLAIN
+    turned: bool = False
 
 
 @dataclass(frozen=True)
@@ -49,6 +51,12 @@ class HomingPlan:
     search_steps: int
     clear_steps: int
     decode: str = PLAIN
+    turned: bool = False
+
+    @property
+    def towards(self) -> str:
+        """Where the load seeks the switch, plus or minus."""
+        return "minus" if (self.direction < 0) != self.turned else "plus"
 
     @property
     def smooth(self) -> bool:
@@ -106,7 +114,14 @@ def plan(profile: Acceleration, request: HomingRequest, pixel_hz: Fraction) -> H
     elif clear < 0:
         raise UserError(f"clear distance {clear} must not be negative")
     made = HomingPlan(
-        request.axis, request.direction, ramp, slow, request.search_steps, clear, request.decode
+        request.axis,
+        request.direction,
+        ramp,
+        slow,
+        request.search_steps,
+        clear,
+        request.decode,
+        request.turned,
     )
     made.approach()  # refuses a search too short for a single pixel
     return made

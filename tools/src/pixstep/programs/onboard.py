@@ -22,7 +22,7 @@ from pixstep.progress import Progress, unseen
 
 @dataclass(frozen=True)
 class OnBoard:
-    """A program whose beginning is queued; `pixels` is its length, 0 if it is not known."""
+    """A program that a board is set up for; `pixels` is its length, 0 if it is not known."""
 
     board: Board
     setup: Setup
@@ -31,11 +31,13 @@ class OnBoard:
     pixels: int
 
     def run(self, world: World, progress: Progress = unseen) -> None:
-        """Arm the motors, which start on one pixel clock edge, and follow them to the end.
+        """Queue its beginning, arm the motors, which start on one edge, and follow them to the end.
 
+        Call it where a signal stops the axes: a part of a line in a queue keeps the next one out.
         Raises BoardError as a board does, UserError for a mistake in the program that shows only
         now: the motors are stopped then.
         """
+        streaming.load(self.lines)
         clockstate.await_lock(self.board, world)
         running.arm(self.board, self.lines.axes)
         streaming.follow(self.lines, world, self.pixels, progress)
@@ -83,11 +85,11 @@ def rehearse(board: Board, request: Request, progress: Progress = unseen) -> Reh
 
 
 @contextmanager
-def queued(board: Board, request: Request, known: Rehearsal | None = None) -> Iterator[OnBoard]:
-    """Queue the beginning of a program, its rehearsal being `known`; end the planner at the end.
+def prepared(board: Board, request: Request, known: Rehearsal | None = None) -> Iterator[OnBoard]:
+    """Set a board up for a program, its rehearsal being `known`; end the planner at the end.
 
     Sets the board's clock, and how many of its edges are a pixel, to those of the plan. Raises as
-    `streaming.begin` does.
+    `streaming.prepare` does.
     """
     setup = request.setup
     refuse_period(setup.pixel_hz, board.tick_hz())
@@ -96,5 +98,5 @@ def queued(board: Board, request: Request, known: Rehearsal | None = None) -> It
     before = dict(running.positions(board, axes))
     with PlanProcess(request) as source:
         entries = streaming.Entries(source, setup.motors, known.ways if known else ())
-        lines = streaming.begin(board, entries, setup.motors, setup.divider)
+        lines = streaming.prepare(board, entries, setup.motors, setup.divider)
         yield OnBoard(board, setup, lines, before, known.pixels if known else 0)

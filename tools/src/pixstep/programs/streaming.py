@@ -10,8 +10,8 @@ from pixstep.board import run as running
 from pixstep.board.boardrun import BoardRun, Watch
 from pixstep.board.device import Board
 from pixstep.board.link import World
-from pixstep.board.upload import Upload, said_divider
-from pixstep.errors import UserError
+from pixstep.board.upload import Upload, require_whole, said_divider
+from pixstep.errors import PlainError, UserError
 from pixstep.lines.runs import (
     MARK_END,
     MARK_NEGATIVE,
@@ -175,20 +175,33 @@ class StreamedUpload(Upload):
                 self._add(self._entries.take(self._index, missing, wait=wait))
 
 
-def begin(
+def prepare(
     board: Board, entries: Entries, motors: Sequence[PlanMotor], divider: int | None = None
 ) -> running.Lines:
-    """Fill the queues of a board with the beginning of a plan; return what may be armed.
+    """Return the lines of a plan, nothing of which is queued yet.
 
     `divider` is how many clock edges a pixel has, if the lines are to say it. Raises UserError for
-    motors that share an axis, and as the board and the plan do.
+    motors that share an axis, BoardError for an axis with a part of a line.
     """
     axes = _axes(motors)
+    require_whole(board, axes)
     entries.say(said_divider(board, divider))
     uploads = [StreamedUpload(board, axis, entries, index) for index, axis in enumerate(axes)]
-    for upload in uploads:
-        upload.push()
     return running.Lines(board, axes, list(uploads))
+
+
+def load(lines: running.Lines) -> None:
+    """Fill the queues of a board with the beginning of a plan.
+
+    Call it where a signal stops the axes. If the board or the plan ends it, what is queued is
+    discarded, and the error raised.
+    """
+    try:
+        for upload in lines.uploads:
+            upload.push()
+    except PlainError:
+        running.discard(lines)
+        raise
 
 
 def follow(lines: running.Lines, world: World, pixels: int = 0, go: Progress = unseen) -> None:
@@ -212,7 +225,8 @@ def stream(run: BoardRun, plan: Plan, watch: Watch | None = None) -> bool:
     """
     motors = plan.setup.motors
     _axes(motors)
-    lines = begin(run.board, Entries(Here(plan), motors), motors)
+    lines = prepare(run.board, Entries(Here(plan), motors), motors)
+    load(lines)
     run.uploads = dict(zip(lines.axes, lines.uploads, strict=True))
     run.board.command("arm", sorted(lines.axes))
     run.deadline_s = float("inf")

@@ -43,6 +43,7 @@ class BoardJob:
     axis: int = 0
     image: Path | None = None
     seed: int = 1
+    ways: tuple[int, ...] = (1,) * AXES  # -1: the load's positive direction is the motor's negative
 
     @property
     def axes(self) -> range:
@@ -64,6 +65,17 @@ def lines(made: Table) -> list[Line]:
     return [
         Line(tuple(made.counts(axis).tolist()), PLAIN, name=f"{made.name}, axis {axis + 1}")
         for axis in range(AXES)
+    ]
+
+
+def turned(found: list[Line], ways: tuple[int, ...]) -> list[Line]:
+    """Return lines for motors that run forwards (1) or backwards (-1) for a table's forwards.
+
+    Everything else reckons in the directions of the table.
+    """
+    return [
+        replace(line, counts=tuple(way * count for count in line.counts))
+        for line, way in zip(found, ways, strict=True)
     ]
 
 
@@ -122,15 +134,18 @@ def run(
     if circle is None:
         return BoardRun(judged.summary, trace)
     window = cycles[circle.start], cycles[circle.end]
-    return BoardRun(judged.summary, trace, _roundness(trace, circle, plants, window))
+    return BoardRun(judged.summary, trace, _roundness(trace, circle, plants, job.ways, window))
 
 
 def _job(job: BoardJob, made: Table, original: Table) -> Job:
     """Return the simulated run; each plant starts with its play taken up as the motion begins."""
-    sides = ["minus" if transitions.initial_direction(original, i) < 0 else "plus" for i in (0, 1)]
+    sides = [
+        "minus" if way * transitions.initial_direction(original, index) < 0 else "plus"
+        for index, way in enumerate(job.ways)
+    ]
     return Job(
         board=job.board,
-        lines=dict(zip(job.axes, lines(made), strict=True)),
+        lines=dict(zip(job.axes, turned(lines(made), job.ways), strict=True)),
         pixel_hz=job.pixel_hz,
         plants={
             axis: f"play={play},taken_up={side}"
@@ -150,20 +165,28 @@ def _trace(
     for axis, plant in enumerate(plants):
         rows = np.maximum(np.searchsorted(plant.cycles, cycles, side="right") - 1, 0)
         first = original.positions[0, axis]
-        motors.append(first + plant.motor[rows] - plant.motor[0])
-        loads.append(first + plant.load_at(cycles))
+        way = job.ways[axis]
+        motors.append(first + way * (plant.motor[rows] - plant.motor[0]))
+        loads.append(first + way * plant.load_at(cycles))
     motor, load = np.column_stack(motors), np.column_stack(loads)
     return Trace(name, made, original.positions, motor, load, float(1 / job.pixel_hz))
 
 
 def _roundness(
-    trace: Trace, circle: Circle, plants: list[AxisPlant], window: tuple[int, int]
+    trace: Trace,
+    circle: Circle,
+    plants: list[AxisPlant],
+    ways: tuple[int, ...],
+    window: tuple[int, int],
 ) -> Roundness:
     """Return the radius errors at every step of either motor, from angle 0 to the last pass."""
     events = np.unique(np.concatenate([plant.cycles for plant in plants]))
     events = events[(events >= window[0]) & (events <= window[1])]
     places = np.column_stack(
-        [trace.ideal[0, axis] + plant.load_at(events) for axis, plant in enumerate(plants)]
+        [
+            trace.ideal[0, axis] + way * plant.load_at(events)
+            for axis, (plant, way) in enumerate(zip(plants, ways, strict=True))
+        ]
     )
     errors = np.hypot(places[:, 0], places[:, 1]) - circle.radius
     turned = (events - window[0]) / (window[1] - window[0])

@@ -49,9 +49,11 @@ def move_command(
         limits.check(planned, limits.connected(board, hz))
         settings.set_clock(board, pixel_hz, divider=divider)
         before = run.positions(board, [axis])[axis]
-        uploads = upload.begin(board, {axis: planned}, divider or settings.divider(board))
-        group = [run.Lines(board, [axis], uploads)]
+        group = [run.Lines(board, [axis])]
         with progress.shown("moving") as show, stopping(group):
+            group[0].uploads += upload.begin(
+                board, {axis: planned}, divider or settings.divider(board)
+            )
             run.arm(board, [axis])
             run.follow(group, found.world, move.pixels, show)
         after = run.positions(board, [axis])[axis]

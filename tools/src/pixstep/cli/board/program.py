@@ -65,7 +65,7 @@ def run_command(
         if check:
             with progress.shown("planning") as show:
                 rehearsed = onboard.rehearse(board, request, show)
-        with onboard.queued(board, request, rehearsed) as run:
+        with onboard.prepared(board, request, rehearsed) as run:
             with progress.shown("running") as show, stopping([run.lines]):
                 run.run(found.world, show)
             rows = run.rows()

@@ -10,6 +10,7 @@ import click
 from pixstep.board import settings
 from pixstep.board.limits import connected
 from pixstep.board.port import Port
+from pixstep.cli import directions
 from pixstep.cli.board.group import AXIS, one_board, port_options, unit_option
 from pixstep.cli.board.upload import check_lines, run_lines
 from pixstep.cli.clockoptions import board_clock_options, board_sync_option
@@ -38,7 +39,9 @@ from pixstep.trajectories.table import AXES
 @board_clock_options
 @board_sync_option
 @json_option
+@click.pass_context
 def trajectory_command(
+    ctx: click.Context,
     table: Path,
     port: Port,
     unit: int,
@@ -57,6 +60,7 @@ def trajectory_command(
     moves, streamed, and followed to their end.
     """
     original = read_table(table).without_holds()
+    motor_ways = directions.ways(ctx, AXES)
     ways = tuple(transitions.initial_direction(original, index) for index in range(AXES))
     with one_board(port, unit) as (found, known):
         known.axes((axis + AXES - 1,))
@@ -69,7 +73,7 @@ def trajectory_command(
         plays = axis_plays(options, original, hz, most)
         made = host.command(original, plays, which)
         chosen = boardsim.taking_up(made, plays, ways) if take_up else boardsim.lines(made)
-        lines = dict(enumerate(chosen, axis))
+        lines = dict(enumerate(boardsim.turned(chosen, motor_ways), axis))
         check_lines(known, lines, hz, clock)
         settings.set_clock(known.board, pixel_hz, sync, divider)
         edges = divider or settings.divider(known.board)

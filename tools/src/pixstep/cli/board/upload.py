@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """`pixstep board upload`: lines into the queues of a board, checked first, streamed if long."""
 
+import contextlib
 from collections.abc import Mapping
 from fractions import Fraction
 from pathlib import Path
@@ -196,15 +197,15 @@ def run_lines(
     pixels = max(item.pixels for item in lines.values())
     if arm:
         clockstate.await_lock(board, world)
-    uploads = upload.begin(board, lines, divider)
-    if arm and wait:
-        group = [run.Lines(board, axes, uploads)]
-        with progress.shown("running") as show, stopping(group):
+    group = [run.Lines(board, axes)]
+    shown = progress.shown("running") if arm and wait else contextlib.nullcontext(progress.unseen)
+    with shown as show, stopping(group):
+        group[0].uploads += upload.begin(board, lines, divider)
+        if arm:
             run.arm(board, axes)
+        if arm and wait:
             run.follow(group, world, pixels, show)
-    elif arm:
-        with stopping([run.Lines(board, axes)]):
-            run.arm(board, axes)
+    if arm and not wait:
         note_unattended(board)
     state, where = run.states(board, axes), run.positions(board, axes)
     hz = limits.connected(board).pixel_hz
