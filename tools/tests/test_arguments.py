@@ -26,13 +26,13 @@ from pixstep.simulation.simctl import SimOptions
 NAN, INF = float("nan"), float("inf")
 ODD = [
     None, NAN, INF, -INF, "", "x", "4 12", "-1", "\0", "\ud800", "x" * 300, b"x", -1, 0, 1, 2, 1.5,
-    10**9, 10**400, -(10**5000), 1e300, True, 1j, Decimal("2"), Decimal("NaN"), Decimal("1e999999"),
+    10**9, 10**400, 1e300, True, 1j, Decimal("2"), Decimal("NaN"), Decimal("1e999999"),
     Fraction(1, 3), np.int64(2), np.uint8(200), np.float32(2.5), np.float64(NAN), np.bool_(True),
     np.array(2), np.array([]), np.array([2, 2]), np.array([NAN]), np.ones((2, 2)), np.array("x"),
     np.array([None]), np.datetime64("2020-01-01"), [], {}, set(), (), [2, 2], [[2, 2]], [None],
     ["2"], [INF], {0: 2}, {"0": None}, {None: 1, "a": 2}, {0}, object(), int, len, Path("x"),
-    itertools.count(),
 ]  # fmt: skip
+ENDLESS = [-(10**5000), itertools.count()]  # nothing that can be printed
 MACHINE = """\
 [clock]
 pixel = "30 Hz"
@@ -161,13 +161,13 @@ def test_every_call_is_tried(desk):
 def test_odd_values_are_refused_in_a_line(desk, name):
     call, known = desk[name]
     for parameter in _parameters(call, known):
-        for value in ODD:
+        for value in ODD + ENDLESS:
             _try(call, {**known, parameter: value})
 
 
 SCALARS = st.one_of(
     st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=5),
-   st.binary(max_size=3),    st.decimals(), st.fractions(), st.sampled_from(ODD[:-1]),
+   st.binary(max_size=3),    st.decimals(), st.fractions(), st.sampled_from(ODD),
 )  # fmt: skip
 VALUES = st.recursive(
     SCALARS,
@@ -261,3 +261,28 @@ def test_a_line_has_no_more_pixels_than_a_file():
         with pytest.raises(px.UserError) as error:
             px.make_line(profile, speed=20, pixels=pixels)
         assert str(error.value) == f"{pixels} pixels are too many: a line has 2000000 at most"
+
+
+def test_a_line_without_pixels():
+    line = px.line([], pixel_hz=30, name="scan")
+    assert line.check().refused
+    for call in (line.plot, lambda: px.simulate(line, "uno", check=False)):
+        with pytest.raises(px.UserError) as error:
+            call()
+        assert str(error.value) == "scan: has no pixels"
+
+
+def test_limits_may_be_higher_than_a_board_can_hold():
+    line = px.line([2, 6, 8, 6, 2])
+    most = px.Limits(max_speed=10**30, max_acceleration=10**30, jerk_warning=10**30)
+    assert not line.check_by(most).findings
+
+
+@pytest.mark.usefixtures("simulator")
+def test_the_axis_of_a_figure():
+    run = px.simulate(px.line([2, 6, 8, 6, 2], pixel_hz=100), "uno")
+    for value in ODD + ENDLESS:
+        for draw in (run.plot_load, run.plot_motion):
+            _try(draw, {"axis": value})
+    with pytest.raises(px.UserError, match="axis 'x': expected a whole number"):
+        run.plot_motion("x")

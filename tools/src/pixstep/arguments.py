@@ -52,7 +52,7 @@ def finite(name: str, value: Any, low: float = -FAR, high: float = FAR) -> float
     return float(exact(name, value, low, high))
 
 
-def whole(name: str, value: Any, low: int = 0, high: int = FAR) -> int:
+def whole(name: str, value: Any, low: int = 0, high: float = FAR) -> int:
     """Return a whole number in a range."""
     found = _whole(value, low, high)
     if found is None:
@@ -144,9 +144,9 @@ def _wrong(name: str, value: Any, expected: str) -> UserError:
 
 def _range(low: float, high: float) -> str:
     """Return a range in words: an end that is far away is none."""
-    if high < FAR:
+    if high not in (FAR, math.inf):
         return f", {low} to {high}"
-    return f", {low} or more" if low > -FAR else ""
+    return "" if low == -FAR else f", {low} or more"
 
 
 def _plain(value: Any) -> Any:
@@ -156,7 +156,7 @@ def _plain(value: Any) -> Any:
     return value
 
 
-def _whole(value: Any, low: int, high: int) -> int | None:
+def _whole(value: Any, low: float, high: float) -> int | None:
     """Return a whole number in a range; None for anything else."""
     found = value if type(value) is int else number(value)
     if found is None or not low <= found <= high or found.denominator != 1:

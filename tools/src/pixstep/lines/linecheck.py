@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
 from itertools import groupby, islice, pairwise, takewhile
+from math import inf
 
 from pixstep import arguments
 from pixstep.lines import core
@@ -47,9 +48,9 @@ class Limits:
         """Raise UserError for what is no limit."""
         for name, value in vars(self).items():
             if value is not None and name != "period_ticks":
-                object.__setattr__(self, name, arguments.whole(name, value))
+                object.__setattr__(self, name, arguments.whole(name, value, high=inf))
         if self.period_ticks is not None:
-            exact = arguments.exact("period_ticks", self.period_ticks, 0, NO_LIMIT)
+            exact = arguments.exact("period_ticks", self.period_ticks, 0, inf)
             object.__setattr__(self, "period_ticks", exact)
 
     def of_board(self) -> CoreLimits:
