@@ -60,9 +60,10 @@ def desk(tmp_path_factory):
     folder = tmp_path_factory.mktemp("desk")
     with pytest.MonkeyPatch.context() as patch, _mega() as bus:
         patch.chdir(folder)
+        calls = _calls(folder, bus)
         patch.setattr(runs.simtask, "run_and_judge", _reached)
         patch.setattr(running, "arm", _reached)
-        yield _calls(folder, bus)
+        yield calls
 
 
 def _mega():
@@ -83,6 +84,7 @@ def _calls(folder, bus):
     line = px.line([2, 6, 8, 6, 2], pixel_hz=30)
     line.write("line.csv")
     program = px.read_program("move.pmc", machine)
+    run = px.simulate(line, "uno")
     board = bus.board()
     fine = [
         (px.Machine.load, {"path": "machine.toml"}),
@@ -103,6 +105,8 @@ def _calls(folder, bus):
         (_limits, dict.fromkeys(inspect.signature(px.Limits).parameters)),
         (px.read_program, {"path": "move.pmc", "machine": machine}),
         (px.simulate, {"lines": line, "board": "uno"}),
+        (run.plot_motion, {}),
+        (run.plot_clock, {}),
         (px.PixelClock, {}),
         (px.connect, {"port": "no/such/port"}),
         (bus.board, {"unit": 1}),
@@ -121,8 +125,8 @@ NAMES = (
     "Machine.load", "Machine.__getitem__", "read_profile", "make_profile", "make_line", "line",
     "read_line", "import_line", "Profile", "Profile.nearest", "Profile.write", "MotionLine",
     "MotionLine.check", "MotionLine.check_by", "MotionLine.write", "_limits", "read_program",
-    "simulate", "PixelClock", "connect", "Bus.board", "Board.check", "Board.run",
-    "Board.run_program",
+    "simulate", "Run.plot_motion", "Run.plot_clock", "PixelClock", "connect", "Bus.board",
+    "Board.check", "Board.run", "Board.run_program",
 )  # fmt: skip
 
 
@@ -220,7 +224,8 @@ def test_numbers_of_numpy_everywhere():
     )  # fmt: skip
     assert type(made.total_steps) is int and type(made.counts[0]) is int
     assert px.make_profile(np.int64(40), Decimal(16), 8.0) == px.make_profile(40, 16, 8)
-    assert px.line(np.array([2.0, 6.0, 2.0])).counts == (2, 6, 2)
+    for kind in (np.int8, np.uint64, np.float32, np.float64, object):
+        assert px.line(np.array([2, 6, 2], kind)).counts == (2, 6, 2)
     assert not made.check("mega", axes=np.int64(4), divider=np.int64(2)).refused
     assert px.PixelClock(drop=np.int64(5)).flaws.drop == 5
 
@@ -245,6 +250,8 @@ def test_numbers_of_numpy_everywhere():
     (lambda line: line.check(axes=0), "axes 0: expected a whole number, 1 to 4"),
     (lambda line: line.check(divider=0), "divider 0: expected a whole number, 1 to 1000"),
     (lambda line: line.check(sync="locked"), "sync 'locked': expected one of free, start, lock"),
+    (lambda line: px.simulate([line, None], board="mega"),
+     "line of axis 1: None: expected a MotionLine"),
     (lambda line: px.simulate([line, line], board="uno"), "axis 1: the uno has 1 axis: 0"),
     (lambda line: px.simulate({"0": line}, board="uno"),
      "axis '0': expected a whole number, 0 or more"),
@@ -265,7 +272,6 @@ def test_a_line_has_no_more_pixels_than_a_file():
 
 def test_a_line_without_pixels():
     line = px.line([], pixel_hz=30, name="scan")
-    assert line.check().refused
     for call in (line.plot, lambda: px.simulate(line, "uno", check=False)):
         with pytest.raises(px.UserError) as error:
             call()
@@ -276,13 +282,3 @@ def test_limits_may_be_higher_than_a_board_can_hold():
     line = px.line([2, 6, 8, 6, 2])
     most = px.Limits(max_speed=10**30, max_acceleration=10**30, jerk_warning=10**30)
     assert not line.check_by(most).findings
-
-
-@pytest.mark.usefixtures("simulator")
-def test_the_axis_of_a_figure():
-    run = px.simulate(px.line([2, 6, 8, 6, 2], pixel_hz=100), "uno")
-    for value in ODD + ENDLESS:
-        for draw in (run.plot_load, run.plot_motion):
-            _try(draw, {"axis": value})
-    with pytest.raises(px.UserError, match="axis 'x': expected a whole number"):
-        run.plot_motion("x")

@@ -49,6 +49,8 @@ def exact(name: str, value: Any, low: float = -FAR, high: float = FAR) -> Fracti
 
 def finite(name: str, value: Any, low: float = -FAR, high: float = FAR) -> float:
     """Return a number in a range."""
+    if isinstance(value, float) and low <= value <= high:
+        return float(value)
     return float(exact(name, value, low, high))
 
 
@@ -158,8 +160,9 @@ def _plain(value: Any) -> Any:
 
 def _whole(value: Any, low: float, high: float) -> int | None:
     """Return a whole number in a range; None for anything else."""
-    found = value if type(value) is int else number(value)
-    if found is None or not low <= found <= high or found.denominator != 1:
+    quick = type(value) is int or isinstance(value, float)
+    found = value if quick else number(value)
+    if found is None or not low <= found <= high or found % 1:
         return None
     return int(found)
 
@@ -170,6 +173,8 @@ def _items(name: str, values: Any, most: int) -> list[Any]:
         raise _wrong(name, values, "a list of numbers or an array")
     if not isinstance(values, Iterable) or getattr(values, "ndim", 1) != 1:
         raise _wrong(name, values, "a list of numbers or an array of one dimension")
+    if getattr(getattr(values, "dtype", None), "kind", "O") in "iuf" and hasattr(values, "tolist"):
+        return list(values.tolist())  # of numpy: Python's own numbers take less time to read
     if isinstance(values, Sized):
         return list(values)
     found = list(islice(values, most + 1))

@@ -108,6 +108,7 @@ class Board:
         if max(by_axis) >= has:
             raise UserError(f"axis {max(by_axis)}: board {self.unit} has {has}: 0 to {has - 1}")
         for item in by_axis.values():
+            given.refuse_empty(item.line)
             if item.motor and item.motor.board != kind:
                 raise RefusedError(
                     f"{item.line.name}: motor {item.motor.name} is on a {item.motor.board}, board "

@@ -11,7 +11,7 @@ from pixstep.api.machines import Motor
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.errors import UserError
-from pixstep.lines.line import PLAIN, SMOOTH
+from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.rational import legal_hz, parse_hz
 from pixstep.profiles.madefor import MOST_EDGES
 
@@ -52,6 +52,12 @@ def backlash(given: int | None, rule: str, motor: Motor | None) -> int:
     if given is not None:
         return arguments.whole("backlash", given)
     return motor.backlash_steps if motor and rule == SMOOTH else 0
+
+
+def refuse_empty(line: Line) -> None:
+    """Raise UserError for a line without pixels, which can be neither run nor drawn."""
+    if not line.pixels:
+        raise UserError(f"{line.name}: has no pixels")
 
 
 def sync(given: str | None) -> str | None:

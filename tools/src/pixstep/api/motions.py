@@ -211,18 +211,13 @@ class MotionLine:
         from pixstep import plotting
         from pixstep.profiles import drawing, figure
 
-        self.refuse_empty()
+        given.refuse_empty(self.line)
         with plotting.styled(**{"axes.axisbelow": True}):
             return figure.build(
                 drawing.Drawing(
                     self.line, self.line.name, self.pixel_hz, image_pixel=self.image_pixel
                 )
             )
-
-    def refuse_empty(self) -> None:
-        """Raise UserError for a line without pixels."""
-        if not self.pixels:
-            raise UserError(f"{self.line.name}: has no pixels")
 
     @cached_property
     def hz(self) -> Fraction:

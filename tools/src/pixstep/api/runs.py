@@ -286,7 +286,7 @@ def _refuse(
     if max(lines) >= boards.load(kind).axes:
         raise UserError(f"axis {max(lines)}: the {boards.axes_text(kind)}")
     for item in lines.values():
-        item.refuse_empty()
+        given.refuse_empty(item.line)
         if item.pixel_hz not in (None, hz):
             raise UserError(
                 f"{item.line.name}: a line for {item.pixel_hz} Hz, the run has {hz} Hz: one pixel "
