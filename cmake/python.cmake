@@ -1,18 +1,17 @@
 # SPDX-License-Identifier: MIT
 # The Python tests (label `python`), run by the clone's own environment. A file that takes more than
-# ten seconds of processor time is a ctest entry of its own, `py.<name>`; the others share an
+# twelve seconds of processor time is a ctest entry of its own, `py.<name>`; the others share an
 # interpreter, `py.short.<n>`, since the import of libraries takes longer than many of them. A file
 # that knows more cases (tools/tests/effort.py) is run with all of them by `py.<name>.long` (label
 # `long`). All of these begin first: nothing else takes as long.
 set(PIXSTEP_LONG_RUNNING
-    bench board board_images clock_boards every_output examples fast_moves figures fuzzing homing
-    homing_smooth lock lock_sim one_check orders program_run programs programs_cli programs_jerk
-    safety_faults trajectories trajectory_play trajectory_runs
+    bench board board_images every_output examples figures homing program_run programs programs_jerk
+    trajectory_runs
 )
 # These talk to a simulated board over a pseudo terminal, in real time. Much of it they wait: one
 # after the other they run beside the rest, on the job that the presets have beyond the cores.
 set(PIXSTEP_REAL_TIME board_port board_trouble conformance console_doc tutorial virtual_bench)
-set(PIXSTEP_SHORT_TOGETHER 8)
+set(PIXSTEP_SHORT_TOGETHER 12)
 
 # What every Python program of a test is run with: byte code is kept where tools/check keeps it, not
 # beside the sources, and what is missing fails a test instead of skipping it.

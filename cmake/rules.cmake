@@ -31,7 +31,7 @@ rule(sizes "${PIXSTEP_PYTHON}" "${checks}/sizes.py" ${named_images})
 # Builds and runs the suites once more, with counters; seconds, as they are.
 rule(coverage "${PIXSTEP_PYTHON}" "${checks}/coverage.py" --check docs/TESTING.md)
 set_tests_properties(
-    rules.coverage PROPERTIES PROCESSORS 2 ENVIRONMENT "UNITY_DIR=${UNITY_DIR}"
+    rules.coverage PROPERTIES PROCESSORS 2 COST 25 ENVIRONMENT "UNITY_DIR=${UNITY_DIR}"
 )
 
 # The modules: who uses whom, what of their state others can write, what flash and RAM each takes.
@@ -41,8 +41,12 @@ rule(writable "${PIXSTEP_PYTHON}" "${checks}/writable.py" "${CMAKE_BINARY_DIR}")
 rule(module_graph "${PIXSTEP_PYTHON}" "${checks}/module_graph.py" --check DESIGN.md)
 rule(package_graph "${PIXSTEP_PYTHON}" "${checks}/package_graph.py" --check DESIGN.md)
 rule(module_sizes "${PIXSTEP_PYTHON}" "${checks}/module_sizes.py" --check docs/TIMING.md)
-# All feature switches of a board turned over; each by itself, with what it costs, takes longer.
+# All feature switches turned over, on one board of each set of defaults; the other boards, and each
+# switch by itself with what it costs, take longer.
 rule(features "${PIXSTEP_PYTHON}" "${checks}/features.py" --together)
+set_tests_properties(rules.features PROPERTIES COST 15)
+rule(features.together.long "${PIXSTEP_PYTHON}" "${checks}/features.py" --together --each-board)
+set_tests_properties(rules.features.together.long PROPERTIES LABELS long)
 rule(features.long "${PIXSTEP_PYTHON}" "${checks}/features.py" --check docs/TIMING.md)
 set_tests_properties(rules.features.long PROPERTIES LABELS long PROCESSORS 2)
 rule(figures "${PIXSTEP_PYTHON}" "${checks}/figures.py")

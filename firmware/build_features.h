@@ -54,6 +54,10 @@
 #ifndef FEATURE_SHORT_CURVES
 #define FEATURE_SHORT_CURVES BOARD_ALL_FEATURES
 #endif
+// Clock edges of a pixel in a line's start mark, in the place of a write of setting `divider`.
+#ifndef FEATURE_LINE_DIVIDER
+#define FEATURE_LINE_DIVIDER 1
+#endif
 
 // Several axes share the processor: how fast a line may be depends on how many of them move.
 #define SEVERAL_AXES (BOARD_AXES > 1)
@@ -63,4 +67,5 @@
     (FEATURE_HOMING << 0 | FEATURE_BACKLASH << 1 | FEATURE_BITS << 2 |                   \
      FEATURE_DIAGNOSIS << 3 | FEATURE_EVENTS << 4 | FEATURE_CLOCK_STATISTICS << 5 |      \
      FEATURE_STORE << 6 | FEATURE_TOKENS << 7 | FEATURE_DRIVER_TIMING << 8 |             \
-     FEATURE_FILES << 9 | FEATURE_NARROW_CURVES << 10 | FEATURE_SHORT_CURVES << 11)
+     FEATURE_FILES << 9 | FEATURE_NARROW_CURVES << 10 | FEATURE_SHORT_CURVES << 11 |     \
+     FEATURE_LINE_DIVIDER << 12)

@@ -223,9 +223,88 @@ static void start_mark_missing(void)
 
 static void unknown_flags(void)
 {
-    refused(LINE_malformed, 1, (int16_t)(LINE_MARK_START | 0x200), 0);
+    refused(LINE_malformed, 1, (int16_t)(LINE_MARK_START | 0x400), 0);
     setUp();
     refused(LINE_malformed, 1, (int16_t)(LINE_MARK_START | 0x8000u), 0);
+}
+
+// The flags that a line keeps of its start mark are at the mark's bits.
+static void flags_at_the_bits_of_the_mark(void)
+{
+    check = (struct line_check){.smooth = true};
+    TEST_ASSERT_EQUAL_HEX8(LINE_START_SMOOTH, check.flags);
+    check = (struct line_check){.negative = true};
+    TEST_ASSERT_EQUAL_HEX8(LINE_START_NEGATIVE, check.flags);
+    check = (struct line_check){.seek = true};
+    TEST_ASSERT_EQUAL_HEX8(LINE_START_SEEK, check.flags);
+    check = (struct line_check){.begun = true, .behind = true};
+    TEST_ASSERT_EQUAL_HEX8(LINE_CHECK_BEHIND, check.flags);
+}
+
+// A start mark and its parameter, and a divider to come.
+static void begin_divided(uint16_t mark)
+{
+    begin(mark | LINE_START_DIVIDER, 0, 0);
+    TEST_ASSERT_EQUAL(LINE_CHECK_DIVIDER, check.phase);
+}
+
+// The limits change once more behind the parameter: those of the divided pixels count.
+static void divider_behind_the_parameter(void)
+{
+    begin_divided(PLAIN);
+    taken(4, 0);
+    TEST_ASSERT_EQUAL_UINT16(4, divider);
+    TEST_ASSERT_FALSE(divider_behind);
+    TEST_ASSERT_EQUAL(LINE_CHECK_SEGMENTS, check.phase);
+    taken(5333, 1);
+    refused(LINE_too_fast, 2, 5334, 1);
+}
+
+static void divider_of_a_smooth_line(void)
+{
+    limits.pixel_ticks = 400;
+    begin_divided(SMOOTH);
+    taken(2, 0);
+    taken(1, 1);
+    refused(LINE_too_fast, 2, 3, 1);
+}
+
+static void divider_must_be_a_mark(void)
+{
+    divider = 77;
+    begin_divided(PLAIN);
+    refused(LINE_malformed, 1, 4, 1);
+    TEST_ASSERT_EQUAL_UINT16(77, divider);
+}
+
+static void divider_that_is_refused(void)
+{
+    begin_divided(PLAIN);
+    refused(LINE_divider, 1, 1000, 0);
+}
+
+// The next line says its own, and is known to come behind one with segments, however many lines
+// without any lie in between.
+static void divider_of_one_line_only(void)
+{
+    begin_divided(PLAIN);
+    taken(4, 0);
+    ends();
+    begin_divided(PLAIN);
+    taken(4, 0);
+    TEST_ASSERT_FALSE(divider_behind);
+    taken(5, 1);
+    ends();
+    begin_plain();
+    TEST_ASSERT_EQUAL(LINE_CHECK_SEGMENTS, check.phase);
+    ends();
+    begin_divided(SEEK | LINE_START_OPEN);
+    taken(4, 0);
+    TEST_ASSERT_TRUE(divider_behind);
+    line_check_reset(&check);
+    begin_divided(PLAIN);
+    taken(4, 0);
+    TEST_ASSERT_FALSE(divider_behind);
 }
 
 static void mark_inside_a_line(void)
@@ -301,6 +380,12 @@ int main(void)
     RUN_TEST(negative_count);
     RUN_TEST(start_mark_missing);
     RUN_TEST(unknown_flags);
+    RUN_TEST(flags_at_the_bits_of_the_mark);
+    RUN_TEST(divider_behind_the_parameter);
+    RUN_TEST(divider_of_a_smooth_line);
+    RUN_TEST(divider_must_be_a_mark);
+    RUN_TEST(divider_that_is_refused);
+    RUN_TEST(divider_of_one_line_only);
     RUN_TEST(mark_inside_a_line);
     RUN_TEST(out_of_range);
     RUN_TEST(next_line_starts_without_warning);

@@ -75,6 +75,23 @@ static void whole_or_not_at_all(void)
     TEST_ASSERT_EQUAL_INT16(10, bench.axis.queue.last);
 }
 
+// A divider is in full, and the next difference goes on from it.
+static void divider_in_full(void)
+{
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN,
+                      SEND(0x82, PLAIN, 0, 0, 0x80, 0, 0, 0, 0x80, 20, 0, 0, 0x39, END));
+    TEST_ASSERT_EQUAL_UINT16(20, bench.divider);
+    check_next(0x200 | PLAIN, 0);
+    check_next(0, 0);
+    check_next(20, 0);
+    check_next(21, 1);
+    bench_open(1000, 1);
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, SEND(0x82, PLAIN, 0, 0, 0x80, 0, 0, 0));
+    TEST_ASSERT_EQUAL(BLOCK_REFUSED, SEND(0x77, 20, 0));
+    check_refused(LINE_malformed, 1);
+    TEST_ASSERT_EQUAL_UINT16(1, bench.divider);
+}
+
 static void sums_out_of_range_are_refused(void)
 {
     bench_open(1, 1);
@@ -205,6 +222,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(blocks_follow_each_other);
     RUN_TEST(whole_or_not_at_all);
+    RUN_TEST(divider_in_full);
     RUN_TEST(sums_out_of_range_are_refused);
     RUN_TEST(full_queue_takes_no_block);
     RUN_TEST(repeated_block_is_acknowledged);

@@ -405,7 +405,7 @@ static void position_is_as_new_as_its_first_word(void)
     int32_t steps = fake_axes[0].steps;
 
     TEST_ASSERT_EQUAL_UINT16(0, axis_input(0, REG_AXIS_position_steps));
-    fake_pass(5 * BENCH_PIXEL_TICKS / 10);
+    fake_pass(BENCH_PIXEL_TICKS / 2u);
     // The second word belongs to the first,
     TEST_ASSERT_INT16_WITHIN(2, steps, (int16_t)position_low(0));
     // alone it is as new as itself,

@@ -72,7 +72,8 @@ bool axes_any_queued(void)
     bool queued = axes_first_moving() != NO_AXIS;
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        queued = queued || segment_queue_fill(&axes[i].queue) != 0;
+        queued = queued ||
+                 segment_queue_fill(&axes[i].queue) > LINE_HEAD_ENTRIES * SEGMENT_MOST;
     }
     return queued;
 }

@@ -61,5 +61,6 @@ uint8_t axes_first_moving(void);
 bool axes_any_armed(void);
 // True when an axis is STARTING: its line zero is known, and its release is near.
 bool axes_any_starting(void);
-// True when an axis moves, or has a line queued, whole or in part. Settings must not change then.
+// True when an axis moves, or has segments of a line queued. Settings must not change then; the
+// start mark of a line was checked against none of them.
 bool axes_any_queued(void);

@@ -379,9 +379,12 @@ static bool names_axes(const struct order *order)
 {
     uint8_t command = (uint8_t)order->command;
     bool others = command == COMMAND_DISARM || command == COMMAND_STOP;
+    uint8_t mask = (uint8_t)order->mask;
 
-    return ((uint8_t)order->mask & ALL_AXES) != 0 &&
-           (others || ((uint8_t)order->mask & ~ALL_AXES) == 0);
+    if ((mask & ALL_AXES) == 0) {
+        return false;
+    }
+    return others || (mask & (uint8_t)~ALL_AXES) == 0;
 }
 
 // Check the command, or execute it if `act` is set, for each axis of the order; a command for the

@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: MIT
 // The register map's contents: what the Modbus server reads and writes.
-#include "app/axes.h"          // axes_get
-#include "app/commands.h"      // commands_*
-#include "app/events.h"        // events_word
-#include "app/limits.h"        // limits_*
-#include "app/report.h"        // report_word
-#include "app/settings.h"      // settings_*
-#include "app/store.h"         // store_*
-#include "base/apart.h"        // APART
-#include "base/flash.h"        // IN_FLASH
-#include "wire/bytes.h"        // get_word, half_word
-#include "wire/register_map.h" // REG_*
-#include "wire/server_data.h"  // data_*
+#include "app/axes.h"            // axes_get
+#include "app/commands.h"        // commands_*
+#include "app/events.h"          // events_word
+#include "app/limits.h"          // limits_*
+#include "app/report.h"          // report_word
+#include "app/settings.h"        // settings_*
+#include "app/store.h"           // store_*
+#include "base/apart.h"          // APART
+#include "base/flash.h"          // IN_FLASH
+#include "motion/line_divider.h" // line_divider_take
+#include "wire/bytes.h"          // get_word, half_word
+#include "wire/register_map.h"   // REG_*
+#include "wire/server_data.h"    // data_*
 
 static uint16_t record_register(const struct ledger *ledger, uint8_t offset)
 {
@@ -139,20 +140,54 @@ uint16_t data_holding(uint16_t address)
 static bool read_block(struct block *block, uint16_t count, uint8_t *words)
 {
     uint8_t bytes = words[2];
-    uint8_t left = (uint8_t)(count - REG_QUEUE_HEADER);
+    uint8_t room = (uint8_t)(2u * (count - REG_QUEUE_HEADER));
 
     block->number = get_word(words);
     block->bytes = &words[2u * REG_QUEUE_HEADER];
     block->packed = bytes != 0;
-    block->size = bytes != 0 ? bytes : (uint8_t)(2u * left);
-    return count > REG_QUEUE_HEADER && words[3] < CONFIG_AXES &&
-           (bytes != 0 ? left == (uint8_t)((bytes + 1u) / 2u) : left % 2u == 0);
+    block->size = bytes != 0 ? bytes : room;
+    if (count <= REG_QUEUE_HEADER || words[3] >= CONFIG_AXES) {
+        return false;
+    }
+    return bytes != 0 ? (uint8_t)(room - bytes) < 2u : room % 4u == 0;
+}
+
+// Bring settings that were just written into force, unless they are not possible, or not now.
+static APART enum modbus_exception apply_settings(void)
+{
+    if (!settings_are_possible()) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    // Queued lines were checked against the settings of their time.
+    if (axes_any_queued() || store_busy()) {
+        return MODBUS_BUSY;
+    }
+    store_note_change();
+    limits_apply_settings();
+    return MODBUS_OK;
+}
+
+APART bool line_divider_take(uint16_t edges, bool behind)
+{
+    uint16_t *divider = &settings_record()->divider;
+    uint16_t before = *divider;
+
+    if (before == edges) {
+        return true;
+    }
+    *divider = edges;
+    if (!behind && apply_settings() == MODBUS_OK) {
+        return true;
+    }
+    *divider = before;
+    return false;
 }
 
 // None of the three writes is inlined: what one keeps on the stack would lie below the others.
 static APART enum modbus_exception queue_block(uint16_t count, uint8_t *words)
 {
     struct block block;
+    uint16_t divider = settings_now()->divider;
 
     if (!read_block(&block, count, words)) {
         return MODBUS_ILLEGAL_VALUE;
@@ -163,8 +198,13 @@ static APART enum modbus_exception queue_block(uint16_t count, uint8_t *words)
         return MODBUS_OK;
     case BLOCK_FULL:
         return MODBUS_BUSY;
-    case BLOCK_WRONG:
     case BLOCK_REFUSED:
+        // The block may have changed the divider before its first segment was refused.
+        if (FEATURE_LINE_DIVIDER) {
+            (void)line_divider_take(divider, false);
+        }
+        return MODBUS_ILLEGAL_VALUE;
+    case BLOCK_WRONG:
     default:
         return MODBUS_ILLEGAL_VALUE;
     }
@@ -175,15 +215,11 @@ static APART enum modbus_exception write_settings(uint8_t address,
                                                   uint8_t *words)
 {
     settings_exchange(address, count, words);
-    bool possible = settings_are_possible();
-    // Queued lines were checked against the settings of their time.
-    if (!possible || axes_any_queued() || store_busy()) {
+    enum modbus_exception result = apply_settings();
+    if (result != MODBUS_OK) {
         settings_exchange(address, count, words);
-        return possible ? MODBUS_BUSY : MODBUS_ILLEGAL_VALUE;
     }
-    store_note_change();
-    limits_apply_settings();
-    return MODBUS_OK;
+    return result;
 }
 
 // Mask, command and argument: a mask that is left out keeps its value, the rest is none.

@@ -29,20 +29,22 @@ static uint32_t shortest_pixel_ticks(void)
 
 void limits_apply_settings(void)
 {
+    // First, so that nothing is kept in registers meanwhile.
+    reference_apply_settings();
     const struct settings *settings = settings_now();
+    const struct pixel_period *period = reference_period();
+    struct line_limits *limits = &current_limits;
+    BY_POINTER(period);
+    BY_POINTER(limits);
+    uint32_t error_ticks = period->whole_ticks / DEVIATION_PARTS;
+    records_thin(settings->record_every,
+                 error_ticks > UINT16_MAX ? UINT16_MAX : (uint16_t)error_ticks);
     uint16_t driver_us = settings->dir_setup_us > settings->dir_hold_us
                              ? settings->dir_setup_us
                              : settings->dir_hold_us;
     uint16_t half_ticks =
         (uint16_t)(driver_us * TICKS_PER_US + CONFIG_REVERSAL_MARGIN_TICKS);
 
-    reference_apply_settings();
-    uint32_t error_ticks = reference_period()->whole_ticks / DEVIATION_PARTS;
-    records_thin(settings->record_every,
-                 error_ticks > UINT16_MAX ? UINT16_MAX : (uint16_t)error_ticks);
-    struct line_limits *limits = &current_limits;
-
-    BY_POINTER(limits);
     limits->pixel_ticks = shortest_pixel_ticks();
     // The direction changes in the middle of an interval, so that half of it must be enough.
     limits->reversal_min_ticks = (uint16_t)(2u * half_ticks);

@@ -9,7 +9,7 @@
 #include "motion/line_check.h" // struct line_limits
 
 // Compute the pixel period, the limits and the reversal time of each axis from the settings. Called
-// at start and after each change of the settings, while no line is queued: queued lines were
+// at start and after each change of the settings, while no segment is queued: queued segments were
 // checked against the old limits. No line is the reference afterwards.
 void limits_apply_settings(void);
 

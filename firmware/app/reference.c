@@ -32,10 +32,12 @@ APART void reference_apply_settings(void)
     struct lock_grid *grid = lock_grid_now();
 
     BY_POINTER(grid);
+    BY_POINTER(settings);
+    uint8_t sync = (uint8_t)settings->sync;
     (void)settings_period(&clock_period, 1);
     (void)settings_period(&grid->pixel, settings->divider);
-    grid->locks = settings->sync == SYNC_LOCK;
-    grid->ignored = settings->sync == SYNC_FREE;
+    grid->locks = sync == SYNC_LOCK;
+    grid->ignored = sync == SYNC_FREE;
     grid->divider = settings->divider;
     lock_grid_tolerate(clock_period.whole_ticks /
                            divide_u32_u16(PPM, settings->lock_tolerance_ppm) +

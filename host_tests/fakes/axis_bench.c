@@ -5,6 +5,7 @@
 
 #include "fakes/worked_example.h" // worked_entry
 #include "motion/decode.h"        // decode_*
+#include "motion/line_divider.h"  // line_divider_take
 
 #define TIMER_HZ 16000000uL
 #define BUDGET   64u
@@ -13,8 +14,8 @@ struct axis_bench bench;
 
 void bench_open(uint32_t hz_num, uint32_t hz_den)
 {
-    bench =
-        (struct axis_bench){.now_ticks = 2uL * STEP_IDLE_TICKS, .always_take_up = true};
+    bench = (struct axis_bench){
+        .now_ticks = 2uL * STEP_IDLE_TICKS, .divider = 1, .always_take_up = true};
     (void)pixel_period_set(&bench.period, TIMER_HZ, hz_num, hz_den);
     bench.limits = (struct line_limits){
         .pixel_ticks = bench.period.whole_ticks,
@@ -31,6 +32,16 @@ void bench_open(uint32_t hz_num, uint32_t hz_den)
         .first_period_ticks = STEP_IDLE_TICKS,
     };
     axis_init(&bench.axis, &parts);
+}
+
+bool line_divider_take(uint16_t edges, bool behind)
+{
+    if (bench.divider == 0 || behind) {
+        return edges == bench.divider;
+    }
+    bench.divider = edges;
+    bench.limits.pixel_ticks = bench.period.whole_ticks * edges;
+    return true;
 }
 
 enum block_result bench_queue_block(uint16_t number,

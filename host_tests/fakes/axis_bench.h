@@ -23,13 +23,15 @@ struct axis_bench {
     struct line_limits limits;
     struct step_engine engine;
     uint8_t queue_bytes[4u * BENCH_SLOTS];
+    uint16_t divider; // clock edges of a pixel; 0: a line must not change them
     bool always_take_up;
     bool edge_between_batches; // a pixel edge stood between two blocks: must never be
 };
 
 extern struct axis_bench bench;
 
-// A fresh axis at this pixel frequency, 16 MHz timers.
+// A fresh axis at this frequency of the clock, 16 MHz timers. A line may change how many of its
+// edges are a pixel to the line check; the period of the decoder stays.
 void bench_open(uint32_t hz_num, uint32_t hz_den);
 
 #define BENCH_BLOCK_MAX 242u

@@ -133,19 +133,28 @@ def home(name: str, folder: Path) -> None:
         homing.home(run.board, plan, HOMING_HZ, run.simulated.link.world)
 
 
+STOPPED_PERIOD_CYCLES = 2000  # 80 steps in a pixel of 10 ms
+
+
 def estop(name: str, folder: Path) -> None:
-    """Record emergency stops of moving axes, each contact bouncing in its own way."""
+    """Record emergency stops of moving axes, each contact bouncing in its own way.
+
+    Every period ends at a multiple of STOPPED_PERIOD_CYCLES. The contact has bounced and the stop's
+    handler is done before such an end, whatever it had to wait for: with other prescalers it waits
+    for something else, and a period more or less would be made.
+    """
     rng = random.Random(name)
     pin = next(pin for pin in boards.load(name).pins if pin.signal == "ESTOP")
     counts = (4, 20, *[80] * 20, 20, 4)
     with Recording(name, folder, Fraction(100), {}) as run:
         for _ in range(4):
             run.start({axis: Line(counts[axis:], PLAIN) for axis in run.axes})
-            within = map(run.simulator.cycles, (0.05, 0.1))
+            within = map(run.simulator.cycles, (0.1, 0.15))
             trip = run.simulator.cycle + rng.randrange(*within)
+            trip += rng.randrange(100, 500) - trip % STOPPED_PERIOD_CYCLES
             for level in (0, 1, 0, 1, 0):
                 run.simulator.pin(0, pin.port, pin.bit, level, at=trip)
-                trip += rng.randrange(20, 400)
+                trip += rng.randrange(20, 300)
             run.simulator.run(trip - run.simulator.cycle + run.simulator.cycles(SETTLE_S))
             if run.fault() != "estop":
                 raise UserError("the emergency stop was not seen")

@@ -5,7 +5,8 @@
                                  prints what each feature takes of the board
     features.py --check FILE     the same, and fails if FILE's table is another
     features.py --write FILE     the same, and rewrites the table in FILE between its markers
-    features.py --together       builds one image of every board with all its switches turned over
+    features.py --together       builds one image with all switches turned over, of one board of
+                                 each set of defaults; with --each-board, of every board
 
 The switches are the rows of firmware/build_features.def, their defaults those of
 firmware/build_features.h. The boards' images have to be built; the others go to build/features.
@@ -123,10 +124,18 @@ def measure(features: list[Feature]) -> tuple[Costs, str, list[str]]:
     return costs, compilers.pop(), problems
 
 
-def turn_all(features: list[Feature]) -> list[str]:
-    """Build every board with all its switches turned over; return what does not compile."""
-    problems = []
+def unlike() -> list[str]:
+    """One board of each set of defaults: on the others the same code is turned over."""
+    found: dict[tuple, str] = {}
     for board in board_names():
+        found.setdefault(tuple(sorted(defaults(board).items())), board)
+    return list(found.values())
+
+
+def turn_all(features: list[Feature], boards: list[str]) -> list[str]:
+    """Build boards with all their switches turned over; return what does not compile."""
+    problems = []
+    for board in boards:
         folder, has = build_folder(board), defaults(board)
         maker = Maker(read_build(folder, f"pixstep-{board}"), build_folder("features") / board)
         try:
@@ -219,13 +228,14 @@ def judge(costs: Costs, compiler: str, path: Path) -> list[str]:
 
 def main() -> None:
     """Build, measure, print, write, judge."""
-    options = table_options("What each feature takes of each board.", "--together")
+    options = table_options("What each feature takes of each board.", "--together", "--each-board")
     source = ROOT / "firmware" / "build_features.def"
     features = read_features(source.read_text(encoding="utf-8"))
-    looked_at = f"{len(features)} switches of {len(board_names())} boards"
+    boards = unlike() if options.together and not options.each_board else board_names()
+    looked_at = f"{len(features)} switches of {len(boards)} boards"
     try:
         if options.together:
-            finish("features", f"{looked_at}, turned over together", turn_all(features))
+            finish("features", f"{looked_at}, turned over together", turn_all(features, boards))
         costs, compiler, problems = measure(features)
         text = table(features, costs, compiler)
         problems += worthless(costs)

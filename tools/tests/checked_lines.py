@@ -82,7 +82,8 @@ def entries(draw):
         backlash = draw(st.sampled_from([1, 2, max(map(abs, counts)), 40_000]))
     clocked, negative = draw(st.booleans()), draw(st.booleans())
     line = Line(tuple(counts), SMOOTH if smooth else PLAIN, backlash, negative, clocked)
-    found = queue_entries(line)[:MOST_ENTRIES]
+    divider = draw(st.sampled_from([None] * 8 + [1, 3, 3, 0, 1001]))
+    found = queue_entries(line, divider)[:MOST_ENTRIES]
     if draw(st.integers(0, 7)) == 0:
         place = draw(st.integers(0, len(found) - 1))
         count, repeat = found[place]

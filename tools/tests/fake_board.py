@@ -12,6 +12,7 @@ from fake_modbus import ADDRESS, BUSY, FAILURE, VALUE, FakeServer, RefusalError
 from pixstep.board import boards, features
 from pixstep.board import registers as regs
 from pixstep.lines import packing
+from pixstep.lines.runs import MARK_DIVIDER
 from pixstep_dev.robustness.wire import crc16
 
 MAP = regs.register_map()
@@ -102,6 +103,7 @@ class FakeBoard(FakeServer):
         self.axes = [FakeAxis() for _ in range(boards.load(kind).axes)]
         self.holdings = self.defaults()
         self.holdings[0] = unit
+        self.said = []  # the dividers of lines
         self.stored = None
         self.serial = 0
         self.storing_until = 0.0
@@ -181,7 +183,6 @@ class FakeBoard(FakeServer):
 
     def input_words(self, first):
         """Return the mapped input words around an address, by address."""
-        words = {}
         if first >= regs.EVENT_BASE:
             return self.event_words()
         if regs.ROOM_BASE <= first < regs.RECORD_BASE:
@@ -189,13 +190,7 @@ class FakeBoard(FakeServer):
             return dict(enumerate(free, regs.ROOM_BASE))
         if first >= regs.RECORD_BASE:
             return self.record_words((first - regs.RECORD_BASE) // regs.RECORD_STRIDE)
-        for item in MAP.inputs:
-            place(words, item.address, item, self.value(item.name))
-        for number, axis in enumerate(self.axes):
-            for item in MAP.axis_inputs:
-                base = regs.AXIS_BASE + number * regs.AXIS_STRIDE
-                place(words, base + item.address, item, self.axis_value(axis, item.name))
-        return words
+        return InputWords(self)
 
     def value(self, name):
         code, argument, axis, pixel = self.fault
@@ -245,8 +240,9 @@ class FakeBoard(FakeServer):
         words = [len(self.events)]
         for number, code, axis, argument, pixel, ms in self.events[-capacity:]:
             words += [number, code, axis, argument, pixel >> 16, pixel, ms >> 16, ms]
-        words += [0] * (1 + capacity * regs.EVENT_WORDS - len(words))
-        return {regs.EVENT_BASE + index: word for index, word in enumerate(words)}
+        found = PaddedWords(enumerate(words, regs.EVENT_BASE))
+        found.mapped = range(regs.EVENT_BASE, regs.EVENT_BASE + 1 + capacity * regs.EVENT_WORDS)
+        return found
 
     def read_bits(self, coils, first, count):
         if not coils:
@@ -323,12 +319,26 @@ class FakeBoard(FakeServer):
             entries = [(count & 0xFFFF, repeat) for count, repeat in found]
         else:
             entries = list(zip(rest[::2], rest[1::2], strict=True))
+        last = entries[-1][0]
+        self.take_divider(entries)
         if len(axis.entries) + len(entries) > QUEUE:
             raise RefusalError(BUSY)
         axis.next_block = (block + 1) & 0xFFFF
         axis.entries += entries
-        axis.last = entries[-1][0]
+        axis.last = last
         axis.state = axis.state if axis.state == "running" else "loaded"
+
+    def take_divider(self, entries):
+        """Take the third entry of a line whose start mark promises one: setting `divider`."""
+        count, repeat = entries[0]
+        if repeat or count & (15 | MARK_DIVIDER) != 1 | MARK_DIVIDER:
+            return
+        edges, _ = entries.pop(2)
+        self.said.append(edges)
+        if edges != self.setting("divider"):
+            if any(axis.entries for axis in self.axes):
+                raise RefusalError(VALUE)
+            self.holdings[MAP.holding("divider").address] = edges
 
     def obey(self, name, mask, argument):
         """Do a command for the axes of a mask."""
@@ -426,7 +436,41 @@ class FakeBoard(FakeServer):
         axis.records.append((axis.pixel, axis.position))
 
 
-def place(words, address, item, value):
-    """Put a value's words at their addresses, high word first."""
-    for index in range(item.words):
-        words[address + index] = value >> 16 * (item.words - 1 - index) & 0xFFFF
+class PaddedWords(dict):
+    """Words by address; those of the mapped addresses that are not given are 0."""
+
+    mapped = range(0)
+
+    def __missing__(self, address):
+        if address in self.mapped:
+            return 0
+        raise KeyError(address)
+
+
+def places(items):
+    """Return (item, shift) by address, high word first."""
+    return {
+        item.address + index: (item, 16 * (item.words - 1 - index))
+        for item in items
+        for index in range(item.words)
+    }
+
+
+class InputWords:
+    """The input words of a board and its axes by address, each computed when it is asked for."""
+
+    board_places = places(MAP.inputs)
+    axis_places = places(MAP.axis_inputs)
+
+    def __init__(self, board):
+        self.board = board
+
+    def __getitem__(self, address):
+        number, inside = divmod(address - regs.AXIS_BASE, regs.AXIS_STRIDE)
+        if 0 <= number < len(self.board.axes):
+            item, shift = self.axis_places[inside]
+            value = self.board.axis_value(self.board.axes[number], item.name)
+        else:
+            item, shift = self.board_places[address]
+            value = self.board.value(item.name)
+        return value >> shift & 0xFFFF

@@ -63,11 +63,25 @@ def test_upload_of_two_lines(one):
     assert [axis.state for axis in one.board.axes[:2]] == ["loaded", "loaded"]
 
 
+def test_upload_says_the_divider_with_each_line(one):
+    lines = (put([5, 5]), put([5, 5], "b.csv"))
+    one.out("upload", *lines, "--decode", "plain", "--divider", 4)
+    assert one.board.said == [4, 4]
+    one.out("disarm")
+    one.out("upload", lines[0], "--decode", "plain", "--no-check")
+    assert one.board.said == [4, 4, 4]  # the board's own
+    one.out("disarm")
+    one.board.without("line_divider")
+    one.out("upload", lines[0], "--decode", "plain", "--divider", 3)
+    assert one.board.said == [4, 4, 4]
+    assert one.board.setting("divider") == 3
+
+
 def test_upload_streams_a_long_line(one):
     counts = [n % 7 + 1 for n in range(400)]
     name = put(counts)
     text = one.err("upload", name, "--decode", "plain", status=2)
-    assert "line.csv takes 403 queue entries, axis 0 has room for 128" in text
+    assert "line.csv takes 404 queue entries, axis 0 has room for 128" in text
     assert not one.board.axes[0].entries
     found = one.json("upload", name, "--decode", "plain", "--arm")
     assert found["axes"][0]["state"] == "done"

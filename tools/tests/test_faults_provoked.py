@@ -43,6 +43,8 @@ def test_starved(board):
         upload.push()
         assert upload.done and bench.state() == "loaded"
         bench.arm()
+        bench.sim.wait_s(0.9 * pixels / 200)
+        assert not bench.latched()
         bench.run_into_fault()
         bench.assert_fault("starved", pixel=pixels)
         # Only the step on the last edge has nothing behind it that could carry it.

@@ -38,13 +38,17 @@ PICTURES = {
 
 @pytest.fixture
 def drawn(monkeypatch, pixstep):
-    """Return a function that runs a command and returns the figures that it has written."""
-    found = []
-    write = plotting.write
+    """Return a function that runs a command and returns the figures that it would have written.
 
-    def noted(made, path, **options):
+    They are laid out, so that every text is known, and not painted: that takes most of the time,
+    and `test_every_output` and `test_profile_show` write the files.
+    """
+    found = []
+
+    def noted(made, path, **_options):
+        made.draw_without_rendering()
         found.append((path.name, made))
-        return write(made, path, **options)
+        return path
 
     def run(*words):
         made = ("--speed", 1000, "--pixels", 40, "--pixel-hz", 30, "-o", "line.csv")

@@ -7,6 +7,7 @@ A line is sent in one block, in several, and while it moves. More lines than usu
 """
 
 from collections import Counter
+from dataclasses import replace
 from fractions import Fraction
 
 import pytest
@@ -22,7 +23,8 @@ from pixstep.board.errors import BUSY, BoardError, LineRefusedByBoardError
 from pixstep.board.upload import Upload
 from pixstep.lines import core
 from pixstep.lines.line import PLAIN, Line
-from pixstep.lines.runs import queue_entries
+from pixstep.lines.rational import period_ticks
+from pixstep.lines.runs import MARK_DIVIDER, queue_entries
 
 pytestmark = pytest.mark.usefixtures("simulator")
 
@@ -66,6 +68,7 @@ class Judge:
             return refusal.name, refusal.pixel
         finally:
             self.forget()
+            self.board.write_setting("divider", 1)
         return None
 
     def forget(self):
@@ -75,7 +78,11 @@ class Judge:
 
     def of_host(self, queued):
         """Return error and pixel that the host gives."""
-        errors = [code for code in core.check(queued, self.limits) if code.is_error]
+        bounds = self.limits
+        if queued[0][0] & MARK_DIVIDER:
+            ticks = period_ticks(self.world.hz, self.bench.sim.tick_hz) * max(queued[2][0], 1)
+            bounds = replace(bounds, pixel_ticks=int(ticks))
+        errors = [code for code in core.check(queued, bounds) if code.is_error]
         found = (errors[0].name, errors[0].pixel) if errors else None
         self.seen[found and found[0]] += 1
         return found

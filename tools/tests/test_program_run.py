@@ -43,7 +43,8 @@ steps_per_unit = "400 steps/mm"
 limits = { max_speed = "30 mm/s", max_acceleration = "250 mm/s2" }
 """
 CORNER = "ABS LINEAR TA10 TS0 F20\nX1\nY-2\nX2 Y1\n"
-LONG = "INC TS0 TA20 TM40\n" + "X0.05 Y0.1\nX0.1 Y-0.05\n" * 300
+PAIRS = 120  # of moves: several times what the queue takes
+LONG = "INC TS0 TA20 TM40\n" + "X0.05 Y0.1\nX0.1 Y-0.05\n" * PAIRS
 
 
 @pytest.fixture
@@ -77,6 +78,7 @@ def test_the_board_gets_the_clock_of_the_machine_file(one, folder):
     one.out("set", "divider=5")
     one.json("run", "corner.pmc")
     assert (one.board.setting("pixel_hz_num"), one.board.setting("divider")) == (200, 1)
+    assert set(one.board.said) == {1}
     path = folder / "machine.toml"
     clock = "[clock]\npixel = 600\ndivider = 3\nsync = 'free'\n"
     text = re.sub(r"\[clock\]\npixel = .*\n", clock, path.read_text())
@@ -90,7 +92,7 @@ def test_the_board_gets_the_clock_of_the_machine_file(one, folder):
 
 def test_a_program_longer_than_the_queue_is_streamed(one, folder):
     found = one.json("run", "long.pmc")
-    steps = 300 * 400
+    steps = PAIRS * 400
     assert [row["state"] for row in found["axes"]] == ["done", "done"]
     assert [row["moved_steps"] for row in found["axes"]] == [0.15 * steps, 0.05 * steps]
 
@@ -98,7 +100,7 @@ def test_a_program_longer_than_the_queue_is_streamed(one, folder):
 def test_a_mistake_is_found_before_anything_moves(one, folder):
     (folder / "long.pmc").write_text(LONG + "RAPID X1\n")
     text = one.err("run", "long.pmc", status=3)
-    assert text == "long.pmc:602:1: unknown word 'RAPID'"
+    assert text == f"long.pmc:{2 * PAIRS + 2}:1: unknown word 'RAPID'"
     assert one.board.commands == [] and one.board.axes[0].state == "empty"
 
 
@@ -106,7 +108,8 @@ def test_without_the_check_a_mistake_stops_the_motors(one, folder):
     text = LONG + "X0.1\n" * 4000  # the beginning is planned before the end is read
     (folder / "long.pmc").write_text(text + "RAPID X1\n")
     text = one.err("run", "long.pmc", "--no-check", "--window", 100, status=3)
-    assert text.startswith("long.pmc:4602:1: unknown word 'RAPID' (stopped: board 1 axis 0 at pos")
+    place = f"long.pmc:{2 * PAIRS + 4002}:1"
+    assert text.startswith(f"{place}: unknown word 'RAPID' (stopped: board 1 axis 0 at pos")
     assert one.board.commands[-1] == ("stop", 0b0101, 0)
 
 
@@ -194,7 +197,7 @@ def test_a_program_by_the_library(mega, folder):
     assert not made.lines[0].check("mega").refused
     moved = Board(mega, 1).run_program(px.read_program("long.pmc", machine))
     assert [(one.axis, one.state) for one in moved] == [(0, "done"), (2, "done")]
-    assert [mega.simulator.steps(0, axis) for axis in (0, 2)] == [18_000, 6000]
+    assert [mega.simulator.steps(0, axis) for axis in (0, 2)] == [60 * PAIRS, 20 * PAIRS]
     with pytest.raises(px.UserError, match=r"none.pmc"):
         px.read_program("none.pmc", machine).plan()
 
@@ -282,7 +285,7 @@ def test_the_planner_s_process_makes_the_same_plan(folder):
 
 
 def test_a_planner_that_is_not_needed_any_more_ends(folder):
-    (folder / "long.pmc").write_text(LONG * 20)
+    (folder / "long.pmc").write_text(LONG * 50)
     request = Request("long.pmc", of_machine(Machine.load("machine.toml")), Options())
     with PlanProcess(request) as source:
         assert source.more(wait=True) is not None

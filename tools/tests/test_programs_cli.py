@@ -95,6 +95,19 @@ def test_the_page_says_time_peaks_and_what_was_slowed(folder, invoke):
     assert again == text
 
 
+def test_mode1_leaves_the_segments_of_the_machine_file_alone(folder, invoke):
+    assert "segment_time" in (folder / "machine.toml").read_text()
+    (folder / "line.pmc").write_text(SQUARE.replace("CIRCLE2 X2 Y4 I-1 J0", "X2"))
+    invoke("plan", "line.pmc", "--mode", "mode1", "--out", "left")
+    invoke("plan", "line.pmc", "--mode", "mode1", "--segment", "0", "--out", "told")
+    for name in ("X.csv", "stage.csv"):
+        assert (folder / "left" / name).read_bytes() == (folder / "told" / name).read_bytes()
+    circle = invoke("plan", "square.pmc", "--mode", "mode1", status=3)
+    assert "CIRCLE2: a circle is made of segments, with lookahead alone" in circle.output
+    asked = invoke("plan", "line.pmc", "--mode", "mode1", "--segment", "5ms", status=2)
+    assert "mode1 has no segments: leave --segment out" in asked.output
+
+
 def test_limits_that_a_plan_does_not_use_are_named(folder, invoke):
     assert "does not use" not in invoke("plan", "square.pmc").output
     machine = folder / "machine.toml"
@@ -109,7 +122,7 @@ def test_limits_that_a_plan_does_not_use_are_named(folder, invoke):
     assert 0 < stage["jerk_ratio"] <= 1 + 1e-6
     straight = SQUARE.replace("CIRCLE2 X2 Y4 I-1 J0", "X2")
     (folder / "square.pmc").write_text(straight)
-    text = invoke("plan", "square.pmc", "--mode", "mode1", "--segment", "0").output
+    text = invoke("plan", "square.pmc", "--mode", "mode1").output
     for limit in ("max_jerk", "start_stop"):
         assert f"stage: a plan does not use {limit} of the machine file" in text
     counts = np.loadtxt(folder / "plan/stage.csv", dtype=int)

@@ -60,7 +60,7 @@ def plan_within_the_limit(seed, smooth):
 
 
 @pytest.mark.parametrize("smooth", [False, True])
-@pytest.mark.parametrize("seed", range(cases(20, 300)))
+@pytest.mark.parametrize("seed", range(cases(12, 300)))
 def test_random_programs_keep_every_limit_and_the_path(seed, smooth):
     text, distance, _, of = made(seed, smooth)
     counts, report = plan_within_the_limit(seed, smooth)
@@ -78,17 +78,18 @@ def test_random_programs_keep_every_limit_and_the_path(seed, smooth):
 
 def test_the_random_programs_need_the_limit():
     slower = 0
-    for seed in range(20):
+    for seed in range(12):
         text, _, free, _ = made(seed, smooth=False)
         limited = plan_within_the_limit(seed, False)[1]
         slower += limited.total_ms > 1.01 * planned(text, free)[1].total_ms
-    assert slower >= 8
+    assert slower >= 5
     move = "INC TS0 TA1 TM2 X20000"
     assert counted_jerks(planned(move, setup(1, hz=100))[0])[0] > 10 * (5 + 4)
     assert counted_jerks(planned(move, setup(1, hz=100, max_jerk=5))[0])[0] <= 5 + 4
 
 
-@pytest.mark.parametrize("steps", [2_000, 20_000, 200_000])
+# The longest move takes four fifths of the time and has the same phases as a tenth of it.
+@pytest.mark.parametrize("steps", cases([2_000, 20_000], [2_000, 20_000, 200_000]))
 @pytest.mark.parametrize("limit", [0.5, 2, 10, 40])
 @pytest.mark.parametrize("ta", [1, 100])
 def test_a_single_move_takes_at_most_a_quarter_longer_than_the_least_time(steps, limit, ta):

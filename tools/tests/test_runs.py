@@ -35,6 +35,7 @@ def test_queue_entries():
         (0x21, 0), (0, 0), (5, 1), (-5, 1), (2, 0),
     ]  # fmt: skip
     assert runs.queue_entries(Line((4, 4), negative=True))[0] == (0x71, 0)
+    assert runs.queue_entries(Line((5, -5), PLAIN), 4)[:4] == [(0x221, 0), (0, 0), (4, 0), (5, 1)]
 
 
 @pytest.mark.parametrize(

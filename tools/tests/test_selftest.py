@@ -168,6 +168,38 @@ def test_the_clock_is_measured(hz, verdict):
     assert texts(test_of(machine, None))["pixel clock"][0] == verdict
 
 
+MEASURED = 1 << 7  # bit of `status`
+
+
+@pytest.mark.parametrize(
+    ("period_ticks", "new_edges", "verdict"),
+    [
+        (16_000_000 // 30, {}, OK),
+        (16_000_000 // 25, {}, FAILED),
+        (16_000_000 // 30, {"clock_missing": 1}, FAILED),
+        (16_000_000 // 30, {"clock_glitches": 1}, FAILED),
+        (0, {}, FAILED),
+    ],
+)
+def test_a_board_behind_the_time_of_its_host_tells_by_its_own(period_ticks, new_edges, verdict):
+    """As a simulated one on a busy machine: 10 edges in a second of the host's."""
+    machine = Machine()
+    machine.fake.clock_hz = 10
+    status = machine.fake.status
+    machine.fake.status = lambda: status() | MEASURED
+    machine.fake.values |= {"clock_period_ticks": period_ticks, "clock_missing": 7}
+    wait = machine.world.wait
+
+    def pass_time(seconds):
+        wait(seconds)
+        if seconds >= 1:
+            for name, count in new_edges.items():
+                machine.fake.values[name] = machine.fake.values.get(name, 0) + count
+
+    machine.world.wait = pass_time
+    assert texts(test_of(machine, None))["pixel clock"][0] == verdict
+
+
 def test_a_missing_clock_is_told_with_its_pin():
     machine = Machine()
     machine.fake.clock = False

@@ -5,12 +5,14 @@ import os
 import signal
 import subprocess
 import sys
+import time
 
 import pytest
 
 from console import put
 from pixstep import natives, signals
 
+LOOK_S = 0.02  # between two looks at what another process does; decides nothing
 SIGNALS = [
     (signal.SIGINT, "Ctrl-C", 130),
     (signal.SIGTERM, "SIGTERM", 143),
@@ -145,6 +147,7 @@ def test_a_simulation_leaves_nothing_behind(simulator, tmp_path, number, name, s
     )  # fmt: skip
     while not list(tmp_path.glob("out/.pixstep-part-*/.run-*/edges.csv")):
         assert process.poll() is None
+        time.sleep(LOOK_S)
     process.send_signal(number)
     _, errors = process.communicate()
     assert process.returncode == status and errors == f"pixstep: ended by {name}\n"

@@ -76,7 +76,7 @@ def test_four_axes_share_line_zero(tmp_path):
 )
 def test_seeded_defects_are_found(tmp_path, monkeypatch, defect, reason):
     monkeypatch.setenv("DEFECT", defect)
-    judged = simulate(fake_job({0: worked_line(250, pixels=60)}), tmp_path)
+    judged = simulate(fake_job({0: worked_line(250, pixels=34)}), tmp_path)
     assert not judged.passed
     assert any(reason in text for text in judged.summary["reasons"]), judged.summary["reasons"]
 

@@ -8,6 +8,7 @@ import pytest
 import sizes
 
 from bench import Bench
+from effort import cases
 from pixstep import natives
 from pixstep.board import boards
 from pixstep.board import registers as regs
@@ -19,7 +20,7 @@ from pixstep_dev.bench import lines
 
 pytestmark = pytest.mark.usefixtures("simulator")
 HZ = Fraction(100)
-ROUNDS = 6
+ROUNDS = cases(3, 6)
 PEAK = 60_000  # steps/s of all axes together, in smooth lines
 SEEK, DOWN, END = 0x81, (3, 0), (2, 0)
 # Of the counted stack so much at least must have been seen, or the count says little: it adds up

@@ -149,32 +149,44 @@ enum block_result axis_queue_block(struct axis *axis,
 
 bool axis_waits_for_edge(const struct axis *axis)
 {
-    return (segment_queue_front_word(&axis->queue) & LINE_START_WAIT) != 0;
+    uint8_t flags = (uint8_t)segment_queue_front_word(&axis->queue);
+
+    BY_BYTE(flags);
+    return (flags & LINE_START_WAIT) != 0;
 }
 
 bool axis_seeks(const struct axis *axis, bool *opening)
 {
     uint16_t word = segment_queue_front_word(&axis->queue);
+    uint8_t flags = (uint8_t)word;
+    uint8_t more = (uint8_t)(word >> 8);
 
-    *opening = (word & LINE_START_OPEN) != 0;
-    return (word & LINE_START_SEEK) != 0;
+    BY_BYTE(flags);
+    BY_BYTE(more);
+    *opening = (more & LINE_START_OPEN >> 8) != 0;
+    return (flags & LINE_START_SEEK) != 0;
 }
 
-// Wherever this is asked, a start mark is the next entry that may be queued. It is in full, and
-// so is its parameter, or is at least there when there is more.
+// Wherever this is asked, a start mark is the next entry that may be queued. All entries in front
+// of a line's segments are in full, so that what is behind the first two of them, however short,
+// is a whole divider or none is due.
 static bool start_queued(const struct axis *axis)
 {
-    return segment_queue_fill(&axis->queue) > SEGMENT_MOST;
+    return segment_queue_fill(&axis->queue) > LINE_HEAD_ENTRIES * SEGMENT_MOST;
 }
 
 static void axis_begin_line(struct axis *axis,
                             const struct pixel_period *period,
                             bool always_take_up)
 {
-    bool negative = (segment_queue_front_word(&axis->queue) & LINE_START_NEGATIVE) != 0;
-    bool reverses = !axis->direction_known || negative != axis->feed.negative;
+    uint8_t flags = (uint8_t)segment_queue_front_word(&axis->queue);
+    BY_BYTE(flags);
+    bool negative = (flags & LINE_START_NEGATIVE) != 0;
 
-    line_begin(&axis->line, period, &axis->queue, always_take_up || reverses);
+    if (!axis->direction_known || negative != axis->feed.negative) {
+        always_take_up = true;
+    }
+    line_begin(&axis->line, period, &axis->queue, always_take_up);
     axis->phase = DECODE_PIECE;
     feed_mark_here(&axis->feed, true, 0);
 }

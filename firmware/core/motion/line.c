@@ -12,21 +12,28 @@ static inline bool is_shifted(const struct line *line)
     return FEATURE_BACKLASH && line->shifted;
 }
 
-void line_begin(struct line *line,
-                const struct pixel_period *period,
-                struct segment_queue *queue,
-                bool take_up)
+APART void line_begin(struct line *line,
+                      const struct pixel_period *period,
+                      struct segment_queue *queue,
+                      bool take_up)
 {
-    struct segment mark = segment_unpack(&queue->out);
+    *line = (struct line){.queue = queue};
+    uint16_t word = (uint16_t)segment_unpack(&queue->out).count;
     struct segment parameter = segment_unpack(&queue->out);
-    uint8_t flags = (uint8_t)mark.count;
 
-    *line = (struct line){
-        .queue = queue,
-        .fresh = true,
-        .backlash_steps = take_up ? (uint16_t)parameter.count & SEGMENT_PARAMETER : 0,
-        .line_speed = parameter.repeat,
-    };
+    line->line_speed = parameter.repeat;
+    if (take_up) {
+        line->backlash_steps = (uint16_t)parameter.count & SEGMENT_PARAMETER;
+    }
+    uint8_t flags = (uint8_t)word;
+    uint8_t more = (uint8_t)(word >> 8);
+    BY_BYTE(flags);
+    BY_BYTE(more);
+    if (FEATURE_LINE_DIVIDER && (more & LINE_START_DIVIDER >> 8) != 0) {
+        (void)segment_unpack(&queue->out); // counted when it was queued
+    }
+    line->fresh = true;
+    line->edge_open = true;
     if ((flags & LINE_START_SMOOTH) != 0) {
         line->smooth = true;
     }
@@ -36,9 +43,10 @@ void line_begin(struct line *line,
     if ((flags & LINE_START_SEEK) != 0) {
         line->seek = true;
     }
-    line->shifted = line->backlash_steps != 0;
+    if (line->backlash_steps != 0) {
+        line->shifted = true;
+    }
     line_grid_start_exact(&line->edges, period);
-    line->edge_open = true;
 }
 
 // Ticks from the start of the next piece to the next pixel edge. A locked line's edge is fixed

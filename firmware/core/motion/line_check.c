@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "motion/line_check.h"
 
-#include "base/apart.h"     // APART
-#include "base/divide.h"    // divide_u32_u16
-#include "base/multiply.h"  // multiply_u32_u16
-#include "build_features.h" // FEATURE_*
+#include "base/apart.h"          // APART
+#include "base/divide.h"         // divide_u32_u16
+#include "base/multiply.h"       // multiply_u32_u16
+#include "build_features.h"      // FEATURE_*
+#include "motion/line_divider.h" // line_divider_take
 
 // Largest count: the curve decoder multiplies speeds, which are up to 2 * count, by piece lengths
 // in 40 bits.
@@ -26,12 +27,14 @@ static inline bool has_backlash(const struct line_check *check)
     return FEATURE_BACKLASH && check->backlash_steps != 0;
 }
 
-// A seek must not wait for the pixel clock, and only a seek may have the bit for an opening switch.
-static bool seek_bits_fit(uint16_t word)
+// Flags of a start mark that exclude each other, by the bytes of its word; 0: none. A seek must not
+// wait for the pixel clock, and only a seek may have the bit for an opening switch.
+static inline uint8_t misfits(uint8_t more, uint8_t flags)
 {
-    uint16_t without = (word & LINE_START_SEEK) != 0 ? LINE_START_WAIT : LINE_START_OPEN;
-
-    return (word & without) == 0;
+    if ((flags & LINE_START_SEEK) != 0) {
+        return flags & LINE_START_WAIT;
+    }
+    return more & LINE_START_OPEN >> 8;
 }
 
 // The speeds of lines that wait in the queue count as long as the queue is not empty.
@@ -78,22 +81,31 @@ static void note_fastest(struct line_check *check, uint16_t speed)
 }
 #endif
 
-static enum line_error check_start_mark(struct line_check *check, struct segment entry)
+// What is wrong with a start mark, whose bytes are `more` and `flags`.
+static inline enum line_error judge_start_mark(struct segment entry,
+                                               uint8_t more,
+                                               uint8_t flags)
 {
-    uint16_t word = (uint16_t)entry.count;
-
-    if (entry.repeat != 0 || (word & LINE_MARK_KIND) != LINE_MARK_START ||
-        (word & (uint16_t)~(LINE_START_KNOWN | LINE_START_WAIT)) != 0 ||
-        !seek_bits_fit(word)) {
+    if (entry.repeat != 0 ||
+        ((uint16_t)entry.count & (uint16_t)~LINE_START_FLAGS) != LINE_MARK_START ||
+        misfits(more, flags) != 0) {
         return LINE_malformed;
     }
-    if (!FEATURE_HOMING && (word & LINE_START_SEEK) != 0) {
+    if ((!FEATURE_HOMING && (flags & LINE_START_SEEK) != 0) ||
+        (!FEATURE_LINE_DIVIDER && (more & LINE_START_DIVIDER >> 8) != 0)) {
         return LINE_not_built;
     }
+    return LINE_none;
+}
+
+// Begin to check a line, by the bytes of its start mark.
+static inline void begin_line(struct line_check *check, uint8_t more, uint8_t flags)
+{
     // A line that waits for the clock starts from rest, and so does a seek, which is always armed
     // by itself. Any other line may follow the one before without a pause and inherits its
     // direction.
-    bool chained = (word & (LINE_START_WAIT | LINE_START_SEEK)) == 0;
+    bool chained = (flags & (LINE_START_WAIT | LINE_START_SEEK)) == 0;
+    uint8_t behind = check->flags & LINE_CHECK_BEHIND;
     struct line_check before = *check;
 
     line_check_reset(check);
@@ -102,13 +114,31 @@ static enum line_error check_start_mark(struct line_check *check, struct segment
         check->rest_ticks = before.rest_ticks;
     }
     keep_fastest(check, &before);
-    uint8_t flags = (uint8_t)word;
-    check->smooth = (flags & LINE_START_SMOOTH) != 0;
-    check->negative = (flags & LINE_START_NEGATIVE) != 0;
-    check->seek = (flags & LINE_START_SEEK) != 0;
-    check->one_way = check->seek;
+    check->flags = flags & LINE_START_KEPT;
+    if ((flags & LINE_START_SEEK) != 0) {
+        check->one_way = true;
+    }
+    if (FEATURE_LINE_DIVIDER && (more & LINE_START_DIVIDER >> 8) != 0) {
+        check->divided = true;
+    }
+    if (FEATURE_LINE_DIVIDER && behind != 0) {
+        check->behind = true;
+    }
     check->phase = LINE_CHECK_PARAMETER;
-    return LINE_none;
+}
+
+static enum line_error check_start_mark(struct line_check *check, struct segment entry)
+{
+    uint8_t flags = (uint8_t)entry.count;
+    uint8_t more = (uint8_t)((uint16_t)entry.count >> 8);
+
+    BY_BYTE(flags);
+    BY_BYTE(more);
+    enum line_error error = judge_start_mark(entry, more, flags);
+    if (error == LINE_none) {
+        begin_line(check, more, flags);
+    }
+    return error;
 }
 
 static bool APART too_fast(uint16_t speed, uint16_t interval_ticks, uint32_t pixel_ticks)
@@ -129,7 +159,8 @@ static uint16_t shortest_interval(const struct line_check *check,
 
 // Note the highest speed that keeps the shortest interval: one division for the whole line, since
 // speed * interval > pixel if and only if speed > floor(pixel / interval).
-static void note_top_speed(struct line_check *check, const struct line_limits *limits)
+static APART void note_top_speed(struct line_check *check,
+                                 const struct line_limits *limits)
 {
     uint16_t interval = shortest_interval(check, limits);
 
@@ -165,9 +196,26 @@ static enum line_error check_parameter(struct line_check *check,
 {
     check->backlash_steps = (uint16_t)entry.count;
     check->line_speed = entry.repeat;
-    check->phase = LINE_CHECK_SEGMENTS;
+    check->phase =
+        FEATURE_LINE_DIVIDER && check->divided ? LINE_CHECK_DIVIDER : LINE_CHECK_SEGMENTS;
     note_top_speed(check, limits);
     return check_backlash(check);
+}
+
+// Let the divider change what a pixel is, before a segment is checked.
+static enum line_error check_divider(struct line_check *check,
+                                     const struct line_limits *limits,
+                                     struct segment entry)
+{
+    if (entry.repeat != 0) {
+        return LINE_malformed;
+    }
+    if (!line_divider_take((uint16_t)entry.count, check->behind)) {
+        return LINE_divider;
+    }
+    check->phase = LINE_CHECK_SEGMENTS;
+    note_top_speed(check, limits);
+    return LINE_none;
 }
 
 #if SEVERAL_AXES
@@ -503,16 +551,27 @@ static enum line_error check_segment(struct line_check *check,
     return error;
 }
 
+// Check an entry in front of the segments.
+static enum line_error APART check_head(struct line_check *check,
+                                        const struct line_limits *limits,
+                                        struct segment entry)
+{
+    if (check->phase == LINE_CHECK_OUTSIDE) {
+        return check_start_mark(check, entry);
+    }
+    if (!FEATURE_LINE_DIVIDER || check->phase == LINE_CHECK_PARAMETER) {
+        return check_parameter(check, limits, entry);
+    }
+    return check_divider(check, limits, entry);
+}
+
 // Check an entry of any kind. Apart from the easy ones, which then need no registers saved.
 static enum line_error APART check_entry(struct line_check *check,
                                          const struct line_limits *limits,
                                          struct segment entry)
 {
-    if (check->phase == LINE_CHECK_OUTSIDE) {
-        return check_start_mark(check, entry);
-    }
-    if (check->phase == LINE_CHECK_PARAMETER) {
-        return check_parameter(check, limits, entry);
+    if (check->phase != LINE_CHECK_SEGMENTS) {
+        return check_head(check, limits, entry);
     }
     return entry.repeat == 0 ? check_mark(check, entry)
                              : check_segment(check, limits, entry);

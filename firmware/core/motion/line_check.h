@@ -5,8 +5,9 @@
 // The host tools run the same code.
 //
 //     OUTSIDE -- start mark --> PARAMETER -- parameter --> SEGMENTS -- end mark --> OUTSIDE
-//                                                          |  ^ segment, down mark
-//                                                          +--+
+//                                    |                     ^ |  ^ segment, down mark
+//                          parameter |                     | +--+
+//                                    +-------> DIVIDER ----+ divider
 #pragma once
 
 #include <stdbool.h>
@@ -39,25 +40,40 @@ enum line_check_phase {
     LINE_CHECK_OUTSIDE,
     // The parameter of the start mark must come next.
     LINE_CHECK_PARAMETER,
+    // The divider of the start mark must come next. It may change the limits (line_divider.h).
+    LINE_CHECK_DIVIDER,
     // A segment or a mark must come next.
     LINE_CHECK_SEGMENTS,
 };
 
+// Of the flags of struct line_check `begun` and `behind`.
+#define LINE_CHECK_BEHIND 0x24u
+
 struct line_check {
     // enum line_check_phase.
     uint8_t phase;
-    // The line has constant acceleration inside a pixel.
-    bool smooth : 1;
-    // The line reached the line speed of the backlash parameter.
-    bool reached : 1;
-    // Direction of a smooth line.
-    bool negative : 1;
-    // The line is a seek whose down mark is still to come.
-    bool seek : 1;
-    // The line is a seek: when it trips, any segment behind the down mark may come next.
-    bool one_way : 1;
-    // A segment of the line was accepted.
-    bool begun : 1;
+    union {
+        // The flags below. Smooth, negative and seek are at the bits of the start mark's flags.
+        uint8_t flags;
+        struct {
+            // The line reached the line speed of the backlash parameter.
+            bool reached : 1;
+            // The line is a seek: when it trips, any segment behind the down mark may come next.
+            bool one_way : 1;
+            // A segment of the line was accepted.
+            bool begun : 1;
+            // A divider follows the parameter.
+            bool divided : 1;
+            // The line has constant acceleration inside a pixel.
+            bool smooth : 1;
+            // Segments of another line were accepted before this one, since the reset.
+            bool behind : 1;
+            // Direction of a smooth line.
+            bool negative : 1;
+            // The line is a seek whose down mark is still to come.
+            bool seek : 1;
+        };
+    };
     int8_t
         direction; // of the last step, 0: none yet or long ago; kept across chained lines
     // First warning of the line (enum line_error, from 32 on).

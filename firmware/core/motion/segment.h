@@ -40,11 +40,15 @@
 #define LINE_START_SEEK 0x0080u
 // or, together with LINE_START_SEEK, until the home switch opens.
 #define LINE_START_OPEN 0x0100u
-// A third entry, (M, 0), follows the parameter: clock edges of a pixel, 1 to 1000, in the place of
-// setting `divider`. No board takes it yet: the bit is not among LINE_START_KNOWN.
+// A third entry, (M, 0), follows the parameter: a pixel of the line is M clock edges. Setting
+// `divider` becomes M if it is another number (line_divider.h).
 #define LINE_START_DIVIDER 0x0200u
-// All bits of a start mark that have a meaning, LINE_START_WAIT excepted.
-#define LINE_START_KNOWN 0x01D1u
+// All flags of a start mark.
+#define LINE_START_FLAGS 0x03F0u
+// The flags of its low byte that a line keeps; struct line_check has them at the same bits.
+#define LINE_START_KEPT (LINE_START_SMOOTH | LINE_START_NEGATIVE | LINE_START_SEEK)
+// Entries in front of a line's segments, but for a divider; all of them are stored in full.
+#define LINE_HEAD_ENTRIES 2u
 
 struct segment {
     // Steps in each pixel; signed in plain lines. Of a mark: its word.

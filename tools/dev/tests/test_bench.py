@@ -133,7 +133,7 @@ def test_a_right_run_is_clean(fake):
 
 @pytest.mark.parametrize("defect", ["moved", "missing", "doubled", "drift", "late", "stops"])
 def test_wrong_edges_without_a_fault_are_wrong(fake, defect):
-    assert fake(worked_line(0, pixels=60), defect).kind == WRONG
+    assert fake(worked_line(0, pixels=34), defect).kind == WRONG
 
 
 def test_a_fault_after_right_edges_is_a_fault(fake):

@@ -130,9 +130,15 @@ def test_every_feature_has_a_switch_and_a_bit_of_the_register():
 
 def test_a_half_that_does_not_compile_beside_the_others_is_found(build, monkeypatch):
     maker = build("int seek(void) { return 0 }")
-    monkeypatch.setattr(features, "board_names", lambda: ["uno"])
     monkeypatch.setattr(features, "defaults", lambda _: {"FEATURE_SEEK": True})
     monkeypatch.setattr(features, "read_build", lambda *_: None)
     monkeypatch.setattr(features, "Maker", lambda *_: maker)
-    (problem,) = features.turn_all(ROWS)
+    (problem,) = features.turn_all(ROWS, ["uno"])
     assert problem.startswith("uno: all switches turned over: seek.c:5:")
+
+
+def test_of_boards_with_the_same_defaults_one_is_turned_over(monkeypatch):
+    """The quick check builds that one; the others are built by the long check."""
+    monkeypatch.setattr(features, "board_names", lambda: ["large", "other", "small"])
+    monkeypatch.setattr(features, "defaults", lambda board: {"FEATURE_SEEK": board != "small"})
+    assert features.unlike() == ["large", "small"]

@@ -7,10 +7,12 @@ from collections import Counter
 
 import pytest
 
+from effort import cases
 from pixstep import natives
 from pixstep.errors import UserError
-from pixstep_dev.mutants import campaign, judged, operators, programs, record
+from pixstep_dev.mutants import campaign, judged, operators, programs, record, stages
 from pixstep_dev.mutants.campaign import Outcome, Plan, Trial
+from pixstep_dev.mutants.stages import Verdict
 
 CODE = """\
 #include <a-b.h> // 1 + 1
@@ -81,10 +83,22 @@ def of_even(right, wrong):
     return operators.Mutant(EVEN, 0, "relation", text.index(right), right, wrong, "", right, wrong)
 
 
-@pytest.fixture
-def native(simulator, tmp_path):
-    """Return a campaign by the native suites."""
-    return campaign.Campaign(Plan(1, stages=("native",)), tmp_path)
+# The native suites of the host build belong to the long check; those on AVR are built in both.
+STAGE = cases("avr", "native")
+
+
+@pytest.fixture(scope="module")
+def suites(simulator, tmp_path_factory):
+    """Return a campaign by one stage, which is asked about one mutant after the other.
+
+    In the quick check three of the suites stand for all: each is linked anew for each mutant.
+    """
+    made = campaign.Campaign(Plan(1, stages=(STAGE,)), tmp_path_factory.mktemp("mutants"))
+    if STAGE == "avr":
+        build = made.stages.builds["mega"]
+        chosen = [build.program(f"host_tests/test_{name}.elf") for name in ("axis", "even", "feed")]
+        made.stages.suites = lambda stage: chosen
+    return made
 
 
 def tree():
@@ -94,25 +108,32 @@ def tree():
     return done.stdout
 
 
-def test_a_wrong_start_is_killed_by_the_suite_of_its_file(native):
+def test_a_wrong_start_is_killed_by_the_suite_of_its_file(suites):
     before = tree()
-    trial = native.run(of_even("(uint16_t)(steps - 1u)", "(uint16_t)(steps + 1u)"))
-    assert (trial.fate, trial.by) == ("native", "native even")
+    trial = suites.run(of_even("(uint16_t)(steps - 1u)", "(uint16_t)(steps + 1u)"))
+    assert (trial.fate, trial.by) == (STAGE, f"{STAGE} even")
     assert tree() == before
 
 
-def test_a_quicker_way_to_the_same_survives(native):
+def test_a_quicker_way_to_the_same_survives(suites):
     """The general way gives the same for a whole round: other code, the same behaviour."""
-    trial = native.run(of_even("steps == even->steps", "0"))
-    assert (trial.fate, trial.passed) == ("survived", ("native",))
+    trial = suites.run(of_even("steps == even->steps", "0"))
+    assert (trial.fate, trial.passed) == ("survived", (STAGE,))
 
 
-def test_the_same_code_is_equivalent(native):
-    assert native.run(of_even("steps - 1u", "steps - 0x1u")).fate == "equivalent"
+@pytest.mark.parametrize(("wrong", "same"), [("steps - 0x1u", True), ("steps + 1u", False)])
+def test_the_same_code_is_equivalent(suites, tmp_path, wrong, same):
+    file, changed = natives.root() / EVEN, programs.Workshop(tmp_path / "changed")
+    mutant = of_even("steps - 1u", wrong)
+    changed.change(file, mutant.apply(file.read_text(encoding="utf-8")))
+    plain = programs.Workshop(tmp_path / "plain")
+    assert suites.stages.equivalent(changed, plain, file) == same
+    if STAGE == "native":  # the stage behind which this is asked
+        assert (suites.run(mutant).fate == "equivalent") == same
 
 
-def test_what_does_not_compile_is_no_mutant(native):
-    assert native.run(of_even("steps - 1u", "steps - ")).fate == "invalid"
+def test_what_does_not_compile_is_no_mutant(suites):
+    assert suites.run(of_even("steps - 1u", "steps - ")).fate == "invalid"
 
 
 def test_an_image_is_linked_of_the_changed_objects(simulator, tmp_path):
@@ -132,9 +153,11 @@ def folders():
     return sorted((natives.root() / "build" / "mutants").glob("*"))
 
 
-def test_ctrl_c_leaves_nothing(simulator, monkeypatch):
+def test_ctrl_c_leaves_nothing(suites, monkeypatch):
     before, sources = folders(), tree()
+    monkeypatch.setattr(stages, "Stages", lambda names: suites.stages)
     monkeypatch.setattr(campaign.Campaign, "measure", lambda self: None)
+    monkeypatch.setattr(suites.stages, "try_stage", lambda *_: Verdict("native", "a suite"))
     shown = []
 
     def press(share):

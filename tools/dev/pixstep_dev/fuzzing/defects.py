@@ -62,8 +62,8 @@ DEFECTS = (
     Defect(
         "board",
         "app/data.c",
-        "store_busy()) {\n        settings_exchange(address, count, words);",
-        "store_busy()) {",
+        "if (result != MODBUS_OK) {\n        settings_exchange(address, count, words);\n    }",
+        "",
         "settings that stay as they must not be",
     ),
 )

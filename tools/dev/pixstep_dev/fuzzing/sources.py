@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """What a fuzzing target is built from, and builds of it with something changed or counted.
 
-The host build writes a response file for each target (compiler options and sources, one a line);
-everything here goes by it.
+The host build writes a response file for each target (compiler options and sources, one a line)
+and keeps clang's object of each source; everything here goes by these.
 """
 
 import re
@@ -48,9 +48,16 @@ def words(target: str) -> list[str]:
         ) from None
 
 
+def _object(source: Path) -> str:
+    """Return where the host build keeps clang's object of a source."""
+    inside = source.relative_to(natives.root())
+    return str(natives.root() / "build" / "host" / "fuzz" / "objects" / f"{inside}.o")
+
+
 def build_with(defect: Defect, folder: Path) -> Path:
     """Build a target's fuzzer with a planted defect in `folder`; return the program.
 
+    Only the source with the defect is compiled; the other objects are those of the built fuzzer.
     Raises UserError if the right text is not in the file exactly once: then the defect would not
     be planted.
     """
@@ -62,9 +69,14 @@ def build_with(defect: Defect, folder: Path) -> Path:
     planted.parent.mkdir(parents=True, exist_ok=True)
     planted.write_text(text.replace(defect.right, defect.wrong), encoding="utf-8")
     program = folder / "fuzz"
-    changed = [str(planted) if word == str(source) else word for word in words(defect.target)]
     covered = f"-fsanitize-coverage-allowlist={natives.source('fuzz/covered.txt')}"
-    _compile(["clang", *_SANITIZERS, covered, *changed, "-O1", "-o", str(program)], folder)
+    options = [word for word in words(defect.target) if not word.endswith(".c")]
+    linked = [
+        str(planted) if word == str(source) else _object(Path(word))
+        for word in words(defect.target)
+        if word.endswith(".c")
+    ]
+    _compile(["clang", *_SANITIZERS, covered, *options, *linked, "-o", str(program)], folder)
     return program
 
 

@@ -22,6 +22,7 @@ from pixstep_dev.tutorial.document import Step
 CLONE = "pixstep"  # ~/pixstep, as the document has it
 _LIMIT_S = 3600  # a guard against hanging, however busy the machine
 _LOOK_S = 0.05
+_KEPT = ("PATH", "UNITY_DIR", "PYTHONPYCACHEPREFIX")  # the last: where byte code is kept
 
 # The status of the last command is given on, so that `echo $?` shows a reader's.
 _HEAD = """status() { return "$1"; }
@@ -110,7 +111,7 @@ def _ended(shell: subprocess.Popen) -> bool:
 
 def _environment(home: Path) -> dict[str, str]:
     """Return a reader's environment: no colours, 80 columns, the fonts' cache where it is."""
-    kept = {name: os.environ[name] for name in ("PATH", "UNITY_DIR") if name in os.environ}
+    kept = {name: os.environ[name] for name in _KEPT if name in os.environ}
     return kept | {
         "HOME": str(home),
         "LANG": "C.UTF-8",

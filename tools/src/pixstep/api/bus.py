@@ -124,7 +124,7 @@ class Board:
         clockstate.await_lock(self.device, self._link.world)
         axes = list(by_axis)
         motions = {number: item.line for number, item in by_axis.items()}
-        group = [running.Lines(self.device, axes, upload.begin(self.device, motions))]
+        group = [running.Lines(self.device, axes, upload.begin(self.device, motions, edges))]
         with running.stopped_on_failure(group):
             running.arm(self.device, axes)
             longest = max(item.pixels for item in by_axis.values())

@@ -2,7 +2,7 @@
 """Motion programs: planned to lines, or run on a board while they are planned."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from os import PathLike, fspath
 
 import numpy as np
@@ -21,7 +21,7 @@ from pixstep.programs.options import (
     WINDOW,
     Options,
 )
-from pixstep.programs.plan import Plan
+from pixstep.programs.plan import Plan, with_segments
 from pixstep.programs.report import PlanFigures
 from pixstep.programs.results import of_line
 from pixstep.programs.sources import Request
@@ -96,16 +96,15 @@ def read_program(
     """Return a motion program for a machine; the file is read when it is planned or run.
 
     `mode` is `"lookahead"` or `"mode1"`, `window` the moves that lookahead sees ahead, `segment_ms`
-    the length of a circle's segments, by default that of the machine file. Raises UserError for
-    motors without limits.
+    the length of a circle's segments, by default that of the machine file; `"mode1"` has none.
+    Raises UserError for motors without limits.
     """
     name = fspath(arguments.path("path", path))
     machine = arguments.instance("machine", machine, Machine, "a Machine, as Machine.load reads it")
     options = Options(
         arguments.one_of("mode", mode, MODES), arguments.whole("window", window, 1, MOST_WINDOW)
     )
-    setup = of_machine(MachineFile.load(machine.path))
     if segment_ms is not None:
-        length_ms = arguments.finite("segment_ms", segment_ms, *SEGMENT_MS)
-        setup = replace(setup, segment_ms=length_ms)
+        segment_ms = arguments.finite("segment_ms", segment_ms, *SEGMENT_MS)
+    setup = with_segments(of_machine(MachineFile.load(machine.path)), options.mode, segment_ms)
     return MotionProgram(name, machine, Request(name, setup, options))

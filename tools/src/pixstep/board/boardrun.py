@@ -15,7 +15,7 @@ from pixstep.board import clockstate
 from pixstep.board import registers as regs
 from pixstep.board.errors import IMPOSSIBLE, BoardError
 from pixstep.board.link import Link
-from pixstep.board.upload import Upload, feed
+from pixstep.board.upload import Upload, feed, said_divider
 from pixstep.lines.line import Line
 from pixstep.lines.runs import queue_entries
 
@@ -50,6 +50,7 @@ class BoardRun:
         self.deadline_s = 0.0
         self._clock_s = self._period_s = 0.0
         self._pixels = 0
+        self._divider: int | None = None  # that lines say
 
     @property
     def poll_s(self) -> float:
@@ -57,10 +58,16 @@ class BoardRun:
         return min(_POLL_PIXELS * self._period_s, _POLL_S)
 
     def set_up(self, pixel_hz: Fraction, axes: list[int], **settings: int) -> None:
-        """Set the pixel clock and some settings by name, enable the axes."""
+        """Set the pixel clock and some settings by name, enable the axes.
+
+        Setting `divider` goes with the lines, if the board takes it so.
+        """
         self.axes = sorted(axes)
         self._clock_s = float(1 / pixel_hz)
         self._period_s = settings.get("divider", 1) * self._clock_s
+        self._divider = said_divider(self.board, settings.get("divider"))
+        if self._divider is not None:
+            del settings["divider"]
         self.board.set_pixel_hz(pixel_hz)
         for name, value in settings.items():
             self.board.write_setting(name, value)
@@ -74,7 +81,7 @@ class BoardRun:
         self.uploads = {}
         self._pixels = max(line.pixels for line in lines.values())
         for axis, line in sorted(lines.items()):
-            self.uploads[axis] = Upload(self.board, axis, queue_entries(line))
+            self.uploads[axis] = Upload(self.board, axis, queue_entries(line, self._divider))
             self.uploads[axis].push()
             state = regs.axis_state(self.board.axis(axis)["axis_state"])
             if state == "refused":

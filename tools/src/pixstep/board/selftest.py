@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
 
+from pixstep.board import clockstate, run, settings
 from pixstep.board import registers as regs
-from pixstep.board import run, settings
 from pixstep.board.atmachine import SWITCHES, AtMachine
 from pixstep.board.errors import BoardError, LineLostError, NoReplyError
 
@@ -127,7 +127,22 @@ class SelfTest(AtMachine):
         hz = edges / (ended - began)
         text = f"{edges} edges in {ended - began:.2f} s, {hz:.2f} Hz; set to {float(wanted):g} Hz"
         slack = _CLOCK_SHARE * float(wanted) + 1.5 / (ended - began)
-        return Result("pixel clock", OK if abs(hz - wanted) <= slack else FAILED, text)
+        right = abs(hz - wanted) <= slack or self._board_times_clock(least_s)
+        return Result("pixel clock", OK if right else FAILED, text)
+
+    def _board_times_clock(self, wait_s: float) -> bool:
+        """Whether the clock is right by the board's own time, each edge in its place.
+
+        The host's time is no measure where the host waits for the processor, or where a simulated
+        board is slower than real time.
+        """
+        before = clockstate.read(self.board, self.board.inputs())
+        self.world.wait(wait_s)
+        after = clockstate.read(self.board, self.board.inputs())
+        if before is None or after is None:
+            return False
+        in_place = (before.missing, before.false) == (after.missing, after.false)
+        return in_place and abs(after.offset_ppm) <= 1e6 * _CLOCK_SHARE
 
     def switch(self, axis: int, bit: int, signal: str) -> Result:
         """Whether a switch changes its own input and no other when it is worked."""

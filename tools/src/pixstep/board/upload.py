@@ -191,20 +191,27 @@ class Upload:
         return False
 
 
-def begin(board: Board, lines: dict[int, Line]) -> list[Upload]:
+def begin(board: Board, lines: dict[int, Line], divider: int | None = None) -> list[Upload]:
     """Queue lines by axis, or as much of them as the queues hold; return what may be left.
 
-    Raises LineRefusedByBoardError, and BoardError for an axis that will not load.
+    `divider` is how many clock edges a pixel has, if the lines are to say it. Raises
+    LineRefusedByBoardError, and BoardError for an axis that will not load.
     """
     uploads = []
+    said = said_divider(board, divider)
     for axis, line in lines.items():
-        upload = Upload(board, axis, queue_entries(line))
+        upload = Upload(board, axis, queue_entries(line, said))
         upload.push()
         uploads.append(upload)
     return uploads
 
 
-def room(board: Board, axis: int, line: Line) -> tuple[int, int]:
+def said_divider(board: Board, divider: int | None) -> int | None:
+    """Return the divider as lines say it; None for a board that has only the setting."""
+    return divider if divider is not None and board.has("line_divider") else None
+
+
+def room(board: Board, axis: int, line: Line, divider: int | None = None) -> tuple[int, int]:
     """Return the queue entries that a line takes, and those that are free."""
     state = board.axis(axis)
     if not state["queue_free"]:
@@ -212,7 +219,7 @@ def room(board: Board, axis: int, line: Line) -> tuple[int, int]:
             f"board {board.unit}: the queue of axis {axis} is full (`pixstep board disarm` forgets "
             f"what is in it)"
         )
-    return len(queue_entries(line)), state["queue_free"]
+    return len(queue_entries(line, said_divider(board, divider))), state["queue_free"]
 
 
 def feed(uploads: Iterable[Upload]) -> int:

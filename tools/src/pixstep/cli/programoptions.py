@@ -105,11 +105,10 @@ def none_found() -> UserError:
 def setup_of(machine: Machine, options: ProgramOptions) -> Setup:
     """Return the setup of a machine file and of the options."""
     from pixstep.programs.motors import of_machine
+    from pixstep.programs.plan import with_segments
 
     setup = replace(of_machine(machine), path_tolerance=options["path_tolerance"])
-    if options["segment"] is not None:
-        setup = replace(setup, segment_ms=float(options["segment"]))
-    return setup
+    return with_segments(setup, options["mode"], options["segment"])
 
 
 def plan_options_of(options: ProgramOptions) -> Options:

@@ -13,6 +13,7 @@ import click
 from pixstep import demo, progress
 from pixstep.board import boards, limits, settings
 from pixstep.board.limits import BoardLimits
+from pixstep.board.port import BAUD
 from pixstep.cli.clockoptions import (
     FlawOptions,
     clock_flaw_options,
@@ -50,6 +51,7 @@ class _SimOptions(FlawOptions, LineOptions):
     axis: int
     sync: str
     serial_load: bool
+    baud: int
     seed: int
     backlash_policy: str
     image: Path | None
@@ -57,6 +59,13 @@ class _SimOptions(FlawOptions, LineOptions):
     plant: tuple[str, ...]
     ideal: tuple[Path, ...]
     vcd: bool
+
+
+def _hundreds(_ctx: click.Context, _option: click.Parameter, baud: int) -> int:
+    """Return a rate that the board's setting can hold."""
+    if baud % 100:
+        raise click.BadParameter(f"{baud}: a multiple of 100 is wanted")
+    return baud
 
 
 @command("sim")
@@ -75,6 +84,14 @@ class _SimOptions(FlawOptions, LineOptions):
 @sync_option
 @divider_option
 @click.option("--serial-load", is_flag=True, help="Saturate the serial line while moving.")
+@click.option(
+    "--baud",
+    type=click.IntRange(9600, 1_000_000),
+    default=BAUD,
+    show_default=True,
+    callback=_hundreds,
+    help="Of the serial line, to which the board is set before its lines come.",
+)
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
 @out_option
 @click.option("--backlash-policy", type=click.Choice(["always", "on_reversal"]), default="always")
@@ -143,6 +160,7 @@ def sim(
         sync=options["sync"],
         divider=divider,
         serial_load=options["serial_load"],
+        baud=options["baud"],
         seed=options["seed"],
         backlash_policy=options["backlash_policy"],
         image=options["image"],

@@ -21,6 +21,7 @@ MARK_WAIT_FOR_EDGE = 1 << 5
 MARK_NEGATIVE = 1 << 6
 MARK_SEEK = 1 << 7
 MARK_SEEK_OPEN = 1 << 8
+MARK_DIVIDER = 1 << 9  # a third entry says how many clock edges a pixel of the line has
 
 
 @dataclass(frozen=True)
@@ -85,10 +86,20 @@ def decode(runs: Iterable[tuple[int, int]]) -> list[int]:
     return [count for count, repeat in runs for _ in range(repeat)]
 
 
-def queue_entries(line: Line) -> list[tuple[int, int]]:
+def head_entries(
+    mark: int, parameter: tuple[int, int], divider: int | None
+) -> list[tuple[int, int]]:
+    """Return the entries in front of a line's runs, with its divider if it has one."""
+    if divider is None:
+        return [(mark, 0), parameter]
+    return [(mark | MARK_DIVIDER, 0), parameter, (divider, 0)]
+
+
+def queue_entries(line: Line, divider: int | None = None) -> list[tuple[int, int]]:
     """Return the queue entries of a line: start mark, its parameters, runs, end mark.
 
     The parameter entry is (backlash steps, line speed); the speed is 0 when there is no backlash.
+    `divider` is how many clock edges a pixel has, for a board that takes it with the line.
     """
     mark = MARK_START
     if line.clocked:
@@ -100,7 +111,8 @@ def queue_entries(line: Line) -> list[tuple[int, int]]:
     # What does not fit 16 bits is refused at its largest value too.
     backlash = min(line.backlash, MAX_WORD)
     speed = min(line.line_speed, MAX_WORD) if backlash else 0
-    return [(mark, 0), (backlash, speed), *encode(line.counts), (MARK_END, 0)]
+    head = head_entries(mark, (backlash, speed), divider)
+    return [*head, *encode(line.counts), (MARK_END, 0)]
 
 
 def seek_entries(seek: Seek) -> list[tuple[int, int]]:

@@ -87,7 +87,9 @@ class Program:
     def _circle(self, item: Item) -> None:
         if not self.setup.segment_ms:
             raise self._wrong(
-                item, "a circle is made of segments: --segment MS or program.segment_time"
+                item,
+                "a circle is made of segments, with lookahead alone: --segment MS or "
+                "program.segment_time",
             )
         if not {"X", "Y"} <= self.setup.words.keys():
             raise self._wrong(item, "a circle needs motors X and Y")

@@ -96,5 +96,5 @@ def queued(board: Board, request: Request, known: Rehearsal | None = None) -> It
     before = dict(running.positions(board, axes))
     with PlanProcess(request) as source:
         entries = streaming.Entries(source, setup.motors, known.ways if known else ())
-        lines = streaming.begin(board, entries, setup.motors)
+        lines = streaming.begin(board, entries, setup.motors, setup.divider)
         yield OnBoard(board, setup, lines, before, known.pixels if known else 0)

@@ -2,6 +2,7 @@
 """A program planned to counts per pixel, as a stream: memory does not grow with its length."""
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 from pixstep.errors import UserError
 from pixstep.programs import jerk, language
@@ -15,6 +16,13 @@ from pixstep.programs.report import Report
 from pixstep.programs.timelaw import TimeLaw, refined
 from pixstep.programs.timeline import Timeline, as_programmed, timelines
 from pixstep.programs.twomoves import TwoMoves
+
+
+def with_segments(setup: Setup, mode: str, segment_ms: float | None) -> Setup:
+    """Return the setup for a mode: with these segments, with none for mode1 if it is not told."""
+    if segment_ms is None:
+        return replace(setup, segment_ms=0.0) if mode == MODE1 else setup
+    return replace(setup, segment_ms=float(segment_ms))
 
 
 class Plan:

@@ -10,7 +10,7 @@ from pixstep.board import run as running
 from pixstep.board.boardrun import BoardRun, Watch
 from pixstep.board.device import Board
 from pixstep.board.link import World
-from pixstep.board.upload import Upload
+from pixstep.board.upload import Upload, said_divider
 from pixstep.errors import UserError
 from pixstep.lines.runs import (
     MARK_END,
@@ -19,6 +19,7 @@ from pixstep.lines.runs import (
     MARK_START,
     MARK_WAIT_FOR_EDGE,
     MAX_REPEAT,
+    head_entries,
 )
 from pixstep.programs.motors import PlanMotor
 from pixstep.programs.pixels import Counts
@@ -37,6 +38,7 @@ class _Motor:
 
     def __init__(self, motor: PlanMotor, way: int) -> None:
         self.motor = motor
+        self.divider: int | None = None  # that its line says
         self.way = way  # the direction in which the motor moves; 0 if it is not known yet
         self.pixels = 0  # of the entries that wait
         self._runs: deque[Entry] = deque()
@@ -71,7 +73,7 @@ class _Motor:
 
         `over` says that no more counts will come.
         """
-        found = [] if self._begun else [(self._mark(), 0), (0, 0)]
+        found = [] if self._begun else head_entries(self._mark(), (0, 0), self.divider)
         self._begun = True
         kept = 1 if whole and not over else 0
         while len(self._runs) > kept and len(found) < most:
@@ -105,6 +107,11 @@ class Entries:
         self._motors = [
             _Motor(motor, way) for motor, way in zip(motors, ways or [0] * len(motors), strict=True)
         ]
+
+    def say(self, divider: int | None) -> None:
+        """Let the lines say how many clock edges a pixel has, before any entry is taken."""
+        for motor in self._motors:
+            motor.divider = divider
 
     @property
     def pixels_ahead(self) -> int:
@@ -168,12 +175,16 @@ class StreamedUpload(Upload):
                 self._add(self._entries.take(self._index, missing, wait=wait))
 
 
-def begin(board: Board, entries: Entries, motors: Sequence[PlanMotor]) -> running.Lines:
+def begin(
+    board: Board, entries: Entries, motors: Sequence[PlanMotor], divider: int | None = None
+) -> running.Lines:
     """Fill the queues of a board with the beginning of a plan; return what may be armed.
 
-    Raises UserError for motors that share an axis, and as the board and the plan do.
+    `divider` is how many clock edges a pixel has, if the lines are to say it. Raises UserError for
+    motors that share an axis, and as the board and the plan do.
     """
     axes = _axes(motors)
+    entries.say(said_divider(board, divider))
     uploads = [StreamedUpload(board, axis, entries, index) for index, axis in enumerate(axes)]
     for upload in uploads:
         upload.push()

@@ -21,6 +21,8 @@ from typing import TYPE_CHECKING, Self, Unpack
 from pixstep import natives
 from pixstep.board.boardrun import BoardRun
 from pixstep.board.device import Board
+from pixstep.board.errors import BoardError
+from pixstep.errors import UserError
 from pixstep.lazy import lazy
 from pixstep.simulation.simctl import MoreOptions, SimOptions, Simulator
 
@@ -103,6 +105,19 @@ class SimulatedBoard(BoardRun):
 
     def __exit__(self, *_: object) -> None:
         self.link.close()
+
+    def talk_at(self, baud: int) -> None:
+        """Set the board and the simulator's end of the bus to another rate, a multiple of 100.
+
+        Raises UserError for a rate that the board cannot make.
+        """
+        try:
+            self.board.write_setting("baud_100", baud // 100)
+        except BoardError as error:
+            if error.code is None:
+                raise
+            raise UserError(f"the {self.name} cannot make {baud} baud within 2.5 %") from None
+        self.simulator.command(f"baud {baud} E")
 
     def settle(self) -> None:
         """Let late edges show themselves."""

@@ -21,6 +21,7 @@ from pixstep.board import registers as regs
 from pixstep.board.boardrun import BoardRun, Watch
 from pixstep.board.device import Board
 from pixstep.board.errors import BoardError, LineRefusedByBoardError
+from pixstep.board.port import BAUD
 from pixstep.board.state import Record
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
@@ -35,7 +36,8 @@ from pixstep.simulation.summary import Stats
 
 FREE, START, LOCK = regs.SYNCS  # what a line is to the pixel clock
 _ALL_RECORDS_HZ = 100  # of pixels: up to here a host reads every record
-_READING_S = 0.06  # between two looks at an axis' records, its line being streamed, at most
+_READING_S = 0.09  # between two looks at an axis' records, its line being streamed, at BAUD at most
+_REST = 0.7  # of that is spent however fast the bytes are
 _LOADED = 3  # times as long where other requests saturate the line
 _POLICIES = {"always": 0, "on_reversal": 1}
 
@@ -55,6 +57,7 @@ class Job:
     sync: str = START
     divider: int = 1
     serial_load: bool = False
+    baud: int = BAUD
     seed: int = 1
     backlash_policy: str = "always"
     image: Path | None = None
@@ -167,7 +170,7 @@ def _record_every(job: Job, capacity: int) -> int:
     """Return every how many pixels a record can be read before the board overwrites it."""
     if job.line_hz <= _ALL_RECORDS_HZ:
         return 1
-    looks_s = _READING_S * (_LOADED if job.serial_load else 1)
+    looks_s = _READING_S * max(_REST, BAUD / job.baud) * (_LOADED if job.serial_load else 1)
     unread = job.line_hz * len(job.lines) * looks_s
     return max(1, math.ceil(unread / (capacity - 1)))
 
@@ -183,6 +186,8 @@ def _go(run: SimulatedBoard, result: RunResult, progress: Progress) -> None:
         if result.record_every > 1:
             settings["record_every"] = result.record_every
         run.set_up(job.pixel_hz, list(job.lines), **settings)
+        if job.baud != BAUD:
+            run.talk_at(job.baud)
         run.load(job.lines)
         if job.locked:
             run.await_clock()

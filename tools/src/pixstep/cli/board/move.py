@@ -49,7 +49,7 @@ def move_command(
         limits.check(planned, limits.connected(board, hz))
         settings.set_clock(board, pixel_hz, divider=divider)
         before = run.positions(board, [axis])[axis]
-        uploads = upload.begin(board, {axis: planned})
+        uploads = upload.begin(board, {axis: planned}, divider or settings.divider(board))
         group = [run.Lines(board, [axis], uploads)]
         with progress.shown("moving") as show, stopping(group):
             run.arm(board, [axis])

@@ -72,7 +72,8 @@ def trajectory_command(
         lines = dict(enumerate(chosen, axis))
         check_lines(known, lines, hz, clock)
         settings.set_clock(known.board, pixel_hz, sync, divider)
-        summary = run_lines(known.board, found.world, lines, arm=True, wait=True)
+        edges = divider or settings.divider(known.board)
+        summary = run_lines(known.board, found.world, lines, edges, arm=True, wait=True)
     if as_json:
         show_json({
             **summary, "run": which, "play_steps": [item.play for item in plays],

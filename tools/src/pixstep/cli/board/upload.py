@@ -128,13 +128,13 @@ def upload_command(
         _compare(csv, pixel_hz, divider, check=check)
         if check:
             check_lines(known, lines, pixel_hz, clock)
-        streamed = _streamed(known.board, lines)
+        streamed = _streamed(known.board, lines, divider)
         if streamed and not (arm and wait):
             raise UserError(
                 f"{streamed}: it is streamed while it moves: add --arm, without --no-wait"
             )
         _set(known.board, options)
-        summary = run_lines(known.board, found.world, lines, arm=arm, wait=wait)
+        summary = run_lines(known.board, found.world, lines, divider, arm=arm, wait=wait)
     if as_json:
         show_json(summary)
     else:
@@ -176,24 +176,27 @@ def check_lines(
         )
 
 
-def _streamed(board: Board, lines: dict[int, Line]) -> str:
+def _streamed(board: Board, lines: dict[int, Line], divider: int) -> str:
     """Return which line does not fit its queue as a whole, in words; empty if all do."""
     for axis, item in lines.items():
-        takes, free = upload.room(board, axis, item)
+        takes, free = upload.room(board, axis, item, divider)
         if takes > free:
             return f"{item.name} takes {takes} queue entries, axis {axis} has room for {free}"
     return ""
 
 
 def run_lines(
-    board: Board, world: World, lines: dict[int, Line], *, arm: bool, wait: bool
+    board: Board, world: World, lines: dict[int, Line], divider: int, *, arm: bool, wait: bool
 ) -> RunRow:
-    """Queue the lines, and as asked arm and follow them; return what was done."""
+    """Queue the lines, and as asked arm and follow them; return what was done.
+
+    `divider` is how many clock edges a pixel has on the board.
+    """
     axes = list(lines)
     pixels = max(item.pixels for item in lines.values())
     if arm:
         clockstate.await_lock(board, world)
-    uploads = upload.begin(board, lines)
+    uploads = upload.begin(board, lines, divider)
     if arm and wait:
         group = [run.Lines(board, axes, uploads)]
         with progress.shown("running") as show, stopping(group):
