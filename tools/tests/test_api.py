@@ -343,15 +343,15 @@ def test_a_line_keeps_the_divider_that_it_was_made_for(clocked):
 
 @pytest.mark.parametrize(
     ("made", "says"),
-    [(lambda: px.PixelClock(ppm=float("nan")), "ppm nan: expected -100000 to 100000"),
-     (lambda: px.PixelClock(jitter_us=-1), "jitter_us -1: expected 0 to 10000"),
+    [(lambda: px.PixelClock(ppm=float("nan")), "ppm nan: expected a number, -100000 to 100000"),
+     (lambda: px.PixelClock(jitter_us=-1), "jitter_us -1: expected a number, 0 to 10000"),
      (lambda: px.PixelClock(drop=1), "drop 1: expected 2 or more, or 0"),
      (lambda: px.PixelClock(double=2.5), "double 2.5: expected a whole number"),
      (lambda: px.PixelClock(step_ppm=10), "step_edge 0: expected 1 or more"),
      (lambda: px.simulate(px.line([2, 2], pixel_hz=30), "uno", sync="on"),
       "sync 'on': expected one of free, start, lock"),
      (lambda: px.simulate(px.line([2, 2], pixel_hz=30), "uno", divider=1001),
-      "divider 1001: expected 1 to 1000")],
+      "divider 1001: expected a whole number, 1 to 1000")],
 )  # fmt: skip
 def test_clocks_that_cannot_be(made, says):
     with pytest.raises(px.UserError, match=re.escape(says)):

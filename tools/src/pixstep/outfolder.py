@@ -28,8 +28,8 @@ def of_run(out: Path, names: Iterable[str]) -> Iterator[Path]:
     one of them is not as a run left it.
     """
     wanted = sorted(set(names))
-    fresh = not out.exists()
     with atomic.told_of(out):
+        fresh = not out.exists()
         out.mkdir(parents=True, exist_ok=True)
         _refuse_others(out, wanted, _marked(out))
         part = unfinished.directory(out)

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Self
 
+from pixstep import arguments
+from pixstep.api import given
 from pixstep.api.clocking import Clocking
 from pixstep.api.motions import CheckResult, MotionLine
 from pixstep.api.programs import MotionProgram
@@ -13,7 +15,7 @@ from pixstep.board import clockstate, limits, link, settings, upload
 from pixstep.board import run as running
 from pixstep.board.device import Board as Device
 from pixstep.board.link import Link
-from pixstep.board.port import Port
+from pixstep.board.port import LAST_UNIT, LEAST_BAUD, MOST_BAUD, TIMEOUTS_S, Port
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines.rational import refuse_period
 from pixstep.machine.reading import Machine as MachineFile
@@ -69,8 +71,10 @@ class Board:
         `axes` is the number of axes that move together, its own included; `sync` and `divider` are
         those that `run` is to set.
         """
-        clock = settings.of_clock(sync, divider)
-        bounds = limits.connected(self.device, line.pixel_hz, axes, clock)
+        arguments.instance("line", line, MotionLine, "a MotionLine")
+        clock = settings.of_clock(given.sync(sync), given.divider(divider))
+        count = given.axes(axes, None)
+        bounds = limits.connected(self.device, line.pixel_hz, count, clock)
         return line.check_by(bounds.of(line.line), self.kind)
 
     def run(
@@ -95,11 +99,16 @@ class Board:
         cannot be measured and a board that does not answer.
         """
         by_axis = _by_axis(lines, axis)
+        arguments.function("progress", progress)
         hz = _one_frequency(by_axis)
         clock = Clocking.of(by_axis, sync, divider)
         refuse_period(hz, self.device.tick_hz())
         kind = self.kind
+        has = self.device.input("axis_count")
+        if max(by_axis) >= has:
+            raise UserError(f"axis {max(by_axis)}: board {self.unit} has {has}: 0 to {has - 1}")
         for item in by_axis.values():
+            given.refuse_empty(item.line)
             if item.motor and item.motor.board != kind:
                 raise RefusedError(
                     f"{item.line.name}: motor {item.motor.name} is on a {item.motor.board}, board "
@@ -134,7 +143,9 @@ class Board:
         stop the axes. Raises UserError for a mistake, RefusedError for what the board would refuse,
         BoardError for a fault and for a board that does not answer.
         """
-        request = program.request
+        arguments.instance("program", program, MotionProgram, "a MotionProgram")
+        arguments.function("progress", progress)
+        check, request = arguments.flag("check", check), program.request
         onboard.require_fitting(MachineFile.load(program.machine.path), request.setup, self.kind)
         known = onboard.rehearse(self.device, request) if check else None
         with (
@@ -176,7 +187,7 @@ class Bus:
 
     def board(self, unit: int = 1) -> Board:
         """Return the board with a Modbus address; nothing is asked of it yet."""
-        return Board(self._link, unit)
+        return Board(self._link, arguments.whole("unit", unit, 1, LAST_UNIT))
 
     def close(self) -> None:
         """Give the port back."""
@@ -196,21 +207,27 @@ def connect(
     resets a board that is plugged in by USB: its boot loader is given its time. Raises UserError
     saying why a port cannot be opened.
     """
-    if parity not in (None, "E", "O", "N"):
-        raise UserError(f"parity {parity!r}: expected E, O or N")
-    return Bus(link.open_port(Port(port, baud, parity, timeout_s)))
+    parity = None if parity is None else arguments.one_of("parity", parity, ("E", "O", "N"))
+    if timeout_s is not None:
+        timeout_s = arguments.finite("timeout_s", timeout_s, *TIMEOUTS_S)
+    name = str(arguments.path("port", port))
+    rate = arguments.whole("baud", baud, LEAST_BAUD, MOST_BAUD)
+    return Bus(link.open_port(Port(name, rate, parity, timeout_s)))
 
 
 def _by_axis(
     lines: MotionLine | Mapping[int, MotionLine], axis: int | None
 ) -> dict[int, MotionLine]:
     if isinstance(lines, MotionLine):
-        return {lines.axis if axis is None else axis: lines}
+        return {lines.axis if axis is None else given.axis(axis): lines}
     if axis is not None:
-        raise UserError(f"axis {axis}: lines by axis name their axes themselves")
-    if not lines:
+        raise UserError(f"axis {arguments.shown(axis)}: lines by axis name their axes themselves")
+    found = given.by_axis("lines", lines)
+    if not found:
         raise UserError("run: no line is given")
-    return dict(sorted(lines.items()))
+    for number, item in found.items():
+        arguments.instance(f"line of axis {number}:", item, MotionLine, "a MotionLine")
+    return found
 
 
 def _one_frequency(lines: Mapping[int, MotionLine]) -> Fraction:

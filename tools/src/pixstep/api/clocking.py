@@ -5,11 +5,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Self
 
+from pixstep.api import given
 from pixstep.api.machines import Motor
 from pixstep.api.motions import MotionLine
-from pixstep.board import registers as regs
 from pixstep.errors import UserError
-from pixstep.profiles.madefor import MOST_EDGES
 
 
 @dataclass(frozen=True)
@@ -26,10 +25,7 @@ class Clocking:
         Raises UserError for what no board knows, and for a divider by which the pixels of a line
         would not be edges of its machine's clock.
         """
-        if sync not in (None, *regs.SYNCS):
-            raise UserError(f"sync {sync!r}: expected one of {', '.join(regs.SYNCS)}")
-        if divider is not None and divider not in range(1, MOST_EDGES + 1):
-            raise UserError(f"divider {divider!r}: expected 1 to {MOST_EDGES}")
+        sync, divider = given.sync(sync), given.divider(divider)
         for item in lines.values():
             motor = item.motor
             if motor is None:

@@ -4,12 +4,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from math import inf
 from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
+from pixstep import arguments
 from pixstep.api.ticks import Ticks
 from pixstep.errors import UserError
 from pixstep.simulation.clockflaws import MOST_JITTER_US, MOST_PPM, ClockFlaws
@@ -47,12 +47,11 @@ class PixelClock:
     def __post_init__(self) -> None:
         """Raise UserError for a value that no simulated clock can have."""
         for name, (low, high) in _RANGES.items():
-            if not low <= getattr(self, name) <= high:
-                self._refuse(name, f"{low} to {high}")
+            value = arguments.finite(f"PixelClock: {name}", getattr(self, name), low, high)
+            object.__setattr__(self, name, value)
         for name in _COUNTS:
-            value = getattr(self, name)
-            if not 0 <= value < inf or value != int(value):
-                self._refuse(name, "a whole number, 0 or more")
+            count = arguments.whole(f"PixelClock: {name}", getattr(self, name))
+            object.__setattr__(self, name, count)
         if self.drop == 1:
             self._refuse("drop", "2 or more, or 0")
         if self.step_ppm and not self.step_edge:
@@ -68,9 +67,9 @@ class PixelClock:
             self.jitter_us,
             self.wander_ppm,
             self.step_ppm,
-            int(self.step_edge),
-            int(self.drop),
-            int(self.double),
+            self.step_edge,
+            self.drop,
+            self.double,
         )
 
 

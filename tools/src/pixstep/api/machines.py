@@ -6,6 +6,7 @@ from fractions import Fraction
 from os import PathLike
 from pathlib import Path
 
+from pixstep import arguments
 from pixstep.errors import UserError
 from pixstep.lines.linecheck import Limits
 from pixstep.lines.units import Quantity, Scale
@@ -81,17 +82,17 @@ class Machine:
 
         Raises UserError naming file, line, key and value of the first mistake.
         """
-        read = MachineFile.load(Path(path))
+        read = MachineFile.load(arguments.path("path", path))
         motors = tuple(_motor(read, motor) for motor in read.motors.values())
         return cls(read.path, read.pixel_hz, read.clock.edges, read.clock.sync, motors)
 
     def __getitem__(self, name: str) -> Motor:
         """Return a motor by its name; raises UserError naming those that there are."""
         for motor in self.motors:
-            if motor.name == name:
+            if isinstance(name, str) and motor.name == name:
                 return motor
         known = ", ".join(motor.name for motor in self.motors)
-        raise UserError(f"{self.path}: there is no motor {name!r}: {known}")
+        raise UserError(f"{self.path}: there is no motor {arguments.shown(name)}: {known}")
 
 
 def _motor(read: MachineFile, table: MotorTable) -> Motor:

@@ -9,22 +9,22 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Self, SupportsInt
 
-from pixstep import formats, owndata
+from pixstep import arguments, formats, owndata
+from pixstep.api import given
+from pixstep.api.given import Hz
 from pixstep.api.machines import Motor
+from pixstep.arguments import FAR
 from pixstep.board import limits, settings
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines import linecheck, units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.linecheck import Finding, Limits
-from pixstep.lines.rational import parse_hz
 from pixstep.owndata.naming import QUANTITIES
 from pixstep.profiles import generator, legal_prn, madefor, make, names
+from pixstep.profiles.generator import MOST_PIXELS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-Hz = Fraction | float | str
-"""A pixel frequency: `30`, `29.97`, `"30000/1001"`, `Fraction(30)`."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +47,13 @@ class Profile:
     notes: tuple[str, ...] = ()
     """What the reader of the file tolerated."""
 
+    def __post_init__(self) -> None:
+        """Raise UserError for what cannot be speeds."""
+        speeds = arguments.wholes("speeds_steps_px", self.speeds_steps_px, 0, FAR, MOST_PIXELS)
+        object.__setattr__(self, "speeds_steps_px", speeds)
+        object.__setattr__(self, "pixel_hz", given.exact_hz(self.pixel_hz))
+        arguments.text("name", self.name)
+
     @property
     def top_speed_steps_px(self) -> int:
         """The speed that it ends with."""
@@ -60,15 +67,19 @@ class Profile:
 
         `speeds_steps_px` are in steps/pixel and may be an array of numpy.
         """
-        whole = tuple(round(float(speed)) for speed in speeds_steps_px)
-        if not whole or min(whole) < 0:
+        speeds = arguments.finites(
+            arguments.text("name", name), speeds_steps_px, 0, FAR, MOST_PIXELS
+        )
+        if not speeds:
             raise UserError(f"{name}: expected speeds of 0 or more, one a pixel")
-        return cls(legal_prn.repair_speeds(whole).values, name, exact_hz(pixel_hz))
+        whole = tuple(map(round, speeds))
+        return cls(legal_prn.repair_speeds(whole).values, name, given.exact_hz(pixel_hz))
 
     def write(self, path: str | PathLike[str]) -> Path:
         """Write a PRN file; return its path. An existing file is replaced."""
-        formats.write_prn(Path(path), self.speeds_steps_px)
-        return Path(path)
+        target = arguments.path("path", path)
+        formats.write_prn(target, self.speeds_steps_px)
+        return target
 
 
 @dataclass(frozen=True)
@@ -123,6 +134,12 @@ class MotionLine:
     image_pixel: int | None = None
     """Pixel, from 1, in which the image starts, of a line that `make_line` has made."""
 
+    def __post_init__(self) -> None:
+        """Raise UserError for what is no line."""
+        arguments.instance("line", self.line, Line, "a Line, as `line` makes it")
+        given.motor(self.motor)
+        object.__setattr__(self, "pixel_hz", given.exact_hz(self.pixel_hz))
+
     @property
     def counts(self) -> tuple[int, ...]:
         """Steps of each pixel."""
@@ -158,17 +175,23 @@ class MotionLine:
         `simulate`: a pixel that is locked to the clock may be shorter. Without a board or a pixel
         frequency the shortest interval and the reversal time are not checked.
         """
-        kind = board or (self.motor.board if self.motor else None)
+        motor = self.motor
+        kind = given.board(board) or (motor.board if motor else None)
+        sync, divider = given.sync(sync), given.divider(divider)
+        count = given.axes(axes, kind)
         bounds = Limits()
         if kind and self.pixel_hz:
-            sync = sync or (self.motor.sync if self.motor else None)
-            divider = divider or (self.motor.divider if self.motor else None)
-            clock = settings.of_clock(sync, divider)
-            bounds = limits.named(kind, self.pixel_hz, axes=axes, clock=clock).of(self.line)
+            clock = settings.of_clock(
+                sync or (motor.sync if motor else None),
+                divider or (motor.divider if motor else None),
+            )
+            bounds = limits.named(kind, self.pixel_hz, axes=count, clock=clock).of(self.line)
         return self.check_by(bounds, kind if self.pixel_hz else None)
 
     def check_by(self, bounds: Limits, board: str | None = None) -> CheckResult:
         """Check the line by given limits and those of the motor, whichever is lower."""
+        arguments.instance("bounds", bounds, Limits, "Limits")
+        board = given.board(board)
         if self.motor:
             bounds = _lower(bounds, self.motor.limits)
         found = linecheck.check(self.line, bounds)
@@ -179,14 +202,16 @@ class MotionLine:
 
         A file has neither decode rule nor backlash nor direction: `read_line` is told them again.
         """
-        formats.write_csv(Path(path), self.counts)
-        return Path(path)
+        target = arguments.path("path", path)
+        formats.write_csv(target, self.counts)
+        return target
 
     def plot(self) -> "Figure":
         """Draw speed, acceleration, jerk and position over the pixels."""
         from pixstep import plotting
         from pixstep.profiles import drawing, figure
 
+        given.refuse_empty(self.line)
         with plotting.styled(**{"axes.axisbelow": True}):
             return figure.build(
                 drawing.Drawing(
@@ -213,8 +238,9 @@ def read_profile(path: str | PathLike[str], *, lenient: bool = False) -> Profile
         >>> profile.top_speed_steps_px, profile.pixel_hz
         (1280, Fraction(30, 1))
     """
-    speeds, notes = formats.read_prn(Path(path), lenient=lenient)
-    named = names.parse(Path(path))
+    place = arguments.path("path", path)
+    speeds, notes = formats.read_prn(place, lenient=arguments.flag("lenient", lenient))
+    named = names.parse(place)
     hz = named.pixel_hz if named else None
     return Profile(tuple(speeds), fspath(path), hz, tuple(notes))
 
@@ -232,9 +258,11 @@ def make_profile(
         (8, 20, 32, 40)
     """
     bounds = make.ProfileLimits(
-        make.legal_speed(Fraction(top_speed)),
-        make.legal_limit(Fraction(max_acceleration), units.ACCELERATION),
-        make.legal_limit(Fraction(max_jerk), units.JERK),
+        make.legal_speed(arguments.exact("top_speed", top_speed, 0)),
+        make.legal_limit(
+            arguments.exact("max_acceleration", max_acceleration, 0), units.ACCELERATION
+        ),
+        make.legal_limit(arguments.exact("max_jerk", max_jerk, 0), units.JERK),
     )
     return Profile(tuple(make.shortest_profile(bounds)), name)
 
@@ -263,12 +291,18 @@ def make_line(
         >>> made.counts
         (5, 15, 25, 30, 30, 30, 25, 15, 5)
     """
-    hz = exact_hz(pixel_hz) or (motor.pixel_hz if motor else profile.pixel_hz)
-    rule = _decode(decode, motor)
+    profile = arguments.instance("profile", profile, Profile, "a Profile")
+    motor = given.motor(motor)
+    hz = given.exact_hz(pixel_hz) or (motor.pixel_hz if motor else profile.pixel_hz)
+    rule = given.decode(decode, motor)
     notes = [*profile.notes, *_other_frequency(profile, hz)]
-    play = _backlash(backlash, rule, motor)
+    play = given.backlash(backlash, rule, motor)
     request = generator.LineRequest(
-        _steps_px(speed, hz, motor, rule), pixels, play, lead_in, plain=rule == PLAIN
+        _steps_px(speed, hz, motor, rule),
+        arguments.whole("pixels", pixels),
+        play,
+        arguments.whole("lead_in", lead_in),
+        plain=rule == PLAIN,
     )
     made = generator.generate(list(profile.speeds_steps_px), request, profile.name)
     sign = -1 if rule == PLAIN and motor and motor.negative else 1
@@ -299,20 +333,24 @@ def line(
         >>> line([2, 9, 8, 6, 2], decode="smooth").check().errors[0].pixel
         5
     """
-    rule = _decode(decode, motor)
-    values = [*counts]
-    whole = tuple(int(value) for value in values)
-    if any(value != exact for value, exact in zip(values, whole, strict=True)):
-        raise UserError(f"{name}: the steps of a pixel are whole numbers")
-    backwards = (motor.negative if motor else False) if negative is None else negative
+    motor = given.motor(motor)
+    rule = given.decode(decode, motor)
+    name = arguments.text("name", name)
+    whole = arguments.wholes(name, counts, -FAR, FAR, MOST_PIXELS)
+    if negative is None:
+        backwards = motor.negative if motor else False
+    else:
+        backwards = arguments.flag("negative", negative)
     motion = Line(
         whole,
         rule,
-        _backlash(backlash, rule, motor),
+        given.backlash(backlash, rule, motor),
         backwards and rule == SMOOTH,
         name=name,
     )
-    return MotionLine(motion, exact_hz(pixel_hz) or (motor.pixel_hz if motor else None), motor)
+    return MotionLine(
+        motion, given.exact_hz(pixel_hz) or (motor.pixel_hz if motor else None), motor
+    )
 
 
 def read_line(
@@ -330,10 +368,14 @@ def read_line(
     The file has the counts only: the rest is as `line` has it. A header that says another pixel
     frequency is noted, and refused by RefusedError if the line would run faster.
     """
-    place = Path(path)
+    place = arguments.path("path", path)
+    motor = given.motor(motor)
+    number = None if number is None else arguments.whole("number", number, 1)
     read = formats.read_motion(place)
     chosen = read.line(number)
-    hz = exact_hz(pixel_hz) or (motor.pixel_hz if motor else madefor.frequency(place, read.header))
+    hz = given.exact_hz(pixel_hz) or (
+        motor.pixel_hz if motor else madefor.frequency(place, read.header)
+    )
     notes = (*read.notes, *madefor.notes(place, read.header, hz, refuse=True))
     made = line(
         chosen.values, motor=motor, pixel_hz=hz, decode=decode, backlash=backlash,
@@ -361,50 +403,43 @@ def import_line(
     none is refused. `fit` takes the nearest line that a smooth motor can make. What was assumed is
     in the line's notes. Raises UserError naming file, line and column.
     """
-    if quantity not in (None, *QUANTITIES):
-        raise UserError(f"quantity {quantity!r}: expected one of {', '.join(QUANTITIES)}")
-    hz = exact_hz(pixel_hz) or (motor.pixel_hz if motor else None)
-    rule = _decode(decode, motor)
+    place = arguments.path("path", path)
+    motor = given.motor(motor)
+    hz = given.exact_hz(pixel_hz) or (motor.pixel_hz if motor else None)
+    rule = given.decode(decode, motor)
     request = owndata.Request(
         rule,
         pixel_hz=hz,
-        quantity=quantity,
-        unit=unit,
-        column=None if column is None else str(column),
+        quantity=None if quantity is None else arguments.one_of("quantity", quantity, QUANTITIES),
+        unit=None if unit is None else arguments.text("unit", unit),
+        column=_column(column),
         scale=motor.steps_per_unit if motor else None,
         negative=motor.negative if motor else False,
-        fit=fit,
+        fit=arguments.flag("fit", fit),
     )
-    made = owndata.import_line(Path(path), request)
-    motion = replace(made.line, backlash=_backlash(None, rule, motor))
+    made = owndata.import_line(place, request)
+    motion = replace(made.line, backlash=given.backlash(None, rule, motor))
     return MotionLine(motion, hz, motor, made.assumed)
 
 
-def exact_hz(given: Hz | None) -> Fraction | None:
-    """Return a pixel frequency as the board takes it: exact, of a float the digits it shows."""
-    if given is None or isinstance(given, Fraction):
+def _column(given: str | int | None) -> str | None:
+    """Return a column of a table by its name or its number, as a text."""
+    if given is None or isinstance(given, str):
         return given
-    return parse_hz(given if isinstance(given, str) else repr(given))
+    return str(arguments.whole("column", given, 1))
 
 
-def _decode(given: str | None, motor: Motor | None) -> str:
-    """Return the decode rule that is given, else the motor's, else smooth."""
-    rule = given or (motor.decode if motor else SMOOTH)
-    if rule not in (SMOOTH, PLAIN):
-        raise UserError(f"decode {rule!r}: expected {SMOOTH!r} or {PLAIN!r}")
-    return rule
-
-
-def _backlash(given: int | None, rule: str, motor: Motor | None) -> int:
-    """Return the backlash that is given, else the motor's: only smooth lines take it up."""
-    if given is not None:
-        return given
-    return motor.backlash_steps if motor and rule == SMOOTH else 0
+def _speed(given: str | float) -> units.Quantity:
+    """Return a speed in steps/pixel, or in the unit that it is written with."""
+    if isinstance(given, str):
+        return units.parse(given, units.SPEED)
+    value = arguments.exact("speed", given, 0)
+    return units.Quantity(value, units.SPEED, False, arguments.shown(given))
 
 
 def _steps_px(speed: int | str, hz: Fraction | None, motor: Motor | None, rule: str) -> int:
     """Return a speed in whole steps/pixel. Raises UserError if it is none."""
-    quantity = units.parse(str(speed), units.SPEED)
+    quantity = _speed(speed)
     if quantity.per_second and hz is None:
         raise UserError(f"speed {speed}: per second needs a pixel frequency: pixel_hz or motor")
     scale = motor.steps_per_unit if motor else None

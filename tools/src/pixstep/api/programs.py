@@ -7,12 +7,20 @@ from os import PathLike, fspath
 
 import numpy as np
 
+from pixstep import arguments
 from pixstep.api.machines import Machine
 from pixstep.api.motions import MotionLine, line
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.machine.reading import Machine as MachineFile
 from pixstep.programs.motors import of_machine
-from pixstep.programs.options import LOOKAHEAD, WINDOW, Options
+from pixstep.programs.options import (
+    LOOKAHEAD,
+    MODES,
+    MOST_WINDOW,
+    SEGMENT_MS,
+    WINDOW,
+    Options,
+)
 from pixstep.programs.plan import Plan, with_segments
 from pixstep.programs.report import PlanFigures
 from pixstep.programs.results import of_line
@@ -91,6 +99,12 @@ def read_program(
     the length of a circle's segments, by default that of the machine file; `"mode1"` has none.
     Raises UserError for motors without limits.
     """
-    setup = with_segments(of_machine(MachineFile.load(machine.path)), mode, segment_ms)
-    name = fspath(path)
-    return MotionProgram(name, machine, Request(name, setup, Options(mode, window)))
+    name = fspath(arguments.path("path", path))
+    machine = arguments.instance("machine", machine, Machine, "a Machine, as Machine.load reads it")
+    options = Options(
+        arguments.one_of("mode", mode, MODES), arguments.whole("window", window, 1, MOST_WINDOW)
+    )
+    if segment_ms is not None:
+        segment_ms = arguments.finite("segment_ms", segment_ms, *SEGMENT_MS)
+    setup = with_segments(of_machine(MachineFile.load(machine.path)), options.mode, segment_ms)
+    return MotionProgram(name, machine, Request(name, setup, options))

@@ -14,10 +14,12 @@ from typing import TYPE_CHECKING, Self, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from pixstep import outfolder
+from pixstep import arguments, outfolder
+from pixstep.api import given
 from pixstep.api.clocking import Clocking
 from pixstep.api.clocks import ClockErrors, ClockFigures, PixelClock
-from pixstep.api.motions import Hz, MotionLine, exact_hz
+from pixstep.api.given import Hz
+from pixstep.api.motions import MotionLine
 from pixstep.api.ticks import Ticks
 from pixstep.board import boards
 from pixstep.errors import PlainError, UserError
@@ -41,6 +43,7 @@ Lines = MotionLine | Sequence[MotionLine] | Mapping[int, MotionLine]
 
 
 _Drawn = TypeVar("_Drawn")
+MOST_SEED = 0xFFFFFFFF
 
 
 class RunFailedError(PlainError):
@@ -217,13 +220,15 @@ def simulate(
         (True, True)
     """
     by_axis = _by_axis(lines)
-    kind = board or _board_of(by_axis)
+    kind = given.board(board) or _board_of(by_axis)
     first = next(iter(by_axis.values()))
-    hz = exact_hz(pixel_hz) or first.hz
-    clock = clock or PixelClock()
+    hz = given.exact_hz(pixel_hz) or first.hz
+    clock = PixelClock() if clock is None else clock
+    clock = arguments.instance("clock", clock, PixelClock, "a PixelClock")
     clocking = Clocking.of(by_axis, sync, divider)
-    _refuse(by_axis, kind, hz, clocking, check=check)
-    if vcd and out is None:
+    arguments.function("progress", progress)
+    _refuse(by_axis, kind, hz, clocking, check=arguments.flag("check", check))
+    if arguments.flag("vcd", vcd) and out is None:
         raise UserError("vcd: run.vcd needs a folder: give out")
     job = Job(
         kind,
@@ -233,8 +238,8 @@ def simulate(
         flaws=clock.flaws,
         sync=clocking.sync or START,
         divider=clocking.divider or 1,
-        serial_load=serial_load,
-        seed=seed,
+        serial_load=arguments.flag("serial_load", serial_load),
+        seed=arguments.whole("seed", seed, high=MOST_SEED),
         plants=_plants(plant, by_axis),
         vcd=vcd,
     )
@@ -249,7 +254,7 @@ def _folder(out: str | PathLike[str] | None) -> Iterator[Path]:
         with tempfile.TemporaryDirectory(prefix="pixstep-") as folder:
             yield Path(folder)
     else:
-        with outfolder.of_run(Path(out), simtask.names()) as place:
+        with outfolder.of_run(arguments.path("out", out), simtask.names()) as place:
             yield place
 
 
@@ -257,10 +262,13 @@ def _by_axis(lines: Lines) -> dict[int, MotionLine]:
     """Return the lines by axis, in their order."""
     if isinstance(lines, MotionLine):
         return {lines.axis: lines}
-    items = lines.items() if isinstance(lines, Mapping) else enumerate(lines)
-    found = dict(sorted(items))
+    if isinstance(lines, Sequence):
+        lines = dict(enumerate(lines))
+    found = given.by_axis("lines", lines)
     if not found:
         raise UserError("simulate: no line is given")
+    for axis, item in found.items():
+        arguments.instance(f"line of axis {axis}:", item, MotionLine, "a MotionLine")
     return found
 
 
@@ -275,9 +283,10 @@ def _refuse(
     lines: Mapping[int, MotionLine], kind: str, hz: Fraction, clocking: Clocking, *, check: bool
 ) -> None:
     """Raise UserError for axes or frequencies that do not fit, RefusedError for a wrong line."""
-    for axis, item in lines.items():
-        if not 0 <= axis < boards.load(kind).axes:
-            raise UserError(f"axis {axis}: the {boards.axes_text(kind)}")
+    if max(lines) >= boards.load(kind).axes:
+        raise UserError(f"axis {max(lines)}: the {boards.axes_text(kind)}")
+    for item in lines.values():
+        given.refuse_empty(item.line)
         if item.pixel_hz not in (None, hz):
             raise UserError(
                 f"{item.line.name}: a line for {item.pixel_hz} Hz, the run has {hz} Hz: one pixel "
@@ -293,10 +302,10 @@ def _chosen(drawn: Mapping[int, _Drawn], axis: int | None, what: str) -> _Drawn:
     """Return what there is to draw of an axis; of the only one by default."""
     if axis is None and len(drawn) == 1:
         return next(iter(drawn.values()))
-    if axis is None or axis not in drawn:
+    if axis is None or given.axis(axis) not in drawn:
         which = ", ".join(map(str, drawn)) or "none"
         raise UserError(f"axis {axis}: choose one that {what}: {which}")
-    return drawn[axis]
+    return drawn[given.axis(axis)]
 
 
 def _plants(
@@ -309,10 +318,12 @@ def _plants(
         if len(lines) > 1:
             raise UserError(f"plant {plant!r}: of which axis? give plants by axis")
         return dict.fromkeys(lines, plant)
-    for axis in plant:
+    plants = given.by_axis("plant", plant)
+    for axis, knobs in plants.items():
         if axis not in lines:
             raise UserError(f"plant of axis {axis}: it has no line")
-    return dict(plant)
+        arguments.text(f"plant of axis {axis}:", knobs)
+    return plants
 
 
 def _run(

@@ -25,7 +25,10 @@ except ImportError:  # Windows
 
 PARITIES = {"E": 2, "N": 0, "O": 1}  # by letter, the likeliest first: the value of the setting
 BAUD, PARITY, NO_PARITY = 115_200, "E", "N"  # a board's own; that of a pseudo terminal
+LEAST_BAUD, MOST_BAUD = 300, 4_000_000
+LAST_UNIT = 247  # the highest Modbus address
 TIMEOUT_S = 0.5
+TIMEOUTS_S = (0.01, 60)  # the shortest that may be chosen, and the longest
 RETRIES = 3
 BOOT_S = 2.0  # of the boot loader, before it starts the firmware
 _CFLAG = 2

@@ -35,9 +35,8 @@ from pixstep.lines import linecheck, units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.rational import hz_text
 from pixstep.profiles import accelerate, generator, madefor
+from pixstep.profiles.generator import MOST_PIXELS
 from pixstep.profiles.madefor import MOST_EDGES
-
-MOST_PIXELS = 2_000_000  # what a file can hold
 
 
 class _Options(TypedDict):

@@ -11,7 +11,14 @@ import click
 from pixstep.cli.quantities import Decorated, TimeType
 from pixstep.errors import UserError
 from pixstep.machine import finding
-from pixstep.programs.options import LOOKAHEAD, MODES, WINDOW, Options
+from pixstep.programs.options import (
+    LOOKAHEAD,
+    MODES,
+    MOST_WINDOW,
+    SEGMENT_MS,
+    WINDOW,
+    Options,
+)
 
 if TYPE_CHECKING:
     from pixstep.machine.reading import Machine
@@ -27,7 +34,7 @@ _OPTIONS = (
     ),
     click.option(
         "--window",
-        type=click.IntRange(1, 1_000_000),
+        type=click.IntRange(1, MOST_WINDOW),
         default=WINDOW,
         show_default=True,
         help="Moves that lookahead sees ahead.",
@@ -39,7 +46,7 @@ _OPTIONS = (
     ),
     click.option(
         "--segment",
-        type=TimeType("ms", 0, 255),
+        type=TimeType("ms", *SEGMENT_MS),
         help="Length of a circle's segments: 5ms.  "
         "[default: program.segment_time of the machine file]",
     ),

@@ -11,7 +11,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
 from itertools import groupby, islice, pairwise, takewhile
+from math import inf
 
+from pixstep import arguments
 from pixstep.lines import core
 from pixstep.lines.core import NO_LIMIT, Code, CoreLimits
 from pixstep.lines.line import Line
@@ -41,6 +43,15 @@ class Limits:
     min_interval_ticks: int | None = None
     period_ticks: Fraction | None = None
     reversal_ticks: int | None = None
+
+    def __post_init__(self) -> None:
+        """Raise UserError for what is no limit."""
+        for name, value in vars(self).items():
+            if value is not None and name != "period_ticks":
+                object.__setattr__(self, name, arguments.whole(name, value, high=inf))
+        if self.period_ticks is not None:
+            exact = arguments.exact("period_ticks", self.period_ticks, 0, inf)
+            object.__setattr__(self, "period_ticks", exact)
 
     def of_board(self) -> CoreLimits:
         """Return those that a board has too, as its firmware takes them.

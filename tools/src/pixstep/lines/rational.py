@@ -34,6 +34,14 @@ def parse_hz(text: str) -> Fraction:
     if denominator and int(denominator) == 0:
         raise UserError(f"pixel frequency {text!r}: the denominator is zero")
     hz = Fraction(numerator) / Fraction(denominator or 1) * _PREFIXES[named[1] if named else None]
+    return legal_hz(hz, text)
+
+
+def legal_hz(hz: Fraction, text: str) -> Fraction:
+    """Return a frequency that was written as `text`.
+
+    Raises UserError if it is not above zero or needs more than 32 bits.
+    """
     if hz <= 0:
         raise UserError(f"pixel frequency {text!r}: must be above 0 Hz")
     if hz.numerator > _U32_MAX or hz.denominator > _U32_MAX:

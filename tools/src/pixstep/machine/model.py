@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PrivateAttr
 
 from pixstep.board import boards
+from pixstep.board.port import LAST_UNIT, LEAST_BAUD, MOST_BAUD
 from pixstep.errors import UserError
 from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH
@@ -17,7 +18,6 @@ from pixstep.lines.rational import parse_hz
 from pixstep.lines.units import ACCELERATION, DISTANCE, JERK, SPEED, Quantity, Scale
 from pixstep.profiles.madefor import MOST_EDGES
 
-LAST_UNIT = 247
 PARITIES = ("E", "O", "N")
 
 
@@ -78,7 +78,7 @@ class MachineBoard(_Table):
     kind: Annotated[str, _by(_board_kind)]
     port: str | None = None
     unit: Annotated[int, Field(ge=1, le=LAST_UNIT)] = 1
-    baud: Annotated[int, Field(ge=300, le=4_000_000)] | None = None
+    baud: Annotated[int, Field(ge=LEAST_BAUD, le=MOST_BAUD)] | None = None
     parity: Literal["E", "O", "N"] | None = None
 
 

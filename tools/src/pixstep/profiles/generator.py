@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from pixstep.errors import UserError
 
+MOST_PIXELS = 2_000_000  # of a line: what a file can hold
 MAX_SPEED = 16_382  # steps/pixel: the largest even speed that the board takes as a count
 
 
@@ -112,6 +113,8 @@ def _check_request(request: LineRequest) -> None:
     """Refuse a request out of range."""
     if not 1 <= request.speed <= MAX_SPEED + 1:
         raise UserError(f"speed {request.speed} is outside 1..{MAX_SPEED} steps/pixel")
+    if request.pixels > MOST_PIXELS:
+        raise UserError(f"{request.pixels} pixels are too many: a line has {MOST_PIXELS} at most")
     if request.lead_in < 0:
         raise UserError(f"lead-in {request.lead_in} must not be negative")
     if request.backlash < 0:

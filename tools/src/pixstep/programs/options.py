@@ -6,6 +6,8 @@ from dataclasses import dataclass
 MODE1, LOOKAHEAD = "mode1", "lookahead"
 MODES = (MODE1, LOOKAHEAD)
 WINDOW = 1024  # moves
+MOST_WINDOW = 1_000_000
+SEGMENT_MS = (0, 255)  # of a circle: the shortest, 0 for none, and the longest
 
 
 @dataclass(frozen=True)

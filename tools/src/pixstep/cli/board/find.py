@@ -12,13 +12,11 @@ from pixstep.board import clockstate, features, scan, settings
 from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
 from pixstep.board.link import Link
-from pixstep.board.port import PARITIES, Port
+from pixstep.board.port import LEAST_BAUD, MOST_BAUD, PARITIES, Port
 from pixstep.board.scan import BAUDS, Found
 from pixstep.board.snapshot import LINE_COUNTERS
 from pixstep.cli.board.group import (
     ALL,
-    LEAST_BAUD,
-    MOST_BAUD,
     UNITS,
     Known,
     Units,

@@ -14,7 +14,16 @@ from pixstep.board import link, run, scan, settings
 from pixstep.board.device import Board, Identity
 from pixstep.board.errors import BoardError
 from pixstep.board.link import Link
-from pixstep.board.port import BAUD, PARITIES, TIMEOUT_S, Port
+from pixstep.board.port import (
+    BAUD,
+    LAST_UNIT,
+    LEAST_BAUD,
+    MOST_BAUD,
+    PARITIES,
+    TIMEOUT_S,
+    TIMEOUTS_S,
+    Port,
+)
 from pixstep.cli import machinedefaults
 from pixstep.cli.command import complain
 from pixstep.cli.options import say
@@ -22,8 +31,6 @@ from pixstep.cli.quantities import TimeType
 from pixstep.errors import UserError
 
 ALL = "all"
-LAST_UNIT = 247
-LEAST_BAUD, MOST_BAUD = 300, 4_000_000
 AXIS = click.IntRange(0, 3)
 axes_option = click.option(
     "--axis", "axes", type=AXIS, multiple=True, help="Again for more axes.  [default: all]"
@@ -88,7 +95,7 @@ _PORT_OPTIONS = (
         help="[default: E; N on a pseudo terminal, which has no parity]",
     ),
     click.option(
-        "--timeout", type=TimeType("s", 0.01, 60), metavar="TIME",
+        "--timeout", type=TimeType("s", *TIMEOUTS_S), metavar="TIME",
         help=f"Time to wait for a reply, s.  [default: {TIMEOUT_S}]",
     ),
 )  # fmt: skip
