@@ -107,6 +107,17 @@ static APART bool advance(uint8_t i, enum ledger_extent extent, bool rested)
     return true;
 }
 
+bool axes_advance_to(uint8_t i, const struct engine_sample *sample)
+{
+    struct axis *axis = axes_get(i);
+
+    if (capture_waits(i)) {
+        return false;
+    }
+    ledger_advance(&axis->ledger, &axis->feed.stream, sample, LEDGER_EXACTLY);
+    return true;
+}
+
 bool axes_sample(uint8_t i, struct engine_sample *sample)
 {
     struct axis *axis = axes_get(i);

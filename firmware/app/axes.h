@@ -38,8 +38,11 @@ static inline bool axes_advance(uint8_t i, enum ledger_extent extent)
     return axes_advance_at(CONFIG_INDEX(i), extent);
 }
 
+// The same to a sample of its own that was taken just now.
+bool axes_advance_to(uint8_t i, const struct engine_sample *sample);
+
 // What an axis's step interrupt has done by now; its account is advanced by batches, for
-// ledger_position_at() and ledger_newest_start(). Returns false, and the account stays, as above.
+// ledger_position_at(). Returns false, and the account stays, as above.
 bool axes_sample(uint8_t i, struct engine_sample *sample);
 
 // The same exactly for an axis at rest, even if a captured edge waits: before the axis's lines are

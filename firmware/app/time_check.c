@@ -9,38 +9,63 @@
 // Time between two checks. A check inside a pulse train divides and costs up to 1500 cycles.
 #define CHECK_EVERY_UNITS 1024u
 
-static uint32_t started_units;
+// An account may be ahead of the coarse clock by the rounding of that clock, CLOCK_UNIT_TICKS, and
+// behind it by this much, ticks: what is left of the rounding when the clock was set, and the cycles
+// between the two looks. One missed period is more than both together.
+#define SLACK_TICKS 24
+// Looks at the first period that find its start. They are some 130 cycles apart.
+#define START_LOOKS 24u
+
+// The coarse clock when the timers started, ticks.
+static uint32_t started_ticks;
 static uint16_t
     checked_units; // last check, a multiple of CHECK_EVERY_UNITS that tells whose turn it is
+
+// The clock's count is rounded down: of all looks the one says most that came just behind a count.
+static void find_start(void)
+{
+    struct step_timer_look look;
+    bool found = false;
+
+    for (uint8_t looks = START_LOOKS; looks != 0; looks--) {
+        if (!step_timer_look(0, &look)) {
+            continue;
+        }
+        uint32_t start = look.units * CLOCK_UNIT_TICKS - look.counter;
+        // More than a unit further on another period is running.
+        if (!found || start - started_ticks < CLOCK_UNIT_TICKS) {
+            started_ticks = start;
+        }
+        found = true;
+    }
+}
 
 void time_check_start(void)
 {
     step_timer_start();
     // A board with a single axis makes no checks.
     if (CONFIG_AXES > 1) {
-        started_units = clock_now_units();
+        find_start();
     }
 }
 
-//     period     | running        | newest loaded  |
-//     now        ^ in here        ^ never from here on: its interrupt would have loaded another
+//     account    |- running ---|- newest loaded -|
+//                |--counter-->^ now                     by the account
+//     clock      |---------------->^                    an interrupt was missed: now is later
 bool time_check_lags(uint8_t i)
 {
     struct axis *axis = axes_get(i);
-    struct engine_sample sample;
-    // The time is rounded down, so that it is never ahead of the instant of the sample.
-    uint32_t now_ticks = (clock_now_units() - started_units - 1u) * CLOCK_UNIT_TICKS;
+    struct step_timer_look look;
 
-    if (!axes_sample(i, &sample)) {
+    if (CONFIG_AXES == 1 || !step_timer_look(i, &look) ||
+        !axes_advance_to(i, &look.sample)) {
         return false;
     }
-    uint32_t running_end =
-        ledger_newest_start(&axis->ledger, &axis->feed.stream, sample.tail);
-    if ((int32_t)(now_ticks - running_end) <= 0) {
-        return false;
-    }
-    (void)axes_advance(i, LEDGER_EXACTLY);
-    return true;
+    uint32_t now_ticks = look.units * CLOCK_UNIT_TICKS - started_ticks;
+    uint32_t account_ticks =
+        ledger_period_start(&axis->ledger, &axis->feed.stream, 1) + look.counter;
+
+    return (int32_t)(now_ticks - account_ticks) > SLACK_TICKS;
 }
 
 void time_check_poll(void)

@@ -31,6 +31,15 @@ struct pulse_train *step_timer_trains(uint8_t axis);
 
 // *sample: what the interrupt has consumed, as of one instant.
 void step_timer_sample(uint8_t axis, struct engine_sample *sample);
+// One instant of an axis and of the coarse clock.
+struct step_timer_look {
+    struct engine_sample sample;
+    uint16_t counter; // ticks since the running period began
+    uint32_t units;   // clock_now_units()
+};
+// Look at an axis that is not parked; several axes only. Returns false when interrupts came too
+// densely for a look.
+bool step_timer_look(uint8_t axis, struct step_timer_look *look);
 // Of such a sample the slot alone.
 uint8_t step_timer_tail(uint8_t axis);
 // State of the axis's engine.

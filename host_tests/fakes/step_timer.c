@@ -5,6 +5,7 @@
 
 #include "fakes/board.h"
 #include "fakes/board_parts.h"
+#include "hal/clock.h"
 
 struct timer {
     struct step_engine engine;
@@ -149,6 +150,20 @@ struct pulse_train *step_timer_trains(uint8_t axis)
 void step_timer_sample(uint8_t axis, struct engine_sample *sample)
 {
     *sample = step_engine_sample(&timers[axis].engine);
+}
+
+// A look takes time, so that the clock counts between two of them.
+#define LOOK_TICKS 9u
+
+bool step_timer_look(uint8_t axis, struct step_timer_look *look)
+{
+    fake_pass(LOOK_TICKS);
+    *look = (struct step_timer_look){
+        .sample = step_engine_sample(&timers[axis].engine),
+        .counter = (uint16_t)(fake_now_ticks() - timers[axis].running_ticks),
+        .units = clock_now_units(),
+    };
+    return true;
 }
 
 uint8_t step_timer_tail(uint8_t axis)

@@ -382,19 +382,6 @@ int32_t ledger_position_at(const struct ledger *ledger,
     return ledger->negative ? position - steps : position + steps;
 }
 
-uint32_t ledger_newest_start(struct ledger *ledger,
-                             const struct stream *stream,
-                             uint8_t tail)
-{
-    uint8_t slot = stream->retired;
-
-    if (slot == tail) {
-        return ledger_period_start(ledger, stream, 0);
-    }
-    return ledger->loaded_ticks +
-           step_ring_sum(stream->ring, &slot, (uint8_t)(tail - 1u));
-}
-
 // Start of the period at this slot, one of the single periods around the place that the account has
 // come to. ahead: it is not accounted for yet.
 static uint32_t start_beside(const struct ledger *ledger,

@@ -125,17 +125,12 @@ uint32_t ledger_advance_to_capture(struct ledger *ledger,
                                    uint8_t back,
                                    uint16_t captured_ticks);
 
-// What the interrupt has made beyond an account that was advanced to a sample by batches: single
-// periods of a batch or of a pixel. `tail` is the sample's.
-//
-// Position by then. Of an account that no sample may advance now: as far as single periods tell.
+// Position by a sample to which the account was advanced by batches: with the single periods of a
+// batch or of a pixel that the interrupt has made beyond the account. `tail` is the sample's. Of an
+// account that no sample may advance now: as far as single periods tell.
 int32_t ledger_position_at(const struct ledger *ledger,
                            const struct stream *stream,
                            uint8_t tail);
-// Start of the newest loaded period by then.
-uint32_t ledger_newest_start(struct ledger *ledger,
-                             const struct stream *stream,
-                             uint8_t tail);
 
 // Number of steps in ledger_position() whose edge comes after the time `ticks`, which must not be
 // older than the period before the running one. edge_ticks: from the start of a period to its STEP

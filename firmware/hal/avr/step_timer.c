@@ -420,6 +420,62 @@ void step_timer_sample(uint8_t axis, struct engine_sample *sample)
 #endif
 }
 
+#if CONFIG_AXES > 1
+// Tries of step_timer_look(): an idle period that is loaded in between spoils one.
+#define LOOKS 4u
+
+// The counter, whether the period that it counts has been served, and what its interrupt has
+// consumed. A read of the counter overwrites TEMP, which the axis's handler expects as step_isr.S
+// says. 17 cycles with interrupts off.
+#define LOOK_CASE(number, timer)                                                         \
+    case (number):                                                                       \
+        ATOMIC_BLOCK(ATOMIC_FORCEON)                                                     \
+        {                                                                                \
+            counter = TCNT##timer;                                                       \
+            OCR##timer##AH = engine->train_high;                                         \
+            flags = TIFR##timer;                                                         \
+            unit = TCNT0;                                                                \
+            tail = engine->tail;                                                         \
+            left = engine->left;                                                         \
+        }                                                                                \
+        break;
+static bool look_once(uint8_t axis, struct step_timer_look *look)
+{
+    const struct step_engine *engine = step_isr_engine(axis);
+    struct engine_sample before = step_isr_sample(axis);
+    uint16_t counter = 0;
+    uint8_t flags = 0;
+    uint8_t unit = 0;
+    uint8_t tail = 0;
+    int8_t left = 0;
+
+    switch (CONFIG_INDEX(axis)) {
+#define BOARD_AXIS(axis, timer) LOOK_CASE(axis, timer)
+#include BOARD_FILE
+    default:
+        break;
+    }
+    struct engine_sample after = step_isr_sample(axis);
+
+    look->sample = step_engine_sample_of(tail, left, engine->cut, after.idle_count);
+    look->counter = counter;
+    look->units = clock_now_units();
+    look->units -= (uint8_t)((uint8_t)look->units - unit);
+    return (flags & _BV(TOV1)) == 0 && before.idle_count == after.idle_count &&
+           before.cut == after.cut;
+}
+
+bool step_timer_look(uint8_t axis, struct step_timer_look *look)
+{
+    uint8_t tries = LOOKS;
+
+    while (tries != 0 && !look_once(axis, look)) {
+        tries--;
+    }
+    return tries != 0;
+}
+#endif
+
 uint8_t step_timer_tail(uint8_t axis)
 {
     return step_engines[CONFIG_INDEX(axis)].tail;
