@@ -121,7 +121,8 @@ static void advance_in_turn(void)
         uint8_t behind = (uint8_t)(step_timer_tail(i) - axis->feed.stream.retired);
         bool new_entries = behind != 0 || step_timer_state(i) != STEP_ENGINE_IN_LINE;
         // Full marks keep the decoder from the next pixel.
-        if ((i == due && new_entries) || (CONFIG_AXES > 1 && axis->phase == DECODE_AWAITS_TRAIN) ||
+        if ((i == due && new_entries) ||
+            (CONFIG_AXES > 1 && axis->phase == DECODE_AWAITS_TRAIN) ||
             behind >= ADVANCE_ENTRIES || stream_marks_full(&axis->feed.stream)) {
             (void)axes_advance(i, LEDGER_BY_BATCHES);
         }

@@ -10,8 +10,8 @@
 #define CHECK_EVERY_UNITS 1024u
 
 // An account may be ahead of the coarse clock by the rounding of that clock, CLOCK_UNIT_TICKS, and
-// behind it by this much, ticks: what is left of the rounding when the clock was set, and the cycles
-// between the two looks. One missed period is more than both together.
+// behind it by this much, ticks: what is left of the rounding when the clock was set, and the
+// cycles between the two looks.
 #define SLACK_TICKS 24
 // Looks at the first period that find its start. They are some 130 cycles apart.
 #define START_LOOKS 24u

@@ -439,6 +439,7 @@ void step_timer_sample(uint8_t axis, struct engine_sample *sample)
             left = engine->left;                                                         \
         }                                                                                \
         break;
+// NOLINTNEXTLINE(readability-function-*): one block for each timer of the board file
 static bool look_once(uint8_t axis, struct step_timer_look *look)
 {
     const struct step_engine *engine = step_isr_engine(axis);
