@@ -329,17 +329,13 @@ static APART void advance_by_entries(struct ledger *ledger,
     add_idle(ledger, stream, sample->idle_count);
 }
 
-// Account for the batches that are over, in front of which no mark stands: nearly all of a curve is
-// such batches. Returns true when the interrupt is inside the next one, so that nothing is left.
+// Account for the batches that are over: nearly all of a curve is such batches. No mark may stand
+// here. Returns true when the interrupt is inside the next one, so that nothing is left.
 static inline bool take_batches(struct ledger *ledger,
                                 struct stream *stream,
                                 uint8_t tail)
 {
     uint32_t ticks = 0;
-
-    if (stream_mark_within(stream, 0)) {
-        return false;
-    }
     uint8_t count = stream_pass_batches(stream, tail, &ticks);
 
     if (count != 0) {
@@ -359,8 +355,9 @@ void ledger_advance(struct ledger *ledger,
                  sample->idle_count == ledger->idle_seen;
 
     if (whole && ledger->train == LEDGER_NO_TRAIN) {
-        if (stream_at_batch(stream) ? take_batches(ledger, stream, sample->tail)
-                                    : ledger_take_pixels(ledger, stream, sample->tail)) {
+        bool at_batch = stream_at_batch(stream) && !stream_mark_within(stream, 0);
+        if (at_batch ? take_batches(ledger, stream, sample->tail)
+                     : ledger_take_pixels(ledger, stream, sample->tail)) {
             return;
         }
     }
