@@ -37,8 +37,8 @@ struct step_timer_look {
     uint16_t counter; // ticks since the running period began
     uint32_t units;   // clock_now_units()
 };
-// Look at an axis that is not parked; several axes only. Returns false when interrupts came too
-// densely for a look.
+// Look at an axis; several axes only. Returns false when it is parked, so that no interrupt counts,
+// and when interrupts came too densely for a look.
 bool step_timer_look(uint8_t axis, struct step_timer_look *look);
 // Of such a sample the slot alone.
 uint8_t step_timer_tail(uint8_t axis);

@@ -157,6 +157,9 @@ void step_timer_sample(uint8_t axis, struct engine_sample *sample)
 
 bool step_timer_look(uint8_t axis, struct step_timer_look *look)
 {
+    if (timers[axis].engine.state == STEP_ENGINE_PARKED) {
+        return false;
+    }
     fake_pass(LOOK_TICKS);
     *look = (struct step_timer_look){
         .sample = step_engine_sample(&timers[axis].engine),

@@ -468,7 +468,7 @@ static bool look_once(uint8_t axis, struct step_timer_look *look)
 
 bool step_timer_look(uint8_t axis, struct step_timer_look *look)
 {
-    uint8_t tries = LOOKS;
+    uint8_t tries = is_parked(axis) ? 0 : LOOKS;
 
     while (tries != 0 && !look_once(axis, look)) {
         tries--;
