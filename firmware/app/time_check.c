@@ -49,6 +49,21 @@ void time_check_start(void)
     }
 }
 
+// Without a look: nobody may serve the axis. Then its newest loaded period has begun, by the clock,
+// and is still the newest.
+static bool is_left_behind(uint8_t i)
+{
+    struct axis *axis = axes_get(i);
+    // Before the account is brought up to date: the time is never ahead of it.
+    uint32_t now_ticks = clock_now_units() * CLOCK_UNIT_TICKS - started_ticks;
+
+    if (!axes_advance(i, LEDGER_EXACTLY)) {
+        return false;
+    }
+    uint32_t newest_start = ledger_period_start(&axis->ledger, &axis->feed.stream, 0);
+    return (int32_t)(now_ticks - newest_start) > SLACK_TICKS;
+}
+
 //     account    |- running ---|- newest loaded -|
 //                |--counter-->^ now                     by the account
 //     clock      |---------------->^                    an interrupt was missed: now is later
@@ -57,8 +72,13 @@ bool time_check_lags(uint8_t i)
     struct axis *axis = axes_get(i);
     struct step_timer_look look;
 
-    if (CONFIG_AXES == 1 || !step_timer_look(i, &look) ||
-        !axes_advance_to(i, &look.sample)) {
+    if (CONFIG_AXES == 1) {
+        return false;
+    }
+    if (!step_timer_look(i, &look)) {
+        return is_left_behind(i);
+    }
+    if (!axes_advance_to(i, &look.sample)) {
         return false;
     }
     uint32_t now_ticks = look.units * CLOCK_UNIT_TICKS - started_ticks;
