@@ -75,7 +75,7 @@ def test_a_clock_that_is_not_there_is_said(live, invoke):
     said = one.err("upload", "l.csv", "--arm")
     assert said == "board 1: no steady pixel clock in 500 edges"
     one.out("upload", "l.csv")
-    said = one.err("start")
+    said = one.err("start", status=3)
     assert said.endswith("locked to the pixel clock (setting sync), which is not measured yet")
 
 
