@@ -107,29 +107,31 @@ static APART bool advance(uint8_t i, enum ledger_extent extent, bool rested)
     return true;
 }
 
-bool axes_advance_to(uint8_t i, const struct engine_sample *sample)
+// Advance an account to a sample. False, and nothing is changed, when a captured edge waits.
+static bool advance_to(uint8_t i,
+                       const struct engine_sample *sample,
+                       enum ledger_extent extent)
 {
     struct axis *axis = axes_get(i);
 
-    if (capture_waits(i)) {
-        return false;
-    }
-    ledger_advance(&axis->ledger, &axis->feed.stream, sample, LEDGER_EXACTLY);
-    return true;
-}
-
-bool axes_sample(uint8_t i, struct engine_sample *sample)
-{
-    struct axis *axis = axes_get(i);
-
-    step_timer_sample(i, sample);
     if (capture_waits(i)) {
         return false;
     }
     cpu_section(CPU_SECTION_LEDGER);
-    ledger_advance(&axis->ledger, &axis->feed.stream, sample, LEDGER_BY_BATCHES);
+    ledger_advance(&axis->ledger, &axis->feed.stream, sample, extent);
     cpu_section(CPU_SECTION_ROUND);
     return true;
+}
+
+bool axes_advance_to(uint8_t i, const struct engine_sample *sample)
+{
+    return advance_to(i, sample, LEDGER_EXACTLY);
+}
+
+bool axes_sample(uint8_t i, struct engine_sample *sample)
+{
+    step_timer_sample(i, sample);
+    return advance_to(i, sample, LEDGER_BY_BATCHES);
 }
 
 bool axes_advance_at(uint8_t i, enum ledger_extent extent)
