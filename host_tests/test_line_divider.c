@@ -110,11 +110,49 @@ static void line_runs_by_its_pixels(void)
     TEST_ASSERT_EQUAL(MODBUS_OK, line(0, 5, 20));
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_ARM));
     TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
+    const uint32_t step_ticks = 5u * CLOCK_TICKS / 20u;
+    for (int32_t ticks = 0; ticks < 60 * (int32_t)step_ticks;) {
+        bench_rounds(1);
+        ticks = (int32_t)(fake_now_ticks() - axes_get(0)->zero_ticks);
+        (void)axes_advance(0, LEDGER_EXACTLY);
+        int32_t steps = ledger_position(&axes_get(0)->ledger);
+        TEST_ASSERT_INT32_WITHIN(
+            step_ticks, ticks < 0 ? 0 : ticks, steps * (int32_t)step_ticks);
+    }
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
-    TEST_ASSERT_UINT32_WITHIN(
-        CLOCK_TICKS, 3u * 5u * CLOCK_TICKS, fake_now_ticks() - axes_get(0)->zero_ticks);
     TEST_ASSERT_EQUAL_INT32(60, ledger_position(&axes_get(0)->ledger));
     TEST_ASSERT_EQUAL_UINT32(3, axes_get(0)->ledger.pixel);
+}
+
+// Of the second line only the head is there when the first one ends.
+static void head_stays_when_the_line_before_ends(void)
+{
+    for (uint8_t entries = 1; entries <= 2; entries++) {
+        const struct segment head[] = {HEAD(3)};
+
+        bench_power_on();
+        TEST_ASSERT_EQUAL(MODBUS_OK, line(0, 2, 5));
+        TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_ARM));
+        TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
+        TEST_ASSERT_EQUAL(MODBUS_OK, block(0, head, entries));
+        TEST_ASSERT_TRUE(bench_until(0, AXIS_LOADING));
+        TEST_ASSERT_EQUAL(MODBUS_OK, block(0, &head[entries], (uint8_t)(3u - entries)));
+        check_edges(3);
+    }
+}
+
+// And here the whole second line is, and the head of a third.
+static void head_behind_a_line_stays_behind_it(void)
+{
+    bench_power_on();
+    TEST_ASSERT_EQUAL(MODBUS_OK, line(0, 2, 5));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_ARM));
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
+    TEST_ASSERT_EQUAL(MODBUS_OK, line(0, 2, 5));
+    TEST_ASSERT_EQUAL(MODBUS_OK, BLOCK(0, {(int16_t)START, 0}, {0, 0}));
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_LOADED));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, BLOCK(0, {3, 0}));
+    check_refused(0, 2);
 }
 
 // Entry by entry, and in two blocks at every place.
@@ -377,6 +415,8 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(first_segment_has_the_lines_pixels);
     RUN_TEST(line_runs_by_its_pixels);
+    RUN_TEST(head_stays_when_the_line_before_ends);
+    RUN_TEST(head_behind_a_line_stays_behind_it);
     RUN_TEST(pieces_of_any_size);
     RUN_TEST(range_of_the_setting);
     RUN_TEST(pixel_that_cannot_be);

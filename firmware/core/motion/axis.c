@@ -252,6 +252,10 @@ void axis_line_finished(struct axis *axis)
     BY_POINTER_SMALL(axis);
     if (lifecycle_report(&axis->life, LIFECYCLE_FINISHED)) {
         axis->lines_done++;
+        if (FEATURE_LINE_DIVIDER && !start_queued(axis)) {
+            // Of the next line no more than its head is here: no line is in front of it any more.
+            axis->check.behind = false;
+        }
         report_queue(axis);
     }
 }
