@@ -189,6 +189,19 @@ static void period_without_interrupt(void)
     TEST_ASSERT_FALSE(faults_time_lost());
 }
 
+// The check of time, before the round takes what the interrupt has noted of the same period.
+static void underrun_seen_twice_counts_once(void)
+{
+    start_plain(BENCH_THIRD, 10, 100);
+    bench_rounds(20);
+    fake_underrun(BENCH_THIRD);
+    faults_latch_underrun(BENCH_THIRD);
+    bench_rounds(3);
+    check_fault(FAULT_underrun, BENCH_THIRD);
+    TEST_ASSERT_EQUAL_UINT16(1, axes_get(BENCH_THIRD)->underruns);
+    check_recovery(BENCH_THIRD);
+}
+
 static void underrun_at_rest(void)
 {
     fake_underrun(BENCH_LAST);
@@ -333,6 +346,7 @@ int main(void)
     RUN_TEST(period_without_interrupt);
     RUN_TEST(restart_of_time_begins_every_ring_again);
     RUN_TEST(clock_edge_that_waits_does_not_survive_a_restart);
+    RUN_TEST(underrun_seen_twice_counts_once);
     RUN_TEST(underrun_at_rest);
     RUN_TEST(pixel_clock_missing_in_a_line);
     RUN_TEST(pixel_clock_missing_when_armed);

@@ -62,6 +62,10 @@ void faults_latch_underrun(uint8_t axis)
     late->underruns++;
     time_lost = true;
     faults_latch(FAULT_underrun, axis, late->underruns);
+    if (CONFIG_AXES > 1) {
+        // The check of time may see it before the round has taken what the interrupt noted.
+        (void)step_timer_take_underrun(axis);
+    }
 }
 
 void faults_latch_stray(uint8_t axis)

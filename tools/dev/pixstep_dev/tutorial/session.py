@@ -22,6 +22,7 @@ from pixstep_dev.tutorial.document import Step
 CLONE = "pixstep"  # ~/pixstep, as the document has it
 _LIMIT_S = 3600  # a guard against hanging, however busy the machine
 _LOOK_S = 0.05
+_REPLY_S = 5
 _KEPT = ("PATH", "UNITY_DIR", "PYTHONPYCACHEPREFIX")  # the last: where byte code is kept
 
 # The status of the last command is given on, so that `echo $?` shows a reader's.
@@ -116,6 +117,8 @@ def _environment(home: Path) -> dict[str, str]:
         "HOME": str(home),
         "LANG": "C.UTF-8",
         "TERM": "dumb",
+        # A simulated board that gets little of a busy machine may reply late.
+        "PIXSTEP_TIMEOUT": str(_REPLY_S),
         "MPLCONFIGDIR": mpl.get_configdir(),
     }
 

@@ -96,6 +96,7 @@ _PORT_OPTIONS = (
     ),
     click.option(
         "--timeout", type=TimeType("s", *TIMEOUTS_S), metavar="TIME",
+        envvar="PIXSTEP_TIMEOUT", show_envvar=True,
         help=f"Time to wait for a reply, s.  [default: {TIMEOUT_S}]",
     ),
 )  # fmt: skip
