@@ -17,7 +17,7 @@ void tearDown(void)
 // Step j at t = ceil(j * T / n): t * n >= j * T > (t - 1) * n. Excess = t * n - j * T.
 static void check_piece(uint32_t ticks, uint16_t steps)
 {
-    struct even even;
+    struct even even = {0};
     uint32_t at = 0;
     int64_t excess = 0;
 
@@ -36,7 +36,7 @@ static void check_piece(uint32_t ticks, uint16_t steps)
 static void places_are_ceilings(void)
 {
     static const uint16_t places[] = {143, 286, 429, 572, 715, 858, 1000};
-    struct even even;
+    struct even even = {0};
     uint32_t at = 0;
 
     even_start(&even, 1000, 7);
@@ -79,6 +79,38 @@ static void random_pieces(void)
     }
 }
 
+// Whatever stands there from a piece before, or from a curve in the same place.
+static void begun_over_anything(void)
+{
+    for (uint16_t i = 0; i < 4000; i++) {
+        uint32_t ticks = chance_between(1, 0x1000000uL);
+        uint16_t steps = (uint16_t)chance_between(1, 32767);
+        struct even even = {0};
+
+        switch (i % 4u) {
+        case 0: // the same piece
+            even_start(&even, ticks, steps);
+            break;
+        case 1: // almost the same
+            even_start(&even, ticks + 1u, steps);
+            break;
+        case 2: // the same product modulo 2^32
+            even.base_ticks = ticks / steps + 0x80000000uL;
+            even.remainder = (uint16_t)(ticks % steps);
+            break;
+        default: // too large a remainder
+            even.base_ticks = ticks / steps - (ticks < steps ? 0u : 1u);
+            even.remainder = (uint16_t)(ticks % steps + steps);
+            break;
+        }
+        even_start(&even, ticks, steps);
+        TEST_ASSERT_EQUAL_UINT32(ticks / steps, even.base_ticks);
+        TEST_ASSERT_EQUAL_UINT16(ticks % steps, even.remainder);
+        TEST_ASSERT_EQUAL_UINT16(steps, even.steps);
+        TEST_ASSERT_EQUAL_UINT16(steps - 1u, even.sum);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -88,5 +120,6 @@ int main(void)
     RUN_TEST(most_steps);
     RUN_TEST(pixel_of_the_worked_example);
     RUN_TEST(random_pieces);
+    RUN_TEST(begun_over_anything);
     return UNITY_END();
 }

@@ -98,7 +98,7 @@ static void check_account(void)
 
 static struct even random_even(void)
 {
-    struct even even;
+    struct even even = {0};
     uint16_t steps = (uint16_t)chance_between(3, 700);
     uint32_t base = chance_between(64, 1000);
 
@@ -143,7 +143,7 @@ static void same_periods_as_one_by_one(void)
 // One train behind another without a period between them, with both trains and around the ring.
 static void train_follows_train(void)
 {
-    struct even even;
+    struct even even = {0};
 
     even_start(&even, 200001, 400);
     struct even expected = even;
@@ -162,7 +162,7 @@ static void train_follows_train(void)
 
 static void entry_is_taken_ahead(void)
 {
-    struct even even;
+    struct even even = {0};
 
     even_start(&even, 100000, 300);
     pass_delay();
@@ -187,7 +187,7 @@ static bool due(void)
 // With no pixel edge between them: the writer may be waiting for the first one.
 static void train_that_is_over_is_looked_after(void)
 {
-    struct even even;
+    struct even even = {0};
 
     even_start(&even, 200001, 400);
     pass_delay();
@@ -209,7 +209,7 @@ static void train_that_is_over_is_looked_after(void)
 
 static void single_periods_between_trains(void)
 {
-    struct even even;
+    struct even even = {0};
 
     even_start(&even, 100100, 300);
     struct even expected = even;
@@ -228,7 +228,7 @@ static void single_periods_between_trains(void)
 // A pixel edge falls on the step that the train's first period carries.
 static void edge_inside_the_first_entry(void)
 {
-    struct even even;
+    struct even even = {0};
 
     even_start(&even, 100100, 300);
     pass_delay();
@@ -246,7 +246,7 @@ static void edge_inside_the_first_entry(void)
 // A clock edge in the delay before a train, seen when two periods of the train have begun.
 static void capture_seen_late_is_of_the_delay(void)
 {
-    struct even even;
+    struct even even = {0};
 
     even_start(&even, 100100, 300);
     pass_delay();
@@ -264,7 +264,7 @@ static void capture_seen_late_is_of_the_delay(void)
 
 static void edge_seen_late_has_the_same_record(void)
 {
-    struct even even;
+    struct even even = {0};
 
     open_line(true);
     even_start(&even, 100100, 300);
@@ -300,7 +300,7 @@ static void check_at_rest(uint16_t steps)
 
 static void check_taken_away_after(uint16_t steps)
 {
-    struct even even;
+    struct even even = {0};
 
     even_start(&even, 100100, 300);
     pass_delay();
@@ -330,7 +330,7 @@ static void rest_of_a_train_taken_away(void)
 
 static bool can_carry(uint32_t ticks)
 {
-    struct even even;
+    struct even even = {0};
 
     even_start(&even, ticks, 100);
     return feed_fits_train(&feed, &even);

@@ -24,7 +24,7 @@ void tearDown(void)
 
 static void walk_through(uint32_t *places)
 {
-    struct walk walk;
+    struct walk walk = {0};
     uint32_t at = 0;
 
     flagged = 0;
@@ -142,7 +142,7 @@ static void curved_edges_to_rest(void)
 // Walk as the decoder does: ordinary steps in bursts, special steps one by one.
 static void walk_in_bursts(uint32_t *places)
 {
-    struct walk walk;
+    struct walk walk = {0};
     uint32_t at = 0;
     uint16_t k = 1;
 

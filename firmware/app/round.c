@@ -25,7 +25,8 @@
 // frame.
 #define DECODE_BUDGET  (CONFIG_AXES == 1 ? 120u : 240u)
 #define DECODE_AT_ONCE 120u
-#define DECODE_CALLS 3u // calls of the decoder in one round where there are several axes
+// Calls of the decoder in one round: axes whose pulse trains end together are all served.
+#define DECODE_CALLS CONFIG_AXES
 // The same while an axis waits for its release: the release must come within a few milliseconds.
 #define DECODE_BUDGET_STARTING 12u
 // The switches of every axis are read once in this many rounds; those of a seeking axis, in every
@@ -110,6 +111,7 @@ static void supervise_axis(uint8_t i)
 // to account for: after a few steps this would cost more than these steps are worth.
 static void advance_in_turn(void)
 {
+    static uint8_t tails[CONFIG_AXES]; // when an account was advanced here last
     uint8_t due = CONFIG_AXES;
 
     rounds++;
@@ -118,13 +120,17 @@ static void advance_in_turn(void)
     }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         const struct axis *axis = axes_get(i);
-        uint8_t behind = (uint8_t)(step_timer_tail(i) - axis->feed.stream.retired);
+        uint8_t tail = step_timer_tail(i);
+        uint8_t behind = (uint8_t)(tail - axis->feed.stream.retired);
         bool new_entries = behind != 0 || step_timer_state(i) != STEP_ENGINE_IN_LINE;
-        // Full marks keep the decoder from the next pixel.
+        // A train is over when the entry behind it is taken. Full marks keep the decoder from the
+        // next pixel.
         if ((i == due && new_entries) ||
-            (CONFIG_AXES > 1 && axis->phase == DECODE_AWAITS_TRAIN) ||
+            (CONFIG_AXES > 1 && axis->phase == DECODE_AWAITS_TRAIN && tail != tails[i]) ||
             behind >= ADVANCE_ENTRIES || stream_marks_full(&axis->feed.stream)) {
-            (void)axes_advance(i, LEDGER_BY_BATCHES);
+            if (axes_advance(i, LEDGER_BY_BATCHES)) {
+                tails[i] = tail;
+            }
         }
     }
 }

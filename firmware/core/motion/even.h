@@ -25,7 +25,8 @@ struct even {
     uint16_t sum;
 };
 
-// Begin a piece. ticks: 1..2^24, steps: 1..32767. Divides once.
+// Begin a piece. ticks: 1..2^24, steps: 1..32767. Divides, unless *even was begun with the same
+// ticks and steps before: whatever stands in *even may stand there.
 void even_start(struct even *even, uint32_t ticks, uint16_t steps);
 
 // Pass over `steps` steps at once, 0..n, never beyond the end of the piece. Returns the ticks from
