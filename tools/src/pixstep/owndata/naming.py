@@ -35,6 +35,10 @@ _NO_UNIT = re.compile(  # what often stands beside a quantity
     r"[xyz]\d*|m\d+|(?:axis|motor|stage|load|encoder)\d*|set|cmd|target|ref|nominal|act|actual|"
     r"measured|mean|avg|max|raw|abs|absolute|rel|relative|edges?|table|line|profile|data|values?"
 )
+_FOREIGN_UNITS = re.compile(  # wherever they stand; other words in front of a quantity are names
+    r"rp[smh]|m?rad(?:ians?)?|mils?|thou|inch(?:es)?|ft|feet|foot|yards?|microns?|k?met(?:er|re)s?|"
+    r"km|km/?h|k[mp]h|mph|ips|mmps|umps|[cpfs]ps|[kmg]?hz|percent|pct|%"
+)
 _IN_FRONT = ("steps", "step", "in", "m", "s")  # in front of a quantity these are no units
 _PIXELS = ("px", "pixel", "pixels")
 _SECONDS = {"sec": "s", "secs": "s", "second": "s", "seconds": "s", "msec": "ms", "usec": "us"}
@@ -62,7 +66,7 @@ def meaning_of(name: str) -> Meaning:
         unit, unclear = _of_brackets(inside, unit if stem else None, timed=timed)
         quantity = quantity if stem else _quantity(words)[0]
     elif unit is None:
-        unclear = _unclear(quantity, behind)
+        unclear = _unclear(quantity, behind) or _foreign(quantity, stem)
     elif more := [word for word in stem if _is_part_of_unit(word)]:
         unclear = " ".join([*more, unit])
     if quantity in (None, INDEX) and unit is not None:  # pixel_mm is no number of a row
@@ -159,6 +163,12 @@ def _unclear(quantity: str | None, behind: list[str]) -> str | None:
         behind = behind[-1:] if behind[-2:-1] == ["in"] else []
     left = [word for word in behind if word and not word.isdigit()]
     return " ".join(left) if not all(map(_says_no_unit, left)) else None
+
+
+def _foreign(quantity: str | None, words: list[str]) -> str | None:
+    """Return the unit of a quantity that stands in front of its name and is not known here."""
+    found = [word for word in words if _FOREIGN_UNITS.fullmatch(word)]
+    return found[0] if quantity is not None and found else None
 
 
 def _is_part_of_unit(word: str) -> bool:
