@@ -5,6 +5,7 @@ import random
 
 import pytest
 
+from pixstep.api.given import exact_hz
 from pixstep.errors import UserError
 from pixstep.lines import runs
 from pixstep.lines.line import PLAIN, Line
@@ -45,10 +46,22 @@ def test_frequencies_are_exact(text, exact):
     assert hz_text(parse_hz(text)) == exact
 
 
-@pytest.mark.parametrize("text", ["0", "-1", "1/0", "abc", "1e3", "", "29,97", "0.000000001"])
+@pytest.mark.parametrize("text", ["0", "-1", "1/0", "abc", "1e3", "", "29,97", "0.0000000001"])
 def test_bad_frequencies(text):
-    if text == "0.000000001":
-        assert parse_hz(text)  # 1/10^9 fits 32 bits
-        return
     with pytest.raises(UserError, match="pixel frequency"):
         parse_hz(text)
+
+
+def test_a_frequency_may_have_as_many_digits_as_the_board_holds():
+    assert parse_hz("0.000000001")  # 1/10^9 fits 32 bits
+
+
+@pytest.mark.parametrize(
+    ("text", "near"), [("333.3333333333333", "1000/3"), ("29.97002997002997", "30000/1001")]
+)
+def test_too_many_digits_are_refused_with_the_fraction_that_is_meant(text, near):
+    with pytest.raises(UserError, match=f"needs more than 32 bits: write {near}[?]$"):
+        parse_hz(text)
+    with pytest.raises(UserError, match=f"write {near}[?]$"):
+        exact_hz(float(text))
+    assert parse_hz(near)

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from pixstep.errors import UserError
 
-_DECIMAL = re.compile(r"[0-9]{1,10}(\.[0-9]{1,9})?")
+_DECIMAL = re.compile(r"[0-9]{1,10}(\.[0-9]{1,20})?")
 _FRACTION = re.compile(r"[0-9]{1,10}/[0-9]{1,10}")
 _UNIT = re.compile(r" *(k|M|m)?Hz$")
 _PREFIXES: dict[str | None, Fraction] = {
@@ -16,6 +16,7 @@ _PREFIXES: dict[str | None, Fraction] = {
     "M": Fraction(1_000_000),
 }
 _U32_MAX = 0xFFFFFFFF
+_NEAR_DENOMINATOR = 10_000  # of the fraction that an error proposes
 PERIOD_TICKS = (1024, 0xFFFFFF)  # what the pixel grid of a board can carry
 
 
@@ -45,7 +46,9 @@ def legal_hz(hz: Fraction, text: str) -> Fraction:
     if hz <= 0:
         raise UserError(f"pixel frequency {text!r}: must be above 0 Hz")
     if hz.numerator > _U32_MAX or hz.denominator > _U32_MAX:
-        raise UserError(f"pixel frequency {text!r}: needs more than 32 bits")
+        near = hz.limit_denominator(_NEAR_DENOMINATOR)
+        hint = f": write {near}?" if 0 < near <= _U32_MAX // _NEAR_DENOMINATOR else ""
+        raise UserError(f"pixel frequency {text!r}: needs more than 32 bits{hint}")
     return hz
 
 
