@@ -1,233 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "motion/line_check.h"
 
-#include "base/apart.h"          // APART
-#include "base/divide.h"         // divide_u32_u16
-#include "base/multiply.h"       // multiply_u32_u16
-#include "build_features.h"      // FEATURE_*
-#include "motion/line_divider.h" // line_divider_take
-
-// Largest count: the curve decoder multiplies speeds, which are up to 2 * count, by piece lengths
-// in 40 bits.
-#define COUNT_MAX 16383
-
-void line_check_reset(struct line_check *check)
-{
-    *check = (struct line_check){.phase = LINE_CHECK_OUTSIDE};
-}
-
-// True in a seek whose down mark is still to come.
-static inline bool is_seek(const struct line_check *check)
-{
-    return FEATURE_HOMING && check->seek;
-}
-
-static inline bool has_backlash(const struct line_check *check)
-{
-    return FEATURE_BACKLASH && check->backlash_steps != 0;
-}
-
-// Flags of a start mark that exclude each other, by the bytes of its word; 0: none. A seek must not
-// wait for the pixel clock, and only a seek may have the bit for an opening switch.
-static inline uint8_t misfits(uint8_t more, uint8_t flags)
-{
-    if ((flags & LINE_START_SEEK) != 0) {
-        return flags & LINE_START_WAIT;
-    }
-    return more & LINE_START_OPEN >> 8;
-}
-
-// The speeds of lines that wait in the queue count as long as the queue is not empty.
-#if SEVERAL_AXES
-static void keep_fastest(struct line_check *check, const struct line_check *before)
-{
-    check->fastest_plain = before->fastest_plain;
-    check->fastest_smooth = before->fastest_smooth;
-}
-
-static void note_fastest(struct line_check *check, uint16_t speed)
-{
-    uint16_t *fastest = check->smooth ? &check->fastest_smooth : &check->fastest_plain;
-
-    if (!(FEATURE_HOMING && check->one_way) && speed > *fastest) {
-        *fastest = speed;
-    }
-}
-// What is faster than anything before must be noted.
-static uint16_t fastest_noted(const struct line_check *check)
-{
-    if (FEATURE_HOMING && check->one_way) {
-        return UINT16_MAX;
-    }
-    return check->smooth ? check->fastest_smooth : check->fastest_plain;
-}
-#else
-static uint16_t fastest_noted(const struct line_check *check)
-{
-    (void)check;
-    return UINT16_MAX;
-}
-
-static void keep_fastest(struct line_check *check, const struct line_check *before)
-{
-    (void)check;
-    (void)before;
-}
-
-static void note_fastest(struct line_check *check, uint16_t speed)
-{
-    (void)check;
-    (void)speed;
-}
-#endif
-
-// What is wrong with a start mark, whose bytes are `more` and `flags`.
-static inline enum line_error judge_start_mark(struct segment entry,
-                                               uint8_t more,
-                                               uint8_t flags)
-{
-    if (entry.repeat != 0 ||
-        ((uint16_t)entry.count & (uint16_t)~LINE_START_FLAGS) != LINE_MARK_START ||
-        misfits(more, flags) != 0) {
-        return LINE_malformed;
-    }
-    if ((!FEATURE_HOMING && (flags & LINE_START_SEEK) != 0) ||
-        (!FEATURE_LINE_DIVIDER && (more & LINE_START_DIVIDER >> 8) != 0)) {
-        return LINE_not_built;
-    }
-    return LINE_none;
-}
-
-// Begin to check a line, by the bytes of its start mark.
-static inline void begin_line(struct line_check *check, uint8_t more, uint8_t flags)
-{
-    // A line that waits for the clock starts from rest, and so does a seek, which is always armed
-    // by itself. Any other line may follow the one before without a pause and inherits its
-    // direction.
-    bool chained = (flags & (LINE_START_WAIT | LINE_START_SEEK)) == 0;
-    uint8_t behind = check->flags & LINE_CHECK_BEHIND;
-    struct line_check before = *check;
-
-    line_check_reset(check);
-    if (chained) {
-        check->direction = before.direction;
-        check->rest_ticks = before.rest_ticks;
-    }
-    keep_fastest(check, &before);
-    check->flags = flags & LINE_START_KEPT;
-    if ((flags & LINE_START_SEEK) != 0) {
-        check->one_way = true;
-    }
-    if (FEATURE_LINE_DIVIDER && (more & LINE_START_DIVIDER >> 8) != 0) {
-        check->divided = true;
-    }
-    if (FEATURE_LINE_DIVIDER && behind != 0) {
-        check->behind = true;
-    }
-    check->phase = LINE_CHECK_PARAMETER;
-}
-
-static enum line_error check_start_mark(struct line_check *check, struct segment entry)
-{
-    uint8_t flags = (uint8_t)entry.count;
-    uint8_t more = (uint8_t)((uint16_t)entry.count >> 8);
-
-    BY_BYTE(flags);
-    BY_BYTE(more);
-    enum line_error error = judge_start_mark(entry, more, flags);
-    if (error == LINE_none) {
-        begin_line(check, more, flags);
-    }
-    return error;
-}
-
-static bool APART too_fast(uint16_t speed, uint16_t interval_ticks, uint32_t pixel_ticks)
-{
-    return (uint32_t)speed * interval_ticks > pixel_ticks;
-}
-
-// A seek needs longer intervals than other lines: the capture interrupt places the switch's edge
-// among the steps.
-static uint16_t shortest_interval(const struct line_check *check,
-                                  const struct line_limits *limits)
-{
-    if (FEATURE_HOMING && check->one_way) {
-        return limits->seek_min_interval_ticks;
-    }
-    return check->smooth ? limits->smooth_min_interval_ticks : limits->min_interval_ticks;
-}
-
-// Note the highest speed that keeps the shortest interval: one division for the whole line, since
-// speed * interval > pixel if and only if speed > floor(pixel / interval).
-static APART void note_top_speed(struct line_check *check,
-                                 const struct line_limits *limits)
-{
-    uint16_t interval = shortest_interval(check, limits);
-
-    check->top_speed = limits->pixel_ticks >> 16 < interval
-                           ? divide_u32_u16(limits->pixel_ticks, interval)
-                           : UINT16_MAX;
-}
-
-static enum line_error check_backlash(const struct line_check *check)
-{
-    if (check->backlash_steps == 0) {
-        return LINE_none;
-    }
-    if (!FEATURE_BACKLASH) {
-        return LINE_not_built;
-    }
-    if (!check->smooth || is_seek(check)) {
-        return LINE_backlash_plain;
-    }
-    if (check->line_speed > 2 * COUNT_MAX) {
-        return LINE_out_of_range;
-    }
-    if ((check->line_speed & 1u) != 0) {
-        return LINE_odd_speed;
-    }
-    return check->backlash_steps > check->line_speed ? LINE_backlash_over_speed
-                                                     : LINE_none;
-}
-
-static enum line_error check_parameter(struct line_check *check,
-                                       const struct line_limits *limits,
-                                       struct segment entry)
-{
-    check->backlash_steps = (uint16_t)entry.count;
-    check->line_speed = entry.repeat;
-    check->phase =
-        FEATURE_LINE_DIVIDER && check->divided ? LINE_CHECK_DIVIDER : LINE_CHECK_SEGMENTS;
-    note_top_speed(check, limits);
-    return check_backlash(check);
-}
-
-// Let the divider change what a pixel is, before a segment is checked.
-static enum line_error check_divider(struct line_check *check,
-                                     const struct line_limits *limits,
-                                     struct segment entry)
-{
-    if (entry.repeat != 0) {
-        return LINE_malformed;
-    }
-    if (!line_divider_take((uint16_t)entry.count, check->behind)) {
-        return LINE_divider;
-    }
-    check->phase = LINE_CHECK_SEGMENTS;
-    note_top_speed(check, limits);
-    return LINE_none;
-}
-
-#if SEVERAL_AXES
-bool line_check_fits(const struct line_check *check, const struct line_limits *limits)
-{
-    return !too_fast(
-               check->fastest_plain, limits->min_interval_ticks, limits->pixel_ticks) &&
-           !too_fast(check->fastest_smooth,
-                     limits->smooth_min_interval_ticks,
-                     limits->pixel_ticks);
-}
-#endif
+#include "base/apart.h"         // APART
+#include "base/multiply.h"      // multiply_u32_u16
+#include "motion/line_speeds.h" // line_speeds_*
 
 static uint16_t magnitude_of(int16_t value)
 {
@@ -251,7 +27,7 @@ static enum line_error check_plain_segment(struct line_check *check, struct segm
     if (steps_of(entry) > check->top_speed) {
         return LINE_too_fast;
     }
-    note_fastest(check, steps_of(entry));
+    line_speeds_note(check, steps_of(entry));
     return LINE_none;
 }
 
@@ -270,7 +46,7 @@ static int8_t direction_of(const struct line_check *check, struct segment entry)
 static uint16_t first_speed(const struct line_check *check, struct segment entry)
 {
     uint16_t steps = steps_of(entry);
-    uint8_t root = 1; // of COUNT_MAX: 128
+    uint8_t root = 1; // of LINE_COUNT_MAX: 128
 
     if (!check->smooth) {
         return steps;
@@ -310,9 +86,9 @@ static enum line_error APART check_reversal(const struct line_check *check,
     if (check->rest_ticks >= wanted) {
         return LINE_none;
     }
-    return too_fast(first_speed(check, entry),
-                    (uint16_t)(wanted - check->rest_ticks),
-                    limits->pixel_ticks)
+    return line_speeds_too_fast(first_speed(check, entry),
+                                (uint16_t)(wanted - check->rest_ticks),
+                                limits->pixel_ticks)
                ? LINE_reversal_too_fast
                : LINE_none;
 }
@@ -340,12 +116,12 @@ static void note_easy_speed(struct line_check *check)
 {
     uint16_t easy = check->top_speed;
 
-    if (has_backlash(check)) {
+    if (line_check_has_backlash(check)) {
         easy =
             check->reached ? check->line_speed : 0; // a speed that was reached is allowed
     }
-    easy = lesser(easy, fastest_noted(check));
-    check->easy_speed = lesser(easy, COUNT_MAX);
+    easy = lesser(easy, line_speeds_fastest(check));
+    check->easy_speed = lesser(easy, LINE_COUNT_MAX);
 }
 
 // Check the direction of a segment against that of the last pixel with steps, and keep it.
@@ -409,8 +185,8 @@ static enum line_error APART check_smooth_speed(struct line_check *check,
     if (top > check->top_speed) {
         return LINE_too_fast;
     }
-    note_fastest(check, top);
-    if (has_backlash(check)) {
+    line_speeds_note(check, top);
+    if (line_check_has_backlash(check)) {
         if (!check->begun && entry.count != 0) {
             return LINE_backlash_no_room;
         }
@@ -440,7 +216,7 @@ static enum line_error check_smooth_segment(struct line_check *check,
                                             const struct line_limits *limits,
                                             struct segment entry)
 {
-    // Twice the count and the speed are both at most 2 * COUNT_MAX, so that 16 bits hold the
+    // Twice the count and the speed are both at most 2 * LINE_COUNT_MAX, so that 16 bits hold the
     // result.
     int16_t end_speed = (int16_t)(2 * entry.count - (int16_t)check->speed);
     enum line_error error = check_smooth_shape(check, entry, end_speed);
@@ -454,7 +230,7 @@ static enum line_error check_smooth_segment(struct line_check *check,
     if (error == LINE_none && (entry.repeat & 1u) != 0) {
         check->speed = (uint16_t)end_speed;
     }
-    if (!check->begun && entry.count == 0 && !has_backlash(check)) {
+    if (!check->begun && entry.count == 0 && !line_check_has_backlash(check)) {
         note_warning(check, LINE_idle_pixel);
     }
     return error;
@@ -463,17 +239,17 @@ static enum line_error check_smooth_segment(struct line_check *check,
 // Check the end mark of a line, or the down mark of a seek.
 static enum line_error check_mark(struct line_check *check, struct segment entry)
 {
-    if (is_seek(check) && (uint16_t)entry.count == LINE_MARK_DOWN) {
+    if (line_check_seeks(check) && (uint16_t)entry.count == LINE_MARK_DOWN) {
         check->seek = false;
         return LINE_none;
     }
-    if (is_seek(check) || (uint16_t)entry.count != LINE_MARK_END) {
+    if (line_check_seeks(check) || (uint16_t)entry.count != LINE_MARK_END) {
         return LINE_malformed;
     }
     if (check->smooth && check->speed != 0) {
         return LINE_ends_moving;
     }
-    if (has_backlash(check) && !check->reached) {
+    if (line_check_has_backlash(check) && !check->reached) {
         return LINE_speed_not_reached;
     }
     check->phase = LINE_CHECK_OUTSIDE;
@@ -487,7 +263,7 @@ static enum line_error check_closely(struct line_check *check,
 {
     enum line_error error = LINE_none;
 
-    if (entry.count > COUNT_MAX || entry.count < -COUNT_MAX) {
+    if (entry.count > LINE_COUNT_MAX || entry.count < -LINE_COUNT_MAX) {
         return LINE_out_of_range;
     }
     if (check->smooth) {
@@ -551,27 +327,13 @@ static enum line_error check_segment(struct line_check *check,
     return error;
 }
 
-// Check an entry in front of the segments.
-static enum line_error APART check_head(struct line_check *check,
-                                        const struct line_limits *limits,
-                                        struct segment entry)
-{
-    if (check->phase == LINE_CHECK_OUTSIDE) {
-        return check_start_mark(check, entry);
-    }
-    if (!FEATURE_LINE_DIVIDER || check->phase == LINE_CHECK_PARAMETER) {
-        return check_parameter(check, limits, entry);
-    }
-    return check_divider(check, limits, entry);
-}
-
 // Check an entry of any kind. Apart from the easy ones, which then need no registers saved.
 static enum line_error APART check_entry(struct line_check *check,
                                          const struct line_limits *limits,
                                          struct segment entry)
 {
     if (check->phase != LINE_CHECK_SEGMENTS) {
-        return check_head(check, limits, entry);
+        return line_check_head(check, limits, entry);
     }
     return entry.repeat == 0 ? check_mark(check, entry)
                              : check_segment(check, limits, entry);
@@ -582,7 +344,7 @@ void line_check_limits(struct line_check *check, const struct line_limits *limit
     BY_POINTER_SMALL(check);
     check->easy_speed = 0;
     if (check->phase == LINE_CHECK_SEGMENTS) {
-        note_top_speed(check, limits);
+        line_speeds_allow(check, limits);
     }
 }
 

@@ -39,7 +39,7 @@ class Variable:
 VARIABLES = {
     "axes": Variable("axes", "struct axis", "motion/axis.h"),
     "fault": Variable("first_fault", "struct fault_record", "app/faults.h"),
-    "limits": Variable("current_limits", "struct line_limits", "motion/line_check.h"),
+    "limits": Variable("current_limits", "struct line_limits", "motion/line_check_state.h"),
     "engine": Variable("step_engines", "struct step_engine", "motion/step_engine.h"),
 }
 _PATH = re.compile(r"(?P<variable>[a-z_]+)(?:\[(?P<index>\d+)\])?\.(?P<member>.+)")
