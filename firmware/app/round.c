@@ -107,6 +107,19 @@ static void supervise_axis(uint8_t i)
     witness_poll(i);
 }
 
+// True when the account of an axis, whose interrupt reads slot `tail` next, must be advanced out of
+// turn. fresh: the interrupt has taken an entry since the account was advanced last; a train is
+// over when the entry behind it is taken.
+static inline bool is_urgent(const struct axis *axis, uint8_t tail, bool fresh)
+{
+    const struct stream *stream = &axis->feed.stream;
+
+    // Full marks keep the decoder from the next pixel.
+    return (CONFIG_AXES > 1 && fresh && axis->phase == DECODE_AWAITS_TRAIN) ||
+           (uint8_t)(tail - stream->retired) >= ADVANCE_ENTRIES ||
+           stream_marks_full(stream);
+}
+
 // Advance the account of one axis after the other now and then, and out of turn where there is much
 // to account for: after a few steps this would cost more than these steps are worth.
 static void advance_in_turn(void)
@@ -121,16 +134,12 @@ static void advance_in_turn(void)
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         const struct axis *axis = axes_get(i);
         uint8_t tail = step_timer_tail(i);
-        uint8_t behind = (uint8_t)(tail - axis->feed.stream.retired);
-        bool new_entries = behind != 0 || step_timer_state(i) != STEP_ENGINE_IN_LINE;
-        // A train is over when the entry behind it is taken. Full marks keep the decoder from the
-        // next pixel.
-        if ((i == due && new_entries) ||
-            (CONFIG_AXES > 1 && axis->phase == DECODE_AWAITS_TRAIN && tail != tails[i]) ||
-            behind >= ADVANCE_ENTRIES || stream_marks_full(&axis->feed.stream)) {
-            if (axes_advance(i, LEDGER_BY_BATCHES)) {
-                tails[i] = tail;
-            }
+        bool new_entries = tail != axis->feed.stream.retired ||
+                           step_timer_state(i) != STEP_ENGINE_IN_LINE;
+        bool wanted =
+            (i == due && new_entries) || is_urgent(axis, tail, tail != tails[i]);
+        if (wanted && axes_advance(i, LEDGER_BY_BATCHES)) {
+            tails[i] = tail;
         }
     }
 }

@@ -25,7 +25,8 @@ struct even {
     uint16_t sum;
 };
 
-// Begin a piece. ticks: 1..2^24, steps: 1..32767. Divides, unless *even was begun with the same
+// Begin a piece: the same one again, as at a constant speed, is known by a product.
+// ticks: 1..2^24, steps: 1..32767. Divides, unless *even was begun with the same
 // ticks and steps before: whatever stands in *even may stand there.
 void even_start(struct even *even, uint32_t ticks, uint16_t steps);
 

@@ -1,5 +1,12 @@
 // SPDX-License-Identifier: MIT
-// What the check of lines knows of the line that it is in. line_check.h explains it.
+// What the check of lines knows of the line that it is in (line_check.h), and who writes it:
+//
+//     line_check_head.c    flags, backlash, line speed: from what stands in front of the segments
+//     line_speeds.h        top speed and fastest speeds
+//     line_check.c         all else, segment by segment
+//
+// A copy of it is a second check of the same line: a block is checked on a copy, and an error in
+// the block leaves the axis's own as it was.
 #pragma once
 
 #include <stdbool.h>

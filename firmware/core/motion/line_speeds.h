@@ -1,6 +1,15 @@
 // SPDX-License-Identifier: MIT
-// How fast a line that is being checked may be, and how fast it was: a speed keeps an interval if
-// and only if speed * interval <= pixel.
+// How fast a line that is being checked may be, and how fast it was. Main loop only; the host tools
+// run the same code.
+//
+//     line_speeds_allow()    once a line: the highest speed that a line of its kind may have
+//     line_speeds_note()     a segment that was looked at closely: the fastest speed so far
+//     line_speeds_fit()      when it is armed: does all that was noted keep the shortest intervals
+//                            of so many axes at once?
+//
+// A speed, steps/pixel, keeps a shortest interval if and only if speed * interval <= pixel, ticks:
+// no segment needs a division. The fraction of a tick that a pixel may have is left out, which can
+// only make the check stricter.
 #pragma once
 
 #include <stdbool.h>
@@ -23,7 +32,7 @@ static inline void line_speeds_keep(struct line_check *check,
     check->fastest_smooth = before->fastest_smooth;
 }
 
-// Note a speed that was accepted.
+// Note a speed that was accepted. A seek's is slow enough for any company, and is not kept.
 static inline void line_speeds_note(struct line_check *check, uint16_t speed)
 {
     uint16_t *fastest = check->smooth ? &check->fastest_smooth : &check->fastest_plain;
@@ -33,7 +42,8 @@ static inline void line_speeds_note(struct line_check *check, uint16_t speed)
     }
 }
 
-// What is faster than this must be noted.
+// What is faster than this must be noted: a segment up to it, and as fast as the line may be, needs
+// no closer look.
 static inline uint16_t line_speeds_fastest(const struct line_check *check)
 {
     if (FEATURE_HOMING && check->one_way) {
@@ -45,6 +55,7 @@ static inline uint16_t line_speeds_fastest(const struct line_check *check)
 // True when everything accepted since the reset keeps these limits' shortest intervals too.
 bool line_speeds_fit(const struct line_check *check, const struct line_limits *limits);
 #else
+// A single axis has no company: nothing is kept.
 static inline void line_speeds_keep(struct line_check *check,
                                     const struct line_check *before)
 {
