@@ -159,11 +159,6 @@ static void ledger_execute(struct ledger *ledger, uint8_t command)
     }
 }
 
-static APART void move_position(struct ledger *ledger, uint8_t steps)
-{
-    ledger->position_steps += ledger->negative ? -(int16_t)steps : (int16_t)steps;
-}
-
 // Account for single periods. Returns false when the interrupt is inside a batch that must be taken
 // as a whole.
 static bool take_periods(struct ledger *ledger,
@@ -278,7 +273,7 @@ static void take_special(struct ledger *ledger, struct stream *stream, uint8_t k
         uint8_t steps = (uint8_t)(count < 0 ? -count : count);
         ledger->train = count < 0 ? 1 : 0;
         ledger->train_steps = (uint16_t)(ledger->train_steps + steps);
-        move_position(ledger, steps);
+        ledger_move_position(ledger, steps);
     }
 }
 

@@ -41,3 +41,9 @@ struct ledger {
     // Last, so that the members before it lie within reach of a pointer's displacement (63 bytes).
     struct records records;
 };
+
+// Count steps in the direction that periods have at this place.
+static inline void ledger_move_position(struct ledger *ledger, uint8_t steps)
+{
+    ledger->position_steps += ledger->negative ? -(int16_t)steps : (int16_t)steps;
+}

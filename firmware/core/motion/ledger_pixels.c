@@ -56,18 +56,13 @@ _Static_assert(IN_RECORDS(early_ticks) == LEDGER_RECORDS_EARLY &&
 
 #else
 
-static void move_position(struct ledger *ledger, uint8_t steps)
-{
-    ledger->position_steps += ledger->negative ? -(int16_t)steps : (int16_t)steps;
-}
-
 void ledger_pass_periods(struct ledger *ledger, uint8_t count)
 {
     uint8_t fresh = (uint8_t)(ledger->fresh + count);
 
     ledger->fresh = fresh < count || fresh > 3u ? 3u : fresh;
     if (ledger->pulse) {
-        move_position(ledger, count);
+        ledger_move_position(ledger, count);
     }
 }
 
