@@ -108,23 +108,36 @@ static void supervise_axis(uint8_t i)
 }
 
 // True when the account of an axis, whose interrupt reads slot `tail` next, must be advanced out of
-// turn. fresh: the interrupt has taken an entry since the account was advanced last; a train is
-// over when the entry behind it is taken.
-static inline bool is_urgent(const struct axis *axis, uint8_t tail, bool fresh)
+// turn.
+static inline bool is_urgent(const struct axis *axis, uint8_t tail)
 {
     const struct stream *stream = &axis->feed.stream;
 
     // Full marks keep the decoder from the next pixel.
-    return (CONFIG_AXES > 1 && fresh && axis->phase == DECODE_AWAITS_TRAIN) ||
-           (uint8_t)(tail - stream->retired) >= ADVANCE_ENTRIES ||
+    return (uint8_t)(tail - stream->retired) >= ADVANCE_ENTRIES ||
            stream_marks_full(stream);
+}
+
+// True when the account of an axis whose decoder waits for a train may find that train over: it is
+// when the entry behind it is taken. *seen: the tail when the account was advanced for this last;
+// one that cannot be while the decoder does not wait.
+static inline bool train_may_be_over(const struct axis *axis, uint8_t tail, uint8_t *seen)
+{
+    if (CONFIG_AXES == 1) {
+        return false;
+    }
+    if (axis->phase != DECODE_AWAITS_TRAIN) {
+        *seen = (uint8_t)(tail - 1u);
+        return false;
+    }
+    return tail != *seen;
 }
 
 // Advance the account of one axis after the other now and then, and out of turn where there is much
 // to account for: after a few steps this would cost more than these steps are worth.
 static void advance_in_turn(void)
 {
-    static uint8_t tails[CONFIG_AXES]; // when an account was advanced here last
+    static uint8_t seen[CONFIG_AXES];
     uint8_t due = CONFIG_AXES;
 
     rounds++;
@@ -136,10 +149,10 @@ static void advance_in_turn(void)
         uint8_t tail = step_timer_tail(i);
         bool new_entries = tail != axis->feed.stream.retired ||
                            step_timer_state(i) != STEP_ENGINE_IN_LINE;
-        bool wanted =
-            (i == due && new_entries) || is_urgent(axis, tail, tail != tails[i]);
+        bool wanted = train_may_be_over(axis, tail, &seen[i]) || is_urgent(axis, tail) ||
+                      (i == due && new_entries);
         if (wanted && axes_advance(i, LEDGER_BY_BATCHES)) {
-            tails[i] = tail;
+            seen[i] = tail;
         }
     }
 }

@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: MIT
 // What the account of an axis knows; ledger.h explains it.
+//
+//     single periods | lengths[2] | lengths[1] | lengths[0] | a train: train_steps of it, of which
+//                                                           | `left` are not loaded yet
+//                                              loaded_ticks ^
 #pragma once
 
 #include <stdbool.h>
