@@ -98,11 +98,14 @@ CAPTURE_HANDLER_AT_ONCE(switch_edge,
 
 bool switch_capture_take(struct switch_capture *capture)
 {
-    bool taken = capture_take(
-        &switch_edge, &capture->edge, CONFIG_SWITCH_CAPTURE_AXIS, CAPTURE_SWITCH_BUSY);
-
+    if (!switch_edge.waiting) {
+        return false;
+    }
+    // Before the edge is taken: right behind that a bounce may write a sample of its own.
     capture->seeker = seeker_sample;
-    return taken;
+    __asm__ volatile("" ::: "memory");
+    return capture_take(
+        &switch_edge, &capture->edge, CONFIG_SWITCH_CAPTURE_AXIS, CAPTURE_SWITCH_BUSY);
 }
 
 static void drop_capture(void)
