@@ -22,7 +22,7 @@ from pixstep_dev.tutorial.document import Step
 CLONE = "pixstep"  # ~/pixstep, as the document has it
 _LIMIT_S = 3600  # a guard against hanging, however busy the machine
 _LOOK_S = 0.05
-_REPLY_S = 5
+_REPLY_S = 2  # under the boards' bus_timeout_ms of 3 s, or one lost reply stops what moves
 _KEPT = ("PATH", "UNITY_DIR", "PYTHONPYCACHEPREFIX")  # the last: where byte code is kept
 
 # The status of the last command is given on, so that `echo $?` shows a reader's.
