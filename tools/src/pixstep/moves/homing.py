@@ -30,7 +30,11 @@ from pixstep.progress import Progress, unseen
 LEGS = ("leave the switch", "approach", "back off", "stand clear", "slow approach", "return to 0")
 _LEAVE, _APPROACH, _BACK_OFF, _CLEAR, _SLOW, _RETURN = LEGS
 _POLL_S = 0.005
-_PATIENCE_S = 2.0  # beyond a leg's own time
+# A leg that gets on is waited for, however slowly it does: a simulated board may take longer than
+# the leg's own time. So long without a step, a pixel or another state, and so many pixels, end it.
+_PATIENCE_S = 2.0
+_PATIENCE_PX = 8
+_MOVES = ("axis_state", "pixel", "position_steps")
 _LIMITS = {"limit_minus": "minus", "limit_plus": "plus"}
 
 
@@ -213,15 +217,18 @@ class Legs:
 
     def _follow(self, name: str, pixels: int) -> dict[str, int]:
         """Poll until the leg is done or a fault has stopped it; return the axis' registers."""
-        ends = self.world.now_s() + float(pixels / self.pixel_hz) + _PATIENCE_S
+        patience_s = _PATIENCE_S + float(_PATIENCE_PX / self.pixel_hz)
+        before, ends = None, 0.0
         while True:
             state = self.board.axis(self.plan.axis)
             if state["axis_state"] in (_state("done"), _state("fault"), _state("refused")):
                 return state
-            if self.world.now_s() > ends:
+            if (now := [state[name] for name in _MOVES]) != before:
+                before, ends = now, self.world.now_s() + patience_s
+            elif self.world.now_s() > ends:
                 raise HomingError(
-                    f"axis {self.plan.axis}: {name} not done in time: "
-                    f"{regs.axis_state(state['axis_state'])}",
+                    f"axis {self.plan.axis}: {name} does not get on: for {patience_s:.3g} s "
+                    f"{regs.axis_state(state['axis_state'])} in pixel {state['pixel']}",
                     legs=tuple(self.legs),
                 )
             self.show(name, min(1.0, state["pixel"] / pixels))
