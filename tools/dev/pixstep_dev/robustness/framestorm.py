@@ -29,6 +29,7 @@ PART_PX = 62
 _PARTS = 4
 _FRAME_S = Fraction(12, 1000)  # more than a strike takes, with what is asked in between
 _HOUSEKEEPING = 20  # strikes between two looks at the board
+_LAST_S = 0.5  # so long before the end of the lines the last frame is sent
 _LOOK_S = 0.1  # how long the undisturbed run looks away
 _REFILL = 8  # free entries worth a block
 _SAME_CYCLE = 64  # lines that may stand in another order at once
@@ -151,6 +152,18 @@ class _Run:
             self._look()  # another block is next
         return "running" in states
 
+    def _last(self) -> bool:
+        """Return whether the lines go on for longer than the frames between two looks.
+
+        Behind their end the board takes settings that it refuses while lines run, its bus address
+        among them.
+        """
+        left_px = min(
+            line.pixels - seen["pixel"]
+            for line, seen in zip(self._lines.values(), self._seen, strict=True)
+        )
+        return left_px > _LAST_S * PIXEL_HZ
+
     def _share(self) -> float:
         return self._seen[0]["pixel"] / self._lines[0].pixels
 
@@ -162,7 +175,7 @@ class _Run:
         self._simulator.wait_s(0.1)
 
     def strike(self, outcome: Outcome, progress: Progress) -> None:
-        """Send mutated frames until the lines are over, then look at the board."""
+        """Send mutated frames until the lines are nearly over, then look at the board."""
         plan = self._plan
         safety = wire.Safety(len(self._lines), lambda axis: self._seen[axis]["next_block"])
         rng = random.Random(f"{plan.seed} {plan.board}")
@@ -176,9 +189,9 @@ class _Run:
                     self._send(strike, outcome, generator)
                 self._simulator.run(generator.pauses.certain)
                 generator.silence()
-                running = self._keep_up()
+                running = self._keep_up() and self._last()
                 progress(self._share())
-            self._simulator.wait_s(0.1)
+            self.follow(progress)
             self._judge(outcome)
         except BoardError as error:
             outcome.complain(f"after {outcome.frames} frames: {error}")
