@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "promise.h"
+#include "wire/bytes.h"
 #include "wire/server.h"
 #include "wire/server_data.h"
 
@@ -132,6 +133,19 @@ uint16_t data_input(uint16_t address)
 {
     must_be_mapped(MODEL_INPUTS, address, 1);
     return model_input(address);
+}
+
+uint8_t data_inputs(uint16_t address, uint8_t count, uint8_t *to)
+{
+    uint8_t together = (uint8_t)(address % 5u);
+
+    if (together > count) {
+        return 0;
+    }
+    for (uint8_t i = 0; i < together; i++, to += 2) {
+        put_word(to, data_input((uint16_t)(address + i)));
+    }
+    return together;
 }
 
 bool data_holding_mapped(uint16_t address, uint16_t count)

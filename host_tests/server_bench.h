@@ -43,6 +43,18 @@ uint16_t data_input(uint16_t address)
     return (uint16_t)(0xA000u + address);
 }
 
+// Every seventh register and the two behind it are had together.
+uint8_t data_inputs(uint16_t address, uint8_t count, uint8_t *to)
+{
+    if (address % 7u != 0 || count < 3u) {
+        return 0;
+    }
+    for (uint8_t i = 0; i < 3u; i++, to += 2) {
+        put_word(to, data_input((uint16_t)(address + i)));
+    }
+    return 3;
+}
+
 bool data_bits_mapped(uint16_t address, uint16_t count, uint8_t which)
 {
     return (uint32_t)address + count <= (which == SERVER_COILS ? COILS : DISCRETE);

@@ -122,7 +122,7 @@ static void same_periods_as_one_by_one(void)
         uint16_t steps = (uint16_t)chance_between(3, 600);
         open_line((i & 1u) != 0);
         pass_delay();
-        if (!feed_fits_train(&feed, &even)) {
+        if (!stream_fits_train(&feed.stream, &even)) {
             continue;
         }
         put_train(&even, steps);
@@ -328,12 +328,54 @@ static void rest_of_a_train_taken_away(void)
     }
 }
 
+// Two pixels of 300 steps. The edge between them is passed with the second one's first step; a halt
+// behind that leaves the record of it, and a halt in front of it leaves none.
+static void check_record_of_a_halt(uint8_t beyond, bool looked_before)
+{
+    struct even even = {0};
+
+    open_line(false);
+    pass_delay();
+    even_start(&even, 100100, 300);
+    put_train(&even, 300);
+    feed_mark_here(&feed, false, 301);
+    even_start(&even, 100100, 300);
+    put_train(&even, 300);
+    feed_mark_here(&feed, false, 601);
+    for (uint16_t k = 0; k < 300u + beyond; k++) {
+        (void)load();
+    }
+    if (looked_before) {
+        check_account();
+    }
+    check_halt();
+    check_account();
+    (void)load();
+    advance();
+    TEST_ASSERT_EQUAL_INT32(300 + beyond, ledger_position(&ledger));
+    TEST_ASSERT_EQUAL_UINT32(beyond == 0 ? 0u : 1u, ledger.pixel);
+    TEST_ASSERT_EQUAL_UINT8(beyond == 0 ? 0 : 1, ledger.records.count);
+    if (beyond != 0) {
+        struct pixel_record record = records_get(&ledger.records, 0);
+        TEST_ASSERT_EQUAL_INT32(301, record.actual_steps);
+        TEST_ASSERT_EQUAL_INT32(301, record.expected_steps);
+    }
+}
+
+static void a_halt_leaves_the_records_of_passed_edges(void)
+{
+    for (uint8_t beyond = 0; beyond < 130; beyond++) {
+        check_record_of_a_halt(beyond, false);
+        check_record_of_a_halt(beyond, true);
+    }
+}
+
 static bool can_carry(uint32_t ticks)
 {
     struct even even = {0};
 
     even_start(&even, ticks, 100);
-    return feed_fits_train(&feed, &even);
+    return stream_fits_train(&feed.stream, &even);
 }
 
 // 512 and 513 ticks: TOP 0x1FF and 0x200
@@ -382,6 +424,7 @@ int main(void)
     RUN_TEST(edge_seen_late_has_the_same_record);
     RUN_TEST(capture_seen_late_is_of_the_delay);
     RUN_TEST(rest_of_a_train_taken_away);
+    RUN_TEST(a_halt_leaves_the_records_of_passed_edges);
     RUN_TEST(what_cannot_be_carried);
     RUN_TEST(what_can_be_carried);
     RUN_TEST(nobody_to_carry);

@@ -380,6 +380,39 @@ static void records_of_a_single_pixel(void)
     check_record(0, 1, 7);
 }
 
+// What a reply has together, of `count` registers from here on, is what each register has.
+static uint8_t check_together(uint16_t address, uint8_t count)
+{
+    uint8_t bytes[2 * 125];
+    uint8_t read = data_inputs(address, count, bytes);
+
+    TEST_ASSERT_LESS_OR_EQUAL_UINT8(count, read);
+    for (uint8_t i = 0; i < read; i++) {
+        TEST_ASSERT_EQUAL_HEX16(bench_input((uint16_t)(address + i)),
+                                get_word(&bytes[2u * i]));
+    }
+    return read;
+}
+
+static void records_are_read_together(void)
+{
+    uint16_t together = 0;
+
+    TEST_ASSERT_EQUAL_UINT8(120,
+                            check_together(REG_RECORD_BASE + REG_RECORD_HEADER, 120));
+    start_line(-7, RECORDS_KEPT + 3u);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    for (uint8_t offset = 0; offset <= 125u; offset++) {
+        for (uint8_t count = 1; count <= 125u - offset; count = (uint8_t)(count + 5u)) {
+            together =
+                (uint16_t)(together + check_together(REG_RECORD_BASE + offset, count));
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT8(0, check_together(REG_EVENT_BASE, 12));
+    TEST_ASSERT_EQUAL_UINT8(0, check_together(REG_RECORD_BASE + REG_RECORD_STRIDE, 60));
+    TEST_ASSERT_TRUE(together > 1000u);
+}
+
 // The addresses at which hosts expect these registers.
 static void each_axis_has_its_records(void)
 {
@@ -460,6 +493,9 @@ int main(void)
     RUN_TEST(records_oldest_first);
     RUN_TEST(records_of_a_short_line);
     RUN_TEST(records_of_a_single_pixel);
+    if (SEVERAL_AXES) {
+        RUN_TEST(records_are_read_together);
+    }
     RUN_TEST(each_axis_has_its_records);
     RUN_TEST(position_is_as_new_as_its_first_word);
     RUN_TEST(last_order_is_read_back);

@@ -18,6 +18,15 @@ static void read_as_much_as_fits(void)
     check_words(125, 0xA001);
 }
 
+// The board has some of these registers together.
+static void read_records(void)
+{
+    for (uint8_t count = 1; count <= 125u; count++) {
+        ask(4, (uint16_t)(RECORDS + count / 2u), count);
+        check_words(count, (uint16_t)(0xA000u + RECORDS + count / 2u));
+    }
+}
+
 static void read_holdings(void)
 {
     holdings[4] = 0x1234;
@@ -218,6 +227,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(read_inputs);
     RUN_TEST(read_as_much_as_fits);
+    RUN_TEST(read_records);
     RUN_TEST(read_holdings);
     RUN_TEST(read_exceptions);
     RUN_TEST(write_one_echoes);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Pixels of few steps at a fast pixel clock, from queue to STEP edge and record. Every edge is
-// compared with the tick that the count of its pixel asks for, found here by wide integers and
-// search, and most pixels must have gone the way that is meant for them.
+// Pixels that are decoded as a whole, those of few steps and those that are one pulse train, from
+// queue to STEP edge and record. Every edge is compared with the tick that the count of its pixel
+// asks for, found here by wide integers and search, and most pixels must have gone the way that is
+// meant for them.
 #include <stdint.h>
 
 #include "fakes/axis_bench.h"
@@ -15,17 +16,20 @@
 
 static int16_t counts[PIXELS + 1u];
 static uint8_t pixels;
-static uint16_t speeds[PIXELS + 1u]; // of smooth lines, at the pixels' edges
+static uint16_t speeds[PIXELS + 2u]; // of smooth lines, at the pixels' edges
 static uint8_t seen_marks;
 static uint8_t whole_pixels;
 static uint32_t starts[3]; // of the newest loaded periods, the newest first
 static int32_t steps_loaded;
-static uint16_t lags; // accounts that waited outside a batch or a pixel
+static uint16_t lags;    // accounts that waited outside a batch or a pixel
+static uint16_t awaited; // steps while a whole pixel waited for one of two trains
+static uint8_t stagger;  // steps in front of a pixel's train
 
 void setUp(void)
 {
     promise_broken = 0;
     chance_seed(0x5EED0F15uL);
+    stagger = 0;
 }
 
 void tearDown(void)
@@ -144,6 +148,8 @@ static void follow(void)
         check_capture(&sample);
     } else if (what == 6) {
         check_batches(&sample);
+    } else if (what == 7) {
+        (void)ledger_advance_batches(&axis->ledger, &axis->feed.stream, sample.tail);
     }
 }
 
@@ -156,6 +162,9 @@ static uint32_t next_edge(void)
         starts[0] = bench.now_ticks;
         decode_axis(&bench.axis, &bench.period, true, 30);
         count_whole_pixels();
+        if (bench.axis.phase == DECODE_PIXEL_AWAITS_TRAIN) {
+            awaited++;
+        }
         struct step_load load = step_engine_next(&bench.engine, &bench.ring);
         bench.now_ticks += (uint32_t)load.top_ticks + 1u;
         if (load.pulse) {
@@ -179,6 +188,7 @@ static void run_line(bool smooth)
     whole_pixels = 0;
     steps_loaded = 0;
     lags = 0;
+    awaited = 0;
     TEST_ASSERT_TRUE(bench_start_line());
     for (uint8_t i = 0; i < pixels; i++) {
         uint16_t steps = (uint16_t)(counts[i] < 0 ? -counts[i] : counts[i]);
@@ -214,6 +224,7 @@ static void check_records(void)
 static void check_line(uint32_t hz_num, uint32_t hz_den, bool smooth, uint8_t whole)
 {
     bench_open(hz_num, hz_den);
+    bench.axis.stagger = stagger;
     queue_line(smooth);
     run_line(smooth);
     TEST_ASSERT_TRUE(whole_pixels >= whole);
@@ -268,6 +279,27 @@ static void pixels_of_every_kind_in_turn(void)
     check_line(333, 1, false, 0);
 }
 
+// An interval that is too long for a single period, or too short, behind short pixels: the next
+// pixel of as many steps must not take it for that of the last one.
+static void an_interval_that_was_refused_is_not_kept(void)
+{
+    for (uint8_t steps = 1; steps <= 4u; steps++) {
+        pixels = 12;
+        for (uint8_t i = 0; i < pixels; i++) {
+            counts[i] = (int16_t)(i % 6u < 3u ? 5 * steps : steps);
+        }
+        for (uint8_t more = 0; more <= 8u; more++) {
+            // From 64000 to 66000 ticks a step, at 16 MHz.
+            check_line(64000, steps * (256u + more), false, 0);
+        }
+    }
+    pixels = 12;
+    for (uint8_t i = 0; i < pixels; i++) {
+        counts[i] = i % 6u < 3u ? 20 : 63;
+    }
+    check_line(2000, 1, false, 0);
+}
+
 // Boundary speeds up to `top`, back to rest and up again, each pixel changing by up to 2 * half.
 static void ramps(uint16_t top, uint16_t half)
 {
@@ -319,13 +351,58 @@ static void the_account_waits_outside_batches(void)
     TEST_ASSERT_TRUE(STREAM_BATCHES == 0 || lags > 50u);
 }
 
+// Pixels of many steps are a pulse train each, behind single steps that keep the trains of several
+// axes apart.
+static void pixels_of_many_even_steps(void)
+{
+    for (stagger = 0; stagger <= 6u; stagger = (uint8_t)(stagger + 2u)) {
+        random_counts(65, 400);
+        check_line(30, 1, false, 0);
+        TEST_ASSERT_TRUE(!SEVERAL_AXES || awaited > 1000u);
+        random_counts(65, 66);
+        check_line(100013, 125, false, 0);
+    }
+}
+
+// Intervals on both sides of the shortest one behind which a train may begin, and of 256 ticks and
+// their multiples, where a train cannot have both of its intervals; and some so long that the end
+// of a train is not waited for.
+static void pixels_of_many_steps_and_awkward_intervals(void)
+{
+    static const int16_t awkward[] = {
+        416, 416, 400, 417, 416, 260, 261, 259, 130, 131, 130, 65, 66, 66, 400, 400};
+
+    pixels = sizeof(awkward) / sizeof(awkward[0]);
+    for (stagger = 0; stagger <= 6u; stagger = (uint8_t)(stagger + 6u)) {
+        for (uint8_t i = 0; i < pixels; i++) {
+            counts[i] = awkward[i];
+        }
+        check_line(240, 1, false, 0);
+        check_line(30, 1, false, 0);
+    }
+}
+
+// A smooth line turns from acceleration to even pixels and back.
+static void smooth_pixels_of_many_steps(void)
+{
+    stagger = 4;
+    ramps(300, 1);
+    check_line(30, 1, true, 0);
+    ramps(500, 60);
+    check_line(60, 1, true, 0);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(plain_pixels_of_all_lengths);
     RUN_TEST(one_count_for_all);
     RUN_TEST(pixels_of_every_kind_in_turn);
+    RUN_TEST(an_interval_that_was_refused_is_not_kept);
     RUN_TEST(smooth_pixels_speed_up_and_slow_down);
     RUN_TEST(the_account_waits_outside_batches);
+    RUN_TEST(pixels_of_many_even_steps);
+    RUN_TEST(pixels_of_many_steps_and_awkward_intervals);
+    RUN_TEST(smooth_pixels_of_many_steps);
     return UNITY_END();
 }

@@ -147,6 +147,71 @@ static void end_is_the_sum_of_all_entries(void)
                              stream.end_ticks);
 }
 
+// A train to the end of its piece needs no sum of its steps: everything else is alike.
+static void the_rest_of_a_piece_is_a_train_like_others(void)
+{
+    static struct step_ring other_ring;
+    struct even even;
+
+    even_start(&even, 100003, 300);
+    uint32_t before = even_skip(&even, 4);
+    struct even at = even;
+    TEST_ASSERT_EQUAL_UINT32(100003u - before, stream_put_train(&stream, &even, 296));
+    struct pulse_train put = trains[0];
+    struct stream_train noted = stream.trains[0];
+    uint8_t head = stream.head;
+    other_ring = ring;
+
+    stream_reset(&stream, FIRST_SLOT, START_TICKS);
+    stream_put_rest(&stream, &at, 296, 100003u - before);
+    TEST_ASSERT_EQUAL_MEMORY(&put, &trains[0], sizeof(put));
+    TEST_ASSERT_EQUAL_UINT16(noted.steps, stream.trains[0].steps);
+    TEST_ASSERT_EQUAL_UINT16(noted.sum, stream.trains[0].sum);
+    TEST_ASSERT_EQUAL_UINT32(noted.ticks, stream.trains[0].ticks);
+    TEST_ASSERT_EQUAL_UINT8(head, stream.head);
+    TEST_ASSERT_EQUAL_MEMORY(&other_ring, &ring, sizeof(ring));
+}
+
+static void put_pulse_train(uint16_t steps)
+{
+    struct even even;
+
+    even_start(&even, 500u * steps, steps);
+    (void)stream_put_train(&stream, &even, steps);
+}
+
+// The entries of a train are passed together: up to the interrupt, a mark or the other train.
+static void entries_of_a_train_are_passed_together(void)
+{
+    put_pulse_train(300); // 127, 127, 46
+    stream_add_mark(&stream, false, 1);
+    put_pulse_train(400); // 127 up to the mark, 127, 127, 19
+    TEST_ASSERT_EQUAL_UINT16(0, stream_pass_train(&stream, 0, FIRST_SLOT));
+    TEST_ASSERT_EQUAL_UINT16(254,
+                             stream_pass_train(&stream, 0, (uint8_t)(FIRST_SLOT + 2u)));
+    TEST_ASSERT_EQUAL_UINT16(0, stream_pass_train(&stream, 1, stream.head));
+    TEST_ASSERT_EQUAL_UINT16(46, stream_pass_train(&stream, 0, stream.head));
+    TEST_ASSERT_EQUAL_UINT8((uint8_t)(FIRST_SLOT + 3u), stream.retired);
+    TEST_ASSERT_EQUAL_UINT16(127, stream_pass_train(&stream, 1, stream.head));
+    TEST_ASSERT_TRUE(stream_mark_within(&stream, 0));
+    stream_pass_mark(&stream);
+    TEST_ASSERT_EQUAL_UINT16(273, stream_pass_train(&stream, 1, stream.head));
+    TEST_ASSERT_EQUAL_UINT8(stream.head, stream.retired);
+}
+
+// Which of two trains the interrupt makes is told by the entry before the one that it reads next.
+static void the_older_train_is_known_by_its_entries(void)
+{
+    put_periods(2);
+    put_pulse_train(200);
+    put_periods(1);
+    put_pulse_train(100);
+    for (uint8_t taken = 1; taken <= stream_used(&stream); taken++) {
+        uint8_t tail = (uint8_t)(FIRST_SLOT + taken);
+        TEST_ASSERT_EQUAL(taken == 3 || taken == 4, stream_in_older_train(&stream, tail));
+    }
+}
+
 static void reserved_slots_hide_what_follows(void)
 {
     uint8_t held = stream_reserve(&stream, 3);
@@ -339,6 +404,9 @@ int main(void)
     RUN_TEST(marks_fill_up);
     RUN_TEST(periods_end_at_marks_and_other_entries);
     RUN_TEST(train_entries_name_their_train);
+    RUN_TEST(the_rest_of_a_piece_is_a_train_like_others);
+    RUN_TEST(entries_of_a_train_are_passed_together);
+    RUN_TEST(the_older_train_is_known_by_its_entries);
 #if STREAM_BATCHES > 0
     RUN_TEST(batch_is_passed_whole_or_split);
     RUN_TEST(batches_are_passed_together);

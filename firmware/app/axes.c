@@ -136,6 +136,20 @@ bool axes_sample(uint8_t i, struct engine_sample *sample)
 
 bool axes_advance_at(uint8_t i, enum ledger_extent extent)
 {
+    struct axis *axis = axes_get(i);
+
+    // Nearly all of a curve is batches, which need no sample.
+    if (CONFIG_AXES > 1 && extent == LEDGER_BY_BATCHES &&
+        stream_batch_here(&axis->feed.stream) != NULL) {
+        uint8_t tail = step_timer_tail(i);
+
+        if (capture_waits(i)) {
+            return false;
+        }
+        if (ledger_advance_batches(&axis->ledger, &axis->feed.stream, tail)) {
+            return true;
+        }
+    }
     return advance(i, extent, false);
 }
 

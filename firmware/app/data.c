@@ -112,6 +112,49 @@ APART uint16_t data_input(uint16_t address)
                            (uint8_t)(offset % REG_RECORD_STRIDE));
 }
 
+static void put_record(uint8_t *to, const struct records *records, uint8_t number)
+{
+    struct pixel_record record = {0}; // of one that there is not
+
+    if (number < records_shown(records)) {
+        record = records_get(records, number);
+    }
+    put_word(&to[0], record.pixel);
+    put_word(&to[2], (uint16_t)((uint32_t)record.expected_steps >> 16));
+    put_word(&to[4], (uint16_t)record.expected_steps);
+    put_word(&to[6], (uint16_t)((uint32_t)record.actual_steps >> 16));
+    put_word(&to[8], (uint16_t)record.actual_steps);
+    put_word(&to[10], (uint16_t)record.edge_error_ticks);
+}
+
+// Records that there is room for in the registers of an axis.
+#define RECORDS_MAPPED ((REG_RECORD_STRIDE - REG_RECORD_HEADER) / REG_RECORD_WORDS)
+
+APART uint8_t data_inputs(uint16_t address, uint8_t count, uint8_t *to)
+{
+    if (address < REG_RECORD_BASE + REG_RECORD_HEADER || address >= REG_EVENT_BASE) {
+        return 0;
+    }
+    uint16_t offset = (uint16_t)(address - REG_RECORD_BASE);
+    const struct records *records =
+        &axes_get(CONFIG_INDEX(offset / REG_RECORD_STRIDE))->ledger.records;
+    uint8_t behind_header =
+        (uint8_t)((uint8_t)(offset % REG_RECORD_STRIDE) - REG_RECORD_HEADER);
+    uint8_t number = behind_header / REG_RECORD_WORDS;
+    uint8_t words = 0;
+
+    // Whole records of one axis.
+    if (behind_header % REG_RECORD_WORDS != 0) {
+        return 0;
+    }
+    while (number < RECORDS_MAPPED && words + REG_RECORD_WORDS <= count) {
+        put_record(&to[2u * words], records, number);
+        words = (uint8_t)(words + REG_RECORD_WORDS);
+        number++;
+    }
+    return words;
+}
+
 // The word itself; NULL when nothing is mapped there.
 static APART const uint16_t *holding_word(uint16_t address)
 {

@@ -33,6 +33,10 @@
 // round.
 #define INPUT_ROUNDS 4u
 
+// Attempts to release an axis in one round. Edges that come faster than they can be taken must not
+// hold the main loop.
+#define RELEASE_TRIES 4u
+
 // Accounts are advanced in turn, one axis every ADVANCE_ROUNDS rounds, and out of turn when an
 // account lags this many entries behind.
 #define ADVANCE_ENTRIES 64u
@@ -118,26 +122,10 @@ static inline bool is_urgent(const struct axis *axis, uint8_t tail)
            stream_marks_full(stream);
 }
 
-// True when the account of an axis whose decoder waits for a train may find that train over: it is
-// when the entry behind it is taken. *seen: the tail when the account was advanced for this last;
-// one that cannot be while the decoder does not wait.
-static inline bool train_may_be_over(const struct axis *axis, uint8_t tail, uint8_t *seen)
-{
-    if (CONFIG_AXES == 1) {
-        return false;
-    }
-    if (axis->phase != DECODE_AWAITS_TRAIN) {
-        *seen = (uint8_t)(tail - 1u);
-        return false;
-    }
-    return tail != *seen;
-}
-
 // Advance the account of one axis after the other now and then, and out of turn where there is much
 // to account for: after a few steps this would cost more than these steps are worth.
 static void advance_in_turn(void)
 {
-    static uint8_t seen[CONFIG_AXES];
     uint8_t due = CONFIG_AXES;
 
     rounds++;
@@ -149,10 +137,43 @@ static void advance_in_turn(void)
         uint8_t tail = step_timer_tail(i);
         bool new_entries = tail != axis->feed.stream.retired ||
                            step_timer_state(i) != STEP_ENGINE_IN_LINE;
-        bool wanted = train_may_be_over(axis, tail, &seen[i]) || is_urgent(axis, tail) ||
-                      (i == due && new_entries);
-        if (wanted && axes_advance(i, LEDGER_BY_BATCHES)) {
-            seen[i] = tail;
+        if (is_urgent(axis, tail) || (i == due && new_entries)) {
+            (void)axes_advance(i, LEDGER_BY_BATCHES);
+        }
+    }
+}
+
+// True when the account of an axis whose decoder waits for a train may find one over.
+static bool train_may_be_over(uint8_t i)
+{
+    const struct axis *axis = axes_get(i);
+    const struct stream *stream = &axis->feed.stream;
+
+    if (!axis_awaits_train(axis) || stream_train_free(stream)) {
+        return false;
+    }
+    uint8_t tail = step_timer_tail(i);
+
+    return tail != stream->retired && !stream_in_older_train(stream, tail);
+}
+
+// Advance these accounts, right before the decoding. A pixel's edge ends the trains of all axes,
+// and may come while one of them is looked at: look until there is nothing to do for any of them.
+static void advance_ended_trains(void)
+{
+    uint8_t looks = 0;
+    uint8_t calls = 2u * CONFIG_AXES; // an axis may be on its way to the older train
+
+    for (uint8_t i = 0; looks < CONFIG_AXES && calls != 0; i = (i + 1u) % CONFIG_AXES) {
+        looks++;
+        if (train_may_be_over(i)) {
+            // An edge captured since this round began would hold up the account of its axis.
+            if (i == CONFIG_PIXEL_CLOCK_AXIS) {
+                clock_edges_poll();
+            }
+            (void)axes_advance(i, LEDGER_BY_BATCHES);
+            looks = 0;
+            calls--;
         }
     }
 }
@@ -174,7 +195,10 @@ static uint8_t decode_one(uint8_t i, uint8_t budget)
 {
     struct axis *axis = axes_get(i);
 
-    (void)axes_advance(i, LEDGER_BY_BATCHES);
+    // An axis that waited for a train has one now: its account was advanced for that.
+    if (CONFIG_AXES == 1 || !axis_awaits_train(axis)) {
+        (void)axes_advance(i, LEDGER_BY_BATCHES);
+    }
     cpu_section(axis->line.smooth ? CPU_SECTION_SMOOTH : CPU_SECTION_PLAIN);
     budget = decode_axis(
         axis, reference_pixel(), settings_now()->backlash_policy == 0, budget);
@@ -218,6 +242,18 @@ static uint8_t least_buffered(const uint16_t *buffered)
     return found;
 }
 
+// Look again at the axes whose decoder waits for a train: one may be over by now. The decoding for
+// another axis can take as long as a train.
+static void look_for_ended_trains(uint16_t *buffered)
+{
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if (buffered[i] == ALL_DECODED && train_may_be_over(i) &&
+            axes_advance(i, LEDGER_BY_BATCHES)) {
+            buffered[i] = units_ahead(i);
+        }
+    }
+}
+
 // Decode for the least buffered axis first, and again for it until another axis is the least
 // buffered. What the other axes have buffered is measured once, at the start.
 static void decode_in_turn(uint8_t budget)
@@ -235,6 +271,7 @@ static void decode_in_turn(uint8_t budget)
         uint8_t once = budget < DECODE_AT_ONCE ? budget : DECODE_AT_ONCE;
         budget = (uint8_t)(budget - once + decode_one(i, once));
         buffered[i] = units_ahead(i);
+        look_for_ended_trains(buffered);
     }
 }
 #endif
@@ -249,6 +286,20 @@ static bool starting(void)
 static APART void decode_some(void)
 {
     decode_in_turn(starting() ? DECODE_BUDGET_STARTING : DECODE_BUDGET);
+}
+
+// The axis of the pixel clock cannot be released while an edge waits. At kilohertz a round brings
+// such an edge nearly every time, and line zero does not wait.
+static void release_lines(void)
+{
+    uint8_t tries = CONFIG_AXES == 1 ? 1u : RELEASE_TRIES;
+
+    do {
+        if (starting()) {
+            clock_edges_poll();
+        }
+        tries--;
+    } while (!start_poll() && tries != 0);
 }
 
 // Everything but the decoding of steps. Apart from it, so that the stack of each of the two is free
@@ -271,13 +322,12 @@ static APART void look_after_axes(void)
     }
     safety_poll();
     poll_inputs();
-    // The axis of the pixel clock cannot be released while an edge waits.
-    if (starting()) {
-        clock_edges_poll();
-    }
-    start_poll();
+    release_lines();
     clock_edges_miss();
     store_poll();
+    if (CONFIG_AXES > 1) {
+        advance_ended_trains();
+    }
 }
 
 void round_poll(void)

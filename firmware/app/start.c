@@ -160,22 +160,23 @@ void start_now(uint8_t axis)
 
 // A STARTING axis may be released. An axis that follows the clock has its line zero already, so
 // that nothing holds it back.
-static bool may_release(uint8_t i)
+static inline bool may_release(const struct axis *axis)
 {
-    const struct axis *axis = axes_get(i);
-
     return axis->life.state == AXIS_STARTING && (axis->clocked || !held_back());
 }
 
 #if CONFIG_AXES > 1
 bool start_near(void)
 {
-    bool near = false;
+    const struct axis *axis = axes_get(0);
 
-    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        near = near || may_release(i);
+    for (uint8_t left = CONFIG_AXES; left != 0; left--) {
+        if (may_release(axis)) {
+            return true;
+        }
+        axis++;
     }
-    return near;
+    return false;
 }
 #endif
 
@@ -190,34 +191,44 @@ static inline int32_t delay_of(struct axis *axis)
     return ticks_to_start(axis, axis->zero_ticks);
 }
 
-// Returns false when an idle period began meanwhile: the next attempt has a whole idle period.
-static APART bool release_line(uint8_t i)
+enum release {
+    // Released, or there is time for it in a later round.
+    RELEASE_DONE,
+    // An idle period began meanwhile: the next attempt has a whole idle period.
+    RELEASE_AGAIN,
+    // A captured edge waits, which has to be taken first.
+    RELEASE_EDGE,
+};
+
+static APART enum release release_line(uint8_t i)
 {
     struct axis *axis = axes_get(i);
     struct feed *feed = &axis->feed;
 
     BY_POINTER(feed);
+    if (!axes_advance(i, LEDGER_EXACTLY)) {
+        return RELEASE_EDGE;
+    }
     // The line's first interval can be merged into the delay only as long as that is not released.
-    if (!axes_advance(i, LEDGER_EXACTLY) ||
-        (axis->phase != DECODE_OUTSIDE && feed->merge)) {
-        return true;
+    if (axis->phase != DECODE_OUTSIDE && feed->merge) {
+        return RELEASE_DONE;
     }
     int32_t delay = delay_of(axis);
 
     if (delay > RELEASE_MAX_TICKS) {
-        return true;
+        return RELEASE_DONE;
     }
     if (delay < release_min_ticks()) {
         faults_latch_plain(FAULT_start_late, i);
-        return true;
+        return RELEASE_DONE;
     }
     // The next round's fault tells why the axis was halted.
     if (CONFIG_AXES > 1 && !step_timer_unpark(i)) {
-        return true;
+        return RELEASE_DONE;
     }
     feed_fill_front(feed, (uint32_t)delay);
     if (!step_timer_publish(i, feed->held_slot, axis->ledger.idle_seen)) {
-        return false;
+        return RELEASE_AGAIN;
     }
     feed_front_released(feed, (uint32_t)delay);
     if (axis_released(axis)) {
@@ -226,20 +237,32 @@ static APART bool release_line(uint8_t i)
         // A promise was broken on the way: a fault, and nothing may run.
         step_timer_halt(i);
     }
-    return true;
+    return RELEASE_DONE;
 }
 
-void start_poll(void)
+bool start_poll(void)
 {
     uint8_t left = CONFIG_AXES;
+    bool taken = true;
 
+    if (CONFIG_AXES > 1 && !start_near()) {
+        return true;
+    }
     // Try again at once: a round as long as an idle period would meet the period's end every time.
     // The axis of the pixel clock, the last one of a board, comes first: it cannot be released
     // while an edge waits, and the next one comes soon.
     while (left != 0) {
         uint8_t i = (uint8_t)(left - 1u);
-        if (!may_release(i) || release_line(CONFIG_INDEX(i))) {
+        enum release result = RELEASE_DONE;
+        if (may_release(axes_get(i))) {
+            result = release_line(CONFIG_INDEX(i));
+        }
+        if (result != RELEASE_AGAIN) {
             left--;
         }
+        if (result == RELEASE_EDGE) {
+            taken = false;
+        }
     }
+    return taken;
 }

@@ -28,5 +28,6 @@ bool start_clocked_axis_runs(void);
 // work must wait.
 bool start_near(void);
 
-// Release axes whose line zero is near. Once a round.
-void start_poll(void);
+// Release axes whose line zero is near. Once a round; again at once, behind the clock edges that
+// wait, if the function returns false: such an edge held an axis up.
+bool start_poll(void);

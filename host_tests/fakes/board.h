@@ -54,6 +54,9 @@ void fake_stray_steps(uint8_t axis);
 // A period of this axis passed without its interrupt: the newest one is repeated.
 void fake_missed_period(uint8_t axis);
 
+// So many ticks pass in the middle of the next release of a line, once.
+void fake_slow_publish(uint32_t ticks);
+
 // Bytes to the board, all of them now; the number of those that it has begun to send since the last
 // call. They stay until the next are received.
 void fake_receive(const uint8_t *bytes, uint16_t length);

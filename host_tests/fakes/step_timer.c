@@ -179,8 +179,20 @@ enum step_engine_state step_timer_state(uint8_t axis)
     return (enum step_engine_state)timers[axis].engine.state;
 }
 
+static uint32_t slow_publish_ticks; // pass before the next line is published
+
+void fake_slow_publish(uint32_t ticks)
+{
+    slow_publish_ticks = ticks;
+}
+
 bool step_timer_publish(uint8_t axis, uint8_t slot, uint16_t idle_count)
 {
+    if (slow_publish_ticks != 0) {
+        uint32_t ticks = slow_publish_ticks;
+        slow_publish_ticks = 0;
+        fake_pass(ticks);
+    }
     if (timers[axis].engine.idle_count != idle_count) {
         return false;
     }

@@ -7,6 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "build_features.h" // SEVERAL_AXES
 #include "motion/feed.h"
 #include "motion/ledger.h"
 #include "motion/lifecycle.h"
@@ -33,7 +34,8 @@ enum block_result {
 //     OUTSIDE --> PIECE --> STEPS --> PIECE --> ... --> OUTSIDE
 //                  ^ |       | ^
 //                  | v       v |
-//                  DRY   AWAITS_RUN       EDGE_INSIDE --> STEPS, EDGE_BEHIND --> PIECE
+//               DRY,     AWAITS_TRAIN       EDGE_INSIDE --> STEPS, EDGE_BEHIND --> PIECE
+//        PIXEL_AWAITS_TRAIN
 enum decode_phase {
     // No line is being decoded.
     DECODE_OUTSIDE,
@@ -41,6 +43,9 @@ enum decode_phase {
     DECODE_PIECE,
     // The next piece is due, but the queue was empty when the decoder needed a segment.
     DECODE_DRY,
+    // The next piece is due, a whole pixel as one pulse train, but the interrupt still needs both
+    // of its trains.
+    DECODE_PIXEL_AWAITS_TRAIN,
     // Inside a piece with steps.
     DECODE_STEPS,
     // Inside a piece whose steps are a pulse train, but the interrupt still needs both of its
@@ -170,6 +175,13 @@ void axis_discard(struct axis *axis, uint8_t ring_slot);
 void axis_line_decoded(struct axis *axis,
                        const struct pixel_period *period,
                        bool always_take_up);
+
+// True when the decoder waits for the end of a pulse train.
+static inline bool axis_awaits_train(const struct axis *axis)
+{
+    return axis->phase == DECODE_AWAITS_TRAIN ||
+           (SEVERAL_AXES && axis->phase == DECODE_PIXEL_AWAITS_TRAIN);
+}
 
 // Entries in the ring that the ledger has not accounted for.
 static inline uint8_t axis_ring_fill(const struct axis *axis)

@@ -103,10 +103,9 @@ APART uint8_t curved_pixel_write(struct line *line,
     if (steps > stream_space(stream)) {
         return EVEN_PIXEL_WAITS;
     }
-    uint32_t ticks = line_pixel_ticks(line);
-    if (ticks == 0 || !intervals_fit(ticks,
-                                     faster ? line->speed : end_speed,
-                                     faster ? end_speed : line->speed)) {
+    uint32_t ticks = line_known_ticks(line);
+    if (!intervals_fit(
+            ticks, faster ? line->speed : end_speed, faster ? end_speed : line->speed)) {
         return 0;
     }
     uint8_t first = stream->head;

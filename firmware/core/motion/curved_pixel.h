@@ -20,7 +20,8 @@
 // Write the line's next pixel if it is one of few steps under acceleration. *steep stays with the
 // line's axis and is nobody else's until line->curve_half is 0 again. Returns what the pixel costs
 // of a round's budget; 0: it is something else, and nothing was done; EVEN_PIXEL_WAITS: the ring
-// has no room for it. Only when even_pixels_write() may be called.
+// has no room for it. Only when even_pixels_write() may be called, and when the pixel has its
+// length (line_is_early() is false).
 uint8_t curved_pixel_write(struct line *line,
                            struct curve_steep *steep,
                            struct stream *stream);

@@ -6,6 +6,7 @@
 #include "build_features.h"      // FEATURE_SHORT_CURVES
 #include "motion/curved_pixel.h" // curved_pixel_write
 #include "motion/even_pixel.h"   // even_pixels_write
+#include "motion/train_pixel.h"  // train_pixel_*
 
 // Entries of the ring that must be free for a round of decoding to begin: with a few steps at a
 // time the calls would cost more than the decoding.
@@ -16,14 +17,7 @@
 // of a step of a flat curve, about 60 cycles.
 #define STEEP_STEP_SHIFT 1u
 #define SLOW_STEP_COST   12u
-// Fewer evenly spaced steps than this are not worth a pulse train,
-#define TRAIN_MIN_STEPS 16u
-// unless their interval is short. Below this interval (ticks) the step interrupt cannot switch from
-// a single period to a pulse train in time, only from one train to another.
-#define TRAIN_ENTRY_MIN_TICKS 160u
-// The next pulse train waits until one of the two trains is free if the newer one is at least this
-// long, ticks: the main loop then returns in time. Otherwise single periods follow for the moment.
-#define TRAIN_WAIT_TICKS ((uint32_t)0x10000)
+#define TRAIN_PIXEL_COST 20u
 // A seek is decoded no further ahead than this, ticks (8 ms, several rounds of the main loop),
 // because all steps in the ring are made even if the switch trips.
 #define SEEK_AHEAD_TICKS ((uint32_t)0x20000)
@@ -128,7 +122,7 @@ static bool train_due(const struct axis *axis)
     return !axis->walk.curved && feed_steady(&axis->feed, axis->piece.negative) &&
            steps != 0 &&
            (steps >= TRAIN_MIN_STEPS || even->base_ticks < TRAIN_ENTRY_MIN_TICKS) &&
-           to_stagger(axis) == 0 && feed_fits_train(&axis->feed, even);
+           to_stagger(axis) == 0 && stream_fits_train(&axis->feed.stream, even);
 }
 
 // True when there is time to wait for a train: now that one is due, and none is free.
@@ -148,7 +142,7 @@ bool decode_is_ahead(const struct axis *axis)
         stream_space(&axis->feed.stream) < DECODE_ROOM) {
         return true;
     }
-    if (phase == DECODE_AWAITS_TRAIN) {
+    if (axis_awaits_train(axis)) {
         return !stream_train_free(&axis->feed.stream);
     }
     return phase == DECODE_PIECE && !feed_busy(&axis->feed) && no_more_pieces(axis);
@@ -179,28 +173,6 @@ static void decode_train(struct axis *axis)
     walk_pass_train(
         &axis->walk, steps, feed_train(&axis->feed, &axis->walk.steps.even, steps));
     pass_step(axis);
-}
-
-// Decode ordinary steps, evenly spaced: a whole burst with everything in registers.
-static uint32_t burst_even(struct axis *axis, uint8_t count)
-{
-    struct stream *stream = &axis->feed.stream;
-    struct step_ring *ring = stream->ring;
-    struct even even = axis->walk.steps.even;
-    uint16_t base_ticks = (uint16_t)even.base_ticks;
-    uint8_t slot = stream->head;
-    uint32_t sum = 0;
-
-    // These intervals fit 16 bits, so that only the tick above the base comes from even_next().
-    even.base_ticks = 0;
-    for (; count != 0; count--) {
-        uint16_t ticks = (uint16_t)(base_ticks + even_next(&even));
-        sum += ticks;
-        slot = stream_write(ring, slot, ticks);
-    }
-    axis->walk.steps.even.sum = even.sum;
-    stream_note_batch(stream, (uint8_t)(slot - stream->head), sum);
-    return sum;
 }
 
 // Decode up to `count` ordinary steps of a curve, as long as the fast decoders can make them. The
@@ -272,7 +244,7 @@ static uint8_t decode_burst(struct axis *axis, uint8_t budget)
         if (stagger != 0 && stagger < count) {
             count = stagger;
         }
-        ticks = burst_even(axis, count);
+        ticks = train_pixel_singles(&axis->walk.steps.even, &axis->feed.stream, count);
     } else {
         return 0;
     }
@@ -318,22 +290,62 @@ static void mark_edge(struct axis *axis)
     feed_make_room(&axis->feed);
 }
 
-// Decode the next pixels if they are of few steps. Returns what they cost of a round's budget, 0 if
-// they are others, or EVEN_PIXEL_WAITS.
-static uint8_t decode_short_pixels(struct axis *axis, uint8_t budget)
+// Decode the next pixel if it is a pulse train. Returns what it cost of a round's budget, 0 if it
+// is another, or EVEN_PIXEL_WAITS.
+static uint8_t decode_train_pixel(struct axis *axis)
+{
+    axis->phase = DECODE_PIECE;
+    switch (train_pixel_write(&axis->line,
+                              &axis->walk.steps.even,
+                              &axis->feed.stream,
+                              axis->feed.negative,
+                              axis->stagger)) {
+    case TRAIN_PIXEL_DONE:
+        return TRAIN_PIXEL_COST;
+    case TRAIN_PIXEL_WAITS:
+        axis->phase = DECODE_PIXEL_AWAITS_TRAIN;
+        return EVEN_PIXEL_WAITS;
+    case TRAIN_PIXEL_OTHER:
+    default:
+        return 0;
+    }
+}
+
+// Pixels other than the shortest even ones are written as a whole, too: they ask for the length.
+#define LENGTH_ASKED (SEVERAL_AXES || FEATURE_SHORT_CURVES)
+
+// True where a pixel of the clock begins, and nothing but the last step's period is still to be
+// written in front of it.
+static inline bool at_whole_pixel(const struct axis *axis)
 {
     const struct feed *feed = &axis->feed;
 
-    if (axis->phase != DECODE_PIECE || !feed_steady(feed, feed->negative) ||
-        !feed->pulse || !stream_one_mark_waits(&feed->stream) ||
-        !line_on_pixels(&axis->line)) {
+    return axis->phase == DECODE_PIECE && feed_steady(feed, feed->negative) &&
+           feed->pulse && stream_one_mark_waits(&feed->stream) &&
+           line_on_pixels(&axis->line);
+}
+
+// Decode the next pixels if they have a way of their own. Returns what they cost of a round's
+// budget, 0 if they are others, or EVEN_PIXEL_WAITS.
+static uint8_t decode_pixels(struct axis *axis, uint8_t budget)
+{
+    if (SEVERAL_AXES && axis->phase == DECODE_PIXEL_AWAITS_TRAIN) {
+        return decode_train_pixel(axis);
+    }
+    if (!at_whole_pixel(axis)) {
         return 0;
     }
     uint8_t cost =
-        even_pixels_write(&axis->line, &axis->feed.stream, feed->negative, budget);
+        even_pixels_write(&axis->line, &axis->feed.stream, axis->feed.negative, budget);
 
-    if (cost != 0 || !FEATURE_SHORT_CURVES) {
+    if (cost != 0 || !LENGTH_ASKED || line_is_early(&axis->line)) {
         return cost;
+    }
+    if (SEVERAL_AXES && line_many_steps(&axis->line, axis->feed.negative) != 0) {
+        return decode_train_pixel(axis);
+    }
+    if (!FEATURE_SHORT_CURVES) {
+        return 0;
     }
     return curved_pixel_write(
         &axis->line, &axis->walk.steps.curve.state.steep, &axis->feed.stream);
@@ -367,7 +379,7 @@ uint8_t decode_axis(struct axis *axis,
 {
     while (budget != 0 && axis->phase != DECODE_OUTSIDE &&
            stream_space(&axis->feed.stream) >= DECODE_ROOM_LEFT) {
-        uint8_t cost = decode_short_pixels(axis, budget);
+        uint8_t cost = decode_pixels(axis, budget);
         if (cost == EVEN_PIXEL_WAITS) {
             break;
         }

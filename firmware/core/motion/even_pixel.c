@@ -57,8 +57,12 @@ bool even_pixel_divide(struct even_rate *rate, uint8_t steps, uint32_t ticks)
         uint8_t rest = (uint8_t)((uint8_t)ticks - (uint8_t)((uint8_t)base * steps));
         *rate = (struct even_rate){(uint16_t)ticks, base, steps, rest};
     }
-    return rate->base_ticks >= EVEN_PIXEL_MIN_TICKS &&
-           rate->base_ticks <= INTERVAL_MAX_TICKS;
+    if (rate->base_ticks < EVEN_PIXEL_MIN_TICKS ||
+        rate->base_ticks > INTERVAL_MAX_TICKS) {
+        rate->steps = 0; // the next pixel must not take it for that of the last one
+        return false;
+    }
+    return true;
 }
 
 #if defined(__AVR__)

@@ -43,13 +43,6 @@ static void put_chunk(struct feed *feed, uint16_t ticks)
     feed->merge = false;
 }
 
-bool feed_fits_train(const struct feed *feed, const struct even *even)
-{
-    return feed->stream.engine_trains != NULL &&
-           even->base_ticks < STEP_PERIOD_MAX_TICKS &&
-           (even->remainder == 0 || ((uint8_t)even->base_ticks != 0));
-}
-
 uint32_t feed_train(struct feed *feed, struct even *even, uint16_t steps)
 {
     BY_POINTER_SMALL(feed);

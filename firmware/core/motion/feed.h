@@ -94,12 +94,8 @@ static inline bool feed_steady(const struct feed *feed, bool negative)
     return feed->lead && feed->pending_ticks == 0 && negative == feed->negative;
 }
 
-// True when a pulse train can make these intervals: they fit one period and differ in their low
-// byte only.
-bool feed_fits_train(const struct feed *feed, const struct even *even);
-
 // Hand over the next `steps` of evenly spaced steps as a pulse train, and pass them in *even. Only
-// when feed_steady(), stream_train_free() and feed_fits_train(). Returns the train's ticks.
+// when feed_steady(), stream_train_free() and stream_fits_train(). Returns the train's ticks.
 uint32_t feed_train(struct feed *feed, struct even *even, uint16_t steps);
 
 // Add time without a step at its end. Only when feed_busy() is false.

@@ -3,8 +3,17 @@
 
 #include "base/apart.h"           // APART
 #include "base/multiply.h"        // multiply_u32_u16
+#include "build_features.h"       // SEVERAL_AXES
 #include "motion/ledger_pixels.h" // ledger_take_pixels
 #include "motion/step_ring_sum.h" // step_ring_sum
+
+// What close_train() saves on the stack costs more time than the call, where an account passes by
+// several times for each train.
+#if SEVERAL_AXES
+#define CLOSE_APART APART
+#else
+#define CLOSE_APART
+#endif
 
 void ledger_reset(struct ledger *ledger, uint16_t first_period_ticks)
 {
@@ -177,16 +186,6 @@ static bool take_periods(struct ledger *ledger,
     return true;
 }
 
-// The train is over: account for its length and free it.
-static void pass_train(struct ledger *ledger, struct stream *stream, uint32_t ticks)
-{
-    ledger->loaded_ticks += ticks;
-    stream_free_train(stream, ledger->train);
-    ledger->train = LEDGER_NO_TRAIN;
-    ledger->train_steps = 0;
-    ledger->left = 0;
-}
-
 // Note the last intervals of a train that is over, backwards from the interrupt's sum: an interval
 // was a long one if and only if it left a sum below the least that a short one leaves.
 static void note_lengths(struct ledger *ledger,
@@ -217,6 +216,20 @@ static void note_lengths(struct ledger *ledger,
     }
 }
 
+// The train is over after so many of its steps: account for its length and free it.
+static CLOSE_APART void close_train(struct ledger *ledger,
+                                    struct stream *stream,
+                                    uint16_t loaded,
+                                    uint32_t ticks)
+{
+    note_lengths(ledger, stream, loaded);
+    ledger->loaded_ticks += ticks;
+    stream_free_train(stream, ledger->train);
+    ledger->train = LEDGER_NO_TRAIN;
+    ledger->train_steps = 0;
+    ledger->left = 0;
+}
+
 // Close the train when all of it was loaded, or when its rest was cut off.
 static void settle_train(struct ledger *ledger, struct stream *stream, bool cut)
 {
@@ -231,18 +244,20 @@ static void settle_train(struct ledger *ledger, struct stream *stream, bool cut)
             return;
         }
     } else if (cut) {
+        // An edge in the rest of the entry is never passed; what is left of the entry tells.
+        pass_marks(ledger, stream);
+        stream_forget_marks(stream);
         ledger->position_steps = ledger_position(ledger);
         ticks = stream_train_ticks(stream, ledger->train, loaded);
     } else {
         return;
     }
-    note_lengths(ledger, stream, loaded);
-    pass_train(ledger, stream, ticks);
+    close_train(ledger, stream, loaded, ticks);
 }
 
-static void __attribute__((noinline)) arrive_in_train(struct ledger *ledger,
-                                                      struct stream *stream,
-                                                      const struct engine_sample *sample)
+static APART void arrive_in_train(struct ledger *ledger,
+                                  struct stream *stream,
+                                  const struct engine_sample *sample)
 {
     ledger->left = stream->retired == sample->tail ? sample->left : 0;
     settle_train(ledger, stream, sample->cut);
@@ -257,24 +272,34 @@ static inline void ledger_arrive(struct ledger *ledger,
     if (ledger->train != LEDGER_NO_TRAIN) {
         arrive_in_train(ledger, stream, sample);
     }
-    pass_marks(ledger, stream);
+    if (!SEVERAL_AXES || stream_mark_within(stream, 0)) {
+        pass_marks(ledger, stream);
+    }
 }
 
-// Account for a command or for one entry of a pulse train.
-static void take_special(struct ledger *ledger, struct stream *stream, uint8_t kind)
+// Account for a command, or for entries of a pulse train up to the interrupt or the next mark.
+static void take_special(struct ledger *ledger,
+                         struct stream *stream,
+                         uint8_t tail,
+                         uint8_t kind)
 {
     note_fresh(ledger, stream);
     uint8_t low = stream_pass_entry(stream);
 
     if (kind == STEP_HIGH_COMMAND) {
         ledger_execute(ledger, low);
-    } else {
-        int8_t count = (int8_t)low;
-        uint8_t steps = (uint8_t)(count < 0 ? -count : count);
-        ledger->train = count < 0 ? 1 : 0;
-        ledger->train_steps = (uint16_t)(ledger->train_steps + steps);
-        ledger_move_position(ledger, steps);
+        return;
     }
+    uint8_t train = stream_entry_train((int8_t)low);
+    uint16_t steps = stream_entry_steps((int8_t)low);
+
+    // A single axis has the time to pass them one by one.
+    if (SEVERAL_AXES) {
+        steps = (uint16_t)(steps + stream_pass_train(stream, train, tail));
+    }
+    ledger->train = train;
+    ledger->train_steps = (uint16_t)(ledger->train_steps + steps);
+    ledger_move_position(ledger, steps);
 }
 
 // Account for idle periods, all at once however many. They come after the entries: the interrupt
@@ -315,7 +340,7 @@ static APART void advance_by_entries(struct ledger *ledger,
         }
         uint8_t kind = stream_peek(stream);
         if (kind >= STEP_HIGH_TRAIN) {
-            take_special(ledger, stream, kind);
+            take_special(ledger, stream, sample->tail, kind);
         } else if (!take_periods(ledger, stream, sample->tail, whole)) {
             return;
         }
@@ -324,20 +349,24 @@ static APART void advance_by_entries(struct ledger *ledger,
     add_idle(ledger, stream, sample->idle_count);
 }
 
-// Account for the batches that are over: nearly all of a curve is such batches. No mark may stand
-// here. Returns true when the interrupt is inside the next one, so that nothing is left.
-static inline bool take_batches(struct ledger *ledger,
-                                struct stream *stream,
-                                uint8_t tail)
+bool ledger_advance_batches(struct ledger *ledger, struct stream *stream, uint8_t tail)
 {
-    uint32_t ticks = 0;
-    uint8_t count = stream_pass_batches(stream, tail, &ticks);
-
-    if (count != 0) {
-        ledger->loaded_ticks += ticks;
-        ledger_pass_periods(ledger, count);
+    if (ledger->train != LEDGER_NO_TRAIN || stream_mark_within(stream, 0)) {
+        return false;
     }
-    return stream_inside_batch(stream, tail);
+    const struct stream_batch *batch = stream_batch_here(stream);
+    // No mark lies between a batch and the one before it: neither the step before a pixel edge nor
+    // the step behind it is ever in a batch (feed_plain() and put_chunk() in feed.c).
+    while (batch != NULL) {
+        if (batch->count > (uint8_t)(tail - stream->retired)) {
+            return true;
+        }
+        ledger->loaded_ticks += batch->ticks;
+        ledger_pass_periods(ledger, batch->count);
+        stream_pass_batch(stream, batch);
+        batch = stream_batch_here(stream);
+    }
+    return false;
 }
 
 void ledger_advance(struct ledger *ledger,
@@ -350,8 +379,9 @@ void ledger_advance(struct ledger *ledger,
                  sample->idle_count == ledger->idle_seen;
 
     if (whole && ledger->train == LEDGER_NO_TRAIN) {
-        bool at_batch = stream_at_batch(stream) && !stream_mark_within(stream, 0);
-        if (at_batch ? take_batches(ledger, stream, sample->tail)
+        bool at_batch =
+            stream_batch_here(stream) != NULL && !stream_mark_within(stream, 0);
+        if (at_batch ? ledger_advance_batches(ledger, stream, sample->tail)
                      : ledger_take_pixels(ledger, stream, sample->tail)) {
             return;
         }

@@ -78,6 +78,11 @@ void ledger_advance(struct ledger *ledger,
                     const struct engine_sample *sample,
                     enum ledger_extent extent);
 
+// Account for the batches that are over when the interrupt reads slot `tail` next: all that an
+// advance by batches would do inside a curve, without a sample. Returns true when it would do
+// nothing more: the interrupt is inside a batch.
+bool ledger_advance_batches(struct ledger *ledger, struct stream *stream, uint8_t tail);
+
 // Position of the axis: signed steps since reset, or since ledger_zero().
 static inline int32_t ledger_position(const struct ledger *ledger)
 {

@@ -47,7 +47,7 @@ struct ledger {
 };
 
 // Count steps in the direction that periods have at this place.
-static inline void ledger_move_position(struct ledger *ledger, uint8_t steps)
+static inline void ledger_move_position(struct ledger *ledger, uint16_t steps)
 {
     ledger->position_steps += ledger->negative ? -(int16_t)steps : (int16_t)steps;
 }

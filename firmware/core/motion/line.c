@@ -280,16 +280,19 @@ uint8_t line_even_steps(struct line *line, bool negative)
         !segment_queue_pop_pixels(line->queue, &line->segment)) {
         return 0;
     }
-    int16_t count = line->segment.count;
-    uint16_t steps = (uint16_t)(count < 0 ? -count : count);
-    bool even = line->smooth ? steps == line->speed : (count < 0) == negative;
+    uint16_t steps = line_many_steps(line, negative);
 
-    if (!even || steps > UINT8_MAX) {
+    if (steps == 0 || steps > UINT8_MAX) {
         return 0;
     }
     line->curve_half = 0;
     line->speed = steps;
     return (uint8_t)steps;
+}
+
+uint32_t line_known_ticks(struct line *line)
+{
+    return ticks_to_edge(line);
 }
 
 uint32_t line_pixel_ticks(struct line *line)

@@ -125,9 +125,22 @@ static inline uint16_t line_curved_steps(const struct line *line)
     return curved ? steps : 0;
 }
 
+// Number of steps of the next pixel if they are evenly spaced and in this direction; 0: they are
+// not, or no segment is in work. After line_even_steps(), which takes the segment.
+static inline uint16_t line_many_steps(const struct line *line, bool negative)
+{
+    int16_t count = line->segment.count;
+    uint16_t steps = (uint16_t)(count < 0 ? -count : count);
+    bool even = line->smooth ? steps == line->speed : (count < 0) == negative;
+
+    return even && line->segment.repeat != 0 ? steps : 0;
+}
+
 // Length of that pixel, ticks; 0 while line_is_early(). A locked line's pixel gets it here, so as
 // late as possible.
 uint32_t line_pixel_ticks(struct line *line);
+// The same where line_is_early() was asked.
+uint32_t line_known_ticks(struct line *line);
 
 // Pass over one pixel of the segment in work, of so many signed steps, as line_next() would. After
 // line_pixel_ticks().

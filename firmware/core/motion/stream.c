@@ -41,7 +41,7 @@ void stream_put_command(struct stream *stream, enum step_command command)
     put_entry(stream, (uint16_t)((uint16_t)STEP_HIGH_COMMAND << 8 | (uint8_t)command));
 }
 
-static void fill_train(struct pulse_train *train, const struct even *even)
+static inline void fill_train(struct pulse_train *train, const struct even *even)
 {
     uint16_t top = (uint16_t)(even->base_ticks - 1u);
     int16_t after_long = (int16_t)(even->remainder - even->steps);
@@ -54,16 +54,26 @@ static void fill_train(struct pulse_train *train, const struct even *even)
     train->top_high = (uint8_t)(top >> 8);
 }
 
-uint32_t stream_put_train(struct stream *stream, struct even *even, uint16_t steps)
+// Fill the train that is free. Returns which it is.
+static inline uint8_t begin_train(struct stream *stream,
+                                  const struct even *even,
+                                  uint16_t steps)
 {
-    BY_POINTER_SMALL(stream);
     uint8_t train = stream->trains[0].steps == 0 ? 0 : 1;
 
     REQUIRE(stream->trains[train].steps == 0);
     fill_train(&stream->engine_trains[train], even);
     stream->trains[train].steps = steps;
     stream->trains[train].sum = even->sum;
-    uint32_t ticks = even_skip(even, steps);
+    return train;
+}
+
+// Append the entries of the train that was filled.
+static inline void put_train(struct stream *stream,
+                             uint8_t train,
+                             uint16_t steps,
+                             uint32_t ticks)
+{
     stream->trains[train].ticks = ticks;
     stream->newest_train = train;
     while (steps != 0) {
@@ -76,7 +86,24 @@ uint32_t stream_put_train(struct stream *stream, struct even *even, uint16_t ste
         steps = (uint16_t)(steps - now);
     }
     stream->end_ticks += ticks;
+}
+
+uint32_t stream_put_train(struct stream *stream, struct even *even, uint16_t steps)
+{
+    BY_POINTER_SMALL(stream);
+    uint8_t train = begin_train(stream, even, steps);
+    uint32_t ticks = even_skip(even, steps);
+
+    put_train(stream, train, steps, ticks);
     return ticks;
+}
+
+void stream_put_rest(struct stream *stream,
+                     const struct even *even,
+                     uint16_t steps,
+                     uint32_t ticks)
+{
+    put_train(stream, begin_train(stream, even, steps), steps, ticks);
 }
 
 uint8_t stream_reserve(struct stream *stream, uint8_t count)
@@ -165,29 +192,18 @@ static struct stream_batch *oldest_batch(struct stream *stream)
 #endif
 }
 
-static void drop_batch(struct stream *stream)
-{
-#if STREAM_BATCHES > 0
-    stream->batch_tail++;
-#else
-    (void)stream;
-#endif
-}
-
 uint8_t stream_pass_batches(struct stream *stream, uint8_t tail, uint32_t *ticks)
 {
     uint8_t first = stream->retired;
-    const struct stream_batch *batch = oldest_batch(stream);
+    const struct stream_batch *batch = stream_batch_here(stream);
 
     *ticks = 0;
     // No mark lies between this batch and the one before it: neither the step before a pixel edge
     // nor the step behind it is ever in a batch (feed_plain() and put_chunk() in feed.c).
-    while (batch != NULL && batch->slot == stream->retired &&
-           batch->count <= (uint8_t)(tail - stream->retired)) {
+    while (batch != NULL && batch->count <= (uint8_t)(tail - stream->retired)) {
         *ticks += batch->ticks;
-        stream->retired = (uint8_t)(stream->retired + batch->count);
-        drop_batch(stream);
-        batch = oldest_batch(stream);
+        stream_pass_batch(stream, batch);
+        batch = stream_batch_here(stream);
     }
     return (uint8_t)(stream->retired - first);
 }
@@ -219,6 +235,25 @@ uint8_t stream_pass_periods(struct stream *stream,
         batch->ticks -= *ticks;
     }
     return count;
+}
+
+uint16_t stream_pass_train(struct stream *stream, uint8_t train, uint8_t tail)
+{
+    const struct step_ring *ring = stream->ring;
+    uint8_t slot = stream->retired;
+    uint8_t stop =
+        stream_has_mark(stream) ? sooner(stream, stream_mark(stream)->slot, tail) : tail;
+    uint16_t steps = 0;
+
+    for (; slot != stop && ring->high[slot] == STEP_HIGH_TRAIN; slot++) {
+        int8_t count = (int8_t)ring->low[slot];
+        if (stream_entry_train(count) != train) {
+            break;
+        }
+        steps = (uint16_t)(steps + stream_entry_steps(count));
+    }
+    stream->retired = slot;
+    return steps;
 }
 
 uint32_t stream_train_ticks(const struct stream *stream, uint8_t train, uint16_t index)

@@ -195,10 +195,46 @@ static inline bool stream_train_free(const struct stream *stream)
     return stream->trains[0].steps == 0 || stream->trains[1].steps == 0;
 }
 
+// Which train an entry is of, by its low byte, and how many of its steps the entry stands for.
+static inline uint8_t stream_entry_train(int8_t low)
+{
+    return low < 0 ? 1 : 0;
+}
+
+static inline uint8_t stream_entry_steps(int8_t low)
+{
+    return (uint8_t)(low < 0 ? -low : low);
+}
+
+// True while the interrupt, which reads slot `tail` next, makes the older one of two trains in use.
+static inline bool stream_in_older_train(const struct stream *stream, uint8_t tail)
+{
+    uint8_t slot = (uint8_t)(tail - 1u);
+
+    return stream->ring->high[slot] == STEP_HIGH_TRAIN &&
+           stream_entry_train((int8_t)stream->ring->low[slot]) != stream->newest_train;
+}
+
+// True when a pulse train can make these intervals: they fit one period and differ in their low
+// byte only.
+static inline bool stream_fits_train(const struct stream *stream, const struct even *even)
+{
+    return stream->engine_trains != NULL && even->base_ticks < STEP_PERIOD_MAX_TICKS &&
+           (even->remainder == 0 || (uint8_t)even->base_ticks != 0);
+}
+
 // Append the next `steps` of evenly spaced steps as a pulse train, and pass them in *even. Only
-// when stream_train_free(). Marks that waited for the period that carries the edge of the step
-// before the train are placed behind the train's first period. Returns the train's ticks.
+// when stream_train_free() and stream_fits_train(). Marks that waited for the period that carries
+// the edge of the step before the train are placed behind the train's first period. Returns the
+// train's ticks.
 uint32_t stream_put_train(struct stream *stream, struct even *even, uint16_t steps);
+
+// The same for all steps that are left in *even, which are known to be `ticks` long together: their
+// sum needs no division then. *even stays.
+void stream_put_rest(struct stream *stream,
+                     const struct even *even,
+                     uint16_t steps,
+                     uint32_t ticks);
 
 // Leave `count` slots out, the first of which keeps reading empty: the interrupt sees nothing of
 // what follows. Returns that slot.
@@ -262,6 +298,12 @@ static inline uint8_t stream_whole_pixel(const struct stream *stream)
                : 0;
 }
 
+// What the marks stand for is not reached any more.
+static inline void stream_forget_marks(struct stream *stream)
+{
+    stream->mark_tail = stream->mark_placed;
+}
+
 // True when the interrupt is inside the pixel that was written last as a whole: the mark at the end
 // of that pixel has no place yet.
 static inline bool stream_inside_newest(const struct stream *stream, uint8_t tail)
@@ -282,33 +324,38 @@ static inline void stream_pass_mark(struct stream *stream)
     stream->mark_tail++;
 }
 
-// True when the interrupt is inside the batch that begins where the reader is.
-static inline bool stream_inside_batch(const struct stream *stream, uint8_t tail)
+// The batch that begins where the reader is; NULL: none does.
+static inline const struct stream_batch *stream_batch_here(const struct stream *stream)
 {
 #if STREAM_BATCHES > 0
     const struct stream_batch *batch =
         &stream->batches[stream->batch_tail & (STREAM_BATCHES - 1u)];
 
-    return stream->batch_tail != stream->batch_head && batch->slot == stream->retired &&
-           (uint8_t)(tail - stream->retired) < batch->count;
+    return stream->batch_tail != stream->batch_head && batch->slot == stream->retired
+               ? batch
+               : NULL;
 #else
     (void)stream;
-    (void)tail;
-    return false;
+    return NULL;
 #endif
 }
 
-// True when a batch begins where the reader is.
-static inline bool stream_at_batch(const struct stream *stream)
+// Pass that batch, which is over.
+static inline void stream_pass_batch(struct stream *stream,
+                                     const struct stream_batch *batch)
 {
+    stream->retired = (uint8_t)(stream->retired + batch->count);
 #if STREAM_BATCHES > 0
-    return stream->batch_tail != stream->batch_head &&
-           stream->batches[stream->batch_tail & (STREAM_BATCHES - 1u)].slot ==
-               stream->retired;
-#else
-    (void)stream;
-    return false;
+    stream->batch_tail++;
 #endif
+}
+
+// True when the interrupt is inside the batch that begins where the reader is.
+static inline bool stream_inside_batch(const struct stream *stream, uint8_t tail)
+{
+    const struct stream_batch *batch = stream_batch_here(stream);
+
+    return batch != NULL && (uint8_t)(tail - stream->retired) < batch->count;
 }
 
 // Pass the batches from here on that follow one another and are over: the interrupt reads slot
@@ -328,6 +375,10 @@ static inline uint8_t stream_pass_entry(struct stream *stream)
 {
     return stream->ring->low[stream->retired++];
 }
+
+// Pass more entries of this train (0 or 1), up to slot `tail` or the next mark. Returns the number
+// of their steps.
+uint16_t stream_pass_train(struct stream *stream, uint8_t train, uint8_t tail);
 
 // Pass single periods up to slot `tail`, the next mark or an entry of another kind, or a batch.
 // With `whole` set a batch that the interrupt has not finished is not passed. Returns the number of

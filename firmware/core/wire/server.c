@@ -74,38 +74,68 @@ static APART enum modbus_exception check_range(uint16_t address,
     return mapped ? MODBUS_OK : MODBUS_ILLEGAL_ADDRESS;
 }
 
-// Read words or bits into the reply. The number left fits 8 bits, since fewer than 256 bits are
-// mapped and a request has at most 125 words.
+// Read words, big-endian. Returns the place behind them.
+static inline uint8_t *read_words(uint8_t *to,
+                                  uint16_t address,
+                                  uint8_t count,
+                                  bool inputs)
+{
+    while (count != 0) {
+        uint8_t read = 0;
+        if (SEVERAL_AXES && inputs && address >= REG_RECORD_BASE) {
+            read = data_inputs(address, count, to);
+        }
+        if (read == 0) {
+            put_word(to, inputs ? data_input(address) : data_holding(address));
+            read = 1;
+        }
+        to += (uint8_t)(2u * read);
+        address = (uint16_t)(address + read);
+        count = (uint8_t)(count - read);
+    }
+    return to;
+}
+
+// Read bits, the lowest one first. Returns the place behind them.
+static inline uint8_t *read_bits(uint8_t *to,
+                                 uint16_t address,
+                                 uint8_t count,
+                                 uint8_t data)
+{
+    uint8_t bit = 0;
+
+    for (; count != 0; count--) {
+        if (bit == 0) {
+            *to++ = 0;
+            bit = 1;
+        }
+        if (data_bit(address, data)) {
+            to[-1] |= bit;
+        }
+        bit = (uint8_t)(bit << 1);
+        address++;
+    }
+    return to;
+}
+
+// Read words or bits into the reply. Their number fits 8 bits, since fewer than 256 bits are mapped
+// and a request has at most 125 words.
 static APART enum modbus_exception read_data(struct frame *frame,
                                              uint16_t address,
                                              uint16_t count,
                                              uint8_t data)
 {
     uint8_t *to = &frame->bytes[3];
-    uint8_t left = (uint8_t)count;
-    uint8_t bit = 0;
     enum modbus_exception exception = check_range(address, count, data);
 
     if (exception != MODBUS_OK) {
         return exception;
     }
-    do {
-        if (ARE_WORDS(data)) {
-            put_word(to,
-                     data == READ_INPUT ? data_input(address) : data_holding(address));
-            to += 2;
-        } else {
-            if (bit == 0) {
-                *to++ = 0;
-                bit = 1;
-            }
-            if (data_bit(address, data)) {
-                to[-1] |= bit;
-            }
-            bit = (uint8_t)(bit << 1);
-        }
-        address++;
-    } while (--left != 0);
+    if (ARE_WORDS(data)) {
+        to = read_words(to, address, (uint8_t)count, data == READ_INPUT);
+    } else {
+        to = read_bits(to, address, (uint8_t)count, data);
+    }
     frame->reply = (uint8_t)(to - frame->bytes);
     frame->bytes[2] = (uint8_t)(frame->reply - 3u);
     return MODBUS_OK;
