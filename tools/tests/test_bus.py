@@ -415,3 +415,23 @@ def test_serial_interrupts_slower_than_the_line_do_not_pile_up(board, count, loa
         assert master.input(FAULT_CODE) in FOR_LACK_OF_TIME
         assert bench.sim.stats()["boards"][0]["stack_free_bytes"] > 200
         bench.assert_rest()
+
+
+# The receive interrupt alone takes two thirds of the time, the step interrupts nearly half: until
+# the request is over the main loop stands still, for longer than a byte of the coarse clock counts.
+@pytest.mark.parametrize("count", [387, 398, 400, 417, 420, 448, 471, 477, 504])
+def test_a_main_loop_that_stood_still_accuses_no_axis_of_an_underrun(count):
+    axes = range(AXES["mega"])
+    with Bench("mega", axes, hz=100) as bench:
+        master = Master(bench.sim, "mega")
+        master.change(1_000_000, "N")
+        for axis in axes:
+            bench.load(Line((count,) * 30, PLAIN), axis)
+        bench.arm()
+        bench.run_until_steps(4 * count)
+        for _ in range(4):
+            master.sim.transmit(master.long_request())
+        bench.sim.wait_s(0.5)
+        assert master.input(FAULT_CODE) in FOR_LACK_OF_TIME
+        assert [bench.board.axis(axis)["underruns"] for axis in axes] == [0] * len(axes)
+        bench.assert_rest()

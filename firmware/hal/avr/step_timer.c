@@ -421,7 +421,8 @@ void step_timer_sample(uint8_t axis, struct engine_sample *sample)
 }
 
 #if CONFIG_AXES > 1
-// Tries of step_timer_look(): an idle period that is loaded in between spoils one.
+// Tries of step_timer_look(): an idle period that is loaded in between spoils one, and so does
+// traffic that saturates the serial line.
 #define LOOKS 4u
 
 // The counter, whether the period that it counts has been served, and what its interrupt has
@@ -443,6 +444,7 @@ void step_timer_sample(uint8_t axis, struct engine_sample *sample)
 static bool look_once(uint8_t axis, struct step_timer_look *look)
 {
     const struct step_engine *engine = step_isr_engine(axis);
+    uint32_t before_units = clock_now_units();
     struct engine_sample before = step_isr_sample(axis);
     uint16_t counter = 0;
     uint8_t flags = 0;
@@ -461,8 +463,10 @@ static bool look_once(uint8_t axis, struct step_timer_look *look)
     look->sample = step_engine_sample_of(tail, left, engine->cut, after.idle_count);
     look->counter = counter;
     look->units = clock_now_units();
+    // Interrupts can hold the main loop for longer than eight bits count.
+    bool held = look->units - before_units > UINT8_MAX;
     look->units -= (uint8_t)((uint8_t)look->units - unit);
-    return (flags & _BV(TOV1)) == 0 && before.idle_count == after.idle_count &&
+    return !held && (flags & _BV(TOV1)) == 0 && before.idle_count == after.idle_count &&
            before.cut == after.cut;
 }
 
