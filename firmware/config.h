@@ -26,17 +26,18 @@
 // waits` and `--only handlers` measure them:
 //
 //     interrupts off in the main loop, or in a serial handler   21    28    28
-//     pixel clock capture, until it lets others in              13    14    13
+//     pixel clock capture, until it lets others in              13    29    28
 //     step handlers of the other axes                            -   147    49   49 each
 //     a train's period, from the flag's service to OCRnA        23    25    23
 //                                                               --   ---   ---
-//                                                               57   214   113
+//                                                               57   229   128
 //
 // Axes at rest are parked and interrupt nobody: with fewer axes moving an interval may be shorter
 // (DESIGN.md, "Axes at rest"). The waits of a coincidence can then be longer than the interval; a
 // train catches up (step_isr.S).
 //
-// A single period takes 29 (31) cycles to OCRnA, so that only pulse trains make the shortest
+// Where several axes move the capture takes 17 cycles more if it comes with the overflow of its own
+// timer. A single period takes 29 (31) cycles to OCRnA, so that only pulse trains make the shortest
 // periods (decode.c). The other axes take up to 86 cycles where they begin a train. They begin
 // their trains some steps apart from each other (TRAIN_STAGGER_STEPS), but lines of different rates
 // can meet all the same. An interrupt that is then late by less than a period is an underrun, which
@@ -61,8 +62,7 @@
 #define CONFIG_SWITCH_CAPTURE_AXIS BOARD_SWITCH_CAPTURE_AXIS
 #define CONFIG_QUEUE_ENTRIES      BOARD_QUEUE_ENTRIES // runs and marks per axis, at least
 #define CONFIG_QUEUE_BYTES        (CONFIG_QUEUE_ENTRIES * 4u)
-#define CONFIG_EVENTS             BOARD_EVENTS               // kept in the event log
-#define CONFIG_CLOCK_EDGES        (CONFIG_AXES == 1 ? 4 : 8) // captured, not taken
+#define CONFIG_EVENTS             BOARD_EVENTS // kept in the event log
 #define CONFIG_MIN_INTERVAL_TICKS (BOARD_MIN_INTERVAL_TICKS + 0u)
 #define CONFIG_SMOOTH_MIN_INTERVAL_TICKS (BOARD_SMOOTH_MIN_INTERVAL_TICKS + 0u)
 // The same while only 1, 2 or 3 axes are armed or move, on a board with more axes.
@@ -80,6 +80,13 @@
 #endif
 #define CONFIG_SEEK_MIN_INTERVAL_TICKS (BOARD_SEEK_MIN_INTERVAL_TICKS + 0u)
 #define CONFIG_REVERSAL_MARGIN_TICKS   ((uint32_t)BOARD_REVERSAL_MARGIN_TICKS)
+
+// Edges of the pixel clock that are captured and not taken.
+#if CONFIG_AXES == 1
+#define CONFIG_CLOCK_EDGES 4
+#else
+#define CONFIG_CLOCK_EDGES 8
+#endif
 
 // An axis's place in an array of axes: with a single one it is known when the image is built.
 #if CONFIG_AXES == 1

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "app/time_check.h"
 
-#include "app/axes.h"       // axes_*
-#include "app/faults.h"     // faults_latch_underrun
-#include "hal/clock.h"      // clock_now_units
-#include "hal/step_timer.h" // step_timer_start
+#include "app/axes.h"          // axes_*
+#include "app/faults.h"        // faults_latch_underrun
+#include "hal/clock.h"         // clock_now_units
+#include "hal/step_timer.h"    // step_timer_start
+#include "motion/step_codes.h" // STEP_IDLE_TICKS
 
 // Time between two checks. A check inside a pulse train divides and costs up to 1500 cycles.
 #define CHECK_EVERY_UNITS 1024u
@@ -13,28 +14,42 @@
 // behind it by this much, ticks: what is left of the rounding when the clock was set, and the
 // cycles between the two looks.
 #define SLACK_TICKS 24
-// Looks at the first period that find its start. They are some 130 cycles apart.
-#define START_LOOKS 24u
+// Looks that find when the timers started.
+#define START_LOOKS 40u
 
 // The coarse clock when the timers started, ticks.
 static uint32_t started_ticks;
 static uint16_t
     checked_units; // last check, a multiple of CHECK_EVERY_UNITS that tells whose turn it is
 
+// A little time, more for a larger number.
+static void pause(uint8_t turns)
+{
+    for (volatile uint8_t left = turns; left != 0; left--) {
+    }
+}
+
 // The clock's count is rounded down: of all looks the one says most that came just behind a count.
+// Each distance of two looks differs from the one before: were they all a whole number of counts,
+// every look would come equally long behind one.
 static void find_start(void)
 {
     struct step_timer_look look;
     bool found = false;
 
     for (uint8_t looks = START_LOOKS; looks != 0; looks--) {
+        pause(looks);
         if (!step_timer_look(0, &look)) {
             continue;
         }
         uint32_t start = look.units * CLOCK_UNIT_TICKS - look.counter;
-        // More than a unit further on another period is running.
-        if (!found || start - started_ticks < CLOCK_UNIT_TICKS) {
+        // Of idle periods, all of the same length, any may be running.
+        uint32_t later = (start - started_ticks) % STEP_IDLE_TICKS;
+
+        if (!found) {
             started_ticks = start;
+        } else if (later < CLOCK_UNIT_TICKS) {
+            started_ticks += later;
         }
         found = true;
     }

@@ -37,7 +37,6 @@ Uses = dict[tuple[str, str], str]
 
 # (user, used): why this use may close a circle.
 FIRMWARE: Uses = {
-    ("firmware/hal/pixel_clock", "firmware/hal/avr/capture"): "one capture unit for both",
     ("firmware/hal/avr/step_isr", "firmware/hal/step_timer"): "one engine in two languages",
 }
 SIM: Uses = {}

@@ -48,6 +48,34 @@ def errors(bench, ends, divider=1):
     return [end - true[first + divider * i] for i, end in enumerate(ends) if end is not None]
 
 
+# Intervals of the clock's axis, the last one, that are as short as the waits of its interrupt.
+@pytest.mark.parametrize(
+    ("board", "tick_hz", "counts", "offset"),
+    [
+        ("mega", 16_000_000, {0: 450, 1: 450, 2: 450, 3: 450}, -9000),
+        ("mega", 16_000_000, {0: 450, 1: 450, 2: 450, 3: 450}, 300),
+        ("mega", 16_000_000, {0: 477, 2: 440, 3: 600}, 0),
+        ("m1284", 20_000_000, {0: 964, 1: 740}, 9000),
+        ("m1284", 20_000_000, {0: 900, 1: 900}, 300),
+    ],
+)
+def test_several_fast_axes_follow_the_clock(bench_of, board, tick_hz, counts, offset):
+    with bench_of(board, 100, axes=tuple(counts)) as bench:
+        bench.follow()
+        bench.clock(Fraction(tick_hz, 100) * (1 + Fraction(offset, 1_000_000)))
+        bench.settle()
+        before = {axis: bench.count(axis) for axis in counts}
+        lines = {axis: Line((count,) * 60, PLAIN) for axis, count in counts.items()}
+        for axis, line in lines.items():
+            bench.load(line, axis)
+        bench.board.command("arm", list(counts))
+        bench.until(lambda: all(bench.state(axis) not in ("armed", "running") for axis in counts))
+        assert [bench.state(axis) for axis in counts] == ["done"] * len(counts)
+        assert bench.fault_name() == "none"
+        for axis, line in lines.items():
+            assert max(map(abs, errors(bench, bench.last_steps(line, axis, before[axis])))) <= 2
+
+
 @pytest.mark.parametrize("board", BOARDS)
 @pytest.mark.parametrize(("hz", "offset"), [(30, 10_000), (30, -10_000), (1000, 300)])
 def test_a_clock_that_is_off_is_followed(bench_of, board, hz, offset):

@@ -20,7 +20,8 @@ ISR(TIMER0_OVF_vect, ISR_NOBLOCK)
 #else
 #include <util/atomic.h>
 
-#include "hal/avr/clock_units.h" // CLOCK_COUNTING_BIT
+#include "hal/avr/clock_units.h" // clock_overflows
+#include "hal/avr/flag_bits.h"   // FLAG_CLOCK_COUNTING
 
 volatile uint32_t clock_overflows;
 
@@ -36,7 +37,7 @@ ISR(TIMER0_OVF_vect, ISR_NAKED)
         "sbi %[flags], %[counting]\n\t"
         "jmp __vector_clock_body"
         :
-        : [flags] "I"(_SFR_IO_ADDR(GPIOR0)), [counting] "I"(CLOCK_COUNTING_BIT));
+        : [flags] "I"(_SFR_IO_ADDR(GPIOR0)), [counting] "I"(FLAG_CLOCK_COUNTING));
 }
 
 static void clock_body(void)
@@ -46,7 +47,7 @@ static void clock_body(void)
     ATOMIC_BLOCK(ATOMIC_FORCEON)
     {
         clock_overflows = overflows;
-        GPIOR0 &= (uint8_t)~_BV(CLOCK_COUNTING_BIT);
+        GPIOR0 &= (uint8_t)~_BV(FLAG_CLOCK_COUNTING);
     }
 }
 #endif

@@ -7,9 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-// Bit of GPIOR0: the interrupt of timer 0 has cleared the flag and not counted yet. With a single
-// axis nobody asks.
-#define CLOCK_COUNTING_BIT 7
+#include "hal/avr/flag_bits.h" // FLAG_CLOCK_COUNTING
 
 // Timer 0's overflows, changed with interrupts off where there are several axes.
 extern volatile uint32_t clock_overflows;
@@ -25,7 +23,7 @@ static inline struct clock_look clock_look(void)
 {
     uint8_t count = TCNT0;
     uint8_t flags = (uint8_t)(TIFR0 & _BV(TOV0));
-    uint8_t counting = (uint8_t)(GPIOR0 & _BV(CLOCK_COUNTING_BIT));
+    uint8_t counting = (uint8_t)(GPIOR0 & _BV(FLAG_CLOCK_COUNTING));
 
     return (struct clock_look){
         .overflows = *(const volatile uint16_t *)&clock_overflows,

@@ -4,31 +4,14 @@
 #include <util/atomic.h>
 
 #include "base/apart.h" // APART
-#include "config.h"     // CONFIG_*, BOARD_PIXEL_CLOCK_TIMER
-#include "hal/avr/capture.h"
+#include "config.h"     // CONFIG_*
+#include "hal/avr/capture_queue.h"
+#include "hal/avr/flag_bits.h" // FLAG_*
+#include "hal/avr/step_isr.h"  // step_isr_idle_count_at
 
-static struct capture_queue edges;
-
-#define PIXEL_CLOCK_HANDLER(timer)                                                       \
-    CAPTURE_QUEUE_HANDLER(edges,                                                         \
-                          timer,                                                         \
-                          CONFIG_PIXEL_CLOCK_AXIS,                                       \
-                          CAPTURE_PIXEL_CLOCK_BUSY,                                      \
-                          CAPTURE_PIXEL_CLOCK_OVERRUN)
-PIXEL_CLOCK_HANDLER(BOARD_PIXEL_CLOCK_TIMER)
+struct capture_queue pixel_clock_edges;
 
 #if CONFIG_AXES > 1
-uint16_t capture_units_now(void)
-{
-    struct clock_look look;
-
-    ATOMIC_BLOCK(ATOMIC_FORCEON)
-    {
-        look = clock_look();
-    }
-    return (uint16_t)clock_look_units(&look);
-}
-
 // The edge of a parked axis has a period of its own, whatever has begun since.
 static void place_parked(const struct capture_entry *entry, struct pixel_capture *capture)
 {
@@ -48,17 +31,18 @@ static void place_parked(const struct capture_entry *entry, struct pixel_capture
 
 APART bool pixel_clock_waiting(void)
 {
-    return edges.head != edges.tail;
+    return pixel_clock_edges.head != pixel_clock_edges.tail;
 }
 
 bool pixel_clock_take(struct pixel_capture *capture)
 {
-    uint8_t tail = edges.tail;
+    uint8_t tail = pixel_clock_edges.tail;
 
-    if (tail == edges.head) {
+    if (tail == pixel_clock_edges.head) {
         return false;
     }
-    const struct capture_entry *entry = &edges.entries[tail & (CONFIG_CLOCK_EDGES - 1u)];
+    const struct capture_entry *entry =
+        &pixel_clock_edges.entries[tail & (CONFIG_CLOCK_EDGES - 1u)];
     bool cut = (entry->notes & CAPTURE_CUT) != 0;
 
     capture->ticks = entry->captured;
@@ -71,7 +55,7 @@ bool pixel_clock_take(struct pixel_capture *capture)
         .idle_count = entry->idle_count,
     };
     place_parked(entry, capture);
-    edges.tail = (uint8_t)(tail + 1u);
+    pixel_clock_edges.tail = (uint8_t)(tail + 1u);
     return true;
 }
 
@@ -79,9 +63,9 @@ bool pixel_clock_drop(void)
 {
     bool any = pixel_clock_waiting();
 
-    edges.tail = edges.head;
-    edges.lost = 0;
-    GPIOR0 &= (uint8_t)~_BV(CAPTURE_PIXEL_CLOCK_OVERRUN);
+    pixel_clock_edges.tail = pixel_clock_edges.head;
+    pixel_clock_edges.lost = 0;
+    GPIOR0 &= (uint8_t)~_BV(FLAG_PIXEL_CLOCK_OVERRUN);
     return any;
 }
 
@@ -89,11 +73,11 @@ uint8_t pixel_clock_take_lost(void)
 {
     uint8_t lost = 0;
 
-    if (edges.lost != 0) {
+    if (pixel_clock_edges.lost != 0) {
         ATOMIC_BLOCK(ATOMIC_FORCEON)
         {
-            lost = edges.lost;
-            edges.lost = 0;
+            lost = pixel_clock_edges.lost;
+            pixel_clock_edges.lost = 0;
         }
     }
     return lost;
@@ -101,8 +85,8 @@ uint8_t pixel_clock_take_lost(void)
 
 bool pixel_clock_take_crowded(void)
 {
-    bool crowded = (GPIOR0 & _BV(CAPTURE_PIXEL_CLOCK_OVERRUN)) != 0;
+    bool crowded = (GPIOR0 & _BV(FLAG_PIXEL_CLOCK_OVERRUN)) != 0;
 
-    GPIOR0 &= (uint8_t)~_BV(CAPTURE_PIXEL_CLOCK_OVERRUN);
+    GPIOR0 &= (uint8_t)~_BV(FLAG_PIXEL_CLOCK_OVERRUN);
     return crowded;
 }

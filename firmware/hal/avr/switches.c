@@ -9,6 +9,7 @@
 #include "config.h"        // CONFIG_*
 #include "hal/avr/board.h" // BOARD_KEEP
 #include "hal/avr/capture.h"
+#include "hal/avr/flag_bits.h" // FLAG_SWITCH_*
 
 #define READ_BIT(number, port, bit, mask)                                                \
     if (CONFIG_INDEX(axis) == (number) && (PIN##port & _BV(bit)) != 0) {                 \
@@ -92,8 +93,8 @@ static inline void note_seeker(void)
 CAPTURE_HANDLER_AT_ONCE(switch_edge,
                         1,
                         CONFIG_SWITCH_CAPTURE_AXIS,
-                        CAPTURE_SWITCH_BUSY,
-                        CAPTURE_SWITCH_OVERRUN,
+                        FLAG_SWITCH_BUSY,
+                        FLAG_SWITCH_OVERRUN,
                         note_seeker())
 
 bool switch_capture_take(struct switch_capture *capture)
@@ -104,8 +105,7 @@ bool switch_capture_take(struct switch_capture *capture)
     // Before the edge is taken: right behind that a bounce may write a sample of its own.
     capture->seeker = seeker_sample;
     __asm__ volatile("" ::: "memory");
-    return capture_take(
-        &switch_edge, &capture->edge, CONFIG_SWITCH_CAPTURE_AXIS, CAPTURE_SWITCH_BUSY);
+    return capture_take(&switch_edge, &capture->edge, FLAG_SWITCH_BUSY);
 }
 
 static void drop_capture(void)

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+// Edges of the pixel clock that wait for the main loop: what the capture interrupt
+// (pixel_clock_isr.S) and pixel_clock.c share. Included by both.
+#pragma once
+
+#include "config.h" // CONFIG_AXES, CONFIG_CLOCK_EDGES
+
+// Of struct capture_entry: the offsets of its members, bytes.
+#define CAPTURE_ENTRY_SIZE        7
+#define CAPTURE_ENTRY_CAPTURED    0
+#define CAPTURE_ENTRY_TAIL        2
+#define CAPTURE_ENTRY_LEFT_OR_CUT 3
+#define CAPTURE_ENTRY_IDLE_COUNT  4
+#define CAPTURE_ENTRY_NOTES       6
+// Of struct capture_queue; CAPTURE_FIRST_* with several axes only.
+#define CAPTURE_QUEUE_HEAD     0
+#define CAPTURE_QUEUE_TAIL     1
+#define CAPTURE_QUEUE_LOST     2
+#define CAPTURE_FIRST_LEFT     3
+#define CAPTURE_FIRST_TAIL     4
+#define CAPTURE_FIRST_IDLE_LOW 5
+#define CAPTURE_FIRST_COUNTER  6
+#if CONFIG_AXES > 1
+#define CAPTURE_QUEUE_ENTRIES 8
+#else
+#define CAPTURE_QUEUE_ENTRIES 3
+#endif
+
+// Bits of capture_entry.notes. BACK: struct pixel_capture. WAS_PARKED: the axis was, and idle_count
+// is the coarse clock's low 16 bits. CUT: of the engine's `left` and `cut`, `cut` is not 0.
+#define CAPTURE_BACK       0x03
+#define CAPTURE_WAS_PARKED 0x40
+#define CAPTURE_CUT        0x80
+
+// A counter read between two looks at the overflow flag has wrapped before it was read, if the flag
+// appeared between them and the counter is still below this.
+#define CAPTURE_JUST_WRAPPED_TICKS 16
+
+#if !defined(__ASSEMBLER__)
+#include <stddef.h> // offsetof
+#include <stdint.h>
+
+// One edge.
+struct capture_entry {
+    // Count of the timer at the edge, ticks from the start of its period.
+    uint16_t captured;
+    // struct engine_sample, of when the handler began, or a little later. Of `left` and `cut` one
+    // is 0.
+    uint8_t tail;
+    int8_t left_or_cut;
+    uint16_t idle_count;
+    uint8_t notes; // CAPTURE_BACK and the others
+};
+
+// Edges that wait for the main loop. Both ends run freely.
+struct capture_queue {
+    volatile uint8_t head; // only the handler writes it
+    volatile uint8_t tail; // only the main loop writes it
+    // Edges that found the queue full; stays at 255. The main loop clears it.
+    volatile uint8_t lost;
+#if CONFIG_AXES > 1
+    // What the handler notes before it lets other interrupts in: struct engine_sample, and the
+    // count of the timer if its overflow flag is set (FLAG_PIXEL_CLOCK_WRAPPED).
+    int8_t first_left;
+    uint8_t first_tail;
+    uint8_t first_idle_low;
+    uint16_t first_counter;
+#endif
+    struct capture_entry entries[CONFIG_CLOCK_EDGES];
+};
+
+_Static_assert(sizeof(struct capture_entry) == CAPTURE_ENTRY_SIZE &&
+                   offsetof(struct capture_entry, captured) == CAPTURE_ENTRY_CAPTURED &&
+                   offsetof(struct capture_entry, tail) == CAPTURE_ENTRY_TAIL &&
+                   offsetof(struct capture_entry, left_or_cut) ==
+                       CAPTURE_ENTRY_LEFT_OR_CUT &&
+                   offsetof(struct capture_entry, idle_count) ==
+                       CAPTURE_ENTRY_IDLE_COUNT &&
+                   offsetof(struct capture_entry, notes) == CAPTURE_ENTRY_NOTES &&
+                   offsetof(struct capture_queue, head) == CAPTURE_QUEUE_HEAD &&
+                   offsetof(struct capture_queue, tail) == CAPTURE_QUEUE_TAIL &&
+                   offsetof(struct capture_queue, lost) == CAPTURE_QUEUE_LOST &&
+                   offsetof(struct capture_queue, entries) == CAPTURE_QUEUE_ENTRIES,
+               "known to pixel_clock_isr.S");
+#if CONFIG_AXES > 1
+_Static_assert(offsetof(struct capture_queue, first_left) == CAPTURE_FIRST_LEFT &&
+                   offsetof(struct capture_queue, first_tail) == CAPTURE_FIRST_TAIL &&
+                   offsetof(struct capture_queue, first_idle_low) ==
+                       CAPTURE_FIRST_IDLE_LOW &&
+                   offsetof(struct capture_queue, first_counter) == CAPTURE_FIRST_COUNTER,
+               "known to pixel_clock_isr.S");
+#endif
+_Static_assert((CONFIG_CLOCK_EDGES & (CONFIG_CLOCK_EDGES - 1u)) == 0 &&
+                   CONFIG_CLOCK_EDGES <= 16u,
+               "pixel_clock_isr.S masks the queue's index and shifts it by four bits");
+
+// The edges; pixel_clock.c has them.
+extern struct capture_queue pixel_clock_edges;
+#endif
