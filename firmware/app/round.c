@@ -143,18 +143,22 @@ static void advance_in_turn(void)
     }
 }
 
-// True when the account of an axis whose decoder waits for a train may find one over.
-static bool train_may_be_over(uint8_t i)
+static APART bool awaited_may_be_over(uint8_t i)
 {
-    const struct axis *axis = axes_get(i);
-    const struct stream *stream = &axis->feed.stream;
+    const struct stream *stream = &axes_get(i)->feed.stream;
 
-    if (!axis_awaits_train(axis) || stream_train_free(stream)) {
+    if (stream_train_free(stream)) {
         return false;
     }
     uint8_t tail = step_timer_tail(i);
 
     return tail != stream->retired && !stream_in_older_train(stream, tail);
+}
+
+// True when the account of an axis whose decoder waits for a train may find one over.
+static inline bool train_may_be_over(uint8_t i)
+{
+    return axis_awaits_train(axes_get(i)) && awaited_may_be_over(i);
 }
 
 // Advance these accounts, right before the decoding. A pixel's edge ends the trains of all axes,
@@ -270,6 +274,9 @@ static void decode_in_turn(uint8_t budget)
         }
         uint8_t once = budget < DECODE_AT_ONCE ? budget : DECODE_AT_ONCE;
         budget = (uint8_t)(budget - once + decode_one(i, once));
+        if (budget == 0) {
+            return;
+        }
         buffered[i] = units_ahead(i);
         look_for_ended_trains(buffered);
     }

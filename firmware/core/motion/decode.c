@@ -372,6 +372,13 @@ static inline uint8_t decode_piece(struct axis *axis,
     return next_piece(axis, period, always_take_up);
 }
 
+// True inside a curve, where nothing but its next steps is to be written.
+static inline bool in_curve(const struct axis *axis)
+{
+    return SEVERAL_AXES && axis->phase == DECODE_STEPS && axis->walk.curved &&
+           !feed_busy(&axis->feed);
+}
+
 uint8_t decode_axis(struct axis *axis,
                     const struct pixel_period *period,
                     bool always_take_up,
@@ -379,7 +386,8 @@ uint8_t decode_axis(struct axis *axis,
 {
     while (budget != 0 && axis->phase != DECODE_OUTSIDE &&
            stream_space(&axis->feed.stream) >= DECODE_ROOM_LEFT) {
-        uint8_t cost = decode_pixels(axis, budget);
+        uint8_t cost =
+            in_curve(axis) ? decode_burst(axis, budget) : decode_pixels(axis, budget);
         if (cost == EVEN_PIXEL_WAITS) {
             break;
         }
