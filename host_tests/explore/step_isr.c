@@ -8,11 +8,14 @@
 #include <avr/io.h>
 #include <stdbool.h>
 
+#include "config.h" // CONFIG_AXES
 #include "explore/part.h"
-#include "motion/step_engine.h"
+#include "hal/avr/step_isr.h" // step_engines, step_rings
 
-extern struct step_engine step_engines[];
-extern struct step_ring step_rings[];
+// As in firmware/hal/avr/step_isr.c.
+struct step_engine step_engines[CONFIG_AXES];
+struct step_ring step_rings[CONFIG_AXES];
+
 void step_isr_command_0(void);
 void step_isr_late_0(void);
 

@@ -6,8 +6,8 @@
 #include "base/apart.h" // APART
 #include "config.h"     // CONFIG_*
 #include "hal/avr/capture_queue.h"
-#include "hal/avr/flag_bits.h" // FLAG_*
-#include "hal/avr/step_isr.h"  // step_isr_idle_count_at
+#include "hal/avr/flag_bits.h"   // FLAG_*
+#include "hal/avr/step_parked.h" // step_parked_idle_count_at
 
 struct capture_queue pixel_clock_edges;
 
@@ -17,7 +17,7 @@ static void place_parked(const struct capture_entry *entry, struct pixel_capture
 {
     if ((entry->notes & CAPTURE_WAS_PARKED) != 0) {
         capture->back = 1;
-        capture->sample.idle_count = step_isr_idle_count_at(
+        capture->sample.idle_count = step_parked_idle_count_at(
             CONFIG_PIXEL_CLOCK_AXIS, entry->idle_count, entry->captured);
     }
 }

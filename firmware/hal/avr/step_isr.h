@@ -3,7 +3,7 @@
 //
 // The assembly handler (step_isr.S) makes single periods and periods of trains; C takes the rest.
 // Both work on the same struct step_engine, so that offsets and sizes below must be those of the C
-// compiler: step_timer.c refuses to compile when one differs.
+// compiler: step_isr.c refuses to compile when one differs.
 #pragma once
 
 #include "base/literal.h"      // UNSIGNED
@@ -13,7 +13,7 @@
 // In OCRnB: above every TOP, so that the timer finds no match and STEP stays low.
 #define QUIET_TICKS UNSIGNED(0xFFFF)
 
-// Layout of struct step_engine, of its runs and of the rings, checked in step_timer.c.
+// Layout of struct step_engine, of its runs and of the rings, checked in step_isr.c.
 // Of struct step_engine: its size and the offsets of its members, bytes.
 #define STEP_ISR_ENGINE_SIZE 28
 #define STEP_ISR_TAIL        0
@@ -46,10 +46,6 @@
 // the engine; the main loop samples it, or changes it with the step interrupt off.
 extern struct step_engine step_engines[CONFIG_AXES];
 extern struct step_ring step_rings[CONFIG_AXES];
-
-// Idle periods of a parked axis at an edge that its timer captured, when a little later the coarse
-// clock's low 16 bits were `units`. Main loop only, before the axis is parked anew.
-uint16_t step_isr_idle_count_at(uint8_t axis, uint16_t units, uint16_t captured);
 
 #if CONFIG_AXES > 1
 // Of each axis: low byte of the TOP that was loaded last, if a train's was; else 0 (step_isr.S).

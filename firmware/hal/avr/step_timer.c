@@ -5,47 +5,15 @@
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
-#include <stddef.h> // offsetof
 #include <util/atomic.h>
 
-#include "config.h"           // CONFIG_*
-#include "hal/avr/pins.h"     // pins_write_direction
-#include "hal/avr/step_isr.h" // what the assembly half needs
-#include "hal/clock.h"        // CLOCK_UNIT_TICKS
-#include "motion/parked.h"    // parked_*
-#if CONFIG_AXES > 1
-#include "hal/avr/clock_units.h" // clock_look
-#endif
-
-#define KNOWN(expression, value)                                                         \
-    _Static_assert((expression) == (value), "known to step_isr.S")
-KNOWN(sizeof(struct step_engine), STEP_ISR_ENGINE_SIZE);
-KNOWN(offsetof(struct step_engine, tail), STEP_ISR_TAIL);
-KNOWN(offsetof(struct step_engine, state), STEP_ISR_STATE);
-KNOWN(offsetof(struct step_engine, idle_count), STEP_ISR_IDLE_COUNT);
-KNOWN(offsetof(struct step_engine, left), STEP_ISR_LEFT);
-KNOWN(offsetof(struct step_engine, train_high), STEP_ISR_TRAIN_HIGH);
-KNOWN(offsetof(struct step_engine, trains), STEP_ISR_TRAINS);
-KNOWN(offsetof(struct step_engine, stop), STEP_ISR_STOP);
-KNOWN(offsetof(struct step_engine, pulse), STEP_ISR_PULSE);
-KNOWN(offsetof(struct step_engine, cut), STEP_ISR_CUT);
-KNOWN(sizeof(struct pulse_train), STEP_ISR_TRAIN_SIZE);
-KNOWN(offsetof(struct pulse_train, sum), STEP_ISR_SUM);
-KNOWN(offsetof(struct pulse_train, after_short), STEP_ISR_AFTER_SHORT);
-KNOWN(offsetof(struct pulse_train, after_long), STEP_ISR_AFTER_LONG);
-KNOWN(offsetof(struct pulse_train, short_low), STEP_ISR_SHORT_LOW);
-KNOWN(offsetof(struct pulse_train, long_low), STEP_ISR_LONG_LOW);
-KNOWN(offsetof(struct pulse_train, top_high), STEP_ISR_TOP_HIGH);
-KNOWN(sizeof(struct step_ring), STEP_ISR_RING_SIZE);
-KNOWN(offsetof(struct step_ring, high), STEP_ISR_HIGH_OFFSET);
-
-struct step_engine step_engines[CONFIG_AXES];
-// The rings lie on 256-byte boundaries, because the linker puts this section first in RAM.
-struct step_ring step_rings[CONFIG_AXES]
-    __attribute__((section(".step_rings,\"aw\",@nobits;")));
+#include "config.h"              // CONFIG_*
+#include "hal/avr/pins.h"        // pins_write_direction
+#include "hal/avr/step_isr.h"    // what the assembly half needs
+#include "hal/avr/step_parked.h" // step_is_parked
+#include "hal/clock.h"           // clock_now_units
 
 #if CONFIG_AXES > 1
-volatile uint8_t step_isr_last[CONFIG_AXES];
 #define FORGET_LAST(axis) (step_isr_last[axis] = 0)
 #else
 #define FORGET_LAST(axis) ((void)0)
@@ -225,183 +193,30 @@ void step_timer_start(void)
 }
 
 #if CONFIG_AXES > 1
-_Static_assert(PARKED_UNIT_TICKS == CLOCK_UNIT_TICKS, "the unit of the coarse clock");
-
-// Of each axis, as parked_base() gave it when the axis was parked last.
-static uint32_t parked_bases[CONFIG_AXES];
-
-static bool is_parked(uint8_t axis)
-{
-    return step_engines[axis].state == STEP_ENGINE_PARKED;
-}
-
-// The counter of an axis that no step interrupt serves, and the coarse clock at the same instant.
-struct place {
-    uint16_t counter;
-    uint32_t units;
-};
-
-static struct place place_of(uint8_t axis)
-{
-#define BOARD_AXIS(number, timer) [number] = &TCNT##timer,
-    static const volatile uint16_t *const counters[CONFIG_AXES] = {
-#include BOARD_FILE
-    };
-    const volatile uint16_t *from = counters[axis];
-    struct place place;
-    struct clock_look look;
-
-    ATOMIC_BLOCK(ATOMIC_FORCEON)
-    {
-        place.counter = *from;
-        look = clock_look();
-    }
-    place.units = clock_look_units(&look);
-    return place;
-}
-
-static uint16_t parked_idle_count(uint8_t axis)
-{
-    struct place place = place_of(axis);
-
-    return parked_count(parked_bases[axis], place.units, place.counter);
-}
-
-uint16_t step_isr_idle_count_at(uint8_t axis, uint16_t units, uint16_t captured)
-{
-    struct clock_look look;
-
-    // The axis may run by now: reading its counter would disturb TEMP. Without it the count of now
-    // is one more at most, which is still a count behind the edge.
-    ATOMIC_BLOCK(ATOMIC_FORCEON)
-    {
-        look = clock_look();
-    }
-    uint16_t now_count = parked_count(parked_bases[axis], clock_look_units(&look), 0);
-    return parked_count_at(parked_bases[axis], units, captured, now_count);
-}
-
-// Switch the overflow interrupt of an axis on or off, and leave TEMP as its handler expects it. 9
-// cycles with interrupts off.
-static void serve_overflow(uint8_t axis, bool on)
-{
-    uint8_t bit = on ? _BV(TOIE1) : 0;
-    uint8_t train_high = step_engines[axis].train_high;
-
-#define BOARD_AXIS(number, timer)                                                        \
-    if (axis == (number)) {                                                              \
-        OCR##timer##AH = train_high;                                                     \
-        ATOMIC_BLOCK(ATOMIC_FORCEON)                                                     \
-        {                                                                                \
-            TIMSK##timer = (uint8_t)((TIMSK##timer & ~_BV(TOIE##timer)) | bit);          \
-        }                                                                                \
-    }
-#include BOARD_FILE
-}
-
-// True when a period began whose overflow nobody has served.
-static bool overflowed(uint8_t axis)
-{
-    uint8_t flags = 0;
-
-#define BOARD_AXIS(number, timer)                                                        \
-    if (axis == (number)) {                                                              \
-        flags = TIFR##timer;                                                             \
-    }
-#include BOARD_FILE
-    return (flags & _BV(TOV1)) != 0;
-}
-
-// Forget the overflows of a parked axis.
-static void clear_overflow(uint8_t axis)
-{
-#define BOARD_AXIS(number, timer)                                                        \
-    if (axis == (number)) {                                                              \
-        TIFR##timer = (uint8_t)_BV(TOV##timer);                                          \
-    }
-#include BOARD_FILE
-}
-
-// The axis has been idle since idle_count and no halt came, the overflow interrupt being off.
-static bool still_idle(uint8_t axis, uint16_t idle_count)
-{
-    const struct step_engine *engine = &step_engines[axis];
-
-    return engine->state == STEP_ENGINE_IDLE && engine->idle_count == idle_count &&
-           !overflowed(axis);
-}
-
-// With the overflow interrupt off the periods stand still for the account, so that there is time to
-// look at them; an emergency stop may come at any instant. Before the last look it gives way to the
-// compare A interrupt or notes a halt; behind it, it finds a parked axis.
 bool step_timer_park(uint8_t axis, uint16_t idle_count)
 {
-    struct step_engine *engine = &step_engines[axis];
-    bool parked = false;
+    bool parked = step_park(axis, idle_count);
 
-    if (engine->state != STEP_ENGINE_IDLE) {
-        return false;
-    }
-    serve_overflow(axis, false);
-    struct place place = place_of(axis);
-
-    parked_bases[axis] = parked_base(place.units, place.counter, idle_count);
-    bool fits = still_idle(axis, idle_count);
-    ATOMIC_BLOCK(ATOMIC_FORCEON)
-    {
-        if (fits && engine->state == STEP_ENGINE_IDLE && !engine->stop) {
-            engine->state = STEP_ENGINE_PARKED;
-            parked = true;
-        }
-    }
-    if (!parked && engine->state == STEP_ENGINE_IDLE) {
-        serve_overflow(axis, true);
-        if (engine->stop) {
-            step_timer_halt(axis);
-        }
+    if (!parked && step_engines[axis].state == STEP_ENGINE_IDLE &&
+        step_engines[axis].stop) {
+        step_timer_halt(axis);
     }
     return parked;
 }
 
-// The count must say what the overflow interrupt will go on from: if a period began since the stale
-// flag was cleared, the interrupt counts that period. A small counter was read behind its
-// beginning. A halt that came while nothing served the axis was only noted.
 bool step_timer_unpark(uint8_t axis)
 {
-    struct step_engine *engine = &step_engines[axis];
-
-    if (!is_parked(axis)) {
+    if (!step_is_parked(axis)) {
         return true;
     }
-    if (engine->stop) {
+    if (step_engines[axis].stop) {
         return false;
     }
-    clear_overflow(axis);
-    struct place place = place_of(axis);
-    uint16_t idle_count = parked_count(parked_bases[axis], place.units, place.counter);
-
-    if (overflowed(axis) && place.counter < STEP_IDLE_TICKS / 2u) {
-        idle_count--;
-    }
-    // Until the overflow interrupt is on, only a capture reads the count, and not of a parked axis.
-    engine->idle_count = idle_count;
-    serve_overflow(axis, true);
-    ATOMIC_BLOCK(ATOMIC_FORCEON)
-    {
-        if (engine->state == STEP_ENGINE_PARKED) {
-            engine->state = STEP_ENGINE_IDLE;
-        }
-    }
-    if (engine->stop) {
+    step_unpark(axis);
+    if (step_engines[axis].stop) {
         step_timer_halt(axis);
     }
-    return !engine->stop;
-}
-#else
-static bool is_parked(uint8_t axis)
-{
-    (void)axis;
-    return false;
+    return !step_engines[axis].stop;
 }
 #endif
 
@@ -413,11 +228,9 @@ struct pulse_train *step_timer_trains(uint8_t axis)
 void step_timer_sample(uint8_t axis, struct engine_sample *sample)
 {
     *sample = step_isr_sample(axis);
-#if CONFIG_AXES > 1
-    if (is_parked(axis)) {
-        sample->idle_count = parked_idle_count(axis);
+    if (step_is_parked(axis)) {
+        sample->idle_count = step_parked_idle_count(axis);
     }
-#endif
 }
 
 #if CONFIG_AXES > 1
@@ -472,7 +285,7 @@ static bool look_once(uint8_t axis, struct step_timer_look *look)
 
 bool step_timer_look(uint8_t axis, struct step_timer_look *look)
 {
-    uint8_t tries = is_parked(axis) ? 0 : LOOKS;
+    uint8_t tries = step_is_parked(axis) ? 0 : LOOKS;
 
     while (tries != 0 && !look_once(axis, look)) {
         tries--;
@@ -535,7 +348,7 @@ bool step_timer_settle(uint8_t axis, uint8_t *slot)
 
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
-        bool parked = is_parked(axis);
+        bool parked = step_is_parked(axis);
         settled = step_engine_settle(
             &step_engines[CONFIG_INDEX(axis)], &step_rings[CONFIG_INDEX(axis)], slot);
         if (parked) {
