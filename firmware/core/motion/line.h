@@ -34,12 +34,12 @@ struct piece {
     bool negative;
     // A pixel edge falls into this piece,
     bool has_edge;
-    // after so many of its steps
+    // after so many of its steps,
     uint16_t edge_steps;
-    // and so many ticks from its start (1..ticks).
-    uint32_t edge_ticks;
-    // Position expected at the edge: signed steps of the line, modulo 2^16.
+    // where this position is expected (signed steps of the line, modulo 2^16),
     int16_t edge_position;
+    // and so many ticks from the start of the piece (1..ticks).
+    uint32_t edge_ticks;
 };
 
 struct line {
