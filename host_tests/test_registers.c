@@ -335,95 +335,6 @@ static void line_registers(void)
     TEST_ASSERT_EQUAL_UINT16(0, bench_input(REG_INPUT_edge_error_ticks));
 }
 
-static void check_record(uint8_t number, uint16_t pixel, int32_t steps)
-{
-    uint16_t at =
-        (uint16_t)(REG_RECORD_BASE + REG_RECORD_HEADER + number * REG_RECORD_WORDS);
-
-    TEST_ASSERT_EQUAL_UINT16(pixel, bench_input(at));
-    TEST_ASSERT_EQUAL_INT32(steps, (int32_t)bench_input_wide((uint16_t)(at + 1u)));
-    TEST_ASSERT_EQUAL_INT32(steps, (int32_t)bench_input_wide((uint16_t)(at + 3u)));
-    TEST_ASSERT_EQUAL_UINT16(0, bench_input((uint16_t)(at + 5u)));
-}
-
-static void records_oldest_first(void)
-{
-    start_line(-7, RECORDS_KEPT + 3u);
-    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
-    TEST_ASSERT_EQUAL_UINT32(RECORDS_KEPT + 3u, bench_input_wide(REG_RECORD_BASE));
-    TEST_ASSERT_EQUAL_UINT16(RECORDS_KEPT, bench_input(REG_RECORD_BASE + 2));
-    for (uint8_t i = 0; i < RECORDS_KEPT; i++) {
-        check_record(i, (uint16_t)(4u + i), -7 * (int32_t)(4 + i));
-    }
-}
-
-static void records_of_a_short_line(void)
-{
-    TEST_ASSERT_EQUAL_UINT32(0, bench_input_wide(REG_RECORD_BASE));
-    start_line(7, 3);
-    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
-    TEST_ASSERT_EQUAL_UINT32(3, bench_input_wide(REG_RECORD_BASE));
-    TEST_ASSERT_EQUAL_UINT16(3, bench_input(REG_RECORD_BASE + 2));
-    for (uint8_t i = 0; i < 3; i++) {
-        check_record(i, (uint16_t)(1u + i), 7 * (int32_t)(1 + i));
-    }
-    check_record(3, 0, 0);
-}
-
-static void records_of_a_single_pixel(void)
-{
-    TEST_ASSERT_EQUAL_INT32(0, axis_wide(0, REG_AXIS_expected_steps));
-    start_line(7, 1);
-    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
-    TEST_ASSERT_EQUAL_UINT32(1, bench_input_wide(REG_RECORD_BASE));
-    TEST_ASSERT_EQUAL_UINT16(1, bench_input(REG_RECORD_BASE + 2));
-    check_record(0, 1, 7);
-}
-
-// What a reply has together, of `count` registers from here on, is what each register has.
-static uint8_t check_together(uint16_t address, uint8_t count)
-{
-    uint8_t bytes[2 * 125];
-    uint8_t read = data_inputs(address, count, bytes);
-
-    TEST_ASSERT_LESS_OR_EQUAL_UINT8(count, read);
-    for (uint8_t i = 0; i < read; i++) {
-        TEST_ASSERT_EQUAL_HEX16(bench_input((uint16_t)(address + i)),
-                                get_word(&bytes[2u * i]));
-    }
-    return read;
-}
-
-static void records_are_read_together(void)
-{
-    uint16_t together = 0;
-
-    TEST_ASSERT_EQUAL_UINT8(120,
-                            check_together(REG_RECORD_BASE + REG_RECORD_HEADER, 120));
-    start_line(-7, RECORDS_KEPT + 3u);
-    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
-    for (uint8_t offset = 0; offset <= 125u; offset++) {
-        for (uint8_t count = 1; count <= 125u - offset; count = (uint8_t)(count + 5u)) {
-            together =
-                (uint16_t)(together + check_together(REG_RECORD_BASE + offset, count));
-        }
-    }
-    TEST_ASSERT_EQUAL_UINT8(0, check_together(REG_EVENT_BASE, 12));
-    TEST_ASSERT_EQUAL_UINT8(0, check_together(REG_RECORD_BASE + REG_RECORD_STRIDE, 60));
-    TEST_ASSERT_TRUE(together > 1000u);
-}
-
-// The addresses at which hosts expect these registers.
-static void each_axis_has_its_records(void)
-{
-    bench_plain_line(BENCH_LAST, 5, 2);
-    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(BENCH_MASK_OF(BENCH_LAST), COMMAND_ARM));
-    TEST_ASSERT_TRUE(bench_until(BENCH_LAST, AXIS_DONE));
-    TEST_ASSERT_EQUAL_UINT32(2, bench_input_wide(0x0100 + BENCH_LAST * 0x0080));
-    TEST_ASSERT_EQUAL_UINT16(1, bench_input(0x0100 + BENCH_LAST * 0x0080 + 4));
-    TEST_ASSERT_EQUAL_UINT32(0, bench_input_wide(0x0100 + BENCH_THIRD * 0x0080));
-}
-
 // The word below the first one of an axis's position.
 static uint16_t position_low(uint8_t axis)
 {
@@ -490,13 +401,6 @@ int main(void)
     RUN_TEST(queue_window_takes_packed_bytes);
     RUN_TEST(full_queue_is_busy);
     RUN_TEST(line_registers);
-    RUN_TEST(records_oldest_first);
-    RUN_TEST(records_of_a_short_line);
-    RUN_TEST(records_of_a_single_pixel);
-    if (SEVERAL_AXES) {
-        RUN_TEST(records_are_read_together);
-    }
-    RUN_TEST(each_axis_has_its_records);
     RUN_TEST(position_is_as_new_as_its_first_word);
     RUN_TEST(last_order_is_read_back);
     RUN_TEST(every_mapped_input_can_be_read);
