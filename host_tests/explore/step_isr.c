@@ -10,7 +10,7 @@
 
 #include "config.h" // CONFIG_AXES
 #include "explore/part.h"
-#include "hal/avr/step_isr.h" // step_engines, step_rings
+#include "explore/scene.h" // step_engines, step_rings
 
 // As in firmware/hal/avr/step_isr.c.
 struct step_engine step_engines[CONFIG_AXES];

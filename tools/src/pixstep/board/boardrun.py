@@ -23,7 +23,7 @@ ENDS = frozenset({"done", "fault", "refused"})
 _POLL_PIXELS, _POLL_S = 4, 0.1  # between two polls, whichever is less
 _MEASURING_EDGES = 3000  # of a clock however bad, after which a board that can has measured it
 _SLOWEST = 1.06  # the longest pixel that a lock to the clock may make, and a little more
-_START_PIXELS = 10  # from arming to the last pixel there is this much to spare
+_START_PIXELS, _START_S = 10, 0.5  # from arming to the last pixel there is this much to spare
 
 
 class Watch:
@@ -104,7 +104,7 @@ class BoardRun:
             if error.code == IMPOSSIBLE:
                 self._raise_too_fast()
             raise
-        lasts_s = (self._pixels + _START_PIXELS) * self._period_s * _SLOWEST + _POLL_S
+        lasts_s = (self._pixels + _START_PIXELS) * self._period_s * _SLOWEST + _START_S
         self.deadline_s = self.link.world.now_s() + lasts_s
 
     def _raise_too_fast(self) -> None:

@@ -86,7 +86,11 @@ class Event:
 
 
 def parse_records(words: list[int]) -> Records:
-    """Decode the record block; each record holds only the low 16 bits of its pixel."""
+    """Decode the record block; each record holds only the low 16 bits of its pixel.
+
+    From arming to a line's first pixel edge the block still has records of the line before: those
+    are left out.
+    """
     newest = words[0] << 16 | words[1]
     records = []
     for index in range(min(words[2], regs.MAX_RECORDS)):
@@ -94,7 +98,8 @@ def parse_records(words: list[int]) -> Records:
         low, *rest = words[start : start + regs.RECORD_REGISTERS]
         pixel = newest - ((newest - low) & 0xFFFF)
         error = rest[4] - 0x10000 if rest[4] & 0x8000 else rest[4]
-        records.append(Record(pixel, _signed32(rest[0:2]), _signed32(rest[2:4]), error))
+        if pixel > 0:
+            records.append(Record(pixel, _signed32(rest[0:2]), _signed32(rest[2:4]), error))
     return Records(words[3], records)
 
 
