@@ -36,7 +36,7 @@
 // (DESIGN.md, "Axes at rest"). The waits of a coincidence can then be longer than the interval; a
 // train catches up (step_isr.S).
 //
-// Where several axes move the capture takes 17 cycles more if it comes with the overflow of its own
+// Where several axes move the capture takes 22 cycles more if it comes with the overflow of its own
 // timer. A single period takes 29 (31) cycles to OCRnA, so that only pulse trains make the shortest
 // periods (decode.c). The other axes take up to 86 cycles where they begin a train. They begin
 // their trains some steps apart from each other (TRAIN_STAGGER_STEPS), but lines of different rates

@@ -2,6 +2,7 @@
 """Lines locked to the pixel clock, on the images: pixel edges against the clock's true edges."""
 
 import itertools
+import random
 import statistics
 from fractions import Fraction
 
@@ -12,6 +13,7 @@ from pixstep.board import boards
 from pixstep.board.errors import BoardError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.profiles import generator
+from test_bus import OTHER, Master, frame
 
 BOARDS = ("uno", "mega")
 PER_PIXEL = 20
@@ -41,6 +43,19 @@ def run_line(bench, line, axis=0, seconds=20):
     return bench.last_steps(line, axis, before)
 
 
+def run_together(bench, lines):
+    """Run a line on each axis; return the cycles of each pixel's last step by axis."""
+    bench.settle()
+    before = {axis: bench.count(axis) for axis in lines}
+    for axis, line in lines.items():
+        bench.load(line, axis)
+    bench.board.command("arm", list(lines))
+    bench.until(lambda: all(bench.state(axis) not in ("armed", "running") for axis in lines))
+    assert [bench.state(axis) for axis in lines] == ["done"] * len(lines)
+    assert bench.fault_name() == "none"
+    return {axis: bench.last_steps(line, axis, before[axis]) for axis, line in lines.items()}
+
+
 def errors(bench, ends, divider=1):
     """Cycles of pixel edges minus those of the clock's true edges, the first one the nearest."""
     true = [float(edge) for edge in bench.own.true]
@@ -63,17 +78,55 @@ def test_several_fast_axes_follow_the_clock(bench_of, board, tick_hz, counts, of
     with bench_of(board, 100, axes=tuple(counts)) as bench:
         bench.follow()
         bench.clock(Fraction(tick_hz, 100) * (1 + Fraction(offset, 1_000_000)))
+        ends = run_together(bench, {axis: Line((n,) * 60, PLAIN) for axis, n in counts.items()})
+        assert all(max(map(abs, errors(bench, found))) <= 2 for found in ends.values())
+
+
+# A false edge so close behind the true one takes the place of the captured count before the
+# interrupt has read it.
+@pytest.mark.parametrize("behind", [205, 260, 320, 400])
+@pytest.mark.parametrize(
+    ("board", "tick_hz", "counts"),
+    [
+        ("mega", 16_000_000, {0: 450, 1: 450, 2: 450, 3: 450}),
+        ("m1284", 20_000_000, {0: 964, 1: 740}),
+    ],
+)
+def test_double_edges_beside_several_fast_axes_move_no_pixel(
+    bench_of, board, tick_hz, counts, behind
+):
+    with bench_of(board, 100, axes=tuple(counts)) as bench:
+        bench.follow()
+        bench.clock(
+            Fraction(tick_hz, 100) * (1 + Fraction(300, 1_000_000)),
+            extra=lambda k: [behind] if k > 60 and k % 7 == 0 else [],
+        )
+        ends = run_together(bench, {axis: Line((n,) * 60, PLAIN) for axis, n in counts.items()})
+        assert all(max(map(abs, errors(bench, found))) <= 2 for found in ends.values())
+        assert bench.board.input("clock_glitches") >= 5
+
+
+# The clock's axis is parked; bytes without a pause hold its interrupt for longer than one of the
+# idle periods by which the edge is placed.
+@pytest.mark.parametrize("pause_us", [300, 500])
+def test_a_saturated_line_moves_no_edge_of_a_parked_axis(bench_of, pause_us):
+    with bench_of("mega", 100, axes=(1,)) as bench:
+        bench.follow()
+        bench.clock(ppm(100, 300))
+        master = Master(bench.sim, "mega")
+        master.change(1_000_000, "N")
         bench.settle()
-        before = {axis: bench.count(axis) for axis in counts}
-        lines = {axis: Line((count,) * 60, PLAIN) for axis, count in counts.items()}
-        for axis, line in lines.items():
-            bench.load(line, axis)
-        bench.board.command("arm", list(counts))
-        bench.until(lambda: all(bench.state(axis) not in ("armed", "running") for axis in counts))
-        assert [bench.state(axis) for axis in counts] == ["done"] * len(counts)
-        assert bench.fault_name() == "none"
-        for axis, line in lines.items():
-            assert max(map(abs, errors(bench, bench.last_steps(line, axis, before[axis])))) <= 2
+        line, before = Line((800,) * 40, PLAIN), bench.count(1)
+        bench.load(line, 1)
+        bench.board.command("arm", [1])
+        rng = random.Random(1)
+        for _ in range(130):
+            length = rng.randint(10, 255)
+            master.send(frame(OTHER, 4, 250, range(125))[:length], pause_us)
+            bench.sim.run(length * 11 * 16 + pause_us * 16)
+        bench.sim.wait_s(0.3)
+        assert (bench.state(1), bench.fault_name()) == ("done", "none")
+        assert max(map(abs, errors(bench, bench.last_steps(line, 1, before)))) <= 2
 
 
 @pytest.mark.parametrize("board", BOARDS)

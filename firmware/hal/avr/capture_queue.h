@@ -20,8 +20,10 @@
 #define CAPTURE_FIRST_TAIL     4
 #define CAPTURE_FIRST_IDLE_LOW 5
 #define CAPTURE_FIRST_COUNTER  6
+#define CAPTURE_FIRST_TIMER_0  8
+#define CAPTURE_FIRST_FLAGS    9
 #if CONFIG_AXES > 1
-#define CAPTURE_QUEUE_ENTRIES 8
+#define CAPTURE_QUEUE_ENTRIES 10
 #else
 #define CAPTURE_QUEUE_ENTRIES 3
 #endif
@@ -59,12 +61,16 @@ struct capture_queue {
     // Edges that found the queue full; stays at 255. The main loop clears it.
     volatile uint8_t lost;
 #if CONFIG_AXES > 1
-    // What the handler notes before it lets other interrupts in: struct engine_sample, and the
-    // count of the timer if its overflow flag is set (FLAG_PIXEL_CLOCK_WRAPPED).
+    // What the handler notes before it lets other interrupts in: struct engine_sample, and if the
+    // timer's overflow flag is set (FLAG_PIXEL_CLOCK_WRAPPED) the timer's count. In its place, of a
+    // parked axis: timer 0's count and the low byte of its overflows, TIFR0, and GPIOR0, which is
+    // not 0 then.
     int8_t first_left;
     uint8_t first_tail;
     uint8_t first_idle_low;
     uint16_t first_counter;
+    uint8_t first_timer_0;
+    uint8_t first_flags;
 #endif
     struct capture_entry entries[CONFIG_CLOCK_EDGES];
 };
@@ -83,12 +89,14 @@ _Static_assert(sizeof(struct capture_entry) == CAPTURE_ENTRY_SIZE &&
                    offsetof(struct capture_queue, entries) == CAPTURE_QUEUE_ENTRIES,
                "known to pixel_clock_isr.S");
 #if CONFIG_AXES > 1
-_Static_assert(offsetof(struct capture_queue, first_left) == CAPTURE_FIRST_LEFT &&
-                   offsetof(struct capture_queue, first_tail) == CAPTURE_FIRST_TAIL &&
-                   offsetof(struct capture_queue, first_idle_low) ==
-                       CAPTURE_FIRST_IDLE_LOW &&
-                   offsetof(struct capture_queue, first_counter) == CAPTURE_FIRST_COUNTER,
-               "known to pixel_clock_isr.S");
+_Static_assert(
+    offsetof(struct capture_queue, first_left) == CAPTURE_FIRST_LEFT &&
+        offsetof(struct capture_queue, first_tail) == CAPTURE_FIRST_TAIL &&
+        offsetof(struct capture_queue, first_idle_low) == CAPTURE_FIRST_IDLE_LOW &&
+        offsetof(struct capture_queue, first_counter) == CAPTURE_FIRST_COUNTER &&
+        offsetof(struct capture_queue, first_timer_0) == CAPTURE_FIRST_TIMER_0 &&
+        offsetof(struct capture_queue, first_flags) == CAPTURE_FIRST_FLAGS,
+    "known to pixel_clock_isr.S");
 #endif
 _Static_assert((CONFIG_CLOCK_EDGES & (CONFIG_CLOCK_EDGES - 1u)) == 0 &&
                    CONFIG_CLOCK_EDGES <= 16u,

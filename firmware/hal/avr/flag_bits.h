@@ -11,5 +11,7 @@
 #define FLAG_SWITCH_OVERRUN      3
 // The pixel clock's handler found the overflow flag of its timer set.
 #define FLAG_PIXEL_CLOCK_WRAPPED 4
+// Another edge of the pixel clock has come since its handler began.
+#define FLAG_PIXEL_CLOCK_SECOND 5
 // The interrupt of timer 0 has cleared its flag and not counted yet. With one axis nobody asks.
 #define FLAG_CLOCK_COUNTING 7

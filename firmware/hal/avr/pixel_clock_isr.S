@@ -34,7 +34,12 @@
 #define COUNT_HIGH      EXPAND(TCNT, BOARD_PIXEL_CLOCK_TIMER, H)
 #define TOP_HIGH        EXPAND(OCR, BOARD_PIXEL_CLOCK_TIMER, AH)
 #define TIMER_FLAGS     EXPAND(TIFR, BOARD_PIXEL_CLOCK_TIMER, )
-#define OVERFLOW        0 // bit of TIMER_FLAGS, the same in every timer
+#define OVERFLOW        0 // bits of TIMER_FLAGS, the same in every timer
+#define CAPTURED        5
+#define PARKED_BIT      2 // which no other state of an engine has
+#if STEP_STATE_PARKED != 1 << PARKED_BIT
+#error "the handler tests one bit"
+#endif
 
 #define ENGINE (step_engines + CONFIG_PIXEL_CLOCK_AXIS * STEP_ISR_ENGINE_SIZE)
 #define QUEUE  pixel_clock_edges
@@ -185,12 +190,16 @@ VECTOR:
 ;     flag set      in m + 1 if its count is not beyond the counter, else in m
 ;
 ; Where the axis is parked no interrupt of its own runs: the entry gets the coarse clock's units in
-; the place of the idle count, and the other members are what they were when the axis was parked. A
-; train that was cut off is noted if nothing has been taken from the ring since: not one that was
-; cut behind the edge.
+; the place of the idle count, and the other members are what they were when the axis was parked.
+; Those units are noted first of all, too: the flag of such an axis is set from its first idle
+; period on. A train that was cut off is noted if nothing has been taken from the ring since: not one that
+; was cut behind the edge.
 ;
-; Interrupts are off for 29 cycles, 46 where the overflow flag is set, then for 14. 165 cycles at
-; most; 215 where the axis is parked.
+; A second edge that comes before ICRn is read has overwritten it. The edge is left out then, which
+; a lock bridges; OVERRUN tells.
+;
+; Interrupts are off for 29 cycles, 50 where the overflow flag is set, 51 where the axis is parked,
+; then for 15. 165 cycles at most; 215 where the axis is parked.
 VECTOR:
     sbic GPIOR0, FLAG_PIXEL_CLOCK_BUSY
     rjmp .Lcrowded
@@ -219,7 +228,11 @@ VECTOR:
     sts TOP_HIGH, r24
     lds r18, ENGINE + STEP_ISR_IDLE_COUNT
     lds r24, ENGINE + STEP_ISR_IDLE_COUNT + 1
+    in r19, TIMER_FLAGS
     sei
+    sbrs r19, CAPTURED
+    sbic GPIOR0, FLAG_PIXEL_CLOCK_SECOND
+    rjmp .Lunsure
     std Z + CAPTURE_ENTRY_CAPTURED, r20
     std Z + CAPTURE_ENTRY_CAPTURED + 1, r21
     sbis GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
@@ -267,17 +280,29 @@ VECTOR:
     out SREG, r24
     pop r24
     cli
+    cbi GPIOR0, FLAG_PIXEL_CLOCK_SECOND
     cbi GPIOR0, FLAG_PIXEL_CLOCK_BUSY
     reti
 
 ; The coarse clock's low 16 bits, as clock_look_units() makes them.
 .Lparked:
+    lds r20, QUEUE + CAPTURE_FIRST_FLAGS
+    and r20, r20
+    breq .Lunits_now
+    ldi r19, 0
+    sts QUEUE + CAPTURE_FIRST_FLAGS, r19
+    lds r18, QUEUE + CAPTURE_FIRST_COUNTER
+    lds r24, QUEUE + CAPTURE_FIRST_COUNTER + 1
+    lds r19, QUEUE + CAPTURE_FIRST_TIMER_0
+    rjmp .Lunits
+.Lunits_now:
     cli
     in r18, TCNT0
     in r19, TIFR0
     in r20, GPIOR0
     lds r24, clock_overflows
     sei
+.Lunits:
     andi r19, 1 << TOV0
     andi r20, 1 << FLAG_CLOCK_COUNTING
     or r19, r20
@@ -292,6 +317,9 @@ VECTOR:
 
 .Lwrapped:
     sbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
+    lds r24, ENGINE + STEP_ISR_STATE
+    sbrc r24, PARKED_BIT
+    rjmp .Lwrapped_parked
     lds r24, COUNT_LOW
     sts QUEUE + CAPTURE_FIRST_COUNTER, r24
     lds r24, COUNT_HIGH
@@ -299,12 +327,26 @@ VECTOR:
     lds r24, ENGINE + STEP_ISR_TRAIN_HIGH
     sts TOP_HIGH, r24
     rjmp .Lnoted
+.Lwrapped_parked:
+    in r24, TCNT0
+    sts QUEUE + CAPTURE_FIRST_COUNTER, r24
+    in r24, TIFR0
+    sts QUEUE + CAPTURE_FIRST_TIMER_0, r24
+    in r24, GPIOR0
+    sts QUEUE + CAPTURE_FIRST_FLAGS, r24
+    lds r24, clock_overflows
+    sts QUEUE + CAPTURE_FIRST_COUNTER + 1, r24
+    rjmp .Lnoted
 .Lfull:
-    cbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
     count_lost
+.Lunsure:
+    cbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
+    ldi r24, 0
+    sts QUEUE + CAPTURE_FIRST_FLAGS, r24
     rjmp .Lleave
 .Lcrowded:
     sbi GPIOR0, FLAG_PIXEL_CLOCK_OVERRUN
+    sbi GPIOR0, FLAG_PIXEL_CLOCK_SECOND
     reti
 
 #endif
