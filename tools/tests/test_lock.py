@@ -13,6 +13,7 @@ from pixstep.board import boards
 from pixstep.board.errors import BoardError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.profiles import generator
+from pixstep.simulation.edges import read_edges
 from test_bus import OTHER, Master, frame
 
 BOARDS = ("uno", "mega")
@@ -80,6 +81,23 @@ def test_several_fast_axes_follow_the_clock(bench_of, board, tick_hz, counts, of
         bench.clock(Fraction(tick_hz, 100) * (1 + Fraction(offset, 1_000_000)))
         ends = run_together(bench, {axis: Line((n,) * 60, PLAIN) for axis, n in counts.items()})
         assert all(max(map(abs, errors(bench, found))) <= 2 for found in ends.values())
+
+
+# All four step interrupts and the clock's come at once: one of them comes late now and then, and
+# makes up for it (step_isr.S).
+@pytest.mark.parametrize(("count", "offset"), [(592, -20), (594, -300), (586, 100), (577, 300)])
+def test_four_axes_near_their_limit_catch_up_exactly(bench_of, count, offset):
+    axes = range(4)
+    with bench_of("mega", 100, axes=axes) as bench:
+        bench.follow()
+        period = ppm(100, offset)
+        bench.clock(period)
+        ends = run_together(bench, {axis: Line((count,) * 80, PLAIN) for axis in axes})
+        assert all(max(map(abs, errors(bench, found))) <= 2 for found in ends.values())
+        for axis in axes:
+            edges = read_edges(bench.edges_path).axis(0, axis).rising
+            intervals = [int(b - a) for a, b in itertools.pairwise(edges)]
+            assert max(abs(interval - period / count) for interval in intervals) < 1.6
 
 
 # A false edge so close behind the true one takes the place of the captured count before the

@@ -192,8 +192,8 @@ VECTOR:
 ; Where the axis is parked no interrupt of its own runs: the entry gets the coarse clock's units in
 ; the place of the idle count, and the other members are what they were when the axis was parked.
 ; Those units are noted first of all, too: the flag of such an axis is set from its first idle
-; period on. A train that was cut off is noted if nothing has been taken from the ring since: not one that
-; was cut behind the edge.
+; period on. A train that was cut off is noted if nothing has been taken from the ring since: not
+; one that was cut behind the edge.
 ;
 ; A second edge that comes before ICRn is read has overwritten it. The edge is left out then, which
 ; a lock bridges; OVERRUN tells.

@@ -144,8 +144,7 @@
 #if CONFIG_AXES == 1
     rjmp .Llate\axis
 #else
-    rjmp .Lslow\@
-.Lloaded\@:
+    rcall .Lcatch_up\axis
     sts step_isr_last + \axis, r6
 #endif
     lds r4, \train + STEP_ISR_SUM
@@ -156,39 +155,6 @@
     adc r5, r6
     sts \train + STEP_ISR_SUM + 1, r5
     train_leave \axis, \engine, \count
-#if CONFIG_AXES > 1
-    ; As long as the interval before it: quick, so that this interrupt catches up in a few steps.
-    .subsection 1
-    .type step_isr_slow_\@, @function
-step_isr_slow_\@:
-.Lslow\@:
-    lds r4, \engine + STEP_ISR_TRAIN_HIGH
-    and r4, r4
-    brne .Lhigh\@
-    lds r4, step_isr_last + \axis
-    cp r4, r6
-    brne .Lunequal\@
-    rjmp .Lloaded\@
-.Lunequal\@:
-    rcall .Lcatch_up\axis
-    rjmp .Lloaded\@
-    ; step_isr_last has low bytes: only of a train's first interval is the one before it known.
-.Lhigh\@:
-    push r30
-    push r31
-    lds r30, \engine + STEP_ISR_TAIL
-    dec r30
-    ldi r31, hi8(step_rings + \axis * STEP_ISR_RING_SIZE + STEP_ISR_HIGH_OFFSET)
-    dec r31
-    ld r4, Z                            ; the periods of the entry that the train is from
-    pop r31
-    pop r30
-    cp r4, r3
-    breq .Lunequal\@
-.Ltoo_late\@:
-    rjmp .Llate\axis
-    .subsection 0
-#endif
 .endm
 
 ; Count the period and return; behind the last one look for the next train. count: dec or inc.
@@ -276,10 +242,14 @@ step_isr_slow_\@:
 ;     much longer       a period without an edge, as long as what is missing, follows
 ;
 ; Every edge stays exact as long as this is done before the running period ends. The interrupt that
-; waits then catches up. What was loaded before is not known behind a single period or a command.
+; waits then catches up. What was loaded before is not known behind a single period or a command,
+; nor behind an entry of a train whose intervals are longer than 256 ticks.
 ;
 ; Cycles from the read of the counter to the count that a write gives.
-#define CATCH_UP_CYCLES 12
+#define CATCH_UP_CYCLES      12
+#define CATCH_UP_HIGH_CYCLES 15
+; The counter's low byte is set below this: the two writes and its carry have room.
+#define CATCH_UP_HIGH_MAX 224
 ; The counter is set from 2 ticks behind its match for the STEP edge on (CONFIG_PULSE_LOW_TICKS + 2)
 ; and so many ticks before the end of the period.
 #define CATCH_UP_FIRST  (BOARD_CPU_HZ / 500000 + 1)
@@ -291,10 +261,39 @@ step_isr_slow_\@:
 #define PULSE_LOW_TICKS   (BOARD_CPU_HZ / 500000 - 1)
 
 ; The interval with TOP train_high:r6 came too late. Changes r4.
-.macro catch_up axis, engine, counter
+.macro catch_up axis, engine, counter, top_high
     .type step_isr_catch_up_\axis, @function
 step_isr_catch_up_\axis:
+    ; As long as the interval before it: quick, so that this interrupt catches up in a few steps.
 .Lcatch_up\axis:
+    lds r4, \engine + STEP_ISR_TRAIN_HIGH
+    and r4, r4
+    brne .Lhigh\axis
+    lds r4, step_isr_last + \axis
+    cp r4, r6
+    brne .Lunequal\axis
+    ret
+    ; step_isr_last has low bytes. Inside a train the high byte stays; of its first interval the one
+    ; before is known if that was short.
+.Lhigh\axis:
+    push r30
+    push r31
+    lds r30, \engine + STEP_ISR_TAIL
+    dec r30
+    ldi r31, hi8(step_rings + \axis * STEP_ISR_RING_SIZE + STEP_ISR_HIGH_OFFSET)
+    dec r31
+    ld r4, Z                            ; the periods of the entry that the train is from
+    pop r31
+    pop r30
+    cp r4, r3
+    breq .Lunequal\axis
+    lds r4, step_isr_last + \axis
+    cp r4, r6
+    breq .Lreturn\axis
+    rjmp .Lcatch_up_high\axis
+.Lreturn\axis:
+    ret
+.Lunequal\axis:
     push r24
     push r30
     push r31
@@ -352,6 +351,33 @@ step_isr_catch_up_\axis:
     pop r6
 #endif
     rjmp .Llate\axis
+    ; Inside a train of more than 256 ticks: one tick longer or shorter than the interval before.
+    ; The read and the writes of the counter change TEMP.
+.Lcatch_up_high\axis:
+    push r24
+    push r30
+    push r31
+    lds r24, step_isr_last + \axis
+    mov r30, r6
+    sub r30, r24
+.Lbefore_edge_high\axis:
+    lds r24, \counter
+    lds r31, \counter + 1
+    and r31, r31
+    brne .Lhopeless_high\axis
+    cpi r24, CATCH_UP_FIRST
+    brlo .Lbefore_edge_high\axis
+    cpi r24, CATCH_UP_HIGH_MAX
+    brsh .Lhopeless_high\axis
+    subi r24, -CATCH_UP_HIGH_CYCLES
+    sub r24, r30
+    sts \counter + 1, r31
+    sts \counter, r24
+    lds r31, \engine + STEP_ISR_TRAIN_HIGH
+    sts \top_high, r31
+    rjmp .Lcaught_up\axis
+.Lhopeless_high\axis:
+    rjmp .Lhopeless\axis
 .endm
 
 ; Let a period without an edge follow the running one, Z ticks long. Then wait for its beginning and
@@ -581,7 +607,8 @@ step_isr_too_late_\axis:
 
 #if CONFIG_AXES > 1
 #define CATCH_UP(axis, timer)                                                             \
-    catch_up axis, step_engines + axis * STEP_ISR_ENGINE_SIZE, TCNT##timer##L            $ \
+    catch_up axis, step_engines + axis * STEP_ISR_ENGINE_SIZE, TCNT##timer##L,            \
+        OCR##timer##AH                                                                   $ \
     stretch axis, step_engines + axis * STEP_ISR_ENGINE_SIZE, OCR##timer##AL,             \
         OCR##timer##AH, OCR##timer##BL, OCR##timer##BH, TIFR##timer, TOV##timer          $ \
     catch_up_entry axis, step_engines + axis * STEP_ISR_ENGINE_SIZE
