@@ -345,14 +345,10 @@ void curve_flat_burst(struct curve_flat *flat,
         }
         struct progress progress = make_flat_steps(flat, narrow, ring->low, slot, count);
         uint8_t done = (uint8_t)(count - progress.left);
-        uint16_t extra = progress.extra_ticks;
-        if (progress.left != 0) {
-            // Each move of q was counted for the steps that are left, too. Those steps begin anew
-            // with the moved q, so that their share is taken back.
-            uint16_t moved = (uint16_t)(progress.left * (uint16_t)(flat->top - top));
-            extra = (uint16_t)(extra - moved);
-        }
-        uint32_t extra_ticks = (uint32_t)(int32_t)(int16_t)extra;
+        // Each move of q was counted for the steps that are left, too. Those steps begin anew with
+        // the moved q, so that their share is taken back.
+        uint16_t moved = (uint16_t)(progress.left * (uint16_t)(flat->top - top));
+        uint32_t extra_ticks = (uint32_t)(int32_t)(int16_t)(progress.extra_ticks - moved);
         made->ticks += multiply_u32_u16((uint32_t)top + 1u, done) + extra_ticks;
         if (progress.carried != 0) {
             carry_highs(ring, slot, done, first_slot, made);

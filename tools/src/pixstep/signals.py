@@ -32,7 +32,13 @@ def name(error: KeyboardInterrupt) -> str:
 
 
 def status(error: KeyboardInterrupt) -> int:
-    """Return the exit status of a command that was ended: 130, 143 or 129."""
+    """Return the exit status of a command that was ended: 130, 143 or 129.
+
+    An interrupt that passes through the execution of a text (every dataclass is made by one, so an
+    import is hit now and then) is remembered by CPython, which then ends by SIGINT, whatever
+    status was asked for. The next text that is executed makes it forget.
+    """
+    exec("")
     return _BASE_STATUS + (error.number if isinstance(error, Ended) else signal.SIGINT)
 
 
