@@ -393,24 +393,29 @@ def test_broadcasts_faster_than_they_are_served_reset_nothing(board):
         assert master.input(CRC_ERRORS) + master.input(NO_REPLIES) > 10
 
 
+def run_beside(bench, count, load):
+    """Run all axes at `count` steps a pixel, with traffic at 1,000,000 baud; return its master."""
+    master = Master(bench.sim, bench.name)
+    master.change(1_000_000, "N")
+    for axis in bench.axes:
+        bench.load(Line((count,) * 60, PLAIN), axis)
+    bench.arm()
+    bench.run_until_steps(4 * count)
+    for _ in range(4):
+        if load is others:
+            others(master)
+        else:
+            bench.sim.transmit(master.long_request())
+    bench.sim.wait_s(1)
+    return master
+
+
 # A byte takes less time than its interrupt here: the step interrupts have two thirds of it all.
 @pytest.mark.parametrize(("board", "count"), [("uno", 2285), ("mega", 400), ("m1284", 900)])
 @pytest.mark.parametrize("load", [requests, others])
 def test_serial_interrupts_slower_than_the_line_do_not_pile_up(board, count, load):
-    axes = range(AXES[board])
-    with Bench(board, axes, hz=100) as bench:
-        master = Master(bench.sim, board)
-        master.change(1_000_000, "N")
-        for axis in axes:
-            bench.load(Line((count,) * 60, PLAIN), axis)
-        bench.arm()
-        bench.run_until_steps(4 * count)
-        for _ in range(4):
-            if load is others:
-                others(master)
-            else:
-                master.sim.transmit(master.long_request())
-        bench.sim.wait_s(1)
+    with Bench(board, range(AXES[board]), hz=100) as bench:
+        master = run_beside(bench, count, load)
         assert master.input(RESET_CAUSE) == 1  # power-on
         assert master.input(FAULT_CODE) in FOR_LACK_OF_TIME
         assert bench.sim.stats()["boards"][0]["stack_free_bytes"] > 200
@@ -421,17 +426,8 @@ def test_serial_interrupts_slower_than_the_line_do_not_pile_up(board, count, loa
 # the request is over the main loop stands still, for longer than a byte of the coarse clock counts.
 @pytest.mark.parametrize("count", [387, 398, 400, 417, 420, 448, 471, 477, 504])
 def test_a_main_loop_that_stood_still_accuses_no_axis_of_an_underrun(count):
-    axes = range(AXES["mega"])
-    with Bench("mega", axes, hz=100) as bench:
-        master = Master(bench.sim, "mega")
-        master.change(1_000_000, "N")
-        for axis in axes:
-            bench.load(Line((count,) * 30, PLAIN), axis)
-        bench.arm()
-        bench.run_until_steps(4 * count)
-        for _ in range(4):
-            master.sim.transmit(master.long_request())
-        bench.sim.wait_s(0.5)
+    with Bench("mega", range(AXES["mega"]), hz=100) as bench:
+        master = run_beside(bench, count, requests)
         assert master.input(FAULT_CODE) in FOR_LACK_OF_TIME
-        assert [bench.board.axis(axis)["underruns"] for axis in axes] == [0] * len(axes)
+        assert all(bench.board.axis(axis)["underruns"] == 0 for axis in bench.axes)
         bench.assert_rest()

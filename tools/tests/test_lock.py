@@ -21,9 +21,9 @@ PER_PIXEL = 20
 JITTER_TICKS = 80  # 5 us
 
 
-def ppm(hz, offset):
+def ppm(hz, offset, tick_hz=16_000_000):
     """Period of a clock that is off by so many parts per million, ticks."""
-    return Fraction(16_000_000, hz) * (1 + Fraction(offset) / 1_000_000)
+    return Fraction(tick_hz, hz) * (1 + Fraction(offset) / 1_000_000)
 
 
 @pytest.fixture
@@ -33,25 +33,20 @@ def bench_of(tmp_path):
 
 
 def run_line(bench, line, axis=0, seconds=20):
-    """Arm a line on a clock that has settled; return the cycle of each pixel's last step."""
-    bench.settle()
-    before = bench.count(axis)
-    upload = bench.load(line, axis)
-    assert upload.done
-    bench.board.command("arm", [axis])
-    bench.until(lambda: bench.state(axis) not in ("armed", "running"), seconds)
-    assert (bench.state(axis), bench.fault_name()) == ("done", "none")
-    return bench.last_steps(line, axis, before)
+    """Run a line on a clock that has settled; return the cycle of each pixel's last step."""
+    return run_together(bench, {axis: line}, seconds)[axis]
 
 
-def run_together(bench, lines):
+def run_together(bench, lines, seconds=3):
     """Run a line on each axis; return the cycles of each pixel's last step by axis."""
     bench.settle()
     before = {axis: bench.count(axis) for axis in lines}
     for axis, line in lines.items():
-        bench.load(line, axis)
+        assert bench.load(line, axis).done
     bench.board.command("arm", list(lines))
-    bench.until(lambda: all(bench.state(axis) not in ("armed", "running") for axis in lines))
+    bench.until(
+        lambda: all(bench.state(axis) not in ("armed", "running") for axis in lines), seconds
+    )
     assert [bench.state(axis) for axis in lines] == ["done"] * len(lines)
     assert bench.fault_name() == "none"
     return {axis: bench.last_steps(line, axis, before[axis]) for axis, line in lines.items()}
@@ -78,7 +73,7 @@ def errors(bench, ends, divider=1):
 def test_several_fast_axes_follow_the_clock(bench_of, board, tick_hz, counts, offset):
     with bench_of(board, 100, axes=tuple(counts)) as bench:
         bench.follow()
-        bench.clock(Fraction(tick_hz, 100) * (1 + Fraction(offset, 1_000_000)))
+        bench.clock(ppm(100, offset, tick_hz))
         ends = run_together(bench, {axis: Line((n,) * 60, PLAIN) for axis, n in counts.items()})
         assert all(max(map(abs, errors(bench, found))) <= 2 for found in ends.values())
 
@@ -116,7 +111,7 @@ def test_double_edges_beside_several_fast_axes_move_no_pixel(
     with bench_of(board, 100, axes=tuple(counts)) as bench:
         bench.follow()
         bench.clock(
-            Fraction(tick_hz, 100) * (1 + Fraction(300, 1_000_000)),
+            ppm(100, 300, tick_hz),
             extra=lambda k: [behind] if k > 60 and k % 7 == 0 else [],
         )
         ends = run_together(bench, {axis: Line((n,) * 60, PLAIN) for axis, n in counts.items()})

@@ -14,9 +14,7 @@
 #include <avr/io.h>
 #include <stdbool.h>
 #include <stdint.h>
-#include <util/atomic.h>
 
-#include "config.h"                // CONFIG_AXES
 #include "hal/avr/capture_queue.h" // CAPTURE_JUST_WRAPPED_TICKS
 #include "hal/avr/step_isr.h"      // step_engines
 #include "hal/pixel_clock.h"       // struct pixel_capture
