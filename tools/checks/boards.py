@@ -42,6 +42,11 @@ class Board:
         """One handler (OVF, COMPA, ...) of each axis's timer, in the order of axes."""
         return [self.vectors[f"TIMER{timer}_{handler}"] for timer in self.timers]
 
+    @property
+    def pixel_clock_vector(self) -> int:
+        """The handler of the pixel clock's edges."""
+        return self.vectors[f"TIMER{self.number('PIXEL_CLOCK_TIMER')}_CAPT"]
+
 
 def names() -> list[str]:
     """All boards, in the order of BOARD_ID."""

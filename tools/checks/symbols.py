@@ -52,6 +52,8 @@ def step_register_users(image: Image, board: str) -> list[str]:
     }
     # Compare A of the axes' timers: the idle periods of a halted axis (step_isr.S).
     handlers |= {f"__vector_{number}" for number in boards.load(board).timer_vectors("COMPA")}
+    # The pixel clock's, before it lets the step interrupts in (pixel_clock_isr.S).
+    handlers.add(f"__vector_{boards.load(board).pixel_clock_vector}")
     return [
         name
         for name, function in sorted(image.functions.items())

@@ -68,9 +68,12 @@ def errors(bench, ends, divider=1):
         ("mega", 16_000_000, {0: 477, 2: 440, 3: 600}, 0),
         ("m1284", 20_000_000, {0: 964, 1: 740}, 9000),
         ("m1284", 20_000_000, {0: 900, 1: 900}, 300),
+        ("uno", 16_000_000, {0: 2510}, -9000),
+        ("uno", 16_000_000, {0: 2168}, 700),
+        ("uno", 16_000_000, {0: 803}, 20),
     ],
 )
-def test_several_fast_axes_follow_the_clock(bench_of, board, tick_hz, counts, offset):
+def test_fast_axes_follow_the_clock(bench_of, board, tick_hz, counts, offset):
     with bench_of(board, 100, axes=tuple(counts)) as bench:
         bench.follow()
         bench.clock(ppm(100, offset, tick_hz))
@@ -103,11 +106,10 @@ def test_four_axes_near_their_limit_catch_up_exactly(bench_of, count, offset):
     [
         ("mega", 16_000_000, {0: 450, 1: 450, 2: 450, 3: 450}),
         ("m1284", 20_000_000, {0: 964, 1: 740}),
+        ("uno", 16_000_000, {0: 2400}),
     ],
 )
-def test_double_edges_beside_several_fast_axes_move_no_pixel(
-    bench_of, board, tick_hz, counts, behind
-):
+def test_double_edges_beside_fast_axes_move_no_pixel(bench_of, board, tick_hz, counts, behind):
     with bench_of(board, 100, axes=tuple(counts)) as bench:
         bench.follow()
         bench.clock(

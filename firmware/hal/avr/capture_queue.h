@@ -12,7 +12,7 @@
 #define CAPTURE_ENTRY_LEFT_OR_CUT 3
 #define CAPTURE_ENTRY_IDLE_COUNT  4
 #define CAPTURE_ENTRY_NOTES       6
-// Of struct capture_queue; CAPTURE_FIRST_* with several axes only.
+// Of struct capture_queue; from CAPTURE_FIRST_COUNTER on with several axes only.
 #define CAPTURE_QUEUE_HEAD     0
 #define CAPTURE_QUEUE_TAIL     1
 #define CAPTURE_QUEUE_LOST     2
@@ -25,7 +25,7 @@
 #if CONFIG_AXES > 1
 #define CAPTURE_QUEUE_ENTRIES 10
 #else
-#define CAPTURE_QUEUE_ENTRIES 3
+#define CAPTURE_QUEUE_ENTRIES 6
 #endif
 
 // Bits of capture_entry.notes. BACK: struct pixel_capture. WAS_PARKED: the axis was, and idle_count
@@ -60,14 +60,14 @@ struct capture_queue {
     volatile uint8_t tail; // only the main loop writes it
     // Edges that found the queue full; stays at 255. The main loop clears it.
     volatile uint8_t lost;
-#if CONFIG_AXES > 1
-    // What the handler notes before it lets other interrupts in: struct engine_sample, and if the
-    // timer's overflow flag is set (FLAG_PIXEL_CLOCK_WRAPPED) the timer's count. In its place, of a
-    // parked axis: timer 0's count and the low byte of its overflows, TIFR0, and GPIOR0, which is
-    // not 0 then.
+    // What the handler notes before it lets other interrupts in: struct engine_sample,
     int8_t first_left;
     uint8_t first_tail;
     uint8_t first_idle_low;
+#if CONFIG_AXES > 1
+    // and if the timer's overflow flag is set (FLAG_PIXEL_CLOCK_WRAPPED) the timer's count. In its
+    // place, of a parked axis: timer 0's count and the low byte of its overflows, TIFR0, and GPIOR0,
+    // which is not 0 then.
     uint16_t first_counter;
     uint8_t first_timer_0;
     uint8_t first_flags;
@@ -75,28 +75,27 @@ struct capture_queue {
     struct capture_entry entries[CONFIG_CLOCK_EDGES];
 };
 
-_Static_assert(sizeof(struct capture_entry) == CAPTURE_ENTRY_SIZE &&
-                   offsetof(struct capture_entry, captured) == CAPTURE_ENTRY_CAPTURED &&
-                   offsetof(struct capture_entry, tail) == CAPTURE_ENTRY_TAIL &&
-                   offsetof(struct capture_entry, left_or_cut) ==
-                       CAPTURE_ENTRY_LEFT_OR_CUT &&
-                   offsetof(struct capture_entry, idle_count) ==
-                       CAPTURE_ENTRY_IDLE_COUNT &&
-                   offsetof(struct capture_entry, notes) == CAPTURE_ENTRY_NOTES &&
-                   offsetof(struct capture_queue, head) == CAPTURE_QUEUE_HEAD &&
-                   offsetof(struct capture_queue, tail) == CAPTURE_QUEUE_TAIL &&
-                   offsetof(struct capture_queue, lost) == CAPTURE_QUEUE_LOST &&
-                   offsetof(struct capture_queue, entries) == CAPTURE_QUEUE_ENTRIES,
-               "known to pixel_clock_isr.S");
-#if CONFIG_AXES > 1
 _Static_assert(
-    offsetof(struct capture_queue, first_left) == CAPTURE_FIRST_LEFT &&
+    sizeof(struct capture_entry) == CAPTURE_ENTRY_SIZE &&
+        offsetof(struct capture_entry, captured) == CAPTURE_ENTRY_CAPTURED &&
+        offsetof(struct capture_entry, tail) == CAPTURE_ENTRY_TAIL &&
+        offsetof(struct capture_entry, left_or_cut) == CAPTURE_ENTRY_LEFT_OR_CUT &&
+        offsetof(struct capture_entry, idle_count) == CAPTURE_ENTRY_IDLE_COUNT &&
+        offsetof(struct capture_entry, notes) == CAPTURE_ENTRY_NOTES &&
+        offsetof(struct capture_queue, head) == CAPTURE_QUEUE_HEAD &&
+        offsetof(struct capture_queue, tail) == CAPTURE_QUEUE_TAIL &&
+        offsetof(struct capture_queue, lost) == CAPTURE_QUEUE_LOST &&
+        offsetof(struct capture_queue, first_left) == CAPTURE_FIRST_LEFT &&
         offsetof(struct capture_queue, first_tail) == CAPTURE_FIRST_TAIL &&
         offsetof(struct capture_queue, first_idle_low) == CAPTURE_FIRST_IDLE_LOW &&
-        offsetof(struct capture_queue, first_counter) == CAPTURE_FIRST_COUNTER &&
-        offsetof(struct capture_queue, first_timer_0) == CAPTURE_FIRST_TIMER_0 &&
-        offsetof(struct capture_queue, first_flags) == CAPTURE_FIRST_FLAGS,
+        offsetof(struct capture_queue, entries) == CAPTURE_QUEUE_ENTRIES,
     "known to pixel_clock_isr.S");
+#if CONFIG_AXES > 1
+_Static_assert(offsetof(struct capture_queue, first_counter) == CAPTURE_FIRST_COUNTER &&
+                   offsetof(struct capture_queue, first_timer_0) ==
+                       CAPTURE_FIRST_TIMER_0 &&
+                   offsetof(struct capture_queue, first_flags) == CAPTURE_FIRST_FLAGS,
+               "known to pixel_clock_isr.S");
 #endif
 _Static_assert((CONFIG_CLOCK_EDGES & (CONFIG_CLOCK_EDGES - 1u)) == 0 &&
                    CONFIG_CLOCK_EDGES <= 16u,

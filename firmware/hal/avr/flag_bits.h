@@ -11,6 +11,8 @@
 #define FLAG_SWITCH_OVERRUN      3
 // The pixel clock's handler found the overflow flag of its timer set.
 #define FLAG_PIXEL_CLOCK_WRAPPED 4
+// With one axis: and once more, behind the period that began then.
+#define FLAG_PIXEL_CLOCK_WRAPPED_TWICE 6
 // Another edge of the pixel clock has come since its handler began.
 #define FLAG_PIXEL_CLOCK_SECOND 5
 // The interrupt of timer 0 has cleared its flag and not counted yet. With one axis nobody asks.

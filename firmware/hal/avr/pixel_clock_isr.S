@@ -10,13 +10,41 @@
 ; noisy input cannot nest the handler. BUSY is cleared with interrupts off, by the last instruction
 ; but one.
 ;
-; The period of an edge is counted back from the one that the engine loaded last, m + 1, where m is
-; the period whose interrupt was served last:
+; The handler may wait, for longer than a short interval, wherever it lets the step interrupts in. It
+; therefore notes first where the engine is. m is the period whose interrupt was served last, m + 1
+; the one that it loaded:
 ;
 ;     served:      m         (m + 1 begins, overflow pending)
 ;     counter   ---|---------------|------
 ;
-; Reading ICRn and TCNTn disturbs TEMP, which belongs to a run (step_isr.S): it is put back.
+; The capture's vector comes before that of its timer's overflow, so that the overflow flag says most
+; of the rest:
+;
+;     flag clear    the edge lies in m: behind it the overflow would have waited as well
+;     flag set      in m + 1, or late in m
+;
+; Which of the two: with several axes it lies in m + 1 if its count is not beyond the counter's.
+; With one axis nothing keeps an overflow waiting for more than WAIT_MAX_TICKS, and the edge lies in m
+; + 1 if its count is below that. At the shortest intervals that can be wrong for an edge of the first
+; half of a period whose own interrupt is late; a locked line's edges are at the end of a period.
+;
+; A train that was cut off is noted if nothing has been taken from the ring since: not one that was
+; cut behind the edge.
+;
+; A second edge that comes before ICRn is read has overwritten it. The edge is left out then, which
+; a lock bridges; OVERRUN tells.
+;
+; r3 belongs to the step interrupts (step_isr.S), which cannot come while this uses it. Reading ICRn
+; and TCNTn disturbs TEMP, which belongs to a train there: it is put back.
+;
+; Where the axis is parked no interrupt of its own runs: the entry gets the coarse clock's units in
+; the place of the idle count, and the other members are what they were when the axis was parked.
+; Those units are noted first of all, too: the flag of such an axis is set from its first idle
+; period on.
+;
+; Cycles with interrupts off: 26 and then 17 with one axis. With several 27, 48 where the overflow
+; flag is set, 49 where the axis is parked, then 15.
+; In all 165 at most; 215 where the axis is parked.
 #define __SFR_OFFSET 0
 #include <avr/io.h>
 
@@ -37,6 +65,7 @@
 #define OVERFLOW        0 // bits of TIMER_FLAGS, the same in every timer
 #define CAPTURED        5
 #define PARKED_BIT      2 // which no other state of an engine has
+#define WAIT_MAX_TICKS  22
 #if STEP_STATE_PARKED != 1 << PARKED_BIT
 #error "the handler tests one bit"
 #endif
@@ -83,138 +112,21 @@
 .section .lowtext, "ax", @progbits
     .global VECTOR
     .type VECTOR, @function
-#if CONFIG_AXES == 1
-
-; With a single axis no other step interrupt holds the handler up, and each cycle with interrupts
-; off is one of the shortest interval: off for 13 cycles, then for 9, and for 21 where the sample,
-; the flags and the counter belong together. At most one period began since the edge.
-;
-;     0 or 1: the counter is in m + 1 (the flag was set before the counter was read, or it appeared
-;     beside a count that has just wrapped) or in m; and 1 more when the captured value is beyond
-;     the counter: the edge lies in the period before the counter's.
-;
-; 165 cycles at most.
 VECTOR:
     sbic GPIOR0, FLAG_PIXEL_CLOCK_BUSY
     rjmp .Lcrowded
     sbi GPIOR0, FLAG_PIXEL_CLOCK_BUSY
-    sei
-    push r24
-    in r24, SREG
-    push r24
-    push r30
-    push r31
-    find_place .Lfull
-    .irp register, r18, r19, r20, r21, r22, r23, r25, r26, r27
-    push \register
-    .endr
-    cli
-    lds r20, EDGE_LOW
-    lds r21, EDGE_HIGH
-    lds r24, ENGINE + STEP_ISR_TRAIN_HIGH
-    sts TOP_HIGH, r24
-    sei
-    std Z + CAPTURE_ENTRY_CAPTURED, r20
-    std Z + CAPTURE_ENTRY_CAPTURED + 1, r21
-    cli
-    lds r22, ENGINE + STEP_ISR_TAIL
-    lds r23, ENGINE + STEP_ISR_LEFT
-    lds r25, ENGINE + STEP_ISR_CUT
-    lds r26, ENGINE + STEP_ISR_IDLE_COUNT
-    lds r27, ENGINE + STEP_ISR_IDLE_COUNT + 1
-    in r18, TIMER_FLAGS
-    lds r20, COUNT_LOW
-    lds r21, COUNT_HIGH
-    in r24, TIMER_FLAGS
-    lds r19, ENGINE + STEP_ISR_TRAIN_HIGH
-    sts TOP_HIGH, r19
-    sei
-    std Z + CAPTURE_ENTRY_TAIL, r22
-    or r23, r25
-    std Z + CAPTURE_ENTRY_LEFT_OR_CUT, r23
-    std Z + CAPTURE_ENTRY_IDLE_COUNT, r26
-    std Z + CAPTURE_ENTRY_IDLE_COUNT + 1, r27
-    sbrc r18, OVERFLOW
-    rjmp .Lwrapped
-    sbrs r24, OVERFLOW
-    rjmp .Lnot_wrapped
-    ldi r19, 0
-    cpi r20, CAPTURE_JUST_WRAPPED_TICKS
-    cpc r21, r19
-    brsh .Lnot_wrapped
-.Lwrapped:
-    ldi r24, 0
-    rjmp .Lcompare
-.Lnot_wrapped:
-    ldi r24, 1
-.Lcompare:
-    ldd r18, Z + CAPTURE_ENTRY_CAPTURED
-    ldd r19, Z + CAPTURE_ENTRY_CAPTURED + 1
-    cp r20, r18
-    cpc r21, r19
-    brsh .Lplaced
-    inc r24
-.Lplaced:
-    and r25, r25
-    breq .Lwhole
-    ori r24, CAPTURE_CUT
-.Lwhole:
-    std Z + CAPTURE_ENTRY_NOTES, r24
-    publish
-    .irp register, r27, r26, r25, r23, r22, r21, r20, r19, r18
-    pop \register
-    .endr
-.Lleave:
-    pop r31
-    pop r30
-    pop r24
-    out SREG, r24
-    pop r24
-    cli
-    cbi GPIOR0, FLAG_PIXEL_CLOCK_BUSY
-    reti
-.Lfull:
-    count_lost
-    rjmp .Lleave
-.Lcrowded:
-    sbi GPIOR0, FLAG_PIXEL_CLOCK_OVERRUN
-    reti
-
-#else
-
-; With several axes the handler may wait, for longer than a short interval, wherever it lets the
-; step interrupts in. It therefore notes first where the engine is. The capture's vector comes
-; before that of its timer's overflow, so that the overflow flag says most of the rest:
-;
-;     flag clear    the edge lies in m: behind it the overflow would have waited as well
-;     flag set      in m + 1 if its count is not beyond the counter, else in m
-;
-; Where the axis is parked no interrupt of its own runs: the entry gets the coarse clock's units in
-; the place of the idle count, and the other members are what they were when the axis was parked.
-; Those units are noted first of all, too: the flag of such an axis is set from its first idle
-; period on. A train that was cut off is noted if nothing has been taken from the ring since: not
-; one that was cut behind the edge.
-;
-; A second edge that comes before ICRn is read has overwritten it. The edge is left out then, which
-; a lock bridges; OVERRUN tells.
-;
-; Interrupts are off for 29 cycles, 50 where the overflow flag is set, 51 where the axis is parked,
-; then for 15. 165 cycles at most; 215 where the axis is parked.
-VECTOR:
-    sbic GPIOR0, FLAG_PIXEL_CLOCK_BUSY
-    rjmp .Lcrowded
-    sbi GPIOR0, FLAG_PIXEL_CLOCK_BUSY
-    push r24
-    lds r24, ENGINE + STEP_ISR_LEFT
-    sts QUEUE + CAPTURE_FIRST_LEFT, r24
-    lds r24, ENGINE + STEP_ISR_TAIL
-    sts QUEUE + CAPTURE_FIRST_TAIL, r24
-    lds r24, ENGINE + STEP_ISR_IDLE_COUNT
-    sts QUEUE + CAPTURE_FIRST_IDLE_LOW, r24
     sbic TIMER_FLAGS, OVERFLOW
     rjmp .Lwrapped
-.Lnoted:
+.Lnote:
+    lds r3, ENGINE + STEP_ISR_LEFT
+    sts QUEUE + CAPTURE_FIRST_LEFT, r3
+    lds r3, ENGINE + STEP_ISR_TAIL
+    sts QUEUE + CAPTURE_FIRST_TAIL, r3
+    lds r3, ENGINE + STEP_ISR_IDLE_COUNT
     sei
+    sts QUEUE + CAPTURE_FIRST_IDLE_LOW, r3
+    push r24
     in r24, SREG
     push r24
     .irp register, r18, r19, r20, r21, r30, r31
@@ -235,6 +147,19 @@ VECTOR:
     rjmp .Lunsure
     std Z + CAPTURE_ENTRY_CAPTURED, r20
     std Z + CAPTURE_ENTRY_CAPTURED + 1, r21
+#if CONFIG_AXES == 1
+    ldi r19, 1
+    sbis GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
+    rjmp .Lplaced
+    cbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
+    sbic GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED_TWICE
+    inc r19
+    cbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED_TWICE
+    cpi r20, WAIT_MAX_TICKS
+    sbci r21, 0
+    brlo .Lplaced
+    inc r19
+#else
     sbis GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
     rjmp .Lin_m
     cbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
@@ -246,6 +171,7 @@ VECTOR:
     brsh .Lplaced
 .Lin_m:
     ldi r19, 1
+#endif
 .Lplaced:
     lds r20, QUEUE + CAPTURE_FIRST_IDLE_LOW ; the idle count of then: r24:r18 is that of now
     cp r18, r20
@@ -267,10 +193,12 @@ VECTOR:
     ori r19, CAPTURE_CUT
 .Lwhole:
     std Z + CAPTURE_ENTRY_LEFT_OR_CUT, r18
+#if CONFIG_AXES > 1
     lds r24, ENGINE + STEP_ISR_STATE
     cpi r24, STEP_STATE_PARKED
     breq .Lparked
 .Lcomplete:
+#endif
     std Z + CAPTURE_ENTRY_NOTES, r19
     publish
 .Lleave:
@@ -284,6 +212,7 @@ VECTOR:
     cbi GPIOR0, FLAG_PIXEL_CLOCK_BUSY
     reti
 
+#if CONFIG_AXES > 1
 ; The coarse clock's low 16 bits, as clock_look_units() makes them.
 .Lparked:
     lds r20, QUEUE + CAPTURE_FIRST_FLAGS
@@ -317,36 +246,57 @@ VECTOR:
 
 .Lwrapped:
     sbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
-    lds r24, ENGINE + STEP_ISR_STATE
-    sbrc r24, PARKED_BIT
+    lds r3, ENGINE + STEP_ISR_STATE
+    sbrc r3, PARKED_BIT
     rjmp .Lwrapped_parked
-    lds r24, COUNT_LOW
-    sts QUEUE + CAPTURE_FIRST_COUNTER, r24
-    lds r24, COUNT_HIGH
-    sts QUEUE + CAPTURE_FIRST_COUNTER + 1, r24
-    lds r24, ENGINE + STEP_ISR_TRAIN_HIGH
-    sts TOP_HIGH, r24
-    rjmp .Lnoted
+    lds r3, COUNT_LOW
+    sts QUEUE + CAPTURE_FIRST_COUNTER, r3
+    lds r3, COUNT_HIGH
+    sts QUEUE + CAPTURE_FIRST_COUNTER + 1, r3
+    lds r3, ENGINE + STEP_ISR_TRAIN_HIGH
+    sts TOP_HIGH, r3
+    rjmp .Lnote
 .Lwrapped_parked:
-    in r24, TCNT0
-    sts QUEUE + CAPTURE_FIRST_COUNTER, r24
-    in r24, TIFR0
-    sts QUEUE + CAPTURE_FIRST_TIMER_0, r24
-    in r24, GPIOR0
-    sts QUEUE + CAPTURE_FIRST_FLAGS, r24
-    lds r24, clock_overflows
-    sts QUEUE + CAPTURE_FIRST_COUNTER + 1, r24
-    rjmp .Lnoted
+    in r3, TCNT0
+    sts QUEUE + CAPTURE_FIRST_COUNTER, r3
+    in r3, TIFR0
+    sts QUEUE + CAPTURE_FIRST_TIMER_0, r3
+    in r3, GPIOR0
+    sts QUEUE + CAPTURE_FIRST_FLAGS, r3
+    lds r3, clock_overflows
+    sts QUEUE + CAPTURE_FIRST_COUNTER + 1, r3
+    rjmp .Lnote
+#endif
+
+#if CONFIG_AXES == 1
+; The interrupt of m + 1 comes behind NOP, and CLI before any other. Where it was a long one that of m + 2
+; comes too: a third one does not wait.
+.Lwrapped:
+    sei
+    nop
+    cli
+    sbis TIMER_FLAGS, OVERFLOW
+    rjmp .Lwrapped_once
+    sei
+    nop
+    cli
+    sbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED_TWICE
+.Lwrapped_once:
+    sbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
+    rjmp .Lnote
+#endif
 .Lfull:
     count_lost
 .Lunsure:
     cbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
+#if CONFIG_AXES == 1
+    cbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED_TWICE
+#else
     ldi r24, 0
     sts QUEUE + CAPTURE_FIRST_FLAGS, r24
+#endif
     rjmp .Lleave
 .Lcrowded:
     sbi GPIOR0, FLAG_PIXEL_CLOCK_OVERRUN
     sbi GPIOR0, FLAG_PIXEL_CLOCK_SECOND
     reti
-
-#endif

@@ -19,8 +19,8 @@
 ;         tail++;
 ;     } else ...
 ;
-; Registers. r2..r6 belong to these handlers: no other code uses them (cmake/avr.cmake), so nothing
-; is pushed. They hold nothing from one interrupt to the next.
+; Registers. r2..r6 belong to these handlers: no other code uses them (cmake/avr.cmake) where these can
+; come, so nothing is pushed. They hold nothing from one interrupt to the next.
 ;
 ;                pulse train               single period, and what is rare
 ;     r2         SREG of the interrupted program
@@ -160,8 +160,8 @@
 ; Count the period and return; behind the last one look for the next train. count: dec or inc.
 .macro train_leave axis, engine, count
     \count r3
-    sts \engine + STEP_ISR_LEFT, r3
     breq .Llast\@
+    sts \engine + STEP_ISR_LEFT, r3
     out SREG, r2
     reti
 .Llast\@:
@@ -492,7 +492,7 @@ step_isr_entry_\axis:
     ; One period ahead, so that one pulse train follows another without a longer path.
 .Lrefill\axis:
     find_entry \axis, \engine
-    brne .Lout\axis
+    brne .Lspent\axis
 #if CONFIG_AXES > 1
     lds r24, \engine + STEP_ISR_TRAIN_HIGH
     and r24, r24
@@ -506,6 +506,10 @@ step_isr_entry_\axis:
     restore_r24_z
     out SREG, r2
     reti
+.Lspent\axis:
+    ldi r24, 0
+    sts \engine + STEP_ISR_LEFT, r24
+    rjmp .Lout\axis
 
 .Lrare\axis:
     brne .Lcommand\axis

@@ -60,16 +60,11 @@ static volatile uint8_t control_after; // what UCSR0B gets at the end of the han
 #define ENABLE_COMPLETE ((uint8_t)(_BV(TXCIE0) | _BV(TXEN0)))
 
 // A handler first masks its own source and then lets the step interrupts in, before it saves
-// anything else. The step interrupts therefore wait for 15 cycles at most (17 on the Mega). The
+// anything else. The step interrupts therefore wait for 13 cycles at most (15 on the Mega). The
 // handler's body is another function, which the compiler treats as an interrupt handler. The source
 // is enabled again with interrupts off, when the body has left the stack: otherwise each handler
 // would nest in the one before, where handlers are slower than the bus. The linker makes RCALL and
 // RJMP of CALL and JMP where the body is near, as it is here.
-#if CONFIG_AXES == 1
-#define UART_LET_IN
-#else
-#define UART_LET_IN "nop\n\t"
-#endif
 #define SERIAL_HANDLER(vector, body, masked)                                             \
     static void serial_##body(void) __asm__("__vector_" #body)                           \
         __attribute__((signal, used));                                                   \
@@ -78,7 +73,9 @@ static volatile uint8_t control_after; // what UCSR0B gets at the end of the han
         __asm__ volatile("push r24\n\t"                                                  \
                          "ldi r24, %[mask]\n\t"                                          \
                          "sts %[control], r24\n\t"                                       \
-                         "sei\n\t" UART_LET_IN "call __vector_" #body "\n\t"             \
+                         "sei\n\t"                                                       \
+                         "nop\n\t" /* runs before any interrupt, as CALL would */        \
+                         "call __vector_" #body "\n\t"                                   \
                          "jmp serial_over"                                               \
                          :                                                               \
                          : [mask] "M"(masked), [control] "n"(_SFR_MEM_ADDR(UCSR0B)));    \
@@ -100,7 +97,7 @@ static void serial_over(void)
                      : [value] "i"(&control_after), [control] "n"(_SFR_MEM_ADDR(UCSR0B)));
 }
 
-// Budget: 125 cycles for the first character behind a silence, 110 for any other; a character takes
+// Budget: 126 cycles for the first character behind a silence, 110 for any other; a character takes
 // 176 cycles at 1,000,000 baud.
 SERIAL_HANDLER(RECEIVE_VECTOR, receive, ENABLE_NONE)
 {
