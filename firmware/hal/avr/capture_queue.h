@@ -20,10 +20,9 @@
 #define CAPTURE_FIRST_TAIL     4
 #define CAPTURE_FIRST_IDLE_LOW 5
 #define CAPTURE_FIRST_COUNTER  6
-#define CAPTURE_FIRST_TIMER_0  8
-#define CAPTURE_FIRST_FLAGS    9
+#define CAPTURE_FIRST_UNIT     8
 #if CONFIG_AXES > 1
-#define CAPTURE_QUEUE_ENTRIES 10
+#define CAPTURE_QUEUE_ENTRIES 9
 #else
 #define CAPTURE_QUEUE_ENTRIES 6
 #endif
@@ -65,12 +64,10 @@ struct capture_queue {
     uint8_t first_tail;
     uint8_t first_idle_low;
 #if CONFIG_AXES > 1
-    // and if the timer's overflow flag is set (FLAG_PIXEL_CLOCK_WRAPPED) the timer's count. In its
-    // place, of a parked axis: timer 0's count and the low byte of its overflows, TIFR0, and GPIOR0,
-    // which is not 0 then.
+    // if the timer's overflow flag is set (FLAG_PIXEL_CLOCK_WRAPPED) the timer's count,
     uint16_t first_counter;
-    uint8_t first_timer_0;
-    uint8_t first_flags;
+    // or, of a parked axis, timer 0's: the low byte of the coarse clock's units.
+    uint8_t first_unit;
 #endif
     struct capture_entry entries[CONFIG_CLOCK_EDGES];
 };
@@ -92,9 +89,7 @@ _Static_assert(
     "known to pixel_clock_isr.S");
 #if CONFIG_AXES > 1
 _Static_assert(offsetof(struct capture_queue, first_counter) == CAPTURE_FIRST_COUNTER &&
-                   offsetof(struct capture_queue, first_timer_0) ==
-                       CAPTURE_FIRST_TIMER_0 &&
-                   offsetof(struct capture_queue, first_flags) == CAPTURE_FIRST_FLAGS,
+                   offsetof(struct capture_queue, first_unit) == CAPTURE_FIRST_UNIT,
                "known to pixel_clock_isr.S");
 #endif
 _Static_assert((CONFIG_CLOCK_EDGES & (CONFIG_CLOCK_EDGES - 1u)) == 0 &&

@@ -10,23 +10,24 @@
 ; noisy input cannot nest the handler. BUSY is cleared with interrupts off, by the last instruction
 ; but one.
 ;
-; The handler may wait, for longer than a short interval, wherever it lets the step interrupts in. It
-; therefore notes first where the engine is. m is the period whose interrupt was served last, m + 1
-; the one that it loaded:
+; The handler may wait, for longer than a short interval, wherever it lets the step interrupts in.
+; It therefore notes first where the engine is. m is the period whose interrupt was served last,
+; m + 1 the one that it loaded:
 ;
 ;     served:      m         (m + 1 begins, overflow pending)
 ;     counter   ---|---------------|------
 ;
-; The capture's vector comes before that of its timer's overflow, so that the overflow flag says most
-; of the rest:
+; The capture's vector comes before that of its timer's overflow, so that the overflow flag says
+; most of the rest:
 ;
 ;     flag clear    the edge lies in m: behind it the overflow would have waited as well
 ;     flag set      in m + 1, or late in m
 ;
-; Which of the two: with several axes it lies in m + 1 if its count is not beyond the counter's.
-; With one axis nothing keeps an overflow waiting for more than WAIT_MAX_TICKS, and the edge lies in m
-; + 1 if its count is below that. At the shortest intervals that can be wrong for an edge of the first
-; half of a period whose own interrupt is late; a locked line's edges are at the end of a period.
+; With several axes it lies in m + 1 then if its count is not beyond the counter's. With one axis
+; there is no time for the counter: the overflow is served first of all, whose own interrupt may be
+; close to its limit, and the edge lies in m + 1 if its count is below WAIT_MAX_TICKS, for which an
+; overflow waits at most. At the shortest intervals that is wrong for an edge early in a period
+; whose own interrupt is late; a locked line's edges are at the end of a period.
 ;
 ; A train that was cut off is noted if nothing has been taken from the ring since: not one that was
 ; cut behind the edge.
@@ -39,12 +40,12 @@
 ;
 ; Where the axis is parked no interrupt of its own runs: the entry gets the coarse clock's units in
 ; the place of the idle count, and the other members are what they were when the axis was parked.
-; Those units are noted first of all, too: the flag of such an axis is set from its first idle
-; period on.
+; The low byte of those units is noted first of all, too: the flag of such an axis is set from its
+; first idle period on.
 ;
-; Cycles with interrupts off: 26 and then 17 with one axis. With several 27, 48 where the overflow
-; flag is set, 49 where the axis is parked, then 15.
-; In all 165 at most; 215 where the axis is parked.
+; Cycles with interrupts off: with one axis 26, or where the overflow flag is set 14 and then 17 or
+; 19; with several 28, 46 where the overflow flag is set, 21 where the axis is parked. Later 16
+; more. In all 165 at most; 215 where the axis is parked.
 #define __SFR_OFFSET 0
 #include <avr/io.h>
 
@@ -116,8 +117,47 @@ VECTOR:
     sbic GPIOR0, FLAG_PIXEL_CLOCK_BUSY
     rjmp .Lcrowded
     sbi GPIOR0, FLAG_PIXEL_CLOCK_BUSY
-    sbic TIMER_FLAGS, OVERFLOW
-    rjmp .Lwrapped
+    sbis TIMER_FLAGS, OVERFLOW
+    rjmp .Lnote
+#if CONFIG_AXES == 1
+    ; The interrupt of m + 1 comes behind NOP, and CLI before any other. Where it was a long one
+    ; that of m + 2 comes too: a third one does not wait.
+    sei
+    nop
+    cli
+    sbis TIMER_FLAGS, OVERFLOW
+    rjmp .Lwrapped_once
+    sei
+    nop
+    cli
+    sbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED_TWICE
+.Lwrapped_once:
+    sbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
+#else
+    lds r3, ENGINE + STEP_ISR_STATE
+    sbrs r3, PARKED_BIT
+    rjmp .Lrunning
+    in r3, TCNT0
+    sei
+    sts QUEUE + CAPTURE_FIRST_UNIT, r3
+    sbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
+    push r24
+    lds r24, ENGINE + STEP_ISR_LEFT
+    sts QUEUE + CAPTURE_FIRST_LEFT, r24
+    lds r24, ENGINE + STEP_ISR_TAIL
+    sts QUEUE + CAPTURE_FIRST_TAIL, r24
+    lds r24, ENGINE + STEP_ISR_IDLE_COUNT
+    sts QUEUE + CAPTURE_FIRST_IDLE_LOW, r24
+    rjmp .Lsaved
+.Lrunning:
+    sbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
+    lds r3, COUNT_LOW
+    sts QUEUE + CAPTURE_FIRST_COUNTER, r3
+    lds r3, COUNT_HIGH
+    sts QUEUE + CAPTURE_FIRST_COUNTER + 1, r3
+    lds r3, ENGINE + STEP_ISR_TRAIN_HIGH
+    sts TOP_HIGH, r3
+#endif
 .Lnote:
     lds r3, ENGINE + STEP_ISR_LEFT
     sts QUEUE + CAPTURE_FIRST_LEFT, r3
@@ -127,6 +167,7 @@ VECTOR:
     sei
     sts QUEUE + CAPTURE_FIRST_IDLE_LOW, r3
     push r24
+.Lsaved:
     in r24, SREG
     push r24
     .irp register, r18, r19, r20, r21, r30, r31
@@ -144,17 +185,15 @@ VECTOR:
     sei
     sbrs r19, CAPTURED
     sbic GPIOR0, FLAG_PIXEL_CLOCK_SECOND
-    rjmp .Lunsure
+    rjmp .Lleave
     std Z + CAPTURE_ENTRY_CAPTURED, r20
     std Z + CAPTURE_ENTRY_CAPTURED + 1, r21
 #if CONFIG_AXES == 1
     ldi r19, 1
     sbis GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
     rjmp .Lplaced
-    cbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
     sbic GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED_TWICE
     inc r19
-    cbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED_TWICE
     cpi r20, WAIT_MAX_TICKS
     sbci r21, 0
     brlo .Lplaced
@@ -162,7 +201,6 @@ VECTOR:
 #else
     sbis GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
     rjmp .Lin_m
-    cbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
     lds r19, QUEUE + CAPTURE_FIRST_COUNTER
     cp r19, r20
     lds r19, QUEUE + CAPTURE_FIRST_COUNTER + 1
@@ -202,6 +240,10 @@ VECTOR:
     std Z + CAPTURE_ENTRY_NOTES, r19
     publish
 .Lleave:
+    cbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
+#if CONFIG_AXES == 1
+    cbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED_TWICE
+#endif
     .irp register, r31, r30, r21, r20, r19, r18, r24
     pop \register
     .endr
@@ -213,25 +255,15 @@ VECTOR:
     reti
 
 #if CONFIG_AXES > 1
-; The coarse clock's low 16 bits, as clock_look_units() makes them.
+; The coarse clock's low 16 bits, as clock_look_units() makes them; the low byte is that of the
+; beginning if it was noted.
 .Lparked:
-    lds r20, QUEUE + CAPTURE_FIRST_FLAGS
-    and r20, r20
-    breq .Lunits_now
-    ldi r19, 0
-    sts QUEUE + CAPTURE_FIRST_FLAGS, r19
-    lds r18, QUEUE + CAPTURE_FIRST_COUNTER
-    lds r24, QUEUE + CAPTURE_FIRST_COUNTER + 1
-    lds r19, QUEUE + CAPTURE_FIRST_TIMER_0
-    rjmp .Lunits
-.Lunits_now:
     cli
     in r18, TCNT0
     in r19, TIFR0
     in r20, GPIOR0
     lds r24, clock_overflows
     sei
-.Lunits:
     andi r19, 1 << TOV0
     andi r20, 1 << FLAG_CLOCK_COUNTING
     or r19, r20
@@ -239,62 +271,21 @@ VECTOR:
     sbrs r18, 7
     inc r24
 .Lcounted_units:
+    sbis GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
+    rjmp .Lunits
+    lds r19, QUEUE + CAPTURE_FIRST_UNIT
+    cp r18, r19
+    sbci r24, 0
+    mov r18, r19
+.Lunits:
     std Z + CAPTURE_ENTRY_IDLE_COUNT, r18
     std Z + CAPTURE_ENTRY_IDLE_COUNT + 1, r24
     ldi r19, CAPTURE_WAS_PARKED
     rjmp .Lcomplete
-
-.Lwrapped:
-    sbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
-    lds r3, ENGINE + STEP_ISR_STATE
-    sbrc r3, PARKED_BIT
-    rjmp .Lwrapped_parked
-    lds r3, COUNT_LOW
-    sts QUEUE + CAPTURE_FIRST_COUNTER, r3
-    lds r3, COUNT_HIGH
-    sts QUEUE + CAPTURE_FIRST_COUNTER + 1, r3
-    lds r3, ENGINE + STEP_ISR_TRAIN_HIGH
-    sts TOP_HIGH, r3
-    rjmp .Lnote
-.Lwrapped_parked:
-    in r3, TCNT0
-    sts QUEUE + CAPTURE_FIRST_COUNTER, r3
-    in r3, TIFR0
-    sts QUEUE + CAPTURE_FIRST_TIMER_0, r3
-    in r3, GPIOR0
-    sts QUEUE + CAPTURE_FIRST_FLAGS, r3
-    lds r3, clock_overflows
-    sts QUEUE + CAPTURE_FIRST_COUNTER + 1, r3
-    rjmp .Lnote
 #endif
 
-#if CONFIG_AXES == 1
-; The interrupt of m + 1 comes behind NOP, and CLI before any other. Where it was a long one that of m + 2
-; comes too: a third one does not wait.
-.Lwrapped:
-    sei
-    nop
-    cli
-    sbis TIMER_FLAGS, OVERFLOW
-    rjmp .Lwrapped_once
-    sei
-    nop
-    cli
-    sbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED_TWICE
-.Lwrapped_once:
-    sbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
-    rjmp .Lnote
-#endif
 .Lfull:
     count_lost
-.Lunsure:
-    cbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
-#if CONFIG_AXES == 1
-    cbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED_TWICE
-#else
-    ldi r24, 0
-    sts QUEUE + CAPTURE_FIRST_FLAGS, r24
-#endif
     rjmp .Lleave
 .Lcrowded:
     sbi GPIOR0, FLAG_PIXEL_CLOCK_OVERRUN

@@ -19,8 +19,8 @@
 ;         tail++;
 ;     } else ...
 ;
-; Registers. r2..r6 belong to these handlers: no other code uses them (cmake/avr.cmake) where these can
-; come, so nothing is pushed. They hold nothing from one interrupt to the next.
+; Registers. r2..r6 belong to these handlers: no other code uses them (cmake/avr.cmake) where these
+; can come, so nothing is pushed. They hold nothing from one interrupt to the next.
 ;
 ;                pulse train               single period, and what is rare
 ;     r2         SREG of the interrupted program

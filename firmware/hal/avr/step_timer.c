@@ -246,11 +246,11 @@ void step_timer_sample(uint8_t axis, struct engine_sample *sample)
         ATOMIC_BLOCK(ATOMIC_FORCEON)                                                     \
         {                                                                                \
             counter = TCNT##timer;                                                       \
-            OCR##timer##AH = engine->train_high;                                         \
+            OCR##timer##AH = step_engines[number].train_high;                            \
             flags = TIFR##timer;                                                         \
             unit = TCNT0;                                                                \
-            tail = engine->tail;                                                         \
-            left = engine->left;                                                         \
+            tail = step_engines[number].tail;                                            \
+            left = step_engines[number].left;                                            \
         }                                                                                \
         break;
 // NOLINTNEXTLINE(readability-function-*): one block for each timer of the board file
