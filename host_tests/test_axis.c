@@ -179,7 +179,7 @@ static void time_ahead_inside_a_train(void)
     uint8_t inside = 0;
 
     bench_open(1000, 1);
-    queue_run(PLAIN_MARK, 100, 2); // every interval 160 ticks, so nothing is rounded
+    queue_run(PLAIN_MARK, 125, 2); // every interval 128 ticks, so nothing is rounded
     TEST_ASSERT_TRUE(bench_start_line());
     TEST_ASSERT_EQUAL(DECODE_OUTSIDE, bench.axis.phase);
     end_ticks = decoded_end_ticks();

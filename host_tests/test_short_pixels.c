@@ -252,16 +252,30 @@ static void plain_pixels_of_all_lengths(void)
         29970, 121, false, 0); // 247.7 Hz: longer than 2^16 ticks, so not as a whole
     random_counts(1, 64);
     check_line(7000, 93, false, 0);
+    random_counts(1, EVEN_PIXEL_MAX_STEPS);
+    check_line(1000, 1, false, PIXELS - 8u);
+    random_counts(61, EVEN_PIXEL_MAX_STEPS);
+    check_line(29970, 31, false, PIXELS - 8u);
+}
+
+static void one_count(int16_t count, uint32_t numerator, uint32_t divisor)
+{
+    pixels = PIXELS;
+    for (uint8_t i = 0; i < pixels; i++) {
+        counts[i] = count;
+    }
+    check_line(numerator, divisor, false, PIXELS - 8u);
 }
 
 static void one_count_for_all(void)
 {
     for (int16_t count = 1; count <= 21; count += 4) {
-        pixels = PIXELS;
-        for (uint8_t i = 0; i < pixels; i++) {
-            counts[i] = count;
-        }
-        check_line(14997, 3, false, PIXELS - 8u);
+        one_count(count, 14997, 3);
+    }
+    // What is left of the ring is more than a round of decoding asks for, and less than a pixel
+    // does: the line begins all the same.
+    for (int16_t count = 65; count <= (int16_t)EVEN_PIXEL_MAX_STEPS; count += 5) {
+        one_count(count, 1000, 1);
     }
 }
 
@@ -269,7 +283,7 @@ static void one_count_for_all(void)
 static void pixels_of_every_kind_in_turn(void)
 {
     static const int16_t kinds[] = {
-        3, 4, 90, 90, 5, 0, 0, 2, 12, -3, -7, -70, -1, 9, 9, 64, 65};
+        3, 4, 125, 125, 5, 0, 0, 2, 12, -3, -7, -122, -1, 9, 9, 120, 121};
 
     pixels = sizeof(kinds) / sizeof(kinds[0]);
     for (uint8_t i = 0; i < pixels; i++) {

@@ -204,8 +204,8 @@ static bool prepare_estop(void)
 // Intervals that are short enough for an underrun.
 static bool load_fast(void)
 {
-    scene_pixel_hz(1500);
-    return BLOCK(START(0), {12, 1}, {70, 1}, {12, 1}, END) && scene_arm(0);
+    scene_pixel_hz(850);
+    return BLOCK(START(0), {12, 1}, {130, 1}, {12, 1}, END) && scene_arm(0);
 }
 
 static bool prepare_fast_singles(void)

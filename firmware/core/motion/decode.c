@@ -137,9 +137,10 @@ static bool train_awaited(const struct axis *axis)
 bool decode_is_ahead(const struct axis *axis)
 {
     uint8_t phase = axis->phase;
+    uint8_t space = stream_space(&axis->feed.stream);
 
-    if (phase == DECODE_OUTSIDE || phase == DECODE_DRY ||
-        stream_space(&axis->feed.stream) < DECODE_ROOM) {
+    if (phase == DECODE_OUTSIDE || phase == DECODE_DRY || space < DECODE_ROOM ||
+        space < axis->line.room) {
         return true;
     }
     if (axis_awaits_train(axis)) {

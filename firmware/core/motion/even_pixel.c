@@ -21,6 +21,11 @@ static const uint16_t reciprocals[EVEN_PIXEL_MAX_STEPS + 1u] IN_FLASH = {
     2520, 2427,  2340,  2259,  2184,  2114,  2048,  1985, 1927, 1872, 1820, 1771, 1724,
     1680, 1638,  1598,  1560,  1524,  1489,  1456,  1424, 1394, 1365, 1337, 1310, 1285,
     1260, 1236,  1213,  1191,  1170,  1149,  1129,  1110, 1092, 1074, 1057, 1040, 1024,
+    1008, 992,   978,   963,   949,   936,   923,   910,  897,  885,  873,  862,  851,
+    840,  829,   819,   809,   799,   789,   780,   771,  762,  753,  744,  736,  728,
+    720,  712,   704,   697,   689,   682,   675,   668,  661,  655,  648,  642,  636,
+    630,  624,   618,   612,   606,   601,   595,   590,  585,  579,  574,  569,  564,
+    560,  555,   550,   546,
 };
 
 // ticks / steps of a pixel below 2^16 ticks. The reciprocal is at most one part in 65536 / n too
@@ -86,6 +91,7 @@ _Static_assert(offsetof(struct even_rate, ticks) == EVEN_PIXEL_TICKS &&
                    offsetof(struct line, even) == EVEN_PIXEL_RATE &&
                    offsetof(struct line, position) == EVEN_PIXEL_POSITION &&
                    offsetof(struct line, to_edge_ticks) == EVEN_PIXEL_TO_EDGE &&
+                   offsetof(struct line, room) == EVEN_PIXEL_ROOM &&
                    offsetof(struct line, edges.mode) == EVEN_PIXEL_GRID_MODE &&
                    LINE_GRID_EXACT == 0 &&
                    offsetof(struct line, edges.exact) == EVEN_PIXEL_GRID &&
@@ -172,6 +178,7 @@ static inline uint8_t write_pixel(struct line *line,
         return 0;
     }
     if (steps > stream_space(stream)) {
+        line->room = steps;
         return EVEN_PIXEL_WAITS;
     }
     uint32_t ticks = line_pixel_ticks(line);

@@ -40,6 +40,7 @@
 #define EVEN_PIXEL_RATE     7
 #define EVEN_PIXEL_POSITION 21
 #define EVEN_PIXEL_TO_EDGE  23
+#define EVEN_PIXEL_ROOM     27
 
 // Its flags, and the bit of edge_open among them.
 #define EVEN_PIXEL_FLAGS         6
@@ -47,11 +48,11 @@
 #define EVEN_PIXEL_EDGE_OPEN_BIT 7
 
 // Its walk along the pixel edges: mode 0 is the exact grid.
-#define EVEN_PIXEL_GRID_MODE 27
-#define EVEN_PIXEL_GRID      30
+#define EVEN_PIXEL_GRID_MODE 28
+#define EVEN_PIXEL_GRID      31
 
 // Limits: even_pixel.h, stream.h and step_ring.h have the names.
-#define EVEN_PIXEL_MOST_STEPS    64
+#define EVEN_PIXEL_MOST_STEPS    120
 #define EVEN_PIXEL_TICKS_TOO_BIG 4 /* third byte */
 #define EVEN_PIXEL_COST          10
 #define EVEN_PIXEL_RING_CAPACITY 252

@@ -36,7 +36,7 @@ function even_pixels_write
     rjmp next_segment
 
 no_room:
-    mov r24, SPENT
+    std Y + EVEN_PIXEL_ROOM, STEPS
     cpse SPENT, r1
     rjmp leave
     com SPENT                           ;     EVEN_PIXEL_WAITS

@@ -76,6 +76,8 @@ struct line {
     int16_t position;
     // From the start of the next piece to the next pixel edge, ticks.
     uint32_t to_edge_ticks;
+    // Entries of the ring that the next pixel of few even steps waits for, or an earlier one did.
+    uint8_t room;
     // The pixel edges.
     struct line_grid edges;
     union {

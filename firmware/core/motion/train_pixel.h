@@ -24,8 +24,9 @@ struct line;
 // a single period to a pulse train in time, only from one train to another.
 #define TRAIN_ENTRY_MIN_TICKS 160u
 // The next pulse train waits until one of the two trains is free if the newer one is at least this
-// long, ticks: the main loop then returns in time. Otherwise single periods follow for the moment.
-#define TRAIN_WAIT_TICKS ((uint32_t)0x10000)
+// long, ticks. Single periods, which follow otherwise, cost the main loop four times as much: they
+// are for the steps that a shorter train leaves no time to wait for.
+#define TRAIN_WAIT_TICKS ((uint32_t)0x2000)
 
 // What became of the next pixel.
 enum train_pixel {
