@@ -141,15 +141,16 @@ void reference_await_edge(void)
 }
 
 // Every round calls this function, so that it must be quick: shifts by whole bytes and a small
-// factor.
+// factor. A lock takes no edge that is more than a quarter of a period late, and the pixel that
+// waits for this edge must be decoded before the next one.
 bool reference_overdue(void)
 {
     const struct lock_grid *grid = lock_grid_now();
-    uint16_t quarters = 6;
+    uint16_t eighths = 12;
 
     if (grid->locks) {
-        quarters = (uint16_t)(quarters + 4u * grid->filter.bridged);
+        eighths = (uint16_t)(11u + 8u * grid->filter.bridged);
     }
     return clock_now_units() - edge_seen_units >
-           (uint32_t)(uint16_t)(clock_period.whole_ticks / 256u) * quarters + 7u;
+           (uint32_t)(uint16_t)(clock_period.whole_ticks / 512u) * eighths + 7u;
 }
