@@ -317,7 +317,9 @@ static APART void look_after_axes(void)
     // Underruns come first: after an underrun the place of a clock edge is not known.
     take_underruns();
     clock_edges_poll();
-    advance_in_turn();
+    if (CONFIG_AXES == 1) {
+        advance_in_turn();
+    }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         supervise_axis(i);
     }
@@ -333,6 +335,8 @@ static APART void look_after_axes(void)
     clock_edges_miss();
     store_poll();
     if (CONFIG_AXES > 1) {
+        clock_edges_poll();
+        advance_in_turn();
         advance_ended_trains();
     }
 }

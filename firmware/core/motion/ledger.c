@@ -418,12 +418,28 @@ static uint32_t start_beside(const struct ledger *ledger,
     return ahead ? ledger->loaded_ticks + ticks : ledger->loaded_ticks - ticks;
 }
 
+// Start of the period that the interrupt of an axis at rest was in, by a sample that is not
+// accounted for yet.
+static uint32_t idle_start(const struct ledger *ledger,
+                           const struct engine_sample *sample)
+{
+    uint16_t count = (uint16_t)(sample->idle_count - ledger->idle_seen);
+
+    return ledger->loaded_ticks - (uint32_t)(2u * STEP_IDLE_TICKS) +
+           multiply_u32_u16(STEP_IDLE_TICKS, count);
+}
+
 APART uint32_t ledger_advance_to_capture(struct ledger *ledger,
                                          struct stream *stream,
                                          const struct engine_sample *sample,
                                          uint8_t back,
                                          uint16_t captured_ticks)
 {
+    // Most edges come while the clock's axis rests, or while it is in a pixel that stays whole.
+    if (SEVERAL_AXES && back == 1 && stream->retired == sample->tail &&
+        ledger_idles(ledger)) {
+        return idle_start(ledger, sample) + captured_ticks;
+    }
     ledger_advance(ledger, stream, sample, LEDGER_BY_BATCHES);
     uint8_t ahead = (uint8_t)(sample->tail - stream->retired);
     uint8_t known = (uint8_t)(ahead + ledger->fresh);
