@@ -121,6 +121,34 @@ def test_double_edges_beside_fast_axes_move_no_pixel(bench_of, board, tick_hz, c
         assert bench.board.input("clock_glitches") >= 5
 
 
+# The time of the pixel that follows is fixed late: at 100 Hz a period before it begins. A missing
+# edge leaves five eighths of that for all axes.
+@pytest.mark.parametrize("every", [10, 13])
+@pytest.mark.parametrize(
+    ("board", "axes", "hz", "count"),
+    [("mega", 4, 100, 450), ("mega", 2, 500, 80), ("mega", 1, 100, 1900), ("uno", 1, 100, 2400)],
+)
+def test_fast_axes_bridge_a_missing_edge(bench_of, board, axes, hz, count, every):
+    with bench_of(board, hz, axes=range(axes)) as bench:
+        bench.follow()
+        bench.clock(ppm(hz, 300), keep=lambda k: k < 60 or k % every)
+        ends = run_together(bench, {axis: Line((count,) * 120, PLAIN) for axis in range(axes)})
+        assert all(max(map(abs, errors(bench, found))) <= 2 for found in ends.values())
+
+
+# More steps a pixel than 64, in pixels that are shorter than a reply to the host takes.
+@pytest.mark.parametrize(
+    ("board", "axes", "hz", "count"),
+    [("mega", 4, 400, 80), ("mega", 2, 500, 100), ("mega", 1, 800, 99), ("uno", 1, 1000, 110)],
+)
+def test_kilohertz_pixels_of_many_steps(bench_of, board, axes, hz, count):
+    with bench_of(board, hz, axes=range(axes)) as bench:
+        bench.follow()
+        bench.clock(ppm(hz, 7))
+        ends = run_together(bench, {axis: Line((count,) * 600, PLAIN) for axis in range(axes)})
+        assert all(max(map(abs, errors(bench, found))) <= 2 for found in ends.values())
+
+
 # The clock's axis is parked; bytes without a pause hold its interrupt for longer than one of the
 # idle periods by which the edge is placed.
 @pytest.mark.parametrize("pause_us", [300, 500])
