@@ -228,16 +228,21 @@ static uint8_t burst_size(const struct axis *axis, uint8_t budget, uint8_t shift
     return count;
 }
 
-// Decode as many ordinary steps as possible. Returns what they cost of a round's budget.
+// True when the next step is an ordinary one, behind which nothing else is to be written.
+static inline bool burst_due(const struct axis *axis)
+{
+    return walk_burst(&axis->walk) != 0 &&
+           feed_plain(&axis->feed, axis->piece.negative);
+}
+
+// Decode as many ordinary steps as possible; only when one is due. Returns what they cost of a
+// round's budget, 0 if the fast decoders can make none.
 static uint8_t decode_burst(struct axis *axis, uint8_t budget)
 {
     uint8_t shift = cost_shift(axis);
     uint8_t count = burst_size(axis, budget, shift);
     uint32_t ticks = 0;
 
-    if (count == 0 || !feed_plain(&axis->feed, axis->piece.negative)) {
-        return 0;
-    }
     if (axis->walk.curved) {
         ticks = burst_curve(axis, &count);
     } else if (axis->walk.steps.even.base_ticks < STEP_PERIOD_MAX_TICKS) {
@@ -279,7 +284,7 @@ static uint8_t decode_steps(struct axis *axis, uint8_t budget)
             return 0;
         }
     }
-    uint8_t cost = decode_burst(axis, budget);
+    uint8_t cost = burst_due(axis) ? decode_burst(axis, budget) : 0;
 
     return cost != 0 ? cost : decode_step(axis);
 }
@@ -377,7 +382,7 @@ static inline uint8_t decode_piece(struct axis *axis,
 static inline bool in_curve(const struct axis *axis)
 {
     return SEVERAL_AXES && axis->phase == DECODE_STEPS && axis->walk.curved &&
-           !feed_busy(&axis->feed);
+           !feed_busy(&axis->feed) && burst_due(axis);
 }
 
 uint8_t decode_axis(struct axis *axis,
