@@ -11,7 +11,7 @@ IDLE_TICKS = 4096
 CAPTURE_DELAY = 3
 COUNT_TICKS = 64  # of timer 0, the coarse clock
 TCNT0 = 0x46
-QUEUE_HEAD, QUEUE_ENTRIES, ENTRY_BYTES, ENTRIES = 0, 10, 7, 8  # hal/avr/capture_queue.h
+QUEUE_HEAD, QUEUE_ENTRIES, ENTRY_BYTES, ENTRIES = 0, 9, 7, 8  # hal/avr/capture_queue.h
 # The instruction that a count of timer 0 ends in, and the cycles between the firmware's two looks.
 BETWEEN_LOOKS = (0, 20)
 
