@@ -25,18 +25,18 @@
 // at once and the handler's own way to OCRnA. Cycles (uno, mega, m1284); `pixstep bench --only
 // waits` and `--only handlers` measure them:
 //
-//     interrupts off in the main loop, or in a serial handler   13    28    28
-//     pixel clock capture, until it lets others in              26    27    26
+//     interrupts off in the main loop, or in a serial handler   13    28    26
+//     pixel clock capture, until it lets others in              26    28    27
 //     step handlers of the other axes                            -   147    49   49 each
 //     a train's period, from the flag's service to OCRnA        23    25    23
 //                                                               --   ---   ---
-//                                                               62   227   126
+//                                                               62   228   125
 //
 // Axes at rest are parked and interrupt nobody: with fewer axes moving an interval may be shorter
 // (DESIGN.md, "Axes at rest"). The waits of a coincidence can then be longer than the interval; a
 // train catches up (step_isr.S).
 //
-// Where several axes move the capture takes 21 cycles more if it comes with the overflow of its own
+// Where several axes move the capture takes 18 cycles more if it comes with the overflow of its own
 // timer. A single period takes 29 (31) cycles to OCRnA, so that only pulse trains make the shortest
 // periods (decode.c). The other axes take up to 86 cycles where they begin a train. They begin
 // their trains some steps apart from each other (TRAIN_STAGGER_STEPS), but lines of different rates
