@@ -231,8 +231,7 @@ static uint8_t burst_size(const struct axis *axis, uint8_t budget, uint8_t shift
 // True when the next step is an ordinary one, behind which nothing else is to be written.
 static inline bool burst_due(const struct axis *axis)
 {
-    return walk_burst(&axis->walk) != 0 &&
-           feed_plain(&axis->feed, axis->piece.negative);
+    return walk_burst(&axis->walk) != 0 && feed_plain(&axis->feed, axis->piece.negative);
 }
 
 // Decode as many ordinary steps as possible; only when one is due. Returns what they cost of a
