@@ -5,6 +5,7 @@
 #include "base/apart.h"       // BY_POINTER
 #include "base/divide.h"      // divide_u32_u16
 #include "hal/clock.h"        // clock_now_units
+#include "hal/pixel_clock.h"  // pixel_clock_waiting
 #include "motion/lock_grid.h" // lock_grid_now
 #include "motion/stream.h"    // STREAM_MARKS
 
@@ -90,9 +91,11 @@ bool reference_present(void)
 bool reference_edge(uint32_t edge_ticks, uint32_t *pixel)
 {
     struct lock_grid *grid = lock_grid_now();
-    bool taken = clock_filter_edge(&grid->filter, edge_ticks);
 
-    if (grid->locks && !taken) {
+    // Edges that come as fast as they are taken are not measured where no line needs that.
+    if (!grid->locks && pixel_clock_waiting()) {
+        clock_filter_restart(&grid->filter);
+    } else if (!clock_filter_edge(&grid->filter, edge_ticks) && grid->locks) {
         return false;
     }
     reference_await_edge();
