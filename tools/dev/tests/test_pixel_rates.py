@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: MIT
+"""Pixel clocks of kilohertz that the images keep up with: every edge is right, and no fault comes."""
+
+from fractions import Fraction
+
+import pytest
+
+from pixstep.lines.line import PLAIN, Line
+from pixstep_dev.bench.drive import Run
+from pixstep_dev.bench.trial import attempt
+
+pytestmark = pytest.mark.usefixtures("simulator")
+
+
+# A little below the highest ones, which differ with an image's layout (DESIGN.md, "Short pixels").
+@pytest.mark.parametrize(
+    ("board", "axes", "steps", "hz", "serial_load"),
+    [
+        ("uno", 1, 20, 4900, False),
+        ("uno", 1, 110, 1000, False),
+        ("mega", 4, 20, 1200, True),
+        ("mega", 4, 10, 1600, True),
+        ("mega", 2, 80, 600, True),
+        ("mega", 4, 80, 350, True),
+        ("m1284", 2, 20, 2000, True),
+    ],
+)
+def test_axes_of_one_count_keep_up_with_the_clock(board, axes, steps, hz, serial_load):
+    line = Line((steps,) * (2 * hz), PLAIN)
+    run = Run(board, dict.fromkeys(range(axes), line), Fraction(hz), serial_load=serial_load)
+    trial = attempt(run)
+    assert (trial.kind, trial.detail) == ("clean", "")
+    assert trial.steps == axes * steps * line.pixels
