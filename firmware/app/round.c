@@ -345,4 +345,8 @@ void round_poll(void)
 {
     look_after_axes();
     decode_some();
+    // Few edges fit the queue of a single axis.
+    if (CONFIG_AXES == 1) {
+        clock_edges_poll();
+    }
 }

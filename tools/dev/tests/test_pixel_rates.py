@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Pixel clocks of kilohertz that the images keep up with: every edge is right, and no fault comes."""
+"""Pixel clocks of kilohertz that the images keep up with: every edge is right, and no fault."""
 
 from fractions import Fraction
 
