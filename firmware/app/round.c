@@ -111,6 +111,18 @@ static void supervise_axis(uint8_t i)
     witness_poll(i);
 }
 
+// True when the decoder waits for much room in the ring, and the interrupt, which reads slot `tail`
+// next, has made as many periods as take that up. With one axis its turn comes soon enough.
+static inline bool room_may_be_free(const struct axis *axis, uint8_t tail)
+{
+    const struct stream *stream = &axis->feed.stream;
+    uint8_t room = axis->line.room;
+    uint8_t space = stream_space(stream);
+
+    return CONFIG_AXES > 1 && room > ADVANCE_ENTRIES && space < room &&
+           (uint8_t)(tail - stream->retired) >= (uint8_t)(room - space);
+}
+
 // True when the account of an axis, whose interrupt reads slot `tail` next, must be advanced out of
 // turn.
 static inline bool is_urgent(const struct axis *axis, uint8_t tail)
@@ -119,7 +131,7 @@ static inline bool is_urgent(const struct axis *axis, uint8_t tail)
 
     // Full marks keep the decoder from the next pixel.
     return (uint8_t)(tail - stream->retired) >= ADVANCE_ENTRIES ||
-           stream_marks_full(stream);
+           stream_marks_full(stream) || room_may_be_free(axis, tail);
 }
 
 // Advance the account of one axis after the other now and then, and out of turn where there is much
@@ -246,12 +258,13 @@ static uint8_t least_buffered(const uint16_t *buffered)
     return found;
 }
 
-// Look again at the axes whose decoder waits for a train: one may be over by now. The decoding for
-// another axis can take as long as a train.
-static void look_for_ended_trains(uint16_t *buffered)
+// Look again at the axes whose decoder waits for a train or for room: what they wait for may be
+// over by now. The decoding for another axis can take as long as a pixel.
+static void look_again(uint16_t *buffered)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (buffered[i] == ALL_DECODED && train_may_be_over(i) &&
+        if (buffered[i] == ALL_DECODED &&
+            (train_may_be_over(i) || room_may_be_free(axes_get(i), step_timer_tail(i))) &&
             axes_advance(i, LEDGER_BY_BATCHES)) {
             buffered[i] = units_ahead(i);
         }
@@ -278,7 +291,7 @@ static void decode_in_turn(uint8_t budget)
             return;
         }
         buffered[i] = units_ahead(i);
-        look_for_ended_trains(buffered);
+        look_again(buffered);
     }
 }
 #endif

@@ -149,6 +149,25 @@ def test_kilohertz_pixels_of_many_steps(bench_of, board, axes, hz, count):
         assert all(max(map(abs, errors(bench, found))) <= 2 for found in ends.values())
 
 
+# Of 120 steps a pixel two fit the ring: the room of the one before last is awaited, and must be seen
+# as soon as it is free, whatever the steep ends of the other lines take.
+def test_a_pixel_that_waits_for_room_gets_it_in_time(bench_of):
+    counts = (33, 50, 48, 46, 44, 42, 40, 27)
+    with bench_of("mega", 200, axes=(0, 1, 2)) as bench:
+        bench.follow()
+        bench.clock(ppm(200, 0))
+        bench.settle()
+        before = bench.count(2)
+        line = Line((120,) * 20, PLAIN)
+        for axis in (0, 1):
+            assert bench.load(Line(counts, SMOOTH), axis).done
+        assert bench.load(line, 2).done
+        bench.board.command("arm", [0, 1, 2])
+        bench.until(lambda: bench.state(2) not in ("armed", "running"), 3)
+        assert bench.fault_name() == "none"
+        assert max(map(abs, errors(bench, bench.last_steps(line, 2, before)))) <= 2
+
+
 # The clock's axis is parked; bytes without a pause hold its interrupt for longer than one of the
 # idle periods by which the edge is placed.
 @pytest.mark.parametrize("pause_us", [300, 500])

@@ -340,6 +340,9 @@ static uint8_t decode_pixels(struct axis *axis, uint8_t budget)
     if (!at_whole_pixel(axis)) {
         return 0;
     }
+    if (SEVERAL_AXES) {
+        axis->line.room = 0; // of an earlier pixel
+    }
     uint8_t cost =
         even_pixels_write(&axis->line, &axis->feed.stream, axis->feed.negative, budget);
 
