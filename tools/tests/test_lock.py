@@ -149,8 +149,8 @@ def test_kilohertz_pixels_of_many_steps(bench_of, board, axes, hz, count):
         assert all(max(map(abs, errors(bench, found))) <= 2 for found in ends.values())
 
 
-# Of 120 steps a pixel two fit the ring: the room of the one before last is awaited, and must be seen
-# as soon as it is free, whatever the steep ends of the other lines take.
+# Of 120 steps a pixel two fit the ring: the room of the one before last is awaited, and must be
+# seen as soon as it is free, whatever the steep ends of the other lines take.
 def test_a_pixel_that_waits_for_room_gets_it_in_time(bench_of):
     counts = (33, 50, 48, 46, 44, 42, 40, 27)
     with bench_of("mega", 200, axes=(0, 1, 2)) as bench:
