@@ -330,6 +330,14 @@ static inline bool at_whole_pixel(const struct axis *axis)
            line_on_pixels(&axis->line);
 }
 
+// What an earlier pixel waited for. A single axis keeps it: it asks for no account by it.
+static inline void forget_room(struct axis *axis)
+{
+    if (SEVERAL_AXES) {
+        axis->line.room = 0;
+    }
+}
+
 // Decode the next pixels if they have a way of their own. Returns what they cost of a round's
 // budget, 0 if they are others, or EVEN_PIXEL_WAITS.
 static uint8_t decode_pixels(struct axis *axis, uint8_t budget)
@@ -340,9 +348,7 @@ static uint8_t decode_pixels(struct axis *axis, uint8_t budget)
     if (!at_whole_pixel(axis)) {
         return 0;
     }
-    if (SEVERAL_AXES) {
-        axis->line.room = 0; // of an earlier pixel
-    }
+    forget_room(axis);
     uint8_t cost =
         even_pixels_write(&axis->line, &axis->feed.stream, axis->feed.negative, budget);
 
