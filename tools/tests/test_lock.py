@@ -52,6 +52,13 @@ def run_together(bench, lines, seconds=3):
     return {axis: bench.last_steps(line, axis, before[axis]) for axis, line in lines.items()}
 
 
+def assert_on_edges(bench, counts, pixels):
+    """Run a line of one count on each axis: every pixel ends within 2 ticks of the clock's edge."""
+    lines = {axis: Line((count,) * pixels, PLAIN) for axis, count in counts.items()}
+    ends = run_together(bench, lines)
+    assert all(max(map(abs, errors(bench, found))) <= 2 for found in ends.values())
+
+
 def errors(bench, ends, divider=1):
     """Cycles of pixel edges minus those of the clock's true edges, the first one the nearest."""
     true = [float(edge) for edge in bench.own.true]
@@ -77,8 +84,7 @@ def test_fast_axes_follow_the_clock(bench_of, board, tick_hz, counts, offset):
     with bench_of(board, 100, axes=tuple(counts)) as bench:
         bench.follow()
         bench.clock(ppm(100, offset, tick_hz))
-        ends = run_together(bench, {axis: Line((n,) * 60, PLAIN) for axis, n in counts.items()})
-        assert all(max(map(abs, errors(bench, found))) <= 2 for found in ends.values())
+        assert_on_edges(bench, counts, 60)
 
 
 # All four step interrupts and the clock's come at once: one of them comes late now and then, and
@@ -90,8 +96,7 @@ def test_four_axes_near_their_limit_catch_up_exactly(bench_of, count, offset):
         bench.follow()
         period = ppm(100, offset)
         bench.clock(period)
-        ends = run_together(bench, {axis: Line((count,) * 80, PLAIN) for axis in axes})
-        assert all(max(map(abs, errors(bench, found))) <= 2 for found in ends.values())
+        assert_on_edges(bench, dict.fromkeys(axes, count), 80)
         for axis in axes:
             edges = read_edges(bench.edges_path).axis(0, axis).rising
             intervals = [int(b - a) for a, b in itertools.pairwise(edges)]
@@ -116,8 +121,7 @@ def test_double_edges_beside_fast_axes_move_no_pixel(bench_of, board, tick_hz, c
             ppm(100, 300, tick_hz),
             extra=lambda k: [behind] if k > 60 and k % 7 == 0 else [],
         )
-        ends = run_together(bench, {axis: Line((n,) * 60, PLAIN) for axis, n in counts.items()})
-        assert all(max(map(abs, errors(bench, found))) <= 2 for found in ends.values())
+        assert_on_edges(bench, counts, 60)
         assert bench.board.input("clock_glitches") >= 5
 
 
@@ -132,8 +136,7 @@ def test_fast_axes_bridge_a_missing_edge(bench_of, board, axes, hz, count, every
     with bench_of(board, hz, axes=range(axes)) as bench:
         bench.follow()
         bench.clock(ppm(hz, 300), keep=lambda k: k < 60 or k % every)
-        ends = run_together(bench, {axis: Line((count,) * 120, PLAIN) for axis in range(axes)})
-        assert all(max(map(abs, errors(bench, found))) <= 2 for found in ends.values())
+        assert_on_edges(bench, dict.fromkeys(range(axes), count), 120)
 
 
 # More steps a pixel than 64, in pixels that are shorter than a reply to the host takes.
@@ -145,27 +148,18 @@ def test_kilohertz_pixels_of_many_steps(bench_of, board, axes, hz, count):
     with bench_of(board, hz, axes=range(axes)) as bench:
         bench.follow()
         bench.clock(ppm(hz, 7))
-        ends = run_together(bench, {axis: Line((count,) * 600, PLAIN) for axis in range(axes)})
-        assert all(max(map(abs, errors(bench, found))) <= 2 for found in ends.values())
+        assert_on_edges(bench, dict.fromkeys(range(axes), count), 600)
 
 
 # Of 120 steps a pixel two fit the ring: the room of the one before last is awaited, and must be
 # seen as soon as it is free, whatever the steep ends of the other lines take.
 def test_a_pixel_that_waits_for_room_gets_it_in_time(bench_of):
-    counts = (33, 50, 48, 46, 44, 42, 40, 27)
+    steep = Line((33, 50, 48, 46, 44, 42, 40, 27), SMOOTH)
     with bench_of("mega", 200, axes=(0, 1, 2)) as bench:
         bench.follow()
         bench.clock(ppm(200, 0))
-        bench.settle()
-        before = bench.count(2)
-        line = Line((120,) * 20, PLAIN)
-        for axis in (0, 1):
-            assert bench.load(Line(counts, SMOOTH), axis).done
-        assert bench.load(line, 2).done
-        bench.board.command("arm", [0, 1, 2])
-        bench.until(lambda: bench.state(2) not in ("armed", "running"), 3)
-        assert bench.fault_name() == "none"
-        assert max(map(abs, errors(bench, bench.last_steps(line, 2, before)))) <= 2
+        ends = run_together(bench, {0: steep, 1: steep, 2: Line((120,) * 20, PLAIN)})
+        assert max(map(abs, errors(bench, ends[2]))) <= 2
 
 
 # The clock's axis is parked; bytes without a pause hold its interrupt for longer than one of the

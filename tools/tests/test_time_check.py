@@ -11,7 +11,7 @@ IDLE_TICKS = 4096
 CAPTURE_DELAY = 3
 COUNT_TICKS = 64  # of timer 0, the coarse clock
 TCNT0 = 0x46
-QUEUE_HEAD, QUEUE_ENTRIES, ENTRY_BYTES, ENTRIES = 0, 9, 7, 8  # hal/avr/capture_queue.h
+QUEUE_HEAD, ENTRY_BYTES, ENTRIES = 0, 7, 8  # hal/avr/capture_queue.h: the entries come last
 # The instruction that a count of timer 0 ends in, and the cycles between the firmware's two looks.
 BETWEEN_LOOKS = (0, 20)
 
@@ -31,7 +31,8 @@ def captured_edge(bench):
     bench.sim.pin(0, pin.port, pin.bit, 1, cycle)
     bench.sim.run(1400)
     queue = bench.sim.peek(0, "pixel_clock_edges")
-    place = QUEUE_ENTRIES + ENTRY_BYTES * ((queue[QUEUE_HEAD] - 1) % ENTRIES)
+    first = len(queue) - ENTRY_BYTES * ENTRIES
+    place = first + ENTRY_BYTES * ((queue[QUEUE_HEAD] - 1) % ENTRIES)
     return cycle + CAPTURE_DELAY, number(queue[place : place + 2])
 
 

@@ -7,8 +7,6 @@
 // Cost of a pixel and of each step, in units of a step of a flat curve.
 #define PIXEL_COST 40u
 #define STEP_COST  3u
-// Most steps of such a pixel. More are worth a piece of their own.
-#define MAX_STEPS 64u
 // Longest pixel in which every interval fits a single period, ticks. In a longer one the speed must
 // be such that no interval is longer than 2^15 ticks.
 #define SHORT_PIXEL_TICKS 0xFC00u
@@ -99,7 +97,7 @@ APART uint8_t curved_pixel_write(struct line *line,
     uint16_t end_speed = (uint16_t)(2u * steps - line->speed);
     bool faster = end_speed > line->speed;
 
-    if (steps == 0 || steps > MAX_STEPS || stream_marks_full(stream)) {
+    if (steps == 0 || steps > CURVED_PIXEL_MAX_STEPS || stream_marks_full(stream)) {
         return 0;
     }
     if (steps > stream_space(stream)) {

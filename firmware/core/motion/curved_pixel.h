@@ -15,7 +15,9 @@
 #include "motion/line.h"        // struct line
 #include "motion/stream.h"      // struct stream
 
-// Most steps of such a pixel, and the shortest interval, are those of even pixels.
+// Most steps of such a pixel. More are worth a piece of their own. The shortest interval is that of
+// even pixels.
+#define CURVED_PIXEL_MAX_STEPS 64u
 
 // Write the line's next pixel if it is one of few steps under acceleration. *steep stays with the
 // line's axis and is nobody else's until line->curve_half is 0 again. Returns what the pixel costs

@@ -11,6 +11,8 @@
 // Entries of the ring that must be free for a round of decoding to begin: with a few steps at a
 // time the calls would cost more than the decoding.
 #define DECODE_ROOM 64u
+_Static_assert(CURVED_PIXEL_MAX_STEPS <= DECODE_ROOM,
+               "nobody notes the room that a curved pixel waits for");
 // A round of decoding ends when fewer entries than this are free.
 #define DECODE_ROOM_LEFT 32u
 // A round of decoding must stay short: the bus and the starts of lines wait for it. Costs in units
@@ -330,7 +332,8 @@ static inline bool at_whole_pixel(const struct axis *axis)
            line_on_pixels(&axis->line);
 }
 
-// What an earlier pixel waited for. A single axis keeps it: it asks for no account by it.
+// Forget the room that an earlier pixel of the line waited for, so that no later one waits for as
+// much. With one axis it is kept: that costs a little of the time decoded ahead, and no flash.
 static inline void forget_room(struct axis *axis)
 {
     if (SEVERAL_AXES) {

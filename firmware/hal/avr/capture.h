@@ -15,9 +15,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "hal/avr/capture_queue.h" // CAPTURE_JUST_WRAPPED_TICKS
-#include "hal/avr/step_isr.h"      // step_engines
-#include "hal/pixel_clock.h"       // struct pixel_capture
+#include "hal/avr/step_isr.h" // step_engines
+#include "hal/pixel_clock.h"  // struct pixel_capture
 
 // What the handler saw; capture_take() makes sense of it. The handler writes it while `waiting` is
 // false, the main loop reads it while `waiting` is true.
@@ -117,6 +116,10 @@ struct capture {
         (note);                                                                          \
         (name).waiting = true;                                                           \
     }
+
+// A counter read between two looks at the overflow flag has wrapped before it was read, if the flag
+// appeared between them and the counter is still below this.
+#define CAPTURE_JUST_WRAPPED_TICKS 16
 
 // The period in which the edge lies, by its distance from the period that the engine loaded last:
 // 0 is m + 1, 1 is m, 2 is the one before m. overflow: the mask of the timer's overflow flag. m is

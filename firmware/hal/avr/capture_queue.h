@@ -33,10 +33,6 @@
 #define CAPTURE_WAS_PARKED 0x40
 #define CAPTURE_CUT        0x80
 
-// A counter read between two looks at the overflow flag has wrapped before it was read, if the flag
-// appeared between them and the counter is still below this.
-#define CAPTURE_JUST_WRAPPED_TICKS 16
-
 #if !defined(__ASSEMBLER__)
 #include <stddef.h> // offsetof
 #include <stdint.h>

@@ -74,7 +74,7 @@ static volatile uint8_t control_after; // what UCSR0B gets at the end of the han
                          "ldi r24, %[mask]\n\t"                                          \
                          "sts %[control], r24\n\t"                                       \
                          "sei\n\t"                                                       \
-                         "nop\n\t" /* runs before any interrupt, as CALL would */        \
+                         "nop\n\t" /* what SEI lets run first: shorter than CALL */      \
                          "call __vector_" #body "\n\t"                                   \
                          "jmp serial_over"                                               \
                          :                                                               \
