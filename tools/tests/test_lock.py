@@ -88,7 +88,7 @@ def test_fast_axes_follow_the_clock(bench_of, board, tick_hz, counts, offset):
 
 
 # All four step interrupts and the clock's come at once: one of them comes late now and then, and
-# makes up for it (step_isr.S).
+# makes up for it (step_catch_up.inc).
 @pytest.mark.parametrize(("count", "offset"), [(592, -20), (594, -300), (586, 100), (577, 300)])
 def test_four_axes_near_their_limit_catch_up_exactly(bench_of, count, offset):
     axes = range(4)
