@@ -137,16 +137,23 @@
 .endm
 
 ; One interval of a pulse train, then the sum behind it. r5: high byte of the sum.
-.macro train_interval axis, engine, train, low, after, count, top_low, flags, flag
+.macro train_interval axis, engine, train, name, kind, low, after, count, top_low, flags, flag
     lds r6, \train + \low
     sts \top_low, r6
     sbic \flags, \flag
 #if CONFIG_AXES == 1
     rjmp .Llate\axis
 #else
-    rcall .Lcatch_up\axis
+    rjmp .Llate_\kind\()_\name\axis
+.Lmade_up_\kind\()_\name\axis:
     sts step_isr_last + \axis, r6
 #endif
+    train_advance \train, \after
+    train_leave \axis, \engine, \name, \count
+.endm
+
+; The sum behind an interval: whether the next one is long.
+.macro train_advance train, after
     lds r4, \train + STEP_ISR_SUM
     lds r6, \train + \after
     add r4, r6
@@ -154,30 +161,30 @@
     lds r6, \train + \after + 1
     adc r5, r6
     sts \train + STEP_ISR_SUM + 1, r5
-    train_leave \axis, \engine, \count
 .endm
 
 ; Count the period and return; behind the last one look for the next train. count: dec or inc.
-.macro train_leave axis, engine, count
+.macro train_leave axis, engine, name, count
     \count r3
     breq .Llast\@
     sts \engine + STEP_ISR_LEFT, r3
     out SREG, r2
     reti
 .Llast\@:
-    rjmp .Lrefill\axis
+    rjmp .Lrefill_\name\axis
 .endm
 
 ; A period of the pulse train `train` (struct pulse_train).
-.macro train_period axis, engine, train, count, top_low, flags, flag
+.macro train_period axis, engine, train, name, count, top_low, flags, flag
     lds r5, \train + STEP_ISR_SUM + 1
+.Lperiod_\name\axis:
     and r5, r5
     brmi .Lshort\@
-    train_interval \axis, \engine, \train, STEP_ISR_LONG_LOW, STEP_ISR_AFTER_LONG, \count, \
-        \top_low, \flags, \flag
+    train_interval \axis, \engine, \train, \name, long, STEP_ISR_LONG_LOW, \
+        STEP_ISR_AFTER_LONG, \count, \top_low, \flags, \flag
 .Lshort\@:
-    train_interval \axis, \engine, \train, STEP_ISR_SHORT_LOW, STEP_ISR_AFTER_SHORT, \count, \
-        \top_low, \flags, \flag
+    train_interval \axis, \engine, \train, \name, short, STEP_ISR_SHORT_LOW, \
+        STEP_ISR_AFTER_SHORT, \count, \top_low, \flags, \flag
 .endm
 
 ; Save r24 and Z, then find the ring's next entry: Z is its slot, r24 its high byte. The flags
@@ -196,21 +203,64 @@
     mov r24, r3
 .endm
 
-; The entry at Z is a pulse train's: begin the train and load the high byte of its intervals.
-.macro take_train engine, top_high
+; The entry at Z is a pulse train's: take its count. Flags: of the count, negative for train 1.
+.macro take_count engine
     dec r31
     ld r24, Z
     sts \engine + STEP_ISR_LEFT, r24
     inc r30
     sts \engine + STEP_ISR_TAIL, r30
     and r24, r24
+.endm
+
+.macro load_train_high engine, top_high
+    sts \engine + STEP_ISR_TRAIN_HIGH, r24
+    sts \top_high, r24
+.endm
+
+; The entry at Z is a pulse train's: begin the train and load the high byte of its intervals.
+.macro take_train engine, top_high
+    take_count \engine
     lds r24, \engine + STEP_ISR_TRAINS + STEP_ISR_TOP_HIGH
     brpl .Lfirst\@
     lds r24, \engine + STEP_ISR_TRAINS + STEP_ISR_TRAIN_SIZE + STEP_ISR_TOP_HIGH
 .Lfirst\@:
-    sts \engine + STEP_ISR_TRAIN_HIGH, r24
-    sts \top_high, r24
+    load_train_high \engine, \top_high
 .endm
+
+; Behind the last period of an entry take the next one, if it is a train's: a period ahead, so that
+; one train follows another without a longer path. A train that goes on keeps its high byte; one that
+; follows another is the other one. other: brmi behind train 0, brpl behind train 1.
+#if CONFIG_AXES > 1
+.macro refill_leave axis, late
+    restore_r24_z
+    .if \late
+    jmp .Lagain\axis
+    .else
+    out SREG, r2
+    reti
+    .endif
+.endm
+
+.macro refill axis, engine, other, other_train, top_high, out, spent, late=0
+    find_entry \axis, \engine
+    brne \spent\axis
+    take_count \engine
+    \other .Lother\@
+\out:
+    refill_leave \axis, \late
+.Lother\@:
+    lds r24, \other_train + STEP_ISR_TOP_HIGH
+    lds r30, \engine + STEP_ISR_TRAIN_HIGH
+    cpse r24, r30
+    rjmp .Lanother_high\@
+    refill_leave \axis, \late
+.Lanother_high\@:
+    load_train_high \engine, \top_high
+    call .Lanother_high\axis
+    rjmp \out
+.endm
+#endif
 
 ; Load an idle period. First of all disable its edge: the current period may be the shortest one.
 .macro load_idle top_low, top_high, edge_low, edge_high
@@ -249,7 +299,7 @@ step_isr_entry_\axis:
 #if CONFIG_AXES == 1
     rjmp .Llate_entry\axis
 #else
-    rjmp .Lcatch_up_entry\axis
+    rjmp .Llate_single\axis
 .Lentry_loaded\axis:
 #endif
     inc r30
@@ -269,23 +319,16 @@ step_isr_entry_\axis:
     and r3, r3
     brmi .Lsecond\axis
     breq step_isr_entry_\axis
-    train_period \axis, \engine, \engine + STEP_ISR_TRAINS, dec, \top_low, \flags, \flag
+    train_period \axis, \engine, \engine + STEP_ISR_TRAINS, 0_, dec, \top_low, \flags, \flag
 .Lsecond\axis:
-    train_period \axis, \engine, \engine + STEP_ISR_TRAINS + STEP_ISR_TRAIN_SIZE, inc, \
+    train_period \axis, \engine, \engine + STEP_ISR_TRAINS + STEP_ISR_TRAIN_SIZE, 1_, inc, \
         \top_low, \flags, \flag
 
-    ; One period ahead, so that one pulse train follows another without a longer path.
-.Lrefill\axis:
+#if CONFIG_AXES == 1
+.Lrefill_0_\axis:
+.Lrefill_1_\axis:
     find_entry \axis, \engine
     brne .Lspent\axis
-#if CONFIG_AXES > 1
-    lds r24, \engine + STEP_ISR_TRAIN_HIGH
-    and r24, r24
-    breq .Lknown\axis
-    ldi r24, 0                          ; the interval before is too long for step_isr_last
-    sts step_isr_last + \axis, r24
-.Lknown\axis:
-#endif
     take_train \engine, \top_high
 .Lout\axis:
     restore_r24_z
@@ -295,6 +338,17 @@ step_isr_entry_\axis:
     ldi r24, 0
     sts \engine + STEP_ISR_LEFT, r24
     rjmp .Lout\axis
+#else
+.Lrefill_0_\axis:
+    refill \axis, \engine, brmi, \engine + STEP_ISR_TRAINS + STEP_ISR_TRAIN_SIZE, \top_high, \
+        .Lout\axis, .Lspent
+.Lspent\axis:
+    ldi r24, 0
+    sts \engine + STEP_ISR_LEFT, r24
+    rjmp .Lout\axis
+.Lrefill_1_\axis:
+    refill \axis, \engine, brpl, \engine + STEP_ISR_TRAINS, \top_high, .Lout_1_\axis, .Lspent
+#endif
 
 .Lrare\axis:
     brne .Lcommand\axis
@@ -302,6 +356,8 @@ step_isr_entry_\axis:
 #if CONFIG_AXES > 1
     ldi r24, 0
     sts step_isr_last + \axis, r24
+    ldi r24, STEP_ISR_UNKNOWN
+    sts step_isr_before_high + \axis, r24
 #endif
     restore_r24_z
     rjmp .Lagain\axis
@@ -385,29 +441,38 @@ step_isr_too_late_\axis:
 ; This section lies near the vector table, so that the linker can shorten the table's jumps
 ; (-mrelax) by a cycle each.
 .section .lowtext, "ax", @progbits
+#define ENGINE(axis) step_engines + axis * STEP_ISR_ENGINE_SIZE
 #define HANDLER(axis, timer)                                                             \
-    step_handler axis, step_engines + axis * STEP_ISR_ENGINE_SIZE, TIMER##timer##_OVF_vect, \
-        OCR##timer##AL, OCR##timer##AH, OCR##timer##BL, OCR##timer##BH, TCCR##timer##A,   \
-        TIFR##timer, TOV##timer, TIMSK##timer
+    step_handler axis, ENGINE(axis), TIMER##timer##_OVF_vect, OCR##timer##AL,             \
+        OCR##timer##AH, OCR##timer##BL, OCR##timer##BH, TCCR##timer##A, TIFR##timer,      \
+        TOV##timer, TIMSK##timer
 #define BOARD_PIN(signal, axis, port, bit, header_pin)
 #define BOARD_AXIS(axis, timer) HANDLER(axis, timer)
 #include BOARD_FILE
 #undef BOARD_AXIS
 
 #if CONFIG_AXES > 1
-#define CATCH_UP(axis, timer)                                                             \
-    catch_up axis, step_engines + axis * STEP_ISR_ENGINE_SIZE, TCNT##timer##L,            \
-        OCR##timer##AH                                                                   $ \
-    stretch axis, step_engines + axis * STEP_ISR_ENGINE_SIZE, OCR##timer##AL,             \
-        OCR##timer##AH, OCR##timer##BL, OCR##timer##BH, TIFR##timer, TOV##timer          $ \
-    catch_up_entry axis, step_engines + axis * STEP_ISR_ENGINE_SIZE
+; In the reach of the handlers' rjmp, each of them.
+#define CATCH_UP(axis, timer)                                                            \
+    catch_up_quick axis, ENGINE(axis), TCNT##timer##L, TIFR##timer
 #define BOARD_AXIS(axis, timer) CATCH_UP(axis, timer)
+#include BOARD_FILE
+#undef BOARD_AXIS
+#define CATCH_UP_RARELY(axis, timer)                                                     \
+    catch_up axis, ENGINE(axis), TCNT##timer##L                                         $ \
+    set_counter_high axis, ENGINE(axis), TCNT##timer##L, OCR##timer##AH                 $ \
+    stretch axis, ENGINE(axis), OCR##timer##AL, OCR##timer##AH, OCR##timer##BL,           \
+        OCR##timer##BH, TIFR##timer, TOV##timer                                         $ \
+    catch_up_entry axis, ENGINE(axis)                                                   $ \
+    catch_up_refill axis, ENGINE(axis), TCNT##timer##L, OCR##timer##AL,                   \
+        OCR##timer##AH, TIFR##timer, TOV##timer
+#define BOARD_AXIS(axis, timer) CATCH_UP_RARELY(axis, timer)
 #include BOARD_FILE
 #undef BOARD_AXIS
 #endif
 
 #define HALTED_HANDLER(axis, timer)                                                       \
-    halted_handler step_engines + axis * STEP_ISR_ENGINE_SIZE, TIMER##timer##_COMPA_vect, \
-        OCR##timer##AL, OCR##timer##AH, OCR##timer##BL, OCR##timer##BH, TIFR##timer, TOV##timer
+    halted_handler ENGINE(axis), TIMER##timer##_COMPA_vect, OCR##timer##AL,               \
+        OCR##timer##AH, OCR##timer##BL, OCR##timer##BH, TIFR##timer, TOV##timer
 #define BOARD_AXIS(axis, timer) HALTED_HANDLER(axis, timer)
 #include BOARD_FILE

@@ -33,4 +33,6 @@ struct step_ring step_rings[CONFIG_AXES]
 
 #if CONFIG_AXES > 1
 volatile uint8_t step_isr_last[CONFIG_AXES];
+volatile uint8_t step_isr_before_low[CONFIG_AXES];
+volatile uint8_t step_isr_before_high[CONFIG_AXES];
 #endif
