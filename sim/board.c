@@ -444,6 +444,11 @@ void board_hang_interrupts(struct board *b)
     choose_run_state(b);
 }
 
+void board_stall(struct board *b, uint64_t cycles)
+{
+    run_loop_stall(&b->run_loop, cycles);
+}
+
 bool board_hang_axis(struct board *b, unsigned axis)
 {
     const struct timer16 *timer = outputs_axis_timer(&b->outputs, axis);

@@ -144,6 +144,9 @@ void board_hang_main(struct board *board);
 // The part loops with interrupts off.
 void board_hang_interrupts(struct board *board);
 
+// The processor stands still for so many cycles, so that every interrupt comes later.
+void board_stall(struct board *board, uint64_t cycles);
+
 // An axis's step interrupt returns at its vector. False if there are too many patches.
 bool board_hang_axis(struct board *board, unsigned axis);
 

@@ -53,6 +53,7 @@
 //   hang BOARD main         ok CYCLE        the main program stands still, where interrupts are
 //                                           next on; interrupts are served
 //   hang BOARD interrupts   ok CYCLE        nothing runs: a loop with interrupts off
+//   hang BOARD for CYCLES   ok CYCLE        the processor stands still for up to 100000 cycles
 //   hang BOARD axis N       ok CYCLE        the axis's step interrupt returns at its vector
 //   hang BOARD at PLACE     ok CYCLE        the instruction at this flash address (bytes) or
 //                                           function jumps to itself

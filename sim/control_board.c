@@ -344,6 +344,8 @@ static void do_reset(struct control *c)
 
 // ---- faults ----
 
+#define MOST_STALL_CYCLES 100000U
+
 static bool make_axis_hang(struct board *b, const char *word)
 {
     uint64_t axis;
@@ -374,6 +376,17 @@ static bool make_hang_at(struct board *b, char *word)
     return true;
 }
 
+static bool make_stall(struct board *b, const char *word)
+{
+    uint64_t cycles;
+
+    if (!control_number(word, MOST_STALL_CYCLES, &cycles)) {
+        return false;
+    }
+    board_stall(b, cycles);
+    return true;
+}
+
 // The fault that the third and fourth word name. False after an error's answer.
 static bool make_fault(struct control *c, struct board *b)
 {
@@ -389,9 +402,12 @@ static bool make_fault(struct control *c, struct board *b)
         return make_axis_hang(b, c->word[3]);
     } else if (strcmp(what, "at") == 0 && c->words > 3) {
         return make_hang_at(b, c->word[3]);
+    } else if (strcmp(what, "for") == 0 && c->words > 3) {
+        return make_stall(b, c->word[3]);
     } else {
         control_answer(
-            "error hang '%s': main, interrupts, axis N, at ADDRESS|SYMBOL or off", what);
+            "error hang '%s': main, interrupts, for CYCLES, axis N, at ADDRESS|SYMBOL or off",
+            what);
         return false;
     }
     return true;

@@ -241,6 +241,26 @@ static bool can_go_on(const avr_t *avr)
     return avr->state == cpu_Running || avr->state == cpu_Sleeping;
 }
 
+// Not inside a handler that keeps interrupts off: nothing can hold up its instructions.
+void run_loop_stall(struct run_loop *loop, uint64_t cycles)
+{
+    avr_t *avr = loop->avr;
+    avr_cycle_count_t end;
+
+    while (can_go_on(avr) && loop->state == RUN_PROGRAM && avr->sreg[S_I] == 0) {
+        execute(loop, avr);
+    }
+    end = avr->cycle + cycles;
+    while (avr->cycle < end) {
+        const avr_cycle_timer_slot_t *event = avr->cycle_timers.timer;
+
+        avr->cycle = (event != NULL && event->when < end) ? event->when : end;
+        if (event_is_due(avr)) {
+            (void)avr_cycle_timer_process(avr);
+        }
+    }
+}
+
 bool run_loop_run(struct run_loop *loop, uint64_t cycle)
 {
     avr_t *avr = loop->avr;

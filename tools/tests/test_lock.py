@@ -87,22 +87,6 @@ def test_fast_axes_follow_the_clock(bench_of, board, tick_hz, counts, offset):
         assert_on_edges(bench, counts, 60)
 
 
-# All four step interrupts and the clock's come at once: one of them comes late now and then, and
-# makes up for it (step_catch_up.inc).
-@pytest.mark.parametrize(("count", "offset"), [(592, -20), (594, -300), (586, 100), (577, 300)])
-def test_four_axes_near_their_limit_catch_up_exactly(bench_of, count, offset):
-    axes = range(4)
-    with bench_of("mega", 100, axes=axes) as bench:
-        bench.follow()
-        period = ppm(100, offset)
-        bench.clock(period)
-        assert_on_edges(bench, dict.fromkeys(axes, count), 80)
-        for axis in axes:
-            edges = read_edges(bench.edges_path).axis(0, axis).rising
-            intervals = [int(b - a) for a, b in itertools.pairwise(edges)]
-            assert max(abs(interval - period / count) for interval in intervals) < 1.6
-
-
 # A false edge so close behind the true one takes the place of the captured count before the
 # interrupt has read it.
 @pytest.mark.parametrize("behind", [205, 260, 320, 400])

@@ -238,8 +238,8 @@ class Simulator(SimPipe):
         """Make a board's program go astray until it is reset, or `kept` through resets too.
 
         `what` is "main" (the main loop stands still, interrupts go on), "interrupts" (a loop with
-        interrupts off), "axis N" (its step interrupt returns at once) or "at SYMBOL" (the
-        instruction there jumps to itself).
+        interrupts off), "for CYCLES" (the processor stands still once, timers go on), "axis N" (its
+        step interrupt returns at once) or "at SYMBOL" (the instruction there jumps to itself).
         """
         self.command(f"hang {board} {what}{' kept' if kept else ''}")
 
