@@ -27,24 +27,30 @@ def bench_of(tmp_path):
     return lambda board, axes: LockBench(board, hz=HZ, edges=tmp_path / "edges.csv", axes=axes)
 
 
-def run(bench, counts, period, most=0, seed=0):
-    """Run a line of one count on each axis while the processor stands still now and then.
+def pixels(count):
+    """Return the counts of a line's pixels."""
+    return [count] * PIXELS if isinstance(count, int) else list(count) * (PIXELS // 2)
 
-    Each of these stops takes at most so many cycles. Returns the fault's name.
+
+def run(bench, counts, period, most=0, seed=0, between=(2000, 4000)):
+    """Run a line on each axis, of one count or of two in turn, and hold the processor up.
+
+    Each of these stops takes at most so many cycles, so many cycles behind the one before. Returns
+    the fault's name.
     """
     source = random.Random(seed)
     bench.follow()
     run_clock = bench.clock(period).run
     bench.settle()
     for axis, count in counts.items():
-        assert bench.load(Line((count,) * PIXELS, PLAIN), axis).done
+        assert bench.load(Line(tuple(pixels(count)), PLAIN), axis).done
     bench.board.command("arm", list(counts))
     bench.until(lambda: all(bench.board.axis(axis)["pixel"] > 1 for axis in counts), SECONDS)
 
     def run_with_stops(cycles):
         end = bench.sim.cycle + cycles
         while bench.sim.cycle < end:
-            run_clock(min(end - bench.sim.cycle, source.randint(2000, 4000)))
+            run_clock(min(end - bench.sim.cycle, source.randint(*between)))
             bench.sim.hang(0, f"for {source.randint(1, most)}")
 
     if most:
@@ -63,12 +69,14 @@ def assert_exact(bench, counts, period, seconds_before_end):
         rising = [int(edge) for edge in read_edges(bench.edges_path).axis(0, axis).rising]
         last = rising[-1] - seconds_before_end * boards.load(bench.name).tick_hz
         edges = [edge for edge in rising if edge <= last]
-        assert len(edges) >= 5 * count
-        intervals = [b - a for a, b in itertools.pairwise(edges)]
-        assert max(abs(interval - period / count) for interval in intervals) < 1.05
-        ends = edges[count - 1 :: count]
-        first = min(range(len(true)), key=lambda k: abs(true[k] - ends[0]))
-        assert max(abs(end - true[first + k]) for k, end in enumerate(ends)) <= 2
+        ends = list(itertools.accumulate(pixels(count)))
+        ideal = [period / n for n in pixels(count) for _ in range(n)]
+        assert len(edges) >= ends[5]
+        off = [abs(b - a - ideal[k]) for k, (a, b) in enumerate(itertools.pairwise(edges), 1)]
+        assert max(off) < 1.05
+        found = [edges[end - 1] for end in ends if end <= len(edges)]
+        first = min(range(len(true)), key=lambda k: abs(true[k] - found[0]))
+        assert max(abs(edge - true[first + k]) for k, edge in enumerate(found)) <= 2
 
 
 # All step interrupts and the clock's come at once: one of them comes late now and then, and makes up
@@ -139,5 +147,27 @@ def test_edges_are_exact_until_the_fault(bench_of, board, counts, offset, most, 
     with bench_of(board, tuple(counts)) as bench:
         period = ppm(HZ, offset, boards.load(board).tick_hz)
         fault = run(bench, counts, period, most, seed)
+        assert fault in ("none", "underrun")
+        assert_exact(bench, counts, period, 0 if fault == "none" else NAMED_WITHIN_S)
+
+
+# The first interval of a pixel that differs by more than a tick from the one before: by some ticks, by
+# so many that a period without an edge follows, across 256 ticks.
+@pytest.mark.parametrize(
+    ("counts", "most"),
+    [
+        ({1: (1500, 1560)}, 60),
+        ({3: (2300, 2200)}, 40),
+        ({0: (1000, 1030), 3: (1010, 1000)}, 60),
+        ({0: (600, 470), 2: (470, 590)}, 100),
+        ({1: (700, 600), 3: (622, 630)}, 120),
+        ({0: (590, 570), 1: (565, 595), 2: (480, 482), 3: (500, 480)}, 70),
+    ],
+)
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_first_interval_of_a_pixel_is_exact_too(bench_of, counts, most, seed):
+    with bench_of("mega", tuple(counts)) as bench:
+        period = ppm(HZ, 20)
+        fault = run(bench, counts, period, most, seed, between=(500, 900))
         assert fault in ("none", "underrun")
         assert_exact(bench, counts, period, 0 if fault == "none" else NAMED_WITHIN_S)
