@@ -93,6 +93,11 @@ static void supervise_running(uint8_t i)
         name_halt(i);
     } else if (axis->phase == DECODE_OUTSIDE && axis_ring_fill(axis) == 0 &&
                step_timer_state(i) == STEP_ENGINE_IDLE) {
+        // A period that was made twice near the end: the line has a step too many.
+        if (CONFIG_AXES > 1 && time_check_lags(i)) {
+            faults_latch_underrun(i);
+            return;
+        }
         axis_line_finished(axis);
     }
 }

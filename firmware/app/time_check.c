@@ -16,11 +16,13 @@
 #define SLACK_TICKS 24
 // Looks that find when the timers started.
 #define START_LOOKS 40u
+// Looks at an axis that runs alone, until one of them would show a missing period.
+#define LAG_LOOKS 8u
 
 // The coarse clock when the timers started, ticks.
 static uint32_t started_ticks;
-static uint16_t
-    checked_units; // last check, a multiple of CHECK_EVERY_UNITS that tells whose turn it is
+static uint16_t checked_units; // last check, a multiple of CHECK_EVERY_UNITS
+static uint8_t checked_axis;
 
 // A little time, more for a larger number.
 static void pause(uint8_t turns)
@@ -79,6 +81,26 @@ static bool is_left_behind(uint8_t i)
     return (int32_t)(now_ticks - newest_start) > SLACK_TICKS;
 }
 
+// With another axis running no interval is near the coarse clock's unit.
+static bool runs_alone(uint8_t i)
+{
+    for (uint8_t other = 0; other < CONFIG_AXES; other++) {
+        if (other != i && axes_get(other)->life.state == AXIS_RUNNING) {
+            return false;
+        }
+    }
+    return true;
+}
+
+// A missing period as short as the clock's unit shows, unless the rounding of the clock and the
+// slack hide it: late in a unit.
+static bool hides_unit(uint32_t account_ticks)
+{
+    uint8_t into_unit = (uint8_t)(account_ticks + started_ticks) % CLOCK_UNIT_TICKS;
+
+    return into_unit >= CLOCK_UNIT_TICKS - SLACK_TICKS;
+}
+
 //     account    |- running ---|- newest loaded -|
 //                |--counter-->^ now                     by the account
 //     clock      |---------------->^                    an interrupt was missed: now is later
@@ -86,32 +108,51 @@ bool time_check_lags(uint8_t i)
 {
     struct axis *axis = axes_get(i);
     struct step_timer_look look;
+    uint32_t account_ticks = 0;
+    uint8_t looks = CONFIG_AXES > 1 && runs_alone(i) ? LAG_LOOKS : 1u;
 
     if (CONFIG_AXES == 1) {
         return false;
     }
-    if (!step_timer_look(i, &look)) {
-        return is_left_behind(i);
-    }
-    if (!axes_advance_to(i, &look.sample)) {
-        return false;
-    }
-    uint32_t now_ticks = look.units * CLOCK_UNIT_TICKS - started_ticks;
-    uint32_t account_ticks =
-        ledger_period_start(&axis->ledger, &axis->feed.stream, 1) + look.counter;
+    do {
+        if (!step_timer_look(i, &look)) {
+            return is_left_behind(i);
+        }
+        if (!axes_advance_to(i, &look.sample)) {
+            return false;
+        }
+        uint32_t now_ticks = look.units * CLOCK_UNIT_TICKS - started_ticks;
+        account_ticks =
+            ledger_period_start(&axis->ledger, &axis->feed.stream, 1) + look.counter;
+        if ((int32_t)(now_ticks - account_ticks) > SLACK_TICKS) {
+            return true;
+        }
+        looks--;
+    } while (looks != 0 && hides_unit(account_ticks));
+    return false;
+}
 
-    return (int32_t)(now_ticks - account_ticks) > SLACK_TICKS;
+// Their turns go round the axes that run: the one that moves alone, whose intervals may be as short
+// as the coarse clock's unit, is looked at each time.
+static bool find_next_running(void)
+{
+    for (uint8_t left = CONFIG_AXES; left != 0; left--) {
+        checked_axis = (uint8_t)(checked_axis + 1u) % CONFIG_AXES;
+        if (axes_get(checked_axis)->life.state == AXIS_RUNNING) {
+            return true;
+        }
+    }
+    return false;
 }
 
 void time_check_poll(void)
 {
-    if ((uint16_t)((uint16_t)clock_now_units() - checked_units) < CHECK_EVERY_UNITS) {
+    if (CONFIG_AXES == 1 ||
+        (uint16_t)((uint16_t)clock_now_units() - checked_units) < CHECK_EVERY_UNITS) {
         return;
     }
     checked_units = (uint16_t)(checked_units + CHECK_EVERY_UNITS);
-    uint8_t i = (uint8_t)(checked_units / CHECK_EVERY_UNITS) % CONFIG_AXES;
-
-    if (axes_get(i)->life.state == AXIS_RUNNING && time_check_lags(i)) {
-        faults_latch_underrun(i);
+    if (find_next_running() && time_check_lags(checked_axis)) {
+        faults_latch_underrun(checked_axis);
     }
 }
