@@ -38,7 +38,7 @@
 //
 // Where several axes move the capture takes 18 cycles more if it comes with the overflow of its own
 // timer. A single period takes 29 (31) cycles to OCRnA, so that only pulse trains make the shortest
-// periods (decode.c). The other axes take up to 86 cycles where they begin a train. They begin
+// periods (decode.c). The other axes take up to 80 cycles where they begin a train. They begin
 // their trains some steps apart from each other (TRAIN_STAGGER_STEPS), but lines of different rates
 // can meet all the same. An interrupt that is then late by less than a period is an underrun, which
 // the handler sees before the edge; time_check.c sees one that is late by a whole period.

@@ -132,6 +132,18 @@ static void limits_of_an_error(void)
     TEST_ASSERT_EQUAL_UINT16(2, records.made);
 }
 
+// An edge that is taken late belongs to its own pixel's record, as long as that is kept.
+static void edges_behind_the_newest_pixel(void)
+{
+    begin(1, UINT16_MAX);
+    pass_many(4);
+    records_note_error(&records, 2, -7);
+    records_note_error(&records, 3, 8);
+    check_record(1, 2, 0, -7);
+    check_record(2, 3, 0, 8);
+    check_record(3, 4, 0, 0);
+}
+
 // An edge before its pixel's planned end belongs to the record that follows.
 static void early_edges(void)
 {
@@ -242,6 +254,7 @@ int main(void)
     RUN_TEST(positions_that_deviate);
     RUN_TEST(edge_errors_that_change);
     RUN_TEST(limits_of_an_error);
+    RUN_TEST(edges_behind_the_newest_pixel);
     RUN_TEST(early_edges);
     RUN_TEST(edges_of_many_pixels_ahead);
     RUN_TEST(errors_of_pixels_without_record);

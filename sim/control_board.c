@@ -405,9 +405,9 @@ static bool make_fault(struct control *c, struct board *b)
     } else if (strcmp(what, "for") == 0 && c->words > 3) {
         return make_stall(b, c->word[3]);
     } else {
-        control_answer(
-            "error hang '%s': main, interrupts, for CYCLES, axis N, at ADDRESS|SYMBOL or off",
-            what);
+        control_answer("error hang '%s': main, interrupts, for CYCLES, axis N, at "
+                       "ADDRESS|SYMBOL or off",
+                       what);
         return false;
     }
     return true;

@@ -67,8 +67,8 @@ void run_loop_attach(struct run_loop *loop,
 // has stopped. True while the part can go on.
 bool run_loop_run(struct run_loop *loop, uint64_t cycle);
 
-// From where interrupts are on the processor stands still for so many cycles; timers and the world go
-// on. Call between two runs.
+// From where interrupts are on the processor stands still for so many cycles; timers and the world
+// go on. Call between two runs.
 void run_loop_stall(struct run_loop *loop, uint64_t cycles);
 
 // Ends the present instruction without serving an interrupt after it, and a sleep at once; the

@@ -84,10 +84,29 @@ class Hang(SimTest):
         self.assertEqual(handler["count"], 100)
         self.assertLessEqual(handler["latency_max"], 1 + 20)
 
+    def test_a_processor_that_stands_still_delays_an_interrupt_and_no_edge(self):
+        with self.open("uno") as sim:
+            sim.run(20_000)
+            main, interrupts = self.counts(sim)
+            sim.ask("mark")
+            ended = int(sim.ask("hang 0 for 990").split()[1])
+            self.assertIn(ended, range(20_990, 21_050))
+            self.assertEqual(self.counts(sim), [main, interrupts])
+            sim.run(100_000)
+            sim.ask("flush")
+            stats = json.loads(sim.ask("stats"))["boards"][0]
+            self.assertGreaterEqual(self.counts(sim)[1], interrupts + 100)
+        self.assertEqual(set(differences(rising(read_edges(self.path)))), {1000})
+        handler = next(h for h in stats["handlers"] if h["name"] == "TIMER1_OVF")
+        self.assertIn(handler["latency_max"], range(21, 991))
+
     def test_errors(self):
         with self.open("uno") as sim:
             for wrong in (
                 "nothing",
+                "for",
+                "for ever",
+                "for 100001",
                 "axis",
                 "axis 1",
                 "at nowhere",

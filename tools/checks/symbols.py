@@ -25,7 +25,8 @@ DIVISION = re.compile(r"^__u?(div|mod|divmod)[qhpsd]i\d?(_u?moddi3)?$")
 # The step handlers' own code, and what only moves all registers to the stack and back.
 STEP_HANDLER_CALLS = re.compile(r"^step_isr_(command|late)_\d$")
 STEP_HANDLER_PARTS = re.compile(
-    r"^(step_isr_(entry|execute|too_late|catch_up|catch_up_entry|stretch|slow)_\d+"
+    r"^(step_isr_(entry|execute|too_late|make_up|make_up_fast|catch_up|catch_up_entry|stretch"
+    r"|set_counter|refill_late|another_high)_\d+"
     r"|__vectors|__prologue_saves__|__epilogue_restores__)$"
 )
 

@@ -21,6 +21,8 @@ LTO_MARK = "__gnu_lto"
 SHARED = {
     "step_engines": "the step interrupt (assembly) and the main loop share it",
     "step_isr_last": "the step interrupt (assembly) and its half in C share it",
+    "step_isr_before_low": "the step interrupt's own (assembly)",
+    "step_isr_before_high": "the step interrupt's own (assembly)",
     "pixel_clock_edges": "the capture interrupt (assembly) and the main loop share it",
     "records_thinned": "the account of whole pixels (assembly) reads it",
     "clock_overflows": "handlers read the coarse clock (clock_units.h)",

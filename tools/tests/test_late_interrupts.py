@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Step interrupts of several axes that come late: made up for to the tick, or named as a fault.
 
-A locked line's pixels end with the clock's own edges. A line that only starts with the clock has the
-same intervals each time.
+A locked line's pixels end with the clock's own edges. A line that only starts with the clock has
+the same intervals each time.
 """
 
 import itertools
@@ -38,8 +38,8 @@ def pixels(count):
 def run(bench, counts, period, most=0, seed=0, *, aimed=False, sync="lock"):
     """Run a line on each axis, of one count or of two in turn, and hold the processor up.
 
-    Each of these stops takes at most so many cycles; aimed ones end just before a pixel's end. Returns
-    the fault's name.
+    Each of these stops takes at most so many cycles; aimed ones end just before a pixel's end.
+    Returns the fault's name.
     """
     source = random.Random(seed)
     bench.follow(sync=sync)
@@ -93,9 +93,9 @@ def assert_exact(bench, counts, period, seconds_before_end):
         assert max(abs(edge - true[first + k]) for k, edge in enumerate(found)) <= 2
 
 
-# All step interrupts and the clock's come at once: one of them comes late now and then, and makes up
-# for it (step_catch_up.inc). Counts of which both intervals of a train are frequent, and of which
-# one is rare; two axes that begin their trains together, and at different steps.
+# All step interrupts and the clock's come at once: one of them comes late now and then, and makes
+# up for it (step_catch_up.inc). Counts of which both intervals of a train are frequent, and of
+# which one is rare; two axes that begin their trains together, and at different steps.
 @pytest.mark.parametrize(
     ("counts", "offset"),
     [
@@ -123,7 +123,6 @@ def test_axes_near_their_limit_keep_every_interval(bench_of, counts, offset):
     ("board", "counts", "offset", "most"),
     [
         ("mega", {1: 2470}, 0, 45),
-        ("mega", {3: 2451}, -40, 45),
         ("mega", {2: 1500}, 40, 60),
         ("mega", {0: 1188, 3: 1182}, 0, 45),
         ("mega", {1: 1100, 2: 1100}, -50, 60),
@@ -163,12 +162,13 @@ def assert_as_undisturbed(bench_of, board, counts, most, *, aimed=False):
                 assert found == wanted[axis][: len(found)]
 
 
-# Held up for longer, a coincidence with a clock edge and the beginning of a train is too much, sooner
-# or later. Until then every edge is exact, though hundreds of intervals come late.
+# Held up for longer, a coincidence with a clock edge and the beginning of a train is too much,
+# sooner or later. Until then every edge is exact, though hundreds of intervals come late.
 @pytest.mark.parametrize(
     ("board", "counts", "most"),
     [
         ("mega", {1: 2470}, 60),
+        ("mega", {3: 2451}, 45),
         ("mega", {2: 1500}, 95),
         ("mega", {0: 1188, 3: 1182}, 70),
         ("mega", {1: 1100, 2: 1100}, 75),
@@ -183,8 +183,8 @@ def test_edges_are_exact_until_the_fault(bench_of, board, counts, most):
     assert_as_undisturbed(bench_of, board, counts, most)
 
 
-# The first interval of a pixel that differs by more than a tick from the one before: by some ticks, or
-# by so many that a period without an edge follows. The stops end in the last cycles in which the
+# The first interval of a pixel that differs by more than a tick from the one before: by some ticks,
+# or by so many that a period without an edge follows. The stops end in the last cycles in which the
 # interval before it can be served.
 @pytest.mark.parametrize(
     ("counts", "most"),

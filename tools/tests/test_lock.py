@@ -13,7 +13,6 @@ from pixstep.board import boards
 from pixstep.board.errors import BoardError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.profiles import generator
-from pixstep.simulation.edges import read_edges
 from test_bus import OTHER, Master, frame
 
 BOARDS = ("uno", "mega")

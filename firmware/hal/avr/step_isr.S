@@ -65,6 +65,9 @@
 ;                                     43-44     43-44     41
 ;                                    (45-46)   (45-46)   (43)
 ;
+; The last period of an entry takes 38 cycles more on the ATmega328P, on the ATmega2560 30 if the
+; train goes on and 33 if another one follows.
+;
 ; TEMP, the high byte that a write of OCRnAL takes along, holds train_high during a pulse train: a
 ; train's two intervals differ in their low byte only. Whoever else reads or writes a 16-bit
 ; register of this timer then stores train_high in TEMP again, by way of OCRnAH.
@@ -229,8 +232,8 @@
 .endm
 
 ; Behind the last period of an entry take the next one, if it is a train's: a period ahead, so that
-; one train follows another without a longer path. A train that goes on keeps its high byte; one that
-; follows another is the other one. other: brmi behind train 0, brpl behind train 1.
+; one train follows another without a longer path. A train that goes on keeps its high byte; one
+; that follows another is the other one. other: brmi behind train 0, brpl behind train 1.
 #if CONFIG_AXES > 1
 .macro refill_leave axis, late
     restore_r24_z
@@ -282,7 +285,7 @@
 .endm
 
 #if CONFIG_AXES > 1
-#include "hal/avr/step_catch_up.inc" // catch_up, stretch, catch_up_entry
+#include "hal/avr/step_catch_up.inc" // the ways of a late interval
 #endif
 
 .macro step_handler axis, engine, vector, top_low, top_high, edge_low, edge_high, \

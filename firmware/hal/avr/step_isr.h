@@ -51,9 +51,9 @@ extern struct step_engine step_engines[CONFIG_AXES];
 extern struct step_ring step_rings[CONFIG_AXES];
 
 #if CONFIG_AXES > 1
-// Of each axis: low byte of the TOP that was loaded last, if a train's was; else 0. The high byte is
-// the train's, STEP_ISR_TRAIN_HIGH. Where a train follows one with another high byte the last TOP is
-// noted in two parts and step_isr_last is 0 (step_catch_up.inc).
+// Of each axis: low byte of the TOP that was loaded last, if a train's was; else 0. The high byte
+// is the train's, STEP_ISR_TRAIN_HIGH. Where a train follows one with another high byte the last
+// TOP is noted in two parts and step_isr_last is 0 (step_catch_up.inc).
 extern volatile uint8_t step_isr_last[CONFIG_AXES];
 extern volatile uint8_t step_isr_before_low[CONFIG_AXES];
 extern volatile uint8_t step_isr_before_high[CONFIG_AXES];
