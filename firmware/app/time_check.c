@@ -16,13 +16,13 @@
 #define SLACK_TICKS 24
 // Looks that find when the timers started.
 #define START_LOOKS 40u
-// Looks at an axis that runs alone, until one of them would show a missing period.
+// Looks at a fast axis, until one of them would show a missing period.
 #define LAG_LOOKS 8u
 
 // The coarse clock when the timers started, ticks.
 static uint32_t started_ticks;
-static uint16_t checked_units; // last check, a multiple of CHECK_EVERY_UNITS
-static uint8_t checked_axis;
+static uint16_t
+    checked_units; // last check, a multiple of CHECK_EVERY_UNITS that tells whose turn it is
 
 // A little time, more for a larger number.
 static void pause(uint8_t turns)
@@ -81,15 +81,18 @@ static bool is_left_behind(uint8_t i)
     return (int32_t)(now_ticks - newest_start) > SLACK_TICKS;
 }
 
-// With another axis running no interval is near the coarse clock's unit.
-static bool runs_alone(uint8_t i)
+// The axis makes, or has made, periods that are near the coarse clock's unit.
+static bool is_fast(uint8_t i)
 {
-    for (uint8_t other = 0; other < CONFIG_AXES; other++) {
-        if (other != i && axes_get(other)->life.state == AXIS_RUNNING) {
-            return false;
-        }
+    const struct pulse_train *trains = step_timer_trains(i);
+    bool fast = false;
+
+    for (uint8_t k = 0; k < 2; k++) {
+        uint8_t low = trains[k].short_low; // of a train that was never used, 0
+        fast = fast || (trains[k].top_high == 0 && low != 0 &&
+                        low < CLOCK_UNIT_TICKS + SLACK_TICKS);
     }
-    return true;
+    return fast;
 }
 
 // A missing period as short as the clock's unit shows, unless the rounding of the clock and the
@@ -109,7 +112,7 @@ bool time_check_lags(uint8_t i)
     struct axis *axis = axes_get(i);
     struct step_timer_look look;
     uint32_t account_ticks = 0;
-    uint8_t looks = CONFIG_AXES > 1 && runs_alone(i) ? LAG_LOOKS : 1u;
+    uint8_t looks = CONFIG_AXES > 1 && is_fast(i) ? LAG_LOOKS : 1u;
 
     if (CONFIG_AXES == 1) {
         return false;
@@ -132,27 +135,15 @@ bool time_check_lags(uint8_t i)
     return false;
 }
 
-// Their turns go round the axes that run: the one that moves alone, whose intervals may be as short
-// as the coarse clock's unit, is looked at each time.
-static bool find_next_running(void)
-{
-    for (uint8_t left = CONFIG_AXES; left != 0; left--) {
-        checked_axis = (uint8_t)(checked_axis + 1u) % CONFIG_AXES;
-        if (axes_get(checked_axis)->life.state == AXIS_RUNNING) {
-            return true;
-        }
-    }
-    return false;
-}
-
 void time_check_poll(void)
 {
-    if (CONFIG_AXES == 1 ||
-        (uint16_t)((uint16_t)clock_now_units() - checked_units) < CHECK_EVERY_UNITS) {
+    if ((uint16_t)((uint16_t)clock_now_units() - checked_units) < CHECK_EVERY_UNITS) {
         return;
     }
     checked_units = (uint16_t)(checked_units + CHECK_EVERY_UNITS);
-    if (find_next_running() && time_check_lags(checked_axis)) {
-        faults_latch_underrun(checked_axis);
+    uint8_t i = (uint8_t)(checked_units / CHECK_EVERY_UNITS) % CONFIG_AXES;
+
+    if (axes_get(i)->life.state == AXIS_RUNNING && time_check_lags(i)) {
+        faults_latch_underrun(i);
     }
 }
