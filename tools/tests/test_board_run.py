@@ -120,7 +120,7 @@ def test_upload_checks_with_the_boards_limits(one):
     one.out("set", "pixel_hz=100")
     text = one.err("upload", name, "--decode", "plain", status=3)
     assert (
-        "line refused: too_fast at pixel 1" in text and "80" in text and "nothing was sent" in text
+        "line refused: too_fast at pixel 1" in text and "64" in text and "nothing was sent" in text
     )
     assert one.board.axes[0].state == "empty"
     one.out("upload", name, "--decode", "plain", "--pixel-hz", 30)
