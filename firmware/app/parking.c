@@ -3,6 +3,7 @@
 
 #include "app/axes.h"        // axes_*
 #include "app/seek.h"        // seek_needs_interrupts
+#include "app/time_check.h"  // time_check_passes
 #include "config.h"          // CONFIG_*
 #include "hal/pixel_clock.h" // pixel_clock_waiting
 #include "hal/step_timer.h"  // step_timer_*
@@ -30,7 +31,8 @@ void parking_poll(void)
     const struct ledger *ledger = &axes_get(i)->ledger;
 
     looked_at = (uint8_t)((i + 1u) % CONFIG_AXES);
-    if (may_park(i) && axes_advance(i, LEDGER_EXACTLY) && ledger_idles(ledger)) {
+    if (may_park(i) && time_check_passes(i) && axes_advance(i, LEDGER_EXACTLY) &&
+        ledger_idles(ledger)) {
         (void)step_timer_park(i, ledger->idle_seen);
     }
 }

@@ -94,11 +94,9 @@ static void supervise_running(uint8_t i)
     } else if (axis->phase == DECODE_OUTSIDE && axis_ring_fill(axis) == 0 &&
                step_timer_state(i) == STEP_ENGINE_IDLE) {
         // A period that was made twice near the end: the line has a step too many.
-        if (CONFIG_AXES > 1 && time_check_lags(i)) {
-            faults_latch_underrun(i);
-            return;
+        if (time_check_passes(i)) {
+            axis_line_finished(axis);
         }
-        axis_line_finished(axis);
     }
 }
 
@@ -111,6 +109,9 @@ static void supervise_axis(uint8_t i)
         return;
     }
     if (state == AXIS_STOPPING) {
+        if (CONFIG_AXES > 1 && !step_engine_going(step_timer_state(i))) {
+            (void)time_check_passes(i);
+        }
         axes_stop(i);
     }
     witness_poll(i);

@@ -13,7 +13,8 @@
 // An account may be ahead of the coarse clock by the rounding of that clock, CLOCK_UNIT_TICKS, and
 // behind it by this much, ticks: what is left of the rounding when the clock was set, and the
 // cycles between the two looks.
-#define SLACK_TICKS 24
+#define SLACK_TICKS        24
+#define CLOCK_BEHIND_TICKS ((int32_t)(CLOCK_UNIT_TICKS + SLACK_TICKS))
 // Looks that find when the timers started.
 #define START_LOOKS 40u
 // Looks at a fast axis, until one of them would show a missing period.
@@ -127,12 +128,42 @@ bool time_check_lags(uint8_t i)
         uint32_t now_ticks = look.units * CLOCK_UNIT_TICKS - started_ticks;
         account_ticks =
             ledger_period_start(&axis->ledger, &axis->feed.stream, 1) + look.counter;
-        if ((int32_t)(now_ticks - account_ticks) > SLACK_TICKS) {
+        // The coarse clock itself has lost time when it is further behind than it is rounded.
+        int32_t later_ticks = (int32_t)(now_ticks - account_ticks);
+        if (later_ticks > SLACK_TICKS || later_ticks < -CLOCK_BEHIND_TICKS) {
             return true;
         }
         looks--;
     } while (looks != 0 && hides_unit(account_ticks));
     return false;
+}
+
+bool time_check_passes(uint8_t i)
+{
+    // A time base that is lost is named already, and begins anew before anything moves again.
+    if (CONFIG_AXES == 1 || faults_time_lost() || !time_check_lags(i)) {
+        return true;
+    }
+    faults_latch_underrun(i);
+    return false;
+}
+
+// A halt that is not over counts its periods in two ways; a parked axis counts none.
+static bool can_be_checked(uint8_t i)
+{
+    enum step_engine_state state = step_timer_state(i);
+
+    return state != STEP_ENGINE_HALTING && state != STEP_ENGINE_PARKED;
+}
+
+bool time_check_all_pass(void)
+{
+    bool pass = true;
+
+    for (uint8_t i = 0; CONFIG_AXES > 1 && i < CONFIG_AXES; i++) {
+        pass = pass && (!can_be_checked(i) || time_check_passes(i));
+    }
+    return pass;
 }
 
 void time_check_poll(void)
@@ -143,7 +174,7 @@ void time_check_poll(void)
     checked_units = (uint16_t)(checked_units + CHECK_EVERY_UNITS);
     uint8_t i = (uint8_t)(checked_units / CHECK_EVERY_UNITS) % CONFIG_AXES;
 
-    if (axes_get(i)->life.state == AXIS_RUNNING && time_check_lags(i)) {
-        faults_latch_underrun(i);
+    if (can_be_checked(i)) {
+        (void)time_check_passes(i);
     }
 }

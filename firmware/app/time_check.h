@@ -11,8 +11,16 @@
 // Start the step timers and the measurement of time.
 void time_check_start(void);
 
-// Check one running axis every few milliseconds.
+// Check one axis every few milliseconds. An axis at rest, too: what its step interrupts missed as it
+// came to rest, or since, would be missing in its position and in the place of its next line.
 void time_check_poll(void);
+
+// Check this axis now, before it counts as done, stopped or parked. Returns false when its account
+// of time has fallen behind; the fault is then latched.
+bool time_check_passes(uint8_t axis);
+
+// The same for every axis that is not parked.
+bool time_check_all_pass(void);
 
 // True when this axis's account of time has fallen behind; brings its ledger up to date before.
 bool time_check_lags(uint8_t axis);

@@ -3,6 +3,7 @@
 
 from pixstep_dev.bench import (
     accuracy,
+    clocks,
     decode,
     handlers,
     overload,
@@ -18,7 +19,7 @@ from pixstep_dev.bench.figure import Figure
 FIGURES: tuple[Figure, ...] = tuple(
     module.FIGURE
     for module in (
-        handlers, decode, rates, share, ramp, accuracy, overload, waits, sizes, simspeed,
+        handlers, decode, rates, clocks, share, ramp, accuracy, overload, waits, sizes, simspeed,
     )
 )  # fmt: skip
 NAMES = tuple(figure.name for figure in FIGURES)
