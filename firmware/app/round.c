@@ -100,6 +100,23 @@ static void supervise_running(uint8_t i)
     }
 }
 
+// Look after an axis that is stopping. What it made twice on its way is named before it counts as
+// stopped.
+#if CONFIG_AXES > 1
+static APART void supervise_stopping(uint8_t i)
+{
+    if (!step_engine_going(step_timer_state(i))) {
+        (void)time_check_passes(i);
+    }
+    axes_stop(i);
+}
+#else
+static void supervise_stopping(uint8_t i)
+{
+    axes_stop(i);
+}
+#endif
+
 static void supervise_axis(uint8_t i)
 {
     uint8_t state = axes_get(i)->life.state;
@@ -109,10 +126,7 @@ static void supervise_axis(uint8_t i)
         return;
     }
     if (state == AXIS_STOPPING) {
-        if (CONFIG_AXES > 1 && !step_engine_going(step_timer_state(i))) {
-            (void)time_check_passes(i);
-        }
-        axes_stop(i);
+        supervise_stopping(i);
     }
     witness_poll(i);
 }

@@ -3,6 +3,7 @@
 
 #include "app/axes.h"          // axes_*
 #include "app/faults.h"        // faults_latch_underrun
+#include "base/apart.h"        // APART
 #include "hal/clock.h"         // clock_now_units
 #include "hal/step_timer.h"    // step_timer_start
 #include "motion/step_codes.h" // STEP_IDLE_TICKS
@@ -110,14 +111,14 @@ static bool hides_unit(uint32_t account_ticks)
 //     clock      |---------------->^                    an interrupt was missed: now is later
 bool time_check_lags(uint8_t i)
 {
-    struct axis *axis = axes_get(i);
-    struct step_timer_look look;
-    uint32_t account_ticks = 0;
-    uint8_t looks = CONFIG_AXES > 1 && is_fast(i) ? LAG_LOOKS : 1u;
-
     if (CONFIG_AXES == 1) {
         return false;
     }
+    struct axis *axis = axes_get(i);
+    struct step_timer_look look;
+    uint32_t account_ticks = 0;
+    uint8_t looks = is_fast(i) ? LAG_LOOKS : 1u;
+
     do {
         if (!step_timer_look(i, &look)) {
             return is_left_behind(i);
@@ -166,15 +167,20 @@ bool time_check_all_pass(void)
     return pass;
 }
 
-void time_check_poll(void)
+// Apart from the round, which has more to keep in registers than there are.
+static APART void check_next(void)
 {
-    if ((uint16_t)((uint16_t)clock_now_units() - checked_units) < CHECK_EVERY_UNITS) {
-        return;
-    }
     checked_units = (uint16_t)(checked_units + CHECK_EVERY_UNITS);
     uint8_t i = (uint8_t)(checked_units / CHECK_EVERY_UNITS) % CONFIG_AXES;
 
     if (can_be_checked(i)) {
         (void)time_check_passes(i);
+    }
+}
+
+void time_check_poll(void)
+{
+    if ((uint16_t)((uint16_t)clock_now_units() - checked_units) >= CHECK_EVERY_UNITS) {
+        check_next();
     }
 }

@@ -44,7 +44,7 @@
 ; first idle period on.
 ;
 ; Cycles with interrupts off: with one axis 26, or where the overflow flag is set 14 and then 17 or
-; 19; with several 28, 46 where the overflow flag is set, 21 where the axis is parked. Later 16
+; 19; with several 28, 43 where the overflow flag is set, 22 where the axis is parked. Later 16
 ; more. In all 165 at most; 215 where the axis is parked.
 #define __SFR_OFFSET 0
 #include <avr/io.h>
@@ -109,6 +109,17 @@
 .Lcounted:
 .endm
 
+; Where the engine is; then interrupts on.
+.macro note_engine
+    lds r3, ENGINE + STEP_ISR_LEFT
+    sts QUEUE + CAPTURE_FIRST_LEFT, r3
+    lds r3, ENGINE + STEP_ISR_TAIL
+    sts QUEUE + CAPTURE_FIRST_TAIL, r3
+    lds r3, ENGINE + STEP_ISR_IDLE_COUNT
+    sei
+    sts QUEUE + CAPTURE_FIRST_IDLE_LOW, r3
+.endm
+
 ; Near the vector table, as the section of step_isr.S is.
 .section .lowtext, "ax", @progbits
     .global VECTOR
@@ -135,8 +146,19 @@ VECTOR:
     sbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
 #else
     lds r3, ENGINE + STEP_ISR_STATE
-    sbrs r3, PARKED_BIT
-    rjmp .Lrunning
+    sbrc r3, PARKED_BIT
+    rjmp .Lat_rest
+    lds r3, COUNT_LOW
+    sts QUEUE + CAPTURE_FIRST_COUNTER, r3
+    lds r3, COUNT_HIGH
+    sts QUEUE + CAPTURE_FIRST_COUNTER + 1, r3
+    lds r3, ENGINE + STEP_ISR_TRAIN_HIGH
+    sts TOP_HIGH, r3
+    note_engine
+    sbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED ; no sooner: the step interrupt waits
+    push r24
+    rjmp .Lsaved
+.Lat_rest:
     in r3, TCNT0
     sei
     sts QUEUE + CAPTURE_FIRST_UNIT, r3
@@ -149,23 +171,9 @@ VECTOR:
     lds r24, ENGINE + STEP_ISR_IDLE_COUNT
     sts QUEUE + CAPTURE_FIRST_IDLE_LOW, r24
     rjmp .Lsaved
-.Lrunning:
-    sbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
-    lds r3, COUNT_LOW
-    sts QUEUE + CAPTURE_FIRST_COUNTER, r3
-    lds r3, COUNT_HIGH
-    sts QUEUE + CAPTURE_FIRST_COUNTER + 1, r3
-    lds r3, ENGINE + STEP_ISR_TRAIN_HIGH
-    sts TOP_HIGH, r3
 #endif
 .Lnote:
-    lds r3, ENGINE + STEP_ISR_LEFT
-    sts QUEUE + CAPTURE_FIRST_LEFT, r3
-    lds r3, ENGINE + STEP_ISR_TAIL
-    sts QUEUE + CAPTURE_FIRST_TAIL, r3
-    lds r3, ENGINE + STEP_ISR_IDLE_COUNT
-    sei
-    sts QUEUE + CAPTURE_FIRST_IDLE_LOW, r3
+    note_engine
     push r24
 .Lsaved:
     in r24, SREG

@@ -457,7 +457,7 @@ step_isr_too_late_\axis:
 #if CONFIG_AXES > 1
 ; In the reach of the handlers' rjmp, each of them.
 #define CATCH_UP(axis, timer)                                                            \
-    catch_up_quick axis, ENGINE(axis), TCNT##timer##L, TIFR##timer
+    make_up_ways axis, ENGINE(axis), TCNT##timer##L, TIFR##timer
 #define BOARD_AXIS(axis, timer) CATCH_UP(axis, timer)
 #include BOARD_FILE
 #undef BOARD_AXIS
@@ -467,7 +467,7 @@ step_isr_too_late_\axis:
     stretch axis, ENGINE(axis), OCR##timer##AL, OCR##timer##AH, OCR##timer##BL,           \
         OCR##timer##BH, TIFR##timer, TOV##timer                                         $ \
     catch_up_entry axis, ENGINE(axis)                                                   $ \
-    catch_up_refill axis, ENGINE(axis), TCNT##timer##L, OCR##timer##AL,                   \
+    make_up_fast_ways axis, ENGINE(axis), TCNT##timer##L, OCR##timer##AL,                   \
         OCR##timer##AH, TIFR##timer, TOV##timer
 #define BOARD_AXIS(axis, timer) CATCH_UP_RARELY(axis, timer)
 #include BOARD_FILE
