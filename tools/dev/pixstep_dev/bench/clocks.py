@@ -104,9 +104,7 @@ def streamed(
     return trial
 
 
-def row(
-    board: str, axes: int, motion: str, steps: int, found: Found, loaded: int
-) -> dict:
+def row(board: str, axes: int, motion: str, steps: int, found: Found, loaded: int) -> dict:
     """Return a search's result as plain data."""
 
     def text(trials: dict[int, Trial]) -> list[str]:
@@ -139,7 +137,9 @@ def _loaded(hz: int, tried: Callable[..., Trial]) -> int:
 
 def _beyond(found: dict) -> str:
     """Return how the next faster clock ended, without what a fault's text adds."""
-    return found["beyond"] if found["beyond"].startswith((FAULT, "refused")) else found["beyond"][:40]
+    return (
+        found["beyond"] if found["beyond"].startswith((FAULT, "refused")) else found["beyond"][:40]
+    )
 
 
 FIGURE = Figure(
