@@ -189,6 +189,37 @@ static void period_without_interrupt(void)
     TEST_ASSERT_FALSE(faults_time_lost());
 }
 
+// A halt comes before the check of time would have its turn.
+static void missed_period_before_a_stop(void)
+{
+    slow_pixels();
+    start_plain(BENCH_THIRD, 400, 20);
+    bench_rounds(200);
+    fake_missed_period(BENCH_THIRD);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1u << BENCH_THIRD, COMMAND_STOP));
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
+    TEST_ASSERT_TRUE(bench_until(BENCH_THIRD, AXIS_EMPTY));
+    TEST_ASSERT_EQUAL(FAULT_underrun, faults_record()->code);
+    TEST_ASSERT_EQUAL_UINT8(BENCH_THIRD, faults_record()->axis);
+    TEST_ASSERT_TRUE(faults_time_lost());
+}
+
+// The same beside another fault: it is named before that one is cleared.
+static void missed_period_before_another_fault(void)
+{
+    slow_pixels();
+    start_plain(BENCH_THIRD, 400, 20);
+    bench_rounds(200);
+    fake_missed_period(BENCH_THIRD);
+    faults_latch(FAULT_starved, BENCH_THIRD, 0);
+    fake_pass(BENCH_TICKS_PER_MS);
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, bench_command(0, COMMAND_CLEAR_FAULT));
+    TEST_ASSERT_EQUAL(FAULT_starved, faults_record()->code);
+    TEST_ASSERT_TRUE((faults_record()->mask >> FAULT_underrun & 1u) != 0);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(0, COMMAND_CLEAR_FAULT));
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
+}
+
 // The check of time, before the round takes what the interrupt has noted of the same period.
 static void underrun_seen_twice_counts_once(void)
 {
@@ -344,6 +375,8 @@ int main(void)
     RUN_TEST(decoder_late);
     RUN_TEST(underrun);
     RUN_TEST(period_without_interrupt);
+    RUN_TEST(missed_period_before_a_stop);
+    RUN_TEST(missed_period_before_another_fault);
     RUN_TEST(restart_of_time_begins_every_ring_again);
     RUN_TEST(clock_edge_that_waits_does_not_survive_a_restart);
     RUN_TEST(underrun_seen_twice_counts_once);

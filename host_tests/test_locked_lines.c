@@ -215,6 +215,10 @@ static void a_drifting_clock_without_lines_is_no_fault(void)
 static void a_glitch_changes_nothing(void)
 {
     run_line(0, 60);
+    // Early between two edges, so that the false one is still to come.
+    while (fake_next_edge_ticks() - fake_now_ticks() < OFF_TICKS / 4u * 3u) {
+        bench_rounds(1);
+    }
     uint32_t next = fake_next_edge_ticks();
 
     clock_from(next - OFF_TICKS / 2u, OFF_TICKS);

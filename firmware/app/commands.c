@@ -280,8 +280,8 @@ static bool can_clear(uint8_t axis, const struct order *order)
             return false;
         }
     }
-    // What the interrupts missed as the axes came to rest belongs to the fault that is here: another
-    // clear may follow, because time is known to be lost then.
+    // What the interrupts missed as the axes came to rest belongs to the fault that is here.
+    // Another clear may follow, because time is known to be lost then.
     if (faults_any() && !time_check_all_pass()) {
         return false;
     }

@@ -92,11 +92,9 @@ static void supervise_running(uint8_t i)
     if (step_timer_state(i) == STEP_ENGINE_HALTED) {
         name_halt(i);
     } else if (axis->phase == DECODE_OUTSIDE && axis_ring_fill(axis) == 0 &&
-               step_timer_state(i) == STEP_ENGINE_IDLE) {
-        // A period that was made twice near the end: the line has a step too many.
-        if (time_check_passes(i)) {
-            axis_line_finished(axis);
-        }
+               step_timer_state(i) == STEP_ENGINE_IDLE && time_check_passes(i)) {
+        // No period was made twice near the end: the line has no step too many.
+        axis_line_finished(axis);
     }
 }
 

@@ -11,8 +11,8 @@
 // Start the step timers and the measurement of time.
 void time_check_start(void);
 
-// Check one axis every few milliseconds. An axis at rest, too: what its step interrupts missed as it
-// came to rest, or since, would be missing in its position and in the place of its next line.
+// Check one axis every few milliseconds. An axis at rest, too: what its step interrupts missed as
+// it came to rest, or since, would be missing in its position and in the place of its next line.
 void time_check_poll(void);
 
 // Check this axis now, before it counts as done, stopped or parked. Returns false when its account
