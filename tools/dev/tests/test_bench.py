@@ -23,6 +23,7 @@ from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.rational import period_ticks
 from pixstep_dev.bench import (
     accuracy,
+    clocks,
     compare,
     decode,
     figures,
@@ -78,6 +79,16 @@ def test_no_line_of_a_search_is_refused_for_its_form(hz, motion):
         line = rates.line_of(motion, count, hz, 0.3)
         assert not linecheck.refused(linecheck.check(line)), count
         assert line.line_speed == count
+
+
+@pytest.mark.parametrize("steps", clocks.STEPS)
+@pytest.mark.parametrize("motion", clocks.MOTIONS)
+def test_lines_for_fast_clocks_are_what_they_are_called(motion, steps):
+    line = clocks.line_of(motion, steps, 50)
+    assert not linecheck.refused(linecheck.check(line))
+    assert max(line.counts) == steps
+    assert (line.backlash != 0) == (motion == "ramps")
+    assert (len(set(line.counts)) == 1) == (motion == "one count")
 
 
 def test_every_pixel_near_the_peak_accelerates_or_brakes():
@@ -366,6 +377,16 @@ def test_a_short_real_run(tmp_path):
     for row in measured["figures"]["ramp"]:
         assert row["line_max_from_zero_us"] <= 1 / 16
     assert {row["board"] for row in measured["figures"]["sizes"]} == set(boards.BOARD_NAMES)
+
+
+@pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize("motion", clocks.MOTIONS)
+def test_a_clock_is_clean_or_too_fast_by_name(motion):
+    tried = clocks.streamed if motion == "streamed" else clocks.driven
+    assert tried("mega", 2, motion, 10, 500, 0.2).kind == CLEAN
+    assert tried("mega", 2, motion, 10, 500, 0.2, serial_load=True).kind == CLEAN
+    fast = tried("mega", 4, motion, 10, 4000, 0.2)
+    assert fast.kind == FAULT and fast.detail
 
 
 @pytest.mark.usefixtures("simulator")
