@@ -15,7 +15,7 @@
 #include "app/settings.h"       // settings_*
 #include "app/start.h"          // start_now
 #include "app/store.h"          // store_*
-#include "app/time_check.h"     // time_check_*
+#include "app/time_check.h"     // time_check_start
 #include "app/token.h"          // token_*
 #include "base/flash.h"         // IN_FLASH
 #include "hal/estop.h"          // estop_release
@@ -279,11 +279,6 @@ static bool can_clear(uint8_t axis, const struct order *order)
         if (step_engine_going(step_timer_state(i))) {
             return false;
         }
-    }
-    // What the interrupts missed as the axes came to rest belongs to the fault that is here.
-    // Another clear may follow, because time is known to be lost then.
-    if (faults_any() && !time_check_all_pass()) {
-        return false;
     }
     // An emergency stop may be latched before the main loop has seen it.
     return !faults_any() || safety_allows();

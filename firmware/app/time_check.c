@@ -157,16 +157,6 @@ static bool can_be_checked(uint8_t i)
     return state != STEP_ENGINE_HALTING && state != STEP_ENGINE_PARKED;
 }
 
-bool time_check_all_pass(void)
-{
-    bool pass = true;
-
-    for (uint8_t i = 0; CONFIG_AXES > 1 && i < CONFIG_AXES; i++) {
-        pass = pass && (!can_be_checked(i) || time_check_passes(i));
-    }
-    return pass;
-}
-
 // Apart from the round, which has more to keep in registers than there are.
 static APART void check_next(void)
 {

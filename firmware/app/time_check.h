@@ -19,8 +19,5 @@ void time_check_poll(void);
 // of time has fallen behind; the fault is then latched.
 bool time_check_passes(uint8_t axis);
 
-// The same for every axis that is not parked.
-bool time_check_all_pass(void);
-
 // True when this axis's account of time has fallen behind; brings its ledger up to date before.
 bool time_check_lags(uint8_t axis);

@@ -169,7 +169,7 @@ def assert_as_undisturbed(bench_of, board, counts, most, *, aimed=False):
     ("board", "counts", "most"),
     [
         ("mega", {1: 2470}, 60),
-        ("mega", {3: 2451}, 45),
+        ("mega", {3: 2451}, 40),
         ("mega", {2: 1500}, 95),
         ("mega", {0: 1188, 3: 1182}, 70),
         ("mega", {1: 1100, 2: 1100}, 75),

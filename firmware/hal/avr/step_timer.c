@@ -273,7 +273,9 @@ static bool look_once(uint8_t axis, struct step_timer_look *look)
     }
     struct engine_sample after = step_isr_sample(axis);
 
-    look->sample = step_engine_sample_of(tail, left, engine->cut, after.idle_count);
+    // An emergency stop may come from here on: what it cuts is not of this look.
+    look->sample = step_engine_sample_of(
+        tail, left, after.cut ? engine->cut : (int8_t)0, after.idle_count);
     look->counter = counter;
     look->units = clock_now_units();
     // Interrupts can hold the main loop for longer than eight bits count.
