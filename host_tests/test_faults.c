@@ -204,8 +204,8 @@ static void missed_period_before_a_stop(void)
     TEST_ASSERT_TRUE(faults_time_lost());
 }
 
-// The same beside another fault: it is named beside that one within some milliseconds, or anew where
-// that one is cleared before.
+// The same beside another fault: it is named beside that one within some milliseconds, or anew
+// where that one is cleared before.
 static void missed_period_before_another_fault(void)
 {
     slow_pixels();
