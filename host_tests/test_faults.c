@@ -174,14 +174,20 @@ static void clock_edge_that_waits_does_not_survive_a_restart(void)
     check_new_line(0);
 }
 
-// The one overflow flag cannot tell of a whole period without its interrupt; time can.
-static void period_without_interrupt(void)
+// In the middle of a line of the third axis.
+static void miss_a_period(void)
 {
     slow_pixels();
     start_plain(BENCH_THIRD, 400, 20);
     bench_rounds(200);
     TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
     fake_missed_period(BENCH_THIRD);
+}
+
+// The one overflow flag cannot tell of a whole period without its interrupt; time can.
+static void period_without_interrupt(void)
+{
+    miss_a_period();
     bench_rounds(1000);
     check_fault(FAULT_underrun, BENCH_THIRD);
     TEST_ASSERT_TRUE(faults_time_lost());
@@ -192,10 +198,7 @@ static void period_without_interrupt(void)
 // A halt comes before the check of time would have its turn.
 static void missed_period_before_a_stop(void)
 {
-    slow_pixels();
-    start_plain(BENCH_THIRD, 400, 20);
-    bench_rounds(200);
-    fake_missed_period(BENCH_THIRD);
+    miss_a_period();
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1u << BENCH_THIRD, COMMAND_STOP));
     TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
     TEST_ASSERT_TRUE(bench_until(BENCH_THIRD, AXIS_EMPTY));
@@ -208,10 +211,7 @@ static void missed_period_before_a_stop(void)
 // where that one is cleared before.
 static void missed_period_before_another_fault(void)
 {
-    slow_pixels();
-    start_plain(BENCH_THIRD, 400, 20);
-    bench_rounds(200);
-    fake_missed_period(BENCH_THIRD);
+    miss_a_period();
     faults_latch(FAULT_starved, BENCH_THIRD, 0);
     bench_rounds(1000);
     TEST_ASSERT_EQUAL(FAULT_starved, faults_record()->code);
@@ -221,10 +221,7 @@ static void missed_period_before_another_fault(void)
 
 static void missed_period_before_a_fault_that_is_cleared_at_once(void)
 {
-    slow_pixels();
-    start_plain(BENCH_THIRD, 400, 20);
-    bench_rounds(200);
-    fake_missed_period(BENCH_THIRD);
+    miss_a_period();
     faults_latch(FAULT_starved, BENCH_THIRD, 0);
     do {
         fake_pass(BENCH_ROUND_TICKS);

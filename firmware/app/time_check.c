@@ -89,7 +89,7 @@ static bool is_fast(uint8_t i)
     const struct pulse_train *trains = step_timer_trains(i);
     bool fast = false;
 
-    for (uint8_t k = 0; k < 2; k++) {
+    for (uint8_t k = 0; k < STEP_TRAINS; k++) {
         uint8_t low = trains[k].short_low; // of a train that was never used, 0
         fast = fast || (trains[k].top_high == 0 && low != 0 &&
                         low < CLOCK_UNIT_TICKS + SLACK_TICKS);

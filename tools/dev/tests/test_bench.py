@@ -382,10 +382,10 @@ def test_a_short_real_run(tmp_path):
 @pytest.mark.usefixtures("simulator")
 @pytest.mark.parametrize("motion", clocks.MOTIONS)
 def test_a_clock_is_clean_or_too_fast_by_name(motion):
-    tried = clocks.streamed if motion == "streamed" else clocks.driven
-    assert tried("mega", 2, motion, 10, 500, 0.2).kind == CLEAN
-    assert tried("mega", 2, motion, 10, 500, 0.2, serial_load=True).kind == CLEAN
-    fast = tried("mega", 4, motion, 10, 4000, 0.2)
+    two = clocks.Case("mega", 2, motion, 10)
+    assert clocks.attempt(two, 500, 0.2).kind == CLEAN
+    assert clocks.attempt(two, 500, 0.2, serial_load=True).kind == CLEAN
+    fast = clocks.attempt(clocks.Case("mega", 4, motion, 10), 4000, 0.2)
     assert fast.kind == FAULT and fast.detail
 
 

@@ -4,7 +4,7 @@
 import random
 import re
 import tempfile
-from collections.abc import Callable
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -13,10 +13,10 @@ from pixstep.board import boards
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.simulation import judge, simrun
 from pixstep_dev.bench import lines
-from pixstep_dev.bench.drive import Outcome, Run
+from pixstep_dev.bench.drive import Outcome, Run, drive
 from pixstep_dev.bench.figure import Column, Figure, Task, key
-from pixstep_dev.bench.search import Found, Search
-from pixstep_dev.bench.trial import CLEAN, FAULT, MUTE, Trial, attempt
+from pixstep_dev.bench.search import Found, Search, holes, texts, under_load
+from pixstep_dev.bench.trial import CLEAN, MUTE, Trial
 from pixstep_dev.bench.trial import judge as judge_edges
 
 NAME = "clocks"
@@ -26,7 +26,27 @@ _UNIT_HZ, _TOP_HZ = 50, 8000
 _STREAM_BAUD = 500_000
 _SPREAD = 2  # steps by which streamed counts differ
 _BACKLASH_STEPS = 7
-_LOAD_PARTS = (1.0, 0.95, 0.9, 0.8, 0.7, 0.6, 0.5)  # of the clean clock, tried under serial load
+_LOADED = (1.0, 0.95, 0.9, 0.8, 0.7, 0.6, 0.5)  # of the clean clock, tried under serial load,
+_LOADED_S = 1.0  # for so long
+
+
+@dataclass(frozen=True)
+class Case:
+    """What a search is for: pixels of at most so many steps, on so many axes at once."""
+
+    board: str
+    axes: int
+    motion: str
+    steps: int
+
+    def __str__(self) -> str:
+        """Return the place of a trial in a message."""
+        return f"{self.board} {self.axes} {self.motion}, {self.steps} steps"
+
+    def line(self, hz: int, seconds: float, axis: int = 0) -> Line:
+        """Return the line of an axis, so long at its highest speed."""
+        pixels = lines.pixels_in(seconds, Fraction(hz))
+        return line_of(self.motion, self.steps, pixels, axis)
 
 
 def tasks() -> list[Task]:
@@ -42,9 +62,13 @@ def tasks() -> list[Task]:
 
 def measure(board: str, axes: int, motion: str, steps: int) -> list[dict]:
     """Search the highest clean pixel clock for `axes` axes at once."""
-    tried = partial(streamed if motion == "streamed" else driven, board, axes, motion, steps)
+    case = Case(board, axes, motion, steps)
+    tried = partial(attempt, case)
     found = Search(tried, _UNIT_HZ, _TOP_HZ).go()
-    return [row(board, axes, motion, steps, found, _loaded(found.count, tried))]
+    loaded = under_load(
+        found.count, _LOADED, _UNIT_HZ, lambda hz: tried(hz, _LOADED_S, serial_load=True)
+    )
+    return [row(case, found, loaded)]
 
 
 def line_of(motion: str, steps: int, pixels: int, seed: int = 0) -> Line:
@@ -60,40 +84,24 @@ def line_of(motion: str, steps: int, pixels: int, seed: int = 0) -> Line:
     return Line((0, *ramps.counts), SMOOTH, backlash=_BACKLASH_STEPS, name="ramps")
 
 
-def driven(
-    board: str,
-    axes: int,
-    motion: str,
-    steps: int,
-    hz: int,
-    seconds: float,
-    serial_load: bool = False,
-) -> Trial:
-    """Run one line on all axes at once; its runs of equal counts fit the board's queue."""
-    line = line_of(motion, steps, lines.pixels_in(seconds, Fraction(hz)))
-    return attempt(
-        Run(board, dict.fromkeys(range(axes), line), Fraction(hz), serial_load=serial_load)
-    )
+def attempt(case: Case, hz: int, seconds: float, *, serial_load: bool = False) -> Trial:
+    """Run the case once at this clock, so long at its highest speed; say how it ended."""
+    if case.motion == "streamed":
+        return _streamed(case, hz, seconds, serial_load)
+    # Runs of equal counts: the whole line fits the board's queue.
+    own = dict.fromkeys(range(case.axes), case.line(hz, seconds))
+    return judge_edges(drive(Run(case.board, own, Fraction(hz), serial_load=serial_load)))
 
 
-def streamed(
-    board: str,
-    axes: int,
-    motion: str,
-    steps: int,
-    hz: int,
-    seconds: float,
-    serial_load: bool = False,
-) -> Trial:
+def _streamed(case: Case, hz: int, seconds: float, serial_load: bool) -> Trial:
     """Run a line of its own on each axis, sent meanwhile by a host that reads what is done."""
-    pixels = lines.pixels_in(seconds, Fraction(hz))
-    own = {axis: line_of(motion, steps, pixels, axis) for axis in range(axes)}
-    job = simrun.Job(board, own, Fraction(hz), baud=_STREAM_BAUD, serial_load=serial_load)
+    own = {axis: case.line(hz, seconds, axis) for axis in range(case.axes)}
+    job = simrun.Job(case.board, own, Fraction(hz), baud=_STREAM_BAUD, serial_load=serial_load)
     with tempfile.TemporaryDirectory(prefix="pixstep-") as folder:
         result = simrun.run_job(job, Path(folder))
     text = "; ".join(result.trouble)
     fault = re.search(r"fault (\w+)", text)
-    outcome = Outcome(Run(board, own, Fraction(hz)), result.edges, result.clock.seen)
+    outcome = Outcome(Run(case.board, own, Fraction(hz)), result.edges, result.clock.seen)
     outcome.fault, outcome.trouble = (fault[1], "") if fault else ("", text)
     outcome.refused = result.refused.name if result.refused else ""
     trial = judge_edges(outcome)
@@ -104,42 +112,21 @@ def streamed(
     return trial
 
 
-def row(board: str, axes: int, motion: str, steps: int, found: Found, loaded: int) -> dict:
+def row(case: Case, found: Found, loaded: int) -> dict:
     """Return a search's result as plain data."""
-
-    def text(trials: dict[int, Trial]) -> list[str]:
-        place = f"{board} {axes} {motion}, {steps} steps"
-        return [f"{place}, {hz} Hz: {one.text}" for hz, one in trials.items()]
-
     return {
-        "board": board,
-        "axes": axes,
-        "motion": motion,
-        "steps_per_px": steps,
+        "board": case.board,
+        "axes": case.axes,
+        "motion": case.motion,
+        "steps_per_px": case.steps,
         "pixel_hz": found.count,
-        "steps_per_s": found.count * steps,
+        "steps_per_s": found.count * case.steps,
         "beyond": found.beyond.text if found.beyond else "not tried",
         "confirmed_hz": found.confirmed,
-        "holes": text(found.holes),
+        "holes": texts(str(case), "Hz", found.holes),
         "serial_load_hz": loaded,
-        "wrong": text(found.wrong),
+        "wrong": texts(str(case), "Hz", found.wrong),
     }
-
-
-def _loaded(hz: int, tried: Callable[..., Trial]) -> int:
-    """Return the first part of a clean clock that is clean under a saturated serial line too."""
-    for part in _LOAD_PARTS if hz else ():
-        some = int(part * hz) // _UNIT_HZ * _UNIT_HZ
-        if tried(some, 1.0, serial_load=True).kind == CLEAN:
-            return some
-    return 0
-
-
-def _beyond(found: dict) -> str:
-    """Return how the next faster clock ended, without what a fault's text adds."""
-    return (
-        found["beyond"] if found["beyond"].startswith((FAULT, "refused")) else found["beyond"][:40]
-    )
 
 
 FIGURE = Figure(
@@ -159,8 +146,8 @@ FIGURE = Figure(
         key("steps a pixel", "steps_per_px"),
         key("pixel clock, Hz", "pixel_hz"),
         key("steps/s", "steps_per_s"),
-        Column("beyond", _beyond, left=True),
-        Column("holes below", lambda found: "; ".join(found["holes"]) or "none", left=True),
+        key("beyond", "beyond", left=True),
+        Column("holes below", holes, left=True),
         key("serial load, Hz", "serial_load_hz"),
     ),
     long=True,

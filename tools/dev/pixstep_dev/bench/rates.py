@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Highest clean rates: constant; smooth, every pixel at the peak accelerating; ramp and hold."""
 
-from collections.abc import Callable
 from fractions import Fraction
 from functools import partial
 
@@ -12,8 +11,8 @@ from pixstep.profiles.generator import MAX_SPEED
 from pixstep_dev.bench import lines
 from pixstep_dev.bench.drive import Run
 from pixstep_dev.bench.figure import Column, Figure, Task, key
-from pixstep_dev.bench.search import LONG_S, Found, Search
-from pixstep_dev.bench.trial import CLEAN, Trial, attempt
+from pixstep_dev.bench.search import LONG_S, Found, Search, holes, texts, under_load
+from pixstep_dev.bench.trial import Trial, attempt
 
 NAME = "rates"
 CLOCKS = (Fraction(30), Fraction(100))  # Hz; the first is the printer's
@@ -39,7 +38,10 @@ def measure(board: str, axes: int, motion: str, hz: Fraction) -> list[dict]:
     found = Search(
         tried, unit, MAX_SPEED, partial(awkward, unit, period_ticks(hz, boards.load(board).tick_hz))
     ).go()
-    return [row(board, axes, motion, hz, found, _loaded(found.count, tried))]
+    loaded = under_load(
+        found.count, _LOADED, 2, lambda count: tried(count, LONG_S, serial_load=True)
+    )
+    return [row(board, axes, motion, hz, found, loaded)]
 
 
 def line_of(motion: str, count: int, hz: Fraction, seconds: float) -> Line:
@@ -66,7 +68,7 @@ def row(board: str, axes: int, motion: str, hz: Fraction, found: Found, loaded: 
 
     def text(trials: dict[int, Trial]) -> list[str]:
         place = f"{board} {axes} {motion} {float(hz):g} Hz"
-        return [f"{place}, {rate(count)} steps/s: {one.text}" for count, one in trials.items()]
+        return texts(place, "steps/s", {rate(count): one for count, one in trials.items()})
 
     return {
         "board": board,
@@ -96,19 +98,6 @@ def _attempt(
     return attempt(Run(board, dict.fromkeys(range(axes), line), hz, serial_load=serial_load))
 
 
-def _loaded(count: int, tried: Callable[..., Trial]) -> int:
-    """Return the first part of a clean count that is clean under a saturated serial line too."""
-    for part in _LOADED if count else ():
-        some = int(part * count) // 2 * 2
-        if tried(some, LONG_S, serial_load=True).kind == CLEAN:
-            return some
-    return 0
-
-
-def _holes(row: dict) -> str:
-    return "; ".join(row["holes"]) or "none"
-
-
 FIGURE = Figure(
     NAME,
     "Highest clean rate, steps/s on each of the axes at once",
@@ -125,7 +114,7 @@ FIGURE = Figure(
         key("pixel clock, Hz", "hz", "g"),
         key("steps/s", "steps_per_s"),
         key("beyond", "beyond", left=True),
-        Column("holes below", _holes, left=True),
+        Column("holes below", holes, left=True),
         key("serial load", "serial_load_steps_per_s"),
     ),
     long=True,

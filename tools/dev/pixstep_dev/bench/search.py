@@ -6,7 +6,7 @@ fault. Below the result some rates are tested too: a hole there is reported, and
 below it, so that every tested rate up to the result is clean.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from pixstep_dev.bench.trial import CLEAN, WRONG, Trial
@@ -92,3 +92,27 @@ class Search:
                 return count
         self._found.confirmed = counts
         return None
+
+
+def under_load(
+    clean: int, parts: Sequence[float], unit: int, attempt: Callable[[int], Trial]
+) -> int:
+    """Return the first part of a clean count that is clean under a saturated serial line too.
+
+    `attempt` runs a count under that load, a multiple of `unit`. 0: none of the parts is clean.
+    """
+    for part in parts if clean else ():
+        some = int(part * clean) // unit * unit
+        if attempt(some).kind == CLEAN:
+            return some
+    return 0
+
+
+def texts(place: str, unit: str, trials: dict[int, Trial]) -> list[str]:
+    """Return how some counts of a search ended, each with its place and unit."""
+    return [f"{place}, {count} {unit}: {trial.text}" for count, trial in trials.items()]
+
+
+def holes(row: dict) -> str:
+    """Return the holes of a search's row for its table."""
+    return "; ".join(row["holes"]) or "none"
