@@ -65,9 +65,9 @@ static volatile uint8_t control_after; // what UCSR0B gets at the end of the han
 // is enabled again with interrupts off, when the body has left the stack: otherwise each handler
 // would nest in the one before, where handlers are slower than the bus. The linker makes RCALL and
 // RJMP of CALL and JMP where the body is near, as it is here.
-#define SERIAL_HANDLER(vector, body, masked)                                             \
+#define SERIAL_HANDLER(vector, body, masked, ...)                                        \
     static void serial_##body(void) __asm__("__vector_" #body)                           \
-        __attribute__((signal, used));                                                   \
+        __attribute__((__VA_ARGS__, used));                                              \
     ISR(vector, ISR_NAKED)                                                               \
     {                                                                                    \
         __asm__ volatile("push r24\n\t"                                                  \
@@ -99,7 +99,7 @@ static void serial_over(void)
 
 // Budget: 126 cycles for the first character behind a silence, 110 for any other; a character takes
 // 176 cycles at 1,000,000 baud.
-SERIAL_HANDLER(RECEIVE_VECTOR, receive, ENABLE_NONE)
+SERIAL_HANDLER(RECEIVE_VECTOR, receive, ENABLE_NONE, signal)
 {
     uint8_t status = UCSR0A;
     uint8_t byte = UDR0;
@@ -124,22 +124,45 @@ SERIAL_HANDLER(RECEIVE_VECTOR, receive, ENABLE_NONE)
     }
 }
 
-// Budget: 115 cycles, once a character.
-SERIAL_HANDLER(EMPTY_VECTOR, send, ENABLE_MUTE)
-{
-    uint8_t *from = place.next_byte;
-    uint8_t byte = *from;
+// Keep Z and the status register on the stack.
+#define SAVE_Z    "push r30\n\tin r30, __SREG__\n\tpush r30\n\tpush r31\n\t"
+#define RESTORE_Z "pop r31\n\tpop r30\n\tout __SREG__, r30\n\tpop r30\n\t"
 
-    from++;
-    // When step interrupts have delayed this handler, the transmitter has run empty and set TXC0,
-    // although the reply is not at its end. Clear that flag together with the store of the byte,
-    // before the byte can have left.
-    cli();
-    UDR0 = byte;
-    UCSR0A = (uint8_t)(_BV(TXC0) | _BV(U2X0));
-    sei();
-    place.next_byte = from;
-    control_after = from == place.end_byte ? ENABLE_COMPLETE : ENABLE_SEND;
+// Budget: 90 cycles, once a character. By hand, because the compiler takes 25 cycles more, and a
+// reply has up to 255 characters; r24 is saved already.
+//
+// When step interrupts have delayed this handler, the transmitter has run empty and set TXC0,
+// although the reply is not at its end. Clear that flag together with the store of the byte, before
+// the byte can have left.
+SERIAL_HANDLER(EMPTY_VECTOR, send, ENABLE_MUTE, naked)
+{
+    __asm__ volatile(SAVE_Z "lds r30, %[next]\n\t"
+                            "lds r31, %[next] + 1\n\t"
+                            "ld r24, Z+\n\t"
+                            "cli\n\t"
+                            "sts %[data], r24\n\t"
+                            "ldi r24, %[flags]\n\t"
+                            "sts %[status], r24\n\t"
+                            "sei\n\t"
+                            "sts %[next] + 1, r31\n\t"
+                            "sts %[next], r30\n\t"
+                            "lds r24, %[end]\n\t"
+                            "cp r30, r24\n\t"
+                            "lds r24, %[end] + 1\n\t"
+                            "cpc r31, r24\n\t"
+                            "ldi r24, %[more]\n\t"
+                            "brne 1f\n\t"
+                            "ldi r24, %[last]\n"
+                            "1: sts %[control], r24\n\t" RESTORE_Z "reti"
+                     :
+                     : [next] "i"(&place.next_byte),
+                       [end] "i"(&place.end_byte),
+                       [data] "n"(_SFR_MEM_ADDR(UDR0)),
+                       [status] "n"(_SFR_MEM_ADDR(UCSR0A)),
+                       [flags] "M"(_BV(TXC0) | _BV(U2X0)),
+                       [control] "i"(&control_after),
+                       [more] "M"(ENABLE_SEND),
+                       [last] "M"(ENABLE_COMPLETE));
 }
 
 // Inline: a handler that calls a function saves twice as many registers.
@@ -152,7 +175,7 @@ static inline __attribute__((always_inline)) void begin_reception(void)
 }
 
 // Budget: 145 cycles, once a reply.
-SERIAL_HANDLER(COMPLETE_VECTOR, sent, ENABLE_MUTE)
+SERIAL_HANDLER(COMPLETE_VECTOR, sent, ENABLE_MUTE, signal)
 {
     pins_write_rs485(false);
     begin_reception();
