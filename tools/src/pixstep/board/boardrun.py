@@ -20,7 +20,10 @@ from pixstep.lines.line import Line
 from pixstep.lines.runs import queue_entries
 
 ENDS = frozenset({"done", "fault", "refused"})
-_POLL_PIXELS, _POLL_S = 4, 0.1  # between two polls, whichever is less
+# Between two polls of the status, which costs the board little; and between two looks at all that
+# it says of its axes, which keeps the board from its steps for some 30,000 cycles.
+_POLL_PIXELS, _POLL_S, _POLL_LEAST_S = 4, 0.1, 0.05
+_LOOK_S = 0.25
 _MEASURING_EDGES = 3000  # of a clock however bad, after which a board that can has measured it
 _SLOWEST = 1.06  # the longest pixel that a lock to the clock may make, and a little more
 _START_PIXELS, _START_S = 10, 0.5  # from arming to the last pixel there is this much to spare
@@ -29,8 +32,13 @@ _START_PIXELS, _START_S = 10, 0.5  # from arming to the last pixel there is this
 class Watch:
     """What is done while lines are followed: nothing but waiting, unless a subclass does more."""
 
+    @property
+    def look_s(self) -> float:
+        """Seconds between two looks at the axes."""
+        return _LOOK_S
+
     def seen(self, registers: Mapping[int, Mapping[str, int]]) -> None:
-        """Take what a poll has read of each axis."""
+        """Take what a look has read of each axis."""
 
     def rest(self, run: "BoardRun", begun_s: float) -> None:
         """Let time pass until the next poll; the last one began at `begun_s`."""
@@ -55,7 +63,7 @@ class BoardRun:
     @property
     def poll_s(self) -> float:
         """Seconds from one poll to the next."""
-        return min(_POLL_PIXELS * self._period_s, _POLL_S)
+        return max(_POLL_LEAST_S, min(_POLL_PIXELS * self._period_s, _POLL_S))
 
     def set_up(self, pixel_hz: Fraction, axes: list[int], **settings: int) -> None:
         """Set the pixel clock and some settings by name, enable the axes.
@@ -115,23 +123,32 @@ class BoardRun:
 
     def states(self) -> dict[int, str]:
         """Return the state of each axis by name."""
-        return {axis: regs.axis_state(found["axis_state"]) for axis, found in self._poll().items()}
+        return {axis: regs.axis_state(found["axis_state"]) for axis, found in self._look().items()}
 
     def follow(self, watch: Watch | None = None) -> bool:
         """Poll and stream until every axis is at its end; False if that takes too long."""
         watch = watch or Watch()
         while True:
             begun_s = self.link.world.now_s()
-            found = self._poll()
+            found = self._look()
             watch.seen(found)
             if all(regs.axis_state(axis["axis_state"]) in ENDS for axis in found.values()):
                 return True
             if self.link.world.now_s() > self.deadline_s:
                 return False
+            self._poll(watch, begun_s)
+
+    def _poll(self, watch: Watch, begun_s: float) -> None:
+        """Poll and stream until it is time for a look again, or something has come to its end."""
+        look_s = begun_s + watch.look_s
+        while True:
             feed(self.uploads.values())
             watch.rest(self, begun_s)
+            begun_s = self.link.world.now_s()
+            if begun_s >= look_s or not self.board.moving():
+                return
 
-    def _poll(self) -> dict[int, dict[str, int]]:
+    def _look(self) -> dict[int, dict[str, int]]:
         """Return the registers of each axis, read in one request."""
         found = self.board.axes(self.axes[-1] + 1)
         return {axis: found[axis] for axis in self.axes}

@@ -175,6 +175,11 @@ class Board(Wire):
         blocks = (words[regs.AXIS_STRIDE * axis :] for axis in range(count))
         return [values(places(self.map.axis_inputs), partial(_part, block)) for block in blocks]
 
+    def moving(self) -> bool:
+        """Return True while an axis is armed or runs, and no fault is latched: a short request."""
+        status = regs.flags(self.input("status"))
+        return (status["armed"] or status["running"]) and not status["fault"]
+
     def write_setting(self, name: str, value: int) -> None:
         """Write one 16-bit holding register by name."""
         self.write_settings(self.map.holding(name).address, [value & 0xFFFF])

@@ -24,6 +24,9 @@ from pixstep.errors import UserError
 from pixstep.progress import Progress, unseen
 
 _POLL_S = 0.02
+# Of lines that run: between two polls of the status, and between two looks at all of the axes,
+# which keeps a board from its steps for some 30,000 cycles.
+_STATUS_S, _AXES_S = 0.05, 0.25
 _GO_S = 1.0  # from the broadcast go to every board's start, and so many pixels
 _GO_PIXELS = 4
 _MOVING = ("armed", "running")
@@ -164,9 +167,9 @@ def follow(group: list[Lines], world: World, pixels: int = 0, progress: Progress
     a line that was stopped meanwhile.
     """
     while True:
+        look_s = world.now_s() + _AXES_S
         over, done = True, 0
         for lines in group:
-            feed(lines.uploads)
             found = lines.board.axes(max(lines.axes) + 1)
             names = [regs.axis_state(found[axis]["axis_state"]) for axis in lines.axes]
             over = over and not any(name in _MOVING for name in names)
@@ -176,9 +179,19 @@ def follow(group: list[Lines], world: World, pixels: int = 0, progress: Progress
         if over:
             break
         progress(min(1.0, done / pixels) if pixels else 0.0)
-        world.wait(_POLL_S)
+        _stream(group, world, look_s)
     for lines in group:
         _require(lines, _OVER, "stopped before its end")
+
+
+def _stream(group: list[Lines], world: World, until_s: float) -> None:
+    """Stream what is left until it is time for a look again, or a board has come to its end."""
+    while True:
+        for lines in group:
+            feed(lines.uploads)
+        world.wait(_STATUS_S)
+        if world.now_s() >= until_s or not all(lines.board.moving() for lines in group):
+            return
 
 
 def stop_axes(board: Board, axes: list[int]) -> None:

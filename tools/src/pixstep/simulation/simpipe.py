@@ -12,6 +12,7 @@ from typing import Self
 from pixstep.errors import UserError
 
 _ANSWER_LIMIT_S = 300  # wall-clock seconds; a longer silence means that the runner hangs
+_READ_BYTES = 65_536  # at once, and as much of the runner's error output is kept
 
 
 class SimulatorError(UserError):
@@ -38,9 +39,10 @@ class SimPipe:
         assert self._process.stdin and self._process.stdout and self._process.stderr
         self._in, self._out = self._process.stdin, self._process.stdout
         self._errors = self._process.stderr
-        self._pending, self._ended = b"", ""
+        self._pending, self._said, self._ended = b"", b"", ""
         self._ready = selectors.DefaultSelector()
-        self._ready.register(self._out, selectors.EVENT_READ)
+        for pipe in (self._out, self._errors):
+            self._ready.register(pipe, selectors.EVENT_READ, pipe)
 
     def __enter__(self) -> Self:
         return self
@@ -86,20 +88,33 @@ class SimPipe:
     def _answer(self, text: str) -> str:
         """Return the next line of the runner."""
         while b"\n" not in self._pending:
-            if not self._ready.select(_ANSWER_LIMIT_S):
+            ready = self._ready.select(_ANSWER_LIMIT_S)
+            if not ready:
                 raise SimulatorError(f"simulator: no answer to {text[:40]!r}")
-            data = os.read(self._out.fileno(), 65_536)
-            if not data:
-                raise SimulatorError(self._last_words())
-            self._pending += data
+            for pipe in (key.data for key, _ in ready):
+                self._take(pipe is self._out, os.read(pipe.fileno(), _READ_BYTES))
         line, self._pending = self._pending.split(b"\n", 1)
         return line.decode()
+
+    def _take(self, answers: bool, data: bytes) -> None:
+        """Take what the runner has written: answers, or the error output.
+
+        Nobody looks at the error output of a runner that goes on, but a full pipe would stop it.
+        """
+        if answers and not data:
+            raise SimulatorError(self._last_words())
+        if answers:
+            self._pending += data
+        elif data:
+            self._said = (self._said + data)[-_READ_BYTES:]
+        else:
+            self._ready.unregister(self._errors)
 
     def _last_words(self) -> str:
         """Return why the process ended, from its error output."""
         self._process.kill()
         _, errors = self._process.communicate()
-        lines = errors.decode(errors="replace").strip().splitlines()
+        lines = (self._said + errors).decode(errors="replace").strip().splitlines()
         self._ended = f"simulator: ended: {lines[-1] if lines else self._status()}"
         return self._ended
 

@@ -36,7 +36,9 @@ from pixstep.simulation.summary import Stats
 
 FREE, START, LOCK = regs.SYNCS  # what a line is to the pixel clock
 _ALL_RECORDS_HZ = 100  # of pixels: up to here a host reads every record
-_READING_S = 0.09  # between two looks at an axis' records, its line being streamed, at BAUD at most
+_LOOK_S = 0.5  # between two looks at records, at most,
+_KEPT = 0.6  # and this share of the time for which the board keeps them
+_READING_S = 0.09  # takes reading the records of an axis, its line being streamed, at BAUD at most
 _REST = 0.7  # of that is spent however fast the bytes are
 _LOADED = 3  # times as long where other requests saturate the line
 _POLICIES = {"always": 0, "on_reversal": 1}
@@ -171,7 +173,7 @@ def _record_every(job: Job, capacity: int) -> int:
     if job.line_hz <= _ALL_RECORDS_HZ:
         return 1
     looks_s = _READING_S * max(_REST, BAUD / job.baud) * (_LOADED if job.serial_load else 1)
-    unread = job.line_hz * len(job.lines) * looks_s
+    unread = job.line_hz * (_LOOK_S + len(job.lines) * looks_s)
     return max(1, math.ceil(unread / (capacity - 1)))
 
 
@@ -235,15 +237,19 @@ class _Watch(Watch):
     load: SerialLoad | None
     progress: Progress
 
+    @property
+    def look_s(self) -> float:
+        """Seconds between two looks: no record may be overwritten unread."""
+        return min(_LOOK_S, _KEPT * self._kept_s())
+
     def seen(self, registers: Mapping[int, Mapping[str, int]]) -> None:
         """Note the registers and read the new records of all axes."""
         for axis, found in registers.items():
             self.result.axis_states[axis] = found
             known = self.result.records.setdefault(axis, {})
-            # An axis that was armed when its registers were read may move by now: reading the
-            # records of the axes before it takes many pixels.
-            waits = regs.axis_state(found["axis_state"]) in ("loaded", "armed")
-            if not (waits and found["lines_done"]):
+            # Nothing has been recorded yet of a line that has not passed a pixel.
+            state = regs.axis_state(found["axis_state"])
+            if state not in ("loaded", "armed") and (found["pixel"] or state != "running"):
                 records = self.board_run.board.records(axis)
                 known.update({record.pixel: record for record in records})
         done = min(max(known, default=0) for known in self.result.records.values())
@@ -254,10 +260,13 @@ class _Watch(Watch):
         if self.load is None:
             super().rest(run, begun_s)
             return
-        kept = self.board_run.board.record_capacity() * self.result.record_every
-        kept_s = kept / self.result.job.line_hz / 2
         simulator = self.board_run.simulator
-        self.load.until(simulator, simulator.cycles(begun_s + kept_s))
+        self.load.until(simulator, simulator.cycles(begun_s + self._kept_s() / 2))
+
+    def _kept_s(self) -> float:
+        """Return for how many seconds the board keeps a record."""
+        kept = self.board_run.board.record_capacity() * self.result.record_every
+        return float(kept / self.result.job.line_hz)
 
 
 @contextlib.contextmanager
