@@ -13,17 +13,12 @@
 #include "motion/lock_grid.h" // lock_grid_*
 
 #if FEATURE_CLOCK_STATISTICS
-// Note the error of the newest edge in the records of an axis. The clock goes on behind a line's
-// last pixel: what comes then is not the line's.
-static inline void note_error_of(struct axis *axis, uint16_t pixel, int16_t error_ticks)
+// The account of the axis has come to the edge's pixel before the edge was taken. The clock goes on
+// behind a line's last pixel: what comes then is not the line's.
+static APART void note_late(struct axis *axis, uint16_t pixel, int16_t error_ticks)
 {
-    struct ledger *ledger = &axis->ledger;
-    uint16_t ahead = (uint16_t)(pixel - (uint16_t)ledger->pixel);
-
-    if ((uint16_t)(ahead - 1u) < RECORDS_EARLY) {
-        records_note_early(&ledger->records, pixel, error_ticks);
-    } else if (ahead == 0 || lifecycle_moving(&axis->life)) {
-        records_note_error(&ledger->records, pixel, error_ticks);
+    if (pixel == (uint16_t)axis->ledger.pixel || lifecycle_moving(&axis->life)) {
+        records_note_error(&axis->ledger.records, pixel, error_ticks);
     }
 }
 
@@ -34,11 +29,20 @@ static APART void note_edge_error(uint16_t pixel)
     const struct clock_watch *watch = reference_watch();
 
     BY_POINTER(watch);
+    // Read once: the compiler cannot know that the records are elsewhere.
+    uint32_t zero_ticks = watch->zero_ticks;
+    int16_t error_ticks = watch->error_ticks;
+
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         struct axis *axis = axes_get(i);
-        BY_POINTER(axis);
-        if (axis->zero_ticks == watch->zero_ticks) {
-            note_error_of(axis, pixel, watch->error_ticks);
+        if (axis->zero_ticks != zero_ticks) {
+            continue;
+        }
+        uint16_t behind = (uint16_t)(pixel - (uint16_t)axis->ledger.pixel - 1u);
+        if (behind < RECORDS_EARLY) {
+            records_note_early(&axis->ledger.records, pixel, error_ticks);
+        } else {
+            note_late(axis, pixel, error_ticks);
         }
     }
 }

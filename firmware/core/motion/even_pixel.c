@@ -175,7 +175,7 @@ static inline uint8_t write_pixel(struct line *line,
                                   bool negative)
 {
     if (stream_marks_full(stream)) {
-        return 0;
+        return EVEN_PIXEL_WAITS;
     }
     if (steps > stream_space(stream)) {
         line->room = steps;

@@ -10,10 +10,15 @@
 ;     r12  third byte of the pixel's length  r22..r25  length of the pixel, ticks
 ;     r13  steps of a pixel                  Y         line
 ;
+; With several axes NEGATIVE has one more bit: this pixel and the next ones are pixels of the exact
+; grid, as a whole. Then line.to_edge_ticks stays 0 and edge_open set, as they are between two such
+; pixels; only where a pixel is not written here do they tell its length.
+;
 ; Cycles of a pixel: 171 (175 on the ATmega2560), pixel_grid_advance() and even_pixel_put(); of a
 ; locked line 146, line_pixel_ticks() and even_pixel_put(); with another number of steps than the
 ; pixel before, line_even_steps() and even_pixel_divide() besides.
 #include "base/asm.inc" // macros
+#include "build_features.h" // SEVERAL_AXES
 #include "motion/even_pixel_layout.h"
 
 #define SPENT    r10
@@ -21,7 +26,17 @@
 #define TICKS2   r12
 #define STEPS    r13
 #define NEGATIVE r14
+#define NEGATIVE_BIT 0
+#define EXACT_BIT    1
 #define TICKS    r22, r23, r24, r25
+
+; The length of the pixel, as line_pixel_ticks() leaves it.
+.macro note_length
+    store_plain EVEN_PIXEL_TO_EDGE, TICKS
+    ldd r18, Y + EVEN_PIXEL_FLAGS
+    andi r18, 0xFF - EVEN_PIXEL_EDGE_OPEN
+    std Y + EVEN_PIXEL_FLAGS, r18
+.endm
 
     .section .text.even_pixels_write, "ax", @progbits
 function even_pixels_write
@@ -30,13 +45,14 @@ function even_pixels_write
     .endr
     movw r28, r24
     movw r16, r22
-    mov NEGATIVE, r20
+    mov NEGATIVE, r20                   ;     the other bits are 0
     mov BUDGET, r18
     clr SPENT
     rjmp next_segment
 
 no_room:
     std Y + EVEN_PIXEL_ROOM, STEPS
+wait:
     cpse SPENT, r1
     rjmp leave
     com SPENT                           ;     EVEN_PIXEL_WAITS
@@ -47,7 +63,17 @@ leave:
     .endr
     ret
 
+#if SEVERAL_AXES
+remember:
+    note_length
+    ret
+#endif
+
 divide:
+#if SEVERAL_AXES
+    sbrc NEGATIVE, EXACT_BIT
+    rcall remember
+#endif
     movw r18, r22                       ;     length and steps to their places
     movw r20, r24
     movw r24, r28
@@ -55,12 +81,13 @@ divide:
     mov r22, STEPS
     call even_pixel_divide
     cpse r24, r1
-    rjmp interval_known
+    rjmp forget_length
     rjmp leave
 
 next_segment:
     movw r24, r28
     mov r22, NEGATIVE
+    andi r22, 1 << NEGATIVE_BIT
     call line_even_steps
     mov STEPS, r24
     subi r24, 1                         ;     0 is no such pixel either
@@ -73,13 +100,17 @@ next_pixel:
     ldd r19, Z + EVEN_PIXEL_MARK_TAIL
     sub r18, r19
     cpi r18, EVEN_PIXEL_MARK_COUNT - 1
-    brsh leave
+    brsh wait
     ldd r18, Z + EVEN_PIXEL_RETIRED     ; 9   room in the ring?
     ldd r19, Z + EVEN_PIXEL_HEAD
     sub r18, r19
     subi r18, 256 - EVEN_PIXEL_RING_CAPACITY
     cp r18, STEPS
     brlo no_room
+#if SEVERAL_AXES
+    sbrc NEGATIVE, EXACT_BIT            ; 2
+    rjmp exact
+#endif
     ldd r18, Y + EVEN_PIXEL_FLAGS       ; 19  a pixel of the exact grid, as a whole?
     sbrs r18, EVEN_PIXEL_EDGE_OPEN_BIT
     rjmp ask
@@ -89,10 +120,25 @@ next_pixel:
     or r19, r20
     .endr
     brne ask
-    rjmp exact
+#if SEVERAL_AXES
+    ldi r18, 1 << EXACT_BIT
+    or NEGATIVE, r18
+#endif
+exact:
+    movw r24, r28                       ; 5
+    adiw r24, EVEN_PIXEL_GRID
+    call pixel_grid_advance
+#if !SEVERAL_AXES
+    note_length
+#endif
+    rjmp length_known
 far_divide:
     rjmp divide
 far_leave:
+#if SEVERAL_AXES
+    sbrc NEGATIVE, EXACT_BIT
+    rcall remember
+#endif
     rjmp leave
 ask:
     movw r24, r28                       ; 9   how long is the pixel? 0: not known yet
@@ -124,7 +170,18 @@ length_known:
     std Y + EVEN_PIXEL_RATE + EVEN_PIXEL_TICKS, r22
     std Y + EVEN_PIXEL_RATE + EVEN_PIXEL_TICKS + 1, r23
 
-interval_known:
+#if SEVERAL_AXES
+    sbrc NEGATIVE, EXACT_BIT            ; 3
+    rjmp 4f
+#endif
+forget_length:
+    ldd r24, Y + EVEN_PIXEL_FLAGS       ; 13  the pixel behind has no length yet
+    ori r24, EVEN_PIXEL_EDGE_OPEN
+    std Y + EVEN_PIXEL_FLAGS, r24
+    .irp byte, 0, 1, 2, 3
+    std Y + EVEN_PIXEL_TO_EDGE + \byte, r1
+    .endr
+4:
     ldd r24, Y + EVEN_PIXEL_REPEAT      ; 10  one pixel less of the segment
     ldd r25, Y + EVEN_PIXEL_REPEAT + 1
     sbiw r24, 1
@@ -132,8 +189,8 @@ interval_known:
     std Y + EVEN_PIXEL_REPEAT + 1, r25
     ldd r20, Y + EVEN_PIXEL_POSITION    ; 15  position
     ldd r21, Y + EVEN_PIXEL_POSITION + 1
-    tst NEGATIVE
-    brne 1f
+    sbrc NEGATIVE, NEGATIVE_BIT
+    rjmp 1f
     add r20, STEPS
     adc r21, r1
     rjmp 2f
@@ -141,12 +198,6 @@ interval_known:
     sbc r21, r1
 2:  std Y + EVEN_PIXEL_POSITION, r20
     std Y + EVEN_PIXEL_POSITION + 1, r21
-    ldd r24, Y + EVEN_PIXEL_FLAGS       ; 13  the pixel behind has no length yet
-    ori r24, EVEN_PIXEL_EDGE_OPEN
-    std Y + EVEN_PIXEL_FLAGS, r24
-    .irp byte, 0, 1, 2, 3
-    std Y + EVEN_PIXEL_TO_EDGE + \byte, r1
-    .endr
 
     movw r22, r28                       ; 8   r20, r21 are the position
     subi r22, -EVEN_PIXEL_RATE
@@ -170,17 +221,6 @@ interval_known:
     breq 3f
     rjmp next_pixel
 3:  rjmp next_segment
-
-; The length of a pixel of the exact grid, as line_pixel_ticks() leaves it. 34 cycles besides.
-exact:
-    movw r24, r28
-    adiw r24, EVEN_PIXEL_GRID
-    call pixel_grid_advance
-    store_plain EVEN_PIXEL_TO_EDGE, TICKS
-    ldd r18, Y + EVEN_PIXEL_FLAGS
-    andi r18, 0xFF - EVEN_PIXEL_EDGE_OPEN
-    std Y + EVEN_PIXEL_FLAGS, r18
-    rjmp length_known
 
 ; The time above 16 bits, of which the marks know nothing.
 longer_than_16_bits:

@@ -6,7 +6,8 @@
 ;
 ;     X  the grid's sum    Z  period    r18..r21  sum    r22..r25  divisor, then the ticks
 ;
-; Cycles with the call: 69 (71 on the ATmega2560), 7 more where the period is a tick longer.
+; Cycles with the call: 74 (76 on the ATmega2560), 7 more where the period is a tick longer; 38 (40)
+; where the period is a whole number of ticks.
 #include "base/asm.inc" // macros
 #include "motion/pixel_period_layout.h"
 
@@ -18,11 +19,17 @@ function pixel_grid_advance
     movw r26, r24
     ld r30, X+                          ;     PIXEL_GRID_PERIOD, PIXEL_GRID_SUM
     ld r31, X+
-    .irp register, SUM
-    ld \register, X+
-    .endr
     .irp byte, 0, 1, 2, 3
-    ldd r22, Z + PIXEL_PERIOD_REMAINDER + \byte
+    ldd 18 + \byte, Z + PIXEL_PERIOD_REMAINDER + \byte
+    .endr
+    clt
+    mov r0, r18
+    or r0, r19
+    or r0, r20
+    or r0, r21
+    breq 3f                             ;     no fraction: the sum stays
+    .irp byte, 0, 1, 2, 3
+    ld r22, X+
     .if \byte == 0
     add r18, r22
     .else
@@ -33,7 +40,6 @@ function pixel_grid_advance
     .irp byte, 0, 1, 2, 3
     ldd 22 + \byte, Z + PIXEL_PERIOD_DIVISOR + \byte
     .endr
-    clt
     sbrc r0, 0
     rjmp 1f
     compare_number SUM, TICKS
@@ -43,13 +49,13 @@ function pixel_grid_advance
 2:  .irp register, r21, r20, r19, r18
     st -X, \register
     .endr
-    .irp byte, 0, 1, 2, 3
+3:  .irp byte, 0, 1, 2, 3
     ldd 22 + \byte, Z + PIXEL_PERIOD_WHOLE + \byte
     .endr
-    brtc 3f
+    brtc 4f
     subi r22, -1
     .irp register, r23, r24, r25
     sbci \register, -1
     .endr
-3:  ret
+4:  ret
 end_function pixel_grid_advance
