@@ -10,11 +10,12 @@
 #include "motion/decode.h"
 #include "unity.h"
 
-#define BUDGET      240u // steps of a round of several axes,
+#define BUDGET      480u // steps of a round of several axes,
 #define AT_ONCE     120u //   of one axis before the choice is made anew,
 #define STARTING    12u  //   and while an axis is about to be released
 #define SLOW_STEP   8u   // what a step of a slow curve counts, at least
 #define ROOM_FOR    240u // entries: a ring is full enough then
+#define SERVED      (CONFIG_AXES < 4u ? CONFIG_AXES : 4u) // axes in a round
 #define CLOCK_HZ    4000u
 #define CLOCK_TICKS (CONFIG_TIMER_HZ / CLOCK_HZ)
 #define SINGLE_STEP 312 // a pixel of 160000 ticks: 512.8 ticks a step make no pulse train
@@ -91,19 +92,19 @@ static void single_steps_keep_to_the_budget(void)
         bench_plain_line(i, SINGLE_STEP, 20);
     }
     arm_all();
-    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+    for (uint8_t i = 0; i < ROOM_FOR / AT_ONCE; i++) {
         most = larger(most, round_of(AT_ONCE, &served));
-        TEST_ASSERT_EQUAL_UINT8(2, served);
+        TEST_ASSERT_EQUAL_UINT8(SERVED, served);
     }
-    TEST_ASSERT_EQUAL_UINT16(BUDGET, most);
+    TEST_ASSERT_EQUAL_UINT16(SERVED * AT_ONCE, most);
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         TEST_ASSERT_TRUE(axis_ring_fill(axes_get(i)) >= ROOM_FOR);
     }
     TEST_ASSERT_EQUAL_UINT16(0, round_of(0, &served));
 }
 
-// A single axis gets the whole budget, in two parts.
-static void one_axis_alone_has_the_whole_budget(void)
+// A single axis gets the budget part by part, until its ring is full.
+static void one_axis_alone_fills_its_ring(void)
 {
     uint8_t served = 0;
 
@@ -114,8 +115,8 @@ static void one_axis_alone_has_the_whole_budget(void)
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         (void)got(i);
     }
-    uint16_t entries = round_of(BUDGET, &served);
-    TEST_ASSERT_TRUE(entries > AT_ONCE && entries <= BUDGET);
+    TEST_ASSERT_TRUE(round_of(STEP_RING_CAPACITY, &served) > AT_ONCE);
+    TEST_ASSERT_EQUAL_UINT16(0, round_of(0, &served));
 }
 
 static void slow_line(uint8_t axis)
@@ -143,7 +144,7 @@ static void slow_steps_count_more(void)
         slow_line(i);
     }
     arm_all();
-    for (uint8_t i = 0; i < (uint8_t)(3u * CONFIG_AXES / 4u); i++) {
+    for (uint8_t i = 0; i < 2; i++) {
         uint16_t entries = round_of(AT_ONCE / SLOW_STEP, &served);
         TEST_ASSERT_TRUE(entries != 0 && entries <= BUDGET / SLOW_STEP);
     }
@@ -166,9 +167,9 @@ static void steep_steps_count_more_too(void)
         TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(i, LINE_MARK_END, 0));
     }
     arm_all();
-    for (uint8_t i = 0; i < (uint8_t)(3u * CONFIG_AXES / 2u); i++) {
+    for (uint8_t i = 0; i < 3; i++) {
         TEST_ASSERT_TRUE(round_of(AT_ONCE / 2u, &served) <= BUDGET / 2u);
-        TEST_ASSERT_EQUAL_UINT8(2, served);
+        TEST_ASSERT_EQUAL_UINT8(SERVED, served);
     }
 }
 
@@ -358,7 +359,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(single_steps_keep_to_the_budget);
-    RUN_TEST(one_axis_alone_has_the_whole_budget);
+    RUN_TEST(one_axis_alone_fills_its_ring);
     RUN_TEST(slow_steps_count_more);
     RUN_TEST(steep_steps_count_more_too);
     RUN_TEST(every_axis_has_a_turn);

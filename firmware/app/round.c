@@ -23,7 +23,7 @@
 
 // Cost of the steps decoded in one round: a round must stay short beside the silence of a bus
 // frame.
-#define DECODE_BUDGET  (CONFIG_AXES == 1 ? 120u : 240u)
+#define DECODE_BUDGET  (CONFIG_AXES == 1 ? 120u : 480u)
 #define DECODE_AT_ONCE 120u
 // Calls of the decoder in one round: axes whose pulse trains end together are all served.
 #define DECODE_CALLS CONFIG_AXES
@@ -129,16 +129,23 @@ static void supervise_axis(uint8_t i)
     witness_poll(i);
 }
 
-// True when the decoder waits for much room in the ring, and the interrupt, which reads slot `tail`
-// next, has made as many periods as take that up. With one axis its turn comes soon enough.
+// True when the decoder waits for much room in the ring. With one axis its turn comes soon enough.
+static inline bool awaits_room(const struct axis *axis)
+{
+    uint8_t room = axis->line.room;
+
+    return CONFIG_AXES > 1 && room > ADVANCE_ENTRIES &&
+           stream_space(&axis->feed.stream) < room;
+}
+
+// True when the interrupt, which reads slot `tail` next, has made as many periods as take up the
+// room that the decoder waits for.
 static inline bool room_may_be_free(const struct axis *axis, uint8_t tail)
 {
     const struct stream *stream = &axis->feed.stream;
-    uint8_t room = axis->line.room;
-    uint8_t space = stream_space(stream);
 
-    return CONFIG_AXES > 1 && room > ADVANCE_ENTRIES && space < room &&
-           (uint8_t)(tail - stream->retired) >= (uint8_t)(room - space);
+    return awaits_room(axis) && (uint8_t)(tail - stream->retired) >=
+                                    (uint8_t)(axis->line.room - stream_space(stream));
 }
 
 // True when the account of an axis, whose interrupt reads slot `tail` next, must be advanced out of
@@ -229,6 +236,10 @@ static uint8_t decode_one(uint8_t i, uint8_t budget)
 {
     struct axis *axis = axes_get(i);
 
+    // The place of a single axis is known.
+    if (CONFIG_AXES > 1) {
+        BY_POINTER(axis);
+    }
     // An axis that waited for a train has one now: its account was advanced for that.
     if (CONFIG_AXES == 1 || !axis_awaits_train(axis)) {
         (void)axes_advance(i, LEDGER_BY_BATCHES);
@@ -282,7 +293,9 @@ static void look_again(uint16_t *buffered)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         if (buffered[i] == ALL_DECODED &&
-            (train_may_be_over(i) || room_may_be_free(axes_get(i), step_timer_tail(i))) &&
+            (train_may_be_over(i) ||
+             (awaits_room(axes_get(i)) &&
+              room_may_be_free(axes_get(i), step_timer_tail(i)))) &&
             axes_advance(i, LEDGER_BY_BATCHES)) {
             buffered[i] = units_ahead(i);
         }
@@ -291,9 +304,9 @@ static void look_again(uint16_t *buffered)
 
 // Decode for the least buffered axis first, and again for it until another axis is the least
 // buffered. What the other axes have buffered is measured once, at the start.
-static void decode_in_turn(uint8_t budget)
+static void decode_in_turn(uint16_t budget)
 {
-    uint16_t buffered[CONFIG_AXES];
+    static uint16_t buffered[CONFIG_AXES];
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         buffered[i] = units_ahead(i);
@@ -303,8 +316,8 @@ static void decode_in_turn(uint8_t budget)
         if (buffered[i] == ALL_DECODED) {
             return;
         }
-        uint8_t once = budget < DECODE_AT_ONCE ? budget : DECODE_AT_ONCE;
-        budget = (uint8_t)(budget - once + decode_one(i, once));
+        uint8_t once = budget < DECODE_AT_ONCE ? (uint8_t)budget : DECODE_AT_ONCE;
+        budget = (uint16_t)(budget - once + decode_one(i, once));
         if (budget == 0) {
             return;
         }
@@ -342,7 +355,7 @@ static void release_lines(void)
 
 // Everything but the decoding of steps. Apart from it, so that the stack of each of the two is free
 // for the other.
-static APART void look_after_axes(void)
+APART void round_look(void)
 {
     cpu_section(CPU_SECTION_ROUND);
     // Underruns come first: after an underrun the place of a clock edge is not known.
@@ -372,12 +385,9 @@ static APART void look_after_axes(void)
     }
 }
 
-void round_poll(void)
+void round_decode(void)
 {
-    look_after_axes();
     decode_some();
-    // Few edges fit the queue of a single axis.
-    if (CONFIG_AXES == 1) {
-        clock_edges_poll();
-    }
+    // Few edges fit the queue, and the bus comes next.
+    clock_edges_poll();
 }

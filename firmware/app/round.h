@@ -4,12 +4,25 @@
 // only.
 //
 //     +-> underruns --> clock edge --> ledgers --> states --> safety, switches -->
-//     |                      starts --> time-out of the clock --> store --> decode --+
-//     +-------------------------------------------------------------------------------+
+//     |        starts --> time-out of the clock --> store -->|--> decode ---------+
+//     |                     round_look()                     |  round_decode()    |
+//     +---------------------------------------------------------------------------+
+//
+// Each half is short and never waits: with several axes the bus has its turn behind each of them.
 #pragma once
 
 // The next round begins with the first axis.
 void round_start(void);
 
-// One round: short, never waits. Call it again and again.
-void round_poll(void);
+// Look after every axis, the clock, the inputs and the store.
+void round_look(void);
+
+// Decode steps ahead, DECODE_BUDGET at most.
+void round_decode(void);
+
+// One round as a whole. Call it again and again.
+static inline void round_poll(void)
+{
+    round_look();
+    round_decode();
+}

@@ -136,3 +136,14 @@ void curve_burst(struct curve *curve,
                          made);
     }
 }
+
+uint8_t curve_narrow(struct curve *curve, uint8_t count)
+{
+    if (curve->kind != CURVE_FLAT_NARROW) {
+        return 0;
+    }
+    if (!curve->stays) {
+        count = choose_kind(curve, count);
+    }
+    return curve->kind == CURVE_FLAT_NARROW ? count : 0;
+}

@@ -324,16 +324,39 @@ static void carry_highs(struct step_ring *ring,
     }
 }
 
-void curve_flat_burst(struct curve_flat *flat,
-                      bool narrow,
-                      struct step_ring *ring,
-                      uint8_t slot,
-                      uint8_t count,
-                      struct curve_made *made)
+// Add to *made `count` steps from `slot` on that were begun where q - 1 was `top`. Returns how many
+// of them were not made.
+static inline uint8_t note_made(const struct curve_flat *flat,
+                                const struct progress *progress,
+                                struct step_ring *ring,
+                                uint16_t top,
+                                uint8_t slot,
+                                uint8_t count,
+                                uint8_t first_slot,
+                                struct curve_made *made)
 {
-    uint8_t first_slot = slot;
+    uint8_t done = (uint8_t)(count - progress->left);
+    // Each move of q was counted for the steps that are left, too. Those steps begin anew with the
+    // moved q, so that their share is taken back.
+    uint16_t moved = (uint16_t)(progress->left * (uint16_t)(flat->top - top));
+    uint32_t extra_ticks = (uint32_t)(int32_t)(int16_t)(progress->extra_ticks - moved);
 
-    *made = (struct curve_made){.steps = count};
+    made->ticks += multiply_u32_u16((uint32_t)top + 1u, done) + extra_ticks;
+    if (progress->carried != 0) {
+        carry_highs(ring, slot, done, first_slot, made);
+    }
+    return progress->left;
+}
+
+// Make `count` steps of a batch from `slot` on, as many at a time as have the same high byte.
+static inline void make_by_highs(struct curve_flat *flat,
+                                 bool narrow,
+                                 struct step_ring *ring,
+                                 uint8_t slot,
+                                 uint8_t count,
+                                 uint8_t first_slot,
+                                 struct curve_made *made)
+{
     do {
         uint16_t top = flat->top;
         uint8_t high = (uint8_t)(top >> 8);
@@ -344,19 +367,51 @@ void curve_flat_burst(struct curve_flat *flat,
             fill_highs(ring->high, slot, count, high);
         }
         struct progress progress = make_flat_steps(flat, narrow, ring->low, slot, count);
-        uint8_t done = (uint8_t)(count - progress.left);
-        // Each move of q was counted for the steps that are left, too. Those steps begin anew with
-        // the moved q, so that their share is taken back.
-        uint16_t moved = (uint16_t)(progress.left * (uint16_t)(flat->top - top));
-        uint32_t extra_ticks = (uint32_t)(int32_t)(int16_t)(progress.extra_ticks - moved);
-        made->ticks += multiply_u32_u16((uint32_t)top + 1u, done) + extra_ticks;
-        if (progress.carried != 0) {
-            carry_highs(ring, slot, done, first_slot, made);
-        }
-        slot = (uint8_t)(slot + done);
-        count = progress.left;
+        uint8_t left =
+            note_made(flat, &progress, ring, top, slot, count, first_slot, made);
+        slot = (uint8_t)(slot + count - left);
+        count = left;
     } while (count != 0);
 }
+
+void curve_flat_burst(struct curve_flat *flat,
+                      bool narrow,
+                      struct step_ring *ring,
+                      uint8_t slot,
+                      uint8_t count,
+                      struct curve_made *made)
+{
+    *made = (struct curve_made){.steps = count};
+    make_by_highs(flat, narrow, ring, slot, count, slot, made);
+}
+
+#if defined(__AVR__) && SEVERAL_AXES
+// For curve_batch.S, where the high byte of q - 1, which was `top`, changes among the `count` steps
+// from `slot` on. All of them were begun, as far as `progress` says; make what is left.
+// NOLINTNEXTLINE(misc-use-internal-linkage): called by name from there
+struct curve_made curve_flat_finish(struct progress progress,
+                                    struct curve_flat *flat,
+                                    struct step_ring *ring,
+                                    uint16_t top,
+                                    uint8_t slot,
+                                    uint8_t count);
+struct curve_made curve_flat_finish(struct progress progress,
+                                    struct curve_flat *flat,
+                                    struct step_ring *ring,
+                                    uint16_t top,
+                                    uint8_t slot,
+                                    uint8_t count)
+{
+    struct curve_made made = {.steps = count, .first_high = (uint8_t)(top >> 8)};
+    uint8_t left = note_made(flat, &progress, ring, top, slot, count, slot, &made);
+
+    if (left != 0) {
+        make_by_highs(
+            flat, true, ring, (uint8_t)(slot + count - left), left, slot, &made);
+    }
+    return made;
+}
+#endif
 
 uint16_t curve_flat_next(struct curve_flat *flat, bool narrow)
 {

@@ -3,7 +3,8 @@
 
 #include "base/apart.h"          // APART
 #include "base/multiply.h"       // multiply_u32_u16
-#include "build_features.h"      // FEATURE_SHORT_CURVES
+#include "build_features.h"      // FEATURE_SHORT_CURVES, SEVERAL_AXES
+#include "motion/curve_batch.h"  // curve_batch_*
 #include "motion/curved_pixel.h" // curved_pixel_write
 #include "motion/even_pixel.h"   // even_pixels_write
 #include "motion/train_pixel.h"  // train_pixel_*
@@ -23,10 +24,14 @@ _Static_assert(CURVED_PIXEL_MAX_STEPS <= DECODE_ROOM,
 // A seek is decoded no further ahead than this, ticks (8 ms, several rounds of the main loop),
 // because all steps in the ring are made even if the switch trips.
 #define SEEK_AHEAD_TICKS ((uint32_t)0x20000)
-// Most steps of a curve that are decoded and published together; the second holds for a low ring.
-// The ledger accounts for such a batch as a whole, so that a batch's slots stay in use until then.
-#define CURVE_BATCH     (STREAM_BATCHES > 0 ? 60u : 120u)
-#define CURVE_BATCH_LOW 16u
+
+// LARGE: APART where there are several axes. What a large function keeps in memory would else cost
+// the short way past it, too. With a single axis it is called at one place, and shorter there.
+#if SEVERAL_AXES
+#define LARGE APART
+#else
+#define LARGE
+#endif
 
 static void begin_piece(struct axis *axis)
 {
@@ -183,13 +188,9 @@ static void decode_train(struct axis *axis)
 static uint32_t burst_curve(struct axis *axis, uint8_t *count)
 {
     struct stream *stream = &axis->feed.stream;
-    uint8_t fill = axis_ring_fill(axis);
-    uint8_t most = fill < CURVE_BATCH_LOW ? CURVE_BATCH_LOW : fill;
+    uint8_t most = curve_batch_most(axis_ring_fill(axis));
     struct curve_made made;
 
-    if (most > CURVE_BATCH) {
-        most = CURVE_BATCH;
-    }
     curve_burst(&axis->walk.steps.curve,
                 stream->ring,
                 stream->head,
@@ -396,10 +397,45 @@ static inline bool in_curve(const struct axis *axis)
            !feed_busy(&axis->feed) && burst_due(axis);
 }
 
-uint8_t decode_axis(struct axis *axis,
-                    const struct pixel_period *period,
-                    bool always_take_up,
-                    uint8_t budget)
+// True when the ring has room for more.
+static inline bool room_left(const struct stream *stream)
+{
+    return stream_space(stream) >= DECODE_ROOM_LEFT;
+}
+
+// Decode more of a curve while it is narrow: most of a smooth line. Inside it nothing but its next
+// steps is to be written. Returns what is left of the budget.
+static APART uint8_t decode_narrow(struct walk *walk,
+                                   struct stream *stream,
+                                   uint8_t budget)
+{
+    BY_POINTER(walk);
+    BY_POINTER(stream);
+    while (budget != 0 && room_left(stream) && walk_burst(walk) != 0) {
+        uint8_t used = stream_used(stream);
+        uint8_t most = curve_batch_most(used);
+        uint8_t room = (uint8_t)(STEP_RING_CAPACITY - FEED_BURST - used);
+        uint16_t steps = walk_burst(walk);
+        most = most < budget ? most : budget;
+        most = most < room ? most : room;
+        if (steps < most) {
+            most = (uint8_t)steps;
+        }
+        uint8_t count = curve_narrow(&walk->steps.curve, most);
+        if (count == 0) {
+            break;
+        }
+        curve_batch_narrow(walk, stream, count);
+        budget = (uint8_t)(budget - count);
+    }
+    return budget;
+}
+
+// Decode whatever comes next. Returns what is left of the budget.
+static LARGE uint8_t decode_all(struct axis *axis,
+                                const struct pixel_period *period,
+                                bool always_take_up,
+                                uint8_t budget)
 {
     while (budget != 0 && axis->phase != DECODE_OUTSIDE &&
            stream_space(&axis->feed.stream) >= DECODE_ROOM_LEFT) {
@@ -417,4 +453,18 @@ uint8_t decode_axis(struct axis *axis,
         budget = budget > cost ? (uint8_t)(budget - cost) : 0;
     }
     return budget;
+}
+
+uint8_t decode_axis(struct axis *axis,
+                    const struct pixel_period *period,
+                    bool always_take_up,
+                    uint8_t budget)
+{
+    if (in_curve(axis)) {
+        budget = decode_narrow(&axis->walk, &axis->feed.stream, budget);
+        if (budget == 0 || !room_left(&axis->feed.stream)) {
+            return budget;
+        }
+    }
+    return decode_all(axis, period, always_take_up, budget);
 }
