@@ -28,6 +28,7 @@ BYTE_CYCLES = 11 * TICK_HZ // 115_200
 GAP_CYCLES = 28_000
 QUEUE_SLOTS = 64
 FAULT_CODE = 5
+STATUS = regs.register_map().input("status").address
 FEATURES = regs.register_map().input("features").address
 ALL_FEATURES = 0xFFFF
 DEFECT = os.environ.get("DEFECT", "")
@@ -132,13 +133,22 @@ class Fake:
             return int(DEFECT == "halts" and any(axis.zero for axis in self.axes))
         if not regs.AXIS_BASE <= address < regs.AXIS_BASE + 4 * regs.AXIS_STRIDE:
             known = {0: 1, 2: boards.load(self.board).id, 3: len(self.axes), 24: 10}
+            known[STATUS] = self.status()
             return known.get(address, ALL_FEATURES if address == FEATURES else 0)
         axis, offset = self.axes[(address - 0x20) // 16], address % 16
         self.update(axis)
         free = QUEUE_SLOTS - (len(axis.entries) if axis.state < 3 else 0)
-        return {0: axis.state, 1: free, 2: axis.next_block, 3: axis.error, 5: axis.error_pixel}.get(
-            offset, 0
-        )
+        pixel = self.passed(axis)
+        return {
+            0: axis.state, 1: free, 2: axis.next_block, 3: axis.error, 5: axis.error_pixel,
+            10: pixel >> 16, 11: pixel & 0xFFFF,
+        }.get(offset, 0)  # fmt: skip
+
+    def status(self):
+        """Return the word that says whether a line runs; a line here is never only armed."""
+        for axis in self.axes:
+            self.update(axis)
+        return any(axis.state == 4 for axis in self.axes) << 2
 
     def update(self, axis):
         if axis.state == 4 and self.passed(axis) >= axis.line.pixels:

@@ -256,7 +256,9 @@ def test_a_false_clock_edge_while_armed(board):
             bench.sim.run(500)
         bench.run_into_fault(bench.sim.tick_hz // 5)
         assert bench.count() == 0
-        bench.assert_fault("pixel_clock_off", pixel=1, argument=range(1, 5000))
+        # In 256 ticks: shorter than a period by a quarter and more.
+        short = range(1, bench.pixel_ticks * 3 // 4 // 256)
+        bench.assert_fault("pixel_clock_off", pixel=1, argument=short)
 
 
 @pytest.mark.parametrize("board", BOARDS)

@@ -36,7 +36,7 @@ def test_four_axes_of_own_counts_at_a_kilohertz(lines, tmp_path, invoke):
 
 @pytest.mark.usefixtures("simulator")
 def test_a_line_too_slow_for_the_counts_is_named(lines, invoke):
-    done = invoke(*words(lines, "--pixel-hz", "1000"), status=1)
+    done = invoke(*words(lines, "--pixel-hz", "1000", "--baud", "38400"), status=1)
     assert "fault starved" in done.output
 
 
