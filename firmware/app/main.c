@@ -1,20 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "app/board.h"      // board_start
 #include "app/bus_port.h"   // bus_port_*
-#include "app/round.h"      // round_*
+#include "app/round.h"      // round_poll
 #include "app/safety.h"     // safety_start
 #include "app/settings.h"   // settings_override_address
 #include "app/time_check.h" // time_check_start
-#include "config.h"         // CONFIG_AXES
 #include "hal/clock.h"      // clock_start
 #include "hal/cpu.h"        // cpu_*
 #include "hal/pins.h"       // pins_start
-
-static inline void serve_bus(void)
-{
-    cpu_section(CPU_SECTION_SERIAL);
-    bus_port_poll();
-}
 
 int main(void)
 {
@@ -29,12 +22,8 @@ int main(void)
     cpu_start_interrupts();
     safety_start();
     for (;;) {
-        round_look();
-        // With several axes each half of a round is about as long as a round of one axis.
-        if (CONFIG_AXES > 1) {
-            serve_bus();
-        }
-        round_decode();
-        serve_bus();
+        round_poll();
+        cpu_section(CPU_SECTION_SERIAL);
+        bus_port_poll();
     }
 }

@@ -355,7 +355,7 @@ static void release_lines(void)
 
 // Everything but the decoding of steps. Apart from it, so that the stack of each of the two is free
 // for the other.
-APART void round_look(void)
+static APART void look_after_axes(void)
 {
     cpu_section(CPU_SECTION_ROUND);
     // Underruns come first: after an underrun the place of a clock edge is not known.
@@ -385,9 +385,12 @@ APART void round_look(void)
     }
 }
 
-void round_decode(void)
+void round_poll(void)
 {
+    look_after_axes();
     decode_some();
-    // Few edges fit the queue, and the bus comes next.
-    clock_edges_poll();
+    // Few edges fit the queue of a single axis.
+    if (CONFIG_AXES == 1) {
+        clock_edges_poll();
+    }
 }

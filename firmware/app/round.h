@@ -4,25 +4,12 @@
 // only.
 //
 //     +-> underruns --> clock edge --> ledgers --> states --> safety, switches -->
-//     |        starts --> time-out of the clock --> store -->|--> decode ---------+
-//     |                     round_look()                     |  round_decode()    |
-//     +---------------------------------------------------------------------------+
-//
-// Each half is short and never waits: with several axes the bus has its turn behind each of them.
+//     |                      starts --> time-out of the clock --> store --> decode --+
+//     +-------------------------------------------------------------------------------+
 #pragma once
 
 // The next round begins with the first axis.
 void round_start(void);
 
-// Look after every axis, the clock, the inputs and the store.
-void round_look(void);
-
-// Decode steps ahead, DECODE_BUDGET at most.
-void round_decode(void);
-
-// One round as a whole. Call it again and again.
-static inline void round_poll(void)
-{
-    round_look();
-    round_decode();
-}
+// One round: short, never waits. Call it again and again.
+void round_poll(void);

@@ -37,7 +37,8 @@ from pixstep.simulation.summary import Stats
 FREE, START, LOCK = regs.SYNCS  # what a line is to the pixel clock
 _ALL_RECORDS_HZ = 100  # of pixels: up to here a host reads every record
 _LOOK_S = 0.5  # between two looks at records, at most,
-_KEPT = 0.6  # and this share of the time for which the board keeps them
+_KEPT = 0.8  # and from one look to the next this share of the time for which the board keeps them
+_KEPT_LOADED = 0.5  # where other requests saturate the line
 _READING_S = 0.09  # takes reading the records of an axis, its line being streamed, at BAUD at most
 _REST = 0.7  # of that is spent however fast the bytes are
 _LOADED = 3  # times as long where other requests saturate the line
@@ -236,14 +237,20 @@ class _Watch(Watch):
     result: RunResult
     load: SerialLoad | None
     progress: Progress
+    waits: bool = False  # an axis has recorded nothing yet
 
     @property
     def look_s(self) -> float:
         """Seconds between two looks: no record may be overwritten unread."""
-        return min(_LOOK_S, _KEPT * self._kept_s())
+        if self.load is not None:
+            return _KEPT_LOADED * self._kept_s()
+        if self.waits:  # its first record comes at any time
+            return 0.0
+        return min(_LOOK_S, _KEPT * self._kept_s() - self.board_run.poll_s)
 
     def seen(self, registers: Mapping[int, Mapping[str, int]]) -> None:
         """Note the registers and read the new records of all axes."""
+        self.waits = False
         for axis, found in registers.items():
             self.result.axis_states[axis] = found
             known = self.result.records.setdefault(axis, {})
@@ -252,16 +259,18 @@ class _Watch(Watch):
             if state not in ("loaded", "armed") and (found["pixel"] or state != "running"):
                 records = self.board_run.board.records(axis)
                 known.update({record.pixel: record for record in records})
+            else:
+                self.waits = True
         done = min(max(known, default=0) for known in self.result.records.values())
         self.progress(min(1.0, done / self.result.job.pixels))
 
     def rest(self, run: BoardRun, begun_s: float) -> None:
-        """Wait, or load the line until the board is about to overwrite records."""
+        """Wait, or load the line until it is time for a look."""
         if self.load is None:
             super().rest(run, begun_s)
             return
         simulator = self.board_run.simulator
-        self.load.until(simulator, simulator.cycles(begun_s + self._kept_s() / 2))
+        self.load.until(simulator, simulator.cycles(begun_s + self.look_s))
 
     def _kept_s(self) -> float:
         """Return for how many seconds the board keeps a record."""
