@@ -8,10 +8,10 @@
 #include "motion/walk.h"
 #include "unity.h"
 
-#define AT_30_HZ   533333uL // ticks of a pixel
-#define AT_100_HZ  160000uL
-#define UNTOUCHED  0xFEu
-#define MOST       60u // steps of a batch
+#define AT_30_HZ  533333uL // ticks of a pixel
+#define AT_100_HZ 160000uL
+#define UNTOUCHED 0xFEu
+#define MOST      60u // steps of a batch
 
 static struct step_ring ring;
 static struct stream stream;
@@ -22,7 +22,8 @@ static uint16_t numbers;
 void setUp(void)
 {
     stream = (struct stream){.ring = &ring};
-    stream_reset(&stream, 250, 0xFFFFF000uL); // slots and end_ticks wrap in the first batches
+    stream_reset(
+        &stream, 250, 0xFFFFF000uL); // slots and end_ticks wrap in the first batches
     walk = (struct walk){.curved = true};
     numbers = 1;
 }
@@ -59,8 +60,9 @@ static uint8_t batch(uint8_t count)
     bool full =
         (uint8_t)(stream.batch_head - stream.batch_tail) == (uint8_t)STREAM_BATCHES;
 
-    ring.high[(uint8_t)(slot + count)] = UNTOUCHED;
-    ring.high[(uint8_t)(slot + count + 1u)] = UNTOUCHED;
+    uint8_t behind = (uint8_t)(slot + count);
+    ring.high[behind] = UNTOUCHED;
+    ring.high[(uint8_t)(behind + 1u)] = UNTOUCHED;
     curve_batch_narrow(&walk, &stream, count);
     for (uint8_t i = 0; i < count; i++, slot++) {
         uint32_t interval = curve_next(&single);

@@ -38,7 +38,7 @@ uint8_t even_pixels_write(struct line *line,
                           bool negative,
                           uint8_t budget);
 
-// Result of even_pixels_write(): the ring has no room for the next pixel.
+// Result of even_pixels_write(): the ring or the marks have no room for the next pixel.
 #define EVEN_PIXEL_WAITS 0xFFu
 
 // The interval of a pixel of so many steps and ticks. Returns false when the intervals are too

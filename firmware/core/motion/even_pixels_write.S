@@ -14,8 +14,8 @@
 ; grid, as a whole. Then line.to_edge_ticks stays 0 and edge_open set, as they are between two such
 ; pixels; only where a pixel is not written here do they tell its length.
 ;
-; Cycles of a pixel: 171 (175 on the ATmega2560), pixel_grid_advance() and even_pixel_put(); of a
-; locked line 146, line_pixel_ticks() and even_pixel_put(); with another number of steps than the
+; Cycles of a pixel: some 175, pixel_grid_advance() and even_pixel_put(); of a locked line some 150,
+; line_pixel_ticks() and even_pixel_put(); with another number of steps than the
 ; pixel before, line_even_steps() and even_pixel_divide() besides.
 #include "base/asm.inc" // macros
 #include "build_features.h" // SEVERAL_AXES
