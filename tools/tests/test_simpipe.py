@@ -33,7 +33,7 @@ def test_a_runner_that_says_much_is_not_held_up(pipe):
 
 def test_its_last_words_are_kept(pipe):
     pipe.command("go")
-    with pytest.raises(SimulatorError, match="ended: the last word$"):
+    with pytest.raises(SimulatorError, match=r"ended: the last word$"):
         pipe.command("die")
 
 
