@@ -74,7 +74,7 @@ def test_decoder_late(board, rate, axes):
 
 @pytest.mark.provokes("underrun")
 @pytest.mark.parametrize(
-    ("board", "axis", "ticks"), [("uno", 0, 48), ("mega", 1, 54.5), ("m1284", 1, 46.5)]
+    ("board", "axis", "ticks"), [("uno", 0, 48), ("mega", 1, 48.5), ("m1284", 1, 46.5)]
 )
 def test_underrun(board, axis, ticks):
     """The check of lines is told longer pixels, and lets pass what the step interrupt cannot do.
