@@ -259,70 +259,64 @@ static void decode_in_turn(uint8_t budget)
     }
 }
 #else
-#define ALL_DECODED UINT16_MAX
-#define AHEAD_UNIT  256u // ticks
-#define AHEAD_MAX   (UINT16_MAX - 1u)
-
-// How far axis i is decoded ahead of its interrupt; ALL_DECODED if it needs no more now. Not ahead
-// of its account, which may lag by a batch while another one is up to date.
-static uint16_t units_ahead(uint8_t i)
+// True when the ring of an axis may look full only because its account lags: slots are free when
+// they are accounted for, and the interrupt has made a batch or more of what stands there.
+static inline bool account_lags(const struct axis *axis, uint8_t tail)
 {
-    if (decode_is_ahead(axes_get(i))) {
-        return ALL_DECODED;
-    }
-    uint32_t units = decode_left_ticks(axes_get(i), step_timer_tail(i)) / AHEAD_UNIT;
+    const struct stream *stream = &axis->feed.stream;
 
-    return units < AHEAD_MAX ? (uint16_t)units : AHEAD_MAX;
+    return (uint8_t)(tail - stream->retired) >= ADVANCE_ENTRIES;
 }
 
-static uint8_t least_buffered(const uint16_t *buffered)
+// True when what the decoder of an axis waits for, a train or room, may be over by now: the
+// decoding for another axis can take as long as a pixel.
+static bool wait_may_be_over(uint8_t i)
 {
-    uint8_t found = 0;
+    uint8_t tail = step_timer_tail(i);
 
-    for (uint8_t i = 1; i < CONFIG_AXES; i++) {
-        if (buffered[i] < buffered[found]) {
+    return train_may_be_over(i) || account_lags(axes_get(i), tail) ||
+           room_may_be_free(axes_get(i), tail);
+}
+
+// True when something can be decoded for axis i now.
+static bool decodable(uint8_t i)
+{
+    if (!decode_is_ahead(axes_get(i))) {
+        return true;
+    }
+    return wait_may_be_over(i) && axes_advance(i, LEDGER_BY_BATCHES) &&
+           !decode_is_ahead(axes_get(i));
+}
+
+// The axis whose decoded entries end first; NO_AXIS if nothing can be decoded for any of them. All
+// axes share one time base, so that the end of the newest entry tells, however far each account
+// lags.
+static uint8_t first_to_end(void)
+{
+    uint8_t found = NO_AXIS;
+    uint32_t found_ticks = 0;
+
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        uint32_t end_ticks = axes_get(i)->feed.stream.end_ticks;
+        if ((found == NO_AXIS || (int32_t)(end_ticks - found_ticks) < 0) &&
+            decodable(i)) {
             found = i;
+            found_ticks = end_ticks;
         }
     }
     return found;
 }
 
-// Look again at the axes whose decoder waits for a train or for room: what they wait for may be
-// over by now. The decoding for another axis can take as long as a pixel.
-static void look_again(uint16_t *buffered)
-{
-    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (buffered[i] == ALL_DECODED &&
-            (train_may_be_over(i) ||
-             (awaits_room(axes_get(i)) &&
-              room_may_be_free(axes_get(i), step_timer_tail(i)))) &&
-            axes_advance(i, LEDGER_BY_BATCHES)) {
-            buffered[i] = units_ahead(i);
-        }
-    }
-}
-
-// Decode for the least buffered axis first, and again for it until another axis is the least
-// buffered. What the other axes have buffered is measured once, at the start.
+// Decode for the axis that runs out first, and again for it until another axis would.
 static void decode_in_turn(uint16_t budget)
 {
-    static uint16_t buffered[CONFIG_AXES];
-
-    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        buffered[i] = units_ahead(i);
-    }
     for (uint8_t calls = DECODE_CALLS; calls != 0 && budget != 0; calls--) {
-        uint8_t i = least_buffered(buffered);
-        if (buffered[i] == ALL_DECODED) {
+        uint8_t i = first_to_end();
+        if (i == NO_AXIS) {
             return;
         }
         uint8_t once = budget < DECODE_AT_ONCE ? (uint8_t)budget : DECODE_AT_ONCE;
         budget = (uint16_t)(budget - once + decode_one(i, once));
-        if (budget == 0) {
-            return;
-        }
-        buffered[i] = units_ahead(i);
-        look_again(buffered);
     }
 }
 #endif

@@ -61,21 +61,6 @@ uint32_t decode_ahead_ticks(const struct axis *axis)
     return ahead;
 }
 
-uint32_t decode_left_ticks(const struct axis *axis, uint8_t tail)
-{
-    const struct stream *stream = &axis->feed.stream;
-    uint8_t newest = (uint8_t)(tail - 1u);
-    uint32_t ahead = decode_ahead_ticks(axis);
-
-    if (tail == stream->retired || stream->ring->high[newest] >= STEP_HIGH_TRAIN) {
-        return ahead;
-    }
-    uint32_t made = multiply_u32_u16((uint8_t)(tail - stream->retired),
-                                     stream_entry_ticks(stream, newest));
-
-    return made < ahead ? ahead - made : 0;
-}
-
 // True when no piece may be begun for now: no mark is left, a seek is decoded far enough ahead, or
 // a locked line waits for edges of the clock.
 static bool no_more_pieces(const struct axis *axis)

@@ -25,7 +25,3 @@ bool decode_is_ahead(const struct axis *axis);
 // Time decoded ahead of the ledger's account, ticks. Inside a pulse train the result is up to one
 // tick a step too large.
 uint32_t decode_ahead_ticks(const struct axis *axis);
-
-// The same without the periods behind the account that the interrupt has made: it reads the slot
-// `tail` next. They are taken to be as long as the newest of them.
-uint32_t decode_left_ticks(const struct axis *axis, uint8_t tail);
