@@ -132,7 +132,10 @@ static void put_record(uint8_t *to, const struct records *records, uint8_t numbe
 
 APART uint8_t data_inputs(uint16_t address, uint8_t count, uint8_t *to)
 {
-    if (address < REG_RECORD_BASE + REG_RECORD_HEADER || address >= REG_EVENT_BASE) {
+    if (address < REG_RECORD_BASE + REG_RECORD_HEADER) {
+        return report_axis_words(address, count, to);
+    }
+    if (address >= REG_EVENT_BASE) {
         return 0;
     }
     uint16_t offset = (uint16_t)(address - REG_RECORD_BASE);

@@ -303,6 +303,19 @@ _Static_assert(COUNT(board_sources) == REG_AXIS_BASE,
 _Static_assert(COUNT(axis_sources) == REG_AXIS_STRIDE,
                "an axis's registers follow each other");
 
+// The word of a member. width: enum width.
+static inline uint16_t word_at(const void *at, uint8_t width)
+{
+    switch (width) {
+    case WIDTH_BYTE:
+        return *(const uint8_t *)at;
+    case WIDTH_WORD:
+        return *(const uint16_t *)at;
+    default:
+        return half_word(*(const uint32_t *)at, width == WIDTH_LOW);
+    }
+}
+
 static const void *object_of(enum owner owner, uint8_t axis)
 {
     switch (owner) {
@@ -330,14 +343,7 @@ static uint16_t member_word(const struct source *source, uint8_t axis)
     enum owner owner = (enum owner)(source->kind & OWNER_MASK);
     const void *at = (const uint8_t *)object_of(owner, axis) + source->value;
 
-    switch (width) {
-    case WIDTH_BYTE:
-        return *(const uint8_t *)at;
-    case WIDTH_WORD:
-        return *(const uint16_t *)at;
-    default:
-        return half_word(*(const uint32_t *)at, width == WIDTH_LOW);
-    }
+    return word_at(at, width);
 }
 
 static uint16_t word_of(const struct source *entry, uint8_t axis)
@@ -369,3 +375,32 @@ uint16_t report_word(uint16_t address)
     }
     return word_of(&table[place], axis);
 }
+
+#if CONFIG_AXES > 1
+uint8_t report_axis_words(uint16_t address, uint8_t count, uint8_t *to)
+{
+    uint8_t place = (uint8_t)(address - REG_AXIS_BASE);
+
+    if (address < REG_AXIS_BASE || address >= REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE) {
+        return 0;
+    }
+    uint8_t axis = CONFIG_INDEX(place / REG_AXIS_STRIDE);
+    const uint8_t *of = (const uint8_t *)axes_get(axis);
+    uint8_t words = (uint8_t)(REG_AXIS_STRIDE - place % REG_AXIS_STRIDE);
+    const struct source *entry = &axis_sources[place % REG_AXIS_STRIDE];
+
+    words = count < words ? count : words;
+    for (uint8_t left = words; left != 0; left--) {
+        struct source source;
+        flash_copy(&source, entry++, sizeof source);
+        // What is no function's result is a member of the axis.
+        uint16_t word = source.kind <= KIND_CALL_LOW
+                            ? source.call(axis, source.kind == KIND_CALL_LOW)
+                            : word_at(of + source.value,
+                                      source.kind & (uint8_t)~OWNER_MASK);
+        put_word(to, word);
+        to += 2;
+    }
+    return words;
+}
+#endif

@@ -15,7 +15,7 @@
 _Static_assert(CURVED_PIXEL_MAX_STEPS <= DECODE_ROOM,
                "nobody notes the room that a curved pixel waits for");
 // A round of decoding ends when fewer entries than this are free.
-#define DECODE_ROOM_LEFT 32u
+#define DECODE_ROOM_LEFT 20u
 // A round of decoding must stay short: the bus and the starts of lines wait for it. Costs in units
 // of a step of a flat curve, about 60 cycles.
 #define STEEP_STEP_SHIFT 1u
@@ -131,7 +131,7 @@ bool decode_is_ahead(const struct axis *axis)
     uint8_t phase = axis->phase;
     uint8_t space = stream_space(&axis->feed.stream);
 
-    if (phase == DECODE_OUTSIDE || phase == DECODE_DRY || space < DECODE_ROOM ||
+    if (phase == DECODE_OUTSIDE || phase == DECODE_DRY || space < (axis->phase==DECODE_STEPS && axis->walk.curved ? 40u : DECODE_ROOM) ||
         space < axis->line.room) {
         return true;
     }

@@ -399,7 +399,12 @@ int32_t ledger_position_at(const struct ledger *ledger,
     if (!ledger->pulse) {
         return position;
     }
-    (void)step_ring_sum(stream->ring, &slot, tail);
+    // Inside a batch there are single periods alone.
+    if (stream_inside_batch(stream, tail)) {
+        slot = tail;
+    } else {
+        (void)step_ring_sum(stream->ring, &slot, tail);
+    }
     uint8_t steps = (uint8_t)(slot - stream->retired);
     return ledger->negative ? position - steps : position + steps;
 }

@@ -82,7 +82,7 @@ static inline uint8_t *read_words(uint8_t *to,
 {
     while (count != 0) {
         uint8_t read = 0;
-        if (SEVERAL_AXES && inputs && address >= REG_RECORD_BASE) {
+        if (SEVERAL_AXES && inputs) {
             read = data_inputs(address, count, to);
         }
         if (read == 0) {
