@@ -198,6 +198,16 @@ static inline bool train_may_be_over(uint8_t i)
     return axis_awaits_train(axes_get(i)) && awaited_may_be_over(i);
 }
 
+// Advance an account between two rounds' looks at the clock. An edge captured since holds up the
+// account of the clock's axis, and is taken first.
+static bool advance_now(uint8_t i)
+{
+    if (i == CONFIG_PIXEL_CLOCK_AXIS) {
+        clock_edges_poll();
+    }
+    return axes_advance(i, LEDGER_BY_BATCHES);
+}
+
 // Advance these accounts, right before the decoding. A pixel's edge ends the trains of all axes,
 // and may come while one of them is looked at: look until there is nothing to do for any of them.
 static void advance_ended_trains(void)
@@ -208,11 +218,7 @@ static void advance_ended_trains(void)
     for (uint8_t i = 0; looks < CONFIG_AXES && calls != 0; i = (i + 1u) % CONFIG_AXES) {
         looks++;
         if (train_may_be_over(i)) {
-            // An edge captured since this round began would hold up the account of its axis.
-            if (i == CONFIG_PIXEL_CLOCK_AXIS) {
-                clock_edges_poll();
-            }
-            (void)axes_advance(i, LEDGER_BY_BATCHES);
+            (void)advance_now(i);
             looks = 0;
             calls--;
         }
@@ -284,8 +290,7 @@ static bool decodable(uint8_t i)
     if (!decode_is_ahead(axes_get(i))) {
         return true;
     }
-    return wait_may_be_over(i) && axes_advance(i, LEDGER_BY_BATCHES) &&
-           !decode_is_ahead(axes_get(i));
+    return wait_may_be_over(i) && advance_now(i) && !decode_is_ahead(axes_get(i));
 }
 
 // The axis whose decoded entries end first; NO_AXIS if nothing can be decoded for any of them. All
