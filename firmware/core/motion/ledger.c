@@ -351,22 +351,24 @@ static APART void advance_by_entries(struct ledger *ledger,
 
 bool ledger_advance_batches(struct ledger *ledger, struct stream *stream, uint8_t tail)
 {
-    if (ledger->train != LEDGER_NO_TRAIN || stream_mark_within(stream, 0)) {
+    if (ledger->train != LEDGER_NO_TRAIN) {
         return false;
     }
-    const struct stream_batch *batch = stream_batch_here(stream);
-    // No mark lies between a batch and the one before it: neither the step before a pixel edge nor
-    // the step behind it is ever in a batch (feed_plain() and put_chunk() in feed.c).
-    while (batch != NULL) {
+    for (;;) {
+        if (stream_mark_within(stream, 0)) {
+            pass_marks(ledger, stream);
+        }
+        const struct stream_batch *batch = stream_batch_here(stream);
+        if (batch == NULL) {
+            return false;
+        }
         if (batch->count > (uint8_t)(tail - stream->retired)) {
             return true;
         }
         ledger->loaded_ticks += batch->ticks;
         ledger_pass_periods(ledger, batch->count);
         stream_pass_batch(stream, batch);
-        batch = stream_batch_here(stream);
     }
-    return false;
 }
 
 void ledger_advance(struct ledger *ledger,
@@ -379,10 +381,9 @@ void ledger_advance(struct ledger *ledger,
                  sample->idle_count == ledger->idle_seen;
 
     if (whole && ledger->train == LEDGER_NO_TRAIN) {
-        bool at_batch =
-            stream_batch_here(stream) != NULL && !stream_mark_within(stream, 0);
-        if (at_batch ? ledger_advance_batches(ledger, stream, sample->tail)
-                     : ledger_take_pixels(ledger, stream, sample->tail)) {
+        if (stream_batch_here(stream) != NULL
+                ? ledger_advance_batches(ledger, stream, sample->tail)
+                : ledger_take_pixels(ledger, stream, sample->tail)) {
             return;
         }
     }

@@ -23,8 +23,45 @@ APART void stream_reset(struct stream *stream, uint8_t slot, uint32_t end_ticks)
     stream->ring->high[slot] = STEP_HIGH_EMPTY;
 }
 
+#if STREAM_BATCHES > 0
+// True when the next single period may become a part of the newest batch: it follows the batch, the
+// reader has not passed that, and no mark stands in between.
+static bool continues_batch(const struct stream *stream)
+{
+    const struct stream_batch *newest =
+        &stream->batches[(uint8_t)(stream->batch_head - 1u) & (STREAM_BATCHES - 1u)];
+    const struct stream_mark *mark =
+        &stream->marks[(uint8_t)(stream->mark_placed - 1u) & (STREAM_MARKS - 1u)];
+    uint8_t head = stream->head;
+
+    return stream->batch_head != stream->batch_tail &&
+           (uint8_t)(newest->slot + newest->count) == head &&
+           newest->count < STREAM_BATCH_MOST &&
+           !(stream_has_mark(stream) && mark->slot == head);
+}
+
+// The single periods around a pixel's edge are accounted for with the batch in front of them.
+static void continue_batch(struct stream *stream, uint16_t ticks)
+{
+    if (continues_batch(stream)) {
+        struct stream_batch *newest =
+            &stream
+                 ->batches[(uint8_t)(stream->batch_head - 1u) & (STREAM_BATCHES - 1u)];
+        newest->count++;
+        newest->ticks += ticks;
+    }
+}
+#else
+static void continue_batch(struct stream *stream, uint16_t ticks)
+{
+    (void)stream;
+    (void)ticks;
+}
+#endif
+
 void stream_put_period(struct stream *stream, uint16_t ticks)
 {
+    continue_batch(stream, ticks);
     stream->head = stream_write(stream->ring, stream->head, ticks);
     stream->end_ticks += ticks;
     stream_place_marks(stream, 0);
@@ -198,12 +235,10 @@ uint8_t stream_pass_batches(struct stream *stream, uint8_t tail, uint32_t *ticks
     const struct stream_batch *batch = stream_batch_here(stream);
 
     *ticks = 0;
-    // No mark lies between this batch and the one before it: neither the step before a pixel edge
-    // nor the step behind it is ever in a batch (feed_plain() and put_chunk() in feed.c).
     while (batch != NULL && batch->count <= (uint8_t)(tail - stream->retired)) {
         *ticks += batch->ticks;
         stream_pass_batch(stream, batch);
-        batch = stream_batch_here(stream);
+        batch = stream_mark_within(stream, 0) ? NULL : stream_batch_here(stream);
     }
     return (uint8_t)(stream->retired - first);
 }

@@ -31,8 +31,16 @@
 #define STREAM_BATCHES 8u
 #endif
 
-// Single pulsing periods that were written together, from `slot` on: the reader takes them as a
-// whole instead of adding them up.
+// Single periods join the batch in front of them up to so many entries: two, around a pixel's edge,
+// beyond what is written together at most.
+#define STREAM_BATCH_MOST 62u
+
+// Single periods from `slot` on that were written together, or one behind the other: the reader
+// takes them as a whole instead of adding them up. No mark stands inside a batch.
+//
+//     marks                         M                   M: behind the first period of its pixel
+//     periods    | batch ... | last | first | batch ...
+//     batches    |<------- one ------------>|<- the next
 struct stream_batch {
     uint8_t slot;
     // Number of entries.
@@ -358,8 +366,8 @@ static inline bool stream_inside_batch(const struct stream *stream, uint8_t tail
     return batch != NULL && (uint8_t)(tail - stream->retired) < batch->count;
 }
 
-// Pass the batches from here on that follow one another and are over: the interrupt reads slot
-// `tail` next. Returns the number of their periods, and their length in *ticks. Only when no mark
+// Pass the batches from here on that follow one another up to the next mark and are over: the
+// interrupt reads slot `tail` next. Returns the number of their periods, and their length in *ticks. Only when no mark
 // stands here.
 uint8_t stream_pass_batches(struct stream *stream, uint8_t tail, uint32_t *ticks);
 
