@@ -396,7 +396,8 @@ static APART uint8_t decode_narrow(struct walk *walk,
 {
     BY_POINTER(walk);
     BY_POINTER(stream);
-    while (budget != 0 && room_left(stream) && walk_burst(walk) != 0) {
+    while (walk->steps.curve.kind == CURVE_FLAT_NARROW && budget != 0 &&
+           room_left(stream) && walk_burst(walk) != 0) {
         uint8_t used = stream_used(stream);
         uint8_t most = curve_batch_most(used);
         uint8_t room = (uint8_t)(STEP_RING_CAPACITY - FEED_BURST - used);
@@ -424,8 +425,17 @@ static LARGE uint8_t decode_all(struct axis *axis,
 {
     while (budget != 0 && axis->phase != DECODE_OUTSIDE &&
            stream_space(&axis->feed.stream) >= DECODE_ROOM_LEFT) {
-        uint8_t cost =
-            in_curve(axis) ? decode_burst(axis, budget) : decode_pixels(axis, budget);
+        uint8_t cost = 0;
+        if (in_curve(axis)) {
+            uint8_t before = budget;
+            budget = decode_narrow(&axis->walk, &axis->feed.stream, budget);
+            if (budget != before) {
+                continue;
+            }
+            cost = decode_burst(axis, budget);
+        } else {
+            cost = decode_pixels(axis, budget);
+        }
         if (cost == EVEN_PIXEL_WAITS) {
             break;
         }
