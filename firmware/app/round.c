@@ -18,6 +18,7 @@
 #include "base/apart.h"      // APART
 #include "hal/cpu.h"         // cpu_section
 #include "hal/estop.h"       // estop_latched
+#include "hal/pixel_clock.h" // pixel_clock_half_full
 #include "hal/step_timer.h"  // step_timer_*
 #include "motion/decode.h"   // decode_*
 
@@ -312,10 +313,14 @@ static uint8_t first_to_end(void)
     return found;
 }
 
-// Decode for the axis that runs out first, and again for it until another axis would.
+// Decode for the axis that runs out first, and again for it until another axis would. The clock's
+// edges are taken in between: at kilohertz as many as can wait come in one such round.
 static void decode_in_turn(uint16_t budget)
 {
     for (uint8_t calls = DECODE_CALLS; calls != 0 && budget != 0; calls--) {
+        if (pixel_clock_half_full()) {
+            clock_edges_poll();
+        }
         uint8_t i = first_to_end();
         if (i == NO_AXIS) {
             return;

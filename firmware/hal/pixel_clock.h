@@ -31,6 +31,9 @@ struct pixel_capture {
 // younger than any capture still to come.
 bool pixel_clock_waiting(void);
 
+// Half of the edges that can wait do: the next ones may soon find no room.
+bool pixel_clock_half_full(void);
+
 // Take the oldest captured edge. Returns false when there is none.
 bool pixel_clock_take(struct pixel_capture *capture);
 

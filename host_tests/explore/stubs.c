@@ -95,6 +95,11 @@ bool pixel_clock_waiting(void)
     return false;
 }
 
+bool pixel_clock_half_full(void)
+{
+    return false;
+}
+
 bool pixel_clock_take(struct pixel_capture *capture)
 {
     (void)capture;

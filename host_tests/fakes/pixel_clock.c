@@ -72,6 +72,11 @@ bool pixel_clock_waiting(void)
     return queued != 0;
 }
 
+bool pixel_clock_half_full(void)
+{
+    return queued >= CONFIG_CLOCK_EDGES / 2u;
+}
+
 bool pixel_clock_take(struct pixel_capture *capture)
 {
     if (queued == 0) {

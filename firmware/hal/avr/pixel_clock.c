@@ -34,6 +34,12 @@ APART bool pixel_clock_waiting(void)
     return pixel_clock_edges.head != pixel_clock_edges.tail;
 }
 
+bool pixel_clock_half_full(void)
+{
+    return (uint8_t)(pixel_clock_edges.head - pixel_clock_edges.tail) >=
+           CONFIG_CLOCK_EDGES / 2u;
+}
+
 bool pixel_clock_take(struct pixel_capture *capture)
 {
     uint8_t tail = pixel_clock_edges.tail;
