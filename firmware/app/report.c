@@ -376,7 +376,6 @@ uint16_t report_word(uint16_t address)
     return word_of(&table[place], axis);
 }
 
-#if CONFIG_AXES > 1
 uint8_t report_axis_words(uint16_t address, uint8_t count, uint8_t *to)
 {
     uint8_t place = (uint8_t)(address - REG_AXIS_BASE);
@@ -403,4 +402,3 @@ uint8_t report_axis_words(uint16_t address, uint8_t count, uint8_t *to)
     }
     return words;
 }
-#endif

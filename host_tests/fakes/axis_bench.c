@@ -105,17 +105,16 @@ bool bench_start_line(void)
     return axis_released(axis);
 }
 
-// The reader passes successive batches without reading the marks.
+// The reader passes a batch as a whole, without looking for marks inside.
 static void check_batches(const struct stream *stream)
 {
 #if STREAM_BATCHES > 0
-    for (uint8_t i = stream->batch_tail; (uint8_t)(stream->batch_head - i) > 1u; i++) {
+    for (uint8_t i = stream->batch_tail; i != stream->batch_head; i++) {
         const struct stream_batch *batch = &stream->batches[i & (STREAM_BATCHES - 1u)];
-        uint8_t behind = (uint8_t)(batch->slot + batch->count);
         for (uint8_t m = stream->mark_tail; m != stream->mark_placed; m++) {
-            bench.edge_between_batches |=
-                stream->marks[m & (STREAM_MARKS - 1u)].slot == behind &&
-                stream->batches[(i + 1u) & (STREAM_BATCHES - 1u)].slot == behind;
+            uint8_t slot = stream->marks[m & (STREAM_MARKS - 1u)].slot;
+            bench.mark_inside_batch |=
+                (uint8_t)(slot - batch->slot - 1u) < (uint8_t)(batch->count - 1u);
         }
     }
 #else

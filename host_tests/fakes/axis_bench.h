@@ -25,7 +25,7 @@ struct axis_bench {
     uint8_t queue_bytes[4u * BENCH_SLOTS];
     uint16_t divider; // clock edges of a pixel; 0: a line must not change them
     bool always_take_up;
-    bool edge_between_batches; // a pixel edge stood between two blocks: must never be
+    bool mark_inside_batch; // a mark stood inside a batch of periods: must never be
 };
 
 extern struct axis_bench bench;

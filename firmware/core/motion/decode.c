@@ -14,8 +14,12 @@
 #define DECODE_ROOM 64u
 _Static_assert(CURVED_PIXEL_MAX_STEPS <= DECODE_ROOM,
                "nobody notes the room that a curved pixel waits for");
+// With several axes a curve is gone on with sooner: what all of them have in their rings is what
+// the pieces that begin at one pixel edge may take.
+#define DECODE_ROOM_CURVE 40u
 // A round of decoding ends when fewer entries than this are free.
-#define DECODE_ROOM_LEFT 20u
+#define DECODE_ROOM_LEFT (SEVERAL_AXES ? 20u : 32u)
+_Static_assert(DECODE_ROOM_LEFT > FEED_BURST, "a step fits");
 // A round of decoding must stay short: the bus and the starts of lines wait for it. Costs in units
 // of a step of a flat curve, about 60 cycles.
 #define STEEP_STEP_SHIFT 1u
@@ -126,12 +130,20 @@ static bool train_awaited(const struct axis *axis)
            stream->trains[stream->newest_train].ticks >= TRAIN_WAIT_TICKS;
 }
 
+// Entries that must be free for decode_axis() to begin.
+static inline uint8_t room_to_begin(const struct axis *axis)
+{
+    return SEVERAL_AXES && axis->phase == DECODE_STEPS && axis->walk.curved
+               ? DECODE_ROOM_CURVE
+               : DECODE_ROOM;
+}
+
 bool decode_is_ahead(const struct axis *axis)
 {
     uint8_t phase = axis->phase;
     uint8_t space = stream_space(&axis->feed.stream);
 
-    if (phase == DECODE_OUTSIDE || phase == DECODE_DRY || space < (axis->phase==DECODE_STEPS && axis->walk.curved ? 40u : DECODE_ROOM) ||
+    if (phase == DECODE_OUTSIDE || phase == DECODE_DRY || space < room_to_begin(axis) ||
         space < axis->line.room) {
         return true;
     }
