@@ -113,8 +113,10 @@ static void check_batches(const struct stream *stream)
         const struct stream_batch *batch = &stream->batches[i & (STREAM_BATCHES - 1u)];
         for (uint8_t m = stream->mark_tail; m != stream->mark_placed; m++) {
             uint8_t slot = stream->marks[m & (STREAM_MARKS - 1u)].slot;
-            bench.mark_inside_batch |=
-                (uint8_t)(slot - batch->slot - 1u) < (uint8_t)(batch->count - 1u);
+            uint8_t behind_first = (uint8_t)(slot - (uint8_t)(batch->slot + 1u));
+            if (behind_first < batch->count - 1) {
+                bench.mark_inside_batch = true;
+            }
         }
     }
 #else
