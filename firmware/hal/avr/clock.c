@@ -40,15 +40,26 @@ ISR(TIMER0_OVF_vect, ISR_NAKED)
         : [flags] "I"(_SFR_IO_ADDR(GPIOR0)), [counting] "I"(FLAG_CLOCK_COUNTING));
 }
 
+// Under traffic that leaves this handler an instruction now and then, the next overflow may come
+// before this one is counted, and its handler in between: then the count is read again, or one of
+// the two would be lost.
 static void clock_body(void)
 {
-    uint32_t overflows = clock_overflows + 1u;
+    bool counted = false;
 
-    ATOMIC_BLOCK(ATOMIC_FORCEON)
-    {
-        clock_overflows = overflows;
-        GPIOR0 &= (uint8_t)~_BV(FLAG_CLOCK_COUNTING);
-    }
+    do {
+        uint32_t overflows = clock_overflows;
+        uint8_t before = (uint8_t)overflows;
+        overflows++;
+        ATOMIC_BLOCK(ATOMIC_FORCEON)
+        {
+            if (*(const volatile uint8_t *)&clock_overflows == before) {
+                clock_overflows = overflows;
+                GPIOR0 &= (uint8_t)~_BV(FLAG_CLOCK_COUNTING);
+                counted = true;
+            }
+        }
+    } while (!counted);
 }
 #endif
 
