@@ -380,7 +380,8 @@ uint8_t report_axis_words(uint16_t address, uint8_t count, uint8_t *to)
 {
     uint8_t place = (uint8_t)(address - REG_AXIS_BASE);
 
-    if (address < REG_AXIS_BASE || address >= REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE) {
+    if (address < REG_AXIS_BASE ||
+        address >= REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE) {
         return 0;
     }
     uint8_t axis = CONFIG_INDEX(place / REG_AXIS_STRIDE);
@@ -393,10 +394,10 @@ uint8_t report_axis_words(uint16_t address, uint8_t count, uint8_t *to)
         struct source source;
         flash_copy(&source, entry++, sizeof source);
         // What is no function's result is a member of the axis.
-        uint16_t word = source.kind <= KIND_CALL_LOW
-                            ? source.call(axis, source.kind == KIND_CALL_LOW)
-                            : word_at(of + source.value,
-                                      source.kind & (uint8_t)~OWNER_MASK);
+        uint16_t word =
+            source.kind <= KIND_CALL_LOW
+                ? source.call(axis, source.kind == KIND_CALL_LOW)
+                : word_at(of + source.value, source.kind & (uint8_t)~OWNER_MASK);
         put_word(to, word);
         to += 2;
     }

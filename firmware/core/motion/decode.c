@@ -408,8 +408,7 @@ static APART uint8_t decode_narrow(struct walk *walk,
 {
     BY_POINTER(walk);
     BY_POINTER(stream);
-    while (walk->steps.curve.kind == CURVE_FLAT_NARROW && budget != 0 &&
-           room_left(stream) && walk_burst(walk) != 0) {
+    while (budget != 0 && room_left(stream) && walk_burst(walk) != 0) {
         uint8_t used = stream_used(stream);
         uint8_t most = curve_batch_most(used);
         uint8_t room = (uint8_t)(STEP_RING_CAPACITY - FEED_BURST - used);
@@ -429,6 +428,19 @@ static APART uint8_t decode_narrow(struct walk *walk,
     return budget;
 }
 
+// Decode more of a curve. Returns what it cost of a round's budget, 0 if the fast decoders can make
+// no step.
+static inline uint8_t decode_curve(struct axis *axis, uint8_t budget)
+{
+    if (axis->walk.steps.curve.kind == CURVE_FLAT_NARROW) {
+        uint8_t left = decode_narrow(&axis->walk, &axis->feed.stream, budget);
+        if (left != budget) {
+            return (uint8_t)(budget - left);
+        }
+    }
+    return decode_burst(axis, budget);
+}
+
 // Decode whatever comes next. Returns what is left of the budget.
 static LARGE uint8_t decode_all(struct axis *axis,
                                 const struct pixel_period *period,
@@ -437,17 +449,8 @@ static LARGE uint8_t decode_all(struct axis *axis,
 {
     while (budget != 0 && axis->phase != DECODE_OUTSIDE &&
            stream_space(&axis->feed.stream) >= DECODE_ROOM_LEFT) {
-        uint8_t cost = 0;
-        if (in_curve(axis)) {
-            uint8_t before = budget;
-            budget = decode_narrow(&axis->walk, &axis->feed.stream, budget);
-            if (budget != before) {
-                continue;
-            }
-            cost = decode_burst(axis, budget);
-        } else {
-            cost = decode_pixels(axis, budget);
-        }
+        uint8_t cost =
+            in_curve(axis) ? decode_curve(axis, budget) : decode_pixels(axis, budget);
         if (cost == EVEN_PIXEL_WAITS) {
             break;
         }

@@ -23,41 +23,31 @@ APART void stream_reset(struct stream *stream, uint8_t slot, uint32_t end_ticks)
     stream->ring->high[slot] = STEP_HIGH_EMPTY;
 }
 
+// The single periods around a pixel's edge are accounted for with the batch in front of them: the
+// period to be written joins the newest batch if it follows that, the reader has not passed the
+// batch, and no mark stands in between.
+static inline void continue_batch(struct stream *stream, uint16_t ticks)
+{
 #if STREAM_BATCHES > 0
-// True when the next single period may become a part of the newest batch: it follows the batch, the
-// reader has not passed that, and no mark stands in between.
-static bool continues_batch(const struct stream *stream)
-{
-    const struct stream_batch *newest =
-        &stream->batches[(uint8_t)(stream->batch_head - 1u) & (STREAM_BATCHES - 1u)];
-    const struct stream_mark *mark =
-        &stream->marks[(uint8_t)(stream->mark_placed - 1u) & (STREAM_MARKS - 1u)];
     uint8_t head = stream->head;
+    uint8_t number = (uint8_t)(stream->batch_head - 1u) & (STREAM_BATCHES - 1u);
+    struct stream_batch *newest = &stream->batches[number];
+    uint8_t count = newest->count;
 
-    return stream->batch_head != stream->batch_tail &&
-           (uint8_t)(newest->slot + newest->count) == head &&
-           newest->count < STREAM_BATCH_MOST &&
-           !(stream_has_mark(stream) && mark->slot == head);
-}
-
-// The single periods around a pixel's edge are accounted for with the batch in front of them.
-static void continue_batch(struct stream *stream, uint16_t ticks)
-{
-    if (continues_batch(stream)) {
-        struct stream_batch *newest =
-            &stream
-                 ->batches[(uint8_t)(stream->batch_head - 1u) & (STREAM_BATCHES - 1u)];
-        newest->count++;
+    if (stream->batch_head == stream->batch_tail || count >= STREAM_BATCH_MOST ||
+        (uint8_t)(newest->slot + count) != head) {
+        return;
+    }
+    number = (uint8_t)(stream->mark_placed - 1u) & (STREAM_MARKS - 1u);
+    if (!stream_has_mark(stream) || stream->marks[number].slot != head) {
+        newest->count = (uint8_t)(count + 1u);
         newest->ticks += ticks;
     }
-}
 #else
-static void continue_batch(struct stream *stream, uint16_t ticks)
-{
     (void)stream;
     (void)ticks;
-}
 #endif
+}
 
 void stream_put_period(struct stream *stream, uint16_t ticks)
 {

@@ -367,8 +367,8 @@ static inline bool stream_inside_batch(const struct stream *stream, uint8_t tail
 }
 
 // Pass the batches from here on that follow one another up to the next mark and are over: the
-// interrupt reads slot `tail` next. Returns the number of their periods, and their length in *ticks. Only when no mark
-// stands here.
+// interrupt reads slot `tail` next. Returns the number of their periods, and their length in
+// *ticks. Only when no mark stands here.
 uint8_t stream_pass_batches(struct stream *stream, uint8_t tail, uint32_t *ticks);
 
 // Kind of the next entry: STEP_HIGH_TRAIN, STEP_HIGH_COMMAND, or less for a single period. Only
