@@ -23,11 +23,11 @@
 #include "motion/decode.h"   // decode_*
 
 // Cost of the steps decoded in one round: a round must stay short beside the silence of a bus
-// frame.
-#define DECODE_BUDGET  (CONFIG_AXES == 1 ? 120u : 480u)
+// frame. With several axes under full load rounds cost more than long ones do: 6 ms.
+#define DECODE_BUDGET  (CONFIG_AXES == 1 ? 120u : 720u)
 #define DECODE_AT_ONCE 120u
 // Calls of the decoder in one round: axes whose pulse trains end together are all served.
-#define DECODE_CALLS CONFIG_AXES
+#define DECODE_CALLS (CONFIG_AXES + 2u)
 // The same while an axis waits for its release: the release must come within a few milliseconds.
 #define DECODE_BUDGET_STARTING 12u
 // The switches of every axis are read once in this many rounds; those of a seeking axis, in every
