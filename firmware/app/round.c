@@ -275,14 +275,21 @@ static inline bool account_lags(const struct axis *axis, uint8_t tail)
     return (uint8_t)(tail - stream->retired) >= ADVANCE_ENTRIES;
 }
 
-// True when what the decoder of an axis waits for, a train or room, may be over by now: the
+// True when the decoder of a seek may go on: how far ahead it is, the account tells.
+static inline bool seek_may_go_on(const struct axis *axis, uint8_t tail)
+{
+    return axis->line.seek && tail != axis->feed.stream.retired;
+}
+
+// True when what the decoder of an axis waits for, a train, room or time, may be over by now: the
 // decoding for another axis can take as long as a pixel.
 static bool wait_may_be_over(uint8_t i)
 {
+    const struct axis *axis = axes_get(i);
     uint8_t tail = step_timer_tail(i);
 
-    return train_may_be_over(i) || account_lags(axes_get(i), tail) ||
-           room_may_be_free(axes_get(i), tail);
+    return train_may_be_over(i) || account_lags(axis, tail) ||
+           room_may_be_free(axis, tail) || seek_may_go_on(axis, tail);
 }
 
 // True when something can be decoded for axis i now.
@@ -294,17 +301,18 @@ static bool decodable(uint8_t i)
     return wait_may_be_over(i) && advance_now(i) && !decode_is_ahead(axes_get(i));
 }
 
-// The axis whose decoded entries end first; NO_AXIS if nothing can be decoded for any of them. All
-// axes share one time base, so that the end of the newest entry tells, however far each account
-// lags.
-static uint8_t first_to_end(void)
+// The axis whose decoded entries end first, of those not in the mask `out`; NO_AXIS if nothing can
+// be decoded for any of them. All axes share one time base, so that the end of the newest entry
+// tells, however far each account lags.
+static uint8_t first_to_end(uint8_t out)
 {
     uint8_t found = NO_AXIS;
     uint32_t found_ticks = 0;
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         uint32_t end_ticks = axes_get(i)->feed.stream.end_ticks;
-        if ((found == NO_AXIS || (int32_t)(end_ticks - found_ticks) < 0) &&
+        if ((out & axis_bit(i)) == 0 &&
+            (found == NO_AXIS || (int32_t)(end_ticks - found_ticks) < 0) &&
             decodable(i)) {
             found = i;
             found_ticks = end_ticks;
@@ -313,20 +321,27 @@ static uint8_t first_to_end(void)
     return found;
 }
 
-// Decode for the axis that runs out first, and again for it until another axis would. The clock's
-// edges are taken in between: at kilohertz as many as can wait come in one such round.
+// Decode for the axis that runs out first, and again for it until another axis would. An axis that
+// must wait after all is out for this round. The clock's edges are taken in between: at kilohertz
+// as many as can wait come in one such round.
 static void decode_in_turn(uint16_t budget)
 {
+    uint8_t out = 0;
+
     for (uint8_t calls = DECODE_CALLS; calls != 0 && budget != 0; calls--) {
         if (pixel_clock_half_full()) {
             clock_edges_poll();
         }
-        uint8_t i = first_to_end();
+        uint8_t i = first_to_end(out);
         if (i == NO_AXIS) {
             return;
         }
         uint8_t once = budget < DECODE_AT_ONCE ? (uint8_t)budget : DECODE_AT_ONCE;
-        budget = (uint16_t)(budget - once + decode_one(i, once));
+        uint8_t left = decode_one(i, once);
+        if (left == once) {
+            out |= axis_bit(i);
+        }
+        budget = (uint16_t)(budget - once + left);
     }
 }
 #endif

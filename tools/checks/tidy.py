@@ -42,7 +42,7 @@ QUIET_AVR = ["-Wno-unknown-attributes", "-Wno-variadic-macro-arguments-omitted"]
 # Flags of avr-gcc that clang takes for errors.
 NOT_CLANGS = (
     *("-ffixed-", "-mrelax", "-mcall-prologues", "-mstrict-X", "-flto", "-ffat-lto-objects"),
-    *("-fno-tree-", "-fno-ipa-", "-fno-move-loop-invariants"),
+    *("-fno-tree-", "-fno-ipa-", "-fipa-", "-fno-move-loop-invariants"),
 )
 # A file that is a macro in angle brackets looks like an expression without parentheses.
 FILE_MACRO = re.compile(r"-D(BOARD_FILE|BOARD_KINDS)=\"?<([^>]*)>\"?")

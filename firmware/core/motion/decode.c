@@ -23,7 +23,9 @@ _Static_assert(DECODE_ROOM_LEFT > FEED_BURST, "a step fits");
 // A round of decoding must stay short: the bus and the starts of lines wait for it. Costs in units
 // of a step of a flat curve, about 60 cycles.
 #define STEEP_STEP_SHIFT 1u
-#define SLOW_STEP_COST   12u
+#define CURVED_STEP_COST 12u
+#define SLOW_STEP_COST   36u // found by the slow path
+#define TRAIN_COST       12u
 #define TRAIN_PIXEL_COST 20u
 // A seek is decoded no further ahead than this, ticks (8 ms, several rounds of the main loop),
 // because all steps in the ring are made even if the switch trips.
@@ -265,7 +267,10 @@ static uint8_t decode_step(struct axis *axis)
 
     feed_step(&axis->feed, ticks, axis->piece.negative);
     pass_step(axis);
-    return axis->walk.curved ? SLOW_STEP_COST : 1u;
+    if (SEVERAL_AXES && cost_shift(axis) != 0) {
+        return SLOW_STEP_COST;
+    }
+    return axis->walk.curved ? CURVED_STEP_COST : 1u;
 }
 
 // Decode the next steps in the way that suits them. Returns what they cost of a round's budget, or
@@ -276,7 +281,7 @@ static uint8_t decode_steps(struct axis *axis, uint8_t budget)
     if (train_due(axis)) {
         if (stream_train_free(&axis->feed.stream)) {
             decode_train(axis);
-            return SLOW_STEP_COST;
+            return TRAIN_COST;
         }
         if (train_awaited(axis)) {
             axis->phase = DECODE_AWAITS_TRAIN;

@@ -41,25 +41,18 @@ ISR(TIMER0_OVF_vect, ISR_NAKED)
 }
 
 // Under traffic that leaves this handler an instruction now and then, the next overflow may come
-// before this one is counted, and its handler in between: then the count is read again, or one of
-// the two would be lost.
+// before this one is counted. Its handler waits meanwhile, or one of the two would be lost.
 static void clock_body(void)
 {
-    bool counted = false;
+    TIMSK0 = 0;
+    uint32_t overflows = clock_overflows + 1u;
 
-    do {
-        uint32_t overflows = clock_overflows;
-        uint8_t before = (uint8_t)overflows;
-        overflows++;
-        ATOMIC_BLOCK(ATOMIC_FORCEON)
-        {
-            if (*(const volatile uint8_t *)&clock_overflows == before) {
-                clock_overflows = overflows;
-                GPIOR0 &= (uint8_t)~_BV(FLAG_CLOCK_COUNTING);
-                counted = true;
-            }
-        }
-    } while (!counted);
+    ATOMIC_BLOCK(ATOMIC_FORCEON)
+    {
+        clock_overflows = overflows;
+        GPIOR0 &= (uint8_t)~_BV(FLAG_CLOCK_COUNTING);
+    }
+    TIMSK0 = (uint8_t)_BV(TOIE0);
 }
 #endif
 
