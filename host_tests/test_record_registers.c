@@ -103,6 +103,22 @@ static void records_are_read_together(void)
     TEST_ASSERT_TRUE(together > 1000u);
 }
 
+static void registers_of_an_axis_are_read_together(void)
+{
+    uint16_t end = REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE;
+
+    start_line(-7, 3);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    for (uint16_t address = REG_AXIS_BASE; address < end; address++) {
+        uint8_t left =
+            (uint8_t)(REG_AXIS_STRIDE - (address - REG_AXIS_BASE) % REG_AXIS_STRIDE);
+        TEST_ASSERT_EQUAL_UINT8(left, check_together(address, 125));
+        TEST_ASSERT_EQUAL_UINT8(1, check_together(address, 1));
+    }
+    TEST_ASSERT_EQUAL_UINT8(0, check_together(REG_AXIS_BASE - 1, 1));
+    TEST_ASSERT_EQUAL_UINT8(0, check_together(end, 1));
+}
+
 // The addresses at which hosts expect these registers.
 static void each_axis_has_its_records(void)
 {
@@ -122,6 +138,7 @@ int main(void)
     RUN_TEST(records_of_a_single_pixel);
     if (SEVERAL_AXES) {
         RUN_TEST(records_are_read_together);
+        RUN_TEST(registers_of_an_axis_are_read_together);
     }
     RUN_TEST(each_axis_has_its_records);
     return UNITY_END();

@@ -327,6 +327,52 @@ static void batches_are_passed_together(void)
     TEST_ASSERT_EQUAL_UINT8(30, pass(stream.head, true));
 }
 
+// The last period of a pixel and the first one of the next, behind which the mark stands.
+static void periods_behind_a_batch_join_it(void)
+{
+    put_batch(5);
+    put_periods(1);
+    stream_add_mark(&stream, false, 1);
+    put_periods(1);
+    put_periods(2); // behind the mark
+    TEST_ASSERT_EQUAL_UINT8(0, pass((uint8_t)(FIRST_SLOT + 6u), true));
+    TEST_ASSERT_EQUAL_UINT8(7, pass(stream.head, true));
+    TEST_ASSERT_TRUE(stream_mark_within(&stream, 0));
+    check_mark(false, 0, 1);
+    stream_pass_mark(&stream);
+    TEST_ASSERT_EQUAL_UINT8(1, pass((uint8_t)(stream.retired + 1u), true));
+    TEST_ASSERT_EQUAL_UINT8(1, pass(stream.head, true));
+}
+
+static void batches_on_both_sides_of_a_mark_are_passed_one_by_one(void)
+{
+    put_batch(5);
+    stream_add_mark(&stream, false, 1);
+    put_periods(1);
+    put_batch(5);
+    TEST_ASSERT_EQUAL_UINT8(6, pass(stream.head, true));
+    stream_pass_mark(&stream);
+    TEST_ASSERT_EQUAL_UINT8(5, pass(stream.head, true));
+}
+
+static void no_period_joins_a_batch_that_was_passed(void)
+{
+    put_batch(5);
+    TEST_ASSERT_EQUAL_UINT8(5, pass(stream.head, true));
+    put_periods(2);
+    TEST_ASSERT_FALSE(stream_inside_batch(&stream, (uint8_t)(stream.head - 1u)));
+    TEST_ASSERT_EQUAL_UINT8(1, pass((uint8_t)(stream.head - 1u), true));
+}
+
+static void a_batch_grows_up_to_its_most(void)
+{
+    put_batch(STREAM_BATCH_MOST - 1u);
+    put_periods(2);
+    TEST_ASSERT_EQUAL_UINT8(STREAM_BATCH_MOST,
+                            pass((uint8_t)(FIRST_SLOT + STREAM_BATCH_MOST), true));
+    TEST_ASSERT_EQUAL_UINT8(1, pass(stream.head, true));
+}
+
 static void periods_before_a_batch_end_there(void)
 {
     put_periods(3);
@@ -410,6 +456,10 @@ int main(void)
 #if STREAM_BATCHES > 0
     RUN_TEST(batch_is_passed_whole_or_split);
     RUN_TEST(batches_are_passed_together);
+    RUN_TEST(periods_behind_a_batch_join_it);
+    RUN_TEST(batches_on_both_sides_of_a_mark_are_passed_one_by_one);
+    RUN_TEST(no_period_joins_a_batch_that_was_passed);
+    RUN_TEST(a_batch_grows_up_to_its_most);
     RUN_TEST(periods_before_a_batch_end_there);
     RUN_TEST(batch_without_a_note_is_added_up);
 #endif

@@ -424,7 +424,7 @@ def test_serial_interrupts_slower_than_the_line_do_not_pile_up(board, count, loa
 
 # The receive interrupt alone takes two thirds of the time, the step interrupts nearly half: until
 # the request is over the main loop stands still, for longer than a byte of the coarse clock counts.
-@pytest.mark.parametrize("count", [387, 398, 400, 417, 420, 448, 471, 477, 504])
+@pytest.mark.parametrize("count", [387, 398, 400, 417, 420, 443, 448, 471, 477, 504])
 def test_a_main_loop_that_stood_still_accuses_no_axis_of_an_underrun(count):
     with Bench("mega", range(AXES["mega"]), hz=100) as bench:
         master = run_beside(bench, count, requests)
