@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""Pixel clocks of kilohertz that the images keep up with: every edge is right, and no fault."""
+"""Pixel clocks of kilohertz and smooth rates that the images keep: every edge right, no fault."""
 
 from fractions import Fraction
 
 import pytest
 
 from pixstep.lines.line import PLAIN, Line
+from pixstep_dev.bench import rates
 from pixstep_dev.bench.drive import Run
 from pixstep_dev.bench.trial import attempt
 
@@ -18,11 +19,11 @@ pytestmark = pytest.mark.usefixtures("simulator")
     [
         ("uno", 1, 20, 4900, False),
         ("uno", 1, 110, 1000, False),
-        ("mega", 4, 20, 1200, True),
-        ("mega", 4, 10, 1600, True),
+        ("mega", 4, 20, 1350, True),
+        ("mega", 4, 10, 1800, True),
         ("mega", 2, 80, 600, True),
         ("mega", 4, 80, 350, True),
-        ("m1284", 2, 20, 2000, True),
+        ("m1284", 2, 20, 2800, True),
     ],
 )
 def test_axes_of_one_count_keep_up_with_the_clock(board, axes, steps, hz, serial_load):
@@ -31,3 +32,22 @@ def test_axes_of_one_count_keep_up_with_the_clock(board, axes, steps, hz, serial
     trial = attempt(run)
     assert (trial.kind, trial.detail) == ("clean", "")
     assert trial.steps == axes * steps * line.pixels
+
+
+# Every pixel at the peak accelerates or brakes: at each pixel's edge a curve begins on every axis.
+@pytest.mark.parametrize(
+    ("board", "axes", "steps_per_s", "hz", "serial_load"),
+    [
+        ("mega", 4, 30_000, 30, True),
+        ("mega", 4, 30_000, 100, False),
+        ("mega", 4, 28_000, 100, True),
+        ("mega", 2, 52_000, 30, True),
+        ("m1284", 2, 60_000, 30, True),
+    ],
+)
+def test_smooth_axes_keep_up(board, axes, steps_per_s, hz, serial_load):
+    line = rates.line_of("smooth", steps_per_s // hz // 2 * 2, Fraction(hz), 2.0)
+    run = Run(board, dict.fromkeys(range(axes), line), Fraction(hz), serial_load=serial_load)
+    trial = attempt(run)
+    assert (trial.kind, trial.detail) == ("clean", "")
+    assert trial.steps == axes * sum(line.counts)
