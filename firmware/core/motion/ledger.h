@@ -78,9 +78,9 @@ void ledger_advance(struct ledger *ledger,
                     const struct engine_sample *sample,
                     enum ledger_extent extent);
 
-// Account for the batches that are over when the interrupt reads slot `tail` next, and for the marks
-// between them: all that an advance by batches would do inside a curve, without a sample. Returns true when it would do
-// nothing more: the interrupt is inside a batch.
+// Account for the batches that are over when the interrupt reads slot `tail` next, and for the
+// marks between them: all that an advance by batches would do from curve to curve, without a
+// sample. Returns true when it would do nothing more: the interrupt is inside a batch.
 bool ledger_advance_batches(struct ledger *ledger, struct stream *stream, uint8_t tail);
 
 // Position of the axis: signed steps since reset, or since ledger_zero().
