@@ -26,6 +26,7 @@ _Static_assert(DECODE_ROOM_LEFT > FEED_BURST, "a step fits");
 #define CURVED_STEP_COST 12u
 #define SLOW_STEP_COST   36u // found by the slow path
 #define TRAIN_COST       12u
+#define PIECE_COST       (SEVERAL_AXES ? 30u : 1u) // to begin a piece
 #define TRAIN_PIXEL_COST 20u
 // A seek is decoded no further ahead than this, ticks (8 ms, several rounds of the main loop),
 // because all steps in the ring are made even if the switch trips.
@@ -389,7 +390,7 @@ static inline uint8_t decode_piece(struct axis *axis,
     if (axis->phase >= DECODE_STEPS) {
         return decode_steps(axis, budget);
     }
-    return next_piece(axis, period, always_take_up);
+    return next_piece(axis, period, always_take_up) ? PIECE_COST : 0;
 }
 
 // True inside a curve, where nothing but its next steps is to be written.
