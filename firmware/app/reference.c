@@ -18,11 +18,15 @@ static struct clock_watch edge_watch;
 static uint32_t edge_seen_units; // when the last clock edge was handled
 
 // A pixel is decoded when an edge has come that lies one edge and LEAD_TICKS before the pixel, as
-// far as the stream's marks go.
+// far as the stream's marks go. With several axes that time is left behind a missing edge, too,
+// which is bridged 3/8 of a period later.
 static uint16_t lead_edges(uint16_t divider)
 {
     uint16_t most = (uint16_t)(STREAM_MARKS * divider);
-    uint16_t edges = (uint16_t)(LEAD_TICKS / clock_period.whole_ticks + 1u);
+    uint32_t period_ticks = clock_period.whole_ticks;
+    uint32_t lead_ticks =
+        CONFIG_AXES > 1 ? LEAD_TICKS + period_ticks / 8u * 3u : LEAD_TICKS;
+    uint16_t edges = (uint16_t)(lead_ticks / period_ticks + 1u);
 
     return edges < most ? edges : most;
 }

@@ -4,6 +4,7 @@
 import json
 from dataclasses import replace
 from fractions import Fraction
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -115,6 +116,20 @@ def test_jitter_missing_and_false_edges(tmp_path, board):
     # The board counts from arming on, the log from the beginning.
     assert 6 <= clock["board_missing"] <= log.missing
     assert 2 <= clock["board_glitches"] <= log.false
+
+
+# Slow steps take the decoder longest; with a lead of one pixel at these clocks an edge that is
+# missing, and bridged late, would leave too little time for four axes.
+@pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize("hz", [80, 100, 120])
+def test_missing_edges_cost_slow_axes_nothing(tmp_path, hz):
+    speeds = [*range(0, 20, 2), *range(20, 0, -2)] * 3
+    slow = Line(tuple((a + b) // 2 for a, b in pairwise([*speeds, 0])), SMOOTH)
+    turning = Line((3, 0, -7, 12, -1) * 12, PLAIN)
+    lines = {0: slow, 1: turning, 2: slow, 3: turning}
+    result, judged = run(tmp_path, "mega", lines, hz, flaws=ClockFlaws(drop=7))
+    assert not result.trouble and judged.summary["clock"]["missing_edges"] > 5
+    assert all(axis["steps"] == axis["expected_steps"] for axis in judged.summary["axes"])
 
 
 @pytest.mark.usefixtures("simulator")
