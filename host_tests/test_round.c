@@ -16,7 +16,7 @@
 #define STARTING    12u            //   and while an axis is about to be released
 #define SLOW_STEP   8u             // what a step of a slow curve counts, at least
 #define PIECE       30u            // what the beginning of a piece counts
-#define ROOM_FOR    240u           // entries: a ring is full enough then
+#define ROOM_FOR    (STEP_RING_CAPACITY - 63u) // entries: a ring is full enough then
 #define SERVED      (CONFIG_AXES < 4u ? CONFIG_AXES : 4u) // axes in a round
 #define CLOCK_HZ    4000u
 #define CLOCK_TICKS (CONFIG_TIMER_HZ / CLOCK_HZ)
