@@ -23,7 +23,7 @@ from pixstep.simulation.edges import AxisEdges, ClockLog, read_clock_log, read_e
 from pixstep.simulation.judge import judge
 from pixstep.simulation.simboard import SimLink
 from pixstep.simulation.simctl import SimOptions
-from pixstep.simulation.simrun import LOCK, START, Job
+from pixstep.simulation.simrun import FREE, LOCK, START, Job
 from pixstep.simulation.simtask import run_and_judge
 
 BOARDS = ("uno", "mega")
@@ -129,6 +129,16 @@ def test_missing_edges_cost_slow_axes_nothing(tmp_path, hz):
     lines = {0: slow, 1: turning, 2: slow, 3: turning}
     result, judged = run(tmp_path, "mega", lines, hz, flaws=ClockFlaws(drop=7))
     assert not result.trouble and judged.summary["clock"]["missing_edges"] > 5
+    assert all(axis["steps"] == axis["expected_steps"] for axis in judged.summary["axes"])
+
+
+# A line that does not wait for the clock begins before its ring is full, and so do the others.
+@pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize("hz", [30, 50, 80, 100, 120])
+def test_slow_axes_that_wait_for_no_clock_begin_together(tmp_path, hz):
+    lines = {axis: Line((1, *(2,) * 20, 1), SMOOTH) for axis in range(4)}
+    result, judged = run(tmp_path, "mega", lines, hz, sync=FREE)
+    assert not result.trouble
     assert all(axis["steps"] == axis["expected_steps"] for axis in judged.summary["axes"])
 
 
