@@ -96,6 +96,14 @@ static void worked_example(void)
     check_worked_example(0);
 }
 
+// A steep step costs more than that, and is made all the same.
+static void worked_example_a_unit_at_a_time(void)
+{
+    bench.budget = 1;
+    check_worked_example(0);
+    bench.budget = 0;
+}
+
 static void worked_example_with_backlash_of_a_quarter(void)
 {
     check_worked_example(250);
@@ -126,6 +134,7 @@ int main(void)
     UNITY_BEGIN();
 
     RUN_TEST(worked_example);
+    RUN_TEST(worked_example_a_unit_at_a_time);
     RUN_TEST(worked_example_with_backlash_of_a_quarter);
     RUN_TEST(worked_example_with_backlash_of_a_pixel);
     RUN_TEST(backlash_only_after_a_reversal);

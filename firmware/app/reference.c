@@ -17,16 +17,12 @@ static struct pixel_period clock_period; // of the clock's edges
 static struct clock_watch edge_watch;
 static uint32_t edge_seen_units; // when the last clock edge was handled
 
-// A pixel is decoded when an edge has come that lies one edge and LEAD_TICKS before the pixel, as
-// far as the stream's marks go. With several axes that time is left behind a missing edge, too,
-// which is bridged 3/8 of a period later.
-static uint16_t lead_edges(uint16_t divider)
+// A pixel is decoded when an edge has come that lies one edge and so many ticks before the pixel,
+// as far as the stream's marks go.
+static uint16_t edges_ahead(uint32_t lead_ticks, uint16_t divider)
 {
     uint16_t most = (uint16_t)(STREAM_MARKS * divider);
-    uint32_t period_ticks = clock_period.whole_ticks;
-    uint32_t lead_ticks =
-        CONFIG_AXES > 1 ? LEAD_TICKS + period_ticks / 8u * 3u : LEAD_TICKS;
-    uint16_t edges = (uint16_t)(lead_ticks / period_ticks + 1u);
+    uint16_t edges = (uint16_t)(lead_ticks / clock_period.whole_ticks + 1u);
 
     return edges < most ? edges : most;
 }
@@ -47,11 +43,17 @@ APART void reference_apply_settings(void)
     lock_grid_tolerate(clock_period.whole_ticks /
                            divide_u32_u16(PPM, settings->lock_tolerance_ppm) +
                        1u);
-    grid->lead_edges = lead_edges(grid->divider);
+    grid->lead_edges = edges_ahead(LEAD_TICKS, grid->divider);
+    uint16_t ahead_edges = grid->lead_edges;
+#if SEVERAL_AXES
+    // A missing edge is bridged 3/8 of a period late: behind it several axes need the time, too.
+    ahead_edges =
+        edges_ahead(LEAD_TICKS + clock_period.whole_ticks / 8u * 3u, grid->divider);
+    grid->more_edges = (uint16_t)(ahead_edges - grid->lead_edges);
+#endif
     grid->filter.hold_over = (uint8_t)settings->hold_over_edges;
-    clock_filter_aim(&grid->filter,
-                     clock_period.whole_ticks,
-                     (uint16_t)(grid->divider + grid->lead_edges));
+    clock_filter_aim(
+        &grid->filter, clock_period.whole_ticks, (uint16_t)(grid->divider + ahead_edges));
 #if FEATURE_CLOCK_STATISTICS
     edge_watch.divider = grid->divider;
 #endif

@@ -12,6 +12,11 @@
 
 struct axis_bench bench;
 
+static uint8_t budget(void)
+{
+    return bench.budget != 0 ? bench.budget : BUDGET;
+}
+
 void bench_open(uint32_t hz_num, uint32_t hz_den)
 {
     bench = (struct axis_bench){
@@ -97,7 +102,7 @@ bool bench_start_line(void)
         return false;
     }
     while (!decode_is_ahead(axis)) {
-        decode_axis(axis, &bench.period, bench.always_take_up, BUDGET);
+        decode_axis(axis, &bench.period, bench.always_take_up, budget());
     }
     bench.zero_ticks = bench.now_ticks + BENCH_DELAY_TICKS;
     feed_release(&axis->feed, axis->feed.lead_in_ticks + BENCH_DELAY_TICKS);
@@ -128,7 +133,7 @@ struct step_load bench_period(void)
 {
     struct step_load load;
 
-    decode_axis(&bench.axis, &bench.period, bench.always_take_up, BUDGET);
+    decode_axis(&bench.axis, &bench.period, bench.always_take_up, budget());
     check_batches(&bench.axis.feed.stream);
     load = step_engine_next(&bench.engine, &bench.ring);
     struct engine_sample sample = step_engine_sample(&bench.engine);

@@ -88,6 +88,9 @@ bool line_grid_early(const struct line_grid *grid, bool runs_ahead)
     if (grid->mode == LINE_GRID_LOCKED) {
         edges = (uint16_t)(lock->newest_edge - lock->filter.edge);
         beyond = (uint16_t)(beyond - lock->newest);
+#if SEVERAL_AXES
+        edges = (uint16_t)(edges - lock->more_edges);
+#endif
     }
     if (runs_ahead) {
         beyond--;

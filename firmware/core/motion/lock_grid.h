@@ -17,6 +17,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "build_features.h"      // SEVERAL_AXES
 #include "motion/clock_filter.h" // struct clock_filter
 #include "motion/pixel_period.h" // struct pixel_grid
 
@@ -39,6 +40,10 @@ struct lock_grid {
     uint16_t divider;
     // A pixel edge is fixed at most so many clock edges ahead, and a pixel.
     uint16_t lead_edges;
+#if SEVERAL_AXES
+    // So many more for a line whose line zero is known: time behind a missing edge.
+    uint16_t more_edges;
+#endif
     // The newest pixel edge that has its time, and the clock edge that it is.
     uint16_t newest;
     uint16_t newest_edge;
