@@ -44,12 +44,13 @@ APART void reference_apply_settings(void)
                            divide_u32_u16(PPM, settings->lock_tolerance_ppm) +
                        1u);
     grid->lead_edges = edges_ahead(LEAD_TICKS, grid->divider);
-    uint16_t ahead_edges = grid->lead_edges;
 #if SEVERAL_AXES
     // A missing edge is bridged 3/8 of a period late: behind it several axes need the time, too.
-    ahead_edges =
+    uint16_t ahead_edges =
         edges_ahead(LEAD_TICKS + clock_period.whole_ticks / 8u * 3u, grid->divider);
     grid->more_edges = (uint16_t)(ahead_edges - grid->lead_edges);
+#else
+    uint16_t ahead_edges = grid->lead_edges;
 #endif
     grid->filter.hold_over = (uint8_t)settings->hold_over_edges;
     clock_filter_aim(

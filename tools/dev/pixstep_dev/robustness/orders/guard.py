@@ -12,6 +12,7 @@ from pixstep_dev.robustness.orders.world import IDLE_TICKS, Outcome, World
 
 MARGIN_CYCLES = 16_000  # of the main loop, from a halt to the axis's being free again
 _LEAD_STEPS = 2  # a position counts a step when its period is loaded; the timer holds two periods
+_LOOKS = 5  # at the accounts of time behind a reset, at most
 _TIME_TICKS = 2 * IDLE_TICKS  # an idle period is accounted for as a whole, late by one at most
 _ROUND_S = 0.008  # of the main loop at most, building a reply included
 _ANSWERS = {True: "done", False: "refused", None: "no answer"}
@@ -296,7 +297,18 @@ class Guard:
     # ---- time ----
 
     def note_time(self) -> None:
-        self.accounts = [self.world.account(number) for number in range(self.world.axes)]
+        """Note each axis's account of time as two looks in a row have it.
+
+        One look may meet the board while it writes its account.
+        """
+        for _ in range(_LOOKS):
+            self.accounts = self._accounts()
+            self.world.perform(actions.Wait(IDLE_TICKS))
+            if all(abs(off) <= _TIME_TICKS for off in self._times_off()):
+                break
+
+    def _accounts(self) -> list[int]:
+        return [self.world.account(number) for number in range(self.world.axes)]
 
     def _check_time(self) -> None:
         """At rest every axis has counted the ticks that have passed.
