@@ -2,7 +2,6 @@
 #include "motion/decode.h"
 
 #include "base/apart.h"          // APART
-#include "base/multiply.h"       // multiply_u32_u16
 #include "build_features.h"      // FEATURE_SHORT_CURVES, SEVERAL_AXES
 #include "motion/curve_batch.h"  // curve_batch_*
 #include "motion/curved_pixel.h" // curved_pixel_write

@@ -13,6 +13,14 @@ from pixstep_dev.bench.trial import attempt
 pytestmark = pytest.mark.usefixtures("simulator")
 
 
+def assert_clean(board, axes, line, hz, serial_load):
+    """Run the line on so many axes at once: every edge right, every step made, no fault."""
+    run = Run(board, dict.fromkeys(range(axes), line), Fraction(hz), serial_load=serial_load)
+    trial = attempt(run)
+    assert (trial.kind, trial.detail) == ("clean", "")
+    assert trial.steps == axes * sum(line.counts)
+
+
 # A little below the highest ones, which differ with an image's layout (DESIGN.md, "Short pixels").
 @pytest.mark.parametrize(
     ("board", "axes", "steps", "hz", "serial_load"),
@@ -28,10 +36,7 @@ pytestmark = pytest.mark.usefixtures("simulator")
 )
 def test_axes_of_one_count_keep_up_with_the_clock(board, axes, steps, hz, serial_load):
     line = Line((steps,) * (2 * hz), PLAIN)
-    run = Run(board, dict.fromkeys(range(axes), line), Fraction(hz), serial_load=serial_load)
-    trial = attempt(run)
-    assert (trial.kind, trial.detail) == ("clean", "")
-    assert trial.steps == axes * steps * line.pixels
+    assert_clean(board, axes, line, hz, serial_load)
 
 
 # Every pixel at the peak accelerates or brakes: at each pixel's edge a curve begins on every axis.
@@ -47,7 +52,4 @@ def test_axes_of_one_count_keep_up_with_the_clock(board, axes, steps, hz, serial
 )
 def test_smooth_axes_keep_up(board, axes, steps_per_s, hz, serial_load):
     line = rates.line_of("smooth", steps_per_s // hz // 2 * 2, Fraction(hz), 2.0)
-    run = Run(board, dict.fromkeys(range(axes), line), Fraction(hz), serial_load=serial_load)
-    trial = attempt(run)
-    assert (trial.kind, trial.detail) == ("clean", "")
-    assert trial.steps == axes * sum(line.counts)
+    assert_clean(board, axes, line, hz, serial_load)
