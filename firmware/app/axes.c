@@ -138,15 +138,14 @@ bool axes_advance_at(uint8_t i, enum ledger_extent extent)
 {
     struct axis *axis = axes_get(i);
 
-    // Nearly all of a curve is batches, which need no sample.
-    if (CONFIG_AXES > 1 && extent == LEDGER_BY_BATCHES &&
-        stream_batch_here(&axis->feed.stream) != NULL) {
+    // Batches of a curve and whole pixels are nearly all there is, and need no sample.
+    if (CONFIG_AXES > 1 && extent == LEDGER_BY_BATCHES) {
         uint8_t tail = step_timer_tail(i);
 
         if (capture_waits(i)) {
             return false;
         }
-        if (ledger_advance_batches(&axis->ledger, &axis->feed.stream, tail)) {
+        if (ledger_advance_whole(&axis->ledger, &axis->feed.stream, tail)) {
             return true;
         }
     }

@@ -3,18 +3,26 @@
 
 #include <stdbool.h>
 
-#include "app/settings.h" // settings_*
-#include "app/traffic.h"  // traffic_*
-#include "base/apart.h"   // APART
-#include "config.h"       // CONFIG_TIMER_HZ
-#include "hal/clock.h"    // clock_now_units
-#include "hal/uart.h"     // uart_*
-#include "wire/baud.h"    // baud_*
-#include "wire/frame.h"   // struct frame
+#include "app/settings.h"      // settings_*
+#include "app/traffic.h"       // traffic_*
+#include "base/apart.h"        // APART
+#include "config.h"            // CONFIG_TIMER_HZ
+#include "hal/clock.h"         // clock_now_units
+#include "hal/uart.h"          // uart_*
+#include "wire/baud.h"         // baud_*
+#include "wire/frame.h"        // struct frame
+#include "wire/register_map.h" // REG_QUEUE_WINDOW
 
 _Static_assert(FRAME_ROOM_BYTES == UART_BUFFER_BYTES, "the port receives into the frame");
 _Static_assert(CONFIG_TIMER_HZ / 8u == BAUD_CLOCK_100 * 100uL,
                "the clock that divisors are counted in");
+
+// A reply of so few bytes has its checksum in no time.
+#define SHORT_REPLY_BYTES 16u
+// How a request that brings entries of lines begins, behind the address: function 16, and the high
+// byte of the queue window.
+#define WRITE_MANY        16u
+#define QUEUE_WINDOW_HIGH (REG_QUEUE_WINDOW >> 8)
 
 // The one buffer of the bus: a request is received here, its reply replaces it and is sent from
 // here.
@@ -134,5 +142,19 @@ APART void bus_port_poll(void)
         send_reply();
     } else if (phase == REQUESTED && uart_silent()) {
         build_reply();
+        if (CONFIG_AXES > 1 && phase == ANSWERED && reply_bytes <= SHORT_REPLY_BYTES) {
+            send_reply();
+        }
     }
 }
+
+#if SEVERAL_AXES
+bool bus_port_brings_data(void)
+{
+    // A reply to such a request begins with the same bytes.
+    if (bus_frame.bytes[1] != WRITE_MANY || bus_frame.bytes[2] < QUEUE_WINDOW_HIGH) {
+        return false;
+    }
+    return phase == ANSWERED || (phase != SENDING && uart_holds() && uart_silent());
+}
+#endif

@@ -198,6 +198,17 @@ void clock_edges_poll(void)
     }
 }
 
+#if SEVERAL_AXES
+void clock_edges_poll_between(void)
+{
+    if (pixel_clock_waiting()) {
+        reference_measure(false);
+        clock_edges_poll();
+        reference_measure(true);
+    }
+}
+#endif
+
 void clock_edges_miss(void)
 {
     if (!pixel_clock_waiting() && reference_overdue()) {

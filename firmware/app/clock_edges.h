@@ -11,6 +11,12 @@
 // Take a captured edge. Once a round, before any other function follows the axes.
 void clock_edges_poll(void);
 
+#if SEVERAL_AXES
+// The same between two decodings of a round, if an edge waits. Edges of a kilohertz and more are
+// not measured there, unless lines are locked to them.
+void clock_edges_poll_between(void);
+#endif
+
 // Latch a fault when an edge is overdue. Once a round.
 void clock_edges_miss(void);
 

@@ -95,12 +95,33 @@ bool reference_present(void)
     return edge_watch.known;
 }
 
+#if SEVERAL_AXES
+#define FAST_TICKS ((uint32_t)0x4000) // 976 Hz at 16 MHz
+static bool leaves_out_fast;          // edges that come in this or less
+
+void reference_measure(bool fast_edges)
+{
+    leaves_out_fast = !fast_edges;
+}
+
+static inline bool too_many(void)
+{
+    return pixel_clock_waiting() ||
+           (leaves_out_fast && clock_period.whole_ticks <= FAST_TICKS);
+}
+#else
+static inline bool too_many(void)
+{
+    return pixel_clock_waiting();
+}
+#endif
+
 bool reference_edge(uint32_t edge_ticks, uint32_t *pixel)
 {
     struct lock_grid *grid = lock_grid_now();
 
     // Edges that come as fast as they are taken are not measured where no line needs that.
-    if (!grid->locks && pixel_clock_waiting()) {
+    if (!grid->locks && too_many()) {
         clock_filter_restart(&grid->filter);
     } else if (!clock_filter_edge(&grid->filter, edge_ticks) && grid->locks) {
         return false;

@@ -2,6 +2,7 @@
 #include "app/round.h"
 
 #include "app/axes.h"        // axes_*
+#include "app/bus_port.h"    // bus_port_brings_data
 #include "app/clock_edges.h" // clock_edges_*
 #include "app/drivers.h"     // drivers_poll
 #include "app/faults.h"      // faults_latch
@@ -28,6 +29,8 @@
 #define DECODE_AT_ONCE 120u
 // Calls of the decoder in one round: axes whose pulse trains end together are all served.
 #define DECODE_CALLS (CONFIG_AXES + 2u)
+// So many come first even where the bus brings entries of lines.
+#define DECODE_CALLS_LEAST 2u
 // The same while an axis waits for its release: the release must come within a few milliseconds.
 #define DECODE_BUDGET_STARTING 12u
 // The switches of every axis are read once in this many rounds; those of a seeking axis, in every
@@ -301,10 +304,10 @@ static bool decodable(uint8_t i)
     return wait_may_be_over(i) && advance_now(i) && !decode_is_ahead(axes_get(i));
 }
 
-// The axis whose decoded entries end first, of those not in the mask `out`; NO_AXIS if nothing can
-// be decoded for any of them. All axes share one time base, so that the end of the newest entry
-// tells, however far each account lags.
-static uint8_t first_to_end(uint8_t out)
+// The axis whose decoded entries end first, of those not in the mask `out`; NO_AXIS: it has them
+// all. All axes share one time base, so that the end of the newest entry tells, however far each
+// account lags.
+static inline uint8_t first_of_others(uint8_t out)
 {
     uint8_t found = NO_AXIS;
     uint32_t found_ticks = 0;
@@ -312,8 +315,7 @@ static uint8_t first_to_end(uint8_t out)
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         uint32_t end_ticks = axes_get(i)->feed.stream.end_ticks;
         if ((out & axis_bit(i)) == 0 &&
-            (found == NO_AXIS || (int32_t)(end_ticks - found_ticks) < 0) &&
-            decodable(i)) {
+            (found == NO_AXIS || (int32_t)(end_ticks - found_ticks) < 0)) {
             found = i;
             found_ticks = end_ticks;
         }
@@ -321,24 +323,39 @@ static uint8_t first_to_end(uint8_t out)
     return found;
 }
 
+// The first of them for which something can be decoded; NO_AXIS: there is none.
+static uint8_t first_to_end(uint8_t out)
+{
+    uint8_t i = first_of_others(out);
+
+    while (i != NO_AXIS && !decodable(i)) {
+        out |= axis_bit(i);
+        i = first_of_others(out);
+    }
+    return i;
+}
+
 // Decode for the axis that runs out first, and again for it until another axis would. An axis that
-// must wait after all is out for this round. The clock's edges are taken in between: at kilohertz
-// as many as can wait come in one such round.
+// must wait after all is out for this round, and so is one of a plain line that has come to wait:
+// whole pixels are decoded as far as there is room for them. The clock's edges are taken in
+// between: at kilohertz as many as can wait come in one such round, and the accounts pass no pixel
+// whose edge is not known yet.
 static void decode_in_turn(uint16_t budget)
 {
     uint8_t out = 0;
 
     for (uint8_t calls = DECODE_CALLS; calls != 0 && budget != 0; calls--) {
-        if (pixel_clock_half_full()) {
-            clock_edges_poll();
+        if (calls <= DECODE_CALLS - DECODE_CALLS_LEAST && bus_port_brings_data()) {
+            return;
         }
+        clock_edges_poll_between();
         uint8_t i = first_to_end(out);
         if (i == NO_AXIS) {
             return;
         }
         uint8_t once = budget < DECODE_AT_ONCE ? (uint8_t)budget : DECODE_AT_ONCE;
         uint8_t left = decode_one(i, once);
-        if (left == once) {
+        if (left == once || (left != 0 && !axes_get(i)->line.smooth)) {
             out |= axis_bit(i);
         }
         budget = (uint16_t)(budget - once + left);

@@ -51,6 +51,9 @@ void uart_disable_reception(void);
 // The bus is silent.
 bool uart_silent(void);
 
+// Bytes were received and not dropped yet. False may come a moment too late or too early.
+bool uart_holds(void);
+
 // Receive into an empty buffer, after uart_disable_reception().
 void uart_enable_reception(void);
 

@@ -95,6 +95,11 @@ bool uart_silent(void)
            (uint32_t)fake_line.silence_counts * TICKS_PER_COUNT;
 }
 
+bool uart_holds(void)
+{
+    return received != 0;
+}
+
 bool uart_received(uint16_t *count)
 {
     *count = gap != 0 ? gap : received;

@@ -17,6 +17,9 @@
 // only.
 #define IN_FLASH __attribute__((__progmem__))
 
+// The same for a large table: behind the step interrupts, which have to lie near the vectors.
+#define IN_FLASH_BEHIND __attribute__((section(".lowtext.tables")))
+
 // The byte at this address of a table in flash.
 static inline char flash_char(const char *at)
 {
@@ -52,6 +55,7 @@ static inline uint16_t flash_word(const uint16_t *at)
 
 // One memory: the same names, plain reads.
 #define IN_FLASH
+#define IN_FLASH_BEHIND
 
 static inline char flash_char(const char *at)
 {

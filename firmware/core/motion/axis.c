@@ -65,8 +65,16 @@ static bool check_block(struct axis *axis,
     }
     struct line_check check = axis->check;
 
-    while (reader->at < block->size) {
+    for (;;) {
         struct segment entry;
+#if SEVERAL_AXES
+        if (block->packed) {
+            line_check_pass_easy(&check, reader, block->size);
+        }
+#endif
+        if (reader->at >= block->size) {
+            break;
+        }
         enum line_error error = LINE_malformed;
         if (read_entry(block, reader, &check, &entry)) {
             error = line_check_entry(&check, limits, entry);

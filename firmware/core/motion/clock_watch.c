@@ -33,6 +33,14 @@ void clock_watch_count(struct clock_watch *watch, uint32_t edge_ticks)
 
 #if FEATURE_CLOCK_STATISTICS
 
+// One tick less than a thirty-second: planned times are whole ticks.
+static uint16_t near_of(const struct pixel_period *period)
+{
+    uint32_t near_ticks = period->whole_ticks / 32u - 1u;
+
+    return near_ticks > INT16_MAX ? INT16_MAX : (uint16_t)near_ticks;
+}
+
 void clock_watch_follow(struct clock_watch *watch,
                         const struct pixel_period *period,
                         uint32_t zero_ticks)
@@ -44,6 +52,8 @@ void clock_watch_follow(struct clock_watch *watch,
     watch->phase = 0;
     watch->error_ticks = 0;
     watch->error_max_ticks = 0;
+    watch->near = false;
+    watch->near_ticks = near_of(period);
     pixel_grid_start(&watch->grid, period);
 }
 
@@ -76,14 +86,35 @@ static APART void plan_next(struct clock_watch *watch)
     }
 }
 
-bool clock_watch_edge(struct clock_watch *watch,
-                      const struct pixel_period *period,
-                      uint32_t edge_ticks,
-                      uint32_t *pixel)
+// Compare an edge with its planned time and plan the next one. Returns true when it is a pixel
+// edge.
+static inline bool note_planned(struct clock_watch *watch,
+                                int32_t error_ticks,
+                                uint32_t *pixel)
+{
+    bool pixel_edge = watch->phase == 0;
+
+    clock_watch_note(watch, error_ticks);
+    *pixel = watch->pixel;
+    plan_next(watch);
+    return pixel_edge;
+}
+
+static bool is_near(const struct clock_watch *watch, uint32_t error_ticks)
+{
+    return error_ticks + watch->near_ticks <= (uint32_t)watch->near_ticks * 2u;
+}
+
+// An edge that was not expected here, or the first one that was.
+static APART bool look_closely(struct clock_watch *watch,
+                               const struct pixel_period *period,
+                               uint32_t edge_ticks,
+                               uint32_t *pixel)
 {
     uint8_t missed = 0;
 
     compare_interval(watch, period->whole_ticks, edge_ticks);
+    watch->near = false;
     if (!watch->following) {
         return false;
     }
@@ -100,12 +131,24 @@ bool clock_watch_edge(struct clock_watch *watch,
         missed++;
         plan_next(watch);
     }
-    bool pixel_edge = watch->phase == 0;
+    watch->near = is_near(watch, edge_ticks - watch->next_ticks);
+    return note_planned(watch, (int32_t)(edge_ticks - watch->next_ticks), pixel);
+}
 
-    clock_watch_note(watch, (int32_t)(edge_ticks - watch->next_ticks));
-    *pixel = watch->pixel;
-    plan_next(watch);
-    return pixel_edge;
+bool clock_watch_edge(struct clock_watch *watch,
+                      const struct pixel_period *period,
+                      uint32_t edge_ticks,
+                      uint32_t *pixel)
+{
+    uint32_t error_ticks = edge_ticks - watch->next_ticks;
+
+    // Edge after edge where it was planned is all there is, nearly always.
+    if (!watch->following || !watch->near || !is_near(watch, error_ticks)) {
+        return look_closely(watch, period, edge_ticks, pixel);
+    }
+    watch->odd = 0;
+    clock_watch_count(watch, edge_ticks);
+    return note_planned(watch, (int32_t)error_ticks, pixel);
 }
 
 #else

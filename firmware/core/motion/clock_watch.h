@@ -34,6 +34,11 @@ struct clock_watch {
     uint32_t zero_ticks;
     // Planned time of the next edge.
     uint32_t next_ticks;
+    // The newest edge is known and was compared with its planned time, and it was this near.
+    bool near;
+    // Less than a thirty-second of the period: two edges this near to their planned times are no
+    // odd distance apart.
+    uint16_t near_ticks;
     // Number of the pixel edge at or before it in the line; 0: line zero.
     uint32_t pixel;
     // Clock edges of a pixel; 0 means 1. The reference line must end before it changes.
@@ -77,11 +82,14 @@ void clock_watch_count(struct clock_watch *watch, uint32_t edge_ticks);
 static inline void clock_watch_forget(struct clock_watch *watch)
 {
     watch->known = false;
+#if FEATURE_CLOCK_STATISTICS
+    watch->near = false;
+#endif
 }
 
 // The clock rests: the next edge belongs to no line.
 static inline void clock_watch_rest(struct clock_watch *watch)
 {
-    watch->known = false;
+    clock_watch_forget(watch);
     watch->following = false;
 }

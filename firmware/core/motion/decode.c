@@ -446,13 +446,25 @@ static inline uint8_t decode_curve(struct axis *axis, uint8_t budget)
     return decode_burst(axis, budget);
 }
 
+// True when the next pixel has no room now: the decoder need not ask for it again.
+static inline bool next_pixel_waits(const struct axis *axis)
+{
+    const struct stream *stream = &axis->feed.stream;
+
+    return axis->line.room > stream_space(stream) ||
+           (axis->phase == DECODE_PIECE && stream_marks_full(stream) &&
+            !feed_busy(&axis->feed));
+}
+
 // Decode whatever comes next. Returns what is left of the budget.
 static LARGE uint8_t decode_all(struct axis *axis,
                                 const struct pixel_period *period,
                                 bool always_take_up,
                                 uint8_t budget)
 {
-    while (budget != 0 && axis->phase != DECODE_OUTSIDE &&
+    bool waits = false;
+
+    while (budget != 0 && !waits && axis->phase != DECODE_OUTSIDE &&
            stream_space(&axis->feed.stream) >= DECODE_ROOM_LEFT) {
         uint8_t cost =
             in_curve(axis) ? decode_curve(axis, budget) : decode_pixels(axis, budget);
@@ -466,6 +478,7 @@ static LARGE uint8_t decode_all(struct axis *axis,
             }
         }
         budget = budget > cost ? (uint8_t)(budget - cost) : 0;
+        waits = SEVERAL_AXES && next_pixel_waits(axis);
     }
     return budget;
 }

@@ -10,12 +10,11 @@
 #include "motion/line.h" // struct line
 
 // Longest interval of a single period, ticks, with room for a longer one beside it.
-#define INTERVAL_MAX_TICKS 0xFC00u
+#define INTERVAL_MAX_TICKS 0xFBFFu
 
 // Where no batches are noted, flash is short too: every quotient by division.
 #if STREAM_BATCHES > 0
-// floor(65536 / n); 65535 for n = 1.
-static const uint16_t reciprocals[EVEN_PIXEL_MAX_STEPS + 1u] IN_FLASH = {
+const uint16_t even_pixel_reciprocals[EVEN_PIXEL_MAX_STEPS + 1u] IN_FLASH = {
     0,    65535, 32768, 21845, 16384, 13107, 10922, 9362, 8192, 7281, 6553, 5957, 5461,
     5041, 4681,  4369,  4096,  3855,  3640,  3449,  3276, 3120, 2978, 2849, 2730, 2621,
     2520, 2427,  2340,  2259,  2184,  2114,  2048,  1985, 1927, 1872, 1820, 1771, 1724,
@@ -32,7 +31,8 @@ static const uint16_t reciprocals[EVEN_PIXEL_MAX_STEPS + 1u] IN_FLASH = {
 // small, so that the quotient is at most one too small.
 static void divide_short(struct even_rate *rate, uint16_t ticks, uint8_t steps)
 {
-    uint16_t base = (uint16_t)((uint32_t)ticks * flash_word(&reciprocals[steps]) >> 16);
+    uint16_t base =
+        (uint16_t)((uint32_t)ticks * flash_word(&even_pixel_reciprocals[steps]) >> 16);
     uint8_t rest = (uint8_t)((uint8_t)ticks - (uint8_t)((uint8_t)base * steps));
 
     if (rest >= steps) {
@@ -99,10 +99,27 @@ _Static_assert(offsetof(struct even_rate, ticks) == EVEN_PIXEL_TICKS &&
                    EVEN_PIXEL_MAX_STEPS == EVEN_PIXEL_MOST_STEPS &&
                    EVEN_PIXEL_MAX_TICKS >> 16 == EVEN_PIXEL_TICKS_TOO_BIG - 1 &&
                    STEP_RING_CAPACITY == EVEN_PIXEL_RING_CAPACITY,
-               "known to even_pixel_put.S and even_pixels_write.S");
+               "known to even_pixel_put.S and even_pixels_*.S");
+
+_Static_assert(offsetof(struct line, queue) == 0 &&
+                   offsetof(struct line, segment.count) == EVEN_PIXEL_COUNT &&
+                   offsetof(struct line, curve_half) == EVEN_PIXEL_CURVE_HALF &&
+                   offsetof(struct line, speed) == EVEN_PIXEL_SPEED &&
+                   offsetof(struct segment_queue, out.bytes) == EVEN_PIXEL_QUEUE_BYTES &&
+                   offsetof(struct segment_queue, out.mask) == EVEN_PIXEL_QUEUE_MASK &&
+                   offsetof(struct segment_queue, out.at) == EVEN_PIXEL_QUEUE_AT &&
+                   offsetof(struct segment_queue, out.last) == EVEN_PIXEL_QUEUE_LAST &&
+                   offsetof(struct segment_queue, head) == EVEN_PIXEL_QUEUE_HEAD &&
+                   SEGMENT_NEAR_ZERO == EVEN_PIXEL_NEAR_ZERO &&
+                   SEGMENT_NEAR_LAST == EVEN_PIXEL_NEAR_LAST &&
+                   SEGMENT_SHORT_RUN == EVEN_PIXEL_SHORT_RUN &&
+                   SEGMENT_RUN == EVEN_PIXEL_RUN &&
+                   EVEN_PIXEL_MIN_TICKS == EVEN_PIXEL_BASE_MIN &&
+                   (INTERVAL_MAX_TICKS + 1u) >> 8 == EVEN_PIXEL_BASE_MAX_HIGH,
+               "known to even_pixels_several.S");
 
 _Static_assert(STREAM_UNKNOWN == UINT8_MAX, "known to even_pixel_put.S");
-_Static_assert(EVEN_PIXEL_WAITS == UINT8_MAX, "known to even_pixels_write.S");
+_Static_assert(EVEN_PIXEL_WAITS == UINT8_MAX, "known to even_pixels_*.S");
 
 _Static_assert(offsetof(struct stream, behind_periods) == EVEN_PIXEL_BEHIND_PERIODS &&
                    offsetof(struct stream, behind_ticks) == EVEN_PIXEL_BEHIND_TICKS &&

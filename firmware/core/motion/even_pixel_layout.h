@@ -35,15 +35,30 @@
 #define EVEN_PIXEL_MARK_TICKS     5
 #define EVEN_PIXEL_MARK_BYTES     7
 
-// struct line.
-#define EVEN_PIXEL_REPEAT   4
-#define EVEN_PIXEL_RATE     7
-#define EVEN_PIXEL_POSITION 21
-#define EVEN_PIXEL_TO_EDGE  23
-#define EVEN_PIXEL_ROOM     27
+// struct line. Its queue is at its beginning.
+#define EVEN_PIXEL_COUNT      2
+#define EVEN_PIXEL_REPEAT     4
+#define EVEN_PIXEL_RATE       7
+#define EVEN_PIXEL_CURVE_HALF 13
+#define EVEN_PIXEL_SPEED      19
+#define EVEN_PIXEL_POSITION   21
+#define EVEN_PIXEL_TO_EDGE    23
+#define EVEN_PIXEL_ROOM       27
 
-// Its flags, and the bit of edge_open among them.
+// struct segment_queue, and the first bytes of packed entries.
+#define EVEN_PIXEL_QUEUE_BYTES 0
+#define EVEN_PIXEL_QUEUE_MASK  2
+#define EVEN_PIXEL_QUEUE_AT    4
+#define EVEN_PIXEL_QUEUE_LAST  6
+#define EVEN_PIXEL_QUEUE_HEAD  8
+#define EVEN_PIXEL_NEAR_ZERO   0x38
+#define EVEN_PIXEL_NEAR_LAST   0x70
+#define EVEN_PIXEL_SHORT_RUN   0x6F
+#define EVEN_PIXEL_RUN         0x77
+
+// The line's flags, and the bits of smooth and edge_open among them.
 #define EVEN_PIXEL_FLAGS         6
+#define EVEN_PIXEL_SMOOTH_BIT    0
 #define EVEN_PIXEL_EDGE_OPEN     0x80
 #define EVEN_PIXEL_EDGE_OPEN_BIT 7
 
@@ -53,6 +68,8 @@
 
 // Limits: even_pixel.h, stream.h and step_ring.h have the names.
 #define EVEN_PIXEL_MOST_STEPS    120
-#define EVEN_PIXEL_TICKS_TOO_BIG 4 /* third byte */
+#define EVEN_PIXEL_BASE_MIN      128  /* shortest interval, */
+#define EVEN_PIXEL_BASE_MAX_HIGH 0xFC /* and the high byte of one that is too long */
+#define EVEN_PIXEL_TICKS_TOO_BIG 4    /* third byte */
 #define EVEN_PIXEL_COST          10
 #define EVEN_PIXEL_RING_CAPACITY 252

@@ -1,6 +1,6 @@
 ; SPDX-License-Identifier: MIT
-; Writes a pixel of few even steps: the assembly half of even_pixel.c. The C that this file stands
-; for is there, too; even_pixel.h and stream.h explain the numbers:
+; Writes a pixel of few even steps of a single axis: the assembly half of even_pixel.c. The C that
+; this file stands for is there, too; even_pixel.h and stream.h explain the numbers:
 ;
 ;     void even_pixel_put(struct stream *stream, const struct even_rate *rate, uint16_t position)
 ;
@@ -14,7 +14,10 @@
 ;
 ; Cycles: 129 and 12 for each step, 14 for a longer one.
 #include "base/asm.inc" // macros
+#include "build_features.h" // SEVERAL_AXES
 #include "motion/even_pixel_layout.h"
+
+#if !SEVERAL_AXES
 
 #define STEPS     r22
 #define REMAINDER r23
@@ -145,3 +148,5 @@ function even_pixel_put
     pop r28
     ret
 end_function even_pixel_put
+
+#endif

@@ -1,6 +1,6 @@
 ; SPDX-License-Identifier: MIT
-; Writes pixels of few even steps, one after the other: the assembly half of even_pixel.c. The C
-; that this file stands for is even_pixels_write() there.
+; Writes pixels of few even steps of a single axis, one after the other: the assembly half of
+; even_pixel.c. The C that this file stands for is even_pixels_write() there.
 ;
 ;     uint8_t even_pixels_write(struct line *line, struct stream *stream, bool negative,
 ;                               uint8_t budget)
@@ -10,10 +10,6 @@
 ;     r12  third byte of the pixel's length  r22..r25  length of the pixel, ticks
 ;     r13  steps of a pixel                  Y         line
 ;
-; With several axes NEGATIVE has one more bit: this pixel and the next ones are pixels of the exact
-; grid, as a whole. Then line.to_edge_ticks stays 0 and edge_open set, as they are between two such
-; pixels; only where a pixel is not written here do they tell its length.
-;
 ; Cycles of a pixel: some 175, pixel_grid_advance() and even_pixel_put(); of a locked line some 150,
 ; line_pixel_ticks() and even_pixel_put(); with another number of steps than the
 ; pixel before, line_even_steps() and even_pixel_divide() besides.
@@ -21,13 +17,14 @@
 #include "build_features.h" // SEVERAL_AXES
 #include "motion/even_pixel_layout.h"
 
+#if !SEVERAL_AXES
+
 #define SPENT    r10
 #define BUDGET   r11
 #define TICKS2   r12
 #define STEPS    r13
 #define NEGATIVE r14
 #define NEGATIVE_BIT 0
-#define EXACT_BIT    1
 #define TICKS    r22, r23, r24, r25
 
 ; The length of the pixel, as line_pixel_ticks() leaves it.
@@ -63,17 +60,8 @@ leave:
     .endr
     ret
 
-#if SEVERAL_AXES
-remember:
-    note_length
-    ret
-#endif
 
 divide:
-#if SEVERAL_AXES
-    sbrc NEGATIVE, EXACT_BIT
-    rcall remember
-#endif
     movw r18, r22                       ;     length and steps to their places
     movw r20, r24
     movw r24, r28
@@ -107,10 +95,6 @@ next_pixel:
     subi r18, 256 - EVEN_PIXEL_RING_CAPACITY
     cp r18, STEPS
     brlo no_room
-#if SEVERAL_AXES
-    sbrc NEGATIVE, EXACT_BIT            ; 2
-    rjmp exact
-#endif
     ldd r18, Y + EVEN_PIXEL_FLAGS       ; 19  a pixel of the exact grid, as a whole?
     sbrs r18, EVEN_PIXEL_EDGE_OPEN_BIT
     rjmp ask
@@ -120,25 +104,15 @@ next_pixel:
     or r19, r20
     .endr
     brne ask
-#if SEVERAL_AXES
-    ldi r18, 1 << EXACT_BIT
-    or NEGATIVE, r18
-#endif
 exact:
     movw r24, r28                       ; 5
     adiw r24, EVEN_PIXEL_GRID
     call pixel_grid_advance
-#if !SEVERAL_AXES
     note_length
-#endif
     rjmp length_known
 far_divide:
     rjmp divide
 far_leave:
-#if SEVERAL_AXES
-    sbrc NEGATIVE, EXACT_BIT
-    rcall remember
-#endif
     rjmp leave
 ask:
     movw r24, r28                       ; 9   how long is the pixel? 0: not known yet
@@ -170,10 +144,6 @@ length_known:
     std Y + EVEN_PIXEL_RATE + EVEN_PIXEL_TICKS, r22
     std Y + EVEN_PIXEL_RATE + EVEN_PIXEL_TICKS + 1, r23
 
-#if SEVERAL_AXES
-    sbrc NEGATIVE, EXACT_BIT            ; 3
-    rjmp 4f
-#endif
 forget_length:
     ldd r24, Y + EVEN_PIXEL_FLAGS       ; 13  the pixel behind has no length yet
     ori r24, EVEN_PIXEL_EDGE_OPEN
@@ -235,3 +205,5 @@ longer_than_16_bits:
     std Z + EVEN_PIXEL_END_TICKS + 3, r24
     ret
 end_function even_pixels_write
+
+#endif

@@ -4,7 +4,6 @@
 #include "base/apart.h"           // APART
 #include "base/multiply.h"        // multiply_u32_u16
 #include "build_features.h"       // SEVERAL_AXES
-#include "motion/ledger_pixels.h" // ledger_take_pixels
 #include "motion/step_ring_sum.h" // step_ring_sum
 
 // What close_train() saves on the stack costs more time than the call, where an account passes by
@@ -380,12 +379,8 @@ void ledger_advance(struct ledger *ledger,
     bool whole = extent == LEDGER_BY_BATCHES && !sample->cut &&
                  sample->idle_count == ledger->idle_seen;
 
-    if (whole && ledger->train == LEDGER_NO_TRAIN) {
-        if (stream_batch_here(stream) != NULL
-                ? ledger_advance_batches(ledger, stream, sample->tail)
-                : ledger_take_pixels(ledger, stream, sample->tail)) {
-            return;
-        }
+    if (whole && ledger_advance_whole(ledger, stream, sample->tail)) {
+        return;
     }
     advance_by_entries(ledger, stream, sample, whole);
 }
@@ -446,7 +441,9 @@ APART uint32_t ledger_advance_to_capture(struct ledger *ledger,
         ledger_idles(ledger)) {
         return idle_start(ledger, sample) + captured_ticks;
     }
-    ledger_advance(ledger, stream, sample, LEDGER_BY_BATCHES);
+    if (!SEVERAL_AXES || !ledger_advance_whole(ledger, stream, sample->tail)) {
+        ledger_advance(ledger, stream, sample, LEDGER_BY_BATCHES);
+    }
     uint8_t ahead = (uint8_t)(sample->tail - stream->retired);
     uint8_t known = (uint8_t)(ahead + ledger->fresh);
 

@@ -13,9 +13,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/ledger_data.h" // struct ledger
-#include "motion/step_engine.h" // struct engine_sample
-#include "motion/stream.h"      // struct stream
+#include "motion/ledger_data.h"   // struct ledger
+#include "motion/ledger_pixels.h" // ledger_take_pixels
+#include "motion/step_engine.h"   // struct engine_sample
+#include "motion/stream.h"        // struct stream
 
 // Entries of a pulse train that may wait to be accounted for.
 #define LEDGER_LAG_ENTRIES 8u
@@ -82,6 +83,20 @@ void ledger_advance(struct ledger *ledger,
 // marks between them: all that an advance by batches would do from curve to curve, without a
 // sample. Returns true when it would do nothing more: the interrupt is inside a batch.
 bool ledger_advance_batches(struct ledger *ledger, struct stream *stream, uint8_t tail);
+
+// The same for what stands here, batches or whole pixels. Returns true when the interrupt is inside
+// one of them.
+static inline bool ledger_advance_whole(struct ledger *ledger,
+                                        struct stream *stream,
+                                        uint8_t tail)
+{
+    if (ledger->train != LEDGER_NO_TRAIN) {
+        return false;
+    }
+    return stream_batch_here(stream) != NULL
+               ? ledger_advance_batches(ledger, stream, tail)
+               : ledger_take_pixels(ledger, stream, tail);
+}
 
 // Position of the axis: signed steps since reset, or since ledger_zero().
 static inline int32_t ledger_position(const struct ledger *ledger)

@@ -363,3 +363,48 @@ enum line_error line_check_entry(struct line_check *check,
     pass_segment(check, entry);
     return LINE_none;
 }
+
+#if SEVERAL_AXES
+void line_check_pass_easy(struct line_check *check,
+                          struct segment_reader *reader,
+                          uint8_t size)
+{
+    bool negative = check->direction < 0;
+    uint16_t easy_speed = check->easy_speed;
+    uint16_t count = (uint16_t)reader->last;
+    uint8_t at = (uint8_t)reader->at;
+    uint16_t pixels = 0;
+
+    if (check->phase != LINE_CHECK_SEGMENTS || check->smooth) {
+        return;
+    }
+    while (at < size) {
+        const uint8_t *bytes = &reader->bytes[at];
+        uint8_t first = bytes[0];
+        uint8_t length = segment_packed_size(first);
+        uint8_t repeat = 1;
+        uint16_t next = (uint16_t)(count + first - SEGMENT_NEAR_ZERO);
+        if (length != 1) {
+            if (first >= SEGMENT_RUN || at + 1u == size) {
+                break;
+            }
+            repeat = (uint8_t)(first - SEGMENT_SHORT_RUN);
+            next = (uint16_t)((int16_t)count + (int8_t)bytes[1]);
+        }
+        uint16_t steps = negative ? (uint16_t)-next : next;
+        if ((uint16_t)(steps - 1u) >= easy_speed) {
+            break;
+        }
+        count = next;
+        pixels = (uint16_t)(pixels + repeat);
+        at = (uint8_t)(at + length);
+    }
+    if (pixels != 0) {
+        reader->at = at;
+        reader->last = (int16_t)count;
+        check->last_count = (int16_t)count;
+        check->pixel += pixels;
+        check->rest_ticks = 0;
+    }
+}
+#endif

@@ -11,9 +11,11 @@
 #pragma once
 
 #include "base/names.h"              // enum line_error
+#include "build_features.h"          // SEVERAL_AXES
 #include "motion/line_check_head.h"  // line_check_reset
 #include "motion/line_check_state.h" // struct line_check, struct line_limits
 #include "motion/segment.h"          // struct segment
+#include "motion/segment_pack.h"     // struct segment_reader
 
 // The limits may be others than those of the entries before. Divides.
 void line_check_limits(struct line_check *check, const struct line_limits *limits);
@@ -23,3 +25,11 @@ void line_check_limits(struct line_check *check, const struct line_limits *limit
 enum line_error line_check_entry(struct line_check *check,
                                  const struct line_limits *limits,
                                  struct segment entry);
+
+#if SEVERAL_AXES
+// Pass those of the packed entries in front of `size` that are one or two bytes long and need no
+// closer look, up to the first other one: most pixels of a plain line, at a third of the cost.
+void line_check_pass_easy(struct line_check *check,
+                          struct segment_reader *reader,
+                          uint8_t size);
+#endif

@@ -3,8 +3,6 @@
 
 #include "base/apart.h" // APART
 
-#define NEAR_ZERO 0x38u // first byte of the difference 0
-#define SHORT_RUN 0x6Fu // added to the repeat of a short run, 2..7
 #define WIDE      0x78u
 #define WIDE_ZERO 0x7C00u // the two bytes of the difference 0
 
@@ -43,8 +41,8 @@ static struct segment APART unpack_long(struct segment_reader *reader, uint8_t f
     }
     if (first < WIDE) {
         difference = (uint16_t)(int8_t)(uint8_t)word;
-        entry.repeat =
-            first == SEGMENT_RUN ? next_byte(reader) : (uint8_t)(first - SHORT_RUN);
+        entry.repeat = first == SEGMENT_RUN ? next_byte(reader)
+                                            : (uint8_t)(first - SEGMENT_SHORT_RUN);
     }
     reader->last = (int16_t)((uint16_t)reader->last + difference);
     entry.count = reader->last;
@@ -60,6 +58,6 @@ struct segment segment_unpack(struct segment_reader *reader)
     if (first > SEGMENT_NEAR_LAST) {
         return unpack_long(reader, first);
     }
-    reader->last = (int16_t)((uint16_t)reader->last + first - NEAR_ZERO);
+    reader->last = (int16_t)((uint16_t)reader->last + first - SEGMENT_NEAR_ZERO);
     return (struct segment){.count = reader->last, .repeat = 1};
 }

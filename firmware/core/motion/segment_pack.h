@@ -34,8 +34,12 @@ struct segment_reader {
     int16_t last;
 };
 
+// The longest first byte of an entry of one byte, and that of the difference 0.
 #define SEGMENT_NEAR_LAST 0x70u
+#define SEGMENT_NEAR_ZERO 0x38u
+// First byte of a run. Short runs, below it, have their repeat added to SEGMENT_SHORT_RUN.
 #define SEGMENT_RUN       0x77u
+#define SEGMENT_SHORT_RUN 0x6Fu
 // The flag in the first byte of an entry in full.
 #define SEGMENT_IN_FULL 0x80u
 // Bytes of the longest entry.

@@ -11,6 +11,6 @@
 //     send       crc16(bytes, n) --> bytes[n] low, bytes[n + 1] high
 //     receive    crc16(bytes, n + 2) == 0
 //
-// The function computes each byte's remainder, because a table of 256 words would take RAM. It has
-// no state; its time grows with `length`.
+// Each byte's remainder comes from a table of 512 bytes in flash or, on the smaller board, is
+// computed, at twice the time. The function has no state; its time grows with `length`.
 uint16_t crc16(const uint8_t *bytes, uint16_t length);
