@@ -370,14 +370,20 @@ bool ledger_advance_batches(struct ledger *ledger, struct stream *stream, uint8_
     }
 }
 
+// True unless an idle period or a cut has come: behind those nothing is left to be accounted for as
+// a whole later.
+static inline bool goes_on(const struct ledger *ledger,
+                           const struct engine_sample *sample)
+{
+    return !sample->cut && sample->idle_count == ledger->idle_seen;
+}
+
 void ledger_advance(struct ledger *ledger,
                     struct stream *stream,
                     const struct engine_sample *sample,
                     enum ledger_extent extent)
 {
-    // After an idle period or a cut no batch is left to be accounted for as a whole later.
-    bool whole = extent == LEDGER_BY_BATCHES && !sample->cut &&
-                 sample->idle_count == ledger->idle_seen;
+    bool whole = extent == LEDGER_BY_BATCHES && goes_on(ledger, sample);
 
     if (whole && ledger_advance_whole(ledger, stream, sample->tail)) {
         return;
@@ -441,7 +447,8 @@ APART uint32_t ledger_advance_to_capture(struct ledger *ledger,
         ledger_idles(ledger)) {
         return idle_start(ledger, sample) + captured_ticks;
     }
-    if (!SEVERAL_AXES || !ledger_advance_whole(ledger, stream, sample->tail)) {
+    if (!SEVERAL_AXES || !goes_on(ledger, sample) ||
+        !ledger_advance_whole(ledger, stream, sample->tail)) {
         ledger_advance(ledger, stream, sample, LEDGER_BY_BATCHES);
     }
     uint8_t ahead = (uint8_t)(sample->tail - stream->retired);

@@ -2,7 +2,7 @@
 ; The account of periods and pixel edges: the assembly half of ledger_pixels.c, where the C is that
 ; this file stands for.
 #include "base/asm.inc" // macros
-#include "build_features.h" // FEATURE_CLOCK_STATISTICS
+#include "build_features.h" // FEATURE_CLOCK_STATISTICS, SEVERAL_AXES
 #include "motion/even_pixel_layout.h"
 #include "motion/ledger_layout.h"
 
@@ -11,8 +11,7 @@
 
 ; Count r22 periods in the ledger at Y: at most three lengths are told by the ring, and the position
 ; moves if they pulse. STEPS becomes the position. r26 is lost, r24 keeps the periods.
-    .section .text.pass_periods, "ax", @progbits
-pass_periods:
+.macro count_periods
     mov r24, r22
     ldd r26, Y + LEDGER_FRESH
     add r26, r24
@@ -38,15 +37,14 @@ pass_periods:
     sbc r22, r1
     sbc r23, r1
 4:  store_plain LEDGER_POSITION, STEPS
-5:  ret
+5:
+.endm
 
 ; The ledger at Y passed the edge of its next pixel at the position STEPS; EXPECTED are the low 16
-; bits of the position expected. All that C calls may lose is
-; lost.
-    .section .text.pass_edge, "ax", @progbits
-pass_edge:
-    plain_op sub, sbc, r26, LEDGER_ORIGIN, STEPS ; 15 steps of the line, beside those expected
-    movw r30, r20
+; bits of the position expected. All that C calls may lose is lost.
+.macro write_record
+    plain_op sub, sbc, r26, LEDGER_ORIGIN, STEPS ; 12 steps of the line, beside those expected
+    movw r30, r20                       ; 4
     sub r30, r18
     sbc r31, r19
     movw r18, r30
@@ -91,7 +89,7 @@ pass_edge:
     std Z + LEDGER_RECORD_PIXEL, r24
     std Z + LEDGER_RECORD_PIXEL + 1, r25
 
-    ldd r26, Y + LEDGER_RECORDS_TO_NEXT ; 25  to be kept?
+    ldd r26, Y + LEDGER_RECORDS_TO_NEXT ; 19  to be kept?
     ldd r27, Y + LEDGER_RECORDS_TO_NEXT + 1
     sbiw r26, 1
     brne 9f
@@ -113,8 +111,14 @@ pass_edge:
     std Y + LEDGER_RECORDS_MADE, r26
     std Y + LEDGER_RECORDS_MADE + 1, r27
 11:
+.endm
+
 #if FEATURE_CLOCK_STATISTICS
-    andi r24, LEDGER_RECORDS_EARLIER - 1 ; 16 the error of an edge that came before its pixel
+; The error of an edge that came before its pixel, of number r24: given to the record at Z. Jumps to
+; `shown` when it is 0, or that of the newest record that was kept, and else goes on with the error
+; in r22, r23.
+.macro take_early_error shown
+    andi r24, LEDGER_RECORDS_EARLIER - 1 ; 16
     lsl r24
     movw r26, r28
     add r26, r24
@@ -126,11 +130,29 @@ pass_edge:
     std Z + LEDGER_RECORD_ERROR + 1, r23
     mov r24, r22
     or r24, r23
-    breq 12f
-    st X, r1
+    breq \shown
+    st X, r1                            ; 10
     st -X, r1
+    ldd r24, Y + LEDGER_RECORDS_SHOWN
+    ldd r25, Y + LEDGER_RECORDS_SHOWN + 1
+    cp r24, r22
+    cpc r25, r23
+    breq \shown
     movw r24, r28
     adiw r24, LEDGER_RECORDS
+.endm
+#endif
+
+    .section .text.pass_periods, "ax", @progbits
+pass_periods:
+    count_periods
+    ret
+
+    .section .text.pass_edge, "ax", @progbits
+pass_edge:
+    write_record
+#if FEATURE_CLOCK_STATISTICS
+    take_early_error 12f
     jmp records_note_newest
 12:
 #endif
@@ -164,11 +186,26 @@ end_function ledger_pass_edge
 ;
 ;     r15  where the interrupt reads next   r16, r17  stream   Y  ledger   r22  periods of a pixel
 ;
-; Cycles of a pixel: 252 on the ATmega2560, 248 elsewhere, all included but the error of an edge.
+; Cycles of a pixel: 222, all included but an error of an edge that is another than the one before;
+; with a single axis 248.
 #define TAIL    r15
 #define PERIODS r22
 
     .section .text.ledger_take_pixels, "ax", @progbits
+17: ldd r25, Z + EVEN_PIXEL_BEHIND_PERIODS ;  no: inside the pixel written last? Not known is one
+    inc r25                             ;     below 0
+    sub r20, TAIL
+    neg r20
+    cp r20, r25
+    brlo 15f
+14: clr r24
+    rjmp 16f
+15: ldi r24, 1
+16: .irp register, 29, 28, 17, 16, 15
+    pop r\register
+    .endr
+    ret
+
 function ledger_take_pixels
     .irp register, 15, 16, 17, 28, 29
     push r\register
@@ -182,7 +219,7 @@ function ledger_take_pixels
     ldd r25, Z + EVEN_PIXEL_MARK_PLACED
     ldd r20, Z + EVEN_PIXEL_RETIRED
     cp r24, r25
-    breq 17f
+    breq 17b
     mov r18, r24                        ; 8
     andi r18, EVEN_PIXEL_MARK_COUNT - 1
     ldi r25, EVEN_PIXEL_MARK_BYTES
@@ -193,16 +230,16 @@ function ledger_take_pixels
     clr r1
     ldd PERIODS, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_PERIODS ; 4 of a pixel as a whole,
     tst PERIODS
-    breq 14f
+    breq 14b
     ldd r21, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_SLOT ; 6 that begins here,
     mov r18, r21
     sub r18, PERIODS
     cp r18, r20
-    brne 14f
+    brne 14b
     mov r18, TAIL                       ; 4   and that is over?
     sub r18, r20
     cp r18, PERIODS
-    brlo 15f
+    brlo 15b
 
     adiw r26, EVEN_PIXEL_RETIRED        ; 9   the mark is passed
     st X, r21
@@ -224,21 +261,18 @@ function ledger_take_pixels
     .endr
     ldd r18, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_POSITION ; 14
     ldd r19, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_POSITION + 1
+#if SEVERAL_AXES
+    count_periods
+    write_record
+#if FEATURE_CLOCK_STATISTICS
+    take_early_error far_next
+    call records_note_newest
+#endif
+far_next:
+#else
     call pass_periods
     call pass_edge
+#endif
     rjmp 13b
 
-17: ldd r25, Z + EVEN_PIXEL_BEHIND_PERIODS ;  no: inside the pixel written last? Not known is one
-    inc r25                             ;     below 0
-    sub r20, TAIL
-    neg r20
-    cp r20, r25
-    brlo 15f
-14: clr r24
-    rjmp 16f
-15: ldi r24, 1
-16: .irp register, 29, 28, 17, 16, 15
-    pop r\register
-    .endr
-    ret
 end_function ledger_take_pixels

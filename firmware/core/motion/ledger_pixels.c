@@ -48,7 +48,8 @@ _Static_assert(offsetof(struct stream, retired) == EVEN_PIXEL_RETIRED &&
                "known to ledger_pixels.S");
 
 #if FEATURE_CLOCK_STATISTICS
-_Static_assert(IN_RECORDS(early_ticks) == LEDGER_RECORDS_EARLY &&
+_Static_assert(IN_RECORDS(shown_ticks) == LEDGER_RECORDS_SHOWN &&
+                   IN_RECORDS(early_ticks) == LEDGER_RECORDS_EARLY &&
                    RECORDS_EARLY == LEDGER_RECORDS_EARLIER &&
                    offsetof(struct kept_record, edge_error_ticks) == LEDGER_RECORD_ERROR,
                "known to ledger_pixels.S");

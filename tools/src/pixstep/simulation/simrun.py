@@ -23,6 +23,7 @@ from pixstep.board.device import Board
 from pixstep.board.errors import BoardError, LineRefusedByBoardError
 from pixstep.board.port import BAUD
 from pixstep.board.state import Record
+from pixstep.board.upload import feed
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
 from pixstep.lines.rational import period_ticks, refuse_period
@@ -259,6 +260,8 @@ class _Watch(Watch):
             if state not in ("loaded", "armed") and (found["pixel"] or state != "running"):
                 records = self.board_run.board.records(axis)
                 known.update({record.pixel: record for record in records})
+                # Reading all of them takes as long as a full queue lasts at a kilohertz.
+                feed(self.board_run.uploads.values())
             else:
                 self.waits = True
         done = min(max(known, default=0) for known in self.result.records.values())
