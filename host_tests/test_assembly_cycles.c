@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Measures the cycle tables at the heads of the assembly files, to the cycle. Only for the AVR.
 #include <stdint.h>
+#include <string.h>
 
 #include "unity.h"
 
@@ -12,8 +13,10 @@
 #include "base/wide.h"
 #include "motion/curve_flat.h"
 #include "motion/curve_steep.h"
+#include "motion/even_pixel.h"
 #include "motion/ledger.h"
 #include "motion/ledger_pixels.h"
+#include "motion/line.h"
 #include "motion/pixel_period.h"
 #include "motion/step_ring.h"
 #include "motion/step_ring_sum.h"
@@ -42,7 +45,10 @@ uint16_t curve_steep_root(uint32_t value);
 // pixel_grid_advance() with the call, and a whole pixel in ledger_take_pixels().
 #define GRID_CYCLES  76u
 #define WHOLE_CYCLES 40u // where the period is a whole number of ticks
-#define PIXEL_CYCLES (252u - 2u * INNER_CALL_LESS)
+#define PIXEL_CYCLES 234u
+// Whole pixels of so many equal steps in even_pixels_write(), of a segment each and of one segment.
+#define EVEN_CYCLES(steps) (338u + 7u * (steps))
+#define SAME_CYCLES(steps) (258u + 7u * (steps))
 // Of a step: the low byte of q - 1 stays far from a carry.
 #define TOP 0x0140u
 
@@ -415,6 +421,45 @@ static void pixels_accounted_for(void)
                                      time_pixels(3, 5) - time_pixels(2, 5));
 }
 
+// Write so many pixels of 800 ticks a step; each with a segment of a byte of its own, or one run.
+MEASURING time_even(uint8_t count, uint8_t steps, bool run)
+{
+    static struct stream stream;
+    static struct segment_queue queue;
+    static uint8_t bytes[16];
+    static struct line line;
+    static struct pixel_period period;
+
+    period = (struct pixel_period){.whole_ticks = 800u * steps, .divisor = 1};
+    queue = (struct segment_queue){.out = {.bytes = bytes, .mask = 15, .last = steps},
+                                   .head = run ? 0 : count};
+    memset(bytes, SEGMENT_NEAR_ZERO, sizeof bytes);
+    line = (struct line){.queue = &queue, .edge_open = true};
+    line.segment = (struct segment){.count = steps, .repeat = run ? count : 0};
+    line_grid_start_exact(&line.edges, &period);
+    stream = (struct stream){.ring = &ring, .mark_head = 1};
+    uint16_t start = now();
+    result = even_pixels_write(&line, &stream, false, UINT8_MAX);
+    uint16_t end = now();
+
+    TEST_ASSERT_EQUAL_UINT8(count * steps, stream.head);
+    TEST_ASSERT_EQUAL_UINT8(count, stream.mark_placed);
+    return (uint16_t)(end - start);
+}
+
+static void even_pixels(void)
+{
+    static const uint8_t many[] = {10, 20};
+
+    for (uint8_t i = 0; i < 2u; i++) {
+        uint8_t steps = many[i];
+        TEST_ASSERT_EQUAL_UINT16(EVEN_CYCLES(steps),
+                                 time_even(3, steps, false) - time_even(2, steps, false));
+        TEST_ASSERT_EQUAL_UINT16(SAME_CYCLES(steps),
+                                 time_even(3, steps, true) - time_even(2, steps, true));
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -428,6 +473,7 @@ int main(void)
     RUN_TEST(ring_sum);
     RUN_TEST(grids);
     RUN_TEST(pixels_accounted_for);
+    RUN_TEST(even_pixels);
     return UNITY_END();
 }
 
@@ -440,6 +486,45 @@ void setUp(void)
 static void only_on_the_avr(void)
 {
     TEST_IGNORE();
+}
+
+// Write so many pixels of 800 ticks a step; each with a segment of a byte of its own, or one run.
+MEASURING time_even(uint8_t count, uint8_t steps, bool run)
+{
+    static struct stream stream;
+    static struct segment_queue queue;
+    static uint8_t bytes[16];
+    static struct line line;
+    static struct pixel_period period;
+
+    period = (struct pixel_period){.whole_ticks = 800u * steps, .divisor = 1};
+    queue = (struct segment_queue){.out = {.bytes = bytes, .mask = 15, .last = steps},
+                                   .head = run ? 0 : count};
+    memset(bytes, SEGMENT_NEAR_ZERO, sizeof bytes);
+    line = (struct line){.queue = &queue, .edge_open = true};
+    line.segment = (struct segment){.count = steps, .repeat = run ? count : 0};
+    line_grid_start_exact(&line.edges, &period);
+    stream = (struct stream){.ring = &ring, .mark_head = 1};
+    uint16_t start = now();
+    result = even_pixels_write(&line, &stream, false, UINT8_MAX);
+    uint16_t end = now();
+
+    TEST_ASSERT_EQUAL_UINT8(count * steps, stream.head);
+    TEST_ASSERT_EQUAL_UINT8(count, stream.mark_placed);
+    return (uint16_t)(end - start);
+}
+
+static void even_pixels(void)
+{
+    static const uint8_t many[] = {10, 20};
+
+    for (uint8_t i = 0; i < 2u; i++) {
+        uint8_t steps = many[i];
+        TEST_ASSERT_EQUAL_UINT16(EVEN_CYCLES(steps),
+                                 time_even(3, steps, false) - time_even(2, steps, false));
+        TEST_ASSERT_EQUAL_UINT16(SAME_CYCLES(steps),
+                                 time_even(3, steps, true) - time_even(2, steps, true));
+    }
 }
 
 int main(void)

@@ -10,6 +10,7 @@
 #include "fakes/promise.h"
 #include "motion/decode.h"
 #include "motion/even_pixel.h"
+#include "motion/segment_pack.h"
 #include "unity.h"
 
 #define PIXELS 40u
@@ -66,14 +67,54 @@ static uint32_t tick_of(uint32_t ticks, uint16_t step, uint16_t steps, uint16_t 
     return low;
 }
 
+// Queue the pixels from number i on that the next entry has, in one of its forms. Returns how many.
+// last: the count of the entry before. runs: equal counts in one entry are allowed.
+static uint8_t queue_entry(uint8_t i, int16_t last, bool runs)
+{
+    int16_t change = (int16_t)(counts[i] - last);
+    uint8_t same = 1;
+    uint8_t bytes[2];
+
+    while (same < 7u && i + same < pixels && counts[i + same] == counts[i]) {
+        same++;
+    }
+    switch (chance_between(0, 3)) {
+    case 0:
+        TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(counts[i], 1));
+        return 1;
+    case 1:
+        if (!runs || same == 1u || change < -128 || change > 127) {
+            break;
+        }
+        bytes[0] = (uint8_t)(SEGMENT_SHORT_RUN + same);
+        bytes[1] = (uint8_t)change;
+        TEST_ASSERT_EQUAL(BLOCK_TAKEN,
+                          bench_queue_block(bench.axis.next_block, bytes, 2, true));
+        return same;
+    default:
+        break;
+    }
+    if (change < -56 || change > 56) {
+        TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(counts[i], 1));
+    } else {
+        bytes[0] = (uint8_t)((int16_t)SEGMENT_NEAR_ZERO + change);
+        TEST_ASSERT_EQUAL(BLOCK_TAKEN,
+                          bench_queue_block(bench.axis.next_block, bytes, 1, true));
+    }
+    return 1;
+}
+
 static void queue_line(bool smooth)
 {
     uint16_t word = LINE_MARK_START | LINE_START_WAIT | (smooth ? LINE_START_SMOOTH : 0u);
 
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue((int16_t)word, 0));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(0, 0));
-    for (uint8_t i = 0; i < pixels; i++) {
-        TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(counts[i], 1));
+    int16_t last = 0;
+    for (uint8_t i = 0; i < pixels;) {
+        uint8_t queued = queue_entry(i, last, !smooth);
+        last = counts[i];
+        i = (uint8_t)(i + queued);
     }
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue((int16_t)LINE_MARK_END, 0));
 }
@@ -179,8 +220,7 @@ static uint32_t next_edge(void)
     return 0;
 }
 
-// Run the line and look at every edge.
-static void run_line(bool smooth)
+static void begin_line(void)
 {
     starts[0] = bench.now_ticks - STEP_IDLE_TICKS;
     starts[1] = starts[0] - STEP_IDLE_TICKS;
@@ -190,6 +230,12 @@ static void run_line(bool smooth)
     lags = 0;
     awaited = 0;
     TEST_ASSERT_TRUE(bench_start_line());
+}
+
+// Run the line and look at every edge.
+static void run_line(bool smooth)
+{
+    begin_line();
     for (uint8_t i = 0; i < pixels; i++) {
         uint16_t steps = (uint16_t)(counts[i] < 0 ? -counts[i] : counts[i]);
         uint32_t start = edge_of(i);
@@ -256,6 +302,34 @@ static void plain_pixels_of_all_lengths(void)
     check_line(1000, 1, false, PIXELS - 8u);
     random_counts(61, EVEN_PIXEL_MAX_STEPS);
     check_line(29970, 31, false, PIXELS - 8u);
+}
+
+// The decoder comes no more: the ring runs dry inside the pixel that was written last, and the
+// axis halts. Edges of the clock that come then are placed by its idle periods.
+static void clock_edges_behind_a_ring_that_ran_dry(void)
+{
+    for (uint8_t i = 0; i < 40u; i++) {
+        random_counts(5, 20);
+        bench_open(2000, 1);
+        queue_line(false);
+        begin_line();
+        for (uint16_t edges = (uint16_t)chance_between(20, 200); edges != 0; edges--) {
+            (void)next_edge();
+        }
+        uint8_t idle = 0;
+        while (idle < 6u) {
+            struct step_load load = step_engine_next(&bench.engine, &bench.ring);
+            starts[2] = starts[1];
+            starts[1] = starts[0];
+            starts[0] = bench.now_ticks;
+            bench.now_ticks += (uint32_t)load.top_ticks + 1u;
+            idle = (uint8_t)(idle + (load.idle ? 1u : 0u));
+            struct engine_sample sample = step_engine_sample(&bench.engine);
+            if (chance_between(0, 1) != 0) {
+                check_capture(&sample);
+            }
+        }
+    }
 }
 
 static void one_count(int16_t count, uint32_t numerator, uint32_t divisor)
@@ -410,6 +484,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(plain_pixels_of_all_lengths);
+    RUN_TEST(clock_edges_behind_a_ring_that_ran_dry);
     RUN_TEST(one_count_for_all);
     RUN_TEST(pixels_of_every_kind_in_turn);
     RUN_TEST(an_interval_that_was_refused_is_not_kept);

@@ -159,7 +159,10 @@ static APART void take_captures(void)
     struct pixel_capture capture;
     uint8_t lost = 0;
 
-    for (uint8_t left = EDGES_A_ROUND; left != 0 && pixel_clock_take(&capture); left--) {
+    for (uint8_t left = EDGES_A_ROUND;
+         left != 0 && (!SEVERAL_AXES || left == EDGES_A_ROUND || pixel_clock_waiting()) &&
+         pixel_clock_take(&capture);
+         left--) {
         uint8_t lost_now = take_lost();
         if (lost_now != 0) {
             lost = sum_of(lost, lost_now);
@@ -193,7 +196,8 @@ bool clock_edges_allow(const struct axis *axis)
 
 void clock_edges_poll(void)
 {
-    if (!seek_has_clock_input()) {
+    // To ask first is worth the flash where there are several axes.
+    if (!seek_has_clock_input() && (!SEVERAL_AXES || pixel_clock_waiting())) {
         take_captures();
     }
 }

@@ -38,7 +38,7 @@ static uint16_t near_of(const struct pixel_period *period)
 {
     uint32_t near_ticks = period->whole_ticks / 32u - 1u;
 
-    return near_ticks > INT16_MAX ? INT16_MAX : (uint16_t)near_ticks;
+    return near_ticks > INT16_MAX / 2u ? INT16_MAX / 2u : (uint16_t)near_ticks;
 }
 
 void clock_watch_follow(struct clock_watch *watch,
@@ -65,17 +65,6 @@ static int16_t saturate_int16(int32_t value)
     return value < -INT16_MAX ? (int16_t)-INT16_MAX : (int16_t)value;
 }
 
-void clock_watch_note(struct clock_watch *watch, int32_t error_ticks)
-{
-    watch->error_ticks = saturate_int16(error_ticks);
-    uint16_t size =
-        (uint16_t)(watch->error_ticks < 0 ? -watch->error_ticks : watch->error_ticks);
-
-    if (size > watch->error_max_ticks) {
-        watch->error_max_ticks = size;
-    }
-}
-
 static APART void plan_next(struct clock_watch *watch)
 {
     watch->next_ticks += pixel_grid_advance(&watch->grid);
@@ -86,23 +75,36 @@ static APART void plan_next(struct clock_watch *watch)
     }
 }
 
-// Compare an edge with its planned time and plan the next one. Returns true when it is a pixel
-// edge.
-static inline bool note_planned(struct clock_watch *watch,
-                                int32_t error_ticks,
-                                uint32_t *pixel)
+static void note_error(struct clock_watch *watch, int16_t error_ticks)
+{
+    uint16_t size = (uint16_t)(error_ticks < 0 ? -error_ticks : error_ticks);
+
+    watch->error_ticks = error_ticks;
+    if (size > watch->error_max_ticks) {
+        watch->error_max_ticks = size;
+    }
+}
+
+void clock_watch_note(struct clock_watch *watch, int32_t error_ticks)
+{
+    note_error(watch, saturate_int16(error_ticks));
+}
+
+// Plan the edge behind the one that came. Returns true when that one is a pixel edge, *pixel.
+static inline bool pass_planned(struct clock_watch *watch, uint32_t *pixel)
 {
     bool pixel_edge = watch->phase == 0;
 
-    clock_watch_note(watch, error_ticks);
     *pixel = watch->pixel;
     plan_next(watch);
     return pixel_edge;
 }
 
-static bool is_near(const struct clock_watch *watch, uint32_t error_ticks)
+static inline bool is_near(const struct clock_watch *watch, uint32_t error_ticks)
 {
-    return error_ticks + watch->near_ticks <= (uint32_t)watch->near_ticks * 2u;
+    uint32_t place = error_ticks + watch->near_ticks;
+
+    return place >> 16 == 0 && (uint16_t)place <= (uint16_t)(2u * watch->near_ticks);
 }
 
 // An edge that was not expected here, or the first one that was.
@@ -132,7 +134,8 @@ static APART bool look_closely(struct clock_watch *watch,
         plan_next(watch);
     }
     watch->near = is_near(watch, edge_ticks - watch->next_ticks);
-    return note_planned(watch, (int32_t)(edge_ticks - watch->next_ticks), pixel);
+    clock_watch_note(watch, (int32_t)(edge_ticks - watch->next_ticks));
+    return pass_planned(watch, pixel);
 }
 
 bool clock_watch_edge(struct clock_watch *watch,
@@ -146,9 +149,12 @@ bool clock_watch_edge(struct clock_watch *watch,
     if (!watch->following || !watch->near || !is_near(watch, error_ticks)) {
         return look_closely(watch, period, edge_ticks, pixel);
     }
+    // Its time is known, as that of the edge before it was, and the distance is not odd.
+    watch->edges++;
+    watch->edge_ticks = edge_ticks;
     watch->odd = 0;
-    clock_watch_count(watch, edge_ticks);
-    return note_planned(watch, (int32_t)error_ticks, pixel);
+    note_error(watch, (int16_t)(uint16_t)error_ticks);
+    return pass_planned(watch, pixel);
 }
 
 #else

@@ -36,8 +36,8 @@ struct clock_watch {
     uint32_t next_ticks;
     // The newest edge is known and was compared with its planned time, and it was this near.
     bool near;
-    // Less than a thirty-second of the period: two edges this near to their planned times are no
-    // odd distance apart.
+    // Less than a thirty-second of the period, 0x3FFF at most: two edges this near to their planned
+    // times are no odd distance apart.
     uint16_t near_ticks;
     // Number of the pixel edge at or before it in the line; 0: line zero.
     uint32_t pixel;

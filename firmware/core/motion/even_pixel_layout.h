@@ -35,6 +35,9 @@
 #define EVEN_PIXEL_MARK_TICKS     5
 #define EVEN_PIXEL_MARK_BYTES     7
 
+// Its batches, the reader's end behind the writer's.
+#define EVEN_PIXEL_BATCH_HEAD 145
+
 // struct line. Its queue is at its beginning.
 #define EVEN_PIXEL_COUNT      2
 #define EVEN_PIXEL_REPEAT     4

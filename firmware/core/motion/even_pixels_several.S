@@ -21,9 +21,9 @@
 ;               line.to_edge_ticks stays 0 and edge_open set, as they are between two such pixels;
 ;               only where a pixel is not written here do they tell its length.
 ;
-; Cycles of a pixel, a segment of one byte and a grid without fractions of a tick (77 more with them)
-; included: 360 and 10 for each step, 12 for a longer one; 7 where all are equally long. Of another
-; number of steps than the pixel before: 40 more.
+; Cycles of a pixel on a grid of whole ticks: 258 inside a run, 338 with a segment of one byte of its
+; own; for each step 10, 12 for a longer one, or 7 where all are equally long. Where the grid has
+; fractions of a tick 51 more; of another number of steps than the pixel before, 25 more.
 #include "base/asm.inc" // macros
 #include "build_features.h" // SEVERAL_AXES
 #include "motion/even_pixel_layout.h"

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "motion/ledger.h"
 
-#include "base/apart.h"           // APART
-#include "base/multiply.h"        // multiply_u32_u16
-#include "build_features.h"       // SEVERAL_AXES
+#include <stddef.h> // offsetof
+
+#include "base/apart.h"     // APART
+#include "base/multiply.h"  // multiply_u32_u16
+#include "build_features.h" // SEVERAL_AXES
+#include "motion/even_pixel_layout.h"
+#include "motion/ledger_layout.h"
 #include "motion/step_ring_sum.h" // step_ring_sum
 
 // What close_train() saves on the stack costs more time than the call, where an account passes by
@@ -436,21 +440,40 @@ static uint32_t idle_start(const struct ledger *ledger,
            multiply_u32_u16(STEP_IDLE_TICKS, count);
 }
 
-APART uint32_t ledger_advance_to_capture(struct ledger *ledger,
-                                         struct stream *stream,
-                                         const struct engine_sample *sample,
-                                         uint8_t back,
-                                         uint16_t captured_ticks)
+// Apart from the quick way of ledger_capture.S, which boards of several axes take first.
+#if defined(__AVR__) && SEVERAL_AXES
+#define TO_CAPTURE ledger_capture_anywhere
+uint32_t ledger_capture_anywhere(struct ledger *ledger,
+                                 struct stream *stream,
+                                 const struct engine_sample *sample,
+                                 uint8_t back,
+                                 uint16_t captured_ticks) __attribute__((used));
+
+_Static_assert(offsetof(struct ledger, train) == LEDGER_TRAIN &&
+                   offsetof(struct ledger, idle_seen) == LEDGER_IDLE_SEEN &&
+                   LEDGER_NO_TRAIN == UINT8_MAX &&
+                   offsetof(struct engine_sample, tail) == LEDGER_SAMPLE_TAIL &&
+                   offsetof(struct engine_sample, cut) == LEDGER_SAMPLE_CUT &&
+                   offsetof(struct engine_sample, idle_count) == LEDGER_SAMPLE_IDLE &&
+                   offsetof(struct stream, batch_head) == EVEN_PIXEL_BATCH_HEAD &&
+                   offsetof(struct stream, batch_tail) == EVEN_PIXEL_BATCH_HEAD + 1,
+               "known to ledger_capture.S");
+#else
+#define TO_CAPTURE ledger_advance_to_capture
+#endif
+
+APART uint32_t TO_CAPTURE(struct ledger *ledger,
+                          struct stream *stream,
+                          const struct engine_sample *sample,
+                          uint8_t back,
+                          uint16_t captured_ticks)
 {
     // Most edges come while the clock's axis rests, or while it is in a pixel that stays whole.
     if (SEVERAL_AXES && back == 1 && stream->retired == sample->tail &&
         ledger_idles(ledger)) {
         return idle_start(ledger, sample) + captured_ticks;
     }
-    if (!SEVERAL_AXES || !goes_on(ledger, sample) ||
-        !ledger_advance_whole(ledger, stream, sample->tail)) {
-        ledger_advance(ledger, stream, sample, LEDGER_BY_BATCHES);
-    }
+    ledger_advance(ledger, stream, sample, LEDGER_BY_BATCHES);
     uint8_t ahead = (uint8_t)(sample->tail - stream->retired);
     uint8_t known = (uint8_t)(ahead + ledger->fresh);
 

@@ -10,13 +10,20 @@
 #endif
 
 // struct ledger.
-#define LEDGER_PULSE    0
-#define LEDGER_NEGATIVE 1
-#define LEDGER_FRESH    14
-#define LEDGER_LOADED   16
-#define LEDGER_POSITION 20
-#define LEDGER_ORIGIN   24
-#define LEDGER_PIXEL    28
+#define LEDGER_PULSE     0
+#define LEDGER_NEGATIVE  1
+#define LEDGER_TRAIN     3
+#define LEDGER_IDLE_SEEN 6
+#define LEDGER_FRESH     14
+#define LEDGER_LOADED    16
+#define LEDGER_POSITION  20
+#define LEDGER_ORIGIN    24
+#define LEDGER_PIXEL     28
+
+// struct engine_sample.
+#define LEDGER_SAMPLE_TAIL 0
+#define LEDGER_SAMPLE_CUT  2
+#define LEDGER_SAMPLE_IDLE 4
 
 // Its records, from the ledger's own beginning.
 #define LEDGER_RECORDS         32

@@ -186,7 +186,7 @@ end_function ledger_pass_edge
 ;
 ;     r15  where the interrupt reads next   r16, r17  stream   Y  ledger   r22  periods of a pixel
 ;
-; Cycles of a pixel: 222, all included but an error of an edge that is another than the one before;
+; Cycles of a pixel: 234, all included but an error of an edge that is another than the one before;
 ; with a single axis 248.
 #define TAIL    r15
 #define PERIODS r22

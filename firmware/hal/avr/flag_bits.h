@@ -15,3 +15,5 @@
 #define FLAG_PIXEL_CLOCK_WRAPPED_TWICE 6
 // Another edge of the pixel clock has come since its handler began.
 #define FLAG_PIXEL_CLOCK_SECOND 5
+// The interrupt of timer 0 has cleared its flag and not counted yet. With one axis nobody asks.
+#define FLAG_CLOCK_COUNTING 7

@@ -49,17 +49,17 @@ bool pixel_clock_take(struct pixel_capture *capture)
     }
     const struct capture_entry *entry =
         &pixel_clock_edges.entries[tail & (CONFIG_CLOCK_EDGES - 1u)];
+    // In Y and Z, which reach members; X does not.
+    __asm__("" : "+z"(entry), "+y"(capture));
     bool cut = (entry->notes & CAPTURE_CUT) != 0;
 
     capture->ticks = entry->captured;
     capture->back = entry->notes & CAPTURE_BACK;
-    capture->sample = (struct engine_sample){
-        .tail = entry->tail,
-        .left = step_engine_size(entry->left_or_cut),
-        .cut = cut,
-        .train = !cut && entry->left_or_cut < 0,
-        .idle_count = entry->idle_count,
-    };
+    capture->sample.tail = entry->tail;
+    capture->sample.left = step_engine_size(entry->left_or_cut);
+    capture->sample.cut = cut;
+    capture->sample.train = !cut && entry->left_or_cut < 0;
+    capture->sample.idle_count = entry->idle_count;
     place_parked(entry, capture);
     pixel_clock_edges.tail = (uint8_t)(tail + 1u);
     return true;

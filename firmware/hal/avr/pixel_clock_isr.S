@@ -269,11 +269,14 @@ VECTOR:
     cli
     in r18, TCNT0
     in r19, TIFR0
+    in r20, GPIOR0
     lds r24, clock_overflows
     sei
-    sbrc r19, TOV0
-    sbrc r18, 7
-    rjmp .Lcounted_units
+    andi r19, 1 << TOV0
+    andi r20, 1 << FLAG_CLOCK_COUNTING
+    or r19, r20
+    breq .Lcounted_units
+    sbrs r18, 7
     inc r24
 .Lcounted_units:
     sbis GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
