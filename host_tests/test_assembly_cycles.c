@@ -488,45 +488,6 @@ static void only_on_the_avr(void)
     TEST_IGNORE();
 }
 
-// Write so many pixels of 800 ticks a step; each with a segment of a byte of its own, or one run.
-MEASURING time_even(uint8_t count, uint8_t steps, bool run)
-{
-    static struct stream stream;
-    static struct segment_queue queue;
-    static uint8_t bytes[16];
-    static struct line line;
-    static struct pixel_period period;
-
-    period = (struct pixel_period){.whole_ticks = 800u * steps, .divisor = 1};
-    queue = (struct segment_queue){.out = {.bytes = bytes, .mask = 15, .last = steps},
-                                   .head = run ? 0 : count};
-    memset(bytes, SEGMENT_NEAR_ZERO, sizeof bytes);
-    line = (struct line){.queue = &queue, .edge_open = true};
-    line.segment = (struct segment){.count = steps, .repeat = run ? count : 0};
-    line_grid_start_exact(&line.edges, &period);
-    stream = (struct stream){.ring = &ring, .mark_head = 1};
-    uint16_t start = now();
-    result = even_pixels_write(&line, &stream, false, UINT8_MAX);
-    uint16_t end = now();
-
-    TEST_ASSERT_EQUAL_UINT8(count * steps, stream.head);
-    TEST_ASSERT_EQUAL_UINT8(count, stream.mark_placed);
-    return (uint16_t)(end - start);
-}
-
-static void even_pixels(void)
-{
-    static const uint8_t many[] = {10, 20};
-
-    for (uint8_t i = 0; i < 2u; i++) {
-        uint8_t steps = many[i];
-        TEST_ASSERT_EQUAL_UINT16(EVEN_CYCLES(steps),
-                                 time_even(3, steps, false) - time_even(2, steps, false));
-        TEST_ASSERT_EQUAL_UINT16(SAME_CYCLES(steps),
-                                 time_even(3, steps, true) - time_even(2, steps, true));
-    }
-}
-
 int main(void)
 {
     UNITY_BEGIN();

@@ -391,7 +391,7 @@ uint8_t report_axis_words(uint16_t address, uint8_t count, uint8_t *to)
 
     words = count < words ? count : words;
     for (uint8_t left = words; left != 0; left--) {
-        struct source source;
+        struct source source = {.kind = KIND_CONSTANT};
         flash_copy(&source, entry++, sizeof source);
         // What is no function's result is a member of the axis.
         uint16_t word =

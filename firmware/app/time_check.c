@@ -110,8 +110,8 @@ static bool hides_unit(uint32_t account_ticks)
     return into_unit >= CLOCK_UNIT_TICKS - SLACK_TICKS;
 }
 
-// Make up for what the clock has lost. Returns what is left of the difference: no step interrupt can
-// have come too soon, so that a multiple of what the clock loses is the clock's, and all else is not.
+// Make up for what the clock has lost. Returns what is left of the difference: no step interrupt
+// comes too soon, so that a multiple of what the clock loses is the clock's, and all else is not.
 static int32_t make_up(int32_t later_ticks)
 {
     uint8_t left = CLOCK_LOST_MOST;

@@ -26,6 +26,7 @@ SHARED = {
     "pixel_clock_edges": "the capture interrupt (assembly) and the main loop share it",
     "records_thinned": "the account of whole pixels (assembly) reads it",
     "clock_overflows": "handlers read the coarse clock (clock_units.h)",
+    "uart_place": "the receive interrupt (assembly) and uart.c share it",
     "step_rings": "the step interrupt (assembly) and the main loop share it",
 }
 

@@ -451,9 +451,9 @@ static inline bool next_pixel_waits(const struct axis *axis)
 {
     const struct stream *stream = &axis->feed.stream;
 
-    return axis->line.room > stream_space(stream) ||
-           (axis->phase == DECODE_PIECE && stream_marks_full(stream) &&
-            !feed_busy(&axis->feed));
+    return SEVERAL_AXES && (axis->line.room > stream_space(stream) ||
+                            (axis->phase == DECODE_PIECE && stream_marks_full(stream) &&
+                             !feed_busy(&axis->feed)));
 }
 
 // Decode whatever comes next. Returns what is left of the budget.
@@ -462,10 +462,8 @@ static LARGE uint8_t decode_all(struct axis *axis,
                                 bool always_take_up,
                                 uint8_t budget)
 {
-    bool waits = false;
-
-    while (budget != 0 && !waits && axis->phase != DECODE_OUTSIDE &&
-           stream_space(&axis->feed.stream) >= DECODE_ROOM_LEFT) {
+    while (budget != 0 && axis->phase != DECODE_OUTSIDE &&
+           room_left(&axis->feed.stream)) {
         uint8_t cost =
             in_curve(axis) ? decode_curve(axis, budget) : decode_pixels(axis, budget);
         if (cost == EVEN_PIXEL_WAITS) {
@@ -478,7 +476,9 @@ static LARGE uint8_t decode_all(struct axis *axis,
             }
         }
         budget = budget > cost ? (uint8_t)(budget - cost) : 0;
-        waits = SEVERAL_AXES && next_pixel_waits(axis);
+        if (next_pixel_waits(axis)) {
+            break;
+        }
     }
     return budget;
 }

@@ -1,6 +1,6 @@
 ; SPDX-License-Identifier: MIT
-; Writes pixels of few even steps on boards of several axes: the assembly half of even_pixel.c. The C
-; that this file stands for is even_pixels_write() there; even_pixels_write.S is the same for a
+; Writes pixels of few even steps on boards of several axes: the assembly half of even_pixel.c. The
+; C that this file stands for is even_pixels_write() there; even_pixels_write.S is the same for a
 ; single axis, in less flash and more cycles.
 ;
 ;     uint8_t even_pixels_write(struct line *line, struct stream *stream, bool negative,
@@ -21,9 +21,9 @@
 ;               line.to_edge_ticks stays 0 and edge_open set, as they are between two such pixels;
 ;               only where a pixel is not written here do they tell its length.
 ;
-; Cycles of a pixel on a grid of whole ticks: 258 inside a run, 338 with a segment of one byte of its
-; own; for each step 10, 12 for a longer one, or 7 where all are equally long. Where the grid has
-; fractions of a tick 51 more; of another number of steps than the pixel before, 25 more.
+; Cycles of a pixel on a grid of whole ticks: 258 inside a run, 338 with a segment of one byte of
+; its own; for each step 10, 12 for a longer one, or 7 where all are equally long. Where the grid
+; has fractions of a tick 51 more; of another number of steps than the pixel before, 25 more.
 #include "base/asm.inc" // macros
 #include "build_features.h" // SEVERAL_AXES
 #include "motion/even_pixel_layout.h"
@@ -348,7 +348,7 @@ divided:
 ; number of longer ones r24, the position r19:r18.
     movw r8, r28                        ; 2
     movw r28, r16
-    ldd r26, Y + EVEN_PIXEL_MARK_HEAD   ; 18  the mark at its end waits, the one before gets its place
+    ldd r26, Y + EVEN_PIXEL_MARK_HEAD   ; 18  its end's mark waits; the one before gets a place
     mov r27, r26
     inc r27
     std Y + EVEN_PIXEL_MARK_HEAD, r27

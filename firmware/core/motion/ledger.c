@@ -443,12 +443,6 @@ static uint32_t idle_start(const struct ledger *ledger,
 // Apart from the quick way of ledger_capture.S, which boards of several axes take first.
 #if defined(__AVR__) && SEVERAL_AXES
 #define TO_CAPTURE ledger_capture_anywhere
-uint32_t ledger_capture_anywhere(struct ledger *ledger,
-                                 struct stream *stream,
-                                 const struct engine_sample *sample,
-                                 uint8_t back,
-                                 uint16_t captured_ticks) __attribute__((used));
-
 _Static_assert(offsetof(struct ledger, train) == LEDGER_TRAIN &&
                    offsetof(struct ledger, idle_seen) == LEDGER_IDLE_SEEN &&
                    LEDGER_NO_TRAIN == UINT8_MAX &&

@@ -13,6 +13,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "build_features.h"       // SEVERAL_AXES
 #include "motion/ledger_data.h"   // struct ledger
 #include "motion/ledger_pixels.h" // ledger_take_pixels
 #include "motion/step_engine.h"   // struct engine_sample
@@ -144,6 +145,15 @@ uint32_t ledger_advance_to_capture(struct ledger *ledger,
                                    const struct engine_sample *sample,
                                    uint8_t back,
                                    uint16_t captured_ticks);
+
+#if defined(__AVR__) && SEVERAL_AXES
+// The same, for ledger_capture.S, which knows a quick way.
+uint32_t ledger_capture_anywhere(struct ledger *ledger,
+                                 struct stream *stream,
+                                 const struct engine_sample *sample,
+                                 uint8_t back,
+                                 uint16_t captured_ticks) __attribute__((used));
+#endif
 
 // Position by a sample to which the account was advanced by batches: with the single periods of a
 // batch or of a pixel that the interrupt has made beyond the account. `tail` is the sample's. Of an

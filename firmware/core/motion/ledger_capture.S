@@ -1,7 +1,7 @@
 ; SPDX-License-Identifier: MIT
-; The place of a captured edge inside a whole pixel or beside one, nearly always where the pixel clock
-; is fast: the quick way of ledger_advance_to_capture() in ledger.c, on boards of several axes. All
-; other places are found by ledger_capture_anywhere() there.
+; The place of a captured edge inside a whole pixel or beside one, nearly always where the pixel
+; clock is fast: the quick way of ledger_advance_to_capture() in ledger.c, on boards of several
+; axes. All other places are found by ledger_capture_anywhere() there.
 ;
 ;     uint32_t ledger_advance_to_capture(struct ledger *ledger, struct stream *stream,
 ;                                        const struct engine_sample *sample, uint8_t back,

@@ -265,10 +265,10 @@ function ledger_take_pixels
     count_periods
     write_record
 #if FEATURE_CLOCK_STATISTICS
-    take_early_error far_next
+    take_early_error .Lnext_pixel
     call records_note_newest
 #endif
-far_next:
+.Lnext_pixel:
 #else
     call pass_periods
     call pass_edge

@@ -365,6 +365,34 @@ enum line_error line_check_entry(struct line_check *check,
 }
 
 #if SEVERAL_AXES
+// An entry of one or two bytes.
+struct near_entry {
+    uint16_t count;
+    uint8_t repeat;
+    uint8_t length; // bytes; 0: the entry is longer, or not all there
+};
+
+// Read the entry that begins with these bytes, behind one of this count.
+static inline struct near_entry read_near(const uint8_t *bytes,
+                                          uint8_t left,
+                                          uint16_t count)
+{
+    uint8_t first = bytes[0];
+
+    if (first <= SEGMENT_NEAR_LAST) {
+        count = (uint16_t)(count + first - SEGMENT_NEAR_ZERO);
+        return (struct near_entry){.count = count, .repeat = 1, .length = 1};
+    }
+    if (first >= SEGMENT_RUN || left == 1) {
+        return (struct near_entry){.length = 0};
+    }
+    return (struct near_entry){
+        .count = (uint16_t)((int16_t)count + (int8_t)bytes[1]),
+        .repeat = (uint8_t)(first - SEGMENT_SHORT_RUN),
+        .length = 2,
+    };
+}
+
 void line_check_pass_easy(struct line_check *check,
                           struct segment_reader *reader,
                           uint8_t size)
@@ -379,25 +407,15 @@ void line_check_pass_easy(struct line_check *check,
         return;
     }
     while (at < size) {
-        const uint8_t *bytes = &reader->bytes[at];
-        uint8_t first = bytes[0];
-        uint8_t length = segment_packed_size(first);
-        uint8_t repeat = 1;
-        uint16_t next = (uint16_t)(count + first - SEGMENT_NEAR_ZERO);
-        if (length != 1) {
-            if (first >= SEGMENT_RUN || at + 1u == size) {
-                break;
-            }
-            repeat = (uint8_t)(first - SEGMENT_SHORT_RUN);
-            next = (uint16_t)((int16_t)count + (int8_t)bytes[1]);
-        }
-        uint16_t steps = negative ? (uint16_t)-next : next;
-        if ((uint16_t)(steps - 1u) >= easy_speed) {
+        struct near_entry entry =
+            read_near(&reader->bytes[at], (uint8_t)(size - at), count);
+        uint16_t steps = negative ? (uint16_t)-entry.count : entry.count;
+        if (entry.length == 0 || (uint16_t)(steps - 1u) >= easy_speed) {
             break;
         }
-        count = next;
-        pixels = (uint16_t)(pixels + repeat);
-        at = (uint8_t)(at + length);
+        count = entry.count;
+        pixels = (uint16_t)(pixels + entry.repeat);
+        at = (uint8_t)(at + entry.length);
     }
     if (pixels != 0) {
         reader->at = at;

@@ -11,6 +11,13 @@
 
 struct capture_queue pixel_clock_edges;
 
+// Pointers in Z and Y, which reach members; X does not. By time, measured; with one axis by size.
+#if CONFIG_AXES > 1
+#define REACH(from, to) __asm__("" : "+z"(from), "+y"(to))
+#else
+#define REACH(from, to) BY_POINTER(from)
+#endif
+
 #if CONFIG_AXES > 1
 // The edge of a parked axis has a period of its own, whatever has begun since.
 static void place_parked(const struct capture_entry *entry, struct pixel_capture *capture)
@@ -49,8 +56,7 @@ bool pixel_clock_take(struct pixel_capture *capture)
     }
     const struct capture_entry *entry =
         &pixel_clock_edges.entries[tail & (CONFIG_CLOCK_EDGES - 1u)];
-    // In Y and Z, which reach members; X does not.
-    __asm__("" : "+z"(entry), "+y"(capture));
+    REACH(entry, capture);
     bool cut = (entry->notes & CAPTURE_CUT) != 0;
 
     capture->ticks = entry->captured;

@@ -11,7 +11,8 @@
 #include <avr/interrupt.h>
 #include <avr/io.h>
 
-#include "hal/avr/pins.h" // pins_write_rs485
+#include "hal/avr/pins.h"       // pins_write_rs485
+#include "hal/avr/uart_place.h" // uart_place
 
 // A count of timer 2 is 256 cycles, or 1024 where eight bits of shorter counts are not enough.
 #define COUNT_256  ((uint8_t)(_BV(CS22) | _BV(CS21)))
@@ -26,18 +27,6 @@
 
 #define FORMAT_NONE ((uint8_t)(_BV(USBS0) | _BV(UCSZ01) | _BV(UCSZ00)))
 #define FORMAT_ODD  ((uint8_t)(_BV(UPM01) | _BV(UPM00) | _BV(UCSZ01) | _BV(UCSZ00)))
-
-// Places in the buffer. One object, so that the main loop reaches all of them by one pointer.
-static struct {
-    // The buffer's front.
-    uint8_t *first_byte;
-    // The place of the next byte to receive or to send, and the end of that data.
-    uint8_t *volatile next_byte;
-    uint8_t *volatile end_byte;
-    // The place behind which the first silence came; the buffer's front: no silence yet.
-    uint8_t *volatile first_silence;
-} place;
-static volatile uint8_t overruns;
 
 static volatile uint8_t control_after; // what UCSR0B gets at the end of the handler
 
@@ -65,9 +54,7 @@ static volatile uint8_t control_after; // what UCSR0B gets at the end of the han
 // is enabled again with interrupts off, when the body has left the stack: otherwise each handler
 // would nest in the one before, where handlers are slower than the bus. The linker makes RCALL and
 // RJMP of CALL and JMP where the body is near, as it is here.
-#define SERIAL_HANDLER(vector, body, masked, ...)                                        \
-    static void serial_##body(void) __asm__("__vector_" #body)                           \
-        __attribute__((__VA_ARGS__, used));                                              \
+#define SERIAL_VECTOR(vector, body, masked)                                              \
     ISR(vector, ISR_NAKED)                                                               \
     {                                                                                    \
         __asm__ volatile("push r24\n\t"                                                  \
@@ -79,7 +66,11 @@ static volatile uint8_t control_after; // what UCSR0B gets at the end of the han
                          "jmp serial_over"                                               \
                          :                                                               \
                          : [mask] "M"(masked), [control] "n"(_SFR_MEM_ADDR(UCSR0B)));    \
-    }                                                                                    \
+    }
+#define SERIAL_HANDLER(vector, body, masked, ...)                                        \
+    static void serial_##body(void) __asm__("__vector_" #body)                           \
+        __attribute__((__VA_ARGS__, used));                                              \
+    SERIAL_VECTOR(vector, body, masked)                                                  \
     static void serial_##body(void)
 
 // The end of every handler: 14 cycles behind the body (15 on the Mega). SEI lets RET execute before
@@ -102,71 +93,8 @@ static void serial_over(void)
 #define RESTORE_Z "pop r31\n\tpop r30\n\tout __SREG__, r30\n\tpop r30\n\t"
 
 // Budget: 105 cycles for the first character behind a silence, 80 for any other; a character takes
-// 176 cycles at 1,000,000 baud. By hand, because the compiler takes 35 cycles more.
-//
-// A byte with a wrong parity or stop bit is left out. The frame's checksum then fails, as it also
-// does when a byte was lost. A byte that overran others is
-// counted.
-SERIAL_HANDLER(RECEIVE_VECTOR, receive, ENABLE_NONE, naked)
-{
-    __asm__ volatile(SAVE_Z "push r25\n\t"
-                            "lds r24, %[status]\n\t"
-                            "lds r25, %[data]\n\t"
-                            "clr r30\n\t"
-                            "sts %[count], r30\n\t"
-                            "sbic %[flags], %[silence]\n\t"
-                            "rjmp 3f\n"
-                            "1: andi r24, %[errors]\n\t"
-                            "brne 4f\n\t"
-                            "lds r30, %[next]\n\t"
-                            "lds r31, %[next] + 1\n\t"
-                            "lds r24, %[end]\n\t"
-                            "cp r30, r24\n\t"
-                            "lds r24, %[end] + 1\n\t"
-                            "cpc r31, r24\n\t"
-                            "breq 2f\n\t"
-                            "st Z+, r25\n\t"
-                            "sts %[next] + 1, r31\n\t"
-                            "sts %[next], r30\n"
-                            "2: pop r25\n\t" RESTORE_Z "reti\n"
-
-                            // Behind a silence, the first one if none is noted.
-                            "3: ldi r30, 1 << %[silence]\n\t"
-                            "out %[flags], r30\n\t"
-                            "lds r30, %[noted]\n\t"
-                            "lds r31, %[first]\n\t"
-                            "cpse r30, r31\n\t"
-                            "rjmp 1b\n\t"
-                            "lds r30, %[noted] + 1\n\t"
-                            "lds r31, %[first] + 1\n\t"
-                            "cpse r30, r31\n\t"
-                            "rjmp 1b\n\t"
-                            "lds r30, %[next]\n\t"
-                            "sts %[noted], r30\n\t"
-                            "lds r30, %[next] + 1\n\t"
-                            "sts %[noted] + 1, r30\n\t"
-                            "rjmp 1b\n"
-
-                            "4: sbrs r24, %[overrun]\n\t"
-                            "rjmp 2b\n\t"
-                            "lds r24, %[overruns]\n\t"
-                            "inc r24\n\t"
-                            "sts %[overruns], r24\n\t"
-                            "rjmp 2b"
-                     :
-                     : [first] "i"(&place.first_byte),
-                       [next] "i"(&place.next_byte),
-                       [end] "i"(&place.end_byte),
-                       [noted] "i"(&place.first_silence),
-                       [overruns] "i"(&overruns),
-                       [status] "n"(_SFR_MEM_ADDR(UCSR0A)),
-                       [data] "n"(_SFR_MEM_ADDR(UDR0)),
-                       [count] "n"(_SFR_MEM_ADDR(TCNT2)),
-                       [flags] "I"(_SFR_IO_ADDR(TIFR2)),
-                       [silence] "I"(OCF2A),
-                       [overrun] "I"(DOR0),
-                       [errors] "M"(_BV(DOR0) | _BV(FE0) | _BV(UPE0)));
-}
+// 176 cycles at 1,000,000 baud. Its body is uart_receive.S.
+SERIAL_VECTOR(RECEIVE_VECTOR, receive, ENABLE_NONE)
 
 // Budget: 90 cycles, once a character. By hand, because the compiler takes 25 cycles more, and a
 // reply has up to 255 characters; r24 is saved already.
@@ -195,8 +123,8 @@ SERIAL_HANDLER(EMPTY_VECTOR, send, ENABLE_MUTE, naked)
                             "ldi r24, %[last]\n"
                             "1: sts %[control], r24\n\t" RESTORE_Z "reti"
                      :
-                     : [next] "i"(&place.next_byte),
-                       [end] "i"(&place.end_byte),
+                     : [next] "i"(&uart_place.next_byte),
+                       [end] "i"(&uart_place.end_byte),
                        [data] "n"(_SFR_MEM_ADDR(UDR0)),
                        [status] "n"(_SFR_MEM_ADDR(UCSR0A)),
                        [flags] "M"(_BV(TXC0) | _BV(U2X0)),
@@ -208,9 +136,9 @@ SERIAL_HANDLER(EMPTY_VECTOR, send, ENABLE_MUTE, naked)
 // Inline: a handler that calls a function saves twice as many registers.
 static inline __attribute__((always_inline)) void begin_reception(void)
 {
-    place.next_byte = place.first_byte;
-    place.end_byte = place.first_byte + UART_BUFFER_BYTES;
-    place.first_silence = place.first_byte;
+    uart_place.next_byte = uart_place.first_byte;
+    uart_place.end_byte = uart_place.first_byte + UART_BUFFER_BYTES;
+    uart_place.first_silence = uart_place.first_byte;
     control_after = ENABLE_RECEIVE;
 }
 
@@ -229,7 +157,7 @@ void uart_enable_reception(void)
 
 void uart_start(uint8_t *bytes)
 {
-    place.first_byte = bytes;
+    uart_place.first_byte = bytes;
     UCSR0A = (uint8_t)_BV(U2X0);
     uart_enable_reception();
 }
@@ -264,7 +192,7 @@ bool uart_silent(void)
 
 bool uart_holds(void)
 {
-    return place.next_byte != place.first_byte;
+    return uart_place.next_byte != uart_place.first_byte;
 }
 
 bool uart_received(uint16_t *count)
@@ -273,31 +201,31 @@ bool uart_received(uint16_t *count)
     // it comes after the silence and is not counted here. A silence ahead of the first byte in the
     // buffer is not a silence behind any byte.
     cli();
-    const uint8_t *to = place.next_byte;
+    const uint8_t *to = uart_place.next_byte;
     sei();
     bool ended = uart_silent();
     cli();
-    const uint8_t *silence = place.first_silence;
+    const uint8_t *silence = uart_place.first_silence;
     sei();
 
-    if (silence != place.first_byte) {
+    if (silence != uart_place.first_byte) {
         to = silence;
         ended = true;
     }
-    *count = (uint16_t)(to - place.first_byte);
+    *count = (uint16_t)(to - uart_place.first_byte);
     return ended;
 }
 
 void uart_drop(uint16_t count)
 {
-    uint8_t *to = place.first_byte;
-    const uint8_t *from = place.first_byte + count;
+    uint8_t *to = uart_place.first_byte;
+    const uint8_t *from = uart_place.first_byte + count;
 
     // The receive interrupt waits only while one byte is moved. When no byte is left to move, it
     // stays masked until next_byte is right.
     for (;;) {
         UCSR0B = ENABLE_NONE;
-        if (from == place.next_byte) {
+        if (from == uart_place.next_byte) {
             break;
         }
         UCSR0B = ENABLE_RECEIVE;
@@ -305,9 +233,10 @@ void uart_drop(uint16_t count)
         to++;
         from++;
     }
-    place.next_byte = to;
-    if (place.first_silence != place.first_byte) {
-        place.first_silence -= count; // the buffer's front if it was right behind these
+    uart_place.next_byte = to;
+    if (uart_place.first_silence != uart_place.first_byte) {
+        uart_place.first_silence -=
+            count; // the buffer's front if it was right behind these
     }
     UCSR0B = ENABLE_RECEIVE;
 }
@@ -322,16 +251,16 @@ uint8_t uart_take_overruns(void)
     uint8_t count = 0;
 
     cli();
-    count = overruns;
-    overruns = 0;
+    count = uart_place.overruns;
+    uart_place.overruns = 0;
     sei();
     return count;
 }
 
 void uart_send(uint16_t length)
 {
-    place.next_byte = place.first_byte;
-    place.end_byte = place.first_byte + length;
+    uart_place.next_byte = uart_place.first_byte;
+    uart_place.end_byte = uart_place.first_byte + length;
     pins_write_rs485(true);
     UCSR0B = ENABLE_SEND;
 }
