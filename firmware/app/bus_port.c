@@ -17,8 +17,6 @@ _Static_assert(FRAME_ROOM_BYTES == UART_BUFFER_BYTES, "the port receives into th
 _Static_assert(CONFIG_TIMER_HZ / 8u == BAUD_CLOCK_100 * 100uL,
                "the clock that divisors are counted in");
 
-// A reply of so few bytes has its checksum in no time.
-#define SHORT_REPLY_BYTES 16u
 // How a request that brings entries of lines begins, behind the address: function 16, and the high
 // byte of the queue window.
 #define WRITE_MANY        16u
@@ -38,6 +36,13 @@ static enum phase {
 } phase;
 static uint8_t reply_bytes;
 static uint16_t reply_since_units; // start of the reply's delay
+
+// The frame brings entries of lines, or is the reply to such a request, which begins with the same
+// bytes.
+static inline bool is_block(void)
+{
+    return bus_frame.bytes[1] == WRITE_MANY && bus_frame.bytes[2] >= QUEUE_WINDOW_HIGH;
+}
 
 static void apply_bus_settings(void)
 {
@@ -142,8 +147,8 @@ APART void bus_port_poll(void)
         send_reply();
     } else if (phase == REQUESTED && uart_silent()) {
         build_reply();
-        if (CONFIG_AXES > 1 && phase == ANSWERED && reply_bytes <= SHORT_REPLY_BYTES) {
-            send_reply();
+        if (CONFIG_AXES > 1 && phase == ANSWERED && is_block()) {
+            send_reply(); // its checksum takes no time
         }
     }
 }
@@ -151,10 +156,7 @@ APART void bus_port_poll(void)
 #if SEVERAL_AXES
 bool bus_port_brings_data(void)
 {
-    // A reply to such a request begins with the same bytes.
-    if (bus_frame.bytes[1] != WRITE_MANY || bus_frame.bytes[2] < QUEUE_WINDOW_HIGH) {
-        return false;
-    }
-    return phase == ANSWERED || (phase != SENDING && uart_holds() && uart_silent());
+    return is_block() &&
+           (phase == ANSWERED || (phase != SENDING && uart_holds() && uart_silent()));
 }
 #endif

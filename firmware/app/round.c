@@ -335,6 +335,20 @@ static uint8_t first_to_end(uint8_t out)
     return i;
 }
 
+// True when the bus brings entries of lines, and a line needs more of them.
+static bool line_data_waits(void)
+{
+    bool needed = false;
+
+    if (!bus_port_brings_data()) {
+        return false;
+    }
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        needed = needed || axis_streams(axes_get(i));
+    }
+    return needed;
+}
+
 // Decode for the axis that runs out first, and again for it until another axis would. An axis that
 // must wait after all is out for this round, and so is one of a plain line that has come to wait:
 // whole pixels are decoded as far as there is room for them. The clock's edges are taken in
@@ -345,7 +359,7 @@ static void decode_in_turn(uint16_t budget)
     uint8_t out = 0;
 
     for (uint8_t calls = DECODE_CALLS; calls != 0 && budget != 0; calls--) {
-        if (calls <= DECODE_CALLS - DECODE_CALLS_LEAST && bus_port_brings_data()) {
+        if (calls <= DECODE_CALLS - DECODE_CALLS_LEAST && line_data_waits()) {
             return;
         }
         clock_edges_poll_between();

@@ -132,14 +132,16 @@ def test_missing_edges_cost_slow_axes_nothing(tmp_path, hz):
     assert all(axis["steps"] == axis["expected_steps"] for axis in judged.summary["axes"])
 
 
-# A line that does not wait for the clock begins before its ring is full, and so do the others.
+# A line that does not wait for the clock begins before its ring is full, and so do the others, one
+# after the other: the judge asks for no common line zero.
 @pytest.mark.usefixtures("simulator")
 @pytest.mark.parametrize("hz", [30, 50, 80, 100, 120])
-def test_slow_axes_that_wait_for_no_clock_begin_together(tmp_path, hz):
+def test_slow_axes_that_wait_for_no_clock(tmp_path, hz):
     lines = {axis: Line((1, *(2,) * 20, 1), SMOOTH) for axis in range(4)}
     result, judged = run(tmp_path, "mega", lines, hz, sync=FREE)
-    assert not result.trouble
+    assert not result.trouble and judged.summary["reasons"] == []
     assert all(axis["steps"] == axis["expected_steps"] for axis in judged.summary["axes"])
+    assert len({axis["line_zero_cycle"] for axis in judged.summary["axes"]}) > 1
 
 
 @pytest.mark.usefixtures("simulator")
@@ -153,6 +155,33 @@ def test_axes_end_their_pixels_together(tmp_path):
     job = Job("mega", lines, HZ, sync=LOCK)
     (reason,) = clockjudge.apart(job, grids)
     assert "20 pixels do not end together" in reason
+
+
+# While nothing moves nothing tells of the clock: the first step behind it does.
+@pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize(("zeros", "ppm"), [(60, 9000), (150, -5000), (400, 9900)])
+def test_a_locked_line_begins_with_pixels_without_steps(tmp_path, zeros, ppm):
+    line = Line((0,) * zeros + (20,) * 30, PLAIN)
+    _, judged = run(tmp_path, "uno", {0: line}, 1000, pixel_ppm=ppm)
+    found = kept(judged)
+    assert found["max_error_ticks"] <= 2 and found["pixels"] == 30
+
+
+# What a locked line made before a fault is right, up to its last step.
+@pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize("line", [PLAIN_LINE, smooth_line()], ids=["plain", "smooth"])
+@pytest.mark.parametrize("ppm", [5000, -5000])
+def test_edges_before_a_fault_are_not_accused(tmp_path, line, ppm):
+    flaws = ClockFlaws(step_ppm=30_000, step_edge=50)
+    lines = {0: line, 2: Line((7,) * 60, PLAIN)}
+    _, judged = run(tmp_path, "mega", lines, pixel_ppm=ppm, flaws=flaws)
+    fault, *others = judged.summary["reasons"]
+    assert fault.startswith("fault clock_drifted")
+    words = [reason.split(": ")[1].split(" ") for reason in others]
+    assert {tuple(of[1:3]) if of[0].isdigit() else tuple(of[:2]) for of in words} == {
+        ("steps", "instead"),
+        ("no", "record"),
+    }
 
 
 @pytest.mark.usefixtures("simulator")

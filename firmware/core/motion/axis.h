@@ -183,6 +183,12 @@ static inline bool axis_awaits_train(const struct axis *axis)
            (SEVERAL_AXES && axis->phase == DECODE_PIXEL_AWAITS_TRAIN);
 }
 
+// True in a line whose end is not queued yet: more of it must come.
+static inline bool axis_streams(const struct axis *axis)
+{
+    return axis->phase != DECODE_OUTSIDE && axis->whole_lines == 0;
+}
+
 // Entries in the ring that the ledger has not accounted for.
 static inline uint8_t axis_ring_fill(const struct axis *axis)
 {

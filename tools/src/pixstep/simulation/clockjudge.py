@@ -112,7 +112,9 @@ def keep(
     ends = [(pixel, done) for pixel, done in exact.edge_ends(line) if done <= len(rising)]
     if not ends or not len(true):
         return None
-    zero = int(np.argmin(np.abs(true - grid.at(np.array([0.0]))[0])))
+    zero = _zero_edge(job, grid, ends[0][0], true)
+    if zero < 0:
+        return None
     ends = [(pixel, done) for pixel, done in ends if zero + pixel * job.divider < len(true)]
     if not ends:
         return None
@@ -133,6 +135,16 @@ def keep(
     )
 
 
+def _zero_edge(job: Job, grid: PixelGrid, pixel: int, true: np.ndarray) -> int:
+    """Return which of the clock's true edges is line zero, by the first pixel that ends with a step.
+
+    A locked line's pixels without a step before it are as long as the clock's; all others are of
+    the board's own time.
+    """
+    place, edges = (pixel, pixel * job.divider) if job.sync == LOCK else (0, 0)
+    return int(np.argmin(np.abs(true - grid.at(np.array([float(place)]))[0]))) - edges
+
+
 def _off_steps(job: Job, line: Line, edges: AxisEdges, true: np.ndarray) -> np.ndarray:
     """Return the steps made minus those due at each of the clock's true edges."""
     when = np.arange(len(true)) / job.divider + _ON_EDGE
@@ -151,7 +163,11 @@ def apart(job: Job, grids: Mapping[int, PixelGrid]) -> list[str]:
     ends: dict[int, dict[int, int]] = {}
     for axis, grid in grids.items():
         line = job.lines[axis]
-        behind = [pixel for pixel, _ in exact.edge_ends(line)] if line.clocked else []
+        behind = [
+            pixel
+            for pixel, _ in (exact.edge_ends(line) if line.clocked else [])
+            if pixel <= grid.known_px
+        ]
         places = np.floor(grid.at(np.array(behind)) + 0.5).astype(np.int64) if behind else ()
         for pixel, cycle in zip(behind, places, strict=True):
             ends.setdefault(pixel, {})[axis] = int(cycle)

@@ -126,16 +126,20 @@ def _common_zero(
     grids: dict[int, PixelGrid],
     reasons: list[str],
 ) -> int | None:
-    """Return the one line zero of all axes, noting if they differ.
+    """Return the line zero of the axes, the first of several, noting if they differ and must not.
 
     That of a locked line is known by its steps, to a few ticks; but their pixels end together.
+    Lines that wait for no edge of the clock begin one after the other.
     """
-    zeros = sorted({found.line_zero_cycle for found in axes if found.line_zero_cycle is not None})
+    zeros = {
+        found.axis: found.line_zero_cycle for found in axes if found.line_zero_cycle is not None
+    }
+    waited = sorted({zero for axis, zero in zeros.items() if job.lines[axis].clocked})
     if job.locked:
         reasons += clockjudge.apart(job, grids)
-    elif len(zeros) > 1:
-        reasons.append(f"the axes do not share one line zero: cycles {zeros}")
-    return zeros[0] if zeros else None
+    elif job.sync != FREE and len(waited) > 1:
+        reasons.append(f"the axes do not share one line zero: cycles {waited}")
+    return min(zeros.values(), default=None)
 
 
 def _pixel_rows(

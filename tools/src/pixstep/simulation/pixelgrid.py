@@ -13,6 +13,7 @@ backlash is taken up the pieces of a line run ahead of its pixels; each piece en
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
@@ -31,11 +32,15 @@ _ROUNDING = 1e-6  # cycles that floating point may lack
 
 @dataclass(frozen=True)
 class PixelGrid:
-    """Cycles over pixels from line zero: straight between knots, and nominal beyond them."""
+    """Cycles over pixels from line zero: straight between knots, and nominal beyond them.
+
+    Up to `known_px` they are known; behind it lies what a line that was stopped never made.
+    """
 
     period: float
     knots_px: np.ndarray
     knots_cycle: np.ndarray
+    known_px: float = math.inf
 
     def at(self, pixels: np.ndarray) -> np.ndarray:
         """Return the cycles of places in the line."""
@@ -82,7 +87,14 @@ def of_steps(line: Line, period: Fraction, rising: np.ndarray) -> PixelGrid | No
             parts = (units[first:last] - begin) / (end - begin)
             knots[begin] = _begin(parts, rising[first : last + 1], (end - begin) * float(period))
         knots[end] = float(rising[last])
-    return PixelGrid(float(period), np.array([*knots]), np.array([*knots.values()]))
+    known = max(knots)
+    done = int(table.done[whole[-1]])
+    if done < len(rising):
+        index = int(np.searchsorted(table.done, done, side="right"))
+        begin, end = float(table.begin[index]), float(table.end[index])
+        parts = (units[done : len(rising)] - begin) / (end - begin)
+        knots |= _cut_off(knots.get(begin), parts, rising[done:], begin, end)
+    return PixelGrid(float(period), np.array([*knots]), np.array([*knots.values()]), known)
 
 
 @dataclass(frozen=True)
@@ -102,6 +114,23 @@ class _Pieces:
             steps.append(piece.steps)
         begin, made = np.array(begins), np.array(steps, dtype=np.int64)
         return cls(begin, np.append(begin[1:], float(line.pixels)), made, np.cumsum(made))
+
+
+def _cut_off(
+    start: float | None, parts: np.ndarray, made: np.ndarray, begin: float, end: float
+) -> dict[float, float]:
+    """Return the places of begin and end of a piece that was cut off behind these of its steps.
+
+    The least squares of the steps tell, from the begin on if that is known. One step alone tells
+    nothing of both.
+    """
+    if start is not None:
+        length = float(np.sum(parts * (made - start)) / np.sum(parts * parts))
+        return {end: start + length}
+    if len(parts) < 2:
+        return {}
+    length, start = (float(value) for value in np.polyfit(parts, made, 1))
+    return {begin: start, end: start + length}
 
 
 def _begin(parts: np.ndarray, made: np.ndarray, ticks: float) -> float:
