@@ -92,6 +92,17 @@ def test_the_same_run_without_the_lock_drifts(tmp_path):
     assert found["max_position_error_steps"] >= 11 and found["ripple_ticks"] == 0
 
 
+# Each change of the edge error by 1/64 of a pixel has a record of its own, which the host must read
+# before the board overwrites it.
+@pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize("ppm", [9000, -9000])
+def test_a_line_that_runs_away_from_the_clock_has_its_records(tmp_path, ppm):
+    lines = dict.fromkeys(range(2), Line((10,) * 500, PLAIN))
+    result, judged = run(tmp_path, "mega", lines, 200, sync=START, pixel_ppm=ppm)
+    assert judged.summary["reasons"] == [] and result.record_every > 1
+    assert len(result.records[1]) > 500 * 64 * 9000 / 1e6 * 0.9
+
+
 @pytest.mark.usefixtures("simulator")
 def test_the_judge_of_locked_lines_refuses_a_line_that_is_not(tmp_path):
     """The edges of a line on the board's own time, judged as if it had been locked."""

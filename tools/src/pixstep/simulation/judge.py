@@ -216,7 +216,8 @@ def _judge_pixels(
         if row.expected_steps is None and row.pixel % result.record_every == 0
     ]
     if missing:
-        found.reasons.append(f"no record of {len(missing)} pixels, first {missing[0]}")
+        why = ": those of the clock's deviations overwrote them" if result.job.strays_px else ""
+        found.reasons.append(f"no record of {len(missing)} pixels, first {missing[0]}{why}")
     equal = 0
     wrong = []
     records = result.records.get(found.axis, {})

@@ -44,6 +44,7 @@ _KEPT_LOADED = 0.5  # where other requests saturate the line
 _READING_S = 0.09  # takes reading the records of an axis, its line being streamed, at BAUD at most
 _REST = 0.7  # of that is spent however fast the bytes are
 _LOADED = 3  # times as long where other requests saturate the line
+_STRAY_PX = 64  # a part of a pixel: a change of the edge error by more than that has a record
 _POLICIES = {"always": 0, "on_reversal": 1}
 
 
@@ -95,6 +96,13 @@ class Job:
     def locked(self) -> bool:
         """True if the lines follow the clock to their end."""
         return self.sync == LOCK
+
+    @property
+    def strays_px(self) -> float:
+        """Records that a pixel adds where the clock runs away from lines that do not follow it."""
+        if self.sync != START or not any(line.clocked for line in self.lines.values()):
+            return 0.0
+        return min(1.0, _STRAY_PX * abs(self.pixel_ppm) / 1e6)
 
     def settings(self) -> dict[str, int]:
         """Return the board's settings that are not its defaults."""
@@ -279,8 +287,9 @@ class _Watch(Watch):
 
     def _kept_s(self) -> float:
         """Return for how many seconds the board keeps a record."""
-        kept = self.board_run.board.record_capacity() * self.result.record_every
-        return float(kept / self.result.job.line_hz)
+        job = self.result.job
+        made_hz = float(job.line_hz) * min(1.0, 1 / self.result.record_every + job.strays_px)
+        return self.board_run.board.record_capacity() / made_hz
 
 
 @contextlib.contextmanager
