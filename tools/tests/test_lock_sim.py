@@ -100,7 +100,7 @@ def test_a_line_that_runs_away_from_the_clock_has_its_records(tmp_path, ppm):
     lines = dict.fromkeys(range(2), Line((10,) * 500, PLAIN))
     result, judged = run(tmp_path, "mega", lines, 200, sync=START, pixel_ppm=ppm)
     assert judged.summary["reasons"] == [] and result.record_every > 1
-    assert len(result.records[1]) > 500 * 64 * 9000 / 1e6 * 0.9
+    assert len(result.records[1]) > 2 * 500 / result.record_every
 
 
 @pytest.mark.usefixtures("simulator")
