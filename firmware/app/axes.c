@@ -107,10 +107,11 @@ static APART bool advance(uint8_t i, enum ledger_extent extent, bool rested)
     return true;
 }
 
-// Advance an account to a sample. False, and nothing is changed, when a captured edge waits.
-static bool advance_to(uint8_t i,
-                       const struct engine_sample *sample,
-                       enum ledger_extent extent)
+#if CONFIG_AXES > 1
+bool axes_time_at(uint8_t i,
+                  const struct engine_sample *sample,
+                  uint16_t counter,
+                  uint32_t *ticks)
 {
     struct axis *axis = axes_get(i);
 
@@ -118,20 +119,25 @@ static bool advance_to(uint8_t i,
         return false;
     }
     cpu_section(CPU_SECTION_LEDGER);
-    ledger_advance(&axis->ledger, &axis->feed.stream, sample, extent);
+    *ticks = ledger_advance_to_capture(
+        &axis->ledger, &axis->feed.stream, sample, 1, counter);
     cpu_section(CPU_SECTION_ROUND);
     return true;
 }
-
-bool axes_advance_to(uint8_t i, const struct engine_sample *sample)
-{
-    return advance_to(i, sample, LEDGER_EXACTLY);
-}
+#endif
 
 bool axes_sample(uint8_t i, struct engine_sample *sample)
 {
+    struct axis *axis = axes_get(i);
+
     step_timer_sample(i, sample);
-    return advance_to(i, sample, LEDGER_BY_BATCHES);
+    if (capture_waits(i)) {
+        return false;
+    }
+    cpu_section(CPU_SECTION_LEDGER);
+    ledger_advance(&axis->ledger, &axis->feed.stream, sample, LEDGER_BY_BATCHES);
+    cpu_section(CPU_SECTION_ROUND);
+    return true;
 }
 
 bool axes_advance_at(uint8_t i, enum ledger_extent extent)

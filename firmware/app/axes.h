@@ -38,8 +38,14 @@ static inline bool axes_advance(uint8_t i, enum ledger_extent extent)
     return axes_advance_at(CONFIG_INDEX(i), extent);
 }
 
-// The same to a sample of its own that was taken just now.
-bool axes_advance_to(uint8_t i, const struct engine_sample *sample);
+// The time of an axis by its account, ticks since the timers started: where its timer stands at
+// this count of the period that its interrupt has served last, as `sample` says, which was taken
+// just now. The account comes to the sample, but for a batch or a pixel that it is inside. Returns
+// false, and the account stays, as above. On boards of several axes.
+bool axes_time_at(uint8_t i,
+                  const struct engine_sample *sample,
+                  uint16_t counter,
+                  uint32_t *ticks);
 
 // What an axis's step interrupt has done by now; its account is advanced by batches, for
 // ledger_position_at(). Returns false, and the account stays, as above.

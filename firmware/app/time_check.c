@@ -132,7 +132,6 @@ bool time_check_lags(uint8_t i)
     if (CONFIG_AXES == 1) {
         return false;
     }
-    struct axis *axis = axes_get(i);
     struct step_timer_look look;
     uint32_t account_ticks = 0;
     uint8_t looks = is_fast(i) ? LAG_LOOKS : 1u;
@@ -141,12 +140,10 @@ bool time_check_lags(uint8_t i)
         if (!step_timer_look(i, &look)) {
             return is_left_behind(i);
         }
-        if (!axes_advance_to(i, &look.sample)) {
+        if (!axes_time_at(i, &look.sample, look.counter, &account_ticks)) {
             return false;
         }
         uint32_t now_ticks = look.units * CLOCK_UNIT_TICKS - started_ticks;
-        account_ticks =
-            ledger_period_start(&axis->ledger, &axis->feed.stream, 1) + look.counter;
         int32_t later_ticks = make_up((int32_t)(now_ticks - account_ticks));
         if (later_ticks > SLACK_TICKS || later_ticks < -CLOCK_BEHIND_TICKS) {
             return true;
