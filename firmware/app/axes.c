@@ -119,8 +119,8 @@ bool axes_time_at(uint8_t i,
         return false;
     }
     cpu_section(CPU_SECTION_LEDGER);
-    *ticks = ledger_advance_to_capture(
-        &axis->ledger, &axis->feed.stream, sample, 1, counter);
+    *ticks =
+        ledger_advance_to_capture(&axis->ledger, &axis->feed.stream, sample, 1, counter);
     cpu_section(CPU_SECTION_ROUND);
     return true;
 }

@@ -254,6 +254,9 @@ static uint8_t decode_one(uint8_t i, uint8_t budget)
     if (CONFIG_AXES == 1 || !axis_awaits_train(axis)) {
         (void)axes_advance(i, LEDGER_BY_BATCHES);
     }
+#if CONFIG_AXES > 1
+    axis->made_entries = (uint8_t)(step_timer_tail(i) - axis->feed.stream.retired);
+#endif
     cpu_section(axis->line.smooth ? CPU_SECTION_SMOOTH : CPU_SECTION_PLAIN);
     budget = decode_axis(
         axis, reference_pixel(), settings_now()->backlash_policy == 0, budget);

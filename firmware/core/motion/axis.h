@@ -69,6 +69,11 @@ struct axis {
     bool direction_known;
     // Steps of an even piece before it is handed over as a pulse train (app/axes.c).
     uint8_t stagger;
+#if SEVERAL_AXES
+    // Entries that the interrupt has made of those in the ring: the rest of a batch or a pixel that
+    // is accounted for as a whole. As of when the decoding was begun last.
+    uint8_t made_entries;
+#endif
     // Lines queued from start mark to end mark.
     uint8_t whole_lines;
     // enum line_error of the last refusal.
@@ -187,6 +192,17 @@ static inline bool axis_awaits_train(const struct axis *axis)
 static inline bool axis_streams(const struct axis *axis)
 {
     return axis->phase != DECODE_OUTSIDE && axis->whole_lines == 0;
+}
+
+// Entries in the ring that the interrupt has still to make, at most: some time has passed since they
+// were counted.
+static inline uint8_t axis_ring_ahead(const struct axis *axis)
+{
+#if SEVERAL_AXES
+    return (uint8_t)(stream_used(&axis->feed.stream) - axis->made_entries);
+#else
+    return stream_used(&axis->feed.stream);
+#endif
 }
 
 // Entries in the ring that the ledger has not accounted for.

@@ -182,12 +182,22 @@ static void decode_train(struct axis *axis)
     pass_step(axis);
 }
 
+// The most steps of a batch while the interrupt has so many entries to make, or a few less. With
+// several axes they are known: a step is made while two or three are decoded.
+static inline uint8_t batch_most(uint8_t ahead)
+{
+    if (SEVERAL_AXES) {
+        ahead = ahead > INT8_MAX ? UINT8_MAX : (uint8_t)(2u * ahead);
+    }
+    return curve_batch_most(ahead);
+}
+
 // Decode up to `count` ordinary steps of a curve, as long as the fast decoders can make them. The
 // steps become visible to the interrupt all at once.
 static uint32_t burst_curve(struct axis *axis, uint8_t *count)
 {
     struct stream *stream = &axis->feed.stream;
-    uint8_t most = curve_batch_most(axis_ring_fill(axis));
+    uint8_t most = batch_most(axis_ring_ahead(axis));
     struct curve_made made;
 
     curve_burst(&axis->walk.steps.curve,
@@ -405,17 +415,24 @@ static inline bool room_left(const struct stream *stream)
     return stream_space(stream) >= DECODE_ROOM_LEFT;
 }
 
+static inline uint8_t made_entries(const struct axis *axis)
+{
+    return (uint8_t)(axis_ring_fill(axis) - axis_ring_ahead(axis));
+}
+
 // Decode more of a curve while it is narrow: most of a smooth line. Inside it nothing but its next
-// steps is to be written. Returns what is left of the budget.
+// steps is to be written. made: entries that the interrupt has made and that are not accounted for.
+// Returns what is left of the budget.
 static APART uint8_t decode_narrow(struct walk *walk,
                                    struct stream *stream,
+                                   uint8_t made,
                                    uint8_t budget)
 {
     BY_POINTER(walk);
     BY_POINTER(stream);
     while (budget != 0 && room_left(stream) && walk_burst(walk) != 0) {
         uint8_t used = stream_used(stream);
-        uint8_t most = curve_batch_most(used);
+        uint8_t most = batch_most((uint8_t)(used - made));
         uint8_t room = (uint8_t)(STEP_RING_CAPACITY - FEED_BURST - used);
         uint16_t steps = walk_burst(walk);
         most = most < budget ? most : budget;
@@ -438,7 +455,8 @@ static APART uint8_t decode_narrow(struct walk *walk,
 static inline uint8_t decode_curve(struct axis *axis, uint8_t budget)
 {
     if (axis->walk.steps.curve.kind == CURVE_FLAT_NARROW) {
-        uint8_t left = decode_narrow(&axis->walk, &axis->feed.stream, budget);
+        uint8_t left =
+            decode_narrow(&axis->walk, &axis->feed.stream, made_entries(axis), budget);
         if (left != budget) {
             return (uint8_t)(budget - left);
         }
@@ -489,7 +507,8 @@ uint8_t decode_axis(struct axis *axis,
                     uint8_t budget)
 {
     if (in_curve(axis)) {
-        budget = decode_narrow(&axis->walk, &axis->feed.stream, budget);
+        budget =
+            decode_narrow(&axis->walk, &axis->feed.stream, made_entries(axis), budget);
         if (budget == 0 || !room_left(&axis->feed.stream)) {
             return budget;
         }
