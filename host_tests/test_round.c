@@ -3,6 +3,7 @@
 // of the rings; no time passes between the rounds, so nothing is taken from them.
 #include <stdint.h>
 
+#include "app/bus_port.h"
 #include "app/round.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"
@@ -176,6 +177,46 @@ static void steep_steps_count_more_too(void)
     TEST_ASSERT_EQUAL_UINT8(SERVED, served);
     TEST_ASSERT_TRUE(round_of(TWICE / 2u, &served) <= BUDGET / 2u);
     TEST_ASSERT_TRUE(round_of(TWICE / 2u, &served) <= BUDGET / 2u);
+}
+
+// A block of line data for this board, all there but for its checksum, and a silence behind it.
+static void block_waits(void)
+{
+    static const uint8_t request[] = {7, 16, 0x10, 0, 0, 3, 6, 0, 0, 2, 0, 0x38, 0x38};
+
+    bus_port_start();
+    fake_receive(request, sizeof request);
+    fake_pass((uint32_t)fake_line.silence_counts * 256u + 256u);
+    TEST_ASSERT_TRUE(bus_port_brings_data());
+}
+
+// Where lines need more entries and the bus brings some, a round leaves axes for the next one.
+static void line_data_ends_a_round_of_lines_that_need_it(void)
+{
+    uint8_t served = 0;
+
+    slow_pixels();
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        (void)bench_long_start(i);
+    }
+    arm_all();
+    block_waits();
+    TEST_ASSERT_TRUE(round_of(TWICE, &served) != 0);
+    TEST_ASSERT_EQUAL_UINT8(2, served);
+}
+
+static void line_data_waits_for_lines_that_are_whole(void)
+{
+    uint8_t served = 0;
+
+    slow_pixels();
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        bench_plain_line(i, SINGLE_STEP, 20);
+    }
+    arm_all();
+    block_waits();
+    (void)round_of(TWICE, &served);
+    TEST_ASSERT_EQUAL_UINT8(SERVED, served);
 }
 
 // Trains of several axes end together: none waits for another round.
@@ -367,6 +408,8 @@ int main(void)
     RUN_TEST(one_axis_alone_fills_its_ring);
     RUN_TEST(slow_steps_count_more);
     RUN_TEST(steep_steps_count_more_too);
+    RUN_TEST(line_data_ends_a_round_of_lines_that_need_it);
+    RUN_TEST(line_data_waits_for_lines_that_are_whole);
     RUN_TEST(every_axis_has_a_turn);
     RUN_TEST(the_end_of_a_train_is_seen_at_once);
     RUN_TEST(a_start_keeps_rounds_shorter_still);

@@ -194,8 +194,8 @@ static inline bool axis_streams(const struct axis *axis)
     return axis->phase != DECODE_OUTSIDE && axis->whole_lines == 0;
 }
 
-// Entries in the ring that the interrupt has still to make, at most: some time has passed since they
-// were counted.
+// Entries in the ring that the interrupt has still to make, at most: some time has passed since
+// they were counted.
 static inline uint8_t axis_ring_ahead(const struct axis *axis)
 {
 #if SEVERAL_AXES

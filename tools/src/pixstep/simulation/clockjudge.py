@@ -136,7 +136,7 @@ def keep(
 
 
 def _zero_edge(job: Job, grid: PixelGrid, pixel: int, true: np.ndarray) -> int:
-    """Return which of the clock's true edges is line zero, by the first pixel that ends with a step.
+    """Return which of the clock's true edges is line zero, by a pixel that ends with a step.
 
     A locked line's pixels without a step before it are as long as the clock's; all others are of
     the board's own time.
