@@ -332,6 +332,45 @@ static void clock_edges_behind_a_ring_that_ran_dry(void)
     }
 }
 
+// A clock edge may be three periods old when its handler comes to look, also where a train has
+// ended and the axis rests: its place is known to a tick.
+static void a_clock_edge_that_is_seen_late_behind_a_train(void)
+{
+    uint32_t began[5] = {0};
+    uint8_t idle = 0;
+
+    pixels = 3;
+    for (uint8_t i = 0; i < pixels; i++) {
+        counts[i] = 125;
+    }
+    bench_open(1000, 1);
+    queue_line(false);
+    begin_line();
+    while (idle < 2u) {
+        for (uint8_t i = 4; i != 0; i--) {
+            began[i] = began[i - 1u];
+        }
+        began[0] = bench.now_ticks;
+        decode_axis(&bench.axis, &bench.period, true, 30);
+        struct step_load load = step_engine_next(&bench.engine, &bench.ring);
+        bench.now_ticks += (uint32_t)load.top_ticks + 1u;
+        idle = (uint8_t)(idle + (load.idle ? 1u : 0u));
+        struct engine_sample sample = step_engine_sample(&bench.engine);
+        if (began[4] == 0) {
+            continue;
+        }
+        for (uint8_t back = 0; back <= 3u; back++) {
+            uint32_t placed = ledger_advance_to_capture(
+                &bench.axis.ledger, &bench.axis.feed.stream, &sample, back, 7);
+            TEST_ASSERT_UINT32_WITHIN(1, began[back] + 7u, placed);
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT32(pixels, bench.axis.ledger.pixel);
+    while (!bench_finish_line()) {
+        (void)bench_period();
+    }
+}
+
 static void one_count(int16_t count, uint32_t numerator, uint32_t divisor)
 {
     pixels = PIXELS;
@@ -485,6 +524,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(plain_pixels_of_all_lengths);
     RUN_TEST(clock_edges_behind_a_ring_that_ran_dry);
+    RUN_TEST(a_clock_edge_that_is_seen_late_behind_a_train);
     RUN_TEST(one_count_for_all);
     RUN_TEST(pixels_of_every_kind_in_turn);
     RUN_TEST(an_interval_that_was_refused_is_not_kept);

@@ -122,7 +122,8 @@ static inline bool ledger_idles(const struct ledger *ledger)
 }
 
 // Start of a period, in ticks since the timers started. back: 0 the newest loaded period (the one
-// that the timer makes next), 1 the one before, 2 the one before that. Divides inside a train.
+// that the timer makes next), 1 the one before, up to 3, where the account may be a tick off behind
+// a train. Divides inside a train.
 //
 //     period    | back 2        | back 1: running | back 0: loaded |
 //     now                               ^
