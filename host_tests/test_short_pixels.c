@@ -346,7 +346,7 @@ static void a_clock_edge_that_is_seen_late_behind_a_train(void)
     bench_open(1000, 1);
     queue_line(false);
     begin_line();
-    while (idle < 2u) {
+    while (idle < 1u) {
         for (uint8_t i = 4; i != 0; i--) {
             began[i] = began[i - 1u];
         }

@@ -72,6 +72,19 @@ def test_decoder_late(board, rate, axes):
         assert 0 < bench.count() < line.total_steps
 
 
+# The clock's edges come with the last steps before the ring runs dry, and are looked at late.
+@pytest.mark.provokes("decoder_late")
+@pytest.mark.parametrize(
+    ("hz", "count"), [(2100, 120), (2050, 118), (1200, 120), (2100, 100), (3000, 60), (5000, 40)]
+)
+def test_decoder_late_beside_an_edge_of_the_clock(hz, count):
+    with FaultBench("uno", range(1), hz) as bench:
+        bench.load(Line((count,) * 200, PLAIN))
+        bench.arm()
+        bench.run_into_fault()
+        bench.assert_fault("decoder_late", 0, pixel=range(1, 200))
+
+
 @pytest.mark.provokes("underrun")
 @pytest.mark.parametrize(
     ("board", "axis", "ticks"), [("uno", 0, 48), ("mega", 1, 48.5), ("m1284", 1, 46.5)]
