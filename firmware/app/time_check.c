@@ -22,8 +22,10 @@
 #define CLOCK_LOST_MOST  16u
 // Looks that find when the timers started.
 #define START_LOOKS 40u
-// Looks at a fast axis, until one of them would show a missing period.
-#define LAG_LOOKS 8u
+// Looks at a fast axis, until one of them would show a missing period, or so many units have passed
+// (2 ms at 16 MHz): its steps may leave a quarter of the processor, and its next train is to be made.
+#define LAG_LOOKS      8u
+#define LAG_MOST_UNITS 512u
 
 // The coarse clock when the timers started, ticks.
 static uint32_t started_ticks;
@@ -135,6 +137,7 @@ bool time_check_lags(uint8_t i)
     struct step_timer_look look;
     uint32_t account_ticks = 0;
     uint8_t looks = is_fast(i) ? LAG_LOOKS : 1u;
+    uint32_t began_units = clock_now_units();
 
     do {
         if (!step_timer_look(i, &look)) {
@@ -149,7 +152,8 @@ bool time_check_lags(uint8_t i)
             return true;
         }
         looks--;
-    } while (looks != 0 && hides_unit(account_ticks));
+    } while (looks != 0 && look.units - began_units < LAG_MOST_UNITS &&
+             hides_unit(account_ticks));
     return false;
 }
 
