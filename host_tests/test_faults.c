@@ -6,7 +6,6 @@
 #include "base/require.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"
-#include "hal/clock.h"
 #include "hal/pixel_clock.h"
 #include "hal/step_timer.h"
 #include "nothing_moves.h"
@@ -194,35 +193,6 @@ static void period_without_interrupt(void)
     TEST_ASSERT_TRUE(faults_time_lost());
     check_recovery(BENCH_THIRD);
     TEST_ASSERT_FALSE(faults_time_lost());
-}
-
-// The coarse clock that time is checked against may lose time itself.
-static void lost_counts_of_the_clock(void)
-{
-    slow_pixels();
-    start_plain(BENCH_THIRD, 400, 20);
-    for (uint8_t times = 1; times <= 3; times++) {
-        uint32_t before = clock_now_units();
-        uint32_t began_ticks = fake_now_ticks();
-        fake_clock_loses(times);
-        bench_rounds(400);
-        TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
-        uint32_t passed_units = (fake_now_ticks() - began_ticks) / CLOCK_UNIT_TICKS;
-        TEST_ASSERT_UINT32_WITHIN(1, passed_units, clock_now_units() - before);
-    }
-    TEST_ASSERT_FALSE(faults_time_lost());
-    TEST_ASSERT_TRUE(bench_until(BENCH_THIRD, AXIS_DONE));
-    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
-}
-
-// A period without its interrupt shows all the same.
-static void missed_period_beside_lost_counts(void)
-{
-    miss_a_period();
-    fake_clock_loses(1);
-    bench_rounds(1000);
-    check_fault(FAULT_underrun, BENCH_THIRD);
-    check_recovery(BENCH_THIRD);
 }
 
 // A halt comes before the check of time would have its turn.
@@ -416,8 +386,6 @@ int main(void)
     RUN_TEST(decoder_late);
     RUN_TEST(underrun);
     RUN_TEST(period_without_interrupt);
-    RUN_TEST(lost_counts_of_the_clock);
-    RUN_TEST(missed_period_beside_lost_counts);
     RUN_TEST(missed_period_before_a_stop);
     RUN_TEST(missed_period_before_another_fault);
     RUN_TEST(missed_period_before_a_fault_that_is_cleared_at_once);

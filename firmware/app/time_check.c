@@ -16,10 +16,6 @@
 // cycles between the two looks.
 #define SLACK_TICKS        24
 #define CLOCK_BEHIND_TICKS ((int32_t)(CLOCK_UNIT_TICKS + SLACK_TICKS))
-// An account further ahead shows that the clock's own interrupt was kept from counting: by so many
-// ticks a time, up to so often.
-#define CLOCK_LOST_TICKS ((int32_t)(CLOCK_LOST_UNITS * CLOCK_UNIT_TICKS))
-#define CLOCK_LOST_MOST  16u
 // Looks that find when the timers started.
 #define START_LOOKS 40u
 // Looks at a fast axis, until one of them would show a missing period, or so many units have passed
@@ -112,20 +108,6 @@ static bool hides_unit(uint32_t account_ticks)
     return into_unit >= CLOCK_UNIT_TICKS - SLACK_TICKS;
 }
 
-// Make up for what the clock has lost. Returns what is left of the difference: no step interrupt
-// comes too soon, so that a multiple of what the clock loses is the clock's, and all else is not.
-static int32_t make_up(int32_t later_ticks)
-{
-    uint8_t left = CLOCK_LOST_MOST;
-
-    while (later_ticks < -CLOCK_BEHIND_TICKS && left != 0) {
-        clock_make_up();
-        later_ticks += CLOCK_LOST_TICKS;
-        left--;
-    }
-    return later_ticks;
-}
-
 //     account    |- running ---|- newest loaded -|
 //                |--counter-->^ now                     by the account
 //     clock      |---------------->^                    an interrupt was missed: now is later
@@ -147,7 +129,8 @@ bool time_check_lags(uint8_t i)
             return false;
         }
         uint32_t now_ticks = look.units * CLOCK_UNIT_TICKS - started_ticks;
-        int32_t later_ticks = make_up((int32_t)(now_ticks - account_ticks));
+        // The coarse clock itself has lost time when it is further behind than it is rounded.
+        int32_t later_ticks = (int32_t)(now_ticks - account_ticks);
         if (later_ticks > SLACK_TICKS || later_ticks < -CLOCK_BEHIND_TICKS) {
             return true;
         }

@@ -24,11 +24,6 @@ void clock_start(void);
 // Units since clock_start(); wraps after some hours (4.7 at 16 MHz).
 uint32_t clock_now_units(void);
 
-// The clock has lost so many units: serial traffic at 1,000,000 baud beside fast axes may leave its
-// interrupt no time for some milliseconds. On boards of several axes.
-#define CLOCK_LOST_UNITS 256u
-void clock_make_up(void);
-
 // Units of a setting in microseconds, rounded down.
 static inline uint16_t clock_units_of_us(uint16_t us)
 {

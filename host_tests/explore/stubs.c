@@ -17,10 +17,6 @@ void scene_pass_ms(void)
     now_units += UNITS_OF_MS;
 }
 
-void clock_make_up(void)
-{
-}
-
 uint32_t clock_now_units(void)
 {
     return now_units;

@@ -13,12 +13,9 @@ uint16_t fake_watchdog_feeds;
 
 static uint32_t now_ticks;
 
-static uint32_t lost_units; // by the coarse clock
-
 void fake_power_on(void)
 {
     now_ticks = 0;
-    lost_units = 0;
     fake_timers_power_on();
     fake_pixel_clock_power_on();
     fake_switches_power_on();
@@ -54,17 +51,7 @@ void clock_start(void)
 
 uint32_t clock_now_units(void)
 {
-    return now_ticks / CLOCK_UNIT_TICKS - lost_units;
-}
-
-void fake_clock_loses(uint8_t times)
-{
-    lost_units += (uint32_t)times * CLOCK_LOST_UNITS;
-}
-
-void clock_make_up(void)
-{
-    lost_units -= CLOCK_LOST_UNITS;
+    return now_ticks / CLOCK_UNIT_TICKS;
 }
 
 void cpu_start_interrupts(void)

@@ -54,9 +54,6 @@ void fake_stray_steps(uint8_t axis);
 // A period of this axis passed without its interrupt: the newest one is repeated.
 void fake_missed_period(uint8_t axis);
 
-// The coarse clock's interrupt had no time to count: the clock lost CLOCK_LOST_UNITS so many times.
-void fake_clock_loses(uint8_t times);
-
 // So many ticks pass in the middle of the next release of a line, once.
 void fake_slow_publish(uint32_t ticks);
 

@@ -20,8 +20,6 @@ pytestmark = pytest.mark.usefixtures("simulator")
 HZ = 100
 UNDERRUN = 1 << 3  # in the mask of faults
 HELD_CYCLES = 400  # several periods
-TIMSK0 = 0x6E  # data address, the same on all parts
-OVERFLOW_S = 256 * 64 / 16e6  # of timer 0
 FAST = [
     ("mega", {1: 2470}),
     ("mega", {0: 1190, 3: 1190}),
@@ -88,31 +86,16 @@ def test_nothing_is_named_where_nothing_was_missed(board, counts, way):
             clear(bench)
 
 
-def behind(bench):
-    """Return how many overflows of timer 0 were not counted, those of the boot included."""
-    counted = int.from_bytes(bench.sim.peek(0, "clock_overflows"), "little")
-    return int(bench.sim.cycle / bench.sim.tick_hz / OVERFLOW_S) - counted
-
-
-# The coarse clock by which time is checked counts overflows of timer 0. Its interrupt may find no
-# time for some of them, while nothing else finds any.
-@pytest.mark.parametrize("lost", [1, 2, 3])
-def test_a_coarse_clock_that_lost_time_catches_up(lost):
-    with Bench("mega", hz=HZ, axes=(3,)) as bench:
-        start(bench, {3: 100})
-        bench.run_until_steps(300, 3)
-        before = behind(bench)
-        mask = bench.sim.peek(0, TIMSK0, 1)
-        bench.sim.hang(0, "main")
-        bench.sim.poke(0, TIMSK0, b"\0")
-        bench.sim.wait_s((lost + 1) * OVERFLOW_S)
-        bench.sim.poke(0, TIMSK0, mask)
-        bench.sim.unhang(0)
-        bench.run_until_steps(5900, 3)
-        assert bench.board.input("fault_mask") == 0
-        assert abs(behind(bench) - before) <= 1
-        bench.sim.wait_s(0.1)
-        assert bench.board.axis(3)["lines_done"] == 1
+# The coarse clock by which time is checked counts overflows of timer 0. If it misses any, parked
+# axes would start that much late.
+def test_a_coarse_clock_that_lost_time_is_named():
+    with Bench("mega", hz=HZ, axes=(2,)) as bench:
+        start(bench, {2: 100})
+        bench.run_until_steps(300, 2)
+        overflows = int.from_bytes(bench.sim.peek(0, "clock_overflows"), "little")
+        bench.sim.poke(0, "clock_overflows", (overflows - 2).to_bytes(4, "little"))
+        bench.sim.wait_s(0.05)
+        assert bench.board.input("fault_mask") & UNDERRUN
 
 
 def run_divided(tmp_path, board, axis, count, divider=3):

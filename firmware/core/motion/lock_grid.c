@@ -162,6 +162,21 @@ void line_grid_place(struct line_grid *grid, uint16_t number, uint32_t zero_tick
     grid->reached.ticks += zero_ticks;
 }
 
+#if SEVERAL_AXES
+void lock_grid_keep(uint16_t edges, uint32_t zero_ticks)
+{
+    struct lock_grid *grid = &lock_grid;
+    struct fine_ticks reached = {.ticks = zero_ticks};
+
+    for (; edges != 0; edges--) {
+        fine_add(&reached, &grid->waiting);
+        grid->newest++;
+        grid->newest_edge = (uint16_t)(grid->newest_edge + grid->divider);
+        grid->times[INDEX(grid->newest)] = reached.ticks;
+    }
+}
+#endif
+
 bool lock_grid_tolerates(void)
 {
     uint32_t off = lock_grid.filter.period.ticks - lock_grid.filter.nominal_ticks;

@@ -40,9 +40,8 @@ ISR(TIMER0_OVF_vect, ISR_NAKED)
         : [flags] "I"(_SFR_IO_ADDR(GPIOR0)), [counting] "I"(FLAG_CLOCK_COUNTING));
 }
 
-// Under traffic that leaves this handler an instruction now and then, or none, the next overflow
-// may come before this one is counted. Its handler waits meanwhile, or one of the two would be
-// lost; of further ones clock_make_up() is told.
+// Under traffic that leaves this handler an instruction now and then, the next overflow may come
+// before this one is counted. Its handler waits meanwhile, or one of the two would be lost.
 static void clock_body(void)
 {
     TIMSK0 = 0;
@@ -54,14 +53,6 @@ static void clock_body(void)
         GPIOR0 &= (uint8_t)~_BV(FLAG_CLOCK_COUNTING);
     }
     TIMSK0 = (uint8_t)_BV(TOIE0);
-}
-
-void clock_make_up(void)
-{
-    ATOMIC_BLOCK(ATOMIC_FORCEON)
-    {
-        clock_overflows++;
-    }
 }
 #endif
 

@@ -50,11 +50,11 @@ static volatile uint8_t control_after; // what UCSR0B gets at the end of the han
 
 // A handler first masks its own source and then lets the step interrupts in, before it saves
 // anything else. The step interrupts therefore wait for 13 cycles at most (15 on the Mega). The
-// handler's body is another function, which the compiler treats as an interrupt handler. The source
-// is enabled again with interrupts off, when the body has left the stack: otherwise each handler
-// would nest in the one before, where handlers are slower than the bus. The linker makes RCALL and
-// RJMP of CALL and JMP where the body is near, as it is here.
-#define SERIAL_VECTOR(vector, body, masked)                                              \
+// handler's body is another function. The source is enabled again with interrupts off, when the body
+// has left the stack: otherwise each handler would nest in the one before, where handlers are slower
+// than the bus. The linker makes RCALL and RJMP of CALL and JMP where the body is near, as it is
+// here.
+#define SERIAL_VECTOR(vector, body, masked, end)                                         \
     ISR(vector, ISR_NAKED)                                                               \
     {                                                                                    \
         __asm__ volatile("push r24\n\t"                                                  \
@@ -63,30 +63,34 @@ static volatile uint8_t control_after; // what UCSR0B gets at the end of the han
                          "sei\n\t"                                                       \
                          "nop\n\t" /* what SEI lets run first: shorter than CALL */      \
                          "call __vector_" #body "\n\t"                                   \
-                         "jmp serial_over"                                               \
+                         "jmp " end                                                      \
                          :                                                               \
                          : [mask] "M"(masked), [control] "n"(_SFR_MEM_ADDR(UCSR0B)));    \
     }
-#define SERIAL_HANDLER(vector, body, masked, ...)                                        \
+#define SERIAL_HANDLER(vector, body, masked, end, ...)                                   \
     static void serial_##body(void) __asm__("__vector_" #body)                           \
         __attribute__((__VA_ARGS__, used));                                              \
-    SERIAL_VECTOR(vector, body, masked)                                                  \
+    SERIAL_VECTOR(vector, body, masked, end)                                             \
     static void serial_##body(void)
 
-// The end of every handler: 14 cycles behind the body (15 on the Mega). SEI lets RET execute before
-// any interrupt, so that handlers do not pile up on the stack.
-static void serial_over(void) __asm__("serial_over") __attribute__((naked, used));
-static void serial_over(void)
-{
-    __asm__ volatile("lds r24, %[value]\n\t"
-                     "cli\n\t"
-                     "sts %[control], r24\n\t"
-                     "pop r24\n\t"
-                     "sei\n\t"
-                     "ret"
-                     :
-                     : [value] "i"(&control_after), [control] "n"(_SFR_MEM_ADDR(UCSR0B)));
-}
+// The end of a handler: 13 cycles behind the body (14 on the Mega). RETI lets the program execute an
+// instruction before any interrupt, so that handlers do not pile up on the stack, and what they
+// have interrupted goes on, however fast bytes come: timer 0's handler has to end within 1 ms.
+#define SERIAL_END(name, leave)                                                          \
+    static void name(void) __asm__(#name) __attribute__((naked, used));                  \
+    static void name(void)                                                               \
+    {                                                                                    \
+        __asm__ volatile("lds r24, %[value]\n\t"                                         \
+                         "cli\n\t"                                                       \
+                         "sts %[control], r24\n\t"                                       \
+                         "pop r24\n\t" leave                                             \
+                         :                                                               \
+                         : [value] "i"(&control_after),                                  \
+                           [control] "n"(_SFR_MEM_ADDR(UCSR0B)));                        \
+    }
+SERIAL_END(serial_over, "reti")
+// Behind a body that the compiler has ended by RETI. SEI lets RET execute before any interrupt.
+SERIAL_END(serial_sent_over, "sei\n\tret")
 
 // Keep Z and the status register on the stack.
 #define SAVE_Z    "push r30\n\tin r30, __SREG__\n\tpush r30\n\tpush r31\n\t"
@@ -94,7 +98,7 @@ static void serial_over(void)
 
 // Budget: 105 cycles for the first character behind a silence, 80 for any other; a character takes
 // 176 cycles at 1,000,000 baud. Its body is uart_receive.S.
-SERIAL_VECTOR(RECEIVE_VECTOR, receive, ENABLE_NONE)
+SERIAL_VECTOR(RECEIVE_VECTOR, receive, ENABLE_NONE, "serial_over")
 
 // Budget: 90 cycles, once a character. By hand, because the compiler takes 25 cycles more, and a
 // reply has up to 255 characters; r24 is saved already.
@@ -102,7 +106,7 @@ SERIAL_VECTOR(RECEIVE_VECTOR, receive, ENABLE_NONE)
 // When step interrupts have delayed this handler, the transmitter has run empty and set TXC0,
 // although the reply is not at its end. Clear that flag together with the store of the byte, before
 // the byte can have left.
-SERIAL_HANDLER(EMPTY_VECTOR, send, ENABLE_MUTE, naked)
+SERIAL_HANDLER(EMPTY_VECTOR, send, ENABLE_MUTE, "serial_over", naked)
 {
     __asm__ volatile(SAVE_Z "lds r30, %[next]\n\t"
                             "lds r31, %[next] + 1\n\t"
@@ -121,7 +125,7 @@ SERIAL_HANDLER(EMPTY_VECTOR, send, ENABLE_MUTE, naked)
                             "ldi r24, %[more]\n\t"
                             "brne 1f\n\t"
                             "ldi r24, %[last]\n"
-                            "1: sts %[control], r24\n\t" RESTORE_Z "reti"
+                            "1: sts %[control], r24\n\t" RESTORE_Z "ret"
                      :
                      : [next] "i"(&uart_place.next_byte),
                        [end] "i"(&uart_place.end_byte),
@@ -143,7 +147,7 @@ static inline __attribute__((always_inline)) void begin_reception(void)
 }
 
 // Budget: 145 cycles, once a reply.
-SERIAL_HANDLER(COMPLETE_VECTOR, sent, ENABLE_MUTE, signal)
+SERIAL_HANDLER(COMPLETE_VECTOR, sent, ENABLE_MUTE, "serial_sent_over", signal)
 {
     pins_write_rs485(false);
     begin_reception();
