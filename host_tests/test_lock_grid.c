@@ -165,6 +165,48 @@ static void a_line_beside_others_begins_at_a_later_number(void)
     TEST_ASSERT_EQUAL_UINT32(zero + PERIOD_TICKS, line.reached.ticks);
 }
 
+#if SEVERAL_AXES
+// One of two lines that begin together was decoded ahead, with the period held. The clock has
+// become faster since. Both end their pixels together all the same, and come onto the grid.
+static void lines_that_begin_together_keep_what_one_has_decoded(void)
+{
+    struct line_grid fast;
+
+    lock_grid_hold_period();
+    line_grid_start_locked(&line);
+    line_grid_start_locked(&fast);
+    (void)line_grid_advance(&fast);
+    (void)line_grid_advance(&fast);
+    (void)line_grid_advance(&fast);
+    clock_edges(400, PERIOD_TICKS - 30u);
+    uint32_t zero = lock_grid_begin(1);
+
+    line_grid_place(&line, grid->newest, zero);
+    line_grid_place(&fast, grid->newest, zero);
+    TEST_ASSERT_EQUAL_UINT16(0, line_grid_decoded(&line, grid->newest));
+    TEST_ASSERT_EQUAL_UINT16(3, line_grid_decoded(&fast, grid->newest));
+    lock_grid_keep(3, zero);
+    for (uint8_t pixel = 1; pixel <= 3; pixel++) {
+        TEST_ASSERT_EQUAL_UINT32(PERIOD_TICKS, line_grid_advance(&line));
+    }
+    TEST_ASSERT_EQUAL_UINT32(fast.reached.ticks, line.reached.ticks);
+    for (uint8_t pixel = 4; pixel <= 8; pixel++) {
+        (void)line_grid_advance(&line);
+        (void)line_grid_advance(&fast);
+        TEST_ASSERT_EQUAL_UINT32(fast.reached.ticks, line.reached.ticks);
+    }
+    TEST_ASSERT_UINT32_WITHIN(8, zero + 8u * (PERIOD_TICKS - 30u), line.reached.ticks);
+}
+
+static void a_line_that_is_not_placed_has_decoded_nothing_of_the_grid(void)
+{
+    lock_grid_hold_period();
+    line_grid_start_locked(&line);
+    (void)line_grid_advance(&line);
+    TEST_ASSERT_EQUAL_UINT16(0, line_grid_decoded(&line, 0));
+}
+#endif
+
 static void pixels(uint16_t count, uint32_t period_ticks, uint32_t ticks)
 {
     for (; count != 0; count--) {
@@ -416,6 +458,10 @@ int main(void)
     RUN_TEST(pixel_edges_are_every_so_many_edges_of_the_clock);
     RUN_TEST(a_line_that_is_placed_comes_onto_the_grid);
     RUN_TEST(a_line_beside_others_begins_at_a_later_number);
+#if SEVERAL_AXES
+    RUN_TEST(lines_that_begin_together_keep_what_one_has_decoded);
+    RUN_TEST(a_line_that_is_not_placed_has_decoded_nothing_of_the_grid);
+#endif
     RUN_TEST(no_pixel_is_shorter_or_longer_than_its_limits);
     RUN_TEST(the_tolerance_is_two_sided_and_belongs_to_a_settled_clock);
     RUN_TEST(every_pixel_edge_is_known_when_it_comes);

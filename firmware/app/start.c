@@ -141,7 +141,9 @@ static void keep_decoded(uint16_t decoded, uint32_t zero)
     }
 }
 #else
-static inline uint16_t more(uint16_t decoded, const struct line_grid *grid, uint16_t number)
+static inline uint16_t more(uint16_t decoded,
+                            const struct line_grid *grid,
+                            uint16_t number)
 {
     (void)grid;
     (void)number;

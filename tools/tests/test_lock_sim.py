@@ -168,6 +168,15 @@ def test_axes_end_their_pixels_together(tmp_path):
     assert "20 pixels do not end together" in reason
 
 
+# One axis is decoded ahead of line zero, the other one is not: the filter hears of more edges between.
+@pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize(("board", "fast", "slow"), [("mega", 50, 1), ("m1284", 38, 1)])
+def test_axes_decoded_ahead_unequally_end_their_pixels_together(tmp_path, board, fast, slow):
+    lines = {0: Line((fast,) * 60, PLAIN), 1: Line((slow,) * 60, PLAIN)}
+    _, judged = run(tmp_path, board, lines, 1000, flaws=ClockFlaws(jitter_us=JITTER_US))
+    assert all(kept(judged, axis)["pixels"] == 60 for axis in lines)
+
+
 # While nothing moves nothing tells of the clock: the first step behind it does.
 @pytest.mark.usefixtures("simulator")
 @pytest.mark.parametrize(("zeros", "ppm"), [(60, 9000), (150, -5000), (400, 9900)])
@@ -201,6 +210,26 @@ def test_under_a_saturated_serial_line_a_lock_is_a_lock(tmp_path, board):
     _, judged = run(tmp_path, board, {0: PLAIN_LINE}, pixel_ppm=3000, serial_load=True)
     assert kept(judged)["max_error_ticks"] <= 2
     assert judged.summary["requests"]["load"] > 20
+
+
+# Bytes at 1,000,000 baud and a step every 85 cycles: the coarse clock's handler needs its instructions
+# between them, or edges are placed by time that has been lost.
+@pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize(
+    ("hz", "count", "axis", "ppm"),
+    [
+        (100, 1819, 0, -5000),
+        (100, 1845, 0, -5000),
+        (200, 901, 2, 0),
+        (200, 906, 2, 0),
+        (200, 911, 0, -5000),
+    ],
+)
+def test_the_fastest_traffic_beside_a_fast_axis_takes_no_time_away(tmp_path, hz, count, axis, ppm):
+    lines = {axis: Line((count,) * (hz // 5), PLAIN)}
+    _, judged = run(tmp_path, "mega", lines, hz, pixel_ppm=ppm, baud=1_000_000, serial_load=True)
+    errors_ticks = judged.kept[axis].errors_ticks
+    assert len(errors_ticks) >= 8 and max(map(abs, errors_ticks)) <= 2
 
 
 @pytest.mark.usefixtures("simulator")
@@ -299,6 +328,9 @@ def test_the_drawing_and_the_words_of_a_locked_run(tmp_path, invoke):
         ("--pixel-step-ppm", "5", "expected PPM@EDGE"),
         ("--pixel-step-ppm", "1e9@5", "at most 100000 ppm"),
         ("--pixel-step-ppm", "5@0", "from edge 1 on"),
+        ("--pixel-jitter-us", "nan", "'nan' is not a number"),
+        ("--pixel-ppm", "NaN", "'NaN' is not a number"),
+        ("--pixel-wander-ppm", "nan", "'nan' is not a number"),
         ("--pixel-drop", "1", "x>=2"),
         ("--divider", "1001", "1<=x<=1000"),
         ("--sync", "phase", "'free', 'start', 'lock'"),

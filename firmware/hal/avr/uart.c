@@ -80,13 +80,13 @@ static volatile uint8_t control_after; // what UCSR0B gets at the end of the han
     static void name(void) __asm__(#name) __attribute__((naked, used));                  \
     static void name(void)                                                               \
     {                                                                                    \
-        __asm__ volatile("lds r24, %[value]\n\t"                                         \
-                         "cli\n\t"                                                       \
-                         "sts %[control], r24\n\t"                                       \
-                         "pop r24\n\t" leave                                             \
-                         :                                                               \
-                         : [value] "i"(&control_after),                                  \
-                           [control] "n"(_SFR_MEM_ADDR(UCSR0B)));                        \
+        __asm__ volatile(                                                                \
+            "lds r24, %[value]\n\t"                                                      \
+            "cli\n\t"                                                                    \
+            "sts %[control], r24\n\t"                                                    \
+            "pop r24\n\t" leave                                                          \
+            :                                                                            \
+            : [value] "i"(&control_after), [control] "n"(_SFR_MEM_ADDR(UCSR0B)));        \
     }
 SERIAL_END(serial_over, "reti")
 // Behind a body that the compiler has ended by RETI. SEI lets RET execute before any interrupt.

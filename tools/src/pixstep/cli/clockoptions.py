@@ -7,7 +7,7 @@ import click
 
 from pixstep.board import registers as regs
 from pixstep.cli.options import HZ
-from pixstep.cli.quantities import Decorated
+from pixstep.cli.quantities import Decorated, FiniteRange
 from pixstep.profiles.madefor import MOST_EDGES
 from pixstep.simulation.clockflaws import MOST_JITTER_US, MOST_PPM, ClockFlaws
 
@@ -78,11 +78,11 @@ def clock_flaw_options(command: Decorated) -> Decorated:
         ("--pixel-double", click.IntRange(1), None, "One clock edge of so many is doubled."),
         ("--pixel-drop", click.IntRange(2), None, "One clock edge of so many is missing."),
         ("--pixel-step-ppm", _Step(), None, "The frequency rises from a clock edge on."),
-        ("--pixel-wander-ppm", click.FloatRange(0, MOST_PPM), 0.0,
+        ("--pixel-wander-ppm", FiniteRange(0, MOST_PPM), 0.0,
          "The frequency swings so far to either side, once in 1,000 edges."),
-        ("--pixel-jitter-us", click.FloatRange(0, MOST_JITTER_US), 0.0,
+        ("--pixel-jitter-us", FiniteRange(0, MOST_JITTER_US), 0.0,
          "Standard deviation of each clock edge."),
-        ("--pixel-ppm", click.FloatRange(-MOST_PPM, MOST_PPM), 0.0,
+        ("--pixel-ppm", FiniteRange(-MOST_PPM, MOST_PPM), 0.0,
          "Frequency error of the pixel clock."),
     ):  # fmt: skip
         command = click.option(name, type=kind, default=default, help=text)(command)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypedDict
 
 import click
 
-from pixstep.cli.quantities import Decorated, TimeType
+from pixstep.cli.quantities import Decorated, FiniteRange, TimeType
 from pixstep.errors import UserError
 from pixstep.machine import finding
 from pixstep.programs.options import (
@@ -52,7 +52,7 @@ _OPTIONS = (
     ),
     click.option(
         "--path-tolerance",
-        type=click.FloatRange(0.01, 1000),
+        type=FiniteRange(0.01, 1000),
         default=1.0,
         show_default=True,
         help="Steps that a smooth motor may cut a corner by.",

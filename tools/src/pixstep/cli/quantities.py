@@ -4,6 +4,7 @@
 Millimetres and degrees become steps by the motor of the command line (see `machinedefaults`).
 """
 
+import math
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Any, Generic, TypedDict, TypeVar
@@ -26,6 +27,19 @@ class LimitOptions(TypedDict):
     max_speed: Quantity | None
     max_acceleration: Quantity | None
     max_jerk: Quantity | None
+
+
+class FiniteRange(click.FloatRange):
+    """A number between two others: "nan" is neither too small nor too large, but no number."""
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Parse the text; a bad one is a usage error."""
+        number: float = super().convert(value, param, ctx)
+        if not math.isfinite(number):
+            self.fail(f"{value!r} is not a number.", param, ctx)
+        return number
 
 
 def set_scale(ctx: click.Context, scale: Callable[[], Scale | None]) -> None:

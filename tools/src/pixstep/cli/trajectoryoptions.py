@@ -12,7 +12,13 @@ import click
 
 from pixstep.cli.manylines import Value, per_line
 from pixstep.cli.options import say
-from pixstep.cli.quantities import Decorated, StepsType, scale_if_known, scale_of
+from pixstep.cli.quantities import (
+    Decorated,
+    FiniteRange,
+    StepsType,
+    scale_if_known,
+    scale_of,
+)
 from pixstep.errors import UserError
 from pixstep.lines import units
 from pixstep.lines.units import DISTANCE, STEP, Quantity, Scale
@@ -147,7 +153,7 @@ def _play_options(bandwidth: str, motor: str) -> tuple[Callable[[Decorated], Dec
             help=f"Natural frequency of {motor} that follows the table; none: a motor without lag.",
         ),
         click.option(
-            "--damping", type=click.FloatRange(0, 4), default=0.6, show_default=True,
+            "--damping", type=FiniteRange(0, 4), default=0.6, show_default=True,
             help="Damping of that motor.",
         ),
         click.option(

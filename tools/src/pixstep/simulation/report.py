@@ -92,7 +92,7 @@ def _headline(summary: Summary) -> str:
     if summary["record_every"] > 1:
         parts.append(f"records of every {summary['record_every']} pixels")
     if summary["serial_load"]:
-        parts.append(f"serial line saturated ({summary['requests']['load']} requests)")
+        parts.append(f"serial line saturated ({summary['requests'].get('load', 0)} requests)")
     if summary["requests"].get("without_reply"):
         parts.append(f"{summary['requests']['without_reply']} requests without a reply, repeated")
     return ", ".join(parts)

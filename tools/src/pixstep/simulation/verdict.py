@@ -30,7 +30,7 @@ else:
     np = lazy("numpy")
 
 CLOCK_TOLERANCE = 4  # cycles
-_PERIODS_TO_ZERO = range(1, 11)  # of the clock, from its edge to line zero
+_PERIODS_TO_ZERO = range(1, 65)  # of the clock, from its edge to line zero
 NEAR_ONE = 1e-3  # ticks from the limit where floating point hands over to exact arithmetic
 DIRECTION_SETUP_S = 20e-6  # the default setting
 
