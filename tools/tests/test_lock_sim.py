@@ -168,7 +168,8 @@ def test_axes_end_their_pixels_together(tmp_path):
     assert "20 pixels do not end together" in reason
 
 
-# One axis is decoded ahead of line zero, the other one is not: the filter hears of more edges between.
+# One axis is decoded ahead of line zero, the other one is not: the filter hears of more edges
+# between.
 @pytest.mark.usefixtures("simulator")
 @pytest.mark.parametrize(("board", "fast", "slow"), [("mega", 50, 1), ("m1284", 38, 1)])
 def test_axes_decoded_ahead_unequally_end_their_pixels_together(tmp_path, board, fast, slow):
@@ -212,8 +213,8 @@ def test_under_a_saturated_serial_line_a_lock_is_a_lock(tmp_path, board):
     assert judged.summary["requests"]["load"] > 20
 
 
-# Bytes at 1,000,000 baud and a step every 85 cycles: the coarse clock's handler needs its instructions
-# between them, or edges are placed by time that has been lost.
+# Bytes at 1,000,000 baud and a step every 85 cycles: the coarse clock's handler needs its
+# instructions between them, or edges are placed by time that has been lost.
 @pytest.mark.usefixtures("simulator")
 @pytest.mark.parametrize(
     ("hz", "count", "axis", "ppm"),

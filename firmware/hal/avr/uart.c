@@ -50,9 +50,9 @@ static volatile uint8_t control_after; // what UCSR0B gets at the end of the han
 
 // A handler first masks its own source and then lets the step interrupts in, before it saves
 // anything else. The step interrupts therefore wait for 13 cycles at most (15 on the Mega). The
-// handler's body is another function. The source is enabled again with interrupts off, when the body
-// has left the stack: otherwise each handler would nest in the one before, where handlers are slower
-// than the bus. The linker makes RCALL and RJMP of CALL and JMP where the body is near, as it is
+// handler's body is another function. The source is enabled again with interrupts off, when the
+// body has left the stack: otherwise each handler would nest in the one before, where handlers are
+// slower than the bus. The linker makes RCALL and RJMP of CALL and JMP where the body is near, as it is
 // here.
 #define SERIAL_VECTOR(vector, body, masked, end)                                         \
     ISR(vector, ISR_NAKED)                                                               \
@@ -73,8 +73,8 @@ static volatile uint8_t control_after; // what UCSR0B gets at the end of the han
     SERIAL_VECTOR(vector, body, masked, end)                                             \
     static void serial_##body(void)
 
-// The end of a handler: 13 cycles behind the body (14 on the Mega). RETI lets the program execute an
-// instruction before any interrupt, so that handlers do not pile up on the stack, and what they
+// The end of a handler: 13 cycles behind the body (14 on the Mega). RETI lets the program execute
+// an instruction before any interrupt, so that handlers do not pile up on the stack, and what they
 // have interrupted goes on, however fast bytes come: timer 0's handler has to end within 1 ms.
 #define SERIAL_END(name, leave)                                                          \
     static void name(void) __asm__(#name) __attribute__((naked, used));                  \
