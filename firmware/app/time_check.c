@@ -19,7 +19,8 @@
 // Looks that find when the timers started.
 #define START_LOOKS 40u
 // Looks at a fast axis, until one of them would show a missing period, or so many units have
-// passed (2 ms at 16 MHz): its steps may leave a quarter of the processor, and its next train is to be made.
+// passed (2 ms at 16 MHz): its steps may leave a quarter of the processor, and its next train is
+// to be made.
 #define LAG_LOOKS      8u
 #define LAG_MOST_UNITS 512u
 

@@ -52,8 +52,8 @@ static volatile uint8_t control_after; // what UCSR0B gets at the end of the han
 // anything else. The step interrupts therefore wait for 13 cycles at most (15 on the Mega). The
 // handler's body is another function. The source is enabled again with interrupts off, when the
 // body has left the stack: otherwise each handler would nest in the one before, where handlers are
-// slower than the bus. The linker makes RCALL and RJMP of CALL and JMP where the body is near, as it is
-// here.
+// slower than the bus. The linker makes RCALL and RJMP of CALL and JMP where the body is near, as
+// it is here.
 #define SERIAL_VECTOR(vector, body, masked, end)                                         \
     ISR(vector, ISR_NAKED)                                                               \
     {                                                                                    \
