@@ -122,7 +122,7 @@ def saturated(name: str, folder: Path) -> None:
 
 def home(name: str, folder: Path) -> None:
     """Record a homing to a switch that is late and bounces."""
-    knobs = "home=0,hyst=2,travel=-900..900,start=-300,delay=1500,bounce=6,bounce_ticks=9000"
+    knobs = "home=0,hyst=2,travel=-900..900,start=-480,delay=1500,bounce=6,bounce_ticks=9000"
     profile = accel.Acceleration((2, 20, 50, 70, 110), haps=4)
     axis = 0 if name == "uno" else 2
     with Recording(name, folder, HOMING_HZ, {axis: knobs}) as run:

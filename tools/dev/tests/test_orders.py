@@ -212,7 +212,7 @@ RESTS = cases(6, 10)
 @pytest.mark.parametrize("board", TRIED_BOARDS)
 def test_campaign(invoke, board):
     done = invoke(
-        "robustness", "orders", "--board", board, "--count", TRIALS, "--seed", 8, "--json"
+        "robustness", "orders", "--board", board, "--count", TRIALS, "--seed", 5, "--json"
     )
     outcome = json.loads(done.stdout)
     assert outcome["failures"] == []

@@ -57,7 +57,7 @@ def test_axes_with_counts_of_their_own_keep_up_with_the_clock(board, axes, steps
         ("mega", 4, 30_000, 30, True),
         ("mega", 4, 30_000, 100, False),
         ("mega", 4, 28_000, 100, True),
-        ("mega", 2, 51_000, 30, True),
+        ("mega", 2, 52_000, 30, True),
         ("m1284", 2, 60_000, 30, True),
     ],
 )
