@@ -24,31 +24,33 @@
 ; Cycles of a pixel on a grid of whole ticks: 258 inside a run, 338 with a segment of one byte of
 ; its own; for each step 10, 12 for a longer one, or 7 where all are equally long. Where the grid
 ; has fractions of a tick 51 more; of another number of steps than the pixel before, 25 more.
-#include "base/asm.inc" // macros
 #include "build_features.h" // SEVERAL_AXES
-#include "motion/even_pixel_layout.h"
+#include "motion/even_pixels.inc" // macros, registers
 #include "motion/pixel_period_layout.h"
 
 #if SEVERAL_AXES
 
-#define SPENT  r10
-#define BUDGET r11
-#define TICKS2 r12
-#define STEPS  r13
-#define WAYS   r14
-#define NEGATIVE_BIT 0
-#define EXACT_BIT    1
-#define PLAIN_BIT    2
-#define TICKS  r22, r23, r24, r25
+#define WAYS      r14
+#define EXACT_BIT 1
+#define PLAIN_BIT 2
+
+; X is where the byte of the queue at place r25:r24 is. Z is the queue. 12 cycles.
+.macro find_queued_byte
+    ldd r18, Z + EVEN_PIXEL_QUEUE_MASK
+    ldd r19, Z + EVEN_PIXEL_QUEUE_MASK + 1
+    and r18, r24
+    and r19, r25
+    ldd r26, Z + EVEN_PIXEL_QUEUE_BYTES
+    ldd r27, Z + EVEN_PIXEL_QUEUE_BYTES + 1
+    add r26, r18
+    adc r27, r19
+.endm
 
     .section .text.even_pixels_write, "ax", @progbits
 
 ; The length of a pixel of the exact grid, as line_pixel_ticks() would leave it.
 remember:
-    store_plain EVEN_PIXEL_TO_EDGE, TICKS
-    ldd r18, Y + EVEN_PIXEL_FLAGS
-    andi r18, 0xFF - EVEN_PIXEL_EDGE_OPEN
-    std Y + EVEN_PIXEL_FLAGS, r18
+    note_length
     ret
 
 no_room:
@@ -92,9 +94,7 @@ function even_pixels_write
     sbrs r18, EVEN_PIXEL_SMOOTH_BIT
     ori r20, 1 << PLAIN_BIT
     mov WAYS, r20
-    ldd r24, Y + EVEN_PIXEL_REPEAT
-    ldd r25, Y + EVEN_PIXEL_REPEAT + 1
-    or r24, r25
+    look_for_pixel_of_segment
     breq next_segment
     sbrs WAYS, PLAIN_BIT
     rjmp ask_segment
@@ -112,14 +112,7 @@ short_run:
     brsh far_ask_segment
     subi r20, EVEN_PIXEL_SHORT_RUN
     adiw r24, 1
-    ldd r18, Z + EVEN_PIXEL_QUEUE_MASK
-    ldd r19, Z + EVEN_PIXEL_QUEUE_MASK + 1
-    and r18, r24
-    and r19, r25
-    ldd r26, Z + EVEN_PIXEL_QUEUE_BYTES
-    ldd r27, Z + EVEN_PIXEL_QUEUE_BYTES + 1
-    add r26, r18
-    adc r27, r19
+    find_queued_byte
     mov r18, r20
     ld r20, X
     mov r26, r18
@@ -137,14 +130,7 @@ next_segment:
     cp r18, r24
     cpc r19, r25
     breq dry
-    ldd r18, Z + EVEN_PIXEL_QUEUE_MASK  ; 16  of one byte?
-    ldd r19, Z + EVEN_PIXEL_QUEUE_MASK + 1
-    and r18, r24
-    and r19, r25
-    ldd r26, Z + EVEN_PIXEL_QUEUE_BYTES
-    ldd r27, Z + EVEN_PIXEL_QUEUE_BYTES + 1
-    add r26, r18
-    adc r27, r19
+    find_queued_byte                    ; 17  of one byte?
     ld r20, X
     ldi r26, 1
     cpi r20, EVEN_PIXEL_NEAR_LAST + 1
@@ -185,29 +171,10 @@ segment_in_work:
     std Y + EVEN_PIXEL_SPEED + 1, r1
 
 next_pixel:
-    movw r30, r16                       ; 8   a mark is free?
-    ldd r18, Z + EVEN_PIXEL_MARK_HEAD
-    ldd r19, Z + EVEN_PIXEL_MARK_TAIL
-    sub r18, r19
-    cpi r18, EVEN_PIXEL_MARK_COUNT - 1
-    brsh far_wait
-    ldd r18, Z + EVEN_PIXEL_RETIRED     ; 8   room in the ring?
-    ldd r19, Z + EVEN_PIXEL_HEAD
-    sub r18, r19
-    subi r18, 256 - EVEN_PIXEL_RING_CAPACITY
-    cp r18, STEPS
-    brlo far_no_room
+    look_for_room far_wait, far_no_room ; 16
     sbrc WAYS, EXACT_BIT                ; 4
     rjmp exact
-    ldd r18, Y + EVEN_PIXEL_FLAGS       ;     a pixel of the exact grid, as a whole?
-    sbrs r18, EVEN_PIXEL_EDGE_OPEN_BIT
-    rjmp ask
-    ldd r19, Y + EVEN_PIXEL_GRID_MODE
-    .irp byte, 0, 1, 2, 3
-    ldd r20, Y + EVEN_PIXEL_TO_EDGE + \byte
-    or r19, r20
-    .endr
-    brne ask
+    look_for_exact_pixel ask
     ldi r18, 1 << EXACT_BIT
     or WAYS, r18
 exact:
@@ -249,24 +216,8 @@ length_known:
     cpc r25, r1
     brsh far_not_here
 
-    ldd r18, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_STEPS ; 4 as many steps as in the last pixel?
-    cp r18, STEPS
-    brne divide
-    ldd r18, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_TICKS ; 18 then the remainder may take the difference
-    ldd r19, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_TICKS + 1
-    ldd r20, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_REMAINDER
-    movw r26, r22
-    sub r26, r18
-    sbc r27, r19
-    add r26, r20
-    adc r27, r1
-    brne divide
-    cp r26, STEPS
-    brsh divide
-    std Y + EVEN_PIXEL_RATE + EVEN_PIXEL_REMAINDER, r26 ; 12
-    std Y + EVEN_PIXEL_RATE + EVEN_PIXEL_TICKS, r22
-    std Y + EVEN_PIXEL_RATE + EVEN_PIXEL_TICKS + 1, r23
-    ldd r20, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_BASE
+    keep_interval divide                ; 28
+    ldd r20, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_BASE ; 6
     ldd r21, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_BASE + 1
     mov r24, r26
     rjmp divided
@@ -326,23 +277,9 @@ divide:
 
 divided:
     sbrs WAYS, EXACT_BIT                ; 2
-    rcall forget_length
-    ldd r26, Y + EVEN_PIXEL_REPEAT      ; 10  one pixel less of the segment
-    ldd r27, Y + EVEN_PIXEL_REPEAT + 1
-    sbiw r26, 1
-    std Y + EVEN_PIXEL_REPEAT, r26
-    std Y + EVEN_PIXEL_REPEAT + 1, r27
-    ldd r18, Y + EVEN_PIXEL_POSITION    ; 14  position
-    ldd r19, Y + EVEN_PIXEL_POSITION + 1
-    sbrc WAYS, NEGATIVE_BIT
-    rjmp 1f
-    add r18, STEPS
-    adc r19, r1
-    rjmp 2f
-1:  sub r18, STEPS
-    sbc r19, r1
-2:  std Y + EVEN_PIXEL_POSITION, r18
-    std Y + EVEN_PIXEL_POSITION + 1, r19
+    rcall forget
+    take_pixel_of_segment r26, r27      ; 10
+    move_position WAYS, r18, r19        ; 14
 
 ; Append the pixel to the stream: its length r23:r22 (and TICKS2), the shorter interval r21:r20, the
 ; number of longer ones r24, the position r19:r18.
@@ -498,16 +435,9 @@ written:
     mov r31, r19
     st Z, r0
     movw r28, r8
-    mov r24, STEPS                      ; 7   what the pixel costs
-    lsr r24
-    lsr r24
-    subi r24, -EVEN_PIXEL_COST
-    add SPENT, r24
-    cp SPENT, BUDGET
+    count_cost                          ; 7
     brsh far_leave
-    ldd r24, Y + EVEN_PIXEL_REPEAT      ; 9   another one of the segment?
-    ldd r25, Y + EVEN_PIXEL_REPEAT + 1
-    or r24, r25
+    look_for_pixel_of_segment           ; 9
     breq 1f
     rjmp next_pixel
 1:  rjmp next_segment
@@ -522,30 +452,19 @@ begin_of_ring:
     dec r31
     ret
 
-; The pixel behind has no length yet.
-forget_length:
-    ldd r25, Y + EVEN_PIXEL_FLAGS
-    ori r25, EVEN_PIXEL_EDGE_OPEN
-    std Y + EVEN_PIXEL_FLAGS, r25
-    .irp byte, 0, 1, 2, 3
-    std Y + EVEN_PIXEL_TO_EDGE + \byte, r1
-    .endr
+forget:
+    forget_length r25
     ret
 
 divide_long:
     sbrc WAYS, EXACT_BIT
     rcall remember
-    movw r18, r22                       ;     length and steps to their places
-    movw r20, r24
-    movw r24, r28
-    adiw r24, EVEN_PIXEL_RATE
-    mov r22, STEPS
-    call even_pixel_divide
+    call_divide
     cpse r24, r1
     rjmp 1f
     rjmp leave
 1:  sbrc WAYS, EXACT_BIT
-    rcall forget_length
+    rcall forget
     ldd r22, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_TICKS
     ldd r23, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_TICKS + 1
     ldd r20, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_BASE

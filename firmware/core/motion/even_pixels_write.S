@@ -13,27 +13,12 @@
 ; Cycles of a pixel: some 175, pixel_grid_advance() and even_pixel_put(); of a locked line some 150,
 ; line_pixel_ticks() and even_pixel_put(); with another number of steps than the
 ; pixel before, line_even_steps() and even_pixel_divide() besides.
-#include "base/asm.inc" // macros
 #include "build_features.h" // SEVERAL_AXES
-#include "motion/even_pixel_layout.h"
+#include "motion/even_pixels.inc" // macros, registers
 
 #if !SEVERAL_AXES
 
-#define SPENT    r10
-#define BUDGET   r11
-#define TICKS2   r12
-#define STEPS    r13
 #define NEGATIVE r14
-#define NEGATIVE_BIT 0
-#define TICKS    r22, r23, r24, r25
-
-; The length of the pixel, as line_pixel_ticks() leaves it.
-.macro note_length
-    store_plain EVEN_PIXEL_TO_EDGE, TICKS
-    ldd r18, Y + EVEN_PIXEL_FLAGS
-    andi r18, 0xFF - EVEN_PIXEL_EDGE_OPEN
-    std Y + EVEN_PIXEL_FLAGS, r18
-.endm
 
     .section .text.even_pixels_write, "ax", @progbits
 function even_pixels_write
@@ -60,16 +45,10 @@ leave:
     .endr
     ret
 
-
 divide:
-    movw r18, r22                       ;     length and steps to their places
-    movw r20, r24
-    movw r24, r28
-    adiw r24, EVEN_PIXEL_RATE
-    mov r22, STEPS
-    call even_pixel_divide
+    call_divide
     cpse r24, r1
-    rjmp forget_length
+    rjmp forget
     rjmp leave
 
 next_segment:
@@ -83,28 +62,8 @@ next_segment:
     brsh leave
 
 next_pixel:
-    movw r30, r16                       ; 8   a mark is free?
-    ldd r18, Z + EVEN_PIXEL_MARK_HEAD
-    ldd r19, Z + EVEN_PIXEL_MARK_TAIL
-    sub r18, r19
-    cpi r18, EVEN_PIXEL_MARK_COUNT - 1
-    brsh wait
-    ldd r18, Z + EVEN_PIXEL_RETIRED     ; 9   room in the ring?
-    ldd r19, Z + EVEN_PIXEL_HEAD
-    sub r18, r19
-    subi r18, 256 - EVEN_PIXEL_RING_CAPACITY
-    cp r18, STEPS
-    brlo no_room
-    ldd r18, Y + EVEN_PIXEL_FLAGS       ; 19  a pixel of the exact grid, as a whole?
-    sbrs r18, EVEN_PIXEL_EDGE_OPEN_BIT
-    rjmp ask
-    ldd r19, Y + EVEN_PIXEL_GRID_MODE
-    .irp byte, 0, 1, 2, 3
-    ldd r20, Y + EVEN_PIXEL_TO_EDGE + \byte
-    or r19, r20
-    .endr
-    brne ask
-exact:
+    look_for_room wait, no_room         ; 16
+    look_for_exact_pixel ask            ; 19
     movw r24, r28                       ; 5
     adiw r24, EVEN_PIXEL_GRID
     call pixel_grid_advance
@@ -126,48 +85,12 @@ length_known:
     or r18, r24
     breq far_leave
 
-    ldd r18, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_STEPS ; 4 as many steps as in the last pixel?
-    cp r18, STEPS
-    brne far_divide
-    ldd r18, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_TICKS ; 18 then the remainder may take the difference
-    ldd r19, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_TICKS + 1
-    ldd r20, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_REMAINDER
-    movw r26, r22
-    sub r26, r18
-    sbc r27, r19
-    add r26, r20
-    adc r27, r1
-    brne far_divide
-    cp r26, STEPS
-    brsh far_divide
-    std Y + EVEN_PIXEL_RATE + EVEN_PIXEL_REMAINDER, r26 ; 6
-    std Y + EVEN_PIXEL_RATE + EVEN_PIXEL_TICKS, r22
-    std Y + EVEN_PIXEL_RATE + EVEN_PIXEL_TICKS + 1, r23
+    keep_interval far_divide            ; 28
 
-forget_length:
-    ldd r24, Y + EVEN_PIXEL_FLAGS       ; 13  the pixel behind has no length yet
-    ori r24, EVEN_PIXEL_EDGE_OPEN
-    std Y + EVEN_PIXEL_FLAGS, r24
-    .irp byte, 0, 1, 2, 3
-    std Y + EVEN_PIXEL_TO_EDGE + \byte, r1
-    .endr
-4:
-    ldd r24, Y + EVEN_PIXEL_REPEAT      ; 10  one pixel less of the segment
-    ldd r25, Y + EVEN_PIXEL_REPEAT + 1
-    sbiw r24, 1
-    std Y + EVEN_PIXEL_REPEAT, r24
-    std Y + EVEN_PIXEL_REPEAT + 1, r25
-    ldd r20, Y + EVEN_PIXEL_POSITION    ; 15  position
-    ldd r21, Y + EVEN_PIXEL_POSITION + 1
-    sbrc NEGATIVE, NEGATIVE_BIT
-    rjmp 1f
-    add r20, STEPS
-    adc r21, r1
-    rjmp 2f
-1:  sub r20, STEPS
-    sbc r21, r1
-2:  std Y + EVEN_PIXEL_POSITION, r20
-    std Y + EVEN_PIXEL_POSITION + 1, r21
+forget:
+    forget_length r24                   ; 13
+    take_pixel_of_segment r24, r25      ; 10
+    move_position NEGATIVE, r20, r21    ; 14
 
     movw r22, r28                       ; 8   r20, r21 are the position
     subi r22, -EVEN_PIXEL_RATE
@@ -177,17 +100,10 @@ forget_length:
     cpse TICKS2, r1                     ; 2
     rcall longer_than_16_bits
 
-    mov r24, STEPS                      ; 6   what the pixel costs
-    lsr r24
-    lsr r24
-    subi r24, -EVEN_PIXEL_COST
-    add SPENT, r24
-    cp SPENT, BUDGET
+    count_cost                          ; 6
     brlo 2f
     rjmp leave
-2:  ldd r24, Y + EVEN_PIXEL_REPEAT      ; 9   another one of the segment?
-    ldd r25, Y + EVEN_PIXEL_REPEAT + 1
-    or r24, r25
+2:  look_for_pixel_of_segment           ; 9
     breq 3f
     rjmp next_pixel
 3:  rjmp next_segment
