@@ -124,38 +124,26 @@ bool start_any_waits(void)
     return waits;
 }
 
-#if CONFIG_AXES > 1
-// The larger of this number and that of the pixel edges that the line was decoded ahead.
-static uint16_t more(uint16_t decoded, const struct line_grid *grid, uint16_t number)
+// Give every waiting axis this line zero. Returns how many pixel edges the line that was decoded
+// furthest has behind it.
+static uint16_t place_all(uint32_t zero)
 {
-    uint16_t mine = line_grid_decoded(grid, number);
+    uint16_t number = lock_grid_now()->newest;
+    uint16_t most = 0;
 
-    return mine > decoded ? mine : decoded;
-}
-
-// Lines that begin together end all pixels together, also those that only some of them had decoded.
-static void keep_decoded(uint16_t decoded, uint32_t zero)
-{
-    if (!start_clocked_axis_runs()) {
-        lock_grid_keep(decoded, zero);
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if (waits_for_edge(i)) {
+            struct axis *axis = axes_get(i);
+            axis_place(axis, zero);
+            if (line_grid_locked(&axis->line.edges)) {
+                line_grid_place(&axis->line.edges, number, zero);
+            }
+            uint16_t decoded = line_grid_decoded(&axis->line.edges, number);
+            most = decoded > most ? decoded : most;
+        }
     }
+    return most;
 }
-#else
-static inline uint16_t more(uint16_t decoded,
-                            const struct line_grid *grid,
-                            uint16_t number)
-{
-    (void)grid;
-    (void)number;
-    return decoded;
-}
-
-static inline void keep_decoded(uint16_t decoded, uint32_t zero)
-{
-    (void)decoded;
-    (void)zero;
-}
-#endif
 
 void start_on_edge(uint32_t edge_ticks)
 {
@@ -169,22 +157,15 @@ void start_on_edge(uint32_t edge_ticks)
         }
     }
     uint32_t zero = common_zero(edge_ticks);
-    uint16_t number = lock_grid_now()->newest;
-    uint16_t decoded = 0;
+    uint16_t decoded = place_all(zero);
 
-    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (waits_for_edge(i)) {
-            struct axis *axis = axes_get(i);
-            axis_place(axis, zero);
-            if (line_grid_locked(&axis->line.edges)) {
-                line_grid_place(&axis->line.edges, number, zero);
-            }
-            decoded = more(decoded, &axis->line.edges, number);
-        }
-    }
-    keep_decoded(decoded, zero);
     // One line is the clock's reference; a later start does not take that away from it.
     if (CONFIG_AXES == 1 || !start_clocked_axis_runs()) {
+        // Lines that begin together end all pixels together, also those that only some of them have
+        // decoded.
+        if (CONFIG_AXES > 1) {
+            lock_grid_keep(decoded, zero);
+        }
         reference_follow(zero);
     }
 }

@@ -194,14 +194,15 @@ static inline bool axis_streams(const struct axis *axis)
     return axis->phase != DECODE_OUTSIDE && axis->whole_lines == 0;
 }
 
-// Entries in the ring that the interrupt has still to make, at most: some time has passed since
-// they were counted.
-static inline uint8_t axis_ring_ahead(const struct axis *axis)
+// Of the entries in the ring those that the interrupt has made, at least: some time has passed
+// since they were counted. With a single axis they are not counted: 0.
+static inline uint8_t axis_made_entries(const struct axis *axis)
 {
 #if SEVERAL_AXES
-    return (uint8_t)(stream_used(&axis->feed.stream) - axis->made_entries);
+    return axis->made_entries;
 #else
-    return stream_used(&axis->feed.stream);
+    (void)axis;
+    return 0;
 #endif
 }
 

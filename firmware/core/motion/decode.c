@@ -197,7 +197,7 @@ static inline uint8_t batch_most(uint8_t ahead)
 static uint32_t burst_curve(struct axis *axis, uint8_t *count)
 {
     struct stream *stream = &axis->feed.stream;
-    uint8_t most = batch_most(axis_ring_ahead(axis));
+    uint8_t most = batch_most((uint8_t)(stream_used(stream) - axis_made_entries(axis)));
     struct curve_made made;
 
     curve_burst(&axis->walk.steps.curve,
@@ -415,11 +415,6 @@ static inline bool room_left(const struct stream *stream)
     return stream_space(stream) >= DECODE_ROOM_LEFT;
 }
 
-static inline uint8_t made_entries(const struct axis *axis)
-{
-    return (uint8_t)(axis_ring_fill(axis) - axis_ring_ahead(axis));
-}
-
 // Decode more of a curve while it is narrow: most of a smooth line. Inside it nothing but its next
 // steps is to be written. made: entries that the interrupt has made and that are not accounted for.
 // Returns what is left of the budget.
@@ -455,8 +450,8 @@ static APART uint8_t decode_narrow(struct walk *walk,
 static inline uint8_t decode_curve(struct axis *axis, uint8_t budget)
 {
     if (axis->walk.steps.curve.kind == CURVE_FLAT_NARROW) {
-        uint8_t left =
-            decode_narrow(&axis->walk, &axis->feed.stream, made_entries(axis), budget);
+        uint8_t left = decode_narrow(
+            &axis->walk, &axis->feed.stream, axis_made_entries(axis), budget);
         if (left != budget) {
             return (uint8_t)(budget - left);
         }
@@ -507,8 +502,8 @@ uint8_t decode_axis(struct axis *axis,
                     uint8_t budget)
 {
     if (in_curve(axis)) {
-        budget =
-            decode_narrow(&axis->walk, &axis->feed.stream, made_entries(axis), budget);
+        budget = decode_narrow(
+            &axis->walk, &axis->feed.stream, axis_made_entries(axis), budget);
         if (budget == 0 || !room_left(&axis->feed.stream)) {
             return budget;
         }

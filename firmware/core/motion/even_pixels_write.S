@@ -54,7 +54,6 @@ divide:
 next_segment:
     movw r24, r28
     mov r22, NEGATIVE
-    andi r22, 1 << NEGATIVE_BIT
     call line_even_steps
     mov STEPS, r24
     subi r24, 1                         ;     0 is no such pixel either

@@ -127,7 +127,6 @@ uint32_t lock_grid_next_to_come(void);
 // Line zero of a waiting line is pixel edge `number`, at this time.
 void line_grid_place(struct line_grid *grid, uint16_t number, uint32_t zero_ticks);
 
-#if SEVERAL_AXES
 // Pixel edges that a placed line had decoded before its line zero, edge `number` of the grid, was
 // known: none of them is to be predicted.
 static inline uint16_t line_grid_decoded(const struct line_grid *grid, uint16_t number)
@@ -135,10 +134,10 @@ static inline uint16_t line_grid_decoded(const struct line_grid *grid, uint16_t 
     return grid->mode == LINE_GRID_LOCKED ? (uint16_t)(grid->edge - number) : 0;
 }
 
-// Behind lock_grid_begin(): so many pixel edges have the times that a line was decoded ahead with,
-// whatever the filter says, for the lines that were not decoded that far. At most LOCK_GRID_EDGES.
+// Behind lock_grid_begin(): so many pixel edges, LOCK_GRID_EDGES at most, have the times that a
+// line was decoded ahead with, whatever the filter says, for the lines that were not decoded that
+// far. On boards of several axes.
 void lock_grid_keep(uint16_t edges, uint32_t zero_ticks);
-#endif
 
 // Lines follow the clock from its newest edge on, however many came before.
 void lock_grid_follow_from_here(void);

@@ -239,8 +239,8 @@ void uart_drop(uint16_t count)
     }
     uart_place.next_byte = to;
     if (uart_place.first_silence != uart_place.first_byte) {
-        uart_place.first_silence -=
-            count; // the buffer's front if it was right behind these
+        // The buffer's front if it was right behind these.
+        uart_place.first_silence -= count;
     }
     UCSR0B = ENABLE_RECEIVE;
 }
