@@ -9,18 +9,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from effort import cases, only_long
 from pixstep import natives
 from pixstep.board import registers as regs
 from pixstep.board.boardrun import BoardRun
+from pixstep.board.errors import BoardError
 from pixstep.lines import exact
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.profiles import generator
-from pixstep.simulation import clockjudge, pixelgrid, verdict
+from pixstep.simulation import clockjudge, pixelgrid, report, verdict
 from pixstep.simulation.clockflaws import ClockFlaws
 from pixstep.simulation.edges import AxisEdges, ClockLog, read_clock_log, read_edges
 from pixstep.simulation.judge import judge
+from pixstep.simulation.serialload import SerialLoad
 from pixstep.simulation.simboard import SimLink
 from pixstep.simulation.simctl import SimOptions
 from pixstep.simulation.simrun import FREE, LOCK, START, Job
@@ -231,6 +234,25 @@ def test_the_fastest_traffic_beside_a_fast_axis_takes_no_time_away(tmp_path, hz,
     _, judged = run(tmp_path, "mega", lines, hz, pixel_ppm=ppm, baud=1_000_000, serial_load=True)
     errors_ticks = judged.kept[axis].errors_ticks
     assert len(errors_ticks) >= 8 and max(map(abs, errors_ticks)) <= 2
+
+
+# The cable is pulled in the middle of the load.
+@pytest.mark.usefixtures("simulator")
+def test_a_board_that_falls_silent_beside_a_saturated_line_is_named(tmp_path, monkeypatch):
+    sent = SerialLoad.until
+
+    def until(load, simulator, cycle):
+        sent(load, simulator, cycle)
+        raise BoardError("board 1: no reply")
+
+    monkeypatch.setattr(SerialLoad, "until", until)
+    _, judged = run(tmp_path, "uno", {0: PLAIN_LINE}, serial_load=True)
+    assert any("no reply" in reason for reason in judged.summary["reasons"])
+    assert judged.summary["requests"]["load"] > 0
+    console = Console(width=200, record=True)
+    report.print_page(console, judged.summary)
+    shown = f"serial line saturated ({judged.summary['requests']['load']} requests)"
+    assert shown in console.export_text()
 
 
 @pytest.mark.usefixtures("simulator")

@@ -224,12 +224,14 @@ def _go(run: SimulatedBoard, result: RunResult, progress: Progress) -> None:
 def _follow(run: SimulatedBoard, result: RunResult, progress: Progress) -> None:
     """Follow the lines to their end, the serial line loaded if that was asked."""
     load = SerialLoad(run.board, run.axes, run.uploads) if result.job.serial_load else None
-    if not run.follow(_Watch(run, result, load, progress)):
-        last = [regs.axis_state(found["axis_state"]) for found in result.axis_states.values()]
-        result.trouble.append(f"not done in time: axes are {', '.join(last)}")
-    if load:
-        result.requests["load"] = load.sent
-        result.requests["load_exceptions"] = load.exceptions
+    try:
+        if not run.follow(_Watch(run, result, load, progress)):
+            last = [regs.axis_state(found["axis_state"]) for found in result.axis_states.values()]
+            result.trouble.append(f"not done in time: axes are {', '.join(last)}")
+    finally:
+        if load:
+            result.requests["load"] = load.sent
+            result.requests["load_exceptions"] = load.exceptions
     result.clock_seen = run.board.inputs()
     _note_fault(run.board, result)
 
