@@ -229,10 +229,36 @@ static void glitches_are_counted_and_change_nothing(void)
 static void a_false_first_edge_is_given_up(void)
 {
     edges(1, 0);
-    edges(1, PERIOD_TICKS / 3u);
+    TEST_ASSERT_FALSE(edge_after(PERIOD_TICKS / 3u));
     edges(29, PERIOD_TICKS);
+    TEST_ASSERT_FALSE(clock_filter_settled(&filter));
+    edges(1, PERIOD_TICKS);
     TEST_ASSERT_TRUE(clock_filter_settled(&filter));
     check_ahead(2, PERIOD_TICKS);
+}
+
+// `before` edges, and behind them a false one; it may be so near that it passes for the edge whose
+// neighbour it is.
+static void settle_beside_a_false_edge(uint8_t before, uint32_t part_ticks)
+{
+    aim(PERIOD_TICKS, 2);
+    edges(before, PERIOD_TICKS);
+    (void)clock_filter_edge(&filter, edge_ticks + part_ticks);
+    for (uint8_t left = 60; left != 0 && !clock_filter_settled(&filter); left--) {
+        (void)edge_after(PERIOD_TICKS);
+    }
+    TEST_ASSERT_TRUE(clock_filter_settled(&filter));
+    check_ahead(2, PERIOD_TICKS);
+}
+
+static void a_false_edge_while_it_settles_leaves_nothing_behind(void)
+{
+    for (uint8_t before = 1; before < 28u; before++) {
+        for (uint32_t part = PERIOD_TICKS / 100u; part < PERIOD_TICKS;
+             part += PERIOD_TICKS / 100u) {
+            settle_beside_a_false_edge(before, part);
+        }
+    }
 }
 
 static void jitter_is_the_mean_error(void)
@@ -262,6 +288,7 @@ int main(void)
     RUN_TEST(time_can_bridge_an_edge_before_the_next_one_comes);
     RUN_TEST(glitches_are_counted_and_change_nothing);
     RUN_TEST(a_false_first_edge_is_given_up);
+    RUN_TEST(a_false_edge_while_it_settles_leaves_nothing_behind);
     RUN_TEST(jitter_is_the_mean_error);
     return UNITY_END();
 }

@@ -96,12 +96,13 @@ APART bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks)
         int32_t most = (int32_t)(filter->period.ticks >> shift);
         int32_t error = (int32_t)(edge_ticks - filter->expected.ticks);
 
-        if (error < -most) {
+        if (error + most < 0) {
             filter->glitches++;
-            if (clock_filter_settled(filter)) {
-                return false;
+            // Which of the two edges was the false one nobody knows yet: neither is the first one.
+            if (!clock_filter_settled(filter)) {
+                filter->count = 0;
             }
-            break;
+            return false;
         }
         if (error <= most) {
             take(filter, error);

@@ -73,8 +73,8 @@ void clock_filter_aim(struct clock_filter *filter,
 
 // An edge came. Returns true when it is edge number filter->edge, and false when it was a glitch:
 // more than a quarter of a period from each place where an edge can be. After a glitch while it
-// settles the filter begins anew with this edge; after too many missing edges it waits for a
-// restart.
+// settles the filter begins anew with the edge behind this one: a false edge close to a true one
+// would spoil its first interval. After too many missing edges it waits for a restart.
 bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks);
 
 // The expected edge is missing: go on to the next one. Returns false when more edges in a row are
