@@ -46,9 +46,15 @@ uint16_t curve_steep_root(uint32_t value);
 #define GRID_CYCLES  76u
 #define WHOLE_CYCLES 40u // where the period is a whole number of ticks
 #define PIXEL_CYCLES 234u
-// Whole pixels of so many equal steps in even_pixels_write(), of a segment each and of one segment.
-#define EVEN_CYCLES(steps) (338u + 7u * (steps))
-#define SAME_CYCLES(steps) (258u + 7u * (steps))
+// Whole pixels of up to 24 steps in even_pixels_write(): besides its steps, with a segment of its
+// own and inside a run. Steps go in groups of one, two, four and eight.
+#define EVEN_CYCLES   361u
+#define SAME_CYCLES   281u
+#define GROUPS_CYCLES 8u  // less, at most
+#define EQUAL_CYCLES  4u  // a step where all are equally long,
+#define SHORT_CYCLES  6u  // and where some are a tick
+#define LONG_CYCLES   10u // longer;
+#define MIXED_CYCLES  2u  // those pixels besides
 // Of a step: the low byte of q - 1 stays far from a carry.
 #define TOP 0x0140u
 
@@ -422,7 +428,7 @@ static void pixels_accounted_for(void)
 }
 
 // Write so many pixels of 800 ticks a step; each with a segment of a byte of its own, or one run.
-MEASURING time_even(uint8_t count, uint8_t steps, bool run)
+MEASURING time_even(uint8_t count, uint8_t steps, uint8_t more_ticks, bool run)
 {
     static struct stream stream;
     static struct segment_queue queue;
@@ -430,7 +436,8 @@ MEASURING time_even(uint8_t count, uint8_t steps, bool run)
     static struct line line;
     static struct pixel_period period;
 
-    period = (struct pixel_period){.whole_ticks = 800u * steps, .divisor = 1};
+    period =
+        (struct pixel_period){.whole_ticks = 800u * steps + more_ticks, .divisor = 1};
     queue = (struct segment_queue){.out = {.bytes = bytes, .mask = 15, .last = steps},
                                    .head = run ? 0 : count};
     memset(bytes, SEGMENT_NEAR_ZERO, sizeof bytes);
@@ -447,16 +454,35 @@ MEASURING time_even(uint8_t count, uint8_t steps, bool run)
     return (uint16_t)(end - start);
 }
 
+static uint16_t one_even(uint8_t steps, uint8_t more_ticks, bool run)
+{
+    return time_even(3, steps, more_ticks, run) - time_even(2, steps, more_ticks, run);
+}
+
 static void even_pixels(void)
 {
-    static const uint8_t many[] = {10, 20};
+    for (uint8_t steps = 2; steps <= 24u; steps++) {
+        uint16_t steps_cycles = EQUAL_CYCLES * steps;
+        TEST_ASSERT_UINT16_WITHIN(GROUPS_CYCLES / 2u,
+                                  EVEN_CYCLES - GROUPS_CYCLES / 2u + steps_cycles,
+                                  one_even(steps, 0, false));
+        TEST_ASSERT_UINT16_WITHIN(GROUPS_CYCLES / 2u,
+                                  SAME_CYCLES - GROUPS_CYCLES / 2u + steps_cycles,
+                                  one_even(steps, 0, true));
+    }
+}
 
-    for (uint8_t i = 0; i < 2u; i++) {
-        uint8_t steps = many[i];
-        TEST_ASSERT_EQUAL_UINT16(EVEN_CYCLES(steps),
-                                 time_even(3, steps, false) - time_even(2, steps, false));
-        TEST_ASSERT_EQUAL_UINT16(SAME_CYCLES(steps),
-                                 time_even(3, steps, true) - time_even(2, steps, true));
+// The first step is not in a group.
+static void even_pixels_of_two_intervals(void)
+{
+    uint16_t equal_cycles = one_even(20, 0, true);
+
+    for (uint8_t longer = 1; longer < 20u; longer++) {
+        uint16_t short_steps = 20u - longer;
+        uint16_t more_cycles = MIXED_CYCLES +
+                               short_steps * (SHORT_CYCLES - EQUAL_CYCLES) +
+                               (longer - 1u) * (LONG_CYCLES - EQUAL_CYCLES);
+        TEST_ASSERT_EQUAL_UINT16(equal_cycles + more_cycles, one_even(20, longer, true));
     }
 }
 
@@ -474,6 +500,7 @@ int main(void)
     RUN_TEST(grids);
     RUN_TEST(pixels_accounted_for);
     RUN_TEST(even_pixels);
+    RUN_TEST(even_pixels_of_two_intervals);
     return UNITY_END();
 }
 

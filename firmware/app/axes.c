@@ -67,6 +67,18 @@ bool axes_any_starting(void)
     return i < CONFIG_AXES;
 }
 
+#if SEVERAL_AXES
+bool axes_any_running(void)
+{
+    uint8_t i = 0;
+
+    while (i < CONFIG_AXES && axes[i].life.state != AXIS_RUNNING) {
+        i++;
+    }
+    return i < CONFIG_AXES;
+}
+#endif
+
 bool axes_any_queued(void)
 {
     bool queued = axes_first_moving() != NO_AXIS;

@@ -70,6 +70,9 @@ uint8_t axes_first_moving(void);
 bool axes_any_armed(void);
 // True when an axis is STARTING: its line zero is known, and its release is near.
 bool axes_any_starting(void);
+#if SEVERAL_AXES
+bool axes_any_running(void);
+#endif
 // True when an axis moves, or has segments of a line queued. Settings must not change then; the
 // start mark of a line was checked against none of them.
 bool axes_any_queued(void);

@@ -26,16 +26,13 @@ static APART void note_late(struct axis *axis, uint16_t pixel, int16_t error_tic
 // line zero, so that only lines with the line zero of the reference may take its errors.
 static APART void note_edge_error(uint16_t pixel)
 {
-    const struct clock_watch *watch = reference_watch();
-
-    BY_POINTER(watch);
     // Read once: the compiler cannot know that the records are elsewhere.
-    uint32_t zero_ticks = watch->zero_ticks;
-    int16_t error_ticks = watch->error_ticks;
+    int16_t error_ticks = reference_watch()->error_ticks;
+    uint8_t axes = start_followers();
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         struct axis *axis = axes_get(i);
-        if (axis->zero_ticks != zero_ticks) {
+        if ((axes & axis_bit(i)) == 0) {
             continue;
         }
         uint16_t behind = (uint16_t)(pixel - (uint16_t)axis->ledger.pixel - 1u);
@@ -125,6 +122,10 @@ static void take_edge(const struct pixel_capture *capture, bool after_loss)
 // Edges that were lost since the last call.
 static uint8_t take_lost(void)
 {
+    // To ask first is worth the flash where there are several axes.
+    if (SEVERAL_AXES && !pixel_clock_any_lost()) {
+        return 0;
+    }
     uint8_t lost = pixel_clock_take_lost();
 
     if (!pixel_clock_take_crowded() || lost != 0) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/reference.h"
 
+#include "app/axes.h"         // axes_any_running
 #include "app/settings.h"     // settings_now
 #include "base/apart.h"       // BY_POINTER
 #include "base/divide.h"      // divide_u32_u16
@@ -98,16 +99,19 @@ bool reference_present(void)
 #if SEVERAL_AXES
 #define FAST_TICKS ((uint32_t)0x4000) // 976 Hz at 16 MHz
 static bool leaves_out_fast;          // edges that come in this or less
+static bool edge_came;                // since reference_overdue() looked at the time
 
 void reference_measure(bool fast_edges)
 {
     leaves_out_fast = !fast_edges;
 }
 
+// A board at rest has the time for all of them.
 static inline bool too_many(void)
 {
-    return pixel_clock_waiting() ||
-           (leaves_out_fast && clock_period.whole_ticks <= FAST_TICKS);
+    return (pixel_clock_waiting() ||
+            (leaves_out_fast && clock_period.whole_ticks <= FAST_TICKS)) &&
+           axes_any_running();
 }
 #else
 static inline bool too_many(void)
@@ -115,6 +119,19 @@ static inline bool too_many(void)
     return pixel_clock_waiting();
 }
 #endif
+
+// Restart the time-out. A round later is soon enough but for a lock, which bridges a missing edge.
+static inline void restart_time_out(bool locks)
+{
+#if SEVERAL_AXES
+    if (!locks) {
+        edge_came = true;
+        return;
+    }
+#endif
+    (void)locks;
+    reference_await_edge();
+}
 
 bool reference_edge(uint32_t edge_ticks, uint32_t *pixel)
 {
@@ -126,7 +143,7 @@ bool reference_edge(uint32_t edge_ticks, uint32_t *pixel)
     } else if (!clock_filter_edge(&grid->filter, edge_ticks) && grid->locks) {
         return false;
     }
-    reference_await_edge();
+    restart_time_out(grid->locks);
 #if FEATURE_CLOCK_STATISTICS
     if (grid->locks) {
         clock_watch_count(&edge_watch, edge_ticks);
@@ -179,6 +196,13 @@ bool reference_overdue(void)
     const struct lock_grid *grid = lock_grid_now();
     uint16_t eighths = 12;
 
+#if SEVERAL_AXES
+    if (edge_came) {
+        edge_came = false;
+        reference_await_edge();
+        return false;
+    }
+#endif
     if (grid->locks) {
         eighths = (uint16_t)(11u + 8u * grid->filter.bridged);
     }

@@ -145,6 +145,31 @@ static uint16_t place_all(uint32_t zero)
     return most;
 }
 
+#if FEATURE_CLOCK_STATISTICS
+static uint8_t followers;
+
+uint8_t start_followers(void)
+{
+    return followers;
+}
+
+static void note_followers(void)
+{
+    uint32_t zero_ticks = reference_watch()->zero_ticks;
+
+    followers = 0;
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if (axes_get(i)->zero_ticks == zero_ticks) {
+            followers |= axis_bit(i);
+        }
+    }
+}
+#else
+static void note_followers(void)
+{
+}
+#endif
+
 void start_on_edge(uint32_t edge_ticks)
 {
     if (!start_any_waits() || !all_ready()) {
@@ -168,11 +193,15 @@ void start_on_edge(uint32_t edge_ticks)
         }
         reference_follow(zero);
     }
+    note_followers();
 }
 
 void start_now(uint8_t axis)
 {
     axis_place(axes_get(axis), 0);
+#if FEATURE_CLOCK_STATISTICS
+    followers &= (uint8_t)~axis_bit(axis);
+#endif
 }
 
 // A STARTING axis may be released. An axis that follows the clock has its line zero already, so

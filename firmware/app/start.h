@@ -11,12 +11,19 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "build_features.h" // FEATURE_CLOCK_STATISTICS
+
 // A pixel clock edge came at edge_ticks: armed axes that wait for an edge get their line zero, if
 // all of them have filled their rings.
 void start_on_edge(uint32_t edge_ticks);
 
 // This armed axis does not wait for the pixel clock: it starts as soon as it can.
 void start_now(uint8_t axis);
+
+#if FEATURE_CLOCK_STATISTICS
+// Axes whose line zero is that of the reference (reference_follow()): a bit for each.
+uint8_t start_followers(void);
+#endif
 
 // True when an axis is armed and waits for its line zero on a clock edge.
 bool start_any_waits(void);

@@ -37,6 +37,9 @@ bool pixel_clock_half_full(void);
 // Take the oldest captured edge. Returns false when there is none.
 bool pixel_clock_take(struct pixel_capture *capture);
 
+// True when one of the two below has something to tell.
+bool pixel_clock_any_lost(void);
+
 // Number of edges since the last call that found no room among CONFIG_CLOCK_EDGES captured ones;
 // 255: that or more.
 uint8_t pixel_clock_take_lost(void);

@@ -106,6 +106,11 @@ bool pixel_clock_take(struct pixel_capture *capture)
     return false;
 }
 
+bool pixel_clock_any_lost(void)
+{
+    return false;
+}
+
 uint8_t pixel_clock_take_lost(void)
 {
     return 0;

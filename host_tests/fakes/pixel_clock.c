@@ -90,6 +90,11 @@ bool pixel_clock_take(struct pixel_capture *capture)
     return true;
 }
 
+bool pixel_clock_any_lost(void)
+{
+    return lost != 0 || crowded;
+}
+
 uint8_t pixel_clock_take_lost(void)
 {
     uint8_t count = lost;

@@ -182,6 +182,23 @@ def test_a_clock_that_is_off_is_followed(bench_of, board, hz, offset):
         )
 
 
+@pytest.mark.parametrize(
+    ("board", "tick_hz"), [("uno", 16_000_000), ("mega", 16_000_000), ("m1284", 20_000_000)]
+)
+@pytest.mark.parametrize("sync", ["free", "start", "lock"])
+def test_a_board_at_rest_measures_a_clock_of_kilohertz(bench_of, board, tick_hz, sync):
+    for hz in (1000, 5000):
+        with bench_of(board, hz) as bench:
+            bench.follow(sync)
+            bench.clock(ppm(hz, 300, tick_hz))
+            bench.settle()
+            for _ in range(5):  # a host that asks does not disturb it
+                measured = bench.board.input("clock_period_ticks")
+                assert abs(measured - ppm(hz, 300, tick_hz)) <= 1
+                assert bench.board.input("status") & 0x80
+                bench.sim.wait_s(0.02)
+
+
 @pytest.mark.parametrize("board", BOARDS)
 def test_jitter_is_averaged(bench_of, board):
     with bench_of(board, 100) as bench:

@@ -21,8 +21,8 @@
 ;               line.to_edge_ticks stays 0 and edge_open set, as they are between two such pixels;
 ;               only where a pixel is not written here do they tell its length.
 ;
-; Cycles of a pixel on a grid of whole ticks: 258 inside a run, 338 with a segment of one byte of
-; its own; for each step 10, 12 for a longer one, or 7 where all are equally long. Where the grid
+; Cycles of a pixel on a grid of whole ticks: 281 inside a run, 361 with a segment of one byte of
+; its own; for each step 6, 10 for a longer one, or 4 where all are equally long. Where the grid
 ; has fractions of a tick 51 more; of another number of steps than the pixel before, 25 more.
 #include "build_features.h" // SEVERAL_AXES
 #include "motion/even_pixels.inc" // macros, registers
@@ -44,6 +44,36 @@
     ldd r27, Z + EVEN_PIXEL_QUEUE_BYTES + 1
     add r26, r18
     adc r27, r19
+.endm
+
+; Periods number `numbers` of a group: 6 cycles, or 10 where the sum r25 goes over 255 and the period
+; is a longer one. `longer_periods` of the same group stands where a branch reaches it.
+.macro periods group, numbers:vararg
+    .irp number, \numbers
+    add r25, r24
+    brcs .Llonger_\group\()_\number
+    st X+, r20
+    st Z+, r21
+.Lbehind_\group\()_\number:
+    .endr
+.endm
+
+.macro longer_periods group, numbers:vararg
+    .irp number, \numbers
+.Llonger_\group\()_\number:
+    sub r25, STEPS
+    st X+, r22
+    st Z+, r23
+    rjmp .Lbehind_\group\()_\number
+    .endr
+.endm
+
+; `count` of them where all are equally long, 4 cycles each.
+.macro equal_periods count
+    .rept \count
+    st X+, r20
+    st Z+, r21
+    .endr
 .endm
 
     .section .text.even_pixels_write, "ax", @progbits
@@ -382,50 +412,70 @@ divided:
     st X, r20
     mov r0, r21
     rjmp 5f
+    longer_periods one, 0
+    longer_periods two, 0, 1
+    longer_periods four, 0, 1, 2, 3
 4:  st X, r22
     mov r0, r23
     mov r25, r24
 5:  dec r25
     tst r18
-    breq written
-    clr r29
+    brne 1f
+    rjmp written
+1:  clr r29
     inc r26                             ; 6
     inc r30
     breq 6f
     mov r29, r30                        ;     periods - (256 - slot), if that is 0 or more
     add r29, r18
-    brcs 8f
-    clr r29
-6:  tst r24
-    breq equal
+    brcc 1f
+    rjmp 8f
+1:  clr r29
+6:  cpse r24, r1
+    rjmp 1f
+    rjmp equal
+1:  sub r25, STEPS                      ; 1   the sum goes over 255 where it went over STEPS
 
-7:  add r25, r24                        ; 10  a period
-    cp r25, STEPS
-    brsh longer
-    st X+, r20
-    st Z+, r21
-    dec r18
+mixed:
+    sbrs r18, 0                         ; 13  of one period, two, four, as many as are left
+    rjmp 7f
+    periods one, 0
+7:  sbrs r18, 1
+    rjmp 7f
+    periods two, 0, 1
+7:  sbrs r18, 2
+    rjmp 7f
+    periods four, 0, 1, 2, 3
+7:  andi r18, 0xF8
+    breq 9f
+7:  periods eight, 0, 1, 2, 3, 4, 5, 6, 7 ; 3  and of eight
+    subi r18, 8
     brne 7b
-    rjmp 9f
+9:  cpse r29, r1
+    rjmp 1f
+    rjmp written
+1:  rcall begin_of_ring
+    rjmp mixed
 8:  sub r18, r29
     rjmp 6b
-longer:
-    sub r25, STEPS                      ; 2 more
-    st X+, r22
-    st Z+, r23
-    dec r18
-    brne 7b
-9:  tst r29
-    breq written
-    rcall begin_of_ring
-    rjmp 7b
+    longer_periods eight, 0, 1, 2, 3, 4, 5, 6, 7
 
 equal:
-    st X+, r20                          ; 7   all of them equally long
-    st Z+, r21
-    dec r18
-    brne equal
-    tst r29
+    sbrs r18, 0
+    rjmp 7f
+    equal_periods 1
+7:  sbrs r18, 1
+    rjmp 7f
+    equal_periods 2
+7:  sbrs r18, 2
+    rjmp 7f
+    equal_periods 4
+7:  andi r18, 0xF8
+    breq 9f
+7:  equal_periods 8
+    subi r18, 8
+    brne 7b
+9:  tst r29
     breq written
     rcall begin_of_ring
     rjmp equal

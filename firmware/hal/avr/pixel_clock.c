@@ -57,14 +57,16 @@ bool pixel_clock_take(struct pixel_capture *capture)
     const struct capture_entry *entry =
         &pixel_clock_edges.entries[tail & (CONFIG_CLOCK_EDGES - 1u)];
     REACH(entry, capture);
-    bool cut = (entry->notes & CAPTURE_CUT) != 0;
+    uint8_t notes = entry->notes;
+    int8_t left_or_cut = entry->left_or_cut;
+    bool cut = (notes & CAPTURE_CUT) != 0;
 
     capture->ticks = entry->captured;
-    capture->back = entry->notes & CAPTURE_BACK;
+    capture->back = notes & CAPTURE_BACK;
     capture->sample.tail = entry->tail;
-    capture->sample.left = step_engine_size(entry->left_or_cut);
+    capture->sample.left = step_engine_size(left_or_cut);
     capture->sample.cut = cut;
-    capture->sample.train = !cut && entry->left_or_cut < 0;
+    capture->sample.train = !cut && left_or_cut < 0;
     capture->sample.idle_count = entry->idle_count;
     place_parked(entry, capture);
     pixel_clock_edges.tail = (uint8_t)(tail + 1u);
@@ -79,6 +81,11 @@ bool pixel_clock_drop(void)
     pixel_clock_edges.lost = 0;
     GPIOR0 &= (uint8_t)~_BV(FLAG_PIXEL_CLOCK_OVERRUN);
     return any;
+}
+
+bool pixel_clock_any_lost(void)
+{
+    return pixel_clock_edges.lost != 0 || (GPIOR0 & _BV(FLAG_PIXEL_CLOCK_OVERRUN)) != 0;
 }
 
 uint8_t pixel_clock_take_lost(void)
