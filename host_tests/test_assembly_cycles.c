@@ -46,6 +46,11 @@ uint16_t curve_steep_root(uint32_t value);
 #define GRID_CYCLES  76u
 #define WHOLE_CYCLES 40u // where the period is a whole number of ticks
 #define PIXEL_CYCLES 234u
+// Pixels whose records are not kept: each of them, besides where its edge has an
+// error, and once, the call included.
+#define PASSING_CYCLES     65u
+#define ERROR_CYCLES       26u
+#define PASSING_ALL_CYCLES 342u
 // Whole pixels of up to 24 steps in even_pixels_write(): besides its steps, with a segment of its
 // own and inside a run. Steps go in groups of one, two, four and eight.
 #define EVEN_CYCLES   361u
@@ -390,14 +395,14 @@ static void grids(void)
 
 #define PIXEL_STEPS 20u
 
-// Account for so many pixels of the line.
-MEASURING time_pixels(uint8_t count, int16_t error_ticks)
+// Account for so many pixels of the line, of which one in `every` has a record to be kept.
+MEASURING time_pixels(uint8_t count, int16_t error_ticks, uint16_t every)
 {
     static struct ledger ledger;
     static struct stream stream;
 
     ledger_reset(&ledger, 1000);
-    records_thin(1, UINT16_MAX);
+    records_thin(every, UINT16_MAX);
     records_reset(&ledger.records);
     ledger.pulse = true;
     stream = (struct stream){.mark_placed = count};
@@ -416,15 +421,26 @@ MEASURING time_pixels(uint8_t count, int16_t error_ticks)
 
     TEST_ASSERT_EQUAL_INT32(PIXEL_STEPS * count, ledger.position_steps);
     TEST_ASSERT_EQUAL_UINT32(2000u + 800uL * count, ledger.loaded_ticks);
-    TEST_ASSERT_EQUAL_UINT8(count, records_shown(&ledger.records));
+    TEST_ASSERT_EQUAL_UINT8(count / every, records_shown(&ledger.records));
+    records_thin(1, UINT16_MAX);
     return (uint16_t)(end - start);
 }
 
 static void pixels_accounted_for(void)
 {
-    TEST_ASSERT_EQUAL_UINT16(PIXEL_CYCLES, time_pixels(3, 0) - time_pixels(2, 0));
+    TEST_ASSERT_EQUAL_UINT16(PIXEL_CYCLES, time_pixels(2, 0, 1) - time_pixels(1, 0, 1));
     TEST_ASSERT_LESS_OR_EQUAL_UINT16(PIXEL_CYCLES + 80u,
-                                     time_pixels(3, 5) - time_pixels(2, 5));
+                                     time_pixels(2, 5, 1) - time_pixels(1, 5, 1));
+}
+
+static void pixels_that_pass(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(PASSING_CYCLES,
+                             time_pixels(4, 0, 100) - time_pixels(3, 0, 100));
+    TEST_ASSERT_EQUAL_UINT16(PASSING_CYCLES + ERROR_CYCLES,
+                             time_pixels(4, 5, 100) - time_pixels(3, 5, 100));
+    TEST_ASSERT_EQUAL_UINT16(3u * PASSING_CYCLES + PASSING_ALL_CYCLES,
+                             time_pixels(3, 0, 100));
 }
 
 // Write so many pixels of 800 ticks a step; each with a segment of a byte of its own, or one run.
@@ -499,6 +515,7 @@ int main(void)
     RUN_TEST(ring_sum);
     RUN_TEST(grids);
     RUN_TEST(pixels_accounted_for);
+    RUN_TEST(pixels_that_pass);
     RUN_TEST(even_pixels);
     RUN_TEST(even_pixels_of_two_intervals);
     return UNITY_END();

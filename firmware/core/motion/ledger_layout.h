@@ -25,6 +25,12 @@
 #define LEDGER_SAMPLE_CUT  2
 #define LEDGER_SAMPLE_IDLE 4
 
+// Periods made since the account, from which on several pixels are likely to be over.
+#define LEDGER_MANY_PERIODS 48
+
+// struct records_thinning.
+#define LEDGER_THINNING_ERROR 2
+
 // Its records, from the ledger's own beginning.
 #define LEDGER_RECORDS         32
 #define LEDGER_RECORDS_NEWEST  32

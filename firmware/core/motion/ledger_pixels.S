@@ -4,7 +4,7 @@
 #include "base/asm.inc" // macros
 #include "build_features.h" // FEATURE_CLOCK_STATISTICS, SEVERAL_AXES
 #include "motion/even_pixel_layout.h"
-#include "motion/ledger_layout.h"
+#include "motion/ledger_records.inc" // macros
 
 #define STEPS    r20, r21, r22, r23
 #define EXPECTED r18, r19
@@ -60,27 +60,7 @@
     std Y + LEDGER_PIXEL + 2, r30
     std Y + LEDGER_PIXEL + 3, r31
 
-6:  ldd r30, Y + LEDGER_RECORDS_NEWEST  ; 14  the next record's place, unless the newest passes
-    ldd r26, Y + LEDGER_RECORDS_PASSING
-    tst r26
-    brne 8f
-    inc r30
-    cpi r30, RECORDS_KEPT
-    brlo 7f
-    clr r30
-7:  std Y + LEDGER_RECORDS_NEWEST, r30
-    ldd r26, Y + LEDGER_RECORDS_COUNT
-    cpi r26, RECORDS_KEPT
-    brsh 8f
-    inc r26
-    std Y + LEDGER_RECORDS_COUNT, r26
-8:  ldi r26, LEDGER_RECORD_BYTES        ; 9
-    mul r30, r26
-    movw r30, r0
-    clr r1
-    add r30, r28
-    adc r31, r29
-    adiw r30, LEDGER_RECORDS_KEPT
+6:  find_record                         ; 23
     .irp byte, 0, 1, 2, 3               ; 16
     std Z + \byte, 20 + \byte
     .endr
@@ -187,7 +167,8 @@ end_function ledger_pass_edge
 ;     r15  where the interrupt reads next   r16, r17  stream   Y  ledger   r22  periods of a pixel
 ;
 ; Cycles of a pixel: 234, all included but an error of an edge that is another than the one before;
-; with a single axis 248.
+; with a single axis 248. Several in a row whose records are not kept take less
+; (ledger_passing.S).
 #define TAIL    r15
 #define PERIODS r22
 
@@ -213,6 +194,14 @@ function ledger_take_pixels
     movw r28, r24
     movw r16, r22
     mov TAIL, r20
+#if SEVERAL_AXES && FEATURE_CLOCK_STATISTICS
+    movw r30, r16                       ; 6   what is worth it?
+    ldd r24, Z + EVEN_PIXEL_RETIRED
+    sub r20, r24
+    cpi r20, LEDGER_MANY_PERIODS
+    brlo 13f
+    call ledger_take_passing
+#endif
 
 13: movw r30, r16                       ; 10  a mark that has its place?
     ldd r24, Z + EVEN_PIXEL_MARK_TAIL

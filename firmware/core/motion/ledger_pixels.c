@@ -31,7 +31,9 @@ _Static_assert(offsetof(struct ledger, pulse) == LEDGER_PULSE &&
                    offsetof(struct kept_record, beyond_steps) == LEDGER_RECORD_BEYOND &&
                    offsetof(struct kept_record, pixel) == LEDGER_RECORD_PIXEL &&
                    sizeof(struct kept_record) == LEDGER_RECORD_BYTES &&
-                   offsetof(struct records_thinning, every) == 0,
+                   offsetof(struct records_thinning, every) == 0 &&
+                   offsetof(struct records_thinning, error_ticks) ==
+                       LEDGER_THINNING_ERROR,
                "known to ledger_pixels.S");
 
 _Static_assert(offsetof(struct stream, retired) == EVEN_PIXEL_RETIRED &&

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: MIT
+// The account of whole pixels: taken many at once, where records are thinned some of them pass in a
+// row, and taken one by one it is the same.
+#include <stdbool.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "fakes/chance.h"
+#include "motion/ledger.h"
+#include "motion/records.h"
+#include "motion/stream.h"
+#include "unity.h"
+
+#define TRIALS       3000u
+#define FEW_PERIODS  40u // of a pixel, so that one alone is never taken in a row
+#define MANY_PERIODS 120u
+
+struct account {
+    struct ledger ledger;
+    struct stream stream;
+};
+
+static struct account start;
+static struct account at_once;
+static struct account one_by_one;
+static uint8_t pixels;
+
+void setUp(void)
+{
+    chance_seed(7);
+}
+
+void tearDown(void)
+{
+    records_thin(1, UINT16_MAX);
+}
+
+static bool once_in(uint32_t times)
+{
+    return chance_between(1, times) == 1;
+}
+
+static void begin_ledger(void)
+{
+    static const uint16_t every[] = {1, 2, 5, 100, 1000};
+    static const uint16_t errors[] = {0, 3, UINT16_MAX};
+    struct ledger *ledger = &start.ledger;
+
+    ledger_reset(ledger, 1000);
+    records_thin(every[chance_between(0, 4)], errors[chance_between(0, 2)]);
+    records_reset(&ledger->records);
+    ledger->records.to_next = (uint16_t)chance_between(1, ledger->records.to_next);
+    ledger->records.passing = once_in(2);
+    ledger->records.count = 1;
+    ledger->pulse = !once_in(16);
+    ledger->negative = once_in(2);
+    ledger->loaded_ticks = chance();
+    ledger->position_steps = (int32_t)chance();
+    ledger->line_origin = (int32_t)chance();
+    ledger->pixel = chance();
+    ledger->fresh = (uint8_t)chance_between(0, 3);
+#if FEATURE_CLOCK_STATISTICS
+    ledger->records.shown_ticks = (int16_t)chance_between(0, 8);
+    for (uint8_t i = 0; i < RECORDS_EARLY; i++) {
+        int32_t error_ticks =
+            once_in(8) ? (int32_t)chance() : (int32_t)chance_between(0, 8);
+        ledger->records.early_ticks[i] = once_in(2) ? (int16_t)error_ticks : 0;
+    }
+#endif
+}
+
+// So many whole pixels, as many as fit the ring; a deviation now and then.
+static void begin_stream(uint8_t most_periods)
+{
+    struct stream *stream = &start.stream;
+    uint16_t periods = 0;
+    uint16_t steps = (uint16_t)(start.ledger.position_steps - start.ledger.line_origin);
+
+    stream->retired = (uint8_t)chance();
+    stream->mark_tail = (uint8_t)chance();
+    for (pixels = 0; pixels < STREAM_MARKS - 1u; pixels++) {
+        uint8_t more = (uint8_t)chance_between(1, most_periods);
+        if (periods + more > 252u) {
+            break;
+        }
+        periods = (uint16_t)(periods + more);
+        if (start.ledger.pulse) {
+            steps = start.ledger.negative ? (uint16_t)(steps - more)
+                                          : (uint16_t)(steps + more);
+        }
+        stream->marks[(uint8_t)(stream->mark_tail + pixels) & (STREAM_MARKS - 1u)] =
+            (struct stream_mark){
+                .slot = (uint8_t)(stream->retired + periods),
+                .periods = once_in(60) ? 0 : more,
+                .ticks = (uint16_t)chance(),
+                .position = (uint16_t)(steps + (once_in(40) ? 1u : 0u)),
+        };
+    }
+    uint8_t end = (uint8_t)(stream->mark_tail + pixels);
+
+    stream->mark_placed = once_in(4) ? (uint8_t)(end - 1u) : end;
+    stream->mark_head = (uint8_t)(end + 1u);
+    stream->behind_periods = once_in(4) ? STREAM_UNKNOWN : (uint8_t)chance_between(0, 40);
+}
+
+static void take(struct account *account, uint8_t tail, bool *inside)
+{
+    *inside = ledger_take_pixels(&account->ledger, &account->stream, tail);
+}
+
+// The ends of pixels up to `tail`, in order, and then that itself.
+static void take_one_by_one(uint8_t tail, bool *inside)
+{
+    const struct stream *stream = &start.stream;
+    uint8_t made = (uint8_t)(tail - stream->retired);
+
+    for (uint8_t i = 0; i < pixels; i++) {
+        uint8_t slot =
+            stream->marks[(uint8_t)(stream->mark_tail + i) & (STREAM_MARKS - 1u)].slot;
+        if ((uint8_t)(slot - stream->retired) < made) {
+            take(&one_by_one, slot, inside);
+        }
+    }
+    take(&one_by_one, tail, inside);
+}
+
+static void compare(uint8_t most_periods)
+{
+    bool inside_at_once = false;
+    bool inside = false;
+
+    memset(&start, 0, sizeof start);
+    begin_ledger();
+    begin_stream(most_periods);
+    memcpy(&at_once, &start, sizeof start);
+    memcpy(&one_by_one, &start, sizeof start);
+    uint8_t tail = (uint8_t)(start.stream.retired + chance_between(0, 252));
+
+    take(&at_once, tail, &inside_at_once);
+    take_one_by_one(tail, &inside);
+    TEST_ASSERT_EQUAL(inside, inside_at_once);
+    TEST_ASSERT_EQUAL_MEMORY(&one_by_one, &at_once, sizeof start);
+}
+
+static void pixels_of_few_periods(void)
+{
+    for (uint16_t trial = 0; trial < TRIALS; trial++) {
+        compare(FEW_PERIODS);
+    }
+}
+
+static void pixels_of_many_periods(void)
+{
+    for (uint16_t trial = 0; trial < TRIALS; trial++) {
+        compare(MANY_PERIODS);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(pixels_of_few_periods);
+    RUN_TEST(pixels_of_many_periods);
+    return UNITY_END();
+}
