@@ -204,11 +204,18 @@ void start_now(uint8_t axis)
 #endif
 }
 
+// True when a line that needs no clock edge may begin. With several axes it waits for its ring to
+// be full, too: what it makes from then on is decoded beside the starts of the others.
+static inline bool may_begin(const struct axis *axis)
+{
+    return !held_back() && (CONFIG_AXES == 1 || decode_is_ahead(axis));
+}
+
 // A STARTING axis may be released. An axis that follows the clock has its line zero already, so
 // that nothing holds it back.
 static inline bool may_release(const struct axis *axis)
 {
-    return axis->life.state == AXIS_STARTING && (axis->clocked || !held_back());
+    return axis->life.state == AXIS_STARTING && (axis->clocked || may_begin(axis));
 }
 
 #if CONFIG_AXES > 1

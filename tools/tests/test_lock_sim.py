@@ -146,8 +146,8 @@ def test_missing_edges_cost_slow_axes_nothing(tmp_path, hz):
     assert all(axis["steps"] == axis["expected_steps"] for axis in judged.summary["axes"])
 
 
-# A line that does not wait for the clock begins before its ring is full, and so do the others, one
-# after the other: the judge asks for no common line zero.
+# Lines that do not wait for the clock begin one after the other, as soon as the ring of each is
+# full: the judge asks for no common line zero.
 @pytest.mark.usefixtures("simulator")
 @pytest.mark.parametrize("hz", [30, 50, 80, 100, 120])
 def test_slow_axes_that_wait_for_no_clock(tmp_path, hz):
@@ -156,6 +156,17 @@ def test_slow_axes_that_wait_for_no_clock(tmp_path, hz):
     assert not result.trouble and judged.summary["reasons"] == []
     assert all(axis["steps"] == axis["expected_steps"] for axis in judged.summary["axes"])
     assert len({axis["line_zero_cycle"] for axis in judged.summary["axes"]}) > 1
+
+
+# A pixel of one step is one entry: a line that began with the first of them would be over before
+# the other axes had begun, too.
+@pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize(("steps", "hz"), [(1, 700), (20, 800), (1, 2000)])
+def test_axes_of_few_steps_that_wait_for_no_clock(tmp_path, steps, hz):
+    lines = {axis: Line((1 if axis else steps,) * 100, PLAIN) for axis in range(4)}
+    result, judged = run(tmp_path, "mega", lines, hz, sync=FREE)
+    assert not result.trouble and judged.summary["reasons"] == []
+    assert [axis["steps"] for axis in judged.summary["axes"]] == [100 * steps, 100, 100, 100]
 
 
 @pytest.mark.usefixtures("simulator")
