@@ -57,16 +57,6 @@ bool axes_any_armed(void)
     return i < CONFIG_AXES;
 }
 
-bool axes_any_starting(void)
-{
-    uint8_t i = 0;
-
-    while (i < CONFIG_AXES && axes[i].life.state != AXIS_STARTING) {
-        i++;
-    }
-    return i < CONFIG_AXES;
-}
-
 #if SEVERAL_AXES
 bool axes_any_running(void)
 {

@@ -68,9 +68,8 @@ static inline void axes_stop(uint8_t i)
 uint8_t axes_first_moving(void);
 // True when an axis is armed, with or without a known line zero.
 bool axes_any_armed(void);
-// True when an axis is STARTING: its line zero is known, and its release is near.
-bool axes_any_starting(void);
 #if SEVERAL_AXES
+// True when the line of an axis has begun.
 bool axes_any_running(void);
 #endif
 // True when an axis moves, or has segments of a line queued. Settings must not change then; the
