@@ -231,6 +231,42 @@ def test_edges_before_a_fault_are_not_accused(tmp_path, line, ppm):
     }
 
 
+def without_steps(result, *stretches):
+    """Take steps out of axis 0's edges, and its records from the pixel of the last stretch on."""
+    edges = result.edges.axis(0, 0)
+    kept_steps = np.ones(len(edges.rising), dtype=bool)
+    for stretch in stretches:
+        kept_steps[stretch] = False
+    both = np.repeat(kept_steps, 2)  # edges of each pulse
+    cut = replace(edges, step_cycles=edges.step_cycles[both], step_levels=edges.step_levels[both])
+    result.edges.axes[0, 0] = cut
+    made = stretches[-1].start // PLAIN_LINE.counts[0]
+    records = result.records[0].items()
+    result.records[0] = {pixel: record for pixel, record in records if pixel <= made}
+
+
+# Behind the fault the clock goes on and the axis does not. What came before it is judged as ever.
+@pytest.mark.usefixtures("simulator")
+def test_pixels_behind_a_fault_are_not_accused(tmp_path):
+    result, _ = run(tmp_path, "uno", {0: PLAIN_LINE}, pixel_ppm=3000)
+    without_steps(result, slice(607, None))
+    assert any("the position is more than 1 step" in text for text in judge(result).axes[0].reasons)
+    result.trouble.append("fault decoder_late on axis 0 at pixel 31")
+    judged = judge(result)
+    assert judged.summary["reasons"] == [
+        "fault decoder_late on axis 0 at pixel 31",
+        "axis 0: 607 steps instead of 1200",
+        "axis 0: no record of 30 pixels, first 31",
+    ]
+    assert judged.summary["axes"][0]["clock"]["max_position_error_steps"] <= 1
+    assert judged.summary["axes"][0]["pixels_equal"] == 30
+    result.record_every = 7  # of most pixels there is none to be had
+    assert judge(result).axes[0].reasons[1:] == ["no record of 4 pixels, first 35"]
+    without_steps(result, slice(200, 203), slice(604, None))
+    (reason,) = (text for text in judge(result).axes[0].reasons if "position" in text)
+    assert "more than 1 step off at 20 of the clock's edges, first edge 11 of the line" in reason
+
+
 @pytest.mark.usefixtures("simulator")
 @pytest.mark.parametrize("board", BOARDS)
 def test_under_a_saturated_serial_line_a_lock_is_a_lock(tmp_path, board):

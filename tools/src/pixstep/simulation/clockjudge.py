@@ -8,6 +8,7 @@ made are compared with those due.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -40,7 +41,8 @@ class Kept:
 
     `pixels` are those whose last step lies on their end, `errors_ticks` of them; `free_ticks` are
     those that a line has which begins on the same edge and keeps to the board's own time then.
-    `off_steps` are steps made and not due, at each true edge from line zero on.
+    `off_steps` are steps made and not due, at each true edge from line zero on; of a line that a
+    fault cut off, at those before its last step.
     """
 
     axis: int
@@ -105,9 +107,19 @@ class Kept:
 
 
 def keep(
-    job: Job, axis: int, line: Line, edges: AxisEdges, grid: PixelGrid, clock: ClockLog
+    job: Job,
+    axis: int,
+    line: Line,
+    edges: AxisEdges,
+    grid: PixelGrid,
+    clock: ClockLog,
+    *,
+    stopped_at: float = math.inf,
 ) -> Kept | None:
-    """Return how an axis kept to the clock; None if its line or the clock has too few edges."""
+    """Return how an axis kept to the clock; None if its line or the clock has too few edges.
+
+    No step was due from cycle `stopped_at` on.
+    """
     rising, true = edges.rising, clock.true
     ends = [(pixel, done) for pixel, done in exact.edge_ends(line) if done <= len(rising)]
     if not ends or not len(true):
@@ -121,12 +133,13 @@ def keep(
     pixels = np.array([pixel for pixel, _ in ends])
     made = rising[np.array([done for _, done in ends]) - 1]
     follows = np.flatnonzero(np.diff(pixels) == 1)
+    due = true[zero : zero + line.pixels * job.divider + 1]
     return Kept(
         axis=axis,
         pixels=pixels,
         free_ticks=true[zero] + pixels * float(job.period) - true[zero + pixels * job.divider],
         errors_ticks=made - true[zero + pixels * job.divider],
-        off_steps=_off_steps(job, line, edges, true[zero : zero + line.pixels * job.divider + 1]),
+        off_steps=_off_steps(job, line, edges, due[due < stopped_at]),
         period=float(job.period),
         line_speed=line.line_speed,
         speed_hz=float(job.line_hz),

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -99,6 +100,14 @@ def _judge_axis(result: RunResult, axis: int) -> tuple[verdict.AxisVerdict, Pixe
     return found, grid
 
 
+def _stopped_at(result: RunResult, found: verdict.AxisVerdict) -> float:
+    """Return the cycle of the last step of a line that a fault cut off: behind it none was due."""
+    rising = result.edges.axis(_BOARD, found.axis).rising
+    if not result.trouble or len(rising) >= found.expected_steps:
+        return math.inf
+    return float(rising[-1]) if len(rising) else -math.inf
+
+
 def _judge_clock(
     result: RunResult, axes: list[verdict.AxisVerdict], grids: dict[int, PixelGrid]
 ) -> dict[int, clockjudge.Kept]:
@@ -109,7 +118,8 @@ def _judge_clock(
         if job.sync == FREE or not line.clocked or of.axis not in grids:
             continue
         edges = result.edges.axis(_BOARD, of.axis)
-        kept = clockjudge.keep(job, of.axis, line, edges, grids[of.axis], result.clock)
+        grid, stopped_at = grids[of.axis], _stopped_at(result, of)
+        kept = clockjudge.keep(job, of.axis, line, edges, grid, result.clock, stopped_at=stopped_at)
         if kept is None:
             continue
         found[of.axis] = kept
@@ -205,7 +215,7 @@ def _judge_pixels(
     """Require board's expected = reference = counted at every edge; return how many agree.
 
     Of a pixel that the board was not to keep a record of, a deviation of the board's own count has
-    one all the same.
+    one all the same, unless a fault had stopped the line before.
     """
     if result.refused:
         return 0
@@ -221,9 +231,10 @@ def _judge_pixels(
     equal = 0
     wrong = []
     records = result.records.get(found.axis, {})
+    made = _made_pixels(rows, _stopped_at(result, found))
     for row, value in zip(rows, table, strict=True):
         record = records.get(row.pixel)
-        thinned = record is None and row.pixel % result.record_every != 0
+        thinned = record is None and row.pixel % result.record_every != 0 and row.pixel <= made
         reported = record.actual_steps if record else value if thinned else None
         expected = value if thinned else row.expected_steps
         if value == expected == row.actual_steps == reported:
@@ -237,6 +248,13 @@ def _judge_pixels(
             f"{row.expected_steps} and counts {reported}, edges counted {row.actual_steps}"
         )
     return equal
+
+
+def _made_pixels(rows: list[PixelRow], stopped_at: float) -> int:
+    """Return how many pixels of a line ended before it was stopped."""
+    if math.isinf(stopped_at):
+        return len(rows) if stopped_at > 0 else 0
+    return sum(row.edge_cycle is not None and row.edge_cycle < stopped_at for row in rows)
 
 
 def _judge_idle(result: RunResult, reasons: list[str]) -> None:
