@@ -231,6 +231,19 @@ def test_edges_before_a_fault_are_not_accused(tmp_path, line, ppm):
     }
 
 
+# The edges of such a clock take most of the processor's time while an axis waits for its line zero,
+# and what is left may be too little for the start or for the first pixels: each cure must say so.
+@pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize("seed", range(1, 4))
+@pytest.mark.parametrize(("board", "axes", "hz"), [("uno", 1, 5800), ("mega", 4, 4500)])
+def test_a_clock_that_leaves_no_time_is_told_so(tmp_path, board, axes, hz, seed):
+    lines = dict.fromkeys(range(axes), Line((10,) * 100, PLAIN))
+    result, _ = run(tmp_path, board, lines, hz, pixel_ppm=-100 * seed, seed=seed)
+    (fault,) = result.trouble
+    assert fault.split()[1] in ("start_late", "decoder_late", "clock_edge_lost")
+    assert "ower the clock's frequency" in fault or "ower the speed" in fault
+
+
 def without_steps(result, *stretches):
     """Take steps out of axis 0's edges, and its records from the pixel of the last stretch on."""
     edges = result.edges.axis(0, 0)
