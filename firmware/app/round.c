@@ -381,8 +381,8 @@ static void decode_in_turn(uint16_t budget)
 #endif
 
 // Only an axis that is about to start counts: a token or a driver may hold an axis back for long
-// while others run. A single axis counts until it runs: the slow steps with which its ring is filled
-// must leave time for the clock's edges, of which few can wait.
+// while others run. A single axis counts until it runs: the slow steps with which its ring is
+// filled must leave time for the clock's edges, of which few can wait.
 static bool starting(void)
 {
     return CONFIG_AXES == 1 ? axes_get(0)->life.state != AXIS_RUNNING : start_near();

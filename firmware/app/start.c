@@ -43,6 +43,19 @@ static bool waits_for_edge(uint8_t i)
     return axes_get(i)->life.state == AXIS_ARMED;
 }
 
+// Other lines have the clock as their reference already: they run, or, if they are locked, their
+// pixels have been counted from a line zero to come, which lock_grid_begin() would forget.
+static bool beside_others(void)
+{
+    bool others = start_clocked_axis_runs();
+
+    for (uint8_t i = 0; i < CONFIG_AXES && lock_grid_now()->locks; i++) {
+        const struct axis *axis = axes_get(i);
+        others = others || (axis->life.state == AXIS_STARTING && axis->clocked);
+    }
+    return others;
+}
+
 // The next edge after this one, by the plan or by the grid of locked lines. A line that is locked
 // beside running ones begins on a pixel edge of theirs.
 static uint32_t edge_after(struct pixel_grid *plan, uint32_t edge_ticks, uint16_t edges)
@@ -50,8 +63,8 @@ static uint32_t edge_after(struct pixel_grid *plan, uint32_t edge_ticks, uint16_
     if (!lock_grid_now()->locks) {
         return edge_ticks + pixel_grid_advance(plan);
     }
-    return CONFIG_AXES > 1 && start_clocked_axis_runs() ? lock_grid_next_to_come()
-                                                        : lock_grid_begin(edges);
+    return CONFIG_AXES > 1 && beside_others() ? lock_grid_next_to_come()
+                                              : lock_grid_begin(edges);
 }
 
 // Some waiting axis could not be released in time for this line zero.
@@ -181,11 +194,12 @@ void start_on_edge(uint32_t edge_ticks)
             (void)axes_advance(i, LEDGER_EXACTLY);
         }
     }
+    bool beside = CONFIG_AXES > 1 && beside_others();
     uint32_t zero = common_zero(edge_ticks);
     uint16_t decoded = place_all(zero);
 
     // One line is the clock's reference; a later start does not take that away from it.
-    if (CONFIG_AXES == 1 || !start_clocked_axis_runs()) {
+    if (!beside) {
         // Lines that begin together end all pixels together, also those that only some of them have
         // decoded.
         if (CONFIG_AXES > 1) {

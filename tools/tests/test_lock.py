@@ -199,6 +199,30 @@ def test_a_board_at_rest_measures_a_clock_of_kilohertz(bench_of, board, tick_hz,
                 bench.sim.wait_s(0.02)
 
 
+# Axis 0 is armed beside a running line that ends before axis 0's line zero; the axis armed then must
+# not count pixels anew, of which axis 0 has some.
+@pytest.mark.parametrize("before", [0.6, 1.2, 1.5])
+@pytest.mark.parametrize("hz", [30, 100, 500])
+def test_a_line_that_waits_for_its_zero_keeps_the_grid(bench_of, hz, before):
+    with bench_of("mega", hz, axes=(0, 1, 2)) as bench:
+        bench.follow(divider=8)
+        bench.clock(ppm(hz, 100))
+        bench.settle(60)
+        pixel = int(8 * ppm(hz, 100))
+        line = Line((2,) * 30, PLAIN)
+        for axis, own in enumerate((line, Line((3, 3), PLAIN), Line((1,) * 12, PLAIN))):
+            assert bench.load(own, axis).done
+        bench.board.command("arm", [1])
+        bench.until(lambda: bench.state(1) == "running", 20)
+        bench.sim.run(int(before * pixel))
+        bench.board.command("arm", [0])
+        bench.until(lambda: bench.state(1) == "done", 10)
+        bench.board.command("arm", [2])
+        bench.until(lambda: {bench.state(0), bench.state(2)} == {"done"}, 60)
+        assert bench.fault_name() == "none"
+        assert max(map(abs, errors(bench, bench.last_steps(line), divider=8)[1:])) <= 2
+
+
 @pytest.mark.parametrize("board", BOARDS)
 def test_jitter_is_averaged(bench_of, board):
     with bench_of(board, 100) as bench:

@@ -46,8 +46,8 @@
     adc r27, r19
 .endm
 
-; Periods number `numbers` of a group: 6 cycles, or 10 where the sum r25 goes over 255 and the period
-; is a longer one. `longer_periods` of the same group stands where a branch reaches it.
+; Periods number `numbers` of a group: 6 cycles, or 10 where the sum r25 goes over 255 and the
+; period is a longer one. `longer_periods` of the same group stands where a branch reaches it.
 .macro periods group, numbers:vararg
     .irp number, \numbers
     add r25, r24
