@@ -40,6 +40,12 @@ static bool once_in(uint32_t times)
     return chance_between(1, times) == 1;
 }
 
+// Two of them are less than 2^31 apart.
+static int32_t any_position(void)
+{
+    return (int32_t)chance_between(0, 0x3FFFFFFF) - 0x20000000;
+}
+
 static void begin_ledger(void)
 {
     static const uint16_t every[] = {1, 2, 5, 100, 1000};
@@ -55,8 +61,8 @@ static void begin_ledger(void)
     ledger->pulse = !once_in(16);
     ledger->negative = once_in(2);
     ledger->loaded_ticks = chance();
-    ledger->position_steps = (int32_t)chance();
-    ledger->line_origin = (int32_t)chance();
+    ledger->position_steps = any_position();
+    ledger->line_origin = any_position();
     ledger->pixel = chance();
     ledger->fresh = (uint8_t)chance_between(0, 3);
 #if FEATURE_CLOCK_STATISTICS

@@ -199,8 +199,8 @@ def test_a_board_at_rest_measures_a_clock_of_kilohertz(bench_of, board, tick_hz,
                 bench.sim.wait_s(0.02)
 
 
-# Axis 0 is armed beside a running line that ends before axis 0's line zero; the axis armed then must
-# not count pixels anew, of which axis 0 has some.
+# Axis 0 is armed beside a running line that ends before axis 0's line zero; the axis armed then
+# must not count pixels anew, of which axis 0 has some.
 @pytest.mark.parametrize("before", [0.6, 1.2, 1.5])
 @pytest.mark.parametrize("hz", [30, 100, 500])
 def test_a_line_that_waits_for_its_zero_keeps_the_grid(bench_of, hz, before):

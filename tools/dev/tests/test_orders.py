@@ -204,7 +204,7 @@ MOVING = (
 )
 
 
-TRIALS = cases(25, 150)
+TRIALS = cases(40, 150)
 TOGETHER = cases(15, 100)
 RESTS = cases(6, 10)
 
