@@ -68,12 +68,32 @@
     .endr
 .endm
 
-; `count` of them where all are equally long, 4 cycles each.
-.macro equal_periods count
-    .rept \count
+; The same where all are equally long, 4 cycles each.
+.macro equal_periods group, numbers:vararg
+    .irp number, \numbers
     st X+, r20
     st Z+, r21
     .endr
+.endm
+
+; r18 periods by the macro `write`: groups of one, two and four as the bits of r18 tell, 13 cycles,
+; and then of eight, 3 cycles each.
+.macro write_in_groups write
+    sbrs r18, 0
+    rjmp 7f
+    \write one, 0
+7:  sbrs r18, 1
+    rjmp 7f
+    \write two, 0, 1
+7:  sbrs r18, 2
+    rjmp 7f
+    \write four, 0, 1, 2, 3
+7:  andi r18, 0xF8
+    breq 9f
+7:  \write eight, 0, 1, 2, 3, 4, 5, 6, 7
+    subi r18, 8
+    brne 7b
+9:
 .endm
 
     .section .text.even_pixels_write, "ax", @progbits
@@ -437,21 +457,8 @@ divided:
 1:  sub r25, STEPS                      ; 1   the sum goes over 255 where it went over STEPS
 
 mixed:
-    sbrs r18, 0                         ; 13  of one period, two, four, as many as are left
-    rjmp 7f
-    periods one, 0
-7:  sbrs r18, 1
-    rjmp 7f
-    periods two, 0, 1
-7:  sbrs r18, 2
-    rjmp 7f
-    periods four, 0, 1, 2, 3
-7:  andi r18, 0xF8
-    breq 9f
-7:  periods eight, 0, 1, 2, 3, 4, 5, 6, 7 ; 3  and of eight
-    subi r18, 8
-    brne 7b
-9:  cpse r29, r1
+    write_in_groups periods
+    cpse r29, r1
     rjmp 1f
     rjmp written
 1:  rcall begin_of_ring
@@ -461,21 +468,8 @@ mixed:
     longer_periods eight, 0, 1, 2, 3, 4, 5, 6, 7
 
 equal:
-    sbrs r18, 0
-    rjmp 7f
-    equal_periods 1
-7:  sbrs r18, 1
-    rjmp 7f
-    equal_periods 2
-7:  sbrs r18, 2
-    rjmp 7f
-    equal_periods 4
-7:  andi r18, 0xF8
-    breq 9f
-7:  equal_periods 8
-    subi r18, 8
-    brne 7b
-9:  tst r29
+    write_in_groups equal_periods
+    tst r29
     breq written
     rcall begin_of_ring
     rjmp equal

@@ -4,8 +4,8 @@
 ; the next stays in registers, and only the last one's record is written: the others would have been
 ; overwritten. Stops in front of a pixel whose record is to be kept.
 ;
-;     pixels    | 20 | 20 | 20 | 20 | 20       to_next 100, every position as expected
-;     records    (1)  (1)  (1)  (5)             one is written, of pixel 5 of the line
+;     pixel        5     6     7     8     9     10     one in ten is kept: to_next is 6
+;     record       -     -     -     -     x     stop   that of 9 stands for the newest pixel
 ;
 ;     r7        pixels that may be taken     r18, r19  scratch
 ;     r8..r10   their time                   r20, r21  steps of the line, low 16 bits
@@ -18,13 +18,11 @@
 ; Cycles: 65 for each pixel, 26 more where its edge had an error, and 270 once.
 #include "base/asm.inc" // macros
 #include "build_features.h" // FEATURE_CLOCK_STATISTICS, SEVERAL_AXES
-#include "motion/even_pixel_layout.h"
-#include "motion/ledger_records.inc" // macros
+#include "motion/ledger_records.inc" // macros, layouts
 
 #if SEVERAL_AXES && FEATURE_CLOCK_STATISTICS
 
 #define LEFT    r7
-#define TIME    r8, r9, r10
 #define PIXEL   r13
 #define RETIRED r14
 #define TAIL    r15
@@ -95,13 +93,7 @@ begin:
     ldd RETIRED, Z + EVEN_PIXEL_RETIRED
     ldd r24, Z + EVEN_PIXEL_MARK_TAIL
     ldd r25, Z + EVEN_PIXEL_MARK_PLACED
-    mov r18, r24                        ; 10
-    andi r18, EVEN_PIXEL_MARK_COUNT - 1
-    ldi r19, EVEN_PIXEL_MARK_BYTES
-    mul r18, r19
-    add r30, r0
-    adc r31, r1
-    clr r1
+    find_mark r19                       ; 10
     adiw r30, EVEN_PIXEL_MARKS
 
 next:
@@ -173,26 +165,8 @@ done:
     rjmp leave
 1:  std Z + EVEN_PIXEL_RETIRED, RETIRED ; 4
     std Z + EVEN_PIXEL_MARK_TAIL, r24
-    .irp byte, 0, 1, 2, 3               ; 20
-    ldd r0, Y + LEDGER_LOADED + \byte
-    .if \byte == 0
-    add r0, r8
-    .elseif \byte == 1
-    adc r0, r9
-    .elseif \byte == 2
-    adc r0, r10
-    .else
-    adc r0, r1
-    .endif
-    std Y + LEDGER_LOADED + \byte, r0
-    .endr
-    ldd r26, Y + LEDGER_FRESH           ; 9
-    add r26, r27
-    brcs 2f
-    cpi r26, 4
-    brlo 3f
-2:  ldi r26, 3
-3:  std Y + LEDGER_FRESH, r26
+    pass_time r0, r8, r9, r10           ; 20
+    count_fresh r27                     ; 9
     eor r27, SIGN                       ; 22  all their steps
     sub r27, SIGN
     load_plain LEDGER_POSITION, r18, r19, r20, r21
@@ -223,13 +197,7 @@ done:
     std Y + LEDGER_RECORDS_TO_NEXT, r26
     std Y + LEDGER_RECORDS_TO_NEXT + 1, r27
     find_record                         ; 23
-    .irp byte, 0, 1, 2, 3               ; 20
-    std Z + \byte, 18 + \byte
-    .endr
-    std Z + LEDGER_RECORD_BEYOND, r1
-    std Z + LEDGER_RECORD_BEYOND + 1, r1
-    std Z + LEDGER_RECORD_PIXEL, r24
-    std Z + LEDGER_RECORD_PIXEL + 1, r25
+    fill_record 18, r1, r1              ; 20
     std Z + LEDGER_RECORD_ERROR, r11
     std Z + LEDGER_RECORD_ERROR + 1, r12
     ldi r26, 1

@@ -3,8 +3,7 @@
 ; this file stands for.
 #include "base/asm.inc" // macros
 #include "build_features.h" // FEATURE_CLOCK_STATISTICS, SEVERAL_AXES
-#include "motion/even_pixel_layout.h"
-#include "motion/ledger_records.inc" // macros
+#include "motion/ledger_records.inc" // macros, layouts
 
 #define STEPS    r20, r21, r22, r23
 #define EXPECTED r18, r19
@@ -13,13 +12,7 @@
 ; moves if they pulse. STEPS becomes the position. r26 is lost, r24 keeps the periods.
 .macro count_periods
     mov r24, r22
-    ldd r26, Y + LEDGER_FRESH
-    add r26, r24
-    brcs 1f
-    cpi r26, 4
-    brlo 2f
-1:  ldi r26, 3
-2:  std Y + LEDGER_FRESH, r26
+    count_fresh r24
     load_plain LEDGER_POSITION, STEPS
     ldd r26, Y + LEDGER_PULSE
     tst r26
@@ -61,13 +54,7 @@
     std Y + LEDGER_PIXEL + 3, r31
 
 6:  find_record                         ; 23
-    .irp byte, 0, 1, 2, 3               ; 16
-    std Z + \byte, 20 + \byte
-    .endr
-    std Z + LEDGER_RECORD_BEYOND, r18
-    std Z + LEDGER_RECORD_BEYOND + 1, r19
-    std Z + LEDGER_RECORD_PIXEL, r24
-    std Z + LEDGER_RECORD_PIXEL + 1, r25
+    fill_record 20, r18, r19            ; 16
 
     ldd r26, Y + LEDGER_RECORDS_TO_NEXT ; 19  to be kept?
     ldd r27, Y + LEDGER_RECORDS_TO_NEXT + 1
@@ -209,14 +196,8 @@ function ledger_take_pixels
     ldd r20, Z + EVEN_PIXEL_RETIRED
     cp r24, r25
     breq 17b
-    mov r18, r24                        ; 8
-    andi r18, EVEN_PIXEL_MARK_COUNT - 1
-    ldi r25, EVEN_PIXEL_MARK_BYTES
-    mul r18, r25
-    movw r26, r30
-    add r30, r0
-    adc r31, r1
-    clr r1
+    movw r26, r30                       ; 9
+    find_mark r25
     ldd PERIODS, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_PERIODS ; 4 of a pixel as a whole,
     tst PERIODS
     breq 14b
@@ -237,17 +218,7 @@ function ledger_take_pixels
     st X, r24
     ldd r18, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_TICKS ; 24 its time
     ldd r19, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_TICKS + 1
-    .irp byte, 0, 1, 2, 3
-    ldd r26, Y + LEDGER_LOADED + \byte
-    .if \byte == 0
-    add r26, r18
-    .elseif \byte == 1
-    adc r26, r19
-    .else
-    adc r26, r1
-    .endif
-    std Y + LEDGER_LOADED + \byte, r26
-    .endr
+    pass_time r26, r18, r19, r1
     ldd r18, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_POSITION ; 14
     ldd r19, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_POSITION + 1
 #if SEVERAL_AXES
