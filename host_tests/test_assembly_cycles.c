@@ -46,20 +46,18 @@ uint16_t curve_steep_root(uint32_t value);
 #define GRID_CYCLES  76u
 #define WHOLE_CYCLES 40u // where the period is a whole number of ticks
 #define PIXEL_CYCLES 234u
-// Pixels whose records are not kept: each of them, besides where its edge has an
-// error, and once, the call included.
-#define PASSING_CYCLES     65u
-#define ERROR_CYCLES       26u
-#define PASSING_ALL_CYCLES 342u
-// Whole pixels of up to 24 steps in even_pixels_write(): besides its steps, with a segment of its
-// own and inside a run. Steps go in groups of one, two, four and eight.
-#define EVEN_CYCLES   361u
-#define SAME_CYCLES   281u
-#define GROUPS_CYCLES 8u  // less, at most
-#define EQUAL_CYCLES  4u  // a step where all are equally long,
-#define SHORT_CYCLES  6u  // and where some are a tick
-#define LONG_CYCLES   10u // longer;
-#define MIXED_CYCLES  2u  // those pixels besides
+// Pixels whose records are not kept.
+#define PASSING_CYCLES     65u  // each of them,
+#define ERROR_CYCLES       26u  // more where its edge has an error,
+#define PASSING_ALL_CYCLES 342u // and the call of ledger_take_pixels() itself
+// Whole pixels of up to 24 steps in even_pixels_write().
+#define EVEN_CYCLES   361u // with a segment of its own, and
+#define SAME_CYCLES   281u // inside a run, besides its steps; up to
+#define GROUPS_CYCLES 8u   // less, as the steps make groups of one, two, four and eight
+#define EQUAL_CYCLES  4u   // a step where all are equally long
+#define MIXED_CYCLES  2u   // more for a pixel where some are a tick longer:
+#define SHORT_CYCLES  6u   // a step of those,
+#define LONG_CYCLES   10u  // a longer one
 // Of a step: the low byte of q - 1 stays far from a carry.
 #define TOP 0x0140u
 

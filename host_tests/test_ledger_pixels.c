@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The account of whole pixels: taken many at once, where records are thinned some of them pass in a
-// row, and taken one by one it is the same.
+// The account of whole pixels is the same whether they are taken one by one or many at once, when
+// those whose records are not kept pass in a row.
 #include <stdbool.h>
 #include <stdint.h>
 #include <string.h>

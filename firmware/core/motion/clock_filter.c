@@ -98,7 +98,7 @@ APART bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks)
 
         if (error + most < 0) {
             filter->glitches++;
-            // Which of the two edges was the false one nobody knows yet: neither is the first one.
+            // Nobody can tell yet which of the two edges was false: the next one is the first.
             if (!clock_filter_settled(filter)) {
                 filter->count = 0;
             }
