@@ -13,6 +13,9 @@
 #define FLAG_PIXEL_CLOCK_WRAPPED 4
 // With one axis: and once more, behind the period that began then.
 #define FLAG_PIXEL_CLOCK_WRAPPED_TWICE 6
+// With several axes: the edge that waits for the handler has come in the period whose interrupt was
+// served last.
+#define FLAG_PIXEL_CLOCK_BEFORE 6
 // Another edge of the pixel clock has come since its handler began.
 #define FLAG_PIXEL_CLOCK_SECOND 5
 // The interrupt of timer 0 has cleared its flag and not counted yet. With one axis nobody asks.

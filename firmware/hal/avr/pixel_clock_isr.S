@@ -23,7 +23,9 @@
 ;     flag clear    the edge lies in m: behind it the overflow would have waited as well
 ;     flag set      in m + 1, or late in m
 ;
-; With several axes it lies in m + 1 then if its count is not beyond the counter's. With one axis
+; With several axes it lies in m + 1 then if its count is not beyond the counter's, unless it has
+; waited for longer than a period: a step interrupt that made up for a late interval, before those
+; of other axes, has seen it then and has set BEFORE (step_catch_up.inc): it lies in m. With one axis
 ; there is no time for the counter: the overflow is served first of all, whose own interrupt may be
 ; close to its limit, and the edge lies in m + 1 if its count is below WAIT_MAX_TICKS, for which an
 ; overflow waits at most. At the shortest intervals that is wrong for an edge early in a period
@@ -44,7 +46,7 @@
 ; first idle period on.
 ;
 ; Cycles with interrupts off: with one axis 26, or where the overflow flag is set 14 and then 17 or
-; 19; with several 28, 43 where the overflow flag is set, 22 where the axis is parked. Later 16
+; 19; with several 28, 45 where the overflow flag is set, 24 where the axis is parked. Later 16
 ; more. In all 165 at most; 215 where the axis is parked.
 #define __SFR_OFFSET 0
 #include <avr/io.h>
@@ -145,6 +147,8 @@ VECTOR:
 .Lwrapped_once:
     sbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
 #else
+    sbic GPIOR0, FLAG_PIXEL_CLOCK_BEFORE
+    rjmp .Lnote
     lds r3, ENGINE + STEP_ISR_STATE
     sbrc r3, PARKED_BIT
     rjmp .Lat_rest
@@ -258,6 +262,9 @@ VECTOR:
     out SREG, r24
     pop r24
     cli
+#if CONFIG_AXES > 1
+    cbi GPIOR0, FLAG_PIXEL_CLOCK_BEFORE
+#endif
     cbi GPIOR0, FLAG_PIXEL_CLOCK_SECOND
     cbi GPIOR0, FLAG_PIXEL_CLOCK_BUSY
     reti
