@@ -183,6 +183,36 @@ static void no_edge_is_missing_before_the_first_one(void)
     TEST_ASSERT_EQUAL_UINT16(1, filter.missing);
 }
 
+// The clock is off by 1 % and some edges are missing behind the first `before` ones. Edges show it,
+// or time does.
+static void settle_beside_missing_edges(uint8_t before, uint8_t missing, bool by_time)
+{
+    const uint32_t period = PERIOD_TICKS + PERIOD_TICKS / 100u;
+
+    aim(PERIOD_TICKS, 2);
+    edges(before, period);
+    edge_ticks += missing * period;
+    if (by_time) {
+        TEST_ASSERT_TRUE(clock_filter_bridge(&filter));
+    }
+    for (uint8_t left = 60; left != 0 && !clock_filter_settled(&filter); left--) {
+        edges(1, period);
+    }
+    TEST_ASSERT_TRUE(clock_filter_settled(&filter));
+    check_ahead(1, period);
+    check_ahead(2, period);
+}
+
+static void missing_edges_while_it_settles_leave_nothing_behind(void)
+{
+    for (uint8_t before = 1; before < 29u; before++) {
+        for (uint8_t missing = 1; missing <= HOLD_OVER; missing++) {
+            settle_beside_missing_edges(before, missing, false);
+            settle_beside_missing_edges(before, missing, true);
+        }
+    }
+}
+
 static void too_many_missing_edges_are_not_bridged(void)
 {
     edges(40, PERIOD_TICKS);
@@ -283,6 +313,7 @@ int main(void)
     RUN_TEST(a_jump_of_the_period_peaks_as_the_model_says);
     RUN_TEST(missing_edges_are_counted_and_bridged);
     RUN_TEST(no_edge_is_missing_before_the_first_one);
+    RUN_TEST(missing_edges_while_it_settles_leave_nothing_behind);
     RUN_TEST(too_many_missing_edges_are_not_bridged);
     RUN_TEST(a_restart_begins_anew);
     RUN_TEST(time_can_bridge_an_edge_before_the_next_one_comes);

@@ -60,6 +60,10 @@ APART bool clock_filter_bridge(struct clock_filter *filter)
     }
     filter->bridged++;
     filter->missing++;
+    // From the first edge on the nominal period leads nowhere: the next edge is the first one.
+    if (filter->count == FIRST_COUNT) {
+        filter->count = 0;
+    }
     expect_next(filter);
     return true;
 }
@@ -78,8 +82,10 @@ static void take(struct clock_filter *filter, int32_t error_ticks)
 // This edge is the first one.
 static void begin(struct clock_filter *filter, uint32_t edge_ticks)
 {
-    filter->period = (struct fine_ticks){.ticks = filter->nominal_ticks};
-    filter->expected = (struct fine_ticks){.ticks = edge_ticks};
+    filter->period.ticks = filter->nominal_ticks;
+    filter->period.fraction = 0;
+    filter->expected.ticks = edge_ticks;
+    filter->expected.fraction = 0;
     expect_next(filter);
     filter->count = FIRST_COUNT;
     filter->shift = 0;
