@@ -43,28 +43,42 @@ static bool waits_for_edge(uint8_t i)
     return axes_get(i)->life.state == AXIS_ARMED;
 }
 
-// Other lines have the clock as their reference already: they run, or, if they are locked, their
-// pixels have been counted from a line zero to come, which lock_grid_begin() would forget.
+static bool clocked_axis_in(uint8_t state)
+{
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        const struct axis *axis = axes_get(i);
+        if (axis->life.state == state && axis->clocked) {
+            return true;
+        }
+    }
+    return false;
+}
+
+bool start_clocked_axis_runs(void)
+{
+    return clocked_axis_in(AXIS_RUNNING);
+}
+
+// True when the clock's edges are counted for other lines already. Locked ones count from the
+// moment on when their line zero is known: lock_grid_begin() would forget that.
 static bool beside_others(void)
 {
-    bool others = start_clocked_axis_runs();
-
-    for (uint8_t i = 0; i < CONFIG_AXES && lock_grid_now()->locks; i++) {
-        const struct axis *axis = axes_get(i);
-        others = others || (axis->life.state == AXIS_STARTING && axis->clocked);
-    }
-    return others;
+    return CONFIG_AXES > 1 &&
+           (start_clocked_axis_runs() ||
+            (lock_grid_now()->locks && clocked_axis_in(AXIS_STARTING)));
 }
 
 // The next edge after this one, by the plan or by the grid of locked lines. A line that is locked
-// beside running ones begins on a pixel edge of theirs.
-static uint32_t edge_after(struct pixel_grid *plan, uint32_t edge_ticks, uint16_t edges)
+// beside others begins on a pixel edge of theirs.
+static uint32_t edge_after(struct pixel_grid *plan,
+                           uint32_t edge_ticks,
+                           uint16_t edges,
+                           bool beside)
 {
     if (!lock_grid_now()->locks) {
         return edge_ticks + pixel_grid_advance(plan);
     }
-    return CONFIG_AXES > 1 && beside_others() ? lock_grid_next_to_come()
-                                              : lock_grid_begin(edges);
+    return CONFIG_AXES > 1 && beside ? lock_grid_next_to_come() : lock_grid_begin(edges);
 }
 
 // Some waiting axis could not be released in time for this line zero.
@@ -80,7 +94,7 @@ static bool is_too_soon(uint32_t zero_ticks)
 }
 
 // One line zero for every waiting axis, so that the axes run in step.
-static uint32_t common_zero(uint32_t edge_ticks)
+static uint32_t common_zero(uint32_t edge_ticks, bool beside)
 {
     uint16_t edges = 0;
     uint32_t zero = edge_ticks;
@@ -90,7 +104,7 @@ static uint32_t common_zero(uint32_t edge_ticks)
 
     do {
         edges++;
-        zero = edge_after(&plan, zero, edges);
+        zero = edge_after(&plan, zero, edges, beside);
     } while (is_too_soon(zero));
     return zero;
 }
@@ -114,17 +128,6 @@ static bool all_ready(void)
         }
     }
     return true;
-}
-
-bool start_clocked_axis_runs(void)
-{
-    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        const struct axis *axis = axes_get(i);
-        if (axis->life.state == AXIS_RUNNING && axis->clocked) {
-            return true;
-        }
-    }
-    return false;
 }
 
 bool start_any_waits(void)
@@ -194,8 +197,8 @@ void start_on_edge(uint32_t edge_ticks)
             (void)axes_advance(i, LEDGER_EXACTLY);
         }
     }
-    bool beside = CONFIG_AXES > 1 && beside_others();
-    uint32_t zero = common_zero(edge_ticks);
+    bool beside = beside_others();
+    uint32_t zero = common_zero(edge_ticks, beside);
     uint16_t decoded = place_all(zero);
 
     // One line is the clock's reference; a later start does not take that away from it.
@@ -213,9 +216,7 @@ void start_on_edge(uint32_t edge_ticks)
 void start_now(uint8_t axis)
 {
     axis_place(axes_get(axis), 0);
-#if FEATURE_CLOCK_STATISTICS
-    followers &= (uint8_t)~axis_bit(axis);
-#endif
+    note_followers();
 }
 
 // True when a line that needs no clock edge may begin. With several axes it waits for its ring to
