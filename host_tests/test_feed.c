@@ -271,7 +271,7 @@ static void check_reversal_behind_zero_pixels(uint16_t needed_ticks, bool writte
         feed_quiet(&feed, pixel_ticks);
         pump();
         feed_mark_here(&feed, false, 0);
-        feed_make_room(&feed);
+        feed_make_room(&feed, false);
         interval += pixel_ticks;
     }
     TEST_ASSERT_EQUAL(written_early, feed.stream.head != head);
@@ -291,6 +291,43 @@ static void zero_pixels_leave_a_reversal_its_time(void)
     check_reversal_behind_zero_pixels(2120, true);
     check_reversal_behind_zero_pixels(10000, true);
     check_reversal_behind_zero_pixels(12000, false);
+}
+
+// What is behind a pixel edge must wait for the clock: of the time in front of the edge no more is
+// kept than a reversal needs, in no more than a burst of entries.
+static void check_time_before_a_wait(uint32_t quiet_ticks, bool negative)
+{
+    const uint16_t needed_ticks = 832;
+
+    setUp();
+    feed.reversal_ticks = needed_ticks;
+    feed_hold(&feed);
+    step(2000, false);
+    (void)release();
+    feed_quiet(&feed, quiet_ticks);
+    pump();
+    feed_mark_here(&feed, false, 0);
+    uint8_t head = feed.stream.head;
+    feed_make_room(&feed, true);
+    TEST_ASSERT_TRUE(feed.pending_ticks < 4u * needed_ticks + 1024u);
+    TEST_ASSERT_TRUE((uint8_t)(feed.stream.head - head) <= FEED_BURST);
+    step(100, negative);
+    step(2000, negative);
+    consume();
+    TEST_ASSERT_EQUAL_UINT32(quiet_ticks + 100u, edge_ticks[1] - edge_ticks[0]);
+    TEST_ASSERT_EQUAL_UINT8(negative ? 1 : 0, reversals);
+    if (negative) {
+        TEST_ASSERT_TRUE(reversal_ticks[0] - edge_ticks[0] >= needed_ticks);
+        TEST_ASSERT_TRUE(edge_ticks[1] - reversal_ticks[0] >= needed_ticks);
+    }
+}
+
+static void time_before_a_wait_is_written_out(void)
+{
+    for (uint32_t quiet_ticks = 2000; quiet_ticks < 300000uL; quiet_ticks += 977u) {
+        check_time_before_a_wait(quiet_ticks, false);
+        check_time_before_a_wait(quiet_ticks, true);
+    }
 }
 
 static void first_step_reverses_during_the_delay(void)
@@ -454,6 +491,7 @@ int main(void)
     RUN_TEST(longest_interval_that_is_one_period);
     RUN_TEST(direction_changes_inside_the_interval);
     RUN_TEST(zero_pixels_leave_a_reversal_its_time);
+    RUN_TEST(time_before_a_wait_is_written_out);
     RUN_TEST(first_step_reverses_during_the_delay);
     RUN_TEST(end_gives_the_last_step_a_period);
     RUN_TEST(end_after_quiet_time_keeps_it);

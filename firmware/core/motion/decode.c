@@ -25,6 +25,7 @@ _Static_assert(DECODE_ROOM_LEFT > FEED_BURST, "a step fits");
 #define CURVED_STEP_COST 12u
 #define SLOW_STEP_COST   36u // found by the slow path
 #define TRAIN_COST       12u
+#define PUMP_COST        6u                        // a part of a long interval
 #define PIECE_COST       (SEVERAL_AXES ? 30u : 1u) // to begin a piece
 #define TRAIN_PIXEL_COST 20u
 // A seek is decoded no further ahead than this, ticks (8 ms, several rounds of the main loop),
@@ -307,7 +308,7 @@ static void mark_edge(struct axis *axis)
 {
     feed_mark_here(&axis->feed, false, axis->piece.edge_position);
     axis->phase = axis->phase == DECODE_EDGE_INSIDE ? DECODE_STEPS : DECODE_PIECE;
-    feed_make_room(&axis->feed);
+    feed_make_room(&axis->feed, line_is_early(&axis->line));
 }
 
 // Decode the next pixel if it is a pulse train. Returns what it cost of a round's budget, 0 if it
@@ -390,7 +391,7 @@ static inline uint8_t decode_piece(struct axis *axis,
 {
     if (feed_busy(&axis->feed)) {
         feed_pump(&axis->feed);
-        return 1;
+        return PUMP_COST;
     }
     if (axis->phase >= DECODE_EDGE_INSIDE) {
         mark_edge(axis);

@@ -128,16 +128,22 @@ static void merge_first_interval(struct feed *feed)
     feed->merge = false;
 }
 
-APART void feed_make_room(struct feed *feed)
+APART void feed_make_room(struct feed *feed, bool waits)
 {
-    if (!stream_marks_full(&feed->stream)) {
+    BY_POINTER_SMALL(feed);
+    if (!waits && !stream_marks_full(&feed->stream)) {
         return;
     }
     feed->merge = false;
-    // A reversal may follow, with this period before the change of direction and the time that is
-    // left behind it. The period is therefore no shorter than that time.
-    if (feed->pending_ticks >= 2u * (uint32_t)feed->reversal_ticks + ROOM_MIN_TICKS) {
-        put_chunk(feed, (uint16_t)(feed->pending_ticks - feed->reversal_ticks));
+    // A reversal may follow, with the last period before the change of direction and the time that
+    // is left behind it.
+    for (;;) {
+        uint16_t half_ticks = (uint16_t)(feed->pending_ticks / 2u);
+
+        if (half_ticks < (uint16_t)(feed->reversal_ticks + ROOM_MIN_TICKS)) {
+            return;
+        }
+        put_chunk(feed, half_ticks);
     }
 }
 

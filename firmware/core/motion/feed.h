@@ -105,10 +105,10 @@ void feed_quiet(struct feed *feed, uint32_t ticks);
 // space.
 void feed_pump(struct feed *feed);
 
-// After a mark. When the mark was the last that fits, the time of zero pixels that is not written
-// yet must not wait for more of them: all of it except what a reversal needs becomes a period of
-// its own.
-void feed_make_room(struct feed *feed);
+// After a mark. When the mark was the last that fits, or when what follows must wait for the clock,
+// the time of zero pixels that is not written yet must not wait for more of them: all of it except
+// what a reversal needs becomes periods of its own.
+void feed_make_room(struct feed *feed, bool waits);
 
 // True when time or a step is pending that feed_pump() must write first; feed_step() and feed_end()
 // must wait until then.
