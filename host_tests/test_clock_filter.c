@@ -164,6 +164,39 @@ static void a_jump_of_the_period_peaks_as_the_model_says(void)
     check_peak(10, 10, 412);
 }
 
+// Edges of a period that is no whole number of ticks, in the middle of which `part_65536` of a tick
+// are over; captured, they are whole ticks.
+static void check_far_ahead(uint16_t ahead, uint32_t whole_ticks, uint16_t part_65536)
+{
+    uint32_t fraction = 0x8000u;
+
+    aim(whole_ticks, ahead);
+    for (uint16_t k = 0; k < 2500u; k++) {
+        fraction += part_65536;
+        TEST_ASSERT_TRUE(edge_after(whole_ticks + (fraction >> 16)));
+        fraction &= 0xFFFFu;
+        if (clock_filter_settled(&filter)) {
+            uint32_t parts = (fraction + (uint32_t)ahead * part_65536 + 0x8000u) >> 16;
+            uint32_t expected = edge_ticks + ahead * whole_ticks + parts;
+            TEST_ASSERT_INT32_WITHIN(
+                1, 0, (int32_t)(clock_filter_ahead(&filter, ahead) - expected));
+        }
+    }
+}
+
+// Corrections that were rounded down would make a long way ahead too short, by up to three ticks.
+static void predictions_far_ahead_are_exact(void)
+{
+    const uint16_t ahead[] = {1, 6, 60, 135, 525, 1009};
+
+    for (size_t i = 0; i < sizeof ahead / sizeof ahead[0]; i++) {
+        check_far_ahead(ahead[i], 7920, 51910);
+        check_far_ahead(ahead[i], 16000, 0);
+        check_far_ahead(ahead[i], 16000, 18350);
+        check_far_ahead(ahead[i], 5333, 21845);
+    }
+}
+
 static void missing_edges_are_counted_and_bridged(void)
 {
     edges(40, PERIOD_TICKS);
@@ -311,6 +344,7 @@ int main(void)
     RUN_TEST(the_shift_follows_the_distance);
     RUN_TEST(noise_is_averaged_as_the_model_says);
     RUN_TEST(a_jump_of_the_period_peaks_as_the_model_says);
+    RUN_TEST(predictions_far_ahead_are_exact);
     RUN_TEST(missing_edges_are_counted_and_bridged);
     RUN_TEST(no_edge_is_missing_before_the_first_one);
     RUN_TEST(missing_edges_while_it_settles_leave_nothing_behind);

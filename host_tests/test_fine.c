@@ -49,12 +49,19 @@ static void a_number_is_added_to_itself(void)
     TEST_ASSERT_EQUAL_UINT16(0x2000u, fine.fraction);
 }
 
+// Rounded down to a whole number.
 static int64_t halved(int64_t value, uint8_t times)
 {
     int64_t divisor = (int64_t)1 << times;
     int64_t whole = value / divisor;
 
     return value < 0 && value % divisor != 0 ? whole - 1 : whole;
+}
+
+// Rounded to the nearest one, halves up.
+static int64_t halved_nearest(int64_t value, uint8_t times)
+{
+    return times == 0 ? value : halved(value + ((int64_t)1 << (times - 1u)), times);
 }
 
 static void check_number(int64_t expected, const struct fine_ticks *fine)
@@ -69,10 +76,11 @@ static void a_pair_is_corrected(void)
         struct fine_ticks pair[2] = {any(), any()};
         uint8_t shift = (uint8_t)(i % 8u);
         int32_t error_ticks = (int32_t)chance() / 256;
-        int64_t error = (int64_t)error_ticks * 65536 - pair[0].fraction;
-        int64_t place = value_of(&pair[0]) + halved(error, shift);
-        uint8_t more = shift == 0 ? 0 : (uint8_t)(shift + 1u);
-        int64_t step = value_of(&pair[1]) + halved(halved(error, shift), more);
+        int64_t error =
+            (int64_t)error_ticks * 65536 + FINE_TICK_CENTRE - pair[0].fraction;
+        int64_t place = value_of(&pair[0]) + halved_nearest(error, shift);
+        uint8_t both = shift == 0 ? 0 : (uint8_t)(2u * shift + 1u);
+        int64_t step = value_of(&pair[1]) + halved_nearest(error, both);
 
         fine_track(pair, error_ticks, shift);
         check_number(place, &pair[0]);

@@ -4,6 +4,7 @@
 ;     void fine_add(struct fine_ticks *to, const struct fine_ticks *by)
 ;     void fine_track(struct fine_ticks *pair, int32_t error_ticks, uint8_t shift)
 #include "base/asm.inc" // macros
+#include "base/fine.h"  // FINE_TICK_CENTRE
 
     .section .text.fine_add, "ax", @progbits
 function fine_add
@@ -31,7 +32,7 @@ function fine_track
     ld r26, Z
     ldd r27, Z + 1
     clr r24
-    clr r25
+    ldi r25, hi8(FINE_TICK_CENTRE)
     sub r24, r26
     sbc r25, r27
     sbc r20, r1
@@ -47,6 +48,7 @@ function fine_track
 end_function fine_track
 
 function halve_and_add
+    clc
     rjmp another
 halving:
     asr r23                             ; 9 a halving
@@ -56,10 +58,10 @@ halving:
     ror r25
     ror r24
 another:
-    subi r19, 1
-    brcc halving
+    dec r19                             ; leaves the carry alone: the last bit that fell out
+    brpl halving
     ld r26, Z
-    add r26, r24
+    adc r26, r24
     st Z+, r26
     ld r26, Z
     adc r26, r25

@@ -85,7 +85,7 @@ static void begin(struct clock_filter *filter, uint32_t edge_ticks)
     filter->period.ticks = filter->nominal_ticks;
     filter->period.fraction = 0;
     filter->expected.ticks = edge_ticks;
-    filter->expected.fraction = 0;
+    filter->expected.fraction = FINE_TICK_CENTRE;
     expect_next(filter);
     filter->count = FIRST_COUNT;
     filter->shift = 0;
