@@ -165,6 +165,32 @@ void axes_advance_rested(uint8_t i)
     (void)advance(CONFIG_INDEX(i), LEDGER_EXACTLY, true);
 }
 
+#if CONFIG_AXES > 1
+// Rounds that a stopping axis waits for clock edges to be taken. Noise must not hold it for good.
+#define EDGE_ROUNDS 8u
+
+// Bring the account of a stopping axis at rest up to now, before its lines are discarded. Returns
+// false while a captured edge must be placed by the account as it is: the next round takes it.
+static bool advance_to_rest(uint8_t i)
+{
+    static uint8_t waited;
+
+    if (!advance(i, LEDGER_EXACTLY, waited == EDGE_ROUNDS)) {
+        waited++;
+        return false;
+    }
+    waited = 0;
+    return true;
+}
+#else
+// No other axis has lines that an edge could be lost for.
+static inline bool advance_to_rest(uint8_t i)
+{
+    axes_advance_rested(i);
+    return true;
+}
+#endif
+
 void axes_stop_at(uint8_t i)
 {
     struct axis *axis = axes_get(i);
@@ -175,7 +201,9 @@ void axes_stop_at(uint8_t i)
         token_set(0);
     }
     if (!step_engine_going(step_timer_state(i))) {
-        axes_advance_rested(i);
+        if (!advance_to_rest(i)) {
+            return;
+        }
         if (step_timer_settle(i, &slot)) {
             axis_discard(axis, slot);
             return;

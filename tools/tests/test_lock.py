@@ -348,6 +348,48 @@ def test_a_free_line_needs_no_clock(bench_of, board):
         assert {b - a for a, b in itertools.pairwise(ends)} == {160_000}
 
 
+# A stop discards what the place of an edge is told by; an edge that waits then is taken first. The
+# grid of the other axis's line would miss it, which without a hold-over is a fault.
+@pytest.mark.parametrize(
+    ("board", "tick_hz", "axis"), [("mega", 16_000_000, 3), ("m1284", 20_000_000, 1)]
+)
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_stop_of_the_clocks_own_axis_loses_no_edge(bench_of, board, tick_hz, axis, count):
+    source = random.Random(count)
+    lines = {0: Line((10,) * 400, PLAIN), axis: Line((count,) * 400, PLAIN)}
+    for _ in range(20):
+        with bench_of(board, 1000, axes=(0, axis)) as bench:
+            bench.run.talk_at(250_000)
+            bench.follow(hold_over_edges=0)
+            bench.clock(ppm(1000, 0, tick_hz))
+            bench.settle()
+            for at, line in lines.items():
+                bench.load(line, at)
+            bench.board.command("arm", list(lines))
+            bench.until(lambda bench=bench: bench.state(0) == "running")
+            bench.sim.run(int(tick_hz * source.uniform(0.03, 0.1)))
+            bench.board.command("stop", [axis])
+            bench.sim.wait_s(0.05)
+            assert (bench.fault_name(), bench.state(0)) == ("none", "running")
+            assert bench.state(axis) == "empty" and bench.board.input("clock_missing") == 0
+
+
+# Edges that come faster than they can be taken must not hold the stop of an axis for good.
+@pytest.mark.parametrize(("board", "axis"), [("mega", 3), ("m1284", 1), ("uno", 0)])
+@pytest.mark.parametrize("noise_hz", [3000, 12_000])
+def test_noise_does_not_hold_up_a_stop(bench_of, board, axis, noise_hz):
+    with bench_of(board, 100, axes=(axis,)) as bench:
+        bench.follow("free")
+        bench.load(Line((20,) * 200, PLAIN), axis)
+        bench.board.command("arm", [axis])
+        bench.until(lambda: bench.state(axis) == "running")
+        bench.sim.command(f"clock hz {noise_hz}/1")
+        bench.sim.wait_s(0.1)
+        bench.board.command("stop", [axis])
+        bench.sim.wait_s(0.05)
+        assert (bench.fault_name(), bench.state(axis)) == ("none", "empty")
+
+
 def _estop(bench):
     (pin,) = (p for p in boards.load(bench.name).pins if p.signal == "ESTOP")
     bench.sim.pin(0, pin.port, pin.bit, 0)
