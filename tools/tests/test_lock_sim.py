@@ -146,6 +146,42 @@ def test_missing_edges_cost_slow_axes_nothing(tmp_path, hz):
     assert all(axis["steps"] == axis["expected_steps"] for axis in judged.summary["axes"])
 
 
+# A pixel without steps is time that the feed keeps for the step behind it. Where a missing edge is
+# bridged late, what it keeps beyond a little is time that the decoder has not got.
+@pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize("board", BOARDS)
+@pytest.mark.parametrize(("hz", "divider"), [("97.5", 2), (110, 2), (100, 1), ("120.6", 3)])
+def test_missing_edges_cost_lines_with_zero_pixels_nothing(tmp_path, board, hz, divider):
+    lines = {0: Line((*(0,) * 3, *(3, 0, 1, 0, 0, 4) * 8), PLAIN)}
+    _, judged = run(
+        tmp_path, board, lines, hz, divider=divider, flaws=ClockFlaws(drop=7), pixel_ppm=3000
+    )
+    assert judged.summary["reasons"] == [] and judged.summary["clock"]["missing_edges"] > 5
+
+
+# A step in a hundred milliseconds is some fifty entries of the ring, each of which costs as much as
+# several steps of a fast line: the other axes, and the clock's edges, wait meanwhile.
+@pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize(
+    ("board", "axes", "hz", "divider", "counts"),
+    [
+        ("mega", 4, 300, 64, (0, *(5,) * 8)),
+        ("mega", 4, 691, 135, (1,) * 10),
+        ("mega", 4, 1257, 206, (0, 0, 0, *(8,) * 8)),
+        ("mega", 4, 1614, 297, (4, 15, 3, 4, 11, 19, 14, 3)),
+        ("mega", 4, 2400, 500, (8,) * 8),
+        ("uno", 1, 1250, 500, (8,) * 8),
+        ("uno", 1, 2000, 500, (8,) * 8),
+        ("uno", 1, 2020, 525, (0, 0, 0, 1, 3, 1, 1, 0)),
+    ],
+)
+def test_slow_pixels_of_many_edges(tmp_path, board, axes, hz, divider, counts):
+    lines = dict.fromkeys(range(axes), Line(counts, PLAIN))
+    _, judged = run(tmp_path, board, lines, hz, divider=divider)
+    for axis in lines:
+        assert kept(judged, axis)["max_error_ticks"] < 1.5
+
+
 # Lines that do not wait for the clock begin one after the other, as soon as the ring of each is
 # full: the judge asks for no common line zero.
 @pytest.mark.usefixtures("simulator")
