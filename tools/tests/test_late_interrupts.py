@@ -152,8 +152,8 @@ def test_a_processor_held_up_moves_no_edge(bench_of, board, counts, offset, most
 
 
 # The clock's capture waits for the late interrupt of its own axis, then for the other axis's,
-# longer than a period in all; which of them come together is chance. A lock that takes such an edge for
-# one a period later is off by 43 ticks at once.
+# longer than a period in all; which of them come together is chance. A lock that takes such an
+# edge for one a period later is off by 43 ticks at once.
 def test_a_clock_edge_that_waits_is_placed_in_its_own_period(bench_of):
     counts = {0: 1188, 3: 1182}
     for seed in range(1, 41):
