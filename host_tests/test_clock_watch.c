@@ -9,7 +9,7 @@
 
 static struct pixel_period period;
 static struct clock_watch watch;
-static uint32_t pixel;
+static uint16_t pixel;
 
 void setUp(void)
 {
@@ -25,7 +25,7 @@ void tearDown(void)
 static void check_edge(uint32_t ticks, uint32_t number, int16_t error_ticks)
 {
     TEST_ASSERT_TRUE(clock_watch_edge(&watch, &period, ticks, &pixel));
-    TEST_ASSERT_EQUAL_UINT32(number, pixel);
+    TEST_ASSERT_EQUAL_UINT16(number, pixel);
     TEST_ASSERT_EQUAL_INT16(error_ticks, watch.error_ticks);
 }
 
@@ -34,7 +34,7 @@ static void edges_count_without_a_line(void)
     TEST_ASSERT_FALSE(clock_watch_edge(&watch, &period, 5, &pixel));
     TEST_ASSERT_FALSE(clock_watch_edge(&watch, &period, 500000uL, &pixel));
     TEST_ASSERT_EQUAL_UINT32(2, watch.edges);
-    TEST_ASSERT_EQUAL_UINT32(999, pixel);
+    TEST_ASSERT_EQUAL_UINT16(999, pixel);
 }
 
 static void edges_before_the_line_are_not_its_own(void)

@@ -87,7 +87,7 @@ static void clock_fault(enum fault code, uint16_t argument)
 static void take_edge(const struct pixel_capture *capture, bool after_loss)
 {
     struct axis *axis = axes_get(CONFIG_PIXEL_CLOCK_AXIS);
-    uint32_t pixel = 0;
+    uint16_t pixel = 0;
 
     // The edge cannot be placed if a command has brought the account past it meanwhile, or if the
     // axis's switch was captured too and the order of the two is not known. The next edge serves.
@@ -103,7 +103,7 @@ static void take_edge(const struct pixel_capture *capture, bool after_loss)
                                                     capture->ticks) -
                           PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
     if (reference_edge(edge_ticks, &pixel)) {
-        note_edge_error((uint16_t)pixel);
+        note_edge_error(pixel);
     }
     if (lock_grid_now()->locks) {
         if (!lock_grid_tolerates()) {

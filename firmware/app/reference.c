@@ -80,12 +80,10 @@ const struct clock_watch *reference_watch(void)
 
 #if FEATURE_CLOCK_STATISTICS
 // The clock's edge against its prediction, in the place of a plan.
-static bool edge_of_grid(uint32_t *pixel)
+static bool edge_of_grid(uint16_t *pixel)
 {
-    uint16_t number = 0;
-    bool passes = lock_grid_passes(&number);
+    bool passes = lock_grid_passes(pixel);
 
-    *pixel = number;
     clock_watch_note(&edge_watch, lock_grid_now()->filter.error_ticks);
     return passes;
 }
@@ -133,7 +131,7 @@ static inline void restart_time_out(bool locks)
     reference_await_edge();
 }
 
-bool reference_edge(uint32_t edge_ticks, uint32_t *pixel)
+bool reference_edge(uint32_t edge_ticks, uint16_t *pixel)
 {
     struct lock_grid *grid = lock_grid_now();
 

@@ -30,7 +30,7 @@ bool reference_present(void);
 // An edge came at edge_ticks (ticks since the timers started). Returns true when the edge belongs
 // is a pixel edge of the reference line; *pixel is then its number (clock_watch_edge()). A line
 // that is locked to the clock leaves out glitches.
-bool reference_edge(uint32_t edge_ticks, uint32_t *pixel);
+bool reference_edge(uint32_t edge_ticks, uint16_t *pixel);
 
 #if SEVERAL_AXES
 // Whether the next edges are to be measured although they come at a kilohertz or more and no line

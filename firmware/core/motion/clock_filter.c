@@ -37,13 +37,16 @@ static void grow(struct clock_filter *filter)
 
 static void note_error(struct clock_filter *filter, int32_t error_ticks)
 {
-    uint32_t size = (uint32_t)(error_ticks < 0 ? -error_ticks : error_ticks);
+    uint16_t size = UINT16_MAX / 16u;
 
-    if (size > UINT16_MAX / 16u) {
-        size = UINT16_MAX / 16u;
-    }
     filter->error_ticks = error_ticks;
-    filter->jitter = (uint16_t)(filter->jitter - filter->jitter / 16u + (uint16_t)size);
+    if (error_ticks < 0) {
+        error_ticks = -error_ticks;
+    }
+    if ((uint32_t)error_ticks < size) {
+        size = (uint16_t)error_ticks;
+    }
+    filter->jitter = (uint16_t)(filter->jitter - filter->jitter / 16u + size);
 }
 
 // Go on to the next edge.

@@ -65,7 +65,7 @@ static int16_t saturate_int16(int32_t value)
     return value < -INT16_MAX ? (int16_t)-INT16_MAX : (int16_t)value;
 }
 
-static APART void plan_next(struct clock_watch *watch)
+static APART_SMALL void plan_next(struct clock_watch *watch)
 {
     watch->next_ticks += pixel_grid_advance(&watch->grid);
     watch->phase++;
@@ -91,7 +91,7 @@ void clock_watch_note(struct clock_watch *watch, int32_t error_ticks)
 }
 
 // Plan the edge behind the one that came. Returns true when that one is a pixel edge, *pixel.
-static inline bool pass_planned(struct clock_watch *watch, uint32_t *pixel)
+static inline bool pass_planned(struct clock_watch *watch, uint16_t *pixel)
 {
     bool pixel_edge = watch->phase == 0;
 
@@ -111,7 +111,7 @@ static inline bool is_near(const struct clock_watch *watch, uint32_t error_ticks
 static APART bool look_closely(struct clock_watch *watch,
                                const struct pixel_period *period,
                                uint32_t edge_ticks,
-                               uint32_t *pixel)
+                               uint16_t *pixel)
 {
     uint8_t missed = 0;
 
@@ -141,7 +141,7 @@ static APART bool look_closely(struct clock_watch *watch,
 bool clock_watch_edge(struct clock_watch *watch,
                       const struct pixel_period *period,
                       uint32_t edge_ticks,
-                      uint32_t *pixel)
+                      uint16_t *pixel)
 {
     uint32_t error_ticks = edge_ticks - watch->next_ticks;
 
@@ -171,7 +171,7 @@ void clock_watch_follow(struct clock_watch *watch,
 bool clock_watch_edge(struct clock_watch *watch,
                       const struct pixel_period *period,
                       uint32_t edge_ticks,
-                      uint32_t *pixel)
+                      uint16_t *pixel)
 {
     (void)pixel;
     compare_interval(watch, period->whole_ticks, edge_ticks);

@@ -39,8 +39,8 @@ struct clock_watch {
     // Less than a thirty-second of the period, 0x3FFF at most: two edges this near to their planned
     // times are no odd distance apart.
     uint16_t near_ticks;
-    // Number of the pixel edge at or before it in the line; 0: line zero.
-    uint32_t pixel;
+    // Number of the pixel edge at or before it in the line; 0: line zero. It wraps.
+    uint16_t pixel;
     // Clock edges of a pixel; 0 means 1. The reference line must end before it changes.
     uint16_t divider;
     // Clock edges since that pixel edge.
@@ -67,7 +67,7 @@ void clock_watch_follow(struct clock_watch *watch,
 bool clock_watch_edge(struct clock_watch *watch,
                       const struct pixel_period *period,
                       uint32_t edge_ticks,
-                      uint32_t *pixel);
+                      uint16_t *pixel);
 
 #if FEATURE_CLOCK_STATISTICS
 // The newest edge came so many ticks later than planned.

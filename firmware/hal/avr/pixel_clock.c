@@ -3,20 +3,13 @@
 
 #include <util/atomic.h>
 
-#include "base/apart.h" // APART
+#include "base/apart.h" // APART_SMALL, BY_POINTER
 #include "config.h"     // CONFIG_*
 #include "hal/avr/capture_queue.h"
 #include "hal/avr/flag_bits.h"   // FLAG_*
 #include "hal/avr/step_parked.h" // step_parked_idle_count_at
 
 struct capture_queue pixel_clock_edges;
-
-// Pointers in Z and Y, which reach members; X does not. By time, measured; with one axis by size.
-#if CONFIG_AXES > 1
-#define REACH(from, to) __asm__("" : "+z"(from), "+y"(to))
-#else
-#define REACH(from, to) BY_POINTER(from)
-#endif
 
 #if CONFIG_AXES > 1
 // The edge of a parked axis has a period of its own, whatever has begun since.
@@ -36,7 +29,7 @@ static void place_parked(const struct capture_entry *entry, struct pixel_capture
 }
 #endif
 
-APART bool pixel_clock_waiting(void)
+APART_SMALL bool pixel_clock_waiting(void)
 {
     return pixel_clock_edges.head != pixel_clock_edges.tail;
 }
@@ -56,7 +49,7 @@ bool pixel_clock_take(struct pixel_capture *capture)
     }
     const struct capture_entry *entry =
         &pixel_clock_edges.entries[tail & (CONFIG_CLOCK_EDGES - 1u)];
-    REACH(entry, capture);
+    BY_POINTER(entry);
     uint8_t notes = entry->notes;
     int8_t left_or_cut = entry->left_or_cut;
     bool cut = (notes & CAPTURE_CUT) != 0;
