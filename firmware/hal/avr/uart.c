@@ -49,36 +49,34 @@ static volatile uint8_t control_after; // what UCSR0B gets at the end of the han
 #define ENABLE_COMPLETE ((uint8_t)(_BV(TXCIE0) | _BV(TXEN0)))
 
 // A handler first masks its own source and then lets the step interrupts in, before it saves
-// anything else. The step interrupts therefore wait for 13 cycles at most (15 on the Mega). The
-// handler's body is another function. The source is enabled again with interrupts off, when the
-// body has left the stack: otherwise each handler would nest in the one before, where handlers are
-// slower than the bus. The linker makes RCALL and RJMP of CALL and JMP where the body is near, as
-// it is here.
-#define SERIAL_VECTOR(vector, body, masked, end)                                         \
+// anything else. The step interrupts therefore wait for 13 cycles at most (15 on the Mega). Then it
+// jumps to its body, which ends by a jump to serial_over. The source is enabled again with
+// interrupts off, when the body has left the stack: otherwise each handler would nest in the one
+// before, where handlers are slower than the bus. The linker makes RCALL and RJMP of CALL and JMP
+// where the body is near, as it is here.
+#define SERIAL_VECTOR(vector, masked, body)                                              \
     ISR(vector, ISR_NAKED)                                                               \
     {                                                                                    \
         __asm__ volatile("push r24\n\t"                                                  \
                          "ldi r24, %[mask]\n\t"                                          \
                          "sts %[control], r24\n\t"                                       \
                          "sei\n\t"                                                       \
-                         "nop\n\t" /* what SEI lets run first: shorter than CALL */      \
-                         "call __vector_" #body "\n\t"                                   \
-                         "jmp " end                                                      \
+                         "nop\n\t" /* what SEI lets run first: shorter than JMP */       \
+                         body                                                            \
                          :                                                               \
                          : [mask] "M"(masked), [control] "n"(_SFR_MEM_ADDR(UCSR0B)));    \
     }
-#define SERIAL_HANDLER(vector, body, masked, end, ...)                                   \
+#define SERIAL_BODY(body, ...)                                                           \
     static void serial_##body(void) __asm__("__vector_" #body)                           \
         __attribute__((__VA_ARGS__, used));                                              \
-    SERIAL_VECTOR(vector, body, masked, end)                                             \
     static void serial_##body(void)
 
 // The end of a handler: 13 cycles behind the body (14 on the Mega). RETI lets the program execute
 // an instruction before any interrupt, so that handlers do not pile up on the stack, and what they
 // have interrupted goes on, however fast bytes come: timer 0's handler has to end within 1 ms.
 #define SERIAL_END(name, leave)                                                          \
-    static void name(void) __asm__(#name) __attribute__((naked, used));                  \
-    static void name(void)                                                               \
+    void name(void) __asm__(#name) __attribute__((naked, used));                         \
+    void name(void)                                                                      \
     {                                                                                    \
         __asm__ volatile(                                                                \
             "lds r24, %[value]\n\t"                                                      \
@@ -98,7 +96,7 @@ SERIAL_END(serial_sent_over, "sei\n\tret")
 
 // Budget: 105 cycles for the first character behind a silence, 80 for any other; a character takes
 // 176 cycles at 1,000,000 baud. Its body is uart_receive.S.
-SERIAL_VECTOR(RECEIVE_VECTOR, receive, ENABLE_NONE, "serial_over")
+SERIAL_VECTOR(RECEIVE_VECTOR, ENABLE_NONE, "jmp __vector_receive")
 
 // Budget: 90 cycles, once a character. By hand, because the compiler takes 25 cycles more, and a
 // reply has up to 255 characters; r24 is saved already.
@@ -106,7 +104,8 @@ SERIAL_VECTOR(RECEIVE_VECTOR, receive, ENABLE_NONE, "serial_over")
 // When step interrupts have delayed this handler, the transmitter has run empty and set TXC0,
 // although the reply is not at its end. Clear that flag together with the store of the byte, before
 // the byte can have left.
-SERIAL_HANDLER(EMPTY_VECTOR, send, ENABLE_MUTE, "serial_over", naked)
+SERIAL_VECTOR(EMPTY_VECTOR, ENABLE_MUTE, "jmp __vector_send")
+SERIAL_BODY(send, naked)
 {
     __asm__ volatile(SAVE_Z "lds r30, %[next]\n\t"
                             "lds r31, %[next] + 1\n\t"
@@ -125,7 +124,7 @@ SERIAL_HANDLER(EMPTY_VECTOR, send, ENABLE_MUTE, "serial_over", naked)
                             "ldi r24, %[more]\n\t"
                             "brne 1f\n\t"
                             "ldi r24, %[last]\n"
-                            "1: sts %[control], r24\n\t" RESTORE_Z "ret"
+                            "1: sts %[control], r24\n\t" RESTORE_Z "jmp serial_over"
                      :
                      : [next] "i"(&uart_place.next_byte),
                        [end] "i"(&uart_place.end_byte),
@@ -147,7 +146,8 @@ static inline __attribute__((always_inline)) void begin_reception(void)
 }
 
 // Budget: 145 cycles, once a reply.
-SERIAL_HANDLER(COMPLETE_VECTOR, sent, ENABLE_MUTE, "serial_sent_over", signal)
+SERIAL_VECTOR(COMPLETE_VECTOR, ENABLE_MUTE, "call __vector_sent\n\tjmp serial_sent_over")
+SERIAL_BODY(sent, signal)
 {
     pins_write_rs485(false);
     begin_reception();

@@ -73,5 +73,5 @@ leave:
     pop r30
     out SREG, r30
     pop r30
-    ret
+    jmp serial_over
     .size __vector_receive, . - __vector_receive
