@@ -235,8 +235,9 @@ void step_timer_sample(uint8_t axis, struct engine_sample *sample)
 
 #if CONFIG_AXES > 1
 // Tries of step_timer_look(): an idle period that is loaded in between spoils one, and so does
-// traffic that saturates the serial line.
-#define LOOKS 4u
+// traffic that saturates the serial line. Beside steps of 64 ticks one try in three meets a period
+// that begins: with four tries a check in fifty would say nothing.
+#define LOOKS 16u
 
 // The counter, whether the period that it counts has been served, and what its interrupt has
 // consumed. A read of the counter overwrites TEMP, which the axis's handler expects as step_isr.S

@@ -28,8 +28,6 @@
 #define FORMAT_NONE ((uint8_t)(_BV(USBS0) | _BV(UCSZ01) | _BV(UCSZ00)))
 #define FORMAT_ODD  ((uint8_t)(_BV(UPM01) | _BV(UPM00) | _BV(UCSZ01) | _BV(UCSZ00)))
 
-static volatile uint8_t control_after; // what UCSR0B gets at the end of the handler
-
 #if defined(USART_RX_vect)
 #define RECEIVE_VECTOR  USART_RX_vect
 #define EMPTY_VECTOR    USART_UDRE_vect
@@ -50,7 +48,7 @@ static volatile uint8_t control_after; // what UCSR0B gets at the end of the han
 
 // A handler first masks its own source and then lets the step interrupts in, before it saves
 // anything else. The step interrupts therefore wait for 13 cycles at most (15 on the Mega). Then it
-// jumps to its body, which ends by a jump to serial_over. The source is enabled again with
+// jumps to its body, which ends by a jump to serial_over (uart_receive.S). The source is enabled again with
 // interrupts off, when the body has left the stack: otherwise each handler would nest in the one
 // before, where handlers are slower than the bus. The linker makes RCALL and RJMP of CALL and JMP
 // where the body is near, as it is here.
@@ -70,25 +68,6 @@ static volatile uint8_t control_after; // what UCSR0B gets at the end of the han
     static void serial_##body(void) __asm__("__vector_" #body)                           \
         __attribute__((__VA_ARGS__, used));                                              \
     static void serial_##body(void)
-
-// The end of a handler: 13 cycles behind the body (14 on the Mega). RETI lets the program execute
-// an instruction before any interrupt, so that handlers do not pile up on the stack, and what they
-// have interrupted goes on, however fast bytes come: timer 0's handler has to end within 1 ms.
-#define SERIAL_END(name, leave)                                                          \
-    void name(void) __asm__(#name) __attribute__((naked, used));                         \
-    void name(void)                                                                      \
-    {                                                                                    \
-        __asm__ volatile(                                                                \
-            "lds r24, %[value]\n\t"                                                      \
-            "cli\n\t"                                                                    \
-            "sts %[control], r24\n\t"                                                    \
-            "pop r24\n\t" leave                                                          \
-            :                                                                            \
-            : [value] "i"(&control_after), [control] "n"(_SFR_MEM_ADDR(UCSR0B)));        \
-    }
-SERIAL_END(serial_over, "reti")
-// Behind a body that the compiler has ended by RETI. SEI lets RET execute before any interrupt.
-SERIAL_END(serial_sent_over, "sei\n\tret")
 
 // Keep Z and the status register on the stack.
 #define SAVE_Z    "push r30\n\tin r30, __SREG__\n\tpush r30\n\tpush r31\n\t"
@@ -131,7 +110,7 @@ SERIAL_BODY(send, naked)
                        [data] "n"(_SFR_MEM_ADDR(UDR0)),
                        [status] "n"(_SFR_MEM_ADDR(UCSR0A)),
                        [flags] "M"(_BV(TXC0) | _BV(U2X0)),
-                       [control] "i"(&control_after),
+                       [control] "i"(&uart_place.control_after),
                        [more] "M"(ENABLE_SEND),
                        [last] "M"(ENABLE_COMPLETE));
 }
@@ -142,7 +121,7 @@ static inline __attribute__((always_inline)) void begin_reception(void)
     uart_place.next_byte = uart_place.first_byte;
     uart_place.end_byte = uart_place.first_byte + UART_BUFFER_BYTES;
     uart_place.first_silence = uart_place.first_byte;
-    control_after = ENABLE_RECEIVE;
+    uart_place.control_after = ENABLE_RECEIVE;
 }
 
 // Budget: 145 cycles, once a reply.

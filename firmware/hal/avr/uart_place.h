@@ -9,6 +9,7 @@
 #define UART_END      4
 #define UART_SILENCE  6
 #define UART_OVERRUNS 8
+#define UART_CONTROL  9
 
 #if !defined(__ASSEMBLER__)
 #include <stdint.h>
@@ -24,6 +25,8 @@ struct uart_place {
     uint8_t *volatile first_silence;
     // Bytes that were lost; wraps.
     volatile uint8_t overruns;
+    // What UCSR0B gets at the end of a handler.
+    volatile uint8_t control_after;
 };
 
 extern struct uart_place uart_place;

@@ -1,7 +1,8 @@
 ; SPDX-License-Identifier: MIT
-; The body of the receive interrupt: moves one byte into the buffer. uart.c has its beginning, which
-; masks the source, saves r24 and lets the step interrupts in, its end, and what it works on. 35
-; cycles shorter than from the compiler: at 1,000,000 baud that is a fifth of the processor.
+; The body of the receive interrupt, and the end of all handlers of the bus. The body moves one byte
+; into the buffer. uart.c has its beginning, which masks the source, saves r24 and lets the step
+; interrupts in. 35 cycles shorter than from the compiler: at 1,000,000 baud that is a fifth of the
+; processor.
 ;
 ; A byte with a wrong parity or stop bit is left out. The frame's checksum then fails, as it also
 ; does when a byte was lost. A byte that overran others is counted.
@@ -75,3 +76,31 @@ leave:
     pop r30
     jmp serial_over
     .size __vector_receive, . - __vector_receive
+
+; The end of a handler: 13 cycles behind the body (14 on the Mega). RETI lets the program execute an
+; instruction before any interrupt, so that handlers do not pile up on the stack, and what they have
+; interrupted goes on, however fast bytes come: timer 0's handler has to end within 1 ms.
+.macro end_of_handler
+    lds r24, uart_place + UART_CONTROL
+    cli
+    sts UCSR0B, r24
+    pop r24
+.endm
+
+    .section .text.serial_over, "ax", @progbits
+    .global serial_over
+    .type serial_over, @function
+serial_over:
+    end_of_handler
+    reti
+    .size serial_over, . - serial_over
+
+; Behind a body that the compiler has ended by RETI. SEI lets RET execute before any interrupt.
+    .section .text.serial_sent_over, "ax", @progbits
+    .global serial_sent_over
+    .type serial_sent_over, @function
+serial_sent_over:
+    end_of_handler
+    sei
+    ret
+    .size serial_sent_over, . - serial_sent_over
