@@ -28,8 +28,8 @@
 #define BY_POINTER_SMALL(pointer)
 #endif
 
-// APART_SMALL: APART where the image is built for size alone; elsewhere the call costs time, and the
-// function becomes a part of each caller.
+// APART_SMALL: APART where the image is built for size alone; elsewhere the call costs time, and
+// the function becomes a part of each caller.
 #if defined(__OPTIMIZE_SIZE__)
 #define APART_SMALL APART
 #else

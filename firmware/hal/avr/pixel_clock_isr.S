@@ -25,11 +25,13 @@
 ;
 ; With several axes it lies in m + 1 then if its count is not beyond the counter's, unless it has
 ; waited for longer than a period: a step interrupt that made up for a late interval, before those
-; of other axes, has seen it then and has set BEFORE (step_catch_up.inc): it lies in m. With one axis
-; there is no time for the counter: the overflow is served first of all, whose own interrupt may be
-; close to its limit, and the edge lies in m + 1 if its count is below WAIT_MAX_TICKS, for which an
-; overflow waits at most. At the shortest intervals that is wrong for an edge early in a period
-; whose own interrupt is late; a locked line's edges are at the end of a period.
+; of other axes, has seen it then and has set BEFORE (step_catch_up.inc), and it lies in m.
+;
+; With one axis there is no time for the counter: the overflow is served first of all, whose own
+; interrupt may be close to its limit, and the edge lies in m + 1 if its count is below
+; WAIT_MAX_TICKS, for which an overflow waits at most. At the shortest intervals that is wrong for
+; an edge early in a period whose own interrupt is late; a locked line's edges are at the end of a
+; period.
 ;
 ; A train that was cut off is noted if nothing has been taken from the ring since: not one that was
 ; cut behind the edge.

@@ -48,10 +48,10 @@
 
 // A handler first masks its own source and then lets the step interrupts in, before it saves
 // anything else. The step interrupts therefore wait for 13 cycles at most (15 on the Mega). Then it
-// jumps to its body, which ends by a jump to serial_over (uart_receive.S). The source is enabled again with
-// interrupts off, when the body has left the stack: otherwise each handler would nest in the one
-// before, where handlers are slower than the bus. The linker makes RCALL and RJMP of CALL and JMP
-// where the body is near, as it is here.
+// jumps to its body, which ends by a jump to serial_over (uart_receive.S). The source is enabled
+// again with interrupts off, when the body has left the stack: otherwise each handler would nest in
+// the one before, where handlers are slower than the bus. The linker makes RCALL and RJMP of CALL
+// and JMP where the body is near, as it is here.
 #define SERIAL_VECTOR(vector, masked, body)                                              \
     ISR(vector, ISR_NAKED)                                                               \
     {                                                                                    \
