@@ -17,7 +17,7 @@ from pixstep_dev.bench.trial import Trial, attempt
 NAME = "rates"
 CLOCKS = (Fraction(30), Fraction(100))  # Hz; the first is the printer's
 MOTIONS = ("constant", "smooth", "ramp and hold")
-_LOADED = (1.0, 0.95, 0.9, 0.75, 0.7, 0.6, 0.5)  # of the clean rate, tried under serial load
+_LOADED = (1.0, 0.98, 0.95, 0.9, 0.75, 0.7, 0.6, 0.5)  # of the clean rate, tried under serial load
 
 
 def tasks() -> list[Task]:
