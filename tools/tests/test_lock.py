@@ -348,6 +348,28 @@ def test_a_free_line_needs_no_clock(bench_of, board):
         assert {b - a for a, b in itertools.pairwise(ends)} == {160_000}
 
 
+# The account of an axis that is not the clock's may lag by more pixels than it can note errors for:
+# at kilohertz, with a step a pixel, a turn of all accounts takes some twenty of them.
+@pytest.mark.parametrize(("axes", "hz"), [((2,), 2850), ((0, 1, 3), 1400), ((0, 1, 3), 2000)])
+def test_every_record_has_the_error_of_its_edge(bench_of, axes, hz):
+    for pixels in range(60, 66):
+        with bench_of("mega", hz, axes=axes) as bench:
+            bench.run.talk_at(500_000)
+            bench.follow("start", record_every=1)
+            bench.clock(ppm(hz, 1800))
+            bench.settle()
+            for axis in axes:
+                bench.load(Line((1,) * pixels, PLAIN), axis)
+            bench.board.command("arm", list(axes))
+            bench.until(lambda: all(bench.state(axis) == "done" for axis in axes))
+            for axis in axes:
+                records = bench.board.records(axis)
+                assert records[-1].pixel == pixels
+                drift = 0.0018 * 16e6 / hz  # ticks a pixel, since an edge before line zero
+                off = [one.edge_error_ticks - drift * one.pixel for one in records]
+                assert max(off) - min(off) < 3
+
+
 # A stop discards what the place of an edge is told by; an edge that waits then is taken first. The
 # grid of the other axis's line would miss it, which without a hold-over is a fault.
 @pytest.mark.parametrize(
