@@ -2,6 +2,7 @@
 """`pixstep sim` with lines locked to the pixel clock: its clock, its judge, the whole command."""
 
 import json
+import random
 from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
@@ -180,6 +181,33 @@ def test_slow_pixels_of_many_edges(tmp_path, board, axes, hz, divider, counts):
     _, judged = run(tmp_path, board, lines, hz, divider=divider)
     for axis in lines:
         assert kept(judged, axis)["max_error_ticks"] < 1.5
+
+
+def mixed(seed, least, most, turns):
+    """Counts between two limits, the sign of which changes in this share of the pixels."""
+    source, sign, counts = random.Random(seed), 1, []
+    for _ in range(120):
+        sign = -sign if source.random() < turns else sign
+        counts.append(sign * source.randint(least, most))
+    return Line(tuple(counts), PLAIN)
+
+
+# Such pixels are decoded by pieces, which takes longer: docs/TIMING.md says how fast.
+@pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize(
+    ("sync", "axes", "hz", "least", "most", "turns"),
+    [
+        (LOCK, 4, 600, 1, 3, 0.4),
+        (START, 4, 800, 1, 3, 0.4),
+        (LOCK, 3, 800, 1, 3, 0.4),
+        (LOCK, 2, 1200, 1, 3, 0.4),
+        (LOCK, 4, 1000, 0, 20, 0),
+    ],
+)
+def test_pixels_that_turn_or_have_no_steps(tmp_path, sync, axes, hz, least, most, turns):
+    lines = {axis: mixed(axis, least, most, turns) for axis in range(axes)}
+    _, judged = run(tmp_path, "mega", lines, hz, sync=sync)
+    assert judged.summary["reasons"] == []
 
 
 # Lines that do not wait for the clock begin one after the other, as soon as the ring of each is
