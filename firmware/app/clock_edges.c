@@ -15,28 +15,33 @@
 #if FEATURE_CLOCK_STATISTICS
 // The account of the axis has come to the edge's pixel before the edge was taken. The clock goes on
 // behind a line's last pixel: what comes then is not the line's.
-static void note_passed(struct axis *axis, uint16_t pixel, int16_t error_ticks)
+static APART void note_passed(struct axis *axis, uint16_t pixel, int16_t error_ticks)
 {
     if (pixel == (uint16_t)axis->ledger.pixel || lifecycle_moving(&axis->life)) {
         records_note_error(&axis->ledger.records, pixel, error_ticks);
     }
 }
 
-// The edge's pixel is not one of the few that come next in the account of the axis. An account that
-// lags is brought up to date, else the error would be lost.
-static APART void note_elsewhere(uint8_t i, uint16_t pixel, int16_t error_ticks)
+// Pixels from the account's newest one to the edge's, less one.
+static inline uint16_t pixels_behind(const struct axis *axis, uint16_t pixel)
+{
+    return (uint16_t)(pixel - (uint16_t)axis->ledger.pixel - 1u);
+}
+
+// The edge's pixel is further ahead in the account of the axis than errors can be noted: the
+// account lags, or the line is over.
+static APART void note_far_ahead(uint8_t i, uint16_t pixel, int16_t error_ticks)
 {
     struct axis *axis = axes_get(i);
 
-    if (lifecycle_moving(&axis->life) &&
-        (int16_t)(uint16_t)(pixel - (uint16_t)axis->ledger.pixel) > 0) {
-        (void)axes_advance(i, LEDGER_BY_BATCHES);
+    if (!lifecycle_moving(&axis->life)) {
+        return;
     }
-    uint16_t behind = (uint16_t)(pixel - (uint16_t)axis->ledger.pixel - 1u);
-    if (behind < RECORDS_EARLY) {
+    (void)axes_advance(i, LEDGER_BY_BATCHES);
+    if (pixels_behind(axis, pixel) < RECORDS_EARLY) {
         records_note_early(&axis->ledger.records, pixel, error_ticks);
     } else {
-        note_passed(axis, pixel, error_ticks);
+        records_note_error(&axis->ledger.records, pixel, error_ticks);
     }
 }
 
@@ -53,11 +58,13 @@ static APART void note_edge_error(uint16_t pixel)
         if ((axes & axis_bit(i)) == 0) {
             continue;
         }
-        uint16_t behind = (uint16_t)(pixel - (uint16_t)axis->ledger.pixel - 1u);
+        uint16_t behind = pixels_behind(axis, pixel);
         if (behind < RECORDS_EARLY) {
             records_note_early(&axis->ledger.records, pixel, error_ticks);
+        } else if ((int16_t)behind < 0) {
+            note_passed(axis, pixel, error_ticks);
         } else {
-            note_elsewhere(i, pixel, error_ticks);
+            note_far_ahead(i, pixel, error_ticks);
         }
     }
 }
