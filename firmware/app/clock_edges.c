@@ -61,7 +61,7 @@ static APART void note_edge_error(uint16_t pixel)
         uint16_t behind = pixels_behind(axis, pixel);
         if (behind < RECORDS_EARLY) {
             records_note_early(&axis->ledger.records, pixel, error_ticks);
-        } else if ((int16_t)behind < 0) {
+        } else if (behind > UINT16_MAX / 2u) {
             note_passed(axis, pixel, error_ticks);
         } else {
             note_far_ahead(i, pixel, error_ticks);
