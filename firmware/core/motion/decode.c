@@ -25,7 +25,7 @@ _Static_assert(DECODE_ROOM_LEFT > FEED_BURST, "a step fits");
 #define CURVED_STEP_COST 12u
 #define SLOW_STEP_COST   36u // found by the slow path
 #define TRAIN_COST       12u
-#define PUMP_COST        6u                        // a part of a long interval
+#define PUMP_COST        6u // a part of a long interval, some 330 cycles
 #define PIECE_COST       (SEVERAL_AXES ? 30u : 1u) // to begin a piece
 #define TRAIN_PIXEL_COST 20u
 // A seek is decoded no further ahead than this, ticks (8 ms, several rounds of the main loop),

@@ -76,9 +76,9 @@
 #define __SFR_OFFSET 0
 #include <avr/io.h>
 
-#include "hal/avr/board.h"    // BOARD_FILE
+#include "hal/avr/board.h"     // BOARD_FILE
 #include "hal/avr/flag_bits.h" // FLAG_*
-#include "hal/avr/step_isr.h" // layout, STEP_*, QUIET_TICKS
+#include "hal/avr/step_isr.h"  // layout, STEP_*, QUIET_TICKS
 
 ; Save what a C function may change beyond what the handler has saved, call the function, restore.
 .macro call_c function
