@@ -104,12 +104,17 @@ static uint8_t queue_entry(uint8_t i, int16_t last, bool runs)
     return 1;
 }
 
-static void queue_line(bool smooth)
+static void queue_start(bool smooth)
 {
     uint16_t word = LINE_MARK_START | LINE_START_WAIT | (smooth ? LINE_START_SMOOTH : 0u);
 
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue((int16_t)word, 0));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(0, 0));
+}
+
+static void queue_line(bool smooth)
+{
+    queue_start(smooth);
     int16_t last = 0;
     for (uint8_t i = 0; i < pixels;) {
         uint8_t queued = queue_entry(i, last, !smooth);
@@ -392,6 +397,79 @@ static void one_count_for_all(void)
     }
 }
 
+// The quotient of 2 steps is kept where that of 18 is, and at this period 18 times that quotient is
+// 2^16 more than the pixel.
+static void pixels_whose_quotients_are_kept_in_one_place(void)
+{
+    static const int16_t kinds[] = {2, 18, 34, 66, 18, 2, 50, 114, 2, 98, 18, 16, 32, 2};
+
+    pixels = sizeof(kinds) / sizeof(kinds[0]);
+    for (uint8_t i = 0; i < pixels; i++) {
+        counts[i] = kinds[i];
+    }
+    check_line(15625, 8, false, 1);
+    check_line(1000, 1, false, 1);
+}
+
+static uint16_t run_pixels;
+
+// Steps of the pixels of a_run_of_many_pixels().
+static uint16_t steps_of(uint16_t pixel)
+{
+    if (pixel == 0) {
+        return 3;
+    }
+    return pixel <= run_pixels ? 2u : 5u;
+}
+
+static void check_edges(uint32_t start, uint32_t end, uint16_t steps)
+{
+    for (uint16_t step = 1; step <= steps; step++) {
+        TEST_ASSERT_EQUAL_UINT32(start + tick_of(end - start, step, steps, steps),
+                                 next_edge());
+    }
+}
+
+// Run pixels of 3 steps, of 2, and of 5.
+static void run_between(uint32_t hz_num, uint32_t hz_den)
+{
+    uint64_t place = 0;
+    uint32_t start = 0;
+
+    bench_open(hz_num, hz_den);
+    queue_start(false);
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(3, 1));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(2, run_pixels));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(5, 1));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue((int16_t)LINE_MARK_END, 0));
+    begin_line();
+    for (uint16_t pixel = 0; pixel < run_pixels + 2u; pixel++) {
+        place += (uint64_t)bench.period.whole_ticks * bench.period.divisor +
+                 bench.period.remainder;
+        uint32_t end = (uint32_t)(place / bench.period.divisor);
+        check_edges(start, end, steps_of(pixel));
+        start = end;
+    }
+    while (!bench_finish_line()) {
+        (void)bench_period();
+    }
+    TEST_ASSERT_EQUAL_UINT32(run_pixels + 2u, bench.axis.ledger.pixel);
+}
+
+// A run of more pixels than are counted at a time, at a period of whole ticks, with a fraction in
+// 16 bits, and in more.
+static void a_run_of_many_pixels(void)
+{
+    static const uint16_t runs[] = {1, 254, 255, 256, 511, 600};
+
+    for (uint8_t i = 0; i < (uint8_t)(sizeof(runs) / sizeof(runs[0])); i++) {
+        run_pixels = runs[i];
+        run_between(5000, 1);
+        run_between(4999, 1);
+        run_between(5000001, 1001);
+    }
+}
+
 // Few even steps, too many of them, none, reversals, and few again.
 static void pixels_of_every_kind_in_turn(void)
 {
@@ -526,6 +604,8 @@ int main(void)
     RUN_TEST(clock_edges_behind_a_ring_that_ran_dry);
     RUN_TEST(a_clock_edge_that_is_seen_late_behind_a_train);
     RUN_TEST(one_count_for_all);
+    RUN_TEST(pixels_whose_quotients_are_kept_in_one_place);
+    RUN_TEST(a_run_of_many_pixels);
     RUN_TEST(pixels_of_every_kind_in_turn);
     RUN_TEST(an_interval_that_was_refused_is_not_kept);
     RUN_TEST(smooth_pixels_speed_up_and_slow_down);

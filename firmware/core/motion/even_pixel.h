@@ -7,14 +7,15 @@
 //     T = 10, n = 4     base 2, remainder 2     entries   3  2  3  2
 //
 // What the last pixel knew is kept (even_rate.h): a pixel of as many steps needs no quotient,
-// whatever a tick or two of difference in its length. Any other takes its quotient from a table of
-// reciprocals.
+// whatever a tick or two of difference in its length. Boards of several axes keep the last quotient
+// of each small number of steps. Any other quotient comes from a table of reciprocals.
 #pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/stream.h" // struct stream
+#include "build_features.h" // SEVERAL_AXES
+#include "motion/stream.h"  // struct stream
 
 struct line;
 struct even_rate;

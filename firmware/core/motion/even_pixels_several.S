@@ -7,8 +7,10 @@
 ;                               uint8_t budget)
 ;
 ;     r8, r9    line, while Y is the stream      r14        WAYS
-;     r10       what the pixels have cost        r16, r17   stream
-;     r11       budget                           r22, r23   length of the pixel, ticks
+;     r10       pixels that are still to be      r7, r15    time that is still to be added to the
+;               written of those that were                  stream's end
+;               taken from the segment           r16, r17   stream
+;     r11       what is left of the budget       r22, r23   length of the pixel, ticks
 ;     r12       third byte of the pixel's length Y          line
 ;     r13       steps of a pixel
 ;
@@ -20,19 +22,37 @@
 ;     EXACT     this pixel and the next ones are pixels of the exact grid, as a whole. Then
 ;               line.to_edge_ticks stays 0 and edge_open set, as they are between two such pixels;
 ;               only where a pixel is not written here do they tell its length.
+;     WHOLE     the exact grid's period is a whole number of ticks
+;     SHORT     the fractions of the exact grid fit 16 bits
+;     MORE      the segment in work has pixels beside those of r10
 ;
-; Cycles of a pixel on a grid of whole ticks: 281 inside a run, 361 with a segment of one byte of
-; its own; for each step 6, 10 for a longer one, or 4 where all are equally long. Where the grid
-; has fractions of a tick 51 more; of another number of steps than the pixel before, 25 more.
+; A pixel below 2^16 ticks takes the last quotient of as many steps, on whatever axis, if one
+; product shows that it holds. Only another one is divided, by way of the reciprocals.
+;
+; Cycles of a pixel on a grid of whole ticks: 236 inside a run, 314 with a segment of one byte of
+; its own; for each step 6, 10 for a longer one, or 4 where all are equally long. Where the grid has
+; fractions of a tick some 30 more, or 90 if 16 bits do not hold them; where no quotient holds 46
+; more.
 #include "build_features.h" // SEVERAL_AXES
 #include "motion/even_pixels.inc" // macros, registers
 #include "motion/pixel_period_layout.h"
 
 #if SEVERAL_AXES
 
+#define PIXELS    r10
+#define LEFT      r11
+#define TIME      r7, r15
 #define WAYS      r14
 #define EXACT_BIT 1
 #define PLAIN_BIT 2
+#define WHOLE_BIT 3
+#define SHORT_BIT 4
+#define MORE_BIT  5
+
+#define QUOTIENTS 16 /* a power of two */
+
+; The last quotients of pixels, by the low bits of their steps.
+    .lcomm even_pixel_quotients, 2 * QUOTIENTS
 
 ; X is where the byte of the queue at place r25:r24 is. Z is the queue. 12 cycles.
 .macro find_queued_byte
@@ -44,6 +64,16 @@
     ldd r27, Z + EVEN_PIXEL_QUEUE_BYTES + 1
     add r26, r18
     adc r27, r19
+.endm
+
+; Z is where the last quotient of a pixel of as many steps is kept, or of 16 more or less. 7 cycles.
+.macro find_quotient
+    mov r30, STEPS
+    andi r30, QUOTIENTS - 1
+    lsl r30
+    ldi r31, 0
+    subi r30, lo8(-(even_pixel_quotients))
+    sbci r31, hi8(-(even_pixel_quotients))
 .endm
 
 ; Periods number `numbers` of a group: 6 cycles, or 10 where the sum r25 goes over 255 and the
@@ -106,14 +136,47 @@ remember:
 no_room:
     std Y + EVEN_PIXEL_ROOM, STEPS
 wait:
-    cpse SPENT, r1
-    rjmp leave
-    com SPENT                           ;     EVEN_PIXEL_WAITS
+    pop r24
+    sub r24, LEFT
+    brne give_cost
+    com r24                             ;     EVEN_PIXEL_WAITS
+    rjmp give_cost
 leave:
-    mov r24, SPENT
-    .irp register, 29, 28, 17, 16, 14, 13, 12, 11, 10, 9, 8
+    pop r24                             ; 5   what the pixels have cost
+    sub r24, LEFT
+give_cost:
+    ldd r18, Y + EVEN_PIXEL_REPEAT      ; 10
+    ldd r19, Y + EVEN_PIXEL_REPEAT + 1
+    add r18, PIXELS
+    adc r19, r1
+    std Y + EVEN_PIXEL_REPEAT, r18
+    std Y + EVEN_PIXEL_REPEAT + 1, r19
+    movw r28, r16                       ; 21
+    load_plain EVEN_PIXEL_END_TICKS, r18, r19, r20, r21
+    add_number r18, r19, r20, r21, TIME, r1, r1
+    store_plain EVEN_PIXEL_END_TICKS, r18, r19, r20, r21
+    .irp register, 29, 28, 17, 16, 15, 14, 13, 12, 11, 10, 9, 8, 7 ; 31
     pop r\register
     .endr
+    ret
+
+; The segment in work has a pixel: takes as many as PIXELS can count.
+load_pixels:
+    ldd r24, Y + EVEN_PIXEL_REPEAT
+    ldd r25, Y + EVEN_PIXEL_REPEAT + 1
+    ldi r18, 0xFF - (1 << MORE_BIT)
+    and WAYS, r18
+    mov PIXELS, r24
+    tst r25
+    breq 1f
+    com r18                             ;     255 of more
+    or WAYS, r18
+    ldi r18, 0xFF
+    mov PIXELS, r18
+1:  sub r24, PIXELS
+    sbc r25, r1
+    std Y + EVEN_PIXEL_REPEAT, r24
+    std Y + EVEN_PIXEL_REPEAT + 1, r25
     ret
 not_here:
     sbrc WAYS, EXACT_BIT
@@ -130,24 +193,30 @@ ask_segment:
     subi r24, 1                         ;     0 is no such pixel either
     cpi r24, EVEN_PIXEL_MOST_STEPS
     brsh leave
+    rcall load_pixels
     rjmp next_pixel
 
 function even_pixels_write
-    .irp register, 8, 9, 10, 11, 12, 13, 14, 16, 17, 28, 29
+    .irp register, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 28, 29, 18
     push r\register
     .endr
     movw r28, r24
     movw r16, r22
-    mov BUDGET, r18
-    clr SPENT
+    mov LEFT, r18
+    clr PIXELS
+    clr r7
+    clr r15
     ldd r18, Y + EVEN_PIXEL_FLAGS
     sbrs r18, EVEN_PIXEL_SMOOTH_BIT
     ori r20, 1 << PLAIN_BIT
     mov WAYS, r20
-    look_for_pixel_of_segment
+    ldd r24, Y + EVEN_PIXEL_REPEAT
+    ldd r25, Y + EVEN_PIXEL_REPEAT + 1
+    or r24, r25
     breq next_segment
     sbrs WAYS, PLAIN_BIT
     rjmp ask_segment
+    rcall load_pixels
     ldd r24, Y + EVEN_PIXEL_COUNT
     ldd r25, Y + EVEN_PIXEL_COUNT + 1
     rjmp segment_in_work
@@ -199,10 +268,9 @@ segment_read:
     adc r25, r21
     std Z + EVEN_PIXEL_QUEUE_LAST, r24
     std Z + EVEN_PIXEL_QUEUE_LAST + 1, r25
-    std Y + EVEN_PIXEL_COUNT, r24       ; 9
+    std Y + EVEN_PIXEL_COUNT, r24       ; 5
     std Y + EVEN_PIXEL_COUNT + 1, r25
-    std Y + EVEN_PIXEL_REPEAT, r26
-    std Y + EVEN_PIXEL_REPEAT + 1, r1
+    mov PIXELS, r26
 segment_in_work:
     sbrs WAYS, NEGATIVE_BIT             ; 9   in the direction of the steps before it, and few?
     rjmp 1f
@@ -222,24 +290,38 @@ segment_in_work:
 
 next_pixel:
     look_for_room far_wait, far_no_room ; 16
-    sbrc WAYS, EXACT_BIT                ; 4
-    rjmp exact
-    look_for_exact_pixel ask
-    ldi r18, 1 << EXACT_BIT
-    or WAYS, r18
+    sbrs WAYS, EXACT_BIT                ; 2
+    rjmp look_at_grid
 exact:
-    ldd r30, Y + EVEN_PIXEL_GRID + PIXEL_GRID_PERIOD ; 17 a whole number of ticks?
+    ldd r30, Y + EVEN_PIXEL_GRID + PIXEL_GRID_PERIOD ; 4
     ldd r31, Y + EVEN_PIXEL_GRID + PIXEL_GRID_PERIOD + 1
-    ldd r18, Z + PIXEL_PERIOD_REMAINDER
-    .irp byte, 1, 2, 3
-    ldd r19, Z + PIXEL_PERIOD_REMAINDER + \byte
-    or r18, r19
-    .endr
-    brne fraction
     .irp byte, 0, 1, 2, 3               ; 8
     ldd 22 + \byte, Z + PIXEL_PERIOD_WHOLE + \byte
     .endr
-    rjmp length_known
+    sbrs WAYS, WHOLE_BIT                ; 2
+    rjmp fraction
+length_known:
+    mov TICKS2, r24                     ; 3
+    or r24, r25
+    brne far_long_pixel
+    find_quotient                       ; 10  the last quotient of as many steps
+    ld r20, Z
+    ldd r21, Z + 1
+    mul r20, STEPS                      ; 17  holds if one product leaves less than the steps
+    mov r24, r22
+    sub r24, r0
+    mov r25, r23
+    sbc r25, r1
+    brlo divide
+    mul r21, STEPS
+    sub r25, r0
+    brlo divide
+    or r25, r1
+    brne divide
+    clr r1
+    cp r24, STEPS
+    brsh divide
+    rjmp divided
 far_wait:
     rjmp wait
 far_no_room:
@@ -248,42 +330,18 @@ no_even_steps:
     rjmp leave
 far_not_here:
     rjmp not_here
-fraction:
-    movw r24, r28
-    adiw r24, EVEN_PIXEL_GRID
-    call pixel_grid_advance
-    rjmp length_known
-ask:
-    movw r24, r28                       ;     how long is the pixel? 0: not known yet
-    call line_pixel_ticks
-    mov r18, r22
-    or r18, r23
-    or r18, r24
-    breq far_not_here
-length_known:
-    mov TICKS2, r24                     ; 5
-    cpi r24, EVEN_PIXEL_TICKS_TOO_BIG
-    cpc r25, r1
-    brsh far_not_here
+far_long_pixel:
+    rjmp long_pixel
 
-    keep_interval divide                ; 28
-    ldd r20, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_BASE ; 6
-    ldd r21, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_BASE + 1
-    mov r24, r26
-    rjmp divided
-
-; No interval of the next pixel follows from this one.
 no_single_periods:
-    std Y + EVEN_PIXEL_RATE + EVEN_PIXEL_STEPS, r1
     clr r24
     clr r25
     rjmp not_here
 
 ; divide_short() in even_pixel.c.
 divide:
-    cpse TICKS2, r1                     ; 3
-    rjmp divide_long
-    ldi r30, lo8(even_pixel_reciprocals) ; 12
+    clr r1                              ; 13
+    ldi r30, lo8(even_pixel_reciprocals)
     ldi r31, hi8(even_pixel_reciprocals)
     add r30, STEPS
     adc r31, r1
@@ -318,17 +376,14 @@ divide:
     cpi r20, EVEN_PIXEL_BASE_MIN
     cpc r21, r1
     brlo no_single_periods
-    std Y + EVEN_PIXEL_RATE + EVEN_PIXEL_STEPS, STEPS ; 12
-    std Y + EVEN_PIXEL_RATE + EVEN_PIXEL_TICKS, r22
-    std Y + EVEN_PIXEL_RATE + EVEN_PIXEL_TICKS + 1, r23
-    std Y + EVEN_PIXEL_RATE + EVEN_PIXEL_BASE, r20
-    std Y + EVEN_PIXEL_RATE + EVEN_PIXEL_BASE + 1, r21
-    std Y + EVEN_PIXEL_RATE + EVEN_PIXEL_REMAINDER, r24
+    find_quotient                       ; 10
+    st Z, r20
+    std Z + 1, r21
 
 divided:
     sbrs WAYS, EXACT_BIT                ; 2
     rcall forget
-    take_pixel_of_segment r26, r27      ; 10
+    dec PIXELS                          ; 1
     move_position WAYS, r18, r19        ; 14
 
 ; Append the pixel to the stream: its length r23:r22 (and TICKS2), the shorter interval r21:r20, the
@@ -386,19 +441,18 @@ divided:
     sbc r31, r27
     std Y + EVEN_PIXEL_BEHIND_TICKS, r30
     std Y + EVEN_PIXEL_BEHIND_TICKS + 1, r31
-    ldd r25, Y + EVEN_PIXEL_END_TICKS   ; 20
-    add r25, r22
-    std Y + EVEN_PIXEL_END_TICKS, r25
-    ldd r25, Y + EVEN_PIXEL_END_TICKS + 1
-    adc r25, r23
-    std Y + EVEN_PIXEL_END_TICKS + 1, r25
-    ldd r25, Y + EVEN_PIXEL_END_TICKS + 2
-    adc r25, TICKS2
-    std Y + EVEN_PIXEL_END_TICKS + 2, r25
-    ldd r25, Y + EVEN_PIXEL_END_TICKS + 3
+    add r7, r22                         ; 6
+    adc r15, r23
+    mov r25, TICKS2
     adc r25, r1
-    std Y + EVEN_PIXEL_END_TICKS + 3, r25
-
+    breq 4f
+    ldd r30, Y + EVEN_PIXEL_END_TICKS + 2
+    ldd r31, Y + EVEN_PIXEL_END_TICKS + 3
+    add r30, r25
+    adc r31, r1
+    std Y + EVEN_PIXEL_END_TICKS + 2, r30
+    std Y + EVEN_PIXEL_END_TICKS + 3, r31
+4:
 ; Its periods. The slot behind the last one reads empty, and the interrupt must not see the first
 ; one yet: its high byte is written last.
 ;
@@ -479,12 +533,19 @@ written:
     mov r31, r19
     st Z, r0
     movw r28, r8
-    count_cost                          ; 7
-    brsh far_leave
-    look_for_pixel_of_segment           ; 9
-    breq 1f
+    mov r24, STEPS                      ; 7   what it has cost
+    lsr r24
+    lsr r24
+    subi r24, -EVEN_PIXEL_COST
+    sub LEFT, r24
+    brcs far_leave
+    breq far_leave
+    cpse PIXELS, r1                     ; 6
     rjmp next_pixel
-1:  rjmp next_segment
+    sbrs WAYS, MORE_BIT
+    rjmp next_segment
+    rcall load_pixels
+    rjmp next_pixel
 far_leave:
     rjmp leave
 
@@ -499,6 +560,78 @@ begin_of_ring:
 forget:
     forget_length r25
     ret
+
+; The sum of the grid's fractions, by 16 bits: r23:r22 is one more where it comes to a whole.
+fraction:
+    sbrs WAYS, SHORT_BIT                ; 2
+    rjmp advance_grid
+    ldd r18, Y + EVEN_PIXEL_GRID + PIXEL_GRID_SUM ; 14
+    ldd r19, Y + EVEN_PIXEL_GRID + PIXEL_GRID_SUM + 1
+    ldd r20, Z + PIXEL_PERIOD_REMAINDER
+    ldd r21, Z + PIXEL_PERIOD_REMAINDER + 1
+    add r18, r20
+    adc r19, r21
+    ldd r20, Z + PIXEL_PERIOD_DIVISOR
+    ldd r21, Z + PIXEL_PERIOD_DIVISOR + 1
+    brcs 1f                             ; 4
+    cp r18, r20
+    cpc r19, r21
+    brlo 2f
+1:  sub r18, r20                        ; 6
+    sbc r19, r21
+    subi r22, 0xFF
+    .irp register, r23, r24, r25
+    sbci \register, 0xFF
+    .endr
+2:  std Y + EVEN_PIXEL_GRID + PIXEL_GRID_SUM, r18 ; 6
+    std Y + EVEN_PIXEL_GRID + PIXEL_GRID_SUM + 1, r19
+    rjmp length_known
+look_at_grid:
+    look_for_exact_pixel ask
+    ldi r18, 1 << EXACT_BIT
+    ldd r30, Y + EVEN_PIXEL_GRID + PIXEL_GRID_PERIOD
+    ldd r31, Y + EVEN_PIXEL_GRID + PIXEL_GRID_PERIOD + 1
+    ldd r19, Z + PIXEL_PERIOD_REMAINDER
+    .irp byte, 1, 2, 3
+    ldd r20, Z + PIXEL_PERIOD_REMAINDER + \byte
+    or r19, r20
+    .endr
+    brne 1f
+    ori r18, 1 << WHOLE_BIT
+1:  ldd r19, Z + PIXEL_PERIOD_DIVISOR + 2
+    ldd r20, Z + PIXEL_PERIOD_DIVISOR + 3
+    or r19, r20
+    brne 2f
+    ori r18, 1 << SHORT_BIT
+2:  or WAYS, r18
+    rjmp exact
+advance_grid:
+    movw r24, r28
+    adiw r24, EVEN_PIXEL_GRID
+    call pixel_grid_advance
+    rjmp length_known
+ask:
+    movw r24, r28                       ;     how long is the pixel? 0: not known yet
+    call line_pixel_ticks
+    mov r18, r22
+    or r18, r23
+    or r18, r24
+    breq 1f
+    rjmp length_known
+1:  rjmp not_here
+
+; A pixel of 2^16 ticks and more.
+long_pixel:
+    mov r24, TICKS2
+    cpi r24, EVEN_PIXEL_TICKS_TOO_BIG
+    cpc r25, r1
+    brsh 1f
+    keep_interval divide_long           ; 28
+    ldd r20, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_BASE ; 6
+    ldd r21, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_BASE + 1
+    mov r24, r26
+    rjmp divided
+1:  rjmp not_here
 
 divide_long:
     sbrc WAYS, EXACT_BIT
