@@ -365,32 +365,51 @@ enum line_error line_check_entry(struct line_check *check,
 }
 
 #if SEVERAL_AXES
-// An entry of one or two bytes.
-struct near_entry {
-    uint16_t count;
-    uint8_t repeat;
-    uint8_t length; // bytes; 0: the entry is longer, or not all there
-};
-
-// Read the entry that begins with these bytes, behind one of this count.
-static inline struct near_entry read_near(const uint8_t *bytes,
-                                          uint8_t left,
-                                          uint16_t count)
+// Whether entries of one byte, or of two, are easy is told by one number: the steps of a pixel less
+// one, in the direction of the line, are below easy_speed. For a count of the other direction, or
+// 0, the number is too large.
+static inline uint16_t number_of(uint16_t count, bool negative)
 {
-    uint8_t first = bytes[0];
+    return negative ? (uint16_t)~count : (uint16_t)(count - 1u);
+}
 
-    if (first <= SEGMENT_NEAR_LAST) {
-        count = (uint16_t)(count + first - SEGMENT_NEAR_ZERO);
-        return (struct near_entry){.count = count, .repeat = 1, .length = 1};
+static inline uint16_t next_number(uint16_t number, uint16_t more, bool negative)
+{
+    return negative ? (uint16_t)(number - more) : (uint16_t)(number + more);
+}
+
+static inline uint16_t count_of(uint16_t number, bool negative)
+{
+    return negative ? (uint16_t)~number : (uint16_t)(number + 1u);
+}
+
+// So many pixels were easy, up to one of this count.
+static inline void note_easy(struct line_check *check, int16_t count, uint16_t pixels)
+{
+    check->last_count = count;
+    check->pixel += pixels;
+    check->rest_ticks = 0;
+}
+
+// Pass entries of one byte. Returns how many.
+static inline uint8_t pass_near(
+    const uint8_t *at, uint8_t left, uint16_t *number, uint16_t easy_speed, bool negative)
+{
+    const uint8_t *from = at;
+    uint16_t newest = *number;
+
+    while (left != 0 && *at <= SEGMENT_NEAR_LAST) {
+        uint16_t next =
+            next_number(newest, (uint16_t)(*at - SEGMENT_NEAR_ZERO), negative);
+        if (next >= easy_speed) {
+            break;
+        }
+        newest = next;
+        at++;
+        left--;
     }
-    if (first >= SEGMENT_RUN || left == 1) {
-        return (struct near_entry){.length = 0};
-    }
-    return (struct near_entry){
-        .count = (uint16_t)((int16_t)count + (int8_t)bytes[1]),
-        .repeat = (uint8_t)(first - SEGMENT_SHORT_RUN),
-        .length = 2,
-    };
+    *number = newest;
+    return (uint8_t)(at - from);
 }
 
 void line_check_pass_easy(struct line_check *check,
@@ -398,31 +417,36 @@ void line_check_pass_easy(struct line_check *check,
                           uint8_t size)
 {
     bool negative = check->direction < 0;
-    uint16_t easy_speed = check->easy_speed;
-    uint16_t count = (uint16_t)reader->last;
-    uint8_t at = (uint8_t)reader->at;
+    uint16_t number = number_of((uint16_t)reader->last, negative);
+    const uint8_t *at = &reader->bytes[reader->at];
+    uint8_t left = (uint8_t)(size - (uint8_t)reader->at);
     uint16_t pixels = 0;
 
     if (check->phase != LINE_CHECK_SEGMENTS || check->smooth) {
         return;
     }
-    while (at < size) {
-        struct near_entry entry =
-            read_near(&reader->bytes[at], (uint8_t)(size - at), count);
-        uint16_t steps = negative ? (uint16_t)-entry.count : entry.count;
-        if (entry.length == 0 || (uint16_t)(steps - 1u) >= easy_speed) {
+    for (;;) {
+        uint8_t near = pass_near(at, left, &number, check->easy_speed, negative);
+        at += near;
+        left = (uint8_t)(left - near);
+        pixels = (uint16_t)(pixels + near);
+        // A run of two bytes?
+        if (left < 2u || at[0] <= SEGMENT_NEAR_LAST || at[0] >= SEGMENT_RUN) {
             break;
         }
-        count = entry.count;
-        pixels = (uint16_t)(pixels + entry.repeat);
-        at = (uint8_t)(at + entry.length);
+        uint16_t next = next_number(number, (uint16_t)(int8_t)at[1], negative);
+        if (next >= check->easy_speed) {
+            break;
+        }
+        number = next;
+        pixels = (uint16_t)(pixels + (uint8_t)(at[0] - SEGMENT_SHORT_RUN));
+        at += 2;
+        left = (uint8_t)(left - 2u);
     }
     if (pixels != 0) {
-        reader->at = at;
-        reader->last = (int16_t)count;
-        check->last_count = (int16_t)count;
-        check->pixel += pixels;
-        check->rest_ticks = 0;
+        reader->at = (uint8_t)(size - left);
+        reader->last = (int16_t)count_of(number, negative);
+        note_easy(check, reader->last, pixels);
     }
 }
 #endif
