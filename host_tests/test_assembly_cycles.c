@@ -17,6 +17,7 @@
 #include "motion/ledger.h"
 #include "motion/ledger_pixels.h"
 #include "motion/line.h"
+#include "motion/near_edge.h"
 #include "motion/pixel_period.h"
 #include "motion/step_ring.h"
 #include "motion/step_ring_sum.h"
@@ -50,9 +51,12 @@ uint16_t curve_steep_root(uint32_t value);
 #define PASSING_CYCLES     65u  // each of them,
 #define ERROR_CYCLES       26u  // more where its edge has an error,
 #define PASSING_ALL_CYCLES 342u // and the call of ledger_take_pixels() itself
+// near_edge_take(), less ledger_take_pixels() in it: an edge in the period behind the account,
+#define NEAR_CYCLES        310u
+#define NEAR_PERIOD_CYCLES 16u // and for each period more.
 // Whole pixels of up to 24 steps in even_pixels_write().
-#define EVEN_CYCLES   361u // with a segment of its own, and
-#define SAME_CYCLES   281u // inside a run, besides its steps; up to
+#define EVEN_CYCLES   314u // with a segment of its own, and
+#define SAME_CYCLES   236u // inside a run, besides its steps; up to
 #define GROUPS_CYCLES 8u   // less, as the steps make groups of one, two, four and eight
 #define EQUAL_CYCLES  4u   // a step where all are equally long
 #define MIXED_CYCLES  2u   // more for a pixel where some are a tick longer:
@@ -441,6 +445,67 @@ static void pixels_that_pass(void)
                              time_pixels(3, 0, 100));
 }
 
+// The account stands where a pixel of 20 steps of 800 ticks begins, and the interrupt has made a
+// few of them.
+static struct ledger inside_ledger;
+static struct stream inside_stream;
+
+static void stand_at_pixel(void)
+{
+    ledger_reset(&inside_ledger, 1000);
+    inside_stream = (struct stream){.ring = &ring, .behind_periods = PIXEL_STEPS - 1u};
+    for (uint8_t i = 0; i < PIXEL_STEPS; i++) {
+        ring.low[i] = (uint8_t)(799u & 0xFFu);
+        ring.high[i] = 799u >> 8;
+    }
+}
+
+MEASURING time_inside(uint8_t tail)
+{
+    stand_at_pixel();
+    uint16_t start = now();
+
+    result = ledger_take_pixels(&inside_ledger, &inside_stream, tail);
+    return (uint16_t)(now() - start);
+}
+
+// The edge is one tick late, so many periods behind the account's place.
+MEASURING time_near(uint8_t periods, uint32_t remainder)
+{
+    static struct captured_edge edge;
+    static struct clock_watch watch;
+    static struct pixel_period period;
+
+    stand_at_pixel();
+    period =
+        (struct pixel_period){.whole_ticks = 16000, .remainder = remainder, .divisor = 3};
+    edge =
+        (struct captured_edge){.ticks = 38, .tail = (uint8_t)(periods + 2u), .notes = 1};
+    watch = (struct clock_watch){.following = true,
+                                 .near = true,
+                                 .near_ticks = 499,
+                                 .next_ticks = 2000u + 800u * periods + 34u,
+                                 .grid.period = &period};
+    uint16_t start = now();
+    struct near_edge near = near_edge_take(&edge, &inside_ledger, &inside_stream, &watch);
+    uint16_t end = now();
+
+    TEST_ASSERT_TRUE(near.taken && near.of_pixel);
+    TEST_ASSERT_EQUAL_INT16(1, watch.error_ticks);
+    return (uint16_t)(end - start);
+}
+
+static void near_edges(void)
+{
+    for (uint8_t periods = 0; periods < 4u; periods++) {
+        uint16_t cycles = (uint16_t)(NEAR_CYCLES + periods * NEAR_PERIOD_CYCLES);
+        uint16_t inside_cycles = time_inside((uint8_t)(periods + 2u));
+        TEST_ASSERT_EQUAL_UINT16(cycles, time_near(periods, 0) - inside_cycles);
+        TEST_ASSERT_EQUAL_UINT16(cycles + GRID_CYCLES - WHOLE_CYCLES,
+                                 time_near(periods, 1) - inside_cycles);
+    }
+}
+
 // Write so many pixels of 800 ticks a step; each with a segment of a byte of its own, or one run.
 MEASURING time_even(uint8_t count, uint8_t steps, uint8_t more_ticks, bool run)
 {
@@ -468,8 +533,10 @@ MEASURING time_even(uint8_t count, uint8_t steps, uint8_t more_ticks, bool run)
     return (uint16_t)(end - start);
 }
 
+// The quotient of such a pixel is known.
 static uint16_t one_even(uint8_t steps, uint8_t more_ticks, bool run)
 {
+    (void)time_even(1, steps, more_ticks, run);
     return time_even(3, steps, more_ticks, run) - time_even(2, steps, more_ticks, run);
 }
 
@@ -514,6 +581,7 @@ int main(void)
     RUN_TEST(grids);
     RUN_TEST(pixels_accounted_for);
     RUN_TEST(pixels_that_pass);
+    RUN_TEST(near_edges);
     RUN_TEST(even_pixels);
     RUN_TEST(even_pixels_of_two_intervals);
     return UNITY_END();

@@ -13,31 +13,25 @@
 #include "motion/lock_grid.h" // lock_grid_*
 
 #if FEATURE_CLOCK_STATISTICS
-// The account of the axis has come to the edge's pixel before the edge was taken. The clock goes on
-// behind a line's last pixel: what comes then is not the line's.
-static APART void note_passed(struct axis *axis, uint16_t pixel, int16_t error_ticks)
-{
-    if (pixel == (uint16_t)axis->ledger.pixel || lifecycle_moving(&axis->life)) {
-        records_note_error(&axis->ledger.records, pixel, error_ticks);
-    }
-}
-
-// Pixels from the account's newest one to the edge's, less one.
+// Pixels from the account's newest one to the edge's, less one: 0xFFFF is the newest one itself.
 static inline uint16_t pixels_behind(const struct axis *axis, uint16_t pixel)
 {
-    return (uint16_t)(pixel - (uint16_t)axis->ledger.pixel - 1u);
+    return (uint16_t)((uint16_t)(pixel - 1u) - (uint16_t)axis->ledger.pixel);
 }
 
-// The edge's pixel is further ahead in the account of the axis than errors can be noted: the
-// account lags, or the line is over.
-static APART void note_far_ahead(uint8_t i, uint16_t pixel, int16_t error_ticks)
+// The account of the axis has passed the edge's pixel by more than one, or has yet to come so far
+// that errors cannot be noted ahead: it lags, or the line is over. The clock goes on behind a
+// line's last pixel: what comes then is not the line's.
+static APART void note_elsewhere(uint8_t i, uint16_t pixel, int16_t error_ticks)
 {
     struct axis *axis = axes_get(i);
 
     if (!lifecycle_moving(&axis->life)) {
         return;
     }
-    (void)axes_advance(i, LEDGER_BY_BATCHES);
+    if (pixels_behind(axis, pixel) <= UINT16_MAX / 2u) {
+        (void)axes_advance(i, LEDGER_BY_BATCHES);
+    }
     if (pixels_behind(axis, pixel) < RECORDS_EARLY) {
         records_note_early(&axis->ledger.records, pixel, error_ticks);
     } else {
@@ -61,10 +55,10 @@ static APART void note_edge_error(uint16_t pixel)
         uint16_t behind = pixels_behind(axis, pixel);
         if (behind < RECORDS_EARLY) {
             records_note_early(&axis->ledger.records, pixel, error_ticks);
-        } else if (behind > UINT16_MAX / 2u) {
-            note_passed(axis, pixel, error_ticks);
+        } else if (behind == UINT16_MAX && pixel != 0) {
+            records_note_last(&axis->ledger.records, error_ticks);
         } else {
-            note_far_ahead(i, pixel, error_ticks);
+            note_elsewhere(i, pixel, error_ticks);
         }
     }
 }
@@ -107,6 +101,41 @@ static void clock_fault(enum fault code, uint16_t argument)
     faults_latch(code, axis, argument);
 }
 
+#if SEVERAL_AXES
+// The fault of an edge, latched behind it: what placed the edge is off the stack then.
+static enum fault edge_fault;
+static uint16_t edge_argument;
+
+static inline void note_fault(enum fault code, uint16_t argument)
+{
+    edge_fault = code;
+    edge_argument = argument;
+}
+
+static inline bool fault_noted(void)
+{
+    return edge_fault != FAULT_none;
+}
+
+static inline void latch_noted(void)
+{
+    if (fault_noted()) {
+        clock_fault(edge_fault, edge_argument);
+        edge_fault = FAULT_none;
+    }
+}
+#else
+static inline void note_fault(enum fault code, uint16_t argument)
+{
+    clock_fault(code, argument);
+}
+
+static inline bool fault_noted(void)
+{
+    return false;
+}
+#endif
+
 // Take a captured clock edge. after_loss: edges were lost, so that its distance from the one before
 // is no fault of the clock.
 static void take_edge(const struct pixel_capture *capture, bool after_loss)
@@ -132,14 +161,14 @@ static void take_edge(const struct pixel_capture *capture, bool after_loss)
     }
     if (lock_grid_now()->locks) {
         if (!lock_grid_tolerates()) {
-            clock_fault(FAULT_clock_drifted,
-                        (uint16_t)(lock_grid_now()->filter.period.ticks >> 8));
+            note_fault(FAULT_clock_drifted,
+                       (uint16_t)(lock_grid_now()->filter.period.ticks >> 8));
         }
     } else if (!after_loss && reference_watch()->odd != 0) {
-        clock_fault(FAULT_pixel_clock_off, reference_watch()->odd);
+        note_fault(FAULT_pixel_clock_off, reference_watch()->odd);
     }
     // Line zero is counted from the newest edge: an older one may be too long ago.
-    if (!pixel_clock_waiting()) {
+    if (!pixel_clock_waiting() && !fault_noted()) {
         start_on_edge(edge_ticks);
     }
 }
@@ -178,27 +207,100 @@ static uint8_t sum_of(uint8_t lost, uint8_t more)
 // that waited then.
 static uint8_t unsure_edges;
 
-// Take captured clock edges. Not inline, so that the captures do not take up stack below the
-// decoder of steps.
-static APART void take_captures(void)
+#if SEVERAL_AXES && FEATURE_CLOCK_STATISTICS
+// Take the oldest edge if it came where it was planned, and nothing else is to be asked.
+static bool take_near(void)
+{
+    if (lock_grid_now()->locks || unsure_edges != 0 || pixel_clock_any_lost() ||
+        seek_edge_waits(CONFIG_PIXEL_CLOCK_AXIS)) {
+        return false;
+    }
+    struct near_edge near = reference_take_near(axes_get(CONFIG_PIXEL_CLOCK_AXIS));
+
+    if (!near.taken) {
+        return false;
+    }
+    if (near.of_pixel) {
+        note_edge_error(near.pixel);
+    }
+    if (!pixel_clock_waiting()) {
+        start_on_edge(reference_watch()->edge_ticks);
+    }
+    return true;
+}
+#elif SEVERAL_AXES
+static inline bool take_near(void)
+{
+    return false;
+}
+#endif
+
+// Add the edges that were lost behind those that waited.
+static inline uint8_t add_lost(uint8_t lost)
+{
+    uint8_t lost_now = take_lost();
+
+    if (lost_now == 0) {
+        return lost;
+    }
+    unsure_edges = CONFIG_CLOCK_EDGES + 1u;
+    return sum_of(lost, lost_now);
+}
+
+static inline void take_this(const struct pixel_capture *capture)
+{
+    take_edge(capture, unsure_edges != 0);
+    if (unsure_edges != 0) {
+        unsure_edges--;
+    }
+}
+
+#if SEVERAL_AXES
+// Apart from the edges that are near: what this saves costs as much as one of them.
+static APART uint8_t take_any(uint8_t lost)
+{
+    struct pixel_capture capture;
+
+    if (pixel_clock_take(&capture)) {
+        lost = add_lost(lost);
+        take_this(&capture);
+    }
+    return lost;
+}
+
+// Take as many edges as wait. Returns the number of those that were lost.
+static inline uint8_t take_waiting(void)
+{
+    uint8_t lost = 0;
+
+    for (uint8_t left = EDGES_A_ROUND; left != 0 && pixel_clock_waiting(); left--) {
+        if (!take_near()) {
+            lost = take_any(lost);
+            latch_noted();
+        }
+    }
+    return lost;
+}
+#else
+static inline uint8_t take_waiting(void)
 {
     struct pixel_capture capture;
     uint8_t lost = 0;
 
-    for (uint8_t left = EDGES_A_ROUND;
-         left != 0 && (!SEVERAL_AXES || left == EDGES_A_ROUND || pixel_clock_waiting()) &&
-         pixel_clock_take(&capture);
-         left--) {
-        uint8_t lost_now = take_lost();
-        if (lost_now != 0) {
-            lost = sum_of(lost, lost_now);
-            unsure_edges = CONFIG_CLOCK_EDGES + 1u;
-        }
-        take_edge(&capture, unsure_edges != 0);
-        if (unsure_edges != 0) {
-            unsure_edges--;
-        }
+    for (uint8_t left = EDGES_A_ROUND; left != 0 && pixel_clock_take(&capture); left--) {
+        lost = add_lost(lost);
+        take_this(&capture);
     }
+    return lost;
+}
+#endif
+
+// Take captured clock edges. Not inline, so that the captures do not take up stack below the
+// decoder of steps.
+static APART void take_captures(void)
+{
+    uint8_t lost = take_waiting();
+
     // A line that waits needs no edge in particular.
     if (lost != 0 && start_clocked_axis_runs()) {
         clock_fault(FAULT_clock_edge_lost, lost);

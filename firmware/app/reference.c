@@ -18,6 +18,13 @@ static struct pixel_period clock_period; // of the clock's edges
 static struct clock_watch edge_watch;
 static uint32_t edge_seen_units; // when the last clock edge was handled
 
+#if SEVERAL_AXES
+#define FAST_TICKS ((uint32_t)0x4000) // 976 Hz at 16 MHz
+static bool fast;                     // edges come in this or less
+static bool leaves_out;               // edges that are fast
+static bool edge_came;                // since reference_overdue() looked at the time
+#endif
+
 // A pixel is decoded when an edge has come that lies one edge and so many ticks before the pixel,
 // as far as the stream's marks go.
 static uint16_t edges_ahead(uint32_t lead_ticks, uint16_t divider)
@@ -46,6 +53,7 @@ APART void reference_apply_settings(void)
                        1u);
     grid->lead_edges = edges_ahead(LEAD_TICKS, grid->divider);
 #if SEVERAL_AXES
+    fast = clock_period.whole_ticks <= FAST_TICKS;
     // A missing edge is bridged 3/8 of a period late: behind it several axes need the time, too.
     uint16_t ahead_edges =
         edges_ahead(LEAD_TICKS + clock_period.whole_ticks / 8u * 3u, grid->divider);
@@ -95,21 +103,15 @@ bool reference_present(void)
 }
 
 #if SEVERAL_AXES
-#define FAST_TICKS ((uint32_t)0x4000) // 976 Hz at 16 MHz
-static bool leaves_out_fast;          // edges that come in this or less
-static bool edge_came;                // since reference_overdue() looked at the time
-
 void reference_measure(bool fast_edges)
 {
-    leaves_out_fast = !fast_edges;
+    leaves_out = fast && !fast_edges;
 }
 
 // A board at rest has the time for all of them.
 static inline bool too_many(void)
 {
-    return (pixel_clock_waiting() ||
-            (leaves_out_fast && clock_period.whole_ticks <= FAST_TICKS)) &&
-           axes_any_running();
+    return (leaves_out || pixel_clock_waiting()) && axes_any_running();
 }
 #else
 static inline bool too_many(void)
@@ -131,14 +133,24 @@ static inline void restart_time_out(bool locks)
     reference_await_edge();
 }
 
+// The clock's period by one more edge. Edges that come as fast as they are taken are not measured
+// where no line needs that. Returns false when it is a glitch.
+static inline bool measure(bool locks, uint32_t edge_ticks)
+{
+    struct clock_filter *filter = &lock_grid_now()->filter;
+
+    if (!locks && too_many()) {
+        clock_filter_restart(filter);
+        return true;
+    }
+    return clock_filter_edge(filter, edge_ticks);
+}
+
 bool reference_edge(uint32_t edge_ticks, uint16_t *pixel)
 {
-    struct lock_grid *grid = lock_grid_now();
+    const struct lock_grid *grid = lock_grid_now();
 
-    // Edges that come as fast as they are taken are not measured where no line needs that.
-    if (!grid->locks && too_many()) {
-        clock_filter_restart(&grid->filter);
-    } else if (!clock_filter_edge(&grid->filter, edge_ticks) && grid->locks) {
+    if (!measure(grid->locks, edge_ticks) && grid->locks) {
         return false;
     }
     restart_time_out(grid->locks);
@@ -150,6 +162,21 @@ bool reference_edge(uint32_t edge_ticks, uint16_t *pixel)
 #endif
     return clock_watch_edge(&edge_watch, &clock_period, edge_ticks, pixel);
 }
+
+#if SEVERAL_AXES && FEATURE_CLOCK_STATISTICS
+struct near_edge reference_take_near(struct axis *axis)
+{
+    struct near_edge near = near_edge_take(
+        pixel_clock_oldest(), &axis->ledger, &axis->feed.stream, &edge_watch);
+
+    if (near.taken) {
+        pixel_clock_pass();
+        (void)measure(false, edge_watch.edge_ticks);
+        restart_time_out(false);
+    }
+    return near;
+}
+#endif
 
 bool reference_settled(void)
 {

@@ -186,11 +186,16 @@ static void note_followers(void)
 }
 #endif
 
-void start_on_edge(uint32_t edge_ticks)
+// What starts lines saves many registers, and most edges start none.
+#if SEVERAL_AXES
+#define LINES_APART APART
+#else
+#define LINES_APART inline
+#endif
+
+// Every waiting line begins with a pixel that begins on the clock's edge behind this one.
+static LINES_APART void start_lines(uint32_t edge_ticks)
 {
-    if (!start_any_waits() || !all_ready()) {
-        return;
-    }
     // How far line zero is ahead is told by accounts that have come up to now.
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         if (waits_for_edge(i)) {
@@ -211,6 +216,13 @@ void start_on_edge(uint32_t edge_ticks)
         reference_follow(zero);
     }
     note_followers();
+}
+
+void start_on_edge(uint32_t edge_ticks)
+{
+    if (start_any_waits() && all_ready()) {
+        start_lines(edge_ticks);
+    }
 }
 
 void start_now(uint8_t axis)

@@ -12,12 +12,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/step_engine.h" // struct engine_sample
+#include "motion/captured_edge.h" // struct captured_edge
+#include "motion/step_engine.h"   // struct engine_sample
 
-// Ticks from an edge at the pin to the counter value captured for it: two synchroniser stages and
-// the edge detector.
-#define PIXEL_CLOCK_CAPTURE_DELAY_TICKS 3u
+#define PIXEL_CLOCK_CAPTURE_DELAY_TICKS ((uint8_t)CAPTURED_EDGE_DELAY_TICKS)
 
+// A captured edge, and the sample of the axis whose account places it.
 struct pixel_capture {
     // Counter value, ticks from the start of its period.
     uint16_t ticks;
@@ -33,6 +33,12 @@ bool pixel_clock_waiting(void);
 
 // Half of the edges that can wait do: the next ones may soon find no room.
 bool pixel_clock_half_full(void);
+
+// The oldest captured edge, as it waits. Only when one does.
+const struct captured_edge *pixel_clock_oldest(void);
+
+// That edge is taken.
+void pixel_clock_pass(void);
 
 // Take the oldest captured edge. Returns false when there is none.
 bool pixel_clock_take(struct pixel_capture *capture);

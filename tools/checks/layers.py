@@ -14,8 +14,9 @@ FREESTANDING = {"limits.h", "stdbool.h", "stddef.h", "stdint.h", "string.h"}
 AVR = {"avr/*", "util/*"}
 HOSTED = {"*"}
 
-# What the step interrupt and the main loop hand each other: the contracts are written in it.
+# What the interrupts and the main loop hand each other: the contracts are written in it.
 STEP_TYPES = {
+    "firmware/core/motion/captured_edge.h",
     "firmware/core/motion/parked.h",
     "firmware/core/motion/step_codes.h",
     "firmware/core/motion/step_engine.h",

@@ -91,7 +91,7 @@ void clock_watch_note(struct clock_watch *watch, int32_t error_ticks)
 }
 
 // Plan the edge behind the one that came. Returns true when that one is a pixel edge, *pixel.
-static inline bool pass_planned(struct clock_watch *watch, uint16_t *pixel)
+static bool pass_planned(struct clock_watch *watch, uint16_t *pixel)
 {
     bool pixel_edge = watch->phase == 0;
 
@@ -100,7 +100,7 @@ static inline bool pass_planned(struct clock_watch *watch, uint16_t *pixel)
     return pixel_edge;
 }
 
-static inline bool is_near(const struct clock_watch *watch, uint32_t error_ticks)
+static bool is_near(const struct clock_watch *watch, uint32_t error_ticks)
 {
     uint32_t place = error_ticks + watch->near_ticks;
 
@@ -133,9 +133,27 @@ static APART bool look_closely(struct clock_watch *watch,
         missed++;
         plan_next(watch);
     }
-    watch->near = is_near(watch, edge_ticks - watch->next_ticks);
+    watch->near = watch->odd == 0 && is_near(watch, edge_ticks - watch->next_ticks);
     clock_watch_note(watch, (int32_t)(edge_ticks - watch->next_ticks));
     return pass_planned(watch, pixel);
+}
+
+bool clock_watch_near(struct clock_watch *watch,
+                      uint32_t edge_ticks,
+                      uint16_t *pixel,
+                      bool *of_pixel)
+{
+    uint32_t error_ticks = edge_ticks - watch->next_ticks;
+
+    if (!is_near(watch, error_ticks)) {
+        return false;
+    }
+    // Its time is known, as that of the edge before it was, and the distance is not odd.
+    watch->edges++;
+    watch->edge_ticks = edge_ticks;
+    note_error(watch, (int16_t)(uint16_t)error_ticks);
+    *of_pixel = pass_planned(watch, pixel);
+    return true;
 }
 
 bool clock_watch_edge(struct clock_watch *watch,
@@ -143,18 +161,14 @@ bool clock_watch_edge(struct clock_watch *watch,
                       uint32_t edge_ticks,
                       uint16_t *pixel)
 {
-    uint32_t error_ticks = edge_ticks - watch->next_ticks;
+    bool of_pixel = false;
 
     // Edge after edge where it was planned is all there is, nearly always.
-    if (!watch->following || !watch->near || !is_near(watch, error_ticks)) {
-        return look_closely(watch, period, edge_ticks, pixel);
+    if (clock_watch_expects(watch) &&
+        clock_watch_near(watch, edge_ticks, pixel, &of_pixel)) {
+        return of_pixel;
     }
-    // Its time is known, as that of the edge before it was, and the distance is not odd.
-    watch->edges++;
-    watch->edge_ticks = edge_ticks;
-    watch->odd = 0;
-    note_error(watch, (int16_t)(uint16_t)error_ticks);
-    return pass_planned(watch, pixel);
+    return look_closely(watch, period, edge_ticks, pixel);
 }
 
 #else

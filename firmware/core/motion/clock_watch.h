@@ -34,7 +34,8 @@ struct clock_watch {
     uint32_t zero_ticks;
     // Planned time of the next edge.
     uint32_t next_ticks;
-    // The newest edge is known and was compared with its planned time, and it was this near.
+    // The newest edge is known, came in the right distance from the one before, and was this near
+    // to its planned time.
     bool near;
     // Less than a thirty-second of the period, 0x3FFF at most: two edges this near to their planned
     // times are no odd distance apart.
@@ -70,6 +71,19 @@ bool clock_watch_edge(struct clock_watch *watch,
                       uint16_t *pixel);
 
 #if FEATURE_CLOCK_STATISTICS
+// An edge is expected near the next planned time, as the one before it was.
+static inline bool clock_watch_expects(const struct clock_watch *watch)
+{
+    return watch->following && watch->near;
+}
+
+// An edge came that clock_watch_expects(). Returns false and changes nothing when it is not near
+// its planned time; else *of_pixel is the result of clock_watch_edge().
+bool clock_watch_near(struct clock_watch *watch,
+                      uint32_t edge_ticks,
+                      uint16_t *pixel,
+                      bool *of_pixel);
+
 // The newest edge came so many ticks later than planned.
 void clock_watch_note(struct clock_watch *watch, int32_t error_ticks);
 #endif

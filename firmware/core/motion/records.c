@@ -186,11 +186,10 @@ static APART void note_other(struct records *records, uint16_t pixel, int16_t er
 
 void records_note_error(struct records *records, uint16_t pixel, int16_t error_ticks)
 {
-    struct kept_record *newest = &records->kept[records->newest];
+    const struct kept_record *newest = &records->kept[records->newest];
 
     if (newest->pixel == pixel && records->count != 0) {
-        newest->edge_error_ticks = error_ticks;
-        records_note_newest(records, error_ticks);
+        records_note_last(records, error_ticks);
     } else {
         note_other(records, pixel, error_ticks);
     }

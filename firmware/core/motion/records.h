@@ -117,6 +117,15 @@ void records_note_error(struct records *records, uint16_t pixel, int16_t error_t
 #if FEATURE_CLOCK_STATISTICS
 // For ledger_pixels.S: the error of the newest pixel's edge is known.
 void records_note_newest(struct records *records, int16_t error_ticks);
+
+// The same as records_note_error() for the newest pixel, of which there is one.
+static inline void records_note_last(struct records *records, int16_t error_ticks)
+{
+    records->kept[records->newest].edge_error_ticks = error_ticks;
+    if (error_ticks != records->shown_ticks) {
+        records_note_newest(records, error_ticks);
+    }
+}
 #endif
 
 // Number of records to be read.

@@ -3,15 +3,9 @@
 // (pixel_clock_isr.S) and pixel_clock.c share. Included by both.
 #pragma once
 
-#include "config.h" // CONFIG_AXES, CONFIG_CLOCK_EDGES
+#include "config.h"               // CONFIG_AXES, CONFIG_CLOCK_EDGES
+#include "motion/captured_edge.h" // struct captured_edge
 
-// Of struct capture_entry: the offsets of its members, bytes.
-#define CAPTURE_ENTRY_SIZE        7
-#define CAPTURE_ENTRY_CAPTURED    0
-#define CAPTURE_ENTRY_TAIL        2
-#define CAPTURE_ENTRY_LEFT_OR_CUT 3
-#define CAPTURE_ENTRY_IDLE_COUNT  4
-#define CAPTURE_ENTRY_NOTES       6
 // Of struct capture_queue; from CAPTURE_FIRST_COUNTER on with several axes only.
 #define CAPTURE_QUEUE_HEAD     0
 #define CAPTURE_QUEUE_TAIL     1
@@ -27,27 +21,9 @@
 #define CAPTURE_QUEUE_ENTRIES 6
 #endif
 
-// Bits of capture_entry.notes. BACK: struct pixel_capture. WAS_PARKED: the axis was, and idle_count
-// is the coarse clock's low 16 bits. CUT: of the engine's `left` and `cut`, `cut` is not 0.
-#define CAPTURE_BACK       0x03
-#define CAPTURE_WAS_PARKED 0x40
-#define CAPTURE_CUT        0x80
-
 #if !defined(__ASSEMBLER__)
 #include <stddef.h> // offsetof
 #include <stdint.h>
-
-// One edge.
-struct capture_entry {
-    // Count of the timer at the edge, ticks from the start of its period.
-    uint16_t captured;
-    // struct engine_sample, of when the handler began, or a little later. Of `left` and `cut` one
-    // is 0.
-    uint8_t tail;
-    int8_t left_or_cut;
-    uint16_t idle_count;
-    uint8_t notes; // CAPTURE_BACK and the others
-};
 
 // Edges that wait for the main loop. Both ends run freely.
 struct capture_queue {
@@ -65,16 +41,16 @@ struct capture_queue {
     // or, of a parked axis, timer 0's: the low byte of the coarse clock's units.
     uint8_t first_unit;
 #endif
-    struct capture_entry entries[CONFIG_CLOCK_EDGES];
+    struct captured_edge entries[CONFIG_CLOCK_EDGES];
 };
 
 _Static_assert(
-    sizeof(struct capture_entry) == CAPTURE_ENTRY_SIZE &&
-        offsetof(struct capture_entry, captured) == CAPTURE_ENTRY_CAPTURED &&
-        offsetof(struct capture_entry, tail) == CAPTURE_ENTRY_TAIL &&
-        offsetof(struct capture_entry, left_or_cut) == CAPTURE_ENTRY_LEFT_OR_CUT &&
-        offsetof(struct capture_entry, idle_count) == CAPTURE_ENTRY_IDLE_COUNT &&
-        offsetof(struct capture_entry, notes) == CAPTURE_ENTRY_NOTES &&
+    sizeof(struct captured_edge) == CAPTURED_EDGE_SIZE &&
+        offsetof(struct captured_edge, ticks) == CAPTURED_EDGE_TICKS &&
+        offsetof(struct captured_edge, tail) == CAPTURED_EDGE_TAIL &&
+        offsetof(struct captured_edge, left_or_cut) == CAPTURED_EDGE_LEFT_OR_CUT &&
+        offsetof(struct captured_edge, idle_count) == CAPTURED_EDGE_IDLE_COUNT &&
+        offsetof(struct captured_edge, notes) == CAPTURED_EDGE_NOTES &&
         offsetof(struct capture_queue, head) == CAPTURE_QUEUE_HEAD &&
         offsetof(struct capture_queue, tail) == CAPTURE_QUEUE_TAIL &&
         offsetof(struct capture_queue, lost) == CAPTURE_QUEUE_LOST &&

@@ -13,16 +13,16 @@ struct capture_queue pixel_clock_edges;
 
 #if CONFIG_AXES > 1
 // The edge of a parked axis has a period of its own, whatever has begun since.
-static void place_parked(const struct capture_entry *entry, struct pixel_capture *capture)
+static void place_parked(const struct captured_edge *entry, struct pixel_capture *capture)
 {
-    if ((entry->notes & CAPTURE_WAS_PARKED) != 0) {
+    if ((entry->notes & CAPTURED_EDGE_WAS_PARKED) != 0) {
         capture->back = 1;
         capture->sample.idle_count = step_parked_idle_count_at(
-            CONFIG_PIXEL_CLOCK_AXIS, entry->idle_count, entry->captured);
+            CONFIG_PIXEL_CLOCK_AXIS, entry->idle_count, entry->ticks);
     }
 }
 #else
-static void place_parked(const struct capture_entry *entry, struct pixel_capture *capture)
+static void place_parked(const struct captured_edge *entry, struct pixel_capture *capture)
 {
     (void)entry;
     (void)capture;
@@ -40,6 +40,16 @@ bool pixel_clock_half_full(void)
            CONFIG_CLOCK_EDGES / 2u;
 }
 
+const struct captured_edge *pixel_clock_oldest(void)
+{
+    return &pixel_clock_edges.entries[pixel_clock_edges.tail & (CONFIG_CLOCK_EDGES - 1u)];
+}
+
+void pixel_clock_pass(void)
+{
+    pixel_clock_edges.tail = (uint8_t)(pixel_clock_edges.tail + 1u);
+}
+
 bool pixel_clock_take(struct pixel_capture *capture)
 {
     uint8_t tail = pixel_clock_edges.tail;
@@ -47,15 +57,15 @@ bool pixel_clock_take(struct pixel_capture *capture)
     if (tail == pixel_clock_edges.head) {
         return false;
     }
-    const struct capture_entry *entry =
+    const struct captured_edge *entry =
         &pixel_clock_edges.entries[tail & (CONFIG_CLOCK_EDGES - 1u)];
     BY_POINTER(entry);
     uint8_t notes = entry->notes;
     int8_t left_or_cut = entry->left_or_cut;
-    bool cut = (notes & CAPTURE_CUT) != 0;
+    bool cut = (notes & CAPTURED_EDGE_CUT) != 0;
 
-    capture->ticks = entry->captured;
-    capture->back = notes & CAPTURE_BACK;
+    capture->ticks = entry->ticks;
+    capture->back = notes & CAPTURED_EDGE_BACK;
     capture->sample.tail = entry->tail;
     capture->sample.left = step_engine_size(left_or_cut);
     capture->sample.cut = cut;

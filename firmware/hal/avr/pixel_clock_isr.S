@@ -57,6 +57,7 @@
 #include "hal/avr/capture_queue.h" // CAPTURE_*
 #include "hal/avr/flag_bits.h"     // FLAG_*
 #include "hal/avr/step_isr.h"      // STEP_ISR_*
+#include "motion/captured_edge.h"  // CAPTURED_EDGE_*
 
 #define PASTE(a, b, c)  a##b##c
 #define EXPAND(a, b, c) PASTE(a, b, c)
@@ -200,8 +201,8 @@ VECTOR:
     sbrs r19, CAPTURED
     sbic GPIOR0, FLAG_PIXEL_CLOCK_SECOND
     rjmp .Lleave
-    std Z + CAPTURE_ENTRY_CAPTURED, r20
-    std Z + CAPTURE_ENTRY_CAPTURED + 1, r21
+    std Z + CAPTURED_EDGE_TICKS, r20
+    std Z + CAPTURED_EDGE_TICKS + 1, r21
 #if CONFIG_AXES == 1
     ldi r19, 1
     sbis GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
@@ -228,10 +229,10 @@ VECTOR:
     lds r20, QUEUE + CAPTURE_FIRST_IDLE_LOW ; the idle count of then: r24:r18 is that of now
     cp r18, r20
     sbci r24, 0
-    std Z + CAPTURE_ENTRY_IDLE_COUNT, r20
-    std Z + CAPTURE_ENTRY_IDLE_COUNT + 1, r24
+    std Z + CAPTURED_EDGE_IDLE_COUNT, r20
+    std Z + CAPTURED_EDGE_IDLE_COUNT + 1, r24
     lds r20, QUEUE + CAPTURE_FIRST_TAIL
-    std Z + CAPTURE_ENTRY_TAIL, r20
+    std Z + CAPTURED_EDGE_TAIL, r20
     lds r18, QUEUE + CAPTURE_FIRST_LEFT
     and r18, r18
     brne .Lwhole
@@ -242,16 +243,16 @@ VECTOR:
     and r24, r24
     breq .Lwhole
     mov r18, r24
-    ori r19, CAPTURE_CUT
+    ori r19, CAPTURED_EDGE_CUT
 .Lwhole:
-    std Z + CAPTURE_ENTRY_LEFT_OR_CUT, r18
+    std Z + CAPTURED_EDGE_LEFT_OR_CUT, r18
 #if CONFIG_AXES > 1
     lds r24, ENGINE + STEP_ISR_STATE
     cpi r24, STEP_STATE_PARKED
     breq .Lparked
 .Lcomplete:
 #endif
-    std Z + CAPTURE_ENTRY_NOTES, r19
+    std Z + CAPTURED_EDGE_NOTES, r19
     publish
 .Lleave:
     cbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
@@ -295,9 +296,9 @@ VECTOR:
     sbci r24, 0
     mov r18, r19
 .Lunits:
-    std Z + CAPTURE_ENTRY_IDLE_COUNT, r18
-    std Z + CAPTURE_ENTRY_IDLE_COUNT + 1, r24
-    ldi r19, CAPTURE_WAS_PARKED
+    std Z + CAPTURED_EDGE_IDLE_COUNT, r18
+    std Z + CAPTURED_EDGE_IDLE_COUNT + 1, r24
+    ldi r19, CAPTURED_EDGE_WAS_PARKED
     rjmp .Lcomplete
 #endif
 

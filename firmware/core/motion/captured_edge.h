@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+// An edge of the pixel clock as its capture interrupt leaves it: the count of the timer, and where
+// the step engine of the clock's axis was. The assembler reads this file, too.
+#pragma once
+
+// Of struct captured_edge: the offsets of its members, bytes.
+#define CAPTURED_EDGE_SIZE        7
+#define CAPTURED_EDGE_TICKS       0
+#define CAPTURED_EDGE_TAIL        2
+#define CAPTURED_EDGE_LEFT_OR_CUT 3
+#define CAPTURED_EDGE_IDLE_COUNT  4
+#define CAPTURED_EDGE_NOTES       6
+
+// Bits of its notes. BACK: how many periods the edge lies back from the one that the engine loaded
+// last. WAS_PARKED: the axis was, and idle_count is the coarse clock's low 16 bits. CUT: of the
+// engine's `left` and `cut`, `cut` is not 0.
+#define CAPTURED_EDGE_BACK       0x03
+#define CAPTURED_EDGE_WAS_PARKED 0x40
+#define CAPTURED_EDGE_CUT        0x80
+
+// Ticks from an edge at the pin to the counter value captured for it: two synchroniser stages and
+// the edge detector.
+#define CAPTURED_EDGE_DELAY_TICKS 3
+
+#if !defined(__ASSEMBLER__)
+#include <stdint.h>
+
+struct captured_edge {
+    // Count of the timer at the edge, ticks from the start of its period.
+    uint16_t ticks;
+    // struct engine_sample, of when the handler began, or a little later. Of `left` and `cut` one
+    // is 0.
+    uint8_t tail;
+    int8_t left_or_cut;
+    uint16_t idle_count;
+    // CAPTURED_EDGE_BACK and the others.
+    uint8_t notes;
+};
+#endif
