@@ -255,7 +255,9 @@ static uint8_t decode_one(uint8_t i, uint8_t budget)
         (void)axes_advance(i, LEDGER_BY_BATCHES);
     }
 #if CONFIG_AXES > 1
-    axis->made_entries = (uint8_t)(step_timer_tail(i) - axis->feed.stream.retired);
+    if (axis->line.smooth) { // of others nobody asks
+        axis->made_entries = (uint8_t)(step_timer_tail(i) - axis->feed.stream.retired);
+    }
 #endif
     cpu_section(axis->line.smooth ? CPU_SECTION_SMOOTH : CPU_SECTION_PLAIN);
     budget = decode_axis(

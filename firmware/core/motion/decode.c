@@ -497,6 +497,34 @@ static LARGE uint8_t decode_all(struct axis *axis,
     return budget;
 }
 
+#if SEVERAL_AXES
+// Write the next pixels of a plain line: as decode_all() does, which saves many registers first.
+// Returns true when nothing more can be decoded now; else decode_all() goes on.
+static inline bool decode_plain(struct axis *axis, uint8_t *budget)
+{
+    struct stream *stream = &axis->feed.stream;
+
+    if (axis->line.smooth || !room_left(stream) || !at_whole_pixel(axis)) {
+        return false;
+    }
+    forget_room(axis);
+    uint8_t cost = even_pixels_write(&axis->line, stream, axis->feed.negative, *budget);
+
+    if (cost == EVEN_PIXEL_WAITS) {
+        return true;
+    }
+    *budget = *budget > cost ? (uint8_t)(*budget - cost) : 0;
+    return *budget == 0 || next_pixel_waits(axis);
+}
+#else
+static inline bool decode_plain(struct axis *axis, uint8_t *budget)
+{
+    (void)axis;
+    (void)budget;
+    return false;
+}
+#endif
+
 uint8_t decode_axis(struct axis *axis,
                     const struct pixel_period *period,
                     bool always_take_up,
@@ -508,6 +536,8 @@ uint8_t decode_axis(struct axis *axis,
         if (budget == 0 || !room_left(&axis->feed.stream)) {
             return budget;
         }
+    } else if (decode_plain(axis, &budget)) {
+        return budget;
     }
     return decode_all(axis, period, always_take_up, budget);
 }
