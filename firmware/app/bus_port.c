@@ -22,6 +22,9 @@ _Static_assert(CONFIG_TIMER_HZ / 8u == BAUD_CLOCK_100 * 100uL,
 #define WRITE_MANY        16u
 #define QUEUE_WINDOW_HIGH (REG_QUEUE_WINDOW >> 8)
 
+// The checksum of a reply up to this long takes no time worth a round of its own.
+#define SHORT_REPLY_BYTES 64u
+
 // The one buffer of the bus: a request is received here, its reply replaces it and is sent from
 // here.
 static struct frame bus_frame;
@@ -120,8 +123,8 @@ static void build_reply(void)
     }
 }
 
-// Send the reply when its delay is over. The checksum is computed here, in another round than the
-// reply, so that motion waits for one of the two at a time.
+// Send the reply when its delay is over. The checksum of a long one is computed in another round
+// than the reply, so that motion waits for one of the two at a time.
 static void send_reply(void)
 {
     uint16_t waited_units = (uint16_t)((uint16_t)clock_now_units() - reply_since_units);
@@ -147,8 +150,10 @@ APART void bus_port_poll(void)
         send_reply();
     } else if (phase == REQUESTED && uart_silent()) {
         build_reply();
-        if (CONFIG_AXES > 1 && phase == ANSWERED && is_block()) {
-            send_reply(); // its checksum takes no time
+        // A round of several axes takes milliseconds: a host that asks often would wait for most of
+        // them.
+        if (CONFIG_AXES > 1 && phase == ANSWERED && reply_bytes <= SHORT_REPLY_BYTES) {
+            send_reply();
         }
     }
 }
