@@ -23,7 +23,7 @@ static inline uint8_t axis_bit(uint8_t axis)
         return 1;
     }
     // A shift by a variable is a loop.
-    uint8_t bit = (axis & 1u) != 0 ? 2u : 1u;
+    uint8_t bit = (uint8_t)((axis & 1u) != 0 ? 2u : 1u);
 
     return (axis & 2u) != 0 ? (uint8_t)(bit << 2) : bit;
 }

@@ -136,6 +136,20 @@ static inline bool fault_noted(void)
 }
 #endif
 
+// Compare the newest edge's distance, or the period of a lock, with what the lines allow.
+static inline void judge_edge(bool after_loss)
+{
+    const struct lock_grid *grid = lock_grid_now();
+
+    if (grid->locks) {
+        if (!lock_grid_tolerates()) {
+            note_fault(FAULT_clock_drifted, (uint16_t)(grid->filter.period.ticks >> 8));
+        }
+    } else if (!after_loss && reference_watch()->odd != 0) {
+        note_fault(FAULT_pixel_clock_off, reference_watch()->odd);
+    }
+}
+
 // Take a captured clock edge. after_loss: edges were lost, so that its distance from the one before
 // is no fault of the clock.
 static void take_edge(const struct pixel_capture *capture, bool after_loss)
@@ -159,14 +173,7 @@ static void take_edge(const struct pixel_capture *capture, bool after_loss)
     if (reference_edge(edge_ticks, &pixel)) {
         note_edge_error(pixel);
     }
-    if (lock_grid_now()->locks) {
-        if (!lock_grid_tolerates()) {
-            note_fault(FAULT_clock_drifted,
-                       (uint16_t)(lock_grid_now()->filter.period.ticks >> 8));
-        }
-    } else if (!after_loss && reference_watch()->odd != 0) {
-        note_fault(FAULT_pixel_clock_off, reference_watch()->odd);
-    }
+    judge_edge(after_loss);
     // Line zero is counted from the newest edge: an older one may be too long ago.
     if (!pixel_clock_waiting() && !fault_noted()) {
         start_on_edge(edge_ticks);
