@@ -16,16 +16,9 @@
 #define ALL_AXES ((uint8_t)((1u << CONFIG_AXES) - 1u))
 
 // Mask of one axis.
-_Static_assert(CONFIG_AXES <= 4, "two bits make an index");
 static inline uint8_t axis_bit(uint8_t axis)
 {
-    if (CONFIG_AXES == 1) {
-        return 1;
-    }
-    // A shift by a variable is a loop.
-    uint8_t bit = (uint8_t)((axis & 1u) != 0 ? 2u : 1u);
-
-    return (axis & 2u) != 0 ? (uint8_t)(bit << 2) : bit;
+    return CONFIG_AXES == 1 ? 1u : (uint8_t)(1u << axis);
 }
 
 // Every axis EMPTY, at position 0. Called with interrupts off; time_check_start() must follow, and

@@ -309,6 +309,15 @@ static bool decodable(uint8_t i)
     return wait_may_be_over(i) && advance_now(i) && !decode_is_ahead(axes_get(i));
 }
 
+// axis_bit() where nobody knows the axis beforehand: a shift by a variable is a loop.
+_Static_assert(CONFIG_AXES <= 4, "two bits make an index");
+static inline uint8_t bit_of(uint8_t axis)
+{
+    uint8_t bit = (uint8_t)((axis & 1u) != 0 ? 2u : 1u);
+
+    return (axis & 2u) != 0 ? (uint8_t)(bit << 2) : bit;
+}
+
 // The axis whose decoded entries end first, of those not in the mask `out`; NO_AXIS: it has them
 // all. All axes share one time base, so that the end of the newest entry tells, however far each
 // account lags.
@@ -334,7 +343,7 @@ static uint8_t first_to_end(uint8_t out)
     uint8_t i = first_of_others(out);
 
     while (i != NO_AXIS && !decodable(i)) {
-        out |= axis_bit(i);
+        out |= bit_of(i);
         i = first_of_others(out);
     }
     return i;
@@ -375,7 +384,7 @@ static void decode_in_turn(uint16_t budget)
         uint8_t once = budget < DECODE_AT_ONCE ? (uint8_t)budget : DECODE_AT_ONCE;
         uint8_t left = decode_one(i, once);
         if (left == once || (left != 0 && !axes_get(i)->line.smooth)) {
-            out |= axis_bit(i);
+            out |= bit_of(i);
         }
         budget = (uint16_t)(budget - once + left);
     }
