@@ -21,10 +21,10 @@ from pixstep_dev.bench.trial import judge as judge_edges
 
 NAME = "clocks"
 STEPS = (10, 20)  # a pixel
-MOTIONS = ("one count", "ramps", "streamed")
+MOTIONS = ("one count", "ramps", "streamed", "mixed")
 _UNIT_HZ, _TOP_HZ = 50, 8000
 _STREAM_BAUD = 500_000
-_SPREAD = 2  # steps by which streamed counts differ
+_SPREAD = 2  # steps by which streamed counts differ; mixed ones are half as many at least
 _BACKLASH_STEPS = 7
 _LOADED = (1.0, 0.95, 0.9, 0.8, 0.7, 0.6, 0.5)  # of the clean clock, tried under serial load,
 _LOADED_S = 1.0  # for so long
@@ -56,7 +56,7 @@ def tasks() -> list[Task]:
         for board in boards.BOARD_NAMES
         for axes in sorted({1, boards.load(board).axes})
         for motion in MOTIONS
-        for steps in STEPS
+        for steps in (STEPS[-1:] if motion == "mixed" else STEPS)
     ]
 
 
@@ -75,9 +75,10 @@ def line_of(motion: str, steps: int, pixels: int, seed: int = 0) -> Line:
     """Return a line of so many pixels of at most `steps` steps."""
     if motion == "one count":
         return lines.constant(steps, pixels)
-    if motion == "streamed":
+    if motion in ("streamed", "mixed"):
+        least = steps - _SPREAD if motion == "streamed" else steps // 2
         some = random.Random(seed)
-        counts = tuple(some.randint(steps - _SPREAD, steps) for _ in range(pixels))
+        counts = tuple(some.randint(least, steps) for _ in range(pixels))
         return Line(counts, PLAIN, name="own counts")
     up = list(range(0, steps, 2))
     ramps = lines.smooth([*up, *[steps] * pixels, *reversed(up)])
@@ -86,7 +87,7 @@ def line_of(motion: str, steps: int, pixels: int, seed: int = 0) -> Line:
 
 def attempt(case: Case, hz: int, seconds: float, *, serial_load: bool = False) -> Trial:
     """Run the case once at this clock, so long at its highest speed; say how it ended."""
-    if case.motion == "streamed":
+    if case.motion in ("streamed", "mixed"):
         return _streamed(case, hz, seconds, serial_load)
     # Runs of equal counts: the whole line fits the board's queue.
     own = dict.fromkeys(range(case.axes), case.line(hz, seconds))
@@ -136,7 +137,7 @@ FIGURE = Figure(
     "count: plain lines of so many steps in each pixel. Ramps: smooth lines that take up backlash, "
     "speed up and slow down by 2 steps/pixel2. Streamed: each axis has counts of its own, up to 2 "
     "steps lower, which a host sends at 500,000 baud while it reads positions and records "
-    "(thinned). Beyond: how the next faster clock ends. Serial load: clean at this clock while the "
+    "(thinned). Mixed: the same, counts from half as many steps up. Beyond: how the next faster clock ends. Serial load: clean at this clock while the "
     "serial line is saturated.",
     tasks,
     (
