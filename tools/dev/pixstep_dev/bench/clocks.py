@@ -137,7 +137,8 @@ FIGURE = Figure(
     "count: plain lines of so many steps in each pixel. Ramps: smooth lines that take up backlash, "
     "speed up and slow down by 2 steps/pixel2. Streamed: each axis has counts of its own, up to 2 "
     "steps lower, which a host sends at 500,000 baud while it reads positions and records "
-    "(thinned). Mixed: the same, counts from half as many steps up. Beyond: how the next faster clock ends. Serial load: clean at this clock while the "
+    "(thinned). Mixed: the same, counts from half as many steps up. Beyond: how the next faster "
+    "clock ends. Serial load: clean at this clock while the "
     "serial line is saturated.",
     tasks,
     (
