@@ -52,7 +52,7 @@ uint16_t curve_steep_root(uint32_t value);
 #define ERROR_CYCLES       26u  // more where its edge has an error,
 #define PASSING_ALL_CYCLES 342u // and the call of ledger_take_pixels() itself
 // near_edge_take(), less ledger_take_pixels() in it: an edge in the period behind the account,
-#define NEAR_CYCLES        310u
+#define NEAR_CYCLES        333u
 #define NEAR_PERIOD_CYCLES 16u // and for each period more.
 // Whole pixels of up to 24 steps in even_pixels_write().
 #define EVEN_CYCLES   314u // with a segment of its own, and

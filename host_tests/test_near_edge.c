@@ -23,6 +23,7 @@ static struct pixel_grid plan;
 static uint32_t edge_ticks;  // of the next edge of the clock, by the plan
 static int32_t off_ticks;    // it comes so much later
 static bool trains;          // which must become free in time
+static int32_t drift_ticks;  // by which each edge comes later than the one before
 static uint16_t edges;       // that came,
 static uint16_t near_edges;  // that were near,
 static uint16_t taken_edges; // and that the quick way took
@@ -31,6 +32,7 @@ void setUp(void)
 {
     chance_seed(0x4EA2ED6EuL);
     trains = false;
+    drift_ticks = 0;
     edges = 0;
     near_edges = 0;
     taken_edges = 0;
@@ -78,8 +80,10 @@ static bool is_near(void)
 {
     int32_t near_ticks = watch.near_ticks;
 
-    return watch.near && off_ticks >= -(int16_t)near_ticks &&
-           off_ticks <= (int16_t)near_ticks;
+    int32_t change_ticks = off_ticks - watch.error_ticks;
+
+    return watch.near && off_ticks >= -16 * near_ticks && off_ticks <= 16 * near_ticks &&
+           change_ticks >= -near_ticks && change_ticks <= near_ticks;
 }
 
 // Take the edge both ways, from copies of the account and of the watch.
@@ -191,6 +195,7 @@ static void run(uint32_t hz_num,
         uint16_t most_ticks =
             chance_between(0, 7) == 0 ? (uint16_t)(3u * watch.near_ticks / 2u) : spread;
         off_ticks = (int32_t)chance_between(0, 2u * most_ticks) - most_ticks;
+        off_ticks += drift_ticks * (int32_t)(PIXELS * divider - left);
     }
     while (!bench_finish_line()) {
         (void)bench_period();
@@ -207,6 +212,19 @@ static void edges_of_pixels(void)
     TEST_ASSERT_GREATER_OR_EQUAL_UINT16(edges * 3u / 4u, near_edges);
     TEST_ASSERT_LESS_THAN_UINT16(edges, near_edges);
     // All but those where the line begins, or where the account was inside a pixel.
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT16(near_edges * 4u / 5u, taken_edges);
+}
+
+// A clock that is off takes its edges further and further from the plan of a line that only begins
+// on it. That is no reason for the long way.
+static void edges_of_a_clock_that_is_off(void)
+{
+    drift_ticks = 40; // 5000 ppm
+    run(2000, 1, 1, 10, 20, 3);
+    drift_ticks = -40;
+    run(2000, 1, 1, 10, 20, 3);
+    TEST_ASSERT_EQUAL_UINT16(2u * PIXELS, edges);
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT16(edges * 2u / 3u, near_edges);
     TEST_ASSERT_GREATER_OR_EQUAL_UINT16(near_edges * 4u / 5u, taken_edges);
 }
 
@@ -255,6 +273,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(edges_of_pixels);
+    RUN_TEST(edges_of_a_clock_that_is_off);
     RUN_TEST(edges_inside_pixels);
     RUN_TEST(edges_beside_trains);
     RUN_TEST(a_parked_axis_and_a_cut_train);

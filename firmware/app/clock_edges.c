@@ -218,11 +218,13 @@ static uint8_t unsure_edges;
 // Take the oldest edge if it came where it was planned, and nothing else is to be asked.
 static bool take_near(void)
 {
-    if (lock_grid_now()->locks || unsure_edges != 0 || pixel_clock_any_lost() ||
-        seek_edge_waits(CONFIG_PIXEL_CLOCK_AXIS)) {
+    struct axis *axis = axes_get(CONFIG_PIXEL_CLOCK_AXIS);
+
+    if (axis->life.state != AXIS_RUNNING || lock_grid_now()->locks || unsure_edges != 0 ||
+        pixel_clock_any_lost() || seek_edge_waits(CONFIG_PIXEL_CLOCK_AXIS)) {
         return false;
     }
-    struct near_edge near = reference_take_near(axes_get(CONFIG_PIXEL_CLOCK_AXIS));
+    struct near_edge near = reference_take_near(axis);
 
     if (!near.taken) {
         return false;

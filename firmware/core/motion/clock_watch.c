@@ -33,12 +33,15 @@ void clock_watch_count(struct clock_watch *watch, uint32_t edge_ticks)
 
 #if FEATURE_CLOCK_STATISTICS
 
-// One tick less than a thirty-second: planned times are whole ticks.
+// An error is at most so many times near_ticks for an edge to be near: nearly half a period.
+#define NEAR_MOST 16u
+
+// One tick less than a thirty-second: planned times are whole ticks. NEAR_MOST of them fit 15 bits.
 static uint16_t near_of(const struct pixel_period *period)
 {
     uint32_t near_ticks = period->whole_ticks / 32u - 1u;
 
-    return near_ticks > INT16_MAX / 2u ? INT16_MAX / 2u : (uint16_t)near_ticks;
+    return near_ticks > INT16_MAX / 32u ? INT16_MAX / 32u : (uint16_t)near_ticks;
 }
 
 void clock_watch_follow(struct clock_watch *watch,
@@ -91,7 +94,7 @@ void clock_watch_note(struct clock_watch *watch, int32_t error_ticks)
 }
 
 // Plan the edge behind the one that came. Returns true when that one is a pixel edge, *pixel.
-static bool pass_planned(struct clock_watch *watch, uint16_t *pixel)
+static inline bool pass_planned(struct clock_watch *watch, uint16_t *pixel)
 {
     bool pixel_edge = watch->phase == 0;
 
@@ -100,11 +103,21 @@ static bool pass_planned(struct clock_watch *watch, uint16_t *pixel)
     return pixel_edge;
 }
 
-static bool is_near(const struct clock_watch *watch, uint32_t error_ticks)
+// The value is not below -most or above `most`, which is below 2^15.
+static inline bool within(int32_t value, uint16_t most)
 {
-    uint32_t place = error_ticks + watch->near_ticks;
+    uint32_t place = (uint32_t)value + most;
 
-    return place >> 16 == 0 && (uint16_t)place <= (uint16_t)(2u * watch->near_ticks);
+    return place >> 16 == 0 && (uint16_t)place <= (uint16_t)(2u * most);
+}
+
+// The edge came where it was planned, but for what the clock is off the plan since its last edge.
+static inline bool is_near(const struct clock_watch *watch, int32_t error_ticks)
+{
+    uint16_t near_ticks = watch->near_ticks;
+
+    return within(error_ticks - watch->error_ticks, near_ticks) &&
+           within(error_ticks, (uint16_t)(NEAR_MOST * near_ticks));
 }
 
 // An edge that was not expected here, or the first one that was.
@@ -133,8 +146,10 @@ static APART bool look_closely(struct clock_watch *watch,
         missed++;
         plan_next(watch);
     }
-    watch->near = watch->odd == 0 && is_near(watch, edge_ticks - watch->next_ticks);
-    clock_watch_note(watch, (int32_t)(edge_ticks - watch->next_ticks));
+    int32_t error_ticks = (int32_t)(edge_ticks - watch->next_ticks);
+    watch->near =
+        watch->odd == 0 && within(error_ticks, (uint16_t)(NEAR_MOST * watch->near_ticks));
+    clock_watch_note(watch, error_ticks);
     return pass_planned(watch, pixel);
 }
 
@@ -143,7 +158,7 @@ bool clock_watch_near(struct clock_watch *watch,
                       uint16_t *pixel,
                       bool *of_pixel)
 {
-    uint32_t error_ticks = edge_ticks - watch->next_ticks;
+    int32_t error_ticks = (int32_t)(edge_ticks - watch->next_ticks);
 
     if (!is_near(watch, error_ticks)) {
         return false;
@@ -151,7 +166,7 @@ bool clock_watch_near(struct clock_watch *watch,
     // Its time is known, as that of the edge before it was, and the distance is not odd.
     watch->edges++;
     watch->edge_ticks = edge_ticks;
-    note_error(watch, (int16_t)(uint16_t)error_ticks);
+    note_error(watch, (int16_t)error_ticks);
     *of_pixel = pass_planned(watch, pixel);
     return true;
 }

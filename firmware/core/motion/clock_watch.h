@@ -34,11 +34,11 @@ struct clock_watch {
     uint32_t zero_ticks;
     // Planned time of the next edge.
     uint32_t next_ticks;
-    // The newest edge is known, came in the right distance from the one before, and was this near
-    // to its planned time.
+    // The newest edge is known, came in the right distance from the one before, and its error is
+    // less than half a period, 0x3FF0 at most.
     bool near;
-    // Less than a thirty-second of the period, 0x3FFF at most: two edges this near to their planned
-    // times are no odd distance apart.
+    // Less than a thirty-second of the period, 0x3FF at most: two edges whose errors differ by less
+    // are no odd distance apart.
     uint16_t near_ticks;
     // Number of the pixel edge at or before it in the line; 0: line zero. It wraps.
     uint16_t pixel;
@@ -71,14 +71,14 @@ bool clock_watch_edge(struct clock_watch *watch,
                       uint16_t *pixel);
 
 #if FEATURE_CLOCK_STATISTICS
-// An edge is expected near the next planned time, as the one before it was.
+// An edge is expected where the next one is planned, as far off as the one before it was.
 static inline bool clock_watch_expects(const struct clock_watch *watch)
 {
     return watch->following && watch->near;
 }
 
-// An edge came that clock_watch_expects(). Returns false and changes nothing when it is not near
-// its planned time; else *of_pixel is the result of clock_watch_edge().
+// An edge came that clock_watch_expects(). Returns false and changes nothing when the edge came
+// elsewhere; else *of_pixel is the result of clock_watch_edge().
 bool clock_watch_near(struct clock_watch *watch,
                       uint32_t edge_ticks,
                       uint16_t *pixel,

@@ -6,10 +6,10 @@
 ;                                     struct stream *stream, struct clock_watch *watch)
 ;
 ;     r12, r13  watch     r16, r17  stream     Y  ledger, then watch
-;     r14, r15  edge, then its place among the times that are near
+;     r14, r15  edge, then scratch
 ;     r26, r27  error     r22..r25  time of the edge, then the result
 ;
-; Cycles: 310 on a grid of whole ticks, 36 more on any other, 16 for each period between the edge
+; Cycles: 333 on a grid of whole ticks, 36 more on any other, 16 for each period between the edge
 ; and the account's place, and ledger_take_pixels().
 #include "base/asm.inc" // macros
 #include "build_features.h" // SEVERAL_AXES, FEATURE_CLOCK_STATISTICS
@@ -21,7 +21,6 @@
 #if SEVERAL_AXES && FEATURE_CLOCK_STATISTICS
 
 #define TIME   r22, r23, r24, r25
-#define PLACE  r14, r15, r0, r20
 #define PERIOD (CLOCK_WATCH_GRID + PIXEL_GRID_PERIOD)
 
     .section .text.near_edge_take, "ax", @progbits
@@ -70,9 +69,7 @@ function near_edge_take
     sbc \register, r1
     .endr
 
-    ldd r18, Y + CLOCK_WATCH_NEAR_TICKS ; 22  its error and, counted from the first time that is
-    ldd r19, Y + CLOCK_WATCH_NEAR_TICKS + 1 ; near, its place
-    ldd r20, Y + CLOCK_WATCH_NEXT_TICKS
+    ldd r20, Y + CLOCK_WATCH_NEXT_TICKS ; 15  its error, r20:r0:r27:r26
     ldd r21, Y + CLOCK_WATCH_NEXT_TICKS + 1
     movw r26, r22
     sub r26, r20
@@ -83,10 +80,34 @@ function near_edge_take
     sbc r0, r20
     mov r20, r25
     sbc r20, r21
-    movw r14, r26                       ; 12
-    add_number PLACE, r18, r19, r1, r1
+    mov r21, r27                        ; 7   fits 16 bits?
+    lsl r21
+    sbc r21, r21
+    eor r0, r21
+    eor r20, r21
     or r0, r20
     brne not_near
+    ldd r20, Y + CLOCK_WATCH_ERROR      ; 18  is that of the edge before, but for near_ticks?
+    ldd r21, Y + CLOCK_WATCH_ERROR + 1
+    movw r14, r26
+    sub r14, r20
+    sbc r15, r21
+    ldd r18, Y + CLOCK_WATCH_NEAR_TICKS
+    ldd r19, Y + CLOCK_WATCH_NEAR_TICKS + 1
+    add r14, r18
+    adc r15, r19
+    lsl r18
+    rol r19
+    cp r18, r14
+    cpc r19, r15
+    brlo not_near
+    .rept 3                             ; 14  and at most 16 times these?
+    lsl r18
+    rol r19
+    .endr
+    movw r14, r26
+    add r14, r18
+    adc r15, r19
     lsl r18
     rol r19
     cp r18, r14

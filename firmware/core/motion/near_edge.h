@@ -5,7 +5,8 @@
 // the results are the same). On boards of several axes. Main loop only.
 //
 //     planned      |         |         |
-//     edges        |          |         |      near: less than a thirty-second of the period away
+//     edges        |          |          |     near: the error differs from that of the edge before
+//     error        0          1          2     by less than a thirty-second of the period
 #pragma once
 
 #include <stdbool.h>
