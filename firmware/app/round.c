@@ -315,7 +315,7 @@ static inline uint8_t bit_of(uint8_t axis)
 {
     uint8_t bit = (uint8_t)((axis & 1u) != 0 ? 2u : 1u);
 
-    return (axis & 2u) != 0 ? (uint8_t)(bit << 2) : bit;
+    return (uint8_t)((axis & 2u) != 0 ? bit << 2 : bit);
 }
 
 // The axis whose decoded entries end first, of those not in the mask `out`; NO_AXIS: it has them
