@@ -17,11 +17,6 @@ _Static_assert(FRAME_ROOM_BYTES == UART_BUFFER_BYTES, "the port receives into th
 _Static_assert(CONFIG_TIMER_HZ / 8u == BAUD_CLOCK_100 * 100uL,
                "the clock that divisors are counted in");
 
-// How a request that brings entries of lines begins, behind the address: function 16, and the high
-// byte of the queue window.
-#define WRITE_MANY        16u
-#define QUEUE_WINDOW_HIGH (REG_QUEUE_WINDOW >> 8)
-
 // The checksum of a reply up to this long takes no time worth a round of its own.
 #define SHORT_REPLY_BYTES 64u
 
@@ -39,13 +34,6 @@ static enum phase {
 } phase;
 static uint8_t reply_bytes;
 static uint16_t reply_since_units; // start of the reply's delay
-
-// The frame brings entries of lines, or is the reply to such a request, which begins with the same
-// bytes.
-static inline bool is_block(void)
-{
-    return bus_frame.bytes[1] == WRITE_MANY && bus_frame.bytes[2] >= QUEUE_WINDOW_HIGH;
-}
 
 static void apply_bus_settings(void)
 {
@@ -159,6 +147,18 @@ APART void bus_port_poll(void)
 }
 
 #if SEVERAL_AXES
+// How a request that brings entries of lines begins, behind the address: function 16, and the high
+// byte of the queue window.
+#define WRITE_MANY        16u
+#define QUEUE_WINDOW_HIGH (REG_QUEUE_WINDOW >> 8)
+
+// The frame brings entries of lines, or is the reply to such a request, which begins with the same
+// bytes.
+static inline bool is_block(void)
+{
+    return bus_frame.bytes[1] == WRITE_MANY && bus_frame.bytes[2] >= QUEUE_WINDOW_HIGH;
+}
+
 bool bus_port_brings_data(void)
 {
     return is_block() &&

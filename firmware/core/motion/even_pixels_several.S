@@ -35,6 +35,7 @@
 ; more.
 #include "build_features.h" // SEVERAL_AXES
 #include "motion/even_pixels.inc" // macros, registers
+#include "motion/even_periods.inc" // write_in_groups; it takes STEPS from the file above
 #include "motion/pixel_period_layout.h"
 
 #if SEVERAL_AXES
@@ -66,7 +67,7 @@
     adc r27, r19
 .endm
 
-; Z is where the last quotient of a pixel of as many steps is kept, or of 16 more or less. 7 cycles.
+; Z is where the last quotient of a pixel of as many steps is kept, or of 16 more or less. 6 cycles.
 .macro find_quotient
     mov r30, STEPS
     andi r30, QUOTIENTS - 1
@@ -74,56 +75,6 @@
     ldi r31, 0
     subi r30, lo8(-(even_pixel_quotients))
     sbci r31, hi8(-(even_pixel_quotients))
-.endm
-
-; Periods number `numbers` of a group: 6 cycles, or 10 where the sum r25 goes over 255 and the
-; period is a longer one. `longer_periods` of the same group stands where a branch reaches it.
-.macro periods group, numbers:vararg
-    .irp number, \numbers
-    add r25, r24
-    brcs .Llonger_\group\()_\number
-    st X+, r20
-    st Z+, r21
-.Lbehind_\group\()_\number:
-    .endr
-.endm
-
-.macro longer_periods group, numbers:vararg
-    .irp number, \numbers
-.Llonger_\group\()_\number:
-    sub r25, STEPS
-    st X+, r22
-    st Z+, r23
-    rjmp .Lbehind_\group\()_\number
-    .endr
-.endm
-
-; The same where all are equally long, 4 cycles each.
-.macro equal_periods group, numbers:vararg
-    .irp number, \numbers
-    st X+, r20
-    st Z+, r21
-    .endr
-.endm
-
-; r18 periods by the macro `write`: groups of one, two and four as the bits of r18 tell, 13 cycles,
-; and then of eight, 3 cycles each.
-.macro write_in_groups write
-    sbrs r18, 0
-    rjmp 7f
-    \write one, 0
-7:  sbrs r18, 1
-    rjmp 7f
-    \write two, 0, 1
-7:  sbrs r18, 2
-    rjmp 7f
-    \write four, 0, 1, 2, 3
-7:  andi r18, 0xF8
-    breq 9f
-7:  \write eight, 0, 1, 2, 3, 4, 5, 6, 7
-    subi r18, 8
-    brne 7b
-9:
 .endm
 
     .section .text.even_pixels_write, "ax", @progbits
@@ -307,7 +258,7 @@ length_known:
     find_quotient                       ; 10  the last quotient of as many steps
     ld r20, Z
     ldd r21, Z + 1
-    mul r20, STEPS                      ; 17  holds if one product leaves less than the steps
+    mul r20, STEPS                      ; 18  holds if one product leaves less than the steps
     mov r24, r22
     sub r24, r0
     mov r25, r23
@@ -533,10 +484,7 @@ written:
     mov r31, r19
     st Z, r0
     movw r28, r8
-    mov r24, STEPS                      ; 7   what it has cost
-    lsr r24
-    lsr r24
-    subi r24, -EVEN_PIXEL_COST
+    cost_of_pixel                       ; 7
     sub LEFT, r24
     brcs far_leave
     breq far_leave

@@ -18,7 +18,25 @@
 
 #if !SEVERAL_AXES
 
+#define SPENT    r10
+#define BUDGET   r11
 #define NEGATIVE r14
+
+; One pixel less of the segment. `low`, `high` is a pair that SBIW takes. 10 cycles.
+.macro take_pixel_of_segment low, high
+    ldd \low, Y + EVEN_PIXEL_REPEAT
+    ldd \high, Y + EVEN_PIXEL_REPEAT + 1
+    sbiw \low, 1
+    std Y + EVEN_PIXEL_REPEAT, \low
+    std Y + EVEN_PIXEL_REPEAT + 1, \high
+.endm
+
+; Zero flag clear: the segment has another pixel. 5 cycles.
+.macro look_for_pixel_of_segment
+    ldd r24, Y + EVEN_PIXEL_REPEAT
+    ldd r25, Y + EVEN_PIXEL_REPEAT + 1
+    or r24, r25
+.endm
 
     .section .text.even_pixels_write, "ax", @progbits
 function even_pixels_write
@@ -99,7 +117,9 @@ forget:
     cpse TICKS2, r1                     ; 2
     rcall longer_than_16_bits
 
-    count_cost                          ; 6
+    cost_of_pixel                       ; 6
+    add SPENT, r24
+    cp SPENT, BUDGET
     brlo 2f
     rjmp leave
 2:  look_for_pixel_of_segment           ; 9

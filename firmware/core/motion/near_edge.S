@@ -23,6 +23,17 @@
 #define TIME   r22, r23, r24, r25
 #define PERIOD (CLOCK_WATCH_GRID + PIXEL_GRID_PERIOD)
 
+; Carry set: the number r15:r14 is below -r19:r18 or above r19:r18, which becomes twice as much. 6
+; cycles.
+.macro compare_with_most
+    add r14, r18
+    adc r15, r19
+    lsl r18
+    rol r19
+    cp r18, r14
+    cpc r19, r15
+.endm
+
     .section .text.near_edge_take, "ax", @progbits
 
 elsewhere:
@@ -94,24 +105,14 @@ function near_edge_take
     sbc r15, r21
     ldd r18, Y + CLOCK_WATCH_NEAR_TICKS
     ldd r19, Y + CLOCK_WATCH_NEAR_TICKS + 1
-    add r14, r18
-    adc r15, r19
-    lsl r18
-    rol r19
-    cp r18, r14
-    cpc r19, r15
+    compare_with_most
     brlo not_near
     .rept 3                             ; 14  and at most 16 times these?
     lsl r18
     rol r19
     .endr
     movw r14, r26
-    add r14, r18
-    adc r15, r19
-    lsl r18
-    rol r19
-    cp r18, r14
-    cpc r19, r15
+    compare_with_most
     brsh 1f
 not_near:
     rjmp elsewhere
