@@ -368,6 +368,15 @@ def test_a_line_that_is_followed_outlasts_the_bus_timeout(live, name):
     assert "400 pixels, 1200 steps, 4 s: done, position 1200" in one.out(*words)
 
 
+# A count of its own in each pixel, and a queue of 128 bytes: it is dry in a sixteenth of a second.
+def test_a_kilohertz_line_is_fed_in_time(live):
+    one = live("uno", hz=2000)
+    counts = [14 + pixel * pixel % 3 for pixel in range(2000)]
+    words = ("upload", put(counts), "--decode", "plain", "--pixel-hz", 2000, "--arm")
+    steps = sum(counts)
+    assert f"2000 pixels, {steps} steps, 1 s: done, position {steps}" in one.out(*words)
+
+
 def test_a_line_left_alone_stops_with_a_fault(live):
     one = live("mega")
     words = ("upload", put([3] * 400), "--decode", "plain", "--pixel-hz", 100, "--arm")

@@ -69,6 +69,17 @@ def test_a_line_to_its_end(run, line):
     assert all(gap >= 0.999 * run.poll_s for gap in gaps)
 
 
+@pytest.mark.parametrize(("line", "sooner"), [(LINE, False), (LONG, True)])
+def test_a_queue_of_fast_pixels_is_fed_before_it_is_half_empty(line, sooner):
+    run = BoardRun(connected()[0])
+    run.set_up(Fraction(8000), [0])
+    rest_s = run.poll_s
+    run.load({0: line})
+    queued_s = run.uploads[0].queued_pixels / 8000
+    assert run.poll_s == (pytest.approx(0.45 * queued_s) if sooner else rest_s)
+    assert queued_s < 2 * rest_s
+
+
 @pytest.mark.usefixtures("simulator")
 def test_a_refused_line():
     with SimulatedBoard("uno", HZ) as run:

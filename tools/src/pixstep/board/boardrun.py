@@ -15,7 +15,7 @@ from pixstep.board import clockstate
 from pixstep.board import registers as regs
 from pixstep.board.errors import IMPOSSIBLE, BoardError
 from pixstep.board.link import Link
-from pixstep.board.upload import Upload, feed, said_divider
+from pixstep.board.upload import Upload, feed, pause_s, said_divider
 from pixstep.lines.line import Line
 from pixstep.lines.runs import queue_entries
 
@@ -63,7 +63,8 @@ class BoardRun:
     @property
     def poll_s(self) -> float:
         """Seconds from one poll to the next."""
-        return max(_POLL_LEAST_S, min(_POLL_PIXELS * self._period_s, _POLL_S))
+        poll_s = max(_POLL_LEAST_S, min(_POLL_PIXELS * self._period_s, _POLL_S))
+        return pause_s(self.uploads.values(), self._period_s, poll_s)
 
     def set_up(self, pixel_hz: Fraction, axes: list[int], **settings: int) -> None:
         """Set the pixel clock and some settings by name, enable the axes.

@@ -19,7 +19,7 @@ from pixstep.board.errors import (
     NotPossibleError,
 )
 from pixstep.board.link import World
-from pixstep.board.upload import Upload, feed
+from pixstep.board.upload import Upload, feed, pause_s
 from pixstep.errors import UserError
 from pixstep.progress import Progress, unseen
 
@@ -166,6 +166,8 @@ def follow(group: list[Lines], world: World, pixels: int = 0, progress: Progress
     `pixels` is the length of the longest, for the progress. Raises BoardError for a fault, and for
     a line that was stopped meanwhile.
     """
+    streamed = [lines for lines in group if any(not item.done for item in lines.uploads)]
+    pixel_s = {lines.board.unit: lines.board.pixel_period_s() for lines in streamed}
     while True:
         look_s = world.now_s() + _AXES_S
         over, done = True, 0
@@ -179,17 +181,24 @@ def follow(group: list[Lines], world: World, pixels: int = 0, progress: Progress
         if over:
             break
         progress(min(1.0, done / pixels) if pixels else 0.0)
-        _stream(group, world, look_s)
+        _stream(group, world, look_s, pixel_s)
     for lines in group:
         _require(lines, _OVER, "stopped before its end")
 
 
-def _stream(group: list[Lines], world: World, until_s: float) -> None:
-    """Stream what is left until it is time for a look again, or a board has come to its end."""
+def _stream(group: list[Lines], world: World, until_s: float, pixel_s: Mapping[int, float]) -> None:
+    """Stream what is left until it is time for a look again, or a board has come to its end.
+
+    `pixel_s` is the pixel period of the boards whose lines are streamed, by unit.
+    """
     while True:
+        next_s = world.now_s() + _STATUS_S
         for lines in group:
+            begun_s = world.now_s()
             feed(lines.uploads)
-        world.wait(_STATUS_S)
+            rest_s = pause_s(lines.uploads, pixel_s.get(lines.board.unit, 0), _STATUS_S)
+            next_s = min(next_s, begun_s + rest_s)
+        world.wait(max(0.0, next_s - world.now_s()))
         if world.now_s() >= until_s or not all(lines.board.moving() for lines in group):
             return
 

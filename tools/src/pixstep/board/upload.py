@@ -20,6 +20,7 @@ from pixstep.lines.runs import queue_entries
 _ILLEGAL_VALUE = 3
 _HEAD = 2  # entries in front of a line's pixels, which are in full
 _WORTH = 48  # bytes: for less room a block is not worth its request, unless it ends the line
+_PAUSE = 0.45  # of the time in which a full queue runs dry, between two calls of feed()
 
 
 class Upload:
@@ -38,13 +39,14 @@ class Upload:
         self.board, self.axis = board, axis
         self._packed = board.packs()
         self._left: list[bytes] = []
-        self._count = 0  # of the entries so far
+        self._count = self._bytes = self._pixels = 0  # of the entries so far
         self._last = 0  # count of the newest one
         self._add(entries)
         state = state or board.axis(axis)
         self._block = state["next_block"]
         # Bytes that surely fit, a run being 4; None: to be asked for again.
         self._free: int | None = state["queue_free"] * packing.MOST
+        self._queue_bytes = state["queue_free"] * packing.MOST
         self._open = 0  # entries of a block that may have been taken: its answer never came
         self.last: tuple[int, list[bytes]] | None = None
 
@@ -57,6 +59,11 @@ class Upload:
     def done(self) -> bool:
         """True when every entry has been accepted."""
         return not self._left
+
+    @property
+    def queued_pixels(self) -> float:
+        """Pixels of this line that a full queue holds, by its entries so far."""
+        return self._queue_bytes * self._pixels / max(1, self._bytes)
 
     def push(self) -> int:
         """Send blocks until all are accepted or one filled the queue; return entries accepted.
@@ -97,7 +104,10 @@ class Upload:
     def _add(self, entries: Iterable[tuple[int, int]]) -> None:
         """Append entries, as they go to the board."""
         for entry in entries:
-            self._left.append(self._encoded(entry) if self._packed else _run(entry))
+            data = self._encoded(entry) if self._packed else _run(entry)
+            self._left.append(data)
+            self._pixels += entry[1] if self._count >= _HEAD else 0
+            self._bytes += len(data)
             self._count += 1
 
     def _encoded(self, entry: tuple[int, int]) -> bytes:
@@ -260,6 +270,15 @@ def feed(uploads: Iterable[Upload]) -> int:
         if not sent:
             del room[axis]
     return blocks
+
+
+def pause_s(uploads: Iterable[Upload], pixel_s: float, most_s: float) -> float:
+    """Return the seconds that may pass until `feed` is called again, `most_s` at most.
+
+    A kilohertz line with a count of its own in each pixel empties a small queue in less.
+    """
+    open_ones = [item for item in uploads if not item.done]
+    return min([most_s, *(_PAUSE * item.queued_pixels * pixel_s for item in open_ones)])
 
 
 def _run(entry: tuple[int, int]) -> bytes:
