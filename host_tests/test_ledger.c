@@ -22,6 +22,7 @@ void setUp(void)
 {
     promise_broken = 0;
     step_engine_reset(&engine, &ring);
+    records_thin(1, UINT16_MAX);
     ledger_reset(&ledger, STEP_IDLE_TICKS);
     feed.stream.ring = &ring;
     feed_reset(&feed, 0, false, ledger.loaded_ticks);

@@ -397,7 +397,7 @@ static void an_edge_does_not_hold_up_a_release(void)
 static void trains_begin_two_steps_apart(void)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        TEST_ASSERT_EQUAL_UINT8(2u * i, axes_get(i)->stagger);
+        TEST_ASSERT_EQUAL_UINT8(2u * i, axis_stagger(axes_get(i)));
     }
 }
 

@@ -275,7 +275,7 @@ static void check_records(void)
 static void check_line(uint32_t hz_num, uint32_t hz_den, bool smooth, uint8_t whole)
 {
     bench_open(hz_num, hz_den);
-    bench.axis.stagger = stagger;
+    bench_stagger(stagger);
     queue_line(smooth);
     run_line(smooth);
     TEST_ASSERT_TRUE(whole_pixels >= whole);

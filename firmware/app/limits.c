@@ -13,18 +13,14 @@
 
 #define TICKS_PER_US ((uint32_t)(CONFIG_TIMER_HZ / 1000000uL))
 
-static struct line_limits current_limits = {
-    .min_interval_ticks = CONFIG_MIN_INTERVAL_TICKS,
-    .smooth_min_interval_ticks = CONFIG_SMOOTH_MIN_INTERVAL_TICKS,
-    .seek_min_interval_ticks = CONFIG_SEEK_MIN_INTERVAL_TICKS,
-};
+static struct line_limits current_limits;
 
 // The shortest pixel that a line may get.
 static uint32_t shortest_pixel_ticks(void)
 {
     const struct lock_grid *grid = lock_grid_now();
 
-    return grid->locks ? grid->shortest_ticks : grid->pixel.whole_ticks;
+    return grid->locks ? lock_grid_shortest(grid) : grid->pixel.whole_ticks;
 }
 
 void limits_apply_settings(void)
@@ -45,6 +41,13 @@ void limits_apply_settings(void)
     uint16_t half_ticks =
         (uint16_t)(driver_us * TICKS_PER_US + CONFIG_REVERSAL_MARGIN_TICKS);
 
+    // With several axes they follow from how many move, and stay what they are for a line whose
+    // head changes the divider.
+    if (CONFIG_AXES == 1) {
+        limits->min_interval_ticks = CONFIG_MIN_INTERVAL_TICKS;
+        limits->smooth_min_interval_ticks = CONFIG_SMOOTH_MIN_INTERVAL_TICKS;
+    }
+    limits->seek_min_interval_ticks = CONFIG_SEEK_MIN_INTERVAL_TICKS;
     limits->pixel_ticks = shortest_pixel_ticks();
     // The direction changes in the middle of an interval, so that half of it must be enough.
     limits->reversal_min_ticks = (uint16_t)(2u * half_ticks);

@@ -204,7 +204,14 @@ struct source {
 #define COUNTER(name)                                                                    \
     MEMBER(WIDTH_WORD, OWNER_TRAFFIC, offsetof(struct server_counters, name))
 
-static const struct source board_sources[] IN_FLASH = {
+#define MORE_BASE     REG_INPUT_fault_mask_high
+#define MORE_PLACE    (REG_AXIS_BASE + REG_AXIS_STRIDE)
+#define AXIS(offset)  (REG_AXIS_BASE + (offset))
+#define MORE(address) (MORE_PLACE + (address) - MORE_BASE)
+#define SOURCES       MORE(REG_INPUT_smooth_min_interval_3_ticks + 1)
+
+// The board's registers, those of one axis for all of them, and the board's others.
+static const struct source sources[SOURCES] IN_FLASH = {
     [REG_INPUT_map_version] = CONSTANT(REG_MAP_VERSION),
     [REG_INPUT_firmware_version] =
         CONSTANT(CONFIG_VERSION_MAJOR * 256u + CONFIG_VERSION_MINOR),
@@ -242,66 +249,56 @@ static const struct source board_sources[] IN_FLASH = {
 #else
     [REG_INPUT_trip_ticks + 1] = CONSTANT(0),
 #endif
-};
 
-static const struct source axis_sources[] IN_FLASH = {
-    [REG_AXIS_axis_state] = CALL(axis_state),
-    [REG_AXIS_queue_free] = CALL(queue_free),
-    [REG_AXIS_next_block] = MEMBER(WIDTH_WORD, OWNER_AXIS, IN_AXIS(next_block)),
-    [REG_AXIS_line_error] = MEMBER(WIDTH_BYTE, OWNER_AXIS, IN_AXIS(line_error)),
-    LONG(REG_AXIS_line_error_pixel, OWNER_AXIS, IN_AXIS(line_error_pixel)),
-    CALL_LONG(REG_AXIS_position_steps, position_steps),
-    CALL_LONG(REG_AXIS_expected_steps, expected_steps),
-    LONG(REG_AXIS_pixel, OWNER_AXIS, IN_AXIS(ledger.pixel)),
-    [REG_AXIS_lines_done] = MEMBER(WIDTH_WORD, OWNER_AXIS, IN_AXIS(lines_done)),
-    [REG_AXIS_underruns] = MEMBER(WIDTH_WORD, OWNER_AXIS, IN_AXIS(underruns)),
-    [REG_AXIS_line_warning] = MEMBER(WIDTH_BYTE, OWNER_AXIS, IN_AXIS(line_warning)),
-    [REG_AXIS_ring_fill] = CALL(ring_fill),
-};
+    [AXIS(REG_AXIS_axis_state)] = CALL(axis_state),
+    [AXIS(REG_AXIS_queue_free)] = CALL(queue_free),
+    [AXIS(REG_AXIS_next_block)] = MEMBER(WIDTH_WORD, OWNER_AXIS, IN_AXIS(next_block)),
+    [AXIS(REG_AXIS_line_error)] = MEMBER(WIDTH_BYTE, OWNER_AXIS, IN_AXIS(line_error)),
+    LONG(AXIS(REG_AXIS_line_error_pixel), OWNER_AXIS, IN_AXIS(line_error_pixel)),
+    CALL_LONG(AXIS(REG_AXIS_position_steps), position_steps),
+    CALL_LONG(AXIS(REG_AXIS_expected_steps), expected_steps),
+    LONG(AXIS(REG_AXIS_pixel), OWNER_AXIS, IN_AXIS(ledger.pixel)),
+    [AXIS(REG_AXIS_lines_done)] = MEMBER(WIDTH_WORD, OWNER_AXIS, IN_AXIS(lines_done)),
+    [AXIS(REG_AXIS_underruns)] = MEMBER(WIDTH_WORD, OWNER_AXIS, IN_AXIS(underruns)),
+    [AXIS(REG_AXIS_line_warning)] = MEMBER(WIDTH_BYTE, OWNER_AXIS, IN_AXIS(line_warning)),
+    [AXIS(REG_AXIS_ring_fill)] = CALL(ring_fill),
 
-#define MORE_BASE REG_INPUT_fault_mask_high
-static const struct source more_sources[] IN_FLASH = {
-    [REG_INPUT_fault_mask_high - MORE_BASE] =
-        MEMBER(WIDTH_HIGH, OWNER_FAULTS, IN_FAULTS(mask)),
-    [REG_INPUT_outputs - MORE_BASE] = CALL(outputs_word),
-    [REG_INPUT_settings_state - MORE_BASE] = CALL(settings_state_word),
-    [REG_INPUT_settings_serial - MORE_BASE] =
+    [MORE(REG_INPUT_fault_mask_high)] = MEMBER(WIDTH_HIGH, OWNER_FAULTS, IN_FAULTS(mask)),
+    [MORE(REG_INPUT_outputs)] = CALL(outputs_word),
+    [MORE(REG_INPUT_settings_state)] = CALL(settings_state_word),
+    [MORE(REG_INPUT_settings_serial)] =
         MEMBER(WIDTH_WORD, OWNER_SETTINGS, offsetof(struct settings, serial)),
-    [REG_INPUT_bus_messages - MORE_BASE] = COUNTER(bus_messages),
-    [REG_INPUT_no_replies - MORE_BASE] = COUNTER(no_replies),
-    [REG_INPUT_busy_replies - MORE_BASE] = COUNTER(busy_replies),
-    [REG_INPUT_event_capacity - MORE_BASE] = CONSTANT(FEATURE_EVENTS ? CONFIG_EVENTS : 0),
-    [REG_INPUT_features - MORE_BASE] = CONSTANT(FEATURES_BITS),
-    [REG_INPUT_min_interval_1_ticks - MORE_BASE] = CONSTANT(BOARD_MIN_INTERVAL_1_TICKS),
-    [REG_INPUT_min_interval_2_ticks - MORE_BASE] = CONSTANT(BOARD_MIN_INTERVAL_2_TICKS),
-    [REG_INPUT_min_interval_3_ticks - MORE_BASE] = CONSTANT(BOARD_MIN_INTERVAL_3_TICKS),
-    [REG_INPUT_smooth_min_interval_1_ticks - MORE_BASE] =
+    [MORE(REG_INPUT_bus_messages)] = COUNTER(bus_messages),
+    [MORE(REG_INPUT_no_replies)] = COUNTER(no_replies),
+    [MORE(REG_INPUT_busy_replies)] = COUNTER(busy_replies),
+    [MORE(REG_INPUT_event_capacity)] = CONSTANT(FEATURE_EVENTS ? CONFIG_EVENTS : 0),
+    [MORE(REG_INPUT_features)] = CONSTANT(FEATURES_BITS),
+    [MORE(REG_INPUT_min_interval_1_ticks)] = CONSTANT(BOARD_MIN_INTERVAL_1_TICKS),
+    [MORE(REG_INPUT_min_interval_2_ticks)] = CONSTANT(BOARD_MIN_INTERVAL_2_TICKS),
+    [MORE(REG_INPUT_min_interval_3_ticks)] = CONSTANT(BOARD_MIN_INTERVAL_3_TICKS),
+    [MORE(REG_INPUT_smooth_min_interval_1_ticks)] =
         CONSTANT(BOARD_SMOOTH_MIN_INTERVAL_1_TICKS),
-    [REG_INPUT_smooth_min_interval_2_ticks - MORE_BASE] =
+    [MORE(REG_INPUT_smooth_min_interval_2_ticks)] =
         CONSTANT(BOARD_SMOOTH_MIN_INTERVAL_2_TICKS),
-    [REG_INPUT_smooth_min_interval_3_ticks - MORE_BASE] =
+    [MORE(REG_INPUT_smooth_min_interval_3_ticks)] =
         CONSTANT(BOARD_SMOOTH_MIN_INTERVAL_3_TICKS),
-    LONG(REG_INPUT_clock_period_ticks - MORE_BASE,
+    LONG(MORE(REG_INPUT_clock_period_ticks),
          OWNER_GRID,
          IN_FILTER(period) + offsetof(struct fine_ticks, ticks)),
-    [REG_INPUT_clock_period_fraction - MORE_BASE] =
+    [MORE(REG_INPUT_clock_period_fraction)] =
         MEMBER(WIDTH_WORD,
                OWNER_GRID,
                IN_FILTER(period) + offsetof(struct fine_ticks, fraction)),
-    [REG_INPUT_clock_jitter - MORE_BASE] =
-        MEMBER(WIDTH_WORD, OWNER_GRID, IN_FILTER(jitter)),
-    [REG_INPUT_clock_glitches - MORE_BASE] =
+    [MORE(REG_INPUT_clock_jitter)] = MEMBER(WIDTH_WORD, OWNER_GRID, IN_FILTER(jitter)),
+    [MORE(REG_INPUT_clock_glitches)] =
         MEMBER(WIDTH_WORD, OWNER_GRID, IN_FILTER(glitches)),
-    [REG_INPUT_clock_missing - MORE_BASE] =
-        MEMBER(WIDTH_WORD, OWNER_GRID, IN_FILTER(missing)),
-    LONG(REG_INPUT_clock_error_ticks - MORE_BASE, OWNER_GRID, IN_FILTER(error_ticks)),
+    [MORE(REG_INPUT_clock_missing)] = MEMBER(WIDTH_WORD, OWNER_GRID, IN_FILTER(missing)),
+    LONG(MORE(REG_INPUT_clock_error_ticks), OWNER_GRID, IN_FILTER(error_ticks)),
 };
 
-#define COUNT(table) (sizeof(table) / sizeof((table)[0]))
-_Static_assert(COUNT(board_sources) == REG_AXIS_BASE,
+_Static_assert(AXIS(0) == REG_INPUT_trip_ticks + 2,
                "the board's registers end where the axes' begin");
-_Static_assert(COUNT(axis_sources) == REG_AXIS_STRIDE,
-               "an axis's registers follow each other");
+_Static_assert(SOURCES <= UINT8_MAX, "a byte is a place");
 
 // The word of a member. width: enum width.
 static inline uint16_t word_at(const void *at, uint8_t width)
@@ -360,20 +357,16 @@ static uint16_t word_of(const struct source *entry, uint8_t axis)
 
 uint16_t report_word(uint16_t address)
 {
-    const struct source *table = board_sources;
     uint8_t place = (uint8_t)address;
     uint8_t axis = 0;
 
     if (address >= MORE_BASE) {
-        table = more_sources;
-        place = (uint8_t)(place - MORE_BASE);
-    } else if (place >= REG_AXIS_BASE) {
-        table = axis_sources;
-        place = (uint8_t)(place - REG_AXIS_BASE);
-        axis = CONFIG_INDEX(place / REG_AXIS_STRIDE);
-        place = place % REG_AXIS_STRIDE;
+        place = (uint8_t)(place - (MORE_BASE - MORE_PLACE));
+    } else if (CONFIG_AXES > 1 && place >= REG_AXIS_BASE) {
+        axis = (uint8_t)(place - REG_AXIS_BASE) / REG_AXIS_STRIDE;
+        place = (uint8_t)(place - axis * REG_AXIS_STRIDE);
     }
-    return word_of(&table[place], axis);
+    return word_of(&sources[place], axis);
 }
 
 uint8_t report_axis_words(uint16_t address, uint8_t count, uint8_t *to)
@@ -387,7 +380,7 @@ uint8_t report_axis_words(uint16_t address, uint8_t count, uint8_t *to)
     uint8_t axis = CONFIG_INDEX(place / REG_AXIS_STRIDE);
     const uint8_t *of = (const uint8_t *)axes_get(axis);
     uint8_t words = (uint8_t)(REG_AXIS_STRIDE - place % REG_AXIS_STRIDE);
-    const struct source *entry = &axis_sources[place % REG_AXIS_STRIDE];
+    const struct source *entry = &sources[AXIS(place % REG_AXIS_STRIDE)];
 
     words = count < words ? count : words;
     for (uint8_t left = words; left != 0; left--) {

@@ -16,16 +16,16 @@
 
 // Each word of a 32-bit setting has limits of its own; the whole value is checked where it is used.
 struct settings_limits {
-    uint16_t min;
     uint16_t max;
     uint16_t initial;
+    char min; // 0 to 127
 };
 
 #define HIGH(value)                   ((uint16_t)((uint32_t)(value) >> 16))
 #define LOW(value)                    ((uint16_t)((uint32_t)(value) & 0xFFFFu))
-#define LIMITS_u16(min, max, initial) {(min), (max), (initial)},
+#define LIMITS_u16(min, max, initial) {(max), (initial), (min)},
 #define LIMITS_u32(min, max, initial)                                                    \
-    {0, HIGH(max), HIGH(initial)}, {0, LOW(max), LOW(initial)},
+    {HIGH(max), HIGH(initial), 0}, {LOW(max), LOW(initial), 0},
 static const struct settings_limits settings_limits[] IN_FLASH = {
 #define HOLDING(address, name, type, unit, min, max, initial, meaning)                   \
     LIMITS_##type(min, max, initial)
@@ -72,7 +72,7 @@ static bool in_range(void)
 {
     for (uint8_t i = 0; i < (uint8_t)SETTINGS_WORDS; i++) {
         uint16_t word = current_settings.words[i];
-        if (word < flash_word(&settings_limits[i].min) ||
+        if (word < (uint8_t)flash_char(&settings_limits[i].min) ||
             word > flash_word(&settings_limits[i].max)) {
             return false;
         }

@@ -21,11 +21,11 @@ _Static_assert(SLOTS *SLOT_STRIDE <= 256u, "a byte's address has eight bits");
 #define STATE_BUSY    0x04u
 
 // Slot of the newest record, or NO_SLOT.
-static uint8_t newest_slot = NO_SLOT;
+static uint8_t newest_slot;
 // The first byte is erased first and written last, so that a record that is cut off by a power
 // failure is invalid.
-static uint8_t next_byte =
-    IDLE; // next byte of the record to write; RECORD_BYTES: the first one once more
+// Next byte of the record to write; RECORD_BYTES: the first one once more.
+static uint8_t next_byte;
 static uint8_t store_flags;
 
 static uint16_t byte_address(uint8_t which, uint8_t byte)

@@ -37,6 +37,7 @@ void bench_open(uint32_t hz_num, uint32_t hz_den)
         .first_period_ticks = STEP_IDLE_TICKS,
     };
     axis_init(&bench.axis, &parts);
+    records_thin(1, UINT16_MAX);
 }
 
 bool line_divider_take(uint16_t edges, bool behind)
@@ -47,6 +48,15 @@ bool line_divider_take(uint16_t edges, bool behind)
     bench.divider = edges;
     bench.limits.pixel_ticks = bench.period.whole_ticks * edges;
     return true;
+}
+
+void bench_stagger(uint8_t steps)
+{
+#if SEVERAL_AXES
+    bench.axis.stagger = steps;
+#else
+    (void)steps;
+#endif
 }
 
 enum block_result bench_queue_block(uint16_t number,

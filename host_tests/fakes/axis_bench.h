@@ -35,6 +35,9 @@ extern struct axis_bench bench;
 // edges are a pixel to the line check; the period of the decoder stays.
 void bench_open(uint32_t hz_num, uint32_t hz_den);
 
+// Steps of an even piece before it is handed over as a pulse train. A single axis has none.
+void bench_stagger(uint8_t steps);
+
 #define BENCH_BLOCK_MAX 242u
 
 // A block of entries, packed or as runs.

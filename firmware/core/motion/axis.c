@@ -11,7 +11,10 @@ static void empty_stream(struct axis *axis, uint8_t slot)
 
 void axis_init(struct axis *axis, const struct axis_parts *parts)
 {
-    *axis = (struct axis){.stagger = parts->stagger};
+    *axis = (struct axis){0};
+#if SEVERAL_AXES
+    axis->stagger = parts->stagger;
+#endif
     lifecycle_reset(&axis->life);
     segment_queue_init(&axis->queue, parts->queue_bytes, parts->queue_size);
     line_check_reset(&axis->check);

@@ -67,9 +67,9 @@ struct axis {
     bool clocked;
     // A line was decoded since reset, so that feed.negative is the direction of the last step.
     bool direction_known;
+#if SEVERAL_AXES
     // Steps of an even piece before it is handed over as a pulse train (app/axes.c).
     uint8_t stagger;
-#if SEVERAL_AXES
     // Entries that the interrupt has made of those in the ring: the rest of a batch or a pixel that
     // is accounted for as a whole. As of when the decoding was begun last.
     uint8_t made_entries;
@@ -118,7 +118,8 @@ struct axis_parts {
     uint8_t *queue_bytes;
     // Its size: a power of two, 8..32768.
     uint16_t queue_size;
-    uint8_t stagger; // steps of an even piece before it is handed over as a pulse train
+    // Steps of an even piece before it is handed over as a pulse train; of several axes only.
+    uint8_t stagger;
     // See ledger_reset().
     uint16_t first_period_ticks;
 };
@@ -200,6 +201,18 @@ static inline uint8_t axis_made_entries(const struct axis *axis)
 {
 #if SEVERAL_AXES
     return axis->made_entries;
+#else
+    (void)axis;
+    return 0;
+#endif
+}
+
+// Steps of an even piece before it is handed over as a pulse train. A single axis begins no train
+// at the same time as another one: 0.
+static inline uint8_t axis_stagger(const struct axis *axis)
+{
+#if SEVERAL_AXES
+    return axis->stagger;
 #else
     (void)axis;
     return 0;

@@ -15,32 +15,38 @@
 #define FAULT    AXIS_FAULT
 #define STARTING AXIS_STARTING
 #define STOPPING AXIS_STOPPING
-#define NO       AXIS_STATES // the event is forbidden in this state
+#define NO       0xF // the event is forbidden in this state
+_Static_assert(AXIS_STATES <= NO, "a state has four bits");
+
+// What the states become, two in a byte, the lower state in its low bits.
+#define BOTH(low, high) (char)((high) << 4 | (low))
+#define TO(a, b, c, d, e, f, g, h, i, j)                                                 \
+    {BOTH(a, b), BOTH(c, d), BOTH(e, f), BOTH(g, h), BOTH(i, j)}
 
 // clang-format off
-static const char next_state[LIFECYCLE_EVENTS][AXIS_STATES] IN_FLASH = {
-    //                        EMPTY     LOADING   LOADED    ARMED     RUNNING
-    //                        DONE      REFUSED   FAULT     STARTING  STOPPING
-    [LIFECYCLE_QUEUED]     = {LOADING,  LOADING,  LOADED,   ARMED,    RUNNING,
-                              LOADING,  NO,       NO,       STARTING, NO},
-    [LIFECYCLE_READY]      = {LOADED,   LOADED,   LOADED,   ARMED,    RUNNING,
-                              LOADED,   NO,       NO,       STARTING, NO},
-    [LIFECYCLE_REFUSE]     = {REFUSED,  REFUSED,  REFUSED,  ARMED,    RUNNING,
-                              REFUSED,  NO,       NO,       STARTING, NO},
-    [LIFECYCLE_ARM]        = {NO,       NO,       ARMED,    NO,       NO,
-                              NO,       NO,       NO,       NO,       NO},
-    [LIFECYCLE_PLACED]     = {NO,       NO,       NO,       STARTING, NO,
-                              NO,       NO,       NO,       NO,       NO},
-    [LIFECYCLE_RELEASED]   = {NO,       NO,       NO,       NO,       NO,
-                              NO,       NO,       NO,       RUNNING,  NO},
-    [LIFECYCLE_FINISHED]   = {NO,       NO,       NO,       NO,       DONE,
-                              NO,       NO,       NO,       NO,       NO},
-    [LIFECYCLE_FAIL]       = {EMPTY,    LOADING,  LOADED,   FAULT,    FAULT,
-                              DONE,     REFUSED,  FAULT,    FAULT,    STOPPING},
-    [LIFECYCLE_STOP]       = {STOPPING, STOPPING, STOPPING, STOPPING, STOPPING,
-                              STOPPING, STOPPING, STOPPING, STOPPING, STOPPING},
-    [LIFECYCLE_SETTLED]    = {NO,       NO,       NO,       NO,       NO,
-                              NO,       NO,       NO,       NO,       EMPTY},
+static const char next_states[LIFECYCLE_EVENTS][AXIS_STATES / 2] IN_FLASH = {
+    //                          EMPTY     LOADING   LOADED    ARMED     RUNNING
+    //                          DONE      REFUSED   FAULT     STARTING  STOPPING
+    [LIFECYCLE_QUEUED]     = TO(LOADING,  LOADING,  LOADED,   ARMED,    RUNNING,
+                                LOADING,  NO,       NO,       STARTING, NO),
+    [LIFECYCLE_READY]      = TO(LOADED,   LOADED,   LOADED,   ARMED,    RUNNING,
+                                LOADED,   NO,       NO,       STARTING, NO),
+    [LIFECYCLE_REFUSE]     = TO(REFUSED,  REFUSED,  REFUSED,  ARMED,    RUNNING,
+                                REFUSED,  NO,       NO,       STARTING, NO),
+    [LIFECYCLE_ARM]        = TO(NO,       NO,       ARMED,    NO,       NO,
+                                NO,       NO,       NO,       NO,       NO),
+    [LIFECYCLE_PLACED]     = TO(NO,       NO,       NO,       STARTING, NO,
+                                NO,       NO,       NO,       NO,       NO),
+    [LIFECYCLE_RELEASED]   = TO(NO,       NO,       NO,       NO,       NO,
+                                NO,       NO,       NO,       RUNNING,  NO),
+    [LIFECYCLE_FINISHED]   = TO(NO,       NO,       NO,       NO,       DONE,
+                                NO,       NO,       NO,       NO,       NO),
+    [LIFECYCLE_FAIL]       = TO(EMPTY,    LOADING,  LOADED,   FAULT,    FAULT,
+                                DONE,     REFUSED,  FAULT,    FAULT,    STOPPING),
+    [LIFECYCLE_STOP]       = TO(STOPPING, STOPPING, STOPPING, STOPPING, STOPPING,
+                                STOPPING, STOPPING, STOPPING, STOPPING, STOPPING),
+    [LIFECYCLE_SETTLED]    = TO(NO,       NO,       NO,       NO,       NO,
+                                NO,       NO,       NO,       NO,       EMPTY),
 };
 // clang-format on
 
@@ -51,7 +57,9 @@ void lifecycle_reset(struct lifecycle *lifecycle)
 
 APART bool lifecycle_report(struct lifecycle *lifecycle, enum lifecycle_event event)
 {
-    uint8_t to = (uint8_t)flash_char(&next_state[event][lifecycle->state]);
+    uint8_t from = lifecycle->state;
+    uint8_t both = (uint8_t)flash_char(&next_states[event][from >> 1]);
+    uint8_t to = (from & 1u) != 0 ? (uint8_t)(both >> 4) : (uint8_t)(both & 0xFu);
 
     if (to == NO) {
         return false;

@@ -44,18 +44,21 @@ APART void lock_grid_tolerate(uint32_t tolerance_ticks)
 
     BY_POINTER(grid);
     grid->tolerance_ticks = tolerance_ticks;
-    grid->shortest_ticks = grid->pixel.whole_ticks - slack;
-    grid->longest_ticks = grid->pixel.whole_ticks + slack;
+    grid->slack_ticks = slack;
 }
 
 // The length of a locked pixel. What the grid has moved is made up for within the limits of a
 // pixel: a line that was checked is never too fast.
 static uint32_t limit(uint32_t ticks)
 {
-    if ((int32_t)(ticks - lock_grid.shortest_ticks) < 0) {
-        return lock_grid.shortest_ticks;
+    const struct lock_grid *grid = &lock_grid;
+    uint32_t shortest_ticks = lock_grid_shortest(grid);
+    uint32_t longest_ticks = grid->pixel.whole_ticks + grid->slack_ticks;
+
+    if ((int32_t)(ticks - shortest_ticks) < 0) {
+        return shortest_ticks;
     }
-    return ticks > lock_grid.longest_ticks ? lock_grid.longest_ticks : ticks;
+    return ticks > longest_ticks ? longest_ticks : ticks;
 }
 
 uint32_t line_grid_advance(struct line_grid *grid)

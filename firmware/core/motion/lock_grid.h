@@ -50,9 +50,8 @@ struct lock_grid {
     // The same of the next pixel edge whose clock edge is to come.
     uint16_t due;
     uint16_t due_edge;
-    // The limits of a locked pixel.
-    uint32_t shortest_ticks;
-    uint32_t longest_ticks;
+    // A locked pixel may be so much longer or shorter than that of the settings, ticks.
+    uint32_t slack_ticks;
     // The clock's period may be so much longer or shorter than its nominal one, ticks.
     uint32_t tolerance_ticks;
     // A pixel of a line that waits.
@@ -62,6 +61,12 @@ struct lock_grid {
     // Times of the newest pixel edges, by their numbers.
     uint32_t times[LOCK_GRID_EDGES];
 };
+
+// The shortest locked pixel, ticks.
+static inline uint32_t lock_grid_shortest(const struct lock_grid *grid)
+{
+    return grid->pixel.whole_ticks - grid->slack_ticks;
+}
 
 enum line_grid_mode {
     // Multiples of the exact period.

@@ -5,7 +5,7 @@
 
 #include "base/apart.h" // APART
 
-struct records_thinning records_thinned = {.every = 1, .error_ticks = UINT16_MAX};
+struct records_thinning records_thinned;
 
 void records_thin(uint16_t every, uint16_t error_ticks)
 {

@@ -12,10 +12,26 @@
 #if CONFIG_AXES == 1
 static volatile uint32_t clock_overflows;
 
-// Budget: 70 cycles, once a millisecond. The step interrupts are let in at once.
-ISR(TIMER0_OVF_vect, ISR_NOBLOCK)
+// Add 1 to a byte of the count; the next byte's turn is when this one has wrapped.
+#define COUNT(byte)                                                                      \
+    "lds r24, %[count] + " #byte "\n\t"                                                  \
+    "inc r24\n\t"                                                                        \
+    "sts %[count] + " #byte ", r24\n\t"                                                  \
+    "brne 1f\n\t"
+
+// Budget: 50 cycles, once a millisecond; 35 where one byte is enough. The step interrupts are let
+// in at once. Nobody asks for the fourth byte: clock_now_units() has no room for it.
+ISR(TIMER0_OVF_vect, ISR_NAKED)
 {
-    clock_overflows++;
+    __asm__ volatile("sei\n\t"
+                     "push r24\n\t"
+                     "in r24, __SREG__\n\t"
+                     "push r24\n\t" COUNT(0) COUNT(1) COUNT(2) "1: pop r24\n\t"
+                                                               "out __SREG__, r24\n\t"
+                                                               "pop r24\n\t"
+                                                               "reti"
+                     :
+                     : [count] "i"(&clock_overflows));
 }
 #else
 #include <util/atomic.h>
@@ -76,7 +92,7 @@ uint32_t clock_now_units(void)
         high = clock_overflows;
         low = TCNT0;
         pending = (TIFR0 & _BV(TOV0)) != 0;
-    } while (high != clock_overflows);
+    } while ((uint8_t)high != *(const volatile uint8_t *)&clock_overflows);
     // A large count was read before the wrap: the flag was then set between the two reads.
     if (pending && low < 128u) {
         high++;

@@ -190,6 +190,7 @@ struct plan *plan_begin(uint32_t timer_hz,
         .first_period_ticks = STEP_IDLE_TICKS,
     };
     axis_init(&plan->axis, &parts);
+    records_thin(1, UINT16_MAX);
     plan->axis.feed.reversal_ticks = plan->limits.reversal_min_ticks / 2u;
     plan->now_ticks = STEP_IDLE_TICKS;
     return plan;
