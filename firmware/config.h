@@ -83,7 +83,7 @@
 
 // Edges of the pixel clock that are captured and not taken.
 #if CONFIG_AXES == 1
-#define CONFIG_CLOCK_EDGES 4
+#define CONFIG_CLOCK_EDGES 8
 #else
 #define CONFIG_CLOCK_EDGES 8
 #endif

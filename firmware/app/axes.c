@@ -165,7 +165,6 @@ void axes_advance_rested(uint8_t i)
     (void)advance(CONFIG_INDEX(i), LEDGER_EXACTLY, true);
 }
 
-#if CONFIG_AXES > 1
 // Rounds that a stopping axis waits for clock edges to be taken. Noise must not hold it for good.
 #define EDGE_ROUNDS 8u
 
@@ -182,14 +181,6 @@ static bool advance_to_rest(uint8_t i)
     waited = 0;
     return true;
 }
-#else
-// No other axis has lines that an edge could be lost for.
-static inline bool advance_to_rest(uint8_t i)
-{
-    axes_advance_rested(i);
-    return true;
-}
-#endif
 
 void axes_stop_at(uint8_t i)
 {

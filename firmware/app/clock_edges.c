@@ -334,7 +334,7 @@ bool clock_edges_allow(const struct axis *axis)
 void clock_edges_poll(void)
 {
     // To ask first is worth the flash where there are several axes.
-    if (!seek_has_clock_input() && (!SEVERAL_AXES || pixel_clock_waiting())) {
+    if (!seek_has_clock_input() && pixel_clock_waiting()) {
         take_captures();
     }
 }

@@ -22,8 +22,8 @@ static uint32_t edge_seen_units; // when the last clock edge was handled
 #define FAST_TICKS ((uint32_t)0x4000) // 976 Hz at 16 MHz
 static bool fast;                     // edges come in this or less
 static bool leaves_out;               // edges that are fast
-static bool edge_came;                // since reference_overdue() looked at the time
 #endif
+static bool edge_came; // since reference_overdue() looked at the time
 
 // A pixel is decoded when an edge has come that lies one edge and so many ticks before the pixel,
 // as far as the stream's marks go.
@@ -123,14 +123,11 @@ static inline bool too_many(void)
 // Restart the time-out. A round later is soon enough but for a lock, which bridges a missing edge.
 static inline void restart_time_out(bool locks)
 {
-#if SEVERAL_AXES
-    if (!locks) {
+    if (locks) {
+        reference_await_edge();
+    } else {
         edge_came = true;
-        return;
     }
-#endif
-    (void)locks;
-    reference_await_edge();
 }
 
 // The clock's period by one more edge. Edges that come as fast as they are taken are not measured
@@ -221,13 +218,11 @@ bool reference_overdue(void)
     const struct lock_grid *grid = lock_grid_now();
     uint16_t eighths = 12;
 
-#if SEVERAL_AXES
     if (edge_came) {
         edge_came = false;
         reference_await_edge();
         return false;
     }
-#endif
     if (grid->locks) {
         eighths = (uint16_t)(11u + 8u * grid->filter.bridged);
     }

@@ -3,13 +3,20 @@
 // the step engine of the clock's axis was. The assembler reads this file, too.
 #pragma once
 
+#include "build_features.h" // SEVERAL_AXES
+
 // Of struct captured_edge: the offsets of its members, bytes.
-#define CAPTURED_EDGE_SIZE        7
 #define CAPTURED_EDGE_TICKS       0
 #define CAPTURED_EDGE_TAIL        2
 #define CAPTURED_EDGE_LEFT_OR_CUT 3
 #define CAPTURED_EDGE_IDLE_COUNT  4
-#define CAPTURED_EDGE_NOTES       6
+#if SEVERAL_AXES
+#define CAPTURED_EDGE_NOTES 6
+#define CAPTURED_EDGE_SIZE  7
+#else
+#define CAPTURED_EDGE_NOTES 5
+#define CAPTURED_EDGE_SIZE  6
+#endif
 
 // Bits of its notes. BACK: how many periods the edge lies back from the one that the engine loaded
 // last. WAS_PARKED: the axis was, and idle_count is the coarse clock's low 16 bits. CUT: of the
@@ -32,7 +39,12 @@ struct captured_edge {
     // is 0.
     uint8_t tail;
     int8_t left_or_cut;
+#if SEVERAL_AXES
     uint16_t idle_count;
+#else
+    // Its low byte: an edge does not wait for as long as 256 idle periods, 65 ms.
+    uint8_t idle_count;
+#endif
     // CAPTURED_EDGE_BACK and the others.
     uint8_t notes;
 };

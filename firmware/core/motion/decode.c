@@ -10,20 +10,20 @@
 
 // Entries of the ring that must be free for a round of decoding to begin: with a few steps at a
 // time the calls would cost more than the decoding.
-#define DECODE_ROOM 64u
-_Static_assert(CURVED_PIXEL_MAX_STEPS <= DECODE_ROOM,
+#define DECODE_ROOM 40u
+// With several axes inside a curve only: what all of them have in their rings is what the pieces
+// that begin at one pixel edge may take.
+#define DECODE_ROOM_PIECE (SEVERAL_AXES ? 64u : DECODE_ROOM)
+_Static_assert(!SEVERAL_AXES || CURVED_PIXEL_MAX_STEPS <= DECODE_ROOM_PIECE,
                "nobody notes the room that a curved pixel waits for");
-// With several axes a curve is gone on with sooner: what all of them have in their rings is what
-// the pieces that begin at one pixel edge may take.
-#define DECODE_ROOM_CURVE 40u
 // A round of decoding ends when fewer entries than this are free.
-#define DECODE_ROOM_LEFT (SEVERAL_AXES ? 20u : 32u)
+#define DECODE_ROOM_LEFT 20u
 _Static_assert(DECODE_ROOM_LEFT > FEED_BURST, "a step fits");
 // A round of decoding must stay short: the bus and the starts of lines wait for it. Costs in units
 // of a step of a flat curve, about 60 cycles.
 #define STEEP_STEP_SHIFT 1u
 #define CURVED_STEP_COST 12u
-#define SLOW_STEP_COST   36u // found by the slow path
+#define SLOW_STEP_COST   (SEVERAL_AXES ? 36u : 24u) // found by the slow path
 #define TRAIN_COST       12u
 #define PUMP_COST        6u // a part of a long interval, some 330 cycles
 #define PIECE_COST       (SEVERAL_AXES ? 30u : 1u) // to begin a piece
@@ -57,7 +57,7 @@ static void begin_piece(struct axis *axis)
     axis->phase = DECODE_STEPS;
 }
 
-uint32_t decode_ahead_ticks(const struct axis *axis)
+APART uint32_t decode_ahead_ticks(const struct axis *axis)
 {
     uint32_t ahead = axis->feed.stream.end_ticks - axis->ledger.loaded_ticks;
 
@@ -104,12 +104,13 @@ static bool next_piece(struct axis *axis,
 // each other from train to train leave no room for them.
 static uint8_t to_stagger(const struct axis *axis)
 {
+    uint8_t stagger = axis_stagger(axis);
     uint16_t taken = walk_taken(&axis->walk);
 
-    if (axis->stagger != 0 && axis->walk.steps.even.base_ticks < TRAIN_ENTRY_MIN_TICKS) {
+    if (taken >= stagger || axis->walk.steps.even.base_ticks < TRAIN_ENTRY_MIN_TICKS) {
         return 0;
     }
-    return taken >= axis->stagger ? 0 : (uint8_t)(axis->stagger - taken);
+    return (uint8_t)(stagger - taken);
 }
 
 // True when the next steps can be handed over as a pulse train.
@@ -136,9 +137,10 @@ static bool train_awaited(const struct axis *axis)
 // Entries that must be free for decode_axis() to begin.
 static inline uint8_t room_to_begin(const struct axis *axis)
 {
-    return SEVERAL_AXES && axis->phase == DECODE_STEPS && axis->walk.curved
-               ? DECODE_ROOM_CURVE
-               : DECODE_ROOM;
+    if (SEVERAL_AXES && axis->phase == DECODE_STEPS && axis->walk.curved) {
+        return DECODE_ROOM;
+    }
+    return DECODE_ROOM_PIECE;
 }
 
 bool decode_is_ahead(const struct axis *axis)
@@ -278,7 +280,7 @@ static uint8_t decode_step(struct axis *axis)
 
     feed_step(&axis->feed, ticks, axis->piece.negative);
     pass_step(axis);
-    if (SEVERAL_AXES && cost_shift(axis) != 0) {
+    if (cost_shift(axis) != 0) {
         return SLOW_STEP_COST;
     }
     return axis->walk.curved ? CURVED_STEP_COST : 1u;
@@ -320,7 +322,7 @@ static uint8_t decode_train_pixel(struct axis *axis)
                               &axis->walk.steps.even,
                               &axis->feed.stream,
                               axis->feed.negative,
-                              axis->stagger)) {
+                              axis_stagger(axis))) {
     case TRAIN_PIXEL_DONE:
         return TRAIN_PIXEL_COST;
     case TRAIN_PIXEL_WAITS:

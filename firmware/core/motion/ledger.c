@@ -282,7 +282,7 @@ static inline void ledger_arrive(struct ledger *ledger,
     if (ledger->train != LEDGER_NO_TRAIN) {
         arrive_in_train(ledger, stream, sample);
     }
-    if (!SEVERAL_AXES || stream_mark_within(stream, 0)) {
+    if (stream_mark_within(stream, 0)) {
         pass_marks(ledger, stream);
     }
 }

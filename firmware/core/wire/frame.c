@@ -107,13 +107,14 @@ static bool is_over(const struct frame *frame, bool ended)
 enum frame_status frame_look(struct frame *frame, bool ended, uint8_t address)
 {
     uint16_t received = frame->received;
-    uint8_t function = frame->bytes[1];
-    uint8_t rule = frame_rule(function);
-    bool foreign = frame->bytes[0] != address && frame->bytes[0] != 0;
 
     if (received == 0) {
         return FRAME_PARTIAL;
     }
+    uint8_t function = frame->bytes[1];
+    uint8_t rule = frame_rule(function);
+    bool foreign = frame->bytes[0] != address && frame->bytes[0] != 0;
+
     // A wrong checksum may just mean a frame of another shape, so that the frame is only bad when
     // nothing more follows.
     if (ends_by(frame, rule) || (foreign && ends_by(frame, reply_rule(function, rule))) ||

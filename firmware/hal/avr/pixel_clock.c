@@ -7,14 +7,17 @@
 #include "config.h"     // CONFIG_*
 #include "hal/avr/capture_queue.h"
 #include "hal/avr/flag_bits.h"   // FLAG_*
+#include "hal/avr/step_isr.h"    // step_engines
 #include "hal/avr/step_parked.h" // step_parked_idle_count_at
 
 struct capture_queue pixel_clock_edges;
 
 #if CONFIG_AXES > 1
 // The edge of a parked axis has a period of its own, whatever has begun since.
-static void place_parked(const struct captured_edge *entry, struct pixel_capture *capture)
+static inline void place_idle(const struct captured_edge *entry,
+                              struct pixel_capture *capture)
 {
+    capture->sample.idle_count = entry->idle_count;
     if ((entry->notes & CAPTURED_EDGE_WAS_PARKED) != 0) {
         capture->back = 1;
         capture->sample.idle_count = step_parked_idle_count_at(
@@ -22,10 +25,17 @@ static void place_parked(const struct captured_edge *entry, struct pixel_capture
     }
 }
 #else
-static void place_parked(const struct captured_edge *entry, struct pixel_capture *capture)
+// The engine has counted less than 256 periods since.
+static inline void place_idle(const struct captured_edge *entry,
+                              struct pixel_capture *capture)
 {
-    (void)entry;
-    (void)capture;
+    uint16_t now = 0;
+
+    ATOMIC_BLOCK(ATOMIC_FORCEON)
+    {
+        now = step_engines[CONFIG_PIXEL_CLOCK_AXIS].idle_count;
+    }
+    capture->sample.idle_count = (uint16_t)(now - (uint8_t)(now - entry->idle_count));
 }
 #endif
 
@@ -70,8 +80,7 @@ bool pixel_clock_take(struct pixel_capture *capture)
     capture->sample.left = step_engine_size(left_or_cut);
     capture->sample.cut = cut;
     capture->sample.train = !cut && left_or_cut < 0;
-    capture->sample.idle_count = entry->idle_count;
-    place_parked(entry, capture);
+    place_idle(entry, capture);
     pixel_clock_edges.tail = (uint8_t)(tail + 1u);
     return true;
 }

@@ -79,7 +79,8 @@
 #define ENGINE (step_engines + CONFIG_PIXEL_CLOCK_AXIS * STEP_ISR_ENGINE_SIZE)
 #define QUEUE  pixel_clock_edges
 
-; Z is the address of the queue's free entry, its index times 7; to `full` if none is. Uses r24.
+; Z is the address of the queue's free entry, its index times CAPTURED_EDGE_SIZE; to `full` if none
+; is. Uses r24.
 .macro find_place full
     lds r24, QUEUE + CAPTURE_QUEUE_HEAD
     lds r30, QUEUE + CAPTURE_QUEUE_TAIL
@@ -90,9 +91,15 @@
 .Lroom:
     andi r24, CONFIG_CLOCK_EDGES - 1
     mov r30, r24
+#if CONFIG_AXES == 1
+    lsl r30
+    add r30, r24
+    lsl r30
+#else
     swap r30
     lsr r30
     sub r30, r24
+#endif
     ldi r31, 0
     subi r30, lo8(-(QUEUE + CAPTURE_QUEUE_ENTRIES))
     sbci r31, hi8(-(QUEUE + CAPTURE_QUEUE_ENTRIES))
@@ -194,8 +201,10 @@ VECTOR:
     lds r21, EDGE_HIGH
     lds r24, ENGINE + STEP_ISR_TRAIN_HIGH
     sts TOP_HIGH, r24
+#if CONFIG_AXES > 1
     lds r18, ENGINE + STEP_ISR_IDLE_COUNT
     lds r24, ENGINE + STEP_ISR_IDLE_COUNT + 1
+#endif
     in r19, TIMER_FLAGS
     sei
     sbrs r19, CAPTURED
@@ -226,11 +235,13 @@ VECTOR:
     ldi r19, 1
 #endif
 .Lplaced:
-    lds r20, QUEUE + CAPTURE_FIRST_IDLE_LOW ; the idle count of then: r24:r18 is that of now
-    cp r18, r20
-    sbci r24, 0
+    lds r20, QUEUE + CAPTURE_FIRST_IDLE_LOW
     std Z + CAPTURED_EDGE_IDLE_COUNT, r20
+#if CONFIG_AXES > 1
+    cp r18, r20                         ; the idle count of then: r24:r18 is that of now
+    sbci r24, 0
     std Z + CAPTURED_EDGE_IDLE_COUNT + 1, r24
+#endif
     lds r20, QUEUE + CAPTURE_FIRST_TAIL
     std Z + CAPTURED_EDGE_TAIL, r20
     lds r18, QUEUE + CAPTURE_FIRST_LEFT

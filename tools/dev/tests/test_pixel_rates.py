@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: MIT
 """Pixel clocks of kilohertz and smooth rates that the images keep: every edge right, no fault."""
 
+import random
 from fractions import Fraction
 
 import pytest
 
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation import judge, simrun
-from pixstep_dev.bench import clocks, rates
+from pixstep_dev.bench import clocks, lines, rates
 from pixstep_dev.bench.drive import Run
 from pixstep_dev.bench.trial import attempt
 
@@ -26,7 +27,8 @@ def assert_clean(board, axes, line, hz, serial_load):
 @pytest.mark.parametrize(
     ("board", "axes", "steps", "hz", "serial_load"),
     [
-        ("uno", 1, 20, 4900, False),
+        ("uno", 1, 20, 5000, False),
+        ("uno", 1, 20, 3500, True),
         ("uno", 1, 110, 1000, False),
         ("mega", 4, 20, 1500, True),
         ("mega", 4, 10, 2000, True),
@@ -48,7 +50,7 @@ def test_axes_of_one_count_keep_up_with_the_clock(board, axes, steps, hz, serial
         ("mega", 4, "streamed", 20, 1650),
         ("mega", 4, "mixed", 20, 2000),
         ("m1284", 2, "streamed", 20, 3000),
-        ("uno", 1, "streamed", 20, 1800),
+        ("uno", 1, "streamed", 20, 3000),
     ],
 )
 def test_axes_with_counts_of_their_own_keep_up_with_the_clock(board, axes, motion, steps, hz):
@@ -84,3 +86,20 @@ def test_axes_keep_up_with_a_clock_that_is_off(tmp_path, ppm):
 def test_smooth_axes_keep_up(board, axes, steps_per_s, hz, serial_load):
     line = rates.line_of("smooth", steps_per_s // hz // 2 * 2, Fraction(hz), 2.0)
     assert_clean(board, axes, line, hz, serial_load)
+
+
+# Slow steps are found one by one, by long calculations, while the clock's edges wait: boundary
+# speeds wander through small numbers of steps a pixel.
+@pytest.mark.parametrize(("hz", "divider"), [(3000, 5), (4000, 30), (4500, 20)])
+@pytest.mark.parametrize("sync", ["start", "lock"])
+def test_slow_smooth_lines_of_a_divided_clock(tmp_path, hz, divider, sync):
+    some = random.Random(hz)
+    speeds = [0]
+    for _ in range(hz // divider):
+        speeds.append(max(2, min(16, speeds[-1] + some.choice((-2, 0, 2)))))
+    speeds += range(speeds[-1] - 2, -1, -2)
+    line = lines.smooth(speeds)
+    job = simrun.Job("uno", {0: line}, Fraction(hz), divider=divider, sync=sync, baud=500_000)
+    result = simrun.run_job(job, tmp_path)
+    assert result.trouble == []
+    assert judge.judge(result).summary["reasons"] == []
