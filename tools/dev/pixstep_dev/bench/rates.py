@@ -17,7 +17,8 @@ from pixstep_dev.bench.trial import Trial, attempt
 NAME = "rates"
 CLOCKS = (Fraction(30), Fraction(100))  # Hz; the first is the printer's
 MOTIONS = ("constant", "smooth", "ramp and hold")
-_LOADED = (1.0, 0.98, 0.95, 0.9, 0.75, 0.7, 0.6, 0.5)  # of the clean rate, tried under serial load
+# Of the clean rate, tried under serial load.
+_LOADED = (1.0, 0.98, 0.95, 0.9, 0.85, 0.8, 0.75, 0.7, 0.6, 0.5)
 
 
 def tasks() -> list[Task]:
