@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "motion/lock_grid.h"
 
+#include <stddef.h> // offsetof
+
 #include "base/apart.h"     // APART
 #include "base/multiply.h"  // multiply_u32_u16
 #include "build_features.h" // FEATURE_CLOCK_STATISTICS
+#include "motion/lock_grid_layout.h"
 
 #define INDEX(number) ((uint8_t)(number) & (LOCK_GRID_EDGES - 1u))
 
-static struct lock_grid lock_grid;
+struct lock_grid lock_grid;
 
 struct lock_grid *lock_grid_now(void)
 {
@@ -27,14 +30,6 @@ void line_grid_start_locked(struct line_grid *grid)
     grid->reached = (struct fine_ticks){.ticks = 0};
 }
 
-static uint32_t time_of(uint16_t number)
-{
-    while ((int16_t)(number - lock_grid.newest) > 0) {
-        (void)lock_grid_next();
-    }
-    return lock_grid.times[INDEX(number)];
-}
-
 APART void lock_grid_tolerate(uint32_t tolerance_ticks)
 {
     struct lock_grid *grid = &lock_grid;
@@ -47,13 +42,12 @@ APART void lock_grid_tolerate(uint32_t tolerance_ticks)
     grid->slack_ticks = slack;
 }
 
-// The length of a locked pixel. What the grid has moved is made up for within the limits of a
-// pixel: a line that was checked is never too fast.
-static uint32_t limit(uint32_t ticks)
+// The length of a locked pixel that would be so long. What the grid has moved is made up for within
+// the limits of a pixel: a line that was checked is never too fast.
+static uint32_t limited(uint32_t ticks)
 {
-    const struct lock_grid *grid = &lock_grid;
-    uint32_t shortest_ticks = lock_grid_shortest(grid);
-    uint32_t longest_ticks = grid->pixel.whole_ticks + grid->slack_ticks;
+    uint32_t shortest_ticks = lock_grid_shortest(&lock_grid);
+    uint32_t longest_ticks = lock_grid.pixel.whole_ticks + lock_grid.slack_ticks;
 
     if ((int32_t)(ticks - shortest_ticks) < 0) {
         return shortest_ticks;
@@ -61,21 +55,56 @@ static uint32_t limit(uint32_t ticks)
     return ticks > longest_ticks ? longest_ticks : ticks;
 }
 
-uint32_t line_grid_advance(struct line_grid *grid)
+uint32_t line_grid_limit(struct line_grid *grid, uint32_t ticks)
 {
-    if (grid->mode == LINE_GRID_EXACT) {
-        return pixel_grid_advance(&grid->exact);
-    }
+    uint32_t allowed_ticks = limited(ticks);
+
+    grid->reached.ticks += allowed_ticks - ticks;
+    return allowed_ticks;
+}
+
+uint32_t line_grid_wait(struct line_grid *grid)
+{
     uint32_t before = grid->reached.ticks;
 
     grid->edge++;
-    if (grid->mode == LINE_GRID_WAITS) {
-        fine_add(&grid->reached, &lock_grid.waiting);
-    } else {
-        grid->reached.ticks = before + limit(time_of(grid->edge) - before);
-    }
+    fine_add(&grid->reached, &lock_grid.waiting);
     return grid->reached.ticks - before;
 }
+
+#if defined(__AVR__) && SEVERAL_AXES
+_Static_assert(offsetof(struct line_grid, mode) == LINE_GRID_MODE &&
+                   offsetof(struct line_grid, edge) == LINE_GRID_EDGE &&
+                   offsetof(struct line_grid, exact) == LINE_GRID_EXACT_GRID &&
+                   offsetof(struct line_grid, reached.ticks) == LINE_GRID_REACHED &&
+                   LINE_GRID_LOCKED == LINE_GRID_MODE_LOCKED && LINE_GRID_EXACT == 0 &&
+                   offsetof(struct lock_grid, newest) == LOCK_GRID_NEWEST &&
+                   offsetof(struct lock_grid, slack_ticks) == LOCK_GRID_SLACK &&
+                   offsetof(struct lock_grid, pixel.whole_ticks) == LOCK_GRID_WHOLE &&
+                   offsetof(struct lock_grid, times) == LOCK_GRID_TIMES,
+               "known to line_grid_advance.S");
+#else
+static uint32_t time_of(uint16_t number)
+{
+    while ((int16_t)(number - lock_grid.newest) > 0) {
+        (void)lock_grid_next();
+    }
+    return lock_grid.times[INDEX(number)];
+}
+
+uint32_t line_grid_advance(struct line_grid *grid)
+{
+    if (grid->mode != LINE_GRID_LOCKED) {
+        return grid->mode == LINE_GRID_EXACT ? pixel_grid_advance(&grid->exact)
+                                             : line_grid_wait(grid);
+    }
+    grid->edge++;
+    uint32_t ticks = time_of(grid->edge) - grid->reached.ticks;
+
+    grid->reached.ticks += ticks;
+    return line_grid_limit(grid, ticks);
+}
+#endif
 
 bool line_grid_early(const struct line_grid *grid, bool runs_ahead)
 {

@@ -24,7 +24,7 @@
 // Pixel edges whose times are kept, a power of two, for axes that are not decoded equally far: more
 // than any axis is decoded ahead. The build sets 1 where there is one axis.
 #if !defined(LOCK_GRID_EDGES)
-#define LOCK_GRID_EDGES 16u
+#define LOCK_GRID_EDGES 16
 #endif
 
 // Highest bit of a divider.
@@ -91,7 +91,8 @@ struct line_grid {
     };
 };
 
-// The board's grid.
+// The board's grid. The assembler names it, too.
+extern struct lock_grid lock_grid;
 struct lock_grid *lock_grid_now(void);
 
 // The period of the clock may be so much longer or shorter than nominal. Call it when `pixel` and
@@ -111,6 +112,12 @@ static inline bool line_grid_locked(const struct line_grid *grid)
 
 // Go to the next pixel edge. Returns the ticks from the one before.
 uint32_t line_grid_advance(struct line_grid *grid);
+
+// Parts of it. The line has come to an edge of the clock's by a pixel of so many ticks: shift the
+// edge until the pixel keeps to its limits. Returns the ticks that it has now.
+uint32_t line_grid_limit(struct line_grid *grid, uint32_t ticks);
+// The line waits for line zero: a pixel of the period that is held.
+uint32_t line_grid_wait(struct line_grid *grid);
 
 // True when the clock has not come near enough to the edge reached for the line to go on. A line
 // whose pieces run ahead of the pixels must go on a pixel earlier.
