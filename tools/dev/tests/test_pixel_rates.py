@@ -63,12 +63,18 @@ def test_axes_with_counts_of_their_own_keep_up_with_the_clock(board, axes, motio
 # Any real clock drifts away from lines that only begin on it: each edge has an error then, which
 # all records take. A locked line's pixels are measured one by one.
 @pytest.mark.parametrize(
-    ("hz", "sync", "ppm"), [(1900, "start", -100), (1900, "start", 100), (1500, "lock", 100)]
+    ("board", "axes", "motion", "hz", "sync", "ppm"),
+    [
+        ("mega", 4, "mixed", 1900, "start", -100),
+        ("mega", 4, "mixed", 1900, "start", 100),
+        ("mega", 4, "mixed", 1500, "lock", 100),
+        ("uno", 1, "one count", 3500, "lock", -100),
+    ],
 )
-def test_axes_keep_up_with_a_clock_that_is_off(tmp_path, hz, sync, ppm):
-    case = clocks.Case("mega", 4, "mixed", 20)
-    own = {axis: case.line(hz, 2.0, axis) for axis in range(4)}
-    job = simrun.Job("mega", own, Fraction(hz), sync=sync, pixel_ppm=ppm, baud=500_000)
+def test_axes_keep_up_with_a_clock_that_is_off(tmp_path, board, axes, motion, hz, sync, ppm):
+    case = clocks.Case(board, axes, motion, 20)
+    own = {axis: case.line(hz, 2.0, axis) for axis in range(axes)}
+    job = simrun.Job(board, own, Fraction(hz), sync=sync, pixel_ppm=ppm, baud=500_000)
     result = simrun.run_job(job, tmp_path)
     assert result.trouble == []
     assert judge.judge(result).summary["reasons"] == []

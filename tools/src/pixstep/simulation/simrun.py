@@ -37,7 +37,7 @@ from pixstep.simulation.summary import Stats
 
 FREE, START, LOCK = regs.SYNCS  # what a line is to the pixel clock
 _ALL_RECORDS_HZ = 100  # of pixels: up to here a host reads every record,
-_ALL_LOADED_HZ = 60  # and up to here those of several axes where other requests saturate the line
+_ALL_LOADED_HZ = 60  # and up to here where other requests saturate the line
 _LOOK_S = 0.5  # between two looks at records, at most,
 _KEPT = 0.8  # and from one look to the next this share of the time for which the board keeps them
 _KEPT_LOADED = 0.5  # where other requests saturate the line
@@ -181,8 +181,7 @@ def run_job(job: Job, out: Path, progress: Progress = unseen) -> RunResult:
 
 def _record_every(job: Job, capacity: int) -> int:
     """Return every how many pixels a record can be read before the board overwrites it."""
-    several = job.serial_load and len(job.lines) > 1
-    if job.line_hz <= (_ALL_LOADED_HZ if several else _ALL_RECORDS_HZ):
+    if job.line_hz <= (_ALL_LOADED_HZ if job.serial_load else _ALL_RECORDS_HZ):
         return 1
     looks_s = _READING_S * max(_REST, BAUD / job.baud) * (_LOADED if job.serial_load else 1)
     unread = job.line_hz * (_LOOK_S + len(job.lines) * looks_s)
