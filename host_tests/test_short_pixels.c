@@ -14,6 +14,8 @@
 #include "unity.h"
 
 #define PIXELS 40u
+// Of a pixel that is written as one pulse train (train_pixel.c).
+#define MOST_TRAIN_STEPS 2032
 
 static int16_t counts[PIXELS + 1u];
 static uint8_t pixels;
@@ -587,6 +589,20 @@ static void pixels_of_many_steps_and_awkward_intervals(void)
     }
 }
 
+// The most entries that such a pixel can have, when the ring is nearly full of single periods.
+static void a_pixel_of_the_most_steps_behind_a_full_ring(void)
+{
+    stagger = 6;
+    pixels = 24;
+    for (int16_t few = 17; few <= 24; few++) {
+        for (uint8_t i = 0; i < pixels; i++) {
+            counts[i] = few;
+        }
+        counts[20] = MOST_TRAIN_STEPS;
+        check_line(29, 1, false, 0);
+    }
+}
+
 // A smooth line turns from acceleration to even pixels and back.
 static void smooth_pixels_of_many_steps(void)
 {
@@ -612,6 +628,7 @@ int main(void)
     RUN_TEST(the_account_waits_outside_batches);
     RUN_TEST(pixels_of_many_even_steps);
     RUN_TEST(pixels_of_many_steps_and_awkward_intervals);
+    RUN_TEST(a_pixel_of_the_most_steps_behind_a_full_ring);
     RUN_TEST(smooth_pixels_of_many_steps);
     return UNITY_END();
 }

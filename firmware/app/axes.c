@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: MIT
 #include "app/axes.h"
 
-#include "app/token.h"       // token_set
-#include "base/apart.h"      // APART
-#include "hal/cpu.h"         // cpu_section
-#include "hal/pixel_clock.h" // pixel_clock_waiting
-#include "hal/step_timer.h"  // step_timer_*
-#include "hal/switches.h"    // switch_capture_waiting
+#include "app/token.h"          // token_set
+#include "base/apart.h"         // APART
+#include "hal/cpu.h"            // cpu_section
+#include "hal/pixel_clock.h"    // pixel_clock_waiting
+#include "hal/step_timer.h"     // step_timer_*
+#include "hal/switches.h"       // switch_capture_waiting
+#include "motion/train_pixel.h" // TRAIN_STAGGER_MAX
 
 // All axes cross a pixel edge at the same time. A step interrupt takes longer to begin a pulse
 // train than to continue one, so that the axes begin their trains some steps apart.
 #define TRAIN_STAGGER_STEPS 2u
+_Static_assert(TRAIN_STAGGER_STEPS *(CONFIG_AXES - 1u) <= TRAIN_STAGGER_MAX,
+               "known to train_pixel.c");
 
 static struct axis axes[CONFIG_AXES];
 static uint8_t queue_bytes[CONFIG_AXES][CONFIG_QUEUE_BYTES];

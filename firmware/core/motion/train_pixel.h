@@ -28,6 +28,9 @@ struct line;
 // are for the steps that a shorter train leaves no time to wait for.
 #define TRAIN_WAIT_TICKS ((uint32_t)0x2000)
 
+// The most steps in front of a train.
+#define TRAIN_STAGGER_MAX 8u
+
 // What became of the next pixel.
 enum train_pixel {
     // The next pixel is no such one.
@@ -40,7 +43,7 @@ enum train_pixel {
 
 // Write the line's next pixel if its steps are many and even, in the direction of the steps before
 // it. even: of the last such pixel; whatever stands there may stand there. stagger: steps in front
-// of the train. Only after even_pixels_write() found another pixel than its own, where that may be
+// of the train, TRAIN_STAGGER_MAX at most. Only after even_pixels_write() found another pixel than its own, where that may be
 // asked, and when the pixel has its length (line_is_early() is false).
 enum train_pixel train_pixel_write(struct line *line,
                                    struct even *even,
