@@ -43,8 +43,8 @@ enum train_pixel {
 
 // Write the line's next pixel if its steps are many and even, in the direction of the steps before
 // it. even: of the last such pixel; whatever stands there may stand there. stagger: steps in front
-// of the train, TRAIN_STAGGER_MAX at most. Only after even_pixels_write() found another pixel than its own, where that may be
-// asked, and when the pixel has its length (line_is_early() is false).
+// of the train, TRAIN_STAGGER_MAX at most. Only after even_pixels_write() found another pixel than
+// its own, where that may be asked, and when the pixel has its length (line_is_early() is false).
 enum train_pixel train_pixel_write(struct line *line,
                                    struct even *even,
                                    struct stream *stream,
