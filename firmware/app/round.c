@@ -19,7 +19,6 @@
 #include "base/apart.h"      // APART
 #include "hal/cpu.h"         // cpu_section
 #include "hal/estop.h"       // estop_latched
-#include "hal/pixel_clock.h" // pixel_clock_half_full
 #include "hal/step_timer.h"  // step_timer_*
 #include "motion/decode.h"   // decode_*
 

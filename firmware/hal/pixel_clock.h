@@ -31,9 +31,6 @@ struct pixel_capture {
 // younger than any capture still to come.
 bool pixel_clock_waiting(void);
 
-// Half of the edges that can wait do: the next ones may soon find no room.
-bool pixel_clock_half_full(void);
-
 // The oldest captured edge, as it waits. Only when one does.
 const struct captured_edge *pixel_clock_oldest(void);
 

@@ -95,11 +95,6 @@ bool pixel_clock_waiting(void)
     return false;
 }
 
-bool pixel_clock_half_full(void)
-{
-    return false;
-}
-
 const struct captured_edge *pixel_clock_oldest(void)
 {
     static const struct captured_edge none;

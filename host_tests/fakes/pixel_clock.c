@@ -72,11 +72,6 @@ bool pixel_clock_waiting(void)
     return queued != 0;
 }
 
-bool pixel_clock_half_full(void)
-{
-    return queued >= CONFIG_CLOCK_EDGES / 2u;
-}
-
 const struct captured_edge *pixel_clock_oldest(void)
 {
     static struct captured_edge oldest;

@@ -44,12 +44,6 @@ APART_SMALL bool pixel_clock_waiting(void)
     return pixel_clock_edges.head != pixel_clock_edges.tail;
 }
 
-bool pixel_clock_half_full(void)
-{
-    return (uint8_t)(pixel_clock_edges.head - pixel_clock_edges.tail) >=
-           CONFIG_CLOCK_EDGES / 2u;
-}
-
 const struct captured_edge *pixel_clock_oldest(void)
 {
     return &pixel_clock_edges.entries[pixel_clock_edges.tail & (CONFIG_CLOCK_EDGES - 1u)];
