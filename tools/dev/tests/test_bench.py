@@ -87,7 +87,7 @@ def test_lines_for_fast_clocks_are_what_they_are_called(motion, steps):
     line = clocks.line_of(motion, steps, 50)
     assert not linecheck.refused(linecheck.check(line))
     assert max(line.counts) == steps
-    assert (line.backlash != 0) == (motion == "ramps")
+    assert (line.backlash != 0) == (motion in ("smooth", "ramps"))
     assert (len(set(line.counts)) == 1) == (motion == "one count")
 
 

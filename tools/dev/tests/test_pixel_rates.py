@@ -60,6 +60,15 @@ def test_axes_with_counts_of_their_own_keep_up_with_the_clock(board, axes, motio
     assert trial.steps == sum(sum(case.line(hz, 2.0, axis).counts) for axis in range(axes))
 
 
+# A smooth line that takes up backlash and comes to its speed within a pixel.
+def test_a_smooth_line_keeps_up_with_the_clock():
+    case = clocks.Case("uno", 1, "smooth", 20)
+    trial = clocks.attempt(case, 5000, 2.0)
+    assert (trial.kind, trial.detail) == ("clean", "")
+    line = case.line(5000, 2.0)
+    assert trial.steps == line.total_steps > 20 * 5000 * 2.0
+
+
 # Any real clock drifts away from lines that only begin on it: each edge has an error then, which
 # all records take. A locked line's pixels are measured one by one.
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ from pixstep_dev.bench.trial import judge as judge_edges
 
 NAME = "clocks"
 STEPS = (10, 20)  # a pixel
-MOTIONS = ("one count", "ramps", "streamed", "mixed")
+MOTIONS = ("one count", "smooth", "ramps", "streamed", "mixed")
 _UNIT_HZ, _TOP_HZ = 50, 8000
 _STREAM_BAUD = 500_000
 _SPREAD = 2  # steps by which streamed counts differ; mixed ones are half as many at least
@@ -81,7 +81,7 @@ def line_of(motion: str, steps: int, pixels: int, seed: int = 0) -> Line:
         some = random.Random(seed)
         counts = tuple(some.randint(least, steps) for _ in range(pixels))
         return Line(counts, PLAIN, name="own counts")
-    up = list(range(0, steps, 2))
+    up = list(range(0, steps, 2)) if motion == "ramps" else [0]
     ramps = lines.smooth([*up, *[steps] * pixels, *reversed(up)])
     return Line((0, *ramps.counts), SMOOTH, backlash=_BACKLASH_STEPS, name="ramps")
 
@@ -135,8 +135,9 @@ FIGURE = Figure(
     NAME,
     "Highest pixel clock for pixels of few steps",
     "All axes at once, every edge exact for 2 s and no fault; searched in strides of 50 Hz. One "
-    "count: plain lines of so many steps in each pixel. Ramps: smooth lines that take up backlash, "
-    "speed up and slow down by 2 steps/pixel2. Streamed: each axis has counts of its own, up to 2 "
+    "count: plain lines of so many steps in each pixel. Smooth: smooth lines that take up backlash "
+    "and come to this speed, and from it, within a pixel. Ramps: the same, by 2 steps/pixel2. "
+    "Streamed: each axis has counts of its own, up to 2 "
     "steps lower, which a host sends at 500,000 baud while it reads positions and records "
     "(thinned). Mixed: the same, counts from half as many steps up. Beyond: how the next faster "
     "clock ends. Serial load: clean at this clock while the "
