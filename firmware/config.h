@@ -82,11 +82,7 @@
 #define CONFIG_REVERSAL_MARGIN_TICKS   ((uint32_t)BOARD_REVERSAL_MARGIN_TICKS)
 
 // Edges of the pixel clock that are captured and not taken.
-#if CONFIG_AXES == 1
 #define CONFIG_CLOCK_EDGES 8
-#else
-#define CONFIG_CLOCK_EDGES 8
-#endif
 
 // An axis's place in an array of axes: with a single one it is known when the image is built.
 #if CONFIG_AXES == 1

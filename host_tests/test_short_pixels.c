@@ -11,11 +11,10 @@
 #include "motion/decode.h"
 #include "motion/even_pixel.h"
 #include "motion/segment_pack.h"
+#include "motion/train_pixel.h" // TRAIN_PIXEL_MAX_STEPS
 #include "unity.h"
 
 #define PIXELS 40u
-// Of a pixel that is written as one pulse train (train_pixel.c).
-#define MOST_TRAIN_STEPS 2032
 
 static int16_t counts[PIXELS + 1u];
 static uint8_t pixels;
@@ -598,7 +597,7 @@ static void a_pixel_of_the_most_steps_behind_a_full_ring(void)
         for (uint8_t i = 0; i < pixels; i++) {
             counts[i] = few;
         }
-        counts[20] = MOST_TRAIN_STEPS;
+        counts[20] = (int16_t)TRAIN_PIXEL_MAX_STEPS;
         check_line(29, 1, false, 0);
     }
 }

@@ -333,7 +333,6 @@ bool clock_edges_allow(const struct axis *axis)
 
 void clock_edges_poll(void)
 {
-    // To ask first is worth the flash where there are several axes.
     if (!seek_has_clock_input() && pixel_clock_waiting()) {
         take_captures();
     }

@@ -453,7 +453,7 @@ void round_poll(void)
 {
     look_after_axes();
     decode_some();
-    // Few edges fit the queue of a single axis.
+    // Several axes take edges between two decodings (decode_in_turn()).
     if (CONFIG_AXES == 1) {
         clock_edges_poll();
     }

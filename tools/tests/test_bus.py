@@ -365,7 +365,7 @@ def others(master):
         ("uno", requests, 250_000, 100, 0),
         ("uno", others, 250_000, 100, 0),
         ("mega", requests, 1_000_000, 100, 5),
-        ("mega", requests, 250_000, 100, 2),
+        ("mega", requests, 250_000, 100, 0),
         ("mega", requests, 115_200, 100, 0),
         ("mega", others, 250_000, 100, 2),
         ("mega", others, 115_200, 100, 0),

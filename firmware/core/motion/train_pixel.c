@@ -5,10 +5,8 @@
 #include "motion/even_pixel.h" // EVEN_PIXEL_MAX_STEPS
 #include "motion/line.h"       // struct line
 
-// A pixel of more steps is another one.
-#define MAX_TRAIN_ENTRIES 16u
-#define MAX_STEPS         (MAX_TRAIN_ENTRIES * STEP_TRAIN_ENTRY_MAX)
-#define MAX_ENTRIES       (TRAIN_STAGGER_MAX + MAX_TRAIN_ENTRIES)
+// Of such a pixel, the steps in front of its train included.
+#define MAX_ENTRIES (TRAIN_STAGGER_MAX + TRAIN_PIXEL_MAX_ENTRIES)
 
 uint32_t train_pixel_singles(struct even *even, struct stream *stream, uint8_t count)
 {
@@ -63,8 +61,8 @@ APART enum train_pixel train_pixel_write(struct line *line,
     uint16_t steps = line_many_steps(line, negative);
 
     // Where a train has less room than the longest needs, it is written in parts, as a piece is.
-    if (steps <= EVEN_PIXEL_MAX_STEPS || steps > MAX_STEPS || stream_marks_full(stream) ||
-        stream_space(stream) < MAX_ENTRIES) {
+    if (steps <= EVEN_PIXEL_MAX_STEPS || steps > TRAIN_PIXEL_MAX_STEPS ||
+        stream_marks_full(stream) || stream_space(stream) < MAX_ENTRIES) {
         return TRAIN_PIXEL_OTHER;
     }
     if (!stream_train_free(stream)) {

@@ -31,6 +31,10 @@ struct line;
 // The most steps in front of a train.
 #define TRAIN_STAGGER_MAX 8u
 
+// The longest train of a whole pixel; one of more steps goes by way of pieces.
+#define TRAIN_PIXEL_MAX_ENTRIES 16u
+#define TRAIN_PIXEL_MAX_STEPS   (TRAIN_PIXEL_MAX_ENTRIES * STEP_TRAIN_ENTRY_MAX)
+
 // What became of the next pixel.
 enum train_pixel {
     // The next pixel is no such one.

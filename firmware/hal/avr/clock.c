@@ -12,24 +12,25 @@
 #if CONFIG_AXES == 1
 static volatile uint32_t clock_overflows;
 
-// Add 1 to a byte of the count; the next byte's turn is when this one has wrapped.
-#define COUNT(byte)                                                                      \
-    "lds r24, %[count] + " #byte "\n\t"                                                  \
-    "inc r24\n\t"                                                                        \
-    "sts %[count] + " #byte ", r24\n\t"                                                  \
-    "brne 1f\n\t"
-
 // Budget: 50 cycles, once a millisecond; 35 where one byte is enough. The step interrupts are let
-// in at once. Nobody asks for the fourth byte: clock_now_units() has no room for it.
+// in at once. A byte is counted up when the one below it has wrapped. Nobody asks for the fourth:
+// clock_now_units() has no room for it.
 ISR(TIMER0_OVF_vect, ISR_NAKED)
 {
     __asm__ volatile("sei\n\t"
                      "push r24\n\t"
                      "in r24, __SREG__\n\t"
-                     "push r24\n\t" COUNT(0) COUNT(1) COUNT(2) "1: pop r24\n\t"
-                                                               "out __SREG__, r24\n\t"
-                                                               "pop r24\n\t"
-                                                               "reti"
+                     "push r24\n\t"
+                     ".irp byte, 0, 1, 2\n\t"
+                     "lds r24, %[count] + \\byte\n\t"
+                     "inc r24\n\t"
+                     "sts %[count] + \\byte, r24\n\t"
+                     "brne 1f\n\t"
+                     ".endr\n"
+                     "1: pop r24\n\t"
+                     "out __SREG__, r24\n\t"
+                     "pop r24\n\t"
+                     "reti"
                      :
                      : [count] "i"(&clock_overflows));
 }

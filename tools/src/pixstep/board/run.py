@@ -192,13 +192,11 @@ def _stream(group: list[Lines], world: World, until_s: float, pixel_s: Mapping[i
     `pixel_s` is the pixel period of the boards whose lines are streamed, by unit.
     """
     while True:
-        next_s = world.now_s() + _STATUS_S
+        begun_s, rest_s = world.now_s(), _STATUS_S
         for lines in group:
-            begun_s = world.now_s()
             feed(lines.uploads)
-            rest_s = pause_s(lines.uploads, pixel_s.get(lines.board.unit, 0), _STATUS_S)
-            next_s = min(next_s, begun_s + rest_s)
-        world.wait(max(0.0, next_s - world.now_s()))
+            rest_s = pause_s(lines.uploads, pixel_s.get(lines.board.unit, 0), rest_s)
+        world.wait(max(0.0, begun_s + rest_s - world.now_s()))
         if world.now_s() >= until_s or not all(lines.board.moving() for lines in group):
             return
 

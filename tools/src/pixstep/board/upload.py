@@ -45,8 +45,8 @@ class Upload:
         state = state or board.axis(axis)
         self._block = state["next_block"]
         # Bytes that surely fit, a run being 4; None: to be asked for again.
-        self._free: int | None = state["queue_free"] * packing.MOST
         self._queue_bytes = state["queue_free"] * packing.MOST
+        self._free: int | None = self._queue_bytes
         self._open = 0  # entries of a block that may have been taken: its answer never came
         self.last: tuple[int, list[bytes]] | None = None
 
