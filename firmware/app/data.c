@@ -47,7 +47,7 @@ struct area {
 // The input registers that there are, in order.
 static const struct area input_areas[] IN_FLASH = {
     {0, REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE},
-    {REG_INPUT_fault_mask_high, REG_INPUT_smooth_min_interval_3_ticks + 1u},
+    {REG_INPUT_fault_mask_high, REG_INPUT_zero_edge + 1u},
     {REG_ROOM_BASE, REG_ROOM_BASE + CONFIG_AXES},
     {REG_RECORD_BASE, REG_RECORD_BASE + CONFIG_AXES * REG_RECORD_STRIDE},
 #if FEATURE_EVENTS
@@ -268,7 +268,7 @@ static APART enum modbus_exception write_settings(uint8_t address,
     return result;
 }
 
-// Mask, command and argument: a mask that is left out keeps its value, the rest is none.
+// Mask, command, argument and edge: a mask that is left out keeps its value, the rest is none.
 static APART enum modbus_exception write_order(uint8_t first,
                                                uint8_t count,
                                                const uint8_t *words)
@@ -277,7 +277,7 @@ static APART enum modbus_exception write_order(uint8_t first,
     uint16_t *word = &order.mask + first; // its words lie as the registers do
 
     for (; count != 0; count--) {
-        // The server has checked that the range ends with the argument, the last of three words.
+        // The server has checked that the range ends with the edge, the last of four words.
         *word = get_word(words); // NOLINT(clang-analyzer-security.ArrayBound)
         word++;
         words += 2;

@@ -47,7 +47,23 @@ struct near_edge reference_take_near(struct axis *axis);
 void reference_measure(bool fast_edges);
 #endif
 
-// The clock has run long enough for lines to be locked to it.
+// The number of the newest clock edge; it wraps. With lines that are locked to the clock it counts
+// edges that were bridged and leaves false ones out; else it counts what came, lost edges included.
+uint16_t reference_number(void);
+
+#if FEATURE_TOKENS
+// The time of that edge, ticks since the timers started; of a lock by its filter. Only while
+// reference_present().
+uint32_t reference_number_ticks(void);
+
+// A line whose line zero is so many edges ahead, or fewer, gets its place now.
+uint16_t reference_place_edges(void);
+#endif
+
+// So many edges came and were lost.
+void reference_count_lost(uint8_t edges);
+
+// The clock has run long enough for lines to be locked to it, or did before it came to rest.
 bool reference_settled(void);
 
 // An edge came whose time is not known. The clock is alive, but no distance to the next edge can be
@@ -58,7 +74,8 @@ void reference_edge_dropped(void);
 // compared with its plan.
 void reference_follow(uint32_t zero_ticks);
 
-// The clock rests, or its edges are not captured: the next edge belongs to no line.
+// The clock rests, or its edges are not captured: the next edge belongs to no line. A lock keeps
+// the period that it has measured.
 void reference_rest(void);
 
 // Restart the clock's time-out, as an edge does.

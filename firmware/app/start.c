@@ -4,9 +4,10 @@
 #include "app/axes.h"         // axes_*
 #include "app/drivers.h"      // drivers_settling
 #include "app/faults.h"       // faults_latch
+#include "app/mark.h"         // mark_*
 #include "app/reference.h"    // reference_*
 #include "app/settings.h"     // settings_now
-#include "app/token.h"        // token_now
+#include "app/token.h"        // token_*
 #include "app/witness.h"      // witness_excuse
 #include "base/apart.h"       // BY_POINTER
 #include "hal/step_timer.h"   // step_timer_*
@@ -57,6 +58,11 @@ static bool clocked_axis_in(uint8_t state)
 bool start_clocked_axis_runs(void)
 {
     return clocked_axis_in(AXIS_RUNNING);
+}
+
+bool start_clocked_axis_begun(void)
+{
+    return clocked_axis_in(AXIS_STARTING) || start_clocked_axis_runs();
 }
 
 // True when the clock's edges are counted for other lines already. Locked ones count from the
@@ -115,11 +121,11 @@ static APART bool held_back(void)
     return token_now() != 0 || drivers_settling();
 }
 
-// A clock edge is ignored until every waiting axis has filled its ring: the slow first steps of a
-// line take the most decoding, and only an axis at rest has the time for it.
-static bool all_ready(void)
+// The slow first steps of a line take the most decoding, and only an axis at rest has the time for
+// it: the ring is filled before line zero.
+bool start_ready(void)
 {
-    if (held_back() || (lock_grid_now()->locks && !reference_settled())) {
+    if (drivers_settling() || (lock_grid_now()->locks && !reference_settled())) {
         return false;
     }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
@@ -140,11 +146,10 @@ bool start_any_waits(void)
     return waits;
 }
 
-// Give every waiting axis this line zero. Returns how many pixel edges the line that was decoded
+// Give every waiting axis this line zero, pixel edge `number`. Returns how many pixel edges the line that was decoded
 // furthest has behind it.
-static uint16_t place_all(uint32_t zero)
+static uint16_t place_all(uint16_t number, uint32_t zero)
 {
-    uint16_t number = lock_grid_now()->newest;
     uint16_t most = 0;
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
@@ -193,18 +198,10 @@ static void note_followers(void)
 #define LINES_APART inline
 #endif
 
-// Every waiting line begins with a pixel that begins on the clock's edge behind this one.
-static LINES_APART void start_lines(uint32_t edge_ticks)
+// Every waiting line begins at this line zero, pixel edge `number` of the clock's grid.
+static void begin_at(uint16_t number, uint32_t zero, bool beside)
 {
-    // How far line zero is ahead is told by accounts that have come up to now.
-    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (waits_for_edge(i)) {
-            (void)axes_advance(i, LEDGER_EXACTLY);
-        }
-    }
-    bool beside = beside_others();
-    uint32_t zero = common_zero(edge_ticks, beside);
-    uint16_t decoded = place_all(zero);
+    uint16_t decoded = place_all(number, zero);
 
     // One line is the clock's reference; a later start does not take that away from it.
     if (!beside) {
@@ -218,9 +215,140 @@ static LINES_APART void start_lines(uint32_t edge_ticks)
     note_followers();
 }
 
+// Every waiting line begins with a pixel that begins on an edge of the clock's behind this one.
+static LINES_APART void start_lines(uint32_t edge_ticks)
+{
+    // How far line zero is ahead is told by accounts that have come up to now.
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if (waits_for_edge(i)) {
+            (void)axes_advance(i, LEDGER_EXACTLY);
+        }
+    }
+    bool beside = beside_others();
+    uint32_t zero = common_zero(edge_ticks, beside);
+
+    begin_at(lock_grid_now()->newest, zero, beside);
+}
+
+#if FEATURE_TOKENS
+#if CONFIG_AXES > 1
+// The number of the pixel edge that is this clock edge, where lines run that are locked to the
+// clock. *found: there is one. The grid is fixed at least so far.
+static uint16_t pixel_edge_of(uint16_t edge, bool *found)
+{
+    const struct lock_grid *grid = lock_grid_now();
+
+    while ((int16_t)(grid->newest_edge - edge) < 0) {
+        (void)lock_grid_next();
+    }
+    uint16_t number = grid->newest;
+    uint16_t at = grid->newest_edge;
+
+    while ((int16_t)(at - edge) > 0) {
+        at = (uint16_t)(at - grid->divider);
+        number--;
+    }
+    *found = at == edge && (uint16_t)(grid->newest - number) < LOCK_GRID_EDGES;
+    return number;
+}
+
+static bool begin_beside(uint16_t edge)
+{
+    bool found = false;
+    uint16_t number = pixel_edge_of(edge, &found);
+
+    if (found) {
+        begin_at(number, lock_grid_time(number), true);
+    }
+    return found;
+}
+#else
+static inline bool begin_beside(uint16_t edge)
+{
+    (void)edge;
+    return false;
+}
+#endif
+
+// The time of the edge that comes so many edges behind this one.
+static uint32_t time_ahead(uint32_t edge_ticks, uint16_t edges)
+{
+    struct pixel_grid plan;
+
+    if (lock_grid_now()->locks) {
+        return lock_grid_begin(edges);
+    }
+    pixel_grid_start(&plan, reference_period());
+    for (; edges != 0; edges--) {
+        edge_ticks += pixel_grid_advance(&plan);
+    }
+    return edge_ticks;
+}
+
+// Every waiting line begins on the edge that was named, once it is near. Returns false when lines
+// cannot begin there.
+static LINES_APART bool start_named(uint32_t edge_ticks)
+{
+    uint16_t edges = (uint16_t)(token_edge() - reference_number());
+
+    if ((int16_t)edges > (int16_t)reference_place_edges()) {
+        return true;
+    }
+    if ((int16_t)edges <= 0 || !start_ready()) {
+        return false;
+    }
+    mark_zero(token_edge());
+    bool beside = beside_others();
+
+    if (CONFIG_AXES > 1 && beside && lock_grid_now()->locks) {
+        return begin_beside(token_edge());
+    }
+    uint32_t zero = time_ahead(edge_ticks, edges);
+
+    begin_at(lock_grid_now()->newest, zero, beside);
+    return true;
+}
+
+bool start_can_go(uint16_t edge)
+{
+    int16_t ahead = (int16_t)(edge - reference_number());
+
+    return start_ready() &&
+           (!start_any_waits() || (edge != 0 && !mark_now()->disturbed &&
+                                   ahead > (int16_t)reference_place_edges()));
+}
+
+void start_go(uint16_t edge)
+{
+    token_set(0);
+    if (start_any_waits()) {
+        token_name_edge(edge);
+    }
+    reference_await_edge();
+}
+#else
+static inline bool start_named(uint32_t edge_ticks)
+{
+    (void)edge_ticks;
+    return true;
+}
+#endif
+
+bool start_may_wait(void)
+{
+    return (token_now() != 0 || token_edge_named()) && !start_clocked_axis_begun();
+}
+
 void start_on_edge(uint32_t edge_ticks)
 {
-    if (start_any_waits() && all_ready()) {
+    if (!start_any_waits()) {
+        return;
+    }
+    if (token_edge_named()) {
+        if (!start_named(edge_ticks)) {
+            faults_latch_plain(FAULT_start_late, axes_first_moving());
+        }
+    } else if (!held_back() && start_ready()) {
         start_lines(edge_ticks);
     }
 }

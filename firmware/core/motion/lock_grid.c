@@ -186,6 +186,13 @@ uint32_t lock_grid_next_to_come(void)
     return ticks;
 }
 
+#if SEVERAL_AXES
+uint32_t lock_grid_time(uint16_t number)
+{
+    return lock_grid.times[INDEX(number)];
+}
+#endif
+
 void line_grid_place(struct line_grid *grid, uint16_t number, uint32_t zero_ticks)
 {
     BY_POINTER_SMALL(grid);

@@ -173,6 +173,21 @@ bool uart_silent(void)
     return (TIFR2 & _BV(OCF2A)) != 0;
 }
 
+uint32_t uart_age_ticks(void)
+{
+    uint8_t count = 0;
+    bool overflowed = false;
+
+    // The overflow may come between the two reads.
+    do {
+        count = TCNT2;
+        overflowed = (TIFR2 & _BV(TOV2)) != 0;
+    } while (TCNT2 < count);
+    uint16_t counts = overflowed ? (uint16_t)(count + 256u) : count;
+
+    return (uint32_t)counts << (TCCR2B == COUNT_1024 ? 10u : 8u);
+}
+
 bool uart_holds(void)
 {
     return uart_place.next_byte != uart_place.first_byte;
