@@ -80,6 +80,7 @@ static bool open_board(const struct options *o, int index)
     }
     bench.boards++;
     board_seed(b, o->clock.seed);
+    pin_flaws_init(&bench.pin[index], o->clock.seed, (unsigned)index);
     if (!load_eeprom(b, o->eeprom_path[index])) {
         return false;
     }
@@ -134,6 +135,9 @@ static bool open_outputs(const struct options *o)
         return cannot_write(o->wire_log_path);
     }
     bench.bus.log = &bench.wire_log;
+    if (!csv_open(&bench.pin_log, o->pin_log_path, "cycle,board,edge")) {
+        return cannot_write(o->pin_log_path);
+    }
     return open_switch_log(o->switch_log_path);
 }
 
@@ -194,6 +198,7 @@ static int close_all(const struct options *o, int status)
     check_closed(serial_log_close(&bench.serial_log), o->serial_log_path, &status);
     check_closed(plant_log_close(&bench.plant_log), o->plant_log_path, &status);
     check_closed(csv_close(&bench.switch_log), o->switch_log_path, &status);
+    check_closed(csv_close(&bench.pin_log), o->pin_log_path, &status);
     check_closed(wire_log_close(&bench.wire_log), o->wire_log_path, &status);
     pixel_clock_close(&bench.clock);
     if (error != NULL) {
@@ -215,6 +220,8 @@ int main(int argc, char **argv)
     if (!open_outputs(&options) || !open_boards(&options)) {
         return 2;
     }
+    bench_power_up(
+        &bench, cpu_clock_cycles_of_ms(options.power_up_ms), options.clock.seed);
     (void)signal(SIGINT, on_signal);
     (void)signal(SIGTERM, on_signal);
     bench.wall_started_s = bench_wall_s();
