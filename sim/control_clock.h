@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The control protocol's commands for the pixel clock and each board's pin of it (control.h describes them).
+// The control protocol's commands for the pixel clock and each board's pin of it (control.h
+// describes them).
 #pragma once
 
 #include "control_words.h"

@@ -98,10 +98,16 @@ static bool open_boards(const struct options *o)
     return true;
 }
 
-static bool open_switch_log(const char *path)
+static bool open_plain_log(FILE **file, const char *path, const char *header)
 {
-    return csv_open(&bench.switch_log, path, "cycle,board,axis,switch,level") ||
-           cannot_write(path);
+    return csv_open(file, path, header) || cannot_write(path);
+}
+
+static bool open_plain_logs(const struct options *o)
+{
+    return open_plain_log(&bench.pin_log, o->pin_log_path, "cycle,board,edge") &&
+           open_plain_log(
+               &bench.switch_log, o->switch_log_path, "cycle,board,axis,switch,level");
 }
 
 static bool open_outputs(const struct options *o)
@@ -135,10 +141,7 @@ static bool open_outputs(const struct options *o)
         return cannot_write(o->wire_log_path);
     }
     bench.bus.log = &bench.wire_log;
-    if (!csv_open(&bench.pin_log, o->pin_log_path, "cycle,board,edge")) {
-        return cannot_write(o->pin_log_path);
-    }
-    return open_switch_log(o->switch_log_path);
+    return open_plain_logs(o);
 }
 
 static int run_ms(uint64_t ms)

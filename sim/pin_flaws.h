@@ -7,8 +7,8 @@
 //   this pin     /-\_______/-\__/-\____________/-\______      double 1, then miss 3
 //                 0         1          (2)      3
 //
-// A false edge is a short pulse between those of the clock. One that falls into a pulse of the clock
-// comes right after it; one without room before the next pulse is lost.
+// A false edge is a short pulse between those of the clock. One that falls into a pulse of the
+// clock comes right after it; one without room before the next pulse is lost.
 #pragma once
 
 #include <stdbool.h>

@@ -36,7 +36,9 @@ class PinTest(SimTest):
         count, *ticks = self.captured[board]
         self.assertEqual(count, len(pins[board]))
         seen = [(tick & 0x3FFF) for tick in ticks[:count]]
-        off = {(tick - cycle) % TOP_TICKS for tick, (cycle, _) in zip(seen, pins[board], strict=False)}
+        off = {
+            (tick - cycle) % TOP_TICKS for tick, (cycle, _) in zip(seen, pins[board], strict=False)
+        }
         self.assertEqual(len(off), 1, (seen, pins[board]))
 
 
@@ -139,9 +141,11 @@ class OnePin(PinTest):
 
     def test_what_is_refused(self):
         with Session(image("uno", "echo"), options=["--pixel-hz", "100"]) as sim:
-            for command in ("edge 1 miss 1", "edge 0 miss 0", "edge 0 miss", "edge 0 add 1 1000",
-                            "edge 0 add 1", "edge 0 jump 1", "edge 0 pulse at", "clock rest",
-                            "clock gate 3", "clock gate x 1", "clock jitter -1", "clock drop"):  # fmt: skip
+            for command in (
+                "edge 1 miss 1", "edge 0 miss 0", "edge 0 miss", "edge 0 add 1 1000",
+                "edge 0 add 1", "edge 0 jump 1", "edge 0 pulse at", "clock rest",
+                "clock gate 3", "clock gate x 1", "clock jitter -1", "clock drop",
+            ):  # fmt: skip
                 self.assertTrue(sim.ask(command).startswith("error "), command)
             for _ in range(32):
                 self.assertEqual(sim.ask("edge 0 miss 9"), "ok")

@@ -86,7 +86,9 @@ class _Gate(click.ParamType[tuple[int, float], tuple[int, float] | str]):
         except ValueError:
             self.fail(f"{value!r}: expected EDGES,REST_MS, as 512,20", param, ctx)
         if not (1 <= gate[0] < 1 << 32 and 0 <= gate[1] <= MOST_REST_MS):
-            self.fail(f"{value!r}: an edge at least, a rest of {MOST_REST_MS} ms at most", param, ctx)
+            self.fail(
+                f"{value!r}: an edge at least, a rest of {MOST_REST_MS} ms at most", param, ctx
+            )
         return gate
 
 

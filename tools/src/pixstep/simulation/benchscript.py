@@ -42,7 +42,8 @@ FORMS = {
     "press": "press home|minus|plus AXIS",
     "release": "release home|minus|plus AXIS",
     "estop": "estop press|release",
-    "clock": "clock 30Hz|stop|start|+300ppm|drop N|gate EDGES TIME|gate off|rest TIME|jitter TIME|false",
+    "clock": "clock 30Hz|stop|start|+300ppm|drop N|gate EDGES TIME|gate off|rest TIME|jitter TIME"
+    "|false",
     "load": "load AXIS PARAMETERS",
     "supply": "supply 5V|off|brownout",
     "reset": "reset",

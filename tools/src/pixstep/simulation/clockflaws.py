@@ -33,7 +33,7 @@ class ClockFlaws:
 
     @property
     def even(self) -> bool:
-        """True if all edges between two rests that are no false ones are where an even clock's are."""
+        """True if all edges but false ones are where an even clock with such rests has them."""
         return not (self.jitter_us or self.wander_ppm or self.step_ppm)
 
     def arguments(self) -> list[str]:
