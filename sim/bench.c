@@ -2,6 +2,7 @@
 
 #include "bench.h"
 
+#include <inttypes.h>
 #include <time.h>
 
 #include "eeprom_file.h"
@@ -13,6 +14,8 @@
 // A board passes the end of its quantum by an instruction and an interrupt's response: pulses are
 // handed over so much ahead.
 #define LOOK_AHEAD 64U
+
+#define NOISE_PLACE 2000U // of the cycles in which the supplies come on
 
 double bench_wall_s(void)
 {
@@ -45,18 +48,71 @@ static void log_pulse(struct bench *bench, const struct pixel_pulse *pulse)
               &(struct edge){.cycle = pulse->fall, .signal = EDGE_CLOCK, .level = 0});
 }
 
+static void give_pulse(struct bench *bench, int board, const struct pixel_pulse *pulse)
+{
+    if (!pixel_input_add(&bench->board[board].pixel_input, pulse)) {
+        board_refuse(&bench->board[board], "pixel clock too fast for the simulator");
+    }
+    if (bench->pin_log != NULL) {
+        (void)fprintf(bench->pin_log,
+                      "%" PRIu64 ",%d,%s\n",
+                      pulse->rise,
+                      board,
+                      pixel_edge_name(pulse->kind));
+    }
+}
+
+static void give_false_edges(struct bench *bench,
+                             int board,
+                             uint64_t before,
+                             uint64_t limit)
+{
+    struct pixel_pulse pulse;
+
+    while (pin_flaws_false(&bench->pin[board], before, limit, &pulse)) {
+        give_pulse(bench, board, &pulse);
+    }
+}
+
+static void give_clock_pulse(struct bench *bench, int board, struct pixel_pulse pulse)
+{
+    struct pin_flaws *pin = &bench->pin[board];
+
+    pin_flaws_displace(pin, &pulse);
+    give_false_edges(bench, board, pulse.rise, pulse.rise);
+    if (pin_flaws_pass(pin, &pulse, pixel_clock_period(&bench->clock))) {
+        give_pulse(bench, board, &pulse);
+    }
+}
+
+// A pin's jitter may bring an edge forward by so much.
+static uint32_t most_jitter(const struct bench *bench)
+{
+    uint32_t most = 0;
+
+    for (int i = 0; i < bench->boards; i++) {
+        uint32_t jitter = bench->pin[i].jitter_cycles;
+
+        most = (jitter > most) ? jitter : most;
+    }
+    return most;
+}
+
 static void hand_out_pulses(struct bench *bench, uint64_t before)
 {
     struct pixel_pulse pulse;
 
-    while (pixel_clock_next(&bench->clock, before, &pulse)) {
+    while (pixel_clock_next(&bench->clock, before + most_jitter(bench), &pulse)) {
+        log_pulse(bench, &pulse);
         for (int i = 0; i < bench->boards; i++) {
-            if (!pixel_input_add(&bench->board[i].pixel_input, &pulse)) {
-                board_refuse(&bench->board[i], "pixel clock too fast for the simulator");
-            } else if (i == 0) {
-                log_pulse(bench, &pulse);
-            }
+            give_clock_pulse(bench, i, pulse);
         }
+    }
+    for (int i = 0; i < bench->boards; i++) {
+        give_false_edges(bench,
+                         i,
+                         before,
+                         pixel_clock_quiet(&bench->clock) - bench->pin[i].jitter_cycles);
     }
 }
 
@@ -84,6 +140,20 @@ bool bench_run(struct bench *bench, uint64_t cycle)
         }
     }
     return true;
+}
+
+void bench_power_up(struct bench *bench, uint64_t cycles, uint64_t seed)
+{
+    for (int i = 0; i < bench->boards && cycles > 0; i++) {
+        struct board *board = &bench->board[i];
+        struct scheduled_event on = {.request = SUPPLY_REQUEST_ON};
+        struct noise random;
+
+        noise_seed(&random, seed, NOISE_PLACE + (unsigned)i);
+        on.cycle = 1 + noise_next(&random) % cycles;
+        supply_do(&board->supply, SUPPLY_REQUEST_OFF);
+        (void)schedule_add(&board->schedule, &on);
+    }
 }
 
 bool bench_save_eeprom(const struct bench *bench, int board)

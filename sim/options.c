@@ -17,6 +17,8 @@
 #define PPM_MOST              1e5
 #define HZ_MOST               60000U
 #define JITTER_MOST_NS        10000000U
+#define REST_MOST_MS          3600000.0
+#define POWER_UP_MOST_MS      60000U
 
 static const char manual[] =
     "usage: pixstep-sim --board NAME=IMAGE.elf [--board ...] [options] MODE\n"
@@ -51,6 +53,9 @@ static const char manual[] =
     "(else erased,\n"
     "                         0xff), written at the end and by the control command "
     "flush\n"
+    "  --power-up-ms M        each board gets its supply at a random cycle of its own "
+    "within the\n"
+    "                         first M ms (0: all at the start)\n"
     "pixel clock:\n"
     "  --pixel-hz N[/D]       frequency, exact (none: no clock)\n"
     "  --pixel-ppm X          frequency error\n"
@@ -60,6 +65,8 @@ static const char manual[] =
     "  --pixel-step X@N       X ppm more from edge N on, counted from 0\n"
     "  --pixel-drop K         one edge of K is missing\n"
     "  --pixel-double K       one edge of K is followed by a false one\n"
+    "  --pixel-gate N,M       N edges, then a rest of M ms besides the period, and so "
+    "on\n"
     "  --pixel-start-ms M     first rising edge (default 10)\n"
     "  --seed S               of everything random (default 1)\n"
     "output:\n"
@@ -69,6 +76,10 @@ static const char manual[] =
     "  --clock-log FILE       every edge of the pixel clock, true, missing and false "
     "ones:\n"
     "                         cycle,true_cycle_x1000,edge (sim/pixel_clock.h)\n"
+    "  --pin-log FILE         every edge of the clock as it reaches each board's pin, "
+    "false "
+    "ones\n"
+    "                         included: cycle,board,edge\n"
     "  --serial-log FILE      the first board's serial bytes: cycle,direction,byte "
     "(hex);\n"
     "                         rx at the middle of the stop bit, tx at the start bit\n"
@@ -224,6 +235,18 @@ static void read_step(struct options *o, char *text)
     o->clock.step_edge = read_whole("--pixel-step", at + 1, 1, UINT32_MAX);
 }
 
+static void read_gate(struct options *o, char *text)
+{
+    char *comma = strchr(text, ',');
+
+    if (comma == NULL) {
+        fail("--pixel-gate '%s': expected EDGES,REST_MS, as in 512,20", text);
+    }
+    *comma = '\0';
+    o->clock.gate_edges = (uint32_t)read_whole("--pixel-gate", text, 1, UINT32_MAX);
+    o->clock.gate_rest_ms = read_real("--pixel-gate", comma + 1, 0, REST_MOST_MS);
+}
+
 static void set_mode(struct options *o, enum run_mode mode)
 {
     if (o->mode != MODE_NONE) {
@@ -238,6 +261,7 @@ enum option_id {
     OPTION_BOARD = 1000,
     OPTION_PLANT,
     OPTION_EEPROM,
+    OPTION_POWER_UP,
     OPTION_HZ,
     OPTION_PPM,
     OPTION_JITTER,
@@ -246,10 +270,12 @@ enum option_id {
     OPTION_STEP,
     OPTION_DROP,
     OPTION_DOUBLE,
+    OPTION_GATE,
     OPTION_START,
     OPTION_SEED,
     OPTION_EDGES,
     OPTION_CLOCK_LOG,
+    OPTION_PIN_LOG,
     OPTION_SERIAL_LOG,
     OPTION_PLANT_LOG,
     OPTION_SWITCH_LOG,
@@ -267,6 +293,7 @@ static const struct option table[] = {
     {"board", required_argument, NULL, OPTION_BOARD},
     {"plant", required_argument, NULL, OPTION_PLANT},
     {"eeprom", required_argument, NULL, OPTION_EEPROM},
+    {"power-up-ms", required_argument, NULL, OPTION_POWER_UP},
     {"pixel-hz", required_argument, NULL, OPTION_HZ},
     {"pixel-ppm", required_argument, NULL, OPTION_PPM},
     {"pixel-jitter-ns", required_argument, NULL, OPTION_JITTER},
@@ -275,10 +302,12 @@ static const struct option table[] = {
     {"pixel-step", required_argument, NULL, OPTION_STEP},
     {"pixel-drop", required_argument, NULL, OPTION_DROP},
     {"pixel-double", required_argument, NULL, OPTION_DOUBLE},
+    {"pixel-gate", required_argument, NULL, OPTION_GATE},
     {"pixel-start-ms", required_argument, NULL, OPTION_START},
     {"seed", required_argument, NULL, OPTION_SEED},
     {"edges", required_argument, NULL, OPTION_EDGES},
     {"clock-log", required_argument, NULL, OPTION_CLOCK_LOG},
+    {"pin-log", required_argument, NULL, OPTION_PIN_LOG},
     {"serial-log", required_argument, NULL, OPTION_SERIAL_LOG},
     {"plant-log", required_argument, NULL, OPTION_PLANT_LOG},
     {"switch-log", required_argument, NULL, OPTION_SWITCH_LOG},
@@ -307,6 +336,9 @@ static void read_flaw_option(struct options *o, int id, char *value)
         break;
     case OPTION_STEP:
         read_step(o, value);
+        break;
+    case OPTION_GATE:
+        read_gate(o, value);
         break;
     case OPTION_DROP:
         o->clock.drop_every = (uint32_t)read_whole("--pixel-drop", value, 2, UINT32_MAX);
@@ -373,6 +405,9 @@ static void read_output_option(struct options *o, int id, const char *path)
     case OPTION_CLOCK_LOG:
         o->clock_log_path = path;
         break;
+    case OPTION_PIN_LOG:
+        o->pin_log_path = path;
+        break;
     case OPTION_SERIAL_LOG:
         o->serial_log_path = path;
         break;
@@ -402,6 +437,9 @@ static void read_option(struct options *o, int id, char *value)
         break;
     case OPTION_EEPROM:
         read_eeprom(o, value);
+        break;
+    case OPTION_POWER_UP:
+        o->power_up_ms = read_whole("--power-up-ms", value, 0, POWER_UP_MOST_MS);
         break;
     case OPTION_HELP:
         (void)fputs(manual, stdout);

@@ -370,9 +370,10 @@ def test_the_drawing_and_the_words_of_a_locked_run(tmp_path, invoke):
     words = ("sim", "p.csv", "--board", "uno", "--decode", "plain", "--pixel-hz", "200")
     flaws = ("--pixel-jitter-us", "5", "--pixel-wander-ppm", "50", "--pixel-drop", "40")
     more = ("--pixel-double", "90", "--pixel-step-ppm", "100@50", "--plot", "--out", "run")
+    more += ("--pixel-gate", "250,5")
     page = " ".join(invoke(*words, "--sync", "lock", *flaws, *more).stdout.split())
     assert "locked to the clock, jitter 5 us rms, wander 50 ppm, +100 ppm from edge 50 on" in page
-    assert "1 edge of 40 missing, 1 edge of 90 doubled" in page
+    assert "1 edge of 40 missing, 1 edge of 90 doubled, gate of 250 edges, rests of 5 ms" in page
     assert Path("run/clock.png").stat().st_size > 10_000
     assert "free of the clock" in " ".join(
         invoke(*words, "--sync", "free", "--out", "run").stdout.split()
@@ -389,6 +390,9 @@ def test_the_drawing_and_the_words_of_a_locked_run(tmp_path, invoke):
         ("--pixel-ppm", "NaN", "'NaN' is not a number"),
         ("--pixel-wander-ppm", "nan", "'nan' is not a number"),
         ("--pixel-drop", "1", "x>=2"),
+        ("--pixel-gate", "5", "expected EDGES,REST_MS"),
+        ("--pixel-gate", "0,5", "an edge at least"),
+        ("--pixel-gate", "5,nan", "a rest of 3600000 ms at most"),
         ("--divider", "1001", "1<=x<=1000"),
         ("--sync", "phase", "'free', 'start', 'lock'"),
     ],
