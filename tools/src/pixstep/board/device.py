@@ -202,12 +202,20 @@ class Board(Wire):
         """
         self.write(regs.COMMAND_BASE, _command_words(name, axes, argument))
 
-    def go(self, token: int) -> None:
-        """Let every axis of every board on the bus start that was armed with this token.
+    def go(self, token: int, edge: int) -> None:
+        """Let the axes start that were armed with this token.
 
-        A broadcast: nobody replies.
+        Lines that wait for the pixel clock begin on the edge of this number (1..65535), by the
+        board's own count (register clock_edge).
         """
-        self.broadcast(regs.COMMAND_BASE, _command_words("go", [0], token))
+        self.write(regs.COMMAND_BASE, [*_command_words("go", [0], token), edge])
+
+    def mark(self) -> None:
+        """Make every board on the bus note its newest clock edge; a broadcast: nobody replies.
+
+        Nothing may follow on the bus for 20 ms.
+        """
+        self.broadcast(regs.COMMAND_BASE, _command_words("mark", [0], 0))
 
     def stop_all(self) -> None:
         """Stop every axis of every board on the bus; a broadcast: nobody replies.

@@ -25,7 +25,7 @@ ROOM_BASE = 0x80  # free bytes of each axis' queue
 COMMAND_BASE = 0x100
 EVENT_BASE = 0x300  # event log: number of events, then the entries
 EVENT_WORDS = 8
-MAP_VERSION = 4
+MAP_VERSION = 5
 PACKED_MAP_VERSION = 4  # boards from this map on take packed blocks
 STORE_KEY = 0x5AFE  # argument of store and default_settings
 BOARD_IDS = {board.id: board.name for board in boards.all_boards()}
@@ -40,6 +40,9 @@ STATUS_BITS = {  # of input register `status`
     "estop": 4,
     "permit": 5,
     "listen_only": 6,
+    "measured": 7,
+    "ready": 12,
+    "disturbed": 13,
 }
 SYNCS = {"free": 0, "start": 1, "lock": 2}  # of setting `sync`
 OUTPUT_PERMIT = 8  # bit of input register `outputs`; bit n is the driver of axis n
@@ -61,6 +64,7 @@ COMMANDS = {
     "store": 11,
     "default_settings": 12,
     "go": 13,
+    "mark": 14,
 }
 MAX_EVENTS = 256  # of any board's event log; each says its own in event_capacity
 _WORDS = {"u16": 1, "i16": 1, "u32": 2, "i32": 2}
