@@ -160,6 +160,7 @@ end_function ledger_pass_edge
 #define PERIODS r22
 
     .section .text.ledger_take_pixels, "ax", @progbits
+ways_out_of_take_pixels:
 17: ldd r25, Z + EVEN_PIXEL_BEHIND_PERIODS ;  no: inside the pixel written last? Not known is one
     inc r25                             ;     below 0
     sub r20, TAIL
