@@ -13,9 +13,9 @@
 // Time for decoding a pixel of a locked line before it begins, 8 ms at 16 MHz.
 #define LEAD_TICKS ((uint32_t)0x20000)
 #define PPM        ((uint32_t)1000000)
-// A line gets its place when line zero is so near: two idle periods that are loaded already, what
-// start.c needs to release the line, and 2 ms for a round that is busy.
-#define PLACE_TICKS ((uint32_t)0x18000)
+// A line gets its place when line zero is so near: two idle periods that are loaded already, and
+// 4.6 ms for the main loop to come by and release the line; a reply being built takes two.
+#define PLACE_TICKS ((uint32_t)0x14000)
 
 static struct pixel_period clock_period; // of the clock's edges
 static struct clock_watch edge_watch;
@@ -27,9 +27,7 @@ static bool fast;                     // edges come in this or less
 static bool leaves_out;               // edges that are fast
 #endif
 static bool edge_came; // since reference_overdue() looked at the time
-#if FEATURE_TOKENS
 static uint16_t place_edges; // clock edges in PLACE_TICKS, and one
-#endif
 
 // Edges in so many ticks, and one.
 static uint16_t edges_in(uint32_t ticks)
@@ -73,9 +71,7 @@ APART void reference_apply_settings(void)
 #else
     uint16_t ahead_edges = grid->lead_edges;
 #endif
-#if FEATURE_TOKENS
     place_edges = edges_in(PLACE_TICKS);
-#endif
     grid->filter.hold_over = (uint8_t)settings->hold_over_edges;
     clock_filter_aim(
         &grid->filter, clock_period.whole_ticks, (uint16_t)(grid->divider + ahead_edges));
@@ -209,12 +205,12 @@ uint32_t reference_number_ticks(void)
     return grid->locks ? grid->filter.expected.ticks - grid->filter.period.ticks
                        : edge_watch.edge_ticks;
 }
+#endif
 
 uint16_t reference_place_edges(void)
 {
     return place_edges;
 }
-#endif
 
 void reference_count_lost(uint8_t edges)
 {

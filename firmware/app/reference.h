@@ -55,10 +55,11 @@ uint16_t reference_number(void);
 // The time of that edge, ticks since the timers started; of a lock by its filter. Only while
 // reference_present().
 uint32_t reference_number_ticks(void);
-
-// A line whose line zero is so many edges ahead, or fewer, gets its place now.
-uint16_t reference_place_edges(void);
 #endif
+
+// From the edge that gives a line its place to line zero, in clock edges: by the settings alone, so
+// that it is the same whatever the board is doing.
+uint16_t reference_place_edges(void);
 
 // So many edges came and were lost.
 void reference_count_lost(uint8_t edges);

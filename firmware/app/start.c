@@ -74,47 +74,6 @@ static bool beside_others(void)
             (lock_grid_now()->locks && clocked_axis_in(AXIS_STARTING)));
 }
 
-// The next edge after this one, by the plan or by the grid of locked lines. A line that is locked
-// beside others begins on a pixel edge of theirs.
-static uint32_t edge_after(struct pixel_grid *plan,
-                           uint32_t edge_ticks,
-                           uint16_t edges,
-                           bool beside)
-{
-    if (!lock_grid_now()->locks) {
-        return edge_ticks + pixel_grid_advance(plan);
-    }
-    return CONFIG_AXES > 1 && beside ? lock_grid_next_to_come() : lock_grid_begin(edges);
-}
-
-// Some waiting axis could not be released in time for this line zero.
-static bool is_too_soon(uint32_t zero_ticks)
-{
-    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (waits_for_edge(i) &&
-            ticks_to_start(axes_get(i), zero_ticks) < START_MIN_TICKS) {
-            return true;
-        }
-    }
-    return false;
-}
-
-// One line zero for every waiting axis, so that the axes run in step.
-static uint32_t common_zero(uint32_t edge_ticks, bool beside)
-{
-    uint16_t edges = 0;
-    uint32_t zero = edge_ticks;
-    struct pixel_grid plan;
-
-    pixel_grid_start(&plan, reference_period());
-
-    do {
-        edges++;
-        zero = edge_after(&plan, zero, edges, beside);
-    } while (is_too_soon(zero));
-    return zero;
-}
-
 // Armed axes must wait for command `go`, or for a driver that was switched on lately.
 static APART bool held_back(void)
 {
@@ -198,9 +157,83 @@ static void note_followers(void)
 #define LINES_APART inline
 #endif
 
-// Every waiting line begins at this line zero, pixel edge `number` of the clock's grid.
-static void begin_at(uint16_t number, uint32_t zero, bool beside)
+#if CONFIG_AXES > 1
+// Locked lines run: the number of their first pixel edge from this clock edge on, which becomes the
+// clock edge that it is.
+static uint16_t pixel_edge_from(uint16_t *edge)
 {
+    const struct lock_grid *grid = lock_grid_now();
+
+    while ((int16_t)(grid->newest_edge - *edge) < 0) {
+        (void)lock_grid_next();
+    }
+    uint16_t number = grid->newest;
+    uint16_t at = grid->newest_edge;
+
+    while ((int16_t)(at - grid->divider - *edge) >= 0) {
+        at = (uint16_t)(at - grid->divider);
+        number--;
+    }
+    *edge = at;
+    return number;
+}
+#endif
+
+#if FEATURE_TOKENS && CONFIG_AXES > 1
+// A line can begin on this clock edge: no other lines are locked to the clock, or it is a pixel edge
+// of theirs.
+static bool is_pixel_edge(uint16_t edge)
+{
+    uint16_t at = edge;
+
+    if (lock_grid_now()->locks && beside_others()) {
+        (void)pixel_edge_from(&at);
+    }
+    return at == edge;
+}
+#else
+static inline bool is_pixel_edge(uint16_t edge)
+{
+    (void)edge;
+    return true;
+}
+#endif
+
+// The time of the edge that comes so many edges behind this one, by the plan, or by the grid of
+// lines that are locked: it begins there.
+static inline uint32_t time_ahead(uint32_t edge_ticks, uint16_t edges)
+{
+    struct pixel_grid plan;
+
+    if (lock_grid_now()->locks) {
+        return lock_grid_begin(edges);
+    }
+    pixel_grid_start(&plan, reference_period());
+    for (; edges != 0; edges--) {
+        edge_ticks += pixel_grid_advance(&plan);
+    }
+    return edge_ticks;
+}
+
+// Every waiting line begins with a pixel that begins so many clock edges behind this one. A line
+// that is locked beside others begins on a pixel edge of theirs: the next one.
+static LINES_APART void start_lines(uint32_t edge_ticks, uint16_t edges)
+{
+    bool beside = beside_others();
+    uint16_t edge = (uint16_t)(reference_number() + edges);
+    uint16_t number = 0;
+    uint32_t zero = 0;
+
+#if CONFIG_AXES > 1
+    if (beside && lock_grid_now()->locks) {
+        number = pixel_edge_from(&edge);
+        zero = lock_grid_time(number);
+    } else
+#endif
+    {
+        zero = time_ahead(edge_ticks, edges);
+    }
+    mark_zero(edge);
     uint16_t decoded = place_all(number, zero);
 
     // One line is the clock's reference; a later start does not take that away from it.
@@ -215,100 +248,7 @@ static void begin_at(uint16_t number, uint32_t zero, bool beside)
     note_followers();
 }
 
-// Every waiting line begins with a pixel that begins on an edge of the clock's behind this one.
-static LINES_APART void start_lines(uint32_t edge_ticks)
-{
-    // How far line zero is ahead is told by accounts that have come up to now.
-    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (waits_for_edge(i)) {
-            (void)axes_advance(i, LEDGER_EXACTLY);
-        }
-    }
-    bool beside = beside_others();
-    uint32_t zero = common_zero(edge_ticks, beside);
-
-    begin_at(lock_grid_now()->newest, zero, beside);
-}
-
 #if FEATURE_TOKENS
-#if CONFIG_AXES > 1
-// The number of the pixel edge that is this clock edge, where lines run that are locked to the
-// clock. *found: there is one. The grid is fixed at least so far.
-static uint16_t pixel_edge_of(uint16_t edge, bool *found)
-{
-    const struct lock_grid *grid = lock_grid_now();
-
-    while ((int16_t)(grid->newest_edge - edge) < 0) {
-        (void)lock_grid_next();
-    }
-    uint16_t number = grid->newest;
-    uint16_t at = grid->newest_edge;
-
-    while ((int16_t)(at - edge) > 0) {
-        at = (uint16_t)(at - grid->divider);
-        number--;
-    }
-    *found = at == edge && (uint16_t)(grid->newest - number) < LOCK_GRID_EDGES;
-    return number;
-}
-
-static bool begin_beside(uint16_t edge)
-{
-    bool found = false;
-    uint16_t number = pixel_edge_of(edge, &found);
-
-    if (found) {
-        begin_at(number, lock_grid_time(number), true);
-    }
-    return found;
-}
-#else
-static inline bool begin_beside(uint16_t edge)
-{
-    (void)edge;
-    return false;
-}
-#endif
-
-// The time of the edge that comes so many edges behind this one.
-static uint32_t time_ahead(uint32_t edge_ticks, uint16_t edges)
-{
-    struct pixel_grid plan;
-
-    if (lock_grid_now()->locks) {
-        return lock_grid_begin(edges);
-    }
-    pixel_grid_start(&plan, reference_period());
-    for (; edges != 0; edges--) {
-        edge_ticks += pixel_grid_advance(&plan);
-    }
-    return edge_ticks;
-}
-
-// Every waiting line begins on the edge that was named, once it is near. Returns false when lines
-// cannot begin there.
-static LINES_APART bool start_named(uint32_t edge_ticks)
-{
-    uint16_t edges = (uint16_t)(token_edge() - reference_number());
-
-    if ((int16_t)edges > (int16_t)reference_place_edges()) {
-        return true;
-    }
-    if ((int16_t)edges <= 0 || !start_ready()) {
-        return false;
-    }
-    mark_zero(token_edge());
-    bool beside = beside_others();
-
-    if (CONFIG_AXES > 1 && beside && lock_grid_now()->locks) {
-        return begin_beside(token_edge());
-    }
-    uint32_t zero = time_ahead(edge_ticks, edges);
-
-    begin_at(lock_grid_now()->newest, zero, beside);
-    return true;
-}
-
 bool start_can_go(uint16_t edge)
 {
     int16_t ahead = (int16_t)(edge - reference_number());
@@ -326,12 +266,6 @@ void start_go(uint16_t edge)
     }
     reference_await_edge();
 }
-#else
-static inline bool start_named(uint32_t edge_ticks)
-{
-    (void)edge_ticks;
-    return true;
-}
 #endif
 
 bool start_may_wait(void)
@@ -341,16 +275,26 @@ bool start_may_wait(void)
 
 void start_on_edge(uint32_t edge_ticks)
 {
+    uint16_t edges = reference_place_edges();
+
     if (!start_any_waits()) {
         return;
     }
     if (token_edge_named()) {
-        if (!start_named(edge_ticks)) {
-            faults_latch_plain(FAULT_start_late, axes_first_moving());
+        uint16_t ahead = (uint16_t)(token_edge() - reference_number());
+
+        if ((int16_t)ahead > (int16_t)edges) {
+            return;
         }
-    } else if (!held_back() && start_ready()) {
-        start_lines(edge_ticks);
+        edges = ahead;
+        if ((int16_t)ahead <= 0 || !start_ready() || !is_pixel_edge(token_edge())) {
+            faults_latch_plain(FAULT_start_late, axes_first_moving());
+            return;
+        }
+    } else if (held_back() || !start_ready()) {
+        return;
     }
+    start_lines(edge_ticks, edges);
 }
 
 void start_now(uint8_t axis)
