@@ -59,7 +59,7 @@ static void start_line(int16_t count, uint16_t pixels)
 static void board_describes_itself(void)
 {
     TEST_ASSERT_EQUAL_UINT16(REG_MAP_VERSION, bench_input(REG_INPUT_map_version));
-    TEST_ASSERT_EQUAL_UINT16(4, bench_input(0)); // what the host's tools know
+    TEST_ASSERT_EQUAL_UINT16(5, bench_input(0)); // what the host's tools know
     TEST_ASSERT_EQUAL_UINT16(CONFIG_VERSION_MAJOR * 256 + CONFIG_VERSION_MINOR,
                              bench_input(REG_INPUT_firmware_version));
     TEST_ASSERT_EQUAL_UINT16(CONFIG_BOARD_ID, bench_input(REG_INPUT_board_id));

@@ -26,12 +26,12 @@ void mark_set(void)
     }
     mark.edge = reference_number();
     mark.count++;
-    mark.disturbed = false;
+    mark.steady = true;
 }
 
 void mark_disturb(void)
 {
-    mark.disturbed = true;
+    mark.steady = false;
 }
 
 void mark_zero(uint16_t edge)

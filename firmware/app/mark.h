@@ -30,9 +30,10 @@ struct mark {
     uint16_t zero_edge;
     // Marks since reset; wraps.
     uint8_t count;
-    // Since the mark the clock did what may have changed this board's count alone: an edge came at
-    // an odd distance or was lost, or the clock has stopped.
-    bool disturbed;
+    // Since the mark every edge came as it should. Not so: an edge came at an odd distance or was
+    // lost, or the clock has stopped, which may have changed this board's count alone; or there was
+    // no mark yet.
+    bool steady;
 };
 
 #if FEATURE_TOKENS

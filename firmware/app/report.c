@@ -38,8 +38,8 @@ static inline uint16_t clock_status(void)
         bits |= REPORT_READY;
     }
 #if FEATURE_TOKENS
-    if (mark_now()->disturbed) {
-        bits |= REPORT_DISTURBED;
+    if (mark_now()->steady) {
+        bits |= REPORT_STEADY;
     }
 #endif
     return bits;

@@ -22,7 +22,7 @@
 #define REPORT_LISTEN_ONLY 0x0040u // the server is in listen-only mode
 #define REPORT_SETTLED     0x0080u // lines can be locked to the pixel clock
 #define REPORT_READY       0x1000u // axes wait for a clock edge, and all of them can begin
-#define REPORT_DISTURBED   0x2000u // the clock's edges may not be counted rightly since the mark
+#define REPORT_STEADY      0x2000u // since the mark every clock edge came as it should
 #define REPORT_STOPPING    0x0100u // axis 0 is stopping, and the next bits the next axes
 
 // The input register at this address, which must be mapped (data_input_mapped()). Where a 32-bit

@@ -254,7 +254,7 @@ bool start_can_go(uint16_t edge)
     int16_t ahead = (int16_t)(edge - reference_number());
 
     return start_ready() &&
-           (!start_any_waits() || (edge != 0 && !mark_now()->disturbed &&
+           (!start_any_waits() || (edge != 0 && mark_now()->steady &&
                                    ahead > (int16_t)reference_place_edges()));
 }
 

@@ -42,7 +42,7 @@ STATUS_BITS = {  # of input register `status`
     "listen_only": 6,
     "measured": 7,
     "ready": 12,
-    "disturbed": 13,
+    "steady": 13,
 }
 SYNCS = {"free": 0, "start": 1, "lock": 2}  # of setting `sync`
 OUTPUT_PERMIT = 8  # bit of input register `outputs`; bit n is the driver of axis n

@@ -49,7 +49,6 @@ class Mark:
     edge: int
     ticks: int | None
     period_ticks: float
-    disturbed: bool
     zero_edge: int
 
     @property
@@ -198,7 +197,7 @@ def _go(board: Board, token: int, edge: int) -> None:
         status = regs.flags(board.input("status"))
         run.raise_fault(board)
         why = "it is not ready"
-        if status["disturbed"]:
+        if not status["steady"]:
             why = "its pixel clock was disturbed since the mark"
         elif status["ready"]:
             why = "the edge is too near: the bus or the host was held up"
@@ -291,7 +290,7 @@ def _read(board: Board) -> Mark:
     period = float(Fraction(board.tick_hz()) / values.hz_of(settings.read(board)))
     if status["measured"]:
         period = found["clock_period_ticks"] + found["clock_period_fraction"] / 0x10000
-    return Mark(found["mark_edge"], ticks, period, status["disturbed"], found["zero_edge"])
+    return Mark(found["mark_edge"], ticks, period, found["zero_edge"])
 
 
 def _await_start(group: list[Lines], world: World, progress: Progress) -> None:
