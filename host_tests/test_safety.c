@@ -178,6 +178,7 @@ static void go_needs_the_token_and_somebody_who_waits(void)
     TEST_ASSERT_EQUAL(MODBUS_OK, order(1, COMMAND_ARM, TOKEN));
     pass_ms(40);
     TEST_ASSERT_EQUAL_UINT8(AXIS_ARMED, axes_get(0)->life.state);
+    TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_MARK, 0));
     TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_GO, TOKEN));
     TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
@@ -208,8 +209,10 @@ static void armed_axes_have_one_token(void)
     pass_ms(100);
     TEST_ASSERT_EQUAL_INT32(0, fake_axes[0].steps);
     TEST_ASSERT_EQUAL(MODBUS_OK, order(2, COMMAND_ARM, TOKEN));
+    TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_MARK, 0));
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, order(0, COMMAND_GO, TOKEN)); // not ready yet
     pass_ms(40);
+    TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_MARK, 0));
     TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_GO, TOKEN));
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
     TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
@@ -265,6 +268,7 @@ static void a_clock_that_stops_before_line_zero_is_a_fault(void)
     bench_plain_line(0, 10, 50);
     TEST_ASSERT_EQUAL(MODBUS_OK, order(1, COMMAND_ARM, TOKEN));
     pass_ms(40);
+    TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_MARK, 0));
     TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_GO, TOKEN));
     pass_ms(5);
     bench_clock_off();

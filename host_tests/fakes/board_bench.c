@@ -42,7 +42,7 @@ static void forget(void)
     round_start();
     token_set(0);
     traffic_start();
-    mark_set();
+    mark_disturb();
 }
 
 void bench_power_on(void)
