@@ -195,6 +195,43 @@ def powercuts(ctx, board, count, seed, as_json):
     _finish(ctx, asdict(outcome), rows, "always one of them, whole", as_json=as_json)
 
 
+@robustness_group.command()
+@click.option(
+    "--board",
+    type=click.Choice(boards.BOARD_NAMES),
+    multiple=True,
+    help="Kinds to choose from.  [default: all]",
+)
+@click.option(
+    "--count", type=click.IntRange(min=1), default=10_000, show_default=True, help="Starts."
+)
+@_seed
+@_json
+@click.pass_context
+def starts(ctx, board, count, seed, as_json):
+    """Start two or three boards together on one pixel clock.
+
+    By the host's own procedure, at random frequencies, dividers, rests of the clock and flaws of
+    one board's pin, each simulator with boards that came from reset apart. Exit status 0 only if
+    in every start all boards began on one clock edge, or somebody said why not.
+    """
+    from pixstep_dev.robustness import starts as campaign
+
+    plan = campaign.Plan(board or tuple(boards.BOARD_NAMES), count, seed)
+    with progress.shown(f"{count} starts") as show:
+        outcome = campaign.run_plan(plan, show)
+    rows = [
+        f"{outcome.starts:,} starts: {outcome.together:,} together (at most "
+        f"{outcome.apart_edges:.3f} clock periods apart), {outcome.named:,} named before anything "
+        f"moved, {outcome.named_moved:,} named and stopped in motion",
+        *(
+            f"  {number:>6,} {reason}"
+            for reason, number in sorted(outcome.reasons.items(), key=lambda item: -item[1])
+        ),
+    ]
+    _finish(ctx, asdict(outcome), rows, "no silent difference", as_json=as_json)
+
+
 robustness_group.add_command(orders)
 
 COMMANDS = (robustness_group,)
