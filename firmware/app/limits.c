@@ -23,6 +23,12 @@ static uint32_t shortest_pixel_ticks(void)
     return grid->locks ? lock_grid_shortest(grid) : grid->pixel.whole_ticks;
 }
 
+void limits_apply_divider(void)
+{
+    reference_apply_divider();
+    current_limits.pixel_ticks = shortest_pixel_ticks();
+}
+
 void limits_apply_settings(void)
 {
     // First, so that nothing is kept in registers meanwhile.

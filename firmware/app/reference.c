@@ -45,6 +45,20 @@ static uint16_t edges_ahead(uint32_t lead_ticks, uint16_t divider)
     return edges < most ? edges : most;
 }
 
+APART void reference_apply_divider(void)
+{
+    const struct settings *settings = settings_now();
+    struct lock_grid *grid = lock_grid_now();
+
+    BY_POINTER(grid);
+    BY_POINTER(settings);
+    (void)settings_period(&grid->pixel, settings->divider);
+    grid->divider = settings->divider;
+    lock_grid_tolerate(clock_period.whole_ticks /
+                           divide_u32_u16(PPM, settings->lock_tolerance_ppm) +
+                       1u);
+}
+
 APART void reference_apply_settings(void)
 {
     const struct settings *settings = settings_now();
@@ -54,13 +68,9 @@ APART void reference_apply_settings(void)
     BY_POINTER(settings);
     uint8_t sync = (uint8_t)settings->sync;
     (void)settings_period(&clock_period, 1);
-    (void)settings_period(&grid->pixel, settings->divider);
+    reference_apply_divider();
     grid->locks = sync == SYNC_LOCK;
     grid->ignored = sync == SYNC_FREE;
-    grid->divider = settings->divider;
-    lock_grid_tolerate(clock_period.whole_ticks /
-                           divide_u32_u16(PPM, settings->lock_tolerance_ppm) +
-                       1u);
     grid->lead_edges = edges_ahead(LEAD_TICKS, grid->divider);
 #if SEVERAL_AXES
     fast = clock_period.whole_ticks <= FAST_TICKS;

@@ -19,6 +19,9 @@
 // Use the period of the settings. No line is the reference afterwards.
 void reference_apply_settings(void);
 
+// Only what a pixel is: setting `divider` says how many clock edges.
+void reference_apply_divider(void);
+
 // The exact period of the clock's edges, as the settings say it,
 const struct pixel_period *reference_period(void);
 // and that of a pixel: so many of them as setting `divider` says.
