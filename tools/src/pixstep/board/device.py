@@ -10,7 +10,7 @@ from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING
 
-from pixstep.board import boards, features
+from pixstep.board import boards, clock_hz, features
 from pixstep.board import registers as regs
 from pixstep.board.errors import (
     BUSY,
@@ -128,6 +128,11 @@ class Board(Wire):
         known = [board.tick_hz for board in boards.all_boards()]
         mine = [board.tick_hz for board in boards.all_boards() if board.id == found.board_id]
         return min(mine or known)
+
+    def clock_hz(self) -> Fraction:
+        """Return the exact frequency of the pixel clock's edges that the board is set to."""
+        names = ("pixel_hz_num", "pixel_hz_den")
+        return Fraction(*(self.setting(name) for name in names))
 
     def inputs(self) -> dict[str, int]:
         """Return all board-wide input registers by name."""
@@ -330,7 +335,13 @@ class Board(Wire):
 
     def fault_text(self) -> str:
         """Return the board's fault and its cure in two sentences, empty if there is none."""
-        return regs.fault_text(self.inputs())
+        state = self.inputs()
+        name = regs.code_name(regs.faults(), state["fault_code"])
+        beside = ""
+        if name in clock_hz.CLOCK_FAULTS:
+            measured = clock_hz.fault_hz(name, state["fault_argument"], self.tick_hz())
+            beside = clock_hz.beside(measured, float(self.clock_hz()))
+        return regs.fault_text(state, beside)
 
     def fault_advice(self) -> str:
         """Return the same, and how to go on then; empty if there is no fault."""

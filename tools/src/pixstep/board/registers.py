@@ -31,6 +31,7 @@ STORE_KEY = 0x5AFE  # argument of store and default_settings
 BOARD_IDS = {board.id: board.name for board in boards.all_boards()}
 AXIS_COUNTS = tuple(sorted({board.axes for board in boards.all_boards()}))
 STATUS_MEASURED = 7  # bit of input register `status`: a lock to the pixel clock can begin
+STATUS_STEADY = 13  # bit of input register `status`: clock edges came regularly since the mark
 STATUS_STOPPING = 8  # bit of input register `status` for axis 0; the next axes follow
 STATUS_BITS = {  # of input register `status`
     "clock": 0,
@@ -40,9 +41,7 @@ STATUS_BITS = {  # of input register `status`
     "estop": 4,
     "permit": 5,
     "listen_only": 6,
-    "measured": 7,
     "ready": 12,
-    "steady": 13,
 }
 SYNCS = {"free": 0, "start": 1, "lock": 2}  # of setting `sync`
 OUTPUT_PERMIT = 8  # bit of input register `outputs`; bit n is the driver of axis n
@@ -184,8 +183,11 @@ def axis_state(code: int) -> str:
     return AXIS_STATES[code] if code < len(AXIS_STATES) else f"state {code}"
 
 
-def fault_text(state: Mapping[str, int]) -> str:
-    """Return the fault of a board's input registers and its cure, empty if there is none."""
+def fault_text(state: Mapping[str, int], beside: str = "") -> str:
+    """Return the fault of a board's input registers and its cure, empty if there is none.
+
+    `beside` is what else is known of it.
+    """
     code, argument = state["fault_code"], state["fault_argument"]
     if not code:
         return ""
@@ -193,7 +195,9 @@ def fault_text(state: Mapping[str, int]) -> str:
     fault = faults().get(code)
     if fault is None:
         return f"fault code {code} {where}, argument {argument}"
-    told = f" ({fault.argument}: {argument})" if fault.argument else ""
+    known = [f"{fault.argument}: {argument}"] if fault.argument else []
+    known += [beside] if beside else []
+    told = f" ({'; '.join(known)})" if known else ""
     return f"fault {fault.name} {where}: {fault.text}{told}. {fault.cure}"
 
 

@@ -35,7 +35,7 @@ _TRIES = 6
 _READY_S = 10.0
 _START_S, _START_PIXELS = 1.0, 4
 _COUNT = 0x10000  # numbers of edges are taken modulo this
-_SLOW_S = 2.0
+_REST_S = 120.0  # the longest rest of the clock that is waited for
 
 
 @dataclass(frozen=True)
@@ -147,7 +147,8 @@ def _await_ready(group: list[Lines], world: World) -> None:
     end_s = world.now_s() + _READY_S
     while waiting:
         lines = waiting[0]
-        status = regs.flags(lines.board.input("status"))
+        word = lines.board.input("status")
+        status = regs.flags(word)
         if status["fault"]:
             run.raise_fault(lines.board)
         if not status["armed"]:
@@ -157,10 +158,15 @@ def _await_ready(group: list[Lines], world: World) -> None:
         elif world.now_s() > end_s:
             raise BoardError(
                 f"board {lines.board.unit}: not ready after {_READY_S:g} s: "
-                + ("its decoder" if status["measured"] else "its pixel clock is not measured")
+                + ("its decoder" if _is_measured(word) else "its pixel clock is not measured")
             )
         else:
             world.wait(_POLL_S)
+
+
+def _is_measured(status: int) -> bool:
+    """Whether the board has measured its pixel clock."""
+    return bool(status >> regs.STATUS_MEASURED & 1)
 
 
 def _follows_clock(board: Board) -> bool:
@@ -194,12 +200,12 @@ def _go(board: Board, token: int, edge: int) -> None:
     try:
         board.go(token, edge)
     except ExceptionReplyError:
-        status = regs.flags(board.input("status"))
+        status = board.input("status")
         run.raise_fault(board)
         why = "it is not ready"
-        if not status["steady"]:
+        if not status >> regs.STATUS_STEADY & 1:
             why = "its pixel clock was disturbed since the mark"
-        elif status["ready"]:
+        elif regs.flags(status)["ready"]:
             why = "the edge is too near: the bus or the host was held up"
         raise BoardError(f"board {board.unit}: it refuses to go: {why}") from None
 
@@ -285,10 +291,9 @@ def _mark(boards: Sequence[Board], world: World) -> list[Mark]:
 def _read(board: Board) -> Mark:
     """Read what a board has noted."""
     found = board.inputs()
-    status = regs.flags(found["status"])
     ticks = None if found["mark_ticks"] == RESTS else found["mark_ticks"]
     period = float(Fraction(board.tick_hz()) / values.hz_of(settings.read(board)))
-    if status["measured"]:
+    if _is_measured(found["status"]):
         period = found["clock_period_ticks"] + found["clock_period_fraction"] / 0x10000
     return Mark(found["mark_edge"], ticks, period, found["zero_edge"])
 
@@ -296,25 +301,30 @@ def _read(board: Board) -> Mark:
 def _await_start(group: list[Lines], world: World, progress: Progress) -> None:
     """Wait until no axis is armed any more, while the clock rests for as long as it does.
 
-    Raises BoardError for a fault, and if an axis is armed although the clock has run for so long
-    that it must have begun.
+    Raises BoardError for a fault, if an axis is armed although the clock has run for so long that it
+    must have begun, and if the clock rests for minutes.
     """
+    rests_until_s = world.now_s() + _REST_S
     slowest_s = max(lines.board.pixel_period_s() for lines in group)
     end_s: float | None = None
     patience_s = _START_S + _LEAD_S + _LEAD_BOARD_S * len(group)
     while True:
-        waiting, clocks = [], []
+        waiting, clocks, begun = [], [], False
         for lines in group:
             run.raise_fault(lines.board)
             found = run.states(lines.board, lines.axes)
-            waiting += [(lines.board.unit, axis) for axis, name in found.items() if name == "armed"]
+            armed = [(lines.board.unit, axis) for axis, name in found.items() if name == "armed"]
+            begun = begun or len(armed) < len(found)
+            waiting += armed
             clocks.append(regs.flags(lines.board.input("status"))["clock"])
         if not waiting:
             return
-        if any(clocks) or not all(_follows_clock(lines.board) for lines in group):
+        if any(clocks) or begun or not all(_follows_clock(lines.board) for lines in group):
             end_s = end_s or world.now_s() + patience_s + (_LEAD_EDGES + _START_PIXELS) * slowest_s
         if end_s is not None and world.now_s() > end_s:
             unit, axis = waiting[0]
             raise BoardError(f"board {unit}: axis {axis} is still armed while the clock runs")
+        if end_s is None and world.now_s() > rests_until_s:
+            raise BoardError(f"the pixel clock has rested for {_REST_S:g} s: nothing has moved")
         progress(0.0)
         world.wait(_POLL_S)
