@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A test double of boards on a line, at the level of bytes: register map 4, settings, safety.
+"""A test double of boards on a line, at the level of bytes: register map 5, settings, safety.
 
 It stands where the simulator's pipe does (`transmit`), so the real client talks to it. It knows
 the rules of the map, not the motion: a line that runs is done when its pixels have passed.
@@ -217,7 +217,7 @@ class FakeBoard(FakeServer):
         return (
             self.clock | ("armed" in states) << 1 | ("running" in states) << 2
             | bool(self.fault[0]) << 3 | self.estop << 4 | self.permit << 5
-            | ("armed" in states) << 12 | 1 << 13
+            | ("armed" in states) << 12 | (self.mark[0] > 0) << 13
         )  # fmt: skip
 
     def edge(self):
