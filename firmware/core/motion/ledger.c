@@ -136,16 +136,9 @@ void ledger_cut(struct ledger *ledger, const struct stream *stream)
     ledger->pulse = false;
 }
 
-static APART int32_t position_at(const struct ledger *ledger,
-                                 const struct stream_mark *mark)
+static void ledger_begin_line(struct ledger *ledger, int32_t position_steps)
 {
-    return ledger->position_steps +
-           (ledger->negative ? (int8_t)mark->early : -(int8_t)mark->early);
-}
-
-static void ledger_begin_line(struct ledger *ledger, const struct stream_mark *mark)
-{
-    ledger->line_origin = position_at(ledger, mark);
+    ledger->line_origin = position_steps;
     ledger->pixel = 0;
     records_reset(&ledger->records);
 }
@@ -154,14 +147,17 @@ static void pass_marks(struct ledger *ledger, struct stream *stream)
 {
     while (stream_has_mark(stream)) {
         const struct stream_mark *mark = stream_mark(stream);
+        uint8_t early = stream_mark_early(mark);
 
-        if (mark->slot != stream->retired || ledger->left > mark->early) {
+        if (mark->slot != stream->retired || ledger->left > early) {
             return;
         }
+        int32_t position_steps =
+            ledger->position_steps + (ledger->negative ? (int8_t)early : -(int8_t)early);
         if (mark->line_start) {
-            ledger_begin_line(ledger, mark);
+            ledger_begin_line(ledger, position_steps);
         } else {
-            ledger_pass_edge(ledger, position_at(ledger, mark), mark->position);
+            ledger_pass_edge(ledger, position_steps, mark->position);
         }
         stream_pass_mark(stream);
     }
