@@ -47,20 +47,20 @@ uint16_t curve_steep_root(uint32_t value);
 // pixel_grid_advance() with the call, and a whole pixel in ledger_take_pixels().
 #define GRID_CYCLES  76u
 #define WHOLE_CYCLES 40u // where the period is a whole number of ticks
-#define PIXEL_CYCLES 234u
+#define PIXEL_CYCLES 235u
 // line_grid_advance() with the call: a locked pixel whose edge has its time, on several axes.
 #define LOCKED_CYCLES 99u
 #define BELOW_CYCLES  6u // more where it is shorter than nominal
 // Pixels whose records are not kept.
-#define PASSING_CYCLES     65u  // each of them,
+#define PASSING_CYCLES     69u  // each of them,
 #define ERROR_CYCLES       26u  // more where its edge has an error,
 #define PASSING_ALL_CYCLES 342u // and the call of ledger_take_pixels() itself
 // near_edge_take(), less ledger_take_pixels() in it: an edge in the period behind the account,
 #define NEAR_CYCLES        333u
 #define NEAR_PERIOD_CYCLES 16u // and for each period more.
 // Whole pixels of up to 24 steps in even_pixels_write().
-#define EVEN_CYCLES   314u // with a segment of its own, and
-#define SAME_CYCLES   236u // inside a run, besides its steps; up to
+#define EVEN_CYCLES   318u // with a segment of its own, and
+#define SAME_CYCLES   240u // inside a run, besides its steps; up to
 #define GROUPS_CYCLES 8u   // less, as the steps make groups of one, two, four and eight
 #define EQUAL_CYCLES  4u   // a step where all are equally long
 #define MIXED_CYCLES  2u   // more for a pixel where some are a tick longer:

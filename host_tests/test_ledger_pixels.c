@@ -97,8 +97,8 @@ static void begin_stream(uint8_t most_periods)
         stream->marks[(uint8_t)(stream->mark_tail + pixels) & (STREAM_MARKS - 1u)] =
             (struct stream_mark){
                 .slot = (uint8_t)(stream->retired + periods),
-                .periods = once_in(60) ? 0 : more,
-                .ticks = (uint16_t)chance(),
+                .periods = more & 0x7Fu,
+                .ticks = once_in(60) ? 0 : (uint16_t)chance(),
                 .position = (uint16_t)(steps + (once_in(40) ? 1u : 0u)),
         };
     }

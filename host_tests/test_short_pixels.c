@@ -169,7 +169,7 @@ static void count_whole_pixels(void)
     const struct stream *stream = &bench.axis.feed.stream;
 
     for (; seen_marks != stream->mark_placed; seen_marks++) {
-        if (stream->marks[seen_marks & (STREAM_MARKS - 1u)].periods != 0) {
+        if (stream->marks[seen_marks & (STREAM_MARKS - 1u)].ticks != 0) {
             whole_pixels++;
         }
     }
