@@ -95,6 +95,12 @@ static void sleep_to_the_end(void)
     __asm__ volatile("wdr\n\tsleep");
 }
 
+static void interrupt_and_reset(void)
+{
+    CHANGE(0, (1U << WDIE) | (1U << WDE));
+    mark();
+}
+
 // WDIF waits; cleared by a one, not by a zero.
 static void flag_waits(void)
 {
@@ -104,6 +110,17 @@ static void flag_waits(void)
     RESULT[30] = WDTCSR;
     WDTCSR = (uint8_t)((1U << WDIF) | (1U << WDIE));
     RESULT[31] = WDTCSR;
+}
+
+static void run_other(uint8_t what)
+{
+    if (what == 10) {
+        sleep_between();
+    } else if (what == 11) {
+        sleep_to_the_end();
+    } else { // 20 + WDP
+        prescalers((uint8_t)(what - 20U));
+    }
 }
 
 static void run(uint8_t what)
@@ -125,13 +142,11 @@ static void run(uint8_t what)
         sei();
         break;
     case 4: // one interrupt, then the reset
-        CHANGE(0, (1U << WDIE) | (1U << WDE));
-        mark();
+        interrupt_and_reset();
         sei();
         break;
     case 5: // the interrupt is not served: the reset all the same
-        CHANGE(0, (1U << WDIE) | (1U << WDE));
-        mark();
+        interrupt_and_reset();
         break;
     case 6:
         fed();
@@ -142,17 +157,11 @@ static void run(uint8_t what)
     case 8:
         flag_waits();
         break;
-    case 10:
-        sleep_between();
-        break;
-    case 11:
-        sleep_to_the_end();
-        break;
     case 9: // reserved
         CHANGE(0, (1U << WDE) | (1U << WDP3) | 2U);
         break;
-    default: // 20 + WDP
-        prescalers((uint8_t)(what - 20U));
+    default:
+        run_other(what);
         break;
     }
 }
