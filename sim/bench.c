@@ -31,7 +31,9 @@ uint32_t bench_quantum(const struct bench *bench)
 
     for (int i = 0; bench->boards > 1 && i < bench->boards; i++) {
         const struct uart *uart = &bench->board[i].uart;
-        uint32_t frame = uart_bit_cycles(uart) * uart_bits_before_stop(uart);
+        uint32_t frame = (uint32_t)own_time_to_bench(&bench->board[i].time,
+                                                     (uint64_t)uart_bit_cycles(uart) *
+                                                         uart_bits_before_stop(uart));
 
         if (uart_can_send(uart) && frame < 2 * quantum) {
             quantum = frame / 2;
@@ -50,7 +52,12 @@ static void log_pulse(struct bench *bench, const struct pixel_pulse *pulse)
 
 static void give_pulse(struct bench *bench, int board, const struct pixel_pulse *pulse)
 {
-    if (!pixel_input_add(&bench->board[board].pixel_input, pulse)) {
+    const struct own_time *time = &bench->board[board].time;
+    struct pixel_pulse own = *pulse;
+
+    own.rise = own_time_from_bench(time, pulse->rise);
+    own.fall = own_time_from_bench(time, pulse->fall);
+    if (!pixel_input_add(&bench->board[board].pixel_input, &own)) {
         board_refuse(&bench->board[board], "pixel clock too fast for the simulator");
     }
     if (bench->pin_log != NULL) {

@@ -73,8 +73,13 @@ static bool open_board(const struct options *o, int index)
         .switches = bench.switch_log,
     };
 
-    if (!board_open(
-            b, index, o->board_name[index], o->board_image[index], &bench.bus, &logs)) {
+    if (!board_open(b,
+                    index,
+                    o->board_name[index],
+                    o->board_image[index],
+                    o->oscillator_ppm[index],
+                    &bench.bus,
+                    &logs)) {
         (void)fprintf(stderr, "pixstep-sim: %s\n", b->error);
         return false;
     }

@@ -20,6 +20,7 @@ struct options {
     char *board_name[BUS_BOARDS];
     char *board_image[BUS_BOARDS];
     const char *eeprom_path[BUS_BOARDS]; // NULL for none
+    double oscillator_ppm[BUS_BOARDS];   // of the first board always 0
     // Mechanics of each axis; `present` is false where none was given.
     struct plant_settings plant[BUS_BOARDS][BOARD_AXES];
     struct pixel_clock_settings clock;

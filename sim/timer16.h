@@ -79,6 +79,8 @@ struct timer16 {
     uint64_t match_due[TIMER16_CHANNELS];
     uint64_t bottom_due;
     uint64_t capture_due;
+    uint64_t
+        second_capture_due; // of an edge so near that the first one is still on its way
 };
 
 // The timer has 16 bits.

@@ -5,7 +5,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from harness import Session, SimTest, image, read_edges
+from harness import GPIOR2, Session, SimTest, image, read_edges
 
 BIT = 136  # UBRR0 = 16 with U2X0: 8 * 17 cycles, 117647 baud
 FRAME = 11 * BIT
@@ -17,6 +17,7 @@ RXC, UDRE, TXC, FE, DOR, UPE = 0x80, 0x20, 0x40, 0x10, 0x08, 0x04
 # A bit is decided behind the last of its three samples in the middle: 6 of 8 (U2X0), 10 of 16.
 DECIDED = BIT * 6 // 8
 BEFORE_STOP = 10 * BIT
+SLOW_BIT = 144  # UBRR0 = 8 without U2X0: 16 * 9 cycles
 RESPONSE = {"uno": 4, "mega": 5}
 
 
@@ -55,6 +56,31 @@ class Registers(unittest.TestCase):
         self.check("mega")
 
 
+class Frames(SimTest):
+    """images/frames.c"""
+
+    def check(self, board):
+        log = self.folder / "serial.csv"
+        with Session(image(board, "frames"), options=["--serial-log", str(log)]) as sim:
+            sim.run(60_000)
+            results = sim.results(7)
+            sim.ask("flush")
+        # As in images/uart.c: with N nops the lds reads N + 2 cycles behind the sts, and the frame
+        # ends 1 + 12 * 136 behind it.
+        self.assertEqual(results[:4], [0, TXC, 0, TXC])
+        self.assertEqual(results[4:6], [UDRE, 0])
+        self.assertEqual(results[6], 0x600D)
+        rows = [row.split(",") for row in log.read_text().split()[1:]]
+        self.assertEqual([row[2] for row in rows], ["15", "15", "15", "15", "11", "12"])
+        self.assertEqual(int(rows[5][0]) - int(rows[4][0]), 12 * BIT)
+
+    def test_uno(self):
+        self.check("uno")
+
+    def test_mega(self):
+        self.check("mega")
+
+
 class Receiver(SimTest):
     """images/receiver.c"""
 
@@ -85,6 +111,32 @@ class Receiver(SimTest):
         # Woken: response, 4 more from sleep, RJMP, and SBI, whose write is in its second cycle.
         self.assertEqual(seen, 20_000 + BEFORE_STOP + DECIDED + RESPONSE[board] + 4 + 2 + 2)
 
+    def check_instant_at_normal_speed(self, board):
+        path = self.folder / "edges.csv"
+        with self.open(board, "--edges", str(path)) as sim:
+            sim.ask(f"poke 0 {GPIOR2} 80")
+            sim.ask("baud 111111 E")
+            sim.run(20_000)
+            sim.ask("send 55")
+            sim.run(2 * FRAME)
+        (seen,) = [e[0] for e in read_edges(path) if e[3:] == ("PERMIT", 1)]
+        decided = 10 * SLOW_BIT + SLOW_BIT * 10 // 16
+        self.assertEqual(seen, 20_000 + decided + RESPONSE[board] + 4 + 2 + 2)
+
+    def check_errors_are_those_of_the_oldest(self, board):
+        """Each character keeps its own: a wrong parity before a right one, and after it."""
+        with self.open(board) as sim:
+            sim.run(20_000)
+            self.awake(sim)
+            for order, wanted in (("OE", [UPE, 0]), ("EO", [0, UPE])):
+                self.take(sim, 3)
+                for data, parity in zip(("31", "32"), order, strict=True):
+                    sim.ask(f"baud 115200 {parity}")
+                    sim.ask(f"send {data}")
+                sim.run(3 * FRAME)
+                got = self.take(sim, 2)
+                self.assertEqual(got, [(RXC | wanted[0], 0x31), (RXC | wanted[1], 0x32)])
+
     def check_overrun_at_the_start_bit(self, board):
         """The fourth character's start bit runs the third over, not its end."""
         master_frame = int(MASTER_FRAME)
@@ -109,7 +161,11 @@ class Receiver(SimTest):
         with self.open(board) as sim:
             sim.run(20_000)
             self.awake(sim)
-            for command, status in (("115200 E", 0), ("115200 O", UPE), ("57600 E", FE)):
+            for command, status in (
+                ("115200 E", 0),
+                ("115200 O", UPE),
+                ("57600 E", FE),
+            ):
                 self.take(sim, 3)
                 sim.ask(f"baud {command}")
                 sim.ask("send 35")
@@ -134,12 +190,16 @@ class Receiver(SimTest):
         self.check_instant("uno")
         self.check_overrun_at_the_start_bit("uno")
         self.check_errors("uno")
+        self.check_errors_are_those_of_the_oldest("uno")
+        self.check_instant_at_normal_speed("uno")
 
     def test_mega(self):
         self.check_switched_off("mega")
         self.check_instant("mega")
         self.check_overrun_at_the_start_bit("mega")
         self.check_errors("mega")
+        self.check_errors_are_those_of_the_oldest("mega")
+        self.check_instant_at_normal_speed("mega")
 
 
 class SharedLine(SimTest):

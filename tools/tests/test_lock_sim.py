@@ -299,15 +299,24 @@ def test_a_clock_beyond_the_tolerance_is_a_named_fault(tmp_path):
 
 
 @pytest.mark.usefixtures("simulator")
-@pytest.mark.parametrize(("jitter_us", "first"), [(0.0, 0), (1.0, 30)])
-def test_two_boards_on_one_clock_end_their_pixels_together(tmp_path, jitter_us, first):
+@pytest.mark.parametrize(
+    ("names", "ppm", "jitter_us", "first"),
+    [
+        (("uno", "mega"), 0, 0.0, 0),
+        (("uno", "mega"), 0, 1.0, 30),
+        (("uno", "mega"), 900, 0.0, 0),
+        (("mega", "m1284"), -900, 0.0, 0),
+    ],
+)
+def test_two_boards_on_one_clock_end_their_pixels_together(tmp_path, names, ppm, jitter_us, first):
     """From the first pixel on; with jitter once a waiting line's own guess of it has died out."""
     line = Line((4,) * cases(300, 10_000), PLAIN)
     hz = Fraction(1000)
     edges = tmp_path / "edges.csv"
-    images = [(name, natives.image(name)) for name in BOARDS]
+    images = [(name, natives.image(name)) for name in names]
     flaws = ClockFlaws(jitter_us=jitter_us)
-    options = SimOptions(images, hz, pixel_ppm=-700, edges=edges, flaws=flaws)
+    off = {1: ppm} if ppm else {}
+    options = SimOptions(images, hz, pixel_ppm=-700, edges=edges, flaws=flaws, oscillators_ppm=off)
     with SimLink(options) as link:
         runs = [BoardRun(link, unit + 1) for unit in range(len(images))]
         for each in runs:

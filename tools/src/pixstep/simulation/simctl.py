@@ -31,8 +31,11 @@ class SimOptions:
     pixel_jitter_ns: float = 0.0  # evenly distributed
     flaws: ClockFlaws = field(default_factory=ClockFlaws)
     seed: int = 1
-    power_up_ms: int | None = None  # within which boards get their supply; None: POWER_UP_MS if
-    edges: Path | None = None  # there are several, and a single one at the start
+    # Within this time each board gets its supply; None: POWER_UP_MS, a board alone at the start.
+    power_up_ms: int | None = None
+    # By board from 1 on: how much faster than the first one's, whose cycles are the time of all.
+    oscillators_ppm: Mapping[int, float] = field(default_factory=dict)
+    edges: Path | None = None
     clock_log: Path | None = None
     pin_log: Path | None = None
     serial_log: Path | None = None
@@ -74,6 +77,8 @@ class SimOptions:
                 words += [option, str(path)]
         for (board, axis), knobs in self.plants.items():
             words += ["--plant", f"{board}.{axis}:{knobs}"]
+        for board, ppm in self.oscillators_ppm.items():
+            words += ["--oscillator-ppm", f"{board}={ppm!r}"]
         for board, path in self.eeproms.items():
             words += ["--eeprom", f"{board}={path}"]
         return [*words, *self.extra, "--control"]
@@ -87,6 +92,7 @@ class MoreOptions(TypedDict, total=False):
     flaws: ClockFlaws
     seed: int
     power_up_ms: int | None
+    oscillators_ppm: Mapping[int, float]
     edges: Path | None
     clock_log: Path | None
     pin_log: Path | None
@@ -132,7 +138,8 @@ class Simulator(SimPipe):
 
     Every method raises SimulatorError with the runner's own text if it refuses or ends. After an
     exception the process is ended, never left behind. Boards and axes count from 0. Where a method
-    takes `at`, it happens at this cycle to come instead of now. `tick_hz` cycles are a second.
+    takes `at`, it happens at this cycle to come instead of now. All cycles are those of the first
+    board's oscillator; `tick_hz` of them are a second.
     """
 
     def __init__(self, options: SimOptions, program: Sequence[str | Path] | None = None) -> None:
