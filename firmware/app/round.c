@@ -376,6 +376,10 @@ static void decode_in_turn(uint16_t budget)
             return;
         }
         clock_edges_poll_between();
+        // The edge may have placed lines, whose release does not wait for a long round.
+        if (budget > DECODE_BUDGET_STARTING && start_near()) {
+            return;
+        }
         uint8_t i = first_to_end(out);
         if (i == NO_AXIS) {
             return;

@@ -35,7 +35,8 @@ enum block_result {
 //                  ^ |       | ^
 //                  | v       v |
 //               DRY,     AWAITS_TRAIN       EDGE_INSIDE --> STEPS, EDGE_BEHIND --> PIECE
-//        PIXEL_AWAITS_TRAIN
+//        PIXEL_AWAITS_TRAIN,
+//          PIXEL_SINGLES
 enum decode_phase {
     // No line is being decoded.
     DECODE_OUTSIDE,
@@ -46,6 +47,8 @@ enum decode_phase {
     // The next piece is due, a whole pixel as one pulse train, but the interrupt still needs both
     // of its trains.
     DECODE_PIXEL_AWAITS_TRAIN,
+    // Inside a whole pixel whose steps are entries of their own: no pulse train can make them.
+    DECODE_PIXEL_SINGLES,
     // Inside a piece with steps.
     DECODE_STEPS,
     // Inside a piece whose steps are a pulse train, but the interrupt still needs both of its

@@ -25,6 +25,8 @@ _Static_assert(DECODE_ROOM_LEFT > FEED_BURST, "a step fits");
 #define CURVED_STEP_COST 12u
 #define SLOW_STEP_COST   (SEVERAL_AXES ? 36u : 24u) // found by the slow path
 #define TRAIN_COST       12u
+// Even steps that are entries; the assembly of several axes takes some 15 cycles for one.
+#define SINGLES_COST(count) ((uint8_t)(SEVERAL_AXES ? (count) / 4u + 1u : (count)))
 #define PUMP_COST        6u // a part of a long interval, some 330 cycles
 #define PIECE_COST       (SEVERAL_AXES ? 30u : 1u) // to begin a piece
 #define TRAIN_PIXEL_COST 20u
@@ -234,6 +236,10 @@ static uint8_t burst_size(const struct axis *axis, uint8_t budget, uint8_t shift
     if (count == 0) {
         count = 1;
     }
+    // The slots of a batch are free when all of it is made. A single axis has no batches.
+    if (SEVERAL_AXES && count > CURVE_BATCH) {
+        count = CURVE_BATCH;
+    }
     if (room < count) {
         count = room;
     }
@@ -269,6 +275,9 @@ static uint8_t decode_burst(struct axis *axis, uint8_t budget)
         return 0;
     }
     walk_skip(&axis->walk, count, ticks);
+    if (!axis->walk.curved) {
+        return SINGLES_COST(count);
+    }
     return (uint8_t)(count << shift);
 }
 
@@ -328,10 +337,47 @@ static uint8_t decode_train_pixel(struct axis *axis)
     case TRAIN_PIXEL_WAITS:
         axis->phase = DECODE_PIXEL_AWAITS_TRAIN;
         return EVEN_PIXEL_WAITS;
+    case TRAIN_PIXEL_SINGLES:
+        axis->phase = DECODE_PIXEL_SINGLES;
+        axis->walk.until = (uint16_t)(axis->walk.steps.even.steps - 1u);
+        return TRAIN_PIXEL_COST;
     case TRAIN_PIXEL_OTHER:
     default:
         return 0;
     }
+}
+
+// True when the ring has room for more.
+static inline bool room_left(const struct stream *stream)
+{
+    return stream_space(stream) >= DECODE_ROOM_LEFT;
+}
+
+// Write more of a pixel whose steps are entries, and the mark at its end. Returns what it cost of a
+// round's budget.
+static uint8_t decode_pixel_singles(struct axis *axis, uint8_t budget)
+{
+    struct stream *stream = &axis->feed.stream;
+    struct walk *walk = &axis->walk;
+    uint8_t left = budget;
+
+    do {
+        uint8_t count = (uint8_t)(stream_space(stream) - FEED_BURST);
+        // The slots of a batch are free when all of it is made.
+        count = count < CURVE_BATCH ? count : (uint8_t)CURVE_BATCH;
+        if (walk->until < count) {
+            count = (uint8_t)walk->until;
+        }
+        (void)train_pixel_singles(&walk->steps.even, stream, count);
+        walk->until = (uint16_t)(walk->until - count);
+        if (walk->until == 0) {
+            stream_add_mark(stream, false, (uint16_t)axis->line.position);
+            axis->phase = DECODE_PIECE;
+        }
+        uint8_t cost = SINGLES_COST(count);
+        left = left > cost ? (uint8_t)(left - cost) : 0;
+    } while (left != 0 && walk->until != 0 && room_left(stream));
+    return (uint8_t)(budget - left);
 }
 
 // Pixels other than the shortest even ones are written as a whole, too: they ask for the length.
@@ -363,6 +409,9 @@ static uint8_t decode_pixels(struct axis *axis, uint8_t budget)
 {
     if (SEVERAL_AXES && axis->phase == DECODE_PIXEL_AWAITS_TRAIN) {
         return decode_train_pixel(axis);
+    }
+    if (SEVERAL_AXES && axis->phase == DECODE_PIXEL_SINGLES) {
+        return decode_pixel_singles(axis, budget);
     }
     if (!at_whole_pixel(axis)) {
         return 0;
@@ -410,12 +459,6 @@ static inline bool in_curve(const struct axis *axis)
 {
     return SEVERAL_AXES && axis->phase == DECODE_STEPS && axis->walk.curved &&
            !feed_busy(&axis->feed) && burst_due(axis);
-}
-
-// True when the ring has room for more.
-static inline bool room_left(const struct stream *stream)
-{
-    return stream_space(stream) >= DECODE_ROOM_LEFT;
 }
 
 // Decode more of a curve while it is narrow: most of a smooth line. Inside it nothing but its next

@@ -127,7 +127,15 @@ bool line_grid_early(const struct line_grid *grid, bool runs_ahead)
     if (runs_ahead) {
         beyond--;
     }
-    return (int16_t)(edges + beyond * lock->divider - lock->lead_edges) > 0;
+    uint16_t lead=lock->lead_edges;
+#if defined(VARA)
+    if (grid->mode == LINE_GRID_WAITS) lead = (uint16_t)(2u*lead);
+#elif defined(VARB)
+    if (grid->mode == LINE_GRID_WAITS) lead = (uint16_t)(14u*lock->divider);
+#elif defined(VARC)
+    lead = (uint16_t)(2u*lead);
+#endif
+    return (int16_t)(edges + beyond * lock->divider - lead) > 0;
 }
 
 void lock_grid_hold_period(void)

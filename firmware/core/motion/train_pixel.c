@@ -1,31 +1,81 @@
 // SPDX-License-Identifier: MIT
 #include "motion/train_pixel.h"
 
+#include <stddef.h> // offsetof
+
 #include "base/apart.h"        // APART
+#include "base/multiply.h"     // multiply_u32_u16
+#include "build_features.h"    // SEVERAL_AXES
+#include "motion/even_layout.h"
 #include "motion/even_pixel.h" // EVEN_PIXEL_MAX_STEPS
 #include "motion/line.h"       // struct line
 
 // Of such a pixel, the steps in front of its train included.
 #define MAX_ENTRIES (TRAIN_STAGGER_MAX + TRAIN_PIXEL_MAX_ENTRIES)
 
-uint32_t train_pixel_singles(struct even *even, struct stream *stream, uint8_t count)
+// What even_singles_write() has made.
+struct even_singles {
+    // Intervals that are a tick longer than the others.
+    uint8_t longer;
+    // The first period's high byte, which the caller stores: the interrupt sees them all by it.
+    uint8_t first_high;
+};
+
+// even_singles_write(): write the next `count` steps, 1 or more, into the ring from `slot` on.
+#if defined(__AVR__) && SEVERAL_AXES
+
+_Static_assert(offsetof(struct even, base_ticks) == EVEN_BASE &&
+                   offsetof(struct even, remainder) == EVEN_REMAINDER &&
+                   offsetof(struct even, steps) == EVEN_STEPS &&
+                   offsetof(struct even, sum) == EVEN_SUM &&
+                   offsetof(struct step_ring, high) == STEP_RING_SLOTS,
+               "known to even_singles.S");
+
+struct even_singles even_singles_write(struct even *even,
+                                       struct step_ring *ring,
+                                       uint8_t slot,
+                                       uint8_t count);
+
+#else
+
+// As even_singles.S does it.
+static struct even_singles even_singles_write(struct even *even,
+                                              struct step_ring *ring,
+                                              uint8_t slot,
+                                              uint8_t count)
 {
-    struct step_ring *ring = stream->ring;
     struct even next = *even;
     uint16_t base_ticks = (uint16_t)next.base_ticks;
-    uint8_t slot = stream->head;
-    uint32_t sum = 0;
+    struct even_singles made = {.longer = 0};
+    uint8_t end = (uint8_t)(slot + count);
+    volatile uint8_t *high = &made.first_high;
 
     // These intervals fit 16 bits, so that only the tick above the base comes from even_next().
     next.base_ticks = 0;
-    for (; count != 0; count--) {
-        uint16_t ticks = (uint16_t)(base_ticks + even_next(&next));
-        sum += ticks;
-        slot = stream_write(ring, slot, ticks);
+    while (slot != end) {
+        uint8_t more = (uint8_t)even_next(&next);
+        uint16_t top = (uint16_t)(base_ticks + more - 1u);
+
+        made.longer = (uint8_t)(made.longer + more);
+        ring->low[slot] = (uint8_t)top;
+        *high = (uint8_t)(top >> 8);
+        slot++;
+        high = &ring->high[slot];
     }
     even->sum = next.sum;
-    stream_note_batch(stream, (uint8_t)(slot - stream->head), sum);
-    return sum;
+    return made;
+}
+
+#endif
+
+uint32_t train_pixel_singles(struct even *even, struct stream *stream, uint8_t count)
+{
+    struct even_singles made =
+        even_singles_write(even, stream->ring, stream->head, count);
+    uint32_t ticks = multiply_u32_u16(even->base_ticks, count) + made.longer;
+
+    stream_publish_batch(stream, count, ticks, made.first_high);
+    return ticks;
 }
 
 // Write the steps in front of the train; the mark that waits is placed behind the first of them.
@@ -61,26 +111,37 @@ APART enum train_pixel train_pixel_write(struct line *line,
     uint16_t steps = line_many_steps(line, negative);
 
     // Where a train has less room than the longest needs, it is written in parts, as a piece is.
-    if (steps <= EVEN_PIXEL_MAX_STEPS || steps > TRAIN_PIXEL_MAX_STEPS ||
-        stream_marks_full(stream) || stream_space(stream) < MAX_ENTRIES) {
+    if (steps <= EVEN_PIXEL_MAX_STEPS || stream_marks_full(stream) ||
+        stream_space(stream) < MAX_ENTRIES) {
         return TRAIN_PIXEL_OTHER;
     }
     if (!stream_train_free(stream)) {
-        return stream->trains[stream->newest_train].ticks >= TRAIN_WAIT_TICKS
+        return steps <= TRAIN_PIXEL_MAX_STEPS &&
+                       stream->trains[stream->newest_train].ticks >= TRAIN_WAIT_TICKS
                    ? TRAIN_PIXEL_WAITS
                    : TRAIN_PIXEL_OTHER;
     }
     uint32_t ticks = line_known_ticks(line);
+    enum train_pixel made = TRAIN_PIXEL_DONE;
 
     even_start(even, ticks, steps);
     if (!stream_fits_train(stream, even)) {
+        if (even->base_ticks >= STEP_PERIOD_MAX_TICKS) {
+            return TRAIN_PIXEL_OTHER;
+        }
+        made = TRAIN_PIXEL_SINGLES;
+        stream_put_period(stream, (uint16_t)even_next(even));
+    } else if (steps > TRAIN_PIXEL_MAX_STEPS) {
         return TRAIN_PIXEL_OTHER;
+    } else {
+        put_pixel(even, stream, ticks, stagger);
     }
-    put_pixel(even, stream, ticks, stagger);
     line->curve_half = 0;
     line->speed = steps;
     line_pass_even(line, (int16_t)(negative ? -(int16_t)steps : (int16_t)steps));
-    stream_add_mark(stream, false, (uint16_t)line->position);
+    if (made == TRAIN_PIXEL_DONE) {
+        stream_add_mark(stream, false, (uint16_t)line->position);
+    }
     stream_lose_count(stream);
-    return TRAIN_PIXEL_DONE;
+    return made;
 }
