@@ -130,7 +130,8 @@ static void apply_capture(struct timer16 *t)
 {
     uint64_t cycle = t->capture_due;
 
-    t->capture_due = TIMER16_NEVER;
+    t->capture_due = t->capture_next;
+    t->capture_next = TIMER16_NEVER;
     t->icr = timer16_count(t, cycle);
     raise_unless_set(t, &t->part->icr, cycle);
 }
@@ -324,22 +325,33 @@ static bool lasting_level(struct timer16 *t, uint64_t cycle, bool rising_wanted)
     return t->icp_lasting;
 }
 
+// An edge is captured at this cycle, behind one that may still be on its way.
+static void plan_capture(struct timer16 *t, uint64_t cycle)
+{
+    if (t->capture_due == TIMER16_NEVER) {
+        t->capture_due = cycle;
+    } else {
+        t->capture_next = cycle;
+    }
+    timer16_schedule(t);
+}
+
 void timer16_icp(struct timer16 *t, bool level, uint64_t cycle)
 {
     bool rising_wanted = (t->tccrb & ICES_BIT) != 0;
+    bool cancels = (t->tccrb & ICNC_BIT) != 0;
 
     if (level == t->icp_level) {
         return;
     }
+    timer16_sync(t, cycle);
     t->icp_lasting = lasting_level(t, cycle, rising_wanted);
     t->icp_level = level;
     t->icp_cycle = cycle;
     if (level != t->icp_lasting && level == rising_wanted) {
-        t->capture_due = cycle + TIMER16_ICP_SYNC_CYCLES;
-        if ((t->tccrb & ICNC_BIT) != 0) {
-            t->capture_due += TIMER16_NOISE_CANCELER_CYCLES;
-        }
-        timer16_schedule(t);
+        plan_capture(t,
+                     cycle + TIMER16_ICP_SYNC_CYCLES +
+                         (cancels ? TIMER16_NOISE_CANCELER_CYCLES : 0U));
     }
 }
 
@@ -348,7 +360,7 @@ void timer16_reset(struct timer16 *t)
     t->tccra = t->tccrb = t->temp = 0;
     t->icr = t->frozen = 0;
     t->held = t->counting = t->blocked = t->delivering = false;
-    t->bottom_due = t->capture_due = TIMER16_NEVER;
+    t->bottom_due = t->capture_due = t->capture_next = TIMER16_NEVER;
     for (int i = 0; i < TIMER16_CHANNELS; i++) {
         t->ocr[i] = t->ocr_buffer[i] = 0;
         t->oc_level[i] = false;
