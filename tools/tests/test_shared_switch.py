@@ -155,7 +155,7 @@ def test_switches_that_bounce(board, axis):
 def test_one_axis_seeks_while_another_meets_its_limit():
     with HomeBench("mega", 0, f"{PLUS},start=-300") as made:
         made.way = 1
-        made.sim.knobs(0, 1, "home=0,hyst=2,start=-400")
+        made.sim.knobs(0, 1, "home=0,hyst=2,start=-200")
         made.board.write_setting("home_is_limit", 0b1010)
         made.board.command("enable", [1])
         upload = Upload(made.board, 1, [START, (0, 0), (1, 500), END])
