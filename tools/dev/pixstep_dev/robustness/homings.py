@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Homing and measure-play by switches that bounce, on mechanics of every kind.
 
-Every plant has play, a hysteresis, a delay of its contact and bounces of its own, and its load is
-put somewhere. The axis homes from there; then the play is measured. Both must be right to a step:
+Every plant has play, a hysteresis, a delay of its contact and bounces of its own; half of the
+switches are limit switches too. Its load is put somewhere. The axis homes from there; then the play
+is measured. Both must be right to a step:
 
     contact  ______/-\\_/--\\_/---------    2 to 10 more edges within 1 to 20,000 ticks, as it
                    |<- bounce ->|         closes and as it opens
@@ -10,7 +11,7 @@ put somewhere. The axis homes from there; then the play is measured. Both must b
 """
 
 import random
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from fractions import Fraction
 
 from pixstep.board import boards
@@ -19,6 +20,7 @@ from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.moves import homing, legs, playmeasure
 from pixstep.moves.accel import Acceleration
+from pixstep.moves.homesim import shared_limits
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simboard import SimulatedBoard
 
@@ -28,7 +30,10 @@ MOST_BOUNCE_TICKS = 20_000
 _RAMP = Acceleration((2, 12, 30, 44, 60), haps=5, source="the campaign's profile")
 _SLOW = {PLAIN: 1, SMOOTH: 2}  # steps/px: 40,000 ticks a step at least
 _MOST_DELAY_TICKS = 16_000  # beside the bounces, so that both are shorter than a slow step
-_TRAVEL = 900
+_MOST_START = 1200
+_TRAVEL = 3500  # either way
+_OVER = 1000  # beyond a limit switch that is sought quickly
+_SHARED = 0.5
 _SETTLE_S = 0.02
 _AT_ONCE = 10  # plants on one simulator
 
@@ -60,6 +65,7 @@ class Plant:
 
     axis: int
     direction: int
+    shared: bool  # the home switch is the limit switch of its direction, too
     decode: str
     play: int
     hysteresis: int
@@ -73,11 +79,24 @@ class Plant:
     def knobs(self) -> str:
         """The plant as the simulator takes it: in minus direction it closes at low positions."""
         return (
-            f"home=0,hyst={self.hysteresis},travel={-_TRAVEL}..{_TRAVEL},play={self.play},"
+            f"home=0,hyst={self.hysteresis},travel={self.travel},over={_OVER},play={self.play},"
             f"active={'high' if self.direction < 0 else 'low'},start={self.start},"
             f"delay={self.delay},bounce={self.bounce},bounce_ticks={self.bounce_ticks},"
             f"seed={self.seed}"
         )
+
+    @property
+    def travel(self) -> str:
+        """From one limit switch to the other: that of a shared one is where it closes."""
+        ends = [-_TRAVEL, _TRAVEL]
+        if self.shared:
+            ends[self.direction > 0] = 0 if self.direction > 0 else -self.hysteresis
+        return "..".join(map(str, ends))
+
+    @property
+    def limit(self) -> str:
+        """The limit that the home switch is, too."""
+        return "none" if not self.shared else "plus" if self.direction > 0 else "minus"
 
     @property
     def closes_at(self) -> int:
@@ -91,7 +110,6 @@ class Plant:
             self.direction,
             slow=_SLOW[self.decode],
             search_steps=3 * _TRAVEL,
-            clear_steps=6 + self.play,
             decode=self.decode,
         )
         return legs.plan(_RAMP, request, PIXEL_HZ)
@@ -105,10 +123,11 @@ def plant(rng: random.Random, plan: Plan, direction: int) -> Plant:
     return Plant(
         axis=rng.randrange(boards.load(plan.board).axes),
         direction=direction,
+        shared=rng.random() < _SHARED,
         decode=rng.choice((PLAIN, SMOOTH)),
-        play=rng.choice((0, rng.randint(1, 60))),
-        hysteresis=rng.randint(1, 12),
-        start=rng.randint(-_TRAVEL // 2, _TRAVEL // 2),
+        play=rng.choice((0, rng.randint(1, 60), rng.randint(61, 1500))),
+        hysteresis=rng.randint(0, 40),
+        start=rng.randint(-_MOST_START, _MOST_START),
         delay=rng.choice((0, rng.randint(0, _MOST_DELAY_TICKS))),
         bounce=bounce,
         bounce_ticks=max(bounce, ticks),
@@ -145,14 +164,15 @@ def _try_all(name: str, plants: list[Plant], outcome: Outcome, progress: Progres
 
 def _try(run: SimulatedBoard, plant: Plant, outcome: Outcome) -> None:
     """Put the load of a plant somewhere, home it and measure its play."""
+    word = shared_limits(0, plant.axis, plant.limit)
+    run.board.write_setting("home_is_limit", word)
     run.simulator.knobs(0, plant.axis, plant.knobs)
     run.simulator.wait_s(_SETTLE_S)
     try:
         homing.home(run.board, plant.plan(), PIXEL_HZ, run.link.world)
         off = run.simulator.plant(0, plant.axis)[0] - plant.closes_at
         _note(outcome, outcome.homed_off_steps, plant, "homed", off)
-        slow = replace(plant.plan(), clear_steps=2 + plant.hysteresis)
-        found = playmeasure.measure(run.board, slow, PIXEL_HZ, run.link.world, repeat=2)
+        found = playmeasure.measure(run.board, plant.plan(), PIXEL_HZ, run.link.world, repeat=2)
         for apart in found.plays:
             off = round(apart) - plant.play - plant.hysteresis
             _note(outcome, outcome.play_off_steps, plant, "play", off)
@@ -161,9 +181,7 @@ def _try(run: SimulatedBoard, plant: Plant, outcome: Outcome) -> None:
         run.board.command("clear_fault", [])
 
 
-def _note(
-    outcome: Outcome, counts: dict[int, int], plant: Plant, what: str, off: int
-) -> None:
+def _note(outcome: Outcome, counts: dict[int, int], plant: Plant, what: str, off: int) -> None:
     counts[off] = counts.get(off, 0) + 1
     if abs(off) > 1:
         outcome.complaints.append(f"plant {outcome.plants}: {what} {off} steps off: {plant}")
