@@ -3,6 +3,7 @@
 
 #include "app/axes.h"     // axes_get
 #include "app/faults.h"   // faults_latch
+#include "app/seek.h"     // seek_uses_switch
 #include "app/settings.h" // settings_now
 #include "base/apart.h"   // APART
 #include "hal/clock.h"    // clock_now_units
@@ -83,10 +84,32 @@ static uint8_t filter_switches(struct look *inputs, uint8_t now)
     return changed;
 }
 
+// The limits of an axis that its home switch is, too.
+static uint8_t shared_limits(uint8_t axis)
+{
+    uint8_t bits = (uint8_t)settings_now()->home_is_limit;
+
+    if (CONFIG_AXES > 1) {
+        bits = (uint8_t)(bits >> (uint8_t)(2u * axis));
+    }
+    return (uint8_t)(bits << 1) & LIMITS;
+}
+
+// Tripped limits, by pins of their own and by a home switch that is one of them.
+static uint8_t tripped_limits(uint8_t axis)
+{
+    uint8_t state = look_of(axis)->state;
+
+    if ((state & SWITCH_HOME) != 0) {
+        state |= shared_limits(axis);
+    }
+    return state & LIMITS;
+}
+
 // Latch a fault when an axis moves on towards a tripped limit switch. The axis may stand there or
-// move away. The position is noted at rest too, because a last step may follow a stop and homing
-// changes the position.
-static void watch_limits(uint8_t i, bool first_look)
+// move away. A limit that is the home switch waits while a seek uses that. The position is noted at
+// rest too, because a last step may follow a stop and homing changes the position.
+static void watch_limits(uint8_t i, uint8_t limits, bool first_look)
 {
     struct axis *axis = axes_get(i);
     struct look *inputs = look_of(i);
@@ -99,9 +122,12 @@ static void watch_limits(uint8_t i, bool first_look)
     if (first_look || axis->life.state != AXIS_RUNNING) {
         return;
     }
-    if (moved > 0 && (inputs->state & SWITCH_LIMIT_PLUS) != 0) {
+    if (seek_uses_switch(i)) {
+        limits &= (uint8_t)~shared_limits(i);
+    }
+    if (moved > 0 && (limits & SWITCH_LIMIT_PLUS) != 0) {
         faults_latch_plain(FAULT_limit_plus, i);
-    } else if (moved < 0 && (inputs->state & SWITCH_LIMIT_MINUS) != 0) {
+    } else if (moved < 0 && (limits & SWITCH_LIMIT_MINUS) != 0) {
         faults_latch_plain(FAULT_limit_minus, i);
     }
 }
@@ -110,10 +136,11 @@ void inputs_poll(uint8_t axis)
 {
     struct look *inputs = look_of(axis);
     uint8_t now = (uint8_t)((switches_read(axis) ^ tripped_levels()) ^ SWITCH_ALL);
-    bool changed = (filter_switches(inputs, now) & LIMITS) != 0;
+    bool changed = filter_switches(inputs, now) != 0;
+    uint8_t limits = tripped_limits(axis);
 
-    if ((inputs->state & LIMITS) != 0) {
-        watch_limits(axis, changed);
+    if (limits != 0) {
+        watch_limits(axis, limits, changed);
     }
 }
 

@@ -180,6 +180,11 @@ bool seek_has_clock_input(void)
     return CONFIG_PIXEL_CLOCK_AXIS == CONFIG_SWITCH_CAPTURE_AXIS && seek.axis != NO_AXIS;
 }
 
+bool seek_uses_switch(uint8_t axis)
+{
+    return seek.axis == axis && seek.captured;
+}
+
 bool seek_edge_waits(uint8_t axis)
 {
     return seek.axis == axis && switch_capture_waiting();

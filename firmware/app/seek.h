@@ -65,6 +65,10 @@ void seek_poll(void);
 // True when the timer input that captures the pixel clock captures the switch now.
 bool seek_has_clock_input(void);
 
+// True when this axis seeks and has captured an edge of its home switch, until it is at rest or the
+// edge was a disturbance. Not when the switch was as sought from the start.
+bool seek_uses_switch(uint8_t axis);
+
 // True when this axis seeks, and an edge of its switch was captured and not taken. The ledger must
 // not pass the edge then, because the edge is placed by an older sample.
 bool seek_edge_waits(uint8_t axis);
@@ -94,6 +98,12 @@ static inline void seek_poll(void)
 
 static inline bool seek_has_clock_input(void)
 {
+    return false;
+}
+
+static inline bool seek_uses_switch(uint8_t axis)
+{
+    (void)axis;
     return false;
 }
 

@@ -20,7 +20,11 @@ class Capture {
         this.cpu = cpu;
         this.timer = timer;
         this.level = 0;
-        this.due = NEVER;
+        this.coming = []; // cycles of the captures that are still on their way
+    }
+
+    get due() {
+        return this.coming.length === 0 ? NEVER : this.coming[0];
     }
 
     // The front end's input is at this level from this cycle on.
@@ -34,14 +38,13 @@ class Capture {
             throw new Error(`timer ${this.timer.name}: its noise canceler is not modelled`);
         }
         if (level === (control & RISING ? 1 : 0)) {
-            this.due = cycle + CAPTURE_CYCLES;
+            this.coming.push(cycle + CAPTURE_CYCLES);
         }
     }
 
     sync(cycle) {
-        if (this.due <= cycle) {
-            this.timer.capture(this.due);
-            this.due = NEVER;
+        while (this.due <= cycle) {
+            this.timer.capture(this.coming.shift());
         }
     }
 }

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The analog comparator as timer 1's capture source, against numbers reckoned by hand."""
 
+import itertools
 import unittest
 
 from harness import GPIOR2, RESULT_ADDRESS, Session, SimTest, image, read_edges, rising
@@ -148,6 +149,49 @@ class Capture(SimTest):
         for board in BOARDS:
             with self.subTest(board=board):
                 self.check_edges(board, DO_RISING | DO_CANCELER, 7)
+
+    def drive_at(self, pin, cycles):
+        """Drive a high pin low at the first cycle, and to and fro at the others; run past them."""
+        for number, cycle in enumerate(cycles):
+            self.tell(f"pin 0 {pin[0]} {pin[1]} {number % 2} at {cycle}")
+        self.run_on(5_000)
+
+    def bounced(self, board, apart):
+        """Captures of a fall and of another one so many cycles behind: 1 the first, 2 the other."""
+        self.start(board, DO_RISING | DO_PULL_UP)
+        first = self.run_on(20_000) + 1_000
+        self.drive_at(CHANNELS[board][0], (first, first + apart // 2, first + apart))
+        counts = self.counts_at((first, first + apart), 3)
+        return [1 + counts.index(count) for count in self.captured()]
+
+    def test_a_bounce_overwrites_what_was_not_read(self):
+        """"ICR1 is updated with the TCNT1 value each time an event occurs".
+
+        An edge behind the one that interrupts is all that the handler reads, unless it comes behind
+        the reading; its own flag interrupts once more.
+        """
+        for board in BOARDS:
+            with self.subTest(board=board):
+                found = {apart: self.bounced(board, apart) for apart in range(2, 90, 2)}
+                kinds = [kind for kind, _ in itertools.groupby(found.values())]
+                self.assertEqual(kinds, [[2, 2], [1, 2]])
+                # Its reading lies behind 4 cycles of entry, a jump and the saving of registers.
+                self.assertTrue(16 < [*found.values()].index([1, 2]) * 2 + 2 < 60, found)
+
+    def test_a_level_that_changes_every_cycle(self):
+        """Each second cycle has an edge; the first ones do not wait for the last."""
+        for board in BOARDS:
+            with self.subTest(board=board):
+                self.start(board, DO_RISING | DO_PULL_UP)
+                first = self.run_on(20_000) + 1_000
+                cycles = range(first, first + 201)
+                self.drive_at(CHANNELS[board][0], cycles)
+                found = self.captured()
+                falls = self.counts_at(cycles[::2], 3)
+                self.assertLess(falls.index(found[0]), 30)
+                self.assertGreater(len(found), 3)
+                self.assertEqual(found, [count for count in falls if count in found])
+                self.assertEqual(found[-1], falls[-1])
 
     def test_every_channel_hears_its_own_pin_only(self):
         for board in BOARDS:

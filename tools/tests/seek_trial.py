@@ -24,7 +24,7 @@ MOST_STEPS_PER_S = 20_000
 FILTERS_US = (200, 1000, 4000)
 AHEAD_TICKS = 0x20000
 OWN_FAULTS = ("home_not_found", "home_stuck", "limit_minus", "limit_plus")
-INTERRUPT_TICKS = 400  # until the capture is read
+INTERRUPT_TICKS = 640  # until the capture is read, with the interrupts of more bounces between
 SLACK_S = 0.01  # rounds of the main loop, a frame being served
 REFUSED = {"settings": 6, "second": 4, "zero": 4, "disable": 4, "disarm": 4, "clear_fault": 4}
 ZERO = 8
@@ -116,9 +116,9 @@ class Trial:
         text = f"home={home},hyst=5,start=0,active={'high' if self.high else 'low'}"
         text += f",over=1000000,delay={rng.choice((0, 0, rng.randint(1, 40_000)))}"
         if bounce:
-            text += (
-                f",bounce={bounce},bounce_ticks={self.filter_us * 16 * 9 // 10},seed={self.seed}"
-            )
+            most = self.filter_us * 16 * 9 // 10
+            ticks = rng.choice((most, max(bounce, round(most ** rng.random()))))
+            text += f",bounce={bounce},bounce_ticks={ticks},seed={self.seed}"
         if self.limit:
             at = max(1, self.distance // 2)
             text += f",travel={-at}..{at}"
@@ -283,6 +283,8 @@ class Run:
         assert state["trip_axis"] == trial.axis
         assert state["trip_code"] == (2 if trial.opening else 1)
         if self._bounced_at_once(changed):
+            span = [int(np.count_nonzero(rising <= changed + late)) for late in (0, INTERRUPT_TICKS)]
+            assert span[0] <= trial.sign * state["trip_position_steps"] <= span[1], (state, span)
             return "bounced", None
         steps = trial.sign * int(np.count_nonzero(rising <= changed))
         assert state["trip_position_steps"] == steps, (state["trip_position_steps"], steps)

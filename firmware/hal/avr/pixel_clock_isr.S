@@ -39,6 +39,10 @@
 ; A second edge that comes before ICRn is read has overwritten it. The edge is left out then, which
 ; a lock bridges; OVERRUN tells.
 ;
+; With one axis this also takes the edges of a home switch, and a contact's first bounces come as
+; close as that. The edge of a seek is therefore not left out: it gets the count of this very
+; moment, some 200 cycles behind the contact's first edge, and the engine is noted once more for it.
+;
 ; r3 belongs to the step interrupts (step_isr.S), which cannot come while this uses it. Reading ICRn
 ; and TCNTn disturbs TEMP, which belongs to a train there: it is put back.
 ;
@@ -70,6 +74,7 @@
 #define TIMER_FLAGS     EXPAND(TIFR, BOARD_PIXEL_CLOCK_TIMER, )
 #define OVERFLOW        0 // bits of TIMER_FLAGS, the same in every timer
 #define CAPTURED        5
+#define SWITCH_CAPTURES (CONFIG_AXES == 1 && FEATURE_HOMING)
 #define PARKED_BIT      2 // which no other state of an engine has
 #define WAIT_MAX_TICKS  22
 #if STEP_STATE_PARKED != 1 << PARKED_BIT
@@ -209,7 +214,8 @@ VECTOR:
     sei
     sbrs r19, CAPTURED
     sbic GPIOR0, FLAG_PIXEL_CLOCK_SECOND
-    rjmp .Lleave
+    rjmp .Lsecond
+.Lcounted_edge:
     std Z + CAPTURED_EDGE_TICKS, r20
     std Z + CAPTURED_EDGE_TICKS + 1, r21
 #if CONFIG_AXES == 1
@@ -311,6 +317,29 @@ VECTOR:
     std Z + CAPTURED_EDGE_IDLE_COUNT + 1, r24
     ldi r19, CAPTURED_EDGE_WAS_PARKED
     rjmp .Lcomplete
+#endif
+
+.Lsecond:
+#if SWITCH_CAPTURES
+    in r24, ACSR
+    sbrs r24, ACIC
+    rjmp .Lleave
+.Lcount_now:
+    ; As above, so that no overflow waits behind the count: it lies in m.
+    sei
+    nop
+    cli
+    lds r20, COUNT_LOW
+    lds r21, COUNT_HIGH
+    sbic TIMER_FLAGS, OVERFLOW
+    rjmp .Lcount_now
+    lds r3, ENGINE + STEP_ISR_TRAIN_HIGH
+    sts TOP_HIGH, r3
+    note_engine
+    cbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
+    rjmp .Lcounted_edge
+#else
+    rjmp .Lleave
 #endif
 
 .Lfull:

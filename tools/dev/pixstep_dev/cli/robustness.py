@@ -232,6 +232,46 @@ def starts(ctx, board, count, seed, as_json):
     _finish(ctx, asdict(outcome), rows, "no silent difference", as_json=as_json)
 
 
+@robustness_group.command()
+@click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
+@click.option("--count", type=click.IntRange(min=1), default=500, show_default=True, help="Plants.")
+@click.option(
+    "--bounce-ticks",
+    type=click.IntRange(min=1),
+    nargs=2,
+    default=(1, 20_000),
+    show_default=True,
+    help="The shortest and the longest bouncing.",
+)
+@_seed
+@_json
+@click.pass_context
+def homings(ctx, board, count, bounce_ticks, seed, as_json):
+    """Home by switches that bounce, and measure the play by them.
+
+    Random mechanics: play, hysteresis, the contact's delay and its bounces as it closes and opens;
+    half of the home switches are limit switches too.
+
+    Exit status 0 only if every home and every play is right to a step.
+    """
+    from pixstep_dev.robustness import homings as campaign
+
+    with progress.shown(f"{board}: {count} plants") as show:
+        outcome = campaign.run(campaign.Plan(board, count, seed, bounce_ticks), show)
+    rows = [
+        f"{board}: {outcome.plants:,} plants, contacts that bounce for {bounce_ticks[0]} to "
+        f"{bounce_ticks[1]} ticks",
+        f"  steps off, homed: {_spread(outcome.homed_off_steps)}; "
+        f"play: {_spread(outcome.play_off_steps)}",
+    ]
+    _finish(ctx, asdict(outcome), rows, "every switch was found to a step", as_json=as_json)
+
+
+def _spread(counts: dict[int, int]) -> str:
+    """Return how often each deviation was met."""
+    return ", ".join(f"{off} {number:,} times" for off, number in sorted(counts.items())) or "none"
+
+
 robustness_group.add_command(orders)
 
 COMMANDS = (robustness_group,)

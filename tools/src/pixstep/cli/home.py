@@ -67,6 +67,7 @@ def home_sim(
         plant=options["plant"],
         inverted=options["inverted"] or "none",
         filter_us=options["filter_us"],
+        home_is_limit=options["home_is_limit"] or "none",
         seed=options["seed"],
     )
     with progress.shown("homing") as show:

@@ -64,6 +64,13 @@ _OPTIONS = (
         help="Switches that are tripped when their pin is high.  [default: none; on a board "
         "as it is set]",
     ),
+    click.option(
+        "--home-is-limit",
+        type=click.Choice(list(homesim.SHARED)),
+        default=None,
+        help="The motor's limit switch that the home switch is, too.  [default: none; on a board "
+        "as it is set]",
+    ),
     raw_option,
     line_option,
 )
@@ -82,6 +89,7 @@ class HomeOptions(TypedDict):
     clear: int | None
     filter_us: int | None
     inverted: str | None
+    home_is_limit: str | None
     raw: bool
     line_number: int | None
 

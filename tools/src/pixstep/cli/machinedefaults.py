@@ -416,6 +416,7 @@ _FACTS: dict[str, Callable[[Facts], object]] = {
     "max_acceleration": _limit("max_acceleration"),
     "max_jerk": _limit("max_jerk"),
     "start_stop": _limit("start_stop"),
+    "home_is_limit": lambda facts: facts.motor.home_is_limit,
     "out": _folder,
 }
 _NO_MOTOR_S = ("pixel_hz", "divider", "sync", "board", "port", "baud", "parity", "unit", "units")

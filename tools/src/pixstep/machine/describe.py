@@ -46,6 +46,7 @@ def motor_json(machine: Tables, motor: Motor) -> dict[str, object]:
             float(scale.steps_per_unit) if scale else None
         ),
         "backlash_steps": motor.backlash_steps,
+        "home_is_limit": motor.home_is_limit,
         "limits": {
             key: limit_json(motor, key, machine.pixel_hz)
             for key in Limits.model_fields

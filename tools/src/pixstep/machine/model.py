@@ -110,6 +110,7 @@ class Motor(_Table):
     steps_per_unit: StepScale | None = None
     direction: Literal["+", "-"] = "+"
     backlash: Distance = Quantity(Fraction(0), DISTANCE, False, "0")
+    home_is_limit: Literal["none", "minus", "plus"] | None = None
     limits: Limits = Limits()
     profiles: Profiles = Profiles()
 

@@ -20,6 +20,7 @@ SETTLE_S = 0.05
 OUTPUTS = ("edges.csv", "switches.csv")
 HYSTERESIS = 8  # steps, of a simulated home switch unless its knobs say otherwise
 INVERTED = {"none": 0, "home": 1, "limits": 2, "both": 3}
+SHARED = {"none": 0, "minus": 1, "plus": 2}  # the limit that the home switch is too
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,7 @@ class HomeJob:
     plant: str
     inverted: str = "none"
     filter_us: int | None = None
+    home_is_limit: str = "none"
     seed: int = 1
 
     @property
@@ -144,10 +146,18 @@ def home_edges(path: Path, job: HomeJob) -> list[tuple[int, int]]:
     ]
 
 
+def shared_limits(word: int, axis: int, limit: str) -> int:
+    """Return setting `home_is_limit` with another limit for one axis: none, minus or plus."""
+    return word & ~(3 << 2 * axis) | SHARED[limit] << 2 * axis
+
+
 def _home(done: HomeRun, simulated: SimulatedBoard, progress: Progress) -> None:
     """Set the board up, home, and ask the simulator where everything is."""
     job, axis, simulator = done.job, done.job.plan.axis, simulated.simulator
-    settings = {"inputs_inverted": INVERTED[job.inverted]}
+    settings = {
+        "inputs_inverted": INVERTED[job.inverted],
+        "home_is_limit": shared_limits(0, axis, job.home_is_limit),
+    }
     if job.filter_us is not None:
         settings["input_filter_us"] = job.filter_us
     try:

@@ -171,7 +171,7 @@ class _Measuring(Legs):
         margin = self.plan.clear_steps + ceil(self.plan.top * self.pixel_hz * _CONTACT_S)
         for _ in range(_TRIES):
             distance = edge + away * margin - self.position()
-            if distance:
+            if distance and not (distance * self.plan.direction > 0 and self._at_limit()):
                 self.move(before, distance)
             if self.board.switches(self.plan.axis).home == seek.opens:
                 found = self._edge(name, seek)
@@ -181,6 +181,12 @@ class _Measuring(Legs):
             f"axis {self.plan.axis}: the switch is {'open' if seek.opens else 'closed'} "
             f"{margin} steps from where it changed before"
         )
+
+    def _at_limit(self) -> bool:
+        """True on a home switch that is a limit switch too: only a seek may lead on towards it."""
+        bit = 2 * self.plan.axis + (self.plan.direction > 0)
+        shared = self.board.setting("home_is_limit") >> bit & 1
+        return bool(shared) and self.board.switches(self.plan.axis).home
 
     def _gap(self) -> float | None:
         return self.position() - self.encoder() if self.encoder else None

@@ -18,7 +18,7 @@ from pixstep.cli.homeoptions import HomeOptions, home_options, make_plan
 from pixstep.cli.options import json_option, show_json
 from pixstep.lines.rational import refuse_period
 from pixstep.moves import homing, legs
-from pixstep.moves.homesim import INVERTED
+from pixstep.moves.homesim import INVERTED, shared_limits
 from pixstep.moves.homing import Homed, HomingError
 
 
@@ -88,6 +88,9 @@ def _set_inputs(
         wanted["inputs_inverted"] = old["inputs_inverted"] & 4 | INVERTED[options["inverted"]]
     if options["filter_us"] is not None:
         wanted["input_filter_us"] = options["filter_us"]
+    if options["home_is_limit"] is not None:  # the other axes' bits stay
+        word, axis = old["home_is_limit"], options["axis"]
+        wanted["home_is_limit"] = shared_limits(word, axis, options["home_is_limit"])
     settings.write(board, old, settings.changes(old, wanted))
 
 
