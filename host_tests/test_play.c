@@ -50,7 +50,7 @@ static void follow_load(void)
     }
 }
 
-static void queue_smooth(int16_t mark, int16_t play)
+static void queue_smooth(uint16_t mark, int16_t play)
 {
     static const int16_t counts[] = {20, 40, 40, 40, 40, 40, 20};
 
@@ -94,7 +94,7 @@ static void run(int32_t most_steps)
     }
 }
 
-static void run_smooth(int16_t mark)
+static void run_smooth(uint16_t mark)
 {
     queue_smooth(mark, PLAY);
     run(0);
@@ -107,7 +107,7 @@ static void run_plain(int16_t count)
 }
 
 // A smooth line moves the load by all of its way, and knows it.
-static void check_smooth(int16_t mark)
+static void check_smooth(uint16_t mark)
 {
     int32_t before = load;
 
