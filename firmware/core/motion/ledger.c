@@ -182,7 +182,8 @@ APART uint16_t ledger_settle_play(struct ledger *ledger)
     if (ledger->negative) {
         place = (uint16_t)-place;
     }
-    return play_settle(&ledger->play, place);
+    // What is left of a train may be cut off.
+    return play_settle(&ledger->play, (uint16_t)(place - ledger->left));
 }
 
 static void ledger_execute(struct ledger *ledger, uint8_t command)
