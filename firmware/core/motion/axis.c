@@ -190,9 +190,9 @@ static bool start_queued(const struct axis *axis)
 enum before {
     // The ledger tells: all of the steps are made.
     BEFORE_MADE,
-    // All of it: a line with backlash makes the last of the steps.
+    // All of it: they end with a line that has backlash, the same as the next one.
     BEFORE_ALL,
-    // Nobody knows: the line before is not made yet.
+    // Nobody knows: they end with another line, which is not made yet.
     BEFORE_UNKNOWN,
 };
 
@@ -207,22 +207,23 @@ static APART void begin_play(struct axis *axis, enum before before)
     uint16_t steps = line->backlash_steps;
 
     play_tell(&ledger->play, ledger_settle_play(ledger), steps);
-    uint16_t run = ledger_settle_play(ledger);
+    uint16_t lacking = ledger_settle_play(ledger);
     bool unknown = !play_known(&ledger->play);
 
     if (before != BEFORE_MADE) {
-        run = steps;
+        lacking = steps;
         unknown = before != BEFORE_ALL;
     }
+    // Up to here it is what is taken up in the direction of the steps before.
     if (line->negative == axis->feed.negative) {
-        run = steps - run;
+        lacking = steps - lacking;
+    }
+    if (unknown) {
+        lacking = steps;
     }
     axis->play_unknown = unknown;
-    if (unknown) {
-        run = steps;
-    }
-    line->backlash_steps = run;
-    if (run == 0) {
+    line->backlash_steps = lacking;
+    if (lacking == 0) {
         line->shifted = false;
     }
 }
