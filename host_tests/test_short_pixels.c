@@ -207,7 +207,7 @@ static uint32_t next_edge(void)
         starts[2] = starts[1];
         starts[1] = starts[0];
         starts[0] = bench.now_ticks;
-        decode_axis(&bench.axis, &bench.period, true, 30);
+        decode_axis(&bench.axis, &bench.period, 30);
         count_whole_pixels();
         if (bench.axis.phase == DECODE_PIXEL_AWAITS_TRAIN) {
             awaited++;
@@ -357,7 +357,7 @@ static void a_clock_edge_that_is_seen_late_behind_a_train(void)
             began[i] = began[i - 1u];
         }
         began[0] = bench.now_ticks;
-        decode_axis(&bench.axis, &bench.period, true, 30);
+        decode_axis(&bench.axis, &bench.period, 30);
         struct step_load load = step_engine_next(&bench.engine, &bench.ring);
         bench.now_ticks += (uint32_t)load.top_ticks + 1u;
         idle = (uint8_t)(idle + (load.idle ? 1u : 0u));

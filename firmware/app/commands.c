@@ -160,8 +160,7 @@ static void arm_axis(uint8_t i, const struct order *order)
     if (axis_waits_for_edge(axis) && settings_now()->sync != SYNC_FREE) {
         clock_edges_await();
     }
-    if (axis_arm(axis, reference_pixel(), settings_now()->backlash_policy == 0) &&
-        !axis->clocked) {
+    if (axis_arm(axis, reference_pixel()) && !axis->clocked) {
         start_now(i);
     }
 }

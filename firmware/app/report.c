@@ -58,6 +58,9 @@ uint16_t report_status(void)
         } else if (life->state == AXIS_STOPPING) {
             bits |= (uint16_t)(REPORT_STOPPING << i);
         }
+        if (axes_get(i)->play_unknown) {
+            bits |= (uint16_t)(REPORT_PLAY << i);
+        }
     }
     if (faults_any()) {
         bits |= REPORT_FAULT;

@@ -24,6 +24,8 @@
 #define REPORT_READY       0x1000u // axes wait for a clock edge, and all of them can begin
 #define REPORT_STEADY      0x2000u // since the mark every clock edge came as it should
 #define REPORT_STOPPING    0x0100u // axis 0 is stopping, and the next bits the next axes
+// Axis 0 began its newest line with backlash without knowing its play, and the next bits the next.
+#define REPORT_PLAY 0x1000u
 
 // The input register at this address, which must be mapped (data_input_mapped()). Where a 32-bit
 // value may change between the reads of its two words, reading the first word takes the sample that

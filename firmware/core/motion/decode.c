@@ -80,8 +80,7 @@ static bool no_more_pieces(const struct axis *axis)
 
 // Begin the next piece. False when nothing can be decoded now.
 static bool next_piece(struct axis *axis,
-                       const struct pixel_period *period,
-                       bool always_take_up)
+                       const struct pixel_period *period)
 {
     if (no_more_pieces(axis)) {
         return false;
@@ -93,7 +92,7 @@ static bool next_piece(struct axis *axis,
         begin_piece(axis);
         return true;
     case LINE_OVER:
-        axis_line_decoded(axis, period, always_take_up);
+        axis_line_decoded(axis, period);
         return true;
     case LINE_DRY:
     default:
@@ -437,7 +436,6 @@ static uint8_t decode_pixels(struct axis *axis, uint8_t budget)
 // wait.
 static inline uint8_t decode_piece(struct axis *axis,
                                    const struct pixel_period *period,
-                                   bool always_take_up,
                                    uint8_t budget)
 {
     if (feed_busy(&axis->feed)) {
@@ -451,7 +449,7 @@ static inline uint8_t decode_piece(struct axis *axis,
     if (axis->phase >= DECODE_STEPS) {
         return decode_steps(axis, budget);
     }
-    return next_piece(axis, period, always_take_up) ? PIECE_COST : 0;
+    return next_piece(axis, period) ? PIECE_COST : 0;
 }
 
 // True inside a curve, where nothing but its next steps is to be written.
@@ -518,7 +516,6 @@ static inline bool next_pixel_waits(const struct axis *axis)
 // Decode whatever comes next. Returns what is left of the budget.
 static LARGE uint8_t decode_all(struct axis *axis,
                                 const struct pixel_period *period,
-                                bool always_take_up,
                                 uint8_t budget)
 {
     while (budget != 0 && axis->phase != DECODE_OUTSIDE &&
@@ -529,7 +526,7 @@ static LARGE uint8_t decode_all(struct axis *axis,
             break;
         }
         if (cost == 0) {
-            cost = decode_piece(axis, period, always_take_up, budget);
+            cost = decode_piece(axis, period, budget);
             if (cost == 0) {
                 break;
             }
@@ -572,7 +569,6 @@ static inline bool decode_plain(struct axis *axis, uint8_t *budget)
 
 uint8_t decode_axis(struct axis *axis,
                     const struct pixel_period *period,
-                    bool always_take_up,
                     uint8_t budget)
 {
     if (in_curve(axis)) {
@@ -584,5 +580,5 @@ uint8_t decode_axis(struct axis *axis,
     } else if (decode_plain(axis, &budget)) {
         return budget;
     }
-    return decode_all(axis, period, always_take_up, budget);
+    return decode_all(axis, period, budget);
 }

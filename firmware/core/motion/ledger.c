@@ -22,6 +22,7 @@
 void ledger_reset(struct ledger *ledger, uint16_t first_period_ticks)
 {
     *ledger = (struct ledger){0};
+    play_reset(&ledger->play);
     ledger_restart(ledger, first_period_ticks);
 }
 
@@ -127,8 +128,15 @@ uint8_t ledger_steps_after(struct ledger *ledger,
 
 void ledger_zero(struct ledger *ledger, int32_t origin_steps)
 {
+    BY_POINTER_SMALL(ledger);
+    uint16_t origin = (uint16_t)origin_steps;
+
     ledger->position_steps -= origin_steps;
     ledger->line_origin -= origin_steps;
+    if (ledger->negative) {
+        origin = (uint16_t)-origin;
+    }
+    ledger->play.from = (uint16_t)(ledger->play.from - origin);
 }
 
 void ledger_cut(struct ledger *ledger, const struct stream *stream)
@@ -164,11 +172,25 @@ static void pass_marks(struct ledger *ledger, struct stream *stream)
     }
 }
 
+APART uint16_t ledger_settle_play(struct ledger *ledger)
+{
+    uint16_t place = (uint16_t)ledger->position_steps;
+
+    if (ledger->negative) {
+        place = (uint16_t)-place;
+    }
+    // What is left of a train may be cut off.
+    return play_settle(&ledger->play, (uint16_t)(place - ledger->left));
+}
+
 static void ledger_execute(struct ledger *ledger, uint8_t command)
 {
     if (command <= STEP_COMMAND_PULSE) {
         ledger->pulse = command == STEP_COMMAND_PULSE;
     } else if (command >= STEP_COMMAND_POSITIVE) {
+        if (FEATURE_BACKLASH) {
+            play_turn(&ledger->play, ledger_settle_play(ledger));
+        }
         ledger->negative = command == STEP_COMMAND_NEGATIVE;
     } else if (command == STEP_COMMAND_END) {
         ledger->pulse = false;

@@ -175,6 +175,47 @@ def estops(ctx, board, count, seed, as_json):
 
 @robustness_group.command()
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
+@click.option(
+    "--count", type=click.IntRange(min=1), default=350, show_default=True, help="Sequences."
+)
+@click.option(
+    "--first",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="Number of the first one: sequence SEED:NUMBER is the same in every run.",
+)
+@_seed
+@_json
+@click.pass_context
+def plays(ctx, board, count, first, seed, as_json):
+    """Stop axes with play at random cycles, and look where their loads are.
+
+    Lines, moves, searches, stops, emergency stops and disarms follow each other at random; each
+    sequence begins with a reset and a play of 1 to 400 steps.
+
+    Exit status 0 only if every load is within a step of its line at every pixel edge away from
+    take-ups, or the board says that it did not know the play; and if the board knows the play once
+    a line with backlash came to its end.
+    """
+    from pixstep_dev.robustness.plays import campaign
+
+    with progress.shown(f"{board}: {count} sequences") as show:
+        outcome = campaign.run(campaign.Plan(board, count, seed, first), show)
+    ends = ", ".join(f"{number:,} {name}" for name, number in sorted(outcome.ends.items()))
+    rows = [
+        f"{board}: {outcome.sequences:,} sequences, {outcome.lines:,} lines with backlash, of "
+        f"{outcome.warned:,} the board did not know the play",
+        f"  motions: {ends}",
+        f"  {outcome.edges:,} pixel edges away from take-ups, the load {outcome.worst_steps} steps "
+        f"off at most",
+    ]
+    otherwise = "every load was where its line says"
+    _finish(ctx, asdict(outcome), rows, otherwise, as_json=as_json)
+
+
+@robustness_group.command()
+@click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
 @click.option("--count", type=click.IntRange(min=1), default=2000, show_default=True, help="Cuts.")
 @_seed
 @_json

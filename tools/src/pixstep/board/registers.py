@@ -33,6 +33,7 @@ AXIS_COUNTS = tuple(sorted({board.axes for board in boards.all_boards()}))
 STATUS_MEASURED = 7  # bit of input register `status`: a lock to the pixel clock can begin
 STATUS_STEADY = 13  # bit of input register `status`: clock edges came regularly since the mark
 STATUS_STOPPING = 8  # bit of input register `status` for axis 0; the next axes follow
+STATUS_PLAY = 12  # axis 0 began its newest line with backlash without knowing its play; and so on
 STATUS_BITS = {  # of input register `status`
     "clock": 0,
     "armed": 1,
