@@ -13,7 +13,7 @@ period early and B steps at speed V fill the gap.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import isqrt, sqrt
@@ -159,6 +159,17 @@ class PieceTable:
     def begin(self) -> np.ndarray:
         """Where pieces begin, in pixel periods after line zero."""
         return np.array([part / self.parts for part in self.begin_parts])
+
+
+def instants_of(line: Line, period: Fraction, indices: Sequence[int]) -> Iterator[Instant]:
+    """Yield the exact instants of some steps, by their index from 0 on."""
+    table = PieceTable.of(line)
+    done = np.cumsum(table.steps)
+    for index, row in zip(indices, np.searchsorted(done, indices, side="right"), strict=True):
+        begin = Fraction(table.begin_parts[row], table.parts)
+        speed, accel, steps = int(table.speed[row]), int(table.accel[row]), int(table.steps[row])
+        piece = Piece(0, begin, speed, accel, steps, int(table.direction[row]))
+        yield instant(piece, index + 1 - int(done[row]) + steps, period)
 
 
 def directions(line: Line) -> np.ndarray:
