@@ -169,7 +169,7 @@ bool reference_edge(uint32_t edge_ticks, uint16_t *pixel)
     const struct lock_grid *grid = lock_grid_now();
 
     // False edges, too: they are what a clock of a wrong frequency is made of.
-    if (grid->locks) {
+    if (grid->locks || !FEATURE_CLOCK_STATISTICS) {
         clock_watch_interval(&edge_watch, clock_period.whole_ticks, edge_ticks);
     }
     if (!measure(grid->locks, edge_ticks) && grid->locks) {
@@ -177,12 +177,12 @@ bool reference_edge(uint32_t edge_ticks, uint16_t *pixel)
     }
     restart_time_out(grid->locks);
 #if FEATURE_CLOCK_STATISTICS
-    if (grid->locks) {
-        return edge_of_grid(pixel);
-    }
+    return grid->locks ? edge_of_grid(pixel)
+                       : clock_watch_edge(&edge_watch, &clock_period, edge_ticks, pixel);
+#else
+    (void)pixel;
+    return false;
 #endif
-    return !grid->locks &&
-           clock_watch_edge(&edge_watch, &clock_period, edge_ticks, pixel);
 }
 
 #if SEVERAL_AXES && FEATURE_CLOCK_STATISTICS

@@ -168,7 +168,8 @@ APART bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks)
             return false;
         }
         if (error <= most) {
-            take(filter, error, error > most / 2 || error < -(most / 2));
+            most /= 2;
+            take(filter, error, (uint32_t)(error + most) > 2u * (uint32_t)most);
             return true;
         }
         if (!clock_filter_bridge(filter)) {

@@ -14,7 +14,7 @@ static uint16_t shown_interval(uint32_t interval_ticks)
                                      : (uint16_t)((uint16_t)(interval_ticks >> 8) | 1u);
 }
 
-APART void clock_watch_interval(struct clock_watch *watch,
+void clock_watch_interval(struct clock_watch *watch,
                                 uint32_t period_ticks,
                                 uint32_t edge_ticks)
 {
@@ -194,16 +194,6 @@ void clock_watch_follow(struct clock_watch *watch,
     (void)period;
     (void)zero_ticks;
     watch->following = true;
-}
-
-bool clock_watch_edge(struct clock_watch *watch,
-                      const struct pixel_period *period,
-                      uint32_t edge_ticks,
-                      uint16_t *pixel)
-{
-    (void)pixel;
-    clock_watch_interval(watch, period->whole_ticks, edge_ticks);
-    return false;
 }
 
 #endif

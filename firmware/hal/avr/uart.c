@@ -185,7 +185,8 @@ uint32_t uart_age_ticks(void)
     } while (TCNT2 < count);
     uint16_t counts = overflowed ? (uint16_t)(count + 256u) : count;
 
-    return (uint32_t)counts << (TCCR2B == COUNT_1024 ? 10u : 8u);
+    // At 16 MHz a count of 256 cycles is short enough for every rate.
+    return (uint32_t)counts << (UART_DIVISOR_BITS > 8 && TCCR2B == COUNT_1024 ? 10u : 8u);
 }
 
 bool uart_holds(void)
