@@ -10,6 +10,7 @@
 #include "fakes/board_bench.h"
 #include "motion/lock_grid.h"
 #include "unity.h"
+#include "wire/register_map.h"
 
 #define NOMINAL_TICKS ((uint32_t)BENCH_PIXEL_TICKS)
 #define OFF_TICKS     (NOMINAL_TICKS + 80u) // 0.5 % too slow, within the tolerance
@@ -89,11 +90,11 @@ static void lines_wait_for_a_clock_that_has_settled(void)
 {
     bench_plain_line(0, pixel_steps, 3);
     bench_rounds(50);
-    TEST_ASSERT_EQUAL_HEX16(REPORT_CLOCK, report_status() & ~REPORT_STEADY);
+    TEST_ASSERT_EQUAL_HEX16(REPORT_CLOCK, report_status());
     TEST_ASSERT_NOT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_ARM));
     bench_rounds(SETTLE_ROUNDS);
     TEST_ASSERT_EQUAL_HEX16(REPORT_CLOCK | REPORT_SETTLED,
-                            report_status() & ~REPORT_STEADY);
+                            report_status());
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_ARM));
     check_done(0, 3, 3);
 }
@@ -107,13 +108,16 @@ static void a_line_waits_for_a_clock_that_rests(void)
     TEST_ASSERT_EQUAL(true, bench_give(1, COMMAND_ARM, 7)); // waits for a token, too
     bench_clock_off();
     bench_rounds(2000);
-    TEST_ASSERT_EQUAL_HEX16(REPORT_SETTLED | REPORT_ARMED | REPORT_READY,
+    TEST_ASSERT_EQUAL_HEX16(REPORT_SETTLED | REPORT_ARMED,
                             report_status());
+    TEST_ASSERT_EQUAL_UINT16(1, bench_input(REG_INPUT_ready));
+    TEST_ASSERT_EQUAL_UINT16(0, bench_input(REG_INPUT_mark_steady));
     TEST_ASSERT_EQUAL(true, bench_give(0, COMMAND_MARK, 0));
+    TEST_ASSERT_EQUAL_UINT16(1, bench_input(REG_INPUT_mark_steady));
     TEST_ASSERT_EQUAL_INT32(MARK_RESTS, mark_now()->ticks);
     TEST_ASSERT_EQUAL(true, bench_give(0, COMMAND_GO, 7));
     bench_rounds(2000);
-    TEST_ASSERT_EQUAL_HEX16(REPORT_SETTLED | REPORT_ARMED | REPORT_READY | REPORT_STEADY,
+    TEST_ASSERT_EQUAL_HEX16(REPORT_SETTLED | REPORT_ARMED,
                             report_status());
     uint32_t first_ticks = fake_now_ticks() + 5000u;
     clock_from(first_ticks, OFF_TICKS);

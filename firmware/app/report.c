@@ -34,14 +34,6 @@ static inline uint16_t clock_status(void)
     if (reference_settled()) {
         bits |= REPORT_SETTLED;
     }
-    if (start_any_waits() && start_ready()) {
-        bits |= REPORT_READY;
-    }
-#if FEATURE_TOKENS
-    if (mark_now()->steady) {
-        bits |= REPORT_STEADY;
-    }
-#endif
     return bits;
 }
 
@@ -100,6 +92,13 @@ static uint16_t outputs_word(uint8_t axis, bool low)
     (void)axis;
     (void)low;
     return (uint16_t)(drivers_on() | (permit_is_on() ? OUTPUTS_PERMIT : 0));
+}
+
+static uint16_t ready_word(uint8_t axis, bool low)
+{
+    (void)axis;
+    (void)low;
+    return start_any_waits() && start_ready() ? 1u : 0;
 }
 
 static uint16_t clock_edge_word(uint8_t axis, bool low)
@@ -230,7 +229,7 @@ struct source {
 #define MORE_PLACE    (REG_AXIS_BASE + REG_AXIS_STRIDE)
 #define AXIS(offset)  (REG_AXIS_BASE + (offset))
 #define MORE(address) (MORE_PLACE + (address) - MORE_BASE)
-#define SOURCES       MORE(REG_INPUT_zero_edge + 1)
+#define SOURCES       MORE(REG_INPUT_ready + 1)
 
 // The board's registers, those of one axis for all of them, and the board's others.
 static const struct source sources[SOURCES] IN_FLASH = {
@@ -323,9 +322,9 @@ static const struct source sources[SOURCES] IN_FLASH = {
     [MORE(REG_INPUT_mark_edge)] = MEMBER(WIDTH_WORD, OWNER_MARK, IN_MARK(edge)),
     [MORE(REG_INPUT_mark_count)] = MEMBER(WIDTH_BYTE, OWNER_MARK, IN_MARK(count)),
     [MORE(REG_INPUT_zero_edge)] = MEMBER(WIDTH_WORD, OWNER_MARK, IN_MARK(zero_edge)),
-#else
-    [MORE(REG_INPUT_zero_edge)] = CONSTANT(0),
+    [MORE(REG_INPUT_mark_steady)] = MEMBER(WIDTH_BYTE, OWNER_MARK, IN_MARK(steady)),
 #endif
+    [MORE(REG_INPUT_ready)] = CALL(ready_word),
 };
 
 _Static_assert(AXIS(0) == REG_INPUT_trip_ticks + 2,

@@ -21,8 +21,6 @@
 #define REPORT_PERMIT      0x0020u // the permit is switched on
 #define REPORT_LISTEN_ONLY 0x0040u // the server is in listen-only mode
 #define REPORT_SETTLED     0x0080u // lines can be locked to the pixel clock
-#define REPORT_READY       0x1000u // axes wait for a clock edge, and all of them can begin
-#define REPORT_STEADY      0x2000u // since the mark every clock edge came as it should
 #define REPORT_STOPPING    0x0100u // axis 0 is stopping, and the next bits the next axes
 // Axis 0 began its newest line with backlash without knowing its play, and the next bits the next.
 #define REPORT_PLAY 0x1000u

@@ -208,7 +208,8 @@ class FakeBoard(FakeServer):
             "settings_state": self.settings_state(), "clock_edge": self.edge() & 0xFFFF,
             "mark_count": self.mark[0] & 0xFF, "mark_edge": self.mark[1] & 0xFFFF,
             "mark_ticks": round(self.mark[2] * boards.load(self.kind).tick_hz),
-            "zero_edge": self.zero_edge,
+            "zero_edge": self.zero_edge, "mark_steady": self.mark[0] > 0,
+            "ready": any(axis.state == "armed" for axis in self.axes),
         }  # fmt: skip
         return known.get(name, self.values.get(name, 0))
 
@@ -217,7 +218,6 @@ class FakeBoard(FakeServer):
         return (
             self.clock | ("armed" in states) << 1 | ("running" in states) << 2
             | bool(self.fault[0]) << 3 | self.estop << 4 | self.permit << 5
-            | ("armed" in states) << 12 | (self.mark[0] > 0) << 13
         )  # fmt: skip
 
     def edge(self):

@@ -31,7 +31,6 @@ STORE_KEY = 0x5AFE  # argument of store and default_settings
 BOARD_IDS = {board.id: board.name for board in boards.all_boards()}
 AXIS_COUNTS = tuple(sorted({board.axes for board in boards.all_boards()}))
 STATUS_MEASURED = 7  # bit of input register `status`: a lock to the pixel clock can begin
-STATUS_STEADY = 13  # bit of input register `status`: clock edges came regularly since the mark
 STATUS_STOPPING = 8  # bit of input register `status` for axis 0; the next axes follow
 STATUS_PLAY = 12  # axis 0 began its newest line with backlash without knowing its play; and so on
 STATUS_BITS = {  # of input register `status`
@@ -42,7 +41,6 @@ STATUS_BITS = {  # of input register `status`
     "estop": 4,
     "permit": 5,
     "listen_only": 6,
-    "ready": 12,
 }
 SYNCS = {"free": 0, "start": 1, "lock": 2}  # of setting `sync`
 OUTPUT_PERMIT = 8  # bit of input register `outputs`; bit n is the driver of axis n

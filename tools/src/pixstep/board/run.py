@@ -83,6 +83,12 @@ def arm(board: Board, axes: list[int], token: int = 0) -> None:
             raise _why_not(board, "arm", axes) from None
 
 
+def play_unknown(board: Board, axes: list[int]) -> list[int]:
+    """Return those of some axes whose newest line with backlash began without knowing the play."""
+    status = board.input("status") if axes else 0
+    return [axis for axis in axes if status >> (regs.STATUS_PLAY + axis) & 1]
+
+
 def command(board: Board, name: str, axes: list[int], argument: int = 0) -> None:
     """Give a command; a refusal is explained by the state of the board."""
     try:

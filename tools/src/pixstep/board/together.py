@@ -153,7 +153,7 @@ def _await_ready(group: list[Lines], world: World) -> None:
             run.raise_fault(lines.board)
         if not status["armed"]:
             run.require(lines, ("armed",), "not armed after all")
-        if status["ready"] or not _follows_clock(lines.board):
+        if lines.board.input("ready") or not _follows_clock(lines.board):
             waiting.pop(0)
         elif world.now_s() > end_s:
             raise BoardError(
@@ -200,12 +200,11 @@ def _go(board: Board, token: int, edge: int) -> None:
     try:
         board.go(token, edge)
     except ExceptionReplyError:
-        status = board.input("status")
         run.raise_fault(board)
         why = "it is not ready"
-        if not status >> regs.STATUS_STEADY & 1:
+        if not board.input("mark_steady"):
             why = "its pixel clock was disturbed since the mark"
-        elif regs.flags(status)["ready"]:
+        elif board.input("ready"):
             why = "the edge is too near: the bus or the host was held up"
         raise BoardError(f"board {board.unit}: it refuses to go: {why}") from None
 

@@ -16,6 +16,7 @@ from pixstep.cli.board.group import (
     Units,
     axes_option,
     boards,
+    note_play,
     note_unattended,
     port_options,
     stopping,
@@ -55,6 +56,8 @@ def start_command(
         shown = progress.shown("running") if wait else contextlib.nullcontext(progress.unseen)
         with shown as show, stopping(group):
             started = _start(group, found.world)
+            for item in group:
+                note_play(item.board, item.axes)
             if wait:
                 run.follow(group, found.world, progress=show)
                 if started:
