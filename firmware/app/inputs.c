@@ -3,7 +3,6 @@
 
 #include "app/axes.h"     // axes_get
 #include "app/faults.h"   // faults_latch
-#include "app/seek.h"     // seek_uses_switch
 #include "app/settings.h" // settings_now
 #include "base/apart.h"   // APART
 #include "hal/clock.h"    // clock_now_units
@@ -106,9 +105,9 @@ static uint8_t tripped_limits(uint8_t axis)
     return state & LIMITS;
 }
 
-// Latch a fault when an axis moves on towards a tripped limit switch. The axis may stand there or
-// move away. A limit that is the home switch waits while a seek uses that. The position is noted at
-// rest too, because a last step may follow a stop and homing changes the position.
+// Latch a fault when an axis moves on towards one of these limits. The axis may stand there or move
+// away. The position is noted at rest too, because a last step may follow a stop and homing changes
+// the position; and while a limit waits, which is not among these then.
 static void watch_limits(uint8_t i, uint8_t limits, bool first_look)
 {
     struct axis *axis = axes_get(i);
@@ -122,9 +121,6 @@ static void watch_limits(uint8_t i, uint8_t limits, bool first_look)
     if (first_look || axis->life.state != AXIS_RUNNING) {
         return;
     }
-    if (seek_uses_switch(i)) {
-        limits &= (uint8_t)~shared_limits(i);
-    }
     if (moved > 0 && (limits & SWITCH_LIMIT_PLUS) != 0) {
         faults_latch_plain(FAULT_limit_plus, i);
     } else if (moved < 0 && (limits & SWITCH_LIMIT_MINUS) != 0) {
@@ -132,7 +128,7 @@ static void watch_limits(uint8_t i, uint8_t limits, bool first_look)
     }
 }
 
-void inputs_poll(uint8_t axis)
+void inputs_poll(uint8_t axis, bool home_is_sought)
 {
     struct look *inputs = look_of(axis);
     uint8_t now = (uint8_t)((switches_read(axis) ^ tripped_levels()) ^ SWITCH_ALL);
@@ -140,6 +136,9 @@ void inputs_poll(uint8_t axis)
     uint8_t limits = tripped_limits(axis);
 
     if (limits != 0) {
+        if (home_is_sought) {
+            limits &= (uint8_t)~shared_limits(axis);
+        }
         watch_limits(axis, limits, changed);
     }
 }

@@ -283,8 +283,9 @@ class Run:
         assert state["trip_axis"] == trial.axis
         assert state["trip_code"] == (2 if trial.opening else 1)
         if self._bounced_at_once(changed):
-            span = [int(np.count_nonzero(rising <= changed + late)) for late in (0, INTERRUPT_TICKS)]
-            assert span[0] <= trial.sign * state["trip_position_steps"] <= span[1], (state, span)
+            found = trial.sign * state["trip_position_steps"]
+            first, last = np.searchsorted(rising, (changed, changed + INTERRUPT_TICKS), "right")
+            assert first <= found <= last, (state, first, last)
             return "bounced", None
         steps = trial.sign * int(np.count_nonzero(rising <= changed))
         assert state["trip_position_steps"] == steps, (state["trip_position_steps"], steps)
