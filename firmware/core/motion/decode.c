@@ -25,8 +25,8 @@ _Static_assert(DECODE_ROOM_LEFT > FEED_BURST, "a step fits");
 #define CURVED_STEP_COST 12u
 #define SLOW_STEP_COST   (SEVERAL_AXES ? 36u : 24u) // found by the slow path
 #define TRAIN_COST       12u
-// Even steps that are entries; the assembly of several axes takes some 15 cycles for one.
-#define SINGLES_COST(count) ((uint8_t)(SEVERAL_AXES ? (count) / 4u + 1u : (count)))
+// Even steps that are entries, with several axes: some 15 cycles for one.
+#define SINGLES_COST(count) ((uint8_t)((count) / 4u + 1u))
 #define PUMP_COST        6u // a part of a long interval, some 330 cycles
 #define PIECE_COST       (SEVERAL_AXES ? 30u : 1u) // to begin a piece
 #define TRAIN_PIXEL_COST 20u
@@ -274,7 +274,7 @@ static uint8_t decode_burst(struct axis *axis, uint8_t budget)
         return 0;
     }
     walk_skip(&axis->walk, count, ticks);
-    if (!axis->walk.curved) {
+    if (SEVERAL_AXES && !axis->walk.curved) {
         return SINGLES_COST(count);
     }
     return (uint8_t)(count << shift);

@@ -1,6 +1,6 @@
 ; SPDX-License-Identifier: MIT
 ; Evenly spaced steps as single periods, on boards of several axes: steps that no pulse train can
-; make are written so, for all axes at once. even_singles_write() in train_pixel.c is the same in C.
+; make are written so, for all axes at once. train_pixel_singles() in train_pixel.c is the C for it.
 ;
 ;     struct even_singles even_singles_write(struct even *even, struct step_ring *ring,
 ;                                            uint8_t slot, uint8_t count)

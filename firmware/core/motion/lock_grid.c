@@ -10,6 +10,10 @@
 
 #define INDEX(number) ((uint8_t)(number) & (LOCK_GRID_EDGES - 1u))
 
+// Before line zero several axes are decoded so many times as far ahead as later: the pieces of a
+// ramp that takes up backlash can cost them more than a pixel's time.
+#define WAITING_LEADS 3u
+
 struct lock_grid lock_grid;
 
 struct lock_grid *lock_grid_now(void)
@@ -127,14 +131,10 @@ bool line_grid_early(const struct line_grid *grid, bool runs_ahead)
     if (runs_ahead) {
         beyond--;
     }
-    uint16_t lead=lock->lead_edges;
-#if defined(VARA)
-    if (grid->mode == LINE_GRID_WAITS) lead = (uint16_t)(2u*lead);
-#elif defined(VARB)
-    if (grid->mode == LINE_GRID_WAITS) lead = (uint16_t)(14u*lock->divider);
-#elif defined(VARC)
-    lead = (uint16_t)(2u*lead);
-#endif
+    uint16_t lead = lock->lead_edges;
+    if (SEVERAL_AXES && grid->mode == LINE_GRID_WAITS) {
+        lead = (uint16_t)(lead * WAITING_LEADS);
+    }
     return (int16_t)(edges + beyond * lock->divider - lead) > 0;
 }
 

@@ -13,15 +13,6 @@
 // Of such a pixel, the steps in front of its train included.
 #define MAX_ENTRIES (TRAIN_STAGGER_MAX + TRAIN_PIXEL_MAX_ENTRIES)
 
-// What even_singles_write() has made.
-struct even_singles {
-    // Intervals that are a tick longer than the others.
-    uint8_t longer;
-    // The first period's high byte, which the caller stores: the interrupt sees them all by it.
-    uint8_t first_high;
-};
-
-// even_singles_write(): write the next `count` steps, 1 or more, into the ring from `slot` on.
 #if defined(__AVR__) && SEVERAL_AXES
 
 _Static_assert(offsetof(struct even, base_ticks) == EVEN_BASE &&
@@ -31,42 +22,18 @@ _Static_assert(offsetof(struct even, base_ticks) == EVEN_BASE &&
                    offsetof(struct step_ring, high) == STEP_RING_SLOTS,
                "known to even_singles.S");
 
+struct even_singles {
+    // Intervals that are a tick longer than the others.
+    uint8_t longer;
+    // The first period's high byte, which the caller stores: the interrupt sees them all by it.
+    uint8_t first_high;
+};
+
+// Write the next `count` steps, 1 or more, into the ring from `slot` on: even_singles.S.
 struct even_singles even_singles_write(struct even *even,
                                        struct step_ring *ring,
                                        uint8_t slot,
                                        uint8_t count);
-
-#else
-
-// As even_singles.S does it.
-static struct even_singles even_singles_write(struct even *even,
-                                              struct step_ring *ring,
-                                              uint8_t slot,
-                                              uint8_t count)
-{
-    struct even next = *even;
-    uint16_t base_ticks = (uint16_t)next.base_ticks;
-    struct even_singles made = {.longer = 0};
-    uint8_t end = (uint8_t)(slot + count);
-    volatile uint8_t *high = &made.first_high;
-
-    // These intervals fit 16 bits, so that only the tick above the base comes from even_next().
-    next.base_ticks = 0;
-    while (slot != end) {
-        uint8_t more = (uint8_t)even_next(&next);
-        uint16_t top = (uint16_t)(base_ticks + more - 1u);
-
-        made.longer = (uint8_t)(made.longer + more);
-        ring->low[slot] = (uint8_t)top;
-        *high = (uint8_t)(top >> 8);
-        slot++;
-        high = &ring->high[slot];
-    }
-    even->sum = next.sum;
-    return made;
-}
-
-#endif
 
 uint32_t train_pixel_singles(struct even *even, struct stream *stream, uint8_t count)
 {
@@ -77,6 +44,30 @@ uint32_t train_pixel_singles(struct even *even, struct stream *stream, uint8_t c
     stream_publish_batch(stream, count, ticks, made.first_high);
     return ticks;
 }
+
+#else
+
+uint32_t train_pixel_singles(struct even *even, struct stream *stream, uint8_t count)
+{
+    struct step_ring *ring = stream->ring;
+    struct even next = *even;
+    uint16_t base_ticks = (uint16_t)next.base_ticks;
+    uint8_t slot = stream->head;
+    uint32_t sum = 0;
+
+    // These intervals fit 16 bits, so that only the tick above the base comes from even_next().
+    next.base_ticks = 0;
+    for (; count != 0; count--) {
+        uint16_t ticks = (uint16_t)(base_ticks + even_next(&next));
+        sum += ticks;
+        slot = stream_write(ring, slot, ticks);
+    }
+    even->sum = next.sum;
+    stream_note_batch(stream, (uint8_t)(slot - stream->head), sum);
+    return sum;
+}
+
+#endif
 
 // Write the steps in front of the train; the mark that waits is placed behind the first of them.
 // Returns their ticks.
