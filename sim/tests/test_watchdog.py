@@ -80,6 +80,16 @@ class Guard(SimTest):
             late = edges[1] - edges[0] - SHORTEST - RESPONSE[board] - 4 - 2 - 1
             self.assertIn(late, range(4, 8), board)
 
+    def test_what_answers_late_moves_no_period(self):
+        """Out of a loop of three cycles each is answered as soon as the turn is over."""
+        periods = 30
+        for board in ("uno", "mega"):
+            _, edges = self.go(12, (periods + 1) * SHORTEST + 30_000, board)
+            self.assertEqual(len(edges), 2 + periods)
+            gaps = differences(edges[1:])
+            self.assertGreater(len(set(gaps)), 1)
+            self.assertLessEqual(abs(edges[-1] - edges[1] - periods * SHORTEST), 3)
+
     def test_wdr_to_the_cycle(self):
         """The reset comes a whole period after WDR, at once out of a sleep."""
         for board in ("uno", "mega"):

@@ -84,6 +84,16 @@ __attribute__((noreturn)) static void sleep_between(void)
     }
 }
 
+// Interrupts only, each out of a loop of three cycles: how late one is answered changes.
+__attribute__((noreturn)) static void turn_between(void)
+{
+    sei();
+    mark();
+    CHANGE(0, 1U << WDIE);
+    __asm__ volatile("1:\n\tnop\n\trjmp 1b");
+    __builtin_unreachable();
+}
+
 // WDR, then the reset out of a sleep.
 static void sleep_to_the_end(void)
 {
@@ -118,6 +128,8 @@ static void run_other(uint8_t what)
         sleep_between();
     } else if (what == 11) {
         sleep_to_the_end();
+    } else if (what == 12) {
+        turn_between();
     } else { // 20 + WDP
         prescalers((uint8_t)(what - 20U));
     }
