@@ -228,7 +228,11 @@ def test_random_programs_against_an_independent_optimum(seed):
     assert least * 0.999 <= report.total_ms <= least * 1.02
 
 
-@pytest.mark.parametrize("seed", range(cases(80, 1000)))
+# Some of these would have equal counts around a peak, at the end or beside their highest speed.
+PEAKS = {97, 296, 365, 542, 653, 705, 764}
+
+
+@pytest.mark.parametrize("seed", sorted({*range(cases(80, 1000)), *PEAKS}))
 def test_smooth_motors_stay_within_their_limits_as_the_board_decodes_them(seed):
     rng = np.random.default_rng(seed)
     hz = int(rng.choice([50, 100, 200]))
