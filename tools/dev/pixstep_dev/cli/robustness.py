@@ -313,6 +313,32 @@ def _spread(counts: dict[int, int]) -> str:
     return ", ".join(f"{off} {number:,} times" for off, number in sorted(counts.items())) or "none"
 
 
+@robustness_group.command()
+@click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
+@click.option(
+    "--count", type=click.IntRange(min=1), default=1000, show_default=True, help="Clocks."
+)
+@_seed
+@_json
+@click.pass_context
+def clocks(ctx, board, count, seed, as_json):
+    """Give a board pixel clocks of another frequency than it is set to.
+
+    0.24 to 4.2 times the frequency, at rest and in motion, lines that begin on the clock and lines
+    that are locked to it. Exit status 0 only if each was refused or named by a fault within 8 of its
+    edges or 20 ms, and no line ran to its end.
+    """
+    from pixstep_dev.robustness import clocks as campaign
+
+    with progress.shown(f"{board}: {count} clocks") as show:
+        outcome = campaign.run(campaign.Plan(board, count, seed), show)
+    rows = [
+        f"{board}: {outcome.clocks:,} wrong clocks, {outcome.in_motion:,} of them in motion",
+        *(f"  {number:>6,} {name}" for name, number in sorted(outcome.named.items())),
+    ]
+    _finish(ctx, asdict(outcome), rows, "each one was refused or named", as_json=as_json)
+
+
 robustness_group.add_command(orders)
 
 COMMANDS = (robustness_group,)
