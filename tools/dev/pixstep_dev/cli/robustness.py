@@ -325,8 +325,8 @@ def clocks(ctx, board, count, seed, as_json):
     """Give a board pixel clocks of another frequency than it is set to.
 
     0.24 to 4.2 times the frequency, at rest and in motion, lines that begin on the clock and lines
-    that are locked to it. Exit status 0 only if each was refused or named by a fault within 8 of its
-    edges or 20 ms, and no line ran to its end.
+    that are locked to it. Exit status 0 only if each was refused or named by a fault within 8 of
+    its edges or 20 ms, and no line ran to its end.
     """
     from pixstep_dev.robustness import clocks as campaign
 

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Pixel clocks of another frequency than the board is set to: never followed without a word.
 
-A trial takes a clock of 0.24 to 4.2 times the frequency set. It comes while the board rests and has
-measured the right clock, or in the middle of a line. Within 8 of its edges, or 20 ms where those are
-sooner, the board must have said so: a locked line is refused, or a fault is latched. No line may end
-as if nothing had been.
+A trial takes a clock of 0.24 to 4.2 times the frequency set. It comes while the board rests and
+has measured the right clock, or in the middle of a line. Within 8 of its edges, or 20 ms where
+those are sooner, the board must have said so: a locked line is refused, or a fault is latched. No
+line may end as if nothing had been.
 
 The two modes tolerate what is near: `lock` its tolerance, `start` a sixteenth of the period.
 """

@@ -152,12 +152,14 @@ def run_plan(plan: Plan, progress: Progress = unseen) -> Outcome:
     rng = random.Random(f"starts {plan.seed}")
     while outcome.starts < plan.starts:
         names = [rng.choice(plan.boards) for _ in range(rng.choice((2, 2, 3)))]
-        with tempfile.TemporaryDirectory(prefix="pixstep-") as folder:
-            with Bench(names, Path(folder) / "edges.csv", rng) as bench:
-                for _ in range(min(_AT_ONCE, plan.starts - outcome.starts)):
-                    bench.start_once(make(rng, len(names)), outcome)
-                    outcome.starts += 1
-                    progress(outcome.starts / plan.starts)
+        with (
+            tempfile.TemporaryDirectory(prefix="pixstep-") as folder,
+            Bench(names, Path(folder) / "edges.csv", rng) as bench,
+        ):
+            for _ in range(min(_AT_ONCE, plan.starts - outcome.starts)):
+                bench.start_once(make(rng, len(names)), outcome)
+                outcome.starts += 1
+                progress(outcome.starts / plan.starts)
     return outcome
 
 
@@ -277,7 +279,9 @@ class Bench:
                 outcome.named += 1
             return
         if len(firsts) != len(self.boards):
-            outcome.complaints.append(f"{where}: only boards {sorted(firsts)} moved, nobody says so")
+            outcome.complaints.append(
+                f"{where}: only boards {sorted(firsts)} moved, nobody says so"
+            )
             return
         period = self.sim.tick_hz / trial.hz
         zeros = []

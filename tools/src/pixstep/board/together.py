@@ -53,8 +53,10 @@ class Mark:
 
     @property
     def place(self) -> float:
-        """Where the end of the command lies among the board's edges; of a clock that rests behind
-        which."""
+        """Where the end of the command lies among the board's edges.
+
+        Of a clock that rests: the edge that it lies behind.
+        """
         return self.edge + (self.ticks / self.period_ticks if self.ticks is not None else 0)
 
     @property
@@ -89,8 +91,8 @@ class Together:
             f"board {board.unit} {count:.1f}" for board, count in zip(boards, counts, strict=True)
         )
         raise BoardError(
-            f"the boards have counted different numbers of clock edges since line zero ({said}): an "
-            f"edge was lost, false or doubled at one input; check the clock's wires, and home again"
+            f"the boards have counted different numbers of clock edges since line zero ({said}): "
+            f"an edge was lost, false or doubled at one input; check the clock's wires, and home again"
         )
 
 
@@ -242,8 +244,8 @@ def _agreed(boards: Sequence[Board], world: World) -> list[Mark]:
         off = abs(place - round(place))
         if off > _AGREE:
             raise BoardError(
-                f"boards {boards[0].unit} and {board.unit} see clock edges {off:.2f} periods apart: "
-                f"are they on one pixel clock?"
+                f"boards {boards[0].unit} and {board.unit} see clock edges {off:.2f} periods "
+                f"apart: are they on one pixel clock?"
             )
     return marks
 
@@ -255,7 +257,9 @@ def _marks_of_one_state(boards: Sequence[Board], world: World) -> list[Mark]:
         if _same_state(marks):
             return marks
         world.wait(_POLL_S)
-    running = [board.unit for board, mark in zip(boards, marks, strict=True) if mark.ticks is not None]
+    running = [
+        board.unit for board, mark in zip(boards, marks, strict=True) if mark.ticks is not None
+    ]
     still = [board.unit for board, mark in zip(boards, marks, strict=True) if mark.ticks is None]
     raise BoardError(
         f"the pixel clock runs at {_units(running)} and rests at {_units(still)}: check its wires"
@@ -300,8 +304,8 @@ def _read(board: Board) -> Mark:
 def _await_start(group: list[Lines], world: World, progress: Progress) -> None:
     """Wait until no axis is armed any more, while the clock rests for as long as it does.
 
-    Raises BoardError for a fault, if an axis is armed although the clock has run for so long that it
-    must have begun, and if the clock rests for minutes.
+    Raises BoardError for a fault, if an axis is armed although the clock has run for so long that
+    it must have begun, and if the clock rests for minutes.
     """
     rests_until_s = world.now_s() + _REST_S
     slowest_s = max(lines.board.pixel_period_s() for lines in group)

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import click
 
 from pixstep import signals
-from pixstep.board import registers as regs
 from pixstep.board import clock_hz, settings, snapshot
+from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
 from pixstep.board.link import Link
 from pixstep.board.port import Port
