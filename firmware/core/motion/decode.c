@@ -59,7 +59,7 @@ static void begin_piece(struct axis *axis)
     axis->phase = DECODE_STEPS;
 }
 
-APART uint32_t decode_ahead_ticks(const struct axis *axis)
+APART_LARGE uint32_t decode_ahead_ticks(const struct axis *axis)
 {
     uint32_t ahead = axis->feed.stream.end_ticks - axis->ledger.loaded_ticks;
 

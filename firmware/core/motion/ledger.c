@@ -10,15 +10,6 @@
 #include "motion/ledger_layout.h"
 #include "motion/step_ring_sum.h" // step_ring_sum
 
-// PART: what these functions save on the stack costs more time than a call, where the accounts of
-// several axes pass by many times for each train. With a single axis one function takes less flash
-// and stack.
-#if SEVERAL_AXES
-#define PART APART
-#else
-#define PART
-#endif
-
 void ledger_reset(struct ledger *ledger, uint16_t first_period_ticks)
 {
     *ledger = (struct ledger){0};
@@ -259,7 +250,7 @@ static APART void close_train(struct ledger *ledger,
     ledger->left = 0;
 }
 
-static PART void arrive_in_train(struct ledger *ledger,
+static APART_LARGE void arrive_in_train(struct ledger *ledger,
                                   struct stream *stream,
                                   const struct engine_sample *sample)
 {
@@ -275,7 +266,7 @@ static PART void arrive_in_train(struct ledger *ledger,
 
 // The rest of the train was cut off: close it. An edge in the rest of the entry is never passed;
 // what is left of the entry tells, and the marks of this slot were passed by that.
-static PART void cut_train(struct ledger *ledger, struct stream *stream)
+static APART_LARGE void cut_train(struct ledger *ledger, struct stream *stream)
 {
     BY_POINTER_SMALL(ledger);
     uint16_t loaded = ledger_train_loaded(ledger);
@@ -347,7 +338,7 @@ static void add_idle(struct ledger *ledger, struct stream *stream, uint16_t idle
 }
 
 // Returns false when the interrupt is inside something that must be taken as a whole.
-static PART bool advance_by_entries(struct ledger *ledger,
+static APART_LARGE bool advance_by_entries(struct ledger *ledger,
                                      struct stream *stream,
                                      const struct engine_sample *sample,
                                      bool whole)

@@ -12,7 +12,7 @@ static inline bool is_shifted(const struct line *line)
     return FEATURE_BACKLASH && line->shifted;
 }
 
-APART void line_begin(struct line *line,
+APART_LARGE void line_begin(struct line *line,
                       const struct pixel_period *period,
                       struct segment_queue *queue)
 {
