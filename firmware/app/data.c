@@ -225,7 +225,7 @@ APART bool line_divider_take(uint16_t edges, bool behind)
     }
     *divider = edges;
     if (!behind && judge_settings() == MODBUS_OK) {
-        limits_apply_divider();
+        limits_try_settings();
         return true;
     }
     *divider = before;
@@ -242,7 +242,7 @@ static inline void settle_divider(uint16_t before, bool taken)
         apply_settings();
     } else {
         settings_record()->divider = before;
-        limits_apply_divider();
+        limits_try_settings();
     }
 }
 

@@ -4,7 +4,7 @@
 #include "app/axes.h"         // axes_get
 #include "app/reference.h"    // reference_*
 #include "app/settings.h"     // settings_now
-#include "base/apart.h"       // BY_POINTER
+#include "base/apart.h"       // APART, BY_POINTER
 #include "base/flash.h"       // flash_word
 #include "motion/lock_grid.h" // lock_grid_now
 
@@ -23,13 +23,13 @@ static uint32_t shortest_pixel_ticks(void)
     return grid->locks ? lock_grid_shortest(grid) : grid->pixel.whole_ticks;
 }
 
-void limits_apply_divider(void)
+void limits_apply_settings(void)
 {
-    reference_apply_divider();
-    current_limits.pixel_ticks = shortest_pixel_ticks();
+    limits_try_settings();
+    reference_measure_anew();
 }
 
-void limits_apply_settings(void)
+APART void limits_try_settings(void)
 {
     // First, so that nothing is kept in registers meanwhile.
     reference_apply_settings();

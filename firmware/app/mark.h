@@ -10,7 +10,8 @@
 //     bus                      [mark]   ^ its end
 //
 // A board may handle the command some edges later: the newest edge then lies after the end, and the
-// noted time is negative.
+// noted time is negative. So it may be by an edge that has not been taken yet: the newest one that
+// was taken serves as well, because the host divides the time by the clock's period.
 #pragma once
 
 #include <stdbool.h>

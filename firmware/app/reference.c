@@ -45,20 +45,6 @@ static uint16_t edges_ahead(uint32_t lead_ticks, uint16_t divider)
     return edges < most ? edges : most;
 }
 
-APART void reference_apply_divider(void)
-{
-    const struct settings *settings = settings_now();
-    struct lock_grid *grid = lock_grid_now();
-
-    BY_POINTER(grid);
-    BY_POINTER(settings);
-    (void)settings_period(&grid->pixel, settings->divider);
-    grid->divider = settings->divider;
-    lock_grid_tolerate(clock_period.whole_ticks /
-                           divide_u32_u16(PPM, settings->lock_tolerance_ppm) +
-                       1u);
-}
-
 APART void reference_apply_settings(void)
 {
     const struct settings *settings = settings_now();
@@ -68,9 +54,13 @@ APART void reference_apply_settings(void)
     BY_POINTER(settings);
     uint8_t sync = (uint8_t)settings->sync;
     (void)settings_period(&clock_period, 1);
-    reference_apply_divider();
+    (void)settings_period(&grid->pixel, settings->divider);
     grid->locks = sync == SYNC_LOCK;
     grid->ignored = sync == SYNC_FREE;
+    grid->divider = settings->divider;
+    lock_grid_tolerate(clock_period.whole_ticks /
+                           divide_u32_u16(PPM, settings->lock_tolerance_ppm) +
+                       1u);
     grid->lead_edges = edges_ahead(LEAD_TICKS, grid->divider);
 #if SEVERAL_AXES
     fast = clock_period.whole_ticks <= FAST_TICKS;
@@ -78,13 +68,20 @@ APART void reference_apply_settings(void)
     uint16_t ahead_edges =
         edges_ahead(LEAD_TICKS + clock_period.whole_ticks / 8u * 3u, grid->divider);
     grid->more_edges = (uint16_t)(ahead_edges - grid->lead_edges);
-#else
-    uint16_t ahead_edges = grid->lead_edges;
 #endif
     place_edges = edges_in(PLACE_TICKS);
     grid->filter.hold_over = (uint8_t)settings->hold_over_edges;
-    clock_filter_aim(
-        &grid->filter, clock_period.whole_ticks, (uint16_t)(grid->divider + ahead_edges));
+}
+
+void reference_measure_anew(void)
+{
+    struct lock_grid *grid = lock_grid_now();
+    uint16_t ahead_edges = (uint16_t)(grid->divider + grid->lead_edges);
+
+#if SEVERAL_AXES
+    ahead_edges = (uint16_t)(ahead_edges + grid->more_edges);
+#endif
+    clock_filter_aim(&grid->filter, clock_period.whole_ticks, ahead_edges);
 #if FEATURE_CLOCK_STATISTICS
     edge_watch.divider = grid->divider;
 #endif

@@ -16,11 +16,12 @@
 #include "motion/clock_watch.h" // struct clock_watch
 #include "motion/near_edge.h"   // struct near_edge
 
-// Use the period of the settings. No line is the reference afterwards.
+// Use the periods of the settings. reference_measure_anew() must follow where they stay.
 void reference_apply_settings(void);
 
-// Only what a pixel is: setting `divider` says how many clock edges.
-void reference_apply_divider(void);
+// Measure the clock from the beginning, for lines with these settings. No line is the reference
+// afterwards.
+void reference_measure_anew(void);
 
 // The exact period of the clock's edges, as the settings say it,
 const struct pixel_period *reference_period(void);
