@@ -36,8 +36,8 @@
 #define APART_SMALL inline __attribute__((always_inline))
 #endif
 
-// APART_LARGE: APART where the image is built for speed; where it is built for size alone the function
-// takes less flash, or less stack, inside its caller.
+// APART_LARGE: APART where the image is built for speed; where it is built for size alone the
+// function takes less flash, or less stack, inside its caller.
 #if defined(__OPTIMIZE_SIZE__)
 #define APART_LARGE
 #else
