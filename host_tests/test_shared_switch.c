@@ -12,12 +12,12 @@
 #include "wire/register_map.h"
 
 // Rounds that are longer than the filter's time, by a little.
-#define FILTER_ROUNDS ((uint16_t)(FILTER_TICKS / BENCH_ROUND_TICKS + 10u))
+#define FILTER_ROUNDS   ((uint16_t)(FILTER_TICKS / BENCH_ROUND_TICKS + 10u))
 #define AXIS_MASK(axis) ((uint16_t)(1u << (axis)))
 #define MINUS_OF(axis)  ((uint16_t)(1u << (2u * (axis))))
 #define PLUS_OF(axis)   ((uint16_t)(2u << (2u * (axis))))
 // A shared switch stops a line of TOP_STEPS a pixel within its filter's time and a pixel.
-#define STOP_STEPS ((int32_t)(8u * FILTER_TICKS / BENCH_PIXEL_TICKS + 8u))
+#define STOP_STEPS    ((int32_t)(8u * FILTER_TICKS / BENCH_PIXEL_TICKS + 8u))
 #define AT_ONCE_STEPS 4
 
 static void share(uint16_t bits)
@@ -74,7 +74,8 @@ static void check_away_only(uint8_t axis, int16_t towards, enum fault fault)
     TEST_ASSERT_TRUE(bench_until(axis, AXIS_FAULT));
     check_fault(fault, axis);
     int32_t made = fake_axes[axis].steps - before;
-    TEST_ASSERT_TRUE(made * towards > 0 && made * (towards < 0 ? -1 : 1) <= AT_ONCE_STEPS);
+    TEST_ASSERT_TRUE(made * towards > 0 &&
+                     made * (towards < 0 ? -1 : 1) <= AT_ONCE_STEPS);
     forget_fault(axis);
     start_line(axis, (int16_t)-towards);
     TEST_ASSERT_TRUE(bench_until(axis, AXIS_DONE));
@@ -96,9 +97,8 @@ static void seek_to(uint8_t axis, int16_t sign, bool both)
     check_found(axis);
     TEST_ASSERT_EQUAL_INT32(sign * steps_at(200000),
                             (int32_t)bench_input_wide(REG_INPUT_trip_position_steps));
-    check_away_only(axis,
-                    (int16_t)(8 * sign),
-                    sign > 0 ? FAULT_limit_plus : FAULT_limit_minus);
+    check_away_only(
+        axis, (int16_t)(8 * sign), sign > 0 ? FAULT_limit_plus : FAULT_limit_minus);
 }
 
 static void seek_ends_on_its_limit(void)

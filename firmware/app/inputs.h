@@ -18,9 +18,9 @@ void inputs_start(void);
 
 // Sample one axis's switches and filter them. Latches fault limit_plus or limit_minus when a
 // running axis has moved on towards a limit switch that is tripped; an axis may move away from it.
-// A home switch is one of the limits where setting home_is_limit says so: its fault waits as long as
-// home_is_sought, that is, a seek of the axis has met the switch. Called for one axis after the
-// other, round by round.
+// A home switch is one of the limits where setting home_is_limit says so: its fault waits while
+// home_is_sought, that is, while a seek of the axis has met the switch. Called for one axis after
+// the other, round by round.
 void inputs_poll(uint8_t axis, bool home_is_sought);
 
 // Filtered state of the axis's home switch: true when closed, whatever level that is at the pin.

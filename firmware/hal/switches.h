@@ -29,7 +29,8 @@ struct switch_capture {
 // Levels of an axis's switch pins, as they are now: a bit is set when its pin is high.
 uint8_t switches_read(uint8_t axis);
 
-// From now on capture the first edge of this axis's home switch: to high, or to low. Where the
+// From now on capture the first edge of this axis's home switch: to high, or to low. A bounce that
+// comes before the interrupt has read that edge takes its place, up to 40 us later. Where the
 // pixel clock needs the same timer, edges of the clock are not captured meanwhile.
 void switch_capture_start(uint8_t axis, bool to_high);
 // End the capture.

@@ -121,7 +121,7 @@ def saturated(name: str, folder: Path) -> None:
 
 
 def home(name: str, folder: Path) -> None:
-    """Record a homing to a switch that is late and bounces."""
+    """Record homings to a switch that is late and bounces: for long, and within the capture."""
     knobs = "home=0,hyst=2,travel=-900..900,start=-480,delay=1500,bounce=6,bounce_ticks=9000"
     profile = accel.Acceleration((2, 20, 50, 70, 110), haps=4)
     axis = 0 if name == "uno" else 2
@@ -130,7 +130,9 @@ def home(name: str, folder: Path) -> None:
         run.simulator.wait_s(SETTLE_S)  # the filters see the switches
         request = legs.HomingRequest(axis, 1, slow=2, search_steps=2500, clear_steps=5)
         plan = legs.plan(profile, request, HOMING_HZ)
-        homing.home(run.board, plan, HOMING_HZ, run.simulated.link.world)
+        for ticks in (9000, 60):
+            run.simulator.knobs(0, axis, f"bounce_ticks={ticks}")
+            homing.home(run.board, plan, HOMING_HZ, run.simulated.link.world)
 
 
 STOPPED_PERIOD_CYCLES = 2000  # 80 steps in a pixel of 10 ms

@@ -165,7 +165,7 @@ class Capture(SimTest):
         return [1 + counts.index(count) for count in self.captured()]
 
     def test_a_bounce_overwrites_what_was_not_read(self):
-        """"ICR1 is updated with the TCNT1 value each time an event occurs".
+        """Each event updates ICR1, also one that comes before it was read.
 
         An edge behind the one that interrupts is all that the handler reads, unless it comes behind
         the reading; its own flag interrupts once more.

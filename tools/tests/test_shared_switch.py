@@ -14,8 +14,10 @@ from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
 from pixstep.board.upload import Upload
 from pixstep.cli.main import main
+from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH
-from pixstep.moves import homing
+from pixstep.machine import reading
+from pixstep.moves import hometask, homing
 from pixstep.moves.homesim import shared_limits
 from worked import DATA
 
@@ -176,6 +178,40 @@ def test_the_command_has_it(tmp_path):
         found[limit] = json.loads(done.stdout)
     assert (found["none"]["fault"], found["plus"]["fault"]) == ("limit_plus", "")
     assert found["plus"]["verdict"] == "pass"
+
+
+MACHINE = """\
+[clock]
+pixel = "90 Hz"
+[boards.main]
+kind = "mega"
+[motors.X]
+axis = 2
+kind = "plain"
+direction = "-"
+home_is_limit = "minus"
+"""
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"), [((), "minus"), (("--home-is-limit", "none"), "none")]
+)
+def test_a_machine_file_says_it(tmp_path, monkeypatch, words, expected):
+    """It is the motor's limit, whatever the motor's direction."""
+    path = tmp_path / "machine.toml"
+    path.write_text(MACHINE)
+    jobs = []
+    monkeypatch.setattr(hometask, "simulate", lambda job, *_, **__: jobs.append(job) or {}["end"])
+    words = ("home", "sim", PROFILE, "--machine", path, "--motor", "X", "--plant", "home=1", *words)
+    CliRunner().invoke(main, [str(word) for word in words])
+    assert [(job.plan.axis, job.home_is_limit) for job in jobs] == [(2, expected)]
+
+
+def test_a_machine_file_with_another_word_is_refused(tmp_path):
+    path = tmp_path / "machine.toml"
+    path.write_text(MACHINE.replace('"minus"', '"both"'))
+    with pytest.raises(UserError, match=r"motors\.X\.home_is_limit = 'both'"):
+        reading.Machine.load(path)
 
 
 def test_the_bits_of_an_axis():

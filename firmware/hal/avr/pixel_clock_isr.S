@@ -53,7 +53,8 @@
 ;
 ; Cycles with interrupts off: with one axis 26, or where the overflow flag is set 14 and then 17 or
 ; 19; with several 28, 45 where the overflow flag is set, 24 where the axis is parked. Later 16
-; more. In all 165 at most; 215 where the axis is parked.
+; more. In all 165 at most, 200 for an edge of a seek that was overwritten; 215 where the axis is
+; parked.
 #define __SFR_OFFSET 0
 #include <avr/io.h>
 

@@ -10,7 +10,7 @@ from pixstep.board import boards
 from pixstep.simulation.simctl import Simulator
 from pixstep_dev.robustness import homings
 
-PLANTS = cases(2, 100)
+PLANTS = cases(2, 60)
 # Bounces that end before the capture's interrupt has read the edge, within it, and long after it.
 BOUNCES_TICKS = [(1, 100), (100, 600), (600, 20_000)]
 

@@ -26,6 +26,7 @@ from pixstep.simulation.simboard import SimulatedBoard
 
 PIXEL_HZ = Fraction(200)
 BOUNCES = (2, 4, 6, 8, 10)
+FILTERS_US = (1000, 2000)  # one is longer than any bouncing, one is not
 MOST_BOUNCE_TICKS = 20_000
 _RAMP = Acceleration((2, 12, 30, 44, 60), haps=5, source="the campaign's profile")
 _SLOW = {PLAIN: 1, SMOOTH: 2}  # steps/px: 40,000 ticks a step at least
@@ -66,6 +67,7 @@ class Plant:
     axis: int
     direction: int
     shared: bool  # the home switch is the limit switch of its direction, too
+    joined: bool  # and it is on the pin of that limit as well
     decode: str
     play: int
     hysteresis: int
@@ -87,10 +89,14 @@ class Plant:
 
     @property
     def travel(self) -> str:
-        """From one limit switch to the other: that of a shared one is where it closes."""
+        """From one limit switch to the other: the pin of a shared one trips as that closes.
+
+        The simulator's limit switches have no hysteresis. A step further in, a limit is never
+        tripped where the home switch has opened.
+        """
         ends = [-_TRAVEL, _TRAVEL]
-        if self.shared:
-            ends[self.direction > 0] = 0 if self.direction > 0 else -self.hysteresis
+        if self.shared and self.joined:
+            ends[self.direction > 0] = 1 if self.direction > 0 else -self.hysteresis - 1
         return "..".join(map(str, ends))
 
     @property
@@ -124,6 +130,7 @@ def plant(rng: random.Random, plan: Plan, direction: int) -> Plant:
         axis=rng.randrange(boards.load(plan.board).axes),
         direction=direction,
         shared=rng.random() < _SHARED,
+        joined=rng.random() < _SHARED,
         decode=rng.choice((PLAIN, SMOOTH)),
         play=rng.choice((0, rng.randint(1, 60), rng.randint(61, 1500))),
         hysteresis=rng.randint(0, 40),
@@ -155,7 +162,7 @@ def _try_all(name: str, plants: list[Plant], outcome: Outcome, progress: Progres
         run.set_up(PIXEL_HZ, range(boards.load(name).axes))
         # What closes at high positions in plus direction closes at low ones in minus direction.
         run.board.write_setting("inputs_inverted", 0 if plants[0].direction > 0 else 2)
-        run.board.write_setting("input_filter_us", 2_000)
+        run.board.write_setting("input_filter_us", FILTERS_US[plants[0].seed % 2])
         for found in plants:
             _try(run, found, outcome)
             outcome.plants += 1
