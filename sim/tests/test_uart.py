@@ -163,6 +163,19 @@ class Receiver(SimTest):
         decided = 10 * SLOW_BIT + SLOW_BIT * 10 // 16
         self.assertEqual(seen, 20_000 + decided + RESPONSE[board] + 4 + 2 + 2)
 
+    def check_other_data_bits(self, board):
+        """What is sent with 8 data bits is none of 7."""
+        with self.open(board) as sim:
+            sim.ask(f"poke 0 {GPIOR2} 40")
+            sim.run(20_000)
+            self.awake(sim)
+            self.take(sim, 3)
+            sim.ask("send 35")
+            sim.run(3 * FRAME)
+            status, data = self.take(sim, 1)[0]
+            self.assertEqual(status, RXC | FE)
+            self.assertNotEqual(data, 0x35)
+
     def check_errors_are_those_of_the_oldest(self, board):
         """Each character keeps its own: a wrong parity before a right one, and after it."""
         with self.open(board) as sim:
@@ -231,6 +244,7 @@ class Receiver(SimTest):
         self.check_overrun_at_the_start_bit("uno")
         self.check_errors("uno")
         self.check_errors_are_those_of_the_oldest("uno")
+        self.check_other_data_bits("uno")
         self.check_instant_at_normal_speed("uno")
 
     def test_mega(self):
@@ -239,6 +253,7 @@ class Receiver(SimTest):
         self.check_overrun_at_the_start_bit("mega")
         self.check_errors("mega")
         self.check_errors_are_those_of_the_oldest("mega")
+        self.check_other_data_bits("mega")
         self.check_instant_at_normal_speed("mega")
 
 
@@ -287,6 +302,25 @@ class SharedLine(SimTest):
                     answer = sim.ask(f"tx {address:02x}{value:02x}").split()[1]
                     self.assertEqual(answer, f"{address:02x}{value + 1:02x}")
             self.assertEqual(sim.ask("tx 0541 160000").split()[1], "-")
+
+    def test_a_collision_damages_both_frames(self):
+        """The master speaks into the first or the second byte of a board's answer."""
+        for late, damaged in ((10, 0), (1700, 1)):
+            with tempfile.TemporaryDirectory() as folder:
+                log = Path(folder) / "serial.csv"
+                boards = [image("uno", "echo"), image("mega", "echo")]
+                with Session(*boards, options=["--serial-log", str(log)]) as sim:
+                    sim.run(16_000)
+                    end = int(sim.ask("send 0241").split()[1])
+                    sim.run(end - 16_000 + late)
+                    sim.ask("send 5a")
+                    sim.run(8 * FRAME)
+                    sim.ask("flush")
+                    rows = [row.split(",") for row in log.read_text().split()[1:]]
+            answer = [0x02, 0x42]
+            answer[damaged] ^= 0xFF
+            heard = [int(byte, 16) for _, direction, byte in rows if direction == "rx"]
+            self.assertEqual(sorted(heard[2:]), sorted([*answer, 0x5A ^ 0xFF]), late)
 
     def test_lock_step_is_repeatable(self):
         def run():
