@@ -137,7 +137,8 @@ class Guard(SimTest):
             sim.ask("poke 0 0x600 " + "0000" * RESULTS)
             sim.ask(f"poke 0 {CASE} 17")  # 64 ms << 1
             sim.run(100_000)
-            self.assertEqual(sim.ask("reset 0 external"), "ok 100000")
+            # At the end of the instruction under way, a jump.
+            self.assertIn(sim.ask("reset 0 external"), ("ok 100000", "ok 100001"))
             sim.run(4_000_000)
             self.assertEqual(sim.results(3), [2, PORF, EXTRF])
             self.assertEqual(sim.results(19)[18], 0)

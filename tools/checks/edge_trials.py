@@ -100,9 +100,10 @@ def locked(rng: random.Random, board: str) -> Trial:
 
 def divided(rng: random.Random, board: str) -> Trial:
     """Return lines that a clock of many edges a pixel starts."""
-    hz = Fraction(rng.choice((1000, 2000, MOST_HZ)))
+    axes = _axes(rng, board)
+    hz = Fraction(rng.choice((1000, 2000, MOST_HZ) if axes == 1 else (1000, 2000)))
     divider = rng.choice((5, 10, 50))
-    lines = _lines(rng, board, _axes(rng, board), hz / divider, 30, rng.choice((SMOOTH, PLAIN)))
+    lines = _lines(rng, board, axes, hz / divider, 30, rng.choice((SMOOTH, PLAIN)))
     return Trial(Job(board, lines, hz, divider=divider, baud=FAST_BAUD), "divider")
 
 

@@ -18,8 +18,8 @@ printed. Counted by themselves, as what an image that is only faster or slower m
   a seek, which waits for no edge, wherever it has begun;
 * a run in whose rests STEP falls elsewhere: the pulse before a rest ends when the timer's period
   does;
-* a locked run whose STEP edges are all there and within LOCK_TICKS of the old ones: a line is
-  planned by what the clock has done when it is decoded;
+* a locked run whose STEP edges are all there and within LOCK_TICKS of the old ones, and the clock's
+  jitter (rms) more: a line is planned by what the clock has done when it is decoded;
 * a stopped or seeking run that is the same up to the stop or the switch, and ends as the other
   does: its last edge within ANSWER_MS, and by its own account where its edges have brought it.
 
@@ -487,7 +487,8 @@ def excuse(trial: Trial, old: Made, new: Made) -> str:
     if falls_elsewhere(old, new):
         return FALLS
     near = near_ticks(old, new) if trial.job.locked else None
-    if near is not None and near <= LOCK_TICKS:
+    jitter_ticks = trial.job.flaws.jitter_us * trial.job.tick_hz / 1e6
+    if near is not None and near <= LOCK_TICKS + jitter_ticks:
         return NEAR
     if answers(old, new, trial.job.tick_hz):
         return ANSWERED

@@ -3,7 +3,7 @@
 // character raises PERMIT in its first instruction, until RESULT[0] is not 0 any more. Then it
 // takes as many characters as that says at once, status and data in RESULT[1...], and from then on
 // when RESULT[0] says so; with 0x100 and more in it it switches the receiver off and on before.
-// GPIOR2 = 0x80 (the test pokes it): normal speed, 144 cycles a bit.
+// GPIOR2 (the test pokes it): 0x80 for normal speed, 144 cycles a bit; 0x40 for 7 data bits.
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
@@ -47,6 +47,7 @@ ISR(RECEIVED, ISR_NAKED)
 
 #define OFF_AND_ON   0x100U
 #define NORMAL_SPEED 0x80U
+#define SEVEN_BITS   0x40U
 
 static void take(uint16_t count)
 {
@@ -67,6 +68,9 @@ int main(void)
         UCSR0A = 0;
     }
     UCSR0C = (uint8_t)((1U << UPM01) | (1U << UCSZ01) | (1U << UCSZ00));
+    if (GPIOR2 == SEVEN_BITS) {
+        UCSR0C = (uint8_t)((1U << UPM01) | (1U << UCSZ01));
+    }
     UCSR0B = (uint8_t)(RECEIVING | (1U << RXCIE0));
     SMCR = (uint8_t)(1U << SE); // idle
     sei();

@@ -13,6 +13,7 @@ from same_edges import Made
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import Seek
+from pixstep.simulation.clockflaws import ClockFlaws
 from pixstep.simulation.simctl import BOOT_S
 from pixstep.simulation.simrun import LOCK, Job
 
@@ -162,6 +163,9 @@ def test_a_locked_run_may_be_ticks_apart_and_no_more():
     ):
         assert excuse(trial, made(), wrong) == ""
     assert excuse(LINE, made(), made(CSV.replace("3000", "3001"))) == ""
+    poor = replace(trial, job=replace(trial.job, flaws=ClockFlaws(jitter_us=2)))  # 32 ticks
+    assert excuse(poor, made(), made(CSV.replace("3000", "3034"))) == same_edges.NEAR
+    assert excuse(poor, made(), made(CSV.replace("3000", "3035").replace("3032", "3067"))) == ""
 
 
 def test_a_pulse_may_end_elsewhere():
