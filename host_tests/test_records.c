@@ -201,6 +201,16 @@ static void errors_of_pixels_without_record(void)
     check_record(0, 3, 0, 11);
 }
 
+static void the_oldest_record_takes_its_error(void)
+{
+    begin(2, 10);
+    pass_many(2u * RECORDS_KEPT);
+    records_note_error(&records, 2, 5);
+    check_record(0, 2, 0, 5);
+    check_record(1, 4, 0, 0);
+    check_record(RECORDS_KEPT - 1u, 2u * RECORDS_KEPT, 0, 0);
+}
+
 static void pixel_numbers_wrap(void)
 {
     begin(2, 10);
@@ -258,6 +268,7 @@ int main(void)
     RUN_TEST(early_edges);
     RUN_TEST(edges_of_many_pixels_ahead);
     RUN_TEST(errors_of_pixels_without_record);
+    RUN_TEST(the_oldest_record_takes_its_error);
     RUN_TEST(pixel_numbers_wrap);
     RUN_TEST(overwritten_records_are_counted);
     RUN_TEST(budgets);
