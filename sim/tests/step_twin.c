@@ -363,6 +363,7 @@ static enum next load_fast(struct twin *t, bool second)
 static enum next make_up_fast(struct twin *t, const struct interval *one)
 {
     uint8_t first = (uint8_t)(t->low_ticks + FIRST_AFTER_EDGE);
+    int longer = one->is_long ? 1 : -1;
 
     put(t, TWIN_FLAGS, FLAG_OVERFLOW);
     if (t->engine.train_high != 0) {
@@ -385,7 +386,7 @@ static enum next make_up_fast(struct twin *t, const struct interval *one)
         return FAIL;
     }
     visit(t, TWIN_SET_FAST);
-    put(t, TWIN_COUNT_LOW, (uint8_t)(then - MARGIN - (one->is_long ? 1 : -1)));
+    put(t, TWIN_COUNT_LOW, (uint8_t)((int)(count + AHEAD) - longer));
     t->last = one->low;
     advance(one);
     return load_fast(t, one->second);
