@@ -322,7 +322,7 @@ static void edges_are_counted_from_where_a_line_follows(void)
     (void)lock_grid_begin(2);
     clock_edges(4, PERIOD_TICKS);
     (void)lock_grid_passes(&before);
-    clock_edges(1, PERIOD_TICKS);
+    clock_edges(2, PERIOD_TICKS);
     lock_grid_follow_from_here();
     for (uint8_t edge = 1; edge <= 6u; edge++) {
         clock_edge(PERIOD_TICKS);
