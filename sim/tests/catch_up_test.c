@@ -49,22 +49,26 @@
 #define VECTOR_BYTES 4U    // a jmp each
 #define RETURN_AT    0U    // the interrupted program: where it is does not matter
 
-#define PULSE_LOW    (BOARD_CPU_HZ / 500000 - 1)
-#define FIRST_TOP    900U // of the single period before the trains
-#define SOON_CYCLES  2U   // an instruction of the main program ends first
-#define ACCESSES     2000U
-#define PERIODS      64U
-#define STACK_BYTES  48U // below the stack pointer, that a handler may use
+#define PULSE_LOW   (BOARD_CPU_HZ / 500000 - 1)
+#define FIRST_TOP   900U // of the single period before the trains
+#define SOON_CYCLES 2U   // an instruction of the main program ends first
+#define ACCESSES    2000U
+#define PERIODS     64U
+#define STACK_BYTES 48U // below the stack pointer, that a handler may use
 
 #define CAPTURE_FLAG  0x20U
 #define OVERFLOW_FLAG 0x01U
 #define STEP_CONTROL  0x33U // TCCRnA: mode 15, OCnB set at its match
 #define STEP_CHANNEL  1
 #define CLOCKED       0x19U // TCCRnB: mode 15, prescaler 1
-#define EASY_TICKS   160U // from here on no interrupt is late by itself
-#define IN_TIME      UINT_MAX
-#define LATE_MOST    130U // cycles before a period's end: the longest way to its successor's load
-#define NEVER         TIMER16_NEVER
+#define EASY_TICKS    160U  // from here on no interrupt is late by itself
+// Shorter periods may end twice while an interrupt makes up for one and takes the next entry, too.
+#define LOST_BELOW_TICKS 100U
+#define STRAY_MOST       2U // edges before the axis is stopped that may be wrong
+#define IN_TIME          UINT_MAX
+#define LATE_MOST                                                                        \
+    130U // cycles before a period's end: the longest way to its successor's load
+#define NEVER TIMER16_NEVER
 
 struct access {
     uint8_t which, value;
@@ -78,7 +82,7 @@ static struct part {
     struct skips skips;
     struct symbols symbols;
 
-    struct timer16 *timer; // of the axis
+    struct timer16 *timer;                                // of the axis
     uint16_t engine, ring, last, before_low, before_high; // data addresses
     uint32_t vector, late, command;                       // program addresses
     uint16_t registers[TWIN_REGISTERS];                   // data addresses
@@ -88,16 +92,15 @@ static struct part {
     uint64_t flag_cycle; // since when the overflow's flag is set
     uint64_t edges[PERIODS + 2U];
     unsigned edge_count;
-    uint8_t *before; // RAM as it was
+    bool lost_inside; // a period ended unseen while an interrupt was served
+    uint8_t *before;  // RAM as it was
 } part;
 
 // What follows the first entry.
 enum tail {
     SAME_TRAIN,
     OTHER_TRAIN,
-    SINGLE_SAME, // a single period, as long as the train's
-    SINGLE_SHORT,
-    SINGLE_LONG,
+    SINGLE, // two single periods
     NOTHING,
     ORDER,
     TAILS,
@@ -110,15 +113,17 @@ struct scene {
     uint8_t count; // of the first entry
     bool second;   // it is train 1's
     enum tail tail;
-    int other;          // the other train's or the single's base less this one's, ticks
-    uint8_t tail_count; // of the second entry
-    uint64_t clock_at;  // cycles behind the late interrupt's overflow; NEVER
-    unsigned late;      // which interrupt is late
+    int other;           // the other train's or the single's base less this one's, ticks
+    uint8_t tail_count;  // of the second entry
+    uint64_t clock_at;   // cycles behind the late interrupt's overflow; NEVER
+    unsigned late;       // which interrupt is late
+    bool halts;          // a halt is asked for while the command is executed
     unsigned late_again; // that and the next one by so many cycles
 };
 
 static struct totals {
-    uint64_t runs, interrupts, stopped, whole, lost, off;
+    uint64_t runs, interrupts, stopped, whole, lost, lost_inside, off, stray, commands,
+        cut;
     uint64_t visits[TWIN_PATHS];
 } totals;
 
@@ -134,22 +139,24 @@ __attribute__((format(printf, 1, 2), noreturn)) static void fail(const char *for
     (void)vprintf(format, arguments);
     va_end(arguments);
     if (s != NULL) {
-        (void)printf("\n  axis %u, base %u + %u/%u, sum %d, %u of train %d, then %d (%+d, %u); "
-                     "clock at %lld, interrupt %u begins %d cycles before its end, the next one %u late\n",
-                     s->axis,
-                     s->base,
-                     s->remainder,
-                     s->steps,
-                     s->sum,
-                     s->count,
-                     s->second,
-                     (int)s->tail,
-                     s->other,
-                     s->tail_count,
-                     (long long)s->clock_at,
-                     s->late,
-                     (int)running_cycles,
-                     s->late_again);
+        (void)printf(
+            "\n  axis %u, base %u + %u/%u, sum %d, %u of train %d, then %d (%+d, %u); "
+            "clock at %lld, interrupt %u begins %d cycles before its end, the next one "
+            "%u late\n",
+            s->axis,
+            s->base,
+            s->remainder,
+            s->steps,
+            s->sum,
+            s->count,
+            s->second,
+            (int)s->tail,
+            s->other,
+            s->tail_count,
+            (long long)s->clock_at,
+            s->late,
+            (int)running_cycles,
+            s->late_again);
     }
     exit(1);
 }
@@ -199,8 +206,8 @@ static void open_part(const char *image_path)
         fail("no %s", BOARD_TEXT(BOARD_MCU));
     }
     part.avr = avr;
-    part.hooks = (struct timer16_hooks){
-        .host = {.flag = on_flag, .refuse = on_refused}, .output = on_output};
+    part.hooks = (struct timer16_hooks){.host = {.flag = on_flag, .refuse = on_refused},
+                                        .output = on_output};
     timers_attach(&part.timers, avr, &part.hooks);
     if (elf_read_firmware(image_path, &image) != 0 || image.flashsize == 0) {
         fail("%s: not an AVR image", image_path);
@@ -288,6 +295,12 @@ static int register_at(uint16_t address)
     return -1;
 }
 
+// The running period is not the one whose end the flag stands for: one more has ended since.
+static bool period_is_lost(void)
+{
+    return part.timer->bottom != part.flag_cycle;
+}
+
 static void step(void)
 {
     avr_t *avr = part.avr;
@@ -296,11 +309,16 @@ static void step(void)
     uint16_t opcode = word_at(avr->pc);
     uint16_t address = address_accessed(opcode, avr->pc, &is_write, &of);
     int which = register_at(address);
+    bool was_lost = period_is_lost();
 
     avr->pc = skips_mend(&part.skips, avr, avr_run_one(avr));
     if (which < 0) {
         return;
     }
+    if (which == TWIN_COUNT_LOW && is_write && !was_lost) {
+        part.flag_cycle = part.timer->bottom; // the same period, moved
+    }
+    part.lost_inside |= which == TWIN_FLAGS && period_is_lost();
     if (part.made == ACCESSES) {
         fail("an interrupt without an end");
     }
@@ -330,7 +348,9 @@ static uint8_t twin_reads(void *owner, enum twin_register which)
 
     (void)owner;
     if (part.compared == part.made || one->is_write || one->which != which) {
-        fail("access %u: the twin reads %d, the assembly does not", part.compared, (int)which);
+        fail("access %u: the twin reads %d, the assembly does not",
+             part.compared,
+             (int)which);
     }
     part.compared++;
     return one->value;
@@ -497,6 +517,73 @@ static void compare_registers(uint16_t sp, const uint8_t *sreg)
     }
 }
 
+static bool is_flagged(uint8_t flag)
+{
+    timer16_sync(part.timer, part.avr->cycle);
+    return (part.avr->data[part.registers[TWIN_FLAGS]] & flag) != 0;
+}
+
+static void step_unseen(void)
+{
+    avr_t *avr = part.avr;
+
+    avr->pc = skips_mend(&part.skips, avr, avr_run_one(avr));
+}
+
+// The C half of an interrupt, and the way back. A halt may be asked for while a command is executed
+// (step_engine_halt_soon()): what C has taken of a train is then cut off.
+static void go_on_in_c(struct twin *twin, enum twin_end end)
+{
+    struct step_engine found;
+    avr_t *avr = part.avr;
+    bool halts = running_scene->halts;
+
+    if (end == TWIN_RETURNS) {
+        return;
+    }
+    if (end == TWIN_COMMAND && halts) {
+        *data(part.engine + STEP_ISR_STOP) = true;
+    }
+    while (avr->pc != RETURN_AT) {
+        step_unseen();
+    }
+    read_engine(&found);
+    if (end == TWIN_LATE) {
+        step_engine_halt(&twin->engine);
+    } else {
+        struct step_load load = step_engine_next(&twin->engine, twin->ring);
+        (void)load;
+        if (halts) {
+            twin->engine.stop = true;
+            twin->engine.cut = twin->engine.left;
+            twin->engine.left = 0;
+            twin->engine.state = STEP_ENGINE_HALTING;
+        }
+    }
+    if (is_flagged(OVERFLOW_FLAG) && end == TWIN_COMMAND) {
+        return; // the command took longer than the period
+    }
+    if (found.tail != twin->engine.tail || found.left != twin->engine.left ||
+        found.cut != twin->engine.cut || found.state != twin->engine.state ||
+        found.stop != twin->engine.stop || found.idle_count != twin->engine.idle_count ||
+        found.trains[0].sum != twin->engine.trains[0].sum ||
+        found.trains[1].sum != twin->engine.trains[1].sum) {
+        fail("behind C: tail %u left %d cut %d state %u stop %d, the twin %u %d %d %u %d",
+             found.tail,
+             found.left,
+             found.cut,
+             found.state,
+             found.stop,
+             twin->engine.tail,
+             twin->engine.left,
+             twin->engine.cut,
+             twin->engine.state,
+             twin->engine.stop);
+    }
+    totals.commands += end == TWIN_COMMAND;
+    totals.cut += twin->engine.cut != 0;
+}
+
 // Serve the interrupt now: the response, then the handler up to its end.
 static enum twin_end serve(struct twin *twin)
 {
@@ -531,11 +618,10 @@ static enum twin_end serve(struct twin *twin)
              (int)expected,
              part.compared);
     }
-    if (end == TWIN_RETURNS) {
-        avr->sreg[S_I] = 0;
-        compare_registers(sp, sreg);
-    }
     compare_memory(twin, sp);
+    go_on_in_c(twin, end);
+    avr->sreg[S_I] = 0;
+    compare_registers(sp, sreg);
     for (unsigned i = 0; i < TWIN_PATHS; i++) {
         totals.visits[i] += twin->visited >> i & 1U;
     }
@@ -563,7 +649,8 @@ static void add_train(struct step_engine *engine, bool second, uint8_t count)
         bool is_long = train->sum >= 0;
         uint8_t low = is_long ? train->long_low : train->short_low;
         add_period((uint32_t)(train->top_high << 8 | low) + 1U);
-        train->sum = (int16_t)(train->sum + (is_long ? train->after_long : train->after_short));
+        train->sum =
+            (int16_t)(train->sum + (is_long ? train->after_long : train->after_short));
     }
 }
 
@@ -609,11 +696,11 @@ static void add_tail(const struct scene *s, struct step_engine *counting)
         add_entry((uint8_t)((base + 99U) >> 8), (uint8_t)(base + 99U));
         add_period(base + 100U);
     }
-    if (s->tail == ORDER) {
-        add_entry(STEP_HIGH_COMMAND, STEP_COMMAND_END);
-    } else {
-        add_entry(STEP_HIGH_EMPTY, 0);
+    if (s->tail == ORDER) { // and a train that C takes behind it
+        add_entry(STEP_HIGH_COMMAND, STEP_COMMAND_PULSE);
+        add_train_entry(s->second, s->tail_count);
     }
+    add_entry(STEP_HIGH_EMPTY, 0);
 }
 
 static void fill_ring(const struct scene *s, struct twin *twin)
@@ -630,10 +717,10 @@ static void fill_ring(const struct scene *s, struct twin *twin)
     add_train_entry(s->second, s->count);
     add_train(&counting, s->second, s->count);
     add_tail(s, &counting);
-    memcpy(data(part.ring), (const void *)ring.low, sizeof ring.low);
-    memcpy(data((uint16_t)(part.ring + STEP_ISR_HIGH_OFFSET)),
-           (const void *)ring.high,
-           sizeof ring.high);
+    for (uint16_t i = 0; i < STEP_RING_SLOTS; i++) {
+        *data((uint16_t)(part.ring + i)) = ring.low[i];
+        *data((uint16_t)(part.ring + STEP_ISR_HIGH_OFFSET + i)) = ring.high[i];
+    }
 }
 
 // The single period before the first train is about to begin.
@@ -655,21 +742,11 @@ static void start_timer(void)
     t->match_due[0] = t->match_due[1] = t->match_due[2] = NEVER;
     timer16_set_count(t, FIRST_TOP - 20U, cycle);
     part.avr->data[part.registers[TWIN_FLAGS]] = 0;
-    part.avr->data[part.registers[TWIN_MASK]] = 0; // the run below serves the interrupts itself
+    part.avr->data[part.registers[TWIN_MASK]] =
+        0; // the run below serves the interrupts itself
     part.avr->data[part.registers[TWIN_CONTROL]] = STEP_CONTROL;
     part.edge_count = 0;
-}
-
-static bool is_flagged(uint8_t flag)
-{
-    timer16_sync(part.timer, part.avr->cycle);
-    return (part.avr->data[part.registers[TWIN_FLAGS]] & flag) != 0;
-}
-
-// The running period is not the one whose end the flag stands for: one more has ended since.
-static bool period_is_lost(void)
-{
-    return part.timer->bottom != part.flag_cycle;
+    part.lost_inside = false;
 }
 
 static uint64_t random_state = 0x9E3779B97F4A7C15u;
@@ -716,7 +793,8 @@ static uint64_t wanted_edge(unsigned index)
 }
 
 // An interrupt that stops the axis may have seen that it is late only behind the edge of the period
-// that repeats, which then is one too many or too early (docs/FAULTS.md, underrun).
+// that repeats, which then is one too many or too early (docs/FAULTS.md, underrun). Where a train is
+// over and nothing follows, its next interval may have been loaded as well.
 static void check_edges(enum twin_end end)
 {
     unsigned exact = 1;
@@ -725,9 +803,12 @@ static void check_edges(enum twin_end end)
         exact++;
     }
     unsigned off = part.edge_count - exact;
-    if (end == TWIN_LATE) {
-        totals.off += off;
-        off = off == 0 ? 0 : off - 1U;
+    if (end == TWIN_COMMAND && exact == periods + 1U) {
+        off = 0; // what follows is C's business
+    } else if (end == TWIN_LATE) {
+        totals.off += off != 0;
+        totals.stray += off;
+        off = off > STRAY_MOST ? off : 0;
     } else if (end == TWIN_RETURNS && part.edge_count != periods + 1U) {
         fail("%u edges, the ring has %u periods", part.edge_count, periods + 1U);
     }
@@ -785,6 +866,13 @@ static void end_run(const struct scene *s, unsigned left_cycles, enum twin_end e
     for (unsigned i = 0; i < 3U && end != TWIN_COMMAND; i++) { // the last periods' edges
         timer16_sync(part.timer, part.timer->bottom_due);
     }
+    if (part.lost_inside) {
+        totals.lost_inside++;
+        if (s->base >= LOST_BELOW_TICKS) {
+            fail("a period ended unseen");
+        }
+        return;
+    }
     check_edges(end);
 }
 
@@ -826,9 +914,9 @@ static void run_all_late(const struct scene *s, unsigned step_cycles)
 
 // ---- the scenes ----
 
-static const uint16_t bases[] = {64,  65,  66,  72,  80,  96,  120, 126, 127, 128, 129,
-                                 130, 140, 170, 200, 240, 253, 254, 257, 258, 300, 420,
-                                 511, 514, 515, 600, 769, 1100};
+static const uint16_t bases[] = {64,  65,  66,  72,  80,  96,  120, 126, 127, 128,
+                                 129, 130, 140, 170, 200, 240, 253, 254, 257, 258,
+                                 300, 420, 511, 514, 515, 600, 769, 1100};
 static const struct {
     uint16_t steps, remainder;
     int16_t sum;
@@ -841,15 +929,16 @@ static const struct {
     {5, 4, 0}, // one short one
     {5, 4, 3},
 };
-static const int others[] = {0, 1, -1, 5, -5, 17, -20, 63, 64, 65, -64, 100, 190, 256, 700};
+static const int others[] = {
+    0, 1, -1, 5, -5, 17, -20, 63, 64, 65, -64, 100, 190, 256, 700};
 
 #define COUNT(array) (sizeof(array) / sizeof(array)[0])
 
 static bool is_possible(const struct scene *s)
 {
     int other = (int)s->base + s->other;
-    bool crosses = s->remainder != 0 && ((s->base - 1) >> 8 != s->base >> 8 ||
-                                         (other - 1) >> 8 != other >> 8);
+    bool crosses = s->remainder != 0 &&
+                   ((s->base - 1) >> 8 != s->base >> 8 || (other - 1) >> 8 != other >> 8);
 
     return other >= 64 && !crosses;
 }
@@ -867,10 +956,12 @@ static void run_scene(struct scene *s, const struct thoroughness *how)
     for (s->late = 0; s->late < s->count + 2U; s->late++) {
         s->clock_at = NEVER;
         s->late_again = 0;
+        s->halts = s->tail == ORDER && (s->late & 1U) != 0;
         run_all_late(s, how->late_step);
         if (s->axis == BOARD_PIXEL_CLOCK_AXIS) {
-            for (s->clock_at = 0; s->clock_at < s->base + 40U; s->clock_at += s->base / 5U) {
-                run_all_late(s, how->late_step);
+            for (s->clock_at = 0; s->clock_at < s->base + 40U;
+                 s->clock_at += s->base / 5U) {
+                run_all_late(s, 2U * how->late_step);
             }
         }
         s->clock_at = NEVER;
@@ -885,7 +976,7 @@ static void run_scene(struct scene *s, const struct thoroughness *how)
 static void run_tails(struct scene *s, const struct thoroughness *how)
 {
     for (s->tail = 0; s->tail < TAILS; s->tail++) {
-        bool has_other = s->tail == OTHER_TRAIN || s->tail == SINGLE_LONG;
+        bool has_other = s->tail == OTHER_TRAIN || s->tail == SINGLE;
         s->tail_count = s->tail == SAME_TRAIN ? 2 : 3;
         for (unsigned i = 0; i < (has_other ? COUNT(others) : 1U); i += how->other_step) {
             s->other = has_other ? others[i] : 0;
@@ -942,14 +1033,23 @@ static void report(void)
         "between trains",
     };
 
-    (void)printf("%llu runs, %llu interrupts; %llu runs whole, %llu stopped (%llu of them with "
-                 "an edge too many), %llu lost a period\n",
-                 (unsigned long long)totals.runs,
-                 (unsigned long long)totals.interrupts,
-                 (unsigned long long)totals.whole,
-                 (unsigned long long)totals.stopped,
-                 (unsigned long long)totals.off,
-                 (unsigned long long)totals.lost);
+    (void)printf(
+        "%llu runs, %llu interrupts; %llu runs whole, %llu stopped (%llu of them "
+        "behind %llu wrong edges), %llu lost a period, "
+        "%llu inside an interrupt; %llu commands, %llu trains cut off\n",
+        (unsigned long long)totals.runs,
+        (unsigned long long)totals.interrupts,
+        (unsigned long long)totals.whole,
+        (unsigned long long)totals.stopped,
+        (unsigned long long)totals.off,
+        (unsigned long long)totals.stray,
+        (unsigned long long)totals.lost,
+        (unsigned long long)totals.lost_inside,
+        (unsigned long long)totals.commands,
+        (unsigned long long)totals.cut);
+    if (totals.commands == 0 || totals.cut == 0) {
+        fail("no command, or none with a halt");
+    }
     for (unsigned i = 0; i < TWIN_PATHS; i++) {
         (void)printf("  %-20s %llu\n", names[i], (unsigned long long)totals.visits[i]);
         if (totals.visits[i] == 0) {
@@ -961,7 +1061,7 @@ static void report(void)
 int main(int argc, char **argv)
 {
     bool is_long = argc > 2 && strcmp(argv[2], "long") == 0;
-    struct thoroughness quick = {.base_step = 3, .other_step = 3, .late_step = 5};
+    struct thoroughness quick = {.base_step = 7, .other_step = 4, .late_step = 5};
     struct thoroughness all = {
         .base_step = 1, .other_step = 1, .late_step = 1, .all_axes = true, .again = true};
 

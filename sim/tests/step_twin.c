@@ -4,24 +4,24 @@
 
 #include "step_twin.h"
 
-#define FLAG_OVERFLOW    0x01u
-#define FLAG_CAPTURE     0x20u
-#define MASK_OVERFLOW    0x01u
-#define MASK_COMPARE     0x02u
-#define FLAG_COMPARE     0x02u
-#define CONTROL_NO_PIN   0x03u
-#define QUIET            0xFFu
-#define UNKNOWN          0xFFu
-#define LONG_LOW         0x80u // an interval's low byte from here on is long
-#define STRETCH_MIN      64u
-#define MARGIN           4u
-#define SINCE_MAKE_UP    43u
-#define SINCE_FAST       26u
-#define SINCE_HIGH       54u
-#define SINCE_ANY        40u
-#define SINCE_STRETCH    40u
-#define CLOCK_LOOK       2u
-#define AHEAD            10u // make_up and make_up_fast: from the read of the counter to its write
+#define FLAG_OVERFLOW  0x01u
+#define FLAG_CAPTURE   0x20u
+#define MASK_OVERFLOW  0x01u
+#define MASK_COMPARE   0x02u
+#define FLAG_COMPARE   0x02u
+#define CONTROL_NO_PIN 0x03u
+#define QUIET          0xFFu
+#define UNKNOWN        0xFFu
+#define LONG_LOW       0x80u // an interval's low byte from here on is long
+#define STRETCH_MIN    64u
+#define MARGIN         4u
+#define SINCE_MAKE_UP  43u
+#define SINCE_FAST     26u
+#define SINCE_HIGH     54u
+#define SINCE_ANY      40u
+#define SINCE_STRETCH  40u
+#define CLOCK_LOOK     2u
+#define AHEAD 10u // make_up and make_up_fast: from the read of the counter to its write
 #define AHEAD_ANY        17u
 #define AHEAD_HIGH       15u
 #define HIGH_MOST_TICKS  224u
@@ -72,9 +72,9 @@ static void advance(const struct interval *one)
 {
     struct pulse_train *train = one->train;
 
-    train->sum = (int16_t)((uint16_t)train->sum +
-                           (uint16_t)(one->is_long ? train->after_long
-                                                   : train->after_short));
+    train->sum =
+        (int16_t)((uint16_t)train->sum +
+                  (uint16_t)(one->is_long ? train->after_long : train->after_short));
 }
 
 static int8_t counted(const struct interval *one, int8_t left)
@@ -227,8 +227,7 @@ static bool running_top(struct twin *t, uint16_t *top)
     uint8_t high = t->engine.train_high;
     uint8_t low = t->last;
 
-    if (low == 0 &&
-        t->ring->low[(uint8_t)(t->engine.tail - 1u)] == (uint8_t)t->left) {
+    if (low == 0 && t->ring->low[(uint8_t)(t->engine.tail - 1u)] == (uint8_t)t->left) {
         if (t->before_high != 0 || t->before_low == 0) {
             return false;
         }
@@ -364,6 +363,7 @@ static enum next load_fast(struct twin *t, bool second)
 static enum next make_up_fast(struct twin *t, const struct interval *one)
 {
     uint8_t first = (uint8_t)(t->low_ticks + FIRST_AFTER_EDGE);
+    int longer = one->is_long ? 1 : -1;
 
     put(t, TWIN_FLAGS, FLAG_OVERFLOW);
     if (t->engine.train_high != 0) {
@@ -386,7 +386,7 @@ static enum next make_up_fast(struct twin *t, const struct interval *one)
         return FAIL;
     }
     visit(t, TWIN_SET_FAST);
-    put(t, TWIN_COUNT_LOW, (uint8_t)(then - MARGIN - (one->is_long ? 1 : -1)));
+    put(t, TWIN_COUNT_LOW, (uint8_t)((int)(count + AHEAD) - longer));
     t->last = one->low;
     advance(one);
     return load_fast(t, one->second);

@@ -45,12 +45,12 @@ struct twin {
     struct step_engine engine;
     const struct step_ring *ring;
     uint8_t last, before_low, before_high; // step_isr_last and its like
-    bool has_clock;                        // the axis whose timer captures the pixel clock
-    uint8_t low_ticks;                     // of a period, ahead of its STEP edge (OCRnB)
+    bool has_clock;    // the axis whose timer captures the pixel clock
+    uint8_t low_ticks; // of a period, ahead of its STEP edge (OCRnB)
     const struct twin_timer *timer;
 
     // Of the running interrupt.
-    int8_t left;      // r3
+    int8_t left; // r3
     enum twin_end end;
     uint16_t visited; // bits of enum twin_path: which ways it went
 };
