@@ -53,9 +53,10 @@ uint16_t curve_steep_root(uint32_t value);
 #define LOCKED_CYCLES 99u
 #define BELOW_CYCLES  6u // more where it is shorter than nominal
 // Pixels whose records are not kept.
-#define PASSING_CYCLES     65u  // each of them,
-#define ERROR_CYCLES       26u  // more where its edge has an error,
-#define PASSING_ALL_CYCLES 342u // and the call of ledger_take_pixels() itself, with one in it
+#define PASSING_CYCLES 65u // each of them,
+#define ERROR_CYCLES   26u // more where its edge has an error,
+#define PASSING_ALL_CYCLES                                                               \
+    342u // and the call of ledger_take_pixels() itself, with one in it
 // near_edge_take() with its call and one of two in it, less ledger_take_pixels(), the other one: an
 // edge in the period behind the account,
 #define NEAR_CYCLES        333u
