@@ -13,7 +13,6 @@ import importlib
 from types import ModuleType
 from typing import Any
 
-
 _LOADED = "__loaded__"
 _MISSING = object()
 
