@@ -96,16 +96,17 @@ static void mapped_inputs(void)
 {
     // The areas of a board with four axes touch: a read may cross from one to the next.
     check_inputs(true, 0, REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE);
-    check_inputs(CONFIG_AXES == 4, 8, REG_ROOM_BASE + CONFIG_AXES - 8);
-    check_inputs(false, 8, REG_ROOM_BASE + CONFIG_AXES - 7);
+    check_inputs(CONFIG_AXES == 4, 20, REG_INPUT_clock_expected_ticks + 2 - 20);
+    check_inputs(false, 20, REG_INPUT_clock_expected_ticks + 3 - 20);
     check_inputs(CONFIG_AXES == 4, REG_INPUT_fault_mask_high - 1, 2);
     check_inputs(true, REG_ROOM_BASE, CONFIG_AXES);
-    check_inputs(true, REG_ROOM_BASE - 1, 2);
+    check_inputs(false, REG_ROOM_BASE - 1, 2);
     check_inputs(false, REG_ROOM_BASE, CONFIG_AXES + 1);
     check_inputs(CONFIG_AXES == 4, REG_EVENT_BASE - 1, 2);
     check_inputs(CONFIG_AXES == 4, REG_EVENT_BASE - 100, 125);
-    check_inputs(true, REG_INPUT_fault_mask_high, 32 + CONFIG_AXES);
-    check_inputs(false, REG_INPUT_fault_mask_high, 33 + CONFIG_AXES);
+    check_inputs(true, REG_INPUT_fault_mask_high, 37);
+    check_inputs(false, REG_INPUT_fault_mask_high, 38);
+    check_inputs(false, REG_INPUT_clock_expected_ticks + 2, 1);
     check_inputs(
         true, REG_RECORD_BASE + BENCH_LAST * REG_RECORD_STRIDE, REG_RECORD_STRIDE);
     check_inputs(false, REG_EVENT_BASE, 1 + CONFIG_EVENTS * REG_EVENT_WORDS + 1);

@@ -3,9 +3,8 @@
 
 #if FEATURE_TOKENS
 
-#include "app/reference.h"  // reference_*
-#include "app/time_check.h" // time_check_now_ticks
-#include "hal/uart.h"       // uart_age_ticks
+#include "hal/clock.h" // clock_now_units
+#include "hal/uart.h"  // uart_age_units
 
 static struct mark mark;
 
@@ -16,14 +15,14 @@ const struct mark *mark_now(void)
 
 void mark_set(void)
 {
-    mark.ticks = MARK_RESTS;
-    if (reference_present()) {
-        mark.ticks = (int32_t)(time_check_now_ticks() - uart_age_ticks() -
-                               reference_number_ticks());
-    }
-    mark.edge = reference_number();
+    mark.units = clock_now_units() - uart_age_units();
     mark.count++;
     mark.steady = true;
+}
+
+void mark_started(uint32_t started_ticks)
+{
+    mark.started_ticks = started_ticks;
 }
 
 void mark_disturb(void)

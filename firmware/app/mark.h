@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: MIT
-// The mark: every board on the bus notes which edge of the pixel clock is its newest one, and how
-// long before the end of command `mark` that edge came. The command is broadcast and ends at the
-// same instant everywhere, so that the host can tell which number each board has for one and the
-// same edge. Main loop only.
+// The mark: every board on the bus notes the instant at which command `mark` ended. The command is
+// broadcast and ends at the same instant everywhere. Each board also shows which edge of the pixel
+// clock is its newest one, by its own count, and when that edge came, so that the host can tell how
+// many edges the counts of two boards differ by. Main loop only.
 //
 //     clock      |         |         |         |
-//     board 1   5300      5301      5302      5303      noted: 5302, 0.4 periods
-//     board 2   471       472       473       474       noted: 473, 0.4 periods
+//     board 1   5300      5301      5302      5303      the mark lies at 5302.4
+//     board 2   471       472       473       474       at 473.4: 4829 edges fewer
 //     bus                      [mark]   ^ its end
-//
-// A board may handle the command some edges later: the newest edge then lies after the end, and the
-// noted time is negative. So it may be by an edge that has not been taken yet: the newest one that
-// was taken serves as well, because the host divides the time by the clock's period.
 #pragma once
 
 #include <stdbool.h>
@@ -19,14 +15,12 @@
 
 #include "config.h" // FEATURE_TOKENS
 
-// `ticks` of a clock that rests.
-#define MARK_RESTS INT32_MAX
-
 struct mark {
-    // From the newest edge to the end of the command, ticks; MARK_RESTS: the clock rests.
-    int32_t ticks;
-    // Number of that edge (reference_number()).
-    uint16_t edge;
+    // When the command ended, units of the coarse clock (hal/clock.h).
+    uint32_t units;
+    // What that clock showed when the timers started, ticks; on a board with a single axis right to
+    // 100 ticks.
+    uint32_t started_ticks;
     // Number of the edge that is line zero of the line that began last.
     uint16_t zero_edge;
     // Marks since reset; wraps.
@@ -44,6 +38,9 @@ const struct mark *mark_now(void);
 // A command ended just now that asks for a mark: the newest byte of the bus was its last one.
 void mark_set(void);
 
+// The timers started when the coarse clock showed so many ticks.
+void mark_started(uint32_t started_ticks);
+
 // The clock was disturbed.
 void mark_disturb(void);
 
@@ -51,6 +48,11 @@ void mark_disturb(void);
 void mark_zero(uint16_t edge);
 
 #else
+
+static inline void mark_started(uint32_t started_ticks)
+{
+    (void)started_ticks;
+}
 
 static inline void mark_disturb(void)
 {

@@ -204,16 +204,6 @@ uint16_t reference_number(void)
     return grid->locks ? grid->filter.edge : (uint16_t)edge_watch.edges;
 }
 
-#if FEATURE_TOKENS
-uint32_t reference_number_ticks(void)
-{
-    const struct lock_grid *grid = lock_grid_now();
-
-    return grid->locks ? grid->filter.expected.ticks - grid->filter.period.ticks
-                       : edge_watch.edge_ticks;
-}
-#endif
-
 uint16_t reference_place_edges(void)
 {
     return place_edges;

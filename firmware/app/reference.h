@@ -55,12 +55,6 @@ void reference_measure(bool fast_edges);
 // edges that were bridged and leaves false ones out; else it counts what came, lost edges included.
 uint16_t reference_number(void);
 
-#if FEATURE_TOKENS
-// The time of that edge, ticks since the timers started; of a lock by its filter. Only while
-// reference_present().
-uint32_t reference_number_ticks(void);
-#endif
-
 // From the edge that gives a line its place to line zero, in clock edges: by the settings alone, so
 // that it is the same whatever the board is doing.
 uint16_t reference_place_edges(void);

@@ -229,7 +229,7 @@ struct source {
 #define MORE_PLACE    (REG_AXIS_BASE + REG_AXIS_STRIDE)
 #define AXIS(offset)  (REG_AXIS_BASE + (offset))
 #define MORE(address) (MORE_PLACE + (address) - MORE_BASE)
-#define SOURCES       MORE(REG_INPUT_ready + 1)
+#define SOURCES       MORE(REG_INPUT_clock_expected_ticks + 2)
 
 // The board's registers, those of one axis for all of them, and the board's others.
 static const struct source sources[SOURCES] IN_FLASH = {
@@ -316,15 +316,19 @@ static const struct source sources[SOURCES] IN_FLASH = {
     [MORE(REG_INPUT_clock_missing)] = MEMBER(WIDTH_WORD, OWNER_GRID, IN_FILTER(missing)),
     LONG(MORE(REG_INPUT_clock_error_ticks), OWNER_GRID, IN_FILTER(error_ticks)),
     [MORE(REG_INPUT_clock_interval)] = MEMBER(WIDTH_WORD, OWNER_WATCH, IN_WATCH(odd)),
-    [MORE(REG_INPUT_clock_edge)] = CALL(clock_edge_word),
 #if FEATURE_TOKENS
-    LONG(MORE(REG_INPUT_mark_ticks), OWNER_MARK, IN_MARK(ticks)),
-    [MORE(REG_INPUT_mark_edge)] = MEMBER(WIDTH_WORD, OWNER_MARK, IN_MARK(edge)),
+    LONG(MORE(REG_INPUT_mark_units), OWNER_MARK, IN_MARK(units)),
+    LONG(MORE(REG_INPUT_started_ticks), OWNER_MARK, IN_MARK(started_ticks)),
     [MORE(REG_INPUT_mark_count)] = MEMBER(WIDTH_BYTE, OWNER_MARK, IN_MARK(count)),
-    [MORE(REG_INPUT_zero_edge)] = MEMBER(WIDTH_WORD, OWNER_MARK, IN_MARK(zero_edge)),
     [MORE(REG_INPUT_mark_steady)] = MEMBER(WIDTH_BYTE, OWNER_MARK, IN_MARK(steady)),
+    [MORE(REG_INPUT_zero_edge)] = MEMBER(WIDTH_WORD, OWNER_MARK, IN_MARK(zero_edge)),
 #endif
     [MORE(REG_INPUT_ready)] = CALL(ready_word),
+    [MORE(REG_INPUT_clock_edge)] = CALL(clock_edge_word),
+    LONG(MORE(REG_INPUT_clock_edge_ticks), OWNER_WATCH, IN_WATCH(edge_ticks)),
+    LONG(MORE(REG_INPUT_clock_expected_ticks),
+         OWNER_GRID,
+         IN_FILTER(expected) + offsetof(struct fine_ticks, ticks)),
 };
 
 _Static_assert(AXIS(0) == REG_INPUT_trip_ticks + 2,

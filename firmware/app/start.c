@@ -249,15 +249,6 @@ static LINES_APART void start_lines(uint32_t edge_ticks, uint16_t edges)
 }
 
 #if FEATURE_TOKENS
-bool start_can_go(uint16_t edge)
-{
-    int16_t ahead = (int16_t)(edge - reference_number());
-
-    return start_ready() &&
-           (!start_any_waits() || (edge != 0 && mark_now()->steady &&
-                                   ahead > (int16_t)reference_place_edges()));
-}
-
 void start_go(uint16_t edge)
 {
     token_set(0);

@@ -24,12 +24,8 @@ void start_on_edge(uint32_t edge_ticks);
 bool start_ready(void);
 
 #if FEATURE_TOKENS
-// The axes that wait for a token can begin on this clock edge: they are ready, the clock did nothing
-// since the mark that makes its edges' numbers doubtful, and the edge is far enough ahead. Where no
-// line waits for the clock every edge will do.
-bool start_can_go(uint16_t edge);
-
-// Release the axes that wait for a token. Lines that wait for the clock begin on this edge.
+// Release the axes that wait for a token. Lines that wait for the clock begin on this edge; where that
+// cannot be, because an axis is not ready or the edge has passed, it is a fault.
 void start_go(uint16_t edge);
 #endif
 

@@ -18,7 +18,7 @@ void scene_pass_ms(void)
     now_units += UNITS_OF_MS;
 }
 
-uint32_t uart_age_ticks(void)
+uint16_t uart_age_units(void)
 {
     return 0;
 }

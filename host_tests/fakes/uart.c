@@ -7,6 +7,7 @@
 
 #include "fakes/board.h"
 #include "fakes/board_parts.h"
+#include "hal/clock.h"
 
 #define TICKS_PER_COUNT 256u
 #define TICKS_PER_BIT   8u // for each count of the divisor
@@ -95,9 +96,9 @@ bool uart_silent(void)
            (uint32_t)fake_line.silence_counts * TICKS_PER_COUNT;
 }
 
-uint32_t uart_age_ticks(void)
+uint16_t uart_age_units(void)
 {
-    return fake_now_ticks() - last_byte_ticks;
+    return (uint16_t)((fake_now_ticks() - last_byte_ticks) / CLOCK_UNIT_TICKS);
 }
 
 bool uart_holds(void)

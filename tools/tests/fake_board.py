@@ -122,7 +122,7 @@ class FakeBoard(FakeServer):
         self.events = []
         self.commands = []  # (name, mask, argument)
         self.first_edge = 60_000 + 977 * unit  # its count of clock edges began there
-        self.mark = (0, 0, 0)  # count, edge, seconds since that edge
+        self.mark = (0, 0.0)  # count, time
         self.zero_edge = 0
         self.counters = dict.fromkeys(range(11, 19), 0)
 
@@ -206,8 +206,8 @@ class FakeBoard(FakeServer):
             "pixel_edges": int(self.clock_hz * self.world.time) if self.clock else 0,
             "outputs": self.drivers | self.permit << 8, "settings_serial": self.serial,
             "settings_state": self.settings_state(), "clock_edge": self.edge() & 0xFFFF,
-            "mark_count": self.mark[0] & 0xFF, "mark_edge": self.mark[1] & 0xFFFF,
-            "mark_ticks": round(self.mark[2] * boards.load(self.kind).tick_hz),
+            "mark_count": self.mark[0] & 0xFF, "mark_units": self.ticks(self.mark[1]) // 64,
+            "clock_edge_ticks": self.ticks((self.edge() - self.first_edge) / self.edge_hz()),
             "zero_edge": self.zero_edge, "mark_steady": self.mark[0] > 0,
             "ready": any(axis.state == "armed" for axis in self.axes),
         }  # fmt: skip
@@ -391,8 +391,10 @@ class FakeBoard(FakeServer):
             self.start(axis)
 
     def obey_mark(self, *_):
-        since_s = self.world.time % (1 / self.edge_hz())
-        self.mark = (self.mark[0] + 1, self.edge(), since_s)
+        self.mark = (self.mark[0] + 1, self.world.time)
+
+    def ticks(self, seconds):
+        return round(seconds * boards.load(self.kind).tick_hz) & 0xFFFFFFFF
 
     def start(self, axis):
         axis.state, axis.started_s = "running", self.world.time

@@ -30,7 +30,7 @@
 #define REG_EVENT_WORDS  8u      // number, code, axis, argument, pixel (2), time (2)
 // Free bytes in the queue of axis a: REG_ROOM_BASE + a. Together, so that a host that keeps several
 // queues filled reads them by one short request.
-#define REG_ROOM_BASE 0x0080u // input
+#define REG_ROOM_BASE 0x00A0u // input
 // One write from the window's start carries one block for one axis. The axis's word has the number
 // of bytes in its high half when packed bytes follow (motion/segment_pack.h), else runs follow.
 #define REG_QUEUE_WINDOW 0x1000u // block, axis, then runs of two words or bytes

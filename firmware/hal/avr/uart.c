@@ -173,7 +173,7 @@ bool uart_silent(void)
     return (TIFR2 & _BV(OCF2A)) != 0;
 }
 
-uint32_t uart_age_ticks(void)
+uint16_t uart_age_units(void)
 {
     uint8_t count = 0;
     bool overflowed = false;
@@ -185,8 +185,8 @@ uint32_t uart_age_ticks(void)
     } while (TCNT2 < count);
     uint16_t counts = overflowed ? (uint16_t)(count + 256u) : count;
 
-    // At 16 MHz a count of 256 cycles is short enough for every rate.
-    return (uint32_t)counts << (UART_DIVISOR_BITS > 8 && TCCR2B == COUNT_1024 ? 10u : 8u);
+    // A unit is 64 cycles. At 16 MHz a count of 256 is short enough for every rate.
+    return (uint16_t)(counts << (UART_DIVISOR_BITS > 8 && TCCR2B == COUNT_1024 ? 4u : 2u));
 }
 
 bool uart_holds(void)

@@ -24,7 +24,7 @@ overrun:
     rjmp leave
 
 ; Behind a silence, the first one if none is noted. From here on timer 2's overflow belongs to the
-; frame that begins (uart_age_ticks()).
+; frame that begins (uart_age_units()).
 silence:
     ldi r30, 1 << OCF2A | 1 << TOV2
     out TIFR2, r30

@@ -138,6 +138,12 @@ class Board(Wire):
         """Return all board-wide input registers by name."""
         return values(places(self.map.inputs), self.read_inputs)
 
+    def inputs_from(self, first: str, last: str) -> dict[str, int]:
+        """Return the board-wide input registers from one to another, read in one request."""
+        low, high = self.map.input(first).address, self.map.input(last).address
+        wanted = [item for item in self.map.inputs if low <= item.address <= high]
+        return values(places(wanted), self.read_inputs)
+
     def packs(self) -> bool:
         """Return whether the board takes packed blocks (asked once)."""
         if self._packs is None:

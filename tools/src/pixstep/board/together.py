@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
 """Lines of several boards that begin on one edge of their common pixel clock.
 
-A broadcast `mark` makes every board note which clock edge is its newest one, by its own count, and
-how long before the end of the command that edge came. Everybody hears that end at the same instant,
-so that the marks tell how many edges the counts of two boards differ by. `go` then names to each
-board, by its own count, the one edge on which all begin. A second mark, before that edge comes,
-finds a board that has missed an edge since; a last one after the lines compares what each has
-counted. docs/PROTOCOL.md has the procedure step by step.
+A broadcast `mark` makes every board note when the command ended, by its own time. Everybody hears
+that end at the same instant, so that it is found in each board's count of clock edges, and tells
+how many edges the counts of two boards differ by. `go` then names to each board, by its own count,
+the one edge on which all begin. A second mark, before that edge comes, finds a board that has
+missed an edge since; a last one after the lines compares what each has counted. docs/PROTOCOL.md
+has the procedure step by step.
 """
 
 import contextlib
@@ -25,7 +25,6 @@ from pixstep.board.link import World
 from pixstep.board.run import Lines
 from pixstep.progress import Progress, unseen
 
-RESTS = 0x7FFFFFFF  # register mark_ticks of a clock that rests
 _MARK_S = 0.02  # from a broadcast until every board has served it
 _POLL_S = 0.02
 _LEAD_S, _LEAD_BOARD_S = 0.15, 0.1  # from the mark to line zero: go and a second mark come between
@@ -35,34 +34,46 @@ _TRIES = 6
 _READY_S = 10.0
 _START_S, _START_PIXELS = 1.0, 4
 _COUNT = 0x10000  # numbers of edges are taken modulo this
+_TICKS = 1 << 32  # and instants modulo this
+_UNIT_TICKS = 64  # of register mark_units
+_MEASURING_EDGES = 8
 _REST_S = 120.0  # the longest rest of the clock that is waited for
 
 
 @dataclass(frozen=True)
-class Mark:
-    """What a board has noted at a mark.
+class Look:
+    """A board's count of its clock's edges, at one moment.
 
-    `edge` is the number of its newest clock edge, `ticks` the time from there to the end of the
-    command, None while the clock rests, and `period_ticks` its clock's period.
+    `edge_ticks` is when edge number `edge` came, `mark_ticks` when the last mark ended, both since
+    the board's timers started.
     """
 
     edge: int
-    ticks: int | None
+    edge_ticks: int
+    mark_ticks: int
+    zero_edge: int
+    marks: int
+    steady: bool
+
+
+@dataclass(frozen=True)
+class Mark:
+    """Where the end of a mark lies in a board's count of clock edges.
+
+    `place` is in edges, a number with a fraction; of a clock that rests the edge that it lies
+    behind. `steady`: since the mark before this one every edge had come as it should.
+    """
+
+    place: float
+    rests: bool
+    steady: bool
     period_ticks: float
     zero_edge: int
 
     @property
-    def place(self) -> float:
-        """Where the end of the command lies among the board's edges.
-
-        Of a clock that rests: the edge that it lies behind.
-        """
-        return self.edge + (self.ticks / self.period_ticks if self.ticks is not None else 0)
-
-    @property
     def counted(self) -> float:
         """How far behind line zero of the board's newest line that is, in edges."""
-        return self.place - self.edge + (self.edge - self.zero_edge) % _COUNT
+        return (self.place - self.zero_edge) % _COUNT
 
 
 @dataclass(frozen=True)
@@ -188,6 +199,12 @@ def _agree_and_go(group: list[Lines], token: int, world: World) -> None:
     for board, mark in zip(boards, marks, strict=True):
         _go(board, token, _number(marks[0], mark, ahead))
     again = _marks_of_one_state(boards, world)
+    for board, mark in zip(boards, again, strict=True):
+        if not mark.steady and mark.rests == marks[0].rests:
+            raise BoardError(
+                f"board {board.unit}: its pixel clock was disturbed while the boards agreed on an "
+                f"edge: an edge at an odd distance, or a lost one"
+            )
     before, now = _offsets(marks), _offsets(again)
     for board, was, is_now in zip(boards, before, now, strict=True):
         if abs(is_now - was) > _AGREE and abs(abs(is_now - was) - _COUNT) > _AGREE:
@@ -203,16 +220,11 @@ def _go(board: Board, token: int, edge: int) -> None:
         board.go(token, edge)
     except ExceptionReplyError:
         run.raise_fault(board)
-        why = "it is not ready"
-        if not board.input("mark_steady"):
-            why = "its pixel clock was disturbed since the mark"
-        elif board.input("ready"):
-            why = "the edge is too near: the bus or the host was held up"
-        raise BoardError(f"board {board.unit}: it refuses to go: {why}") from None
+        raise BoardError(f"board {board.unit}: it refuses to go: none of its axes waits") from None
 
 
 def _edges_ahead(boards: Sequence[Board], marks: Sequence[Mark]) -> int:
-    """Return how many edges behind the first board's newest one all begin."""
+    """Return how many edges behind the mark all begin."""
     lead_s = _LEAD_S + _LEAD_BOARD_S * len(boards)
     clock_s = marks[0].period_ticks / boards[0].tick_hz()
     ahead = math.ceil(lead_s / clock_s) + _LEAD_EDGES
@@ -223,8 +235,8 @@ def _edges_ahead(boards: Sequence[Board], marks: Sequence[Mark]) -> int:
 
 
 def _number(first: Mark, mark: Mark, ahead: int) -> int:
-    """Return the number that a board has for the edge so far ahead of the first board's newest."""
-    return (first.edge + ahead + round(mark.place - first.place)) % _COUNT
+    """Return the number that a board has for the edge so far behind the first board's mark."""
+    return (math.floor(first.place) + ahead + round(mark.place - first.place)) % _COUNT
 
 
 def _offsets(marks: Sequence[Mark]) -> list[float]:
@@ -257,10 +269,8 @@ def _marks_of_one_state(boards: Sequence[Board], world: World) -> list[Mark]:
         if _same_state(marks):
             return marks
         world.wait(_POLL_S)
-    running = [
-        board.unit for board, mark in zip(boards, marks, strict=True) if mark.ticks is not None
-    ]
-    still = [board.unit for board, mark in zip(boards, marks, strict=True) if mark.ticks is None]
+    running = [board.unit for board, mark in zip(boards, marks, strict=True) if not mark.rests]
+    still = [board.unit for board, mark in zip(boards, marks, strict=True) if mark.rests]
     raise BoardError(
         f"the pixel clock runs at {_units(running)} and rests at {_units(still)}: check its wires"
     )
@@ -273,32 +283,61 @@ def _units(units: Sequence[int]) -> str:
 
 def _same_state(marks: Sequence[Mark]) -> bool:
     """True if the clock runs for all of them, or for none."""
-    return len({mark.ticks is None for mark in marks}) == 1
+    return len({mark.rests for mark in marks}) == 1
 
 
 def _mark(boards: Sequence[Board], world: World) -> list[Mark]:
-    """Make all boards mark, and read what each has noted."""
-    before = [board.input("mark_count") for board in boards]
+    """Make all boards mark, and find where the mark lies in the count of each."""
+    before = [_look(board) for board in boards]
     for _ in range(_TRIES):
         boards[0].mark()
         world.wait(_MARK_S)
-        found = [board.input("mark_count") for board in boards]
-        heard = [(now - was) % 0x100 == 1 for was, now in zip(before, found, strict=True)]
+        now = [_look(board) for board in boards]
+        heard = [
+            (look.marks - was.marks) % 0x100 == 1 for was, look in zip(before, now, strict=True)
+        ]
         if all(heard):
-            return [_read(board) for board in boards]
-        before = found
+            return [
+                _placed(board, *looks)
+                for board, *looks in zip(boards, before, now, strict=True)
+            ]
+        before = now
     unit = next(board.unit for board, ok in zip(boards, heard, strict=True) if not ok)
     raise BoardError(f"board {unit}: it does not hear broadcasts, by which boards agree on an edge")
 
 
-def _read(board: Board) -> Mark:
-    """Read what a board has noted."""
-    found = board.inputs()
-    ticks = None if found["mark_ticks"] == RESTS else found["mark_ticks"]
-    period = float(Fraction(board.tick_hz()) / values.hz_of(settings.read(board)))
-    if _is_measured(found["status"]):
-        period = found["clock_period_ticks"] + found["clock_period_fraction"] / 0x10000
-    return Mark(found["mark_edge"], ticks, period, found["zero_edge"])
+def _look(board: Board) -> Look:
+    """Read a board's count of edges, all of it as it is at one moment."""
+    found = board.inputs_from("mark_units", "clock_expected_ticks")
+    edge, edge_ticks = found["clock_edge"], found["clock_edge_ticks"]
+    if board.setting("sync") == regs.SYNCS["lock"]:
+        edge, edge_ticks = edge + 1, found["clock_expected_ticks"]
+    return Look(
+        edge,
+        edge_ticks,
+        (_UNIT_TICKS * found["mark_units"] - found["started_ticks"]) % _TICKS,
+        found["zero_edge"],
+        found["mark_count"],
+        bool(found["mark_steady"]),
+    )
+
+
+def _placed(board: Board, before: Look, now: Look) -> Mark:
+    """Return where a mark lies, by looks at the board before and behind it."""
+    rests = not regs.flags(board.input("status"))["clock"]
+    period = float(Fraction(board.tick_hz()) / board.clock_hz())
+    edges = (now.edge - before.edge) % _COUNT
+    # Of a fast clock what it has done just now says more than what it is set to.
+    if not rests and _MEASURING_EDGES <= edges < _COUNT // 2:
+        period = ((now.edge_ticks - before.edge_ticks) % _TICKS) / edges
+    behind = _signed(now.mark_ticks - now.edge_ticks)
+    place = now.edge if rests else now.edge + behind / period
+    return Mark(place % _COUNT, rests, before.steady, period, now.zero_edge)
+
+
+def _signed(ticks: int) -> int:
+    """Return a difference of two instants, which count modulo 2^32."""
+    return (ticks + _TICKS // 2) % _TICKS - _TICKS // 2
 
 
 def _await_start(group: list[Lines], world: World, progress: Progress) -> None:
