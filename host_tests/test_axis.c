@@ -80,7 +80,7 @@ static void refused_line_stays_out(void)
     TEST_ASSERT_EQUAL_UINT32(1, bench.axis.line_error_pixel);
     TEST_ASSERT_EQUAL_UINT16(0, segment_queue_fill(&bench.axis.queue));
     TEST_ASSERT_EQUAL(BLOCK_REFUSED, queue_block(0));
-    TEST_ASSERT_FALSE(axis_arm(&bench.axis, &bench.period, true));
+    TEST_ASSERT_FALSE(axis_arm(&bench.axis, &bench.period));
     axis_stop(&bench.axis);
     axis_discard(&bench.axis, bench.engine.tail);
     TEST_ASSERT_EQUAL(AXIS_EMPTY, bench.axis.life.state);
@@ -96,10 +96,10 @@ static void states_while_loading(void)
     TEST_ASSERT_TRUE(axis_waits_for_edge(&bench.axis));
     (void)bench_queue(0, 0);
     (void)bench_queue(3, 2);
-    TEST_ASSERT_FALSE(axis_arm(&bench.axis, &bench.period, true));
+    TEST_ASSERT_FALSE(axis_arm(&bench.axis, &bench.period));
     (void)bench_queue(LINE_MARK_END, 0);
     TEST_ASSERT_EQUAL(AXIS_LOADED, bench.axis.life.state);
-    TEST_ASSERT_TRUE(axis_arm(&bench.axis, &bench.period, true));
+    TEST_ASSERT_TRUE(axis_arm(&bench.axis, &bench.period));
     TEST_ASSERT_EQUAL(AXIS_ARMED, bench.axis.life.state);
 }
 
@@ -280,8 +280,8 @@ static void refusal_in_a_running_line_lets_it_run_dry(void)
 static void discard_forgets_an_armed_line(void)
 {
     queue_run(PLAIN_MARK, 10, 3);
-    TEST_ASSERT_TRUE(axis_arm(&bench.axis, &bench.period, true));
-    decode_axis(&bench.axis, &bench.period, true, 64);
+    TEST_ASSERT_TRUE(axis_arm(&bench.axis, &bench.period));
+    decode_axis(&bench.axis, &bench.period, 64);
     axis_stop(&bench.axis);
     axis_discard(&bench.axis, bench.engine.tail);
     TEST_ASSERT_EQUAL(AXIS_EMPTY, bench.axis.life.state);

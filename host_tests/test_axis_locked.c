@@ -100,7 +100,7 @@ static void chained_lines_stay_on_the_clock(void)
 
 static void check_armed(bool locked, bool clocked)
 {
-    TEST_ASSERT_EQUAL(true, axis_arm(&bench.axis, &bench.period, true));
+    TEST_ASSERT_EQUAL(true, axis_arm(&bench.axis, &bench.period));
     TEST_ASSERT_EQUAL(locked, line_grid_locked(&bench.axis.line.edges));
     TEST_ASSERT_EQUAL(clocked, bench.axis.clocked);
     bench_open(1000, 1);

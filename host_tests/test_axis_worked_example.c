@@ -114,9 +114,8 @@ static void worked_example_with_backlash_of_a_pixel(void)
     check_worked_example(1000);
 }
 
-static void backlash_only_after_a_reversal(void)
+static void backlash_that_is_taken_up_already(void)
 {
-    bench.always_take_up = false;
     TEST_ASSERT_TRUE(bench_queue_worked_example(250));
     TEST_ASSERT_TRUE(bench_queue_worked_example(250));
     run_worked_example(250);
@@ -137,6 +136,6 @@ int main(void)
     RUN_TEST(worked_example_a_unit_at_a_time);
     RUN_TEST(worked_example_with_backlash_of_a_quarter);
     RUN_TEST(worked_example_with_backlash_of_a_pixel);
-    RUN_TEST(backlash_only_after_a_reversal);
+    RUN_TEST(backlash_that_is_taken_up_already);
     return UNITY_END();
 }

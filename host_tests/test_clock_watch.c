@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <stdint.h>
+#include <string.h>
 
+#include "fakes/chance.h"
 #include "motion/clock_watch.h"
 #include "unity.h"
 
@@ -139,6 +141,66 @@ static void time_wraps(void)
     check_edge(zero + PERIOD_TICKS - 1u, 1, -1);
 }
 
+// How the next edge's error differs from that of the edge before: mostly by next to nothing, and
+// often by as much as separates the edges that are near from the others.
+static int32_t change_of_error(uint32_t period_ticks)
+{
+    int32_t bound_ticks =
+        (int32_t)(chance_between(0, 1) == 0 ? period_ticks / 32u : 0x3FFu);
+    int32_t change_ticks = (int32_t)chance_between(0, 6) - 3;
+
+    if (chance_between(0, 2) == 0) {
+        change_ticks += bound_ticks;
+    }
+    return chance_between(0, 1) == 0 ? -change_ticks : change_ticks;
+}
+
+// An edge that is near is taken the quick way, which says of it what the general way does.
+static uint16_t compare_ways(uint32_t hz, uint16_t edges)
+{
+    struct clock_watch general;
+    uint32_t planned_ticks = ZERO_TICKS;
+    int32_t error_ticks = 0;
+    uint16_t quick = 0;
+
+    (void)pixel_period_set(&period, 16000000uL, hz, 1);
+    watch = (struct clock_watch){.following = false};
+    clock_watch_follow(&watch, &period, ZERO_TICKS);
+    for (uint16_t k = 0; k < edges; k++) {
+        uint16_t general_pixel = pixel;
+        uint32_t before_ticks = watch.next_ticks;
+        error_ticks += change_of_error(period.whole_ticks);
+        if (error_ticks > 14 * (int32_t)watch.near_ticks ||
+            error_ticks < -14 * (int32_t)watch.near_ticks) {
+            error_ticks = 0;
+        }
+        memcpy(&general, &watch, sizeof watch);
+        quick = (uint16_t)(quick + clock_watch_expects(&watch));
+        general.near = false;
+        bool of_pixel = clock_watch_edge(
+            &watch, &period, planned_ticks + (uint32_t)error_ticks, &pixel);
+        TEST_ASSERT_EQUAL(of_pixel,
+                          clock_watch_edge(&general,
+                                           &period,
+                                           planned_ticks + (uint32_t)error_ticks,
+                                           &general_pixel));
+        TEST_ASSERT_EQUAL_UINT16(general_pixel, pixel);
+        TEST_ASSERT_EQUAL_MEMORY(&general, &watch, sizeof watch);
+        planned_ticks += watch.next_ticks - before_ticks;
+    }
+    return quick;
+}
+
+static void both_ways_say_the_same(void)
+{
+    static const uint16_t hz[] = {1, 30, 480, 1000, 5000, 20000};
+
+    chance_seed(0xC10C4uL);
+    for (uint8_t i = 0; i < sizeof hz / sizeof hz[0]; i++) {
+        TEST_ASSERT_GREATER_THAN_UINT16(100, compare_ways(hz[i], 400));
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -152,5 +214,6 @@ int main(void)
     RUN_TEST(intervals_out_of_tolerance_are_odd);
     RUN_TEST(an_edge_behind_a_rest_is_not_odd);
     RUN_TEST(time_wraps);
+    RUN_TEST(both_ways_say_the_same);
     return UNITY_END();
 }

@@ -181,7 +181,7 @@ static void check_new_pieces(uint16_t backlash, uint16_t budget)
     for (uint8_t i = 0; i < COUNTS; i++) {
         push(counts[i], 1);
     }
-    line_begin(&line, &period, &queue, true);
+    line_begin(&line, &period, &queue);
     TEST_ASSERT_EQUAL_INT(LINE_PIECE, line_next(&line, &piece));
     for (uint8_t i = 0; i < COUNTS; i++) {
         uint16_t start = now();

@@ -150,6 +150,36 @@ static void starts_of_the_last_three_periods(void)
                              ledger_period_start(&ledger, &feed.stream, 2));
 }
 
+// How far behind `now` an edge is placed that was captured at this count of a period.
+static uint32_t placed(uint8_t back, uint16_t captured_ticks)
+{
+    return now_ticks - ledger_capture_ticks(&ledger, &feed.stream, back, captured_ticks);
+}
+
+// A capture that is no count of its period's, which is too short, is one of a period before.
+static void a_capture_is_placed_in_a_period_that_is_long_enough(void)
+{
+    begin_line();
+    step(500, false);
+    release();
+    step(900, false);
+    step(800, false);
+    step(700, false);
+    load_periods(DELAY_PERIODS + 3u);
+    advance();
+    TEST_ASSERT_EQUAL_UINT32(700u, placed(0, 0));
+    TEST_ASSERT_EQUAL_UINT32(700u - 699u, placed(0, 699));
+    TEST_ASSERT_EQUAL_UINT32(1500u - 700u, placed(0, 700));
+    TEST_ASSERT_EQUAL_UINT32(1500u - 799u, placed(0, 799));
+    TEST_ASSERT_EQUAL_UINT32(2400u - 800u, placed(0, 800));
+    TEST_ASSERT_EQUAL_UINT32(2400u - 899u, placed(0, 899));
+    TEST_ASSERT_EQUAL_UINT32(1500u - 799u, placed(1, 799));
+    TEST_ASSERT_EQUAL_UINT32(2400u - 800u, placed(1, 800));
+    // No older period's length is known.
+    TEST_ASSERT_EQUAL_UINT32(2400u - 950u, placed(0, 950));
+    TEST_ASSERT_EQUAL_UINT32(2400u - 950u, placed(2, 950));
+}
+
 // The idle periods of a sample come after the sample's entries.
 static void idle_after_entries(void)
 {
@@ -332,6 +362,7 @@ int main(void)
     RUN_TEST(steps_count_in_their_direction);
     RUN_TEST(position_is_what_was_loaded);
     RUN_TEST(starts_of_the_last_three_periods);
+    RUN_TEST(a_capture_is_placed_in_a_period_that_is_long_enough);
     RUN_TEST(idle_after_entries);
     RUN_TEST(mark_waits_for_the_step_before_it);
     RUN_TEST(records_of_a_short_line);

@@ -97,8 +97,8 @@ static void begin_stream(uint8_t most_periods)
         stream->marks[(uint8_t)(stream->mark_tail + pixels) & (STREAM_MARKS - 1u)] =
             (struct stream_mark){
                 .slot = (uint8_t)(stream->retired + periods),
-                .periods = once_in(60) ? 0 : more,
-                .ticks = (uint16_t)chance(),
+                .periods = more & 0x7Fu,
+                .ticks = once_in(60) ? 0 : (uint16_t)chance(),
                 .position = (uint16_t)(steps + (once_in(40) ? 1u : 0u)),
         };
     }
@@ -162,10 +162,35 @@ static void pixels_of_many_periods(void)
     }
 }
 
+// The number of a pixel has 32 bits, also where its upper half changes.
+static void numbers_of_pixels_wrap(void)
+{
+    static const uint32_t before[] = {0, 0xFFFEuL, 0x1FFFEuL, 0xFFFFFEuL, 0x7FFFFFFEuL};
+
+    for (uint8_t i = 0; i < sizeof before / sizeof before[0]; i++) {
+        for (uint8_t thinned = 0; thinned < 2u; thinned++) {
+            memset(&start, 0, sizeof start);
+            records_thin(thinned == 0 ? 1 : 1000, UINT16_MAX);
+            ledger_reset(&start.ledger, 1000);
+            records_reset(&start.ledger.records);
+            start.ledger.pixel = before[i];
+            for (uint8_t k = 0; k < 4u; k++) {
+                start.stream.marks[k] = (struct stream_mark){
+                    .slot = (uint8_t)(5u * (k + 1u)), .periods = 5, .ticks = 800};
+            }
+            start.stream.mark_placed = 4;
+            start.stream.mark_head = 5;
+            (void)ledger_take_pixels(&start.ledger, &start.stream, 20);
+            TEST_ASSERT_EQUAL_UINT32(before[i] + 4u, start.ledger.pixel);
+        }
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(pixels_of_few_periods);
     RUN_TEST(pixels_of_many_periods);
+    RUN_TEST(numbers_of_pixels_wrap);
     return UNITY_END();
 }

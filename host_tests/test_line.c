@@ -74,7 +74,7 @@ static void check_worked_example(uint16_t backlash, uint16_t pieces)
     uint16_t taken = 0;
 
     queue_worked_example(backlash);
-    line_begin(&line, &period, &queue, true);
+    line_begin(&line, &period, &queue);
     for (; take(); taken++) {
         if (piece.has_edge) {
             TEST_ASSERT_EQUAL_INT32(worked_position(backlash, edges),
@@ -133,7 +133,7 @@ static void ramp_decodes_to_the_speeds_of_the_profile(void)
     };
 
     queue_worked_example(0);
-    line_begin(&line, &period, &queue, true);
+    line_begin(&line, &period, &queue);
     for (uint8_t i = 0; i < WORKED_RAMP_PX; i++) {
         check_pixel(speeds[i], true);
     }
@@ -144,7 +144,7 @@ static void ramp_decodes_to_the_speeds_of_the_profile(void)
 static void delay_before_the_ramp(void)
 {
     queue_worked_example(250);
-    line_begin(&line, &period, &queue, true);
+    line_begin(&line, &period, &queue);
     TEST_ASSERT_TRUE(take());
     TEST_ASSERT_EQUAL_UINT32(400000uL, piece.ticks);
     TEST_ASSERT_EQUAL_UINT16(0, piece.steps);
@@ -154,7 +154,7 @@ static void delay_before_the_ramp(void)
 static void take_up_after_the_ramp(void)
 {
     queue_worked_example(250);
-    line_begin(&line, &period, &queue, true);
+    line_begin(&line, &period, &queue);
     for (uint8_t i = 0; i < WORKED_RAMP_PX + 2u; i++) {
         (void)take();
     }
@@ -167,7 +167,8 @@ static void take_up_after_the_ramp(void)
 static void no_take_up_leaves_the_zero_pixel_idle(void)
 {
     queue_worked_example(250);
-    line_begin(&line, &period, &queue, false);
+    line_begin(&line, &period, &queue);
+    line_take_up(&line, 0);
     TEST_ASSERT_TRUE(take());
     TEST_ASSERT_EQUAL_UINT32(533333uL, piece.ticks);
     TEST_ASSERT_EQUAL_UINT16(0, piece.steps);
@@ -182,7 +183,7 @@ static void take_up_ends_on_the_clock(uint16_t backlash)
 {
     setUp();
     queue_worked_example(backlash);
-    line_begin(&line, &period, &queue, true);
+    line_begin(&line, &period, &queue);
     while (take()) {
     }
     TEST_ASSERT_EQUAL_UINT32(edge_place(34), at_ticks);
@@ -211,7 +212,7 @@ static void negative_smooth_line(void)
     queue_entry(0, 0);
     queue_entry(4, 2);
     queue_entry(LINE_MARK_END, 0);
-    line_begin(&line, &period, &queue, true);
+    line_begin(&line, &period, &queue);
     check_negative_pixel(0, -4);
     check_negative_pixel(8, -8);
     TEST_ASSERT_FALSE(take());
@@ -225,7 +226,7 @@ static void plain_line_reverses(void)
     queue_entry(0, 1);
     queue_entry(-5, 2);
     queue_entry(LINE_MARK_END, 0);
-    line_begin(&line, &period, &queue, true);
+    line_begin(&line, &period, &queue);
     static const int32_t positions[] = {3, 3, -2, -7};
     for (uint8_t i = 0; i < 4; i++) {
         TEST_ASSERT_TRUE(take());
@@ -241,7 +242,7 @@ static void dry_queue_goes_on_when_refilled(void)
     queue_entry(LINE_MARK_START, 0);
     queue_entry(0, 0);
     queue_entry(3, 1);
-    line_begin(&line, &period, &queue, true);
+    line_begin(&line, &period, &queue);
     TEST_ASSERT_EQUAL(LINE_PIECE, line_next(&line, &piece));
     TEST_ASSERT_EQUAL(LINE_DRY, line_next(&line, &piece));
     TEST_ASSERT_EQUAL(LINE_DRY, line_next(&line, &piece));
@@ -266,7 +267,7 @@ static void queue_seek(int16_t sign)
         queue_entry((int16_t)(sign * up[i]), 1);
     }
     queue_entry(LINE_MARK_END, 0);
-    line_begin(&line, &period, &queue, true);
+    line_begin(&line, &period, &queue);
 }
 
 static void check_counts(const uint16_t *counts, uint8_t length)
@@ -346,7 +347,7 @@ static void queue_smooth_seek(void)
         queue_entry(up[i], 1);
     }
     queue_entry(LINE_MARK_END, 0);
-    line_begin(&line, &period, &queue, true);
+    line_begin(&line, &period, &queue);
 }
 
 static void smooth_seek_stops_behind(uint8_t pixels)
@@ -386,7 +387,7 @@ static void smooth_seek_that_is_not_mirrored_runs_dry(void)
     queue_entry(15, 1); // 16 to 14
     queue_entry(7, 1);  // 14 to 0
     queue_entry(LINE_MARK_END, 0);
-    line_begin(&line, &period, &queue, true);
+    line_begin(&line, &period, &queue);
     TEST_ASSERT_TRUE(take());
     line_trip(&line); // at speed 8
     TEST_ASSERT_TRUE(take());
@@ -402,7 +403,7 @@ static void smooth_pixel_too_slow_for_its_speed_runs_dry(void)
     queue_entry(0, 0);
     queue_entry(12, 1); // 0 to 24
     queue_entry(11, 1); // 24 to -2
-    line_begin(&line, &period, &queue, true);
+    line_begin(&line, &period, &queue);
     TEST_ASSERT_TRUE(take());
     TEST_ASSERT_EQUAL(LINE_DRY, line_next(&line, &piece));
     TEST_ASSERT_EQUAL(LINE_DRY, line_next(&line, &piece));

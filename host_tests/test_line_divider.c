@@ -282,6 +282,24 @@ static void not_while_settings_are_stored(void)
     TEST_ASSERT_EQUAL(MODBUS_OK, line(0, 3, 20));
 }
 
+// Not even for a moment: the board still knows its clock, and its settings are those stored.
+static void a_refused_divider_leaves_clock_and_store_alone(void)
+{
+    bench_rounds(800);
+    uint16_t stored = store_state();
+
+    TEST_ASSERT_TRUE(reference_settled());
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, BLOCK(0, HEAD(2), {fast, 3}, {30000, 1}, END));
+    check_edges(1);
+    TEST_ASSERT_TRUE(reference_settled());
+    TEST_ASSERT_TRUE(reference_present());
+    TEST_ASSERT_EQUAL_HEX16(stored, store_state());
+    discard(0);
+    TEST_ASSERT_EQUAL(MODBUS_OK, BLOCK(0, HEAD(2), {fast, 3}, END));
+    check_edges(2);
+    TEST_ASSERT_TRUE((store_state() & 2u) != 0);
+}
+
 // A block that is refused has changed nothing; of blocks, the one with the divider has.
 static void refused_behind_its_divider(void)
 {
@@ -425,6 +443,7 @@ int main(void)
     RUN_TEST(not_behind_a_running_line);
     RUN_TEST(not_beside_a_loaded_or_moving_axis);
     RUN_TEST(not_while_settings_are_stored);
+    RUN_TEST(a_refused_divider_leaves_clock_and_store_alone);
     RUN_TEST(refused_behind_its_divider);
     RUN_TEST(repeated_block_changes_nothing);
     RUN_TEST(discarded_before_its_divider);

@@ -59,7 +59,7 @@ static void open_line(uint16_t backlash, uint16_t divider)
         clock_edge();
     }
     lock_grid_hold_period();
-    line_begin(&line, &period, &queue, true);
+    line_begin(&line, &period, &queue);
     line_grid_start_locked(&line.edges);
     line_grid_start_locked(&beside);
 }

@@ -312,6 +312,25 @@ static void a_pixel_edge_that_is_missing_is_passed_over(void)
     check_passes(true, 2);
 }
 
+// Edges of the clock that came before do not count for a line that follows from here on.
+static void edges_are_counted_from_where_a_line_follows(void)
+{
+    uint16_t before = 0;
+    uint16_t number = 0;
+
+    open_grid(3, 0);
+    (void)lock_grid_begin(2);
+    clock_edges(4, PERIOD_TICKS);
+    (void)lock_grid_passes(&before);
+    clock_edges(2, PERIOD_TICKS);
+    lock_grid_follow_from_here();
+    for (uint8_t edge = 1; edge <= 6u; edge++) {
+        clock_edge(PERIOD_TICKS);
+        TEST_ASSERT_EQUAL(edge % 3u == 0, lock_grid_passes(&number));
+        TEST_ASSERT_EQUAL_UINT16(before + (edge + 2u) / 3u, number);
+    }
+}
+
 // What the model knows: all numbers count from line zero, which is pixel edge FIRST_NUMBER.
 #define FIRST_NUMBER 0xFFE0u
 #define FIRST_EDGES  2u
@@ -467,6 +486,7 @@ int main(void)
     RUN_TEST(every_pixel_edge_is_known_when_it_comes);
     RUN_TEST(pixel_edges_are_numbered_anew);
     RUN_TEST(a_pixel_edge_that_is_missing_is_passed_over);
+    RUN_TEST(edges_are_counted_from_where_a_line_follows);
     RUN_TEST(lines_share_the_grid);
     return UNITY_END();
 }

@@ -4,11 +4,13 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "app/mark.h"
 #include "app/report.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"
 #include "motion/lock_grid.h"
 #include "unity.h"
+#include "wire/register_map.h"
 
 #define NOMINAL_TICKS ((uint32_t)BENCH_PIXEL_TICKS)
 #define OFF_TICKS     (NOMINAL_TICKS + 80u) // 0.5 % too slow, within the tolerance
@@ -91,26 +93,38 @@ static void lines_wait_for_a_clock_that_has_settled(void)
     TEST_ASSERT_EQUAL_HEX16(REPORT_CLOCK, report_status());
     TEST_ASSERT_NOT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_ARM));
     bench_rounds(SETTLE_ROUNDS);
-    TEST_ASSERT_EQUAL_HEX16(REPORT_CLOCK | REPORT_SETTLED, report_status());
+    TEST_ASSERT_EQUAL_HEX16(REPORT_CLOCK | REPORT_SETTLED,
+                            report_status());
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_ARM));
     check_done(0, 3, 3);
 }
 
-// A clock that stops while a line waits has to settle anew; line zero is not on its first edges.
-static void a_line_waits_until_the_clock_has_settled_again(void)
+// The period is known for as long as a clock rests; its first edge after that gives the phase, and
+// line zero is counted from there.
+static void a_line_waits_for_a_clock_that_rests(void)
 {
     bench_rounds(SETTLE_ROUNDS);
     bench_plain_line(0, pixel_steps, 20);
     TEST_ASSERT_EQUAL(true, bench_give(1, COMMAND_ARM, 7)); // waits for a token, too
     bench_clock_off();
-    bench_rounds(200);
-    TEST_ASSERT_EQUAL_HEX16(REPORT_ARMED, report_status());
-    clock_from(fake_now_ticks() + 5000u, OFF_TICKS);
-    bench_rounds(60);
-    TEST_ASSERT_EQUAL(true, bench_give(1, COMMAND_GO, 7));
-    bench_rounds(100);
-    TEST_ASSERT_EQUAL_HEX16(REPORT_CLOCK | REPORT_ARMED, report_status());
+    bench_rounds(2000);
+    TEST_ASSERT_EQUAL_HEX16(REPORT_SETTLED | REPORT_ARMED,
+                            report_status());
+    TEST_ASSERT_EQUAL_UINT16(1, bench_input(REG_INPUT_ready));
+    TEST_ASSERT_EQUAL_UINT16(0, bench_input(REG_INPUT_mark_steady));
+    TEST_ASSERT_EQUAL(true, bench_give(0, COMMAND_MARK, 0));
+    TEST_ASSERT_EQUAL_UINT16(1, bench_input(REG_INPUT_mark_steady));
+    TEST_ASSERT_EQUAL_INT32(MARK_RESTS, mark_now()->ticks);
+    TEST_ASSERT_EQUAL(true, bench_give(0, COMMAND_GO, 7));
+    bench_rounds(2000);
+    TEST_ASSERT_EQUAL_HEX16(REPORT_SETTLED | REPORT_ARMED,
+                            report_status());
+    uint32_t first_ticks = fake_now_ticks() + 5000u;
+    clock_from(first_ticks, OFF_TICKS);
     check_done(0, 20, 20);
+    TEST_ASSERT_UINT32_WITHIN(2,
+                              first_ticks + (BENCH_GO_EDGES - 1u) * OFF_TICKS,
+                              axes_get(0)->zero_ticks);
 }
 
 static void all_axes_run_on_the_clocks_edges(void)
@@ -192,7 +206,7 @@ static void a_clock_that_stays_away_is_a_fault(void)
     bench_clock_off();
     check_fault(FAULT_clock_hold_over, 0);
     TEST_ASSERT_EQUAL_UINT16(HOLD_OVER, faults_record()->argument);
-    TEST_ASSERT_FALSE(reference_settled());
+    TEST_ASSERT_FALSE(reference_present());
 }
 
 static void a_clock_that_leaves_the_tolerance_is_a_fault(void)
@@ -264,7 +278,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(lines_wait_for_a_clock_that_has_settled);
-    RUN_TEST(a_line_waits_until_the_clock_has_settled_again);
+    RUN_TEST(a_line_waits_for_a_clock_that_rests);
     RUN_TEST(all_axes_run_on_the_clocks_edges);
     RUN_TEST(pixels_of_many_steps_are_locked_too);
     RUN_TEST(a_pixel_has_as_many_edges_as_the_divider);

@@ -48,7 +48,7 @@ static void load_period(void)
         starts[i] = starts[i - 1u];
     }
     starts[0] = bench.now_ticks;
-    (void)decode_axis(&bench.axis, &bench.period, true, 60);
+    (void)decode_axis(&bench.axis, &bench.period, 60);
     struct step_load load = step_engine_next(&bench.engine, &bench.ring);
     bench.now_ticks += (uint32_t)load.top_ticks + 1u;
 }

@@ -171,7 +171,7 @@ static void parameter_of_15_bits(void)
     TEST_ASSERT_EQUAL(BLOCK_TAKEN,
                       SEND(0x80, SMOOTH, 0, 0, 0xFF, 0xFE, 0x7F, 0xFE, 0x80, 0, 0, 1));
     TEST_ASSERT_EQUAL_UINT16(32766, bench.axis.check.backlash_steps);
-    line_begin(&line, &bench.period, &bench.axis.queue, true);
+    line_begin(&line, &bench.period, &bench.axis.queue);
     TEST_ASSERT_EQUAL_UINT16(32766, line.backlash_steps);
     TEST_ASSERT_EQUAL_UINT16(32766, line.line_speed);
 }

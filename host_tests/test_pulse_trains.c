@@ -13,14 +13,16 @@
 #include "unity.h"
 
 #define DELAY_TICKS 1500u
+#define EDGE_TICKS  32u  // of a period, ahead of its STEP edge
 #define FIRST_TICKS 900u // to the step before a train, on the train's first period
 
 static struct step_ring ring;
 static struct step_engine engine;
 static struct feed feed;
 static struct ledger ledger;
-static uint32_t now_ticks;     // end of the newest loaded period,
-static uint32_t lengths[4];    //   and the newest ones' lengths, newest first
+static uint32_t now_ticks;  // end of the newest loaded period,
+static uint32_t lengths[4]; //   and the newest ones' lengths, newest first
+static bool pulses[4];
 static int32_t position_steps; // of the periods loaded
 
 static void open_line(bool negative)
@@ -34,6 +36,8 @@ static void open_line(bool negative)
     now_ticks = 2uL * STEP_IDLE_TICKS;
     lengths[0] = STEP_IDLE_TICKS;
     lengths[1] = STEP_IDLE_TICKS;
+    pulses[0] = false;
+    pulses[1] = false;
     position_steps = 0;
     feed_hold(&feed);
     feed_mark_here(&feed, true, 0);
@@ -60,8 +64,10 @@ static uint32_t load(void)
 
     for (uint8_t i = 3; i != 0; i--) {
         lengths[i] = lengths[i - 1u];
+        pulses[i] = pulses[i - 1u];
     }
     lengths[0] = ticks;
+    pulses[0] = next.pulse;
     now_ticks += ticks;
     if (next.pulse) {
         position_steps += feed.negative ? -1 : 1;
@@ -84,6 +90,23 @@ static void pass_delay(void)
     advance();
 }
 
+// A seek asks how many of the newest steps were made behind its switch's edge.
+static void check_steps_after(void)
+{
+    uint32_t span_ticks = lengths[0] + lengths[1] + lengths[2];
+    uint32_t ticks = now_ticks - chance_between(0, span_ticks);
+    uint32_t start = now_ticks;
+    uint8_t steps = 0;
+
+    for (uint8_t back = 0; back < 3u; back++) {
+        start -= lengths[back];
+        steps = (uint8_t)(steps +
+                          (pulses[back] && (int32_t)(start + EDGE_TICKS - ticks) > 0));
+    }
+    TEST_ASSERT_EQUAL_UINT8(steps,
+                            ledger_steps_after(&ledger, &feed.stream, ticks, EDGE_TICKS));
+}
+
 static void check_account(void)
 {
     uint32_t start = now_ticks;
@@ -94,6 +117,7 @@ static void check_account(void)
         start -= lengths[back];
         TEST_ASSERT_EQUAL_UINT32(start, ledger_period_start(&ledger, &feed.stream, back));
     }
+    check_steps_after();
 }
 
 static struct even random_even(void)

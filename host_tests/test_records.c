@@ -201,6 +201,29 @@ static void errors_of_pixels_without_record(void)
     check_record(0, 3, 0, 11);
 }
 
+static void the_oldest_record_takes_its_error(void)
+{
+    begin(2, 10);
+    pass_many(2u * RECORDS_KEPT);
+    records_note_error(&records, 2, 5);
+    check_record(0, 2, 0, 5);
+    check_record(1, 4, 0, 0);
+    check_record(RECORDS_KEPT - 1u, 2u * RECORDS_KEPT, 0, 0);
+}
+
+// What an earlier line has left behind is no record of this one.
+static void no_record_of_an_earlier_line_takes_an_error(void)
+{
+    pixel = (uint16_t)(2u - RECORDS_KEPT);
+    pass_many(RECORDS_KEPT); // pixel 1 is the last but one
+    begin(2, 10);
+    pass_many(3);
+    records_note_error(&records, 1, 11);
+    TEST_ASSERT_EQUAL_UINT8(2, records_shown(&records));
+    check_record(0, 2, 0, 0);
+    check_record(1, 3, 0, 11);
+}
+
 static void pixel_numbers_wrap(void)
 {
     begin(2, 10);
@@ -258,6 +281,8 @@ int main(void)
     RUN_TEST(early_edges);
     RUN_TEST(edges_of_many_pixels_ahead);
     RUN_TEST(errors_of_pixels_without_record);
+    RUN_TEST(the_oldest_record_takes_its_error);
+    RUN_TEST(no_record_of_an_earlier_line_takes_an_error);
     RUN_TEST(pixel_numbers_wrap);
     RUN_TEST(overwritten_records_are_counted);
     RUN_TEST(budgets);

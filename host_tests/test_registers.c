@@ -59,7 +59,7 @@ static void start_line(int16_t count, uint16_t pixels)
 static void board_describes_itself(void)
 {
     TEST_ASSERT_EQUAL_UINT16(REG_MAP_VERSION, bench_input(REG_INPUT_map_version));
-    TEST_ASSERT_EQUAL_UINT16(4, bench_input(0)); // what the host's tools know
+    TEST_ASSERT_EQUAL_UINT16(5, bench_input(0)); // what the host's tools know
     TEST_ASSERT_EQUAL_UINT16(CONFIG_VERSION_MAJOR * 256 + CONFIG_VERSION_MINOR,
                              bench_input(REG_INPUT_firmware_version));
     TEST_ASSERT_EQUAL_UINT16(CONFIG_BOARD_ID, bench_input(REG_INPUT_board_id));
@@ -96,17 +96,16 @@ static void mapped_inputs(void)
 {
     // The areas of a board with four axes touch: a read may cross from one to the next.
     check_inputs(true, 0, REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE);
-    check_inputs(CONFIG_AXES == 4, 0, REG_INPUT_smooth_min_interval_3_ticks + 1);
-    check_inputs(false, 0, REG_INPUT_smooth_min_interval_3_ticks + 2);
+    check_inputs(CONFIG_AXES == 4, 8, REG_ROOM_BASE + CONFIG_AXES - 8);
+    check_inputs(false, 8, REG_ROOM_BASE + CONFIG_AXES - 7);
     check_inputs(CONFIG_AXES == 4, REG_INPUT_fault_mask_high - 1, 2);
     check_inputs(true, REG_ROOM_BASE, CONFIG_AXES);
-    check_inputs(false, REG_ROOM_BASE - 1, 2);
+    check_inputs(true, REG_ROOM_BASE - 1, 2);
     check_inputs(false, REG_ROOM_BASE, CONFIG_AXES + 1);
     check_inputs(CONFIG_AXES == 4, REG_EVENT_BASE - 1, 2);
     check_inputs(CONFIG_AXES == 4, REG_EVENT_BASE - 100, 125);
-    check_inputs(true, REG_INPUT_fault_mask_high, 23);
-    check_inputs(false, REG_INPUT_fault_mask_high, 24);
-    check_inputs(false, REG_INPUT_smooth_min_interval_3_ticks + 1, 1);
+    check_inputs(true, REG_INPUT_fault_mask_high, 32 + CONFIG_AXES);
+    check_inputs(false, REG_INPUT_fault_mask_high, 33 + CONFIG_AXES);
     check_inputs(
         true, REG_RECORD_BASE + BENCH_LAST * REG_RECORD_STRIDE, REG_RECORD_STRIDE);
     check_inputs(false, REG_EVENT_BASE, 1 + CONFIG_EVENTS * REG_EVENT_WORDS + 1);
@@ -126,8 +125,8 @@ static void mapped_holdings(void)
     check_holdings(false, 0, SETTINGS_WORDS + 1);
     check_holdings(false, SETTINGS_WORDS, 1);
     check_holdings(false, REG_HOLDING_home_is_limit, 0x102);
-    check_holdings(true, REG_HOLDING_axis_mask, 3);
-    check_holdings(false, REG_HOLDING_axis_mask, 4);
+    check_holdings(true, REG_HOLDING_axis_mask, 4);
+    check_holdings(false, REG_HOLDING_axis_mask, 5);
     check_holdings(false, REG_HOLDING_axis_mask - 1, 2);
     check_holdings(true, REG_QUEUE_WINDOW, 122);
     check_holdings(false, REG_QUEUE_WINDOW + 1, 1);
@@ -166,7 +165,7 @@ static void impossible_settings_change_nothing(void)
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_word(REG_HOLDING_unit_address, 257));
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_word(REG_HOLDING_dir_setup_us, 1001));
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, bench_command(16, COMMAND_ENABLE));
-    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_word(REG_HOLDING_command, 14));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_word(REG_HOLDING_command, 15));
     TEST_ASSERT_EQUAL_UINT32(BENCH_PIXEL_TICKS,
                              bench_input_wide(REG_INPUT_pixel_period_ticks));
     TEST_ASSERT_EQUAL_UINT16(1, data_holding(REG_HOLDING_unit_address));

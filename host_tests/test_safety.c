@@ -29,10 +29,17 @@ void tearDown(void)
 
 static enum modbus_exception order(uint8_t mask, enum command command, uint16_t argument)
 {
-    uint8_t words[6] = {
-        0, mask, 0, (uint8_t)command, (uint8_t)(argument >> 8), (uint8_t)argument};
+    uint16_t edge = command == COMMAND_GO ? bench_edge_ahead(BENCH_GO_EDGES) : 0;
+    uint8_t words[8] = {0,
+                        mask,
+                        0,
+                        (uint8_t)command,
+                        (uint8_t)(argument >> 8),
+                        (uint8_t)argument,
+                        (uint8_t)(edge >> 8),
+                        (uint8_t)edge};
 
-    return data_write(REG_HOLDING_axis_mask, 3, words);
+    return data_write(REG_HOLDING_axis_mask, 4, words);
 }
 
 static uint16_t fault(void)
@@ -171,6 +178,7 @@ static void go_needs_the_token_and_somebody_who_waits(void)
     TEST_ASSERT_EQUAL(MODBUS_OK, order(1, COMMAND_ARM, TOKEN));
     pass_ms(40);
     TEST_ASSERT_EQUAL_UINT8(AXIS_ARMED, axes_get(0)->life.state);
+    TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_MARK, 0));
     TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_GO, TOKEN));
     TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
@@ -201,6 +209,10 @@ static void armed_axes_have_one_token(void)
     pass_ms(100);
     TEST_ASSERT_EQUAL_INT32(0, fake_axes[0].steps);
     TEST_ASSERT_EQUAL(MODBUS_OK, order(2, COMMAND_ARM, TOKEN));
+    TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_MARK, 0));
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, order(0, COMMAND_GO, TOKEN)); // not ready yet
+    pass_ms(40);
+    TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_MARK, 0));
     TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_GO, TOKEN));
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
     TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
@@ -232,16 +244,37 @@ static void the_driver_of_an_armed_axis_stays_on(void)
 // The pixel clock may stand still until all boards are ready.
 static void waiting_for_go_has_patience_with_the_clock(void)
 {
+    pass_ms(10);
     bench_plain_line(0, 10, 50);
     bench_clock_off();
     TEST_ASSERT_EQUAL(MODBUS_OK, order(1, COMMAND_ARM, TOKEN));
     pass_ms(300);
     TEST_ASSERT_EQUAL_UINT16(FAULT_none, fault());
+    // The clock has stopped since the last mark: nobody knows that every board has seen its last
+    // edge.
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, order(0, COMMAND_GO, TOKEN));
+    TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_MARK, 0));
     TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_GO, TOKEN));
-    pass_ms(1);
-    TEST_ASSERT_EQUAL_UINT16(FAULT_none, fault());
     pass_ms(300);
+    TEST_ASSERT_EQUAL_UINT16(FAULT_none, fault());
+    bench_clock_on();
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    TEST_ASSERT_EQUAL_INT32(500, fake_axes[0].steps);
+}
+
+// From the first edge after `go` on the clock must not stop again.
+static void a_clock_that_stops_before_line_zero_is_a_fault(void)
+{
+    bench_plain_line(0, 10, 50);
+    TEST_ASSERT_EQUAL(MODBUS_OK, order(1, COMMAND_ARM, TOKEN));
+    pass_ms(40);
+    TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_MARK, 0));
+    TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_GO, TOKEN));
+    pass_ms(5);
+    bench_clock_off();
+    pass_ms(3);
     TEST_ASSERT_EQUAL_UINT16(FAULT_pixel_clock_missing, fault());
+    TEST_ASSERT_EQUAL_INT32(0, fake_axes[0].steps);
 }
 
 static void check_drivers(uint16_t on)
@@ -370,6 +403,7 @@ int main(void)
     RUN_TEST(an_axis_that_runs_needs_the_clock_while_another_waits_for_go);
     RUN_TEST(the_driver_of_an_armed_axis_stays_on);
     RUN_TEST(waiting_for_go_has_patience_with_the_clock);
+    RUN_TEST(a_clock_that_stops_before_line_zero_is_a_fault);
     RUN_TEST(arming_switches_the_driver_on_and_rest_off);
     RUN_TEST(a_driver_that_rests_goes_off_to_the_millisecond);
     RUN_TEST(a_driver_gets_its_time_before_the_first_step);

@@ -169,7 +169,7 @@ static void count_whole_pixels(void)
     const struct stream *stream = &bench.axis.feed.stream;
 
     for (; seen_marks != stream->mark_placed; seen_marks++) {
-        if (stream->marks[seen_marks & (STREAM_MARKS - 1u)].periods != 0) {
+        if (stream->marks[seen_marks & (STREAM_MARKS - 1u)].ticks != 0) {
             whole_pixels++;
         }
     }
@@ -207,7 +207,7 @@ static uint32_t next_edge(void)
         starts[2] = starts[1];
         starts[1] = starts[0];
         starts[0] = bench.now_ticks;
-        decode_axis(&bench.axis, &bench.period, true, 30);
+        decode_axis(&bench.axis, &bench.period, 30);
         count_whole_pixels();
         if (bench.axis.phase == DECODE_PIXEL_AWAITS_TRAIN) {
             awaited++;
@@ -357,7 +357,7 @@ static void a_clock_edge_that_is_seen_late_behind_a_train(void)
             began[i] = began[i - 1u];
         }
         began[0] = bench.now_ticks;
-        decode_axis(&bench.axis, &bench.period, true, 30);
+        decode_axis(&bench.axis, &bench.period, 30);
         struct step_load load = step_engine_next(&bench.engine, &bench.ring);
         bench.now_ticks += (uint32_t)load.top_ticks + 1u;
         idle = (uint8_t)(idle + (load.idle ? 1u : 0u));
@@ -612,6 +612,46 @@ static void smooth_pixels_of_many_steps(void)
     check_line(60, 1, true, 0);
 }
 
+// Write a pixel of 20 steps of 5000 ticks behind what ends at this tick.
+static uint32_t end_behind(uint32_t end_ticks)
+{
+    static struct stream stream;
+    static struct segment_queue queue;
+    static uint8_t bytes[16];
+    static struct line line;
+    static struct pixel_period period;
+    static struct step_ring ring;
+
+    period = (struct pixel_period){.whole_ticks = 100000uL, .divisor = 1};
+    queue = (struct segment_queue){.out = {.bytes = bytes, .mask = 15, .last = 20},
+                                   .head = 1};
+    bytes[0] = SEGMENT_NEAR_ZERO;
+    line = (struct line){.queue = &queue, .edge_open = true};
+    line.segment = (struct segment){.count = 20};
+    line_grid_start_exact(&line.edges, &period);
+    stream = (struct stream){.ring = &ring, .mark_head = 1, .end_ticks = end_ticks};
+    (void)even_pixels_write(&line, &stream, false, UINT8_MAX);
+    TEST_ASSERT_EQUAL_UINT8(20, stream.head);
+    return stream.end_ticks;
+}
+
+// Times have 32 bits, and a pixel may be longer than 16.
+static void ends_of_long_pixels(void)
+{
+    static const uint32_t before_ticks[] = {0,
+                                            0xFFFFuL,
+                                            0xFE0000uL,
+                                            0xFE795FuL,
+                                            0xFE7960uL,
+                                            0xFF0000uL,
+                                            0x12FFFFFFuL,
+                                            0xFFFFFF00uL};
+
+    for (uint8_t i = 0; i < sizeof before_ticks / sizeof before_ticks[0]; i++) {
+        TEST_ASSERT_EQUAL_UINT32(before_ticks[i] + 100000uL, end_behind(before_ticks[i]));
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -629,5 +669,6 @@ int main(void)
     RUN_TEST(pixels_of_many_steps_and_awkward_intervals);
     RUN_TEST(a_pixel_of_the_most_steps_behind_a_full_ring);
     RUN_TEST(smooth_pixels_of_many_steps);
+    RUN_TEST(ends_of_long_pixels);
     return UNITY_END();
 }

@@ -96,7 +96,7 @@ static void check_mark(bool line_start, uint8_t early, uint16_t position)
         return;
     }
     TEST_ASSERT_EQUAL(line_start, mark->line_start);
-    TEST_ASSERT_EQUAL_UINT8(early, mark->early);
+    TEST_ASSERT_EQUAL_UINT8(early, stream_mark_early(mark));
     TEST_ASSERT_EQUAL_UINT16(position, mark->position);
 }
 

@@ -2,6 +2,7 @@
 
 #include "bench.h"
 
+#include <inttypes.h>
 #include <time.h>
 
 #include "eeprom_file.h"
@@ -13,6 +14,8 @@
 // A board passes the end of its quantum by an instruction and an interrupt's response: pulses are
 // handed over so much ahead.
 #define LOOK_AHEAD 64U
+
+#define NOISE_PLACE 2000U // of the cycles in which the supplies come on
 
 double bench_wall_s(void)
 {
@@ -28,7 +31,9 @@ uint32_t bench_quantum(const struct bench *bench)
 
     for (int i = 0; bench->boards > 1 && i < bench->boards; i++) {
         const struct uart *uart = &bench->board[i].uart;
-        uint32_t frame = uart_bit_cycles(uart) * uart_bits_before_stop(uart);
+        uint32_t frame = (uint32_t)own_time_to_bench(&bench->board[i].time,
+                                                     (uint64_t)uart_bit_cycles(uart) *
+                                                         uart_bits_before_stop(uart));
 
         if (uart_can_send(uart) && frame < 2 * quantum) {
             quantum = frame / 2;
@@ -45,18 +50,76 @@ static void log_pulse(struct bench *bench, const struct pixel_pulse *pulse)
               &(struct edge){.cycle = pulse->fall, .signal = EDGE_CLOCK, .level = 0});
 }
 
+static void give_pulse(struct bench *bench, int board, const struct pixel_pulse *pulse)
+{
+    const struct own_time *time = &bench->board[board].time;
+    struct pixel_pulse own = *pulse;
+
+    own.rise = own_time_from_bench(time, pulse->rise);
+    own.fall = own_time_from_bench(time, pulse->fall);
+    if (!pixel_input_add(&bench->board[board].pixel_input, &own)) {
+        board_refuse(&bench->board[board], "pixel clock too fast for the simulator");
+    }
+    if (bench->pin_log != NULL) {
+        (void)fprintf(bench->pin_log,
+                      "%" PRIu64 ",%d,%s\n",
+                      pulse->rise,
+                      board,
+                      pixel_edge_name(pulse->kind));
+    }
+}
+
+static void give_false_edges(struct bench *bench,
+                             int board,
+                             uint64_t before,
+                             uint64_t limit)
+{
+    struct pixel_pulse pulse;
+
+    while (pin_flaws_false(&bench->pin[board], before, limit, &pulse)) {
+        give_pulse(bench, board, &pulse);
+    }
+}
+
+static void give_clock_pulse(struct bench *bench, int board, struct pixel_pulse pulse)
+{
+    struct pin_flaws *pin = &bench->pin[board];
+
+    pin_flaws_displace(pin, &pulse);
+    give_false_edges(bench, board, pulse.rise, pulse.rise);
+    if (pin_flaws_pass(pin, &pulse, pixel_clock_period(&bench->clock))) {
+        give_pulse(bench, board, &pulse);
+    }
+}
+
+// A pin's jitter may bring an edge forward by so much.
+static uint32_t most_jitter(const struct bench *bench)
+{
+    uint32_t most = 0;
+
+    for (int i = 0; i < bench->boards; i++) {
+        uint32_t jitter = bench->pin[i].jitter_cycles;
+
+        most = (jitter > most) ? jitter : most;
+    }
+    return most;
+}
+
 static void hand_out_pulses(struct bench *bench, uint64_t before)
 {
     struct pixel_pulse pulse;
 
-    while (pixel_clock_next(&bench->clock, before, &pulse)) {
+    while (pixel_clock_next(&bench->clock, before + most_jitter(bench), &pulse)) {
+        log_pulse(bench, &pulse);
         for (int i = 0; i < bench->boards; i++) {
-            if (!pixel_input_add(&bench->board[i].pixel_input, &pulse)) {
-                board_refuse(&bench->board[i], "pixel clock too fast for the simulator");
-            } else if (i == 0) {
-                log_pulse(bench, &pulse);
-            }
+            give_clock_pulse(bench, i, pulse);
         }
+    }
+    for (int i = 0; i < bench->boards; i++) {
+        give_false_edges(bench,
+                         i,
+                         before,
+                         pixel_clock_quiet(&bench->clock) - bench->pin[i].jitter_cycles);
     }
 }
 
@@ -84,6 +147,20 @@ bool bench_run(struct bench *bench, uint64_t cycle)
         }
     }
     return true;
+}
+
+void bench_power_up(struct bench *bench, uint64_t cycles, uint64_t seed)
+{
+    for (int i = 0; i < bench->boards && cycles > 0; i++) {
+        struct board *board = &bench->board[i];
+        struct scheduled_event on = {.request = SUPPLY_REQUEST_ON};
+        struct noise random;
+
+        noise_seed(&random, seed, NOISE_PLACE + (unsigned)i);
+        on.cycle = 1 + noise_next(&random) % cycles;
+        supply_do(&board->supply, SUPPLY_REQUEST_OFF);
+        (void)schedule_add(&board->schedule, &on);
+    }
 }
 
 bool bench_save_eeprom(const struct bench *bench, int board)

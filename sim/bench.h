@@ -21,6 +21,7 @@
 #include "board.h"
 #include "bus.h"
 #include "edges.h"
+#include "pin_flaws.h"
 #include "pixel_clock.h"
 #include "plant_log.h"
 #include "serial_log.h"
@@ -32,10 +33,12 @@ struct bench {
     int boards; // of them that are open
     struct bus bus;
     struct pixel_clock clock;
+    struct pin_flaws pin[BUS_BOARDS]; // of the clock's pin, by board
     struct edges edges;
     struct serial_log serial_log; // of the first board
     struct plant_log plant_log;
     FILE *switch_log;         // NULL for none
+    FILE *pin_log;            // of the clock's edges at each pin; NULL for none
     struct wire_log wire_log; // of the first board
     struct vcd vcd;
     bool has_vcd;                        // vcd is open
@@ -51,6 +54,10 @@ bool bench_run(struct bench *bench, uint64_t cycle);
 // The longest step that bench_run may be asked for when someone watches the bus: this many cycles
 // after its start, every frame has reached all receivers.
 uint32_t bench_quantum(const struct bench *bench);
+
+// All boards are without power until a cycle of their own within the first `cycles`, at random by
+// this seed. Call before the run, once the boards are open.
+void bench_power_up(struct bench *bench, uint64_t cycles, uint64_t seed);
 
 // Writes a board's EEPROM into its file, if it has one. False with errno set.
 bool bench_save_eeprom(const struct bench *bench, int board);

@@ -15,6 +15,7 @@
 #include <sim_elf.h>
 
 #include "access.h"
+#include "cpu_clock.h"
 
 #define GPIOR2       0x4BU // data address, the same on all parts
 #define NOISE_EEPROM 0U
@@ -255,7 +256,7 @@ static void make_wiring(struct board *b)
 
 static void connect_pins(struct board *b, const struct board_logs *logs)
 {
-    switches_init(&b->switches, b->kind, b->index);
+    switches_init(&b->switches, b->kind, b->index, &b->time);
     b->switches.log = logs->switches;
     b->inputs = (struct inputs){
         .ports = &b->ports,
@@ -267,6 +268,7 @@ static void connect_pins(struct board *b, const struct board_logs *logs)
     };
     b->outputs = (struct outputs){
         .board = b->index,
+        .time = &b->time,
         .kind = b->kind,
         .ports = &b->ports,
         .timers = &b->timers,
@@ -284,7 +286,7 @@ static void attach_models(struct board *b)
     irq_stats_attach(&b->stats, avr);
     timers_attach(&b->timers, avr, &w->timers);
     comparator_attach(&b->comparator, avr, &b->ports, &w->comparator);
-    uart_attach(&b->uart, avr, b->bus, b->index, &w->uart);
+    uart_attach(&b->uart, avr, b->bus, b->index, &b->time, &w->uart);
     eeprom_attach(&b->eeprom, avr, &w->host);
     watchdog_attach(&b->watchdog, avr, &w->watchdog);
     extint_attach(&b->extint, avr, &w->host, &b->ports);
@@ -296,7 +298,7 @@ static void attach_outside(struct board *b)
 {
     pixel_input_attach(&b->pixel_input, b->avr, b->kind, &b->inputs);
     mechanics_attach(&b->mechanics, b->avr, &b->wiring.host, &b->inputs, &b->switches);
-    schedule_attach(&b->schedule, b->avr, &b->inputs, &b->supply);
+    schedule_attach(&b->schedule, b->avr, &b->time, &b->inputs, &b->supply);
     run_loop_attach(&b->run_loop,
                     b->avr,
                     &b->stats,
@@ -388,6 +390,7 @@ bool board_open(struct board *b,
                 int index,
                 const char *kind_name,
                 const char *image_path,
+                double oscillator_ppm,
                 struct bus *bus,
                 const struct board_logs *logs)
 {
@@ -402,6 +405,7 @@ bool board_open(struct board *b,
         set_error(b, "unknown board '%s': one of %s", kind_name, board_kind_names());
         return false;
     }
+    b->time = own_time_of(b->kind->cpu_hz, cpu_clock_hz(), oscillator_ppm);
     make_wiring(b);
     connect_pins(b, logs);
     avr_global_logger_set(log_errors_only);
@@ -417,9 +421,14 @@ bool board_open(struct board *b,
 
 // ---- from outside ----
 
+uint64_t board_bench_cycle(const struct board *b)
+{
+    return own_time_to_bench(&b->time, b->avr->cycle);
+}
+
 bool board_run(struct board *b, uint64_t cycle)
 {
-    bool going_on = run_loop_run(&b->run_loop, cycle);
+    bool going_on = run_loop_run(&b->run_loop, own_time_from_bench(&b->time, cycle));
 
     if (b->avr->state == cpu_Crashed && b->error[0] == '\0') {
         board_refuse(b, "the program crashed (invalid instruction or address)");

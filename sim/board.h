@@ -36,6 +36,7 @@
 #include "irq_stats.h"
 #include "mechanics.h"
 #include "outputs.h"
+#include "own_time.h"
 #include "pixel_input.h"
 #include "plant_log.h"
 #include "ports.h"
@@ -97,6 +98,7 @@ struct board {
 
     // What is rarely looked at.
     int index; // on the bench
+    struct own_time time;
     const struct board_kind *kind;
     avr_io_t module; // the board itself among libsimavr's modules: resets, WDR
     void (*init_part)(avr_t *avr);
@@ -115,17 +117,22 @@ struct board {
 };
 
 // Makes the board number `index` of the bench, loads an image into it and connects it to the bus.
+// Its oscillator is off by so many ppm; that of board 0 is the bench's time.
 // The board must stay where it is in memory. On failure returns false with one line in
 // board->error.
 bool board_open(struct board *board,
                 int index,
                 const char *kind_name,
                 const char *image_path,
+                double oscillator_ppm,
                 struct bus *bus,
                 const struct board_logs *logs);
 
-// Runs until the board has reached this cycle (it may pass it by the rest of an instruction), or
-// has stopped. True while it goes on.
+// The bench's cycle that the board has reached.
+uint64_t board_bench_cycle(const struct board *board);
+
+// Runs until the board has reached this cycle of the bench (it may pass it by the rest of an
+// instruction), or has stopped. True while it goes on.
 bool board_run(struct board *board, uint64_t cycle);
 
 // The program has ended by itself: sleep with interrupts off.

@@ -10,6 +10,7 @@
 
 #include "control_board.h"
 #include "control_bus.h"
+#include "control_clock.h"
 #include "control_words.h"
 #include "cpu_clock.h"
 #include "csv_file.h"
@@ -18,7 +19,6 @@
 #include "stats.h"
 
 #define TIMEOUT_MS 100U
-#define PPM_LIMIT  1e5
 
 static const struct outputs_axis *find_outputs(struct control *c)
 {
@@ -71,66 +71,6 @@ static void do_tx(struct control *c)
         control_answer(" %" PRIu64, c->bench->cycle);
     } else {
         answer_stopped(c);
-    }
-}
-
-static bool set_ppm(struct pixel_clock *clock, const char *value)
-{
-    char *end;
-    double ppm = strtod(value, &end);
-
-    if (end == value || *end != '\0' || !(ppm > -PPM_LIMIT && ppm < PPM_LIMIT)) {
-        control_answer("error '%s' is not a frequency error in ppm", value);
-        return false;
-    }
-    pixel_clock_set_ppm(clock, ppm);
-    return true;
-}
-
-static bool set_hz(struct control *c, const char *value)
-{
-    char *slash = strchr(value, '/');
-    uint64_t num;
-    uint64_t den = 1;
-
-    if (slash != NULL) {
-        *slash = '\0';
-        if (!control_number(slash + 1, UINT32_MAX, &den)) {
-            return false;
-        }
-    }
-    if (!control_number(value, UINT32_MAX, &num)) {
-        return false;
-    }
-    if (num == 0 || den == 0) {
-        control_answer("error clock hz: a frequency above 0 is expected");
-        return false;
-    }
-    pixel_clock_set_hz(&c->bench->clock, (uint32_t)num, (uint32_t)den, c->bench->cycle);
-    return true;
-}
-
-static void do_clock(struct control *c)
-{
-    struct pixel_clock *clock = &c->bench->clock;
-    const char *what = c->word[1];
-    const char *value = (c->words > 2) ? c->word[2] : "";
-    bool done = true;
-
-    if (strcmp(what, "on") == 0 || strcmp(what, "off") == 0) {
-        clock->on = strcmp(what, "on") == 0;
-    } else if (strcmp(what, "drop") == 0) {
-        done = control_number(value, UINT64_MAX / 2, &clock->drop);
-    } else if (strcmp(what, "ppm") == 0) {
-        done = set_ppm(clock, value);
-    } else if (strcmp(what, "hz") == 0) {
-        done = set_hz(c, value);
-    } else {
-        control_answer("error clock '%s': on, off, drop N, ppm X or hz N/D", what);
-        done = false;
-    }
-    if (done) {
-        control_answer("ok");
     }
 }
 
@@ -245,6 +185,7 @@ static void do_flush(struct control *c)
     wire_log_flush(&c->bench->wire_log);
     plant_log_flush(&c->bench->plant_log);
     csv_flush(c->bench->switch_log);
+    csv_flush(c->bench->pin_log);
     csv_flush(c->bench->clock.log);
     for (int i = 0; i < c->bench->boards; i++) {
         if (!bench_save_eeprom(c->bench, i)) {
@@ -279,7 +220,6 @@ static void do_quit(struct control *c)
 static const struct command commands[] = {
     {"run", 2, 2, do_run},
     {"tx", 2, 3, do_tx},
-    {"clock", 2, 3, do_clock},
     {"steps", 3, 3, do_steps},
     {"counts", 3, 3, do_counts},
     {"last", 3, 3, do_last},
@@ -325,6 +265,9 @@ static void execute(struct control *c)
     }
     if (command == NULL) {
         command = find_command(control_bus_commands, c->word[0]);
+    }
+    if (command == NULL) {
+        command = find_command(control_clock_commands, c->word[0]);
     }
     if (command == NULL) {
         control_answer("error unknown command '%s'", c->word[0]);

@@ -17,6 +17,20 @@
 //   clock drop N            ok              drops the next N pulses
 //   clock ppm X             ok              frequency error
 //   clock hz N/D            ok              frequency; the next pulse rises one period from now
+//   clock jitter NS         ok              each edge is off by at most so much from now on,
+//   clock jitter-rms NS     ok              normally distributed, by this standard deviation
+//   clock rest US           ok              the clock stands still for so long, and goes on where
+//                                           it was
+//   clock gate EDGES US     ok              from the next pulse on: so many edges, then the clock
+//                                           stands still for so long, and so on; 0 0 ends this
+//   edge BOARD miss N       ok              on this board's pin alone the Nth edge from now (1: the
+//                                           next) is missing
+//   edge BOARD add N PHASE  ok              a false one follows it, PHASE thousandths of a period
+//                                           later; sim/pin_flaws.h has the rules
+//   edge BOARD double N     ok              the same at a random 5 to 70 % of the period
+//   edge BOARD pulse [at CYCLE]
+//                           ok              a false edge, now or at a cycle to come
+//   edge BOARD jitter NS    ok              each edge is off by at most so much
 //   steps BOARD AXIS        steps N CYCLE   rising STEP edges, signed: DIR low counts up
 //   counts BOARD AXIS       counts N        rising STEP edges
 //   last BOARD AXIS         last N STEPS CYCLE BEFORE

@@ -192,11 +192,16 @@ static void write_eeprom(struct control *c, struct board *b)
     }
 }
 
-static void answer_eeprom(const struct eeprom *e, uint64_t cycle)
+static void answer_eeprom(const struct board *b)
 {
+    const struct eeprom *e = &b->eeprom;
+    uint64_t cycle = b->avr->cycle;
+
     (void)printf("eeprom %" PRIu64, e->writes);
     if (e->busy && e->due > cycle) {
-        control_answer(" %u %" PRIu64, (unsigned)e->address, e->due - cycle);
+        control_answer(" %u %" PRIu64,
+                       (unsigned)e->address,
+                       own_time_to_bench(&b->time, e->due - cycle));
     } else {
         control_answer(" - 0");
     }
@@ -210,7 +215,7 @@ static void do_eeprom(struct control *c)
         return;
     }
     if (strcmp(c->word[2], "state") == 0) {
-        answer_eeprom(&b->eeprom, b->avr->cycle);
+        answer_eeprom(b);
     } else if (strcmp(c->word[2], "read") == 0 && c->words > 3) {
         read_eeprom(c, b);
     } else if (strcmp(c->word[2], "write") == 0 && c->words > 3) {
@@ -256,7 +261,11 @@ static void do_pin(struct control *c)
     if (later) {
         schedule_event(b, &event);
     } else {
-        inputs_drive(&b->inputs, event.port, event.bit, event.level, event.cycle);
+        inputs_drive(&b->inputs,
+                     event.port,
+                     event.bit,
+                     event.level,
+                     own_time_from_bench(&b->time, event.cycle));
         control_answer("ok");
     }
 }
@@ -298,7 +307,7 @@ static void request_supply(struct control *c,
                        b->supply.powered ? "already has" : "has no");
     } else {
         supply_do(&b->supply, request);
-        control_answer("ok %" PRIu64, b->avr->cycle);
+        control_answer("ok %" PRIu64, board_bench_cycle(b));
     }
 }
 
@@ -428,7 +437,7 @@ static void do_hang(struct control *c)
     c->words -= kept ? 1 : 0;
     if (make_fault(c, b)) {
         b->hang.kept = b->hang.kept || kept;
-        control_answer("ok %" PRIu64, b->avr->cycle);
+        control_answer("ok %" PRIu64, board_bench_cycle(b));
     }
 }
 

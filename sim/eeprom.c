@@ -41,7 +41,8 @@ void eeprom_follow_level(struct eeprom *e, uint64_t cycle)
 
 static uint64_t write_cycles(const struct eeprom *e)
 {
-    return (e->mode == MODE_BOTH) ? EEPROM_BOTH_CYCLES : EEPROM_HALF_CYCLES;
+    return peripheral_cycles_of_us(
+        e->avr, (e->mode == MODE_BOTH) ? EEPROM_BOTH_US : EEPROM_HALF_US);
 }
 
 static uint8_t written_value(const struct eeprom *e)

@@ -34,14 +34,13 @@
 #include <avr_eeprom.h>
 #include <sim_avr.h>
 
-#include "cpu_clock.h"
 #include "noise.h"
 #include "peripheral.h"
 
 #define EEPROM_BYTES_MOST   4096
 #define EEPROM_ERASED       0xFFU
-#define EEPROM_BOTH_CYCLES  cpu_clock_cycles_of_us(3400U)
-#define EEPROM_HALF_CYCLES  cpu_clock_cycles_of_us(1800U)
+#define EEPROM_BOTH_US      3400U
+#define EEPROM_HALF_US      1800U
 #define EEPROM_EERIE        0x08U // in EECR
 #define EEPROM_ENABLE_TICKS 4U
 

@@ -73,13 +73,19 @@ static bool open_board(const struct options *o, int index)
         .switches = bench.switch_log,
     };
 
-    if (!board_open(
-            b, index, o->board_name[index], o->board_image[index], &bench.bus, &logs)) {
+    if (!board_open(b,
+                    index,
+                    o->board_name[index],
+                    o->board_image[index],
+                    o->oscillator_ppm[index],
+                    &bench.bus,
+                    &logs)) {
         (void)fprintf(stderr, "pixstep-sim: %s\n", b->error);
         return false;
     }
     bench.boards++;
     board_seed(b, o->clock.seed);
+    pin_flaws_init(&bench.pin[index], o->clock.seed, (unsigned)index);
     if (!load_eeprom(b, o->eeprom_path[index])) {
         return false;
     }
@@ -97,10 +103,16 @@ static bool open_boards(const struct options *o)
     return true;
 }
 
-static bool open_switch_log(const char *path)
+static bool open_plain_log(FILE **file, const char *path, const char *header)
 {
-    return csv_open(&bench.switch_log, path, "cycle,board,axis,switch,level") ||
-           cannot_write(path);
+    return csv_open(file, path, header) || cannot_write(path);
+}
+
+static bool open_plain_logs(const struct options *o)
+{
+    return open_plain_log(&bench.pin_log, o->pin_log_path, "cycle,board,edge") &&
+           open_plain_log(
+               &bench.switch_log, o->switch_log_path, "cycle,board,axis,switch,level");
 }
 
 static bool open_outputs(const struct options *o)
@@ -134,7 +146,7 @@ static bool open_outputs(const struct options *o)
         return cannot_write(o->wire_log_path);
     }
     bench.bus.log = &bench.wire_log;
-    return open_switch_log(o->switch_log_path);
+    return open_plain_logs(o);
 }
 
 static int run_ms(uint64_t ms)
@@ -194,6 +206,7 @@ static int close_all(const struct options *o, int status)
     check_closed(serial_log_close(&bench.serial_log), o->serial_log_path, &status);
     check_closed(plant_log_close(&bench.plant_log), o->plant_log_path, &status);
     check_closed(csv_close(&bench.switch_log), o->switch_log_path, &status);
+    check_closed(csv_close(&bench.pin_log), o->pin_log_path, &status);
     check_closed(wire_log_close(&bench.wire_log), o->wire_log_path, &status);
     pixel_clock_close(&bench.clock);
     if (error != NULL) {
@@ -215,6 +228,8 @@ int main(int argc, char **argv)
     if (!open_outputs(&options) || !open_boards(&options)) {
         return 2;
     }
+    bench_power_up(
+        &bench, cpu_clock_cycles_of_ms(options.power_up_ms), options.clock.seed);
     (void)signal(SIGINT, on_signal);
     (void)signal(SIGTERM, on_signal);
     bench.wall_started_s = bench_wall_s();

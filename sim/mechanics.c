@@ -97,7 +97,7 @@ static void log_position(struct mechanics *m, unsigned axis, uint64_t cycle)
 {
     const struct plant *plant = &m->axis[axis].plant;
     struct plant_row row = {
-        .cycle = cycle,
+        .cycle = own_time_to_bench(m->switches->time, cycle),
         .motor = plant->motor,
         .load = plant->load,
         .board = (uint8_t)m->board,

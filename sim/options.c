@@ -17,8 +17,11 @@
 #define PPM_MOST              1e5
 #define HZ_MOST               60000U
 #define JITTER_MOST_NS        10000000U
+#define REST_MOST_MS          3600000.0
+#define POWER_UP_MOST_MS      60000U
+#define OSCILLATOR_MOST       2e4 // ppm: more, and serial frames do not fit
 
-static const char manual[] =
+static const char manual_of_boards[] =
     "usage: pixstep-sim --board NAME=IMAGE.elf [--board ...] [options] MODE\n"
     "Runs one to four simulated boards, exact to the cycle, on one serial bus and one "
     "pixel clock.\n"
@@ -51,6 +54,15 @@ static const char manual[] =
     "(else erased,\n"
     "                         0xff), written at the end and by the control command "
     "flush\n"
+    "  --oscillator-ppm B=X   board B's oscillator is so much faster; that of board 0 is "
+    "the "
+    "time of the\n"
+    "                         run, in whose cycles all commands and files count\n"
+    "  --power-up-ms M        each board gets its supply at a random cycle of its own "
+    "within the\n"
+    "                         first M ms (0: all at the start)\n";
+
+static const char manual_of_runs[] =
     "pixel clock:\n"
     "  --pixel-hz N[/D]       frequency, exact (none: no clock)\n"
     "  --pixel-ppm X          frequency error\n"
@@ -60,6 +72,8 @@ static const char manual[] =
     "  --pixel-step X@N       X ppm more from edge N on, counted from 0\n"
     "  --pixel-drop K         one edge of K is missing\n"
     "  --pixel-double K       one edge of K is followed by a false one\n"
+    "  --pixel-gate N,M       N edges, then a rest of M ms besides the period, and so "
+    "on\n"
     "  --pixel-start-ms M     first rising edge (default 10)\n"
     "  --seed S               of everything random (default 1)\n"
     "output:\n"
@@ -69,6 +83,10 @@ static const char manual[] =
     "  --clock-log FILE       every edge of the pixel clock, true, missing and false "
     "ones:\n"
     "                         cycle,true_cycle_x1000,edge (sim/pixel_clock.h)\n"
+    "  --pin-log FILE         every edge of the clock as it reaches each board's pin, "
+    "false "
+    "ones\n"
+    "                         included: cycle,board,edge\n"
     "  --serial-log FILE      the first board's serial bytes: cycle,direction,byte "
     "(hex);\n"
     "                         rx at the middle of the stop bit, tx at the start bit\n"
@@ -134,7 +152,7 @@ static double read_real(const char *option, const char *text, double least, doub
     return value;
 }
 
-// Boards of one run count its time in the same cycles.
+// The first board's clock is the time of the run.
 static void check_kind(const struct options *o, const char *name)
 {
     const struct board_kind *kind = board_kind_by_name(name);
@@ -142,14 +160,9 @@ static void check_kind(const struct options *o, const char *name)
     if (kind == NULL) {
         fail("--board: unknown board '%s': one of %s", name, board_kind_names());
     }
-    if (o->boards != 0 && kind->cpu_hz != cpu_clock_hz()) {
-        fail("--board %s: %u MHz, but %s has %u MHz: one run, one clock",
-             name,
-             kind->cpu_hz / 1000000U,
-             o->board_name[0],
-             cpu_clock_hz() / 1000000U);
+    if (o->boards == 0) {
+        cpu_clock_set(kind->cpu_hz);
     }
-    cpu_clock_set(kind->cpu_hz);
 }
 
 static void read_board(struct options *o, char *text)
@@ -212,6 +225,19 @@ static void read_eeprom(struct options *o, const char *text)
     o->eeprom_path[board] = text + 2;
 }
 
+static void read_oscillator(struct options *o, const char *text)
+{
+    unsigned board = (unsigned)(unsigned char)text[0] - '0';
+
+    if (board == 0 || board >= BUS_BOARDS || text[1] != '=') {
+        fail("--oscillator-ppm '%s': expected BOARD=PPM, as in 1=-400, of board 1 or a "
+             "later one",
+             text);
+    }
+    o->oscillator_ppm[board] =
+        read_real("--oscillator-ppm", text + 2, -OSCILLATOR_MOST, OSCILLATOR_MOST);
+}
+
 static void read_step(struct options *o, char *text)
 {
     char *at = strchr(text, '@');
@@ -222,6 +248,18 @@ static void read_step(struct options *o, char *text)
     *at = '\0';
     o->clock.step_ppm = read_real("--pixel-step", text, -PPM_MOST, PPM_MOST);
     o->clock.step_edge = read_whole("--pixel-step", at + 1, 1, UINT32_MAX);
+}
+
+static void read_gate(struct options *o, char *text)
+{
+    char *comma = strchr(text, ',');
+
+    if (comma == NULL) {
+        fail("--pixel-gate '%s': expected EDGES,REST_MS, as in 512,20", text);
+    }
+    *comma = '\0';
+    o->clock.gate_edges = (uint32_t)read_whole("--pixel-gate", text, 1, UINT32_MAX);
+    o->clock.gate_rest_ms = read_real("--pixel-gate", comma + 1, 0, REST_MOST_MS);
 }
 
 static void set_mode(struct options *o, enum run_mode mode)
@@ -238,6 +276,8 @@ enum option_id {
     OPTION_BOARD = 1000,
     OPTION_PLANT,
     OPTION_EEPROM,
+    OPTION_OSCILLATOR,
+    OPTION_POWER_UP,
     OPTION_HZ,
     OPTION_PPM,
     OPTION_JITTER,
@@ -246,10 +286,12 @@ enum option_id {
     OPTION_STEP,
     OPTION_DROP,
     OPTION_DOUBLE,
+    OPTION_GATE,
     OPTION_START,
     OPTION_SEED,
     OPTION_EDGES,
     OPTION_CLOCK_LOG,
+    OPTION_PIN_LOG,
     OPTION_SERIAL_LOG,
     OPTION_PLANT_LOG,
     OPTION_SWITCH_LOG,
@@ -267,6 +309,8 @@ static const struct option table[] = {
     {"board", required_argument, NULL, OPTION_BOARD},
     {"plant", required_argument, NULL, OPTION_PLANT},
     {"eeprom", required_argument, NULL, OPTION_EEPROM},
+    {"oscillator-ppm", required_argument, NULL, OPTION_OSCILLATOR},
+    {"power-up-ms", required_argument, NULL, OPTION_POWER_UP},
     {"pixel-hz", required_argument, NULL, OPTION_HZ},
     {"pixel-ppm", required_argument, NULL, OPTION_PPM},
     {"pixel-jitter-ns", required_argument, NULL, OPTION_JITTER},
@@ -275,10 +319,12 @@ static const struct option table[] = {
     {"pixel-step", required_argument, NULL, OPTION_STEP},
     {"pixel-drop", required_argument, NULL, OPTION_DROP},
     {"pixel-double", required_argument, NULL, OPTION_DOUBLE},
+    {"pixel-gate", required_argument, NULL, OPTION_GATE},
     {"pixel-start-ms", required_argument, NULL, OPTION_START},
     {"seed", required_argument, NULL, OPTION_SEED},
     {"edges", required_argument, NULL, OPTION_EDGES},
     {"clock-log", required_argument, NULL, OPTION_CLOCK_LOG},
+    {"pin-log", required_argument, NULL, OPTION_PIN_LOG},
     {"serial-log", required_argument, NULL, OPTION_SERIAL_LOG},
     {"plant-log", required_argument, NULL, OPTION_PLANT_LOG},
     {"switch-log", required_argument, NULL, OPTION_SWITCH_LOG},
@@ -307,6 +353,9 @@ static void read_flaw_option(struct options *o, int id, char *value)
         break;
     case OPTION_STEP:
         read_step(o, value);
+        break;
+    case OPTION_GATE:
+        read_gate(o, value);
         break;
     case OPTION_DROP:
         o->clock.drop_every = (uint32_t)read_whole("--pixel-drop", value, 2, UINT32_MAX);
@@ -373,6 +422,9 @@ static void read_output_option(struct options *o, int id, const char *path)
     case OPTION_CLOCK_LOG:
         o->clock_log_path = path;
         break;
+    case OPTION_PIN_LOG:
+        o->pin_log_path = path;
+        break;
     case OPTION_SERIAL_LOG:
         o->serial_log_path = path;
         break;
@@ -391,7 +443,7 @@ static void read_output_option(struct options *o, int id, const char *path)
     }
 }
 
-static void read_option(struct options *o, int id, char *value)
+static void read_board_option(struct options *o, int id, char *value)
 {
     switch (id) {
     case OPTION_BOARD:
@@ -403,8 +455,21 @@ static void read_option(struct options *o, int id, char *value)
     case OPTION_EEPROM:
         read_eeprom(o, value);
         break;
+    case OPTION_OSCILLATOR:
+        read_oscillator(o, value);
+        break;
+    default:
+        o->power_up_ms = read_whole("--power-up-ms", value, 0, POWER_UP_MOST_MS);
+        break;
+    }
+}
+
+static void read_option(struct options *o, int id, char *value)
+{
+    switch (id) {
     case OPTION_HELP:
-        (void)fputs(manual, stdout);
+        (void)fputs(manual_of_boards, stdout);
+        (void)fputs(manual_of_runs, stdout);
         exit(0);
     case '?':
         exit(2); // getopt has printed what is wrong
@@ -413,8 +478,10 @@ static void read_option(struct options *o, int id, char *value)
             read_mode_option(o, id, value);
         } else if (id >= OPTION_EDGES) {
             read_output_option(o, id, value);
-        } else {
+        } else if (id >= OPTION_HZ) {
             read_clock_option(o, id, value);
+        } else {
+            read_board_option(o, id, value);
         }
         break;
     }

@@ -20,12 +20,14 @@ struct options {
     char *board_name[BUS_BOARDS];
     char *board_image[BUS_BOARDS];
     const char *eeprom_path[BUS_BOARDS]; // NULL for none
+    double oscillator_ppm[BUS_BOARDS];   // of the first board always 0
     // Mechanics of each axis; `present` is false where none was given.
     struct plant_settings plant[BUS_BOARDS][BOARD_AXES];
     struct pixel_clock_settings clock;
+    uint64_t power_up_ms; // within which each board gets its supply; 0: all at the start
     // Output files, NULL for none.
-    const char *edges_path, *clock_log_path, *serial_log_path, *plant_log_path,
-        *switch_log_path, *wire_log_path, *vcd_path;
+    const char *edges_path, *clock_log_path, *pin_log_path, *serial_log_path,
+        *plant_log_path, *switch_log_path, *wire_log_path, *vcd_path;
     enum run_mode mode;
     uint64_t run_ms;        // with MODE_RUN_MS: simulated time
     uint64_t unit_limit_ms; // with MODE_UNIT: simulated time at most

@@ -29,7 +29,7 @@ static void add_edge(
     struct outputs *o, unsigned axis, enum edge_signal signal, bool level, uint64_t cycle)
 {
     struct edge edge = {
-        .cycle = cycle,
+        .cycle = own_time_to_bench(o->time, cycle),
         .board = (uint8_t)o->board,
         .axis = (uint8_t)axis,
         .signal = (uint8_t)signal,
@@ -49,7 +49,7 @@ static void add_step_edge(struct outputs *o, unsigned axis, bool level, uint64_t
     if (level) {
         a->steps_rising++;
         a->step_cycles[1] = a->step_cycles[0];
-        a->step_cycles[0] = cycle;
+        a->step_cycles[0] = own_time_to_bench(o->time, cycle);
         a->steps_signed += direction;
         mechanics_step(o->mechanics, axis, direction, cycle);
     }
@@ -96,8 +96,8 @@ static void follow_permit(struct outputs *o, bool level, uint64_t cycle)
     if (level != permit->level) {
         permit->level = level;
         permit->changes++;
-        permit->cycle = cycle;
-        permit->rise = level ? cycle : permit->rise;
+        permit->cycle = own_time_to_bench(o->time, cycle);
+        permit->rise = level ? permit->cycle : permit->rise;
         add_edge(o, 0, EDGE_PERMIT, level, cycle);
     }
 }

@@ -18,28 +18,31 @@
 #include "board_pins.h"
 #include "edges.h"
 #include "mechanics.h"
+#include "own_time.h"
 #include "ports.h"
 #include "timers.h"
 #include "uart.h"
 
 // What the driver of an axis's motor has seen.
 struct outputs_axis {
-    bool step, dir, enable;  // levels now
-    uint64_t steps_rising;   // rising edges of STEP so far
-    uint64_t step_cycles[2]; // of the last rising edge and the one before it (0: none)
-    int64_t steps_signed;    // DIR low counts up
+    bool step, dir, enable; // levels now
+    uint64_t steps_rising;  // rising edges of STEP so far
+    uint64_t step_cycles
+        [2]; // the bench's, of the last rising edge and the one before it (0: none)
+    int64_t steps_signed; // DIR low counts up
 };
 
 // What the device at the permit output has seen.
 struct outputs_permit {
     bool level;       // now
     uint64_t changes; // edges so far
-    uint64_t cycle;   // of the last change, 0 if there was none
+    uint64_t cycle;   // the bench's, of the last change, 0 if there was none
     uint64_t rise;    // and of the last rise
 };
 
 struct outputs {
     int board; // the board's number in the log of edges
+    const struct own_time *time;
     const struct board_kind *kind;
     const struct ports *ports;
     struct timers *timers;

@@ -40,6 +40,12 @@ void peripheral_raise(const struct peripheral_host *host,
 __attribute__((format(printf, 2, 3))) void peripheral_refuse(
     const struct peripheral_host *host, const char *format, ...);
 
+// Cycles of a time that does not come from the part's own clock.
+static inline uint64_t peripheral_cycles_of_us(const avr_t *avr, uint64_t us)
+{
+    return us * (avr->frequency / 1000000U);
+}
+
 // The earlier of two cycles; UINT64_MAX stands for never.
 static inline uint64_t peripheral_earlier(uint64_t a, uint64_t b)
 {

@@ -25,7 +25,12 @@
 #define FALSE_LAST  700U
 #define THOUSAND    1000U
 
-static const char *const edge_names[] = {"true", "missing", "false"};
+const char *pixel_edge_name(enum pixel_edge kind)
+{
+    static const char *const names[] = {"true", "missing", "false"};
+
+    return names[kind];
+}
 
 static int64_t even_cycles(struct pixel_clock *c)
 {
@@ -94,6 +99,14 @@ void pixel_clock_set_ppm(struct pixel_clock *c, double ppm)
     }
 }
 
+void pixel_clock_set_jitter(struct pixel_clock *c,
+                            uint32_t jitter_ns,
+                            uint32_t jitter_rms_ns)
+{
+    c->settings.jitter_ns = jitter_ns;
+    c->settings.jitter_rms_ns = jitter_rms_ns;
+}
+
 void pixel_clock_set_hz(struct pixel_clock *c,
                         uint32_t hz_num,
                         uint32_t hz_den,
@@ -105,7 +118,19 @@ void pixel_clock_set_hz(struct pixel_clock *c,
     set_period(c);
     c->ideal = cycle + (uint64_t)(c->num / c->den);
     c->next_valid = false;
+    c->last_fall = c->given_fall;
     c->false_due = false;
+    c->burst = 0;
+}
+
+uint64_t pixel_clock_period(const struct pixel_clock *c)
+{
+    return (c->settings.hz_num != 0) ? (uint64_t)(c->num / c->den) : 0;
+}
+
+uint64_t pixel_clock_quiet(const struct pixel_clock *c)
+{
+    return c->next_valid ? c->next.rise : UINT64_MAX;
 }
 
 bool pixel_clock_open(struct pixel_clock *c,
@@ -142,6 +167,36 @@ static void advance_ideal(struct pixel_clock *c)
     c->edge++;
 }
 
+// The next pulse may be made already.
+void pixel_clock_set_gate(struct pixel_clock *c, uint32_t edges, double rest_ms)
+{
+    c->settings.gate_edges = edges;
+    c->settings.gate_rest_ms = rest_ms;
+    c->burst = c->next_valid ? 1 : 0;
+}
+
+// Puts the rest before the next edge if the gate has let all of its edges pass.
+static void pass_gate(struct pixel_clock *c)
+{
+    if (c->settings.gate_edges != 0 && c->burst >= c->settings.gate_edges) {
+        c->burst = 0;
+        c->ideal += (uint64_t)llround(c->settings.gate_rest_ms *
+                                      (double)cpu_clock_cycles_of_ms(1));
+    }
+    c->burst++;
+}
+
+void pixel_clock_rest(struct pixel_clock *c, uint64_t cycles)
+{
+    c->ideal += cycles;
+    if (c->next_valid) {
+        c->next.rise += cycles;
+        c->next.fall += cycles;
+        c->next.true_x1000 += cycles * THOUSAND;
+        c->last_fall = c->next.fall;
+    }
+}
+
 // One edge of so many is missing, the last one of them; the one doubled is that in the middle.
 static bool is_dropped(const struct pixel_clock *c)
 {
@@ -171,9 +226,14 @@ static void place_next(struct pixel_clock *c, int64_t rise)
     c->next_valid = true;
 }
 
+uint32_t pixel_clock_false_phase(struct noise *random)
+{
+    return FALSE_FIRST + (uint32_t)(noise_next(random) % (FALSE_LAST - FALSE_FIRST + 1));
+}
+
 static void make_false(struct pixel_clock *c)
 {
-    uint64_t part = FALSE_FIRST + noise_next(&c->random) % (FALSE_LAST - FALSE_FIRST + 1);
+    uint64_t part = pixel_clock_false_phase(&c->random);
     uint64_t after = (uint64_t)(c->num / c->den) * part / THOUSAND;
 
     c->next.kind = PIXEL_EDGE_FALSE;
@@ -183,6 +243,7 @@ static void make_false(struct pixel_clock *c)
 
 static void make_true(struct pixel_clock *c)
 {
+    pass_gate(c);
     c->next.kind = is_dropped(c) ? PIXEL_EDGE_MISSING : PIXEL_EDGE_TRUE;
     c->next.true_x1000 = ideal_x1000(c);
     c->false_due = c->next.kind == PIXEL_EDGE_TRUE && is_doubled(c);
@@ -215,7 +276,7 @@ static void log_next(const struct pixel_clock *c)
                       "%" PRIu64 ",%" PRIu64 ",%s\n",
                       c->next.rise,
                       c->next.true_x1000,
-                      edge_names[c->next.kind]);
+                      pixel_edge_name(c->next.kind));
     }
 }
 
@@ -239,6 +300,7 @@ bool pixel_clock_next(struct pixel_clock *c, uint64_t before, struct pixel_pulse
         log_next(c);
         if (c->next.kind != PIXEL_EDGE_MISSING) {
             *pulse = c->next;
+            c->given_fall = pulse->fall;
             return true;
         }
     }

@@ -9,6 +9,12 @@
 //   clock     /-\___________/-\______/-\___/-\_______/-    displaced by jitter
 //               true         true     true  false   missing
 //
+// A gate lets so many edges pass, then the time line stands still for the rest:
+//
+//   ideal     |     |     |                       |     |     |         gate of 3 edges
+//   clock     /-\___/-\___/-\_____________________/-\___/-\___/-\___
+//                            period |<-- rest -->|
+//
 // The log has a row for each true edge, missing ones included, and for each false one: the cycle in
 // which it rises, the ideal time in thousandths of a cycle (of a false edge that of the true edge
 // before it), and which of these it is. While the clock is off nothing is logged.
@@ -32,6 +38,8 @@ struct pixel_clock_settings {
     uint64_t step_edge;      // from this edge on, the first one being 0; 0: never
     uint32_t drop_every;     // one edge of so many is missing; 0: none
     uint32_t double_every;   // one of so many, unless missing, is followed by a false one
+    uint32_t gate_edges;     // after so many edges the clock rests; 0: never
+    double gate_rest_ms;     // so long, besides the period, before the next so many edges
     double start_ms;         // of the first rising edge
     uint64_t seed;           // of jitter and false edges
 };
@@ -60,13 +68,18 @@ struct pixel_clock {
     pixel_wide rest;     // and the fraction, in units of 1 / den
     pixel_wide num, den; // the period is num / den cycles
     struct noise random;
-    uint64_t last_fall;
-    uint64_t drop;   // number of pulses that are still to be dropped
-    bool on;         // off: pulses are left out, but the time line goes on
-    bool next_valid; // `next` holds the next pulse
-    bool false_due;  // the pulse behind it is a false one
+    uint64_t last_fall;  // of the last pulse made,
+    uint64_t given_fall; // and of the last one taken
+    uint64_t drop;       // number of pulses that are still to be dropped
+    uint32_t burst;      // edges since the gate's last rest
+    bool on;             // off: pulses are left out, but the time line goes on
+    bool next_valid;     // `next` holds the next pulse
+    bool false_due;      // the pulse behind it is a false one
     struct pixel_pulse next;
 };
+
+// Its name in the logs.
+const char *pixel_edge_name(enum pixel_edge kind);
 
 // Starts the source, and its log unless log_path is NULL. False with errno set if the log cannot be
 // written.
@@ -83,7 +96,29 @@ bool pixel_clock_next(struct pixel_clock *clock,
 // Changes the frequency error, from the next pulse on.
 void pixel_clock_set_ppm(struct pixel_clock *clock, double ppm);
 
-// Changes the frequency; the next pulse rises one period after this cycle.
+// Changes how far each edge is displaced, from the next pulse on: at most so much, evenly
+// distributed, and by this standard deviation.
+void pixel_clock_set_jitter(struct pixel_clock *clock,
+                            uint32_t jitter_ns,
+                            uint32_t jitter_rms_ns);
+
+// Changes the gate: the next pulse is the first one of so many (0: no gate).
+void pixel_clock_set_gate(struct pixel_clock *clock, uint32_t edges, double rest_ms);
+
+// The time line stands still for so many cycles: all further pulses rise so much later.
+void pixel_clock_rest(struct pixel_clock *clock, uint64_t cycles);
+
+// The period without jitter, in cycles.
+uint64_t pixel_clock_period(const struct pixel_clock *clock);
+
+// The cycle before which no further pulse rises, as long as no command changes the clock.
+uint64_t pixel_clock_quiet(const struct pixel_clock *clock);
+
+// Where a false edge lies, at random: thousandths of the period after the true edge before it.
+uint32_t pixel_clock_false_phase(struct noise *random);
+
+// Changes the frequency; the next pulse rises one period after this cycle, and the gate's edges are
+// counted from there.
 void pixel_clock_set_hz(struct pixel_clock *clock,
                         uint32_t hz_num,
                         uint32_t hz_den,

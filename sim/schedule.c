@@ -8,29 +8,31 @@
 
 void schedule_attach(struct schedule *s,
                      avr_t *avr,
+                     const struct own_time *time,
                      struct inputs *inputs,
                      struct supply *supply)
 {
     s->avr = avr;
+    s->time = time;
     s->inputs = inputs;
     s->supply = supply;
 }
 
 bool schedule_add(struct schedule *s, const struct scheduled_event *event)
 {
+    uint64_t cycle = own_time_from_bench(s->time, event->cycle);
     unsigned at = s->count;
 
     if (s->count == SCHEDULE_EVENTS) {
         return false;
     }
-    while (at > 0 && s->event[at - 1].cycle > event->cycle) {
+    while (at > 0 && s->event[at - 1].cycle > cycle) {
         s->event[at] = s->event[at - 1];
         at--;
     }
     s->event[at] = *event;
-    if (s->event[at].cycle < s->avr->cycle) { // passed within an instruction
-        s->event[at].cycle = s->avr->cycle;
-    }
+    // It may be passed within an instruction.
+    s->event[at].cycle = (cycle < s->avr->cycle) ? s->avr->cycle : cycle;
     s->count++;
     schedule_restart(s);
     return true;

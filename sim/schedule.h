@@ -12,12 +12,13 @@
 #include <sim_avr.h>
 
 #include "inputs.h"
+#include "own_time.h"
 #include "supply.h"
 
 #define SCHEDULE_EVENTS 256 // to come at most
 
 struct scheduled_event {
-    uint64_t cycle;              // of the common clock
+    uint64_t cycle;              // of the bench; once it is added, of the board
     enum supply_request request; // SUPPLY_REQUEST_NONE: the event drives a pin
     char port;                   // of the pin, 'A' to 'L'
     uint8_t bit;                 // of the pin, 0 to 7
@@ -26,6 +27,7 @@ struct scheduled_event {
 
 struct schedule {
     avr_t *avr;
+    const struct own_time *time;
     struct inputs *inputs;
     struct supply *supply;
     struct scheduled_event event[SCHEDULE_EVENTS]; // in the order of their cycles
@@ -35,6 +37,7 @@ struct schedule {
 // Connects the schedule with what its events act on. Call once the part exists.
 void schedule_attach(struct schedule *schedule,
                      avr_t *avr,
+                     const struct own_time *time,
                      struct inputs *inputs,
                      struct supply *supply);
 

@@ -17,10 +17,14 @@ const struct board_pin *switches_pin(const struct switches *s,
     return board_kind_pin(s->kind, signals[which], axis);
 }
 
-void switches_init(struct switches *s, const struct board_kind *kind, int board)
+void switches_init(struct switches *s,
+                   const struct board_kind *kind,
+                   int board,
+                   const struct own_time *time)
 {
     s->kind = kind;
     s->board = board;
+    s->time = time;
     for (unsigned i = 0; i < (unsigned)kind->axes * PLANT_SWITCHES; i++) {
         const struct board_pin *pin =
             switches_pin(s, i / PLANT_SWITCHES, (enum plant_switch)(i % PLANT_SWITCHES));
@@ -59,8 +63,8 @@ void switches_pin_driven(
 
         if (state->level != level) {
             state->level = level;
-            state->cycle = state->first_cycle = cycle;
-            log_change(s, axis, which, cycle);
+            state->cycle = state->first_cycle = own_time_to_bench(s->time, cycle);
+            log_change(s, axis, which, state->cycle);
         }
     }
 }

@@ -14,17 +14,19 @@
 #include <stdio.h>
 
 #include "board_pins.h"
+#include "own_time.h"
 #include "plant.h"
 #include "ports.h"
 
 struct switch_state {
     bool level;           // as driven from outside
-    uint64_t cycle;       // of its last change, 0 if there was none
+    uint64_t cycle;       // the bench's, of its last change, 0 if there was none
     uint64_t first_cycle; // of the first edge of that change, before all bouncing
 };
 
 struct switches {
     int board; // the board's number in the log
+    const struct own_time *time;
     const struct board_kind *kind;
     FILE *log; // cycle,board,axis,switch,level; NULL for none
     struct switch_state state[BOARD_AXES][PLANT_SWITCHES];
@@ -32,7 +34,10 @@ struct switches {
 };
 
 // Finds the pins of the switches. Call once, with everything zero.
-void switches_init(struct switches *switches, const struct board_kind *kind, int board);
+void switches_init(struct switches *switches,
+                   const struct board_kind *kind,
+                   int board,
+                   const struct own_time *time);
 
 // The pin of a switch, NULL if the board has none.
 const struct board_pin *switches_pin(const struct switches *switches,

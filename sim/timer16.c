@@ -130,8 +130,8 @@ static void apply_capture(struct timer16 *t)
 {
     uint64_t cycle = t->capture_due;
 
-    t->capture_due = t->capture_next;
-    t->capture_next = TIMER16_NEVER;
+    t->capture_due = t->second_capture_due;
+    t->second_capture_due = TIMER16_NEVER;
     t->icr = timer16_count(t, cycle);
     raise_unless_set(t, &t->part->icr, cycle);
 }
@@ -325,13 +325,15 @@ static bool lasting_level(struct timer16 *t, uint64_t cycle, bool rising_wanted)
     return t->icp_lasting;
 }
 
-// An edge is captured at this cycle, behind one that may still be on its way.
-static void plan_capture(struct timer16 *t, uint64_t cycle)
+// Between edges that the noise canceler lets through, each capture is over before the next edge.
+static void plan_capture(struct timer16 *t, uint64_t due)
 {
-    if (t->capture_due == TIMER16_NEVER) {
-        t->capture_due = cycle;
+    if ((t->tccrb & ICNC_BIT) != 0) {
+        t->capture_due = due + TIMER16_NOISE_CANCELER_CYCLES;
+    } else if (t->capture_due == TIMER16_NEVER) {
+        t->capture_due = due;
     } else {
-        t->capture_next = cycle;
+        t->second_capture_due = due;
     }
     timer16_schedule(t);
 }
@@ -339,19 +341,15 @@ static void plan_capture(struct timer16 *t, uint64_t cycle)
 void timer16_icp(struct timer16 *t, bool level, uint64_t cycle)
 {
     bool rising_wanted = (t->tccrb & ICES_BIT) != 0;
-    bool cancels = (t->tccrb & ICNC_BIT) != 0;
 
     if (level == t->icp_level) {
         return;
     }
-    timer16_sync(t, cycle);
     t->icp_lasting = lasting_level(t, cycle, rising_wanted);
     t->icp_level = level;
     t->icp_cycle = cycle;
     if (level != t->icp_lasting && level == rising_wanted) {
-        plan_capture(t,
-                     cycle + TIMER16_ICP_SYNC_CYCLES +
-                         (cancels ? TIMER16_NOISE_CANCELER_CYCLES : 0U));
+        plan_capture(t, cycle + TIMER16_ICP_SYNC_CYCLES);
     }
 }
 
@@ -360,7 +358,7 @@ void timer16_reset(struct timer16 *t)
     t->tccra = t->tccrb = t->temp = 0;
     t->icr = t->frozen = 0;
     t->held = t->counting = t->blocked = t->delivering = false;
-    t->bottom_due = t->capture_due = t->capture_next = TIMER16_NEVER;
+    t->bottom_due = t->capture_due = t->second_capture_due = TIMER16_NEVER;
     for (int i = 0; i < TIMER16_CHANNELS; i++) {
         t->ocr[i] = t->ocr_buffer[i] = 0;
         t->oc_level[i] = false;

@@ -78,9 +78,9 @@ struct timer16 {
     // Cycles at which these take effect; TIMER16_NEVER when not due.
     uint64_t match_due[TIMER16_CHANNELS];
     uint64_t bottom_due;
-    // Captures on their way through the synchronizer, the earlier one first: two edges of a level
-    // that changes every cycle are 2 cycles apart.
-    uint64_t capture_due, capture_next;
+    uint64_t capture_due;
+    uint64_t
+        second_capture_due; // of an edge so near that the first one is still on its way
 };
 
 // The timer has 16 bits.

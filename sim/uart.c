@@ -65,17 +65,18 @@ void uart_follow_levels(struct uart *u)
 void uart_start_frame(struct uart *u, uint8_t data, uint64_t cycle)
 {
     uint32_t bit = uart_bit_cycles(u);
+    uint64_t end = cycle + (uint64_t)bit * uart_frame_bits(u);
     struct bus_frame frame = {
-        .start = cycle,
-        .end = cycle + (uint64_t)bit * uart_frame_bits(u),
-        .bit_cycles_x1000 = bit * 1000,
+        .start = own_time_to_bench(u->time, cycle),
+        .end = own_time_to_bench(u->time, end),
+        .bit_cycles_x1000 = (uint32_t)own_time_to_bench(u->time, (uint64_t)bit * 1000),
         .sender = u->index,
         .data = data,
         .format = uart_ucsrc(u) & FORMAT,
     };
 
     u->shifting = true;
-    u->shift_end = frame.end;
+    u->shift_end = end;
     u->hooks->byte(u->hooks->host.board, true, data, cycle);
     u->outgoing =
         u->hooks->may_send(u->hooks->host.board) ? bus_start(u->bus, &frame) : NULL;
@@ -100,7 +101,7 @@ static void end_sent_frame(struct uart *u)
 void uart_driver_off(struct uart *u, uint64_t cycle)
 {
     // The last half of the stop bit carries nothing that a receiver still looks at.
-    if (u->outgoing != NULL && cycle + uart_bit_cycles(u) / 2 < u->outgoing->end) {
+    if (u->outgoing != NULL && cycle + uart_bit_cycles(u) / 2 < u->shift_end) {
         u->outgoing->corrupted = true;
     }
 }
@@ -118,18 +119,18 @@ static uint32_t decided_cycles(const struct uart *u)
 
 static uint64_t frame_begun_at(const struct uart *u, const struct bus_frame *frame)
 {
-    return frame->start + decided_cycles(u);
+    return own_time_from_bench(u->time, frame->start) + decided_cycles(u);
 }
 
 static uint64_t frame_received_at(const struct uart *u, const struct bus_frame *frame)
 {
-    return frame->start + uart_bits_before_stop(u) * (uint64_t)uart_bit_cycles(u) +
-           decided_cycles(u);
+    return own_time_from_bench(u->time, frame->start) +
+           uart_bits_before_stop(u) * (uint64_t)uart_bit_cycles(u) + decided_cycles(u);
 }
 
 static bool speed_fits(const struct uart *u, const struct bus_frame *frame)
 {
-    uint32_t theirs = frame->bit_cycles_x1000;
+    uint32_t theirs = (uint32_t)own_time_from_bench(u->time, frame->bit_cycles_x1000);
 
     return bus_speeds_fit(uart_bit_cycles(u) * 1000, theirs, theirs);
 }

@@ -21,6 +21,7 @@
 
 #include "bus.h"
 #include "bus_frame.h"
+#include "own_time.h"
 #include "peripheral.h"
 
 // Frames already on the bus that end in the future; a power of two.
@@ -47,6 +48,7 @@ struct uart {
     const struct uart_hooks *hooks;
     struct bus *bus;
     int index; // of this board on the bus
+    const struct own_time *time;
 
     bool shifting; // a frame is on its way out
     bool waiting;  // one more character waits in UDR0
@@ -78,11 +80,12 @@ uint32_t uart_bits_before_stop(const struct uart *uart);
 bool uart_can_send(const struct uart *uart);
 
 // Puts the model in place of simavr's. Call once, between the part's init and its first reset.
-// `index`: the board's number on the bus.
+// `index`: the board's number on the bus, whose frames are in the bench's time.
 void uart_attach(struct uart *uart,
                  avr_t *avr,
                  struct bus *bus,
                  int index,
+                 const struct own_time *time,
                  const struct uart_hooks *hooks);
 
 // The part was reset: a frame on its way out is cut.

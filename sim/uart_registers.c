@@ -140,6 +140,7 @@ void uart_attach(struct uart *u,
                  avr_t *avr,
                  struct bus *bus,
                  int index,
+                 const struct own_time *time,
                  const struct uart_hooks *hooks)
 {
     avr_uart_t *part = find_uart_0(avr);
@@ -149,6 +150,7 @@ void uart_attach(struct uart *u,
     u->hooks = hooks;
     u->bus = bus;
     u->index = index;
+    u->time = time;
     u->incoming_first = u->incoming_begun = u->incoming_last = 0;
     access_take(avr, part->r_udr, read_udr, write_udr, u);
     access_take(avr, part->r_ucsra, read_ucsra, write_ucsra, u);

@@ -36,7 +36,8 @@ static unsigned prescaler_bits(const struct watchdog *w)
 
 static uint64_t time_out_cycle(const struct watchdog *w)
 {
-    return w->since + (WATCHDOG_SHORTEST_CYCLES << prescaler_bits(w));
+    return w->since +
+           (peripheral_cycles_of_us(w->avr, WATCHDOG_SHORTEST_US) << prescaler_bits(w));
 }
 
 static void time_out(struct watchdog *w)

@@ -31,12 +31,11 @@
 #include <avr_watchdog.h>
 #include <sim_avr.h>
 
-#include "cpu_clock.h"
 #include "peripheral.h"
 
 // WDP = 0: 2048 cycles of 128 kHz.
-#define WATCHDOG_SHORTEST_CYCLES cpu_clock_cycles_of_ms(16U)
-#define WATCHDOG_CHANGE_TICKS    4U
+#define WATCHDOG_SHORTEST_US  16000U
+#define WATCHDOG_CHANGE_TICKS 4U
 
 struct watchdog_hooks {
     struct peripheral_host host;

@@ -3,6 +3,7 @@
 
 #include "app/axes.h"         // axes_*
 #include "app/faults.h"       // faults_latch
+#include "app/mark.h"         // mark_disturb
 #include "app/reference.h"    // reference_*
 #include "app/seek.h"         // seek_*
 #include "app/start.h"        // start_on_edge
@@ -82,13 +83,13 @@ static uint8_t first_clocked(void)
 }
 
 // Latch a fault of the first axis that needs the pixel clock, if there is one. Axes that wait for
-// command `go` tolerate a missing clock; running axes do not.
+// command `go` tolerate what the clock does; running axes do not.
 static void clock_fault(enum fault code, uint16_t argument)
 {
     uint8_t axis = first_clocked();
 
     if (axis == NO_AXIS ||
-        (token_now() != 0 && (CONFIG_AXES == 1 || !start_clocked_axis_runs()))) {
+        (token_now() != 0 && (CONFIG_AXES == 1 || !start_clocked_axis_begun()))) {
         return;
     }
     // An edge is placed by the account of an axis, so that the interrupt of this axis must be
@@ -136,17 +137,46 @@ static inline bool fault_noted(void)
 }
 #endif
 
+// Compare a lock with what its lines allow. A clock that is another one than was measured has
+// unsettled the filter. A clock that has rested has lost its phase, which no line that has its place
+// survives; for others a false edge among the first ones makes it doubtful which edge is which.
+static inline void judge_lock(const struct lock_grid *grid)
+{
+    uint8_t fresh = grid->filter.fresh;
+
+    if (!reference_settled()) {
+        mark_disturb();
+        note_fault(FAULT_pixel_clock_off, reference_watch()->odd);
+    } else if (fresh != 0) {
+        if (fresh == CLOCK_FILTER_RESTS) {
+            mark_disturb();
+        }
+        if (start_clocked_axis_begun()) {
+            note_fault(FAULT_clock_hold_over, grid->filter.hold_over);
+        } else if (fresh == CLOCK_FILTER_RESTS && token_edge_named()) {
+            note_fault(FAULT_pixel_clock_off, reference_watch()->odd);
+        }
+    } else if (!lock_grid_tolerates()) {
+        note_fault(FAULT_clock_drifted, (uint16_t)(grid->filter.period.ticks >> 8));
+    }
+}
+
 // Compare the newest edge's distance, or the period of a lock, with what the lines allow.
 static inline void judge_edge(bool after_loss)
 {
     const struct lock_grid *grid = lock_grid_now();
 
     if (grid->locks) {
-        if (!lock_grid_tolerates()) {
-            note_fault(FAULT_clock_drifted, (uint16_t)(grid->filter.period.ticks >> 8));
-        }
-    } else if (!after_loss && reference_watch()->odd != 0) {
-        note_fault(FAULT_pixel_clock_off, reference_watch()->odd);
+        judge_lock(grid);
+        return;
+    }
+    uint16_t odd = reference_watch()->odd;
+
+    if (after_loss || odd != 0) {
+        mark_disturb();
+    }
+    if (!after_loss && odd != 0) {
+        note_fault(FAULT_pixel_clock_off, odd);
     }
 }
 
@@ -161,6 +191,7 @@ static void take_edge(const struct pixel_capture *capture, bool after_loss)
     // axis's switch was captured too and the order of the two is not known. The next edge serves.
     if (ledger_has_passed(&axis->ledger, &capture->sample) ||
         (CONFIG_AXES > 1 && seek_edge_waits(CONFIG_PIXEL_CLOCK_AXIS))) {
+        mark_disturb();
         reference_edge_dropped();
         return;
     }
@@ -170,12 +201,15 @@ static void take_edge(const struct pixel_capture *capture, bool after_loss)
                                                     capture->back,
                                                     capture->ticks) -
                           PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
+    uint16_t number = reference_number();
+
     if (reference_edge(edge_ticks, &pixel)) {
         note_edge_error(pixel);
     }
     judge_edge(after_loss);
-    // Line zero is counted from the newest edge: an older one may be too long ago.
-    if (!pixel_clock_waiting() && !fault_noted()) {
+    // A false edge starts nothing. Line zero is counted from the newest edge: an older one may be
+    // too long ago.
+    if (reference_number() != number && !pixel_clock_waiting() && !fault_noted()) {
         start_on_edge(edge_ticks);
     }
 }
@@ -252,6 +286,8 @@ static inline uint8_t add_lost(uint8_t lost)
     if (lost_now == 0) {
         return lost;
     }
+    reference_count_lost(lost_now);
+    mark_disturb();
     unsure_edges = CONFIG_CLOCK_EDGES + 1u;
     return sum_of(lost, lost_now);
 }
@@ -310,8 +346,8 @@ static APART void take_captures(void)
 {
     uint8_t lost = take_waiting();
 
-    // A line that waits needs no edge in particular.
-    if (lost != 0 && start_clocked_axis_runs()) {
+    // A line that waits needs no edge in particular, unless one is named.
+    if (lost != 0 && (token_edge_named() || start_clocked_axis_runs())) {
         clock_fault(FAULT_clock_edge_lost, lost);
     }
 }
@@ -349,17 +385,30 @@ void clock_edges_poll_between(void)
 }
 #endif
 
+// The clock does not run, and has been silent for long enough to say so.
+static void miss_clock(void)
+{
+    const struct clock_filter *filter = &lock_grid_now()->filter;
+
+    if (reference_present()) {
+        mark_disturb();
+        reference_rest();
+        if (lock_grid_now()->locks) {
+            clock_fault(FAULT_clock_hold_over, filter->hold_over);
+            return;
+        }
+    } else if (start_may_wait()) {
+        return;
+    }
+    clock_fault(FAULT_pixel_clock_missing, 0);
+}
+
 void clock_edges_miss(void)
 {
     if (!pixel_clock_waiting() && reference_overdue()) {
         if (lock_grid_now()->locks && clock_filter_bridge(&lock_grid_now()->filter)) {
             return;
         }
-        reference_rest();
-        if (lock_grid_now()->locks) {
-            clock_fault(FAULT_clock_hold_over, lock_grid_now()->filter.hold_over);
-        } else {
-            clock_fault(FAULT_pixel_clock_missing, 0);
-        }
+        miss_clock();
     }
 }

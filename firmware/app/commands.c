@@ -8,6 +8,7 @@
 #include "app/drivers.h"        // drivers_write
 #include "app/faults.h"         // faults_*
 #include "app/limits.h"         // limits_*
+#include "app/mark.h"           // mark_set
 #include "app/permit.h"         // permit_set
 #include "app/reference.h"      // reference_*
 #include "app/safety.h"         // safety_allows
@@ -43,11 +44,11 @@ static bool always_possible(uint8_t axis, const struct order *order)
 }
 
 // Only one token at a time: another token would start, or hold back, the axes that are armed
-// already.
+// already. Nobody joins those that wait for the edge that `go` has named: it may be near.
 static bool token_fits(const struct order *order)
 {
     return !FEATURE_TOKENS || CONFIG_AXES == 1 || !axes_any_armed() ||
-           order->argument == token_now();
+           (order->argument == token_now() && !token_edge_named());
 }
 
 #if FEATURE_HOMING || CONFIG_AXES > 1
@@ -159,21 +160,21 @@ static void arm_axis(uint8_t i, const struct order *order)
     if (axis_waits_for_edge(axis) && settings_now()->sync != SYNC_FREE) {
         clock_edges_await();
     }
-    if (axis_arm(axis, reference_pixel(), settings_now()->backlash_policy == 0) &&
-        !axis->clocked) {
+    if (axis_arm(axis, reference_pixel()) && !axis->clocked) {
         start_now(i);
     }
 }
 
-// Possible while some axis waits for a token. A wrong token is possible too, and is a fault.
+#if FEATURE_TOKENS
+// Possible while some axis waits for a token, and can begin on the named edge. A wrong token is
+// possible too, and is a fault.
 static bool can_go(uint8_t axis, const struct order *order)
 {
     (void)axis;
-    (void)order;
-    return token_now() != 0 && axes_first_moving() != NO_AXIS;
+    return token_now() != 0 && axes_first_moving() != NO_AXIS &&
+           (order->argument != token_now() || start_can_go(order->edge));
 }
 
-// Let armed axes start on the next clock edge. The time in which that edge must come begins now.
 static void take_go(uint8_t axis, const struct order *order)
 {
     (void)axis;
@@ -181,9 +182,16 @@ static void take_go(uint8_t axis, const struct order *order)
         faults_latch(FAULT_wrong_token, axes_first_moving(), order->argument);
         return;
     }
-    token_set(0);
-    reference_await_edge();
+    start_go(order->edge);
 }
+
+static void take_mark(uint8_t axis, const struct order *order)
+{
+    (void)axis;
+    (void)order;
+    mark_set();
+}
+#endif
 
 static bool does_not_run(uint8_t i, const struct order *order)
 {
@@ -371,7 +379,10 @@ static const struct command_row command_table[] IN_FLASH = {
     [COMMAND_STORE] = {has_key, store_settings, false},
 #endif
     [COMMAND_DEFAULTS] = {has_key, set_defaults, false},
+#if FEATURE_TOKENS
     [COMMAND_GO] = {can_go, take_go, false},
+    [COMMAND_MARK] = {always_possible, take_mark, false},
+#endif
 };
 
 // True when the order names axes that exist. Disarm and stop may also name others: a broadcast

@@ -30,9 +30,12 @@ enum command {
     // Store the settings, or replace them by the defaults; both need the key.
     COMMAND_STORE = 11,
     COMMAND_DEFAULTS = 12,
-    // Release the axes that wait for this token; another token is a fault.
+    // Release the axes that wait for this token; another token is a fault. Lines that wait for the
+    // pixel clock begin on the edge that the order names.
     COMMAND_GO = 13,
-    COMMAND_LAST = COMMAND_GO,
+    // Note which clock edge was the newest one when this command ended.
+    COMMAND_MARK = 14,
+    COMMAND_LAST = COMMAND_MARK,
 };
 
 // Largest axis mask of an order.
@@ -40,7 +43,7 @@ enum command {
 // Argument that commands need when they change what outlives a reset.
 #define COMMANDS_KEY 0x5AFEu
 
-// The three words of registers.def from axis_mask on, in their order.
+// The four words of registers.def from axis_mask on, in their order.
 struct order {
     // Axes that the order is for, 0..COMMANDS_MASK_MAX.
     uint16_t mask;
@@ -48,6 +51,8 @@ struct order {
     uint16_t command;
     // Arm, go: the token. Store, defaults: the key.
     uint16_t argument;
+    // Go: the number of the clock edge that is line zero, 0 none.
+    uint16_t edge;
 };
 
 // True when the order can be carried out now, for every axis that it names.

@@ -47,7 +47,7 @@ struct area {
 // The input registers that there are, in order.
 static const struct area input_areas[] IN_FLASH = {
     {0, REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE},
-    {REG_INPUT_fault_mask_high, REG_INPUT_smooth_min_interval_3_ticks + 1u},
+    {REG_INPUT_fault_mask_high, REG_INPUT_ready + 1u},
     {REG_ROOM_BASE, REG_ROOM_BASE + CONFIG_AXES},
     {REG_RECORD_BASE, REG_RECORD_BASE + CONFIG_AXES * REG_RECORD_STRIDE},
 #if FEATURE_EVENTS
@@ -198,21 +198,23 @@ static bool read_block(struct block *block, uint16_t count, uint8_t *words)
     return bytes != 0 ? (uint8_t)(room - bytes) < 2u : room % 4u == 0;
 }
 
-// Bring settings that were just written into force, unless they are not possible, or not now.
-static APART enum modbus_exception apply_settings(void)
+// Settings that were just written may come into force: they are possible, and now.
+static APART enum modbus_exception judge_settings(void)
 {
     if (!settings_are_possible()) {
         return MODBUS_ILLEGAL_VALUE;
     }
     // Queued lines were checked against the settings of their time.
-    if (axes_any_queued() || store_busy()) {
-        return MODBUS_BUSY;
-    }
-    store_note_change();
-    limits_apply_settings();
-    return MODBUS_OK;
+    return axes_any_queued() || store_busy() ? MODBUS_BUSY : MODBUS_OK;
 }
 
+static APART void apply_settings(void)
+{
+    store_note_change();
+    limits_apply_settings();
+}
+
+// Only for the check of the block's other entries: queue_block() brings the setting into force.
 APART bool line_divider_take(uint16_t edges, bool behind)
 {
     uint16_t *divider = &settings_record()->divider;
@@ -222,11 +224,26 @@ APART bool line_divider_take(uint16_t edges, bool behind)
         return true;
     }
     *divider = edges;
-    if (!behind && apply_settings() == MODBUS_OK) {
+    if (!behind && judge_settings() == MODBUS_OK) {
+        limits_try_settings();
         return true;
     }
     *divider = before;
     return false;
+}
+
+// The divider of a line counts from the block on that brings it, if that is taken.
+static inline void settle_divider(uint16_t before, bool taken)
+{
+    if (!FEATURE_LINE_DIVIDER || settings_now()->divider == before) {
+        return;
+    }
+    if (taken) {
+        apply_settings();
+    } else {
+        settings_record()->divider = before;
+        limits_try_settings();
+    }
 }
 
 // None of the three writes is inlined: what one keeps on the stack would lie below the others.
@@ -238,18 +255,17 @@ static APART enum modbus_exception queue_block(uint16_t count, uint8_t *words)
     if (!read_block(&block, count, words)) {
         return MODBUS_ILLEGAL_VALUE;
     }
-    switch (axis_queue_block(axes_get(words[3]), limits_of(words[3]), &block)) {
+    enum block_result result =
+        axis_queue_block(axes_get(words[3]), limits_of(words[3]), &block);
+
+    settle_divider(divider, result == BLOCK_TAKEN);
+    switch (result) {
     case BLOCK_TAKEN:
     case BLOCK_REPEATED:
         return MODBUS_OK;
     case BLOCK_FULL:
         return MODBUS_BUSY;
     case BLOCK_REFUSED:
-        // The block may have changed the divider before its first segment was refused.
-        if (FEATURE_LINE_DIVIDER) {
-            (void)line_divider_take(divider, false);
-        }
-        return MODBUS_ILLEGAL_VALUE;
     case BLOCK_WRONG:
     default:
         return MODBUS_ILLEGAL_VALUE;
@@ -261,14 +277,16 @@ static APART enum modbus_exception write_settings(uint8_t address,
                                                   uint8_t *words)
 {
     settings_exchange(address, count, words);
-    enum modbus_exception result = apply_settings();
-    if (result != MODBUS_OK) {
+    enum modbus_exception result = judge_settings();
+    if (result == MODBUS_OK) {
+        apply_settings();
+    } else {
         settings_exchange(address, count, words);
     }
     return result;
 }
 
-// Mask, command and argument: a mask that is left out keeps its value, the rest is none.
+// Mask, command, argument and edge: a mask that is left out keeps its value, the rest is none.
 static APART enum modbus_exception write_order(uint8_t first,
                                                uint8_t count,
                                                const uint8_t *words)
@@ -277,7 +295,7 @@ static APART enum modbus_exception write_order(uint8_t first,
     uint16_t *word = &order.mask + first; // its words lie as the registers do
 
     for (; count != 0; count--) {
-        // The server has checked that the range ends with the argument, the last of three words.
+        // The server has checked that the range ends with the edge, the last of four words.
         *word = get_word(words); // NOLINT(clang-analyzer-security.ArrayBound)
         word++;
         words += 2;

@@ -4,7 +4,7 @@
 #include "app/axes.h"         // axes_get
 #include "app/reference.h"    // reference_*
 #include "app/settings.h"     // settings_now
-#include "base/apart.h"       // BY_POINTER
+#include "base/apart.h"       // APART, BY_POINTER
 #include "base/flash.h"       // flash_word
 #include "motion/lock_grid.h" // lock_grid_now
 
@@ -24,6 +24,12 @@ static uint32_t shortest_pixel_ticks(void)
 }
 
 void limits_apply_settings(void)
+{
+    limits_try_settings();
+    reference_measure_anew();
+}
+
+APART void limits_try_settings(void)
 {
     // First, so that nothing is kept in registers meanwhile.
     reference_apply_settings();

@@ -13,6 +13,10 @@
 // checked against the old limits. No line is the reference afterwards.
 void limits_apply_settings(void);
 
+// The same for the check of a line alone: the clock goes on being measured. When the settings are
+// those of before again, or by limits_apply_settings(), the trial is over.
+void limits_try_settings(void);
+
 // The limits of a line that is queued for this axis, times in ticks: those of an axis alone, since
 // arming tells which axes move together; for an axis that is armed or moves, those of all that are.
 // Valid until the next call.

@@ -13,6 +13,9 @@
 // Time for decoding a pixel of a locked line before it begins, 8 ms at 16 MHz.
 #define LEAD_TICKS ((uint32_t)0x20000)
 #define PPM        ((uint32_t)1000000)
+// A line gets its place when line zero is so near: two idle periods that are loaded already, and
+// 4.6 ms for the main loop to come by and release the line; a reply being built takes two.
+#define PLACE_TICKS ((uint32_t)0x14000)
 
 static struct pixel_period clock_period; // of the clock's edges
 static struct clock_watch edge_watch;
@@ -24,13 +27,20 @@ static bool fast;                     // edges come in this or less
 static bool leaves_out;               // edges that are fast
 #endif
 static bool edge_came; // since reference_overdue() looked at the time
+static uint16_t place_edges; // clock edges in PLACE_TICKS, and one
+
+// Edges in so many ticks, and one.
+static uint16_t edges_in(uint32_t ticks)
+{
+    return (uint16_t)(ticks / clock_period.whole_ticks + 1u);
+}
 
 // A pixel is decoded when an edge has come that lies one edge and so many ticks before the pixel,
 // as far as the stream's marks go.
 static uint16_t edges_ahead(uint32_t lead_ticks, uint16_t divider)
 {
     uint16_t most = (uint16_t)(STREAM_MARKS * divider);
-    uint16_t edges = (uint16_t)(lead_ticks / clock_period.whole_ticks + 1u);
+    uint16_t edges = edges_in(lead_ticks);
 
     return edges < most ? edges : most;
 }
@@ -58,12 +68,20 @@ APART void reference_apply_settings(void)
     uint16_t ahead_edges =
         edges_ahead(LEAD_TICKS + clock_period.whole_ticks / 8u * 3u, grid->divider);
     grid->more_edges = (uint16_t)(ahead_edges - grid->lead_edges);
-#else
-    uint16_t ahead_edges = grid->lead_edges;
 #endif
+    place_edges = edges_in(PLACE_TICKS);
     grid->filter.hold_over = (uint8_t)settings->hold_over_edges;
-    clock_filter_aim(
-        &grid->filter, clock_period.whole_ticks, (uint16_t)(grid->divider + ahead_edges));
+}
+
+void reference_measure_anew(void)
+{
+    struct lock_grid *grid = lock_grid_now();
+    uint16_t ahead_edges = (uint16_t)(grid->divider + grid->lead_edges);
+
+#if SEVERAL_AXES
+    ahead_edges = (uint16_t)(ahead_edges + grid->more_edges);
+#endif
+    clock_filter_aim(&grid->filter, clock_period.whole_ticks, ahead_edges);
 #if FEATURE_CLOCK_STATISTICS
     edge_watch.divider = grid->divider;
 #endif
@@ -147,17 +165,21 @@ bool reference_edge(uint32_t edge_ticks, uint16_t *pixel)
 {
     const struct lock_grid *grid = lock_grid_now();
 
+    // False edges, too: they are what a clock of a wrong frequency is made of.
+    if (grid->locks || !FEATURE_CLOCK_STATISTICS) {
+        clock_watch_interval(&edge_watch, clock_period.whole_ticks, edge_ticks);
+    }
     if (!measure(grid->locks, edge_ticks) && grid->locks) {
         return false;
     }
     restart_time_out(grid->locks);
 #if FEATURE_CLOCK_STATISTICS
-    if (grid->locks) {
-        clock_watch_count(&edge_watch, edge_ticks);
-        return edge_of_grid(pixel);
-    }
+    return grid->locks ? edge_of_grid(pixel)
+                       : clock_watch_edge(&edge_watch, &clock_period, edge_ticks, pixel);
+#else
+    (void)pixel;
+    return false;
 #endif
-    return clock_watch_edge(&edge_watch, &clock_period, edge_ticks, pixel);
 }
 
 #if SEVERAL_AXES && FEATURE_CLOCK_STATISTICS
@@ -175,6 +197,33 @@ struct near_edge reference_take_near(struct axis *axis)
 }
 #endif
 
+uint16_t reference_number(void)
+{
+    const struct lock_grid *grid = lock_grid_now();
+
+    return grid->locks ? grid->filter.edge : (uint16_t)edge_watch.edges;
+}
+
+#if FEATURE_TOKENS
+uint32_t reference_number_ticks(void)
+{
+    const struct lock_grid *grid = lock_grid_now();
+
+    return grid->locks ? grid->filter.expected.ticks - grid->filter.period.ticks
+                       : edge_watch.edge_ticks;
+}
+#endif
+
+uint16_t reference_place_edges(void)
+{
+    return place_edges;
+}
+
+void reference_count_lost(uint8_t edges)
+{
+    edge_watch.edges += edges;
+}
+
 bool reference_settled(void)
 {
     return clock_filter_settled(&lock_grid_now()->filter);
@@ -189,6 +238,7 @@ void reference_edge_dropped(void)
     if (grid->locks && clock_filter_bridge(&grid->filter)) {
         return;
     }
+    edge_watch.edges++;
     clock_watch_forget(&edge_watch);
 }
 
@@ -202,7 +252,7 @@ void reference_follow(uint32_t zero_ticks)
 void reference_rest(void)
 {
     clock_watch_rest(&edge_watch);
-    clock_filter_restart(&lock_grid_now()->filter);
+    clock_filter_rest(&lock_grid_now()->filter);
 }
 
 void reference_await_edge(void)

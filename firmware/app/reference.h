@@ -16,8 +16,12 @@
 #include "motion/clock_watch.h" // struct clock_watch
 #include "motion/near_edge.h"   // struct near_edge
 
-// Use the period of the settings. No line is the reference afterwards.
+// Use the periods of the settings. reference_measure_anew() must follow where they stay.
 void reference_apply_settings(void);
+
+// Measure the clock from the beginning, for lines with these settings. No line is the reference
+// afterwards.
+void reference_measure_anew(void);
 
 // The exact period of the clock's edges, as the settings say it,
 const struct pixel_period *reference_period(void);
@@ -47,7 +51,24 @@ struct near_edge reference_take_near(struct axis *axis);
 void reference_measure(bool fast_edges);
 #endif
 
-// The clock has run long enough for lines to be locked to it.
+// The number of the newest clock edge; it wraps. With lines that are locked to the clock it counts
+// edges that were bridged and leaves false ones out; else it counts what came, lost edges included.
+uint16_t reference_number(void);
+
+#if FEATURE_TOKENS
+// The time of that edge, ticks since the timers started; of a lock by its filter. Only while
+// reference_present().
+uint32_t reference_number_ticks(void);
+#endif
+
+// From the edge that gives a line its place to line zero, in clock edges: by the settings alone, so
+// that it is the same whatever the board is doing.
+uint16_t reference_place_edges(void);
+
+// So many edges came and were lost.
+void reference_count_lost(uint8_t edges);
+
+// The clock has run long enough for lines to be locked to it, or did before it came to rest.
 bool reference_settled(void);
 
 // An edge came whose time is not known. The clock is alive, but no distance to the next edge can be
@@ -58,7 +79,8 @@ void reference_edge_dropped(void);
 // compared with its plan.
 void reference_follow(uint32_t zero_ticks);
 
-// The clock rests, or its edges are not captured: the next edge belongs to no line.
+// The clock rests, or its edges are not captured: the next edge belongs to no line. A lock keeps
+// the period that it has measured.
 void reference_rest(void);
 
 // Restart the clock's time-out, as an edge does.

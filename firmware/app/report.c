@@ -10,10 +10,12 @@
 #include "app/faults.h"        // faults_record
 #include "app/inputs.h"        // inputs_all
 #include "app/limits.h"        // limits_now
+#include "app/mark.h"          // mark_now
 #include "app/permit.h"        // permit_is_on
 #include "app/reference.h"     // reference_*
 #include "app/seek.h"          // seek_now
 #include "app/settings.h"      // settings_now
+#include "app/start.h"         // start_*
 #include "app/store.h"         // store_state
 #include "app/traffic.h"       // traffic_counters
 #include "base/flash.h"        // IN_FLASH
@@ -47,6 +49,9 @@ uint16_t report_status(void)
             bits |= REPORT_RUNNING;
         } else if (life->state == AXIS_STOPPING) {
             bits |= (uint16_t)(REPORT_STOPPING << i);
+        }
+        if (axes_get(i)->play_unknown) {
+            bits |= (uint16_t)(REPORT_PLAY << i);
         }
     }
     if (faults_any()) {
@@ -87,6 +92,20 @@ static uint16_t outputs_word(uint8_t axis, bool low)
     (void)axis;
     (void)low;
     return (uint16_t)(drivers_on() | (permit_is_on() ? OUTPUTS_PERMIT : 0));
+}
+
+static uint16_t ready_word(uint8_t axis, bool low)
+{
+    (void)axis;
+    (void)low;
+    return start_any_waits() && start_ready() ? 1u : 0;
+}
+
+static uint16_t clock_edge_word(uint8_t axis, bool low)
+{
+    (void)axis;
+    (void)low;
+    return reference_number();
 }
 
 static uint16_t settings_state_word(uint8_t axis, bool low)
@@ -158,6 +177,7 @@ enum owner {
     OWNER_TRAFFIC,
     OWNER_AXIS,
     OWNER_GRID,
+    OWNER_MARK,
 };
 
 // The lowest bits of a member's kind are its owner.
@@ -199,6 +219,7 @@ struct source {
 #define IN_FAULTS(member) offsetof(struct fault_record, member)
 #define IN_WATCH(member)  offsetof(struct clock_watch, member)
 #define IN_FILTER(member) offsetof(struct lock_grid, filter.member)
+#define IN_MARK(member)   offsetof(struct mark, member)
 #define IN_SEEK(member)   offsetof(struct seek, member)
 #define IN_AXIS(member)   offsetof(struct axis, member)
 #define COUNTER(name)                                                                    \
@@ -208,7 +229,7 @@ struct source {
 #define MORE_PLACE    (REG_AXIS_BASE + REG_AXIS_STRIDE)
 #define AXIS(offset)  (REG_AXIS_BASE + (offset))
 #define MORE(address) (MORE_PLACE + (address) - MORE_BASE)
-#define SOURCES       MORE(REG_INPUT_smooth_min_interval_3_ticks + 1)
+#define SOURCES       MORE(REG_INPUT_ready + 1)
 
 // The board's registers, those of one axis for all of them, and the board's others.
 static const struct source sources[SOURCES] IN_FLASH = {
@@ -294,6 +315,16 @@ static const struct source sources[SOURCES] IN_FLASH = {
         MEMBER(WIDTH_WORD, OWNER_GRID, IN_FILTER(glitches)),
     [MORE(REG_INPUT_clock_missing)] = MEMBER(WIDTH_WORD, OWNER_GRID, IN_FILTER(missing)),
     LONG(MORE(REG_INPUT_clock_error_ticks), OWNER_GRID, IN_FILTER(error_ticks)),
+    [MORE(REG_INPUT_clock_interval)] = MEMBER(WIDTH_WORD, OWNER_WATCH, IN_WATCH(odd)),
+    [MORE(REG_INPUT_clock_edge)] = CALL(clock_edge_word),
+#if FEATURE_TOKENS
+    LONG(MORE(REG_INPUT_mark_ticks), OWNER_MARK, IN_MARK(ticks)),
+    [MORE(REG_INPUT_mark_edge)] = MEMBER(WIDTH_WORD, OWNER_MARK, IN_MARK(edge)),
+    [MORE(REG_INPUT_mark_count)] = MEMBER(WIDTH_BYTE, OWNER_MARK, IN_MARK(count)),
+    [MORE(REG_INPUT_zero_edge)] = MEMBER(WIDTH_WORD, OWNER_MARK, IN_MARK(zero_edge)),
+    [MORE(REG_INPUT_mark_steady)] = MEMBER(WIDTH_BYTE, OWNER_MARK, IN_MARK(steady)),
+#endif
+    [MORE(REG_INPUT_ready)] = CALL(ready_word),
 };
 
 _Static_assert(AXIS(0) == REG_INPUT_trip_ticks + 2,
@@ -322,6 +353,10 @@ static const void *object_of(enum owner owner, uint8_t axis)
         return reference_watch();
     case OWNER_GRID:
         return lock_grid_now();
+#if FEATURE_TOKENS
+    case OWNER_MARK:
+        return mark_now();
+#endif
     case OWNER_SEEK:
         return seek_now();
     case OWNER_SETTINGS:

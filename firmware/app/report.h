@@ -22,6 +22,8 @@
 #define REPORT_LISTEN_ONLY 0x0040u // the server is in listen-only mode
 #define REPORT_SETTLED     0x0080u // lines can be locked to the pixel clock
 #define REPORT_STOPPING    0x0100u // axis 0 is stopping, and the next bits the next axes
+// Axis 0 began its newest line with backlash without knowing its play, and the next bits the next.
+#define REPORT_PLAY 0x1000u
 
 // The input register at this address, which must be mapped (data_input_mapped()). Where a 32-bit
 // value may change between the reads of its two words, reading the first word takes the sample that

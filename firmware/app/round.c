@@ -11,7 +11,6 @@
 #include "app/reference.h"   // reference_pixel
 #include "app/safety.h"      // safety_poll
 #include "app/seek.h"        // seek_poll
-#include "app/settings.h"    // settings_now
 #include "app/start.h"       // start_near, start_poll
 #include "app/store.h"       // store_poll
 #include "app/time_check.h"  // time_check_poll
@@ -236,6 +235,9 @@ static void poll_inputs(void)
     if (axis < CONFIG_AXES) {
         inputs_poll(CONFIG_INDEX(axis), seek_uses_switch(CONFIG_INDEX(axis)));
         drivers_poll(CONFIG_INDEX(axis));
+        if (FEATURE_BACKLASH) {
+            (void)ledger_settle_play(&axes_get(axis)->ledger);
+        }
     }
     seek_poll();
 }
@@ -259,8 +261,7 @@ static uint8_t decode_one(uint8_t i, uint8_t budget)
     }
 #endif
     cpu_section(axis->line.smooth ? CPU_SECTION_SMOOTH : CPU_SECTION_PLAIN);
-    budget = decode_axis(
-        axis, reference_pixel(), settings_now()->backlash_policy == 0, budget);
+    budget = decode_axis(axis, reference_pixel(), budget);
     cpu_section(CPU_SECTION_ROUND);
     return budget;
 }
@@ -376,6 +377,10 @@ static void decode_in_turn(uint16_t budget)
             return;
         }
         clock_edges_poll_between();
+        // The edge may have placed lines, whose release does not wait for a long round.
+        if (budget > DECODE_BUDGET_STARTING && start_near()) {
+            return;
+        }
         uint8_t i = first_to_end(out);
         if (i == NO_AXIS) {
             return;

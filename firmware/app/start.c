@@ -4,9 +4,10 @@
 #include "app/axes.h"         // axes_*
 #include "app/drivers.h"      // drivers_settling
 #include "app/faults.h"       // faults_latch
+#include "app/mark.h"         // mark_*
 #include "app/reference.h"    // reference_*
 #include "app/settings.h"     // settings_now
-#include "app/token.h"        // token_now
+#include "app/token.h"        // token_*
 #include "app/witness.h"      // witness_excuse
 #include "base/apart.h"       // BY_POINTER
 #include "hal/step_timer.h"   // step_timer_*
@@ -59,6 +60,11 @@ bool start_clocked_axis_runs(void)
     return clocked_axis_in(AXIS_RUNNING);
 }
 
+bool start_clocked_axis_begun(void)
+{
+    return clocked_axis_in(AXIS_STARTING) || start_clocked_axis_runs();
+}
+
 // True when the clock's edges are counted for other lines already. Locked ones count from the
 // moment on when their line zero is known: lock_grid_begin() would forget that.
 static bool beside_others(void)
@@ -68,58 +74,17 @@ static bool beside_others(void)
             (lock_grid_now()->locks && clocked_axis_in(AXIS_STARTING)));
 }
 
-// The next edge after this one, by the plan or by the grid of locked lines. A line that is locked
-// beside others begins on a pixel edge of theirs.
-static uint32_t edge_after(struct pixel_grid *plan,
-                           uint32_t edge_ticks,
-                           uint16_t edges,
-                           bool beside)
-{
-    if (!lock_grid_now()->locks) {
-        return edge_ticks + pixel_grid_advance(plan);
-    }
-    return CONFIG_AXES > 1 && beside ? lock_grid_next_to_come() : lock_grid_begin(edges);
-}
-
-// Some waiting axis could not be released in time for this line zero.
-static bool is_too_soon(uint32_t zero_ticks)
-{
-    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (waits_for_edge(i) &&
-            ticks_to_start(axes_get(i), zero_ticks) < START_MIN_TICKS) {
-            return true;
-        }
-    }
-    return false;
-}
-
-// One line zero for every waiting axis, so that the axes run in step.
-static uint32_t common_zero(uint32_t edge_ticks, bool beside)
-{
-    uint16_t edges = 0;
-    uint32_t zero = edge_ticks;
-    struct pixel_grid plan;
-
-    pixel_grid_start(&plan, reference_period());
-
-    do {
-        edges++;
-        zero = edge_after(&plan, zero, edges, beside);
-    } while (is_too_soon(zero));
-    return zero;
-}
-
 // Armed axes must wait for command `go`, or for a driver that was switched on lately.
 static APART bool held_back(void)
 {
     return token_now() != 0 || drivers_settling();
 }
 
-// A clock edge is ignored until every waiting axis has filled its ring: the slow first steps of a
-// line take the most decoding, and only an axis at rest has the time for it.
-static bool all_ready(void)
+// The slow first steps of a line take the most decoding, and only an axis at rest has the time for
+// it: the ring is filled before line zero.
+bool start_ready(void)
 {
-    if (held_back() || (lock_grid_now()->locks && !reference_settled())) {
+    if (drivers_settling() || (lock_grid_now()->locks && !reference_settled())) {
         return false;
     }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
@@ -140,11 +105,10 @@ bool start_any_waits(void)
     return waits;
 }
 
-// Give every waiting axis this line zero. Returns how many pixel edges the line that was decoded
+// Give every waiting axis this line zero, pixel edge `number`. Returns how many pixel edges the line that was decoded
 // furthest has behind it.
-static uint16_t place_all(uint32_t zero)
+static uint16_t place_all(uint16_t number, uint32_t zero)
 {
-    uint16_t number = lock_grid_now()->newest;
     uint16_t most = 0;
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
@@ -193,18 +157,84 @@ static void note_followers(void)
 #define LINES_APART inline
 #endif
 
-// Every waiting line begins with a pixel that begins on the clock's edge behind this one.
-static LINES_APART void start_lines(uint32_t edge_ticks)
+#if CONFIG_AXES > 1
+// Locked lines run: the number of their first pixel edge from this clock edge on, which becomes the
+// clock edge that it is.
+static uint16_t pixel_edge_from(uint16_t *edge)
 {
-    // How far line zero is ahead is told by accounts that have come up to now.
-    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (waits_for_edge(i)) {
-            (void)axes_advance(i, LEDGER_EXACTLY);
-        }
+    const struct lock_grid *grid = lock_grid_now();
+
+    while ((int16_t)(grid->newest_edge - *edge) < 0) {
+        (void)lock_grid_next();
     }
+    uint16_t number = grid->newest;
+    uint16_t at = grid->newest_edge;
+
+    while ((int16_t)(at - grid->divider - *edge) >= 0) {
+        at = (uint16_t)(at - grid->divider);
+        number--;
+    }
+    *edge = at;
+    return number;
+}
+#endif
+
+#if FEATURE_TOKENS && CONFIG_AXES > 1
+// A line can begin on this clock edge: no other lines are locked to the clock, or it is a pixel edge
+// of theirs.
+static bool is_pixel_edge(uint16_t edge)
+{
+    uint16_t at = edge;
+
+    if (lock_grid_now()->locks && beside_others()) {
+        (void)pixel_edge_from(&at);
+    }
+    return at == edge;
+}
+#else
+static inline bool is_pixel_edge(uint16_t edge)
+{
+    (void)edge;
+    return true;
+}
+#endif
+
+// The time of the edge that comes so many edges behind this one, by the plan, or by the grid of
+// lines that are locked: it begins there.
+static inline uint32_t time_ahead(uint32_t edge_ticks, uint16_t edges)
+{
+    struct pixel_grid plan;
+
+    if (lock_grid_now()->locks) {
+        return lock_grid_begin(edges);
+    }
+    pixel_grid_start(&plan, reference_period());
+    for (; edges != 0; edges--) {
+        edge_ticks += pixel_grid_advance(&plan);
+    }
+    return edge_ticks;
+}
+
+// Every waiting line begins with a pixel that begins so many clock edges behind this one. A line
+// that is locked beside others begins on a pixel edge of theirs: the next one.
+static LINES_APART void start_lines(uint32_t edge_ticks, uint16_t edges)
+{
     bool beside = beside_others();
-    uint32_t zero = common_zero(edge_ticks, beside);
-    uint16_t decoded = place_all(zero);
+    uint16_t edge = (uint16_t)(reference_number() + edges);
+    uint16_t number = 0;
+    uint32_t zero = 0;
+
+#if CONFIG_AXES > 1
+    if (beside && lock_grid_now()->locks) {
+        number = pixel_edge_from(&edge);
+        zero = lock_grid_time(number);
+    } else
+#endif
+    {
+        zero = time_ahead(edge_ticks, edges);
+    }
+    mark_zero(edge);
+    uint16_t decoded = place_all(number, zero);
 
     // One line is the clock's reference; a later start does not take that away from it.
     if (!beside) {
@@ -218,11 +248,53 @@ static LINES_APART void start_lines(uint32_t edge_ticks)
     note_followers();
 }
 
+#if FEATURE_TOKENS
+bool start_can_go(uint16_t edge)
+{
+    int16_t ahead = (int16_t)(edge - reference_number());
+
+    return start_ready() &&
+           (!start_any_waits() || (edge != 0 && mark_now()->steady &&
+                                   ahead > (int16_t)reference_place_edges()));
+}
+
+void start_go(uint16_t edge)
+{
+    token_set(0);
+    if (start_any_waits()) {
+        token_name_edge(edge);
+    }
+    reference_await_edge();
+}
+#endif
+
+bool start_may_wait(void)
+{
+    return (token_now() != 0 || token_edge_named()) && !start_clocked_axis_begun();
+}
+
 void start_on_edge(uint32_t edge_ticks)
 {
-    if (start_any_waits() && all_ready()) {
-        start_lines(edge_ticks);
+    uint16_t edges = reference_place_edges();
+
+    if (!start_any_waits()) {
+        return;
     }
+    if (token_edge_named()) {
+        uint16_t ahead = (uint16_t)(token_edge() - reference_number());
+
+        if ((int16_t)ahead > (int16_t)edges) {
+            return;
+        }
+        edges = ahead;
+        if ((int16_t)ahead <= 0 || !start_ready() || !is_pixel_edge(token_edge())) {
+            faults_latch_plain(FAULT_start_late, axes_first_moving());
+            return;
+        }
+    } else if (held_back() || !start_ready()) {
+        return;
+    }
+    start_lines(edge_ticks, edges);
 }
 
 void start_now(uint8_t axis)

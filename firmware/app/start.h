@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Places line zero: every armed axis begins at the same instant, a whole number of pixel periods
-// after a pixel clock edge (one period, if that leaves enough time). Main loop only.
+// after a pixel clock edge (one period, if that leaves enough time). Several boards begin together
+// on the edge that `go` has named to each of them. Main loop only.
 //
 //     clock   __/~~\_______/~~\_______/~~\___
 //               ^ start_on_edge()     (an axis needs START_MIN_TICKS)
@@ -13,9 +14,28 @@
 
 #include "build_features.h" // FEATURE_CLOCK_STATISTICS
 
-// A pixel clock edge came at edge_ticks: armed axes that wait for an edge get their line zero, if
-// all of them have filled their rings.
+// A pixel clock edge came at edge_ticks. Armed axes that wait for an edge get their line zero: the
+// edge that `go` has named, once it is near; where none is named, a few edges on, if all axes have
+// filled their rings.
 void start_on_edge(uint32_t edge_ticks);
+
+// Every axis that waits for a clock edge can begin: it is decoded ahead, its driver has settled, and the clock is known
+// where lines are locked to it.
+bool start_ready(void);
+
+#if FEATURE_TOKENS
+// The axes that wait for a token can begin on this clock edge: they are ready, the clock did nothing
+// since the mark that makes its edges' numbers doubtful, and the edge is far enough ahead. Where no
+// line waits for the clock every edge will do.
+bool start_can_go(uint16_t edge);
+
+// Release the axes that wait for a token. Lines that wait for the clock begin on this edge.
+void start_go(uint16_t edge);
+#endif
+
+// Lines wait for a clock that rests, and may do so for long: nobody has released them yet, or they
+// were released for an edge still to come.
+bool start_may_wait(void);
 
 // This armed axis does not wait for the pixel clock: it starts as soon as it can.
 void start_now(uint8_t axis);
@@ -30,6 +50,9 @@ bool start_any_waits(void);
 
 // True when an axis runs whose line began on a clock edge: it needs the clock to its end.
 bool start_clocked_axis_runs(void);
+
+// True when an axis runs, or has its line zero, whose line begins on a clock edge.
+bool start_clocked_axis_begun(void);
 
 // True when, on a board with several axes, an axis will be released within a few milliseconds: long
 // work must wait.

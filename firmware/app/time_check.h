@@ -11,6 +11,10 @@
 // Start the step timers and the measurement of time.
 void time_check_start(void);
 
+// Now by the coarse clock, in ticks since the timers started: the scale of the accounts, rounded
+// down to a unit of the clock.
+uint32_t time_check_now_ticks(void);
+
 // Check one axis every few milliseconds. An axis at rest, too: what its step interrupts missed as
 // it came to rest, or since, would be missing in its position and in the place of its next line.
 void time_check_poll(void);

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
-// The start token: axes that were armed with a token wait until command `go` names it, so that
-// several boards can start on the same pixel clock edge. One token at a time. Main loop only.
+// The start token, and the clock edge that `go` names: axes that were armed with a token wait until
+// command `go` carries it, and then for that edge. So several boards begin on one edge of their
+// common pixel clock, whatever each of them has still to do. One token at a time. Main loop only.
 //
-//     board 1   arm, token 7 ---- waits ----+           +-- both start on the next clock edge
-//     board 2   arm, token 7 -- waits --+   |           |
-//     host                              go 7 to all ----+
+//     board 1   arm, token 7 ---- ready ----+           +------------+-- line zero: edge 5310
+//     board 2   arm, token 7 -- ready --+   |           |       +----|-- line zero: edge 481
+//     host                              go 7, 481   go 7, 5310  ^    ^ the same edge of the clock,
+//                                                                      each by its board's own count
 //
 // A token is held by the board, not by an axis. An image without FEATURE_TOKENS holds none.
 #pragma once
@@ -18,8 +20,15 @@
 
 // The token (1..65535) that armed axes wait for; 0: they wait for none.
 uint16_t token_now(void);
-// Hold armed axes back until command `go` names this token; 0: release them.
+// Hold armed axes back until command `go` brings this token; 0: release them. No edge is named.
 void token_set(uint16_t token);
+
+// Release armed axes; line zero is the clock edge of this number (reference_number()).
+void token_name_edge(uint16_t edge);
+// True from token_name_edge() to the next token_set().
+bool token_edge_named(void);
+// The number of the named edge.
+uint16_t token_edge(void);
 
 #else
 
@@ -31,6 +40,16 @@ static inline uint16_t token_now(void)
 static inline void token_set(uint16_t token)
 {
     (void)token;
+}
+
+static inline bool token_edge_named(void)
+{
+    return false;
+}
+
+static inline uint16_t token_edge(void)
+{
+    return 0;
 }
 
 #endif

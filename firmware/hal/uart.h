@@ -54,6 +54,11 @@ bool uart_silent(void);
 // Bytes were received and not dropped yet. False may come a moment too late or too early.
 bool uart_holds(void);
 
+// Ticks since the end of the newest received byte, up to 500 counts of 256 CPU cycles (8 ms at
+// 16 MHz; 1024 cycles and four times as long at rates whose silence does not fit 255 counts), late
+// by a count at most.
+uint32_t uart_age_ticks(void);
+
 // Receive into an empty buffer, after uart_disable_reception().
 void uart_enable_reception(void);
 

@@ -7,6 +7,7 @@
 #include "hal/eeprom.h"
 #include "hal/pixel_clock.h"
 #include "hal/switches.h"
+#include "hal/uart.h"
 
 #define UNITS_OF_MS 256u // nearly, at the 16 MHz of the Uno
 
@@ -15,6 +16,11 @@ static uint32_t now_units;
 void scene_pass_ms(void)
 {
     now_units += UNITS_OF_MS;
+}
+
+uint32_t uart_age_ticks(void)
+{
+    return 0;
 }
 
 uint32_t clock_now_units(void)

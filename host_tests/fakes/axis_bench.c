@@ -20,7 +20,7 @@ static uint8_t budget(void)
 void bench_open(uint32_t hz_num, uint32_t hz_den)
 {
     bench = (struct axis_bench){
-        .now_ticks = 2uL * STEP_IDLE_TICKS, .divider = 1, .always_take_up = true};
+        .now_ticks = 2uL * STEP_IDLE_TICKS, .divider = 1};
     (void)pixel_period_set(&bench.period, TIMER_HZ, hz_num, hz_den);
     bench.limits = (struct line_limits){
         .pixel_ticks = bench.period.whole_ticks,
@@ -108,11 +108,11 @@ bool bench_start_line(void)
 {
     struct axis *axis = &bench.axis;
 
-    if (!axis_arm(axis, &bench.period, bench.always_take_up)) {
+    if (!axis_arm(axis, &bench.period)) {
         return false;
     }
     while (!decode_is_ahead(axis)) {
-        decode_axis(axis, &bench.period, bench.always_take_up, budget());
+        decode_axis(axis, &bench.period, budget());
     }
     bench.zero_ticks = bench.now_ticks + BENCH_DELAY_TICKS;
     feed_release(&axis->feed, axis->feed.lead_in_ticks + BENCH_DELAY_TICKS);
@@ -143,7 +143,7 @@ struct step_load bench_period(void)
 {
     struct step_load load;
 
-    decode_axis(&bench.axis, &bench.period, bench.always_take_up, budget());
+    decode_axis(&bench.axis, &bench.period, budget());
     check_batches(&bench.axis.feed.stream);
     load = step_engine_next(&bench.engine, &bench.ring);
     struct engine_sample sample = step_engine_sample(&bench.engine);

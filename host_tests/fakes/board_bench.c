@@ -7,6 +7,7 @@
 #include "app/drivers.h"
 #include "app/events.h"
 #include "app/inputs.h"
+#include "app/mark.h"
 #include "app/round.h"
 #include "app/safety.h"
 #include "app/time_check.h"
@@ -41,6 +42,7 @@ static void forget(void)
     round_start();
     token_set(0);
     traffic_start();
+    mark_disturb();
 }
 
 void bench_power_on(void)
@@ -65,9 +67,20 @@ struct settings *bench_settings(void)
 
 bool bench_give(uint8_t mask, enum command command, uint16_t argument)
 {
-    const struct order order = {mask, (uint16_t)command, argument};
+    const struct order order = {
+        mask,
+        (uint16_t)command,
+        argument,
+        command == COMMAND_GO ? bench_edge_ahead(BENCH_GO_EDGES) : 0};
 
     return commands_give(&order);
+}
+
+uint16_t bench_edge_ahead(uint16_t edges)
+{
+    uint16_t edge = (uint16_t)(reference_number() + edges);
+
+    return edge != 0 ? edge : 1u; // 0 names no edge
 }
 
 uint8_t bench_axes_in(enum axis_state state)

@@ -50,7 +50,13 @@ void bench_power_on(void);
 // The settings, to be changed without a host; limits_apply_settings() may have to follow.
 struct settings *bench_settings(void);
 
-// An order in one call.
+// Number of a clock edge so many edges ahead, as `go` names it.
+uint16_t bench_edge_ahead(uint16_t edges);
+
+// Edges from `go` to line zero.
+#define BENCH_GO_EDGES 20u
+
+// An order in one call; `go` names an edge BENCH_GO_EDGES ahead.
 bool bench_give(uint8_t mask, enum command command, uint16_t argument);
 
 // Mask of the axes in this state.

@@ -95,6 +95,11 @@ bool uart_silent(void)
            (uint32_t)fake_line.silence_counts * TICKS_PER_COUNT;
 }
 
+uint32_t uart_age_ticks(void)
+{
+    return fake_now_ticks() - last_byte_ticks;
+}
+
 bool uart_holds(void)
 {
     return received != 0;

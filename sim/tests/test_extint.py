@@ -57,6 +57,23 @@ class Edges(SimTest):
         least = SYNC + RESPONSE["uno"] + RJMP + SBI
         self.assertEqual(lateness, {least, least + 1})
 
+    def test_edges_within_the_synchroniser_are_one_request(self):
+        """It comes when the first of them has passed, however many follow it there."""
+        for board in PIN:
+            for sense, first in ((ANY, 0), (FALLING, 0), (RISING, 1)):
+                levels = ((20_000, 0), (20_001, 1), (20_002, 0), (40_000, 1))
+                commands = [f"pin 0 {PIN[board]} {level} at {cycle}" for cycle, level in levels]
+                _, _, seen = self.go(board, sense, commands, cycles=30_000)
+                least = 20_000 + first + SYNC + RESPONSE[board] + RJMP + SBI
+                self.assertEqual(len(seen), 1, (board, sense))
+                self.assertIn(seen[0], (least, least + 1), (board, sense))
+
+    def test_an_edge_behind_the_synchroniser_is_another_request(self):
+        levels = ((20_000, 0), (20_000 + SYNC + 1, 1))
+        commands = [f"pin 0 {PIN['uno']} {level} at {cycle}" for cycle, level in levels]
+        _, _, seen = self.go("uno", ANY, commands, cycles=30_000)
+        self.assertEqual(len(seen), 2)
+
     def test_flag_without_interrupt(self):
         for board in PIN:
             command = [f"pin 0 {PIN[board]} 0 at 1000"]

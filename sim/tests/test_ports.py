@@ -43,6 +43,15 @@ class Synchronizer(SimTest):
             samples, _ = self.go(board, pulse)
             self.assertEqual(samples, [int(k == 5) for k in range(SAMPLES)], board)
 
+    def test_another_pins_edge_delays_nothing(self):
+        """Each pin has a synchronizer of its own."""
+        for board in IMAGES:
+            _, first = self.go(board)
+            for other in range(3, 8):
+                edges = [f"pin 0 C 3 1 at {first + 5}", f"pin 0 C 2 1 at {first + other}"]
+                samples, _ = self.go(board, edges)
+                self.assertEqual(samples, [int(k > 5) for k in range(SAMPLES)], (board, other))
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -226,6 +226,22 @@ class Eeprom(unittest.TestCase):
                 self.assertEqual(sim.eeprom()[0], number)
                 self.assertEqual(sim.ask("eeprom 0 state").split()[1:3], ["2", "0"])
 
+    def test_a_write_ends_by_itself_after_a_reset(self):
+        """No program looks at it: nothing runs after the reset."""
+        for command in ("reset 0 external", "reset 0 brownout"):
+            with Board() as sim:
+                sim.run(20_000)
+                number = sim.ram("starts")
+                left = int(sim.ask("eeprom 0 state").split()[3])
+                before = sim.eeprom()
+                self.assertNotEqual(before[0], number)
+                sim.ask("hang 0 interrupts kept")
+                sim.ask(command)
+                sim.run(left - 100)
+                self.assertEqual(sim.eeprom(), before)
+                sim.run(200)
+                self.assertEqual(sim.eeprom(), bytes([number]) + before[1:])
+
 
 class Speed(unittest.TestCase):
     def test_thousands_of_cuts(self):

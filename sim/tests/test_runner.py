@@ -53,10 +53,8 @@ class CommandLine(unittest.TestCase):
             self.refused("--board", good, "--control", "--edges", "/nowhere/x"),
         )
         self.assertIn("unrecognized", self.refused("--borad", good))
-        self.assertIn(
-            "--board m1284: 20 MHz, but uno has 16 MHz: one run, one clock",
-            self.refused("--board", good, "--board", image("m1284", "echo"), "--control"),
-        )
+        for wrong in ("0=3", "4=3", "1", "1=x", "1=20001"):
+            self.refused("--board", good, "--board", good, "--control", "--oscillator-ppm", wrong)
 
 
 class Control(unittest.TestCase):

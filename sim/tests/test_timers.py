@@ -16,8 +16,9 @@ from harness import (
 
 BOARDS = ("uno", "mega")
 AXIS_OF_CAPTURE = {"uno": 0, "mega": 3}
+CAPTURE_PIN = {"uno": "B 0", "mega": "L 1"}
 
-OCF1B, OCF1A, TOV1 = 4, 2, 1
+OCF1C, OCF1B, OCF1A, TOV1 = 8, 4, 2, 1
 
 
 class Intervals(SimTest):
@@ -69,6 +70,10 @@ REGISTERS = {
     # 50. Then 9 nops and the lds's second cycle: 10 more.
     16: 60,
     17: 0x600D,
+    # 16 counts to 0, 20 nops and the lds's second cycle.
+    18: 5,
+    19: 0,
+    20: TOV1,
 }
 
 
@@ -78,7 +83,7 @@ class Registers(unittest.TestCase):
     def check(self, board):
         with Session(image(board, "registers")) as sim:
             self.assertEqual(sim.run(20_000), "ok 20000")
-            results = sim.results(18)
+            results = sim.results(21)
         self.assertEqual(dict(enumerate(results)), REGISTERS)
 
     def test_uno(self):
@@ -154,6 +159,53 @@ class CaptureAtBottom(SimTest):
             results = sim.results(1 + self.EDGES)
         wanted = [(n - self.EDGES // 2) % self.PERIOD for n in range(self.EDGES)]
         self.assertEqual(results[1:], wanted)
+
+    def test_uno(self):
+        self.check("uno")
+
+    def test_mega(self):
+        self.check("mega")
+
+
+class ChannelC(unittest.TestCase):
+    """images/channel_c.c, by number of experiment."""
+
+    WANTED = (
+        0,  # OCR1C = 20: at TCNT = 20 the flag is not up yet
+        OCF1C,
+        0,  # 30, written at TCNT = 11, does not count in this period: TCNT = 60
+        OCF1C,  # the 90 of before does: TCNT = 92
+        0,  # cleared at 94; in the next period 30 counts, whose flag is not up at TCNT = 30
+        OCF1C,
+        0x1234,
+        0x600D,
+    )
+
+    def test_mega(self):
+        with Session(image("mega", "channel_c")) as sim:
+            sim.run(5_000)
+            self.assertEqual(tuple(sim.results(8)), self.WANTED)
+
+
+class TwoEdges(SimTest):
+    """images/capture.c: a second edge while the first one passes the synchroniser."""
+
+    def check(self, board):
+        path = self.folder / "edges.csv"
+        with Session(image(board, "capture"), options=["--edges", str(path)]) as sim:
+            for n, gap in enumerate((2, 3, 4)):
+                at = 20_000 + 10_000 * n
+                for cycle, level in ((at, 1), (at + 1, 0), (at + gap, 1), (at + gap + 1, 0)):
+                    sim.ask(f"pin 0 {CAPTURE_PIN[board]} {level} at {cycle}")
+            sim.run(60_000)
+            results = sim.results(7)
+            sim.ask("flush")
+        bottom = rising(read_edges(path), axis=AXIS_OF_CAPTURE[board])[0] - 32
+        # Each sets the flag, also while the first is being answered; the handler reads ICRn later
+        # than both, the count of the second one.
+        wanted = [(20_000 + gap + 3 - bottom) % 10_000 for gap in (2, 2, 3, 3, 4, 4)]
+        self.assertEqual(results[1:], wanted)
+        self.assertEqual(results[0], len(wanted))
 
     def test_uno(self):
         self.check("uno")

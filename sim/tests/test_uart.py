@@ -5,7 +5,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from harness import Session, SimTest, image, read_edges
+from harness import GPIOR2, Session, SimTest, image, read_edges
 
 BIT = 136  # UBRR0 = 16 with U2X0: 8 * 17 cycles, 117647 baud
 FRAME = 11 * BIT
@@ -17,6 +17,7 @@ RXC, UDRE, TXC, FE, DOR, UPE = 0x80, 0x20, 0x40, 0x10, 0x08, 0x04
 # A bit is decided behind the last of its three samples in the middle: 6 of 8 (U2X0), 10 of 16.
 DECIDED = BIT * 6 // 8
 BEFORE_STOP = 10 * BIT
+SLOW_BIT = 144  # UBRR0 = 8 without U2X0: 16 * 9 cycles
 RESPONSE = {"uno": 4, "mega": 5}
 
 
@@ -55,6 +56,71 @@ class Registers(unittest.TestCase):
         self.check("mega")
 
 
+class Frames(SimTest):
+    """images/frames.c"""
+
+    def check(self, board):
+        log = self.folder / "serial.csv"
+        with Session(image(board, "frames"), options=["--serial-log", str(log)]) as sim:
+            sim.run(60_000)
+            results = sim.results(7)
+            sim.ask("flush")
+        # As in images/uart.c: with N nops the lds reads N + 2 cycles behind the sts, and the frame
+        # ends 1 + 12 * 136 behind it.
+        self.assertEqual(results[:4], [0, TXC, 0, TXC])
+        self.assertEqual(results[4:6], [UDRE, 0])
+        self.assertEqual(results[6], 0x600D)
+        rows = [row.split(",") for row in log.read_text().split()[1:]]
+        self.assertEqual([row[2] for row in rows], ["15", "15", "15", "15", "11", "12"])
+        self.assertEqual(int(rows[5][0]) - int(rows[4][0]), 12 * BIT)
+
+    def test_uno(self):
+        self.check("uno")
+
+    def test_mega(self):
+        self.check("mega")
+
+
+class Levels(unittest.TestCase):
+    """images/levels.c: an interrupt comes again for as long as its cause lasts."""
+
+    def check(self, board):
+        with Session(image(board, "levels")) as sim:
+            sim.run(16_000)
+            sim.ask("send 3132")
+            sim.run(3 * FRAME)
+            sim.ask("poke 0 0x600 0100")
+            sim.run(8_000)
+            # Both characters that wait, then an empty transmitter until it is switched off.
+            self.assertEqual(sim.results(6), [1, 2, 0x31, 0x32, 5, 0x600D])
+
+    def test_uno(self):
+        self.check("uno")
+
+    def test_mega(self):
+        self.check("mega")
+
+
+class Driver(unittest.TestCase):
+    """images/driver.c: the last half of the stop bit carries nothing."""
+
+    def check(self, board):
+        # The STS writes in its second cycle a, the frame begins at a + 1; the CBI's write, in its
+        # second cycle, is in force one later: 8 cycles a unit, the last without its jump, and 2.
+        enough = FRAME - BIT // 2
+        with Session(image(board, "driver")) as sim:
+            sim.run(16_000)
+            for units in (60, (enough - 8) // 8, (enough + 8) // 8, 200):
+                answer = sim.ask(f"tx {units:02x}").split()[1]
+                self.assertEqual(answer, "5a" if 8 * units > enough else "a5", units)
+
+    def test_uno(self):
+        self.check("uno")
+
+    def test_mega(self):
+        self.check("mega")
+
+
 class Receiver(SimTest):
     """images/receiver.c"""
 
@@ -85,11 +151,50 @@ class Receiver(SimTest):
         # Woken: response, 4 more from sleep, RJMP, and SBI, whose write is in its second cycle.
         self.assertEqual(seen, 20_000 + BEFORE_STOP + DECIDED + RESPONSE[board] + 4 + 2 + 2)
 
+    def check_instant_at_normal_speed(self, board):
+        path = self.folder / "edges.csv"
+        with self.open(board, "--edges", str(path)) as sim:
+            sim.ask(f"poke 0 {GPIOR2} 80")
+            sim.ask("baud 111111 E")
+            sim.run(20_000)
+            sim.ask("send 55")
+            sim.run(2 * FRAME)
+        (seen,) = [e[0] for e in read_edges(path) if e[3:] == ("PERMIT", 1)]
+        decided = 10 * SLOW_BIT + SLOW_BIT * 10 // 16
+        self.assertEqual(seen, 20_000 + decided + RESPONSE[board] + 4 + 2 + 2)
+
+    def check_other_data_bits(self, board):
+        """What is sent with 8 data bits is none of 7."""
+        with self.open(board) as sim:
+            sim.ask(f"poke 0 {GPIOR2} 40")
+            sim.run(20_000)
+            self.awake(sim)
+            self.take(sim, 3)
+            sim.ask("send 35")
+            sim.run(3 * FRAME)
+            status, data = self.take(sim, 1)[0]
+            self.assertEqual(status, RXC | FE)
+            self.assertNotEqual(data, 0x35)
+
+    def check_errors_are_those_of_the_oldest(self, board):
+        """Each character keeps its own: a wrong parity before a right one, and after it."""
+        with self.open(board) as sim:
+            sim.run(20_000)
+            self.awake(sim)
+            for order, wanted in (("OE", [UPE, 0]), ("EO", [0, UPE])):
+                self.take(sim, 3)
+                for data, parity in zip(("31", "32"), order, strict=True):
+                    sim.ask(f"baud 115200 {parity}")
+                    sim.ask(f"send {data}")
+                sim.run(3 * FRAME)
+                got = self.take(sim, 2)
+                self.assertEqual(got, [(RXC | wanted[0], 0x31), (RXC | wanted[1], 0x32)])
+
     def check_overrun_at_the_start_bit(self, board):
         """The fourth character's start bit runs the third over, not its end."""
         master_frame = int(MASTER_FRAME)
         for late, wanted in (
-            (-200, [(RXC, 1), (RXC, 2), (RXC, 3)]),
+            (-60, [(RXC, 1), (RXC, 2), (RXC, 3)]),  # taken before the start bit is decided
             (60, [(RXC | DOR, 1), (RXC, 2)]),
         ):
             with self.open(board) as sim:
@@ -109,7 +214,11 @@ class Receiver(SimTest):
         with self.open(board) as sim:
             sim.run(20_000)
             self.awake(sim)
-            for command, status in (("115200 E", 0), ("115200 O", UPE), ("57600 E", FE)):
+            for command, status in (
+                ("115200 E", 0),
+                ("115200 O", UPE),
+                ("57600 E", FE),
+            ):
                 self.take(sim, 3)
                 sim.ask(f"baud {command}")
                 sim.ask("send 35")
@@ -134,12 +243,18 @@ class Receiver(SimTest):
         self.check_instant("uno")
         self.check_overrun_at_the_start_bit("uno")
         self.check_errors("uno")
+        self.check_errors_are_those_of_the_oldest("uno")
+        self.check_other_data_bits("uno")
+        self.check_instant_at_normal_speed("uno")
 
     def test_mega(self):
         self.check_switched_off("mega")
         self.check_instant("mega")
         self.check_overrun_at_the_start_bit("mega")
         self.check_errors("mega")
+        self.check_errors_are_those_of_the_oldest("mega")
+        self.check_other_data_bits("mega")
+        self.check_instant_at_normal_speed("mega")
 
 
 class SharedLine(SimTest):
@@ -187,6 +302,25 @@ class SharedLine(SimTest):
                     answer = sim.ask(f"tx {address:02x}{value:02x}").split()[1]
                     self.assertEqual(answer, f"{address:02x}{value + 1:02x}")
             self.assertEqual(sim.ask("tx 0541 160000").split()[1], "-")
+
+    def test_a_collision_damages_both_frames(self):
+        """The master speaks into the first or the second byte of a board's answer."""
+        for late, damaged in ((10, 0), (1700, 1)):
+            with tempfile.TemporaryDirectory() as folder:
+                log = Path(folder) / "serial.csv"
+                boards = [image("uno", "echo"), image("mega", "echo")]
+                with Session(*boards, options=["--serial-log", str(log)]) as sim:
+                    sim.run(16_000)
+                    end = int(sim.ask("send 0241").split()[1])
+                    sim.run(end - 16_000 + late)
+                    sim.ask("send 5a")
+                    sim.run(8 * FRAME)
+                    sim.ask("flush")
+                    rows = [row.split(",") for row in log.read_text().split()[1:]]
+            answer = [0x02, 0x42]
+            answer[damaged] ^= 0xFF
+            heard = [int(byte, 16) for _, direction, byte in rows if direction == "rx"]
+            self.assertEqual(sorted(heard[2:]), sorted([*answer, 0x5A ^ 0xFF]), late)
 
     def test_lock_step_is_repeatable(self):
         def run():

@@ -1,31 +1,51 @@
 # SPDX-License-Identifier: MIT
-"""Do two images make the same edges? Runs the same lines on both and compares, byte for byte.
+"""Do two images make the same edges? Runs the same trials on both and compares, byte for byte.
 
-    same_edges.py OLD.elf NEW.elf --board mega [--lines 400] [--seed 1]
+    same_edges.py OLD.elf NEW.elf --board mega [--lines 400] [--trials 40] [--seed 1] [--quick]
 
-Both images run the worked example, random lines of both decode rules on one axis after another, and
-on a board of several axes one run of each decode rule with all axes at once. Each line is armed at
-the same cycle on both images, halfway between two pixel edges. STEP edges come from the timers and
-must agree to the cycle. DIR, ENABLE and PERMIT are switched by software: their edges must follow
-the same number of steps, and the largest shift of a DIR edge is printed. A run whose edges all lie
-whole pixels away, because its line was decoded in time for another pixel clock edge, is counted by
-itself. The exit status is 0 if no run differs otherwise.
+Both images run the worked example, random lines of both decode rules on one axis after another, on
+a board of several axes one run of each decode rule with all axes at once, and so many trials of
+each other kind (edge_trials.py): clocks of 500 to 5,000 Hz, locks to poor clocks, dividers, streams
+whose records are read, stops, seeks. --quick: few of all. All that comes from outside comes in the
+same cycle on both images; lines are armed halfway between two pixel edges.
+
+STEP edges come from the timers and must agree to the cycle. DIR, ENABLE and PERMIT are switched by
+software: their edges must follow the same number of steps, and the largest shift of a DIR edge is
+printed. Counted by themselves, as what an image that is only faster or slower may do:
+
+* a run whose edges all lie whole clock periods away, because its line was ready in time for another
+  edge: it is armed at other phases of the clock first, until both images begin on the same one; and
+  a seek, which waits for no edge, wherever it has begun;
+* a run in whose rests STEP falls elsewhere: the pulse before a rest ends when the timer's period
+  does;
+* a locked run whose STEP edges are all there and within LOCK_TICKS of the old ones, and the clock's
+  jitter (rms) more: a line is planned by what the clock has done when it is decoded;
+* a stopped or seeking run that is the same up to the stop or the switch, and ends as the other
+  does: its last edge within ANSWER_MS, and by its own account where its edges have brought it.
+
+The exit status is 0 if no run differs otherwise.
 """
 
 import argparse
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
 
+from edge_trials import Trial, trials
+
 from pixstep import demo, formats, natives, progress
 from pixstep.board import boards
+from pixstep.board import registers as regs
+from pixstep.board.boardrun import Watch
 from pixstep.board.errors import BoardError, LineRefusedByBoardError
+from pixstep.board.port import BAUD
+from pixstep.board.upload import Upload
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
-from pixstep.lines.runs import queue_entries
+from pixstep.lines.runs import queue_entries, seek_entries
 from pixstep.profiles import generator
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.edges import HEADER
@@ -37,6 +57,17 @@ from pixstep_dev.randomlines import campaign
 CLOCK_START_MS = 20
 UPLOAD_MS = 60  # for the requests before the first block of an axis, with a margin
 ENTRY_MS = Fraction(1, 2)  # for an entry at 115200 baud, with its share of the block's head
+MEASURED_MS, MEASURED_EDGES = 500, 800  # until a lock can begin, however poor the clock
+LOCK_TICKS = 2
+ANSWER_MS = 2
+PHASES = (Fraction(1, 2), Fraction(1, 4), Fraction(3, 4))  # of the clock, in which lines are armed
+MISCOUNTED = "steps miscounted"
+MOVED = "begin elsewhere"
+FALLS = "have pulses that end elsewhere"
+NEAR = "are locked and some ticks apart"
+ANSWERED = "are the same until a stop or a switch"
+STOPPED_S = 0.1  # an axis is at rest by then
+RECORDS_S = 0.1  # between two looks at them
 
 
 @dataclass(frozen=True)
@@ -63,6 +94,7 @@ class Made:
 
     edges: list[Edge]
     ended: str
+    event: int | None = None  # cycle in which a stop or a switch came
 
     @property
     def rows(self) -> list[bytes]:
@@ -90,9 +122,12 @@ class Outcome:
     edges: int = 0
     refused: int = 0
     direction_shift_cycles: int = 0
-    moved: int = 0
+    near_ticks: int = 0
     differing: int = 0
     first: str = ""
+    excused: dict[str, int] = field(default_factory=dict)  # runs that differ as they may
+    kinds: dict[str, int] = field(default_factory=dict)  # runs of each
+    ends: dict[str, int] = field(default_factory=dict)  # how those of the old image ended
 
 
 def worked_example(board: str) -> Job:
@@ -121,54 +156,143 @@ def all_axes_jobs(board: str, seed: int) -> Iterator[Job]:
         yield next(campaign.jobs(plan, decode))
 
 
-def jobs(board: str, lines: int, seed: int) -> list[Job]:
-    """Everything that is run."""
-    found = [worked_example(board), *all_axes_jobs(board, seed)]
-    return [*found, *random_jobs(board, lines, seed)]
+def wanted_trials(board: str, lines: int, others: int, seed: int) -> list[Trial]:
+    """Everything that is run: so many random lines, so many trials of each other kind."""
+    found = [worked_example(board), *all_axes_jobs(board, seed), *random_jobs(board, lines, seed)]
+    return [*map(Trial, found), *trials(board, others, seed)]
 
 
-def run_image(job: Job, image: Path) -> Made:
-    """Run a job on an image."""
+def run_image(trial: Trial, image: Path) -> Made:
+    """Run a trial on an image."""
+    job = trial.job
     with tempfile.TemporaryDirectory(prefix="pixstep-") as folder:
         edges = Path(folder, "edges.csv")
-        extra = ("--pixel-start-ms", str(CLOCK_START_MS))
         with SimulatedBoard(
-            job.board, job.pixel_hz, image=image, edges=edges, extra=extra
+            job.board,
+            job.pixel_hz,
+            image=image,
+            edges=edges,
+            pixel_ppm=job.pixel_ppm,
+            flaws=job.flaws,
+            seed=job.seed,
+            plants={(0, axis): knobs for axis, knobs in job.plants.items()},
+            extra=("--pixel-start-ms", str(CLOCK_START_MS)),
         ) as board:
-            ended = run(job, board)
+            ended, event = run(trial, board)
             board.settle()
             board.finish()
-        return Made(read(edges.read_bytes()), ended)
+        return Made(read(edges.read_bytes()), ended, event)
 
 
-def run(job: Job, board: SimulatedBoard) -> str:
-    """Run a job, armed at a cycle that depends on the job alone; return how it ended."""
+def run(trial: Trial, board: SimulatedBoard) -> tuple[str, int | None]:
+    """Run a trial, armed at a cycle that depends on the trial alone.
+
+    Return how it ended, and when a stop or a switch came.
+    """
+    event = None
     try:
-        board.set_up(job.pixel_hz, list(job.lines))
-        board.load(job.lines)
-        left = arm_cycle(job) - board.simulator.cycle
+        prepare(trial, board)
+        left = arm_cycle(trial) - board.simulator.cycle
         if left < 0:
             raise UserError(f"the upload took {-left} cycles longer than there is time for")
         board.simulator.run(left)
         board.arm()
-        in_time = board.follow()
-        states = board.states().values()
+        if trial.stop_s:
+            event = stop(trial, board)
+            board.simulator.wait_s(STOPPED_S)
+            in_time = True
+        else:
+            in_time = board.follow(Records(board) if trial.records else None)
+        board.settle()
+        if trial.seek:
+            event = switched(board)
+        ended = [regs.axis_state(found["axis_state"]) for found in registers(board).values()]
+        ended += [] if in_time else ["too late"]
+        ended += [] if counted(board) else [MISCOUNTED]
         fault = board.board.fault_name()
     except LineRefusedByBoardError as refusal:
-        return f"refused {refusal.name}"
+        return f"refused {refusal.name}", event
     except BoardError as error:
-        return f"trouble: {error}"
-    return f"{', '.join(states)}{'' if in_time else ' too late'}{' ' + fault if fault else ''}"
+        return f"trouble: {error}", event
+    return f"{', '.join(ended)}{' ' + fault if fault else ''}", event
 
 
-def arm_cycle(job: Job) -> int:
-    """The cycle at which the host arms: halfway between pixel edges, when all is uploaded."""
-    ticks_a_ms = job.period * job.pixel_hz / 1000
+def prepare(trial: Trial, board: SimulatedBoard) -> None:
+    """Set the board up and load what the trial runs."""
+    job = trial.job
+    settings = job.settings() | ({"input_filter_us": 200} if trial.seek else {})
+    board.set_up(job.pixel_hz, list(job.lines), **settings)
+    if job.baud != BAUD:
+        board.talk_at(job.baud)
+    board.load(job.lines)
+    if trial.seek:
+        (axis,) = job.lines
+        board.board.command("disarm", [axis])
+        board.uploads = {axis: Upload(board.board, axis, seek_entries(trial.seek))}
+        board.uploads[axis].push()
+
+
+def stop(trial: Trial, board: SimulatedBoard) -> int:
+    """Stop the lines so long behind arming; return the cycle."""
+    simulator = board.simulator
+    simulator.run(arm_cycle(trial) + simulator.cycles(trial.stop_s) - simulator.cycle)
+    begun = simulator.cycle
+    if trial.by_contact:
+        pins = boards.load(board.name).pins
+        (pin,) = (one for one in pins if one.signal == "ESTOP")
+        simulator.pin(0, pin.port, pin.bit, 0)
+    else:
+        board.board.command("stop", board.axes)
+    return begun
+
+
+def switched(board: SimulatedBoard) -> int:
+    """Return the first cycle of the home switch's last change."""
+    return int(board.simulator.command(f"switches 0 {board.axes[0]}").split()[-1])
+
+
+def registers(board: SimulatedBoard) -> dict[int, dict[str, int]]:
+    """What the board says of its axes."""
+    found = board.board.axes(board.axes[-1] + 1)
+    return {axis: found[axis] for axis in board.axes}
+
+
+def counted(board: SimulatedBoard) -> bool:
+    """True if every axis is, by its own account, where its edges have brought it."""
+    return all(
+        found["position_steps"] == board.simulator.steps(0, axis)
+        for axis, found in registers(board).items()
+    )
+
+
+class Records(Watch):
+    """Reads the records of every axis while lines are streamed."""
+
+    def __init__(self, board: SimulatedBoard) -> None:
+        self.board = board
+
+    @property
+    def look_s(self) -> float:
+        """Seconds between two looks."""
+        return RECORDS_S
+
+    def seen(self, registers: Mapping[int, Mapping[str, int]]) -> None:
+        """Read the records."""
+        for axis in registers:
+            self.board.board.records(axis)
+
+
+def arm_cycle(trial: Trial) -> int:
+    """The cycle at which the host arms: between two clock edges, when all is uploaded."""
+    job = trial.job
+    period = job.clock_period
+    ticks_a_ms = period * job.pixel_hz / 1000
     entries = sum(len(queue_entries(line)) for line in job.lines.values())
     boot = Fraction(BOOT_S) * 1000 * ticks_a_ms
     ready = boot + (UPLOAD_MS * len(job.lines) + ENTRY_MS * entries) * ticks_a_ms
+    ready += MEASURED_MS * ticks_a_ms + MEASURED_EDGES * period if job.locked else 0
     start = CLOCK_START_MS * ticks_a_ms
-    return int(start + ((ready - start) // job.period + Fraction(3, 2)) * job.period)
+    return int(start + ((ready - start) // period + 1 + trial.phase) * period)
 
 
 def read(csv: bytes) -> list[Edge]:
@@ -222,59 +346,168 @@ def moved_pixels(old: Made, new: Made, period: Fraction) -> int:
     A line starts on the first pixel clock edge by which it is decoded far enough ahead: a faster or
     slower decoder may take another edge. Within the line no edge moves.
     """
-    firsts = [
-        next((edge.cycle for edge in made.edges if edge.signal == b"STEP"), 0)
-        for made in (old, new)
-    ]
-    cycles = firsts[1] - firsts[0]
+    cycles = first_step(new) - first_step(old)
     pixels = round(cycles / period)
     if abs(cycles - pixels * period) > 1:
         return 0
+    back = aligned(old, new)
+    return 0 if difference(old, back) and not falls_elsewhere(old, back) else pixels
+
+
+def step_rows(made: Made, levels: tuple[bytes, ...] = (b"0", b"1")) -> list[tuple[bytes, int]]:
+    """Return what each STEP edge to these levels is and its cycle, axis by axis."""
+    return sorted(
+        (edge.rest, edge.cycle)
+        for edge in made.edges
+        if edge.signal == b"STEP" and edge.rest[-1:] in levels
+    )
+
+
+def same_but_for_cycles(old: Made, new: Made) -> bool:
+    """True if two runs have the same edges in the same order, and end alike."""
+    kinds = [[rest for rest, _ in step_rows(made)] for made in (old, new)]
+    software = [[row for row in made.rows if row.startswith(b"after")] for made in (old, new)]
+    return kinds[0] == kinds[1] and software[0] == software[1] and old.ended == new.ended
+
+
+def falls_elsewhere(old: Made, new: Made) -> bool:
+    """True if nothing but the ends of pulses differs."""
+    rising = (b"1",)
+    return same_but_for_cycles(old, new) and step_rows(old, rising) == step_rows(new, rising)
+
+
+def near_ticks(old: Made, new: Made) -> int | None:
+    """How far the rising STEP edges of two runs are apart at most; None if they differ in more."""
+    if not same_but_for_cycles(old, new):
+        return None
+    pairs = zip(step_rows(old, (b"1",)), step_rows(new, (b"1",)), strict=True)
+    return max((abs(one - other) for (_, one), (_, other) in pairs), default=0)
+
+
+def answers(old: Made, new: Made, tick_hz: int) -> bool:
+    """True if two runs are the same up to what came from outside, and end alike."""
+    if old.event is None or new.event is None or old.ended != new.ended:
+        return False
+    if MISCOUNTED in old.ended:
+        return False
+    event = min(old.event, new.event)
+    firsts = [
+        replace(made, edges=[edge for edge in made.edges if edge.cycle < event])
+        for made in (old, new)
+    ]
+    lasts = [max((edge.cycle for edge in made.edges), default=0) for made in (old, new)]
+    apart_ms = abs(lasts[0] - lasts[1]) * 1000 / tick_hz
+    return not difference(*firsts) and apart_ms <= ANSWER_MS
+
+
+def first_step(made: Made) -> int:
+    """The cycle of the first STEP edge, 0 if there is none."""
+    return next((edge.cycle for edge in made.edges if edge.signal == b"STEP"), 0)
+
+
+def aligned(old: Made, new: Made) -> Made:
+    """Return the new run as if it had begun where the old one did."""
+    cycles = first_step(new) - first_step(old)
     back = [replace(edge, cycle=edge.cycle - cycles) for edge in new.edges]
-    return 0 if difference(old, replace(new, edges=back)) else pixels
+    return Made(back, new.ended, None if new.event is None else new.event - cycles)
 
 
-def describe(job: Job, number: int) -> str:
-    """A job in words, enough to run it again."""
+def describe(trial: Trial, number: int) -> str:
+    """A trial in words, enough to run it again."""
+    job = trial.job
     lines = ", ".join(
         f"axis {axis} {line.name}, {line.pixels} pixels" for axis, line in job.lines.items()
     )
-    return f"run {number} ({lines}, {float(job.pixel_hz):.2f} Hz)"
+    parts = [f"{float(job.pixel_hz):.2f} Hz", *job.flaws.texts()]
+    parts += [f"{job.pixel_ppm:+g} ppm"] if job.pixel_ppm else []
+    parts += [f"divider {job.divider}"] if job.divider > 1 else []
+    return f"run {number} ({trial.kind}: {lines}, {', '.join(parts)})"
+
+
+def begins_elsewhere(old: Made, new: Made, period: Fraction) -> bool:
+    """True if two runs begin about whole periods of the clock apart."""
+    cycles = first_step(new) - first_step(old)
+    pixels = round(cycles / period)
+    return pixels != 0 and abs(cycles - pixels * period) < period / 8
+
+
+def run_both(
+    trial: Trial, run_old: Callable[[Trial], Made], run_new: Callable[[Trial], Made]
+) -> tuple[Made, Made]:
+    """Run a trial on both images, so armed that both begin on the same edge of the clock."""
+    for phase in PHASES:
+        armed = replace(trial, phase=phase)
+        old, new = run_old(armed), run_new(armed)
+        if trial.seek or not begins_elsewhere(old, new, trial.job.clock_period):
+            break
+    return old, new
 
 
 def compare(
-    wanted: list[Job],
-    run_old: Callable[[Job], Made],
-    run_new: Callable[[Job], Made],
+    wanted: list[Trial],
+    run_old: Callable[[Trial], Made],
+    run_new: Callable[[Trial], Made],
     show: Progress = unseen,
 ) -> Outcome:
-    """Run every job on both and count."""
+    """Run every trial on both and count."""
     outcome = Outcome()
-    for number, job in enumerate(wanted):
-        old, new = run_old(job), run_new(job)
+    for number, trial in enumerate(wanted):
+        old, new = run_both(trial, run_old, run_new)
         outcome.runs += 1
         outcome.steps += old.steps
         outcome.edges += len(old.edges)
         outcome.refused += old.ended.startswith("refused")
+        outcome.kinds[trial.kind] = outcome.kinds.get(trial.kind, 0) + 1
+        outcome.ends[old.ended] = outcome.ends.get(old.ended, 0) + 1
         outcome.direction_shift_cycles = max(outcome.direction_shift_cycles, shift(old, new))
-        found = difference(old, new)
-        if found and moved_pixels(old, new, job.period):
-            outcome.moved += 1
-        elif found:
-            outcome.differing += 1
-            outcome.first = outcome.first or f"{describe(job, number)}: {found}"
+        judge(trial, number, old, new, outcome)
         show((number + 1) / len(wanted))
     return outcome
+
+
+def judge(trial: Trial, number: int, old: Made, new: Made, outcome: Outcome) -> None:
+    """Count a run that differs."""
+    found = difference(old, new)
+    why = excuse(trial, old, new) if found else ""
+    if why:
+        outcome.excused[why] = outcome.excused.get(why, 0) + 1
+    elif found:
+        outcome.differing += 1
+        outcome.first = outcome.first or f"{describe(trial, number)}: {found}"
+    if why == NEAR:
+        outcome.near_ticks = max(outcome.near_ticks, near_ticks(old, new) or 0)
+
+
+def excuse(trial: Trial, old: Made, new: Made) -> str:
+    """Return how a run differs as that of a faster or slower image may; empty if otherwise."""
+    if trial.seek:
+        new = aligned(old, new)
+        if not difference(old, new):
+            return MOVED
+    if falls_elsewhere(old, new):
+        return FALLS
+    near = near_ticks(old, new) if trial.job.locked else None
+    jitter_ticks = trial.job.flaws.jitter_us * trial.job.tick_hz / 1e6
+    if near is not None and near <= LOCK_TICKS + jitter_ticks:
+        return NEAR
+    if answers(old, new, trial.job.tick_hz):
+        return ANSWERED
+    return MOVED if moved_pixels(old, new, trial.job.clock_period) else ""
 
 
 def report(board: str, outcome: Outcome) -> bool:
     """Print the counts; return True if there were edges and none differed."""
     print(
         f"{board}: {outcome.runs} runs, {outcome.steps} steps, {outcome.edges} edges compared, "
-        f"{outcome.refused} runs refused before, {outcome.moved} begin at another pixel edge, "
-        f"{outcome.differing} runs differ"
+        f"{outcome.refused} runs refused before, {outcome.differing} runs differ"
     )
+    for why in (MOVED, FALLS, NEAR, ANSWERED):
+        print(f"{outcome.excused.get(why, 0)} {why}")
+    if outcome.near_ticks:
+        print(f"locked steps are up to {outcome.near_ticks} ticks from their old places")
     print(f"DIR edges are up to {outcome.direction_shift_cycles} cycles from their old places")
+    print(f"runs: {', '.join(f'{count} {kind}' for kind, count in outcome.kinds.items())}")
+    print(f"they ended: {'; '.join(f'{count} {end}' for end, count in outcome.ends.items())}")
     if outcome.first:
         print(f"first difference: {outcome.first}")
     return outcome.steps > 0 and not outcome.differing
@@ -287,7 +520,9 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("new", type=Path, help="image now (ELF)")
     parser.add_argument("--board", required=True, choices=boards.BOARD_NAMES)
     parser.add_argument("--lines", type=int, default=400, help="random lines (default: 400)")
+    parser.add_argument("--trials", type=int, default=40, help="of each other kind (default: 40)")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--quick", action="store_true", help="20 lines, 3 trials of each kind")
     return parser.parse_args()
 
 
@@ -295,12 +530,13 @@ def main() -> None:
     """Run all jobs on both images."""
     options = arguments()
     try:
-        wanted = jobs(options.board, options.lines, options.seed)
+        lines, others = (20, 3) if options.quick else (options.lines, options.trials)
+        wanted = wanted_trials(options.board, lines, others, options.seed)
         with progress.shown("comparing") as show:
             outcome = compare(
                 wanted,
-                lambda job: run_image(job, options.old),
-                lambda job: run_image(job, options.new),
+                lambda trial: run_image(trial, options.old),
+                lambda trial: run_image(trial, options.new),
                 show,
             )
     except UserError as error:

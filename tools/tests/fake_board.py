@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""A test double of boards on a line, at the level of bytes: register map 4, settings, safety.
+"""A test double of boards on a line, at the level of bytes: register map 5, settings, safety.
 
 It stands where the simulator's pipe does (`transmit`), so the real client talks to it. It knows
 the rules of the map, not the motion: a line that runs is done when its pixels have passed.
 """
 
 from dataclasses import dataclass, field
+from functools import partial
 
 from clock import TICK_HZ
 from fake_modbus import ADDRESS, BUSY, FAILURE, VALUE, FakeServer, RefusalError
@@ -120,6 +121,9 @@ class FakeBoard(FakeServer):
         self.fault = (0, 0, 0, 0)  # code, argument, axis, pixel
         self.events = []
         self.commands = []  # (name, mask, argument)
+        self.first_edge = 60_000 + 977 * unit  # its count of clock edges began there
+        self.mark = (0, 0, 0)  # count, edge, seconds since that edge
+        self.zero_edge = 0
         self.counters = dict.fromkeys(range(11, 19), 0)
 
     def intervals(self):
@@ -201,7 +205,11 @@ class FakeBoard(FakeServer):
             "fault_mask_high": 1 << code >> 16, "inputs": self.inputs_bits,
             "pixel_edges": int(self.clock_hz * self.world.time) if self.clock else 0,
             "outputs": self.drivers | self.permit << 8, "settings_serial": self.serial,
-            "settings_state": self.settings_state(),
+            "settings_state": self.settings_state(), "clock_edge": self.edge() & 0xFFFF,
+            "mark_count": self.mark[0] & 0xFF, "mark_edge": self.mark[1] & 0xFFFF,
+            "mark_ticks": round(self.mark[2] * boards.load(self.kind).tick_hz),
+            "zero_edge": self.zero_edge, "mark_steady": self.mark[0] > 0,
+            "ready": any(axis.state == "armed" for axis in self.axes),
         }  # fmt: skip
         return known.get(name, self.values.get(name, 0))
 
@@ -211,6 +219,13 @@ class FakeBoard(FakeServer):
             self.clock | ("armed" in states) << 1 | ("running" in states) << 2
             | bool(self.fault[0]) << 3 | self.estop << 4 | self.permit << 5
         )  # fmt: skip
+
+    def edge(self):
+        """Return the number of the newest clock edge, by this board's own count."""
+        return self.first_edge + int(self.world.time * self.edge_hz())
+
+    def edge_hz(self):
+        return self.setting("pixel_hz_num") / self.setting("pixel_hz_den")
 
     def settings_state(self):
         storing = self.world.time < self.storing_until
@@ -285,9 +300,9 @@ class FakeBoard(FakeServer):
         if first == regs.QUEUE_WINDOW:
             self.queue(words)
             return
-        if first == regs.COMMAND_BASE and 2 <= len(words) <= 3:
+        if first == regs.COMMAND_BASE and 2 <= len(words) <= 4:
             names = {code: name for name, code in regs.COMMANDS.items()}
-            mask, code, argument = (*words, 0)[:3]
+            mask, code, argument, self.named_edge = (*words, 0, 0)[:4]
             if code not in names:
                 raise RefusalError(VALUE)
             self.obey(names[code], mask, argument)
@@ -360,11 +375,24 @@ class FakeBoard(FakeServer):
                 self.start(axis)
 
     def obey_go(self, _chosen, _mask, token):
+        ahead = (self.named_edge - self.edge()) & 0xFFFF
         for axis in (axis for axis in self.axes if axis.state == "armed"):
             if axis.token != token:
                 self.latch("wrong_token", axis.token)
                 return
+            if not self.named_edge or not 1 < ahead < 0x8000:
+                raise RefusalError(FAILURE)
+            self.zero_edge = self.named_edge
+            edges = self.edge() - self.first_edge + ahead
+            self.world.later(edges / self.edge_hz() - self.world.time, partial(self.begin, axis))
+
+    def begin(self, axis):
+        if axis.state == "armed":
             self.start(axis)
+
+    def obey_mark(self, *_):
+        since_s = self.world.time % (1 / self.edge_hz())
+        self.mark = (self.mark[0] + 1, self.edge(), since_s)
 
     def start(self, axis):
         axis.state, axis.started_s = "running", self.world.time

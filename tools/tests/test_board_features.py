@@ -4,7 +4,7 @@
 import pytest
 
 from console import put
-from pixstep.board import features, run
+from pixstep.board import features, run, together
 from pixstep.board.device import Board
 from pixstep.board.errors import MissingFeatureError
 from test_board_nonsense import PROFILE
@@ -65,7 +65,7 @@ def test_boards_are_started_together_only_if_all_know_tokens(two):
     two.boards[1].without("tokens")
     group = [run.Lines(Board(two.client, unit), [0]) for unit in (1, 2)]
     with pytest.raises(MissingFeatureError, match=r"board 2: .* without tokens"):
-        run.start_together(group, two.world)
+        together.start(group, two.world)
     assert not two.boards[0].commands and not two.boards[1].commands
 
 

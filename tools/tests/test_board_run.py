@@ -7,6 +7,7 @@ import pytest
 
 from console import put
 from fake_board import FakeAxis
+from fake_modbus import FAILURE, RefusalError
 from pixstep import natives
 from test_board_stop import BROADCAST
 
@@ -180,7 +181,7 @@ def test_start_together(two):
     for board in two.boards:
         assert ("arm", 1, token) in board.commands and ("go", 1, token) in board.commands
         assert board.axes[0].state == "running"
-    assert abs(two.boards[0].axes[0].started_s - two.boards[1].axes[0].started_s) < 1e-9
+    assert abs(two.boards[0].axes[0].started_s - two.boards[1].axes[0].started_s) < 1e-6
 
 
 def test_start_together_or_not_at_all(two):
@@ -226,9 +227,76 @@ def test_a_board_that_may_be_armed_is_disarmed(two):
 def test_a_board_that_does_not_hear_go_is_named(two):
     for unit in (1, 2):
         two.out("upload", put([5] * 200), "--decode", "plain", "--unit", unit)
-    two.boards[1].obey_go = lambda *_: None
+    two.boards[1].begin = lambda _axis: None
     text = two.err("start", "--unit", "1,2")
-    assert "board 2: axis 0 is still armed while others move: it has not heard go" in text
+    assert "board 2: axis 0 is still armed while the clock runs" in text
+    assert [board.axes[0].state for board in two.boards] == ["empty", "empty"]
+
+
+def loaded_boards(two, pixels=200):
+    for unit in (1, 2):
+        two.out("upload", put([5] * pixels), "--decode", "plain", "--unit", unit)
+
+
+def test_boards_begin_on_one_edge_each_by_its_own_count(two):
+    loaded_boards(two)
+    two.boards[1].first_edge = 0xFFFF - two.boards[1].edge() + two.boards[1].first_edge  # wraps
+    two.out("start", "--unit", "1,2")
+    begun = [board.axes[0].started_s for board in two.boards]
+    assert begun[0] == pytest.approx(begun[1], abs=1e-6)
+
+
+def test_an_edge_that_one_board_misses_behind_go_stops_all(two):
+    loaded_boards(two)
+    go = two.boards[1].obey_go
+
+    def go_and_miss_an_edge(*arguments):
+        go(*arguments)
+        two.boards[1].first_edge -= 1
+
+    two.boards[1].obey_go = go_and_miss_an_edge
+    text = two.err("start", "--unit", "1,2")
+    assert "boards 1 and 2 have counted different numbers of clock edges" in text
+    assert [board.axes[0].state for board in two.boards] == ["empty", "empty"]
+
+
+def test_counts_of_edges_are_compared_at_the_end(two):
+    loaded_boards(two, 30)
+    two.world.later(1.5, lambda: setattr(two.boards[0], "first_edge", 60_000 + 977 + 1))
+    text = two.err("start", "--unit", "1,2", "--wait")
+    assert "counted different numbers of clock edges since line zero" in text
+    assert "board 1 3" in text and "board 2 3" in text
+
+
+def test_a_board_that_refuses_go_is_named_and_none_moves(two):
+    loaded_boards(two)
+
+    def refuse(*_):
+        raise RefusalError(FAILURE)
+
+    two.boards[1].obey_go = refuse
+    text = two.err("start", "--unit", "1,2")
+    assert "board 2: it refuses to go: the edge is too near" in text
+    assert [board.axes[0].state for board in two.boards] == ["empty", "empty"]
+
+
+def test_boards_on_different_clocks_are_not_started(two):
+    loaded_boards(two)
+    mark = two.boards[1].obey_mark
+
+    def mark_half_a_period_off(*arguments):
+        mark(*arguments)
+        count, edge, since_s = two.boards[1].mark
+        two.boards[1].mark = (count, edge, since_s + 0.5 / 30)
+
+    two.boards[1].obey_mark = mark_half_a_period_off
+    assert "boards 1 and 2 see clock edges 0.50 periods apart" in two.err("start", "--unit", "1,2")
+
+
+def test_a_board_that_hears_no_broadcast_is_named(two):
+    loaded_boards(two)
+    two.boards[1].obey_mark = lambda *_: None
+    assert "board 2: it does not hear broadcasts" in two.err("start", "--unit", "1,2")
 
 
 def test_start_with_a_wrong_token_names_the_fault(two):

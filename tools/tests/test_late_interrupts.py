@@ -76,11 +76,12 @@ def run(bench, counts, period, most=0, seed=0, *, aimed=False, sync="lock"):
     return bench.fault_name()
 
 
-def rising(bench, axis, seconds_before_end=0.0):
-    """Return the cycles of the axis's STEP edges, those of the last seconds left out."""
-    edges = [int(edge) for edge in read_edges(bench.edges_path).axis(0, axis).rising]
-    last = edges[-1] - seconds_before_end * boards.load(bench.name).tick_hz
-    return [edge for edge in edges if edge <= last]
+def rising(bench, seconds_before_end=0.0):
+    """Return the cycles of each axis's STEP edges, those of its last seconds left out."""
+    left_out = seconds_before_end * boards.load(bench.name).tick_hz
+    log = read_edges(bench.edges_path)
+    made = {axis: log.axis(0, axis).rising for axis in bench.axes}
+    return {axis: edges[edges <= edges[-1] - left_out].tolist() for axis, edges in made.items()}
 
 
 def intervals(edges):
@@ -96,8 +97,9 @@ def assert_on_the_clock(bench, edges, count):
 
 def assert_exact(bench, counts, period):
     """Each interval is a whole tick beside the ideal one, each pixel ends with the clock's edge."""
+    made = rising(bench)
     for axis, count in counts.items():
-        edges = rising(bench, axis)
+        edges = made[axis]
         assert len(edges) == sum(pixels(count))
         ideal = [period / n for n in pixels(count) for _ in range(n)]
         off = [abs(found - ideal[k]) for k, found in enumerate(intervals(edges), 1)]
@@ -160,9 +162,9 @@ def test_a_clock_edge_that_waits_is_placed_in_its_own_period(bench_of):
         with bench_of("mega", tuple(counts)) as bench:
             fault = run(bench, counts, ppm(HZ, 0), most=45, seed=seed)
             assert fault in ("none", "underrun")
+            made = rising(bench, 0.0 if fault == "none" else NAMED_WITHIN_S)
             for axis, count in counts.items():
-                left_out_s = 0.0 if fault == "none" else NAMED_WITHIN_S
-                edges = rising(bench, axis, left_out_s)
+                edges = made[axis]
                 assert len(edges) >= sum(pixels(count)[:2])  # steps
                 assert_on_the_clock(bench, edges, count)
 
@@ -172,14 +174,14 @@ def assert_as_undisturbed(bench_of, board, counts, most, *, aimed=False):
     period = ppm(HZ, 0, boards.load(board).tick_hz)
     with bench_of(board, tuple(counts)) as bench:
         assert run(bench, counts, period, sync="start") == "none"
-        wanted = {axis: intervals(rising(bench, axis)) for axis in counts}
+        wanted = {axis: intervals(edges) for axis, edges in rising(bench).items()}
     for seed in (1, 2, 3):
         with bench_of(board, tuple(counts)) as bench:
             fault = run(bench, counts, period, most, seed, aimed=aimed, sync="start")
             assert fault in ("none", "underrun")
+            made = rising(bench, 0.0 if fault == "none" else NAMED_WITHIN_S)
             for axis, count in counts.items():
-                left_out_s = 0.0 if fault == "none" else NAMED_WITHIN_S
-                found = intervals(rising(bench, axis, left_out_s))
+                found = intervals(made[axis])
                 assert len(found) + 1 >= sum(pixels(count)[:2])  # steps
                 assert found == wanted[axis][: len(found)]
 

@@ -299,15 +299,24 @@ def test_a_clock_beyond_the_tolerance_is_a_named_fault(tmp_path):
 
 
 @pytest.mark.usefixtures("simulator")
-@pytest.mark.parametrize(("jitter_us", "first"), [(0.0, 0), (1.0, 30)])
-def test_two_boards_on_one_clock_end_their_pixels_together(tmp_path, jitter_us, first):
+@pytest.mark.parametrize(
+    ("names", "ppm", "jitter_us", "first"),
+    [
+        (("uno", "mega"), 0, 0.0, 0),
+        (("uno", "mega"), 0, 1.0, 30),
+        (("uno", "mega"), 900, 0.0, 0),
+        (("mega", "m1284"), -900, 0.0, 0),
+    ],
+)
+def test_two_boards_on_one_clock_end_their_pixels_together(tmp_path, names, ppm, jitter_us, first):
     """From the first pixel on; with jitter once a waiting line's own guess of it has died out."""
     line = Line((4,) * cases(300, 10_000), PLAIN)
     hz = Fraction(1000)
     edges = tmp_path / "edges.csv"
-    images = [(name, natives.image(name)) for name in BOARDS]
+    images = [(name, natives.image(name)) for name in names]
     flaws = ClockFlaws(jitter_us=jitter_us)
-    options = SimOptions(images, hz, pixel_ppm=-700, edges=edges, flaws=flaws)
+    off = {1: ppm} if ppm else {}
+    options = SimOptions(images, hz, pixel_ppm=-700, edges=edges, flaws=flaws, oscillators_ppm=off)
     with SimLink(options) as link:
         runs = [BoardRun(link, unit + 1) for unit in range(len(images))]
         for each in runs:
@@ -370,9 +379,10 @@ def test_the_drawing_and_the_words_of_a_locked_run(tmp_path, invoke):
     words = ("sim", "p.csv", "--board", "uno", "--decode", "plain", "--pixel-hz", "200")
     flaws = ("--pixel-jitter-us", "5", "--pixel-wander-ppm", "50", "--pixel-drop", "40")
     more = ("--pixel-double", "90", "--pixel-step-ppm", "100@50", "--plot", "--out", "run")
+    more += ("--pixel-gate", "250,5")
     page = " ".join(invoke(*words, "--sync", "lock", *flaws, *more).stdout.split())
     assert "locked to the clock, jitter 5 us rms, wander 50 ppm, +100 ppm from edge 50 on" in page
-    assert "1 edge of 40 missing, 1 edge of 90 doubled" in page
+    assert "1 edge of 40 missing, 1 edge of 90 doubled, gate of 250 edges, rests of 5 ms" in page
     assert Path("run/clock.png").stat().st_size > 10_000
     assert "free of the clock" in " ".join(
         invoke(*words, "--sync", "free", "--out", "run").stdout.split()
@@ -389,6 +399,9 @@ def test_the_drawing_and_the_words_of_a_locked_run(tmp_path, invoke):
         ("--pixel-ppm", "NaN", "'NaN' is not a number"),
         ("--pixel-wander-ppm", "nan", "'nan' is not a number"),
         ("--pixel-drop", "1", "x>=2"),
+        ("--pixel-gate", "5", "expected EDGES,REST_MS"),
+        ("--pixel-gate", "0,5", "an edge at least"),
+        ("--pixel-gate", "5,nan", "a rest of 3600000 ms at most"),
         ("--divider", "1001", "1<=x<=1000"),
         ("--sync", "phase", "'free', 'start', 'lock'"),
     ],

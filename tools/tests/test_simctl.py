@@ -3,16 +3,20 @@
 and safety stand on.
 """
 
+from fractions import Fraction
+
 import pytest
 
 from bench import Bench
+from pixstep import natives
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.edges import read_edges
-from pixstep.simulation.simctl import SimulatorError
+from pixstep.simulation.simboard import SimLink
+from pixstep.simulation.simctl import SimOptions, SimulatorError
 
 pytestmark = pytest.mark.usefixtures("simulator")
 BOARDS = boards.BOARD_NAMES
@@ -163,6 +167,49 @@ def test_last_edges(board, tmp_path):
         bench.sim.command("flush")
         before, last = read_edges(tmp_path / "edges.csv").axis(0, 0).rising[-2:]
         assert bench.sim.command("last 0 0") == f"last 20 0 {last} {before}"
+
+
+def test_several_boards_power_up_apart(tmp_path):
+    """Each at a cycle of its own, another one by another seed; a board alone at the start."""
+    images = [(name, natives.image(name)) for name in ("uno", "mega", "uno")]
+
+    def booted(seed, **more):
+        with SimLink(SimOptions(images, Fraction(100), seed=seed, **more)) as link:
+            units = [link.board(unit) for unit in (1, 2, 3)]
+            assert [unit.input("reset_cause") for unit in units] == [1, 1, 1]
+            return [row["interrupt_cycles"] for row in link.simulator.stats()["boards"]]
+
+    apart, other, together = booted(1), booted(2), booted(1, power_up_ms=0)
+    assert booted(1) == apart != other
+    assert abs(together[0] - together[2]) < abs(apart[0] - apart[2])
+    assert "--power-up-ms" not in SimOptions(images[:1], Fraction(100)).arguments()
+
+
+def test_flaws_of_one_boards_pin(tmp_path):
+    """Two boards count what reaches their pins: one edge less, one or two more, none in a rest."""
+    images = [(name, natives.image(name)) for name in ("uno", "mega")]
+    log = tmp_path / "pins.csv"
+    with SimLink(SimOptions(images, Fraction(100), pin_log=log)) as link:
+        sim = link.simulator
+        sim.miss_edge(0, 2)
+        sim.add_edge(1, 3, 0.4)
+        sim.double_edge(1, 5)
+        sim.wait_s(0.205)
+        sim.clock("rest 300000")
+        sim.false_edge(0)
+        sim.false_edge(1, at=sim.cycle + 1000)
+        sim.pin_jitter(1, 20_000)
+        sim.wait_s(0.5)
+        sim.flush()
+    rows = [text.split(",") for text in log.read_text().splitlines()[1:]]
+    pins = [[(int(c), kind) for c, b, kind in rows if b == board] for board in "01"]
+    kinds = [[kind for _, kind in pin] for pin in pins]
+    assert [one.count("true") for one in kinds] == [len(kinds[1]) - 4, len(kinds[1]) - 3]
+    assert [one.count("false") for one in kinds] == [1, 3]
+    true = [[c for c, kind in pin if kind == "true"] for pin in pins]
+    assert set(true[0]) - set(true[1]) and len(set(true[1][:20]) - set(true[0])) == 1
+    resting = [[c for c, _ in pin if 0.275 <= c / sim.tick_hz < 0.57] for pin in pins]
+    assert [len(one) for one in resting] == [1, 1]
 
 
 def test_another_pixel_frequency():

@@ -113,7 +113,7 @@ def test_a_fault_before_the_first_step_is_in_the_first_pixel():
         bench.until(lambda: bench.state(0) == "done")
         bench.load(RUNNING)
         bench.board.command("arm", [0], 5)
-        bench.board.go(6)
+        bench.board.go(6, 1)
         bench.sim.wait_s(5e-3)
         assert bench.fault() == "wrong_token"
         assert bench.board.input("fault_pixel") == 1

@@ -143,6 +143,9 @@ def test_malformed_edge_list(tmp_path, text, message):
         "1,0,-2,STEP,1",
         "1,0,0,7,1",
         "1,0,0\nSTEP,1,1,0,0,STEP,1",
+        "1E5,0,0,STEP,1",
+        "1,0,0,S,1",
+        "1,0,0,STEP,",
     ],
 )
 def test_a_malformed_edge_is_named(tmp_path, row):

@@ -4,12 +4,14 @@
 Verdicts are cycles and states of the simulated board; wall-clock time only guards against hanging.
 """
 
+import itertools
 import json
 import os
 import resource
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from fractions import Fraction
 
 import pytest
@@ -97,6 +99,12 @@ def order(text, kind=MEGA):
         ("clock 61kHz", "at most 60000 Hz"),
         ("clock 100000ppm", "less than 100000 ppm"),
         ("clock drop x", "expected clock"),
+        ("clock gate 3", "expected clock"),
+        ("clock gate x 3ms", "expected clock"),
+        ("clock rest soon", "time 'soon'"),
+        ("clock rest 3601s", "at most 3600 s"),
+        ("clock jitter 11ms", "at most 0.01 s"),
+        ("clock jump 1", "expected clock"),
         ("load 0", "expected load AXIS PARAMETERS"),
         ("load 0 home", "expected load"),
         ("load 9 home=3", "axis 9: the mega has"),
@@ -218,6 +226,32 @@ def test_switches_by_hand_and_of_mechanics(bench):
         order(text).act(bench)
         bench.wait(0.002)
         assert closed(axis) == wanted, text
+
+
+def test_a_clock_that_is_gated_rests_and_strays(simulator, tmp_path):
+    log = tmp_path / "pins.csv"
+    gated = virtualbench.options("mega", HZ, gate=(4, 5))
+    with VirtualBench(replace(gated, pin_log=log)) as bench:
+        parts = ("clock gate 2 30ms", "clock gate off", "clock rest 40ms", "clock jitter 1ms")
+        marks = [bench.simulator.cycle]
+        for text in (*parts, "clock jitter 0us", "clock false"):
+            order(text).act(bench)
+            bench.wait(0.2)
+            marks.append(bench.simulator.cycle)
+        bench.simulator.quit()
+    rows = [text.split(",") for text in log.read_text().splitlines()[1:]]
+    edges = [int(cycle) for cycle, _, kind in rows if kind == "true"]
+    gaps = [
+        [(b - a) / MS for a, b in itertools.pairwise(edges) if begin <= a and b < end]
+        for begin, end in itertools.pairwise([0, *marks])
+    ]
+    assert set(gaps[0]) == {10, 15} and gaps[0].index(15) == 3
+    assert set(gaps[1][1:]) == {10, 40} and set(gaps[2][1:]) == {10}
+    assert sorted(set(gaps[3])) == [10, 50] and gaps[3].count(50) == 1
+    assert len(set(gaps[4])) > 10 and all(abs(gap - 10) <= 2 for gap in gaps[4])
+    assert set(gaps[5][2:]) == {10} and set(gaps[6]) == {10}
+    false = [int(cycle) for cycle, _, kind in rows if kind == "false"]
+    assert len(false) == 1 and 0 <= false[0] - marks[5] < 1000
 
 
 def test_what_a_script_waits_for(bench):

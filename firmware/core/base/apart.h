@@ -35,3 +35,11 @@
 #else
 #define APART_SMALL inline __attribute__((always_inline))
 #endif
+
+// APART_LARGE: APART where the image is built for speed; where it is built for size alone the
+// function takes less flash, or less stack, inside its caller.
+#if defined(__OPTIMIZE_SIZE__)
+#define APART_LARGE
+#else
+#define APART_LARGE APART
+#endif

@@ -186,23 +186,61 @@ static bool start_queued(const struct axis *axis)
     return segment_queue_fill(&axis->queue) > LINE_HEAD_ENTRIES * SEGMENT_MOST;
 }
 
+// What the steps before a line have taken up of the play.
+enum before {
+    // The ledger tells: all of the steps are made.
+    BEFORE_MADE,
+    // All of it: they end with a line that has backlash, the same as the next one.
+    BEFORE_ALL,
+    // Nobody knows: they end with another line, which is not made yet.
+    BEFORE_UNKNOWN,
+};
+
+// Let the line that was begun take up what is lacking of its backlash.
+static APART void begin_play(struct axis *axis, enum before before)
+{
+    struct line *line = &axis->line;
+    struct ledger *ledger = &axis->ledger;
+    BY_POINTER_SMALL(axis);
+    BY_POINTER_SMALL(line);
+    BY_POINTER_SMALL(ledger);
+    uint16_t steps = line->backlash_steps;
+
+    play_tell(&ledger->play, ledger_settle_play(ledger), steps);
+    uint16_t lacking = ledger_settle_play(ledger);
+    bool unknown = !play_known(&ledger->play);
+
+    if (before != BEFORE_MADE) {
+        lacking = steps;
+        unknown = before != BEFORE_ALL;
+    }
+    // Up to here it is what is taken up in the direction of the steps before.
+    if (line->negative == axis->feed.negative) {
+        lacking = steps - lacking;
+    }
+    if (unknown) {
+        lacking = steps;
+    }
+    axis->play_unknown = unknown;
+    line->backlash_steps = lacking;
+    if (lacking == 0) {
+        line->shifted = false;
+    }
+}
+
 static void axis_begin_line(struct axis *axis,
                             const struct pixel_period *period,
-                            bool always_take_up)
+                            enum before before)
 {
-    uint8_t flags = (uint8_t)segment_queue_front_word(&axis->queue);
-    BY_BYTE(flags);
-    bool negative = (flags & LINE_START_NEGATIVE) != 0;
-
-    if (!axis->direction_known || negative != axis->feed.negative) {
-        always_take_up = true;
+    line_begin(&axis->line, period, &axis->queue);
+    if (FEATURE_BACKLASH && axis->line.shifted) {
+        begin_play(axis, before);
     }
-    line_begin(&axis->line, period, &axis->queue, always_take_up);
     axis->phase = DECODE_PIECE;
     feed_mark_here(&axis->feed, true, 0);
 }
 
-bool axis_arm(struct axis *axis, const struct pixel_period *period, bool always_take_up)
+bool axis_arm(struct axis *axis, const struct pixel_period *period)
 {
     BY_POINTER_SMALL(axis);
     bool clocked = axis_waits_for_edge(axis) && !lock_grid_now()->ignored;
@@ -212,7 +250,7 @@ bool axis_arm(struct axis *axis, const struct pixel_period *period, bool always_
     }
     axis->clocked = clocked;
     feed_hold(&axis->feed);
-    axis_begin_line(axis, period, always_take_up);
+    axis_begin_line(axis, period, BEFORE_MADE);
     if (clocked && lock_grid_now()->locks) {
         line_grid_start_locked(&axis->line.edges);
     }
@@ -280,20 +318,19 @@ static bool line_chains(const struct axis *axis)
             (LINE_START_WAIT | LINE_START_SEEK)) == 0;
 }
 
-void axis_line_decoded(struct axis *axis,
-                       const struct pixel_period *period,
-                       bool always_take_up)
+void axis_line_decoded(struct axis *axis, const struct pixel_period *period)
 {
     BY_POINTER_SMALL(axis);
     if (axis->whole_lines != 0) {
         axis->whole_lines--;
     }
-    axis->direction_known = true;
     if (line_chains(axis)) {
         struct line_grid edges = axis->line.edges;
 
         axis->lines_done++;
-        axis_begin_line(axis, period, always_take_up);
+        axis_begin_line(axis,
+                        period,
+                        axis->line.line_speed != 0 ? BEFORE_ALL : BEFORE_UNKNOWN);
         if (line_grid_locked(&edges)) {
             axis->line.edges = edges;
         }

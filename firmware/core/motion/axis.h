@@ -35,7 +35,8 @@ enum block_result {
 //                  ^ |       | ^
 //                  | v       v |
 //               DRY,     AWAITS_TRAIN       EDGE_INSIDE --> STEPS, EDGE_BEHIND --> PIECE
-//        PIXEL_AWAITS_TRAIN
+//        PIXEL_AWAITS_TRAIN,
+//          PIXEL_SINGLES
 enum decode_phase {
     // No line is being decoded.
     DECODE_OUTSIDE,
@@ -46,6 +47,8 @@ enum decode_phase {
     // The next piece is due, a whole pixel as one pulse train, but the interrupt still needs both
     // of its trains.
     DECODE_PIXEL_AWAITS_TRAIN,
+    // Inside a whole pixel whose steps are entries of their own: no pulse train can make them.
+    DECODE_PIXEL_SINGLES,
     // Inside a piece with steps.
     DECODE_STEPS,
     // Inside a piece whose steps are a pulse train, but the interrupt still needs both of its
@@ -64,9 +67,11 @@ struct axis {
     // enum decode_phase.
     uint8_t phase;
     // The line that was armed waits for the pixel clock and follows it.
-    bool clocked;
-    // A line was decoded since reset, so that feed.negative is the direction of the last step.
-    bool direction_known;
+    bool clocked : 1;
+    // A block was taken since reset, so that block next_block - 1 exists.
+    bool any_block : 1;
+    // The newest line with backlash had to begin without knowing how much of the play was taken up.
+    bool play_unknown : 1;
 #if SEVERAL_AXES
     // Steps of an even piece before it is handed over as a pulse train (app/axes.c).
     uint8_t stagger;
@@ -80,8 +85,6 @@ struct axis {
     uint8_t line_error;
     // enum line_error of the first warning about the line queued last.
     uint8_t line_warning;
-    // A block was taken since reset, so that block next_block - 1 exists.
-    bool any_block;
     // Number that the next block must have.
     uint16_t next_block;
     // Lines finished since reset; wraps.
@@ -145,9 +148,7 @@ enum block_result axis_queue_block(struct axis *axis,
                                    const struct block *block);
 
 // Decode the front line ahead: LOADED becomes ARMED. Returns false when there is no line to arm.
-// always_take_up: the backlash policy; when it is false, backlash is inserted only where the
-// direction changes or is not known.
-bool axis_arm(struct axis *axis, const struct pixel_period *period, bool always_take_up);
+bool axis_arm(struct axis *axis, const struct pixel_period *period);
 
 // The front line waits for the pixel clock. For the line that axis_arm() would arm.
 bool axis_waits_for_edge(const struct axis *axis);
@@ -178,9 +179,7 @@ void axis_discard(struct axis *axis, uint8_t ring_slot);
 
 // The decoder has reached the end mark: begin the next line if it follows without a gap, else end
 // the decoding.
-void axis_line_decoded(struct axis *axis,
-                       const struct pixel_period *period,
-                       bool always_take_up);
+void axis_line_decoded(struct axis *axis, const struct pixel_period *period);
 
 // True when the decoder waits for the end of a pulse train.
 static inline bool axis_awaits_train(const struct axis *axis)

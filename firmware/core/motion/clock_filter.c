@@ -22,6 +22,33 @@ void clock_filter_aim(struct clock_filter *filter,
     clock_filter_restart(filter);
 }
 
+void clock_filter_restart(struct clock_filter *filter)
+{
+    filter->count = 0;
+    filter->stages = 1;
+    filter->fresh = 0;
+    filter->doubt = 0;
+}
+
+APART void clock_filter_rest(struct clock_filter *filter)
+{
+    filter->bridged = 0;
+    if (clock_filter_settled(filter)) {
+        filter->fresh = CLOCK_FILTER_RESTS;
+    } else {
+        clock_filter_restart(filter);
+    }
+}
+
+// Something came, or did not, that a clock of this period would not do.
+static APART void doubt(struct clock_filter *filter)
+{
+    filter->doubt = (uint8_t)(filter->doubt + CLOCK_FILTER_DOUBT);
+    if (filter->doubt > CLOCK_FILTER_DOUBT_MOST) {
+        clock_filter_restart(filter);
+    }
+}
+
 // An edge more that settles the filter. The shift grows with each power of two, up to its final
 // value; two more powers and the filter has settled.
 static void grow(struct clock_filter *filter)
@@ -58,7 +85,8 @@ static APART void expect_next(struct clock_filter *filter)
 
 APART bool clock_filter_bridge(struct clock_filter *filter)
 {
-    if (filter->count == 0 || filter->bridged == filter->hold_over) {
+    if (filter->count == 0 || filter->fresh == CLOCK_FILTER_RESTS ||
+        filter->bridged == filter->hold_over) {
         return false;
     }
     filter->bridged++;
@@ -71,15 +99,33 @@ APART bool clock_filter_bridge(struct clock_filter *filter)
     return true;
 }
 
-static void take(struct clock_filter *filter, int32_t error_ticks)
+// far: by more than an eighth of the period.
+static void take(struct clock_filter *filter, int32_t error_ticks, bool far)
 {
     note_error(filter, error_ticks);
     fine_track(filter->pair, error_ticks, filter->shift);
     expect_next(filter);
-    filter->bridged = 0;
+    if (filter->fresh != 0) {
+        filter->fresh--;
+    }
     if (!clock_filter_settled(filter)) {
         grow(filter);
     }
+    if (filter->bridged != 0 || far) {
+        filter->bridged = 0;
+        doubt(filter);
+    } else if (filter->doubt != 0) {
+        filter->doubt--;
+    }
+}
+
+// This edge gives the phase.
+static void expect_behind(struct clock_filter *filter, uint32_t edge_ticks)
+{
+    filter->expected.ticks = edge_ticks;
+    filter->expected.fraction = FINE_TICK_CENTRE;
+    expect_next(filter);
+    filter->bridged = 0;
 }
 
 // This edge is the first one.
@@ -87,41 +133,55 @@ static void begin(struct clock_filter *filter, uint32_t edge_ticks)
 {
     filter->period.ticks = filter->nominal_ticks;
     filter->period.fraction = 0;
-    filter->expected.ticks = edge_ticks;
-    filter->expected.fraction = FINE_TICK_CENTRE;
-    expect_next(filter);
+    expect_behind(filter, edge_ticks);
     filter->count = FIRST_COUNT;
     filter->shift = 0;
     filter->stages = (uint8_t)(filter->shift_final + 2u);
-    filter->bridged = 0;
+}
+
+// A false edge came: drop it.
+static void drop(struct clock_filter *filter)
+{
+    filter->glitches++;
+    // Nobody can tell yet which of the two edges was false: the next one is the first.
+    if (!clock_filter_settled(filter)) {
+        filter->count = 0;
+        return;
+    }
+    if (filter->fresh != 0) {
+        clock_filter_rest(filter);
+    }
+    doubt(filter);
 }
 
 APART bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks)
 {
     BY_POINTER(filter);
-    while (filter->count != 0) {
+    while (filter->count != 0 && filter->fresh != CLOCK_FILTER_RESTS) {
         // A quarter of the period. The first interval must be near the nominal one.
         uint8_t shift = filter->count == FIRST_COUNT ? 4u : 2u;
         int32_t most = (int32_t)(filter->period.ticks >> shift);
         int32_t error = (int32_t)(edge_ticks - filter->expected.ticks);
 
         if (error + most < 0) {
-            filter->glitches++;
-            // Nobody can tell yet which of the two edges was false: the next one is the first.
-            if (!clock_filter_settled(filter)) {
-                filter->count = 0;
-            }
+            drop(filter);
             return false;
         }
         if (error <= most) {
-            take(filter, error);
+            most /= 2;
+            take(filter, error, (uint32_t)(error + most) > 2u * (uint32_t)most);
             return true;
         }
         if (!clock_filter_bridge(filter)) {
-            return false;
+            clock_filter_rest(filter);
         }
     }
-    begin(filter, edge_ticks);
+    if (filter->count == 0) {
+        begin(filter, edge_ticks);
+    } else {
+        expect_behind(filter, edge_ticks);
+        filter->fresh = CLOCK_FILTER_FRESH_EDGES;
+    }
     return true;
 }
 

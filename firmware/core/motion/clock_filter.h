@@ -15,6 +15,13 @@
 //
 // The first two edges give time and period. From there on the shift grows with the number of edges
 // from 1 to its final value, so that early edges count as much as they can: 4 / n among n edges.
+//
+// A clock that rests keeps its period: the first edge after the rest gives the time alone. Until a
+// few edges have come in a row, the phase is new: a false edge then begins the rest again.
+//
+// The filter judges its clock. Each false edge and each gap adds to `doubt`, each good edge takes a
+// little away: a clock of another frequency than the filter's is all false edges or all gaps, and
+// is forgotten.
 #pragma once
 
 #include <stdbool.h>
@@ -25,6 +32,16 @@
 // The final shift lies between these two.
 #define CLOCK_FILTER_SHIFT_MIN 2u
 #define CLOCK_FILTER_SHIFT_MAX 7u
+
+// Edges in a row after which a new phase is trusted.
+#define CLOCK_FILTER_FRESH_EDGES 3u
+// `fresh` of a clock that rests: the next edge gives the phase.
+#define CLOCK_FILTER_RESTS (CLOCK_FILTER_FRESH_EDGES + 1u)
+
+// A false edge or a gap counts as much as eight good edges. Three of them in a row are noise; the
+// fourth, with three good edges between them, is a clock of twice the frequency.
+#define CLOCK_FILTER_DOUBT      8u
+#define CLOCK_FILTER_DOUBT_MOST 28u
 
 struct clock_filter {
     union {
@@ -56,14 +73,17 @@ struct clock_filter {
     uint8_t shift_final;
     // How often count must still become a power of two for the filter to have settled.
     uint8_t stages;
+    // Edges to come in a row until the phase is trusted; CLOCK_FILTER_RESTS: it is not known.
+    uint8_t fresh;
+    // How much of what came lately does not fit the period.
+    uint8_t doubt;
 };
 
 // Forget the clock: the next edge is the first one. Counts of glitches and missing edges stay.
-static inline void clock_filter_restart(struct clock_filter *filter)
-{
-    filter->count = 0;
-    filter->stages = 1;
-}
+void clock_filter_restart(struct clock_filter *filter);
+
+// The clock rests. The period of a filter that has settled stays; any other filter restarts.
+void clock_filter_rest(struct clock_filter *filter);
 
 // Begin anew with another nominal period, for predictions that lie this many edges ahead: their
 // noise chooses the final shift, the smallest with which it stays below 0.6 of the clock's jitter.
@@ -73,8 +93,10 @@ void clock_filter_aim(struct clock_filter *filter,
 
 // An edge came. Returns true when it is edge number filter->edge, and false when it was a glitch:
 // more than a quarter of a period from each place where an edge can be. After a glitch while it
-// settles the filter begins anew with the edge behind this one: a false edge close to a true one
-// would spoil its first interval. After too many missing edges it waits for a restart.
+// settles, or while its phase is fresh, the filter begins again with the next edge: a false edge
+// close to a true one would spoil the first interval. After more missing edges in a row than
+// hold_over allows the clock has rested, and this edge is the first one after the rest. Too much
+// doubt restarts the filter: it is no longer settled.
 bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks);
 
 // The expected edge is missing: go on to the next one. Returns false when more edges in a row are

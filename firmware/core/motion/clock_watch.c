@@ -7,25 +7,24 @@
 // running line ends with a fault before (reference_overdue()).
 #define MISSED_MAX 4u
 
-// Compare the interval since the last edge with the pixel period. watch->odd keeps the interval if
-// it is off by more than a sixteenth of the period.
-static void compare_interval(struct clock_watch *watch,
-                             uint32_t period_ticks,
-                             uint32_t edge_ticks)
+// An interval in units of 256 ticks; never 0, which would stand for none.
+static uint16_t shown_interval(uint32_t interval_ticks)
+{
+    return interval_ticks >> 24 != 0 ? UINT16_MAX
+                                     : (uint16_t)((uint16_t)(interval_ticks >> 8) | 1u);
+}
+
+void clock_watch_interval(struct clock_watch *watch,
+                                uint32_t period_ticks,
+                                uint32_t edge_ticks)
 {
     BY_POINTER(watch);
     uint32_t interval_ticks = edge_ticks - watch->edge_ticks;
     uint32_t most_ticks = period_ticks / 16u;
 
-    watch->odd =
-        watch->known && interval_ticks - period_ticks + most_ticks > 2u * most_ticks
-            ? (uint16_t)((uint16_t)(interval_ticks >> 8) | 1u)
-            : 0;
-    clock_watch_count(watch, edge_ticks);
-}
-
-void clock_watch_count(struct clock_watch *watch, uint32_t edge_ticks)
-{
+    watch->odd = watch->known && interval_ticks - period_ticks + most_ticks > 2u * most_ticks
+                     ? shown_interval(interval_ticks)
+                     : 0;
     watch->edges++;
     watch->edge_ticks = edge_ticks;
     watch->known = true;
@@ -128,7 +127,7 @@ static APART bool look_closely(struct clock_watch *watch,
 {
     uint8_t missed = 0;
 
-    compare_interval(watch, period->whole_ticks, edge_ticks);
+    clock_watch_interval(watch, period->whole_ticks, edge_ticks);
     watch->near = false;
     if (!watch->following) {
         return false;
@@ -195,16 +194,6 @@ void clock_watch_follow(struct clock_watch *watch,
     (void)period;
     (void)zero_ticks;
     watch->following = true;
-}
-
-bool clock_watch_edge(struct clock_watch *watch,
-                      const struct pixel_period *period,
-                      uint32_t edge_ticks,
-                      uint16_t *pixel)
-{
-    (void)pixel;
-    compare_interval(watch, period->whole_ticks, edge_ticks);
-    return false;
 }
 
 #endif

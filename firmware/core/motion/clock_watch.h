@@ -22,12 +22,12 @@ struct clock_watch {
     bool following;
     // The time of the previous edge is known.
     bool known;
-    // Edges seen since reset, those of unknown time excepted; wraps.
+    // Edges seen since reset, those whose time is not known included; wraps.
     uint32_t edges;
     // Time of the newest edge.
     uint32_t edge_ticks;
     // Distance of the newest edge from the one before, in units of 256 ticks, when that distance is
-    // off by more than a sixteenth of the period; else 0.
+    // off by more than a sixteenth of the period; else 0. 65535: that or more.
     uint16_t odd;
 #if FEATURE_CLOCK_STATISTICS
     // Line zero of the reference line.
@@ -88,8 +88,11 @@ bool clock_watch_near(struct clock_watch *watch,
 void clock_watch_note(struct clock_watch *watch, int32_t error_ticks);
 #endif
 
-// An edge came that is judged elsewhere.
-void clock_watch_count(struct clock_watch *watch, uint32_t edge_ticks);
+// An edge came, of a line that is judged elsewhere: count it, and compare the interval since the
+// edge before with the clock's period (watch->odd).
+void clock_watch_interval(struct clock_watch *watch,
+                          uint32_t period_ticks,
+                          uint32_t edge_ticks);
 
 // An edge came whose time is not known: the next distance cannot be judged. The line stays the
 // reference.

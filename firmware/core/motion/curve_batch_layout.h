@@ -13,7 +13,7 @@
 #define CURVE_BATCH_RING      0
 #define CURVE_BATCH_HEAD      4
 #define CURVE_BATCH_END_TICKS 13
-#define CURVE_BATCH_NEXT      145 /* batch_head, with batch_tail behind it */
+#define CURVE_BATCH_NEXT      129 /* batch_head, with batch_tail behind it */
 #define CURVE_BATCH_NOTES     2   /* the batches, from batch_head on */
 #define CURVE_BATCH_NOTE      6   /* of one */
 #define CURVE_BATCH_COUNT     8

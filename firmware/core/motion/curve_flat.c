@@ -413,7 +413,7 @@ struct curve_made curve_flat_finish(struct progress progress,
 }
 #endif
 
-uint16_t curve_flat_next(struct curve_flat *flat, bool narrow)
+APART uint16_t curve_flat_next(struct curve_flat *flat, bool narrow)
 {
     volatile uint8_t low;
     struct progress progress;

@@ -320,7 +320,7 @@ function curve_flat_\kind
     clr r1
     adc r23, r1
     mov r24, \left                      ;    progress.left
-    rjmp flat_return
+    jmp flat_return                     ;    the linker makes it RJMP where that reaches
     .else
     mov r24, \left                      ;    progress.left
     clr r1

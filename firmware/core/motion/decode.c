@@ -25,6 +25,8 @@ _Static_assert(DECODE_ROOM_LEFT > FEED_BURST, "a step fits");
 #define CURVED_STEP_COST 12u
 #define SLOW_STEP_COST   (SEVERAL_AXES ? 36u : 24u) // found by the slow path
 #define TRAIN_COST       12u
+// Even steps that are entries, with several axes: some 15 cycles for one.
+#define SINGLES_COST(count) ((uint8_t)((count) / 4u + 1u))
 #define PUMP_COST        6u // a part of a long interval, some 330 cycles
 #define PIECE_COST       (SEVERAL_AXES ? 30u : 1u) // to begin a piece
 #define TRAIN_PIXEL_COST 20u
@@ -57,7 +59,7 @@ static void begin_piece(struct axis *axis)
     axis->phase = DECODE_STEPS;
 }
 
-APART uint32_t decode_ahead_ticks(const struct axis *axis)
+APART_LARGE uint32_t decode_ahead_ticks(const struct axis *axis)
 {
     uint32_t ahead = axis->feed.stream.end_ticks - axis->ledger.loaded_ticks;
 
@@ -78,8 +80,7 @@ static bool no_more_pieces(const struct axis *axis)
 
 // Begin the next piece. False when nothing can be decoded now.
 static bool next_piece(struct axis *axis,
-                       const struct pixel_period *period,
-                       bool always_take_up)
+                       const struct pixel_period *period)
 {
     if (no_more_pieces(axis)) {
         return false;
@@ -91,7 +92,7 @@ static bool next_piece(struct axis *axis,
         begin_piece(axis);
         return true;
     case LINE_OVER:
-        axis_line_decoded(axis, period, always_take_up);
+        axis_line_decoded(axis, period);
         return true;
     case LINE_DRY:
     default:
@@ -234,6 +235,10 @@ static uint8_t burst_size(const struct axis *axis, uint8_t budget, uint8_t shift
     if (count == 0) {
         count = 1;
     }
+    // The slots of a batch are free when all of it is made. A single axis has no batches.
+    if (SEVERAL_AXES && count > CURVE_BATCH) {
+        count = CURVE_BATCH;
+    }
     if (room < count) {
         count = room;
     }
@@ -269,6 +274,9 @@ static uint8_t decode_burst(struct axis *axis, uint8_t budget)
         return 0;
     }
     walk_skip(&axis->walk, count, ticks);
+    if (SEVERAL_AXES && !axis->walk.curved) {
+        return SINGLES_COST(count);
+    }
     return (uint8_t)(count << shift);
 }
 
@@ -328,10 +336,47 @@ static uint8_t decode_train_pixel(struct axis *axis)
     case TRAIN_PIXEL_WAITS:
         axis->phase = DECODE_PIXEL_AWAITS_TRAIN;
         return EVEN_PIXEL_WAITS;
+    case TRAIN_PIXEL_SINGLES:
+        axis->phase = DECODE_PIXEL_SINGLES;
+        axis->walk.until = (uint16_t)(axis->walk.steps.even.steps - 1u);
+        return TRAIN_PIXEL_COST;
     case TRAIN_PIXEL_OTHER:
     default:
         return 0;
     }
+}
+
+// True when the ring has room for more.
+static inline bool room_left(const struct stream *stream)
+{
+    return stream_space(stream) >= DECODE_ROOM_LEFT;
+}
+
+// Write more of a pixel whose steps are entries, and the mark at its end. Returns what it cost of a
+// round's budget.
+static uint8_t decode_pixel_singles(struct axis *axis, uint8_t budget)
+{
+    struct stream *stream = &axis->feed.stream;
+    struct walk *walk = &axis->walk;
+    uint8_t left = budget;
+
+    do {
+        uint8_t count = (uint8_t)(stream_space(stream) - FEED_BURST);
+        // The slots of a batch are free when all of it is made.
+        count = count < CURVE_BATCH ? count : (uint8_t)CURVE_BATCH;
+        if (walk->until < count) {
+            count = (uint8_t)walk->until;
+        }
+        (void)train_pixel_singles(&walk->steps.even, stream, count);
+        walk->until = (uint16_t)(walk->until - count);
+        if (walk->until == 0) {
+            stream_add_mark(stream, false, (uint16_t)axis->line.position);
+            axis->phase = DECODE_PIECE;
+        }
+        uint8_t cost = SINGLES_COST(count);
+        left = left > cost ? (uint8_t)(left - cost) : 0;
+    } while (left != 0 && walk->until != 0 && room_left(stream));
+    return (uint8_t)(budget - left);
 }
 
 // Pixels other than the shortest even ones are written as a whole, too: they ask for the length.
@@ -364,6 +409,9 @@ static uint8_t decode_pixels(struct axis *axis, uint8_t budget)
     if (SEVERAL_AXES && axis->phase == DECODE_PIXEL_AWAITS_TRAIN) {
         return decode_train_pixel(axis);
     }
+    if (SEVERAL_AXES && axis->phase == DECODE_PIXEL_SINGLES) {
+        return decode_pixel_singles(axis, budget);
+    }
     if (!at_whole_pixel(axis)) {
         return 0;
     }
@@ -388,7 +436,6 @@ static uint8_t decode_pixels(struct axis *axis, uint8_t budget)
 // wait.
 static inline uint8_t decode_piece(struct axis *axis,
                                    const struct pixel_period *period,
-                                   bool always_take_up,
                                    uint8_t budget)
 {
     if (feed_busy(&axis->feed)) {
@@ -402,7 +449,7 @@ static inline uint8_t decode_piece(struct axis *axis,
     if (axis->phase >= DECODE_STEPS) {
         return decode_steps(axis, budget);
     }
-    return next_piece(axis, period, always_take_up) ? PIECE_COST : 0;
+    return next_piece(axis, period) ? PIECE_COST : 0;
 }
 
 // True inside a curve, where nothing but its next steps is to be written.
@@ -410,12 +457,6 @@ static inline bool in_curve(const struct axis *axis)
 {
     return SEVERAL_AXES && axis->phase == DECODE_STEPS && axis->walk.curved &&
            !feed_busy(&axis->feed) && burst_due(axis);
-}
-
-// True when the ring has room for more.
-static inline bool room_left(const struct stream *stream)
-{
-    return stream_space(stream) >= DECODE_ROOM_LEFT;
 }
 
 // Decode more of a curve while it is narrow: most of a smooth line. Inside it nothing but its next
@@ -475,7 +516,6 @@ static inline bool next_pixel_waits(const struct axis *axis)
 // Decode whatever comes next. Returns what is left of the budget.
 static LARGE uint8_t decode_all(struct axis *axis,
                                 const struct pixel_period *period,
-                                bool always_take_up,
                                 uint8_t budget)
 {
     while (budget != 0 && axis->phase != DECODE_OUTSIDE &&
@@ -486,7 +526,7 @@ static LARGE uint8_t decode_all(struct axis *axis,
             break;
         }
         if (cost == 0) {
-            cost = decode_piece(axis, period, always_take_up, budget);
+            cost = decode_piece(axis, period, budget);
             if (cost == 0) {
                 break;
             }
@@ -529,7 +569,6 @@ static inline bool decode_plain(struct axis *axis, uint8_t *budget)
 
 uint8_t decode_axis(struct axis *axis,
                     const struct pixel_period *period,
-                    bool always_take_up,
                     uint8_t budget)
 {
     if (in_curve(axis)) {
@@ -541,5 +580,5 @@ uint8_t decode_axis(struct axis *axis,
     } else if (decode_plain(axis, &budget)) {
         return budget;
     }
-    return decode_all(axis, period, always_take_up, budget);
+    return decode_all(axis, period, budget);
 }

@@ -16,7 +16,6 @@
 // than one unit of it.
 uint8_t decode_axis(struct axis *axis,
                     const struct pixel_period *period,
-                    bool always_take_up,
                     uint8_t budget);
 
 // True when decode_axis() could do nothing now: the ring is full, or the queue is empty.

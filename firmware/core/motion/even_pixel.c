@@ -123,7 +123,7 @@ _Static_assert(EVEN_PIXEL_WAITS == UINT8_MAX, "known to even_pixels_*.S");
 
 _Static_assert(offsetof(struct stream, behind_periods) == EVEN_PIXEL_BEHIND_PERIODS &&
                    offsetof(struct stream, behind_ticks) == EVEN_PIXEL_BEHIND_TICKS &&
-                   offsetof(struct stream_mark, periods) == EVEN_PIXEL_MARK_PERIODS &&
+                   sizeof(struct stream_mark) == EVEN_PIXEL_MARK_BYTES &&
                    offsetof(struct stream_mark, ticks) == EVEN_PIXEL_MARK_TICKS,
                "known to even_pixel_put.S");
 

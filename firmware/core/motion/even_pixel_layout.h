@@ -23,7 +23,7 @@
 
 // struct stream_mark.
 #define EVEN_PIXEL_MARK_SLOT     0
-#define EVEN_PIXEL_MARK_FLAGS    1
+#define EVEN_PIXEL_MARK_PERIODS  1
 #define EVEN_PIXEL_MARK_POSITION 2
 
 // What tells the reader the length of whole pixels.
@@ -31,12 +31,11 @@
 #define EVEN_PIXEL_BEHIND_TICKS   11
 #define EVEN_PIXEL_END_TICKS      13
 #define EVEN_PIXEL_MARKS          33
-#define EVEN_PIXEL_MARK_PERIODS   4
-#define EVEN_PIXEL_MARK_TICKS     5
-#define EVEN_PIXEL_MARK_BYTES     7
+#define EVEN_PIXEL_MARK_TICKS     4
+#define EVEN_PIXEL_MARK_BYTES     6
 
 // Its batches, the reader's end behind the writer's.
-#define EVEN_PIXEL_BATCH_HEAD 145
+#define EVEN_PIXEL_BATCH_HEAD 129
 
 // struct line. Its queue is at its beginning.
 #define EVEN_PIXEL_COUNT      2

@@ -12,7 +12,7 @@
 ;     r23      so many intervals are a tick longer              Z         a mark, then the next
 ;                                                                         entry's high byte
 ;
-; Cycles: 129 and 12 for each step, 14 for a longer one.
+; Cycles: 132 and 12 for each step, 14 for a longer one.
 #include "base/asm.inc" // macros
 #include "build_features.h" // SEVERAL_AXES
 #include "motion/even_pixel_layout.h"
@@ -47,12 +47,13 @@ function even_pixel_put
     ldd STEPS, Z + EVEN_PIXEL_STEPS
     ldd REMAINDER, Z + EVEN_PIXEL_REMAINDER
 
-    ldd r26, Y + EVEN_PIXEL_MARK_HEAD   ; 25  the mark at the end of this pixel waits
+    ldd r26, Y + EVEN_PIXEL_MARK_HEAD   ; 27  the mark at the end of this pixel waits
     find_mark r26
     inc r26
     std Y + EVEN_PIXEL_MARK_HEAD, r26
-    std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_FLAGS, r1
     std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_PERIODS, r1
+    std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_TICKS, r1
+    std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_TICKS + 1, r1
     std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_POSITION, r20
     std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_POSITION + 1, r21
 
@@ -69,16 +70,17 @@ function even_pixel_put
     cpse REMAINDER, r1
     adiw r26, 1
     adiw r26, 1
-    ldd r20, Y + EVEN_PIXEL_BEHIND_TICKS ; 15 time from the mark before that one
+    ldd r20, Y + EVEN_PIXEL_BEHIND_TICKS ; 16 time from the mark before that one
     ldd r21, Y + EVEN_PIXEL_BEHIND_TICKS + 1
     add r20, r26
     adc r21, r27
+    brcs 1f
+    ldd r0, Y + EVEN_PIXEL_BEHIND_PERIODS ;   not known is one below 0
+    inc r0
+    breq 1f
+    std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_PERIODS, r0
     std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_TICKS, r20
     std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_TICKS + 1, r21
-    brcs 1f
-    ldd r20, Y + EVEN_PIXEL_BEHIND_PERIODS ;  not known is one below 0
-    inc r20
-    std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_PERIODS, r20
 1:  mov r20, STEPS                      ; 11
     dec r20
     std Y + EVEN_PIXEL_BEHIND_PERIODS, r20

@@ -29,7 +29,7 @@
 ; A pixel below 2^16 ticks takes the last quotient of as many steps, on whatever axis, if one
 ; product shows that it holds. Only another one is divided, by way of the reciprocals.
 ;
-; Cycles of a pixel on a grid of whole ticks: 236 inside a run, 314 with a segment of one byte of
+; Cycles of a pixel on a grid of whole ticks: 240 inside a run, 318 with a segment of one byte of
 ; its own; for each step 6, 10 for a longer one, or 4 where all are equally long. Where the grid has
 ; fractions of a tick some 30 more, or 90 if 16 bits do not hold them; where no quotient holds 46
 ; more.
@@ -365,21 +365,26 @@ divided:
     movw r26, r20                       ; 4   which is a longer one if any is
     cpse r24, r1
     adiw r26, 1
-    ldd r25, Y + EVEN_PIXEL_BEHIND_TICKS ; 16 time from the mark before that one
+    ldd r25, Y + EVEN_PIXEL_BEHIND_PERIODS ; 18 not known is one below 0
+    inc r25
+    breq 2f
+    std Z + EVEN_PIXEL_MARK_PERIODS, r25
+    ldd r25, Y + EVEN_PIXEL_BEHIND_TICKS ;    time from the mark before that one
     add r25, r26
     std Z + EVEN_PIXEL_MARK_TICKS, r25
     ldd r25, Y + EVEN_PIXEL_BEHIND_TICKS + 1
     adc r25, r27
     std Z + EVEN_PIXEL_MARK_TICKS + 1, r25
-    brcs 2f
-    ldd r25, Y + EVEN_PIXEL_BEHIND_PERIODS ;  not known is one below 0
-    inc r25
-    std Z + EVEN_PIXEL_MARK_PERIODS, r25
-2:  brtc 3f                             ; 10
+    brcc 2f
+    std Z + EVEN_PIXEL_MARK_PERIODS, r1 ;     more than 16 bits
+    std Z + EVEN_PIXEL_MARK_TICKS, r1
+    std Z + EVEN_PIXEL_MARK_TICKS + 1, r1
+2:  brtc 3f                             ; 12
     subi r30, lo8(EVEN_PIXEL_MARK_COUNT * EVEN_PIXEL_MARK_BYTES)
     sbci r31, hi8(EVEN_PIXEL_MARK_COUNT * EVEN_PIXEL_MARK_BYTES)
-3:  std Z + EVEN_PIXEL_MARK_BYTES + EVEN_PIXEL_MARK_FLAGS, r1
-    std Z + EVEN_PIXEL_MARK_BYTES + EVEN_PIXEL_MARK_PERIODS, r1
+3:  std Z + EVEN_PIXEL_MARK_BYTES + EVEN_PIXEL_MARK_PERIODS, r1
+    std Z + EVEN_PIXEL_MARK_BYTES + EVEN_PIXEL_MARK_TICKS, r1
+    std Z + EVEN_PIXEL_MARK_BYTES + EVEN_PIXEL_MARK_TICKS + 1, r1
     std Z + EVEN_PIXEL_MARK_BYTES + EVEN_PIXEL_MARK_POSITION, r18
     std Z + EVEN_PIXEL_MARK_BYTES + EVEN_PIXEL_MARK_POSITION + 1, r19
     mov r25, STEPS                      ; 7

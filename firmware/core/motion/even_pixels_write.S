@@ -10,9 +10,8 @@
 ;     r12  third byte of the pixel's length  r22..r25  length of the pixel, ticks
 ;     r13  steps of a pixel                  Y         line
 ;
-; Cycles of a pixel: some 175, pixel_grid_advance() and even_pixel_put(); of a locked line some 150,
-; line_pixel_ticks() and even_pixel_put(); with another number of steps than the
-; pixel before, line_even_steps() and even_pixel_divide() besides.
+; Cycles of a pixel: some 150, line_pixel_ticks() and even_pixel_put(); with another number of steps
+; than the pixel before, line_even_steps() and even_pixel_divide() besides.
 #include "build_features.h" // SEVERAL_AXES
 #include "motion/even_pixels.inc" // macros, registers
 
@@ -80,29 +79,17 @@ next_segment:
 
 next_pixel:
     look_for_room wait, no_room         ; 16
-    look_for_exact_pixel ask            ; 19
-    movw r24, r28                       ; 5
-    adiw r24, EVEN_PIXEL_GRID
-    call pixel_grid_advance
-    note_length
-    rjmp length_known
-far_divide:
-    rjmp divide
-far_leave:
-    rjmp leave
-ask:
     movw r24, r28                       ; 9   how long is the pixel? 0: not known yet
     call line_pixel_ticks
-length_known:
     mov TICKS2, r24                     ; 8
     cpi r24, EVEN_PIXEL_TICKS_TOO_BIG
-    brsh far_leave
+    brsh leave
     mov r18, r22
     or r18, r23
     or r18, r24
-    breq far_leave
+    breq leave
 
-    keep_interval far_divide            ; 28
+    keep_interval divide                ; 28
 
 forget:
     forget_length r24                   ; 13

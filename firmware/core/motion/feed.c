@@ -128,7 +128,7 @@ static void merge_first_interval(struct feed *feed)
     feed->merge = false;
 }
 
-APART void feed_make_room(struct feed *feed, bool waits)
+APART_LARGE void feed_make_room(struct feed *feed, bool waits)
 {
     BY_POINTER_SMALL(feed);
     if (!waits && !stream_marks_full(&feed->stream)) {

@@ -10,17 +10,10 @@
 #include "motion/ledger_layout.h"
 #include "motion/step_ring_sum.h" // step_ring_sum
 
-// What close_train() saves on the stack costs more time than the call, where an account passes by
-// several times for each train.
-#if SEVERAL_AXES
-#define CLOSE_APART APART
-#else
-#define CLOSE_APART
-#endif
-
 void ledger_reset(struct ledger *ledger, uint16_t first_period_ticks)
 {
     *ledger = (struct ledger){0};
+    play_reset(&ledger->play);
     ledger_restart(ledger, first_period_ticks);
 }
 
@@ -126,8 +119,15 @@ uint8_t ledger_steps_after(struct ledger *ledger,
 
 void ledger_zero(struct ledger *ledger, int32_t origin_steps)
 {
+    BY_POINTER_SMALL(ledger);
+    uint16_t origin = (uint16_t)origin_steps;
+
     ledger->position_steps -= origin_steps;
     ledger->line_origin -= origin_steps;
+    if (ledger->negative) {
+        origin = (uint16_t)-origin;
+    }
+    ledger->play.from = (uint16_t)(ledger->play.from - origin);
 }
 
 void ledger_cut(struct ledger *ledger, const struct stream *stream)
@@ -136,16 +136,9 @@ void ledger_cut(struct ledger *ledger, const struct stream *stream)
     ledger->pulse = false;
 }
 
-static APART int32_t position_at(const struct ledger *ledger,
-                                 const struct stream_mark *mark)
+static void ledger_begin_line(struct ledger *ledger, int32_t position_steps)
 {
-    return ledger->position_steps +
-           (ledger->negative ? (int8_t)mark->early : -(int8_t)mark->early);
-}
-
-static void ledger_begin_line(struct ledger *ledger, const struct stream_mark *mark)
-{
-    ledger->line_origin = position_at(ledger, mark);
+    ledger->line_origin = position_steps;
     ledger->pixel = 0;
     records_reset(&ledger->records);
 }
@@ -154,17 +147,31 @@ static void pass_marks(struct ledger *ledger, struct stream *stream)
 {
     while (stream_has_mark(stream)) {
         const struct stream_mark *mark = stream_mark(stream);
+        uint8_t early = stream_mark_early(mark);
 
-        if (mark->slot != stream->retired || ledger->left > mark->early) {
+        if (mark->slot != stream->retired || ledger->left > early) {
             return;
         }
+        int32_t position_steps =
+            ledger->position_steps + (ledger->negative ? (int8_t)early : -(int8_t)early);
         if (mark->line_start) {
-            ledger_begin_line(ledger, mark);
+            ledger_begin_line(ledger, position_steps);
         } else {
-            ledger_pass_edge(ledger, position_at(ledger, mark), mark->position);
+            ledger_pass_edge(ledger, position_steps, mark->position);
         }
         stream_pass_mark(stream);
     }
+}
+
+APART uint16_t ledger_settle_play(struct ledger *ledger)
+{
+    uint16_t place = (uint16_t)ledger->position_steps;
+
+    if (ledger->negative) {
+        place = (uint16_t)-place;
+    }
+    // What is left of a train may be cut off.
+    return play_settle(&ledger->play, (uint16_t)(place - ledger->left));
 }
 
 static void ledger_execute(struct ledger *ledger, uint8_t command)
@@ -172,6 +179,9 @@ static void ledger_execute(struct ledger *ledger, uint8_t command)
     if (command <= STEP_COMMAND_PULSE) {
         ledger->pulse = command == STEP_COMMAND_PULSE;
     } else if (command >= STEP_COMMAND_POSITIVE) {
+        if (FEATURE_BACKLASH) {
+            play_turn(&ledger->play, ledger_settle_play(ledger));
+        }
         ledger->negative = command == STEP_COMMAND_NEGATIVE;
     } else if (command == STEP_COMMAND_END) {
         ledger->pulse = false;
@@ -227,7 +237,7 @@ static void note_lengths(struct ledger *ledger,
 }
 
 // The train is over after so many of its steps: account for its length and free it.
-static CLOSE_APART void close_train(struct ledger *ledger,
+static APART void close_train(struct ledger *ledger,
                                     struct stream *stream,
                                     uint16_t loaded,
                                     uint32_t ticks)
@@ -240,37 +250,31 @@ static CLOSE_APART void close_train(struct ledger *ledger,
     ledger->left = 0;
 }
 
-// Close the train when all of it was loaded, or when its rest was cut off.
-static void settle_train(struct ledger *ledger, struct stream *stream, bool cut)
-{
-    BY_POINTER_SMALL(ledger);
-    const struct stream_train *train = &stream->trains[ledger->train];
-
-    uint16_t loaded = ledger_train_loaded(ledger);
-    uint32_t ticks = train->ticks;
-
-    if (ledger->left == 0) {
-        if (loaded != train->steps) {
-            return;
-        }
-    } else if (cut) {
-        // An edge in the rest of the entry is never passed; what is left of the entry tells.
-        pass_marks(ledger, stream);
-        stream_forget_marks(stream);
-        ledger->position_steps = ledger_position(ledger);
-        ticks = stream_train_ticks(stream, ledger->train, loaded);
-    } else {
-        return;
-    }
-    close_train(ledger, stream, loaded, ticks);
-}
-
-static APART void arrive_in_train(struct ledger *ledger,
+static APART_LARGE void arrive_in_train(struct ledger *ledger,
                                   struct stream *stream,
                                   const struct engine_sample *sample)
 {
+    BY_POINTER_SMALL(ledger);
+    const struct stream_train *train = &stream->trains[ledger->train];
+    uint16_t loaded = ledger->train_steps;
+
     ledger->left = stream->retired == sample->tail ? sample->left : 0;
-    settle_train(ledger, stream, sample->cut);
+    if (ledger->left == 0 && loaded == train->steps) {
+        close_train(ledger, stream, loaded, train->ticks);
+    }
+}
+
+// The rest of the train was cut off: close it. An edge in the rest of the entry is never passed;
+// what is left of the entry tells, and the marks of this slot were passed by that.
+static APART_LARGE void cut_train(struct ledger *ledger, struct stream *stream)
+{
+    BY_POINTER_SMALL(ledger);
+    uint16_t loaded = ledger_train_loaded(ledger);
+
+    stream_forget_marks(stream);
+    ledger->position_steps = ledger_position(ledger);
+    close_train(
+        ledger, stream, loaded, stream_train_ticks(stream, ledger->train, loaded));
 }
 
 // The account has come to slot `retired`, where the interrupt reads next unless the account lags:
@@ -333,8 +337,8 @@ static void add_idle(struct ledger *ledger, struct stream *stream, uint16_t idle
     stream_delay(stream, ticks);
 }
 
-// Apart from what comes before it: what it keeps on the stack costs more than a pixel.
-static APART void advance_by_entries(struct ledger *ledger,
+// Returns false when the interrupt is inside something that must be taken as a whole.
+static APART_LARGE bool advance_by_entries(struct ledger *ledger,
                                      struct stream *stream,
                                      const struct engine_sample *sample,
                                      bool whole)
@@ -343,7 +347,7 @@ static APART void advance_by_entries(struct ledger *ledger,
     while (stream->retired != sample->tail) {
         if (ledger->train == LEDGER_NO_TRAIN &&
             ledger_take_pixels(ledger, stream, sample->tail) && whole) {
-            return;
+            return false;
         }
         if (stream->retired == sample->tail) {
             break;
@@ -352,11 +356,11 @@ static APART void advance_by_entries(struct ledger *ledger,
         if (kind >= STEP_HIGH_TRAIN) {
             take_special(ledger, stream, sample->tail, kind);
         } else if (!take_periods(ledger, stream, sample->tail, whole)) {
-            return;
+            return false;
         }
         ledger_arrive(ledger, stream, sample);
     }
-    add_idle(ledger, stream, sample->idle_count);
+    return true;
 }
 
 bool ledger_advance_batches(struct ledger *ledger, struct stream *stream, uint8_t tail)
@@ -399,7 +403,13 @@ void ledger_advance(struct ledger *ledger,
     if (whole && ledger_advance_whole(ledger, stream, sample->tail)) {
         return;
     }
-    advance_by_entries(ledger, stream, sample, whole);
+    if (!advance_by_entries(ledger, stream, sample, whole)) {
+        return;
+    }
+    if (sample->cut && ledger->left != 0) {
+        cut_train(ledger, stream);
+    }
+    add_idle(ledger, stream, sample->idle_count);
 }
 
 int32_t ledger_position_at(const struct ledger *ledger,

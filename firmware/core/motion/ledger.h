@@ -171,6 +171,9 @@ uint8_t ledger_steps_after(struct ledger *ledger,
                            uint32_t ticks,
                            uint8_t edge_ticks);
 
+// Take note of the steps made up to here for the play, and return its run (play_settle()).
+uint16_t ledger_settle_play(struct ledger *ledger);
+
 // Subtract origin_steps from the position, so that this place becomes position 0.
 void ledger_zero(struct ledger *ledger, int32_t origin_steps);
 

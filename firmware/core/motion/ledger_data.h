@@ -9,6 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "motion/play.h"    // struct play
 #include "motion/records.h" // struct records
 
 // Value of ledger.train outside a pulse train.
@@ -42,6 +43,8 @@ struct ledger {
     int32_t line_origin;
     // Pixel edges passed in the line, so that the newest record is that of this pixel, 1-based.
     uint32_t pixel;
+    // What is taken up of the play, at this place.
+    struct play play;
     // Last, so that the members before it lie within reach of a pointer's displacement (63 bytes).
     struct records records;
 };

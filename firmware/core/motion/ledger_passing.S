@@ -15,7 +15,7 @@
 ;     r15       tail                         Y         ledger
 ;     r16, r17  stream                       Z         mark
 ;
-; Cycles: 65 for each pixel, 26 more where its edge had an error, and 270 once.
+; Cycles: 69 for each pixel, 26 more where its edge had an error, and 270 once.
 #include "base/asm.inc" // macros
 #include "build_features.h" // FEATURE_CLOCK_STATISTICS, SEVERAL_AXES
 #include "motion/ledger_records.inc" // macros, layouts
@@ -101,9 +101,11 @@ next:
     breq done
     cp r24, r25
     breq done
-    ldd r22, Z + EVEN_PIXEL_MARK_PERIODS ; 10 of a pixel as a whole, that begins here,
-    tst r22
+    ldd r0, Z + EVEN_PIXEL_MARK_TICKS   ; 14  of a pixel as a whole, that begins here,
+    ldd r19, Z + EVEN_PIXEL_MARK_TICKS + 1
+    or r19, r0
     breq done
+    ldd r22, Z + EVEN_PIXEL_MARK_PERIODS
     ldd r18, Z + EVEN_PIXEL_MARK_SLOT
     mov r19, r18
     sub r19, r22

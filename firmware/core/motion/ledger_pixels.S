@@ -153,13 +153,14 @@ end_function ledger_pass_edge
 ;
 ;     r15  where the interrupt reads next   r16, r17  stream   Y  ledger   r22  periods of a pixel
 ;
-; Cycles of a pixel: 234, all included but an error of an edge that is another than the one before;
-; with a single axis 248. Several in a row whose records are not kept take less
+; Cycles of a pixel: 235, all included but an error of an edge that is another than the one before;
+; with a single axis 249. Several in a row whose records are not kept take less
 ; (ledger_passing.S).
 #define TAIL    r15
 #define PERIODS r22
 
     .section .text.ledger_take_pixels, "ax", @progbits
+ways_out_of_take_pixels:
 17: ldd r25, Z + EVEN_PIXEL_BEHIND_PERIODS ;  no: inside the pixel written last? Not known is one
     inc r25                             ;     below 0
     sub r20, TAIL
@@ -198,17 +199,20 @@ function ledger_take_pixels
     breq 17b
     movw r26, r30                       ; 9
     find_mark r25
-    ldd PERIODS, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_PERIODS ; 4 of a pixel as a whole,
-    tst PERIODS
+    ldd r18, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_TICKS ; 9 of a pixel as a whole,
+    ldd r19, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_TICKS + 1
+    mov r0, r18
+    or r0, r19
     breq 14b
+    ldd PERIODS, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_PERIODS
     ldd r21, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_SLOT ; 6 that begins here,
-    mov r18, r21
-    sub r18, PERIODS
-    cp r18, r20
+    mov r0, r21
+    sub r0, PERIODS
+    cp r0, r20
     brne 14b
-    mov r18, TAIL                       ; 4   and that is over?
-    sub r18, r20
-    cp r18, PERIODS
+    mov r0, TAIL                        ; 4   and that is over?
+    sub r0, r20
+    cp r0, PERIODS
     brlo 15b
 
     adiw r26, EVEN_PIXEL_RETIRED        ; 9   the mark is passed
@@ -216,8 +220,6 @@ function ledger_take_pixels
     adiw r26, EVEN_PIXEL_MARK_TAIL - EVEN_PIXEL_RETIRED
     inc r24
     st X, r24
-    ldd r18, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_TICKS ; 24 its time
-    ldd r19, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_TICKS + 1
     pass_time r26, r18, r19, r1
     ldd r18, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_POSITION ; 14
     ldd r19, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_POSITION + 1

@@ -44,7 +44,6 @@ _Static_assert(offsetof(struct stream, retired) == EVEN_PIXEL_RETIRED &&
                    STREAM_UNKNOWN == UINT8_MAX &&
                    offsetof(struct stream_mark, slot) == EVEN_PIXEL_MARK_SLOT &&
                    offsetof(struct stream_mark, position) == EVEN_PIXEL_MARK_POSITION &&
-                   offsetof(struct stream_mark, periods) == EVEN_PIXEL_MARK_PERIODS &&
                    offsetof(struct stream_mark, ticks) == EVEN_PIXEL_MARK_TICKS &&
                    sizeof(struct stream_mark) == EVEN_PIXEL_MARK_BYTES,
                "known to ledger_pixels.S");

@@ -12,18 +12,19 @@ static inline bool is_shifted(const struct line *line)
     return FEATURE_BACKLASH && line->shifted;
 }
 
-APART void line_begin(struct line *line,
+APART_LARGE void line_begin(struct line *line,
                       const struct pixel_period *period,
-                      struct segment_queue *queue,
-                      bool take_up)
+                      struct segment_queue *queue)
 {
     *line = (struct line){.queue = queue};
     uint16_t word = (uint16_t)segment_unpack(&queue->out).count;
     struct segment parameter = segment_unpack(&queue->out);
 
-    line->line_speed = parameter.repeat;
-    if (take_up) {
-        line->backlash_steps = (uint16_t)parameter.count & SEGMENT_PARAMETER;
+    uint16_t backlash_steps = (uint16_t)parameter.count & SEGMENT_PARAMETER;
+
+    if (backlash_steps != 0) {
+        line->line_speed = parameter.repeat;
+        line_take_up(line, backlash_steps);
     }
     uint8_t flags = (uint8_t)word;
     uint8_t more = (uint8_t)(word >> 8);
@@ -42,9 +43,6 @@ APART void line_begin(struct line *line,
     }
     if ((flags & LINE_START_SEEK) != 0) {
         line->seek = true;
-    }
-    if (line->backlash_steps != 0) {
-        line->shifted = true;
     }
     line_grid_start_exact(&line->edges, period);
 }

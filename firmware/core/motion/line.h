@@ -68,7 +68,7 @@ struct line {
     int16_t curve_half;
     // Steps B of play that this line takes up; 0: none.
     uint16_t backlash_steps;
-    // Speed V of the backlash parameter, steps/pixel.
+    // Speed V of the backlash parameter, steps/pixel; 0: the line has no backlash.
     uint16_t line_speed;
     uint16_t
         speed; // steps/pixel at the start of the next piece; plain: in the last pixel
@@ -98,12 +98,19 @@ enum line_status {
     LINE_OVER,
 };
 
-// Begin a line. The queue's front must be a start mark and its parameter; both are removed.
-// take_up: insert the backlash (false: the leading zero pixel stays idle).
+// Begin a line that takes up all of its backlash. The queue's front must be a start mark and its
+// parameter; both are removed.
 void line_begin(struct line *line,
                 const struct pixel_period *period,
-                struct segment_queue *queue,
-                bool take_up);
+                struct segment_queue *queue);
+
+// Of a line that was begun: take up so many steps, at most those of the backlash parameter. With 0
+// the leading zero pixel stays idle.
+static inline void line_take_up(struct line *line, uint16_t steps)
+{
+    line->backlash_steps = steps;
+    line->shifted = steps != 0;
+}
 
 // Make the next piece of the line and count its steps in line->position. *piece is only valid with
 // LINE_PIECE. After LINE_DRY the call may be repeated when the queue has more.

@@ -10,6 +10,10 @@
 
 #define INDEX(number) ((uint8_t)(number) & (LOCK_GRID_EDGES - 1u))
 
+// Before line zero several axes are decoded so many times as far ahead as later: the pieces of a
+// ramp that takes up backlash can cost them more than a pixel's time.
+#define WAITING_LEADS 3u
+
 struct lock_grid lock_grid;
 
 struct lock_grid *lock_grid_now(void)
@@ -127,7 +131,11 @@ bool line_grid_early(const struct line_grid *grid, bool runs_ahead)
     if (runs_ahead) {
         beyond--;
     }
-    return (int16_t)(edges + beyond * lock->divider - lock->lead_edges) > 0;
+    uint16_t lead = lock->lead_edges;
+    if (SEVERAL_AXES && grid->mode == LINE_GRID_WAITS) {
+        lead = (uint16_t)(lead * WAITING_LEADS);
+    }
+    return (int16_t)(edges + beyond * lock->divider - lead) > 0;
 }
 
 void lock_grid_hold_period(void)
@@ -185,6 +193,13 @@ uint32_t lock_grid_next_to_come(void)
     } while ((int16_t)(lock_grid.newest_edge - lock_grid.filter.edge) <= 0);
     return ticks;
 }
+
+#if SEVERAL_AXES
+uint32_t lock_grid_time(uint16_t number)
+{
+    return lock_grid.times[INDEX(number)];
+}
+#endif
 
 void line_grid_place(struct line_grid *grid, uint16_t number, uint32_t zero_ticks)
 {

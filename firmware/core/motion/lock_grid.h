@@ -136,6 +136,11 @@ uint32_t lock_grid_next(void);
 // Fix pixel edges up to one that the clock has not reached. Returns its time.
 uint32_t lock_grid_next_to_come(void);
 
+#if SEVERAL_AXES
+// Time of pixel edge `number`: one of the LOCK_GRID_EDGES newest that are fixed.
+uint32_t lock_grid_time(uint16_t number);
+#endif
+
 // Line zero of a waiting line is pixel edge `number`, at this time.
 void line_grid_place(struct line_grid *grid, uint16_t number, uint32_t zero_ticks);
 

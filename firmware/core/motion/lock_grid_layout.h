@@ -13,7 +13,7 @@
 #define LINE_GRID_MODE_LOCKED 2
 
 // struct lock_grid of several axes.
-#define LOCK_GRID_NEWEST 43
-#define LOCK_GRID_SLACK  51
-#define LOCK_GRID_WHOLE  65
-#define LOCK_GRID_TIMES  77
+#define LOCK_GRID_NEWEST 45
+#define LOCK_GRID_SLACK  53
+#define LOCK_GRID_WHOLE  67
+#define LOCK_GRID_TIMES  79

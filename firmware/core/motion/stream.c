@@ -146,9 +146,9 @@ void stream_add_mark(struct stream *stream, bool line_start, uint16_t position)
 {
     struct stream_mark *mark = &stream->marks[stream->mark_head & (STREAM_MARKS - 1u)];
 
-    mark->early = 0;
-    mark->line_start = line_start;
     mark->periods = 0;
+    mark->line_start = line_start;
+    mark->ticks = 0;
     mark->position = position;
     stream->mark_head++;
 }
@@ -159,7 +159,7 @@ void stream_place_marks(struct stream *stream, uint8_t early)
         struct stream_mark *mark =
             &stream->marks[stream->mark_placed & (STREAM_MARKS - 1u)];
         mark->slot = stream->head;
-        mark->early = early & 0x7Fu;
+        mark->periods = early & 0x7Fu;
         stream->mark_placed++;
     }
 }
@@ -173,9 +173,11 @@ static void count_periods(struct stream *stream,
 {
     uint16_t behind_ticks = stream->behind_ticks;
 
-    mark->ticks = (uint16_t)(behind_ticks + first_ticks);
-    if (mark->ticks >= behind_ticks) {
-        mark->periods = (uint8_t)(stream->behind_periods + 1u);
+    uint16_t whole_ticks = (uint16_t)(behind_ticks + first_ticks);
+
+    if (stream->behind_periods != STREAM_UNKNOWN && whole_ticks >= behind_ticks) {
+        mark->periods = (uint8_t)(stream->behind_periods + 1u) & 0x7Fu;
+        mark->ticks = whole_ticks;
     }
     stream->behind_periods = ticks <= UINT16_MAX ? (uint8_t)(steps - 1u) : STREAM_UNKNOWN;
     stream->behind_ticks = (uint16_t)(ticks - first_ticks);

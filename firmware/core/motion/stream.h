@@ -51,16 +51,16 @@ struct stream_batch {
 
 // A place between two periods.
 struct stream_mark {
-    uint8_t slot;      // reached when the reader has passed every entry before this slot,
-    uint8_t early : 7; //   but for so many periods of a train's entry
+    uint8_t slot; // reached when the reader has passed every entry before this slot
+    // Of a pixel that was written as a whole: number of periods behind the mark before. Else the
+    // mark is reached so many periods of a train's entry before the slot.
+    uint8_t periods : 7;
     // The ledger counts pixels from here; else the mark is a pixel edge.
     bool line_start : 1;
     // Expected position at a pixel edge: signed steps of the line, modulo 2^16.
     uint16_t position;
-    // Of a pixel that was written as a whole: number of periods behind the mark before; 0: not
+    // Of a pixel that was written as a whole: length of these periods together, ticks; 0: not
     // known.
-    uint8_t periods;
-    // Length of these periods together, ticks.
     uint16_t ticks;
 };
 
@@ -286,6 +286,12 @@ static inline const struct stream_mark *stream_mark(const struct stream *stream)
     return &stream->marks[stream->mark_tail & (STREAM_MARKS - 1u)];
 }
 
+// The mark is reached so many periods of a train's entry before its slot.
+static inline uint8_t stream_mark_early(const struct stream_mark *mark)
+{
+    return mark->ticks != 0 ? 0 : mark->periods;
+}
+
 // True when the oldest mark's slot is at most `count` entries ahead of the reader; 0: the reader
 // has come to that slot.
 static inline bool stream_mark_within(const struct stream *stream, uint8_t count)
@@ -300,7 +306,7 @@ static inline uint8_t stream_whole_pixel(const struct stream *stream)
 {
     const struct stream_mark *mark = stream_mark(stream);
 
-    return stream_has_mark(stream) &&
+    return stream_has_mark(stream) && mark->ticks != 0 &&
                    (uint8_t)(mark->slot - mark->periods) == stream->retired
                ? mark->periods
                : 0;

@@ -1,12 +1,51 @@
 // SPDX-License-Identifier: MIT
 #include "motion/train_pixel.h"
 
+#include <stddef.h> // offsetof
+
 #include "base/apart.h"        // APART
+#include "base/multiply.h"     // multiply_u32_u16
+#include "build_features.h"    // SEVERAL_AXES
+#include "motion/even_layout.h"
 #include "motion/even_pixel.h" // EVEN_PIXEL_MAX_STEPS
 #include "motion/line.h"       // struct line
 
 // Of such a pixel, the steps in front of its train included.
 #define MAX_ENTRIES (TRAIN_STAGGER_MAX + TRAIN_PIXEL_MAX_ENTRIES)
+
+#if defined(__AVR__) && SEVERAL_AXES
+
+_Static_assert(offsetof(struct even, base_ticks) == EVEN_BASE &&
+                   offsetof(struct even, remainder) == EVEN_REMAINDER &&
+                   offsetof(struct even, steps) == EVEN_STEPS &&
+                   offsetof(struct even, sum) == EVEN_SUM &&
+                   offsetof(struct step_ring, high) == STEP_RING_SLOTS,
+               "known to even_singles.S");
+
+struct even_singles {
+    // Intervals that are a tick longer than the others.
+    uint8_t longer;
+    // The first period's high byte, which the caller stores: the interrupt sees them all by it.
+    uint8_t first_high;
+};
+
+// Write the next `count` steps, 1 or more, into the ring from `slot` on: even_singles.S.
+struct even_singles even_singles_write(struct even *even,
+                                       struct step_ring *ring,
+                                       uint8_t slot,
+                                       uint8_t count);
+
+uint32_t train_pixel_singles(struct even *even, struct stream *stream, uint8_t count)
+{
+    struct even_singles made =
+        even_singles_write(even, stream->ring, stream->head, count);
+    uint32_t ticks = multiply_u32_u16(even->base_ticks, count) + made.longer;
+
+    stream_publish_batch(stream, count, ticks, made.first_high);
+    return ticks;
+}
+
+#else
 
 uint32_t train_pixel_singles(struct even *even, struct stream *stream, uint8_t count)
 {
@@ -27,6 +66,8 @@ uint32_t train_pixel_singles(struct even *even, struct stream *stream, uint8_t c
     stream_note_batch(stream, (uint8_t)(slot - stream->head), sum);
     return sum;
 }
+
+#endif
 
 // Write the steps in front of the train; the mark that waits is placed behind the first of them.
 // Returns their ticks.
@@ -61,26 +102,37 @@ APART enum train_pixel train_pixel_write(struct line *line,
     uint16_t steps = line_many_steps(line, negative);
 
     // Where a train has less room than the longest needs, it is written in parts, as a piece is.
-    if (steps <= EVEN_PIXEL_MAX_STEPS || steps > TRAIN_PIXEL_MAX_STEPS ||
-        stream_marks_full(stream) || stream_space(stream) < MAX_ENTRIES) {
+    if (steps <= EVEN_PIXEL_MAX_STEPS || stream_marks_full(stream) ||
+        stream_space(stream) < MAX_ENTRIES) {
         return TRAIN_PIXEL_OTHER;
     }
     if (!stream_train_free(stream)) {
-        return stream->trains[stream->newest_train].ticks >= TRAIN_WAIT_TICKS
+        return steps <= TRAIN_PIXEL_MAX_STEPS &&
+                       stream->trains[stream->newest_train].ticks >= TRAIN_WAIT_TICKS
                    ? TRAIN_PIXEL_WAITS
                    : TRAIN_PIXEL_OTHER;
     }
     uint32_t ticks = line_known_ticks(line);
+    enum train_pixel made = TRAIN_PIXEL_DONE;
 
     even_start(even, ticks, steps);
     if (!stream_fits_train(stream, even)) {
+        if (even->base_ticks >= STEP_PERIOD_MAX_TICKS) {
+            return TRAIN_PIXEL_OTHER;
+        }
+        made = TRAIN_PIXEL_SINGLES;
+        stream_put_period(stream, (uint16_t)even_next(even));
+    } else if (steps > TRAIN_PIXEL_MAX_STEPS) {
         return TRAIN_PIXEL_OTHER;
+    } else {
+        put_pixel(even, stream, ticks, stagger);
     }
-    put_pixel(even, stream, ticks, stagger);
     line->curve_half = 0;
     line->speed = steps;
     line_pass_even(line, (int16_t)(negative ? -(int16_t)steps : (int16_t)steps));
-    stream_add_mark(stream, false, (uint16_t)line->position);
+    if (made == TRAIN_PIXEL_DONE) {
+        stream_add_mark(stream, false, (uint16_t)line->position);
+    }
     stream_lose_count(stream);
-    return TRAIN_PIXEL_DONE;
+    return made;
 }

@@ -43,6 +43,9 @@ enum train_pixel {
     TRAIN_PIXEL_DONE,
     // It must wait until one of the two trains is free.
     TRAIN_PIXEL_WAITS,
+    // No train can make it: its first step is written. train_pixel_singles() is to write the
+    // others, and a mark must follow.
+    TRAIN_PIXEL_SINGLES,
 };
 
 // Write the line's next pixel if its steps are many and even, in the direction of the steps before

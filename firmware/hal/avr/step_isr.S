@@ -465,8 +465,8 @@ step_isr_too_late_\axis:
 #define CATCH_UP_RARELY(axis, timer)                                                     \
     catch_up axis, ENGINE(axis), TCNT##timer##L                                         $ \
     set_counter_high axis, ENGINE(axis), TCNT##timer##L, OCR##timer##AH                 $ \
-    stretch axis, ENGINE(axis), OCR##timer##AL, OCR##timer##AH, OCR##timer##BL,           \
-        OCR##timer##BH, TIFR##timer, TOV##timer                                         $ \
+    stretch axis, ENGINE(axis), TCNT##timer##L, OCR##timer##AL, OCR##timer##AH,           \
+        OCR##timer##BL, OCR##timer##BH, TIFR##timer, TOV##timer                         $ \
     catch_up_entry axis, ENGINE(axis)                                                   $ \
     make_up_fast_ways axis, ENGINE(axis), TCNT##timer##L, OCR##timer##AL,                   \
         OCR##timer##AH, TIFR##timer, TOV##timer

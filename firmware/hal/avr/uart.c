@@ -173,6 +173,22 @@ bool uart_silent(void)
     return (TIFR2 & _BV(OCF2A)) != 0;
 }
 
+uint32_t uart_age_ticks(void)
+{
+    uint8_t count = 0;
+    bool overflowed = false;
+
+    // The overflow may come between the two reads.
+    do {
+        count = TCNT2;
+        overflowed = (TIFR2 & _BV(TOV2)) != 0;
+    } while (TCNT2 < count);
+    uint16_t counts = overflowed ? (uint16_t)(count + 256u) : count;
+
+    // At 16 MHz a count of 256 cycles is short enough for every rate.
+    return (uint32_t)counts << (UART_DIVISOR_BITS > 8 && TCCR2B == COUNT_1024 ? 10u : 8u);
+}
+
 bool uart_holds(void)
 {
     return uart_place.next_byte != uart_place.first_byte;

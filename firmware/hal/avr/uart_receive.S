@@ -23,9 +23,10 @@ overrun:
     sts uart_place + UART_OVERRUNS, r24
     rjmp leave
 
-; Behind a silence, the first one if none is noted.
+; Behind a silence, the first one if none is noted. From here on timer 2's overflow belongs to the
+; frame that begins (uart_age_ticks()).
 silence:
-    ldi r30, 1 << OCF2A
+    ldi r30, 1 << OCF2A | 1 << TOV2
     out TIFR2, r30
     lds r30, uart_place + UART_SILENCE
     lds r31, uart_place + UART_FIRST

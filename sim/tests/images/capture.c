@@ -31,6 +31,26 @@ static void start(void)
     TIMSK5 = (uint8_t)(1U << ICIE5);
     TCCR5B = (uint8_t)((1U << ICES5) | (1U << WGM53) | (1U << WGM52) | (1U << CS50));
 }
+#elif defined(__AVR_ATmega1284P__)
+ISR(TIMER3_CAPT_vect)
+{
+    uint16_t at = RESULT[0];
+
+    if (at < RESULTS) {
+        RESULT[0] = at + 1U;
+        RESULT[1U + at] = ICR3;
+    }
+}
+
+static void start(void)
+{
+    DDRB = (uint8_t)(1U << 7);
+    OCR3A = TOP_TICKS;
+    OCR3B = 31;
+    TCCR3A = (uint8_t)((1U << COM3B1) | (1U << COM3B0) | (1U << WGM31) | (1U << WGM30));
+    TIMSK3 = (uint8_t)(1U << ICIE3);
+    TCCR3B = (uint8_t)((1U << ICES3) | (1U << WGM33) | (1U << WGM32) | (1U << CS30));
+}
 #else
 ISR(TIMER1_CAPT_vect)
 {

@@ -23,9 +23,14 @@
 
 #define SEQUENCE ((uint8_t)((1U << WDCE) | (1U << WDE)))
 
-ISR(WDT_vect)
+// What it interrupts keeps nothing in r24. A one turns the output over.
+ISR(WDT_vect, ISR_NAKED)
 {
-    PERMIT_PIN = (uint8_t)PERMIT_MASK; // a one turns the output over
+    __asm__ volatile("ldi r24, %[mask]\n\t"
+                     "out %[pin], r24\n\t"
+                     "reti\n\t"
+                     :
+                     : [mask] "M"(PERMIT_MASK), [pin] "I"(_SFR_IO_ADDR(PERMIT_PIN)));
 }
 
 // Writes `value` so many nops after the sequence's first write: with two, in its fourth cycle.
@@ -67,6 +72,69 @@ static void shortened(void)
     CHANGE(0, (1U << WDE) | 2U);
 }
 
+// Interrupts only, each out of a sleep: one comes as late as the other.
+__attribute__((noreturn)) static void sleep_between(void)
+{
+    SMCR = (uint8_t)(1U << SE); // idle
+    sei();
+    mark();
+    CHANGE(0, 1U << WDIE);
+    for (;;) {
+        __asm__ volatile("sleep");
+    }
+}
+
+// Interrupts only, each out of a loop of three cycles: how late one is answered changes.
+__attribute__((noreturn)) static void turn_between(void)
+{
+    sei();
+    mark();
+    CHANGE(0, 1U << WDIE);
+    __asm__ volatile("1:\n\tnop\n\trjmp 1b");
+    __builtin_unreachable();
+}
+
+// WDR, then the reset out of a sleep.
+static void sleep_to_the_end(void)
+{
+    SMCR = (uint8_t)(1U << SE);
+    CHANGE(0, 1U << WDE);
+    __builtin_avr_delay_cycles(1000);
+    sei();
+    mark();
+    __asm__ volatile("wdr\n\tsleep");
+}
+
+static void interrupt_and_reset(void)
+{
+    CHANGE(0, (1U << WDIE) | (1U << WDE));
+    mark();
+}
+
+// WDIF waits; cleared by a one, not by a zero.
+static void flag_waits(void)
+{
+    CHANGE(0, 1U << WDIE);
+    __builtin_avr_delay_cycles(300000);
+    WDTCSR = (uint8_t)(1U << WDIE);
+    RESULT[30] = WDTCSR;
+    WDTCSR = (uint8_t)((1U << WDIF) | (1U << WDIE));
+    RESULT[31] = WDTCSR;
+}
+
+static void run_other(uint8_t what)
+{
+    if (what == 10) {
+        sleep_between();
+    } else if (what == 11) {
+        sleep_to_the_end();
+    } else if (what == 12) {
+        turn_between();
+    } else { // 20 + WDP
+        prescalers((uint8_t)(what - 20U));
+    }
+}
+
 static void run(uint8_t what)
 {
     switch (what) {
@@ -86,13 +154,11 @@ static void run(uint8_t what)
         sei();
         break;
     case 4: // one interrupt, then the reset
-        CHANGE(0, (1U << WDIE) | (1U << WDE));
-        mark();
+        interrupt_and_reset();
         sei();
         break;
     case 5: // the interrupt is not served: the reset all the same
-        CHANGE(0, (1U << WDIE) | (1U << WDE));
-        mark();
+        interrupt_and_reset();
         break;
     case 6:
         fed();
@@ -100,19 +166,14 @@ static void run(uint8_t what)
     case 7:
         shortened();
         break;
-    case 8: // WDIF waits; cleared by a one, not by a zero
-        CHANGE(0, 1U << WDIE);
-        __builtin_avr_delay_cycles(300000);
-        WDTCSR = (uint8_t)(1U << WDIE);
-        RESULT[30] = WDTCSR;
-        WDTCSR = (uint8_t)((1U << WDIF) | (1U << WDIE));
-        RESULT[31] = WDTCSR;
+    case 8:
+        flag_waits();
         break;
     case 9: // reserved
         CHANGE(0, (1U << WDE) | (1U << WDP3) | 2U);
         break;
-    default: // 20 + WDP
-        prescalers((uint8_t)(what - 20U));
+    default:
+        run_other(what);
         break;
     }
 }

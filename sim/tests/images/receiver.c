@@ -3,6 +3,7 @@
 // character raises PERMIT in its first instruction, until RESULT[0] is not 0 any more. Then it
 // takes as many characters as that says at once, status and data in RESULT[1...], and from then on
 // when RESULT[0] says so; with 0x100 and more in it it switches the receiver off and on before.
+// GPIOR2 (the test pokes it): 0x80 for normal speed, 144 cycles a bit; 0x40 for 7 data bits.
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
@@ -44,7 +45,9 @@ ISR(RECEIVED, ISR_NAKED)
 #define RECEIVING ((uint8_t)(1U << RXEN0))
 #define SHOWN     ((uint8_t)((1U << RXC0) | (1U << FE0) | (1U << DOR0) | (1U << UPE0)))
 
-#define OFF_AND_ON 0x100U
+#define OFF_AND_ON   0x100U
+#define NORMAL_SPEED 0x80U
+#define SEVEN_BITS   0x40U
 
 static void take(uint16_t count)
 {
@@ -60,7 +63,14 @@ int main(void)
     PERMIT_DDR = (uint8_t)(1U << PERMIT_BIT);
     UBRR0 = 16;
     UCSR0A = (uint8_t)(1U << U2X0);
+    if (GPIOR2 == NORMAL_SPEED) {
+        UBRR0 = 8;
+        UCSR0A = 0;
+    }
     UCSR0C = (uint8_t)((1U << UPM01) | (1U << UCSZ01) | (1U << UCSZ00));
+    if (GPIOR2 == SEVEN_BITS) {
+        UCSR0C = (uint8_t)((1U << UPM01) | (1U << UCSZ01));
+    }
     UCSR0B = (uint8_t)(RECEIVING | (1U << RXCIE0));
     SMCR = (uint8_t)(1U << SE); // idle
     sei();

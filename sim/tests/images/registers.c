@@ -199,6 +199,35 @@ static void stop_and_go(void)
     RESULT[16] = low;
 }
 
+// 18 to 20: normal mode counts on from 0xFFFF to 0: the count behind that, TOV1 in the cycle of
+// 0xFFFF and of 0.
+static void wrap(void)
+{
+    uint8_t low;
+    uint8_t flags;
+
+    stop();
+    TCNT1 = 0xFFF0;
+    __asm__ volatile("sts %[tccrb], %[on]\n\t" NOPS(20) "lds %[low], %[tcnt]\n\t"
+                     : [low] "=r"(low)
+                     : [on] "r"(STARTED), REGISTERS);
+    RESULT[18] = low;
+    stop();
+    TCNT1 = 0xFFF0;
+    TIFR1 = 0xFF;
+    __asm__ volatile("sts %[tccrb], %[on]\n\t" NOPS(15) "in %[flags], %[tifr]\n\t"
+                     : [flags] "=r"(flags)
+                     : [on] "r"(STARTED), REGISTERS);
+    RESULT[19] = flags & (1U << TOV1);
+    stop();
+    TCNT1 = 0xFFF0;
+    TIFR1 = 0xFF;
+    __asm__ volatile("sts %[tccrb], %[on]\n\t" NOPS(16) "in %[flags], %[tifr]\n\t"
+                     : [flags] "=r"(flags)
+                     : [on] "r"(STARTED), REGISTERS);
+    RESULT[20] = flags & (1U << TOV1);
+}
+
 int main(void)
 {
     stop();
@@ -210,6 +239,7 @@ int main(void)
     blocked_match();
     match_flag();
     stop_and_go();
+    wrap();
     RESULT[17] = 0x600D;
     for (;;) {
     }

@@ -26,7 +26,8 @@ def test_a_planted_defect_is_found(defect):
 @pytest.mark.usefixtures("fuzzers")
 def test_a_defect_that_cannot_be_planted_is_refused(tmp_path):
     defect = sources.Defect("server", defects.FRAME, "no such text", "", "nothing")
-    with pytest.raises(UserError, match="is not there exactly once"):
+    message = r"frame\.c: the defect 'nothing' cannot be planted: 'no such text' is there 0 times"
+    with pytest.raises(UserError, match=message):
         sources.build_with(defect, tmp_path)
 
 

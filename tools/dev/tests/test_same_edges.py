@@ -1,16 +1,21 @@
 # SPDX-License-Identifier: MIT
 """The comparison of two images' edges: it must find a doctored edge list, and nothing else."""
 
+from dataclasses import replace
 from fractions import Fraction
 
+import edge_trials
 import pytest
 import same_edges
+from edge_trials import Trial
 from same_edges import Made
 
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
+from pixstep.lines.runs import Seek
+from pixstep.simulation.clockflaws import ClockFlaws
 from pixstep.simulation.simctl import BOOT_S
-from pixstep.simulation.simrun import Job
+from pixstep.simulation.simrun import LOCK, Job
 
 CSV = """\
 cycle,board,axis,signal,level
@@ -25,11 +30,12 @@ cycle,board,axis,signal,level
 3032,0,1,STEP,0
 """
 JOB = Job("mega", {0: Line((1,), PLAIN, name="a line")}, Fraction(30))
+LINE = Trial(JOB)
 
 
-def made(text=CSV, ended="done"):
+def made(text=CSV, ended="done", event=None):
     """Return what an image made, from an edge list."""
-    return Made(same_edges.read(text.encode()), ended)
+    return Made(same_edges.read(text.encode()), ended, event)
 
 
 def difference(text, ended="done"):
@@ -91,24 +97,25 @@ def test_a_run_at_another_pixel_edge_is_told_apart_from_a_difference():
     assert [moved(later(1_066_667)), moved(later(533_333))] == [2, 1]
     assert moved(later(533_300)) == 0
     assert moved(later(533_333).replace(",0,1,STEP,0", ",0,1,STEP,1", 1)) == 0
+    assert moved(later(533_333, CSV.replace("3032", "3033"))) == 1
     assert moved(later(533_333, CSV.replace("3000", "3001"))) == 0
 
 
 def test_differences_are_counted_and_the_first_is_named(capsys):
-    doctored = iter([CSV, CSV.replace("3000", "3001"), CSV.replace("3032", "3033")])
-    outcome = same_edges.compare([JOB] * 3, lambda _: made(), lambda _: made(next(doctored)))
+    doctored = iter([CSV, CSV.replace("3000", "3001"), CSV.replace("2000,0,0", "2001,0,0")])
+    outcome = same_edges.compare([LINE] * 3, lambda _: made(), lambda _: made(next(doctored)))
     assert (outcome.runs, outcome.steps, outcome.edges, outcome.differing) == (3, 9, 27, 2)
     assert not same_edges.report("mega", outcome)
-    assert "first difference: run 1 (axis 0 a line, 1 pixels, 30.00 Hz): edge" in (
+    assert "first difference: run 1 (line: axis 0 a line, 1 pixels, 30.00 Hz): edge" in (
         capsys.readouterr().out
     )
 
 
 def test_a_comparison_without_edges_proves_nothing(capsys):
     head = same_edges.HEADER + "\n"
-    outcome = same_edges.compare([JOB], lambda _: made(head), lambda _: made(head))
+    outcome = same_edges.compare([LINE], lambda _: made(head), lambda _: made(head))
     assert not same_edges.report("mega", outcome)
-    same = same_edges.compare([JOB], lambda _: made(), lambda _: made())
+    same = same_edges.compare([LINE], lambda _: made(), lambda _: made())
     assert same_edges.report("mega", same)
     assert "0 runs differ" in capsys.readouterr().out
 
@@ -119,7 +126,7 @@ def test_a_file_that_is_no_edge_list_is_refused():
 
 
 def test_lines_are_armed_halfway_between_pixel_edges_when_all_is_uploaded():
-    cycle = same_edges.arm_cycle(JOB)
+    cycle = same_edges.arm_cycle(LINE)
     ticks_a_ms = JOB.period * JOB.pixel_hz / 1000
     pixels = (cycle - same_edges.CLOCK_START_MS * ticks_a_ms) / JOB.period
     assert abs(pixels % 1 - Fraction(1, 2)) < Fraction(1, 1000)
@@ -127,17 +134,127 @@ def test_lines_are_armed_halfway_between_pixel_edges_when_all_is_uploaded():
 
 
 def test_every_axis_and_every_axis_at_once_are_run():
-    wanted = same_edges.jobs("mega", 6, 1)
-    assert [sorted(job.lines) for job in wanted] == [
+    wanted = same_edges.wanted_trials("mega", 6, 0, 1)
+    assert [sorted(trial.job.lines) for trial in wanted] == [
         [0],
         *[[0, 1, 2, 3]] * 2,
         *([axis] for axis in (0, 1, 2, 3, 0, 1)),
     ]
-    assert [len(job.lines) for job in same_edges.jobs("uno", 3, 1)] == [1, 1, 1, 1]
+    alone = same_edges.wanted_trials("uno", 3, 0, 1)
+    assert [len(trial.job.lines) for trial in alone] == [1, 1, 1, 1]
+
+
+def excuse(trial, old, new):
+    """Return what kind of a difference it is that a faster image may make, if it is one."""
+    assert same_edges.difference(old, new)
+    return same_edges.excuse(trial, old, new)
+
+
+def test_a_locked_run_may_be_ticks_apart_and_no_more():
+    trial = Trial(replace(JOB, sync=LOCK), "lock")
+    near = made(CSV.replace("3000", "3002"))
+    assert excuse(trial, made(), near) == same_edges.NEAR
+    assert same_edges.near_ticks(made(), near) == 2
+    for wrong in (
+        made(CSV.replace("3000", "3003")),
+        made(CSV.replace("3000", "3001"), "done fault"),
+        made(CSV.replace("3000", "3001").replace("2500,0,1,DIR,1\n", "")),
+        made(CSV.replace("3000,0,1,STEP,1\n3032,0,1,STEP,0\n", "")),
+    ):
+        assert excuse(trial, made(), wrong) == ""
+    assert excuse(LINE, made(), made(CSV.replace("3000", "3001"))) == ""
+    poor = replace(trial, job=replace(trial.job, flaws=ClockFlaws(jitter_us=2)))  # 32 ticks
+    assert excuse(poor, made(), made(CSV.replace("3000", "3034"))) == same_edges.NEAR
+    assert excuse(poor, made(), made(CSV.replace("3000", "3035").replace("3032", "3067"))) == ""
+
+
+def test_a_pulse_may_end_elsewhere():
+    assert excuse(LINE, made(), made(CSV.replace("3032", "3099"))) == same_edges.FALLS
+    assert excuse(LINE, made(), made(CSV.replace("3032", "3099").replace("3000", "3001"))) == ""
+    assert excuse(LINE, made(), made(CSV.replace("3032,0,1,STEP,0\n", ""))) == ""
+    assert excuse(LINE, made(), made(CSV.replace("3032", "3099"), "fault")) == ""
+
+
+def test_a_stopped_run_is_the_same_up_to_the_stop():
+    trial = Trial(JOB, "stop", stop_s=0.1)
+    shorter = CSV.replace("3000,0,1,STEP,1\n3032,0,1,STEP,0\n", "")
+    assert excuse(trial, made(event=2600), made(shorter, event=2600)) == same_edges.ANSWERED
+    late = CSV + "40000,0,1,STEP,1\n40032,0,1,STEP,0\n"
+    wrong = "empty, steps miscounted"
+    for old, new in (
+        (made(event=2600), made(late, event=2600)),
+        (made(event=3100), made(shorter, event=3100)),
+        (made(event=2600), made(shorter, "empty", 2600)),
+        (made(CSV, wrong, 2600), made(shorter, wrong, 2600)),
+    ):
+        assert excuse(trial, old, new) == ""
+
+
+def test_a_seek_may_begin_anywhere():
+    trial = Trial(JOB, "seek", seek=Seek((4, 8), 10))
+    assert excuse(trial, made(event=2600), made(later(4096), event=6696)) == same_edges.MOVED
+    moved = later(4096, CSV.replace("2000,0,1,STEP,1", "2001,0,1,STEP,1"))
+    assert excuse(trial, made(event=2600), made(moved, event=6696)) == ""
+    assert excuse(LINE, made(), made(later(4096))) == ""
+
+
+def test_another_phase_is_tried_where_two_images_begin_on_different_edges():
+    tried = []
+
+    def run_new(trial):
+        tried.append(trial.phase)
+        return made(later(533_333) if trial.phase == Fraction(1, 2) else CSV)
+
+    outcome = same_edges.compare([LINE], lambda _: made(), run_new)
+    assert tried == [Fraction(1, 2), Fraction(1, 4)]
+    assert (outcome.differing, outcome.excused) == (0, {})
+    always = same_edges.compare([LINE], lambda _: made(), lambda _: made(later(533_333)))
+    assert (always.differing, always.excused) == (0, {same_edges.MOVED: 1})
+
+
+def test_the_trials_are_those_that_are_promised():
+    wanted = list(edge_trials.trials("mega", 12, 1))
+    assert [(trial.kind, trial.job) for trial in wanted] == [
+        (trial.kind, trial.job) for trial in edge_trials.trials("mega", 12, 1)
+    ]
+    by_kind = {
+        kind: [trial for trial in wanted if trial.kind == kind]
+        for kind in {trial.kind for trial in wanted}
+    }
+    assert sorted(by_kind) == ["divider", "fast clock", "lock", "seek", "stop", "stream"]
+    assert {len(of) for of in by_kind.values()} == {12}
+    fast = [trial.job.pixel_hz for kind in ("fast clock", "divider") for trial in by_kind[kind]]
+    assert min(fast) == 500 and max(fast) == 5000
+    locks = [trial.job for trial in by_kind["lock"]]
+    assert all(job.locked and job.pixel_ppm for job in locks)
+    for name in ("jitter_us", "drop", "double"):
+        assert len({getattr(job.flaws, name) for job in locks}) > 1, name
+    assert max(job.divider for job in locks) > 1 and {len(job.lines) for job in locks} == {1, 4}
+    assert all(trial.records for trial in by_kind["stream"])
+    assert {trial.by_contact for trial in by_kind["stop"]} == {True, False}
+    assert all(trial.seek and trial.job.plants for trial in by_kind["seek"])
+
+
+def test_an_image_makes_the_edges_that_it_makes_in_every_kind():
+    wanted = list(edge_trials.trials("uno", 1, 3))
+    image = same_edges.natives.image("uno")
+    ends = {}
+
+    def run(trial):
+        ends[trial.kind] = same_edges.run_image(trial, image)
+        return ends[trial.kind]
+
+    outcome = same_edges.compare(wanted, run, run)
+    assert (outcome.runs, outcome.refused, outcome.differing) == (6, 0, 0)
+    assert outcome.excused == {}
+    for kind, found in ends.items():
+        assert found.ended.startswith("empty" if kind == "stop" else "done"), (kind, found.ended)
+        assert found.steps > 10, kind
+        assert (found.event is not None) == (kind in ("stop", "seek"))
 
 
 def test_an_image_makes_the_edges_that_it_makes():
-    wanted = same_edges.jobs("uno", 1, 1)[1:]
+    wanted = same_edges.wanted_trials("uno", 1, 0, 1)[1:]
     image = same_edges.natives.image("uno")
     outcome = same_edges.compare(
         wanted,

@@ -127,7 +127,7 @@ static bool line_over(const struct plan *plan)
 static void arm(struct plan *plan)
 {
     (void)lifecycle_report(&plan->axis.life, LIFECYCLE_READY);
-    plan->armed = axis_arm(&plan->axis, &plan->period, true);
+    plan->armed = axis_arm(&plan->axis, &plan->period);
     plan->broken = plan->broken || !plan->armed;
 }
 
@@ -138,7 +138,7 @@ static void plan_period(struct plan *plan)
     if (!plan->armed) {
         arm(plan);
     }
-    decode_axis(&plan->axis, &plan->period, true, DECODE_BUDGET);
+    decode_axis(&plan->axis, &plan->period, DECODE_BUDGET);
     if (!plan->released) {
         release(plan);
     }

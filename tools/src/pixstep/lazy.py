@@ -13,14 +13,21 @@ import importlib
 from types import ModuleType
 from typing import Any
 
+_LOADED = "__loaded__"
+_MISSING = object()
+
 
 class _Lazy(ModuleType):
     """Stands for a module."""
 
     def __getattr__(self, name: str) -> Any:
-        module = importlib.import_module(self.__name__)
-        if hasattr(module, name):
-            return getattr(module, name)
+        # Looked up here each time, as nothing of it is kept: only the module is.
+        module = self.__dict__.get(_LOADED)
+        if module is None:
+            module = self.__dict__[_LOADED] = importlib.import_module(self.__name__)
+        found = getattr(module, name, _MISSING)
+        if found is not _MISSING:
+            return found
         try:
             return importlib.import_module(f"{self.__name__}.{name}")  # a package's own module
         except ModuleNotFoundError:

@@ -175,6 +175,47 @@ def estops(ctx, board, count, seed, as_json):
 
 @robustness_group.command()
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
+@click.option(
+    "--count", type=click.IntRange(min=1), default=350, show_default=True, help="Sequences."
+)
+@click.option(
+    "--first",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="Number of the first one: sequence SEED:NUMBER is the same in every run.",
+)
+@_seed
+@_json
+@click.pass_context
+def plays(ctx, board, count, first, seed, as_json):
+    """Stop axes with play at random cycles, and look where their loads are.
+
+    Lines, moves, searches, stops, emergency stops and disarms follow each other at random; each
+    sequence begins with a reset and a play of 1 to 400 steps.
+
+    Exit status 0 only if every load is within a step of its line at every pixel edge away from
+    take-ups, or the board says that it did not know the play; and if the board knows the play once
+    a line with backlash came to its end.
+    """
+    from pixstep_dev.robustness.plays import campaign
+
+    with progress.shown(f"{board}: {count} sequences") as show:
+        outcome = campaign.run(campaign.Plan(board, count, seed, first), show)
+    ends = ", ".join(f"{number:,} {name}" for name, number in sorted(outcome.ends.items()))
+    rows = [
+        f"{board}: {outcome.sequences:,} sequences, {outcome.lines:,} lines with backlash, of "
+        f"{outcome.warned:,} the board did not know the play",
+        f"  motions: {ends}",
+        f"  {outcome.edges:,} pixel edges away from take-ups, the load {outcome.worst_steps} steps "
+        f"off at most",
+    ]
+    otherwise = "every load was where its line says"
+    _finish(ctx, asdict(outcome), rows, otherwise, as_json=as_json)
+
+
+@robustness_group.command()
+@click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
 @click.option("--count", type=click.IntRange(min=1), default=2000, show_default=True, help="Cuts.")
 @_seed
 @_json
@@ -193,6 +234,43 @@ def powercuts(ctx, board, count, seed, as_json):
         f"{outcome.old:,} times the old settings, {outcome.new:,} times the new"
     ]
     _finish(ctx, asdict(outcome), rows, "always one of them, whole", as_json=as_json)
+
+
+@robustness_group.command()
+@click.option(
+    "--board",
+    type=click.Choice(boards.BOARD_NAMES),
+    multiple=True,
+    help="Kinds to choose from.  [default: all]",
+)
+@click.option(
+    "--count", type=click.IntRange(min=1), default=10_000, show_default=True, help="Starts."
+)
+@_seed
+@_json
+@click.pass_context
+def starts(ctx, board, count, seed, as_json):
+    """Start two or three boards together on one pixel clock.
+
+    By the host's own procedure, at random frequencies, dividers, rests of the clock and flaws of
+    one board's pin, each simulator with boards that came from reset apart. Exit status 0 only if
+    in every start all boards began on one clock edge, or somebody said why not.
+    """
+    from pixstep_dev.robustness import starts as campaign
+
+    plan = campaign.Plan(board or tuple(boards.BOARD_NAMES), count, seed)
+    with progress.shown(f"{count} starts") as show:
+        outcome = campaign.run_plan(plan, show)
+    rows = [
+        f"{outcome.starts:,} starts: {outcome.together:,} together (at most "
+        f"{outcome.apart_edges:.3f} clock periods apart), {outcome.named:,} named before anything "
+        f"moved, {outcome.named_moved:,} named and stopped in motion",
+        *(
+            f"  {number:>6,} {reason}"
+            for reason, number in sorted(outcome.reasons.items(), key=lambda item: -item[1])
+        ),
+    ]
+    _finish(ctx, asdict(outcome), rows, "no silent difference", as_json=as_json)
 
 
 @robustness_group.command()
@@ -233,6 +311,32 @@ def homings(ctx, board, count, bounce_ticks, seed, as_json):
 def _spread(counts: dict[int, int]) -> str:
     """Return how often each deviation was met."""
     return ", ".join(f"{off} {number:,} times" for off, number in sorted(counts.items())) or "none"
+
+
+@robustness_group.command()
+@click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
+@click.option(
+    "--count", type=click.IntRange(min=1), default=1000, show_default=True, help="Clocks."
+)
+@_seed
+@_json
+@click.pass_context
+def clocks(ctx, board, count, seed, as_json):
+    """Give a board pixel clocks of another frequency than it is set to.
+
+    0.24 to 4.2 times the frequency, at rest and in motion, lines that begin on the clock and lines
+    that are locked to it. Exit status 0 only if each was refused or named by a fault within 8 of
+    its edges or 20 ms, and no line ran to its end.
+    """
+    from pixstep_dev.robustness import clocks as campaign
+
+    with progress.shown(f"{board}: {count} clocks") as show:
+        outcome = campaign.run(campaign.Plan(board, count, seed), show)
+    rows = [
+        f"{board}: {outcome.clocks:,} wrong clocks, {outcome.in_motion:,} of them in motion",
+        *(f"  {number:>6,} {name}" for name, number in sorted(outcome.named.items())),
+    ]
+    _finish(ctx, asdict(outcome), rows, "each one was refused or named", as_json=as_json)
 
 
 robustness_group.add_command(orders)

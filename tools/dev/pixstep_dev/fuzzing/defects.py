@@ -27,8 +27,8 @@ DEFECTS = (
     Defect(
         "server",
         SERVER,
-        "bool mute = counters->listen_only || bytes[0] == 0;",
-        "bool mute = counters->listen_only;",
+        "bool mute = server_listens_only(counters) || bytes[0] == 0;",
+        "bool mute = server_listens_only(counters);",
         "a request to all that is answered",
     ),
     Defect(

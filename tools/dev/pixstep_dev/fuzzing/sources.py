@@ -54,20 +54,34 @@ def _object(source: Path) -> str:
     return str(natives.root() / "build" / "host" / "fuzz" / "objects" / f"{inside}.o")
 
 
+def planted_text(defect: Defect) -> str:
+    """Return the text of a defect's file with the defect.
+
+    Raises UserError, which names the file, if the right text is not there exactly once: then the
+    file has changed, and the defect must follow it.
+    """
+    source = natives.source(f"firmware/{defect.file}")
+    text = source.read_text(encoding="utf-8")
+    found = text.count(defect.right)
+    if found != 1:
+        raise UserError(
+            f"{source}: the defect {defect.about!r} cannot be planted: {defect.right!r} is there "
+            f"{found} times, not once"
+        )
+    return text.replace(defect.right, defect.wrong)
+
+
 def build_with(defect: Defect, folder: Path) -> Path:
     """Build a target's fuzzer with a planted defect in `folder`; return the program.
 
     Only the source with the defect is compiled; the other objects are those of the built fuzzer.
-    Raises UserError if the right text is not in the file exactly once: then the defect would not
-    be planted.
+    Raises UserError for a defect that cannot be planted.
     """
     source = natives.source(f"firmware/{defect.file}")
-    text = source.read_text(encoding="utf-8")
-    if text.count(defect.right) != 1:
-        raise UserError(f"{source}: {defect.right!r} is not there exactly once")
+    text = planted_text(defect)
     planted = folder / "firmware" / source.name  # where the fuzzer is guided by what it reaches
     planted.parent.mkdir(parents=True, exist_ok=True)
-    planted.write_text(text.replace(defect.right, defect.wrong), encoding="utf-8")
+    planted.write_text(text, encoding="utf-8")
     program = folder / "fuzz"
     covered = f"-fsanitize-coverage-allowlist={natives.source('fuzz/covered.txt')}"
     options = [word for word in words(defect.target) if not word.endswith(".c")]

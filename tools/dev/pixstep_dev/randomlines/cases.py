@@ -52,20 +52,27 @@ def max_speed(period: Fraction, bounds: Bounds) -> int:
     return min(int(period / bounds.min_interval_ticks), 16_382) // 2 * 2
 
 
-def smooth_case(rng: random.Random, bounds: Bounds | None = None) -> Case:
-    """Return a valid smooth line: even boundary speeds walking from 0 to 0, some with backlash."""
+def smooth_case(
+    rng: random.Random, bounds: Bounds | None = None, pixel_hz: Fraction | None = None
+) -> Case:
+    """Return a valid smooth line: even boundary speeds walking from 0 to 0, some with backlash.
+
+    Without `pixel_hz` its frequency is random too, as that of a plain one.
+    """
     bounds = bounds or Bounds()
     while True:
-        hz = rng.choice(PIXEL_HZ)
+        hz = pixel_hz or rng.choice(PIXEL_HZ)
         line = _smooth_line(rng, max_speed(period_ticks(hz, bounds.tick_hz), bounds), bounds)
         if not refused(check(line)):
             return Case(line, hz, bounds.tick_hz)
 
 
-def plain_case(rng: random.Random, bounds: Bounds | None = None) -> Case:
+def plain_case(
+    rng: random.Random, bounds: Bounds | None = None, pixel_hz: Fraction | None = None
+) -> Case:
     """Return a valid plain line: signed counts, zeros and reversals included."""
     bounds = bounds or Bounds()
-    hz = rng.choice(PIXEL_HZ)
+    hz = pixel_hz or rng.choice(PIXEL_HZ)
     period = period_ticks(hz, bounds.tick_hz)
     top = max_speed(period, bounds)
     slow = max(1, min(top, int(period / bounds.reversal_ticks)))
@@ -82,9 +89,15 @@ def plain_case(rng: random.Random, bounds: Bounds | None = None) -> Case:
     return Case(Line(tuple(counts), PLAIN, name="random plain"), hz, bounds.tick_hz)
 
 
-def case(rng: random.Random, decode: str, bounds: Bounds | None = None) -> Case:
+def case(
+    rng: random.Random,
+    decode: str,
+    bounds: Bounds | None = None,
+    pixel_hz: Fraction | None = None,
+) -> Case:
     """Return a random case of the given decode rule."""
-    return smooth_case(rng, bounds) if decode == SMOOTH else plain_case(rng, bounds)
+    make = smooth_case if decode == SMOOTH else plain_case
+    return make(rng, bounds, pixel_hz)
 
 
 def rate_case(

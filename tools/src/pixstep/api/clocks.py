@@ -12,7 +12,12 @@ import numpy.typing as npt
 from pixstep import arguments
 from pixstep.api.ticks import Ticks
 from pixstep.errors import UserError
-from pixstep.simulation.clockflaws import MOST_JITTER_US, MOST_PPM, ClockFlaws
+from pixstep.simulation.clockflaws import (
+    MOST_JITTER_US,
+    MOST_PPM,
+    MOST_REST_MS,
+    ClockFlaws,
+)
 from pixstep.simulation.clockjudge import Kept
 from pixstep.simulation.simrun import Job
 
@@ -21,8 +26,9 @@ _RANGES = {
     "jitter_us": (0, MOST_JITTER_US),
     "wander_ppm": (0, MOST_PPM),
     "step_ppm": (-MOST_PPM, MOST_PPM),
+    "gate_rest_ms": (0, MOST_REST_MS),
 }
-_COUNTS = ("step_edge", "drop", "double")
+_COUNTS = ("step_edge", "drop", "double", "gate_edges")
 
 
 @dataclass(frozen=True)
@@ -43,6 +49,10 @@ class PixelClock:
     """One edge of so many is missing, of 2 at least; 0 is none."""
     double: int = 0
     """One edge of so many is followed by a false one; 0 is none."""
+    gate_edges: int = 0
+    """After so many edges the clock rests, and so on; 0 is no gate."""
+    gate_rest_ms: float = 0.0
+    """How long it rests, besides the period."""
 
     def __post_init__(self) -> None:
         """Raise UserError for a value that no simulated clock can have."""
@@ -70,6 +80,8 @@ class PixelClock:
             self.step_edge,
             self.drop,
             self.double,
+            self.gate_edges,
+            self.gate_rest_ms,
         )
 
 

@@ -5,14 +5,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypedDict
 
+from pixstep.board import clock_hz, settings, values
 from pixstep.board import registers as regs
-from pixstep.board import settings, values
 from pixstep.board.device import Board
 from pixstep.board.errors import BoardError
 from pixstep.board.link import World
 
 _MEASURING_EDGES = 500  # of a clock that is not too bad, in which a board measures it
 _POLL_EDGES, _POLL_S = 8, 0.1  # between two looks, whichever is less
+_OFF_LOOKS = 8  # in a row that see a clock of another frequency: it is another one
 
 
 class ClockData(TypedDict):
@@ -96,13 +97,32 @@ def await_measured(
 ) -> None:
     """Wait until a board has measured its pixel clock, whose edges are `clock_s` apart.
 
-    Raises BoardError if it has not after so many edges.
+    Raises BoardError if it has not after so many edges, or sees a clock of another frequency.
     """
-    end_s = world.now_s() + edges * clock_s + _POLL_S
+    end_s, off = world.now_s() + edges * clock_s + _POLL_S, 0
     while not board.input("status") >> regs.STATUS_MEASURED & 1:
+        seen_hz = clock_hz.interval_hz(board.input("clock_interval"), board.tick_hz())
+        off = off + 1 if seen_hz else 0
+        if seen_hz and off > _OFF_LOOKS:
+            raise BoardError(
+                f"board {board.unit}: the pixel clock is another one: "
+                f"{clock_hz.beside(seen_hz, 1 / clock_s)}"
+            )
         if world.now_s() > end_s:
             raise BoardError(f"board {board.unit}: no steady pixel clock in {edges} edges")
         world.wait(min(_POLL_S, _POLL_EDGES * clock_s))
+
+
+def measured_hz(clock: ClockState | None, inputs: Mapping[str, int], tick_hz: int) -> float | None:
+    """Return the frequency of the clock as the board sees it; None while it knows of none.
+
+    By its measured period, or, of a clock that is another one than it is set to, by the newest
+    interval between two edges.
+    """
+    off = clock_hz.interval_hz(inputs.get("clock_interval", 0), tick_hz)
+    if off is None and clock is not None:
+        return clock.tick_hz / clock.period_ticks
+    return off
 
 
 def read(board: Board, inputs: Mapping[str, int]) -> ClockState | None:

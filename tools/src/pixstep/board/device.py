@@ -10,7 +10,7 @@ from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING
 
-from pixstep.board import boards, features
+from pixstep.board import boards, clock_hz, features
 from pixstep.board import registers as regs
 from pixstep.board.errors import (
     BUSY,
@@ -129,6 +129,11 @@ class Board(Wire):
         mine = [board.tick_hz for board in boards.all_boards() if board.id == found.board_id]
         return min(mine or known)
 
+    def clock_hz(self) -> Fraction:
+        """Return the exact frequency of the pixel clock's edges that the board is set to."""
+        names = ("pixel_hz_num", "pixel_hz_den")
+        return Fraction(*(self.setting(name) for name in names))
+
     def inputs(self) -> dict[str, int]:
         """Return all board-wide input registers by name."""
         return values(places(self.map.inputs), self.read_inputs)
@@ -202,12 +207,20 @@ class Board(Wire):
         """
         self.write(regs.COMMAND_BASE, _command_words(name, axes, argument))
 
-    def go(self, token: int) -> None:
-        """Let every axis of every board on the bus start that was armed with this token.
+    def go(self, token: int, edge: int) -> None:
+        """Let the axes start that were armed with this token.
 
-        A broadcast: nobody replies.
+        Lines that wait for the pixel clock begin on the edge of this number (1..65535), by the
+        board's own count (register clock_edge).
         """
-        self.broadcast(regs.COMMAND_BASE, _command_words("go", [0], token))
+        self.write(regs.COMMAND_BASE, [*_command_words("go", [0], token), edge])
+
+    def mark(self) -> None:
+        """Make every board on the bus note its newest clock edge; a broadcast: nobody replies.
+
+        Nothing may follow on the bus for 20 ms.
+        """
+        self.broadcast(regs.COMMAND_BASE, _command_words("mark", [0], 0))
 
     def stop_all(self) -> None:
         """Stop every axis of every board on the bus; a broadcast: nobody replies.
@@ -322,7 +335,13 @@ class Board(Wire):
 
     def fault_text(self) -> str:
         """Return the board's fault and its cure in two sentences, empty if there is none."""
-        return regs.fault_text(self.inputs())
+        state = self.inputs()
+        name = regs.code_name(regs.faults(), state["fault_code"])
+        beside = ""
+        if name in clock_hz.CLOCK_FAULTS:
+            measured = clock_hz.fault_hz(name, state["fault_argument"], self.tick_hz())
+            beside = clock_hz.beside(measured, float(self.clock_hz()))
+        return regs.fault_text(state, beside)
 
     def fault_advice(self) -> str:
         """Return the same, and how to go on then; empty if there is no fault."""

@@ -25,13 +25,14 @@ ROOM_BASE = 0x80  # free bytes of each axis' queue
 COMMAND_BASE = 0x100
 EVENT_BASE = 0x300  # event log: number of events, then the entries
 EVENT_WORDS = 8
-MAP_VERSION = 4
+MAP_VERSION = 5
 PACKED_MAP_VERSION = 4  # boards from this map on take packed blocks
 STORE_KEY = 0x5AFE  # argument of store and default_settings
 BOARD_IDS = {board.id: board.name for board in boards.all_boards()}
 AXIS_COUNTS = tuple(sorted({board.axes for board in boards.all_boards()}))
 STATUS_MEASURED = 7  # bit of input register `status`: a lock to the pixel clock can begin
 STATUS_STOPPING = 8  # bit of input register `status` for axis 0; the next axes follow
+STATUS_PLAY = 12  # axis 0 began its newest line with backlash without knowing its play; and so on
 STATUS_BITS = {  # of input register `status`
     "clock": 0,
     "armed": 1,
@@ -61,6 +62,7 @@ COMMANDS = {
     "store": 11,
     "default_settings": 12,
     "go": 13,
+    "mark": 14,
 }
 MAX_EVENTS = 256  # of any board's event log; each says its own in event_capacity
 _WORDS = {"u16": 1, "i16": 1, "u32": 2, "i32": 2}
@@ -180,8 +182,11 @@ def axis_state(code: int) -> str:
     return AXIS_STATES[code] if code < len(AXIS_STATES) else f"state {code}"
 
 
-def fault_text(state: Mapping[str, int]) -> str:
-    """Return the fault of a board's input registers and its cure, empty if there is none."""
+def fault_text(state: Mapping[str, int], beside: str = "") -> str:
+    """Return the fault of a board's input registers and its cure, empty if there is none.
+
+    `beside` is what else is known of it.
+    """
     code, argument = state["fault_code"], state["fault_argument"]
     if not code:
         return ""
@@ -189,7 +194,9 @@ def fault_text(state: Mapping[str, int]) -> str:
     fault = faults().get(code)
     if fault is None:
         return f"fault code {code} {where}, argument {argument}"
-    told = f" ({fault.argument}: {argument})" if fault.argument else ""
+    known = [f"{fault.argument}: {argument}"] if fault.argument else []
+    known += [beside] if beside else []
+    told = f" ({'; '.join(known)})" if known else ""
     return f"fault {fault.name} {where}: {fault.text}{told}. {fault.cure}"
 
 

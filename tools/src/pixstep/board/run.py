@@ -2,7 +2,6 @@
 """Lines of real boards: armed, started together, streamed and followed to their end."""
 
 import contextlib
-import secrets
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
@@ -14,8 +13,6 @@ from pixstep.board.errors import (
     IMPOSSIBLE,
     BoardError,
     ExceptionReplyError,
-    LineLostError,
-    NoReplyError,
     NotPossibleError,
 )
 from pixstep.board.link import World
@@ -27,8 +24,6 @@ _POLL_S = 0.02
 # Of lines that run: between two polls of the status, and between two looks at all of the axes,
 # which keeps a board from its steps for some 30,000 cycles.
 _STATUS_S, _AXES_S = 0.05, 0.25
-_GO_S = 1.0  # from the broadcast go to every board's start, and so many pixels
-_GO_PIXELS = 4
 _MOVING = ("armed", "running")
 _OVER = ("done", "loaded")  # a line has ended; loaded is the one behind it
 _TOGETHER = "too_fast_together"
@@ -88,6 +83,12 @@ def arm(board: Board, axes: list[int], token: int = 0) -> None:
             raise _why_not(board, "arm", axes) from None
 
 
+def play_unknown(board: Board, axes: list[int]) -> list[int]:
+    """Return those of some axes whose newest line with backlash began without knowing the play."""
+    status = board.input("status") if axes else 0
+    return [axis for axis in axes if status >> (regs.STATUS_PLAY + axis) & 1]
+
+
 def command(board: Board, name: str, axes: list[int], argument: int = 0) -> None:
     """Give a command; a refusal is explained by the state of the board."""
     try:
@@ -96,68 +97,6 @@ def command(board: Board, name: str, axes: list[int], argument: int = 0) -> None
         if error.code != IMPOSSIBLE:
             raise
         raise _why_not(board, name, axes) from None
-
-
-def start_together(group: list[Lines], world: World) -> int:
-    """Start lines of several boards on one pixel clock edge; return the token.
-
-    All are armed with the token, looked at, and let go by one broadcast. If one board does not
-    arm, or Ctrl-C comes, those that did, or may have, are disarmed: their lines are forgotten.
-    Raises BoardError then, and if a board is still armed long after the broadcast: it has not
-    heard it.
-    """
-    for lines in group:
-        lines.board.require("tokens")
-    token = secrets.randbelow(0xFFFF) + 1
-    armed: list[Lines] = []
-    try:
-        for lines in group:
-            _arm_one(lines, token, armed)
-        for lines in group:
-            _require(lines, ("armed",), "not armed after all")
-    except (BoardError, KeyboardInterrupt):
-        with signals.ignored():
-            group[0].board.settle()
-            for lines in armed:
-                with contextlib.suppress(BoardError):
-                    lines.board.command("disarm", lines.axes)
-        raise
-    group[0].board.go(token)
-    _await_start(group, world)
-    return token
-
-
-def _arm_one(lines: Lines, token: int, armed: list[Lines]) -> None:
-    """Arm a board's lines and note it; a board that did not say no may be armed too."""
-    armed.append(lines)
-    try:
-        arm(lines.board, lines.axes, token)
-    except (NoReplyError, LineLostError):
-        raise
-    except BoardError:
-        armed.remove(lines)
-        raise
-
-
-def _await_start(group: list[Lines], world: World) -> None:
-    """Wait until no axis is armed any more; raises BoardError for a fault, and if one stays so."""
-    slowest_s = max(lines.board.pixel_period_s() for lines in group)
-    end = world.now_s() + _GO_S + _GO_PIXELS * slowest_s
-    while True:
-        waiting = []
-        for lines in group:
-            _raise_fault(lines.board)
-            found = states(lines.board, lines.axes)
-            waiting += [(lines.board.unit, axis) for axis, name in found.items() if name == "armed"]
-        if not waiting:
-            return
-        if world.now_s() > end:
-            unit, axis = waiting[0]
-            raise BoardError(
-                f"board {unit}: axis {axis} is still armed while others move: it has not heard go "
-                f"(`pixstep board stop` stops all)"
-            )
-        world.wait(_POLL_S)
 
 
 def follow(group: list[Lines], world: World, pixels: int = 0, progress: Progress = unseen) -> None:
@@ -177,13 +116,13 @@ def follow(group: list[Lines], world: World, pixels: int = 0, progress: Progress
             over = over and not any(name in _MOVING for name in names)
             done = max(done, *(found[axis]["pixel"] for axis in lines.axes))
             if "fault" in names:
-                _raise_fault(lines.board)
+                raise_fault(lines.board)
         if over:
             break
         progress(min(1.0, done / pixels) if pixels else 0.0)
         _stream(group, world, look_s, pixel_s)
     for lines in group:
-        _require(lines, _OVER, "stopped before its end")
+        require(lines, _OVER, "stopped before its end")
 
 
 def _stream(group: list[Lines], world: World, until_s: float, pixel_s: Mapping[int, float]) -> None:
@@ -317,18 +256,18 @@ def _stopping(board: Board, axes: list[int]) -> set[int]:
     return {axis for axis in axes if status >> (regs.STATUS_STOPPING + axis) & 1}
 
 
-def _require(lines: Lines, wanted: tuple[str, ...], text: str) -> None:
+def require(lines: Lines, wanted: tuple[str, ...], text: str) -> None:
     """Raise BoardError for the first axis in another state, with the board's fault if any."""
     for axis, state in states(lines.board, lines.axes).items():
         if state not in wanted:
-            _raise_fault(lines.board)
+            raise_fault(lines.board)
             lines.board.require_no_reset(axis)
             raise BoardError(f"board {lines.board.unit}: axis {axis} is {state}: {text}")
         if state == "loaded":  # a fault stopped it before its start
-            _raise_fault(lines.board)
+            raise_fault(lines.board)
 
 
-def _raise_fault(board: Board) -> None:
+def raise_fault(board: Board) -> None:
     """Raise the board's fault, if it has one."""
     text = board.fault_text()
     if text:

@@ -143,7 +143,7 @@ def store(board: Board, world: World) -> int:
 
 def clock_hz(board: Board) -> Fraction:
     """Return the exact frequency of the pixel clock's edges that the board is set to."""
-    return values.hz_of(read(board))
+    return board.clock_hz()
 
 
 def divider(board: Board) -> int:

@@ -36,7 +36,7 @@ TABLE = "settings"
 _VERSION = "map_version"
 _BOARD, _COUNT = "board", "count"
 _KEYS = {_VERSION, _BOARD, "firmware", _COUNT, TABLE}
-_VERSIONS = (3, regs.MAP_VERSION)  # a map 3 has settings of the same meaning, and fewer
+_VERSIONS = range(3, regs.MAP_VERSION + 1)  # older maps have settings of the same meaning, or fewer
 _MOST_SHOWN = 40  # characters of a value in a message
 
 

@@ -3,7 +3,7 @@
 
 from dataclasses import dataclass
 
-from pixstep.board import clockstate
+from pixstep.board import clock_hz, clockstate
 from pixstep.board import registers as regs
 from pixstep.board.clockstate import ClockState
 from pixstep.board.device import Board, Identity
@@ -30,6 +30,8 @@ class Snapshot:
     axes: list[dict[str, int]]
     trouble: str = ""
     clock: ClockState | None = None  # what it has measured of its pixel clock
+    off_hz: float | None = None  # the clock's frequency, if it is another one
+    set_hz: float = 0.0  # than the board is set to
 
     @property
     def flags(self) -> dict[str, bool]:
@@ -84,6 +86,8 @@ class Snapshot:
             "pixel_edges": self.inputs["pixel_edges"],
             "edge_error_ticks": self.inputs["edge_error_ticks"],
             "pixel_clock": self.clock.as_json() if self.clock else None,
+            "set_hz": self.set_hz,
+            "other_clock_hz": self.off_hz,
             "counters": {name: self.inputs[name] for name in LINE_COUNTERS},
             "rates_per_s": {name: round(rate, 2) for name, rate in self.rates(before).items()},
             "axes": [
@@ -96,8 +100,10 @@ def take(board: Board, who: Identity, time_s: float) -> Snapshot:
     """Read a board; raises BoardError if it does not answer."""
     inputs = board.inputs()
     return Snapshot(
-        who, time_s, inputs, board.axes(who.axis_count), clock=clockstate.read(board, inputs)
-    )
+        who, time_s, inputs, board.axes(who.axis_count), clock=clockstate.read(board, inputs),
+        off_hz=clock_hz.interval_hz(inputs.get("clock_interval", 0), board.tick_hz()),
+        set_hz=float(board.clock_hz()),
+    )  # fmt: skip
 
 
 def _modulus(name: str) -> int:

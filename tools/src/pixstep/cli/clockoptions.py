@@ -9,7 +9,12 @@ from pixstep.board import registers as regs
 from pixstep.cli.options import HZ
 from pixstep.cli.quantities import Decorated, FiniteRange
 from pixstep.profiles.madefor import MOST_EDGES
-from pixstep.simulation.clockflaws import MOST_JITTER_US, MOST_PPM, ClockFlaws
+from pixstep.simulation.clockflaws import (
+    MOST_JITTER_US,
+    MOST_PPM,
+    MOST_REST_MS,
+    ClockFlaws,
+)
 
 divider_option = click.option(
     "--divider", type=click.IntRange(1, MOST_EDGES), metavar="M", default=1, show_default=True,
@@ -61,6 +66,38 @@ class _Step(click.ParamType[tuple[float, int], tuple[float, int] | str]):
         return step
 
 
+class _Gate(click.ParamType[tuple[int, float], tuple[int, float] | str]):
+    """A gate: 512,20 is 512 edges, then a rest of 20 ms, and so on."""
+
+    name = "EDGES,REST_MS"
+
+    def convert(
+        self,
+        value: tuple[int, float] | str,
+        param: click.Parameter | None,
+        ctx: click.Context | None,
+    ) -> tuple[int, float]:
+        """Parse the text; a bad one is a usage error."""
+        if isinstance(value, tuple):
+            return value
+        edges, _, rest_ms = value.partition(",")
+        try:
+            gate = int(edges), float(rest_ms)
+        except ValueError:
+            self.fail(f"{value!r}: expected EDGES,REST_MS, as 512,20", param, ctx)
+        if not (1 <= gate[0] < 1 << 32 and 0 <= gate[1] <= MOST_REST_MS):
+            self.fail(
+                f"{value!r}: an edge at least, a rest of {MOST_REST_MS} ms at most", param, ctx
+            )
+        return gate
+
+
+gate_option = click.option(
+    "--pixel-gate", type=_Gate(),
+    help="The clock rests after so many edges, for so long besides the period, and so on.",
+)  # fmt: skip
+
+
 class FlawOptions(TypedDict):
     """What the options of `clock_flaw_options` give."""
 
@@ -70,10 +107,12 @@ class FlawOptions(TypedDict):
     pixel_step_ppm: tuple[float, int] | None
     pixel_drop: int | None
     pixel_double: int | None
+    pixel_gate: tuple[int, float] | None
 
 
 def clock_flaw_options(command: Decorated) -> Decorated:
     """Add the options for what is wrong with a simulated pixel clock, its frequency first."""
+    command = gate_option(command)
     for name, kind, default, text in (
         ("--pixel-double", click.IntRange(1), None, "One clock edge of so many is doubled."),
         ("--pixel-drop", click.IntRange(2), None, "One clock edge of so many is missing."),
@@ -92,6 +131,7 @@ def clock_flaw_options(command: Decorated) -> Decorated:
 def clock_flaws(options: FlawOptions) -> ClockFlaws:
     """Return what was asked for."""
     step_ppm, step_edge = options["pixel_step_ppm"] or (0.0, 0)
+    gate_edges, gate_rest_ms = options["pixel_gate"] or (0, 0.0)
     return ClockFlaws(
         jitter_us=options["pixel_jitter_us"],
         wander_ppm=options["pixel_wander_ppm"],
@@ -99,4 +139,6 @@ def clock_flaws(options: FlawOptions) -> ClockFlaws:
         step_edge=step_edge,
         drop=options["pixel_drop"] or 0,
         double=options["pixel_double"] or 0,
+        gate_edges=gate_edges,
+        gate_rest_ms=gate_rest_ms,
     )

@@ -13,7 +13,7 @@ period early and B steps at speed V fill the gap.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import isqrt, sqrt
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     import numpy as np
 else:
     np = lazy("numpy")
+
+_TOGETHER = 4096  # pieces whose steps are in memory at once, besides their instants
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,25 +116,87 @@ def exact_instants(line: Line, period: Fraction) -> Iterator[tuple[int, Instant]
             yield piece.pixel, instant(piece, step, period)
 
 
+@dataclass(frozen=True, slots=True)
+class PieceTable:
+    """The pieces of a line in columns, a row each: of a long line far quicker than one by one.
+
+    A piece begins `begin_parts` / `parts` pixel periods after line zero.
+    """
+
+    begin_parts: list[int]
+    parts: int
+    speed: np.ndarray
+    accel: np.ndarray
+    steps: np.ndarray
+    direction: np.ndarray
+
+    @classmethod
+    def of(cls, line: Line) -> PieceTable:
+        """Return the pieces of a line."""
+        counts = np.array(line.counts, dtype=np.int64)
+        if line.smooth:
+            speed = np.array(line.speeds[:-1], dtype=np.int64)
+            accel, steps = 2 * (counts - speed), np.maximum(counts, 0)
+            direction = np.full(len(counts), line.direction, dtype=np.int64)
+        else:
+            speed = steps = np.abs(counts)
+            accel, direction = np.zeros_like(counts), np.where(counts < 0, -1, 1)
+        shifted = line.shifted_pixels
+        if not shifted:
+            return cls(list(range(line.pixels)), 1, speed, accel, steps, direction)
+        ahead, parts = line.backlash, line.line_speed
+        early = range(-ahead, (shifted + 1) * parts - ahead, parts)  # and the piece that fills up
+        return cls(
+            [*early, *range(shifted * parts, line.pixels * parts, parts)],
+            parts,
+            np.insert(speed, shifted, line.line_speed),
+            np.insert(accel, shifted, 0),
+            np.insert(steps, shifted, line.backlash),
+            np.insert(direction, shifted, line.direction),
+        )
+
+    @property
+    def begin(self) -> np.ndarray:
+        """Where pieces begin, in pixel periods after line zero."""
+        return np.array([part / self.parts for part in self.begin_parts])
+
+
+def instants_of(line: Line, period: Fraction, indices: Sequence[int]) -> Iterator[Instant]:
+    """Yield the exact instants of some steps, by their index from 0 on."""
+    table = PieceTable.of(line)
+    done = np.cumsum(table.steps)
+    for index, row in zip(indices, np.searchsorted(done, indices, side="right"), strict=True):
+        begin = Fraction(table.begin_parts[row], table.parts)
+        speed, accel, steps = int(table.speed[row]), int(table.accel[row]), int(table.steps[row])
+        piece = Piece(0, begin, speed, accel, steps, int(table.direction[row]))
+        yield instant(piece, index + 1 - int(done[row]) + steps, period)
+
+
 def directions(line: Line) -> np.ndarray:
     """Return +1 or -1 for every step pulse of the line."""
-    parts = [np.full(piece.steps, piece.direction, dtype=np.int64) for piece in pieces(line)]
-    return np.concatenate(parts) if parts else np.zeros(0, dtype=np.int64)
+    table = PieceTable.of(line)
+    return np.repeat(table.direction, table.steps)
 
 
 def instants(line: Line, period: Fraction) -> np.ndarray:
     """Return the instants of every step in ticks as float64, the pixel begin kept exact."""
-    parts = []
-    for piece in pieces(line):
-        steps = np.arange(1, piece.steps + 1, dtype=np.float64)
-        start = piece.begin * period
-        whole = start.numerator // start.denominator
-        rest = float(start - whole)
-        root = np.sqrt(np.maximum(piece.speed**2 + 2.0 * piece.accel * steps, 0.0))
+    table = PieceTable.of(line)
+    below = period.denominator * table.parts
+    starts = [divmod(part * period.numerator, below) for part in table.begin_parts]
+    whole = np.array([start for start, _ in starts], dtype=np.float64)
+    rest = np.array([left / below for _, left in starts], dtype=np.float64)
+    found = [np.zeros(0)]
+    for begin in range(0, len(starts), _TOGETHER):
+        rows = slice(begin, begin + _TOGETHER)
+        steps = table.steps[rows]
+        piece = begin + np.repeat(np.arange(len(steps)), steps)
+        step = 1.0 + np.arange(len(piece)) - np.repeat(np.cumsum(steps) - steps, steps)
+        speed = table.speed[piece].astype(np.float64)
+        root = np.sqrt(np.maximum(speed**2 + 2.0 * table.accel[piece] * step, 0.0))
         # 2j / (v + root) is the stable form of (root - v) / a, and right for a = 0 too
-        offset = float(period) * 2.0 * steps / (piece.speed + root)
-        parts.append(whole + (rest + offset))
-    return np.concatenate(parts) if parts else np.zeros(0)
+        offset = float(period) * 2.0 * step / (speed + root)
+        found.append(whole[piece] + (rest[piece] + offset))
+    return np.concatenate(found)
 
 
 def expected_positions(line: Line) -> list[int]:

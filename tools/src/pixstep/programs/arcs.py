@@ -74,6 +74,16 @@ class ArcRequest(NamedTuple):
         )
 
 
+def widest_segment(radius: float, most: float) -> float:
+    """Return the angle of the longest segments that leave the circle by at most so much.
+
+    They do so at both ends of an arc. The first one has its second corner outside and begins on the
+    circle: its line cuts off an arc of 3/4 of its angle, which is 9/32 of the radius times the
+    square of half a segment high.
+    """
+    return 2 * math.sqrt(32 / 9 * most / radius)
+
+
 def arc_points(arc: Arc, count: int) -> list[tuple[float, float]]:
     """Return the corners of `count` or more segments, the last of them the circle's end.
 

@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
-from pixstep.programs.arcs import ArcRequest, arc_points
+from pixstep.programs.arcs import ArcRequest, arc_points, widest_segment
 from pixstep.programs.language import Item, ProgramError, Row
 from pixstep.programs.motors import Setup
 
@@ -179,8 +179,10 @@ class Program:
             raise self._wrong(first, str(error)) from None
         length = [abs(end - start) for end, start in zip(target, self._units, strict=True)]
         tm = self._move_time(first, length, arc.length)
-        step = self.setup.segment_ms
-        points = arc_points(arc, max(1, math.ceil(tm / step)))
+        scale = max(self.setup.motors[index].counts_per_unit for index in (x, y))
+        widest = widest_segment(arc.radius * scale, self.setup.path_tolerance)
+        segments = max(tm / self.setup.segment_ms, abs(arc.angle) / widest)
+        points = arc_points(arc, max(1, math.ceil(segments)))
         each = tm / len(points)
         before = list(self._units)
         for number, point in enumerate(points, 1):

@@ -6,27 +6,22 @@ and of two neighbouring counts the difference is at most 2 above A T^2.
 
 A smooth motor's pixels have constant acceleration. If v is the mean speed over the pixel around an
 edge, then v changes by at most A T^2 from edge to edge, and the trapezoids of v lie on the path
-wherever that is straight. The board's speeds u are even: with E = made - planned position and
-d = u - v the next u is the even number nearest to v - (E + d/2). What is rounded away, r, is at
-most 1; E + d/2 = r one pixel later. So |E| <= 1, |d| <= 2, and the acceleration is off by
-r - 2r' + r'', at most 4. At rest u is 0 and positions are even: a smooth line's total is the sum
-of its speeds.
+wherever that is straight. The board's speeds are even (evenspeeds.py); at rest they are 0 and
+positions are even.
 """
 
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 import numpy.typing as npt
 
 from pixstep.lines.runs import MAX_WORD
 from pixstep.programs.blends import Floats
-from pixstep.programs.motors import Setup
+from pixstep.programs.evenspeeds import EvenLimits, EvenSpeeds
+from pixstep.programs.motors import PlanMotor, Setup
 from pixstep.programs.timeline import Timeline
 
 Counts = npt.NDArray[np.int64]
-_SMALL_SWING = 2  # steps/px around a count that the board takes for a ripple
 
 
 def edges(lines: Iterable[Timeline], setup: Setup) -> Iterator[Floats]:
@@ -57,102 +52,69 @@ class Rounding:
     """Makes counts of positions; keeps what it needs between two parts."""
 
     def __init__(self, setup: Setup) -> None:
-        self.motors = setup.motors
-        self._smooth = [motor.smooth for motor in setup.motors]
         self._before = np.zeros((0, len(setup.motors)))
-        count = len(setup.motors)
-        self._whole = np.zeros(count, dtype=np.int64)
-        limits = [motor.max_acceleration * setup.pixel_ms**2 for motor in setup.motors]
-        self._rows = [_Smooth(int(min(limit, MAX_WORD)) // 2 * 2) for limit in limits]
+        self._motors = [_motor(motor, setup.pixel_ms) for motor in setup.motors]
+        self._waiting: list[Counts] = [np.zeros(0, dtype=np.int64) for _ in setup.motors]
 
     def counts(self, samples: Iterable[Floats]) -> Iterator[Counts]:
-        """Yield counts of whole pixels, a row each, of samples at half pixels from -1/2 on."""
+        """Yield counts of whole pixels, a row each, of samples at half pixels from -1/2 on.
+
+        A smooth motor's pixels are made some pixels later than others, and wait for the motion's
+        end, which the samples reach.
+        """
         for part in samples:
             known = np.vstack([self._before, part])
             pixels = (len(known) - 3) // 2
             if pixels < 1:
                 self._before = known
                 continue
-            yield self._made(known, pixels)
             self._before = known[2 * pixels :]
+            edges = known[3 : 2 * pixels + 2 : 2]
+            middles = np.abs(known[4 : 2 * pixels + 3 : 2])
+            yield from self._ready(
+                motor.counts((middles if isinstance(motor, EvenSpeeds) else edges)[:, index])
+                for index, motor in enumerate(self._motors)
+            )
+        yield from self._ready(motor.last_counts() for motor in self._motors)
 
-    def _made(self, known: Floats, pixels: int) -> Counts:
-        """Return counts of pixels; row 0 is half a pixel before the first of them."""
-        made = np.empty((pixels, len(self.motors)), dtype=np.int64)
-        whole = _half_away(known[3 : 2 * pixels + 2 : 2])
-        for index, smooth in enumerate(self._smooth):
-            if smooth:
-                middles = known[2 : 2 * pixels + 3 : 2, index]
-                made[:, index] = self._rows[index].counts(np.abs(middles))
-            else:
-                made[:, index] = np.diff(whole[:, index], prepend=self._whole[index])
+    def _ready(self, made: Iterable[Counts]) -> Iterator[Counts]:
+        """Yield the pixels that are made of all motors."""
+        waiting = [
+            np.concatenate([before, new]) for before, new in zip(self._waiting, made, strict=True)
+        ]
+        ready = min(map(len, waiting))
+        self._waiting = [one[ready:] for one in waiting]
+        if ready:
+            yield np.stack([one[:ready] for one in waiting], axis=1)
+
+
+class _Nearest:
+    """Makes the counts of a plain motor of its positions at edges, the first one behind a pixel."""
+
+    def __init__(self) -> None:
+        self._whole = np.int64(0)
+
+    def counts(self, places: Floats) -> Counts:
+        """Return the counts of the pixels before these positions."""
+        whole = _half_away(places)
+        made = np.diff(whole, prepend=self._whole)
         self._whole = whole[-1]
         return made
+
+    def last_counts(self) -> Counts:
+        """Return the counts that are left: none."""
+        return np.zeros(0, dtype=np.int64)
+
+
+def _motor(motor: PlanMotor, pixel_ms: float) -> EvenSpeeds | _Nearest:
+    """Return what makes a motor's counts."""
+    if not motor.smooth:
+        return _Nearest()
+    jerk = np.inf if motor.max_jerk is None else motor.max_jerk + motor.jerk_rounding
+    most = min(motor.max_acceleration * pixel_ms**2, MAX_WORD) // 2 * 2
+    return EvenSpeeds(EvenLimits(most, motor.max_speed * pixel_ms, jerk))
 
 
 def _half_away(values: Floats) -> Counts:
     """Return the nearest whole numbers, halves away from 0."""
     return (np.sign(values) * np.floor(np.abs(values) + 0.5)).astype(np.int64)
-
-
-class _Changes(NamedTuple):
-    """What surrounds a speed: the one before, the planned one, and what is wanted behind it.
-
-    The next speed makes good by how much this one differs from the planned one.
-    """
-
-    before: int
-    planned: float
-    wanted_later: float
-
-    def most(self, speed: int) -> float:
-        """Return the larger change of speed, to this one and from it."""
-        later = max(0, 2 * round((self.wanted_later - (speed - self.planned)) / 2))
-        return max(abs(speed - self.before), abs(later - speed))
-
-
-@dataclass
-class _Smooth:
-    """The speed of a smooth motor at the last edge, and what is left of its rounding."""
-
-    limit: int  # of the change of speed in a pixel
-    speed: int = 0  # u at the last edge
-    earlier: int = 0  # u one edge before
-    planned: float = 0.0  # v at the last edge
-    error: float = 0.0  # made - planned position
-
-    def counts(self, middles: Floats) -> list[int]:
-        """Return the counts of pixels by positions: the middle of each, and of the next one."""
-        speeds = np.diff(middles).tolist()
-        made = []
-        u, before, v, error = self.speed, self.earlier, self.planned, self.error
-        for ahead, later in zip(speeds, [*speeds[1:], None], strict=True):
-            # Here v and u are those of the edge where the pixel begins, `ahead` of where it ends.
-            wanted = ahead - (error + (u - v) / 2)
-            new = max(0, 2 * round(wanted / 2))
-            if new == before != u and _swings(u, new):
-                beyond = (2 * ahead - v if later is None else later) - error - (u - v) / 2
-                new = _beside(new, wanted, _Changes(u, ahead, beyond).most, self.limit)
-            error += (u + new) / 2 - (v + ahead) / 2
-            made.append((u + new) // 2)
-            before, u, v = u, new, ahead
-        self.speed, self.earlier, self.planned, self.error = u, before, v, error
-        return made
-
-
-def _swings(speed: int, other: int) -> bool:
-    """Whether two equal counts would be taken for an oscillation: one entered at other speed."""
-    amplitude, count = abs(speed - other) // 2, (speed + other) // 2
-    return amplitude > _SMALL_SWING and 100 * amplitude > count
-
-
-def _beside(speed: int, wanted: float, most: Callable[[int], float], limit: int) -> int:
-    """Return the even speed beside one that would swing: the nearer one to what is wanted.
-
-    Where this and the next pixel would accelerate by more than the limit with it, the other one.
-    """
-    first, second = (2, -2) if wanted >= speed or speed == 0 else (-2, 2)
-    other = speed + second
-    if other < 0 or most(speed + first) <= max(limit, most(other)):
-        return speed + first
-    return other

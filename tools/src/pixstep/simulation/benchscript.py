@@ -4,6 +4,7 @@
 press home 0          release home 0        (home, minus, plus; AXIS)
 estop press           estop release
 clock 30Hz            clock stop            clock start     clock +300ppm   clock drop 3
+clock gate 512 20ms   clock gate off        clock rest 1s   clock jitter 5us    clock false
 load 0 home=2000,travel=-500..4000,start=100
 supply 5V             supply off            supply brownout reset
 wait 200ms
@@ -32,6 +33,8 @@ Act = Callable[[VirtualBench], object]
 _MOST_HZ = 60_000  # of the simulator's clock
 _MOST_PPM = 100_000
 _MOST_S = 86_400
+_MOST_REST_S = 3600
+_MOST_JITTER_S = 0.01
 _LIMIT_S = 60.0  # of `until`, in simulated time
 _PPM = re.compile(r"([+-]?[0-9]+(?:\.[0-9]+)?)ppm")
 _PARAMETERS = re.compile(r"[a-z_]+=[-+.:a-z0-9]+(,[a-z_]+=[-+.:a-z0-9]+)*")
@@ -39,7 +42,8 @@ FORMS = {
     "press": "press home|minus|plus AXIS",
     "release": "release home|minus|plus AXIS",
     "estop": "estop press|release",
-    "clock": "clock 30Hz|stop|start|+300ppm|drop N",
+    "clock": "clock 30Hz|stop|start|+300ppm|drop N|gate EDGES TIME|gate off|rest TIME|jitter TIME"
+    "|false",
     "load": "load AXIS PARAMETERS",
     "supply": "supply 5V|off|brownout",
     "reset": "reset",
@@ -114,13 +118,13 @@ def _number(words: list[str], word: str) -> int:
     return int(word)
 
 
-def _seconds(words: list[str], word: str) -> float:
+def _seconds(words: list[str], word: str, most_s: float = _MOST_S) -> float:
     try:
         seconds = parse_seconds(word)
     except UserError as error:
         raise UserError(f"{' '.join(words)!r}: {error}") from None
-    if seconds > _MOST_S:
-        raise UserError(f"{' '.join(words)!r}: at most {_MOST_S} s")
+    if seconds > most_s:
+        raise UserError(f"{' '.join(words)!r}: at most {most_s:g} s")
     return float(seconds)
 
 
@@ -142,11 +146,12 @@ def _estop(words: list[str], _: boards.Board) -> Act:
 
 
 def _clock(words: list[str], _: boards.Board) -> Act:
-    if len(words) == 3 and words[1] == "drop":
-        count = _number(words, words[2])
-        return lambda bench: bench.drop_pulses(count)
+    if len(words) > 2:
+        return _clock_change(words)
     if len(words) != 2:
         raise _wrong(words)
+    if words[1] == "false":
+        return lambda bench: bench.false_edge()
     if words[1] in ("stop", "start"):
         runs = words[1] == "start"
         return lambda bench: bench.run_clock(runs)
@@ -158,6 +163,27 @@ def _clock(words: list[str], _: boards.Board) -> Act:
         return lambda bench: bench.set_clock_ppm(ppm)
     hz = _hz(words)
     return lambda bench: bench.set_clock_hz(hz)
+
+
+def _clock_change(words: list[str]) -> Act:
+    """Return what a word with a number or a time behind it does to the clock."""
+    if words[1:] == ["gate", "off"]:
+        return lambda bench: bench.gate_clock(0, 0.0)
+    if len(words) == 4 and words[1] == "gate":
+        edges, gate_s = _number(words, words[2]), _seconds(words, words[3], _MOST_REST_S)
+        return lambda bench: bench.gate_clock(edges, gate_s)
+    if len(words) != 3:
+        raise _wrong(words)
+    if words[1] == "drop":
+        count = _number(words, words[2])
+        return lambda bench: bench.drop_pulses(count)
+    if words[1] == "rest":
+        rest_s = _seconds(words, words[2], _MOST_REST_S)
+        return lambda bench: bench.rest_clock(rest_s)
+    if words[1] == "jitter":
+        jitter_s = _seconds(words, words[2], _MOST_JITTER_S)
+        return lambda bench: bench.jitter_clock(jitter_s)
+    raise _wrong(words)
 
 
 def _hz(words: list[str]) -> Fraction:

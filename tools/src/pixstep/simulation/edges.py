@@ -25,6 +25,11 @@ _CLOCK_EDGES = ("true", "missing", "false")
 _MISSING, _FALSE = 1, 2
 _BLOCK_BYTES = 1 << 26
 _AXES = 256  # more than a board has
+# Each signal has a letter of its own, which stands for its place; the others are left out.
+_LETTERS = "".join(sorted({*"".join(_SIGNALS)})).encode()
+_OWN = b"SDNM"
+_PLACES = bytes.maketrans(_OWN, b"0123")
+_SHARED = bytes(letter for letter in _LETTERS if letter not in _OWN)
 _ROW = re.compile(rf"\d+,\d+,\d+,({'|'.join(_SIGNALS)}),[01]")
 
 
@@ -157,18 +162,21 @@ def numbers(body: bytes, columns: int) -> np.ndarray | None:
         return None
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # what is no number ends the array
-        found = np.fromstring(body.replace(b"\n", b","), dtype=np.int64, sep=",")
+        try:
+            found = np.fromstring(body.replace(b"\n", b","), dtype=np.int64, sep=",")
+        except ValueError:  # or is an error
+            return None
     return found.reshape(rows, columns) if len(found) == columns * rows else None
 
 
 def _table(body: bytes) -> np.ndarray | None:
     """Return the rows as integers, the signal by its place in _SIGNALS; None if one is wrong."""
     rows = body.count(b"\n")
-    named = 0
-    for index, name in enumerate(_SIGNALS):
-        named += body.count(f",{name},".encode())
-        body = body.replace(f",{name},".encode(), f",{index},".encode())
-    table = numbers(body, 5) if named == rows else None
+    named = [body.count(f",{name},".encode()) for name in _SIGNALS]
+    letters = sum(number * len(name) for number, name in zip(named, _SIGNALS, strict=True))
+    found = body.translate(_PLACES, _SHARED)
+    removed = len(body) - len(body.translate(None, _LETTERS))
+    table = numbers(found, 5) if sum(named) == rows and removed == letters else None
     if table is None:
         return None
     fine = np.all(table >= 0) and np.all(table[:, 2] < _AXES) and np.all(table[:, 4] <= 1)

@@ -185,8 +185,8 @@ def _pixel_edges(job: Job, line: Line, grid: PixelGrid) -> np.ndarray:
     """Return the cycle of each pixel's end; on the board's own time they are exact."""
     if job.locked and line.clocked:
         return grid.edges(line.pixels)
-    zero = round(float(grid.knots_cycle[0]))
-    return np.array([zero + edge_tick(pixel, job.period) for pixel in range(1, line.pixels + 1)])
+    zero, period = round(float(grid.knots_cycle[0])), job.period
+    return np.array([zero + edge_tick(pixel, period) for pixel in range(1, line.pixels + 1)])
 
 
 def _positions(result: RunResult, axis: int, bounds: np.ndarray) -> list[int]:

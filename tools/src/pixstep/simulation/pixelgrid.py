@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from pixstep.lazy import lazy
@@ -79,14 +80,17 @@ def of_steps(line: Line, period: Fraction, rising: np.ndarray) -> PixelGrid | No
     if not len(whole):
         return None
     knots: dict[float, float] = {}
-    for index in whole.tolist():
-        begin, end = float(table.begin[index]), float(table.end[index])
-        last = int(table.done[index]) - 1
-        if begin not in knots:
-            first = last + 1 - int(table.steps[index])
-            parts = (units[first:last] - begin) / (end - begin)
-            knots[begin] = _begin(parts, rising[first : last + 1], (end - begin) * float(period))
-        knots[end] = float(rising[last])
+    begins, ends = table.begin[whole], table.end[whole]
+    made = rising[table.done[whole] - 1].astype(float)
+    gaps = [0, *(1 + np.flatnonzero(begins[1:] != ends[:-1])).tolist(), len(whole)]
+    for place, following in pairwise(gaps):  # whole pieces without a gap between
+        begin, end = float(begins[place]), float(ends[place])
+        last = int(table.done[whole[place]]) - 1
+        first = last + 1 - int(table.steps[whole[place]])
+        parts = (units[first:last] - begin) / (end - begin)
+        knots[begin] = _begin(parts, rising[first : last + 1], (end - begin) * float(period))
+        together = slice(place, following)
+        knots.update(zip(ends[together].tolist(), made[together].tolist(), strict=True))
     known = max(knots)
     done = int(table.done[whole[-1]])
     if done < len(rising):
@@ -108,12 +112,9 @@ class _Pieces:
 
     @classmethod
     def of(cls, line: Line) -> _Pieces:
-        begins, steps = [], []
-        for piece in exact.pieces(line):
-            begins.append(float(piece.begin))
-            steps.append(piece.steps)
-        begin, made = np.array(begins), np.array(steps, dtype=np.int64)
-        return cls(begin, np.append(begin[1:], float(line.pixels)), made, np.cumsum(made))
+        table = exact.PieceTable.of(line)
+        begin, steps = table.begin, table.steps
+        return cls(begin, np.append(begin[1:], float(line.pixels)), steps, np.cumsum(steps))
 
 
 def _cut_off(

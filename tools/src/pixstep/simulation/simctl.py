@@ -18,6 +18,7 @@ from pixstep.simulation.summary import Stats
 __all__ = ["BOOT_S", "EepromState", "Permit", "SimOptions", "Simulator", "SimulatorError", "Symbol"]
 
 BOOT_S = 0.05  # from the supply or a reset to a board that answers
+POWER_UP_MS = 20  # several boards get their supply within this time, each at a cycle of its own
 
 
 @dataclass(frozen=True)
@@ -30,8 +31,13 @@ class SimOptions:
     pixel_jitter_ns: float = 0.0  # evenly distributed
     flaws: ClockFlaws = field(default_factory=ClockFlaws)
     seed: int = 1
+    # Within this time each board gets its supply; None: POWER_UP_MS, a board alone at the start.
+    power_up_ms: int | None = None
+    # By board from 1 on: how much faster than the first one's, whose cycles are the time of all.
+    oscillators_ppm: Mapping[int, float] = field(default_factory=dict)
     edges: Path | None = None
     clock_log: Path | None = None
+    pin_log: Path | None = None
     serial_log: Path | None = None
     vcd: Path | None = None
     plants: Mapping[tuple[int, int], str] = field(default_factory=dict)  # knobs by board, axis
@@ -40,10 +46,19 @@ class SimOptions:
     switch_log: Path | None = None
     extra: Sequence[str] = field(default_factory=tuple)
 
+    @property
+    def powered_ms(self) -> int:
+        """Return the time after which every board has its supply."""
+        if self.power_up_ms is None:
+            return POWER_UP_MS if len(self.boards) > 1 else 0
+        return self.power_up_ms
+
     def arguments(self) -> list[str]:
         """Return the runner's command line after the program."""
         words = [part for name, image in self.boards for part in ("--board", f"{name}={image}")]
         words += ["--pixel-hz", hz_text(self.pixel_hz), "--seed", str(self.seed)]
+        if self.powered_ms:
+            words += ["--power-up-ms", str(self.powered_ms)]
         if self.pixel_ppm:
             words += ["--pixel-ppm", repr(self.pixel_ppm)]
         if self.pixel_jitter_ns:
@@ -52,6 +67,7 @@ class SimOptions:
         for option, path in (
             ("--edges", self.edges),
             ("--clock-log", self.clock_log),
+            ("--pin-log", self.pin_log),
             ("--serial-log", self.serial_log),
             ("--vcd", self.vcd),
             ("--plant-log", self.plant_log),
@@ -61,6 +77,8 @@ class SimOptions:
                 words += [option, str(path)]
         for (board, axis), knobs in self.plants.items():
             words += ["--plant", f"{board}.{axis}:{knobs}"]
+        for board, ppm in self.oscillators_ppm.items():
+            words += ["--oscillator-ppm", f"{board}={ppm!r}"]
         for board, path in self.eeproms.items():
             words += ["--eeprom", f"{board}={path}"]
         return [*words, *self.extra, "--control"]
@@ -73,8 +91,11 @@ class MoreOptions(TypedDict, total=False):
     pixel_jitter_ns: float
     flaws: ClockFlaws
     seed: int
+    power_up_ms: int | None
+    oscillators_ppm: Mapping[int, float]
     edges: Path | None
     clock_log: Path | None
+    pin_log: Path | None
     serial_log: Path | None
     vcd: Path | None
     plants: Mapping[tuple[int, int], str]
@@ -117,12 +138,14 @@ class Simulator(SimPipe):
 
     Every method raises SimulatorError with the runner's own text if it refuses or ends. After an
     exception the process is ended, never left behind. Boards and axes count from 0. Where a method
-    takes `at`, it happens at this cycle to come instead of now. `tick_hz` cycles are a second.
+    takes `at`, it happens at this cycle to come instead of now. All cycles are those of the first
+    board's oscillator; `tick_hz` of them are a second.
     """
 
     def __init__(self, options: SimOptions, program: Sequence[str | Path] | None = None) -> None:
         super().__init__([*(program or [natives.program("pixstep-sim")]), *options.arguments()])
         self.cycle = 0
+        self._powered_s = options.powered_ms / 1000
         first = options.boards[0][0] if options.boards else boards.DEFAULT
         self.tick_hz = boards.load(first).tick_hz
 
@@ -140,8 +163,9 @@ class Simulator(SimPipe):
         return self.run(self.cycles(seconds))
 
     def boot(self) -> None:
-        """Give boards the time that they take to start: at the beginning, and behind a reset."""
-        self.wait_s(BOOT_S)
+        """Give boards the time that they take to start: at the beginning, and after a reset."""
+        self.wait_s(BOOT_S + self._powered_s)
+        self._powered_s = 0.0
 
     def transmit(self, data: bytes, timeout_cycles: int | None = None) -> bytes:
         """Send bytes on the serial line and return the reply, empty if none came."""
@@ -149,6 +173,35 @@ class Simulator(SimPipe):
         answer = self.command(f"tx {data.hex()}{suffix}").split()
         self.cycle = int(answer[2])
         return b"" if answer[1] == "-" else bytes.fromhex(answer[1])
+
+    def clock(self, change: str) -> None:
+        """Change the pixel clock, in the words of the runner's command.
+
+        "off" and "on" (the edges between are left out), "hz 100/3" (the next edge one period from
+        now), "ppm 200", "jitter NS", "jitter-rms NS", "drop 3", "rest US" (it stands still for so
+        long), "gate EDGES US" (so many edges, then such a rest, and so on; "gate 0 0" ends that).
+        """
+        self.command(f"clock {change}")
+
+    def miss_edge(self, board: int, nth: int = 1) -> None:
+        """Let the nth edge to come be missing at this board's pin alone."""
+        self.command(f"edge {board} miss {nth}")
+
+    def add_edge(self, board: int, nth: int = 1, phase: float = 0.5) -> None:
+        """Let a false edge follow the nth to come, `phase` of a period later, at this pin alone."""
+        self.command(f"edge {board} add {nth} {round(1000 * phase)}")
+
+    def double_edge(self, board: int, nth: int = 1) -> None:
+        """Add a false edge as `add_edge` does, at a random 5 to 70 % of the period."""
+        self.command(f"edge {board} double {nth}")
+
+    def false_edge(self, board: int, at: int | None = None) -> None:
+        """Make a false edge at this board's pin alone, now or at a cycle to come."""
+        self.command(f"edge {board} pulse{_at(at)}")
+
+    def pin_jitter(self, board: int, ns: int) -> None:
+        """Displace each edge at this board's pin by at most so much, evenly distributed."""
+        self.command(f"edge {board} jitter {ns}")
 
     def steps(self, board: int, axis: int) -> int:
         """Return the signed steps that an axis has made."""

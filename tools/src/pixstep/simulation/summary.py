@@ -60,6 +60,8 @@ class Flaws(TypedDict):
     step_edge: int
     drop: int
     double: int
+    gate_edges: int
+    gate_rest_ms: float
 
 
 class Clock(TypedDict):

@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 from fractions import Fraction
-from itertools import islice
 from typing import TYPE_CHECKING
 
 from pixstep.lazy import lazy
@@ -257,11 +256,12 @@ def _outside_exactly(
     """Return those of the step indices that exact arithmetic puts a tick or more off."""
     if not indices:
         return []
-    instants = islice(exact.exact_instants(line, period), max(indices) + 1)
+    chosen = sorted(indices)
+    instants = exact.instants_of(line, period, chosen)
     return [
         index
-        for index, (_, when) in enumerate(instants)
-        if index in indices and not when.strictly_within_one(int(ticks[index]))
+        for index, when in zip(chosen, instants, strict=True)
+        if not when.strictly_within_one(int(ticks[index]))
     ]
 
 

@@ -15,6 +15,7 @@ from pixstep import natives
 from pixstep.board import boards
 from pixstep.errors import PlainError
 from pixstep.lines.rational import hz_text
+from pixstep.simulation.clockflaws import ClockFlaws
 from pixstep.simulation.simctl import SimOptions, Simulator
 
 SIGNALS = {"home": "HOME", "minus": "LIMIT_MINUS", "plus": "LIMIT_PLUS"}
@@ -181,6 +182,22 @@ class VirtualBench:
         self.simulator.command(f"clock {'on' if runs else 'off'}")
         self.wiring.clock_runs = runs
 
+    def gate_clock(self, edges: int, rest_s: float) -> None:
+        """Let the pixel clock rest after every so many edges; 0 edges end that."""
+        self.simulator.clock(f"gate {edges} {round(1e6 * rest_s)}")
+
+    def rest_clock(self, rest_s: float) -> None:
+        """Let the pixel clock stand still for so long."""
+        self.simulator.clock(f"rest {round(1e6 * rest_s)}")
+
+    def jitter_clock(self, jitter_s: float) -> None:
+        """Displace each edge of the pixel clock by at most so much."""
+        self.simulator.clock(f"jitter {round(1e9 * jitter_s)}")
+
+    def false_edge(self) -> None:
+        """Make a false edge at the board's pin now."""
+        self.simulator.false_edge(0)
+
     def drop_pulses(self, count: int) -> None:
         """Leave out the next pulses of the pixel clock."""
         self.simulator.command(f"clock drop {count}")
@@ -250,8 +267,18 @@ def wired(kind: boards.Board, switch: str, axis: int) -> bool:
 
 
 def options(
-    name: str, pixel_hz: Fraction, *, image: Path | None = None, seed: int = 1
+    name: str,
+    pixel_hz: Fraction,
+    *,
+    image: Path | None = None,
+    seed: int = 1,
+    gate: tuple[int, float] | None = None,
 ) -> SimOptions:
-    """Return the options of a bench. Raises UserError if simulator or image is not there."""
+    """Return the options of a bench; `gate` is edges and the rest after them in ms.
+
+    Raises UserError if simulator or image is not there.
+    """
     natives.program("pixstep-sim")
-    return SimOptions([(name, image or natives.image(name))], pixel_hz, seed=seed)
+    edges, rest_ms = gate or (0, 0.0)
+    flaws = ClockFlaws(gate_edges=edges, gate_rest_ms=rest_ms)
+    return SimOptions([(name, image or natives.image(name))], pixel_hz, flaws=flaws, seed=seed)

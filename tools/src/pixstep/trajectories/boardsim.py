@@ -128,7 +128,8 @@ def run(
     zero = judged.summary["line_zero_cycle"]
     if zero is None or judged.summary["verdict"] != "pass":
         return BoardRun(judged.summary, None)
-    cycles = [zero + edge_tick(record, result.job.period) for record in range(made.records)]
+    period = result.job.period
+    cycles = [zero + edge_tick(record, period) for record in range(made.records)]
     plants = [result.plants[0, axis] for axis in job.axes]
     trace = _trace(name, made, original, plants, np.array(cycles), job)
     if circle is None:
@@ -180,7 +181,8 @@ def _roundness(
     window: tuple[int, int],
 ) -> Roundness:
     """Return the radius errors at every step of either motor, from angle 0 to the last pass."""
-    events = np.unique(np.concatenate([plant.cycles for plant in plants]))
+    events = np.sort(np.concatenate([plant.cycles for plant in plants]), kind="stable")
+    events = events[np.flatnonzero(np.diff(events, prepend=-1))]
     events = events[(events >= window[0]) & (events <= window[1])]
     places = np.column_stack(
         [

@@ -12,6 +12,7 @@ from pixstep.cli.board.group import (
     axes_text,
     boards,
     each_board,
+    note_play,
     note_unattended,
     port_options,
     stopping,
@@ -67,6 +68,7 @@ def arm_command(
                 raise UserError(f"board {item.board.unit}: no axis has a line loaded")
             with stopping([run.Lines(item.board, chosen)]):
                 run.arm(item.board, chosen, token or 0)
+                note_play(item.board, chosen)
             unit = item.board.unit
             tell({"unit": unit, "axes": chosen}, f"board {unit}: {axes_text(chosen)} armed")
             note_unattended(item.board)

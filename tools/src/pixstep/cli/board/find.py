@@ -51,6 +51,7 @@ class _PixelClock(TypedDict):
     edges: int
     set_hz: str
     divider: int
+    measured_hz: float | None
     measured: clockstate.ClockData | None
 
 
@@ -250,6 +251,7 @@ def _info(known: Known) -> _Info:
             "edges": state["pixel_edges"],
             "set_hz": f"{told['pixel_hz_num']}/{told['pixel_hz_den']}",
             "divider": settings.divider_of(told),
+            "measured_hz": clockstate.measured_hz(clock, state, board.tick_hz()),
             "measured": clock.as_json() if clock else None,
         },
         "outputs": regs.words(names("outputs"), state["outputs"]),
@@ -338,7 +340,8 @@ def _measured_text(clock: _PixelClock) -> str:
     found, edges = clock["measured"], clock["divider"]
     text = f", {edges} edges a pixel" if edges > 1 else ""
     if found is None:
-        return text
+        hz = clock["measured_hz"]
+        return f"{text}; measured {hz:.4g} Hz: another clock" if hz else text
     return (
         f"{text}; period {found['period_us']:.3f} us ({found['offset_ppm']:+.1f} ppm), jitter "
         f"{found['mean_jitter_us']:.2f} us, {found['missing_edges']} missing, "

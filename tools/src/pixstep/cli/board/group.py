@@ -236,6 +236,16 @@ def note_unattended(board: Board) -> None:
         ))  # fmt: skip
 
 
+def note_play(board: Board, axes: list[int]) -> None:
+    """Say which of the lines that were armed did not know the play that they take up."""
+    say(
+        f"board {board.unit} axis {axis} did not know how much of its play was taken up (after a "
+        f"reset, or with another backlash than before): its line with backlash takes up all of it, "
+        f"so that the load may be up to the play too far"
+        for axis in run.play_unknown(board, axes)
+    )
+
+
 def axes_text(axes: list[int]) -> str:
     """Return some axes in words."""
     return f"axis {axes[0]}" if len(axes) == 1 else f"axes {', '.join(map(str, axes))}"

@@ -15,6 +15,7 @@ import click
 
 from pixstep import atomic, signals
 from pixstep.board import boards
+from pixstep.cli.clockoptions import gate_option
 from pixstep.cli.command import FILE, command, complain
 from pixstep.cli.options import pixel_hz_option, say, show_json_row
 from pixstep.errors import FINE, PlainError, UserError
@@ -41,6 +42,7 @@ _REDRAW_S = 0.1
 @command("simulate")
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
 @pixel_hz_option
+@gate_option
 @click.option(
     "--link",
     type=click.Path(path_type=Path),
@@ -61,6 +63,7 @@ def simulate_command(
     ctx: click.Context,
     board: str,
     pixel_hz: Fraction,
+    pixel_gate: tuple[int, float] | None,
     link: Path | None,
     script: Path | None,
     image: Path | None,
@@ -75,7 +78,7 @@ def simulate_command(
     done.
     """
     orders = _script(script, boards.load(board))
-    options = virtualbench.options(board, pixel_hz, image=image, seed=seed)
+    options = virtualbench.options(board, pixel_hz, image=image, seed=seed, gate=pixel_gate)
     hands = _Hands(_typed(script))
     with signals.until_ctrl_c(), VirtualBench(options) as bench, _linked(link, bench.port):
         typed = hands.typed

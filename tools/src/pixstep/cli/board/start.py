@@ -7,14 +7,16 @@ from typing import TypedDict
 import click
 
 from pixstep import progress
-from pixstep.board import run
+from pixstep.board import run, together
 from pixstep.board.link import World
 from pixstep.board.port import Port
+from pixstep.board.together import Together
 from pixstep.cli.board.group import (
     Known,
     Units,
     axes_option,
     boards,
+    note_play,
     note_unattended,
     port_options,
     stopping,
@@ -38,11 +40,13 @@ def start_command(
 ) -> None:
     """Start loaded lines, of several boards on one clock edge.
 
-    Of one board the axes are armed. Of several, each is armed with a random token, all are asked
-    whether they are armed, and one broadcast with that token lets them go; if one is not, none
-    goes, and the lines of those that were armed must be uploaded again. Without --axis all loaded
-    axes; a board without any is left out of it. Without --wait a board stops when no request comes
-    for `bus_timeout_ms` (3 s by default).
+    Of one board the axes are armed. Of several, each is armed with a random token and asked whether
+    it is ready; then all agree on one edge of the pixel clock, some tenths of a second ahead, and
+    each is told that edge. If one cannot begin there, all are stopped, and the lines must be
+    uploaded again. While the clock rests the boards wait for it. With --wait the boards' counts of
+    clock edges are compared at the end. Without --axis all loaded axes; a board without any is left
+    out of it. Without --wait a board stops when no request comes for `bus_timeout_ms` (3 s by
+    default).
     """
     with boards(port, units) as (found, known):
         group = [_lines(item, axes) for item in known]
@@ -51,14 +55,18 @@ def start_command(
             raise UserError("no axis has a line loaded: `pixstep board upload` loads one")
         shown = progress.shown("running") if wait else contextlib.nullcontext(progress.unseen)
         with shown as show, stopping(group):
-            token = _start(group, found.world)
+            started = _start(group, found.world)
+            for item in group:
+                note_play(item.board, item.axes)
             if wait:
                 run.follow(group, found.world, progress=show)
+                if started:
+                    started.compare(found.world)
         rows = [_row(item) for item in group]
         for item in group if not wait else ():
             note_unattended(item.board)
     if as_json:
-        show_json({"token": token or None, "boards": rows})
+        show_json({"token": started.token if started else None, "boards": rows})
         return
     for row in rows:
         for axis in row["axes"]:
@@ -74,12 +82,12 @@ def _lines(known: Known, axes: tuple[int, ...]) -> run.Lines:
     return run.Lines(known.board, chosen)
 
 
-def _start(group: list[run.Lines], world: World) -> int:
-    """Start the lines; return the token that they were started with, 0 none."""
+def _start(group: list[run.Lines], world: World) -> Together | None:
+    """Start the lines; None of a single board."""
     if len(group) > 1:
-        return run.start_together(group, world)
+        return together.start(group, world)
     run.arm(group[0].board, group[0].axes)
-    return 0
+    return None
 
 
 class _Axis(TypedDict):

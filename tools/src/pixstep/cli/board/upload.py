@@ -17,6 +17,7 @@ from pixstep.board.port import Port
 from pixstep.cli.board.group import (
     AXIS,
     Known,
+    note_play,
     note_unattended,
     one_board,
     port_options,
@@ -203,6 +204,7 @@ def run_lines(
         group[0].uploads += upload.begin(board, lines, divider)
         if arm:
             run.arm(board, axes)
+            note_play(board, [axis for axis, item in lines.items() if item.backlash])
         if arm and wait:
             run.follow(group, world, pixels, show)
     if arm and not wait:

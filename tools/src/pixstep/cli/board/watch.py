@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import click
 
 from pixstep import signals
+from pixstep.board import clock_hz, settings, snapshot
 from pixstep.board import registers as regs
-from pixstep.board import settings, snapshot
 from pixstep.board.errors import BoardError
 from pixstep.board.link import Link
 from pixstep.board.port import Port
@@ -154,6 +154,8 @@ def _clock_text(now: Snapshot, before: Snapshot | None) -> str:
     text = f"{now.inputs['pixel_edges']} pixel edges"
     rates = now.rates(before)
     text = f"{text}, {rates['pixel_edges']:.2f} Hz" if rates else text
+    if now.off_hz is not None:
+        return f"{text}, {clock_hz.beside(now.off_hz, now.set_hz)}: another clock"
     return f"{text}, {now.clock.text}" if now.clock else text
 
 

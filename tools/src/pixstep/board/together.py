@@ -1,0 +1,333 @@
+# SPDX-License-Identifier: MIT
+"""Lines of several boards that begin on one edge of their common pixel clock.
+
+A broadcast `mark` makes every board note which clock edge is its newest one, by its own count, and
+how long before the end of the command that edge came. Everybody hears that end at the same instant,
+so that the marks tell how many edges the counts of two boards differ by. `go` then names to each
+board, by its own count, the one edge on which all begin. A second mark, before that edge comes,
+finds a board that has missed an edge since; a last one after the lines compares what each has
+counted. docs/PROTOCOL.md has the procedure step by step.
+"""
+
+import contextlib
+import math
+import secrets
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from pixstep import signals
+from pixstep.board import registers as regs
+from pixstep.board import run, settings, values
+from pixstep.board.device import Board
+from pixstep.board.errors import BoardError, ExceptionReplyError, LineLostError, NoReplyError
+from pixstep.board.link import World
+from pixstep.board.run import Lines
+from pixstep.progress import Progress, unseen
+
+RESTS = 0x7FFFFFFF  # register mark_ticks of a clock that rests
+_MARK_S = 0.02  # from a broadcast until every board has served it
+_POLL_S = 0.02
+_LEAD_S, _LEAD_BOARD_S = 0.15, 0.1  # from the mark to line zero: go and a second mark come between
+_LEAD_EDGES = 3
+_AGREE = 0.3  # two boards see one edge where they differ by so much of a period, or less
+_TRIES = 6
+_READY_S = 10.0
+_START_S, _START_PIXELS = 1.0, 4
+_COUNT = 0x10000  # numbers of edges are taken modulo this
+_REST_S = 120.0  # the longest rest of the clock that is waited for
+
+
+@dataclass(frozen=True)
+class Mark:
+    """What a board has noted at a mark.
+
+    `edge` is the number of its newest clock edge, `ticks` the time from there to the end of the
+    command, None while the clock rests, and `period_ticks` its clock's period.
+    """
+
+    edge: int
+    ticks: int | None
+    period_ticks: float
+    zero_edge: int
+
+    @property
+    def place(self) -> float:
+        """Where the end of the command lies among the board's edges.
+
+        Of a clock that rests: the edge that it lies behind.
+        """
+        return self.edge + (self.ticks / self.period_ticks if self.ticks is not None else 0)
+
+    @property
+    def counted(self) -> float:
+        """How far behind line zero of the board's newest line that is, in edges."""
+        return self.place - self.edge + (self.edge - self.zero_edge) % _COUNT
+
+
+@dataclass(frozen=True)
+class Together:
+    """Lines that have begun together, with the token that they were armed with."""
+
+    token: int
+    group: list[Lines]
+
+    def compare(self, world: World) -> None:
+        """Compare the boards' counts of clock edges since line zero.
+
+        Raises BoardError where they differ: a clock edge was lost, false or doubled on one of the
+        boards' inputs, whose axes may be some pixels beside the others'.
+        """
+        boards = [lines.board for lines in self.group]
+        for last in range(_TRIES):
+            marks = _mark(boards, world)
+            counts = [mark.counted for mark in marks]
+            if _same_state(marks) and max(counts) - min(counts) <= _AGREE:
+                return
+            if _same_state(marks) and last >= 1:
+                break
+            world.wait(_POLL_S)
+        said = ", ".join(
+            f"board {board.unit} {count:.1f}" for board, count in zip(boards, counts, strict=True)
+        )
+        raise BoardError(
+            f"the boards have counted different numbers of clock edges since line zero ({said}): "
+            f"an edge was lost, false or doubled at one input; check the clock's wires, and home again"
+        )
+
+
+def start(group: list[Lines], world: World, progress: Progress = unseen) -> Together:
+    """Start lines of several boards on one edge of the pixel clock.
+
+    All are armed with a token and have to be ready; then each is told the edge by its own count.
+    While the clock rests the boards wait for it, for as long as this function polls them. If a
+    board does not arm, is not ready, refuses or faults, if the counts of edges do not fit, or if
+    Ctrl-C comes, all are stopped and their lines are forgotten. Raises BoardError then, which names
+    the board.
+    """
+    for lines in group:
+        lines.board.require("tokens")
+    token = secrets.randbelow(0xFFFF) + 1
+    armed: list[Lines] = []
+    try:
+        for lines in group:
+            _arm_one(lines, token, armed)
+        _await_ready(group, world)
+        _agree_and_go(group, token, world)
+        _await_start(group, world, progress)
+    except (BoardError, KeyboardInterrupt):
+        with signals.ignored():
+            _take_back(armed)
+        raise
+    return Together(token, group)
+
+
+def _arm_one(lines: Lines, token: int, armed: list[Lines]) -> None:
+    """Arm a board's lines and note it; a board that did not say no may be armed too."""
+    armed.append(lines)
+    try:
+        run.arm(lines.board, lines.axes, token)
+    except (NoReplyError, LineLostError):
+        raise
+    except BoardError:
+        armed.remove(lines)
+        raise
+
+
+def _take_back(armed: list[Lines]) -> None:
+    """Stop what was armed; nobody may begin alone."""
+    if armed:
+        armed[0].board.settle()
+    for lines in armed:
+        with contextlib.suppress(BoardError):
+            run.stop_axes(lines.board, lines.axes)
+
+
+def _await_ready(group: list[Lines], world: World) -> None:
+    """Wait until every board has decoded ahead and knows its clock."""
+    waiting = list(group)
+    end_s = world.now_s() + _READY_S
+    while waiting:
+        lines = waiting[0]
+        word = lines.board.input("status")
+        status = regs.flags(word)
+        if status["fault"]:
+            run.raise_fault(lines.board)
+        if not status["armed"]:
+            run.require(lines, ("armed",), "not armed after all")
+        if lines.board.input("ready") or not _follows_clock(lines.board):
+            waiting.pop(0)
+        elif world.now_s() > end_s:
+            raise BoardError(
+                f"board {lines.board.unit}: not ready after {_READY_S:g} s: "
+                + ("its decoder" if _is_measured(word) else "its pixel clock is not measured")
+            )
+        else:
+            world.wait(_POLL_S)
+
+
+def _is_measured(status: int) -> bool:
+    """Whether the board has measured its pixel clock."""
+    return bool(status >> regs.STATUS_MEASURED & 1)
+
+
+def _follows_clock(board: Board) -> bool:
+    """Whether lines that wait for the pixel clock do so on this board."""
+    return settings.read(board)["sync"] != regs.SYNCS["free"]
+
+
+def _agree_and_go(group: list[Lines], token: int, world: World) -> None:
+    """Find the edge that all boards begin on, tell it to each, and check that they still agree."""
+    boards = [lines.board for lines in group]
+    if not all(_follows_clock(board) for board in boards):
+        for board in boards:
+            board.go(token, 1)
+        return
+    marks = _agreed(boards, world)
+    ahead = _edges_ahead(boards, marks)
+    for board, mark in zip(boards, marks, strict=True):
+        _go(board, token, _number(marks[0], mark, ahead))
+    again = _marks_of_one_state(boards, world)
+    before, now = _offsets(marks), _offsets(again)
+    for board, was, is_now in zip(boards, before, now, strict=True):
+        if abs(is_now - was) > _AGREE and abs(abs(is_now - was) - _COUNT) > _AGREE:
+            raise BoardError(
+                f"boards {boards[0].unit} and {board.unit} have counted different numbers of clock "
+                f"edges within a moment: one was lost, false or doubled at one input"
+            )
+
+
+def _go(board: Board, token: int, edge: int) -> None:
+    """Tell a board its edge; raises BoardError with the reason if it refuses."""
+    try:
+        board.go(token, edge)
+    except ExceptionReplyError:
+        run.raise_fault(board)
+        why = "it is not ready"
+        if not board.input("mark_steady"):
+            why = "its pixel clock was disturbed since the mark"
+        elif board.input("ready"):
+            why = "the edge is too near: the bus or the host was held up"
+        raise BoardError(f"board {board.unit}: it refuses to go: {why}") from None
+
+
+def _edges_ahead(boards: Sequence[Board], marks: Sequence[Mark]) -> int:
+    """Return how many edges behind the first board's newest one all begin."""
+    lead_s = _LEAD_S + _LEAD_BOARD_S * len(boards)
+    clock_s = marks[0].period_ticks / boards[0].tick_hz()
+    ahead = math.ceil(lead_s / clock_s) + _LEAD_EDGES
+    # 0 names no edge.
+    while any(_number(marks[0], mark, ahead) == 0 for mark in marks):
+        ahead += 1
+    return ahead
+
+
+def _number(first: Mark, mark: Mark, ahead: int) -> int:
+    """Return the number that a board has for the edge so far ahead of the first board's newest."""
+    return (first.edge + ahead + round(mark.place - first.place)) % _COUNT
+
+
+def _offsets(marks: Sequence[Mark]) -> list[float]:
+    """Return how many edges more than the first board each has counted, modulo 65536."""
+    return [(mark.place - marks[0].place) % _COUNT for mark in marks]
+
+
+def _agreed(boards: Sequence[Board], world: World) -> list[Mark]:
+    """Return marks that show the same edges; raises BoardError if the boards see different ones."""
+    for _ in range(_TRIES):
+        marks = _marks_of_one_state(boards, world)
+        places = [mark.place - marks[0].place for mark in marks]
+        if all(abs(place - round(place)) <= _AGREE for place in places):
+            return marks
+        world.wait(_POLL_S)
+    for board, place in zip(boards, places, strict=True):
+        off = abs(place - round(place))
+        if off > _AGREE:
+            raise BoardError(
+                f"boards {boards[0].unit} and {board.unit} see clock edges {off:.2f} periods "
+                f"apart: are they on one pixel clock?"
+            )
+    return marks
+
+
+def _marks_of_one_state(boards: Sequence[Board], world: World) -> list[Mark]:
+    """Return marks of boards whose clock runs everywhere, or rests everywhere."""
+    for _ in range(_TRIES):
+        marks = _mark(boards, world)
+        if _same_state(marks):
+            return marks
+        world.wait(_POLL_S)
+    running = [
+        board.unit for board, mark in zip(boards, marks, strict=True) if mark.ticks is not None
+    ]
+    still = [board.unit for board, mark in zip(boards, marks, strict=True) if mark.ticks is None]
+    raise BoardError(
+        f"the pixel clock runs at {_units(running)} and rests at {_units(still)}: check its wires"
+    )
+
+
+def _units(units: Sequence[int]) -> str:
+    """Return boards in words."""
+    return ("board " if len(units) == 1 else "boards ") + ", ".join(map(str, units))
+
+
+def _same_state(marks: Sequence[Mark]) -> bool:
+    """True if the clock runs for all of them, or for none."""
+    return len({mark.ticks is None for mark in marks}) == 1
+
+
+def _mark(boards: Sequence[Board], world: World) -> list[Mark]:
+    """Make all boards mark, and read what each has noted."""
+    before = [board.input("mark_count") for board in boards]
+    for _ in range(_TRIES):
+        boards[0].mark()
+        world.wait(_MARK_S)
+        found = [board.input("mark_count") for board in boards]
+        heard = [(now - was) % 0x100 == 1 for was, now in zip(before, found, strict=True)]
+        if all(heard):
+            return [_read(board) for board in boards]
+        before = found
+    unit = next(board.unit for board, ok in zip(boards, heard, strict=True) if not ok)
+    raise BoardError(f"board {unit}: it does not hear broadcasts, by which boards agree on an edge")
+
+
+def _read(board: Board) -> Mark:
+    """Read what a board has noted."""
+    found = board.inputs()
+    ticks = None if found["mark_ticks"] == RESTS else found["mark_ticks"]
+    period = float(Fraction(board.tick_hz()) / values.hz_of(settings.read(board)))
+    if _is_measured(found["status"]):
+        period = found["clock_period_ticks"] + found["clock_period_fraction"] / 0x10000
+    return Mark(found["mark_edge"], ticks, period, found["zero_edge"])
+
+
+def _await_start(group: list[Lines], world: World, progress: Progress) -> None:
+    """Wait until no axis is armed any more, while the clock rests for as long as it does.
+
+    Raises BoardError for a fault, if an axis is armed although the clock has run for so long that
+    it must have begun, and if the clock rests for minutes.
+    """
+    rests_until_s = world.now_s() + _REST_S
+    slowest_s = max(lines.board.pixel_period_s() for lines in group)
+    end_s: float | None = None
+    patience_s = _START_S + _LEAD_S + _LEAD_BOARD_S * len(group)
+    while True:
+        waiting, clocks, begun = [], [], False
+        for lines in group:
+            run.raise_fault(lines.board)
+            found = run.states(lines.board, lines.axes)
+            armed = [(lines.board.unit, axis) for axis, name in found.items() if name == "armed"]
+            begun = begun or len(armed) < len(found)
+            waiting += armed
+            clocks.append(regs.flags(lines.board.input("status"))["clock"])
+        if not waiting:
+            return
+        if any(clocks) or begun or not all(_follows_clock(lines.board) for lines in group):
+            end_s = end_s or world.now_s() + patience_s + (_LEAD_EDGES + _START_PIXELS) * slowest_s
+        if end_s is not None and world.now_s() > end_s:
+            unit, axis = waiting[0]
+            raise BoardError(f"board {unit}: axis {axis} is still armed while the clock runs")
+        if end_s is None and world.now_s() > rests_until_s:
+            raise BoardError(f"the pixel clock has rested for {_REST_S:g} s: nothing has moved")
+        progress(0.0)
+        world.wait(_POLL_S)
