@@ -56,7 +56,11 @@
 #endif
 // Clock edges of a pixel in a line's start mark, in the place of a write of setting `divider`.
 #ifndef FEATURE_LINE_DIVIDER
-#define FEATURE_LINE_DIVIDER 1
+#define FEATURE_LINE_DIVIDER BOARD_ALL_FEATURES
+#endif
+// Setting home_is_limit.
+#ifndef FEATURE_SHARED_SWITCH
+#define FEATURE_SHARED_SWITCH BOARD_ALL_FEATURES
 #endif
 
 // Several axes share the processor: how fast a line may be depends on how many of them move.
@@ -68,4 +72,4 @@
      FEATURE_DIAGNOSIS << 3 | FEATURE_EVENTS << 4 | FEATURE_CLOCK_STATISTICS << 5 |      \
      FEATURE_STORE << 6 | FEATURE_TOKENS << 7 | FEATURE_DRIVER_TIMING << 8 |             \
      FEATURE_FILES << 9 | FEATURE_NARROW_CURVES << 10 | FEATURE_SHORT_CURVES << 11 |     \
-     FEATURE_LINE_DIVIDER << 12)
+     FEATURE_LINE_DIVIDER << 12 | FEATURE_SHARED_SWITCH << 14)

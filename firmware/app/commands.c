@@ -166,13 +166,12 @@ static void arm_axis(uint8_t i, const struct order *order)
 }
 
 #if FEATURE_TOKENS
-// Possible while some axis waits for a token; a line that waits for the clock needs an edge. A wrong
-// token is possible too, and is a fault.
+// Possible while some axis waits for a token, with an edge (any, for lines that do not wait for the
+// clock). A wrong token is possible too, and is a fault.
 static bool can_go(uint8_t axis, const struct order *order)
 {
     (void)axis;
-    return token_now() != 0 && axes_first_moving() != NO_AXIS &&
-           (order->edge != 0 || !start_any_waits());
+    return order->edge != 0 && token_now() != 0 && axes_first_moving() != NO_AXIS;
 }
 
 static void take_go(uint8_t axis, const struct order *order)

@@ -88,6 +88,9 @@ static uint8_t shared_limits(uint8_t axis)
 {
     uint8_t bits = (uint8_t)settings_now()->home_is_limit;
 
+    if (!FEATURE_SHARED_SWITCH) {
+        return 0;
+    }
     if (CONFIG_AXES > 1) {
         bits = (uint8_t)(bits >> (uint8_t)(2u * axis));
     }

@@ -20,9 +20,9 @@ void mark_set(void)
     mark.steady = true;
 }
 
-void mark_started(uint32_t started_ticks)
+void mark_started(void)
 {
-    mark.started_ticks = started_ticks;
+    mark.started_units = clock_now_units();
 }
 
 void mark_disturb(void)

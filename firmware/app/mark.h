@@ -18,9 +18,8 @@
 struct mark {
     // When the command ended, units of the coarse clock (hal/clock.h).
     uint32_t units;
-    // What that clock showed when the timers started, ticks; on a board with a single axis right to
-    // 100 ticks.
-    uint32_t started_ticks;
+    // When the timers started, by the same clock.
+    uint32_t started_units;
     // Number of the edge that is line zero of the line that began last.
     uint16_t zero_edge;
     // Marks since reset; wraps.
@@ -38,8 +37,8 @@ const struct mark *mark_now(void);
 // A command ended just now that asks for a mark: the newest byte of the bus was its last one.
 void mark_set(void);
 
-// The timers started when the coarse clock showed so many ticks.
-void mark_started(uint32_t started_ticks);
+// The timers started just now.
+void mark_started(void);
 
 // The clock was disturbed.
 void mark_disturb(void);
@@ -49,9 +48,8 @@ void mark_zero(uint16_t edge);
 
 #else
 
-static inline void mark_started(uint32_t started_ticks)
+static inline void mark_started(void)
 {
-    (void)started_ticks;
 }
 
 static inline void mark_disturb(void)

@@ -318,7 +318,7 @@ static const struct source sources[SOURCES] IN_FLASH = {
     [MORE(REG_INPUT_clock_interval)] = MEMBER(WIDTH_WORD, OWNER_WATCH, IN_WATCH(odd)),
 #if FEATURE_TOKENS
     LONG(MORE(REG_INPUT_mark_units), OWNER_MARK, IN_MARK(units)),
-    LONG(MORE(REG_INPUT_started_ticks), OWNER_MARK, IN_MARK(started_ticks)),
+    LONG(MORE(REG_INPUT_started_units), OWNER_MARK, IN_MARK(started_units)),
     [MORE(REG_INPUT_mark_count)] = MEMBER(WIDTH_BYTE, OWNER_MARK, IN_MARK(count)),
     [MORE(REG_INPUT_mark_steady)] = MEMBER(WIDTH_BYTE, OWNER_MARK, IN_MARK(steady)),
     [MORE(REG_INPUT_zero_edge)] = MEMBER(WIDTH_WORD, OWNER_MARK, IN_MARK(zero_edge)),

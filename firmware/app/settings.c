@@ -103,6 +103,7 @@ bool settings_are_possible(void)
     struct pixel_period period;
 
     return in_range() && baud_possible(current_settings.baud_100) &&
+           (FEATURE_SHARED_SWITCH || current_settings.home_is_limit == 0) &&
            settings_period(&period, 1) &&
            settings_period(&period, current_settings.divider) &&
            pixel_is_possible(&period);

@@ -60,10 +60,12 @@ bool start_clocked_axis_runs(void)
     return clocked_axis_in(AXIS_RUNNING);
 }
 
+#if CONFIG_AXES > 1
 bool start_clocked_axis_begun(void)
 {
     return clocked_axis_in(AXIS_STARTING) || start_clocked_axis_runs();
 }
+#endif
 
 // True when the clock's edges are counted for other lines already. Locked ones count from the
 // moment on when their line zero is known: lock_grid_begin() would forget that.

@@ -13,6 +13,7 @@
 #include <stdint.h>
 
 #include "build_features.h" // FEATURE_CLOCK_STATISTICS
+#include "config.h"         // CONFIG_AXES
 
 // A pixel clock edge came at edge_ticks. Armed axes that wait for an edge get their line zero: the
 // edge that `go` has named, once it is near; where none is named, a few edges on, if all axes have
@@ -44,11 +45,19 @@ uint8_t start_followers(void);
 // True when an axis is armed and waits for its line zero on a clock edge.
 bool start_any_waits(void);
 
+// True when an axis runs, or has its line zero, whose line begins on a clock edge. Of a board with a
+// single axis: only where its line needs the clock.
+#if CONFIG_AXES > 1
+bool start_clocked_axis_begun(void);
+#else
+static inline bool start_clocked_axis_begun(void)
+{
+    return !start_any_waits();
+}
+#endif
+
 // True when an axis runs whose line began on a clock edge: it needs the clock to its end.
 bool start_clocked_axis_runs(void);
-
-// True when an axis runs, or has its line zero, whose line begins on a clock edge.
-bool start_clocked_axis_begun(void);
 
 // True when, on a board with several axes, an axis will be released within a few milliseconds: long
 // work must wait.

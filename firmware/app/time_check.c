@@ -66,12 +66,10 @@ static void find_start(void)
 void time_check_start(void)
 {
     step_timer_start();
-    // A board with a single axis makes no checks: near enough.
-    if (CONFIG_AXES == 1) {
-        mark_started(clock_now_units() * CLOCK_UNIT_TICKS);
-    } else {
+    mark_started();
+    // A board with a single axis makes no checks.
+    if (CONFIG_AXES > 1) {
         find_start();
-        mark_started(started_ticks);
     }
 }
 

@@ -100,7 +100,7 @@ APART bool clock_filter_bridge(struct clock_filter *filter)
 }
 
 // far: by more than an eighth of the period.
-static void take(struct clock_filter *filter, int32_t error_ticks, bool far)
+static APART void take(struct clock_filter *filter, int32_t error_ticks, bool far)
 {
     note_error(filter, error_ticks);
     fine_track(filter->pair, error_ticks, filter->shift);
@@ -154,7 +154,7 @@ static void drop(struct clock_filter *filter)
     doubt(filter);
 }
 
-APART bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks)
+bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks)
 {
     BY_POINTER(filter);
     while (filter->count != 0 && filter->fresh != CLOCK_FILTER_RESTS) {

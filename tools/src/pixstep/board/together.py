@@ -35,7 +35,7 @@ _READY_S = 10.0
 _START_S, _START_PIXELS = 1.0, 4
 _COUNT = 0x10000  # numbers of edges are taken modulo this
 _TICKS = 1 << 32  # and instants modulo this
-_UNIT_TICKS = 64  # of register mark_units
+_UNIT_TICKS = 64  # of registers mark_units and started_units
 _MEASURING_EDGES = 8
 _REST_S = 120.0  # the longest rest of the clock that is waited for
 
@@ -315,7 +315,7 @@ def _look(board: Board) -> Look:
     return Look(
         edge,
         edge_ticks,
-        (_UNIT_TICKS * found["mark_units"] - found["started_ticks"]) % _TICKS,
+        _UNIT_TICKS * (found["mark_units"] - found["started_units"]) % _TICKS,
         found["zero_edge"],
         found["mark_count"],
         bool(found["mark_steady"]),
