@@ -102,7 +102,7 @@ static uint8_t tripped_limits(uint8_t axis)
 {
     uint8_t state = look_of(axis)->state;
 
-    if ((state & SWITCH_HOME) != 0) {
+    if (FEATURE_SHARED_SWITCH && (state & SWITCH_HOME) != 0) {
         state |= shared_limits(axis);
     }
     return state & LIMITS;

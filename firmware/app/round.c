@@ -233,7 +233,7 @@ static void poll_inputs(void)
     uint8_t axis = rounds % INPUT_ROUNDS;
 
     if (axis < CONFIG_AXES) {
-        inputs_poll(CONFIG_INDEX(axis), seek_uses_switch(CONFIG_INDEX(axis)));
+        inputs_poll(CONFIG_INDEX(axis), FEATURE_SHARED_SWITCH && seek_uses_switch(CONFIG_INDEX(axis)));
         drivers_poll(CONFIG_INDEX(axis));
         if (FEATURE_BACKLASH) {
             (void)ledger_settle_play(&axes_get(axis)->ledger);

@@ -164,7 +164,7 @@ void seek_poll(void)
 
     // The order matters: a level that is read after an edge was taken is not older than that edge.
     take_edge();
-    inputs_poll(axis, seek.captured);
+    inputs_poll(axis, FEATURE_SHARED_SWITCH && seek.captured);
     if (seek.trip_code == TRIP_NONE) {
         judge_switch();
     }
