@@ -13,7 +13,7 @@ void axis_init(struct axis *axis, const struct axis_parts *parts)
 {
     *axis = (struct axis){0};
 #if SEVERAL_AXES
-    axis->stagger = parts->stagger;
+    axis->stagger = parts->stagger & 15u;
 #endif
     lifecycle_reset(&axis->life);
     segment_queue_init(&axis->queue, parts->queue_bytes, parts->queue_size);
