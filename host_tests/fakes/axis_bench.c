@@ -53,7 +53,7 @@ bool line_divider_take(uint16_t edges, bool behind)
 void bench_stagger(uint8_t steps)
 {
 #if SEVERAL_AXES
-    bench.axis.stagger = steps;
+    bench.axis.stagger = steps & 15u;
 #else
     (void)steps;
 #endif
