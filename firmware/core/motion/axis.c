@@ -328,9 +328,8 @@ void axis_line_decoded(struct axis *axis, const struct pixel_period *period)
         struct line_grid edges = axis->line.edges;
 
         axis->lines_done++;
-        axis_begin_line(axis,
-                        period,
-                        axis->line.line_speed != 0 ? BEFORE_ALL : BEFORE_UNKNOWN);
+        axis_begin_line(
+            axis, period, axis->line.line_speed != 0 ? BEFORE_ALL : BEFORE_UNKNOWN);
         if (line_grid_locked(&edges)) {
             axis->line.edges = edges;
         }
