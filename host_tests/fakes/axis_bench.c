@@ -19,8 +19,7 @@ static uint8_t budget(void)
 
 void bench_open(uint32_t hz_num, uint32_t hz_den)
 {
-    bench = (struct axis_bench){
-        .now_ticks = 2uL * STEP_IDLE_TICKS, .divider = 1};
+    bench = (struct axis_bench){.now_ticks = 2uL * STEP_IDLE_TICKS, .divider = 1};
     (void)pixel_period_set(&bench.period, TIMER_HZ, hz_num, hz_den);
     bench.limits = (struct line_limits){
         .pixel_ticks = bench.period.whole_ticks,
@@ -53,7 +52,7 @@ bool line_divider_take(uint16_t edges, bool behind)
 void bench_stagger(uint8_t steps)
 {
 #if SEVERAL_AXES
-    bench.axis.stagger = steps;
+    bench.axis.stagger = steps & 15u;
 #else
     (void)steps;
 #endif

@@ -116,6 +116,7 @@ class FakeBoard(FakeServer):
         }  # fmt: skip
         self.inputs_bits = 0
         self.estop = self.clock = self.permit = False
+        self.plays_unknown = 0  # bit n: axis n
         self.clock_hz = 30.0
         self.drivers = 0
         self.fault = (0, 0, 0, 0)  # code, argument, axis, pixel
@@ -218,6 +219,7 @@ class FakeBoard(FakeServer):
         return (
             self.clock | ("armed" in states) << 1 | ("running" in states) << 2
             | bool(self.fault[0]) << 3 | self.estop << 4 | self.permit << 5
+            | self.plays_unknown << 12
         )  # fmt: skip
 
     def edge(self):

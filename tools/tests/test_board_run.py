@@ -83,6 +83,20 @@ def test_upload_arm_and_wait(one):
     assert ("arm", 0b0100, 0) in one.board.commands
 
 
+def test_a_line_that_did_not_know_its_play_is_named(one):
+    counts, ramp = put([0, 4, 12, 8, 0]), ("--decode", "smooth", "--backlash", 4)
+    assert one.run("upload", counts, *ramp, "--arm").stderr == ""
+    one.board.plays_unknown = 0b0101
+    said = one.run("upload", counts, *ramp, "--arm").stderr
+    assert said.startswith("note: board 1 axis 0: how much of the play was taken up was not known")
+    assert said.count("\n") == 1
+    assert "play" not in one.run("upload", counts, "--decode", "smooth", "--arm").stderr
+    for words in (("start", "--wait"), ("arm",)):
+        one.run("upload", counts, *ramp)
+        assert "note: board 1 axis 0: how much of the play" in one.run(*words).stderr
+        one.run("stop")
+
+
 def test_upload_of_two_lines(one):
     found = one.json(
         "upload", put([5, 5]), put([4, 12, 8], "b.csv"), "--decode", "plain", "--decode", "smooth"

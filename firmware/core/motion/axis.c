@@ -13,7 +13,7 @@ void axis_init(struct axis *axis, const struct axis_parts *parts)
 {
     *axis = (struct axis){0};
 #if SEVERAL_AXES
-    axis->stagger = parts->stagger;
+    axis->stagger = parts->stagger & 15u;
 #endif
     lifecycle_reset(&axis->life);
     segment_queue_init(&axis->queue, parts->queue_bytes, parts->queue_size);
@@ -328,9 +328,8 @@ void axis_line_decoded(struct axis *axis, const struct pixel_period *period)
         struct line_grid edges = axis->line.edges;
 
         axis->lines_done++;
-        axis_begin_line(axis,
-                        period,
-                        axis->line.line_speed != 0 ? BEFORE_ALL : BEFORE_UNKNOWN);
+        axis_begin_line(
+            axis, period, axis->line.line_speed != 0 ? BEFORE_ALL : BEFORE_UNKNOWN);
         if (line_grid_locked(&edges)) {
             axis->line.edges = edges;
         }

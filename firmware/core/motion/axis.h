@@ -74,7 +74,7 @@ struct axis {
     bool play_unknown : 1;
 #if SEVERAL_AXES
     // Steps of an even piece before it is handed over as a pulse train (app/axes.c).
-    uint8_t stagger;
+    uint8_t stagger : 4; // up to TRAIN_STAGGER_MAX
     // Entries that the interrupt has made of those in the ring: the rest of a batch or a pixel that
     // is accounted for as a whole. As of when the decoding was begun last.
     uint8_t made_entries;

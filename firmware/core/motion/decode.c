@@ -79,8 +79,7 @@ static bool no_more_pieces(const struct axis *axis)
 }
 
 // Begin the next piece. False when nothing can be decoded now.
-static bool next_piece(struct axis *axis,
-                       const struct pixel_period *period)
+static bool next_piece(struct axis *axis, const struct pixel_period *period)
 {
     if (no_more_pieces(axis)) {
         return false;
@@ -567,9 +566,7 @@ static inline bool decode_plain(struct axis *axis, uint8_t *budget)
 }
 #endif
 
-uint8_t decode_axis(struct axis *axis,
-                    const struct pixel_period *period,
-                    uint8_t budget)
+uint8_t decode_axis(struct axis *axis, const struct pixel_period *period, uint8_t budget)
 {
     if (in_curve(axis)) {
         budget = decode_narrow(

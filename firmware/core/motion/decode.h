@@ -11,12 +11,9 @@
 
 #include "motion/axis.h" // struct axis
 
-// Decode up to `budget` steps or periods into the ring, as far as there is room. always_take_up:
-// the backlash policy, see axis_arm(). Returns what is left of the budget; slow steps take more
-// than one unit of it.
-uint8_t decode_axis(struct axis *axis,
-                    const struct pixel_period *period,
-                    uint8_t budget);
+// Decode up to `budget` steps or periods into the ring, as far as there is room. Returns what is
+// left of the budget; slow steps take more than one unit of it.
+uint8_t decode_axis(struct axis *axis, const struct pixel_period *period, uint8_t budget);
 
 // True when decode_axis() could do nothing now: the ring is full, or the queue is empty.
 bool decode_is_ahead(const struct axis *axis);

@@ -33,6 +33,8 @@ class AxisState:
     """`"empty"`, `"loaded"`, `"armed"`, `"running"`, `"done"`, `"fault"` and so on."""
     position_steps: int
     """Its position in steps, as the board counts."""
+    play_known: bool = True
+    """False if its newest line with backlash began without knowing the play, as after a reset."""
 
 
 class Board:
@@ -165,7 +167,10 @@ class Board:
     def _states(self, axes: list[int]) -> tuple[AxisState, ...]:
         states = running.states(self.device, axes)
         places = running.positions(self.device, axes)
-        return tuple(AxisState(axis, states[axis], places[axis]) for axis in axes)
+        unknown = running.play_unknown(self.device, axes)
+        return tuple(
+            AxisState(axis, states[axis], places[axis], axis not in unknown) for axis in axes
+        )
 
 
 class Bus:

@@ -169,8 +169,14 @@ class Sequence:
         for axis, motion in given.items():
             whole = end == "none"
             if motion.judged:
-                self._judge(axis, motion, f"{where} ({end}), axis {axis}", before[axis],
-                            unknown=bool(unknown >> axis & 1), whole=whole)
+                self._judge(
+                    axis,
+                    motion,
+                    f"{where} ({end}), axis {axis}",
+                    before[axis],
+                    unknown=bool(unknown >> axis & 1),
+                    whole=whole,
+                )
             if whole and motion.judged:
                 self._sure.add(axis)
 

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
 """The load of an axis behind its play, from the STEP and DIR edges of a run alone.
 
-    motor    . . . . . . M         the motor pushes the load up: slack 0
-    load     . . . . . . L
-    motor    . . M . . . .         it pulls the load down: slack -play
-    load     . . . . . . L
+motor    . . . . . . M         the motor pushes the load up: slack 0
+load     . . . . . . L
+motor    . . M . . . .         it pulls the load down: slack -play
+load     . . . . . . L
 """
 
 from collections.abc import Iterable

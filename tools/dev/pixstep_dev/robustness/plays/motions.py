@@ -97,9 +97,7 @@ class Clock:
     pixel: int
 
 
-def edges(
-    given: Motion, first_cycle: int, lacking: int, clock: Clock
-) -> Iterator[tuple[int, int]]:
+def edges(given: Motion, first_cycle: int, lacking: int, clock: Clock) -> Iterator[tuple[int, int]]:
     """Yield cycle and the load's way at each pixel edge away from take-ups.
 
     Which edge of the clock is line zero the first STEP edge tells: the first line takes up what was
@@ -112,8 +110,9 @@ def edges(
     zero = clock.first + round(pixels) * clock.pixel
     way = 0
     for line in given.lines:
-        ways = list(accumulate(line.counts, lambda was, n, line=line: was + line.direction * n,
-                               initial=way))
+        ways = list(
+            accumulate(line.counts, lambda was, n, line=line: was + line.direction * n, initial=way)
+        )
         for pixel in range(line.shifted_pixels, line.pixels + 1):
             yield zero + pixel * clock.pixel + _CYCLES, ways[pixel]
         zero += line.pixels * clock.pixel

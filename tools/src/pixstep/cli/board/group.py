@@ -239,9 +239,8 @@ def note_unattended(board: Board) -> None:
 def note_play(board: Board, axes: list[int]) -> None:
     """Say which of the lines that were armed did not know the play that they take up."""
     say(
-        f"board {board.unit} axis {axis} did not know how much of its play was taken up (after a "
-        f"reset, or with another backlash than before): its line with backlash takes up all of it, "
-        f"so that the load may be up to the play too far"
+        f"board {board.unit} axis {axis}: how much of the play was taken up was not known, as "
+        f"after a reset: the line takes up all of it, and the load may be too far by as much"
         for axis in run.play_unknown(board, axes)
     )
 
