@@ -49,6 +49,7 @@ PIXEL_CLOCK = "pixel_clock.c"
 PIN = "pin_flaws.c"
 BENCH = "bench.c"
 OUTPUTS = "outputs.c"
+BUS = "bus.c"
 
 PLANTS = (
     # Timers
@@ -186,6 +187,12 @@ PLANTS = (
         "        t->second_capture_due = due;",
         "        (void)due;",
     ),
+    Plant(
+        "normal mode that wraps a count early",
+        TIMER,
+        "#define COUNT_MAX          0xFFFFU",
+        "#define COUNT_MAX          0xFFFEU",
+    ),
     # The serial bus
     Plant("RXC in the middle of the stop bit", UART, "/ 8 * 6 :", "/ 8 * 4 :"),
     Plant("a frame without its parity bit", UART, "!= 0 ? 1 : 0;", "!= 0 ? 0 : 0;"),
@@ -271,6 +278,48 @@ PLANTS = (
         "        return;\n"
         "    }\n"
         "    if (u->waiting) {\n",
+    ),
+    Plant(
+        "a start bit seen at its beginning",
+        UART,
+        "return own_time_from_bench(u->time, frame->start) + decided_cycles(u);",
+        "return own_time_from_bench(u->time, frame->start);",
+    ),
+    Plant(
+        "a driver that may cut the stop bit and more",
+        UART,
+        "cycle + uart_bit_cycles(u) / 2 < u->shift_end",
+        "cycle + uart_bit_cycles(u) * 4 < u->shift_end",
+    ),
+    Plant(
+        "RXC with one character only",
+        UART,
+        "u->fifo_count > 0, cycle);",
+        "u->fifo_count == 1, cycle);",
+    ),
+    Plant(
+        "UDRE that interrupts once",
+        UART,
+        "&u->part->udrc, !u->waiting, cycle);",
+        "&u->part->udrc, false, cycle);",
+    ),
+    Plant(
+        "other data bits are taken",
+        UART,
+        "!speed_fits(u, frame) || (other & UCSZ) != 0) {",
+        "!speed_fits(u, frame)) {",
+    ),
+    Plant(
+        "a collision over the stop bit",
+        BUS,
+        "return frame->end - frame->bit_cycles_x1000 / 1000;",
+        "return frame->end;",
+    ),
+    Plant(
+        "only the later frame of a collision is damaged",
+        BUS,
+        "other->corrupted = frame->corrupted = true;",
+        "frame->corrupted = true;",
     ),
     # EEPROM
     Plant(
@@ -370,6 +419,12 @@ PLANTS = (
         WATCHDOG,
         "    w->since = w->avr->cycle + 1;\n}",
         "    w->since = w->avr->cycle;\n}",
+    ),
+    Plant(
+        "WDCE that reads too short",
+        WATCHDOG,
+        "(access_cycle(avr) <= w->change_until ? WDCE : 0U)",
+        "(access_cycle(avr) < w->change_until ? WDCE : 0U)",
     ),
     # External interrupts and the comparator
     Plant(
