@@ -5,7 +5,7 @@
 
 BUILD is a finished build of the host preset. A defect is planted in a copy of its source, which is
 compiled as the build did and linked with the objects of the rest; the suites of sim/tests run until
-one fails. Not part of tools/check: it takes some ten minutes. `cmake --build BUILD --target
+one fails. Not part of tools/check: it takes some fifteen minutes. `cmake --build BUILD --target
 sim_plants` runs it.
 """
 
