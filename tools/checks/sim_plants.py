@@ -521,6 +521,12 @@ PLANTS = (
         "            on_synchronized,\n"
         "            p);",
     ),
+    Plant(
+        "an outside level over an output",
+        PORTS,
+        "if ((p->pins[index].ddr & mask) == 0 && (p->pins[index].driven_mask & mask) != 0) {",
+        "if ((p->pins[index].driven_mask & mask) != 0) {",
+    ),
     # The pixel clock, pins of their own, oscillators
     Plant(
         "a gate that rests an edge early",
