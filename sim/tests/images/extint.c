@@ -3,8 +3,8 @@
 // m1284 (PB2). GPIOR2 (the test pokes it): bits 1:0 the sense, bit 4: not enabled at first. The
 // handler pulses ENABLE of axis 0.
 // With bit 4: RESULT[0] = INTF some time later, RESULT[1] = after a zero has been written to it,
-// RESULT[2] = after a one; with a one in bit 5 the interrupt is enabled instead of these. With bit 6
-// the pin is an output, which goes low and some time later high.
+// RESULT[2] = after a one; with a one in bit 5 the interrupt is enabled instead of these. With bit
+// 6 the pin is an output, which goes low and some time later high.
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
