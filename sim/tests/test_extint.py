@@ -88,6 +88,15 @@ class Edges(SimTest):
         self.assertEqual(len(seen), 1)
         self.assertGreater(seen[0], 5000)
 
+    def test_an_output_interrupts_whatever_drives_its_pin(self):
+        """ "The interrupts will trigger even if the INT pins are configured as outputs"."""
+        for board in PIN:
+            for level in (0, 1):
+                commands = [f"pin 0 {PIN[board]} {level}"]
+                _, _, seen = self.go(board, 0x40 | RISING, commands, cycles=20_000)
+                self.assertEqual(len(seen), 1, (board, level))
+                self.assertGreater(seen[0], 5000)
+
     def test_low_level_is_refused(self):
         answer, _, _ = self.go("mega", 0)
         self.assertIn("INT3: low level (ISC31:0 = 0) is not modelled", answer)

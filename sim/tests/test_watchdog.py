@@ -11,7 +11,7 @@ SHORTEST = 256_000  # 2048 cycles of 128 kHz
 MS = 16_000
 PORF, EXTRF, WDRF = 1, 2, 8
 RESPONSE = {"uno": 4, "mega": 5}
-WDIF, WDIE, WDE = 0x80, 0x40, 0x08
+WDIF, WDIE, WDCE, WDE = 0x80, 0x40, 0x10, 0x08
 LATEST = 40  # cycles of instructions between an event and what the log shows of it
 
 
@@ -123,6 +123,8 @@ class Guard(SimTest):
     def test_flag(self):
         results, _ = self.go(8, 400_000)
         self.assertEqual(results[30:32], [WDIF | WDIE, WDIE])
+        # The lds reads in its second cycle: in the window's fourth and fifth.
+        self.assertEqual(results[32:34], [WDCE, 0])
 
     def test_reserved(self):
         with Session(image("uno", "guard")) as sim:

@@ -5,7 +5,7 @@
 
 BUILD is a finished build of the host preset. A defect is planted in a copy of its source, which is
 compiled as the build did and linked with the objects of the rest; the suites of sim/tests run until
-one fails. Not part of tools/check: it takes some ten minutes. `cmake --build BUILD --target
+one fails. Not part of tools/check: it takes some fifteen minutes. `cmake --build BUILD --target
 sim_plants` runs it.
 """
 
@@ -49,6 +49,7 @@ PIXEL_CLOCK = "pixel_clock.c"
 PIN = "pin_flaws.c"
 BENCH = "bench.c"
 OUTPUTS = "outputs.c"
+BUS = "bus.c"
 
 PLANTS = (
     # Timers
@@ -186,6 +187,12 @@ PLANTS = (
         "        t->second_capture_due = due;",
         "        (void)due;",
     ),
+    Plant(
+        "normal mode that wraps a count early",
+        TIMER,
+        "#define COUNT_MAX          0xFFFFU",
+        "#define COUNT_MAX          0xFFFEU",
+    ),
     # The serial bus
     Plant("RXC in the middle of the stop bit", UART, "/ 8 * 6 :", "/ 8 * 4 :"),
     Plant("a frame without its parity bit", UART, "!= 0 ? 1 : 0;", "!= 0 ? 0 : 0;"),
@@ -271,6 +278,48 @@ PLANTS = (
         "        return;\n"
         "    }\n"
         "    if (u->waiting) {\n",
+    ),
+    Plant(
+        "a start bit seen at its beginning",
+        UART,
+        "return own_time_from_bench(u->time, frame->start) + decided_cycles(u);",
+        "return own_time_from_bench(u->time, frame->start);",
+    ),
+    Plant(
+        "a driver that may cut the stop bit and more",
+        UART,
+        "cycle + uart_bit_cycles(u) / 2 < u->shift_end",
+        "cycle + uart_bit_cycles(u) * 4 < u->shift_end",
+    ),
+    Plant(
+        "RXC with one character only",
+        UART,
+        "u->fifo_count > 0, cycle);",
+        "u->fifo_count == 1, cycle);",
+    ),
+    Plant(
+        "UDRE that interrupts once",
+        UART,
+        "&u->part->udrc, !u->waiting, cycle);",
+        "&u->part->udrc, false, cycle);",
+    ),
+    Plant(
+        "other data bits are taken",
+        UART,
+        "!speed_fits(u, frame) || (other & UCSZ) != 0) {",
+        "!speed_fits(u, frame)) {",
+    ),
+    Plant(
+        "a collision over the stop bit",
+        BUS,
+        "return frame->end - frame->bit_cycles_x1000 / 1000;",
+        "return frame->end;",
+    ),
+    Plant(
+        "only the later frame of a collision is damaged",
+        BUS,
+        "other->corrupted = frame->corrupted = true;",
+        "frame->corrupted = true;",
     ),
     # EEPROM
     Plant(
@@ -371,6 +420,12 @@ PLANTS = (
         "    w->since = w->avr->cycle + 1;\n}",
         "    w->since = w->avr->cycle;\n}",
     ),
+    Plant(
+        "WDCE that reads too short",
+        WATCHDOG,
+        "(access_cycle(avr) <= w->change_until ? WDCE : 0U)",
+        "(access_cycle(avr) < w->change_until ? WDCE : 0U)",
+    ),
     # External interrupts and the comparator
     Plant(
         "an external interrupt on the wrong edge",
@@ -465,6 +520,12 @@ PLANTS = (
         "            SYNCHRONIZER_CYCLES + (p->pins[index].arriving != mask ? 1 : 0),\n"
         "            on_synchronized,\n"
         "            p);",
+    ),
+    Plant(
+        "an outside level over an output",
+        PORTS,
+        "if ((p->pins[index].ddr & mask) == 0 && (p->pins[index].driven_mask & mask) != 0) {",
+        "if ((p->pins[index].driven_mask & mask) != 0) {",
     ),
     # The pixel clock, pins of their own, oscillators
     Plant(

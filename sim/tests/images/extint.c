@@ -3,7 +3,8 @@
 // m1284 (PB2). GPIOR2 (the test pokes it): bits 1:0 the sense, bit 4: not enabled at first. The
 // handler pulses ENABLE of axis 0.
 // With bit 4: RESULT[0] = INTF some time later, RESULT[1] = after a zero has been written to it,
-// RESULT[2] = after a one; with a one in bit 5 the interrupt is enabled instead of these.
+// RESULT[2] = after a one; with a one in bit 5 the interrupt is enabled instead of these. With bit
+// 6 the pin is an output, which goes low and some time later high.
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
@@ -16,18 +17,24 @@
 #define ENABLE  "0x02, 1" // PORTA, bit 1
 #define SET_DDR (DDRA = (uint8_t)(1U << 1))
 #define PULL_UP (PORTD |= (uint8_t)(1U << 3))
+#define RELEASE (PORTD &= (uint8_t)~(1U << 3))
+#define OUTPUT  (DDRD |= (uint8_t)(1U << 3))
 #elif defined(__AVR_ATmega1284P__)
 #define LINE    2
 #define VECTOR  INT2_vect
 #define ENABLE  "0x08, 1" // PORTC, bit 1
 #define SET_DDR (DDRC = (uint8_t)(1U << 1))
 #define PULL_UP (PORTB |= (uint8_t)(1U << 2))
+#define RELEASE (PORTB &= (uint8_t)~(1U << 2))
+#define OUTPUT  (DDRB |= (uint8_t)(1U << 2))
 #else
 #define LINE    0
 #define VECTOR  INT0_vect
 #define ENABLE  "0x0B, 5" // PORTD, bit 5
 #define SET_DDR (DDRD = (uint8_t)(1U << 5))
 #define PULL_UP (PORTD |= (uint8_t)(1U << 2))
+#define RELEASE (PORTD &= (uint8_t)~(1U << 2))
+#define OUTPUT  (DDRD |= (uint8_t)(1U << 2))
 #endif
 
 ISR(VECTOR, ISR_NAKED)
@@ -64,6 +71,12 @@ int main(void)
     }
     if ((what & 0x10U) == 0 || (what & 0x20U) != 0) {
         EIMSK = (uint8_t)(1U << LINE);
+    }
+    if ((what & 0x40U) != 0) {
+        RELEASE;
+        OUTPUT;
+        __builtin_avr_delay_cycles(5000);
+        PULL_UP;
     }
     for (;;) {
         __asm__ volatile("nop\n\tnop\n\tnop\n\tnop\n\tnop\n\tnop\n\tnop\n\tnop\n\t");

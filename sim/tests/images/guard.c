@@ -41,6 +41,19 @@ ISR(WDT_vect, ISR_NAKED)
                      [open] "r"(SEQUENCE),                                               \
                      [to] "r"((uint8_t)(value)))
 
+// WDCE as it is read so many nops after the sequence's first write.
+#define LOOK(at, nops)                                                                   \
+    do {                                                                                 \
+        uint8_t seen;                                                                    \
+                                                                                         \
+        __asm__ volatile("sts %[at_], %[open]\n\t"                                       \
+                         ".rept " #nops "\n\tnop\n\t.endr\n\t"                           \
+                         "lds %[seen], %[at_]\n\t"                                       \
+                         : [seen] "=&r"(seen)                                            \
+                         : [at_] "n"(_SFR_MEM_ADDR(WDTCSR)), [open] "r"(SEQUENCE));      \
+        RESULT[at] = seen & (1U << WDCE);                                                \
+    } while (0)
+
 static void mark(void)
 {
     PERMIT_PIN = (uint8_t)PERMIT_MASK;
@@ -120,6 +133,8 @@ static void flag_waits(void)
     RESULT[30] = WDTCSR;
     WDTCSR = (uint8_t)((1U << WDIF) | (1U << WDIE));
     RESULT[31] = WDTCSR;
+    LOOK(32, 2);
+    LOOK(33, 3);
 }
 
 static void run_other(uint8_t what)
