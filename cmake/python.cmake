@@ -12,6 +12,8 @@ set(PIXSTEP_LONG_RUNNING
 # after the other they run beside the rest, on the job that the presets have beyond the cores.
 set(PIXSTEP_REAL_TIME board_port board_trouble conformance console_doc tutorial virtual_bench)
 set(PIXSTEP_SHORT_TOGETHER 12)
+# The longest of the long check, minutes each: they begin first.
+set(PIXSTEP_LONGEST lock_sim programs trajectory_runs)
 
 # What every Python program of a test is run with: byte code is kept where tools/check keeps it, not
 # beside the sources, and what is missing fails a test instead of skipping it.
@@ -34,7 +36,9 @@ function(python_test name label)
         ENVIRONMENT "${PIXSTEP_PYTHON_ENVIRONMENT};${arg_ENVIRONMENT}"
     )
     string(REGEX REPLACE "^py[.]|[.]long$" "" file "${name}")
-    if(file IN_LIST PIXSTEP_REAL_TIME)
+    if(label STREQUAL "long" AND file IN_LIST PIXSTEP_LONGEST)
+        set_tests_properties(${name} PROPERTIES COST 60)
+    elseif(file IN_LIST PIXSTEP_REAL_TIME)
         set_tests_properties(${name} PROPERTIES RESOURCE_LOCK real_time COST 40)
     elseif(file MATCHES "^short[.]")
         set_tests_properties(${name} PROPERTIES COST 30)

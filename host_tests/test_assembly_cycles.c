@@ -38,8 +38,8 @@ uint16_t curve_steep_root(uint32_t value);
 
 // Cycles of `call` and `ret` together on the ATmega2560.
 #define CALL_AND_RETURN 10u
-// A part with up to 128 KB of flash keeps return addresses of two bytes instead of three: `call` and
-// `ret` take one cycle less each.
+// A part with up to 128 KB of flash keeps return addresses of two bytes instead of three: `call`
+// and `ret` take one cycle less each.
 #if defined(__AVR_3_BYTE_PC__)
 #define CALL_LESS 0u
 #else

@@ -2,6 +2,7 @@
 """Motion programs: blended moves, the two-move planner and the look-ahead, figure by figure."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -251,6 +252,25 @@ def test_smooth_motors_stay_within_their_limits_as_the_board_decodes_them(seed):
         found = linecheck.without_idle_pixel(linecheck.check(line))
         assert not [item for item in found if item.severity == linecheck.ERROR]
     # A step by rounding, a step that a corner may be cut by, and the half of a pixel's chord.
+    assert path_distance(counts, path(text, of)) <= 2
+
+
+@pytest.mark.parametrize("seed", range(cases(20, 300)))
+def test_plain_motors_stay_beside_smooth_ones(seed):
+    """On the path together, each within its own limits."""
+    rng = np.random.default_rng(seed)
+    hz = int(rng.choice([50, 100, 200]))
+    pixel, motors = 1000 / hz, int(rng.integers(2, 5))
+    of = setup(rng.uniform(20, 200) / pixel**2, motors, hz, rng.uniform(20, 400) / pixel)
+    smooth = [True, False, *(bool(rng.integers(2)) for _ in range(motors - 2))]
+    of = replace(
+        of, motors=tuple(replace(m, smooth=one) for m, one in zip(of.motors, smooth, strict=True))
+    )
+    text, distance = random_program(rng, motors, int(rng.integers(1, 20)), rising=True)
+    counts, report = planned(text, of)
+    assert counts.sum(axis=0).tolist() == distance.tolist()
+    for motor in report.motors:
+        assert motor.counted_ratio <= 1 and motor.counted_speed <= motor.motor.max_speed * pixel + 1
     assert path_distance(counts, path(text, of)) <= 2
 
 

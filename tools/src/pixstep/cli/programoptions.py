@@ -55,7 +55,7 @@ _OPTIONS = (
         type=FiniteRange(0.01, 1000),
         default=1.0,
         show_default=True,
-        help="Steps that a smooth motor may cut a corner by.",
+        help="Steps that a smooth motor may cut a corner by, and segments a circle.",
     ),
 )
 machine_option = click.option(

@@ -352,13 +352,11 @@ class Length:
 def jerks(line: Timeline, setup: Setup) -> Floats:
     """Return the jerk of each motor in steps/px3: the third difference of positions at its edges.
 
-    A smooth motor's are those of the middles of its pixels: its speeds are means around edges.
+    Those of a smooth motor, and of plain ones beside it, are those of the middles of pixels: the
+    speeds are means around edges.
     """
     samples = _samples(line, setup)
-    both = [samples[1::2], samples[0::2]]
-    length = min(map(len, both))
-    chosen = [both[motor.smooth][:length, index] for index, motor in enumerate(setup.motors)]
-    places = np.stack(chosen, axis=1)
+    places = samples[0::2] if setup.smooth else samples[1::2]
     still = np.zeros((_JERK_EDGES, places.shape[1]))
     return np.diff(np.vstack([still, places, np.repeat(places[-1:], 3, axis=0)]), n=3, axis=0)
 

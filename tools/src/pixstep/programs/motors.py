@@ -105,6 +105,11 @@ class Setup:
         return settings.of_clock(self.sync, self.divider)
 
     @property
+    def smooth(self) -> bool:
+        """Whether any motor is smooth: then the speeds of all are means around edges."""
+        return any(motor.smooth for motor in self.motors)
+
+    @property
     def pixel_ms(self) -> float:
         """The pixel period in milliseconds."""
         return float(MS / self.pixel_hz)

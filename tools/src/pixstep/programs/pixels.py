@@ -8,6 +8,9 @@ A smooth motor's pixels have constant acceleration. If v is the mean speed over 
 edge, then v changes by at most A T^2 from edge to edge, and the trapezoids of v lie on the path
 wherever that is straight. The board's speeds are even (evenspeeds.py); at rest they are 0 and
 positions are even.
+
+Where a smooth motor is among them a plain one takes the mean of the middles beside an edge, too:
+all then lie at the same place along the path.
 """
 
 from collections.abc import Iterable, Iterator
@@ -31,7 +34,7 @@ def edges(lines: Iterable[Timeline], setup: Setup) -> Iterator[Floats]:
     edge is the mean around it.
     """
     half = setup.pixel_ms / 2
-    smooth = any(motor.smooth for motor in setup.motors)
+    smooth = setup.smooth
     delay = half if smooth else 0.0
     still = np.zeros((1, len(setup.motors)))
     yield np.repeat(still, 3 if smooth else 2, axis=0)
@@ -54,6 +57,7 @@ class Rounding:
     def __init__(self, setup: Setup) -> None:
         self._before = np.zeros((0, len(setup.motors)))
         self._motors = [_motor(motor, setup.pixel_ms) for motor in setup.motors]
+        self._mean = setup.smooth
         self._waiting: list[Counts] = [np.zeros(0, dtype=np.int64) for _ in setup.motors]
 
     def counts(self, samples: Iterable[Floats]) -> Iterator[Counts]:
@@ -69,10 +73,14 @@ class Rounding:
                 self._before = known
                 continue
             self._before = known[2 * pixels :]
+            middles = known[4 : 2 * pixels + 3 : 2]
             edges = known[3 : 2 * pixels + 2 : 2]
-            middles = np.abs(known[4 : 2 * pixels + 3 : 2])
+            if self._mean:
+                edges = (known[2 : 2 * pixels + 1 : 2] + middles) / 2
             yield from self._ready(
-                motor.counts((middles if isinstance(motor, EvenSpeeds) else edges)[:, index])
+                motor.counts(
+                    np.abs(middles[:, index]) if isinstance(motor, EvenSpeeds) else edges[:, index]
+                )
                 for index, motor in enumerate(self._motors)
             )
         yield from self._ready(motor.last_counts() for motor in self._motors)

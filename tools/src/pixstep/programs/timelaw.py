@@ -63,17 +63,18 @@ class Limits:
         return cls(
             np.array([motor.planned_speed(pixel) for motor in motors]),
             np.array([motor.planned_acceleration(pixel) for motor in motors]),
-            np.array([_corner(motor, setup) for motor in motors]),
+            np.full(len(motors), _corner(setup)),
             np.array([_reversal(motor, pixel) for motor in motors]),
         )
 
 
-def _corner(motor: PlanMotor, setup: Setup) -> float:
-    """Return how much a motor may accelerate by the bend of its path alone.
+def _corner(setup: Setup) -> float:
+    """Return how much motors may accelerate by the bend of their path alone.
 
-    In a pixel a smooth motor makes a parabola, which leaves a bent path by an eighth of its bend.
+    In a pixel a smooth motor, and a plain one beside it, is at the mean of the places half a pixel
+    before and behind an edge, which leaves a bent path by an eighth of its bend.
     """
-    if not motor.smooth:
+    if not setup.smooth:
         return _FREE
     return _CURVED_BOUND * setup.path_tolerance / setup.pixel_ms**2
 
