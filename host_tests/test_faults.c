@@ -337,23 +337,6 @@ static void crowded_clock_edge_beside_edges_that_are_planned(void)
     TEST_ASSERT_NOT_EQUAL(FAULT_none, faults_record()->code);
 }
 
-// A stop inside a long interval: the timer completes the interval, and time is looked at meanwhile.
-static void stop_in_a_long_interval(void)
-{
-    slow_pixels();
-    for (uint16_t rounds = 3; rounds < 200u; rounds = (uint16_t)(rounds + 23u)) {
-        start_plain(BENCH_THIRD, 3, 100);
-        bench_rounds(rounds);
-        TEST_ASSERT_EQUAL(MODBUS_OK,
-                          bench_command(BENCH_MASK_OF(BENCH_THIRD), COMMAND_STOP));
-        for (uint8_t i = 0; i < 200u; i++) {
-            bench_rounds(1);
-            TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
-        }
-        TEST_ASSERT_TRUE(bench_give(BENCH_MASK_OF(BENCH_THIRD), COMMAND_DISCARD, 0));
-    }
-}
-
 static void start_late(void)
 {
     slow_pixels();
@@ -440,7 +423,6 @@ int main(void)
         RUN_TEST(clock_edge_lost_beside_edges_that_are_planned);
         RUN_TEST(crowded_clock_edge_beside_edges_that_are_planned);
     }
-    RUN_TEST(stop_in_a_long_interval);
     RUN_TEST(start_late);
     RUN_TEST(broken_promise_stops_everything);
     RUN_TEST(first_fault_stays);
