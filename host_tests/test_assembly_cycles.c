@@ -434,7 +434,8 @@ static void grids(void)
     TEST_ASSERT_EQUAL_UINT16(WHOLE_CYCLES, grid_cycles(0, 4));
 }
 
-#define PIXEL_STEPS 20u
+#define PIXEL_STEPS  20u
+#define ORIGIN_STEPS 1234
 
 // Account for so many pixels of the line, of which one in `every` has a record to be kept.
 MEASURING time_pixels(uint8_t count, int16_t error_ticks, uint16_t every)
@@ -446,6 +447,8 @@ MEASURING time_pixels(uint8_t count, int16_t error_ticks, uint16_t every)
     records_thin(every, UINT16_MAX);
     records_reset(&ledger.records);
     ledger.pulse = true;
+    ledger.position_steps = ORIGIN_STEPS;
+    ledger.line_origin = ORIGIN_STEPS;
     stream = (struct stream){.mark_placed = count};
     for (uint8_t i = 0; i < count; i++) {
         stream.marks[i] = (struct stream_mark){
@@ -460,7 +463,8 @@ MEASURING time_pixels(uint8_t count, int16_t error_ticks, uint16_t every)
     result = ledger_take_pixels(&ledger, &stream, (uint8_t)(PIXEL_STEPS * count));
     uint16_t end = now();
 
-    TEST_ASSERT_EQUAL_INT32(PIXEL_STEPS * count, ledger.position_steps);
+    TEST_ASSERT_EQUAL_INT32(ORIGIN_STEPS + (int32_t)(PIXEL_STEPS * count),
+                            ledger.position_steps);
     TEST_ASSERT_EQUAL_UINT32(2000u + 800uL * count, ledger.loaded_ticks);
     TEST_ASSERT_EQUAL_UINT8(count / every, records_shown(&ledger.records));
     records_thin(1, UINT16_MAX);
