@@ -966,8 +966,9 @@ static void run_scene(struct scene *s, const struct thoroughness *how)
         }
         s->clock_at = NEVER;
         if (how->again) {
-            for (s->late_again = 3; s->late_again < s->base; s->late_again += 9U) {
-                run_all_late(s, 5U * how->late_step);
+            for (s->late_again = 3; s->late_again < s->base;
+                 s->late_again += s->base / 5U) {
+                run_all_late(s, 10U * how->late_step);
             }
         }
     }
@@ -1063,7 +1064,7 @@ int main(int argc, char **argv)
     bool is_long = argc > 2 && strcmp(argv[2], "long") == 0;
     struct thoroughness quick = {.base_step = 7, .other_step = 4, .late_step = 5};
     struct thoroughness all = {
-        .base_step = 1, .other_step = 1, .late_step = 1, .all_axes = true, .again = true};
+        .base_step = 2, .other_step = 2, .late_step = 2, .all_axes = true, .again = true};
 
     if (argc < 2) {
         (void)fprintf(stderr, "usage: catch_up_test IMAGE [long]\n");
