@@ -808,8 +808,8 @@ static uint64_t wanted_edge(unsigned index)
 }
 
 // An interrupt that stops the axis may have seen that it is late only behind the edge of the period
-// that repeats, which then is one too many or too early (docs/FAULTS.md, underrun). Where a train is
-// over and nothing follows, its next interval may have been loaded as well.
+// that repeats, which then is one too many or too early (docs/FAULTS.md, underrun). Where a train
+// is over and nothing follows, its next interval may have been loaded as well.
 static void check_edges(enum twin_end end)
 {
     unsigned exact = 1;
