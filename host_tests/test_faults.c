@@ -316,6 +316,19 @@ static void clock_edge_lost(void)
     check_recovery(0);
 }
 
+// An edge beside them that was crowded out does not hide their number.
+static void clock_edges_lost_and_crowded(void)
+{
+    start_plain(0, 4, 100);
+    bench_rounds(50);
+    fake_crowded_edge();
+    fake_pass(BENCH_PIXEL_TICKS * (CONFIG_CLOCK_EDGES + 3uL));
+    bench_rounds(1);
+    check_fault(FAULT_clock_edge_lost, 0);
+    TEST_ASSERT_EQUAL_UINT16(3, faults_record()->argument);
+    check_recovery(0);
+}
+
 // The same where the clock's axis runs, and its edges come where they are planned.
 static void clock_edge_lost_beside_edges_that_are_planned(void)
 {
@@ -419,6 +432,7 @@ int main(void)
     RUN_TEST(clock_is_not_missed_by_nobody);
     RUN_TEST(clock_edges_wait);
     RUN_TEST(clock_edge_lost);
+    RUN_TEST(clock_edges_lost_and_crowded);
     if (SEVERAL_AXES) {
         RUN_TEST(clock_edge_lost_beside_edges_that_are_planned);
         RUN_TEST(crowded_clock_edge_beside_edges_that_are_planned);
