@@ -59,13 +59,15 @@ uint16_t curve_steep_root(uint32_t value);
 #define NEAR_CYCLES        333u
 #define NEAR_PERIOD_CYCLES 16u // and for each period more.
 // Whole pixels of up to 24 steps in even_pixels_write().
-#define EVEN_CYCLES   314u // with a segment of its own, and
-#define SAME_CYCLES   236u // inside a run, besides its steps; up to
-#define GROUPS_CYCLES 8u   // less, as the steps make groups of one, two, four and eight
-#define EQUAL_CYCLES  4u   // a step where all are equally long
-#define MIXED_CYCLES  2u   // more for a pixel where some are a tick longer:
-#define SHORT_CYCLES  6u   // a step of those,
-#define LONG_CYCLES   10u  // a longer one
+#define EVEN_CYCLES     314u // with a segment of its own, and
+#define SAME_CYCLES     236u // inside a run, besides its steps; up to
+#define GROUPS_CYCLES   8u   // less, as the steps make groups of one, two, four and eight
+#define EQUAL_CYCLES    4u   // a step where all are equally long
+#define MIXED_CYCLES    2u   // more for a pixel where some are a tick longer:
+#define SHORT_CYCLES    6u   // a step of those,
+#define LONG_CYCLES     10u  // a longer one
+#define FRACTION_CYCLES 30u  // more where the grid has fractions of 16 bits,
+#define WIDE_FRACTION_CYCLES 90u // or of more
 // Of a step: the low byte of q - 1 stays far from a carry.
 #define TOP 0x0140u
 
@@ -549,6 +551,10 @@ static void near_edges(void)
     }
 }
 
+// Of the pixels that are written: fractions of a tick.
+static uint32_t even_remainder;
+static uint32_t even_divisor = 1;
+
 // Write so many pixels of 800 ticks a step; each with a segment of a byte of its own, or one run.
 MEASURING time_even(uint8_t count, uint8_t steps, uint8_t more_ticks, bool run)
 {
@@ -558,8 +564,9 @@ MEASURING time_even(uint8_t count, uint8_t steps, uint8_t more_ticks, bool run)
     static struct line line;
     static struct pixel_period period;
 
-    period =
-        (struct pixel_period){.whole_ticks = 800u * steps + more_ticks, .divisor = 1};
+    period = (struct pixel_period){.whole_ticks = 800u * steps + more_ticks,
+                                   .remainder = even_remainder,
+                                   .divisor = even_divisor};
     queue = (struct segment_queue){.out = {.bytes = bytes, .mask = 15, .last = steps},
                                    .head = run ? 0 : count};
     memset(bytes, SEGMENT_NEAR_ZERO, sizeof bytes);
@@ -610,6 +617,24 @@ static void even_pixels_of_two_intervals(void)
     }
 }
 
+static uint16_t cycles_of_fractions(uint32_t remainder, uint32_t divisor)
+{
+    uint16_t whole_cycles = one_even(20, 0, true);
+
+    even_remainder = remainder;
+    even_divisor = divisor;
+    uint16_t cycles = one_even(20, 0, true) - whole_cycles;
+    even_remainder = 0;
+    even_divisor = 1;
+    return cycles;
+}
+
+static void even_pixels_of_a_grid_with_fractions(void)
+{
+    TEST_ASSERT_UINT16_WITHIN(10, FRACTION_CYCLES, cycles_of_fractions(1, 1000));
+    TEST_ASSERT_UINT16_WITHIN(10, WIDE_FRACTION_CYCLES, cycles_of_fractions(1, 100000uL));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -630,6 +655,7 @@ int main(void)
     RUN_TEST(near_edges);
     RUN_TEST(even_pixels);
     RUN_TEST(even_pixels_of_two_intervals);
+    RUN_TEST(even_pixels_of_a_grid_with_fractions);
     return UNITY_END();
 }
 

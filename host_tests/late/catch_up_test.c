@@ -881,7 +881,7 @@ static void end_run(const struct scene *s, unsigned left_cycles, enum twin_end e
     for (unsigned i = 0; i < 3U && end != TWIN_COMMAND; i++) { // the last periods' edges
         timer16_sync(part.timer, part.timer->bottom_due);
     }
-    if (part.lost_inside) {
+    if (part.lost_inside && (end != TWIN_LATE || s->base < LOST_BELOW_TICKS)) {
         totals.lost_inside++;
         if (s->base >= LOST_BELOW_TICKS) {
             fail("a period ended unseen");
