@@ -68,6 +68,8 @@ uint16_t curve_steep_root(uint32_t value);
 #define MIXED_CYCLES  2u   // more for a pixel where some are a tick longer:
 #define SHORT_CYCLES  6u   // a step of those,
 #define LONG_CYCLES   10u  // a longer one
+#define FRACTION_CYCLES 30u  // more where the grid has fractions of 16 bits,
+#define WIDE_FRACTION_CYCLES 90u // or of more
 // Of a step: the low byte of q - 1 stays far from a carry.
 #define TOP 0x0140u
 
@@ -436,7 +438,8 @@ static void grids(void)
     TEST_ASSERT_EQUAL_UINT16(WHOLE_CYCLES, grid_cycles(0, 4));
 }
 
-#define PIXEL_STEPS 20u
+#define PIXEL_STEPS  20u
+#define ORIGIN_STEPS 1234
 
 // Account for so many pixels of the line, of which one in `every` has a record to be kept.
 MEASURING time_pixels(uint8_t count, int16_t error_ticks, uint16_t every)
@@ -448,6 +451,8 @@ MEASURING time_pixels(uint8_t count, int16_t error_ticks, uint16_t every)
     records_thin(every, UINT16_MAX);
     records_reset(&ledger.records);
     ledger.pulse = true;
+    ledger.position_steps = ORIGIN_STEPS;
+    ledger.line_origin = ORIGIN_STEPS;
     stream = (struct stream){.mark_placed = count};
     for (uint8_t i = 0; i < count; i++) {
         stream.marks[i] = (struct stream_mark){
@@ -462,7 +467,8 @@ MEASURING time_pixels(uint8_t count, int16_t error_ticks, uint16_t every)
     result = ledger_take_pixels(&ledger, &stream, (uint8_t)(PIXEL_STEPS * count));
     uint16_t end = now();
 
-    TEST_ASSERT_EQUAL_INT32(PIXEL_STEPS * count, ledger.position_steps);
+    TEST_ASSERT_EQUAL_INT32(ORIGIN_STEPS + (int32_t)(PIXEL_STEPS * count),
+                            ledger.position_steps);
     TEST_ASSERT_EQUAL_UINT32(2000u + 800uL * count, ledger.loaded_ticks);
     TEST_ASSERT_EQUAL_UINT8(count / every, records_shown(&ledger.records));
     records_thin(1, UINT16_MAX);
@@ -548,6 +554,10 @@ static void near_edges(void)
     }
 }
 
+// Of the pixels that are written: fractions of a tick.
+static uint32_t even_remainder;
+static uint32_t even_divisor = 1;
+
 // Write so many pixels of 800 ticks a step; each with a segment of a byte of its own, or one run.
 MEASURING time_even(uint8_t count, uint8_t steps, uint8_t more_ticks, bool run)
 {
@@ -557,8 +567,9 @@ MEASURING time_even(uint8_t count, uint8_t steps, uint8_t more_ticks, bool run)
     static struct line line;
     static struct pixel_period period;
 
-    period =
-        (struct pixel_period){.whole_ticks = 800u * steps + more_ticks, .divisor = 1};
+    period = (struct pixel_period){.whole_ticks = 800u * steps + more_ticks,
+                                   .remainder = even_remainder,
+                                   .divisor = even_divisor};
     queue = (struct segment_queue){.out = {.bytes = bytes, .mask = 15, .last = steps},
                                    .head = run ? 0 : count};
     memset(bytes, SEGMENT_NEAR_ZERO, sizeof bytes);
@@ -609,6 +620,24 @@ static void even_pixels_of_two_intervals(void)
     }
 }
 
+static uint16_t cycles_of_fractions(uint32_t remainder, uint32_t divisor)
+{
+    uint16_t whole_cycles = one_even(20, 0, true);
+
+    even_remainder = remainder;
+    even_divisor = divisor;
+    uint16_t cycles = one_even(20, 0, true) - whole_cycles;
+    even_remainder = 0;
+    even_divisor = 1;
+    return cycles;
+}
+
+static void even_pixels_of_a_grid_with_fractions(void)
+{
+    TEST_ASSERT_UINT16_WITHIN(10, FRACTION_CYCLES, cycles_of_fractions(1, 1000));
+    TEST_ASSERT_UINT16_WITHIN(10, WIDE_FRACTION_CYCLES, cycles_of_fractions(1, 100000uL));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -629,6 +658,7 @@ int main(void)
     RUN_TEST(near_edges);
     RUN_TEST(even_pixels);
     RUN_TEST(even_pixels_of_two_intervals);
+    RUN_TEST(even_pixels_of_a_grid_with_fractions);
     return UNITY_END();
 }
 

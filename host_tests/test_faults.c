@@ -316,6 +316,19 @@ static void clock_edge_lost(void)
     check_recovery(0);
 }
 
+// An edge beside them that was crowded out does not hide their number.
+static void clock_edges_lost_and_crowded(void)
+{
+    start_plain(0, 4, 100);
+    bench_rounds(50);
+    fake_crowded_edge();
+    fake_pass(BENCH_PIXEL_TICKS * (CONFIG_CLOCK_EDGES + 3uL));
+    bench_rounds(1);
+    check_fault(FAULT_clock_edge_lost, 0);
+    TEST_ASSERT_EQUAL_UINT16(3, faults_record()->argument);
+    check_recovery(0);
+}
+
 // The same where the clock's axis runs, and its edges come where they are planned.
 static void clock_edge_lost_beside_edges_that_are_planned(void)
 {
@@ -335,23 +348,6 @@ static void crowded_clock_edge_beside_edges_that_are_planned(void)
     fake_crowded_edge();
     bench_rounds(40);
     TEST_ASSERT_NOT_EQUAL(FAULT_none, faults_record()->code);
-}
-
-// A stop inside a long interval: the timer completes the interval, and time is looked at meanwhile.
-static void stop_in_a_long_interval(void)
-{
-    slow_pixels();
-    for (uint16_t rounds = 3; rounds < 200u; rounds = (uint16_t)(rounds + 23u)) {
-        start_plain(BENCH_THIRD, 3, 100);
-        bench_rounds(rounds);
-        TEST_ASSERT_EQUAL(MODBUS_OK,
-                          bench_command(BENCH_MASK_OF(BENCH_THIRD), COMMAND_STOP));
-        for (uint8_t i = 0; i < 200u; i++) {
-            bench_rounds(1);
-            TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
-        }
-        TEST_ASSERT_TRUE(bench_give(BENCH_MASK_OF(BENCH_THIRD), COMMAND_DISCARD, 0));
-    }
 }
 
 static void start_late(void)
@@ -436,11 +432,11 @@ int main(void)
     RUN_TEST(clock_is_not_missed_by_nobody);
     RUN_TEST(clock_edges_wait);
     RUN_TEST(clock_edge_lost);
+    RUN_TEST(clock_edges_lost_and_crowded);
     if (SEVERAL_AXES) {
         RUN_TEST(clock_edge_lost_beside_edges_that_are_planned);
         RUN_TEST(crowded_clock_edge_beside_edges_that_are_planned);
     }
-    RUN_TEST(stop_in_a_long_interval);
     RUN_TEST(start_late);
     RUN_TEST(broken_promise_stops_everything);
     RUN_TEST(first_fault_stays);

@@ -174,13 +174,17 @@ static void numbers_of_pixels_wrap(void)
             ledger_reset(&start.ledger, 1000);
             records_reset(&start.ledger.records);
             start.ledger.pixel = before[i];
+            start.ledger.pulse = true;
             for (uint8_t k = 0; k < 4u; k++) {
-                start.stream.marks[k] = (struct stream_mark){
-                    .slot = (uint8_t)(5u * (k + 1u)), .periods = 5, .ticks = 800};
+                start.stream.marks[k] =
+                    (struct stream_mark){.slot = (uint8_t)(60u * (k + 1u)),
+                                         .periods = 60,
+                                         .position = (uint16_t)(60u * (k + 1u)),
+                                         .ticks = 800};
             }
             start.stream.mark_placed = 4;
             start.stream.mark_head = 5;
-            (void)ledger_take_pixels(&start.ledger, &start.stream, 20);
+            (void)ledger_take_pixels(&start.ledger, &start.stream, 240);
             TEST_ASSERT_EQUAL_UINT32(before[i] + 4u, start.ledger.pixel);
         }
     }

@@ -6,6 +6,7 @@
 #include "app/seek.h"
 #include "fakes/board.h"
 #include "hal/pixel_clock.h"
+#include "hal/step_timer.h"
 #include "hal/switches.h"
 #include "seek_bench.h"
 #include "unity.h"
@@ -145,6 +146,31 @@ static void edge_inside_a_long_interval(void)
                             (int32_t)bench_input_wide(REG_INPUT_trip_position_steps));
 }
 
+// The axis that seeks and the one whose timer captures the switch; the others rest without.
+static void interrupts_that_a_seek_needs_go_on(void)
+{
+    queue_seek(BENCH_LAST, 0, 1, 200);
+    start_seek(BENCH_LAST);
+    if (BENCH_SECOND != CONFIG_SWITCH_CAPTURE_AXIS) { // a line that ends meanwhile
+        bench_plain_line(BENCH_SECOND, 5, 2);
+        TEST_ASSERT_EQUAL(MODBUS_OK,
+                          bench_command(BENCH_MASK_OF(BENCH_SECOND), COMMAND_ARM));
+        TEST_ASSERT_TRUE(bench_until(BENCH_SECOND, AXIS_DONE));
+    }
+    bench_rounds(60);
+    TEST_ASSERT_EQUAL(AXIS_RUNNING, axes_get(BENCH_LAST)->life.state);
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        bool needed = i == BENCH_LAST || i == CONFIG_SWITCH_CAPTURE_AXIS;
+        TEST_ASSERT_EQUAL(!needed, step_timer_state(i) == STEP_ENGINE_PARKED);
+    }
+    fake_switch(BENCH_LAST, SWITCH_HOME, CLOSED);
+    TEST_ASSERT_TRUE(bench_until(BENCH_LAST, AXIS_DONE));
+    bench_rounds(60);
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        TEST_ASSERT_EQUAL(STEP_ENGINE_PARKED, step_timer_state(i));
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -154,5 +180,8 @@ int main(void)
     RUN_TEST(clock_edge_that_waits_holds_up_its_own_axis_only);
     RUN_TEST(clock_edge_beside_a_seek_of_another_axis_counts);
     RUN_TEST(edge_inside_a_long_interval);
+    if (SEVERAL_AXES) {
+        RUN_TEST(interrupts_that_a_seek_needs_go_on);
+    }
     return UNITY_END();
 }

@@ -368,6 +368,9 @@ static const void *object_of(enum owner owner, uint8_t axis)
     case OWNER_TRAFFIC:
         return traffic_counters();
     case OWNER_AXIS:
+#if !FEATURE_TOKENS
+    case OWNER_MARK:
+#endif
     default:
         return axes_get(axis);
     }

@@ -2,7 +2,7 @@
 //
 // The names in comments are the labels and macros of the assembly.
 
-#include "step_twin.h"
+#include "late/step_twin.h"
 
 #define FLAG_OVERFLOW  0x01u
 #define FLAG_CAPTURE   0x20u
