@@ -8,6 +8,7 @@ from itertools import pairwise
 import pytest
 
 from effort import cases, only_long
+from pixstep.board import boards
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.simulation import judge, simrun
 from pixstep_dev.robustness import holes
@@ -68,7 +69,7 @@ def test_a_line_placed_inside_a_round_is_released_in_time(tmp_path):
 
 
 @pytest.mark.usefixtures("simulator")
-@pytest.mark.parametrize("board", ["uno", "mega", "m1284"])
+@pytest.mark.parametrize("board", cases(["mega"], boards.BOARD_NAMES))
 def test_a_small_sweep(invoke, board):
     options = ("--board", board, "--quick", "--json")
     done = invoke("robustness", "holes", *options)
@@ -79,7 +80,7 @@ def test_a_small_sweep(invoke, board):
 
 @only_long
 @pytest.mark.usefixtures("simulator")
-@pytest.mark.parametrize("board", ["uno", "mega", "m1284"])
+@pytest.mark.parametrize("board", boards.BOARD_NAMES)
 def test_a_sweep(invoke, board):
     options = ("--board", board, "--clocks", 12, "--counts", 30, "--json")
     done = invoke("robustness", "holes", *options)
