@@ -197,9 +197,7 @@ def powercuts(ctx, board, count, seed, as_json):
 
 
 @robustness_group.command("holes")
-@click.option(
-    "--board", type=click.Choice(boards.BOARD_NAMES), multiple=True, help="Default: all."
-)
+@click.option("--board", type=click.Choice(boards.BOARD_NAMES), multiple=True, help="Default: all.")
 @click.option("--axes", type=click.IntRange(1, 4), help="Default: one up to all of a board.")
 @click.option("--sync", type=click.Choice(holes.SYNCS), multiple=True, help="Default: both.")
 @click.option("--motion", type=click.Choice(holes.MOTIONS), multiple=True, help="Default: all.")
