@@ -578,8 +578,15 @@ static void pixels_that_no_train_can_make(void)
         TEST_ASSERT_TRUE(!SEVERAL_AXES || singles > 100u);
     }
     stagger = 0;
-    // 256 ticks each: a train.
+    // Longer than a single period: by way of pieces.
     singles = 0;
+    pixels = 3;
+    counts[2] = 125;
+    counts[1] = 125;
+    counts[0] = 125;
+    check_line(1, 1, false, 0);
+    // 256 ticks each: a train.
+    pixels = 13;
     for (uint8_t i = 0; i < pixels; i++) {
         counts[i] = 125;
     }

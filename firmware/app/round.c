@@ -19,6 +19,7 @@
 #include "base/apart.h"      // APART
 #include "hal/cpu.h"         // cpu_section
 #include "hal/estop.h"       // estop_latched
+#include "hal/pixel_clock.h" // pixel_clock_waiting
 #include "hal/step_timer.h"  // step_timer_*
 #include "motion/decode.h"   // decode_*
 
@@ -375,9 +376,10 @@ static void decode_in_turn(uint16_t budget)
         if (calls <= DECODE_CALLS - DECODE_CALLS_LEAST && line_data_waits()) {
             return;
         }
+        bool edge_waits = pixel_clock_waiting();
         clock_edges_poll_between();
         // The edge may have placed lines, whose release does not wait for a long round.
-        if (budget > DECODE_BUDGET_STARTING && start_near()) {
+        if (edge_waits && budget > DECODE_BUDGET_STARTING && start_near()) {
             return;
         }
         uint8_t i = first_to_end(out);
