@@ -19,7 +19,6 @@
 #include "base/apart.h"      // APART
 #include "hal/cpu.h"         // cpu_section
 #include "hal/estop.h"       // estop_latched
-#include "hal/pixel_clock.h" // pixel_clock_waiting
 #include "hal/step_timer.h"  // step_timer_*
 #include "motion/decode.h"   // decode_*
 
@@ -363,6 +362,13 @@ static bool line_data_waits(void)
     return needed;
 }
 
+// True when a long turn must end before the next curve: an edge taken in it has placed lines, and
+// their release comes soon.
+static APART bool must_end(uint16_t budget)
+{
+    return budget > DECODE_BUDGET_STARTING && start_near();
+}
+
 // Decode for the axis that runs out first, and again for it until another axis would. An axis that
 // must wait after all is out for this round, and so is one of a plain line that has come to wait:
 // whole pixels are decoded as far as there is room for them. The clock's edges are taken in
@@ -376,14 +382,9 @@ static void decode_in_turn(uint16_t budget)
         if (calls <= DECODE_CALLS - DECODE_CALLS_LEAST && line_data_waits()) {
             return;
         }
-        bool edge_waits = pixel_clock_waiting();
         clock_edges_poll_between();
-        // The edge may have placed lines, whose release does not wait for a long round.
-        if (edge_waits && budget > DECODE_BUDGET_STARTING && start_near()) {
-            return;
-        }
         uint8_t i = first_to_end(out);
-        if (i == NO_AXIS) {
+        if (i == NO_AXIS || (axes_get(i)->line.smooth && must_end(budget))) {
             return;
         }
         uint8_t once = budget < DECODE_AT_ONCE ? (uint8_t)budget : DECODE_AT_ONCE;
