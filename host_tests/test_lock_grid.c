@@ -105,8 +105,8 @@ static void a_waiting_line_has_the_period_held(void)
 
 // Line zero comes with the next edge or later, so that the pixel edge reached is a clock edge more
 // ahead than its own number of edges.
-// Several axes are decoded three times as far ahead before line zero.
-#define WAITING_EDGES (SEVERAL_AXES ? 3u * LEAD_EDGES : LEAD_EDGES)
+// Several axes are decoded four times as long ahead before line zero.
+#define WAITING_EDGES (SEVERAL_AXES ? 4u * (LEAD_EDGES - 1u) + 1u : LEAD_EDGES)
 
 static void a_waiting_line_goes_on_as_far_as_the_lead(void)
 {
