@@ -25,6 +25,7 @@ static uint32_t starts[3]; // of the newest loaded periods, the newest first
 static int32_t steps_loaded;
 static uint16_t lags;    // accounts that waited outside a batch or a pixel
 static uint16_t awaited; // steps while a whole pixel waited for one of two trains
+static uint16_t singles; // steps while a pixel was written step by step
 static uint8_t stagger;  // steps in front of a pixel's train
 
 void setUp(void)
@@ -211,6 +212,9 @@ static uint32_t next_edge(void)
         count_whole_pixels();
         if (bench.axis.phase == DECODE_PIXEL_AWAITS_TRAIN) {
             awaited++;
+        }
+        if (bench.axis.phase == DECODE_PIXEL_SINGLES) {
+            singles++;
         }
         struct step_load load = step_engine_next(&bench.engine, &bench.ring);
         bench.now_ticks += (uint32_t)load.top_ticks + 1u;
@@ -557,6 +561,39 @@ static void the_account_waits_outside_batches(void)
     TEST_ASSERT_TRUE(STREAM_BATCHES == 0 || lags > 50u);
 }
 
+// Intervals of 256 k and 256 k + 1 ticks: no pulse train can make them, and such pixels are written
+// step by step, in any direction, between others.
+static void pixels_that_no_train_can_make(void)
+{
+    static const int16_t kinds[] = {
+        312, 312, 312, 3, 312, 300, 312, 312, 0, 312, 3, -3, -312, -312, -250};
+
+    pixels = sizeof(kinds) / sizeof(kinds[0]);
+    for (uint8_t i = 0; i < pixels; i++) {
+        counts[i] = kinds[i];
+    }
+    for (stagger = 0; stagger <= 6u; stagger = (uint8_t)(stagger + 2u)) {
+        singles = 0;
+        check_line(100, 1, false, 0);
+        TEST_ASSERT_TRUE(!SEVERAL_AXES || singles > 100u);
+    }
+    stagger = 0;
+    // Longer than a single period: by way of pieces.
+    singles = 0;
+    pixels = 3;
+    counts[2] = 125;
+    counts[1] = 125;
+    counts[0] = 125;
+    check_line(1, 1, false, 0);
+    // 256 ticks each: a train.
+    pixels = 13;
+    for (uint8_t i = 0; i < pixels; i++) {
+        counts[i] = 125;
+    }
+    check_line(500, 1, false, 0);
+    TEST_ASSERT_EQUAL_UINT16(0, singles);
+}
+
 // Pixels of many steps are a pulse train each, behind single steps that keep the trains of several
 // axes apart.
 static void pixels_of_many_even_steps(void)
@@ -665,6 +702,7 @@ int main(void)
     RUN_TEST(an_interval_that_was_refused_is_not_kept);
     RUN_TEST(smooth_pixels_speed_up_and_slow_down);
     RUN_TEST(the_account_waits_outside_batches);
+    RUN_TEST(pixels_that_no_train_can_make);
     RUN_TEST(pixels_of_many_even_steps);
     RUN_TEST(pixels_of_many_steps_and_awkward_intervals);
     RUN_TEST(a_pixel_of_the_most_steps_behind_a_full_ring);

@@ -363,6 +363,13 @@ static bool line_data_waits(void)
     return needed;
 }
 
+// True when a long turn must end before the next curve: an edge taken in it has placed lines, and
+// their release comes soon.
+static APART bool must_end(uint16_t budget)
+{
+    return budget > DECODE_BUDGET_STARTING && start_near();
+}
+
 // Decode for the axis that runs out first, and again for it until another axis would. An axis that
 // must wait after all is out for this round, and so is one of a plain line that has come to wait:
 // whole pixels are decoded as far as there is room for them. The clock's edges are taken in
@@ -377,12 +384,8 @@ static void decode_in_turn(uint16_t budget)
             return;
         }
         clock_edges_poll_between();
-        // The edge may have placed lines, whose release does not wait for a long round.
-        if (budget > DECODE_BUDGET_STARTING && start_near()) {
-            return;
-        }
         uint8_t i = first_to_end(out);
-        if (i == NO_AXIS) {
+        if (i == NO_AXIS || (axes_get(i)->line.smooth && must_end(budget))) {
             return;
         }
         uint8_t once = budget < DECODE_AT_ONCE ? (uint8_t)budget : DECODE_AT_ONCE;

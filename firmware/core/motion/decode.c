@@ -27,9 +27,9 @@ _Static_assert(DECODE_ROOM_LEFT > FEED_BURST, "a step fits");
 #define TRAIN_COST       12u
 // Even steps that are entries, with several axes: some 15 cycles for one.
 #define SINGLES_COST(count) ((uint8_t)((count) / 4u + 1u))
-#define PUMP_COST        6u // a part of a long interval, some 330 cycles
-#define PIECE_COST       (SEVERAL_AXES ? 30u : 1u) // to begin a piece
-#define TRAIN_PIXEL_COST 20u
+#define PUMP_COST           6u // a part of a long interval, some 330 cycles
+#define PIECE_COST          (SEVERAL_AXES ? 30u : 1u) // to begin a piece
+#define TRAIN_PIXEL_COST    20u
 // A seek is decoded no further ahead than this, ticks (8 ms, several rounds of the main loop),
 // because all steps in the ring are made even if the switch trips.
 #define SEEK_AHEAD_TICKS ((uint32_t)0x20000)

@@ -1,6 +1,6 @@
 ; SPDX-License-Identifier: MIT
-; Evenly spaced steps as single periods, on boards of several axes: steps that no pulse train can
-; make are written so, for all axes at once. train_pixel_singles() in train_pixel.c is the C for it.
+; Evenly spaced steps as single periods, on boards of several axes: what no pulse train can make is
+; written so. Elsewhere train_pixel_singles() in train_pixel.c does it in C.
 ;
 ;     struct even_singles even_singles_write(struct even *even, struct step_ring *ring,
 ;                                            uint8_t slot, uint8_t count)
@@ -10,7 +10,7 @@
 ;     r17:r16   remainder                  r25:r24  longer one - 1
 ;
 ; Cycles: 9 for a period and 15 for a longer one, 3 for each four of them and for each one beyond,
-; and 92 with the call.
+; and some 90 with the call.
 #include "base/asm.inc"         // macros
 #include "build_features.h"     // SEVERAL_AXES
 #include "motion/even_layout.h"

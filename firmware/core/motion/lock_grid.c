@@ -10,9 +10,10 @@
 
 #define INDEX(number) ((uint8_t)(number) & (LOCK_GRID_EDGES - 1u))
 
-// Before line zero several axes are decoded so many times as far ahead as later: the pieces of a
-// ramp that takes up backlash can cost them more than a pixel's time.
-#define WAITING_LEADS 3u
+// Before line zero several axes are decoded so many times as long ahead as later: the pieces of a
+// ramp that takes up backlash can cost them more than a pixel's time. Slow pixels need no more than
+// the one edge that each line is ahead.
+#define WAITING_LEADS 4u
 
 struct lock_grid lock_grid;
 
@@ -133,7 +134,7 @@ bool line_grid_early(const struct line_grid *grid, bool runs_ahead)
     }
     uint16_t lead = lock->lead_edges;
     if (SEVERAL_AXES && grid->mode == LINE_GRID_WAITS) {
-        lead = (uint16_t)(lead * WAITING_LEADS);
+        lead = (uint16_t)((lead - 1u) * WAITING_LEADS + 1u);
     }
     return (int16_t)(edges + beyond * lock->divider - lead) > 0;
 }

@@ -3,9 +3,9 @@
 
 #include <stddef.h> // offsetof
 
-#include "base/apart.h"        // APART
-#include "base/multiply.h"     // multiply_u32_u16
-#include "build_features.h"    // SEVERAL_AXES
+#include "base/apart.h"     // APART
+#include "base/multiply.h"  // multiply_u32_u16
+#include "build_features.h" // SEVERAL_AXES
 #include "motion/even_layout.h"
 #include "motion/even_pixel.h" // EVEN_PIXEL_MAX_STEPS
 #include "motion/line.h"       // struct line

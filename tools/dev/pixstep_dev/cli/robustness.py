@@ -10,6 +10,7 @@ from pixstep import progress
 from pixstep.board import boards
 from pixstep.cli.command import Group
 from pixstep_dev.cli.orders import orders
+from pixstep_dev.robustness import holes
 
 _seed = click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
 _json = click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON.")
@@ -337,6 +338,44 @@ def clocks(ctx, board, count, seed, as_json):
         *(f"  {number:>6,} {name}" for name, number in sorted(outcome.named.items())),
     ]
     _finish(ctx, asdict(outcome), rows, "each one was refused or named", as_json=as_json)
+
+
+@robustness_group.command("holes")
+@click.option("--board", type=click.Choice(boards.BOARD_NAMES), multiple=True, help="Default: all.")
+@click.option("--axes", type=click.IntRange(1, 4), help="Default: one up to all of a board.")
+@click.option("--sync", type=click.Choice(holes.SYNCS), multiple=True, help="Default: both.")
+@click.option("--motion", type=click.Choice(holes.MOTIONS), multiple=True, help="Default: all.")
+@click.option("--clocks", type=click.IntRange(1), default=40, show_default=True)
+@click.option(
+    "--counts",
+    type=click.IntRange(1),
+    default=150,
+    show_default=True,
+    help="Of steps a pixel; a hundred of them are possible at a middling clock.",
+)
+@click.option("--quick", is_flag=True, help="All axes, few clocks and counts.")
+@_json
+@click.pass_context
+def holes_command(ctx, board, sync, motion, as_json, **options):
+    """Sweep pixel clocks and steps a pixel for rates that fail below one that passes.
+
+    From 1 Hz to 5 kHz, on one axis up to all, begun on the clock and locked to it.
+
+    Exit status 0 only if no hole is deeper than 5 %.
+    """
+    chosen = holes.combinations(
+        board or boards.BOARD_NAMES, sync or holes.SYNCS, motion or holes.MOTIONS
+    )
+    clocks, counts = holes.clocks(options["clocks"]), holes.counts(options["counts"])
+    if options["quick"]:
+        chosen = holes.only_all_axes(chosen)
+        clocks, counts = holes.QUICK_CLOCKS, holes.QUICK_COUNTS
+    if options["axes"]:
+        chosen = tuple(case for case in chosen if case.axes == options["axes"])
+    with progress.shown("holes") as show:
+        outcome = holes.run(holes.Plan(chosen, clocks, counts), show)
+    otherwise = f"no hole deeper than {holes.ALLOWED_PERCENT:g} %"
+    _finish(ctx, asdict(outcome), holes.table(outcome), otherwise, as_json=as_json)
 
 
 robustness_group.add_command(orders)
