@@ -5,13 +5,8 @@
 # that knows more cases (tools/tests/effort.py) is run with all of them by `py.<name>.long` (label
 # `long`). All of these begin first: nothing else takes as long.
 set(PIXSTEP_LONG_RUNNING
-<<<<<<< HEAD
-    bench board board_images every_output examples figures homing late_interrupts lock pixel_rates
-    program_run programs programs_jerk trajectory_runs
-=======
-    bench board board_images every_output examples figures holes homing program_run programs
-    programs_jerk trajectory_runs
->>>>>>> holes
+    bench board board_images every_output examples figures holes homing late_interrupts lock
+    pixel_rates program_run programs programs_jerk trajectory_runs
 )
 # These talk to a simulated board over a pseudo terminal, in real time. Much of it they wait: one
 # after the other they run beside the rest, on the job that the presets have beyond the cores.

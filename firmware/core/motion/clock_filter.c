@@ -41,9 +41,9 @@ APART void clock_filter_rest(struct clock_filter *filter)
 }
 
 // Something came, or did not, that a clock of this period would not do.
-static APART void doubt(struct clock_filter *filter)
+static APART void doubt(struct clock_filter *filter, uint8_t more)
 {
-    filter->doubt = (uint8_t)(filter->doubt + CLOCK_FILTER_DOUBT);
+    filter->doubt = (uint8_t)((filter->doubt & (uint8_t)~CLOCK_FILTER_CALM) + more);
     if (filter->doubt > CLOCK_FILTER_DOUBT_MOST) {
         clock_filter_restart(filter);
     }
@@ -99,8 +99,8 @@ APART bool clock_filter_bridge(struct clock_filter *filter)
     return true;
 }
 
-// far: by more than an eighth of the period.
-static APART void take(struct clock_filter *filter, int32_t error_ticks, bool far)
+// more: what this edge adds to the doubt.
+static APART void take(struct clock_filter *filter, int32_t error_ticks, uint8_t more)
 {
     note_error(filter, error_ticks);
     fine_track(filter->pair, error_ticks, filter->shift);
@@ -111,11 +111,13 @@ static APART void take(struct clock_filter *filter, int32_t error_ticks, bool fa
     if (!clock_filter_settled(filter)) {
         grow(filter);
     }
-    if (filter->bridged != 0 || far) {
+    if (more != 0) {
         filter->bridged = 0;
-        doubt(filter);
-    } else if (filter->doubt != 0) {
-        filter->doubt--;
+        doubt(filter, more);
+    } else if (filter->doubt >= CLOCK_FILTER_CALM) {
+        filter->doubt = CLOCK_FILTER_CALM;
+    } else {
+        filter->doubt = (uint8_t)(filter->doubt + CLOCK_FILTER_CALM);
     }
 }
 
@@ -151,7 +153,7 @@ static void drop(struct clock_filter *filter)
     if (filter->fresh != 0) {
         clock_filter_rest(filter);
     }
-    doubt(filter);
+    doubt(filter, CLOCK_FILTER_DOUBT_FALSE);
 }
 
 bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks)
@@ -168,8 +170,13 @@ bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks)
             return false;
         }
         if (error <= most) {
+            uint8_t more = (uint8_t)(filter->bridged == 0 ? 0 : CLOCK_FILTER_DOUBT_GAP);
+
             most /= 2;
-            take(filter, error, (uint32_t)(error + most) > 2u * (uint32_t)most);
+            if ((uint32_t)(error + most) > 2u * (uint32_t)most) {
+                more = CLOCK_FILTER_DOUBT_FAR;
+            }
+            take(filter, error, more);
             return true;
         }
         if (!clock_filter_bridge(filter)) {

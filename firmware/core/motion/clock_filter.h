@@ -19,9 +19,8 @@
 // A clock that rests keeps its period: the first edge after the rest gives the time alone. Until a
 // few edges have come in a row, the phase is new: a false edge then begins the rest again.
 //
-// The filter judges its clock. Each false edge and each gap adds to `doubt`, each good edge takes a
-// little away: a clock of another frequency than the filter's is all false edges or all gaps, and
-// is forgotten.
+// The filter judges its clock. Each false edge and each gap adds to `doubt`, which two good edges in a
+// row end: a clock of another frequency than the filter's has no such two, and is forgotten.
 #pragma once
 
 #include <stdbool.h>
@@ -38,10 +37,15 @@
 // `fresh` of a clock that rests: the next edge gives the phase.
 #define CLOCK_FILTER_RESTS (CLOCK_FILTER_FRESH_EDGES + 1u)
 
-// A false edge or a gap counts as much as eight good edges. Three of them in a row are noise; the
-// fourth, with three good edges between them, is a clock of twice the frequency.
-#define CLOCK_FILTER_DOUBT      8u
-#define CLOCK_FILTER_DOUBT_MOST 28u
+// What adds to the doubt: a gap, a false edge, an edge more than an eighth of a period off. Two good
+// edges in a row end it. Three false edges are noise; the fourth, with a good one between each two,
+// is a clock of twice the frequency, and so are seven gaps one of half.
+#define CLOCK_FILTER_DOUBT_GAP   1u
+#define CLOCK_FILTER_DOUBT_FALSE 2u
+#define CLOCK_FILTER_DOUBT_FAR   3u
+#define CLOCK_FILTER_DOUBT_MOST  6u
+// `doubt`, or a part of it: the newest edge was good.
+#define CLOCK_FILTER_CALM 0x80u
 
 struct clock_filter {
     union {
