@@ -199,7 +199,7 @@ static bool read_block(struct block *block, uint16_t count, uint8_t *words)
 }
 
 // Settings that were just written may come into force: they are possible, and now.
-static APART enum modbus_exception judge_settings(void)
+static enum modbus_exception judge_settings(void)
 {
     if (!settings_are_possible()) {
         return MODBUS_ILLEGAL_VALUE;
@@ -246,7 +246,8 @@ static inline void settle_divider(uint16_t before, bool taken)
     }
 }
 
-// None of the three writes is inlined: what one keeps on the stack would lie below the others.
+// The blocks of a queue and the orders are not inlined: what one of them keeps on the stack would lie
+// below the other.
 static APART enum modbus_exception queue_block(uint16_t count, uint8_t *words)
 {
     struct block block;
@@ -272,7 +273,7 @@ static APART enum modbus_exception queue_block(uint16_t count, uint8_t *words)
     }
 }
 
-static APART enum modbus_exception write_settings(uint8_t address,
+static enum modbus_exception write_settings(uint8_t address,
                                                   uint8_t count,
                                                   uint8_t *words)
 {

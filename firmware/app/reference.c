@@ -30,7 +30,7 @@ static bool edge_came; // since reference_overdue() looked at the time
 static uint16_t place_edges; // clock edges in PLACE_TICKS, and one
 
 // Edges in so many ticks, and one.
-static uint16_t edges_in(uint32_t ticks)
+static APART uint16_t edges_in(uint32_t ticks)
 {
     return (uint16_t)(ticks / clock_period.whole_ticks + 1u);
 }

@@ -227,7 +227,7 @@ class FakeBoard(FakeServer):
         return self.first_edge + int(self.world.time * self.edge_hz())
 
     def edge_hz(self):
-        return self.setting("pixel_hz_num") / self.setting("pixel_hz_den")
+        return (self.setting("pixel_hz_num") or 1) / (self.setting("pixel_hz_den") or 1)
 
     def settings_state(self):
         storing = self.world.time < self.storing_until

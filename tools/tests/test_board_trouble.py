@@ -11,7 +11,7 @@ from serial import SerialTimeoutException
 
 from console import put
 from fake_board import FakeBoard, FakeWorld
-from pixstep.board import run
+from pixstep.board import run, together
 from pixstep.board.device import Board
 from pixstep.board.errors import LineLostError
 from pixstep.board.modbus import SerialClient
@@ -134,6 +134,7 @@ def test_a_board_that_is_lost_by_its_new_settings(one):
 
 
 def test_ctrl_c_stops_the_boards_behind_a_silent_one(two):
+    two.boards[0].clock = two.boards[1].clock = True
     for unit in (1, 2):
         two.out("upload", put([5] * 90), "--decode", "plain", "--unit", unit)
 
@@ -151,7 +152,7 @@ def test_ctrl_c_stops_the_boards_behind_a_silent_one(two):
 def test_ctrl_c_before_go_disarms(two, monkeypatch):
     for unit in (1, 2):
         two.out("upload", put([5] * 90), "--decode", "plain", "--unit", unit)
-    monkeypatch.setattr(run, "_require", lambda *_: interrupt())
+    monkeypatch.setattr(together, "_await_ready", lambda *_: interrupt())
     assert "stopped by Ctrl-C" in two.ended("start", "--unit", "1,2")
     for board in two.boards:
         assert board.axes[0].state == "empty"

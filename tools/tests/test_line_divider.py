@@ -23,10 +23,9 @@ LONG = Line((20,) * 300, PLAIN)
 DEFAULT = 1
 
 
-@pytest.fixture(params=["uno", "mega"])
+@pytest.fixture(params=["m1284", "mega"])
 def bench(request, tmp_path):
-    axes = (0,) if request.param == "uno" else (0, 1)
-    with Bench(request.param, axes, HZ, edges=tmp_path / "edges.csv") as made:
+    with Bench(request.param, (0, 1), HZ, edges=tmp_path / "edges.csv") as made:
         yield made
 
 

@@ -84,6 +84,8 @@ class Judge:
             bounds = replace(bounds, pixel_ticks=int(ticks))
         errors = [code for code in core.check(queued, bounds) if code.is_error]
         found = (errors[0].name, errors[0].pixel) if errors else None
+        if queued[0][0] & MARK_DIVIDER and not self.board.has("line_divider"):
+            found = ("not_built", 1)
         self.seen[found and found[0]] += 1
         return found
 

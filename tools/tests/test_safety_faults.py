@@ -221,4 +221,4 @@ def test_wrong_token(board, axes):
 def order(bench, name, token):
     """Give a command with its argument to the bench's axes."""
     mask = sum(1 << axis for axis in bench.axes)
-    bench.board.write(regs.COMMAND_BASE, [mask, regs.COMMANDS[name], token])
+    bench.board.write(regs.COMMAND_BASE, [mask, regs.COMMANDS[name], token, 1])

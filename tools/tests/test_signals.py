@@ -37,6 +37,7 @@ def test_a_line_is_stopped(one, number, name, status):
 
 @each_signal
 def test_lines_of_several_boards_are_stopped(two, number, name, status):
+    two.boards[0].clock = two.boards[1].clock = True
     for unit in (1, 2):
         two.out("upload", put([5] * 90), "--decode", "plain", "--unit", unit)
     two.world.later(1.5, send(number))

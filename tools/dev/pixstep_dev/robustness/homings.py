@@ -129,7 +129,7 @@ def plant(rng: random.Random, plan: Plan, direction: int) -> Plant:
     return Plant(
         axis=rng.randrange(boards.load(plan.board).axes),
         direction=direction,
-        shared=rng.random() < _SHARED,
+        shared=rng.random() < _SHARED and boards.load(plan.board).all_features,
         joined=rng.random() < _SHARED,
         decode=rng.choice((PLAIN, SMOOTH)),
         play=rng.choice((0, rng.randint(1, 60), rng.randint(61, 1500))),

@@ -120,15 +120,17 @@ def start(group: list[Lines], world: World, progress: Progress = unseen) -> Toge
         lines.board.require("tokens")
     token = secrets.randbelow(0xFFFF) + 1
     armed: list[Lines] = []
+    gone = False
     try:
         for lines in group:
             _arm_one(lines, token, armed)
         _await_ready(group, world)
+        gone = True
         _agree_and_go(group, token, world)
         _await_start(group, world, progress)
     except (BoardError, KeyboardInterrupt):
         with signals.ignored():
-            _take_back(armed)
+            _take_back(armed, gone=gone)
         raise
     return Together(token, group)
 
@@ -145,13 +147,16 @@ def _arm_one(lines: Lines, token: int, armed: list[Lines]) -> None:
         raise
 
 
-def _take_back(armed: list[Lines]) -> None:
-    """Stop what was armed; nobody may begin alone."""
+def _take_back(armed: list[Lines], *, gone: bool) -> None:
+    """Disarm what was armed, or stop it if it may have been told to go; nobody may begin alone."""
     if armed:
         armed[0].board.settle()
     for lines in armed:
         with contextlib.suppress(BoardError):
-            run.stop_axes(lines.board, lines.axes)
+            if gone:
+                run.stop_axes(lines.board, lines.axes)
+            else:
+                lines.board.command("disarm", lines.axes)
 
 
 def _await_ready(group: list[Lines], world: World) -> None:
