@@ -104,8 +104,8 @@ def test_what_the_setting_cannot_be(bench, divider):
     refused(bench, LINE, divider)
     assert bench.state() == "refused"
     forget(bench)
-    load(bench, LINE, 1000)
-    assert edges_of(bench) == 1000
+    load(bench, LINE, 800)
+    assert edges_of(bench) == 800
 
 
 def test_behind_a_line_only_its_own_number(bench):

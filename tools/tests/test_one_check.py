@@ -84,7 +84,10 @@ class Judge:
             bounds = replace(bounds, pixel_ticks=int(ticks))
         errors = [code for code in core.check(queued, bounds) if code.is_error]
         found = (errors[0].name, errors[0].pixel) if errors else None
-        if queued[0][0] & MARK_DIVIDER and not self.board.has("line_divider"):
+        rest = (queued[0][0] & ~MARK_DIVIDER, *queued[0][1:])
+        marked = core.check([rest, *queued[1:2]], bounds)
+        refused = any(code.is_error and code.name == "malformed" for code in marked)
+        if queued[0][0] & MARK_DIVIDER and not refused and not self.board.has("line_divider"):
             found = ("not_built", 1)
         self.seen[found and found[0]] += 1
         return found

@@ -171,7 +171,7 @@ def test_one_axis_seeks_while_another_meets_its_limit():
 
 
 def test_the_command_has_it(tmp_path):
-    words = ("home", "sim", PROFILE, "--pixel-hz", 90, "--board", "uno", "--out", tmp_path)
+    words = ("home", "sim", PROFILE, "--pixel-hz", 90, "--board", "m1284", "--out", tmp_path)
     words += ("--plant", "home=2000,hyst=8,travel=-500..2000,over=2000,start=100", "--json")
     found = {}
     for limit in ("none", "plus"):

@@ -241,7 +241,7 @@ def note_play(board: Board, axes: list[int]) -> None:
     say(
         f"board {board.unit} axis {axis}: how much of the play was taken up was not known, as "
         f"after a reset: the line takes up all of it, and the load may be too far by as much"
-        for axis in run.play_unknown(board, axes)
+        for axis in (run.play_unknown(board, axes) if axes else ())
     )
 
 
