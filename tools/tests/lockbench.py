@@ -99,8 +99,8 @@ class LockBench(Bench):
         return self.own
 
     def settle(self, seconds=5):
-        """Wait until the board has measured the clock."""
-        self.until(lambda: self.board.input("status") & 0x80, seconds)
+        """Wait until the board has measured the clock, and the clock runs."""
+        self.until(lambda: self.board.input("status") & 0x81 == 0x81, seconds)
 
     def last_steps(self, line, axis=0, before=0):
         """Cycles of the last step of each pixel, from the edges recorded.

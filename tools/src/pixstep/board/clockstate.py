@@ -97,10 +97,11 @@ def await_measured(
 ) -> None:
     """Wait until a board has measured its pixel clock, whose edges are `clock_s` apart.
 
-    Raises BoardError if it has not after so many edges, or sees a clock of another frequency.
+    The clock must run then: a board knows the period of a clock that rests, but a line that is
+    armed for it is given an edge's time only. Raises BoardError if it has not after so many edges, or sees a clock of another frequency.
     """
     end_s, off = world.now_s() + edges * clock_s + _POLL_S, 0
-    while not board.input("status") >> regs.STATUS_MEASURED & 1:
+    while not _runs_and_is_measured(board.input("status")):
         seen_hz = clock_hz.interval_hz(board.input("clock_interval"), board.tick_hz())
         off = off + 1 if seen_hz else 0
         if seen_hz and off > _OFF_LOOKS:
@@ -111,6 +112,11 @@ def await_measured(
         if world.now_s() > end_s:
             raise BoardError(f"board {board.unit}: no steady pixel clock in {edges} edges")
         world.wait(min(_POLL_S, _POLL_EDGES * clock_s))
+
+
+def _runs_and_is_measured(status: int) -> bool:
+    """Whether a board has measured its clock, and edges come."""
+    return regs.flags(status)["clock"] and bool(status >> regs.STATUS_MEASURED & 1)
 
 
 def measured_hz(clock: ClockState | None, inputs: Mapping[str, int], tick_hz: int) -> float | None:
