@@ -199,7 +199,7 @@ static bool read_block(struct block *block, uint16_t count, uint8_t *words)
 }
 
 // Settings that were just written may come into force: they are possible, and now.
-static enum modbus_exception judge_settings(void)
+static APART_LARGE enum modbus_exception judge_settings(void)
 {
     if (!settings_are_possible()) {
         return MODBUS_ILLEGAL_VALUE;
@@ -273,7 +273,7 @@ static APART enum modbus_exception queue_block(uint16_t count, uint8_t *words)
     }
 }
 
-static enum modbus_exception write_settings(uint8_t address,
+static APART_LARGE enum modbus_exception write_settings(uint8_t address,
                                                   uint8_t count,
                                                   uint8_t *words)
 {
