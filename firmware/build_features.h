@@ -58,6 +58,13 @@
 #ifndef FEATURE_LINE_DIVIDER
 #define FEATURE_LINE_DIVIDER 1
 #endif
+// Pixel clocks that come in bursts: setting `gate_edges`. The burst's edge is named as `go` names one.
+#ifndef FEATURE_GATE
+#define FEATURE_GATE (BOARD_ALL_FEATURES && FEATURE_TOKENS)
+#endif
+#if FEATURE_GATE && !FEATURE_TOKENS
+#error "a gated clock needs start tokens"
+#endif
 
 // Several axes share the processor: how fast a line may be depends on how many of them move.
 #define SEVERAL_AXES (BOARD_AXES > 1)
@@ -68,4 +75,4 @@
      FEATURE_DIAGNOSIS << 3 | FEATURE_EVENTS << 4 | FEATURE_CLOCK_STATISTICS << 5 |      \
      FEATURE_STORE << 6 | FEATURE_TOKENS << 7 | FEATURE_DRIVER_TIMING << 8 |             \
      FEATURE_FILES << 9 | FEATURE_NARROW_CURVES << 10 | FEATURE_SHORT_CURVES << 11 |     \
-     FEATURE_LINE_DIVIDER << 12)
+     FEATURE_LINE_DIVIDER << 12 | FEATURE_GATE << 13)

@@ -4,6 +4,7 @@
 #include "app/axes.h"         // axes_*
 #include "app/drivers.h"      // drivers_settling
 #include "app/faults.h"       // faults_latch
+#include "app/gate.h"         // gate_*
 #include "app/mark.h"         // mark_*
 #include "app/reference.h"    // reference_*
 #include "app/settings.h"     // settings_now
@@ -66,10 +67,11 @@ bool start_clocked_axis_begun(void)
 }
 
 // True when the clock's edges are counted for other lines already. Locked ones count from the
-// moment on when their line zero is known: lock_grid_begin() would forget that.
+// moment on when their line zero is known: lock_grid_begin() would forget that. When a gate names
+// line zero, the lines of all axes that run are over.
 static bool beside_others(void)
 {
-    return CONFIG_AXES > 1 &&
+    return CONFIG_AXES > 1 && !token_edge_by_gate() &&
            (start_clocked_axis_runs() ||
             (lock_grid_now()->locks && clocked_axis_in(AXIS_STARTING)));
 }
@@ -287,14 +289,18 @@ void start_on_edge(uint32_t edge_ticks)
             return;
         }
         edges = ahead;
-        if ((int16_t)ahead <= 0 || !start_ready() || !is_pixel_edge(token_edge())) {
+        if ((int16_t)ahead <= 0 || !start_ready() || !is_pixel_edge(token_edge()) ||
+            gate_overruns()) {
             faults_latch_plain(FAULT_start_late, axes_first_moving());
             return;
         }
-    } else if (held_back() || !start_ready()) {
+    } else if (gate_on() || held_back() || !start_ready()) {
         return;
     }
     start_lines(edge_ticks, edges);
+    if (gate_on()) {
+        token_set(0); // the next burst may name an edge
+    }
 }
 
 void start_now(uint8_t axis)

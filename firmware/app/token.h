@@ -14,7 +14,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "config.h" // FEATURE_TOKENS
+#include "config.h" // FEATURE_TOKENS, FEATURE_GATE
 
 #if FEATURE_TOKENS
 
@@ -52,4 +52,17 @@ static inline uint16_t token_edge(void)
     return 0;
 }
 
+#endif
+
+#if FEATURE_GATE
+// Lines that are armed, or will be in time, begin on the clock edge of this number: the first edge
+// of a burst has come (gate.h).
+void token_gate_edge(uint16_t edge);
+// True from token_gate_edge() to the next token_set() or token_name_edge().
+bool token_edge_by_gate(void);
+#else
+static inline bool token_edge_by_gate(void)
+{
+    return false;
+}
 #endif

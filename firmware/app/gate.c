@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+#include "app/gate.h"
+
+#if FEATURE_GATE
+
+#include "app/axes.h"         // axes_*
+#include "app/faults.h"       // faults_any
+#include "app/reference.h"    // reference_*
+#include "app/settings.h"     // settings_now
+#include "app/start.h"        // start_any_waits
+#include "app/token.h"        // token_*
+#include "motion/lock_grid.h" // lock_grid_now
+
+static bool rests; // the clock has been silent for so long that the next edge begins a burst
+
+bool gate_on(void)
+{
+    return settings_now()->gate_edges != 0;
+}
+
+// The phase of a lock is new at the first edge: no line may have its place until it is trusted.
+bool gate_fits(void)
+{
+    uint16_t least = reference_place_edges();
+
+    if (lock_grid_now()->locks) {
+        least = (uint16_t)(least + CLOCK_FILTER_FRESH_EDGES);
+    }
+    return !gate_on() || settings_now()->gate_edges >= least;
+}
+
+// The axis runs, and its interrupt has been given all of its line's steps.
+static bool is_over(uint8_t i)
+{
+    const struct axis *axis = axes_get(i);
+
+    if (axis->life.state != AXIS_RUNNING || axis->phase != DECODE_OUTSIDE) {
+        return false;
+    }
+    (void)axes_advance(i, LEDGER_EXACTLY);
+    return axis_ring_fill(axis) == 0;
+}
+
+// Once a burst has named line zero, nothing may happen to its edges, for lines still to be armed as
+// well.
+bool gate_spares(uint8_t axis)
+{
+    return gate_on() && !token_edge_by_gate() &&
+           (axes_get(axis)->life.state == AXIS_ARMED || is_over(axis));
+}
+
+void gate_rest(void)
+{
+    rests = true;
+}
+
+void gate_unsure(void)
+{
+    rests = false;
+}
+
+// Whether the clock has rested; this edge ends it.
+static bool take_rest(void)
+{
+    bool rested = rests;
+
+    rests = false;
+    return rested;
+}
+
+// The edge lies farther behind the one before than jitter explains.
+static bool is_late(uint32_t edge_ticks)
+{
+    uint32_t period_ticks = reference_period()->whole_ticks;
+
+    return reference_present() && edge_ticks - reference_watch()->edge_ticks >
+                                      period_ticks + period_ticks / 16u;
+}
+
+bool gate_begins(uint32_t edge_ticks, bool needed)
+{
+    bool rested = take_rest();
+
+    if (!gate_on() || needed || !(rested || is_late(edge_ticks))) {
+        return false;
+    }
+    // The phase is new, the period is not.
+    reference_rest();
+    return true;
+}
+
+bool gate_begins_unplaced(bool needed)
+{
+    return take_rest() && gate_on() && !needed;
+}
+
+void gate_name_zero(void)
+{
+    // What `go` has named stays, and what waits for `go` has no line zero yet.
+    if (token_now() != 0 || (token_edge_named() && start_any_waits())) {
+        return;
+    }
+    token_gate_edge((uint16_t)(reference_number() + settings_now()->gate_edges));
+}
+
+// The front line of the axis waits for the clock. A line longer than the queue is no line yet.
+static bool next_waits(const struct axis *axis)
+{
+    return axis->clocked && axis->whole_lines != 0 && axis_waits_for_edge(axis);
+}
+
+bool gate_overruns(void)
+{
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        const struct axis *axis = axes_get(i);
+        if (token_edge_by_gate() && axis->life.state == AXIS_RUNNING && next_waits(axis)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+bool gate_arms_next(uint8_t axis)
+{
+    return gate_on() && next_waits(axes_get(axis)) && !faults_any();
+}
+
+#endif
