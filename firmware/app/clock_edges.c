@@ -103,7 +103,7 @@ static void clock_fault(enum fault code, uint16_t argument)
     uint8_t axis = first_clocked();
 
     if (axis == NO_AXIS ||
-        (token_now() != 0 && (CONFIG_AXES == 1 || !start_clocked_axis_begun()))) {
+        (token_held() && (CONFIG_AXES == 1 || !start_clocked_axis_begun()))) {
         return;
     }
     // An edge is placed by the account of an axis, so that the interrupt of this axis must be

@@ -52,7 +52,7 @@ static bool token_fits(const struct order *order)
         return false;
     }
     return !FEATURE_TOKENS || CONFIG_AXES == 1 || !axes_any_armed() ||
-           (order->argument == token_now() && !token_edge_named());
+           (token_is(order->argument) && !token_edge_named());
 }
 
 #if FEATURE_HOMING || CONFIG_AXES > 1
@@ -196,14 +196,14 @@ void commands_arm_next(uint8_t axis)
 static bool can_go(uint8_t axis, const struct order *order)
 {
     (void)axis;
-    return token_now() != 0 && axes_first_moving() != NO_AXIS &&
-           (order->argument != token_now() || start_can_go(order->edge));
+    return token_held() && axes_first_moving() != NO_AXIS &&
+           (!token_is(order->argument) || start_can_go(order->edge));
 }
 
 static void take_go(uint8_t axis, const struct order *order)
 {
     (void)axis;
-    if (order->argument != token_now()) {
+    if (!token_is(order->argument)) {
         faults_latch(FAULT_wrong_token, axes_first_moving(), order->argument);
         return;
     }

@@ -97,7 +97,7 @@ bool gate_begins_unplaced(bool needed)
 void gate_name_zero(void)
 {
     // What `go` has named stays, and what waits for `go` has no line zero yet.
-    if (token_now() != 0 || (token_edge_named() && start_any_waits())) {
+    if (token_held() || (token_edge_named() && start_any_waits())) {
         return;
     }
     token_gate_edge((uint16_t)(reference_number() + settings_now()->gate_edges));

@@ -14,7 +14,6 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "build_features.h"      // FEATURE_GATE: an image without it has no setting gate_edges
 #include "motion/pixel_period.h" // struct pixel_period
 
 // Setting `sync`.

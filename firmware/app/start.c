@@ -79,7 +79,7 @@ static bool beside_others(void)
 // Armed axes must wait for command `go`, or for a driver that was switched on lately.
 static APART bool held_back(void)
 {
-    return token_now() != 0 || drivers_settling();
+    return token_held() || drivers_settling();
 }
 
 // The slow first steps of a line take the most decoding, and only an axis at rest has the time for
@@ -272,7 +272,7 @@ void start_go(uint16_t edge)
 
 bool start_may_wait(void)
 {
-    return (token_now() != 0 || token_edge_named()) && !start_clocked_axis_begun();
+    return (token_held() || token_edge_named()) && !start_clocked_axis_begun();
 }
 
 void start_on_edge(uint32_t edge_ticks)

@@ -20,6 +20,10 @@
 
 // The token (1..65535) that armed axes wait for; 0: they wait for none.
 uint16_t token_now(void);
+// True while there is one,
+bool token_held(void);
+// and while it is this one, or, of 0, while there is none. Not while an edge is named.
+bool token_is(uint16_t token);
 // Hold armed axes back until command `go` brings this token; 0: release them. No edge is named.
 void token_set(uint16_t token);
 
@@ -35,6 +39,16 @@ uint16_t token_edge(void);
 static inline uint16_t token_now(void)
 {
     return 0;
+}
+
+static inline bool token_held(void)
+{
+    return false;
+}
+
+static inline bool token_is(uint16_t token)
+{
+    return token == 0;
 }
 
 static inline void token_set(uint16_t token)
