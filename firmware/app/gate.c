@@ -4,7 +4,8 @@
 #if FEATURE_GATE
 
 #include "app/axes.h"         // axes_*
-#include "app/faults.h"       // faults_any
+#include "app/faults.h"       // faults_*
+#include "app/mark.h"         // mark_now
 #include "app/reference.h"    // reference_*
 #include "app/settings.h"     // settings_now
 #include "app/start.h"        // start_any_waits
@@ -12,6 +13,7 @@
 #include "motion/lock_grid.h" // lock_grid_now
 
 static bool rests; // the clock has been silent for so long that the next edge begins a burst
+static uint8_t unjudged; // axes with a line that is over, whose burst may not be
 
 bool gate_on(void)
 {
@@ -49,9 +51,42 @@ bool gate_spares(uint8_t axis)
            (axes_get(axis)->life.state == AXIS_ARMED || is_over(axis));
 }
 
+// The number of the edge that ends the line. Of lines that follow each other without a pause only
+// the last one is counted. Nobody asks for the line zero of a line that is over.
+void gate_line_done(uint8_t axis)
+{
+    struct axis *done = axes_get(axis);
+
+    if (gate_on() && done->clocked) {
+        done->zero_ticks =
+            mark_now()->zero_edge + done->ledger.pixel * lock_grid_now()->divider;
+        unjudged |= axis_bit(axis);
+    }
+}
+
+// The burst is over: each line must have had the edge that ends it. One that was bridged has not
+// come.
+static void judge_ends(void)
+{
+    const struct lock_grid *grid = lock_grid_now();
+    uint16_t last = reference_number();
+
+    if (grid->locks) {
+        last = (uint16_t)(last - grid->filter.bridged);
+    }
+    for (uint8_t i = 0; unjudged != 0 && i < CONFIG_AXES; i++) {
+        if ((unjudged & axis_bit(i)) != 0 &&
+            (int16_t)(last - (uint16_t)axes_get(i)->zero_ticks) < 0) {
+            faults_latch_plain(FAULT_pixel_clock_missing, i);
+        }
+    }
+    unjudged = 0;
+}
+
 void gate_rest(void)
 {
     rests = true;
+    judge_ends();
 }
 
 void gate_unsure(void)
@@ -84,6 +119,7 @@ bool gate_begins(uint32_t edge_ticks, bool needed)
     if (!gate_on() || needed || !(rested || is_late(edge_ticks))) {
         return false;
     }
+    judge_ends();
     // The phase is new, the period is not.
     reference_rest();
     return true;

@@ -29,6 +29,10 @@ bool gate_fits(void);
 // burst, or its line has made all its steps.
 bool gate_spares(uint8_t axis);
 
+// A line of this axis is over. When the burst is over, too, it must have had the edge that ends the
+// line: a fault else, since the burst was too short, or its first edge was missing.
+void gate_line_done(uint8_t axis);
+
 // No edge has come for longer than edges of a burst are apart. Again in each round.
 void gate_rest(void);
 // Edges are not seen: nobody knows whether the clock rests.
@@ -62,6 +66,11 @@ static inline bool gate_spares(uint8_t axis)
 {
     (void)axis;
     return false;
+}
+
+static inline void gate_line_done(uint8_t axis)
+{
+    (void)axis;
 }
 
 static inline void gate_rest(void)

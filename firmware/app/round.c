@@ -99,6 +99,7 @@ static void supervise_running(uint8_t i)
                step_timer_state(i) == STEP_ENGINE_IDLE && time_check_passes(i)) {
         // No period was made twice near the end: the line has no step too many.
         axis_line_finished(axis);
+        gate_line_done(i);
         if (gate_arms_next(i)) {
             commands_arm_next(i);
         }
