@@ -2,6 +2,7 @@
 #include "app/reference.h"
 
 #include "app/axes.h"         // axes_any_running
+#include "app/gate.h"         // gate_unsure
 #include "app/settings.h"     // settings_now
 #include "base/apart.h"       // BY_POINTER
 #include "base/divide.h"      // divide_u32_u16
@@ -90,6 +91,7 @@ APART void reference_apply_settings(void)
 #endif
     lock_grid_follow_from_here();
     reference_rest();
+    gate_unsure();
 }
 
 const struct pixel_period *reference_pixel(void)
