@@ -74,7 +74,10 @@ static void judge_ends(void)
     if (grid->locks) {
         last = (uint16_t)(last - grid->filter.bridged);
     }
-    for (uint8_t i = 0; unjudged != 0 && i < CONFIG_AXES; i++) {
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if (is_over(i)) {
+            gate_line_done(i);
+        }
         if ((unjudged & axis_bit(i)) != 0 &&
             (int16_t)(last - (uint16_t)axes_get(i)->zero_ticks) < 0) {
             faults_latch_plain(FAULT_pixel_clock_missing, i);

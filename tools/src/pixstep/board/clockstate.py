@@ -13,6 +13,7 @@ from pixstep.board.link import World
 
 _MEASURING_EDGES = 500  # of a clock that is not too bad, in which a board measures it
 _POLL_EDGES, _POLL_S = 8, 0.1  # between two looks, whichever is less
+_REST_S = 120.0  # the longest rest of a gated clock that is waited for
 _OFF_LOOKS = 8  # in a row that see a clock of another frequency: it is another one
 
 
@@ -97,10 +98,12 @@ def await_measured(
 ) -> None:
     """Wait until a board has measured its pixel clock, whose edges are `clock_s` apart.
 
-    Raises BoardError if it has not after so many edges, or sees a clock of another frequency.
+    Rests of a gated clock do not count. Raises BoardError if it has not after so many edges, or
+    sees a clock of another frequency.
     """
     end_s, off = world.now_s() + edges * clock_s + _POLL_S, 0
-    while not board.input("status") >> regs.STATUS_MEASURED & 1:
+    rests_until_s = world.now_s() + _REST_S
+    while not (status := board.input("status")) >> regs.STATUS_MEASURED & 1:
         seen_hz = clock_hz.interval_hz(board.input("clock_interval"), board.tick_hz())
         off = off + 1 if seen_hz else 0
         if seen_hz and off > _OFF_LOOKS:
@@ -110,7 +113,14 @@ def await_measured(
             )
         if world.now_s() > end_s:
             raise BoardError(f"board {board.unit}: no steady pixel clock in {edges} edges")
-        world.wait(min(_POLL_S, _POLL_EDGES * clock_s))
+        poll_s = min(_POLL_S, _POLL_EDGES * clock_s)
+        if not regs.flags(status)["clock"] and world.now_s() < rests_until_s and _gated(board):
+            end_s += poll_s
+        world.wait(poll_s)
+
+
+def _gated(board: Board) -> bool:
+    return settings.gate_of(settings.read(board)) != 0
 
 
 def measured_hz(
