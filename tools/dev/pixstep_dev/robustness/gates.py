@@ -128,7 +128,7 @@ def make(rng: random.Random, plan: Plan, axes: int, tick_hz: int) -> Trial:
     """Return a random trial."""
     sync = rng.choice(SYNCS)
     hz = round(_HZ[0] * (_HZ[1] / _HZ[0]) ** rng.random())
-    divider = rng.choice((1, 1, 1, 2, 5))
+    divider = rng.choice([1, 1, 1] + [edges for edges in (2, 5) if hz / edges >= _HZ[0]])
     flaw = rng.choice(plan.flaws)
     least = gating.least_edges(Fraction(hz), tick_hz, locked=sync == "lock")
     low, high = plan.rest_s

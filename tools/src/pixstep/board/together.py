@@ -38,6 +38,10 @@ _COUNT = 0x10000  # numbers of edges are taken modulo this
 _REST_S = 120.0  # the longest rest of the clock that is waited for
 
 
+class EdgeTooNearError(BoardError):
+    """A board refuses the edge that `go` names: the edge is too near."""
+
+
 @dataclass(frozen=True)
 class Mark:
     """What a board has noted at a mark.
@@ -181,10 +185,7 @@ def _agree_and_go(group: list[Lines], token: int, world: World) -> None:
         for board in boards:
             board.go(token, 1)
         return
-    marks = _agreed(boards, world)
-    ahead = _edges_ahead(boards, marks)
-    for board, mark in zip(boards, marks, strict=True):
-        _go(board, token, _number(marks[0], mark, ahead))
+    marks = _go_in_a_rest(boards, token, world) if _gate_of(boards) else _go_ahead(boards, token, world)
     again = _marks_of_one_state(boards, world)
     before, now = _offsets(marks), _offsets(again)
     for board, was, is_now in zip(boards, before, now, strict=True):
@@ -195,18 +196,84 @@ def _agree_and_go(group: list[Lines], token: int, world: World) -> None:
             )
 
 
+def _go_ahead(boards: Sequence[Board], token: int, world: World) -> list[Mark]:
+    """Tell each board an edge that is near; return the marks by which it is the same for all."""
+    marks = _agreed(boards, world)
+    ahead = _edges_ahead(boards, marks)
+    for board, mark in zip(boards, marks, strict=True):
+        _go(board, token, _number(marks[0], mark, ahead))
+    return marks
+
+
+def _go_in_a_rest(boards: Sequence[Board], token: int, world: World) -> list[Mark]:
+    """Tell each board, while the clock rests, line zero of the next burst.
+
+    Where the burst has begun before the first board is told, the next rest will do.
+    """
+    end_s = world.now_s() + _REST_S
+    while True:
+        marks = _resting(boards, world, end_s)
+        edges = [_number(marks[0], mark, 1 + _gate_of(boards[:1])) for mark in marks]
+        try:
+            _go(boards[0], token, edges[0])
+        except EdgeTooNearError:
+            if world.now_s() > end_s:
+                raise
+            continue
+        for board, edge in zip(boards[1:], edges[1:], strict=True):
+            _go(board, token, edge)
+        return marks
+
+
+def _gate_of(boards: Sequence[Board]) -> int:
+    """Return how many edges behind a burst's first one the boards' lines begin; 0: any edge will do.
+
+    Raises BoardError if they have different gates.
+    """
+    gates = [settings.gate_of(settings.read(board)) for board in boards]
+    for board, edges in zip(boards, gates, strict=True):
+        if edges != gates[0]:
+            raise BoardError(
+                f"board {boards[0].unit} has gate_edges {gates[0]} and board {board.unit} {edges}: lines "
+                f"on one gated clock begin on one edge of its burst"
+            )
+    return gates[0]
+
+
+def _resting(boards: Sequence[Board], world: World, end_s: float) -> list[Mark]:
+    """Return marks of boards whose gated clock rests: the next edge is the first one of a burst.
+
+    Raises BoardError if no mark meets a rest.
+    """
+    gate_edges = _gate_of(boards[:1])
+    while True:
+        marks = _marks_of_one_state(boards, world)
+        # 0 names no edge.
+        named = [_number(marks[0], mark, 1 + gate_edges) for mark in marks]
+        if marks[0].ticks is None and 0 not in named:
+            return marks
+        if world.now_s() > end_s:
+            raise BoardError(
+                f"the gated pixel clock did not rest at any mark in {_REST_S:g} s: lines of several "
+                f"boards begin together only in rests that are long enough to agree in"
+            )
+        world.wait(_POLL_S)
+
+
 def _go(board: Board, token: int, edge: int) -> None:
     """Tell a board its edge; raises BoardError with the reason if it refuses."""
     try:
         board.go(token, edge)
     except ExceptionReplyError:
         run.raise_fault(board)
+        error: type[BoardError] = BoardError
         why = "it is not ready"
         if not board.input("mark_steady"):
             why = "its pixel clock was disturbed since the mark"
         elif board.input("ready"):
+            error = EdgeTooNearError
             why = "the edge is too near: the bus or the host was held up"
-        raise BoardError(f"board {board.unit}: it refuses to go: {why}") from None
+        raise error(f"board {board.unit}: it refuses to go: {why}") from None
 
 
 def _edges_ahead(boards: Sequence[Board], marks: Sequence[Mark]) -> int:
@@ -297,6 +364,12 @@ def _read(board: Board) -> Mark:
     return Mark(found["mark_edge"], ticks, period, found["zero_edge"])
 
 
+def _gate_s(lines: Lines) -> float:
+    """Return how long it takes from a burst's first edge to line zero."""
+    known = settings.read(lines.board)
+    return float(settings.gate_of(known) / values.hz_of(known))
+
+
 def _await_start(group: list[Lines], world: World, progress: Progress) -> None:
     """Wait until no axis is armed any more, while the clock rests for as long as it does.
 
@@ -306,7 +379,7 @@ def _await_start(group: list[Lines], world: World, progress: Progress) -> None:
     rests_until_s = world.now_s() + _REST_S
     slowest_s = max(lines.board.pixel_period_s() for lines in group)
     end_s: float | None = None
-    patience_s = _START_S + _LEAD_S + _LEAD_BOARD_S * len(group)
+    patience_s = _START_S + _LEAD_S + _LEAD_BOARD_S * len(group) + max(map(_gate_s, group))
     while True:
         waiting, clocks, begun = [], [], False
         for lines in group:
