@@ -232,6 +232,28 @@ static void a_false_edge_before_a_burst_is_a_fault(void)
     a_false_edge(SYNC_LOCK, PERIOD_TICKS / 8u * 9u);
 }
 
+// Between its neighbours no distance is longer than a period: the rest cannot be seen.
+static void a_false_edge_in_a_short_rest(uint16_t sync)
+{
+    open_machine(sync, GATE_EDGES);
+    bench_plain_line(0, STEPS, PIXELS);
+    arm_line(0);
+    burst(BURST_EDGES);
+    uint32_t last_ticks = first_ticks + (BURST_EDGES - 1u) * PERIOD_TICKS;
+    clock_runs(last_ticks + PERIOD_TICKS / 4u * 3u);
+    pass(PERIOD_TICKS / 2u);
+    clock_runs(last_ticks + PERIOD_TICKS / 2u * 3u);
+    pass(BURST_EDGES * PERIOD_TICKS);
+    check_fault(FAULT_pixel_clock_off);
+    TEST_ASSERT_EQUAL_INT32(STEPS * (int32_t)PIXELS, fake_axes[0].steps);
+}
+
+static void a_false_edge_that_hides_a_rest_is_a_fault(void)
+{
+    a_false_edge_in_a_short_rest(SYNC_START);
+    a_false_edge_in_a_short_rest(SYNC_LOCK);
+}
+
 static void an_edge_missing_before_line_zero_is_a_fault(void)
 {
     arm_line(0);
@@ -395,6 +417,7 @@ int main(void)
     RUN_TEST(a_short_rest_is_one);
     RUN_TEST(bursts_that_are_too_short_are_faults);
     RUN_TEST(a_false_edge_before_a_burst_is_a_fault);
+    RUN_TEST(a_false_edge_that_hides_a_rest_is_a_fault);
     RUN_TEST(an_edge_missing_before_line_zero_is_a_fault);
     RUN_TEST(a_first_edge_that_is_missing_is_a_fault_at_the_end);
     RUN_TEST(a_missing_edge_between_lines_is_none);

@@ -202,13 +202,13 @@ static inline void judge_edge(bool after_loss)
     }
 }
 
-// The newest edge is the first one of a burst, unless edges of the burst were lost before it.
-static inline void begin_burst(bool after_loss)
+// The newest edge is the first one of a burst, or may be, which is a fault of the lines that wait.
+static inline void begin_burst(enum fault code, uint16_t argument)
 {
     gate_name_zero();
-    if (after_loss) {
+    if (code != FAULT_none) {
         mark_disturb();
-        note_fault(FAULT_clock_edge_lost, 1);
+        note_fault(code, argument);
     }
 }
 
@@ -225,9 +225,8 @@ static void take_edge(const struct pixel_capture *capture, bool after_loss)
         (CONFIG_AXES > 1 && seek_edge_waits(CONFIG_PIXEL_CLOCK_AXIS))) {
         mark_disturb();
         reference_edge_dropped();
-        if (gate_begins_unplaced(first_clocked() != NO_AXIS)) {
-            gate_name_zero();
-            note_fault(FAULT_clock_edge_lost, 1);
+        if (gate_on() && gate_begins_unplaced() && first_clocked() == NO_AXIS) {
+            begin_burst(FAULT_clock_edge_lost, 1);
         }
         return;
     }
@@ -238,13 +237,16 @@ static void take_edge(const struct pixel_capture *capture, bool after_loss)
                                                     capture->ticks) -
                           PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
     uint16_t number = reference_number();
-    bool first = gate_on() && gate_begins(edge_ticks, first_clocked() != NO_AXIS);
+    bool needed = !gate_on() || first_clocked() != NO_AXIS;
+    bool first = !needed && gate_begins(edge_ticks);
 
     if (reference_edge(edge_ticks, &pixel)) {
         note_edge_error(pixel);
     }
     if (first) {
-        begin_burst(after_loss);
+        begin_burst(after_loss ? FAULT_clock_edge_lost : FAULT_none, 1);
+    } else if (!needed && gate_edge_is_early()) {
+        begin_burst(FAULT_pixel_clock_off, reference_watch()->odd);
     } else {
         judge_edge(after_loss);
     }

@@ -97,15 +97,6 @@ void gate_unsure(void)
     rests = false;
 }
 
-// Whether the clock has rested; this edge ends it.
-static bool take_rest(void)
-{
-    bool rested = rests;
-
-    rests = false;
-    return rested;
-}
-
 // The edge lies farther behind the one before than jitter explains.
 static bool is_late(uint32_t edge_ticks)
 {
@@ -115,11 +106,9 @@ static bool is_late(uint32_t edge_ticks)
                                       period_ticks + period_ticks / 16u;
 }
 
-bool gate_begins(uint32_t edge_ticks, bool needed)
+bool gate_begins(uint32_t edge_ticks)
 {
-    bool rested = take_rest();
-
-    if (!gate_on() || needed || !(rested || is_late(edge_ticks))) {
+    if (!gate_begins_unplaced() && !is_late(edge_ticks)) {
         return false;
     }
     judge_ends();
@@ -128,9 +117,19 @@ bool gate_begins(uint32_t edge_ticks, bool needed)
     return true;
 }
 
-bool gate_begins_unplaced(bool needed)
+bool gate_begins_unplaced(void)
 {
-    return take_rest() && gate_on() && !needed;
+    bool rested = rests;
+
+    rests = false;
+    return rested;
+}
+
+bool gate_edge_is_early(void)
+{
+    uint16_t odd = reference_watch()->odd;
+
+    return odd != 0 && odd < reference_period()->whole_ticks >> 8;
 }
 
 void gate_name_zero(void)

@@ -37,11 +37,13 @@ void gate_line_done(uint8_t axis);
 void gate_rest(void);
 // Edges are not seen: nobody knows whether the clock rests.
 void gate_unsure(void);
-// An edge came at edge_ticks, and is to be taken next. needed: a line needs the clock, so that a
-// rest is a fault. Returns true when the edge is the first one of a burst.
-bool gate_begins(uint32_t edge_ticks, bool needed);
+// An edge came at edge_ticks, and is to be taken next; no line needs the clock. Returns true when
+// the edge is the first one of a burst.
+bool gate_begins(uint32_t edge_ticks);
 // An edge came and cannot be placed. Returns true when it is the first one of a burst.
-bool gate_begins_unplaced(bool needed);
+bool gate_begins_unplaced(void);
+// The newest edge came too soon. While lines wait nobody can tell then where a short rest was.
+bool gate_edge_is_early(void);
 // The newest edge is the first one of a burst: name line zero, unless lines wait for command `go`.
 void gate_name_zero(void);
 
@@ -81,16 +83,19 @@ static inline void gate_unsure(void)
 {
 }
 
-static inline bool gate_begins(uint32_t edge_ticks, bool needed)
+static inline bool gate_begins(uint32_t edge_ticks)
 {
     (void)edge_ticks;
-    (void)needed;
     return false;
 }
 
-static inline bool gate_begins_unplaced(bool needed)
+static inline bool gate_begins_unplaced(void)
 {
-    (void)needed;
+    return false;
+}
+
+static inline bool gate_edge_is_early(void)
+{
     return false;
 }
 

@@ -102,7 +102,8 @@ def await_measured(
     sees a clock of another frequency.
     """
     end_s, off = world.now_s() + edges * clock_s + _POLL_S, 0
-    rests_until_s = world.now_s() + _REST_S
+    looked_s = world.now_s()
+    rests_until_s = looked_s + _REST_S
     while not (status := board.input("status")) >> regs.STATUS_MEASURED & 1:
         seen_hz = clock_hz.interval_hz(board.input("clock_interval"), board.tick_hz())
         off = off + 1 if seen_hz else 0
@@ -111,12 +112,12 @@ def await_measured(
                 f"board {board.unit}: the pixel clock is another one: "
                 f"{clock_hz.beside(seen_hz, 1 / clock_s)}"
             )
-        if world.now_s() > end_s:
+        before_s, looked_s = looked_s, world.now_s()
+        if not regs.flags(status)["clock"] and looked_s < rests_until_s and _gated(board):
+            end_s += looked_s - before_s
+        if looked_s > end_s:
             raise BoardError(f"board {board.unit}: no steady pixel clock in {edges} edges")
-        poll_s = min(_POLL_S, _POLL_EDGES * clock_s)
-        if not regs.flags(status)["clock"] and world.now_s() < rests_until_s and _gated(board):
-            end_s += poll_s
-        world.wait(poll_s)
+        world.wait(min(_POLL_S, _POLL_EDGES * clock_s))
 
 
 def _gated(board: Board) -> bool:
