@@ -39,6 +39,7 @@ from pixstep.simulation.simctl import SimOptions
 SYNCS = ("start", "lock")
 FLAWS = ("none", "none", "none", "short", "missing", "first", "false")
 LATE = "start_late"
+DRY = "queue ran dry"  # the campaign was too slow: axes are no longer on one line
 # From the last edge of a line to the edge that gives the next one its place: so much is enough.
 ENOUGH_S = 0.04
 _HZ = (100, 2000)
@@ -46,11 +47,10 @@ _REST_S = (0.001, 5.0)
 _MOST_LEAD_S = 0.08
 _STEPS_S = 8000  # of an axis: other campaigns look for the highest rates
 _RAMP = (1, 3, 5)
-_EDGE_TICKS = 2
+_EDGE_TICKS = 2.5  # two of a lock, and half of one by the phase, which is new after a rest
 _PPM = 300
 _JITTER_NS = 900
 _NEAR = 0.3  # of a clock period: a pixel that ends so near an edge ends on it
-_QUEUED = 3  # lines in a queue
 
 
 @dataclass(frozen=True)
@@ -232,6 +232,8 @@ class Bench:
         """Complain of a fault that nothing explains."""
         least = gating.least_edges(Fraction(trial.hz), self.sim.tick_hz, locked=False)
         time_s = trial.rest_s + (1 + trial.spare_edges + trial.gate_edges - least) / trial.hz
+        if fault == DRY:
+            return
         if fault == LATE and time_s < ENOUGH_S:
             outcome.late_s = max(outcome.late_s, time_s)
         elif trial.flaw == "none":
@@ -299,14 +301,14 @@ class Bench:
                 return round(true[0])
 
     def _feed(self, trial: Trial) -> None:
-        """Keep some lines in the queues."""
+        """Keep the queues full of lines."""
         for axis, line in enumerate(trial.lines):
-            state = self.board.axis(axis)
-            behind = self._queued[axis] - state["lines_done"]
-            while self._queued[axis] < trial.count and behind < _QUEUED:
-                Upload(self.board, axis, queue_entries(line)).push()
+            entries = queue_entries(line)
+            while self._queued[axis] < trial.count:
+                if self.board.axis(axis)["queue_free"] < len(entries):
+                    break
+                Upload(self.board, axis, entries).push()
                 self._queued[axis] += 1
-                behind += 1
 
     def _follow(self, trial: Trial) -> str:
         """Feed the queues until all is over; return the name of the fault, "" if there is none."""
@@ -322,7 +324,11 @@ class Bench:
             moving = self.board.moving()
         self.link.world.wait(0.05)
         code = self.board.input("fault_code")
-        return regs.code_name(regs.faults(), code) if code else ""
+        if code:
+            return regs.code_name(regs.faults(), code)
+        # The line came when the one before was over: it is there, and nobody has armed it.
+        states = run.states(self.board, list(range(len(trial.lines))))
+        return DRY if "loaded" in states.values() else ""
 
     def _judge(self, trial: Trial, begun: int, outcome: Outcome, *, whole: bool) -> None:
         """Compare the ends of all pixels with the clock's edges; of lines that are whole."""
