@@ -58,7 +58,7 @@
 #ifndef FEATURE_LINE_DIVIDER
 #define FEATURE_LINE_DIVIDER 1
 #endif
-// Pixel clocks that come in bursts: setting `gate_edges`. The burst's edge is named as `go` names one.
+// Pixel clocks that come in bursts: setting `gate_edges`. A burst names an edge as `go` does.
 #ifndef FEATURE_GATE
 #define FEATURE_GATE (BOARD_ALL_FEATURES && FEATURE_TOKENS)
 #endif

@@ -95,9 +95,11 @@ static void check_made(uint8_t axis, uint16_t lines)
 {
     TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
     TEST_ASSERT_EQUAL_UINT16(lines, axes_get(axis)->lines_done);
-    TEST_ASSERT_EQUAL_INT32((int32_t)lines * STEPS * (int32_t)PIXELS, fake_axes[axis].steps);
+    TEST_ASSERT_EQUAL_INT32((int32_t)lines * STEPS * (int32_t)PIXELS,
+                            fake_axes[axis].steps);
     TEST_ASSERT_UINT32_WITHIN(2,
-                              first_ticks + (uint32_t)(GATE_EDGES + PIXELS) * PERIOD_TICKS,
+                              first_ticks +
+                                  (uint32_t)(GATE_EDGES + PIXELS) * PERIOD_TICKS,
                               fake_axes[axis].last_step_ticks);
 }
 
@@ -296,12 +298,12 @@ static void line_zero_must_be_far_enough(uint16_t sync, uint16_t least)
 static void a_line_zero_too_near_is_refused(void)
 {
     line_zero_must_be_far_enough(SYNC_START, reference_place_edges());
-    line_zero_must_be_far_enough(SYNC_LOCK,
-                                 (uint16_t)(reference_place_edges() + CLOCK_FILTER_FRESH_EDGES));
+    line_zero_must_be_far_enough(
+        SYNC_LOCK, (uint16_t)(reference_place_edges() + CLOCK_FILTER_FRESH_EDGES));
 }
 
-// The main loop is held up from a line's end until the next burst has begun: the next line cannot be
-// armed in time.
+// The main loop is held up from a line's end until the next burst has begun: the next line cannot
+// be armed in time.
 static void a_line_that_comes_too_late_is_a_fault(void)
 {
     uint16_t edges = (uint16_t)(reference_place_edges() + PIXELS);
@@ -365,7 +367,8 @@ static void nobody_joins_a_burst(void)
     bench_plain_line(BENCH_LAST, STEPS, PIXELS);
     burst(3);
     clock_runs(first_ticks + 3u * PERIOD_TICKS);
-    TEST_ASSERT_NOT_EQUAL(MODBUS_OK, bench_command(BENCH_MASK_OF(BENCH_LAST), COMMAND_ARM));
+    TEST_ASSERT_NOT_EQUAL(MODBUS_OK,
+                          bench_command(BENCH_MASK_OF(BENCH_LAST), COMMAND_ARM));
     pass((BURST_EDGES - 3u) * PERIOD_TICKS);
     bench_clock_off();
     rest();

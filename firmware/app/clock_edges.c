@@ -77,7 +77,8 @@ static uint8_t first_clocked(void)
     uint8_t i = 0;
 
     while (i < CONFIG_AXES &&
-           !(axes_get(i)->clocked && lifecycle_moving(&axes_get(i)->life) && !gate_spares(i))) {
+           !(axes_get(i)->clocked && lifecycle_moving(&axes_get(i)->life) &&
+             !gate_spares(i))) {
         i++;
     }
     return i;
@@ -151,8 +152,8 @@ static inline bool fault_noted(void)
 }
 #endif
 
-// A false edge begins the rest again. Behind a burst's first edge any odd distance shows that one of
-// the first edges may be false.
+// A false edge begins the rest again. Behind a burst's first edge any odd distance shows that one
+// of the first edges may be false.
 static inline bool phase_is_doubtful(uint8_t fresh)
 {
     return fresh == CLOCK_FILTER_RESTS ||
@@ -203,12 +204,46 @@ static inline void judge_edge(bool after_loss)
 }
 
 // The newest edge is the first one of a burst, or may be, which is a fault of the lines that wait.
-static inline void begin_burst(enum fault code, uint16_t argument)
+// What `go` has named stays, and what waits for `go` has no line zero yet.
+static void begin_burst(enum fault code, uint16_t argument)
 {
-    gate_name_zero();
+    if (!token_held() && !(token_edge_named() && start_any_waits())) {
+        gate_name_zero();
+    }
     if (code != FAULT_none) {
         mark_disturb();
         note_fault(code, argument);
+    }
+}
+
+// Judge the edge that was taken. first: of a burst. needed: by a line; else a rest is none of its
+// faults.
+static inline void judge_taken(bool first, bool needed, bool after_loss)
+{
+    if (first) {
+        begin_burst(after_loss ? FAULT_clock_edge_lost : FAULT_none, 1);
+    } else if (!needed && gate_edge_is_early()) {
+        begin_burst(FAULT_pixel_clock_off, reference_watch()->odd);
+    } else {
+        judge_edge(after_loss);
+    }
+}
+
+// The edge cannot be placed if a command has brought the account past it meanwhile, or if the
+// axis's switch was captured too and the order of the two is not known. The next edge serves.
+static inline bool is_unplaced(const struct axis *axis,
+                               const struct pixel_capture *capture)
+{
+    return ledger_has_passed(&axis->ledger, &capture->sample) ||
+           (CONFIG_AXES > 1 && seek_edge_waits(CONFIG_PIXEL_CLOCK_AXIS));
+}
+
+static inline void drop_edge(void)
+{
+    mark_disturb();
+    reference_edge_dropped();
+    if (gate_on() && gate_begins_unplaced() && first_clocked() == NO_AXIS) {
+        begin_burst(FAULT_clock_edge_lost, 1);
     }
 }
 
@@ -219,15 +254,8 @@ static void take_edge(const struct pixel_capture *capture, bool after_loss)
     struct axis *axis = axes_get(CONFIG_PIXEL_CLOCK_AXIS);
     uint16_t pixel = 0;
 
-    // The edge cannot be placed if a command has brought the account past it meanwhile, or if the
-    // axis's switch was captured too and the order of the two is not known. The next edge serves.
-    if (ledger_has_passed(&axis->ledger, &capture->sample) ||
-        (CONFIG_AXES > 1 && seek_edge_waits(CONFIG_PIXEL_CLOCK_AXIS))) {
-        mark_disturb();
-        reference_edge_dropped();
-        if (gate_on() && gate_begins_unplaced() && first_clocked() == NO_AXIS) {
-            begin_burst(FAULT_clock_edge_lost, 1);
-        }
+    if (is_unplaced(axis, capture)) {
+        drop_edge();
         return;
     }
     uint32_t edge_ticks = ledger_advance_to_capture(&axis->ledger,
@@ -243,13 +271,7 @@ static void take_edge(const struct pixel_capture *capture, bool after_loss)
     if (reference_edge(edge_ticks, &pixel)) {
         note_edge_error(pixel);
     }
-    if (first) {
-        begin_burst(after_loss ? FAULT_clock_edge_lost : FAULT_none, 1);
-    } else if (!needed && gate_edge_is_early()) {
-        begin_burst(FAULT_pixel_clock_off, reference_watch()->odd);
-    } else {
-        judge_edge(after_loss);
-    }
+    judge_taken(first, needed, after_loss);
     // A false edge starts nothing. Line zero is counted from the newest edge: an older one may be
     // too long ago.
     if (reference_number() != number && !pixel_clock_waiting() && !fault_noted()) {

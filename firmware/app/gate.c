@@ -8,11 +8,11 @@
 #include "app/mark.h"         // mark_now
 #include "app/reference.h"    // reference_*
 #include "app/settings.h"     // settings_now
-#include "app/start.h"        // start_any_waits
 #include "app/token.h"        // token_*
 #include "motion/lock_grid.h" // lock_grid_now
 
-static bool rests; // the clock has been silent for so long that the next edge begins a burst
+static bool
+    rests; // the clock has been silent for so long that the next edge begins a burst
 static uint8_t unjudged; // axes with a line that is over, whose burst may not be
 
 bool gate_on(void)
@@ -102,8 +102,8 @@ static bool is_late(uint32_t edge_ticks)
 {
     uint32_t period_ticks = reference_period()->whole_ticks;
 
-    return reference_present() && edge_ticks - reference_watch()->edge_ticks >
-                                      period_ticks + period_ticks / 16u;
+    return reference_present() &&
+           edge_ticks - reference_watch()->edge_ticks > period_ticks + period_ticks / 16u;
 }
 
 bool gate_begins(uint32_t edge_ticks)
@@ -134,10 +134,6 @@ bool gate_edge_is_early(void)
 
 void gate_name_zero(void)
 {
-    // What `go` has named stays, and what waits for `go` has no line zero yet.
-    if (token_held() || (token_edge_named() && start_any_waits())) {
-        return;
-    }
     token_gate_edge((uint16_t)(reference_number() + settings_now()->gate_edges));
 }
 
@@ -151,7 +147,8 @@ bool gate_overruns(void)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         const struct axis *axis = axes_get(i);
-        if (token_edge_by_gate() && axis->life.state == AXIS_RUNNING && next_waits(axis)) {
+        if (token_edge_by_gate() && axis->life.state == AXIS_RUNNING &&
+            next_waits(axis)) {
             return true;
         }
     }

@@ -44,7 +44,7 @@ bool gate_begins(uint32_t edge_ticks);
 bool gate_begins_unplaced(void);
 // The newest edge came too soon. While lines wait nobody can tell then where a short rest was.
 bool gate_edge_is_early(void);
-// The newest edge is the first one of a burst: name line zero, unless lines wait for command `go`.
+// The newest edge is the first one of a burst: name line zero.
 void gate_name_zero(void);
 
 // An axis whose line before is not accounted for yet has another one for the burst that has begun.

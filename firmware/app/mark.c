@@ -3,7 +3,6 @@
 
 #if FEATURE_TOKENS
 
-#include "app/clock_edges.h" // clock_edges_poll
 #include "app/reference.h"   // reference_*
 #include "app/time_check.h"  // time_check_now_ticks
 #include "hal/uart.h"        // uart_age_ticks
@@ -17,8 +16,6 @@ const struct mark *mark_now(void)
 
 void mark_set(void)
 {
-    // Edges that wait are older than what the clock shows now.
-    clock_edges_poll();
     mark.ticks = MARK_RESTS;
     if (reference_present()) {
         mark.ticks = (int32_t)(time_check_now_ticks() - uart_age_ticks() -

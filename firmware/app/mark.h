@@ -40,7 +40,8 @@ struct mark {
 
 const struct mark *mark_now(void);
 
-// A command ended just now that asks for a mark: the newest byte of the bus was its last one.
+// A command ended just now that asks for a mark: the newest byte of the bus was its last one. Edges
+// that wait must be taken before: they are older than what the clock shows now.
 void mark_set(void);
 
 // The clock was disturbed.

@@ -2,7 +2,6 @@
 #include "app/reference.h"
 
 #include "app/axes.h"         // axes_any_running
-#include "app/gate.h"         // gate_unsure
 #include "app/settings.h"     // settings_now
 #include "base/apart.h"       // BY_POINTER
 #include "base/divide.h"      // divide_u32_u16
@@ -27,7 +26,7 @@ static uint32_t edge_seen_units; // when the last clock edge was handled
 static bool fast;                     // edges come in this or less
 static bool leaves_out;               // edges that are fast
 #endif
-static bool edge_came; // since reference_overdue() looked at the time
+static bool edge_came;       // since reference_overdue() looked at the time
 static uint16_t place_edges; // clock edges in PLACE_TICKS, and one
 
 // Edges in so many ticks, and one.
@@ -91,7 +90,6 @@ APART void reference_apply_settings(void)
 #endif
     lock_grid_follow_from_here();
     reference_rest();
-    gate_unsure();
 }
 
 const struct pixel_period *reference_pixel(void)

@@ -275,6 +275,12 @@ bool start_may_wait(void)
     return (token_held() || token_edge_named()) && !start_clocked_axis_begun();
 }
 
+// Lines can begin on the edge that is named, so many edges ahead.
+static inline bool can_begin(int16_t ahead)
+{
+    return ahead > 0 && start_ready() && is_pixel_edge(token_edge()) && !gate_overruns();
+}
+
 void start_on_edge(uint32_t edge_ticks)
 {
     uint16_t edges = reference_place_edges();
@@ -289,8 +295,7 @@ void start_on_edge(uint32_t edge_ticks)
             return;
         }
         edges = ahead;
-        if ((int16_t)ahead <= 0 || !start_ready() || !is_pixel_edge(token_edge()) ||
-            gate_overruns()) {
+        if (!can_begin((int16_t)ahead)) {
             faults_latch_plain(FAULT_start_late, axes_first_moving());
             return;
         }

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-
 from pixstep import formats, natives
 from pixstep.board import clockstate, gating, run, settings, together
 from pixstep.board import registers as regs

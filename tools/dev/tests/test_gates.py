@@ -65,7 +65,9 @@ def test_a_line_elsewhere_is_a_complaint(monkeypatch):
 
 def test_the_figures_are_said(invoke, monkeypatch):
     plan = campaign.Plan("mega", 2)
-    said = campaign.Outcome(plan, 2, 1, 1, 20, 900, 1.25, 0.012, {"start_late": 1}, ["trial 1: off"])
+    said = campaign.Outcome(
+        plan, 2, 1, 1, 20, 900, 1.25, 0.012, {"start_late": 1}, ["trial 1: off"]
+    )
     monkeypatch.setattr(campaign, "run_plan", lambda *_: said)
     done = invoke("robustness", "gates", "--board", "mega", status=1)
     assert "2 trials, 1 right, 1 named (1 start_late)" in done.stdout

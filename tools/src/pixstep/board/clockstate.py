@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypedDict
 
-from pixstep.board import registers as regs
 from pixstep.board import clock_hz, settings, values
+from pixstep.board import registers as regs
 from pixstep.board.device import Board
 from pixstep.board.errors import BoardError
 from pixstep.board.link import World
@@ -124,9 +124,7 @@ def _gated(board: Board) -> bool:
     return settings.gate_of(settings.read(board)) != 0
 
 
-def measured_hz(
-    clock: ClockState | None, inputs: Mapping[str, int], tick_hz: int
-) -> float | None:
+def measured_hz(clock: ClockState | None, inputs: Mapping[str, int], tick_hz: int) -> float | None:
     """Return the frequency of the clock as the board sees it; None while it knows of none.
 
     By its measured period, or, of a clock that is another one than it is set to, by the newest

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypedDict
 
-from pixstep.board import registers as regs
 from pixstep.board import gating, stretches, values
+from pixstep.board import registers as regs
 from pixstep.board.device import STORING, Board
 from pixstep.board.errors import BoardError, NoReplyError
 from pixstep.board.link import World

@@ -185,7 +185,9 @@ def _agree_and_go(group: list[Lines], token: int, world: World) -> None:
         for board in boards:
             board.go(token, 1)
         return
-    marks = _go_in_a_rest(boards, token, world) if _gate_of(boards) else _go_ahead(boards, token, world)
+    marks = (
+        _go_in_a_rest(boards, token, world) if _gate_of(boards) else _go_ahead(boards, token, world)
+    )
     again = _marks_of_one_state(boards, world)
     before, now = _offsets(marks), _offsets(again)
     for board, was, is_now in zip(boards, before, now, strict=True):
@@ -226,7 +228,7 @@ def _go_in_a_rest(boards: Sequence[Board], token: int, world: World) -> list[Mar
 
 
 def _gate_of(boards: Sequence[Board]) -> int:
-    """Return how many edges behind a burst's first one the boards' lines begin; 0: any edge will do.
+    """Return how many edges behind a burst's first one the boards' lines begin; 0: no gate.
 
     Raises BoardError if they have different gates.
     """
@@ -234,8 +236,8 @@ def _gate_of(boards: Sequence[Board]) -> int:
     for board, edges in zip(boards, gates, strict=True):
         if edges != gates[0]:
             raise BoardError(
-                f"board {boards[0].unit} has gate_edges {gates[0]} and board {board.unit} {edges}: lines "
-                f"on one gated clock begin on one edge of its burst"
+                f"board {boards[0].unit} has gate_edges {gates[0]} and board {board.unit} {edges}: "
+                f"lines on one gated clock begin on one edge of its burst"
             )
     return gates[0]
 
@@ -254,8 +256,8 @@ def _resting(boards: Sequence[Board], world: World, end_s: float) -> list[Mark]:
             return marks
         if world.now_s() > end_s:
             raise BoardError(
-                f"the gated pixel clock did not rest at any mark in {_REST_S:g} s: lines of several "
-                f"boards begin together only in rests that are long enough to agree in"
+                f"the gated pixel clock did not rest at any mark in {_REST_S:g} s: lines of "
+                f"several boards begin together only in rests that are long enough to agree in"
             )
         world.wait(_POLL_S)
 
@@ -322,7 +324,9 @@ def _marks_of_one_state(boards: Sequence[Board], world: World) -> list[Mark]:
         if _same_state(marks):
             return marks
         world.wait(_POLL_S)
-    running = [board.unit for board, mark in zip(boards, marks, strict=True) if mark.ticks is not None]
+    running = [
+        board.unit for board, mark in zip(boards, marks, strict=True) if mark.ticks is not None
+    ]
     still = [board.unit for board, mark in zip(boards, marks, strict=True) if mark.ticks is None]
     raise BoardError(
         f"the pixel clock runs at {_units(running)} and rests at {_units(still)}: check its wires"
