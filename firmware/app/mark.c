@@ -3,9 +3,9 @@
 
 #if FEATURE_TOKENS
 
-#include "app/reference.h"   // reference_*
-#include "app/time_check.h"  // time_check_now_ticks
-#include "hal/uart.h"        // uart_age_ticks
+#include "app/reference.h"  // reference_*
+#include "app/time_check.h" // time_check_now_ticks
+#include "hal/uart.h"       // uart_age_ticks
 
 static struct mark mark;
 
