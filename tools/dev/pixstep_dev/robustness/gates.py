@@ -367,7 +367,7 @@ class Bench:
         if trial.flaw != "none":
             return
         jitter = self._jitter_ns * 1e-9 * self.sim.tick_hz
-        if not jitter:
+        if not jitter and trial.sync == "lock":
             outcome.off_ticks = max(outcome.off_ticks, abs(worst))
         most = _EDGE_TICKS + 2 * jitter
         if trial.sync == "start":  # from the edge that places line zero by nominal periods
