@@ -42,6 +42,12 @@ static enum modbus_exception order(uint8_t mask, enum command command, uint16_t 
     return data_write(REG_HOLDING_axis_mask, 4, words);
 }
 
+static void make_mark(void)
+{
+    TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_MARK, 0));
+    bench_rounds(1);
+}
+
 static uint16_t fault(void)
 {
     return bench_input(REG_INPUT_fault_code);
@@ -178,7 +184,7 @@ static void go_needs_the_token_and_somebody_who_waits(void)
     TEST_ASSERT_EQUAL(MODBUS_OK, order(1, COMMAND_ARM, TOKEN));
     pass_ms(40);
     TEST_ASSERT_EQUAL_UINT8(AXIS_ARMED, axes_get(0)->life.state);
-    TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_MARK, 0));
+    make_mark();
     TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_GO, TOKEN));
     TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
@@ -209,10 +215,10 @@ static void armed_axes_have_one_token(void)
     pass_ms(100);
     TEST_ASSERT_EQUAL_INT32(0, fake_axes[0].steps);
     TEST_ASSERT_EQUAL(MODBUS_OK, order(2, COMMAND_ARM, TOKEN));
-    TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_MARK, 0));
+    make_mark();
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, order(0, COMMAND_GO, TOKEN)); // not ready yet
     pass_ms(40);
-    TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_MARK, 0));
+    make_mark();
     TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_GO, TOKEN));
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
     TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
@@ -253,7 +259,7 @@ static void waiting_for_go_has_patience_with_the_clock(void)
     // The clock has stopped since the last mark: nobody knows that every board has seen its last
     // edge.
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, order(0, COMMAND_GO, TOKEN));
-    TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_MARK, 0));
+    make_mark();
     TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_GO, TOKEN));
     pass_ms(300);
     TEST_ASSERT_EQUAL_UINT16(FAULT_none, fault());
@@ -268,7 +274,7 @@ static void a_clock_that_stops_before_line_zero_is_a_fault(void)
     bench_plain_line(0, 10, 50);
     TEST_ASSERT_EQUAL(MODBUS_OK, order(1, COMMAND_ARM, TOKEN));
     pass_ms(40);
-    TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_MARK, 0));
+    make_mark();
     TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_GO, TOKEN));
     pass_ms(5);
     bench_clock_off();

@@ -214,7 +214,6 @@ static void take_mark(uint8_t axis, const struct order *order)
 {
     (void)axis;
     (void)order;
-    clock_edges_poll();
     mark_set();
 }
 #endif

@@ -8,6 +8,7 @@
 #include "hal/uart.h"       // uart_age_ticks
 
 static struct mark mark;
+static bool due; // mark.ticks is the time of the command's end
 
 const struct mark *mark_now(void)
 {
@@ -16,11 +17,18 @@ const struct mark *mark_now(void)
 
 void mark_set(void)
 {
-    mark.ticks = MARK_RESTS;
-    if (reference_present()) {
-        mark.ticks = (int32_t)(time_check_now_ticks() - uart_age_ticks() -
-                               reference_number_ticks());
+    mark.ticks = (int32_t)(time_check_now_ticks() - uart_age_ticks());
+    due = true;
+}
+
+void mark_poll(void)
+{
+    if (!due) {
+        return;
     }
+    due = false;
+    mark.ticks =
+        reference_present() ? mark.ticks - (int32_t)reference_number_ticks() : MARK_RESTS;
     mark.edge = reference_number();
     mark.count++;
     mark.steady = true;

@@ -40,9 +40,12 @@ struct mark {
 
 const struct mark *mark_now(void);
 
-// A command ended just now that asks for a mark: the newest byte of the bus was its last one. Edges
-// that wait must be taken before: they are older than what the clock shows now.
+// A command ended just now that asks for a mark: the newest byte of the bus was its last one.
 void mark_set(void);
+
+// Make the mark that was asked for, if one was. Once a round, behind the clock edges that wait: they
+// may be older than the command's end.
+void mark_poll(void);
 
 // The clock was disturbed.
 void mark_disturb(void);
@@ -51,6 +54,10 @@ void mark_disturb(void);
 void mark_zero(uint16_t edge);
 
 #else
+
+static inline void mark_poll(void)
+{
+}
 
 static inline void mark_disturb(void)
 {

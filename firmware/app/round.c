@@ -9,6 +9,7 @@
 #include "app/faults.h"      // faults_latch
 #include "app/gate.h"        // gate_arms_next
 #include "app/inputs.h"      // inputs_poll
+#include "app/mark.h"        // mark_poll
 #include "app/parking.h"     // parking_poll
 #include "app/reference.h"   // reference_pixel
 #include "app/safety.h"      // safety_poll
@@ -436,6 +437,7 @@ static APART void look_after_axes(void)
     // Underruns come first: after an underrun the place of a clock edge is not known.
     take_underruns();
     clock_edges_poll();
+    mark_poll();
     if (CONFIG_AXES == 1) {
         advance_in_turn();
     }
