@@ -225,6 +225,7 @@ class Bench:
         """Give the boards clock and lines; a lock has measured its clock then."""
         self.sim.clock(f"hz {trial.hz}")
         for board, divider in zip(self.boards, trial.dividers, strict=True):
+            board.write_setting("divider", 1)  # that of the trial before may make too long a pixel
             board.set_pixel_hz(Fraction(trial.hz))
             board.write_setting("divider", divider)
             board.write_setting("sync", regs.SYNCS[trial.sync])
