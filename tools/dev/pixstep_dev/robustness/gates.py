@@ -142,7 +142,7 @@ def make(rng: random.Random, plan: Plan, axes: int, tick_hz: int) -> Trial:
         sync,
         hz,
         divider,
-        tuple(_line(rng, plan.pixels, hz / divider) for _ in range(rng.randint(1, axes))),
+        tuple(_lines(rng, plan.pixels, hz / divider, rng.randint(1, axes))),
         plan.lines,
         least + int(rng.random() * _MOST_LEAD_S * hz),
         0 if flaw in ("short", "first") else rng.choice((0, 0, 3, 40)),
@@ -151,6 +151,13 @@ def make(rng: random.Random, plan: Plan, axes: int, tick_hz: int) -> Trial:
         rng.randrange(plan.lines),
         rng.random(),
     )
+
+
+def _lines(rng: random.Random, pixels: int, pixel_hz: float, axes: int) -> Iterator[Line]:
+    """Yield a line for each axis; those of the others may be over before that of the first."""
+    yield _line(rng, pixels, pixel_hz)
+    for _ in range(axes - 1):
+        yield _line(rng, rng.choice((pixels, max(8, pixels * 2 // 3))), pixel_hz)
 
 
 def _line(rng: random.Random, pixels: int, pixel_hz: float) -> Line:
@@ -349,7 +356,7 @@ class Bench:
             for number in range(made):
                 zero = number * edges + trial.gate_edges
                 mine = steps[axis][number * ends[-1] : (number + 1) * ends[-1]]
-                due = true[zero : zero + trial.line_edges + 1 : trial.divider]
+                due = true[zero : zero + line.pixels * trial.divider + 1 : trial.divider]
                 assert len(due) == line.pixels + 1, f"axis {axis}, line {number}: the clock is over"
                 if trial.sync == "start":  # from line zero on it keeps to the board's own time
                     pixel = self.sim.tick_hz * trial.divider / trial.hz
