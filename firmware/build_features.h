@@ -62,6 +62,13 @@
 #ifndef FEATURE_SHARED_SWITCH
 #define FEATURE_SHARED_SWITCH BOARD_ALL_FEATURES
 #endif
+// Pixel clocks that come in bursts: setting `gate_edges`. A burst names an edge as `go` does.
+#ifndef FEATURE_GATE
+#define FEATURE_GATE (BOARD_ALL_FEATURES && FEATURE_TOKENS)
+#endif
+#if FEATURE_GATE && !FEATURE_TOKENS
+#error "a gated clock needs start tokens"
+#endif
 
 // Several axes share the processor: how fast a line may be depends on how many of them move.
 #define SEVERAL_AXES (BOARD_AXES > 1)
@@ -72,4 +79,4 @@
      FEATURE_DIAGNOSIS << 3 | FEATURE_EVENTS << 4 | FEATURE_CLOCK_STATISTICS << 5 |      \
      FEATURE_STORE << 6 | FEATURE_TOKENS << 7 | FEATURE_DRIVER_TIMING << 8 |             \
      FEATURE_FILES << 9 | FEATURE_NARROW_CURVES << 10 | FEATURE_SHORT_CURVES << 11 |     \
-     FEATURE_LINE_DIVIDER << 12 | FEATURE_SHARED_SWITCH << 14)
+     FEATURE_LINE_DIVIDER << 12 | FEATURE_GATE << 13 | FEATURE_SHARED_SWITCH << 14)

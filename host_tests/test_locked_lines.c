@@ -112,6 +112,7 @@ static void a_line_waits_for_a_clock_that_rests(void)
     TEST_ASSERT_EQUAL_UINT16(1, bench_input(REG_INPUT_ready));
     TEST_ASSERT_EQUAL_UINT16(0, bench_input(REG_INPUT_mark_steady));
     TEST_ASSERT_EQUAL(true, bench_give(0, COMMAND_MARK, 0));
+    bench_rounds(1);
     TEST_ASSERT_EQUAL_UINT16(1, bench_input(REG_INPUT_mark_steady));
     TEST_ASSERT_EQUAL(true, bench_give(0, COMMAND_GO, 7));
     bench_rounds(2000);

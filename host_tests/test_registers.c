@@ -125,7 +125,7 @@ static void mapped_holdings(void)
     check_holdings(true, 0, SETTINGS_WORDS);
     check_holdings(false, 0, SETTINGS_WORDS + 1);
     check_holdings(false, SETTINGS_WORDS, 1);
-    check_holdings(false, REG_HOLDING_home_is_limit, 0x102);
+    check_holdings(false, REG_HOLDING_gate_edges, 0x102);
     check_holdings(true, REG_HOLDING_axis_mask, 4);
     check_holdings(false, REG_HOLDING_axis_mask, 5);
     check_holdings(false, REG_HOLDING_axis_mask - 1, 2);

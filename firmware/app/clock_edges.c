@@ -3,6 +3,7 @@
 
 #include "app/axes.h"         // axes_*
 #include "app/faults.h"       // faults_latch
+#include "app/gate.h"         // gate_*
 #include "app/mark.h"         // mark_disturb
 #include "app/reference.h"    // reference_*
 #include "app/seek.h"         // seek_*
@@ -76,10 +77,24 @@ static uint8_t first_clocked(void)
     uint8_t i = 0;
 
     while (i < CONFIG_AXES &&
-           !(axes_get(i)->clocked && lifecycle_moving(&axes_get(i)->life))) {
+           !(axes_get(i)->clocked && lifecycle_moving(&axes_get(i)->life) &&
+             !gate_spares(i))) {
         i++;
     }
     return i;
+}
+
+// A clock that rests is no fault: it is gated, and no line needs it.
+static inline bool may_rest(void)
+{
+    return gate_on() && first_clocked() == NO_AXIS;
+}
+
+// A line follows the clock, or has its place. Behind the first edge of a burst no line does: those
+// that run are over.
+static inline bool line_begun(void)
+{
+    return !token_edge_by_gate() && start_clocked_axis_begun();
 }
 
 // Latch a fault of the first axis that needs the pixel clock, if there is one. Axes that wait for
@@ -89,7 +104,7 @@ static void clock_fault(enum fault code, uint16_t argument)
     uint8_t axis = first_clocked();
 
     if (axis == NO_AXIS ||
-        (token_now() != 0 && (CONFIG_AXES == 1 || !start_clocked_axis_begun()))) {
+        (token_held() && (CONFIG_AXES == 1 || !start_clocked_axis_begun()))) {
         return;
     }
     // An edge is placed by the account of an axis, so that the interrupt of this axis must be
@@ -137,6 +152,14 @@ static inline bool fault_noted(void)
 }
 #endif
 
+// A false edge begins the rest again. Behind a burst's first edge any odd distance shows that one
+// of the first edges may be false.
+static inline bool phase_is_doubtful(uint8_t fresh)
+{
+    return fresh == CLOCK_FILTER_RESTS ||
+           (token_edge_by_gate() && reference_watch()->odd != 0);
+}
+
 // Compare a lock with what its lines allow. A clock that is another one than was measured has
 // unsettled the filter. A clock that has rested has lost its phase, which no line that has its place
 // survives; for others a false edge among the first ones makes it doubtful which edge is which.
@@ -151,9 +174,9 @@ static inline void judge_lock(const struct lock_grid *grid)
         if (fresh == CLOCK_FILTER_RESTS) {
             mark_disturb();
         }
-        if (start_clocked_axis_begun()) {
+        if (line_begun()) {
             note_fault(FAULT_clock_hold_over, grid->filter.hold_over);
-        } else if (fresh == CLOCK_FILTER_RESTS && token_edge_named()) {
+        } else if (token_edge_named() && phase_is_doubtful(fresh)) {
             note_fault(FAULT_pixel_clock_off, reference_watch()->odd);
         }
     } else if (!lock_grid_tolerates()) {
@@ -180,6 +203,50 @@ static inline void judge_edge(bool after_loss)
     }
 }
 
+// The newest edge is the first one of a burst, or may be, which is a fault of the lines that wait.
+// What `go` has named stays, and what waits for `go` has no line zero yet.
+static void begin_burst(enum fault code, uint16_t argument)
+{
+    if (!token_held() && !(token_edge_named() && start_any_waits())) {
+        gate_name_zero();
+    }
+    if (code != FAULT_none) {
+        mark_disturb();
+        note_fault(code, argument);
+    }
+}
+
+// Judge the edge that was taken. first: of a burst. needed: by a line; else a rest is none of its
+// faults.
+static inline void judge_taken(bool first, bool needed, bool after_loss)
+{
+    if (first) {
+        begin_burst(after_loss ? FAULT_clock_edge_lost : FAULT_none, 1);
+    } else if (!needed && gate_edge_is_early()) {
+        begin_burst(FAULT_pixel_clock_off, reference_watch()->odd);
+    } else {
+        judge_edge(after_loss);
+    }
+}
+
+// The edge cannot be placed if a command has brought the account past it meanwhile, or if the
+// axis's switch was captured too and the order of the two is not known. The next edge serves.
+static inline bool is_unplaced(const struct axis *axis,
+                               const struct pixel_capture *capture)
+{
+    return ledger_has_passed(&axis->ledger, &capture->sample) ||
+           (CONFIG_AXES > 1 && seek_edge_waits(CONFIG_PIXEL_CLOCK_AXIS));
+}
+
+static inline void drop_edge(void)
+{
+    mark_disturb();
+    reference_edge_dropped();
+    if (gate_on() && gate_begins_unplaced() && first_clocked() == NO_AXIS) {
+        begin_burst(FAULT_clock_edge_lost, 1);
+    }
+}
+
 // Take a captured clock edge. after_loss: edges were lost, so that its distance from the one before
 // is no fault of the clock.
 static void take_edge(const struct pixel_capture *capture, bool after_loss)
@@ -187,12 +254,8 @@ static void take_edge(const struct pixel_capture *capture, bool after_loss)
     struct axis *axis = axes_get(CONFIG_PIXEL_CLOCK_AXIS);
     uint16_t pixel = 0;
 
-    // The edge cannot be placed if a command has brought the account past it meanwhile, or if the
-    // axis's switch was captured too and the order of the two is not known. The next edge serves.
-    if (ledger_has_passed(&axis->ledger, &capture->sample) ||
-        (CONFIG_AXES > 1 && seek_edge_waits(CONFIG_PIXEL_CLOCK_AXIS))) {
-        mark_disturb();
-        reference_edge_dropped();
+    if (is_unplaced(axis, capture)) {
+        drop_edge();
         return;
     }
     uint32_t edge_ticks = ledger_advance_to_capture(&axis->ledger,
@@ -202,11 +265,13 @@ static void take_edge(const struct pixel_capture *capture, bool after_loss)
                                                     capture->ticks) -
                           PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
     uint16_t number = reference_number();
+    bool needed = !gate_on() || first_clocked() != NO_AXIS;
+    bool first = !needed && gate_begins(edge_ticks);
 
     if (reference_edge(edge_ticks, &pixel)) {
         note_edge_error(pixel);
     }
-    judge_edge(after_loss);
+    judge_taken(first, needed, after_loss);
     // A false edge starts nothing. With several axes, which may keep the main loop for long, line
     // zero is counted from the newest edge: an older one may be too long ago.
     if (reference_number() != number && (CONFIG_AXES == 1 || !pixel_clock_waiting()) &&
@@ -365,6 +430,9 @@ void clock_edges_await(void)
 
 bool clock_edges_allow(const struct axis *axis)
 {
+    if (gate_on() && axis_waits_for_edge(axis) && !gate_fits()) {
+        return false;
+    }
     return !lock_grid_now()->locks || !axis_waits_for_edge(axis) || reference_settled();
 }
 
@@ -391,6 +459,11 @@ static void miss_clock(void)
 {
     const struct clock_filter *filter = &lock_grid_now()->filter;
 
+    if (may_rest()) {
+        gate_rest();
+        reference_rest();
+        return;
+    }
     if (reference_present()) {
         mark_disturb();
         reference_rest();
@@ -406,8 +479,14 @@ static void miss_clock(void)
 
 void clock_edges_miss(void)
 {
+    if (gate_on() && seek_has_clock_input()) {
+        gate_unsure();
+        reference_await_edge();
+        return;
+    }
     if (!pixel_clock_waiting() && reference_overdue()) {
-        if (lock_grid_now()->locks && clock_filter_bridge(&lock_grid_now()->filter)) {
+        if (lock_grid_now()->locks && !may_rest() &&
+            clock_filter_bridge(&lock_grid_now()->filter)) {
             return;
         }
         miss_clock();

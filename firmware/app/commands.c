@@ -47,8 +47,12 @@ static bool always_possible(uint8_t axis, const struct order *order)
 // already. Nobody joins those that wait for the edge that `go` has named: it may be near.
 static bool token_fits(const struct order *order)
 {
+    // Nor is a burst's line zero forgotten that lines need whose axes are about to be armed.
+    if (token_edge_by_gate() && start_clocked_axis_runs()) {
+        return false;
+    }
     return !FEATURE_TOKENS || CONFIG_AXES == 1 || !axes_any_armed() ||
-           (order->argument == token_now() && !token_edge_named());
+           (token_is(order->argument) && !token_edge_named());
 }
 
 #if FEATURE_HOMING || CONFIG_AXES > 1
@@ -137,14 +141,19 @@ static void tell_too_fast(const struct order *order)
 }
 #endif
 
-static bool can_arm(uint8_t i, const struct order *order)
+// The axis's front line can be armed, by the host or by the board.
+static bool can_arm_line(uint8_t i, const struct order *order)
 {
-    return state_of(i) == AXIS_LOADED && !faults_any() && token_fits(order) &&
-           seek_fits(i, order) && clock_edges_allow(axes_get(i)) &&
-           first_too_fast(order) == NO_AXIS;
+    return state_of(i) == AXIS_LOADED && !faults_any() && seek_fits(i, order) &&
+           clock_edges_allow(axes_get(i)) && first_too_fast(order) == NO_AXIS;
 }
 
-static void arm_axis(uint8_t i, const struct order *order)
+static bool can_arm(uint8_t i, const struct order *order)
+{
+    return can_arm_line(i, order) && token_fits(order);
+}
+
+static void arm_line(uint8_t i)
 {
     struct axis *axis = axes_get(i);
 
@@ -155,7 +164,6 @@ static void arm_axis(uint8_t i, const struct order *order)
         seek_begin(i, opening);
     }
 #endif
-    token_set(order->argument);
     // Call this before the axis itself counts as one that needs the clock.
     if (axis_waits_for_edge(axis) && settings_now()->sync != SYNC_FREE) {
         clock_edges_await();
@@ -165,19 +173,36 @@ static void arm_axis(uint8_t i, const struct order *order)
     }
 }
 
+static void arm_axis(uint8_t i, const struct order *order)
+{
+    token_set(order->argument);
+    arm_line(i);
+}
+
+#if FEATURE_GATE
+void commands_arm_next(uint8_t axis)
+{
+    const struct order order = {.mask = axis_bit(axis), .command = COMMAND_ARM};
+
+    if (can_arm_line(axis, &order)) {
+        arm_line(axis);
+    }
+}
+#endif
+
 #if FEATURE_TOKENS
 // Possible while some axis waits for a token, with an edge (any, for lines that do not wait for the
 // clock). A wrong token is possible too, and is a fault.
 static bool can_go(uint8_t axis, const struct order *order)
 {
     (void)axis;
-    return order->edge != 0 && token_now() != 0 && axes_first_moving() != NO_AXIS;
+    return order->edge != 0 && token_held() && axes_first_moving() != NO_AXIS;
 }
 
 static void take_go(uint8_t axis, const struct order *order)
 {
     (void)axis;
-    if (order->argument != token_now()) {
+    if (!token_is(order->argument)) {
         faults_latch(FAULT_wrong_token, axes_first_moving(), order->argument);
         return;
     }

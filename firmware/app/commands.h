@@ -7,6 +7,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "build_features.h" // FEATURE_GATE
+
 enum command {
     COMMAND_NONE = 0,
     // Decode the front line ahead; with an argument, wait for that token.
@@ -67,3 +69,14 @@ const struct order *commands_last(void);
 // Check an order, then carry it out and remember it. Returns false and changes nothing when the
 // order is not possible.
 bool commands_give(const struct order *order);
+
+#if FEATURE_GATE
+// Arm the axis's front line, whose line before is done, if the line can be armed now. Nothing else
+// changes: a clock edge that is named stays so.
+void commands_arm_next(uint8_t axis);
+#else
+static inline void commands_arm_next(uint8_t axis)
+{
+    (void)axis;
+}
+#endif

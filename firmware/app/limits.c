@@ -2,6 +2,7 @@
 #include "app/limits.h"
 
 #include "app/axes.h"         // axes_get
+#include "app/gate.h"         // gate_unsure
 #include "app/reference.h"    // reference_*
 #include "app/settings.h"     // settings_now
 #include "base/apart.h"       // APART, BY_POINTER
@@ -33,6 +34,7 @@ APART void limits_try_settings(void)
 {
     // First, so that nothing is kept in registers meanwhile.
     reference_apply_settings();
+    gate_unsure();
     const struct settings *settings = settings_now();
     const struct pixel_period *period = reference_period();
     struct line_limits *limits = &current_limits;

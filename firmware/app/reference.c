@@ -26,7 +26,7 @@ static uint32_t edge_seen_units; // when the last clock edge was handled
 static bool fast;                     // edges come in this or less
 static bool leaves_out;               // edges that are fast
 #endif
-static bool edge_came; // since reference_overdue() looked at the time
+static bool edge_came;       // since reference_overdue() looked at the time
 static uint16_t place_edges; // clock edges in PLACE_TICKS, and one
 
 // Edges in so many ticks, and one.

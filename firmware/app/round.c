@@ -4,8 +4,10 @@
 #include "app/axes.h"        // axes_*
 #include "app/bus_port.h"    // bus_port_brings_data
 #include "app/clock_edges.h" // clock_edges_*
+#include "app/commands.h"    // commands_arm_next
 #include "app/drivers.h"     // drivers_poll
 #include "app/faults.h"      // faults_latch
+#include "app/gate.h"        // gate_arms_next
 #include "app/inputs.h"      // inputs_poll
 #include "app/parking.h"     // parking_poll
 #include "app/reference.h"   // reference_pixel
@@ -97,6 +99,10 @@ static void supervise_running(uint8_t i)
                step_timer_state(i) == STEP_ENGINE_IDLE && time_check_passes(i)) {
         // No period was made twice near the end: the line has no step too many.
         axis_line_finished(axis);
+        gate_line_done(i);
+        if (gate_arms_next(i)) {
+            commands_arm_next(i);
+        }
     }
 }
 

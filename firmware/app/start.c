@@ -4,6 +4,7 @@
 #include "app/axes.h"         // axes_*
 #include "app/drivers.h"      // drivers_settling
 #include "app/faults.h"       // faults_latch
+#include "app/gate.h"         // gate_*
 #include "app/mark.h"         // mark_*
 #include "app/reference.h"    // reference_*
 #include "app/settings.h"     // settings_now
@@ -68,10 +69,11 @@ bool start_clocked_axis_begun(void)
 #endif
 
 // True when the clock's edges are counted for other lines already. Locked ones count from the
-// moment on when their line zero is known: lock_grid_begin() would forget that.
+// moment on when their line zero is known: lock_grid_begin() would forget that. When a gate names
+// line zero, the lines of all axes that run are over.
 static bool beside_others(void)
 {
-    return CONFIG_AXES > 1 &&
+    return CONFIG_AXES > 1 && !token_edge_by_gate() &&
            (start_clocked_axis_runs() ||
             (lock_grid_now()->locks && clocked_axis_in(AXIS_STARTING)));
 }
@@ -79,7 +81,7 @@ static bool beside_others(void)
 // Armed axes must wait for command `go`, or for a driver that was switched on lately.
 static APART bool held_back(void)
 {
-    return token_now() != 0 || drivers_settling();
+    return token_held() || drivers_settling();
 }
 
 // The slow first steps of a line take the most decoding, and only an axis at rest has the time for
@@ -263,7 +265,13 @@ void start_go(uint16_t edge)
 
 bool start_may_wait(void)
 {
-    return (token_now() != 0 || token_edge_named()) && !start_clocked_axis_begun();
+    return (token_held() || token_edge_named()) && !start_clocked_axis_begun();
+}
+
+// Lines can begin on the edge that is named, so many edges ahead.
+static inline bool can_begin(int16_t ahead)
+{
+    return ahead > 0 && start_ready() && is_pixel_edge(token_edge()) && !gate_overruns();
 }
 
 void start_on_edge(uint32_t edge_ticks)
@@ -280,14 +288,17 @@ void start_on_edge(uint32_t edge_ticks)
             return;
         }
         edges = ahead;
-        if ((int16_t)ahead <= 0 || !start_ready() || !is_pixel_edge(token_edge())) {
+        if (!can_begin((int16_t)ahead)) {
             faults_latch_plain(FAULT_start_late, axes_first_moving());
             return;
         }
-    } else if (held_back() || !start_ready()) {
+    } else if (gate_on() || held_back() || !start_ready()) {
         return;
     }
     start_lines(edge_ticks, edges);
+    if (gate_on()) {
+        token_set(0); // the next burst may name an edge
+    }
 }
 
 void start_now(uint8_t axis)

@@ -3,36 +3,64 @@
 
 #if FEATURE_TOKENS
 
-static uint16_t held_token;
-static uint16_t named_edge;
-static bool edge_named;
+enum awaited {
+    AWAITED_NOTHING,
+    AWAITED_TOKEN,
+    AWAITED_EDGE,
+    AWAITED_EDGE_OF_GATE,
+};
+
+static uint8_t awaited;
+static uint16_t number; // of the token, or of the edge
+
+bool token_held(void)
+{
+    return awaited == AWAITED_TOKEN;
+}
 
 uint16_t token_now(void)
 {
-    return held_token;
+    return token_held() ? number : 0;
+}
+
+bool token_is(uint16_t token)
+{
+    return number == token;
 }
 
 void token_set(uint16_t token)
 {
-    held_token = token;
-    edge_named = false;
+    number = token;
+    awaited = token != 0 ? AWAITED_TOKEN : AWAITED_NOTHING;
 }
 
 void token_name_edge(uint16_t edge)
 {
-    held_token = 0;
-    named_edge = edge;
-    edge_named = true;
+    number = edge;
+    awaited = AWAITED_EDGE;
 }
 
 bool token_edge_named(void)
 {
-    return edge_named;
+    return awaited >= AWAITED_EDGE;
 }
 
 uint16_t token_edge(void)
 {
-    return named_edge;
+    return number;
 }
+
+#if FEATURE_GATE
+void token_gate_edge(uint16_t edge)
+{
+    number = edge;
+    awaited = AWAITED_EDGE_OF_GATE;
+}
+
+bool token_edge_by_gate(void)
+{
+    return awaited == AWAITED_EDGE_OF_GATE;
+}
+#endif
 
 #endif

@@ -14,12 +14,16 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "config.h" // FEATURE_TOKENS
+#include "config.h" // FEATURE_TOKENS, FEATURE_GATE
 
 #if FEATURE_TOKENS
 
 // The token (1..65535) that armed axes wait for; 0: they wait for none.
 uint16_t token_now(void);
+// True while there is one,
+bool token_held(void);
+// and while it is this one, or, of 0, while there is none. Not while an edge is named.
+bool token_is(uint16_t token);
 // Hold armed axes back until command `go` brings this token; 0: release them. No edge is named.
 void token_set(uint16_t token);
 
@@ -37,6 +41,16 @@ static inline uint16_t token_now(void)
     return 0;
 }
 
+static inline bool token_held(void)
+{
+    return false;
+}
+
+static inline bool token_is(uint16_t token)
+{
+    return token == 0;
+}
+
 static inline void token_set(uint16_t token)
 {
     (void)token;
@@ -52,4 +66,17 @@ static inline uint16_t token_edge(void)
     return 0;
 }
 
+#endif
+
+#if FEATURE_GATE
+// Lines that are armed, or will be in time, begin on the clock edge of this number: the first edge
+// of a burst has come (gate.h).
+void token_gate_edge(uint16_t edge);
+// True from token_gate_edge() to the next token_set() or token_name_edge().
+bool token_edge_by_gate(void);
+#else
+static inline bool token_edge_by_gate(void)
+{
+    return false;
+}
 #endif

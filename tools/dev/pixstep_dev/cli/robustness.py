@@ -276,6 +276,53 @@ def starts(ctx, board, count, seed, as_json):
 
 @robustness_group.command()
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
+@click.option("--count", type=click.IntRange(min=1), default=20, show_default=True, help="Trials.")
+@click.option(
+    "--lines", type=click.IntRange(min=1), default=10, show_default=True, help="Of each trial."
+)
+@click.option(
+    "--pixels", type=click.IntRange(min=8), default=512, show_default=True, help="Of each line."
+)
+@click.option(
+    "--rest-s",
+    type=click.FloatRange(0.0005, 60),
+    nargs=2,
+    default=(0.001, 5.0),
+    show_default=True,
+    help="The shortest and the longest rest.",
+)
+@click.option("--flaws/--no-flaws", default=True, help="Bursts and rests with flaws, too.")
+@_seed
+@_json
+@click.pass_context
+def gates(ctx, board, count, lines, pixels, rest_s, flaws, seed, as_json):
+    """Run lines on a gated pixel clock, one a burst, back to back over the rests.
+
+    Random frequencies of 100 Hz to 2 kHz, rests, dividers, axes and lines, started and locked.
+    Some bursts are too short or lack an edge, some rests have a false one.
+
+    Exit status 0 only if every line was on its edges of its burst, or a fault said why not; a fault
+    without a flaw is no excuse.
+    """
+    from pixstep_dev.robustness import gates as campaign
+
+    chosen = campaign.FLAWS if flaws else campaign.FLAWS[:1]
+    plan = campaign.Plan(board, count, lines, pixels, seed, chosen, rest_s)
+    with progress.shown(f"{board}: {count} trials") as show:
+        outcome = campaign.run_plan(plan, show)
+    faults = ", ".join(f"{number:,} {name}" for name, number in sorted(outcome.faults.items()))
+    rows = [
+        f"{board}: {outcome.trials:,} trials, {outcome.right:,} right, {outcome.named:,} named "
+        f"({faults or 'no fault'})",
+        f"  {outcome.lines:,} lines of all axes, {outcome.pixels:,} pixel ends; locked ones on an "
+        f"even clock {outcome.off_ticks:.1f} ticks off at most",
+        f"  {1000 * outcome.late_s:.1f} ms from line to line were not enough",
+    ]
+    _finish(ctx, asdict(outcome), rows, "every line on its burst", as_json=as_json)
+
+
+@robustness_group.command()
+@click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
 @click.option("--count", type=click.IntRange(min=1), default=500, show_default=True, help="Plants.")
 @click.option(
     "--bounce-ticks",

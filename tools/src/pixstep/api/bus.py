@@ -86,6 +86,7 @@ class Board:
         *,
         sync: str | None = None,
         divider: int | None = None,
+        gate_edges: int | None = None,
         progress: Progress = unseen,
     ) -> tuple[AxisState, ...]:
         """Run lines to their end and return the axes that moved: this blocks until then.
@@ -93,9 +94,10 @@ class Board:
         `lines` is one line for `axis` (by default that of its motor), or lines by axis, which start
         on one pixel clock edge. Each is checked first; then the board's pixel frequency is set to
         that of the lines, and a line longer than the queue is streamed. `sync` (`"free"`,
-        `"start"`, `"lock"`) and `divider`, the clock edges of a pixel, are set as well if they are
-        given or a machine file has them; otherwise the board's stay. To lock the board must have
-        measured its clock: that is waited for. Ctrl-C and any error of the program stop the axes.
+        `"start"`, `"lock"`), `divider`, the clock edges of a pixel, and `gate_edges`, those from a
+        burst's first one to line zero, are set as well if they are given or a machine file has
+        them; otherwise the board's stay. To lock the board must have measured its clock: that is
+        waited for. Ctrl-C and any error of the program stop the axes.
         Raises RefusedError for a line that the board would refuse (nothing is sent then), UserError
         for a divider that is not that of the lines' machine, BoardError for a fault, a clock that
         cannot be measured and a board that does not answer.
@@ -103,7 +105,7 @@ class Board:
         by_axis = _by_axis(lines, axis)
         arguments.function("progress", progress)
         hz = _one_frequency(by_axis)
-        clock = Clocking.of(by_axis, sync, divider)
+        clock = Clocking.of(by_axis, sync, divider, gate_edges)
         refuse_period(hz, self.device.tick_hz())
         kind = self.kind
         has = self.device.input("axis_count")
@@ -122,7 +124,7 @@ class Board:
                 item, axes=len(by_axis), sync=clock.sync, divider=clock.divider
             ).raise_if_refused()
         edges = clock.divider or settings.divider(self.device)
-        settings.set_clock(self.device, hz * edges, clock.sync, clock.divider)
+        settings.set_clock(self.device, hz * edges, clock.sync, clock.divider, clock.gate_edges)
         clockstate.await_lock(self.device, self._link.world)
         axes = list(by_axis)
         motions = {number: item.line for number, item in by_axis.items()}

@@ -17,23 +17,32 @@ class Clocking:
 
     sync: str | None
     divider: int | None
+    gate_edges: int | None = None
 
     @classmethod
-    def of(cls, lines: Mapping[int, MotionLine], sync: str | None, divider: int | None) -> Self:
+    def of(
+        cls,
+        lines: Mapping[int, MotionLine],
+        sync: str | None,
+        divider: int | None,
+        gate_edges: int | None = None,
+    ) -> Self:
         """Return what is given, else what the machine of the lines has.
 
         Raises UserError for what no board knows, and for a divider by which the pixels of a line
         would not be edges of its machine's clock.
         """
         sync, divider = given.sync(sync), given.divider(divider)
+        gate_edges = given.gate_edges(gate_edges)
         for item in lines.values():
             motor = item.motor
             if motor is None:
                 continue
             sync = sync or motor.sync
+            gate_edges = motor.gate_edges if gate_edges is None else gate_edges
             if _has_own_pixels(item, motor):
                 divider = _agreed(item, motor.divider, divider)
-        return cls(sync, divider)
+        return cls(sync, divider, gate_edges)
 
 
 def _has_own_pixels(item: MotionLine, motor: Motor) -> bool:

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 from pixstep import arguments
 from pixstep.api.machines import Motor
-from pixstep.board import boards
+from pixstep.board import boards, gating
 from pixstep.board import registers as regs
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
@@ -70,6 +70,13 @@ def divider(given: int | None) -> int | None:
     if given is None:
         return None
     return arguments.whole("divider", given, 1, MOST_EDGES)
+
+
+def gate_edges(given: int | None) -> int | None:
+    """Return how many edges behind a burst's first one lines begin, if it is given."""
+    if given is None:
+        return None
+    return arguments.whole("gate_edges", given, 0, gating.MOST_EDGES)
 
 
 def board(given: str | None) -> str | None:

@@ -32,6 +32,9 @@ class Motor:
     """Edges of the machine's clock in a pixel."""
     sync: str | None
     """What its lines are to the clock: `"free"`, `"start"`, `"lock"`; None: not said."""
+    gate_edges: int | None
+    """How many edges behind the first one of a burst of a gated clock its lines begin; 0: the clock
+    is not gated, None: not said."""
     backlash_steps: int
     """Play between motor and load in steps."""
     negative: bool
@@ -105,6 +108,7 @@ def _motor(read: MachineFile, table: MotorTable) -> Motor:
         pixel_hz=read.pixel_hz,
         divider=read.clock.edges,
         sync=read.clock.sync,
+        gate_edges=read.clock.gate_edges,
         backlash_steps=table.backlash_steps,
         negative=table.negative,
         steps_per_unit=table.steps_per_unit,

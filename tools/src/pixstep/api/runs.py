@@ -183,6 +183,7 @@ def simulate(
     out: str | PathLike[str] | None = None,
     sync: str | None = None,
     divider: int | None = None,
+    gate_edges: int | None = None,
     clock: PixelClock | None = None,
     serial_load: bool = False,
     seed: int = 1,
@@ -197,9 +198,11 @@ def simulate(
     `sync` is what lines are to the pixel clock: `"free"` of it, `"start"` on an edge of it, or
     `"lock"`: each of their pixels ends on an edge as the board predicts it. `divider` is how many
     edges of the clock a pixel has, so that the clock has so many times the pixel frequency. Both
-    are by default those of the motor's machine, else `"start"` and 1. `clock` is how the clock
-    strays: by default it does not. `serial_load` saturates the serial line meanwhile. `plant` is
-    the mechanics of an axis, as `"play=40"`, or of axes by number. The files of the run go to
+    are by default those of the motor's machine, else `"start"` and 1. `gate_edges` is how far
+    behind the first edge of a gated clock's burst lines begin, by default the machine's, else 0:
+    the clock is not gated. `clock` is how the clock strays, and its gate: by default it does not.
+    With `serial_load` the serial line is saturated meanwhile. `plant` is the mechanics of an axis, as
+    `"play=40"`, or of axes by number. The files of the run go to
     `out`, by `pixstep sim`'s rules, if it is given; with `vcd` run.vcd for a waveform viewer too.
     `progress` is called with the share done, 0 to 1. Needs the simulator, pixstep-sim. Raises
     RefusedError for a line that the check refuses, unless `check` is False, UserError for a divider
@@ -225,7 +228,7 @@ def simulate(
     hz = given.exact_hz(pixel_hz) or first.hz
     clock = PixelClock() if clock is None else clock
     clock = arguments.instance("clock", clock, PixelClock, "a PixelClock")
-    clocking = Clocking.of(by_axis, sync, divider)
+    clocking = Clocking.of(by_axis, sync, divider, gate_edges)
     arguments.function("progress", progress)
     _refuse(by_axis, kind, hz, clocking, check=arguments.flag("check", check))
     if arguments.flag("vcd", vcd) and out is None:
@@ -238,6 +241,7 @@ def simulate(
         flaws=clock.flaws,
         sync=clocking.sync or START,
         divider=clocking.divider or 1,
+        gate_edges=clocking.gate_edges or 0,
         serial_load=arguments.flag("serial_load", serial_load),
         seed=arguments.whole("seed", seed, high=MOST_SEED),
         plants=_plants(plant, by_axis),

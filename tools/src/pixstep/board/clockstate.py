@@ -13,6 +13,7 @@ from pixstep.board.link import World
 
 _MEASURING_EDGES = 500  # of a clock that is not too bad, in which a board measures it
 _POLL_EDGES, _POLL_S = 8, 0.1  # between two looks, whichever is less
+_REST_S = 120.0  # the longest rest of a gated clock that is waited for
 _OFF_LOOKS = 8  # in a row that see a clock of another frequency: it is another one
 
 
@@ -97,11 +98,14 @@ def await_measured(
 ) -> None:
     """Wait until a board has measured its pixel clock, whose edges are `clock_s` apart.
 
-    The clock must run then: a board knows the period of a clock that rests, but a line that is
-    armed for it is given an edge's time only. Raises BoardError if it has not after so many edges, or sees a clock of another frequency.
+    The clock must run then, if it is not gated: a board knows the period of a clock that rests, but
+    a line that is armed for it is given an edge's time only. Rests of a gated clock do not count.
+    Raises BoardError if it has not after so many edges, or sees a clock of another frequency.
     """
     end_s, off = world.now_s() + edges * clock_s + _POLL_S, 0
-    while not _runs_and_is_measured(board.input("status")):
+    looked_s = world.now_s()
+    rests_until_s, gated = looked_s + _REST_S, _gated(board)
+    while not _is_known(status := board.input("status"), gated=gated):
         seen_hz = clock_hz.interval_hz(board.input("clock_interval"), board.tick_hz())
         off = off + 1 if seen_hz else 0
         if seen_hz and off > _OFF_LOOKS:
@@ -109,14 +113,22 @@ def await_measured(
                 f"board {board.unit}: the pixel clock is another one: "
                 f"{clock_hz.beside(seen_hz, 1 / clock_s)}"
             )
-        if world.now_s() > end_s:
+        before_s, looked_s = looked_s, world.now_s()
+        if gated and not regs.flags(status)["clock"] and looked_s < rests_until_s:
+            end_s += looked_s - before_s
+        if looked_s > end_s:
             raise BoardError(f"board {board.unit}: no steady pixel clock in {edges} edges")
         world.wait(min(_POLL_S, _POLL_EDGES * clock_s))
 
 
-def _runs_and_is_measured(status: int) -> bool:
-    """Whether a board has measured its clock, and edges come."""
-    return regs.flags(status)["clock"] and bool(status >> regs.STATUS_MEASURED & 1)
+def _is_known(status: int, *, gated: bool) -> bool:
+    """Whether a board has measured its clock, and edges come if the clock is not gated."""
+    comes = gated or regs.flags(status)["clock"]
+    return comes and bool(status >> regs.STATUS_MEASURED & 1)
+
+
+def _gated(board: Board) -> bool:
+    return settings.gate_of(settings.read(board)) != 0
 
 
 def measured_hz(clock: ClockState | None, inputs: Mapping[str, int], tick_hz: int) -> float | None:

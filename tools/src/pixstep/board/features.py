@@ -27,6 +27,7 @@ OF_REGISTERS = {
     "idle_off_ms": "driver_timing",
     "enable_settle_ms": "driver_timing",
     "backlash_policy": "backlash",
+    "gate_edges": "gate",
 }
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from pixstep import signals
-from pixstep.board import clockstate
+from pixstep.board import clockstate, gating, settings, values
 from pixstep.board import registers as regs
 from pixstep.board.device import Board
 from pixstep.board.errors import (
@@ -288,10 +288,23 @@ def _why_not(board: Board, name: str, axes: list[int]) -> BoardError:
     return NotPossibleError(f"{said} {_not_now(board, name, axes, state)}")
 
 
+def _gate_too_near(board: Board) -> str:
+    """Return that line zero is too near a burst's first edge; "" if it is not."""
+    known = settings.read(board)
+    clock_hz, locked = values.hz_of(known), settings.locks(known)
+    least = gating.least_edges(clock_hz, board.tick_hz(), locked=locked)
+    edges = settings.gate_of(known)
+    if not (0 < edges < least and board.has(gating.FEATURE)):
+        return ""
+    return gating.text(edges, clock_hz, least, locked=locked)
+
+
 def _not_now(board: Board, name: str, axes: list[int], state: Mapping[str, int]) -> str:
     """Return which state of a board without a fault speaks against a command."""
     if name == "arm" and clockstate.is_awaited(board, state):
         return "lines are locked to the pixel clock (setting sync), which is not measured yet"
+    if name == "arm" and (found := _gate_too_near(board)):
+        return found
     for axis in range(state["axis_count"]) if name == "arm" else ():
         error = regs.code_name(regs.line_errors(), board.axis(axis)["line_error"])
         if error == _TOGETHER:

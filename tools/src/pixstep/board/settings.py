@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypedDict
 
+from pixstep.board import gating, stretches, values
 from pixstep.board import registers as regs
-from pixstep.board import stretches, values
 from pixstep.board.device import STORING, Board
 from pixstep.board.errors import BoardError, NoReplyError
 from pixstep.board.link import World
@@ -167,20 +167,43 @@ def locks(known: Mapping[str, int]) -> bool:
     return known.get("sync") == regs.SYNCS["lock"]
 
 
-def of_clock(sync: str | None, divider: int | None) -> dict[str, int]:
+def gate_of(known: Mapping[str, int]) -> int:
+    """Return how many edges behind a burst's first one lines begin; 0: the clock is not gated."""
+    return known.get(gating.SETTING, 0)
+
+
+def of_clock(
+    sync: str | None, divider: int | None, gate_edges: int | None = None
+) -> dict[str, int]:
     """Return the settings that say what lines are to the pixel clock; without what is None."""
-    found = {} if sync is None else {"sync": regs.SYNCS[sync]}
-    return found if divider is None else found | {"divider": divider}
+    given = {
+        "sync": None if sync is None else regs.SYNCS[sync],
+        "divider": divider,
+        gating.SETTING: gate_edges,
+    }
+    return {name: value for name, value in given.items() if value is not None}
 
 
 def set_clock(
-    board: Board, clock: Fraction | None, sync: str | None = None, divider: int | None = None
+    board: Board,
+    clock: Fraction | None,
+    sync: str | None = None,
+    divider: int | None = None,
+    gate_edges: int | None = None,
 ) -> None:
-    """Set the pixel clock of a board as far as it is given and differs, in one request."""
+    """Set the pixel clock of a board as far as it is given and differs, in one request.
+
+    Raises UserError for a gate whose line zero is too near, MissingFeatureError for a board that
+    knows of no gate; nothing is written then.
+    """
+    if gate_edges:
+        board.require(gating.FEATURE)
     old = read(board)
-    wanted = old | of_clock(sync, divider)
+    wanted = old | of_clock(sync, divider, gate_edges)
     if clock is not None and values.hz_of(old) != clock:
         wanted |= {"pixel_hz_num": clock.numerator, "pixel_hz_den": clock.denominator}
+    if gate_edges:
+        gating.refuse(gate_edges, values.hz_of(wanted), board.tick_hz(), locked=locks(wanted))
     write(board, old, changes(old, wanted))
 
 

@@ -199,8 +199,13 @@ def _agree_and_go(group: list[Lines], token: int, world: World) -> None:
         for board in boards:
             board.go(token, 1)
         return
-    marks = _agreed(boards, world)
-    ahead = _edges_ahead(boards, marks)
+    gate_edges = _gate_of(boards)
+    if gate_edges:
+        # While the clock rests: line zero of the next burst.
+        marks, ahead = _resting(boards, world, gate_edges), 1 + gate_edges
+    else:
+        marks = _agreed(boards, world)
+        ahead = _edges_ahead(boards, marks)
     for board, mark in zip(boards, marks, strict=True):
         _go(board, token, _number(marks[0], mark, ahead))
     again = _marks_of_one_state(boards, world)
@@ -217,6 +222,41 @@ def _agree_and_go(group: list[Lines], token: int, world: World) -> None:
                 f"boards {boards[0].unit} and {board.unit} have counted different numbers of clock "
                 f"edges within a moment: one was lost, false or doubled at one input"
             )
+
+
+def _gate_of(boards: Sequence[Board]) -> int:
+    """Return how many edges behind a burst's first one the boards' lines begin; 0: no gate.
+
+    Raises BoardError if they have different gates.
+    """
+    gates = [settings.gate_of(settings.read(board)) for board in boards]
+    for board, edges in zip(boards, gates, strict=True):
+        if edges != gates[0]:
+            raise BoardError(
+                f"board {boards[0].unit} has gate_edges {gates[0]} and board {board.unit} {edges}: "
+                f"lines on one gated clock begin on one edge of its burst"
+            )
+    return gates[0]
+
+
+def _resting(boards: Sequence[Board], world: World, gate_edges: int) -> list[Mark]:
+    """Return marks of boards whose gated clock rests: the next edge is the first one of a burst.
+
+    Raises BoardError if no mark meets a rest.
+    """
+    end_s = world.now_s() + _REST_S
+    while True:
+        marks = _marks_of_one_state(boards, world)
+        # 0 names no edge.
+        named = [_number(marks[0], mark, 1 + gate_edges) for mark in marks]
+        if marks[0].rests and 0 not in named:
+            return marks
+        if world.now_s() > end_s:
+            raise BoardError(
+                f"the gated pixel clock did not rest at any mark in {_REST_S:g} s: lines of "
+                f"several boards begin together only in rests that are long enough to agree in"
+            )
+        world.wait(_POLL_S)
 
 
 def _go(board: Board, token: int, edge: int) -> None:

@@ -5,6 +5,7 @@ from typing import TypedDict
 
 import click
 
+from pixstep.board import gating
 from pixstep.board import registers as regs
 from pixstep.cli.options import HZ
 from pixstep.cli.quantities import Decorated, FiniteRange
@@ -27,6 +28,16 @@ sync_option = click.option(
 board_sync_option = click.option(
     "--sync", type=click.Choice(list(regs.SYNCS)),
     help="Set what lines are to the pixel clock.  [default: the board's]",
+)  # fmt: skip
+gate_edges_option = click.option(
+    "--gate-edges", type=click.IntRange(0, gating.MOST_EDGES), metavar="N", default=0,
+    show_default=True,
+    help="The pixel clock is gated: line zero is N edges behind the first one of a burst.",
+)  # fmt: skip
+board_gate_edges_option = click.option(
+    "--gate-edges", type=click.IntRange(0, gating.MOST_EDGES), metavar="N",
+    help="Set how many edges behind a burst's first one lines begin; 0: the pixel clock is not "
+    "gated.  [default: the board's]",
 )  # fmt: skip
 
 

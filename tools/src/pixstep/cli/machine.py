@@ -138,6 +138,8 @@ def _clock_text(clock: Clock) -> str:
     if clock.edges > 1:
         text += f", {clock.edges} clock edges a pixel"
     said = {"free": "free of the clock", "start": "on its edge", "lock": "locked to it"}
+    if clock.gate_edges:
+        text += f", gated: line zero {clock.gate_edges} edges behind a burst's first"
     return text + (f", lines {said[clock.sync]}" if clock.sync else "")
 
 

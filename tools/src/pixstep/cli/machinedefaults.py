@@ -395,6 +395,7 @@ _FACTS: dict[str, Callable[[Facts], object]] = {
     "pixel_hz": _pixel_hz,
     "divider": lambda facts: facts.machine.clock.divider,
     "sync": lambda facts: facts.machine.clock.sync,
+    "gate_edges": lambda facts: facts.machine.clock.gate_edges,
     "board": _of_board("kind"),
     "port": _of_board("port"),
     "baud": _of_board("baud"),
@@ -419,7 +420,9 @@ _FACTS: dict[str, Callable[[Facts], object]] = {
     "home_is_limit": lambda facts: facts.motor.home_is_limit,
     "out": _folder,
 }
-_NO_MOTOR_S = ("pixel_hz", "divider", "sync", "board", "port", "baud", "parity", "unit", "units")
+_NO_MOTOR_S = (
+    "pixel_hz", "divider", "sync", "gate_edges", "board", "port", "baud", "parity", "unit", "units",
+)  # fmt: skip
 
 
 def add_options(command: click.Command) -> None:

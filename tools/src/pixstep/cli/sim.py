@@ -19,6 +19,7 @@ from pixstep.cli.clockoptions import (
     clock_flaw_options,
     clock_flaws,
     divider_option,
+    gate_edges_option,
     sync_option,
 )
 from pixstep.cli.command import FILE, FOLDER, command
@@ -50,6 +51,7 @@ class _SimOptions(FlawOptions, LineOptions):
     pixel_hz: Fraction
     axis: int
     sync: str
+    gate_edges: int
     serial_load: bool
     baud: int
     seed: int
@@ -83,6 +85,7 @@ def _hundreds(_ctx: click.Context, _option: click.Parameter, baud: int) -> int:
 @clock_flaw_options
 @sync_option
 @divider_option
+@gate_edges_option
 @click.option("--serial-load", is_flag=True, help="Saturate the serial line while moving.")
 @click.option(
     "--baud",
@@ -158,6 +161,7 @@ def sim(
         pixel_ppm=options["pixel_ppm"],
         flaws=clock_flaws(options),
         sync=options["sync"],
+        gate_edges=options["gate_edges"],
         divider=divider,
         serial_load=options["serial_load"],
         baud=options["baud"],

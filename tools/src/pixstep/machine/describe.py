@@ -26,6 +26,7 @@ def as_json(machine: Tables) -> dict[str, object]:
         "clock_hz": str(machine.clock_hz),
         "divider": machine.clock.divider,
         "sync": machine.clock.sync,
+        "gate_edges": machine.clock.gate_edges,
         "line": machine.line.model_dump(),
         "program": machine.program.model_dump(mode="json"),
         "boards": {name: board.model_dump() for name, board in machine.boards.items()},

@@ -17,6 +17,7 @@ _HEAD = """\
 pixel = "{hz} Hz" # of its edges, exact: "30000/1001 Hz" is understood
 {divider} # edges of the clock in a pixel, 1 to 1000: gentler accelerations at kilohertz
 {sync} # free of the clock, start on an edge of it, or lock to it until the line's end
+# gate_edges = 20 # of a clock that rests between lines: from a burst's first edge to line zero
 
 [line]
 {motor_key}pixels = 60 # length of a line, both ramps included

@@ -80,7 +80,8 @@ class Setup:
     """Everything that a program does not say: the motors, the pixel clock, times.
 
     `pixel_hz` is the frequency of pixels, each of `divider` edges of the clock. `sync` is what the
-    lines are to the clock; None leaves it to the board.
+    lines are to the clock, `gate_edges` how far behind a burst's first edge they begin; None leaves
+    it to the board.
     """
 
     motors: tuple[PlanMotor, ...]
@@ -92,6 +93,7 @@ class Setup:
     path_tolerance: float = 1.0
     divider: int = 1
     sync: str | None = None
+    gate_edges: int | None = None
     words: dict[str, int] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -147,6 +149,7 @@ def of_machine(machine: Tables) -> Setup:
         float(given.segment_time * MS),
         divider=machine.clock.edges,
         sync=machine.clock.sync,
+        gate_edges=machine.clock.gate_edges,
     )
 
 

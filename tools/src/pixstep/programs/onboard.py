@@ -93,7 +93,9 @@ def prepared(board: Board, request: Request, known: Rehearsal | None = None) -> 
     """
     setup = request.setup
     refuse_period(setup.pixel_hz, board.tick_hz())
-    settings.set_clock(board, setup.pixel_hz * setup.divider, setup.sync, setup.divider)
+    settings.set_clock(
+        board, setup.pixel_hz * setup.divider, setup.sync, setup.divider, setup.gate_edges
+    )
     axes = [motor.axis for motor in setup.motors]
     before = dict(running.positions(board, axes))
     with PlanProcess(request) as source:

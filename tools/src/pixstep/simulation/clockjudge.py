@@ -215,6 +215,16 @@ def reasons(job: Job, kept: Kept) -> list[str]:
     return found
 
 
+def gate_reasons(job: Job, kept: Kept) -> list[str]:
+    """Return a reason if a line on a gated clock did not begin on its edge of a burst."""
+    if not (job.gate_edges and job.flaws.gate_edges):
+        return []
+    behind = kept.first_edge % job.flaws.gate_edges
+    if behind == job.gate_edges:
+        return []
+    return [f"line zero is {behind} edges behind the first one of its burst, not {job.gate_edges}"]
+
+
 def _too_much_jitter(job: Job, kept: Kept) -> list[str]:
     """Return a reason if a clock with nothing but jitter is followed worse than it is itself."""
     flaws = job.flaws

@@ -123,7 +123,7 @@ def _judge_clock(
         if kept is None:
             continue
         found[of.axis] = kept
-        of.reasons += clockjudge.reasons(job, kept)
+        of.reasons += clockjudge.reasons(job, kept) + clockjudge.gate_reasons(job, kept)
         if job.locked:
             of.last_steps_on_edge = int(kept.on_edge)
             of.last_steps_off_edge = len(kept.pixels) - of.last_steps_on_edge

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep.board import boards
+from pixstep.board import boards, gating
 from pixstep.board import registers as regs
 from pixstep.board.boardrun import BoardRun, Watch
 from pixstep.board.device import Board
@@ -62,6 +62,7 @@ class Job:
     flaws: ClockFlaws = field(default_factory=ClockFlaws)  # of the clock, besides
     sync: str = START
     divider: int = 1
+    gate_edges: int = 0
     serial_load: bool = False
     baud: int = BAUD
     seed: int = 1
@@ -111,7 +112,15 @@ class Job:
             found["sync"] = regs.SYNCS[self.sync]
         if self.divider != 1:
             found["divider"] = self.divider
+        if self.gate_edges:
+            found[gating.SETTING] = self.gate_edges
         return found
+
+    @property
+    def burst_s(self) -> float:
+        """How long a burst of the clock and the rest after it last; 0 without a gate."""
+        edges = self.flaws.gate_edges
+        return edges / float(self.pixel_hz) + self.flaws.gate_rest_ms / 1000 if edges else 0.0
 
     @property
     def pixels(self) -> int:
@@ -149,6 +158,7 @@ def run_job(job: Job, out: Path, progress: Progress = unseen) -> RunResult:
     """
     refuse_period(job.line_hz, job.tick_hz, locked=job.locked)
     refuse_period(job.pixel_hz, job.tick_hz)
+    gating.refuse(job.gate_edges, job.pixel_hz, job.tick_hz, locked=job.locked)
     out.mkdir(parents=True, exist_ok=True)
     result = RunResult(job)
     with scratch_folder(out) as scratch:
@@ -207,6 +217,7 @@ def _go(run: SimulatedBoard, result: RunResult, progress: Progress) -> None:
         result.clock_armed = run.board.inputs()
         result.stats_armed = run.simulator.stats()
         run.arm()
+        run.deadline_s += 2 * job.burst_s
         _follow(run, result, progress)
     except LineRefusedByBoardError as refusal:
         result.refused = refusal

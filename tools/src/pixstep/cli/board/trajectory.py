@@ -13,7 +13,11 @@ from pixstep.board.port import Port
 from pixstep.cli import directions
 from pixstep.cli.board.group import AXIS, one_board, port_options, unit_option
 from pixstep.cli.board.upload import check_lines, run_lines
-from pixstep.cli.clockoptions import board_clock_options, board_sync_option
+from pixstep.cli.clockoptions import (
+    board_clock_options,
+    board_gate_edges_option,
+    board_sync_option,
+)
 from pixstep.cli.command import FILE, command
 from pixstep.cli.options import json_option, show_json
 from pixstep.cli.trajectoryoptions import PlayOptions, axis_plays, board_play_options, read_table
@@ -38,6 +42,7 @@ from pixstep.trajectories.table import AXES
               help="Axis of the board for the first axis of the table.")  # fmt: skip
 @board_clock_options
 @board_sync_option
+@board_gate_edges_option
 @json_option
 @click.pass_context
 def trajectory_command(
@@ -51,6 +56,7 @@ def trajectory_command(
     pixel_hz: Fraction | None,
     divider: int | None,
     sync: str | None,
+    gate_edges: int | None,
     as_json: bool,
     **options: Unpack[PlayOptions],
 ) -> None:
@@ -75,7 +81,7 @@ def trajectory_command(
         chosen = boardsim.taking_up(made, plays, ways) if take_up else boardsim.lines(made)
         lines = dict(enumerate(boardsim.turned(chosen, motor_ways), axis))
         check_lines(known, lines, hz, clock)
-        settings.set_clock(known.board, pixel_hz, sync, divider)
+        settings.set_clock(known.board, pixel_hz, sync, divider, gate_edges)
         edges = divider or settings.divider(known.board)
         summary = run_lines(known.board, found.world, lines, edges, arm=True, wait=True)
     if as_json:

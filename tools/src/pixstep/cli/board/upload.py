@@ -24,7 +24,11 @@ from pixstep.cli.board.group import (
     stopping,
     unit_option,
 )
-from pixstep.cli.clockoptions import board_clock_options, board_sync_option
+from pixstep.cli.clockoptions import (
+    board_clock_options,
+    board_gate_edges_option,
+    board_sync_option,
+)
 from pixstep.cli.command import FILE, command
 from pixstep.cli.manylines import LineOptions, read_lines
 from pixstep.cli.options import (
@@ -49,6 +53,7 @@ class _Options(LineOptions):
     pixel_hz: Fraction | None
     divider: int | None
     sync: str | None
+    gate_edges: int | None
     backlash_policy: str | None
 
 
@@ -83,6 +88,7 @@ class RunRow(TypedDict):
 @click.option("--negative/--no-negative", help="Run smooth lines in the negative direction.")
 @board_clock_options
 @board_sync_option
+@board_gate_edges_option
 @click.option("--backlash-policy", type=click.Choice(list(POLICIES)), help="Set the policy.")
 @click.option("--arm", is_flag=True, help="Arm the axes once the lines are loaded.")
 @click.option(
@@ -145,7 +151,9 @@ def upload_command(
 
 def _set(board: Board, options: _Options) -> None:
     """Write the settings that were asked for."""
-    settings.set_clock(board, options["pixel_hz"], options["sync"], options["divider"])
+    settings.set_clock(
+        board, options["pixel_hz"], options["sync"], options["divider"], options["gate_edges"]
+    )
     if options["backlash_policy"]:
         board.write_setting("backlash_policy", POLICIES[options["backlash_policy"]])
 
