@@ -272,10 +272,9 @@ static void take_edge(const struct pixel_capture *capture, bool after_loss)
         note_edge_error(pixel);
     }
     judge_taken(first, needed, after_loss);
-    // A false edge starts nothing. With several axes, which may keep the main loop for long, line
-    // zero is counted from the newest edge: an older one may be too long ago.
-    if (reference_number() != number && (CONFIG_AXES == 1 || !pixel_clock_waiting()) &&
-        !fault_noted()) {
+    // A false edge starts nothing. Line zero is counted from the newest edge: an older one may be
+    // too long ago.
+    if (reference_number() != number && !pixel_clock_waiting() && !fault_noted()) {
         start_on_edge(edge_ticks);
     }
 }

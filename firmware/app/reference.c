@@ -21,10 +21,12 @@ static struct pixel_period clock_period; // of the clock's edges
 static struct clock_watch edge_watch;
 static uint32_t edge_seen_units; // when the last clock edge was handled
 
-#if SEVERAL_AXES
 #define FAST_TICKS ((uint32_t)0x4000) // 976 Hz at 16 MHz
-static bool fast;                     // edges come in this or less
-static bool leaves_out;               // edges that are fast
+#if SEVERAL_AXES
+static bool fast;       // edges come in this or less
+static bool leaves_out; // edges that are fast
+#else
+#define FAST_EDGES (PLACE_TICKS / FAST_TICKS + 1u) // place_edges of such a clock, or more
 #endif
 static bool edge_came;       // since reference_overdue() looked at the time
 static uint16_t place_edges; // clock edges in PLACE_TICKS, and one
@@ -134,7 +136,8 @@ static inline bool too_many(void)
 #else
 static inline bool too_many(void)
 {
-    return pixel_clock_waiting();
+    return pixel_clock_waiting() || (place_edges >= FAST_EDGES &&
+                                     axes_get(0)->life.state == AXIS_RUNNING);
 }
 #endif
 

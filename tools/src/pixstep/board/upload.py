@@ -20,7 +20,7 @@ from pixstep.lines.runs import queue_entries
 _ILLEGAL_VALUE = 3
 _HEAD = 2  # entries in front of a line's pixels, which are in full
 _WORTH = 48  # bytes: for less room a block is not worth its request, unless it ends the line
-_PAUSE = 0.45  # of the time in which a full queue runs dry, between two calls of feed()
+_PAUSE = 0.3  # of the time in which a full queue runs dry, between two calls of feed()
 
 
 class Upload:
