@@ -43,8 +43,8 @@ const struct mark *mark_now(void);
 // A command ended just now that asks for a mark: the newest byte of the bus was its last one.
 void mark_set(void);
 
-// Make the mark that was asked for, if one was. Once a round, behind the clock edges that wait: they
-// may be older than the command's end.
+// Make the mark that was asked for, if one was. Once a round, when the clock edges that waited are
+// taken: they may be older than the command's end.
 void mark_poll(void);
 
 // The clock was disturbed.
