@@ -294,7 +294,7 @@ class Bench:
 
         One that comes a period before the burst, but for a sixteenth, is a first edge.
         """
-        period_s = 1 / trial.hz
+        period_s = 1 / (trial.hz * (1 + self._ppm * 1e-6))
         gap_s = trial.rest_s + period_s
         before_s = trial.at * gap_s
         if 0.9 * period_s < before_s < 1.1 * period_s:
