@@ -256,6 +256,24 @@ static void a_false_edge_that_hides_a_rest_is_a_fault(void)
     a_false_edge_in_a_short_rest(SYNC_LOCK);
 }
 
+// Two edges so close to each other are none: the next one cannot be told from the first.
+static void a_first_edge_that_is_not_captured(uint16_t sync)
+{
+    open_machine(sync, GATE_EDGES);
+    arm_line(0);
+    bench_rounds(200);
+    fake_crowded_edge();
+    burst(BURST_EDGES);
+    check_fault(FAULT_clock_edge_lost);
+    TEST_ASSERT_EQUAL_INT32(0, fake_axes[0].steps);
+}
+
+static void a_first_edge_that_is_not_captured_is_a_fault(void)
+{
+    a_first_edge_that_is_not_captured(SYNC_START);
+    a_first_edge_that_is_not_captured(SYNC_LOCK);
+}
+
 static void an_edge_missing_before_line_zero_is_a_fault(void)
 {
     arm_line(0);
@@ -423,6 +441,7 @@ int main(void)
     RUN_TEST(bursts_that_are_too_short_are_faults);
     RUN_TEST(a_false_edge_before_a_burst_is_a_fault);
     RUN_TEST(a_false_edge_that_hides_a_rest_is_a_fault);
+    RUN_TEST(a_first_edge_that_is_not_captured_is_a_fault);
     RUN_TEST(an_edge_missing_before_line_zero_is_a_fault);
     RUN_TEST(a_first_edge_that_is_missing_is_a_fault_at_the_end);
     RUN_TEST(a_missing_edge_between_lines_is_none);

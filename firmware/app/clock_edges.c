@@ -291,8 +291,9 @@ static uint8_t take_lost(void)
     if (!pixel_clock_take_crowded() || lost != 0) {
         return lost;
     }
-    // So close behind another one it is a glitch.
-    if (lock_grid_now()->locks) {
+    // So close behind another one it is a glitch, which a lock bridges. Where it may be the first edge
+    // of a burst nobody bridges it.
+    if (lock_grid_now()->locks && !may_rest()) {
         lock_grid_now()->filter.glitches++;
         return 0;
     }

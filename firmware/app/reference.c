@@ -16,6 +16,7 @@
 // A line gets its place when line zero is so near: two idle periods that are loaded already, and
 // 4.6 ms for the main loop to come by and release the line; a reply being built takes two.
 #define PLACE_TICKS ((uint32_t)0x14000)
+_Static_assert(PLACE_TICKS / PIXEL_PERIOD_MIN_TICKS < UINT8_MAX, "place_edges is a byte");
 
 static struct pixel_period clock_period; // of the clock's edges
 static struct clock_watch edge_watch;
@@ -29,7 +30,7 @@ static bool leaves_out; // edges that are fast
 #define FAST_EDGES (PLACE_TICKS / FAST_TICKS + 1u) // place_edges of such a clock, or more
 #endif
 static bool edge_came;       // since reference_overdue() looked at the time
-static uint16_t place_edges; // clock edges in PLACE_TICKS, and one
+static uint8_t place_edges; // clock edges in PLACE_TICKS, and one
 
 // Edges in so many ticks, and one.
 static APART uint16_t edges_in(uint32_t ticks)
@@ -71,7 +72,7 @@ APART void reference_apply_settings(void)
         edges_ahead(LEAD_TICKS + clock_period.whole_ticks / 8u * 3u, grid->divider);
     grid->more_edges = (uint16_t)(ahead_edges - grid->lead_edges);
 #endif
-    place_edges = edges_in(PLACE_TICKS);
+    place_edges = (uint8_t)edges_in(PLACE_TICKS);
     grid->filter.hold_over = (uint8_t)settings->hold_over_edges;
 }
 
@@ -207,7 +208,7 @@ uint16_t reference_number(void)
     return grid->locks ? grid->filter.edge : (uint16_t)edge_watch.edges;
 }
 
-uint16_t reference_place_edges(void)
+uint8_t reference_place_edges(void)
 {
     return place_edges;
 }

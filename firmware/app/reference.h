@@ -57,7 +57,7 @@ uint16_t reference_number(void);
 
 // From the edge that gives a line its place to line zero, in clock edges: by the settings alone, so
 // that it is the same whatever the board is doing.
-uint16_t reference_place_edges(void);
+uint8_t reference_place_edges(void);
 
 // So many edges came and were lost.
 void reference_count_lost(uint8_t edges);

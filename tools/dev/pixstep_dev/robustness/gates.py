@@ -48,6 +48,7 @@ _MOST_LEAD_S = 0.08
 _STEPS_S = 8000  # of an axis: other campaigns look for the highest rates
 _RAMP = (1, 3, 5)
 _EDGE_TICKS = 2.5  # two of a lock, and half of one by the phase, which is new after a rest
+_STARTED_TICKS = 4  # one each of the pin, the capture, the way to line zero, the grid
 _PPM = 300
 _PLACE_S = 0.0052  # a line gets its place so long before line zero, or an edge more
 _JITTER_NS = 900
@@ -293,7 +294,7 @@ class Bench:
 
         One that comes a period before the burst, but for a sixteenth, is a first edge.
         """
-        period_s = 1 / trial.hz
+        period_s = 1 / (trial.hz * (1 + self._ppm * 1e-6))
         gap_s = trial.rest_s + period_s
         before_s = trial.at * gap_s
         if 0.9 * period_s < before_s < 1.1 * period_s:
@@ -376,7 +377,7 @@ class Bench:
         jitter = self._jitter_ns * 1e-9 * self.sim.tick_hz
         if not jitter and trial.sync == "lock":
             outcome.off_ticks = max(outcome.off_ticks, abs(worst))
-        most = _EDGE_TICKS + 2 * jitter
+        most = (_STARTED_TICKS if trial.sync == "start" else _EDGE_TICKS) + 2 * jitter
         if trial.sync == "start":  # from the edge that places line zero by nominal periods
             most += abs(self._ppm) * 1e-6 * (_PLACE_S + 1 / trial.hz) * self.sim.tick_hz
         assert abs(worst) <= most, f"{what}: {worst:.1f} ticks off"
