@@ -77,7 +77,7 @@ def test_a_smooth_line_keeps_up_with_the_clock():
         ("mega", 4, "mixed", 1900, "start", -100),
         ("mega", 4, "mixed", 1900, "start", 100),
         ("mega", 4, "mixed", 1500, "lock", 100),
-        ("uno", 1, "one count", 3200, "lock", -100),
+        ("uno", 1, "one count", 3000, "lock", -100),
     ],
 )
 def test_axes_keep_up_with_a_clock_that_is_off(tmp_path, board, axes, motion, hz, sync, ppm):
