@@ -76,7 +76,7 @@ def test_a_queue_of_fast_pixels_is_fed_before_it_is_half_empty(line, sooner):
     rest_s = run.poll_s
     run.load({0: line})
     queued_s = run.uploads[0].queued_pixels / 8000
-    assert run.poll_s == (pytest.approx(0.45 * queued_s) if sooner else rest_s)
+    assert run.poll_s == (pytest.approx(0.3 * queued_s) if sooner else rest_s)
     assert queued_s < 2 * rest_s
 
 

@@ -95,10 +95,12 @@ def words(*values):
         (b"\x04" + words(0, 2), True),
         (b"\x06" + words(0x0006, 5), True),  # a setting: refused while lines are queued
         (b"\x06" + words(0x0101, 3), False),
-        (b"\x06" + words(0x0101, 14), True),  # no such command
+        (b"\x06" + words(0x0101, 14), True),  # mark: nothing moves
+        (b"\x06" + words(0x0101, 15), True),  # no such command
         (b"\x10" + words(0x0100, 2) + b"\x04" + words(1, 3), False),
         (b"\x10" + words(0x0100, 2) + b"\x03" + words(1, 3), True),  # wrong byte count
-        (b"\x10" + words(0x0100, 4) + b"\x08" + words(1, 3, 0, 0), True),  # not mapped
+        (b"\x10" + words(0x0100, 4) + b"\x08" + words(1, 3, 0, 0), False),
+        (b"\x10" + words(0x0100, 5) + b"\x0a" + words(1, 3, 0, 0, 0), True),  # not mapped
         (b"\x10" + words(0x1000, 4) + b"\x08" + words(7, 0, 5, 1), False),  # the block that is due
         (b"\x10" + words(0x1000, 4) + b"\x08" + words(9, 0, 5, 1), True),
         (b"\x10" + words(0x1000, 4) + b"\x08" + words(7, 4, 5, 1), True),  # no such axis

@@ -190,9 +190,9 @@ def estops(ctx, board, count, seed, as_json):
 @_json
 @click.pass_context
 def plays(ctx, board, count, first, seed, as_json):
-    """Stop axes with play at random cycles, and look where their loads are.
+    """Look where the loads of axes with play are.
 
-    Lines, moves, searches, stops, emergency stops and disarms follow each other at random; each
+    The axes are stopped at random cycles. Lines, moves, searches, stops, emergency stops and disarms follow each other at random; each
     sequence begins with a reset and a play of 1 to 400 steps.
 
     Exit status 0 only if every load is within a step of its line at every pixel edge away from
@@ -296,9 +296,9 @@ def starts(ctx, board, count, seed, as_json):
 @_json
 @click.pass_context
 def gates(ctx, board, count, lines, pixels, rest_s, flaws, seed, as_json):
-    """Run lines on a gated pixel clock, one a burst, back to back over the rests.
+    """Run lines on a gated pixel clock, one a burst.
 
-    Random frequencies of 100 Hz to 2 kHz, rests, dividers, axes and lines, started and locked.
+    The axes run them back to back over the rests. Random frequencies of 100 Hz to 2 kHz, rests, dividers, axes and lines, started and locked.
     Some bursts are too short or lack an edge, some rests have a false one.
 
     Exit status 0 only if every line was on its edges of its burst, or a fault said why not; a fault
@@ -404,9 +404,9 @@ def clocks(ctx, board, count, seed, as_json):
 @_json
 @click.pass_context
 def holes_command(ctx, board, sync, motion, as_json, **options):
-    """Sweep pixel clocks and steps a pixel for rates that fail below one that passes.
+    """Look for rates that fail below one that passes.
 
-    From 1 Hz to 5 kHz, on one axis up to all, begun on the clock and locked to it.
+    A sweep of pixel clocks and steps a pixel. From 1 Hz to 5 kHz, on one axis up to all, begun on the clock and locked to it.
 
     Exit status 0 only if no hole is deeper than 5 %.
     """

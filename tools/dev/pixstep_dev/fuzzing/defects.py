@@ -62,8 +62,8 @@ DEFECTS = (
     Defect(
         "board",
         "app/data.c",
-        "if (result != MODBUS_OK) {\n        settings_exchange(address, count, words);\n    }",
-        "",
+        "    } else {\n        settings_exchange(address, count, words);\n    }\n    return result;",
+        "    }\n    return result;",
         "settings that stay as they must not be",
     ),
 )

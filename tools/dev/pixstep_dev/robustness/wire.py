@@ -16,6 +16,8 @@ READS = frozenset({1, 2, 3, 4, 7, 11, 12, 17, 20, 24, 43})
 # Of function 08: loopback, register, clear counters, counters. 1 restarts, 4 silences the board.
 _DIAGNOSTICS = frozenset({0, 2, 10, *range(11, 21)})
 _COMMAND_LAST = max(regs.COMMANDS.values())
+_MARK = regs.COMMANDS["mark"]  # the board notes the time: nothing moves
+_COMMAND_END = regs.register_map().holding("edge").address + 1
 SETTINGS_END = regs.settings()[-1].address + regs.settings()[-1].words
 _WRITE_FORMS = {5: 8, 6: 8, 22: 10}
 
@@ -91,7 +93,9 @@ class Safety:
         if function in (22, 23):
             return False  # depends on what is there
         command = regs.COMMAND_BASE + 1 - address
-        return 0 <= command < len(words) and words[command] > _COMMAND_LAST
+        if not 0 <= command < len(words):
+            return False
+        return words[command] > _COMMAND_LAST or words[command] == _MARK
 
     def _block_harmless(self, words: list[int]) -> bool:
         """True if the queue window refuses or drops the block."""
@@ -103,7 +107,7 @@ class Safety:
 def mapped(address: int, count: int) -> bool:
     """True if all of these holding registers are there, the queue window apart."""
     end = address + count
-    commands = address >= regs.COMMAND_BASE and end <= regs.COMMAND_BASE + 3
+    commands = address >= regs.COMMAND_BASE and end <= _COMMAND_END
     return end <= SETTINGS_END or commands
 
 

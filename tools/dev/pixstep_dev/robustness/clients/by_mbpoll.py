@@ -8,6 +8,7 @@ import shutil
 import subprocess
 
 from pixstep.board import boards, features
+from pixstep.board import registers as regs
 from pixstep.errors import UserError
 from pixstep_dev.robustness.clients import cases
 from pixstep_dev.robustness.clients.cases import AnsweredError, ConformanceError, same
@@ -122,7 +123,7 @@ class _List:
 
     def c_input_registers_read(self) -> None:
         version, _, number, axes = self.poll.read(INPUT, 0, 4)
-        wanted = (4, boards.load(self.board).id, boards.load(self.board).axes)
+        wanted = (regs.MAP_VERSION, boards.load(self.board).id, boards.load(self.board).axes)
         same((version, number, axes), wanted)
 
     def c_coil_written(self) -> None:

@@ -8,6 +8,7 @@ from pymodbus.pdu import ModbusPDU
 from pymodbus.pdu.file_message import FileRecord
 
 from pixstep.board import boards, features
+from pixstep.board import registers as regs
 from pixstep_dev.robustness.clients import cases
 from pixstep_dev.robustness.clients.cases import AnsweredError, ConformanceError, same
 
@@ -106,7 +107,7 @@ class _List:
     def c_input_registers_read(self) -> None:
         version, _, board, axes = self.inputs(0, 4)
         number = boards.load(self.board).id
-        same((version, board, axes), (4, number, boards.load(self.board).axes))
+        same((version, board, axes), (regs.MAP_VERSION, number, boards.load(self.board).axes))
 
     def c_coil_written(self) -> None:
         for on in (True, False):
