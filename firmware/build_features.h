@@ -62,12 +62,14 @@
 #ifndef FEATURE_SHARED_SWITCH
 #define FEATURE_SHARED_SWITCH BOARD_ALL_FEATURES
 #endif
-// Pixel clocks that come in bursts: setting `gate_edges`. A burst names an edge as `go` does.
+// Pixel clocks that come in bursts: setting `gate_edges`. A burst names an edge as `go` does: an
+// image without start tokens has no gate.
 #ifndef FEATURE_GATE
-#define FEATURE_GATE (BOARD_ALL_FEATURES && FEATURE_TOKENS)
+#define FEATURE_GATE BOARD_ALL_FEATURES
 #endif
-#if FEATURE_GATE && !FEATURE_TOKENS
-#error "a gated clock needs start tokens"
+#if !FEATURE_TOKENS
+#undef FEATURE_GATE
+#define FEATURE_GATE 0
 #endif
 
 // Several axes share the processor: how fast a line may be depends on how many of them move.

@@ -32,18 +32,24 @@ struct mark {
 
 #if FEATURE_TOKENS
 
+// The newest mark, for the registers. Before the first one `count` is 0, and nothing is steady.
 const struct mark *mark_now(void);
 
-// A command ended just now that asks for a mark: the newest byte of the bus was its last one.
+// A command ended just now that asks for a mark: the newest byte of the bus was its last one. What
+// the clock did before no longer counts.
 void mark_set(void);
 
 // The timers started just now.
 void mark_started(void);
 
-// The clock was disturbed.
+// The clock was disturbed: an edge came at an odd distance, could not be placed or was lost, or the
+// clock has come to rest. Nobody can tell any more whether this board has counted as the others
+// have. Of a lock only what its filter cannot make good: a clock that is another one, and a false
+// edge among the first ones after a rest.
 void mark_disturb(void);
 
-// Lines begin on this edge.
+// Lines begin on the clock edge of this number (reference_number()): what register zero_edge shows
+// until other lines begin.
 void mark_zero(uint16_t edge);
 
 #else

@@ -177,7 +177,9 @@ enum owner {
     OWNER_TRAFFIC,
     OWNER_AXIS,
     OWNER_GRID,
+#if FEATURE_TOKENS
     OWNER_MARK,
+#endif
 };
 
 // The lowest bits of a member's kind are its owner.

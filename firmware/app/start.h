@@ -25,7 +25,9 @@ void start_on_edge(uint32_t edge_ticks);
 bool start_ready(void);
 
 #if FEATURE_TOKENS
-// Release the axes that wait for a token. Lines that wait for the clock begin on this edge; where that
+// Release the axes that wait for a token. Lines that do not wait for the clock begin at once. Those
+// that do, wait for their edge for as long as the clock rests; from the clock's first edge on it
+// must go on without a flaw. Lines that wait for the clock begin on this edge; where that
 // cannot be, because an axis is not ready or the edge has passed, it is a fault.
 void start_go(uint16_t edge);
 #endif

@@ -32,7 +32,8 @@
 #define CLOCK_FILTER_SHIFT_MIN 2u
 #define CLOCK_FILTER_SHIFT_MAX 7u
 
-// Edges in a row after which a new phase is trusted.
+// Edges in a row after which a new phase is trusted: a false edge among the first ones of a clock
+// that comes back would be taken for a true one, and all true ones for false.
 #define CLOCK_FILTER_FRESH_EDGES 3u
 // `fresh` of a clock that rests: the next edge gives the phase.
 #define CLOCK_FILTER_RESTS (CLOCK_FILTER_FRESH_EDGES + 1u)
@@ -40,6 +41,14 @@
 // What adds to the doubt: a gap, a false edge, an edge more than an eighth of a period off. Two good
 // edges in a row end it. Three false edges are noise; the fourth, with a good one between each two,
 // is a clock of twice the frequency, and so are seven gaps one of half.
+//
+//     clock                     what the filter sees                    edges until it is forgotten
+//     twice as fast             good, false, good, false, ...           7
+//     1.5 times as fast         good, false, a gap and false, ...       4
+//     half as fast              a gap before each edge                  7
+//     three, four times slower  gaps of two, of three before each       7
+//     one of seven is missing   gaps, most of them behind good edges    in 100,000 edges two times
+//     one false edge of seven   false, most of them behind good edges   in 3,000 edges once
 #define CLOCK_FILTER_DOUBT_GAP   1u
 #define CLOCK_FILTER_DOUBT_FALSE 2u
 #define CLOCK_FILTER_DOUBT_FAR   3u

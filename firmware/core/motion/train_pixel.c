@@ -93,6 +93,28 @@ static void put_pixel(struct even *even,
     stream_put_rest(stream, even, (uint16_t)(even->steps - stagger), ticks);
 }
 
+// Write the pixel whose steps *even walks along: as a train, or its first step where no train can
+// make it.
+static inline enum train_pixel put_steps(struct even *even,
+                                         struct stream *stream,
+                                         uint32_t ticks,
+                                         uint16_t steps,
+                                         uint8_t stagger)
+{
+    if (!stream_fits_train(stream, even)) {
+        if (even->base_ticks >= STEP_PERIOD_MAX_TICKS) {
+            return TRAIN_PIXEL_OTHER;
+        }
+        stream_put_period(stream, (uint16_t)even_next(even));
+        return TRAIN_PIXEL_SINGLES;
+    }
+    if (steps > TRAIN_PIXEL_MAX_STEPS) {
+        return TRAIN_PIXEL_OTHER;
+    }
+    put_pixel(even, stream, ticks, stagger);
+    return TRAIN_PIXEL_DONE;
+}
+
 APART enum train_pixel train_pixel_write(struct line *line,
                                          struct even *even,
                                          struct stream *stream,
@@ -113,19 +135,12 @@ APART enum train_pixel train_pixel_write(struct line *line,
                    : TRAIN_PIXEL_OTHER;
     }
     uint32_t ticks = line_known_ticks(line);
-    enum train_pixel made = TRAIN_PIXEL_DONE;
 
     even_start(even, ticks, steps);
-    if (!stream_fits_train(stream, even)) {
-        if (even->base_ticks >= STEP_PERIOD_MAX_TICKS) {
-            return TRAIN_PIXEL_OTHER;
-        }
-        made = TRAIN_PIXEL_SINGLES;
-        stream_put_period(stream, (uint16_t)even_next(even));
-    } else if (steps > TRAIN_PIXEL_MAX_STEPS) {
-        return TRAIN_PIXEL_OTHER;
-    } else {
-        put_pixel(even, stream, ticks, stagger);
+    enum train_pixel made = put_steps(even, stream, ticks, steps, stagger);
+
+    if (made == TRAIN_PIXEL_OTHER) {
+        return made;
     }
     line->curve_half = 0;
     line->speed = steps;

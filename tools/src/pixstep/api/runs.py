@@ -201,9 +201,9 @@ def simulate(
     are by default those of the motor's machine, else `"start"` and 1. `gate_edges` is how far
     behind the first edge of a gated clock's burst lines begin, by default the machine's, else 0:
     the clock is not gated. `clock` is how the clock strays, and its gate: by default it does not.
-    With `serial_load` the serial line is saturated meanwhile. `plant` is the mechanics of an axis, as
-    `"play=40"`, or of axes by number. The files of the run go to
-    `out`, by `pixstep sim`'s rules, if it is given; with `vcd` run.vcd for a waveform viewer too.
+    With `serial_load` the serial line is saturated meanwhile. `plant` is the mechanics of an axis,
+    as `"play=40"`, or of axes by number. The files of the run go to `out`, by
+    `pixstep sim`'s rules, if it is given; with `vcd` run.vcd for a waveform viewer too.
     `progress` is called with the share done, 0 to 1. Needs the simulator, pixstep-sim. Raises
     RefusedError for a line that the check refuses, unless `check` is False, UserError for a divider
     by which the pixels of a line are not edges of its machine's clock.
