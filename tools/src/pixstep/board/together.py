@@ -44,10 +44,11 @@ _REST_S = 120.0  # the longest rest of the clock that is waited for
 class Look:
     """A board's count of its clock's edges, at one moment.
 
-    `edge_ticks` is when edge number `edge` came, `mark_ticks` when the last mark ended, both since
-    the board's timers started.
+    `newest` is the number of the newest edge. `edge_ticks` is when edge number `edge` came, or is
+    expected, `mark_ticks` when the last mark ended, both since the board's timers started.
     """
 
+    newest: int
     edge: int
     edge_ticks: int
     mark_ticks: int
@@ -353,10 +354,12 @@ def _mark(boards: Sequence[Board], world: World) -> list[Mark]:
 def _look(board: Board) -> Look:
     """Read a board's count of edges, all of it as it is at one moment."""
     found = board.inputs_from("mark_units", "clock_expected_ticks")
-    edge, edge_ticks = found["clock_edge"], found["clock_edge_ticks"]
+    newest = found["clock_edge"]
+    edge, edge_ticks = newest, found["clock_edge_ticks"]
     if board.setting("sync") == regs.SYNCS["lock"]:
-        edge, edge_ticks = edge + 1, found["clock_expected_ticks"]
+        edge, edge_ticks = newest + 1, found["clock_expected_ticks"]
     return Look(
+        newest,
         edge,
         edge_ticks,
         _UNIT_TICKS * (found["mark_units"] - found["started_units"]) % _TICKS,
@@ -375,7 +378,7 @@ def _placed(board: Board, before: Look, now: Look) -> Mark:
     if not rests and _MEASURING_EDGES <= edges < _COUNT // 2:
         period = ((now.edge_ticks - before.edge_ticks) % _TICKS) / edges
     behind = _signed(now.mark_ticks - now.edge_ticks)
-    place = now.edge if rests else now.edge + behind / period
+    place = now.newest if rests else now.edge + behind / period
     return Mark(place % _COUNT, rests, before.steady, period, now.zero_edge)
 
 
