@@ -53,21 +53,22 @@ uint16_t curve_steep_root(uint32_t value);
 #define LOCKED_CYCLES 99u
 #define BELOW_CYCLES  6u // more where it is shorter than nominal
 // Pixels whose records are not kept.
-#define PASSING_CYCLES     69u  // each of them,
-#define ERROR_CYCLES       26u  // more where its edge has an error,
-#define PASSING_ALL_CYCLES 342u // and the call of ledger_take_pixels() itself, with one in it
+#define PASSING_CYCLES 69u // each of them,
+#define ERROR_CYCLES   26u // more where its edge has an error,
+#define PASSING_ALL_CYCLES                                                               \
+    342u // and the call of ledger_take_pixels() itself, with one in it
 // near_edge_take() with its call and one of two in it, less ledger_take_pixels(), the other one: an
 // edge in the period behind the account,
 #define NEAR_CYCLES        333u
 #define NEAR_PERIOD_CYCLES 16u // and for each period more.
 // Whole pixels of up to 24 steps in even_pixels_write().
-#define EVEN_CYCLES   318u // with a segment of its own, and
-#define SAME_CYCLES   240u // inside a run, besides its steps; up to
-#define GROUPS_CYCLES 8u   // less, as the steps make groups of one, two, four and eight
-#define EQUAL_CYCLES  4u   // a step where all are equally long
-#define MIXED_CYCLES  2u   // more for a pixel where some are a tick longer:
-#define SHORT_CYCLES  6u   // a step of those,
-#define LONG_CYCLES   10u  // a longer one
+#define EVEN_CYCLES     318u // with a segment of its own, and
+#define SAME_CYCLES     240u // inside a run, besides its steps; up to
+#define GROUPS_CYCLES   8u   // less, as the steps make groups of one, two, four and eight
+#define EQUAL_CYCLES    4u   // a step where all are equally long
+#define MIXED_CYCLES    2u   // more for a pixel where some are a tick longer:
+#define SHORT_CYCLES    6u   // a step of those,
+#define LONG_CYCLES     10u  // a longer one
 #define FRACTION_CYCLES 30u  // more where the grid has fractions of 16 bits,
 #define WIDE_FRACTION_CYCLES 90u // or of more
 // Of a step: the low byte of q - 1 stays far from a carry.

@@ -307,8 +307,8 @@ static uint8_t edges_until_unsettled(uint16_t hundredths, uint16_t phase_hundred
     edges(60, PERIOD_TICKS);
     edge_ticks += PERIOD_TICKS / 100u * phase_hundredths;
     for (uint8_t count = 0; count < 100u; count++) {
-        bool off = filter.period.ticks - PERIOD_TICKS + PERIOD_TICKS / 100u >
-                   PERIOD_TICKS / 50u;
+        bool off =
+            filter.period.ticks - PERIOD_TICKS + PERIOD_TICKS / 100u > PERIOD_TICKS / 50u;
         if (!clock_filter_settled(&filter) || filter.fresh != 0 || off) {
             return count;
         }
@@ -328,7 +328,8 @@ static void another_clock_is_known_by_its_edges(void)
         }
         for (uint16_t phase = 0; phase < 100u; phase += 7u) {
             bool near = hundredths > 90u && hundredths < 110u;
-            TEST_ASSERT_TRUE(edges_until_unsettled(hundredths, phase) <= (near ? 10u : 8u));
+            TEST_ASSERT_TRUE(edges_until_unsettled(hundredths, phase) <=
+                             (near ? 10u : 8u));
         }
     }
 }

@@ -289,7 +289,8 @@ static void a_refused_divider_leaves_clock_and_store_alone(void)
     uint16_t stored = store_state();
 
     TEST_ASSERT_TRUE(reference_settled());
-    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, BLOCK(0, HEAD(2), {fast, 3}, {30000, 1}, END));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE,
+                      BLOCK(0, HEAD(2), {fast, 3}, {30000, 1}, END));
     check_edges(1);
     TEST_ASSERT_TRUE(reference_settled());
     TEST_ASSERT_TRUE(reference_present());

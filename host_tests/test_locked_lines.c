@@ -92,8 +92,7 @@ static void lines_wait_for_a_clock_that_has_settled(void)
     TEST_ASSERT_EQUAL_HEX16(REPORT_CLOCK, report_status());
     TEST_ASSERT_NOT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_ARM));
     bench_rounds(SETTLE_ROUNDS);
-    TEST_ASSERT_EQUAL_HEX16(REPORT_CLOCK | REPORT_SETTLED,
-                            report_status());
+    TEST_ASSERT_EQUAL_HEX16(REPORT_CLOCK | REPORT_SETTLED, report_status());
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_ARM));
     check_done(0, 3, 3);
 }
@@ -107,8 +106,7 @@ static void a_line_waits_for_a_clock_that_rests(void)
     TEST_ASSERT_EQUAL(true, bench_give(1, COMMAND_ARM, 7)); // waits for a token, too
     bench_clock_off();
     bench_rounds(2000);
-    TEST_ASSERT_EQUAL_HEX16(REPORT_SETTLED | REPORT_ARMED,
-                            report_status());
+    TEST_ASSERT_EQUAL_HEX16(REPORT_SETTLED | REPORT_ARMED, report_status());
     TEST_ASSERT_EQUAL_UINT16(1, bench_input(REG_INPUT_ready));
     TEST_ASSERT_EQUAL_UINT16(0, bench_input(REG_INPUT_mark_steady));
     TEST_ASSERT_EQUAL(true, bench_give(0, COMMAND_MARK, 0));
@@ -116,14 +114,12 @@ static void a_line_waits_for_a_clock_that_rests(void)
     TEST_ASSERT_EQUAL_UINT16(1, bench_input(REG_INPUT_mark_steady));
     TEST_ASSERT_EQUAL(true, bench_give(0, COMMAND_GO, 7));
     bench_rounds(2000);
-    TEST_ASSERT_EQUAL_HEX16(REPORT_SETTLED | REPORT_ARMED,
-                            report_status());
+    TEST_ASSERT_EQUAL_HEX16(REPORT_SETTLED | REPORT_ARMED, report_status());
     uint32_t first_ticks = fake_now_ticks() + 5000u;
     clock_from(first_ticks, OFF_TICKS);
     check_done(0, 20, 20);
-    TEST_ASSERT_UINT32_WITHIN(2,
-                              first_ticks + (BENCH_GO_EDGES - 1u) * OFF_TICKS,
-                              axes_get(0)->zero_ticks);
+    TEST_ASSERT_UINT32_WITHIN(
+        2, first_ticks + (BENCH_GO_EDGES - 1u) * OFF_TICKS, axes_get(0)->zero_ticks);
 }
 
 static void all_axes_run_on_the_clocks_edges(void)

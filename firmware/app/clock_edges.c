@@ -161,8 +161,9 @@ static inline bool phase_is_doubtful(uint8_t fresh)
 }
 
 // Compare a lock with what its lines allow. A clock that is another one than was measured has
-// unsettled the filter. A clock that has rested has lost its phase, which no line that has its place
-// survives; for others a false edge among the first ones makes it doubtful which edge is which.
+// unsettled the filter. A clock that has rested has lost its phase, which no line that has its
+// place survives; for others a false edge among the first ones makes it doubtful which edge is
+// which.
 static inline void judge_lock(const struct lock_grid *grid)
 {
     uint8_t fresh = grid->filter.fresh;
@@ -291,8 +292,8 @@ static uint8_t take_lost(void)
     if (!pixel_clock_take_crowded() || lost != 0) {
         return lost;
     }
-    // So close behind another one it is a glitch, which a lock bridges. Where it may be the first edge
-    // of a burst nobody bridges it.
+    // So close behind another one it is a glitch, which a lock bridges. Where it may be the first
+    // edge of a burst nobody bridges it.
     if (lock_grid_now()->locks && !may_rest()) {
         lock_grid_now()->filter.glitches++;
         return 0;

@@ -246,8 +246,8 @@ static inline void settle_divider(uint16_t before, bool taken)
     }
 }
 
-// The blocks of a queue and the orders are not inlined: what one of them keeps on the stack would lie
-// below the other.
+// The blocks of a queue and the orders are not inlined: what one of them keeps on the stack would
+// lie below the other.
 static APART enum modbus_exception queue_block(uint16_t count, uint8_t *words)
 {
     struct block block;
@@ -274,8 +274,8 @@ static APART enum modbus_exception queue_block(uint16_t count, uint8_t *words)
 }
 
 static APART_LARGE enum modbus_exception write_settings(uint8_t address,
-                                                  uint8_t count,
-                                                  uint8_t *words)
+                                                        uint8_t count,
+                                                        uint8_t *words)
 {
     settings_exchange(address, count, words);
     enum modbus_exception result = judge_settings();

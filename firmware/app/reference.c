@@ -29,7 +29,7 @@ static bool leaves_out; // edges that are fast
 #else
 #define FAST_EDGES (PLACE_TICKS / FAST_TICKS + 1u) // place_edges of such a clock, or more
 #endif
-static bool edge_came;       // since reference_overdue() looked at the time
+static bool edge_came;      // since reference_overdue() looked at the time
 static uint8_t place_edges; // clock edges in PLACE_TICKS, and one
 
 // Edges in so many ticks, and one.
@@ -137,8 +137,8 @@ static inline bool too_many(void)
 #else
 static inline bool too_many(void)
 {
-    return pixel_clock_waiting() || (place_edges >= FAST_EDGES &&
-                                     axes_get(0)->life.state == AXIS_RUNNING);
+    return pixel_clock_waiting() ||
+           (place_edges >= FAST_EDGES && axes_get(0)->life.state == AXIS_RUNNING);
 }
 #endif
 

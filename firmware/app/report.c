@@ -177,9 +177,7 @@ enum owner {
     OWNER_TRAFFIC,
     OWNER_AXIS,
     OWNER_GRID,
-#if FEATURE_TOKENS
     OWNER_MARK,
-#endif
 };
 
 // The lowest bits of a member's kind are its owner.
@@ -350,7 +348,7 @@ static inline uint16_t word_at(const void *at, uint8_t width)
     }
 }
 
-static const void *object_of(enum owner owner, uint8_t axis)
+static const void *board_object(enum owner owner)
 {
     switch (owner) {
     case OWNER_FAULTS:
@@ -367,15 +365,14 @@ static const void *object_of(enum owner owner, uint8_t axis)
         return seek_now();
     case OWNER_SETTINGS:
         return settings_now();
-    case OWNER_TRAFFIC:
-        return traffic_counters();
-    case OWNER_AXIS:
-#if !FEATURE_TOKENS
-    case OWNER_MARK:
-#endif
     default:
-        return axes_get(axis);
+        return traffic_counters();
     }
+}
+
+static const void *object_of(enum owner owner, uint8_t axis)
+{
+    return owner == OWNER_AXIS ? (const void *)axes_get(axis) : board_object(owner);
 }
 
 static uint16_t member_word(const struct source *source, uint8_t axis)

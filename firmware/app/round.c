@@ -239,7 +239,8 @@ static void poll_inputs(void)
     uint8_t axis = rounds % INPUT_ROUNDS;
 
     if (axis < CONFIG_AXES) {
-        inputs_poll(CONFIG_INDEX(axis), FEATURE_SHARED_SWITCH && seek_uses_switch(CONFIG_INDEX(axis)));
+        inputs_poll(CONFIG_INDEX(axis),
+                    FEATURE_SHARED_SWITCH && seek_uses_switch(CONFIG_INDEX(axis)));
         drivers_poll(CONFIG_INDEX(axis));
         if (FEATURE_BACKLASH) {
             (void)ledger_settle_play(&axes_get(axis)->ledger);
@@ -376,6 +377,18 @@ static APART bool must_end(uint16_t budget)
     return budget > DECODE_BUDGET_STARTING && start_near();
 }
 
+static inline bool ends_before(const struct axis *axis, uint16_t budget)
+{
+    return axis->line.smooth && must_end(budget);
+}
+
+// Whether an axis has no part in the rest of a round: it left all of what it was given, or a plain
+// line left some.
+static inline bool is_out(const struct axis *axis, uint8_t given, uint8_t left)
+{
+    return left == given || (left != 0 && !axis->line.smooth);
+}
+
 // Decode for the axis that runs out first, and again for it until another axis would. An axis that
 // must wait after all is out for this round, and so is one of a plain line that has come to wait:
 // whole pixels are decoded as far as there is room for them. The clock's edges are taken in
@@ -391,12 +404,12 @@ static void decode_in_turn(uint16_t budget)
         }
         clock_edges_poll_between();
         uint8_t i = first_to_end(out);
-        if (i == NO_AXIS || (axes_get(i)->line.smooth && must_end(budget))) {
+        if (i == NO_AXIS || ends_before(axes_get(i), budget)) {
             return;
         }
         uint8_t once = budget < DECODE_AT_ONCE ? (uint8_t)budget : DECODE_AT_ONCE;
         uint8_t left = decode_one(i, once);
-        if (left == once || (left != 0 && !axes_get(i)->line.smooth)) {
+        if (is_out(axes_get(i), once, left)) {
             out |= bit_of(i);
         }
         budget = (uint16_t)(budget - once + left);

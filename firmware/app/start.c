@@ -109,8 +109,8 @@ bool start_any_waits(void)
     return waits;
 }
 
-// Give every waiting axis this line zero, pixel edge `number`. Returns how many pixel edges the line that was decoded
-// furthest has behind it.
+// Give every waiting axis this line zero, pixel edge `number`. Returns how many pixel edges the
+// line that was decoded furthest has behind it.
 static uint16_t place_all(uint16_t number, uint32_t zero)
 {
     uint16_t most = 0;
@@ -184,8 +184,8 @@ static uint16_t pixel_edge_from(uint16_t *edge)
 #endif
 
 #if FEATURE_TOKENS && CONFIG_AXES > 1
-// A line can begin on this clock edge: no other lines are locked to the clock, or it is a pixel edge
-// of theirs.
+// A line can begin on this clock edge: no other lines are locked to the clock, or it is a pixel
+// edge of theirs.
 static bool is_pixel_edge(uint16_t edge)
 {
     uint16_t at = edge;

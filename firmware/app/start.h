@@ -20,8 +20,8 @@
 // filled their rings.
 void start_on_edge(uint32_t edge_ticks);
 
-// Every axis that waits for a clock edge can begin: it is decoded ahead, its driver has settled, and the clock is known
-// where lines are locked to it.
+// Every axis that waits for a clock edge can begin: it is decoded ahead, its driver has settled,
+// and the clock is known where lines are locked to it.
 bool start_ready(void);
 
 #if FEATURE_TOKENS
@@ -47,8 +47,8 @@ uint8_t start_followers(void);
 // True when an axis is armed and waits for its line zero on a clock edge.
 bool start_any_waits(void);
 
-// True when an axis runs, or has its line zero, whose line begins on a clock edge. Of a board with a
-// single axis: only where its line needs the clock.
+// True when an axis runs, or has its line zero, whose line begins on a clock edge. Of a board with
+// a single axis: only where its line needs the clock.
 #if CONFIG_AXES > 1
 bool start_clocked_axis_begun(void);
 #else

@@ -6,7 +6,7 @@
 //     board 1   arm, token 7 ---- ready ----+           +------------+-- line zero: edge 5310
 //     board 2   arm, token 7 -- ready --+   |           |       +----|-- line zero: edge 481
 //     host                              go 7, 481   go 7, 5310  ^    ^ the same edge of the clock,
-//                                                                      each by its board's own count
+//                                                                each by its own board's count
 //
 // A token is held by the board, not by an axis. An image without FEATURE_TOKENS holds none.
 #pragma once

@@ -54,9 +54,9 @@ bool uart_silent(void);
 // Bytes were received and not dropped yet. False may come a moment too late or too early.
 bool uart_holds(void);
 
-// Units of the coarse clock (hal/clock.h) since the end of the newest received byte, up to 500 counts
-// of 256 CPU cycles (8 ms at 16 MHz; 1024 cycles and four times as long at rates whose silence does
-// not fit 255 counts), late by a count at most.
+// Units of the coarse clock (hal/clock.h) since the end of the newest received byte, up to 500
+// counts of 256 CPU cycles (8 ms at 16 MHz; 1024 cycles and four times as long at rates whose
+// silence does not fit 255 counts), late by a count at most.
 uint16_t uart_age_units(void);
 
 // Receive into an empty buffer, after uart_disable_reception().

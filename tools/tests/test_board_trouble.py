@@ -11,7 +11,7 @@ from serial import SerialTimeoutException
 
 from console import put
 from fake_board import FakeBoard, FakeWorld
-from pixstep.board import run, together
+from pixstep.board import together
 from pixstep.board.device import Board
 from pixstep.board.errors import LineLostError
 from pixstep.board.modbus import SerialClient

@@ -19,8 +19,8 @@
 // A clock that rests keeps its period: the first edge after the rest gives the time alone. Until a
 // few edges have come in a row, the phase is new: a false edge then begins the rest again.
 //
-// The filter judges its clock. Each false edge and each gap adds to `doubt`, which two good edges in a
-// row end: a clock of another frequency than the filter's has no such two, and is forgotten.
+// The filter judges its clock. Each false edge and each gap adds to `doubt`, which two good edges
+// in a row end: a clock of another frequency than the filter's has no such two, and is forgotten.
 #pragma once
 
 #include <stdbool.h>
@@ -38,9 +38,9 @@
 // `fresh` of a clock that rests: the next edge gives the phase.
 #define CLOCK_FILTER_RESTS (CLOCK_FILTER_FRESH_EDGES + 1u)
 
-// What adds to the doubt: a gap, a false edge, an edge more than an eighth of a period off. Two good
-// edges in a row end it. Three false edges are noise; the fourth, with a good one between each two,
-// is a clock of twice the frequency, and so are seven gaps one of half.
+// What adds to the doubt: a gap, a false edge, an edge more than an eighth of a period off. Two
+// good edges in a row end it. Three false edges are noise; the fourth, with a good one between each
+// two, is a clock of twice the frequency, and so are seven gaps one of half.
 //
 //     clock                     what the filter sees                    edges until it is forgotten
 //     twice as fast             good, false, good, false, ...           7

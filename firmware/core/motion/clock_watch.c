@@ -15,16 +15,17 @@ static uint16_t shown_interval(uint32_t interval_ticks)
 }
 
 void clock_watch_interval(struct clock_watch *watch,
-                                uint32_t period_ticks,
-                                uint32_t edge_ticks)
+                          uint32_t period_ticks,
+                          uint32_t edge_ticks)
 {
     BY_POINTER(watch);
     uint32_t interval_ticks = edge_ticks - watch->edge_ticks;
     uint32_t most_ticks = period_ticks / 16u;
 
-    watch->odd = watch->known && interval_ticks - period_ticks + most_ticks > 2u * most_ticks
-                     ? shown_interval(interval_ticks)
-                     : 0;
+    watch->odd =
+        watch->known && interval_ticks - period_ticks + most_ticks > 2u * most_ticks
+            ? shown_interval(interval_ticks)
+            : 0;
     watch->edges++;
     watch->edge_ticks = edge_ticks;
     watch->known = true;

@@ -401,9 +401,8 @@ static inline void forget_room(struct axis *axis)
     }
 }
 
-// Decode the next pixels if they have a way of their own. Returns what they cost of a round's
-// budget, 0 if they are others, or EVEN_PIXEL_WAITS.
-static uint8_t decode_pixels(struct axis *axis, uint8_t budget)
+// Decode a pixel that is under way in parts. Returns as decode_pixels().
+static inline uint8_t decode_begun_pixel(struct axis *axis, uint8_t budget)
 {
     if (SEVERAL_AXES && axis->phase == DECODE_PIXEL_AWAITS_TRAIN) {
         return decode_train_pixel(axis);
@@ -411,8 +410,15 @@ static uint8_t decode_pixels(struct axis *axis, uint8_t budget)
     if (SEVERAL_AXES && axis->phase == DECODE_PIXEL_SINGLES) {
         return decode_pixel_singles(axis, budget);
     }
+    return 0;
+}
+
+// Decode the next pixels if they have a way of their own. Returns what they cost of a round's
+// budget, 0 if they are others, or EVEN_PIXEL_WAITS.
+static uint8_t decode_pixels(struct axis *axis, uint8_t budget)
+{
     if (!at_whole_pixel(axis)) {
-        return 0;
+        return decode_begun_pixel(axis, budget);
     }
     forget_room(axis);
     uint8_t cost =

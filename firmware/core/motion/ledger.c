@@ -238,9 +238,9 @@ static void note_lengths(struct ledger *ledger,
 
 // The train is over after so many of its steps: account for its length and free it.
 static APART void close_train(struct ledger *ledger,
-                                    struct stream *stream,
-                                    uint16_t loaded,
-                                    uint32_t ticks)
+                              struct stream *stream,
+                              uint16_t loaded,
+                              uint32_t ticks)
 {
     note_lengths(ledger, stream, loaded);
     ledger->loaded_ticks += ticks;
@@ -251,8 +251,8 @@ static APART void close_train(struct ledger *ledger,
 }
 
 static APART_LARGE void arrive_in_train(struct ledger *ledger,
-                                  struct stream *stream,
-                                  const struct engine_sample *sample)
+                                        struct stream *stream,
+                                        const struct engine_sample *sample)
 {
     BY_POINTER_SMALL(ledger);
     const struct stream_train *train = &stream->trains[ledger->train];
@@ -339,9 +339,9 @@ static void add_idle(struct ledger *ledger, struct stream *stream, uint16_t idle
 
 // Returns false when the interrupt is inside something that must be taken as a whole.
 static APART_LARGE bool advance_by_entries(struct ledger *ledger,
-                                     struct stream *stream,
-                                     const struct engine_sample *sample,
-                                     bool whole)
+                                           struct stream *stream,
+                                           const struct engine_sample *sample,
+                                           bool whole)
 {
     ledger_arrive(ledger, stream, sample);
     while (stream->retired != sample->tail) {

@@ -13,8 +13,8 @@ static inline bool is_shifted(const struct line *line)
 }
 
 APART_LARGE void line_begin(struct line *line,
-                      const struct pixel_period *period,
-                      struct segment_queue *queue)
+                            const struct pixel_period *period,
+                            struct segment_queue *queue)
 {
     *line = (struct line){.queue = queue};
     uint16_t word = (uint16_t)segment_unpack(&queue->out).count;

@@ -186,7 +186,8 @@ uint16_t uart_age_units(void)
     uint16_t counts = overflowed ? (uint16_t)(count + 256u) : count;
 
     // A unit is 64 cycles. At 16 MHz a count of 256 is short enough for every rate.
-    return (uint16_t)(counts << (UART_DIVISOR_BITS > 8 && TCCR2B == COUNT_1024 ? 4u : 2u));
+    return (
+        uint16_t)(counts << (UART_DIVISOR_BITS > 8 && TCCR2B == COUNT_1024 ? 4u : 2u));
 }
 
 bool uart_holds(void)

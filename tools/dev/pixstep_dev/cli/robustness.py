@@ -192,8 +192,9 @@ def estops(ctx, board, count, seed, as_json):
 def plays(ctx, board, count, first, seed, as_json):
     """Look where the loads of axes with play are.
 
-    The axes are stopped at random cycles. Lines, moves, searches, stops, emergency stops and disarms follow each other at random; each
-    sequence begins with a reset and a play of 1 to 400 steps.
+    The axes are stopped at random cycles. Lines, moves, searches, stops, emergency stops and
+    disarms follow each other at random; each sequence begins with a reset and a play of 1 to
+    400 steps.
 
     Exit status 0 only if every load is within a step of its line at every pixel edge away from
     take-ups, or the board says that it did not know the play; and if the board knows the play once
@@ -298,8 +299,9 @@ def starts(ctx, board, count, seed, as_json):
 def gates(ctx, board, count, lines, pixels, rest_s, flaws, seed, as_json):
     """Run lines on a gated pixel clock, one a burst.
 
-    The axes run them back to back over the rests. Random frequencies of 100 Hz to 2 kHz, rests, dividers, axes and lines, started and locked.
-    Some bursts are too short or lack an edge, some rests have a false one.
+    The axes run them back to back over the rests. Random frequencies of 100 Hz to 2 kHz, rests,
+    dividers, axes and lines, started and locked. Some bursts are too short or lack an edge, some
+    rests have a false one.
 
     Exit status 0 only if every line was on its edges of its burst, or a fault said why not; a fault
     without a flaw is no excuse.
@@ -406,7 +408,8 @@ def clocks(ctx, board, count, seed, as_json):
 def holes_command(ctx, board, sync, motion, as_json, **options):
     """Look for rates that fail below one that passes.
 
-    A sweep of pixel clocks and steps a pixel. From 1 Hz to 5 kHz, on one axis up to all, begun on the clock and locked to it.
+    A sweep of pixel clocks and steps a pixel. From 1 Hz to 5 kHz, on one axis up to all, begun on
+    the clock and locked to it.
 
     Exit status 0 only if no hole is deeper than 5 %.
     """

@@ -62,8 +62,8 @@ DEFECTS = (
     Defect(
         "board",
         "app/data.c",
-        "    } else {\n        settings_exchange(address, count, words);\n    }\n    return result;",
-        "    }\n    return result;",
+        "    } else {\n        settings_exchange(address, count, words);\n    }\n",
+        "    }\n",
         "settings that stay as they must not be",
     ),
 )

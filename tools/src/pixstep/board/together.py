@@ -18,7 +18,7 @@ from fractions import Fraction
 
 from pixstep import signals
 from pixstep.board import registers as regs
-from pixstep.board import run, settings, values
+from pixstep.board import run, settings
 from pixstep.board.device import Board
 from pixstep.board.errors import BoardError, ExceptionReplyError, LineLostError, NoReplyError
 from pixstep.board.link import World
@@ -104,7 +104,7 @@ class Together:
         )
         raise BoardError(
             f"the boards have counted different numbers of clock edges since line zero ({said}): "
-            f"an edge was lost, false or doubled at one input; check the clock's wires, and home again"
+            f"an edge was lost, false or doubled at one input; check the clock's wires, home again"
         )
 
 
@@ -344,8 +344,7 @@ def _mark(boards: Sequence[Board], world: World) -> list[Mark]:
         ]
         if all(heard):
             return [
-                _placed(board, *looks)
-                for board, *looks in zip(boards, before, now, strict=True)
+                _placed(board, *looks) for board, *looks in zip(boards, before, now, strict=True)
             ]
         before = now
     unit = next(board.unit for board, ok in zip(boards, heard, strict=True) if not ok)
