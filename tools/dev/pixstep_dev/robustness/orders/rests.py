@@ -3,8 +3,8 @@
 
 The clock stops behind a line, time passes, the clock comes back. Then the board must answer in
 time, must not have been reset, must have no fault, and a line that is armed must begin on a clock
-edge, as ever: a line that waits for `go` on the edge that it names, told before the clock is back or
-behind that.
+edge, as ever. `go` comes before the clock is back, or behind that; a line that waits for it begins
+on the edge that it names.
 
 Simulating ten hours costs hours. A rest beyond SIMULATED_S is told to the firmware instead: what
 counts time in its RAM is moved on as an idle board would have moved it, all between two

@@ -218,7 +218,7 @@ class World:
         raise TypeError(f"no request: {action}")
 
     def _edge(self, ahead: int) -> int:
-        """Return the board's number for a clock edge to come; 0 names none, so the next one then."""
+        """Return the number of the clock edge so far ahead; of edge 0, which names none, the next."""
         if not ahead:
             return 0
         return (self.memory.read("clock.edges") + ahead) % _EDGES or 1
