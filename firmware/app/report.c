@@ -348,7 +348,7 @@ static inline uint16_t word_at(const void *at, uint8_t width)
     }
 }
 
-static const void *board_object(enum owner owner)
+static const void *object_of(enum owner owner, uint8_t axis)
 {
     switch (owner) {
     case OWNER_FAULTS:
@@ -357,22 +357,18 @@ static const void *board_object(enum owner owner)
         return reference_watch();
     case OWNER_GRID:
         return lock_grid_now();
-#if FEATURE_TOKENS
     case OWNER_MARK:
         return mark_now();
-#endif
     case OWNER_SEEK:
         return seek_now();
     case OWNER_SETTINGS:
         return settings_now();
-    default:
+    case OWNER_TRAFFIC:
         return traffic_counters();
+    case OWNER_AXIS:
+    default:
+        return axes_get(axis);
     }
-}
-
-static const void *object_of(enum owner owner, uint8_t axis)
-{
-    return owner == OWNER_AXIS ? (const void *)axes_get(axis) : board_object(owner);
 }
 
 static uint16_t member_word(const struct source *source, uint8_t axis)
