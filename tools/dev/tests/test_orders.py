@@ -31,6 +31,7 @@ WAITS = st.one_of(st.integers(0, 3000), st.integers(0, 80_000), st.integers(0, 1
 COUNTS = st.sampled_from((1, 2, 7, 10, 40, 300, 500))  # steps/pixel, 30 pixels/s
 OFFS = st.sampled_from((0, 0, 0, 0, -1, 1))  # of a block's number
 TOKENS = st.sampled_from((None, None, None, 5))
+AHEAD = st.sampled_from((0, 1, 3, 3))  # edges that `go` names ahead, at 30 Hz; 0: none
 ENDINGS = st.sampled_from(("stop", "disarm", "discard"))
 BAD_BLOCKS = (((0x7FFF, 0),), ((1, 0), (0, 0), (20_000, 1)), ((5, 5), (2, 0)), ((2, 0),))
 
@@ -125,9 +126,9 @@ class Orders(RuleBasedStateMachine):
 
     @rule(name=st.sampled_from([name for name in regs.COMMANDS if name != "default_settings"]),
           mask=st.sampled_from((0, 1, 1, 1, 2, 3, 5, 15, 15)),
-          argument=st.sampled_from((None, None, None, 0, 5, 6)), how=HOW)  # fmt: skip
-    def order(self, name, mask, argument, how):
-        self.do(actions.Order(name, mask, argument, how))
+          argument=st.sampled_from((None, None, None, 0, 5, 6)), how=HOW, ahead=AHEAD)  # fmt: skip
+    def order(self, name, mask, argument, how, ahead):
+        self.do(actions.Order(name, mask, argument, how, ahead if name == "go" else 0))
 
     @rule(name=st.sampled_from(("arm", "stop", "stop", "disarm", "discard")), how=HOW)
     def order_of_all(self, name, how):

@@ -13,12 +13,16 @@ Entries = tuple[tuple[int, int], ...]
 
 @dataclass(frozen=True)
 class Order:
-    """A command register write: a key of registers.COMMANDS for a mask of axes."""
+    """A command register write: a key of registers.COMMANDS for a mask of axes.
+
+    `ahead`: `go` names the clock edge that comes so many behind the newest one; 0: it names none.
+    """
 
     name: str
     mask: int
     argument: int | None = None
     how: str = ASK
+    ahead: int = 0
 
 
 @dataclass(frozen=True)

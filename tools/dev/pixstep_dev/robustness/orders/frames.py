@@ -41,10 +41,16 @@ def write(address: int, words: list[int], unit: int = UNIT) -> bytes:
     return seal(struct.pack(">BBHHB", unit, 16, address, len(words), len(data)) + data)
 
 
-def order(name: str, mask: int, argument: int | None = None, unit: int = UNIT) -> bytes:
-    """Return a command for a mask of axes; without an argument the word is left out."""
+def order(
+    name: str, mask: int, argument: int | None = None, unit: int = UNIT, edge: int = 0
+) -> bytes:
+    """Return a command for a mask of axes; an argument or edge that is none is left out."""
     words = [mask, regs.COMMANDS[name]]
-    return write(regs.COMMAND_BASE, words if argument is None else [*words, argument], unit)
+    if edge:
+        words += [argument or 0, edge]
+    elif argument is not None:
+        words.append(argument)
+    return write(regs.COMMAND_BASE, words, unit)
 
 
 def block(number: int, axis: int, entries: list[tuple[int, int]], unit: int = UNIT) -> bytes:

@@ -163,7 +163,7 @@ class Guard:
             return False
         if self.model.estop and order.name == "clear_fault":
             return False
-        if order.name == "go" and not self.model.may_be_armed:
+        if order.name == "go" and not (order.ahead and self.model.may_be_armed):
             return False
         if order.name in ("store", "default_settings") and order.argument != regs.STORE_KEY:
             return False

@@ -16,6 +16,8 @@ _SLOWEST_CLOCK_HZ = 30
 _LONGEST_PERIOD_TICKS = 0xFFFFFF  # of a pixel, on every board
 _PIXELS_S = 400  # of all axes together; several may ask for more than the board can decode
 _LASTS_S = 2
+_PLACE_TICKS = 81_920  # of firmware/app/reference.c
+_GO_S = 0.02  # from a look at the newest edge until `go` has been carried out
 _SPARSE = 6  # pairs of a single step and a rest
 
 
@@ -45,6 +47,16 @@ def pixel_hz(board: str) -> tuple[int, ...]:
 def clock_hz(board: str) -> tuple[int, ...]:
     """Return the frequencies of the pixel clock that a board keeps up with."""
     return tuple(hz for hz in pixel_hz(board) if hz >= _SLOWEST_CLOCK_HZ)
+
+
+def place_edges(tick_hz: int, hz: int) -> int:
+    """Return how many edges a line zero lies behind the clock edge that it is placed from."""
+    return _PLACE_TICKS // (tick_hz // hz) + 1
+
+
+def go_ahead(tick_hz: int, hz: int) -> int:
+    """Return how far ahead an edge must be for `go` to name it in time."""
+    return place_edges(tick_hz, hz) + int(_GO_S * hz) + 2
 
 
 def shortest_ticks(board: boards.Board, *, smooth: bool) -> int:

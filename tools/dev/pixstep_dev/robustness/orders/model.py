@@ -111,7 +111,7 @@ class Model:
         elif name == "clear_fault":
             self.latched = False if outcome.taken else None
         elif name == "go":
-            self.expected.add("wrong_token")
+            self.expected |= {"wrong_token", "start_late"}
         self._order_permit(name, outcome)
 
     def _order_permit(self, name: str, outcome: Outcome) -> None:

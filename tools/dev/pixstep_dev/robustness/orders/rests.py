@@ -2,8 +2,9 @@
 """Rests of the pixel clock, from a second to ten hours.
 
 The clock stops behind a line, time passes, the clock comes back. Then the board must answer in
-time, must not have been reset, must have no fault, and a line that is armed must begin one period
-behind a clock edge, as ever.
+time, must not have been reset, must have no fault, and a line that is armed must begin on a clock
+edge, as ever. `go` comes before the clock is back, or behind that; a line that waits for it begins
+on the edge that it names.
 
 Simulating ten hours costs hours. A rest beyond SIMULATED_S is told to the firmware instead: what
 counts time in its RAM is moved on as an idle board would have moved it, all between two
@@ -46,6 +47,7 @@ PLACE_CYCLES = 40  # a line's last edge from a pixel's end
 _CLOCKS_HZ = (1, 5000)
 _LINE_PX = 2
 _COUNT = 4
+_TOKEN = 77
 _BACK_S = 0.3  # how long the clock is watched when it is back
 
 
@@ -107,8 +109,12 @@ class _Rest:
         self.phase = rng.randrange(self.tick_hz // self.hz)
         self.lines = self.hz <= max(lines.clock_hz(plan.board))
         self.token = self.lines and rng.random() < 0.3
+        self.early = self.token and rng.random() < 0.5
+        self.ahead = lines.go_ahead(self.tick_hz, self.hz) if self.token else 0
         self.outcome, self.plan = outcome, plan
-        self.text = f"{self.hz} Hz, {self.seconds:.0f} s{', armed' if self.token else ''}"
+        self.text = f"{self.hz} Hz, {self.seconds:.0f} s"
+        if self.token:
+            self.text += f", armed, go {'before' if self.early else 'behind'} the clock"
 
     def go(self) -> list[str]:
         """Do it; return what did not hold."""
@@ -134,7 +140,7 @@ class _Rest:
             do(Wait(int((_LINE_PX + 4) * self.period)))
             do(Look())
         if self.token:
-            self._arm(77)
+            self._arm(_TOKEN)
         do(Clock("off"))
         self.guard.model.expected.clear()
         do(Wait(int(self.period) + self.phase))
@@ -160,6 +166,10 @@ class _Rest:
     def _back(self) -> None:
         """The clock is back: the board answers in time and has no fault; a line has its place."""
         world, do = self.world, self.guard.do
+        before = self._counts()
+        if self.early:
+            do(Order("go", 0, _TOKEN, ahead=self.ahead))
+            do(Look())
         do(Clock(f"hz {self.hz}/1"))
         do(Clock("on"))
         self.guard.model.expected.clear()
@@ -170,8 +180,11 @@ class _Rest:
             world.perform(Wait(random.Random(world.cycle).randrange(self.tick_hz // 100)))
         do(Look())
         if self.lines:
-            self._line(zero)
+            self._line(zero, before)
         self.guard.recover()
+
+    def _counts(self) -> list[int]:
+        return [self.world.edges(axis).count for axis in range(self.world.axes)]
 
     def _ask(self) -> None:
         frame = frames.read_inputs(state.FIRST, state.words(self.world.axes))
@@ -182,26 +195,36 @@ class _Rest:
         if not reply.taken or took > self.world.silence_cycles + self.world.sim.cycles(_REPLY_S):
             self.guard.complain(f"reply {took} cycles behind the request")
 
-    def _line(self, zero: int) -> None:
-        """The last edge of a line lies at the end of a pixel: whole periods from a clock edge."""
-        before = [self.world.edges(axis).count for axis in range(self.world.axes)]
-        if self.token:
-            self.guard.do(Order("go", 0, 77))
-        else:
+    def _line(self, zero: int, before: list[int]) -> None:
+        """Do a line, or look at the one that was told before the clock was back."""
+        if not self.token:
             self._arm(None)
-        self.guard.do(Wait(int((_LINE_PX + 4) * self.period) + self.tick_hz // 10))
+        elif not self.early:
+            self.guard.do(Order("go", 0, _TOKEN, ahead=self.ahead))
+        pixels = _LINE_PX + 4 + self.ahead
+        self.guard.do(Wait(int(pixels * self.period) + self.tick_hz // 10))
         self.guard.do(Look())
         for axis, old in enumerate(before):
             edges = self.world.edges(axis)
             if edges.count - old != _COUNT * _LINE_PX:
                 self.guard.complain(f"axis {axis}: {edges.count - old} edges of a line")
                 continue
-            off = (edges.last - zero) % self.period
-            off = int(min(off, self.period - off))
+            off = int(self._off(edges.last - zero))
             self.outcome.lines += 1
             self.outcome.farthest_cycles = max(self.outcome.farthest_cycles, off)
             if off > PLACE_CYCLES:
                 self.guard.complain(f"axis {axis}: its line ends {off} cycles from a clock edge")
+
+    def _off(self, last: int) -> Fraction:
+        """Return how far a line's last edge, so long behind the clock's return, is from its place.
+
+        The place is the end of a pixel: whole periods from a clock edge. `go` before the return
+        names the edge, counted from the first one that comes.
+        """
+        if self.early:
+            return abs(last - (self.ahead + _LINE_PX) * self.period)
+        off = last % self.period
+        return min(off, self.period - off)
 
 
 def tell(world: World, overflows: int) -> None:

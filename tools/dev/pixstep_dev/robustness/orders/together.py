@@ -11,6 +11,7 @@ import random
 from dataclasses import dataclass
 
 from pixstep.board import boards
+from pixstep_dev.robustness.orders import lines
 from pixstep_dev.robustness.orders.actions import (
     ASK,
     TELL,
@@ -57,12 +58,13 @@ def make(rng: random.Random, place: Place) -> Together:
     made: list[Action] = [Frequency(hz, TELL), *[Block(axis, entries) for axis in axes]]
     made += [_disturbance(rng, tried[0], rng.choice(axes), entries, armed=False)]
     made += [Order("arm", mask, token, ASK), Wait(rng.randrange(_STARTS_CYCLES))]
+    ahead = lines.go_ahead(tick_hz, hz) if token else 0
     made += [_disturbance(rng, tried[1], rng.choice(axes), entries, armed=True)]
     if token:
-        made += [Wait(rng.randrange(_STARTS_CYCLES)), Order("go", 0, token, TELL)]
+        made += [Wait(rng.randrange(_STARTS_CYCLES)), Order("go", 0, token, TELL, ahead)]
     made += [Wait(rng.randrange(_STARTS_CYCLES))]
     made += [_disturbance(rng, tried[2], rng.choice(axes), entries, armed=True)]
-    lasts = 4 * tick_hz // hz + _STARTS_CYCLES
+    lasts = (4 + ahead) * tick_hz // hz + _STARTS_CYCLES
     made += [
         Wait(lasts + (2 * tick_hz // hz if clocked else 0)),
         Look(),

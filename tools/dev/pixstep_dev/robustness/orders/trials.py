@@ -38,6 +38,7 @@ _STEP_LIMIT_CYCLES = 480_000
 _AROUND_CYCLES = 1500  # of a STEP edge: the longest way of its handlers, and the confirmation
 _WATCH_S = 0.05
 _TOKEN = 77
+_AHEAD = (0, 1, 4, 20, 40, 0x8000)  # edges; 0 names none, the last one has passed
 _CLOCKS = ("off", "on", "drop 1", "drop 3", "ppm 90000", "ppm -2000", "hz 50/1", "hz 700/1")
 
 
@@ -80,7 +81,7 @@ def make(rng: random.Random, place: Place, estop: float) -> Trial:
         tried = [name.removeprefix("coil ") for name in tried]
     if rng.random() < estop:
         tried[rng.randrange(len(tried))] = ESTOP
-    made = [*_begin(rng, setup), _moment(rng, setup, tick_hz)]
+    made = [*_begin(rng, setup, tick_hz), _moment(rng, setup, tick_hz)]
     for name in tried:
         made += [*_command(rng, name, setup, place.axes), Wait(_gap(rng, name))]
     made += [Look(), Wait(int(_WATCH_S * tick_hz)), Look()]
@@ -101,7 +102,7 @@ def _setup(rng: random.Random, place: Place, tick_hz: int) -> Setup:
     return Setup(mask, hz, clocked, _TOKEN if rng.random() < 0.1 else None, made, fastest)
 
 
-def _begin(rng: random.Random, setup: Setup) -> list[Action]:
+def _begin(rng: random.Random, setup: Setup, tick_hz: int) -> list[Action]:
     """Queue the lines and arm them."""
     how = TELL if rng.random() < 0.5 else ASK
     made: list[Action] = [Frequency(setup.hz, TELL)]
@@ -110,7 +111,8 @@ def _begin(rng: random.Random, setup: Setup) -> list[Action]:
         made.append(Order("permit_on", 0, None, TELL))
     made.append(Order("arm", setup.mask, setup.token, how))
     if setup.token and rng.random() < 0.7:
-        made += [Wait(rng.randrange(200_000)), Order("go", 0, setup.token, TELL)]
+        ahead = lines.go_ahead(tick_hz, setup.hz)
+        made += [Wait(rng.randrange(200_000)), Order("go", 0, setup.token, TELL, ahead)]
     return made
 
 
@@ -145,12 +147,14 @@ def _command(rng: random.Random, name: str, setup: Setup, axes: int) -> list[Act
     if name.startswith("coil "):
         return [_coil(rng, name.removeprefix("coil "), setup, how)]
     mask = setup.mask if rng.random() < 0.7 else rng.randrange(16)
-    argument = None
+    argument, ahead = None, 0
     if name == "store":
         argument = _WRONG_KEY
     elif name == "go" or (name == "arm" and rng.random() < 0.2):
         argument = rng.choice((0, _TOKEN, _TOKEN, _TOKEN + 1))
-    return [Order(name, mask, argument, how)]
+    if name == "go":
+        ahead = rng.choice(_AHEAD)
+    return [Order(name, mask, argument, how, ahead)]
 
 
 def _press(rng: random.Random) -> list[Action]:

@@ -23,6 +23,7 @@ _STRETCH_CYCLES = 8192  # between two looks for a step
 _PARKED = 4  # STEP_STATE_PARKED
 _IDLE_UNITS = 64  # an idle period in units of the coarse clock
 _COUNT_ADDRESS = 0x46  # TCNT0
+_EDGES = 0x10000  # their numbers are taken modulo this
 
 
 @dataclass(frozen=True)
@@ -108,7 +109,7 @@ class World:
     def registers(self) -> dict[str, tuple[int, ...]]:
         """Return what only a command or a setting changes: the words written, outputs, settings."""
         wanted = {
-            "command": frames.read_holdings(regs.COMMAND_BASE, 3),
+            "command": frames.read_holdings(regs.COMMAND_BASE, 4),
             "settings": frames.read_holdings(0, regs.settings()[-1].address + 1),
             "outputs": frames.read_inputs(regs.register_map().input("outputs").address, 1),
         }
@@ -202,8 +203,8 @@ class World:
     def _frame(self, action: actions.Action, unit: int) -> bytes:
         table = regs.register_map()
         match action:
-            case actions.Order(name, mask, argument):
-                return frames.order(name, mask, argument, unit)
+            case actions.Order(name, mask, argument, _, ahead):
+                return frames.order(name, mask, argument, unit, self._edge(ahead))
             case actions.Coils(first, values):
                 return frames.coils(first, list(values), unit)
             case actions.Block(axis, entries, off):
@@ -215,6 +216,12 @@ class World:
                 words = [hz >> 16, hz, 0, 1]
                 return frames.write(table.holding("pixel_hz_num").address, words, unit)
         raise TypeError(f"no request: {action}")
+
+    def _edge(self, ahead: int) -> int:
+        """Return the number of the clock edge so far ahead; of edge 0, which names none, the next."""
+        if not ahead:
+            return 0
+        return (self.memory.read("clock.edges") + ahead) % _EDGES or 1
 
     def _count_block(self, action: actions.Action) -> None:
         if isinstance(action, actions.Block) and action.off == 0:
