@@ -684,7 +684,7 @@ static void ends_of_long_pixels(void)
                                             0x12FFFFFFuL,
                                             0xFFFFFF00uL};
 
-    for (uint8_t i = 0; i < sizeof before_ticks / sizeof before_ticks[0]; i++) {
+    for (size_t i = 0; i < sizeof before_ticks / sizeof before_ticks[0]; i++) {
         TEST_ASSERT_EQUAL_UINT32(before_ticks[i] + 100000uL, end_behind(before_ticks[i]));
     }
 }
