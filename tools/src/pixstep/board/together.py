@@ -35,6 +35,7 @@ _READY_S = 10.0
 _START_S, _START_PIXELS = 1.0, 4
 _COUNT = 0x10000  # numbers of edges are taken modulo this
 _TICKS = 1 << 32  # and instants modulo this
+_SINCE_TICKS = 1 << 26  # some seconds: a mark is looked at within so long
 _UNIT_TICKS = 64  # of registers mark_units and started_units
 _MEASURING_EDGES = 8
 _REST_S = 120.0  # the longest rest of the clock that is waited for
@@ -44,17 +45,22 @@ _REST_S = 120.0  # the longest rest of the clock that is waited for
 class Look:
     """A board's count of its clock's edges, at one moment.
 
-    `newest` is the number of the newest edge. `edge_ticks` is when edge number `edge` came, or is
-    expected, `mark_ticks` when the last mark ended, both since the board's timers started.
+    `edge` is the number of the newest edge, `edge_ticks` when it came, `expected_ticks` when a lock
+    expects the next one, `mark_ticks` when the last mark ended, since the board's timers started.
     """
 
-    newest: int
     edge: int
     edge_ticks: int
+    expected_ticks: int
     mark_ticks: int
     zero_edge: int
     marks: int
     steady: bool
+
+    @property
+    def none_since(self) -> bool:
+        """Whether no edge has come since the mark."""
+        return (self.edge_ticks - self.mark_ticks) % _TICKS > _SINCE_TICKS
 
 
 @dataclass(frozen=True)
@@ -91,6 +97,9 @@ class Together:
         boards' inputs, whose axes may be some pixels beside the others'.
         """
         boards = [lines.board for lines in self.group]
+        if _gate_of(boards):
+            _same_counts(boards, [mark.counted for mark in _resting(boards, world)])
+            return
         for last in range(_TRIES):
             marks = _mark(boards, world)
             counts = [mark.counted for mark in marks]
@@ -99,13 +108,20 @@ class Together:
             if _same_state(marks) and last >= 1:
                 break
             world.wait(_POLL_S)
-        said = ", ".join(
-            f"board {board.unit} {count:.1f}" for board, count in zip(boards, counts, strict=True)
-        )
-        raise BoardError(
-            f"the boards have counted different numbers of clock edges since line zero ({said}): "
-            f"an edge was lost, false or doubled at one input; check the clock's wires, home again"
-        )
+        _same_counts(boards, counts)
+
+
+def _same_counts(boards: Sequence[Board], counts: Sequence[float]) -> None:
+    """Raise BoardError if boards have counted different numbers of clock edges."""
+    if max(counts) - min(counts) <= _AGREE:
+        return
+    said = ", ".join(
+        f"board {board.unit} {count:.1f}" for board, count in zip(boards, counts, strict=True)
+    )
+    raise BoardError(
+        f"the boards have counted different numbers of clock edges since line zero ({said}): "
+        f"an edge was lost, false or doubled at one input; check the clock's wires, home again"
+    )
 
 
 def start(group: list[Lines], world: World, progress: Progress = unseen) -> Together:
@@ -203,13 +219,16 @@ def _agree_and_go(group: list[Lines], token: int, world: World) -> None:
     gate_edges = _gate_of(boards)
     if gate_edges:
         # While the clock rests: line zero of the next burst.
-        marks, ahead = _resting(boards, world, gate_edges), 1 + gate_edges
+        ahead = 1 + gate_edges
+        marks = _resting(boards, world, ahead)
     else:
         marks = _agreed(boards, world)
         ahead = _edges_ahead(boards, marks)
     for board, mark in zip(boards, marks, strict=True):
         _go(board, token, _number(marks[0], mark, ahead))
-    again = _marks_of_one_state(boards, world)
+    again = _rest_marks(boards, world) if gate_edges else _marks_of_one_state(boards, world)
+    if again is None:
+        return  # the burst has come; compare() has the last word
     for board, mark in zip(boards, again, strict=True):
         if not mark.steady and mark.rests == marks[0].rests:
             raise BoardError(
@@ -240,17 +259,16 @@ def _gate_of(boards: Sequence[Board]) -> int:
     return gates[0]
 
 
-def _resting(boards: Sequence[Board], world: World, gate_edges: int) -> list[Mark]:
+def _resting(boards: Sequence[Board], world: World, ahead: int = 0) -> list[Mark]:
     """Return marks of boards whose gated clock rests: the next edge is the first one of a burst.
 
-    Raises BoardError if no mark meets a rest.
+    The edge that comes so far `ahead` has a number on each board: 0 names none. Raises BoardError
+    if no mark meets a rest.
     """
     end_s = world.now_s() + _REST_S
     while True:
-        marks = _marks_of_one_state(boards, world)
-        # 0 names no edge.
-        named = [_number(marks[0], mark, 1 + gate_edges) for mark in marks]
-        if marks[0].rests and 0 not in named:
+        marks = _rest_marks(boards, world)
+        if marks and not (ahead and any(_number(marks[0], mark, ahead) == 0 for mark in marks)):
             return marks
         if world.now_s() > end_s:
             raise BoardError(
@@ -334,34 +352,58 @@ def _same_state(marks: Sequence[Mark]) -> bool:
 
 def _mark(boards: Sequence[Board], world: World) -> list[Mark]:
     """Make all boards mark, and find where the mark lies in the count of each."""
+    before, _, now = _marked(boards, world)
+    return [_placed(board, *looks) for board, *looks in zip(boards, before, now, strict=True)]
+
+
+def _rest_marks(boards: Sequence[Board], world: World) -> list[Mark] | None:
+    """Return marks of boards whose clock rests from the mark until all have been looked at.
+
+    No board has seen an edge since the mark, and behind the mark the first one says that the clock
+    rests: the newest edge of each is the same one, the last of a burst. None if that is not so.
+    """
+    before, rests, now = _marked(boards, world)
+    if not rests or not all(look.none_since for look in now):
+        return None
+    return [
+        Mark(look.edge, True, was.steady, _period(board), look.zero_edge)
+        for board, was, look in zip(boards, before, now, strict=True)
+    ]
+
+
+def _marked(boards: Sequence[Board], world: World) -> tuple[list[Look], bool, list[Look]]:
+    """Make all boards mark; return looks before and behind it.
+
+    Between the mark and the looks behind it the first board was asked whether the clock rests.
+    """
     before = [_look(board) for board in boards]
     for _ in range(_TRIES):
         boards[0].mark()
         world.wait(_MARK_S)
+        rests = not _clock_runs(boards[0])
         now = [_look(board) for board in boards]
         heard = [
             (look.marks - was.marks) % 0x100 == 1 for was, look in zip(before, now, strict=True)
         ]
         if all(heard):
-            return [
-                _placed(board, *looks) for board, *looks in zip(boards, before, now, strict=True)
-            ]
+            return before, rests, now
         before = now
     unit = next(board.unit for board, ok in zip(boards, heard, strict=True) if not ok)
     raise BoardError(f"board {unit}: it does not hear broadcasts, by which boards agree on an edge")
 
 
+def _clock_runs(board: Board) -> bool:
+    """Whether the pixel clock is there."""
+    return bool(regs.flags(board.input("status"))["clock"])
+
+
 def _look(board: Board) -> Look:
     """Read a board's count of edges, all of it as it is at one moment."""
     found = board.inputs_from("mark_units", "clock_expected_ticks")
-    newest = found["clock_edge"]
-    edge, edge_ticks = newest, found["clock_edge_ticks"]
-    if board.setting("sync") == regs.SYNCS["lock"]:
-        edge, edge_ticks = newest + 1, found["clock_expected_ticks"]
     return Look(
-        newest,
-        edge,
-        edge_ticks,
+        found["clock_edge"],
+        found["clock_edge_ticks"],
+        found["clock_expected_ticks"],
         _UNIT_TICKS * (found["mark_units"] - found["started_units"]) % _TICKS,
         found["zero_edge"],
         found["mark_count"],
@@ -369,16 +411,26 @@ def _look(board: Board) -> Look:
     )
 
 
+def _period(board: Board) -> float:
+    """Return the clock's period by the board's settings, ticks."""
+    return float(Fraction(board.tick_hz()) / board.clock_hz())
+
+
 def _placed(board: Board, before: Look, now: Look) -> Mark:
     """Return where a mark lies, by looks at the board before and behind it."""
-    rests = not regs.flags(board.input("status"))["clock"]
-    period = float(Fraction(board.tick_hz()) / board.clock_hz())
+    rests = not _clock_runs(board)
+    # A lock knows best where the next edge is.
+    locked = board.setting("sync") == regs.SYNCS["lock"]
+    was_ticks, is_ticks = (
+        look.expected_ticks if locked else look.edge_ticks for look in (before, now)
+    )
+    period = _period(board)
     edges = (now.edge - before.edge) % _COUNT
     # Of a fast clock what it has done just now says more than what it is set to.
     if not rests and _MEASURING_EDGES <= edges < _COUNT // 2:
-        period = ((now.edge_ticks - before.edge_ticks) % _TICKS) / edges
-    behind = _signed(now.mark_ticks - now.edge_ticks)
-    place = now.newest if rests else now.edge + behind / period
+        period = ((is_ticks - was_ticks) % _TICKS) / edges
+    behind = _signed(now.mark_ticks - is_ticks) / period
+    place = now.edge if rests else now.edge + locked + behind
     return Mark(place % _COUNT, rests, before.steady, period, now.zero_edge)
 
 
