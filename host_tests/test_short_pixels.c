@@ -585,6 +585,10 @@ static void pixels_that_no_train_can_make(void)
     counts[1] = 125;
     counts[0] = 125;
     check_line(1, 1, false, 0);
+    // Behind ones that are whole.
+    counts[1] = 300;
+    counts[0] = 300;
+    check_line(1, 1, false, 0);
     // 256 ticks each: a train.
     pixels = 13;
     for (uint8_t i = 0; i < pixels; i++) {
