@@ -545,7 +545,7 @@ static void step_unseen(void)
     avr->pc = skips_mend(&part.skips, avr, avr_run_one(avr));
 }
 
-static enum twin_end end_of_interrupt(void)
+static enum twin_end end_of_interrupt(const avr_t *avr)
 {
     if (avr->pc == part.late) {
         return TWIN_LATE;
@@ -630,7 +630,7 @@ static enum twin_end serve(struct twin *twin)
     do {
         step();
     } while (avr->pc != RETURN_AT && avr->pc != part.late && avr->pc != part.command);
-    enum twin_end end = end_of_interrupt();
+    enum twin_end end = end_of_interrupt(avr);
     enum twin_end expected = twin_interrupt(twin);
     if (end != expected || part.compared != part.made) {
         fail("the interrupt ends with %d after %u accesses, the twin with %d after %u",
