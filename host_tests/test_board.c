@@ -171,6 +171,12 @@ static bool play_unknown(void)
     return (report_status() & REPORT_PLAY) != 0;
 }
 
+static void check_play(uint16_t lacking_steps, bool unknown)
+{
+    TEST_ASSERT_EQUAL_UINT16(lacking_steps, axes_get(0)->line.backlash_steps);
+    TEST_ASSERT_EQUAL(unknown, play_unknown());
+}
+
 // The second line follows the first in the same direction, so that nothing is lacking then.
 static void check_policy(uint16_t policy)
 {
@@ -180,13 +186,11 @@ static void check_policy(uint16_t policy)
     queue_backlash_line(LINE_MARK_START | LINE_START_WAIT);
     queue_backlash_line(LINE_MARK_START);
     arm(1);
-    TEST_ASSERT_EQUAL_UINT16(5, axes_get(0)->line.backlash_steps);
-    TEST_ASSERT_TRUE(play_unknown());
+    check_play(5, true);
     while (segment_queue_fill(&axes_get(0)->queue) != 0) {
         bench_rounds(1);
     }
-    TEST_ASSERT_EQUAL_UINT16(0, axes_get(0)->line.backlash_steps);
-    TEST_ASSERT_FALSE(play_unknown());
+    check_play(0, false);
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
     TEST_ASSERT_EQUAL_UINT16(2, axes_get(0)->lines_done);
     TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);

@@ -196,7 +196,7 @@ static void both_ways_say_the_same(void)
     static const uint16_t hz[] = {1, 30, 480, 1000, 5000, 20000};
 
     chance_seed(0xC10C4uL);
-    for (uint8_t i = 0; i < sizeof hz / sizeof hz[0]; i++) {
+    for (size_t i = 0; i < sizeof hz / sizeof hz[0]; i++) {
         TEST_ASSERT_GREATER_THAN_UINT16(100, compare_ways(hz[i], 400));
     }
 }

@@ -167,7 +167,7 @@ static void numbers_of_pixels_wrap(void)
 {
     static const uint32_t before[] = {0, 0xFFFEuL, 0x1FFFEuL, 0xFFFFFEuL, 0x7FFFFFFEuL};
 
-    for (uint8_t i = 0; i < sizeof before / sizeof before[0]; i++) {
+    for (size_t i = 0; i < sizeof before / sizeof before[0]; i++) {
         for (uint8_t thinned = 0; thinned < 2u; thinned++) {
             memset(&start, 0, sizeof start);
             records_thin(thinned == 0 ? 1 : 1000, UINT16_MAX);

@@ -282,18 +282,23 @@ static void not_while_settings_are_stored(void)
     TEST_ASSERT_EQUAL(MODBUS_OK, line(0, 3, 20));
 }
 
+static void check_clock_known(void)
+{
+    TEST_ASSERT_TRUE(reference_settled());
+    TEST_ASSERT_TRUE(reference_present());
+}
+
 // Not even for a moment: the board still knows its clock, and its settings are those stored.
 static void a_refused_divider_leaves_clock_and_store_alone(void)
 {
     bench_rounds(800);
     uint16_t stored = store_state();
 
-    TEST_ASSERT_TRUE(reference_settled());
+    check_clock_known();
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE,
                       BLOCK(0, HEAD(2), {fast, 3}, {30000, 1}, END));
     check_edges(1);
-    TEST_ASSERT_TRUE(reference_settled());
-    TEST_ASSERT_TRUE(reference_present());
+    check_clock_known();
     TEST_ASSERT_EQUAL_HEX16(stored, store_state());
     discard(0);
     TEST_ASSERT_EQUAL(MODBUS_OK, BLOCK(0, HEAD(2), {fast, 3}, END));

@@ -113,7 +113,7 @@ static void a_waiting_line_goes_on_as_far_as_the_lead(void)
     open_grid(2, 0);
     lock_grid_hold_period();
     line_grid_start_locked(&line);
-    for (uint16_t edges = 1; edges <= WAITING_EDGES; edges = (uint16_t)(edges + 2u)) {
+    for (unsigned edges = 1; edges <= WAITING_EDGES; edges += 2u) {
         TEST_ASSERT_EQUAL(false, line_grid_early(&line, false));
         (void)line_grid_advance(&line);
     }

@@ -57,7 +57,7 @@ static void queue_smooth(uint16_t mark, int16_t play)
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue((int16_t)(LINE_MARK_START | mark), 0));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(play, 40));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(0, 1));
-    for (uint8_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
+    for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
         TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(counts[i], 1));
     }
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(0, 1));
@@ -200,7 +200,7 @@ static void plain_line_that_reverses(void)
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(LINE_MARK_START, 0));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(0, 0));
     static const int16_t counts[] = {-15, 0, 0, 3, 0, 0, -8, 0, 11, -2};
-    for (uint8_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
+    for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
         TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(counts[i], 1));
     }
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(LINE_MARK_END, 0));

@@ -585,6 +585,10 @@ static void pixels_that_no_train_can_make(void)
     counts[1] = 125;
     counts[0] = 125;
     check_line(1, 1, false, 0);
+    // Behind ones that are whole.
+    counts[1] = 300;
+    counts[0] = 300;
+    check_line(1, 1, false, 0);
     // 256 ticks each: a train.
     pixels = 13;
     for (uint8_t i = 0; i < pixels; i++) {
@@ -684,7 +688,7 @@ static void ends_of_long_pixels(void)
                                             0x12FFFFFFuL,
                                             0xFFFFFF00uL};
 
-    for (uint8_t i = 0; i < sizeof before_ticks / sizeof before_ticks[0]; i++) {
+    for (size_t i = 0; i < sizeof before_ticks / sizeof before_ticks[0]; i++) {
         TEST_ASSERT_EQUAL_UINT32(before_ticks[i] + 100000uL, end_behind(before_ticks[i]));
     }
 }

@@ -545,6 +545,14 @@ static void step_unseen(void)
     avr->pc = skips_mend(&part.skips, avr, avr_run_one(avr));
 }
 
+static enum twin_end end_of_interrupt(void)
+{
+    if (avr->pc == part.late) {
+        return TWIN_LATE;
+    }
+    return avr->pc == part.command ? TWIN_COMMAND : TWIN_RETURNS;
+}
+
 // The C half of an interrupt, and the way back. A halt may be asked for while a command is executed
 // (step_engine_halt_soon()): what C has taken of a train is then cut off.
 static void go_on_in_c(struct twin *twin, enum twin_end end)
@@ -622,9 +630,7 @@ static enum twin_end serve(struct twin *twin)
     do {
         step();
     } while (avr->pc != RETURN_AT && avr->pc != part.late && avr->pc != part.command);
-    enum twin_end end = avr->pc == part.late      ? TWIN_LATE
-                        : avr->pc == part.command ? TWIN_COMMAND
-                                                  : TWIN_RETURNS;
+    enum twin_end end = end_of_interrupt();
     enum twin_end expected = twin_interrupt(twin);
     if (end != expected || part.compared != part.made) {
         fail("the interrupt ends with %d after %u accesses, the twin with %d after %u",

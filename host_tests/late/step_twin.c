@@ -29,7 +29,7 @@
 #define FIRST_AFTER_EDGE 2u // ticks behind the match of the STEP edge
 
 // What one piece of the interrupt tells the piece that called it.
-enum next { LEAVE, PERIOD, AGAIN, FAIL };
+enum next { LEAVE, PERIOD, AGAIN, LATE, FAIL };
 
 static uint8_t get(struct twin *t, enum twin_register which)
 {
@@ -319,8 +319,6 @@ static enum next made_up_equal(struct twin *t, const struct interval *one)
     return served(t, one);
 }
 
-static enum next late(struct twin *t, const struct interval *one);
-
 // .Lnext_entry: the interval that is loaded is right if the train goes on. `loaded`: it.
 static enum next entry_ahead(struct twin *t, const struct interval *loaded)
 {
@@ -339,20 +337,21 @@ static enum next entry_ahead(struct twin *t, const struct interval *loaded)
     return over(t) ? merge(t, loaded) : made_up(t, loaded);
 }
 
-// make_up_fast behind the write of the counter: load the next interval at once.
-static enum next load_fast(struct twin *t, bool second)
+// make_up_fast behind the write of the counter: load the next interval, `one` from now on, at once.
+static enum next load_fast(struct twin *t, struct interval *one)
 {
-    struct interval one = interval_of(t, second);
+    bool second = one->second;
 
-    put(t, TWIN_TOP_LOW, one.low);
+    *one = interval_of(t, second);
+    put(t, TWIN_TOP_LOW, one->low);
     bool is_late = over(t);
-    t->left = counted(&one, t->left);
+    t->left = counted(one, t->left);
     if (t->left != 0) {
         t->engine.left = t->left;
-        return is_late ? late(t, &one) : made_up(t, &one);
+        return is_late ? LATE : made_up(t, one);
     }
     if (!is_late) {
-        return entry_ahead(t, &one);
+        return entry_ahead(t, one);
     }
     t->engine.left = 0;
     refill(t, second);
@@ -360,7 +359,7 @@ static enum next load_fast(struct twin *t, bool second)
 }
 
 // .Lfast
-static enum next make_up_fast(struct twin *t, const struct interval *one)
+static enum next make_up_fast(struct twin *t, struct interval *one)
 {
     uint8_t first = (uint8_t)(t->low_ticks + FIRST_AFTER_EDGE);
     int longer = one->is_long ? 1 : -1;
@@ -389,11 +388,11 @@ static enum next make_up_fast(struct twin *t, const struct interval *one)
     put(t, TWIN_COUNT_LOW, (uint8_t)((int)(count + AHEAD) - longer));
     t->last = one->low;
     advance(one);
-    return load_fast(t, one->second);
+    return load_fast(t, one);
 }
 
-// make_up: the interval is loaded, and the next period had begun before.
-static enum next late(struct twin *t, const struct interval *one)
+// make_up, once: LATE if the interval that it has loaded is late as well.
+static enum next late_once(struct twin *t, struct interval *one)
 {
     if (t->has_clock && (get(t, TWIN_FLAGS) & FLAG_CAPTURE) != 0) {
         return rarely(t, one);
@@ -415,6 +414,17 @@ static enum next late(struct twin *t, const struct interval *one)
     }
     put(t, TWIN_FLAGS, FLAG_OVERFLOW);
     return set_by_a_tick(t, one);
+}
+
+// make_up: the interval is loaded, and the next period had begun before.
+static enum next late(struct twin *t, struct interval *one)
+{
+    enum next next = LATE;
+
+    while (next == LATE) {
+        next = late_once(t, one);
+    }
+    return next;
 }
 
 // train_interval

@@ -156,6 +156,17 @@ static void drop(struct clock_filter *filter)
     doubt(filter, CLOCK_FILTER_DOUBT_FALSE);
 }
 
+// What an edge in its place adds to the doubt; farther than `most` off it is far.
+static inline uint8_t doubt_of(const struct clock_filter *filter,
+                               int32_t error_ticks,
+                               int32_t most)
+{
+    if ((uint32_t)(error_ticks + most) > 2u * (uint32_t)most) {
+        return CLOCK_FILTER_DOUBT_FAR;
+    }
+    return filter->bridged == 0 ? 0 : CLOCK_FILTER_DOUBT_GAP;
+}
+
 bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks)
 {
     BY_POINTER(filter);
@@ -170,13 +181,7 @@ bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks)
             return false;
         }
         if (error <= most) {
-            uint8_t more = (uint8_t)(filter->bridged == 0 ? 0 : CLOCK_FILTER_DOUBT_GAP);
-
-            most /= 2;
-            if ((uint32_t)(error + most) > 2u * (uint32_t)most) {
-                more = CLOCK_FILTER_DOUBT_FAR;
-            }
-            take(filter, error, more);
+            take(filter, error, doubt_of(filter, error, most / 2));
             return true;
         }
         if (!clock_filter_bridge(filter)) {

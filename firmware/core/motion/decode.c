@@ -351,6 +351,16 @@ static inline bool room_left(const struct stream *stream)
     return stream_space(stream) >= DECODE_ROOM_LEFT;
 }
 
+// How many of the steps that are left are written at once: the slots of a batch are free when all
+// of it is made.
+static inline uint8_t singles_batch(const struct stream *stream, const struct walk *walk)
+{
+    uint8_t count = (uint8_t)(stream_space(stream) - FEED_BURST);
+
+    count = count < CURVE_BATCH ? count : (uint8_t)CURVE_BATCH;
+    return walk->until < count ? (uint8_t)walk->until : count;
+}
+
 // Write more of a pixel whose steps are entries, and the mark at its end. Returns what it cost of a
 // round's budget.
 static uint8_t decode_pixel_singles(struct axis *axis, uint8_t budget)
@@ -360,12 +370,8 @@ static uint8_t decode_pixel_singles(struct axis *axis, uint8_t budget)
     uint8_t left = budget;
 
     do {
-        uint8_t count = (uint8_t)(stream_space(stream) - FEED_BURST);
-        // The slots of a batch are free when all of it is made.
-        count = count < CURVE_BATCH ? count : (uint8_t)CURVE_BATCH;
-        if (walk->until < count) {
-            count = (uint8_t)walk->until;
-        }
+        uint8_t count = singles_batch(stream, walk);
+
         (void)train_pixel_singles(&walk->steps.even, stream, count);
         walk->until = (uint16_t)(walk->until - count);
         if (walk->until == 0) {

@@ -185,16 +185,6 @@ uint32_t lock_grid_next(void)
     return fix_newest(grid);
 }
 
-uint32_t lock_grid_next_to_come(void)
-{
-    uint32_t ticks = 0;
-
-    do {
-        ticks = lock_grid_next();
-    } while ((int16_t)(lock_grid.newest_edge - lock_grid.filter.edge) <= 0);
-    return ticks;
-}
-
 #if SEVERAL_AXES
 uint32_t lock_grid_time(uint16_t number)
 {

@@ -133,9 +133,6 @@ uint32_t lock_grid_begin(uint16_t edges);
 // Fix one more pixel edge. Returns its time; its number is lock_grid_now()->newest.
 uint32_t lock_grid_next(void);
 
-// Fix pixel edges up to one that the clock has not reached. Returns its time.
-uint32_t lock_grid_next_to_come(void);
-
 #if SEVERAL_AXES
 // Time of pixel edge `number`: one of the LOCK_GRID_EDGES newest that are fixed.
 uint32_t lock_grid_time(uint16_t number);

@@ -218,7 +218,7 @@ class World:
         raise TypeError(f"no request: {action}")
 
     def _edge(self, ahead: int) -> int:
-        """Return the number of the clock edge so far ahead; of edge 0, which names none, the next."""
+        """Return the number of the clock edge so far ahead, 1 for edge 0, which names none."""
         if not ahead:
             return 0
         return (self.memory.read("clock.edges") + ahead) % _EDGES or 1
