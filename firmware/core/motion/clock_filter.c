@@ -164,7 +164,7 @@ static inline uint8_t doubt_of(const struct clock_filter *filter,
     if ((uint32_t)(error_ticks + most) > 2u * (uint32_t)most) {
         return CLOCK_FILTER_DOUBT_FAR;
     }
-    return filter->bridged == 0 ? 0 : CLOCK_FILTER_DOUBT_GAP;
+    return (uint8_t)(filter->bridged == 0 ? 0 : CLOCK_FILTER_DOUBT_GAP);
 }
 
 bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks)
