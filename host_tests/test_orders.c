@@ -71,7 +71,7 @@ static void check_twice(enum command again)
     TEST_ASSERT_TRUE(step_engine_going(step_timer_state(1)));
     command(2, again);
     TEST_ASSERT_EQUAL(AXIS_STOPPING, axes_get(1)->life.state);
-    TEST_ASSERT_EQUAL(MODBUS_DEVICE_BUSY, bench_entry(1, SLOW_STEPS_PX, 1));
+    TEST_ASSERT_EQUAL(MODBUS_BUSY, bench_entry(1, SLOW_STEPS_PX, 1));
     TEST_ASSERT_EQUAL_HEX16(REPORT_CLOCK | REPORT_STOPPING << 1u,
                             bench_input(REG_INPUT_status));
     TEST_ASSERT_EQUAL(AXIS_EMPTY, bench_input(REG_AXIS_BASE + REG_AXIS_STRIDE));
