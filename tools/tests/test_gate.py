@@ -164,13 +164,20 @@ def boards_of(tmp_path):
         one.sim.kill()
 
 
+# The marks meet the bursts and rests at another phase each. In the longer rests the boards have
+# armed the second line when they are asked whether the first one has begun.
 @pytest.mark.usefixtures("simulator")
-@pytest.mark.parametrize("sync", ["start", "lock"])
-def test_boards_begin_with_one_burst(boards_of, sync):
+@pytest.mark.parametrize(
+    ("sync", "rest_us", "later_s"),
+    [("start", 300_000, 0.0), ("lock", 300_000, 0.0), ("start", 300_000, 0.041),
+     ("lock", 300_000, 0.082), ("start", 1_600_000, 0.069), ("lock", 1_600_000, 0.0)],
+)  # fmt: skip
+def test_boards_begin_with_one_burst(boards_of, sync, rest_us, later_s):
     one = boards_of("mega", "m1284")
     one.set(sync, 30)
     one.world.wait(1)
-    one.sim.clock("gate 71 300000")
+    one.sim.clock(f"gate 71 {rest_us}")
+    one.world.wait(later_s)
     group = []
     for board in one.boards:
         for _ in range(2):

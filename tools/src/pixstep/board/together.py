@@ -143,8 +143,8 @@ def start(group: list[Lines], world: World, progress: Progress = unseen) -> Toge
             _arm_one(lines, token, armed)
         _await_ready(group, world)
         gone = True
-        _agree_and_go(group, token, world)
-        _await_start(group, world, progress)
+        zeros = _agree_and_go(group, token, world)
+        _await_start(group, zeros, world, progress)
     except (BoardError, KeyboardInterrupt):
         with signals.ignored():
             _take_back(armed, gone=gone)
@@ -209,13 +209,16 @@ def _follows_clock(board: Board) -> bool:
     return settings.read(board)["sync"] != regs.SYNCS["free"]
 
 
-def _agree_and_go(group: list[Lines], token: int, world: World) -> None:
-    """Find the edge that all boards begin on, tell it to each, and check that they still agree."""
+def _agree_and_go(group: list[Lines], token: int, world: World) -> dict[int, int]:
+    """Find the edge that all boards begin on, tell it to each, and check that they still agree.
+
+    Returns the older line zero of each unit, of boards on a gated clock alone.
+    """
     boards = [lines.board for lines in group]
     if not all(_follows_clock(board) for board in boards):
         for board in boards:
             board.go(token, 1)
-        return
+        return {}
     gate_edges = _gate_of(boards)
     if gate_edges:
         # While the clock rests: line zero of the next burst.
@@ -227,8 +230,16 @@ def _agree_and_go(group: list[Lines], token: int, world: World) -> None:
     for board, mark in zip(boards, marks, strict=True):
         _go(board, token, _number(marks[0], mark, ahead))
     again = _rest_marks(boards, world) if gate_edges else _marks_of_one_state(boards, world)
-    if again is None:
-        return  # the burst has come; compare() has the last word
+    # None: the burst has come, and compare() has the last word.
+    if again is not None:
+        _check_again(boards, marks, again)
+    if not gate_edges:
+        return {}
+    return {board.unit: mark.zero_edge for board, mark in zip(boards, marks, strict=True)}
+
+
+def _check_again(boards: Sequence[Board], marks: Sequence[Mark], again: Sequence[Mark]) -> None:
+    """Raise BoardError if a board has lost an edge, or seen a false one, between two marks."""
     for board, mark in zip(boards, again, strict=True):
         if not mark.steady and mark.rests == marks[0].rests:
             raise BoardError(
@@ -439,11 +450,15 @@ def _signed(ticks: int) -> int:
     return (ticks + _TICKS // 2) % _TICKS - _TICKS // 2
 
 
-def _await_start(group: list[Lines], world: World, progress: Progress) -> None:
+def _await_start(
+    group: list[Lines], zeros: dict[int, int], world: World, progress: Progress
+) -> None:
     """Wait until no axis is armed any more, while the clock rests for as long as it does.
 
-    Raises BoardError for a fault, if an axis is armed although the clock has run for so long that
-    it must have begun, and if the clock rests for minutes.
+    On a gated clock an axis may already be armed for its next line: there a board has begun when
+    its line zero is another one than in `zeros`. Raises BoardError for a fault, if an axis is armed
+    although the clock has run for so long that it must have begun, and if the clock rests for
+    minutes.
     """
     rests_until_s = world.now_s() + _REST_S
     slowest_s = max(lines.board.pixel_period_s() for lines in group)
@@ -455,6 +470,9 @@ def _await_start(group: list[Lines], world: World, progress: Progress) -> None:
             run.raise_fault(lines.board)
             found = run.states(lines.board, lines.axes)
             armed = [(lines.board.unit, axis) for axis, name in found.items() if name == "armed"]
+            unit = lines.board.unit
+            if unit in zeros and lines.board.input("zero_edge") != zeros[unit]:
+                armed.clear()
             begun = begun or len(armed) < len(found)
             waiting += armed
             clocks.append(regs.flags(lines.board.input("status"))["clock"])
