@@ -358,7 +358,10 @@ static inline uint8_t singles_batch(const struct stream *stream, const struct wa
     uint8_t count = (uint8_t)(stream_space(stream) - FEED_BURST);
 
     count = count < CURVE_BATCH ? count : (uint8_t)CURVE_BATCH;
-    return (uint8_t)(walk->until < count ? walk->until : count);
+    if (walk->until < count) {
+        count = (uint8_t)walk->until;
+    }
+    return count;
 }
 
 // Write more of a pixel whose steps are entries, and the mark at its end. Returns what it cost of a
