@@ -85,7 +85,7 @@ static void check_away_only(uint8_t axis, int16_t towards, enum fault fault)
 static void seek_to(uint8_t axis, int16_t sign, bool both)
 {
     setUp();
-    share(sign > 0 ? PLUS_OF(axis) : MINUS_OF(axis));
+    share((uint16_t)(sign > 0 ? PLUS_OF(axis) : MINUS_OF(axis)));
     queue_seek(axis, 0, sign, 200);
     start_seek(axis);
     go_to(axis, 200000);

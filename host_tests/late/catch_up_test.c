@@ -547,8 +547,6 @@ static void step_unseen(void)
 
 static enum twin_end end_of_interrupt(const avr_t *avr)
 {
-    const avr_t *avr = part.avr;
-
     if (avr->pc == part.late) {
         return TWIN_LATE;
     }
