@@ -45,6 +45,8 @@ def test_features(two):
         ("events", ("log", "events")),
         ("clock_statistics", ("get", "edge_error_ticks")),
         ("driver_timing", ("set", "idle_off_ms=100")),
+        ("shared_switch", ("set", "home_is_limit=1")),
+        ("shared_switch", ("home", PROFILE, "--search", 1000, "--home-is-limit", "plus")),
     ],
 )
 def test_what_a_board_lacks_is_refused_with_one_line(one, feature, words):

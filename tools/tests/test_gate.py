@@ -78,6 +78,13 @@ def test_a_burst_that_is_too_short_fails(invoke):
     assert "fault pixel_clock_missing on axis 0" in said
 
 
+@pytest.mark.usefixtures("here", "simulator")
+def test_a_simulated_board_without_gates_is_refused(invoke):
+    words = ("--board", "uno", "--gate-edges", "20")
+    said = invoke("sim", "line.csv", *words, status=2).stderr
+    assert "gate_edges: board 1: its image is built without gate" in said
+
+
 def test_a_line_elsewhere_in_its_burst_is_a_reason():
     job = Job(
         "mega", {0: Line((5,), PLAIN)}, Fraction(500), gate_edges=20,
@@ -204,6 +211,22 @@ def test_boards_of_different_gates_do_not_begin(boards_of):
     with pytest.raises(BoardError, match="board 1 has gate_edges 30 and board 2 31"):
         together.start(group, one.world)
     assert all(board.axis(0)["axis_state"] == 0 for board in one.boards)
+
+
+@pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize("free", [0, 1])
+def test_a_free_board_does_not_begin_with_one_on_the_clock(boards_of, free):
+    one = boards_of("mega", "m1284")
+    one.set("start", 0)
+    one.boards[free].write_setting("sync", regs.SYNCS["free"])
+    group = []
+    for board in one.boards:
+        Upload(board, 0, queue_entries(Line((3,) * 4, PLAIN))).push()
+        group.append(Lines(board, [0]))
+    wanted = f"board {free + 1} has sync free and board {2 - free} begins on the pixel clock"
+    with pytest.raises(BoardError, match=wanted):
+        together.start(group, one.world)
+    assert [regs.axis_state(board.axis(0)["axis_state"]) for board in one.boards] == ["loaded"] * 2
 
 
 @pytest.mark.usefixtures("simulator")

@@ -308,6 +308,8 @@ def gates(ctx, board, count, lines, pixels, rest_s, flaws, seed, as_json):
     """
     from pixstep_dev.robustness import gates as campaign
 
+    if not rest_s[0] <= rest_s[1]:
+        raise click.BadParameter(f"{rest_s[0]:g} {rest_s[1]:g}: the shortest rest comes first")
     chosen = campaign.FLAWS if flaws else campaign.FLAWS[:1]
     plan = campaign.Plan(board, count, lines, pixels, seed, chosen, rest_s)
     with progress.shown(f"{board}: {count} trials") as show:

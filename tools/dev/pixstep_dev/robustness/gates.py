@@ -206,6 +206,7 @@ class Bench:
         try:
             self.board: Board = self.link.board(1)
             self.axes = self.board.who().axis_count
+            self.board.require(gating.FEATURE)
         except BaseException:
             self.sim.kill()
             raise

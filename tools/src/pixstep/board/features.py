@@ -28,6 +28,7 @@ OF_REGISTERS = {
     "enable_settle_ms": "driver_timing",
     "backlash_policy": "backlash",
     "gate_edges": "gate",
+    "home_is_limit": "shared_switch",
 }
 
 

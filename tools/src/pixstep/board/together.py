@@ -135,6 +135,7 @@ def start(group: list[Lines], world: World, progress: Progress = unseen) -> Toge
     """
     for lines in group:
         lines.board.require("tokens")
+    _require_one_clock([lines.board for lines in group])
     token = secrets.randbelow(0xFFFF) + 1
     armed: list[Lines] = []
     gone = False
@@ -150,6 +151,17 @@ def start(group: list[Lines], world: World, progress: Progress = unseen) -> Toge
             _take_back(armed, gone=gone)
         raise
     return Together(token, group)
+
+
+def _require_one_clock(boards: Sequence[Board]) -> None:
+    """Raise BoardError if some boards' lines wait for the pixel clock and others' do not."""
+    free = [board.unit for board in boards if not _follows_clock(board)]
+    if free and len(free) < len(boards):
+        clocked = next(board.unit for board in boards if board.unit not in free)
+        raise BoardError(
+            f"board {free[0]} has sync free and board {clocked} begins on the pixel clock: lines "
+            f"that begin together need sync start or lock on every board, or free on every one"
+        )
 
 
 def _arm_one(lines: Lines, token: int, armed: list[Lines]) -> None:

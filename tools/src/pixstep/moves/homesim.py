@@ -161,6 +161,8 @@ def _home(done: HomeRun, simulated: SimulatedBoard, progress: Progress) -> None:
     if job.filter_us is not None:
         settings["input_filter_us"] = job.filter_us
     try:
+        if settings["home_is_limit"]:
+            simulated.board.require("shared_switch")
         simulated.set_up(job.pixel_hz, [axis], **settings)
         simulator.wait_s(SETTLE_S)  # the filters see the switches
         world = simulated.link.world

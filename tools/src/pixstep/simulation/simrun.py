@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep.board import boards, gating
+from pixstep.board import boards, features, gating
 from pixstep.board import registers as regs
 from pixstep.board.boardrun import BoardRun, Watch
 from pixstep.board.device import Board
@@ -204,6 +204,8 @@ def _go(run: SimulatedBoard, result: RunResult, progress: Progress) -> None:
     try:
         if max(job.lines) >= run.board.input("axis_count"):
             raise UserError(f"axis {max(job.lines)}: the {boards.axes_text(job.board)}")
+        if job.gate_edges and not run.board.has(gating.FEATURE):
+            raise UserError(f"gate_edges: {features.missing(run.board.unit, gating.FEATURE)}")
         result.record_every = _record_every(job, run.board.record_capacity())
         settings = job.settings()
         if result.record_every > 1:
