@@ -184,15 +184,18 @@ def assert_as_undisturbed(bench_of, board, counts, most, *, aimed=False):
     with bench_of(board, tuple(counts)) as bench:
         assert run(bench, counts, period, sync="start") == "none"
         wanted = {axis: intervals(edges) for axis, edges in rising(bench).items()}
+    longest = dict.fromkeys(counts, 0)
     for seed in (1, 2, 3):
         with bench_of(board, tuple(counts)) as bench:
             fault = run(bench, counts, period, most, seed, aimed=aimed, sync="start")
             assert fault in ("none", "underrun")
             made = rising(bench, 0.0 if fault == "none" else named_within_s(board, counts))
-            for axis, count in counts.items():
+            for axis in counts:
                 found = intervals(made[axis])
-                assert len(found) + 1 >= sum(pixels(count)[:2])  # steps
+                longest[axis] = max(longest[axis], len(found))
                 assert found == wanted[axis][: len(found)]
+    for axis, count in counts.items():  # a fault may come at once, but not each time
+        assert longest[axis] + 1 >= sum(pixels(count)[:2])
 
 
 # Held up for longer, a coincidence with a clock edge and the beginning of a train is too much,
