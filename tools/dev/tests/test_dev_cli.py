@@ -65,3 +65,17 @@ def test_without_the_proof_all_else_works():
     done = without_it("--help")
     assert done.returncode == 0 and " bench " not in done.stdout, done.stderr
     assert without_it("line", "make", "--help").returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "wanted"),
+    [
+        (("gates", "--board", "mega", "--rest-s", "nan", "nan"), "nan nan: the least value comes"),
+        (("gates", "--board", "mega", "--rest-s", "5", "1"), "5 1: the least value comes first"),
+        (("homings", "--board", "mega", "--bounce-ticks", "20", "5"), "20 5: the least value"),
+        (("holes", "--board", "uno", "--axes", "4"), "none of the boards has so many axes"),
+    ],
+)
+def test_a_campaign_of_nothing_is_refused(words, wanted):
+    done = CliRunner().invoke(main_dev, ["robustness", *words])
+    assert done.exit_code == 2 and wanted in done.output

@@ -308,8 +308,7 @@ def gates(ctx, board, count, lines, pixels, rest_s, flaws, seed, as_json):
     """
     from pixstep_dev.robustness import gates as campaign
 
-    if not rest_s[0] <= rest_s[1]:
-        raise click.BadParameter(f"{rest_s[0]:g} {rest_s[1]:g}: the shortest rest comes first")
+    _require_order("--rest-s", *rest_s)
     chosen = campaign.FLAWS if flaws else campaign.FLAWS[:1]
     plan = campaign.Plan(board, count, lines, pixels, seed, chosen, rest_s)
     with progress.shown(f"{board}: {count} trials") as show:
@@ -349,6 +348,7 @@ def homings(ctx, board, count, bounce_ticks, seed, as_json):
     """
     from pixstep_dev.robustness import homings as campaign
 
+    _require_order("--bounce-ticks", *bounce_ticks)
     with progress.shown(f"{board}: {count} plants") as show:
         outcome = campaign.run(campaign.Plan(board, count, seed, bounce_ticks), show)
     rows = [
@@ -358,6 +358,14 @@ def homings(ctx, board, count, bounce_ticks, seed, as_json):
         f"play: {_spread(outcome.play_off_steps)}",
     ]
     _finish(ctx, asdict(outcome), rows, "every switch was found to a step", as_json=as_json)
+
+
+def _require_order(option: str, least: float, most: float) -> None:
+    """Raise BadParameter unless the least value comes first."""
+    if not least <= most:  # so is not a number
+        raise click.BadParameter(
+            f"{least:g} {most:g}: the least value comes first", param_hint=option
+        )
 
 
 def _spread(counts: dict[int, int]) -> str:
@@ -424,6 +432,10 @@ def holes_command(ctx, board, sync, motion, as_json, **options):
         clocks, counts = holes.QUICK_CLOCKS, holes.QUICK_COUNTS
     if options["axes"]:
         chosen = tuple(case for case in chosen if case.axes == options["axes"])
+        if not chosen:
+            raise click.BadParameter(
+                f"{options['axes']}: none of the boards has so many axes", param_hint="--axes"
+            )
     with progress.shown("holes") as show:
         outcome = holes.run(holes.Plan(chosen, clocks, counts), show)
     otherwise = f"no hole deeper than {holes.ALLOWED_PERCENT:g} %"
