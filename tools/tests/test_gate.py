@@ -230,6 +230,27 @@ def test_a_free_board_does_not_begin_with_one_on_the_clock(boards_of, free):
 
 
 @pytest.mark.usefixtures("simulator")
+def test_no_start_beside_locked_lines_of_a_divided_clock(boards_of):
+    one = boards_of("mega", "m1284")
+    one.set("lock", 0)
+    for board in one.boards:
+        board.write_setting("divider", 3)
+    one.world.wait(1)
+    group = []
+    for board in one.boards:
+        Upload(board, 0, queue_entries(Line((3,) * 400, PLAIN))).push()
+        Upload(board, 1, queue_entries(Line((3,) * 4, PLAIN))).push()
+        group.append(Lines(board, [1]))
+    run.arm(one.boards[1], [0])
+    one.world.wait(1)
+    assert regs.axis_state(one.boards[1].axis(0)["axis_state"]) == "running"
+    wanted = "board 2: its other axes run locked to the clock with a divider of 3"
+    with pytest.raises(BoardError, match=wanted):
+        together.start(group, one.world)
+    assert all(regs.axis_state(b.axis(1)["axis_state"]) == "loaded" for b in one.boards)
+
+
+@pytest.mark.usefixtures("simulator")
 def test_the_board_says_why_it_does_not_arm(boards_of):
     one = boards_of("mega")
     one.set("start", 2)

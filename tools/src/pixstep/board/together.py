@@ -136,6 +136,8 @@ def start(group: list[Lines], world: World, progress: Progress = unseen) -> Toge
     for lines in group:
         lines.board.require("tokens")
     _require_one_clock([lines.board for lines in group])
+    for lines in group:
+        _require_free_grid(lines.board)
     token = secrets.randbelow(0xFFFF) + 1
     armed: list[Lines] = []
     gone = False
@@ -161,6 +163,19 @@ def _require_one_clock(boards: Sequence[Board]) -> None:
         raise BoardError(
             f"board {free[0]} has sync free and board {clocked} begins on the pixel clock: lines "
             f"that begin together need sync start or lock on every board, or free on every one"
+        )
+
+
+def _require_free_grid(board: Board) -> None:
+    """Raise BoardError if a board's running lines leave it no choice among the clock's edges."""
+    found = settings.read(board)
+    if not (settings.locks(found) and found["divider"] > 1):
+        return
+    if regs.flags(board.input("status"))["running"]:
+        raise BoardError(
+            f"board {board.unit}: its other axes run locked to the clock with a divider of "
+            f"{found['divider']}, so that it cannot begin on each edge that the boards may agree "
+            f"on: start all its axes at once, wait for their end, or use divider 1"
         )
 
 
