@@ -89,9 +89,10 @@ def _set_inputs(
     if options["filter_us"] is not None:
         wanted["input_filter_us"] = options["filter_us"]
     if options["home_is_limit"] is not None:  # the other axes' bits stay
-        board.require("shared_switch")
         word, axis = old["home_is_limit"], options["axis"]
         wanted["home_is_limit"] = shared_limits(word, axis, options["home_is_limit"])
+        if wanted["home_is_limit"]:
+            board.require("shared_switch")
     settings.write(board, old, settings.changes(old, wanted))
 
 
