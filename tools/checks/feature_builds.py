@@ -21,7 +21,8 @@ LARGE_FLASH = "-Wl,--defsym=__TEXT_REGION_LENGTH__=0x100000"
 DEPENDENCY_OPTIONS = {"-MT", "-MF", "-o"}  # each with a word behind it
 LINE_MARKER = re.compile(r'^# \d+ "([^"<]+)"', re.MULTILINE)
 ALL_SWITCHES = "FEATURES_BITS"  # the macro that depends on every switch
-TABLE_OF_SWITCHES = "build_features.h"  # names each switch and depends on none of them
+TABLE_OF_SWITCHES = "build_features.h"  # names each switch and depends on none of them, but for
+NEEDED_BY = {"FEATURE_TOKENS": "FEATURE_GATE"}  # switches that turn another one off
 
 
 class BuildError(Exception):
@@ -146,7 +147,8 @@ class Maker:
     def turned(self, one: Compilation, values: dict[str, int], folder: Path) -> Path | None:
         """The object with the switches set, or None if it is the build's own."""
         names = self.named[one.made]
-        if not any(switch in names for switch in (*values, ALL_SWITCHES)):
+        too = [NEEDED_BY[switch] for switch in values if switch in NEEDED_BY]
+        if not any(switch in names for switch in (*values, *too, ALL_SWITCHES)):
             return None
         words = [*one.words, *(f"-D{switch}={value}" for switch, value in values.items())]
         code = code_of(run([*words, "-E"], self.build.folder))
