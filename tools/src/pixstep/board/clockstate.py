@@ -80,7 +80,7 @@ class ClockState:
 
 def is_awaited(board: Board, inputs: Mapping[str, int]) -> bool:
     """True if a board locks lines to its pixel clock and has not measured it yet."""
-    return settings.locks(settings.read(board)) and not inputs["status"] >> regs.STATUS_MEASURED & 1
+    return settings.locks(settings.read(board)) and not regs.is_measured(inputs["status"])
 
 
 def await_lock(board: Board, world: World) -> None:
@@ -124,7 +124,7 @@ def await_measured(
 def _is_known(status: int, *, gated: bool) -> bool:
     """Whether a board has measured its clock, and edges come if the clock is not gated."""
     comes = gated or regs.flags(status)["clock"]
-    return comes and bool(status >> regs.STATUS_MEASURED & 1)
+    return comes and regs.is_measured(status)
 
 
 def _gated(board: Board) -> bool:
@@ -148,7 +148,7 @@ def read(board: Board, inputs: Mapping[str, int]) -> ClockState | None:
 
     None before it has seen enough edges, and of a board without the registers.
     """
-    measured = inputs["status"] >> regs.STATUS_MEASURED & 1
+    measured = regs.is_measured(inputs["status"])
     if not measured or not inputs.get("clock_period_ticks"):
         return None
     tick_hz = board.tick_hz()

@@ -177,6 +177,11 @@ def flags(status: int) -> dict[str, bool]:
     return {name: bool(status >> bit & 1) for name, bit in STATUS_BITS.items()}
 
 
+def is_measured(status: int) -> bool:
+    """Return whether a board has measured its pixel clock, by its input register `status`."""
+    return bool(status >> STATUS_MEASURED & 1)
+
+
 def axis_state(code: int) -> str:
     """Return the name of an axis' state, or its number if this tool does not know it."""
     return AXIS_STATES[code] if code < len(AXIS_STATES) else f"state {code}"

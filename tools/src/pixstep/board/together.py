@@ -12,7 +12,7 @@ has the procedure step by step.
 import contextlib
 import math
 import secrets
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -135,19 +135,17 @@ def start(group: list[Lines], world: World, progress: Progress = unseen) -> Toge
     """
     for lines in group:
         lines.board.require("tokens")
-    _require_one_clock([lines.board for lines in group])
-    for lines in group:
-        _require_free_grid(lines.board)
+    clocked = _are_clocked([lines.board for lines in group])
     token = secrets.randbelow(0xFFFF) + 1
     armed: list[Lines] = []
     gone = False
     try:
         for lines in group:
             _arm_one(lines, token, armed)
-        _await_ready(group, world)
+        _await_ready(group, world, clocked=clocked)
         gone = True
-        zeros = _agree_and_go(group, token, world)
-        _await_start(group, zeros, world, progress)
+        zeros = _agree_and_go(group, token, world) if clocked else _go_at_once(group, token)
+        _await_start(group, zeros, world, progress, clocked=clocked)
     except (BoardError, KeyboardInterrupt):
         with signals.ignored():
             _take_back(armed, gone=gone)
@@ -155,20 +153,26 @@ def start(group: list[Lines], world: World, progress: Progress = unseen) -> Toge
     return Together(token, group)
 
 
-def _require_one_clock(boards: Sequence[Board]) -> None:
-    """Raise BoardError if some boards' lines wait for the pixel clock and others' do not."""
-    free = [board.unit for board in boards if not _follows_clock(board)]
+def _are_clocked(boards: Sequence[Board]) -> bool:
+    """Return whether the boards' lines wait for the pixel clock.
+
+    Raises BoardError if some do and others do not, or if a board cannot begin on each edge.
+    """
+    found = {board: settings.read(board) for board in boards}
+    free = [board.unit for board in boards if found[board]["sync"] == regs.SYNCS["free"]]
     if free and len(free) < len(boards):
         clocked = next(board.unit for board in boards if board.unit not in free)
         raise BoardError(
             f"board {free[0]} has sync free and board {clocked} begins on the pixel clock: lines "
             f"that begin together need sync start or lock on every board, or free on every one"
         )
+    for board in boards:
+        _require_free_grid(board, found[board])
+    return not free
 
 
-def _require_free_grid(board: Board) -> None:
+def _require_free_grid(board: Board, found: Mapping[str, int]) -> None:
     """Raise BoardError if a board's running lines leave it no choice among the clock's edges."""
-    found = settings.read(board)
     if not (settings.locks(found) and found["divider"] > 1):
         return
     if regs.flags(board.input("status"))["running"]:
@@ -203,7 +207,7 @@ def _take_back(armed: list[Lines], *, gone: bool) -> None:
                 lines.board.command("disarm", lines.axes)
 
 
-def _await_ready(group: list[Lines], world: World) -> None:
+def _await_ready(group: list[Lines], world: World, *, clocked: bool) -> None:
     """Wait until every board has decoded ahead and knows its clock."""
     waiting = list(group)
     end_s = world.now_s() + _READY_S
@@ -215,25 +219,22 @@ def _await_ready(group: list[Lines], world: World) -> None:
             run.raise_fault(lines.board)
         if not status["armed"]:
             run.require(lines, ("armed",), "not armed after all")
-        if lines.board.input("ready") or not _follows_clock(lines.board):
+        if not clocked or lines.board.input("ready"):
             waiting.pop(0)
         elif world.now_s() > end_s:
             raise BoardError(
                 f"board {lines.board.unit}: not ready after {_READY_S:g} s: "
-                + ("its decoder" if _is_measured(word) else "its pixel clock is not measured")
+                + ("its decoder" if regs.is_measured(word) else "its pixel clock is not measured")
             )
         else:
             world.wait(_POLL_S)
 
 
-def _is_measured(status: int) -> bool:
-    """Whether the board has measured its pixel clock."""
-    return bool(status >> regs.STATUS_MEASURED & 1)
-
-
-def _follows_clock(board: Board) -> bool:
-    """Whether lines that wait for the pixel clock do so on this board."""
-    return settings.read(board)["sync"] != regs.SYNCS["free"]
+def _go_at_once(group: list[Lines], token: int) -> dict[int, int]:
+    """Let boards go whose lines wait for no clock, one after the other."""
+    for lines in group:
+        lines.board.go(token, 1)
+    return {}
 
 
 def _agree_and_go(group: list[Lines], token: int, world: World) -> dict[int, int]:
@@ -242,10 +243,6 @@ def _agree_and_go(group: list[Lines], token: int, world: World) -> dict[int, int
     Returns the older line zero of each unit, of boards on a gated clock alone.
     """
     boards = [lines.board for lines in group]
-    if not all(_follows_clock(board) for board in boards):
-        for board in boards:
-            board.go(token, 1)
-        return {}
     gate_edges = _gate_of(boards)
     if gate_edges:
         # While the clock rests: line zero of the next burst.
@@ -478,7 +475,7 @@ def _signed(ticks: int) -> int:
 
 
 def _await_start(
-    group: list[Lines], zeros: dict[int, int], world: World, progress: Progress
+    group: list[Lines], zeros: dict[int, int], world: World, progress: Progress, *, clocked: bool
 ) -> None:
     """Wait until no axis is armed any more, while the clock rests for as long as it does.
 
@@ -505,7 +502,7 @@ def _await_start(
             clocks.append(regs.flags(lines.board.input("status"))["clock"])
         if not waiting:
             return
-        if any(clocks) or begun or not all(_follows_clock(lines.board) for lines in group):
+        if any(clocks) or begun or not clocked:
             end_s = end_s or world.now_s() + patience_s + (_LEAD_EDGES + _START_PIXELS) * slowest_s
         if end_s is not None and world.now_s() > end_s:
             unit, axis = waiting[0]
