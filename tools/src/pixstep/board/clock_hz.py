@@ -1,9 +1,20 @@
 # SPDX-License-Identifier: MIT
 """The frequency of a pixel clock by what a board has measured, beside the one that it is set to."""
 
+from fractions import Fraction
+
+from pixstep.board.errors import BoardError
+
 _INTERVAL_TICKS = 256  # unit of register clock_interval and of the faults' arguments
 _TIMED_FAULTS = ("pixel_clock_off", "clock_drifted")
 CLOCK_FAULTS = (*_TIMED_FAULTS, "pixel_clock_missing", "clock_hold_over")
+
+
+def set_hz(numerator: int, denominator: int) -> Fraction:
+    """Return the frequency that a board is set to; raises BoardError if it is none."""
+    if not (numerator and denominator):
+        raise BoardError(f"the pixel frequency is set to {numerator}/{denominator} Hz")
+    return Fraction(numerator, denominator)
 
 
 def interval_hz(interval: int, tick_hz: int) -> float | None:

@@ -154,7 +154,7 @@ def read(board: Board, inputs: Mapping[str, int]) -> ClockState | None:
     tick_hz = board.tick_hz()
     return ClockState(
         inputs["clock_period_ticks"] + inputs["clock_period_fraction"] / 0x10000,
-        float(tick_hz / settings.clock_hz(board)),
+        float(tick_hz / board.clock_hz()),
         inputs["clock_jitter"] / 16,
         inputs["clock_missing"],
         inputs["clock_glitches"],

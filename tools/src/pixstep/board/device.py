@@ -131,10 +131,7 @@ class Board(Wire):
 
     def clock_hz(self) -> Fraction:
         """Return the exact frequency of the pixel clock's edges that the board is set to."""
-        over, under = (self.setting(name) for name in ("pixel_hz_num", "pixel_hz_den"))
-        if not over or not under:
-            raise BoardError(f"the pixel frequency is set to {over}/{under} Hz")
-        return Fraction(over, under)
+        return clock_hz.set_hz(self.setting("pixel_hz_num"), self.setting("pixel_hz_den"))
 
     def inputs(self) -> dict[str, int]:
         """Return all board-wide input registers by name."""

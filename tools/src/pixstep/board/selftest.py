@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
 
-from pixstep.board import clockstate, run, settings
+from pixstep.board import clockstate, run
 from pixstep.board import registers as regs
 from pixstep.board.atmachine import SWITCHES, AtMachine
 from pixstep.board.errors import BoardError, LineLostError, NoReplyError
@@ -115,7 +115,7 @@ class SelfTest(AtMachine):
 
     def clock(self) -> Result:
         """Whether pixel clock edges come, and as fast as the board is set to."""
-        wanted = settings.clock_hz(self.board)
+        wanted = self.board.clock_hz()
         least_s = float(max(Fraction(_CLOCK_S), 4 / wanted))
         first, began = self.board.input("pixel_edges"), self.world.now_s()
         self.world.wait(least_s)

@@ -141,11 +141,6 @@ def store(board: Board, world: World) -> int:
     return serial
 
 
-def clock_hz(board: Board) -> Fraction:
-    """Return the exact frequency of the pixel clock's edges that the board is set to."""
-    return board.clock_hz()
-
-
 def divider(board: Board) -> int:
     """Return how many edges of the clock a pixel has on the board."""
     return divider_of(read(board))

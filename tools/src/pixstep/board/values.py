@@ -11,10 +11,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 
+from pixstep.board import clock_hz, stretches
 from pixstep.board import registers as regs
-from pixstep.board import stretches
 from pixstep.board.device import Board
-from pixstep.board.errors import BoardError
 from pixstep.board.port import PARITIES
 from pixstep.board.registers import Register
 from pixstep.board.stretches import Place
@@ -190,10 +189,7 @@ def _whole(name: str, value: str) -> int:
 
 def hz_of(values: dict[str, int]) -> Fraction:
     """Return the exact pixel frequency of settings; raises BoardError if they are none."""
-    numerator, denominator = values["pixel_hz_num"], values["pixel_hz_den"]
-    if not (numerator and denominator):
-        raise BoardError(f"the pixel frequency is set to {numerator}/{denominator} Hz")
-    return Fraction(numerator, denominator)
+    return clock_hz.set_hz(values["pixel_hz_num"], values["pixel_hz_den"])
 
 
 def _means(pattern: str, item: Item) -> bool:
