@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Lines of several boards that begin on one edge of their common pixel clock.
 
-A broadcast `mark` makes every board note when the command ended, by its own time. Everybody hears
-that end at the same instant, so that it is found in each board's count of clock edges, and tells
-how many edges the counts of two boards differ by. `go` then names to each board, by its own count,
-the one edge on which all begin. A second mark, before that edge comes, finds a board that has
-missed an edge since; a last one after the lines compares what each has counted. docs/PROTOCOL.md
-has the procedure step by step.
+A mark tells by how many edges the counts of the boards differ (clockmarks.py). `go` then names to
+each board, by its own count, the one edge on which all begin. A second mark, before that edge
+comes, finds a board that has missed an edge since; a last one after the lines compares what each
+has counted. docs/PROTOCOL.md has the procedure step by step.
 """
 
 import contextlib
@@ -14,73 +12,20 @@ import math
 import secrets
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 
 from pixstep import signals
+from pixstep.board import clockmarks, run, settings
 from pixstep.board import registers as regs
-from pixstep.board import run, settings
 from pixstep.board.device import Board
 from pixstep.board.errors import BoardError, ExceptionReplyError, LineLostError, NoReplyError
 from pixstep.board.link import World
 from pixstep.board.run import Lines
 from pixstep.progress import Progress, unseen
 
-_MARK_S = 0.02  # from a broadcast until every board has served it
-_POLL_S = 0.02
 _LEAD_S, _LEAD_BOARD_S = 0.15, 0.1  # from the mark to line zero: go and a second mark come between
 _LEAD_EDGES = 3
-_AGREE = 0.3  # two boards see one edge where they differ by so much of a period, or less
-_TRIES = 6
 _READY_S = 10.0
 _START_S, _START_PIXELS = 1.0, 4
-_COUNT = 0x10000  # numbers of edges are taken modulo this
-_TICKS = 1 << 32  # and instants modulo this
-_SINCE_TICKS = 1 << 26  # some seconds: a mark is looked at within so long
-_UNIT_TICKS = 64  # of registers mark_units and started_units
-_MEASURING_EDGES = 8
-_REST_S = 120.0  # the longest rest of the clock that is waited for
-
-
-@dataclass(frozen=True)
-class Look:
-    """A board's count of its clock's edges, at one moment.
-
-    `edge` is the number of the newest edge, `edge_ticks` when it came, `expected_ticks` when a lock
-    expects the next one, `mark_ticks` when the last mark ended, since the board's timers started.
-    """
-
-    edge: int
-    edge_ticks: int
-    expected_ticks: int
-    mark_ticks: int
-    zero_edge: int
-    marks: int
-    steady: bool
-
-    @property
-    def none_since(self) -> bool:
-        """Whether no edge has come since the mark."""
-        return (self.edge_ticks - self.mark_ticks) % _TICKS > _SINCE_TICKS
-
-
-@dataclass(frozen=True)
-class Mark:
-    """Where the end of a mark lies in a board's count of clock edges.
-
-    `place` is in edges, a number with a fraction; of a clock that rests the edge that it lies
-    behind. `steady`: since the mark before this one every edge had come as it should.
-    """
-
-    place: float
-    rests: bool
-    steady: bool
-    period_ticks: float
-    zero_edge: int
-
-    @property
-    def counted(self) -> float:
-        """How far behind line zero of the board's newest line that is, in edges."""
-        return (self.place - self.zero_edge) % _COUNT
 
 
 @dataclass(frozen=True)
@@ -98,22 +43,22 @@ class Together:
         """
         boards = [lines.board for lines in self.group]
         if _gate_of(boards):
-            _same_counts(boards, [mark.counted for mark in _resting(boards, world)])
+            _same_counts(boards, [mark.counted for mark in clockmarks.resting(boards, world)])
             return
-        for last in range(_TRIES):
-            marks = _mark(boards, world)
+        for last in range(clockmarks.TRIES):
+            marks = clockmarks.take(boards, world)
             counts = [mark.counted for mark in marks]
-            if _same_state(marks) and max(counts) - min(counts) <= _AGREE:
+            if clockmarks.same_state(marks) and max(counts) - min(counts) <= clockmarks.AGREE:
                 return
-            if _same_state(marks) and last >= 1:
+            if clockmarks.same_state(marks) and last >= 1:
                 break
-            world.wait(_POLL_S)
+            world.wait(clockmarks.POLL_S)
         _same_counts(boards, counts)
 
 
 def _same_counts(boards: Sequence[Board], counts: Sequence[float]) -> None:
     """Raise BoardError if boards have counted different numbers of clock edges."""
-    if max(counts) - min(counts) <= _AGREE:
+    if max(counts) - min(counts) <= clockmarks.AGREE:
         return
     said = ", ".join(
         f"board {board.unit} {count:.1f}" for board, count in zip(boards, counts, strict=True)
@@ -227,7 +172,7 @@ def _await_ready(group: list[Lines], world: World, *, clocked: bool) -> None:
                 + ("its decoder" if regs.is_measured(word) else "its pixel clock is not measured")
             )
         else:
-            world.wait(_POLL_S)
+            world.wait(clockmarks.POLL_S)
 
 
 def _go_at_once(group: list[Lines], token: int) -> dict[int, int]:
@@ -247,13 +192,15 @@ def _agree_and_go(group: list[Lines], token: int, world: World) -> dict[int, int
     if gate_edges:
         # While the clock rests: line zero of the next burst.
         ahead = 1 + gate_edges
-        marks = _resting(boards, world, ahead)
+        marks = clockmarks.resting(boards, world, ahead)
     else:
-        marks = _agreed(boards, world)
+        marks = clockmarks.agreed(boards, world)
         ahead = _edges_ahead(boards, marks)
     for board, mark in zip(boards, marks, strict=True):
-        _go(board, token, _number(marks[0], mark, ahead))
-    again = _rest_marks(boards, world) if gate_edges else _marks_of_one_state(boards, world)
+        _go(board, token, clockmarks.number(marks[0], mark, ahead))
+    again = (
+        clockmarks.in_rest(boards, world) if gate_edges else clockmarks.of_one_state(boards, world)
+    )
     # None: the burst has come, and compare() has the last word.
     if again is not None:
         _check_again(boards, marks, again)
@@ -262,7 +209,9 @@ def _agree_and_go(group: list[Lines], token: int, world: World) -> dict[int, int
     return {board.unit: mark.zero_edge for board, mark in zip(boards, marks, strict=True)}
 
 
-def _check_again(boards: Sequence[Board], marks: Sequence[Mark], again: Sequence[Mark]) -> None:
+def _check_again(
+    boards: Sequence[Board], marks: Sequence[clockmarks.Mark], again: Sequence[clockmarks.Mark]
+) -> None:
     """Raise BoardError if a board has lost an edge, or seen a false one, between two marks."""
     for board, mark in zip(boards, again, strict=True):
         if not mark.steady and mark.rests == marks[0].rests:
@@ -270,9 +219,12 @@ def _check_again(boards: Sequence[Board], marks: Sequence[Mark], again: Sequence
                 f"board {board.unit}: its pixel clock was disturbed while the boards agreed on an "
                 f"edge: an edge at an odd distance, or a lost one"
             )
-    before, now = _offsets(marks), _offsets(again)
+    before, now = clockmarks.offsets(marks), clockmarks.offsets(again)
     for board, was, is_now in zip(boards, before, now, strict=True):
-        if abs(is_now - was) > _AGREE and abs(abs(is_now - was) - _COUNT) > _AGREE:
+        if (
+            abs(is_now - was) > clockmarks.AGREE
+            and abs(abs(is_now - was) - clockmarks.COUNT) > clockmarks.AGREE
+        ):
             raise BoardError(
                 f"boards {boards[0].unit} and {board.unit} have counted different numbers of clock "
                 f"edges within a moment: one was lost, false or doubled at one input"
@@ -294,25 +246,6 @@ def _gate_of(boards: Sequence[Board]) -> int:
     return gates[0]
 
 
-def _resting(boards: Sequence[Board], world: World, ahead: int = 0) -> list[Mark]:
-    """Return marks of boards whose gated clock rests: the next edge is the first one of a burst.
-
-    The edge that comes so far `ahead` has a number on each board: 0 names none. Raises BoardError
-    if no mark meets a rest.
-    """
-    end_s = world.now_s() + _REST_S
-    while True:
-        marks = _rest_marks(boards, world)
-        if marks and not (ahead and any(_number(marks[0], mark, ahead) == 0 for mark in marks)):
-            return marks
-        if world.now_s() > end_s:
-            raise BoardError(
-                f"the gated pixel clock did not rest at any mark in {_REST_S:g} s: lines of "
-                f"several boards begin together only in rests that are long enough to agree in"
-            )
-        world.wait(_POLL_S)
-
-
 def _go(board: Board, token: int, edge: int) -> None:
     """Tell a board its edge; raises BoardError with the reason if it refuses."""
     try:
@@ -322,156 +255,15 @@ def _go(board: Board, token: int, edge: int) -> None:
         raise BoardError(f"board {board.unit}: it refuses to go: none of its axes waits") from None
 
 
-def _edges_ahead(boards: Sequence[Board], marks: Sequence[Mark]) -> int:
+def _edges_ahead(boards: Sequence[Board], marks: Sequence[clockmarks.Mark]) -> int:
     """Return how many edges behind the mark all begin."""
     lead_s = _LEAD_S + _LEAD_BOARD_S * len(boards)
     clock_s = marks[0].period_ticks / boards[0].tick_hz()
     ahead = math.ceil(lead_s / clock_s) + _LEAD_EDGES
     # 0 names no edge.
-    while any(_number(marks[0], mark, ahead) == 0 for mark in marks):
+    while any(clockmarks.number(marks[0], mark, ahead) == 0 for mark in marks):
         ahead += 1
     return ahead
-
-
-def _number(first: Mark, mark: Mark, ahead: int) -> int:
-    """Return the number that a board has for the edge so far behind the first board's mark."""
-    return (math.floor(first.place) + ahead + round(mark.place - first.place)) % _COUNT
-
-
-def _offsets(marks: Sequence[Mark]) -> list[float]:
-    """Return how many edges more than the first board each has counted, modulo 65536."""
-    return [(mark.place - marks[0].place) % _COUNT for mark in marks]
-
-
-def _agreed(boards: Sequence[Board], world: World) -> list[Mark]:
-    """Return marks that show the same edges; raises BoardError if the boards see different ones."""
-    for _ in range(_TRIES):
-        marks = _marks_of_one_state(boards, world)
-        places = [mark.place - marks[0].place for mark in marks]
-        if all(abs(place - round(place)) <= _AGREE for place in places):
-            return marks
-        world.wait(_POLL_S)
-    for board, place in zip(boards, places, strict=True):
-        off = abs(place - round(place))
-        if off > _AGREE:
-            raise BoardError(
-                f"boards {boards[0].unit} and {board.unit} see clock edges {off:.2f} periods "
-                f"apart: are they on one pixel clock?"
-            )
-    return marks
-
-
-def _marks_of_one_state(boards: Sequence[Board], world: World) -> list[Mark]:
-    """Return marks of boards whose clock runs everywhere, or rests everywhere."""
-    for _ in range(_TRIES):
-        marks = _mark(boards, world)
-        if _same_state(marks):
-            return marks
-        world.wait(_POLL_S)
-    running = [board.unit for board, mark in zip(boards, marks, strict=True) if not mark.rests]
-    still = [board.unit for board, mark in zip(boards, marks, strict=True) if mark.rests]
-    raise BoardError(
-        f"the pixel clock runs at {_units(running)} and rests at {_units(still)}: check its wires"
-    )
-
-
-def _units(units: Sequence[int]) -> str:
-    """Return boards in words."""
-    return ("board " if len(units) == 1 else "boards ") + ", ".join(map(str, units))
-
-
-def _same_state(marks: Sequence[Mark]) -> bool:
-    """True if the clock runs for all of them, or for none."""
-    return len({mark.rests for mark in marks}) == 1
-
-
-def _mark(boards: Sequence[Board], world: World) -> list[Mark]:
-    """Make all boards mark, and find where the mark lies in the count of each."""
-    before, _, now = _marked(boards, world)
-    return [_placed(board, *looks) for board, *looks in zip(boards, before, now, strict=True)]
-
-
-def _rest_marks(boards: Sequence[Board], world: World) -> list[Mark] | None:
-    """Return marks of boards whose clock rests from the mark until all have been looked at.
-
-    No board has seen an edge since the mark, and behind the mark the first one says that the clock
-    rests: the newest edge of each is the same one, the last of a burst. None if that is not so.
-    """
-    before, rests, now = _marked(boards, world)
-    if not rests or not all(look.none_since for look in now):
-        return None
-    return [
-        Mark(look.edge, True, was.steady, _period(board), look.zero_edge)
-        for board, was, look in zip(boards, before, now, strict=True)
-    ]
-
-
-def _marked(boards: Sequence[Board], world: World) -> tuple[list[Look], bool, list[Look]]:
-    """Make all boards mark; return looks before and behind it.
-
-    Between the mark and the looks behind it the first board was asked whether the clock rests.
-    """
-    before = [_look(board) for board in boards]
-    for _ in range(_TRIES):
-        boards[0].mark()
-        world.wait(_MARK_S)
-        rests = not _clock_runs(boards[0])
-        now = [_look(board) for board in boards]
-        heard = [
-            (look.marks - was.marks) % 0x100 == 1 for was, look in zip(before, now, strict=True)
-        ]
-        if all(heard):
-            return before, rests, now
-        before = now
-    unit = next(board.unit for board, ok in zip(boards, heard, strict=True) if not ok)
-    raise BoardError(f"board {unit}: it does not hear broadcasts, by which boards agree on an edge")
-
-
-def _clock_runs(board: Board) -> bool:
-    """Whether the pixel clock is there."""
-    return bool(regs.flags(board.input("status"))["clock"])
-
-
-def _look(board: Board) -> Look:
-    """Read a board's count of edges, all of it as it is at one moment."""
-    found = board.inputs_from("mark_units", "clock_expected_ticks")
-    return Look(
-        found["clock_edge"],
-        found["clock_edge_ticks"],
-        found["clock_expected_ticks"],
-        _UNIT_TICKS * (found["mark_units"] - found["started_units"]) % _TICKS,
-        found["zero_edge"],
-        found["mark_count"],
-        bool(found["mark_steady"]),
-    )
-
-
-def _period(board: Board) -> float:
-    """Return the clock's period by the board's settings, ticks."""
-    return float(Fraction(board.tick_hz()) / board.clock_hz())
-
-
-def _placed(board: Board, before: Look, now: Look) -> Mark:
-    """Return where a mark lies, by looks at the board before and behind it."""
-    rests = not _clock_runs(board)
-    # A lock knows best where the next edge is.
-    locked = board.setting("sync") == regs.SYNCS["lock"]
-    was_ticks, is_ticks = (
-        look.expected_ticks if locked else look.edge_ticks for look in (before, now)
-    )
-    period = _period(board)
-    edges = (now.edge - before.edge) % _COUNT
-    # Of a fast clock what it has done just now says more than what it is set to.
-    if not rests and _MEASURING_EDGES <= edges < _COUNT // 2:
-        period = ((is_ticks - was_ticks) % _TICKS) / edges
-    behind = _signed(now.mark_ticks - is_ticks) / period
-    place = now.edge if rests else now.edge + locked + behind
-    return Mark(place % _COUNT, rests, before.steady, period, now.zero_edge)
-
-
-def _signed(ticks: int) -> int:
-    """Return a difference of two instants, which count modulo 2^32."""
-    return (ticks + _TICKS // 2) % _TICKS - _TICKS // 2
 
 
 def _await_start(
@@ -484,7 +276,7 @@ def _await_start(
     although the clock has run for so long that it must have begun, and if the clock rests for
     minutes.
     """
-    rests_until_s = world.now_s() + _REST_S
+    rests_until_s = world.now_s() + clockmarks.REST_S
     slowest_s = max(lines.board.pixel_period_s() for lines in group)
     end_s: float | None = None
     patience_s = _START_S + _LEAD_S + _LEAD_BOARD_S * len(group)
@@ -508,6 +300,8 @@ def _await_start(
             unit, axis = waiting[0]
             raise BoardError(f"board {unit}: axis {axis} is still armed while the clock runs")
         if end_s is None and world.now_s() > rests_until_s:
-            raise BoardError(f"the pixel clock has rested for {_REST_S:g} s: nothing has moved")
+            raise BoardError(
+                f"the pixel clock has rested for {clockmarks.REST_S:g} s: nothing has moved"
+            )
         progress(0.0)
-        world.wait(_POLL_S)
+        world.wait(clockmarks.POLL_S)
