@@ -152,7 +152,7 @@ def test_ctrl_c_stops_the_boards_behind_a_silent_one(two):
 def test_ctrl_c_before_go_disarms(two, monkeypatch):
     for unit in (1, 2):
         two.out("upload", put([5] * 90), "--decode", "plain", "--unit", unit)
-    monkeypatch.setattr(together, "_await_ready", lambda *_: interrupt())
+    monkeypatch.setattr(together, "_await_ready", lambda *_, **__: interrupt())
     assert "stopped by Ctrl-C" in two.ended("start", "--unit", "1,2")
     for board in two.boards:
         assert board.axes[0].state == "empty"
