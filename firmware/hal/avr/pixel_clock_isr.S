@@ -24,7 +24,9 @@
 ;     flag set      in m + 1, or late in m
 ;
 ; With several axes it lies in m + 1 then if its count is not beyond the counter's, unless it has
-; waited for longer than a period: a step interrupt that made up for a late interval, before those
+; waited for longer than a period. The counter is therefore read before anything else: an edge that
+; comes as a step interrupt begins has waited for 60 cycles by then, the shortest interval has 64.
+; Where an edge has waited for longer, a step interrupt that made up for a late interval, before those
 ; of other axes, has seen it then and has set BEFORE (step_catch_up.inc), and it lies in m.
 ;
 ; With one axis there is no time for the counter: the overflow is served first of all, whose own
@@ -52,7 +54,7 @@
 ; first idle period on.
 ;
 ; Cycles with interrupts off: with one axis 26, or where the overflow flag is set 14 and then 17 or
-; 19; with several 28, 45 where the overflow flag is set, 24 where the axis is parked. Later 16
+; 19; with several 28, 45 where the overflow flag is set, 36 where the axis is parked. Later 16
 ; more. In all 165 at most, 200 for an edge of a seek that was overwritten; 215 where the axis is
 ; parked.
 #define __SFR_OFFSET 0
@@ -163,17 +165,17 @@ VECTOR:
 .Lwrapped_once:
     sbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED
 #else
-    sbic GPIOR0, FLAG_PIXEL_CLOCK_BEFORE
-    rjmp .Lnote
-    lds r3, ENGINE + STEP_ISR_STATE
-    sbrc r3, PARKED_BIT
-    rjmp .Lat_rest
     lds r3, COUNT_LOW
     sts QUEUE + CAPTURE_FIRST_COUNTER, r3
     lds r3, COUNT_HIGH
     sts QUEUE + CAPTURE_FIRST_COUNTER + 1, r3
     lds r3, ENGINE + STEP_ISR_TRAIN_HIGH
     sts TOP_HIGH, r3
+    sbic GPIOR0, FLAG_PIXEL_CLOCK_BEFORE
+    rjmp .Lnote
+    lds r3, ENGINE + STEP_ISR_STATE
+    sbrc r3, PARKED_BIT
+    rjmp .Lat_rest
     note_engine
     sbi GPIOR0, FLAG_PIXEL_CLOCK_WRAPPED ; no sooner: the step interrupt waits
     push r24
