@@ -63,7 +63,8 @@ def spoiled(rng: random.Random) -> Sheet:
     row = rng.randrange(1, len(made.rows) - 1)
     fields, column = made.rows[row], made.column - 1
     kind = rng.choice(("field", "word", "empty", "row", "mark", "more"))
-    if kind == "field" and any(fields[:column] + fields[column + 1 :]):  # an empty line is legal
+    left = "".join(fields[:column] + fields[column + 1 :])  # empty lines and comments are legal
+    if kind == "field" and left and not left.startswith("#"):
         del fields[column]
     elif kind == "mark" and _has_decimals(made, row):
         fields[column] = f"0{'.' if made.decimal == ',' else ','}25"

@@ -179,7 +179,10 @@ def test_what_is_refused_and_where(load, text, options, message):
 
 
 def test_a_file_that_is_no_text(put, tmp_path):
-    for data, message in ((b"\x81\n", "not Windows-1252 at byte 0"), (b"1\n" * (9 << 20), "larger than")):
+    for data, message in (
+        (b"\x81\n", "not Windows-1252 at byte 0"),
+        (b"1\n" * (9 << 20), "larger than"),
+    ):
         with pytest.raises(UserError, match=message):
             import_line(put(data, "x.csv"), Request(PLAIN))
     with pytest.raises(UserError, match="No such file"):

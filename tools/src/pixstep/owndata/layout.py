@@ -10,7 +10,7 @@ from pixstep.owndata.naming import is_name
 from pixstep.owndata.table import BLANK, NONE, SEPARATORS, STYLES, Row, Table, Way, shown
 from pixstep.owndata.text import Text, is_comment
 
-_BLANKS = re.compile(r"[ \t]+")
+_WORD = re.compile(r'"[^"]*"|[^ \t]+')
 
 
 class Layout:
@@ -101,7 +101,7 @@ def _divided(text: Text, separator: str) -> list[Row]:
         return [(line, [content.strip().strip('"')]) for line, content in lines]
     if separator == BLANK:
         return [
-            (line, [word.strip('"') for word in _BLANKS.split(content.strip())])
+            (line, [word.strip('"') for word in _WORD.findall(content)] or [""])
             for line, content in lines
         ]
     return list(zip((line for line, _ in lines), _fields(text, separator), strict=True))

@@ -145,7 +145,8 @@ def _has_marks(layout: Layout) -> bool:
 def _plausible(trials: list[_Trial]) -> list[_Trial]:
     """Return the ways that no other one is clearly better than."""
     tables = [trial for trial in trials if trial.table is not None]
-    if any(trial.layout.splits_header for trial in trials):  # no name of one column
+    # A comma in a header divides names, where it divides as many fields. A blank may be in a name.
+    if any(trial.layout.splits_header and trial.way.separator == "comma" for trial in trials):
         tables = [trial for trial in tables if trial.way.separator != NONE]
     if not all(trial.words for trial in tables):
         tables = [trial for trial in tables if not trial.words]
@@ -163,16 +164,16 @@ def _torn(trials: list[_Trial]) -> list[_Trial]:
 
     2 between 1,5 and 2,5 may be a number, or a row that lacks its second one.
     """
-    torn = [
-        trial
-        for trial in trials
-        if trial.layout.ragged and trial.layout.names is None and trial.layout.width > 1
-    ]
-    return [trial for trial in torn if _mostly_numbers(trial)]
+
+    def fits(layout: Layout) -> bool:
+        named = layout.names is None or layout.splits_header
+        return layout.ragged and layout.width > 1 and named and _all_numbers(layout)
+
+    return [trial for trial in trials if fits(trial.layout)]
 
 
-def _mostly_numbers(trial: _Trial) -> bool:
-    texts = [text for _, fields in trial.layout.rows for text in fields if text]
+def _all_numbers(layout: Layout) -> bool:
+    texts = [text for _, fields in layout.rows for text in fields if text]
     return all(any(style.is_number(text) for style in STYLES.values()) for text in texts)
 
 

@@ -101,8 +101,7 @@ def _lines(path: Path, text: str) -> list[tuple[int, str]]:
             begun = first, whole
             continue
         begun = None
-        stripped = whole.strip(_BLANKS)
-        found.append((first, stripped if stripped.strip() else ""))
+        found.append((first, whole.strip(_BLANKS)))
     if begun:
         raise RefusedError(f"{path}:{begun[0]}: a quote in this line is never closed")
     return found
