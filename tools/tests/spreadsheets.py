@@ -40,9 +40,10 @@ class Sheet:
         """Return what to ask for: nothing but the motor, or how the table is to be read."""
         if not told:
             return Request(decode, HZ, scale=scale)
+        alone = self.separator == " " and self.column == 1
         return Request(
             decode, HZ, scale=scale,
-            separator="none" if self.separator == " " and self.column == 1 else _MARKS[self.separator],
+            separator="none" if alone else _MARKS[self.separator],
             decimal="comma" if self.decimal == "," else "point",
             column=str(self.column),
             quantity=self.quantity,

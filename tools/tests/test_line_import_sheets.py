@@ -5,8 +5,6 @@ import random
 from collections import Counter
 from fractions import Fraction
 
-import pytest
-
 from effort import cases
 from pixstep.errors import RefusedError
 from pixstep.lines.line import PLAIN

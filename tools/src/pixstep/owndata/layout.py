@@ -43,7 +43,7 @@ class Layout:
     def table(self, decimal: str, *, chosen: bool) -> Table:
         """Return the table as a style of numbers reads it."""
         way = Way(self.separator, decimal)
-        names = self.names and tuple(self.names)
+        names = None if self.names is None else tuple(self.names)
         return Table(self.text.path, tuple(self.rows), names, way, self.text.encoding, chosen)
 
     def _nothing(self) -> RefusedError:

@@ -260,13 +260,12 @@ def _options(groups: list[list[_Trial]]) -> list[str]:
 def _option(group: list[_Trial], groups: list[list[_Trial]]) -> str:
     way = group[0].way
     decimal, separator = f"--decimal {way.decimal}", f"--separator {way.separator}"
-    choices = [
-        (separator, lambda other: other.separator == way.separator),
-        (decimal, lambda other: other.decimal == way.decimal),
-    ]
+    separators = [{trial.way.separator for trial in one} for one in groups]
+    decimals = [{trial.way.decimal for trial in one} for one in groups]
+    choices = [(separator, way.separator, separators), (decimal, way.decimal, decimals)]
     if way.separator == NONE:
         choices.reverse()
-    for text, fits in choices:
-        if sum(any(fits(trial.way) for trial in one) for one in groups) == 1:
+    for text, value, among in choices:
+        if sum(value in one for one in among) == 1:
             return text
     return f"{decimal} {separator}"

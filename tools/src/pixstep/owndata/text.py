@@ -25,6 +25,7 @@ _OPENS = re.compile(r'(?:^|[,;|\t ])"')
 _SEPARATOR_LINE = re.compile(r'"?sep=(.)"?[,;|\t]*', re.IGNORECASE)
 # What a spreadsheet shows for a number that it has not: #N/A, #DIV/0!, #WERT!, ####.
 _NO_NUMBER = re.compile(r"#(?:N/?[A-Z]|[\u00a1\u00bf]?\w[\w/]*[!?]|#+)\s*(?:$|[,;|\t])")
+_MOST_LINES = 50  # of a field: more is a quote that nobody closes
 # Blanks that are cut off; a tab divides fields.
 _BLANKS = " \u00a0\u2009\u202f"
 
@@ -71,13 +72,14 @@ def _decoded(path: Path, data: bytes) -> tuple[str, str]:
     for mark, encoding in _MARKS:
         if data.startswith(mark):
             return _text(path, data, encoding, len(mark)), encoding
-    if b"\0" in data:
+    if 4 * data.count(0) > len(data):  # digits in UTF-16: every second byte
         encoding = "utf-16-le" if data[1::2].count(0) > data[::2].count(0) else "utf-16-be"
         return _text(path, data, encoding), encoding
     try:
-        return data.decode("utf-8"), "utf-8"
+        data.decode("utf-8")
     except UnicodeDecodeError:
         return _text(path, data, "cp1252"), "cp1252"
+    return _text(path, data, "utf-8"), "utf-8"
 
 
 def _text(path: Path, data: bytes, encoding: str, start: int = 0) -> str:
@@ -87,7 +89,7 @@ def _text(path: Path, data: bytes, encoding: str, start: int = 0) -> str:
         name = _NAMES.get(encoding, encoding.upper())
         raise RefusedError(f"{path}: not {name} at byte {start + error.start}") from None
     if "\0" in text:
-        raise RefusedError(f"{path}: no text: zeros in it")
+        raise RefusedError(f"{path}: no text: a zero at byte {data.find(0)}")
     return text
 
 
@@ -99,7 +101,9 @@ def _lines(path: Path, text: str) -> list[tuple[int, str]]:
         first, whole = (begun[0], f"{begun[1]} {line}") if begun else (number, line)
         if whole.count('"') % 2 and _OPENS.search(whole) and not is_comment(whole):
             begun = first, whole
-            continue
+            if number < first + _MOST_LINES:
+                continue
+            break
         begun = None
         found.append((first, whole.strip(_BLANKS)))
     if begun:
