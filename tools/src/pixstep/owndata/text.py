@@ -7,6 +7,7 @@ A line break inside of quotes belongs to its field, so that a line here may be s
 import codecs
 import re
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 from pixstep.errors import RefusedError, UserError
@@ -39,7 +40,7 @@ class Text:
     separator: str | None
     encoding: str
 
-    @property
+    @cached_property
     def data(self) -> list[tuple[int, str]]:
         """The lines with something in them that are no comments."""
         return [(number, text) for number, text in self.lines if text and not is_comment(text)]
