@@ -61,9 +61,11 @@ def sheet(rng: random.Random) -> Sheet:
 def spoiled(rng: random.Random) -> Sheet:
     """Return a table in which a field, a number or a row is wrong: no line may come of it."""
     made = _contents(rng)
-    row = rng.randrange(1, len(made.rows) - 1)
+    row = rng.randrange(1 if made.names else 0, len(made.rows) - 1)
     fields, column = made.rows[row], made.column - 1
     kind = rng.choice(("field", "word", "empty", "row", "mark", "more"))
+    if not row and kind in ("empty", "row"):  # in front of the numbers empty rows are legal
+        kind = "word"
     left = "".join(fields[:column] + fields[column + 1 :])  # empty lines and comments are legal
     if kind == "field" and left and not left.startswith("#"):
         del fields[column]

@@ -95,6 +95,9 @@ def test_what_is_read(load, data, counts):
         ("pixel;steps\n0;4\n;\n1;8\n", ":3: an empty row between numbers: expected the numbers of"),
         ("steps\n4\n#DIV/0!\n8\n", ":3: column 1 'steps': '#DIV/0!': not a number"),
         ("steps\n4\n####\n8\n", ":3: column 1 'steps': '####': not a number"),
+        ("nan\n4\n8\n", ":1: 'nan': not a number"),  # no name of a column
+        ("#N/A;#N/A\n0;4\n1;8\n", ":1: '#N/A': not a number"),
+        ("sep=;\n;;\n", "own.csv: no numbers in it"),
         ('steps\n"4\n8\n', ":2: a quote in this line is never closed"),
         ("sep=:\n0:4\n", ":1: sep=:: expected one of ; | ,, or a tab"),
         (b"steps\n4\0\n8\n4\n4\n4\n", "own.csv: no text: a zero at byte 7"),

@@ -12,6 +12,8 @@ from pixstep.owndata.text import Text, is_comment
 
 _WORD = re.compile(r'"[^"]*"|[^ \t]+')
 
+_NOTHING = re.compile(r"nan|n/?a|[+-]?inf(?:inity)?|null|none|-+|err:\d+|#.*[!?]|#n/?[a-z]|##+")
+
 
 class Layout:
     """Rows of fields; `refusal` says why they are no table, None if they are one.
@@ -47,6 +49,8 @@ class Layout:
         return Table(self.text.path, tuple(self.rows), names, way, self.text.encoding, chosen)
 
     def _nothing(self) -> RefusedError:
+        if self.names is None:
+            return RefusedError(f"{self.text.path}: no numbers in it")
         return RefusedError(
             f"{self.text.path}:{self.first_line}: a header, and no numbers behind it"
         )
@@ -54,6 +58,8 @@ class Layout:
     def _fit(self) -> RefusedError | None:
         """Make all rows and the header as wide as the table; return the refusal of what is not."""
         path = self.text.path
+        if self.names is not None and (missing := _missing(self.names)):
+            return RefusedError(f"{path}:{self.first_line}: {shown(missing)}: not a number")
         if self.names is None:
             self.names = _names_in_comment(self.text, self.first_line, self.separator, self.width)
         if self.names is not None:
@@ -150,6 +156,11 @@ def _take_header(rows: list[Row]) -> list[str] | None:
         return None
     del rows[: first + 1]
     return fields
+
+
+def _missing(names: list[str]) -> str | None:
+    """Return what stands for a number that is not there, and so is no name of a column."""
+    return next((name for name in names if _NOTHING.fullmatch(name.lower())), None)
 
 
 def _with_units(words: list[str]) -> list[str]:
