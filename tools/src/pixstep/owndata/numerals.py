@@ -12,7 +12,8 @@ POINT, COMMA = "point", "comma"
 DECIMALS = {POINT: ".", COMMA: ","}
 
 _MOST_DIGITS = 60
-_MINUS = str.maketrans(dict.fromkeys("\u2212\u2010\u2011\u2013\ufe63\uff0d", "-"))
+# What else is written for a minus.
+MINUS = str.maketrans(dict.fromkeys("\u2212\u2010\u2011\u2013\ufe63\uff0d", "-"))
 _GROUPS = " '\u2019\u00a0\u2009\u202f"  # marks of thousands that divide nothing else
 _PLAIN = r"[+-]?(?:[0-9]+{0}?[0-9]*|{0}[0-9]+)(?:[eE][+-]?[0-9]{{1,2}})?"
 _GROUPED = r"[+-]?[1-9][0-9]{{0,2}}([{1}{2}])[0-9]{{3}}(?:\1[0-9]{{3}})*({0}[0-9]*)?"
@@ -32,7 +33,7 @@ class Style:
 
     def is_number(self, text: str) -> bool:
         """True for a number."""
-        text = text.translate(_MINUS)
+        text = text.translate(MINUS)
         fits = len(text) <= _MOST_DIGITS
         return fits and bool(self._plain.fullmatch(text) or self._grouped.fullmatch(text))
 
@@ -40,7 +41,7 @@ class Style:
         """Return the number, exactly as it is written; None if it is none."""
         if len(text) > _MOST_DIGITS:
             return None
-        text = text.translate(_MINUS)
+        text = text.translate(MINUS)
         if self._plain.fullmatch(text):
             return Fraction(text.replace(",", ".") if self.mark == "," else text)
         found = self._grouped.fullmatch(text)
@@ -50,7 +51,7 @@ class Style:
 
     def grouped(self, text: str) -> bool:
         """True for a number with marks of thousands."""
-        return bool(self._grouped.fullmatch(text.translate(_MINUS)))
+        return bool(self._grouped.fullmatch(text.translate(MINUS)))
 
     def doubtful(self, texts: Sequence[str]) -> int | None:
         """Return the index of a number that looks out of place beside the others of its column.

@@ -21,7 +21,7 @@ _MARKS = (  # UTF-32 first: its mark begins with that of UTF-16
     (codecs.BOM_UTF8, "utf-8"),
 )
 _NAMES = {"utf-8": "UTF-8", "cp1252": "Windows-1252"}
-_LINE_END = re.compile(r"\r\n|\n|\r")
+LINE_END = re.compile(r"\r\n|\n|\r")
 _OPENS = re.compile(r'(?:^|[,;|\t ])"')
 _SEPARATOR_LINE = re.compile(r'"?sep=(.)"?[,;|\t]*', re.IGNORECASE)
 # What a spreadsheet shows for a number that it has not: #N/A, #DIV/0!, #WERT!, ####.
@@ -59,7 +59,7 @@ def read_text(path: Path) -> Text:
         data = path.read_bytes()
     except OSError as error:
         raise UserError(f"{path}: {error.strerror or error}") from None
-    text, encoding = _decoded(path, data)
+    text, encoding = decoded(path, data)
     lines = _lines(path, text)
     separator = None
     if lines and (named := _SEPARATOR_LINE.fullmatch(lines[0][1].lstrip())):
@@ -68,7 +68,7 @@ def read_text(path: Path) -> Text:
     return Text(path, tuple(lines), separator, _NAMES.get(encoding, encoding.upper()))
 
 
-def _decoded(path: Path, data: bytes) -> tuple[str, str]:
+def decoded(path: Path, data: bytes) -> tuple[str, str]:
     """Return the text and its encoding: by the mark in front, by its zeros, by what it can be."""
     for mark, encoding in _MARKS:
         if data.startswith(mark):
@@ -98,7 +98,7 @@ def _lines(path: Path, text: str) -> list[tuple[int, str]]:
     """Return the lines with their numbers, blanks at their ends cut off."""
     found: list[tuple[int, str]] = []
     begun: tuple[int, str] | None = None
-    for number, line in enumerate(_LINE_END.split(text), 1):
+    for number, line in enumerate(LINE_END.split(text), 1):
         first, whole = (begun[0], f"{begun[1]} {line}") if begun else (number, line)
         if whole.count('"') % 2 and _OPENS.search(whole) and not is_comment(whole):
             begun = first, whole
