@@ -51,8 +51,9 @@ struct plan *plan_begin(uint32_t timer_hz,
 #define PLAN_MIN_ROOM 64u
 
 // Plan on until `values` is full, the line ends, or some 10 ms have passed, so that the caller can
-// heed a signal. Returns the number of values written, -1 when the core breaks a promise of its own.
-// The time that this takes grows with edges of steps and pixels, not with the time between them.
+// heed a signal. Returns the number of values written, -1 when the core breaks a promise of its
+// own. The time that all calls take grows with edges of steps and pixels, not with the time between
+// them.
 int32_t plan_rows(struct plan *plan, int64_t *values, uint32_t room);
 
 // True when all rows of the line have been written.
