@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from effort import cases
 from pixstep import formats
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 from pixstep.lines import linecheck
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.units import MM, Scale
@@ -76,8 +76,10 @@ def test_savetxt_of_numpy_with_and_without_a_header(tmp_path):
     np.savetxt(tmp_path / "b.csv", np.c_[np.arange(11) / 30, place], delimiter=",",
                header="t_s,pos_mm", comments="")  # fmt: skip
     np.savetxt(tmp_path / "c.txt", np.diff(place) * 400, fmt="%.3f")
-    for name in ("a.txt", "b.csv", "c.txt"):
-        made = import_line(tmp_path / name, Request(PLAIN, HZ, scale=SCALE))
+    with pytest.raises(RefusedError, match=r"'40.000' can be read as 40 .* or as 40000 "):
+        import_line(tmp_path / "c.txt", Request(PLAIN))
+    for name, decimal in (("a.txt", None), ("b.csv", None), ("c.txt", "point")):
+        made = import_line(tmp_path / name, Request(PLAIN, HZ, scale=SCALE, decimal=decimal))
         assert made.line.counts == (40,) * 10 and made.largest_error_steps < Fraction(1, 10**9)
 
 
@@ -89,7 +91,7 @@ def test_positions_are_rounded_so_that_errors_never_add_up(load):
 
 
 def test_what_was_assumed_is_said(load):
-    made = load("t_ms;x (mm)\n0;0\n33.333;0,5\n")
+    made = load("t_ms;x (mm)\n0;0\n33,333;0,5\n")
     assert made.assumed == (
         "fields divided by semicolons, header t_ms, x (mm), decimal commas",
         "column 2 'x (mm)' is the position at each pixel edge in mm, the first one that of line "
@@ -126,7 +128,11 @@ def test_a_motor_that_is_turned_round_says_when_it_is_not(load):
         ("pos_mm\n0\nnan\n", {}, ":3: column 1 'pos_mm': 'nan': not a number"),
         ("pos_mm\n0\n1e999\n", {}, ":3: column 1 'pos_mm': '1e999': not a number"),
         ("4\n٤\n", {}, ":2: column 1: '٤': not a number"),
-        ("1,2\n3\n4,5\n", {}, ":2: 1 fields, 2 in the rows before: '3'"),
+        (
+            "1,2\n3\n4,5\n",
+            {"decimal": "point"},
+            ":2: 1 fields, 2 in the rows before: '3'",
+        ),
         ("a,b\n1,2,3\n", {"column": "1"}, ":2: 3 fields, the header has 2"),
         ("", {}, ": no numbers in it"),
         ("# only\n", {}, ": no numbers in it"),
@@ -173,7 +179,10 @@ def test_what_is_refused_and_where(load, text, options, message):
 
 
 def test_a_file_that_is_no_text(put, tmp_path):
-    for data, message in ((b"\xff\n", "not UTF-8 at byte 0"), (b"1\n" * (9 << 20), "larger than")):
+    for data, message in (
+        (b"\x81\n", "not Windows-1252 at byte 0"),
+        (b"1\n" * (9 << 20), "larger than"),
+    ):
         with pytest.raises(UserError, match=message):
             import_line(put(data, "x.csv"), Request(PLAIN))
     with pytest.raises(UserError, match="No such file"):

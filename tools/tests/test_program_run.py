@@ -3,11 +3,16 @@
 
 import doctest
 import importlib
+import os
 import re
+import subprocess
+import sys
+import time
 from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
+import psutil
 import pytest
 
 import pixstep as px
@@ -16,7 +21,7 @@ from pixstep.api.bus import Board
 from pixstep.errors import PlainError
 from pixstep.lines.runs import MARK_END, MARK_NEGATIVE, MARK_SMOOTH, MARK_START
 from pixstep.machine.reading import Machine
-from pixstep.programs import streaming
+from pixstep.programs import sources, streaming
 from pixstep.programs.motors import of_machine
 from pixstep.programs.options import Options
 from pixstep.programs.sources import PlanProcess, Request
@@ -290,6 +295,43 @@ def test_a_planner_that_is_not_needed_any_more_ends(folder):
     with PlanProcess(request) as source:
         assert source.more(wait=True) is not None
     assert source._process.returncode is not None
+
+
+KILLED = """\
+import time
+from pixstep.machine.reading import Machine
+from pixstep.programs.motors import of_machine
+from pixstep.programs.options import Options
+from pixstep.programs.sources import PlanProcess, Request
+
+with PlanProcess(Request("silent", of_machine(Machine.load("machine.toml")), Options())) as source:
+    print(source._process.pid, flush=True)
+    time.sleep(60)
+"""
+
+
+def test_a_planner_ends_with_a_command_that_is_killed(folder):
+    os.mkfifo("silent")  # a program that nobody writes: its planner waits without a word
+    words = [sys.executable, "-c", KILLED]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as command:
+        planner = psutil.Process(int(command.stdout.readline()))
+        command.kill()
+    left = 100
+    while left and planner.is_running() and planner.status() != psutil.STATUS_ZOMBIE:
+        left -= 1
+        time.sleep(0.1)
+    assert left, "the planner outlives its command"
+
+
+def test_a_planner_that_cannot_be_asked_ends(folder, monkeypatch):
+    started = []
+    monkeypatch.setattr(
+        sources.pickle, "dump", lambda *_: started.append(psutil.Process().children()) or 1 / 0
+    )
+    request = Request("long.pmc", of_machine(Machine.load("machine.toml")), Options())
+    with pytest.raises(ZeroDivisionError), PlanProcess(request):
+        pass
+    assert started[0] and not any(child.is_running() for child in started[0])
 
 
 def test_a_planner_that_dies_is_an_error(folder):

@@ -70,6 +70,20 @@ def _records(made):
     return columns.tobytes()
 
 
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"\xef\xbb\xbfp1;p2\r\n0;0\r\n4;-3\r\n",
+        "sep=;\r\np1;p2;;\r\n0;0;;\r\n4;\u22123;;\r\n;;;\r\n;;;\r\n".encode(),
+        "Gr\xf6\xdfe\tp1\tp2\r0\t0\t0\r1\t4\t-3\r".encode("cp1252"),
+        "p1\tp2\n0\t0\n4\t-3\n\n".encode("utf-16"),
+    ],
+)
+def test_what_a_spreadsheet_exports_is_read(tmp_path, data):
+    (tmp_path / "own.csv").write_bytes(data)
+    assert files.read(tmp_path / "own.csv")[0].positions.tolist() == [[0, 0], [4, -3]]
+
+
 def test_velocities_are_taken_from_the_positions_around(tmp_path):
     (tmp_path / "own.csv").write_text("point,p2,p1\n0,0,0\n1,-3,4\n2,-6,10\n3,-7,12\n")
     found, notes = files.read(tmp_path / "own.csv")
@@ -93,6 +107,8 @@ def test_velocities_are_taken_from_the_positions_around(tmp_path):
         ("x.csv", b"p1,p2\n0,0\n" + b"9" * 50 + b",0\n", "x.csv:3: p1 = '9999"),
         ("x.csv", b"p1,v1,p2,v2\n0,0,0,0\n0,0,0,16384\n", "x.csv: record 2: v2 = 16384: a pixel"),
         ("x.csv", b"p1,p2\n0,0\n7\n", "x.csv:3: 1 fields, the header has 2"),
+        ("x.csv", b"p1;p2\n0;0\n;\n7;1\n", "x.csv:3: an empty row between records"),
+        ("x.csv", b"p1;p2\n0;0\n1.000;1\n", "x.csv:3: p1 = '1.000': expected a whole"),
         ("x.csv", b"p1,p1\n0,0\n", "x.csv: expected one column p1"),
         ("x.csv", b"p1,p2,v1\n0,0,0\n", "x.csv: columns v1 and v2 come together"),
         ("x.csv", b"some words of a letter", "x.csv: expected one column p1"),

@@ -30,6 +30,7 @@ struct plan *plan_begin(uint32_t timer_hz, uint32_t hz_num, uint32_t hz_den,
                         const struct line_limits *limits, const struct segment *entries,
                         uint32_t entry_count, bool pixels);
 int32_t plan_rows(struct plan *plan, int64_t *values, uint32_t room);
+bool plan_over(const struct plan *plan);
 void plan_end(struct plan *plan);
 
 struct law {

@@ -3,7 +3,7 @@
 // makes. The same sources as in a board's image, so that the host and the board cannot disagree.
 //
 //     entries --> core_check() --> findings
-//     entries --> plan_begin() --> plan_rows() ... --> plan_end()
+//     entries --> plan_begin() --> plan_rows() until plan_over() --> plan_end()
 //
 // entries: a whole line as a board gets it, see motion/segment.h.
 #pragma once
@@ -50,9 +50,14 @@ struct plan *plan_begin(uint32_t timer_hz,
 // The fewest values that plan_rows() needs room for.
 #define PLAN_MIN_ROOM 64u
 
-// Plan on until `values` is full or the line ends. Returns the number of values written: 0 at the
-// end of the line, -1 when the core breaks a promise of its own.
+// Plan on until `values` is full, the line ends, or some 10 ms have passed, so that the caller can
+// heed a signal. Returns the number of values written, -1 when the core breaks a promise of its
+// own. The time that all calls take grows with edges of steps and pixels, not with the time between
+// them.
 int32_t plan_rows(struct plan *plan, int64_t *values, uint32_t room);
+
+// True when all rows of the line have been written.
+bool plan_over(const struct plan *plan);
 
 // Free what plan_begin() made.
 void plan_end(struct plan *plan);

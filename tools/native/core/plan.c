@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A line goes through the board's own queue, decoder and ring; a loop in place of the step
-// interrupt reads the ring.
+// interrupt reads the ring. The decoder is always ahead of that loop, as a board's is.
 #include <stdlib.h>
 
 #include "base/require.h"
@@ -11,6 +11,11 @@
 #define QUEUE_BYTES   512u
 #define DECODE_BUDGET 64u
 #define DELAY_TICKS   1000u
+// Of a long wait this much is written into the ring, so that the decoder goes its usual way.
+#define WAIT_TICKS (2uL * STEP_PERIOD_MAX_TICKS)
+// One call of plan_rows() takes no more periods than this, some 10 ms.
+#define PERIODS_AT_ONCE 0x10000u
+#define RING_SLOTS      0x100u
 
 // A period passes no more pixel edges than there are marks.
 _Static_assert(RECORDS_KEPT >= STREAM_MARKS,
@@ -32,6 +37,8 @@ struct plan {
     int64_t edge_ticks;
     int64_t now_ticks; // start of the period about to be loaded
     int64_t zero_ticks;
+    // Time without an edge that passes before the entry in this slot, beside what the ring holds.
+    int64_t skipped_ticks[RING_SLOTS];
     uint32_t pixels_shown;
     bool armed;
     bool released;
@@ -66,15 +73,28 @@ static void show_pixels(struct plan *plan)
     }
 }
 
+// Take the empty time that was skipped before the entries up to slot `end`.
+static void pass_skipped(struct plan *plan, uint8_t slot, uint8_t end)
+{
+    for (; slot != end; slot++) {
+        plan->now_ticks += plan->skipped_ticks[slot];
+        plan->skipped_ticks[slot] = 0;
+    }
+}
+
 // Load one period as the step interrupt would do.
 static void load_period(struct plan *plan)
 {
+    uint8_t slot = plan->engine.tail;
     struct step_load load = step_engine_next(&plan->engine, &plan->ring);
 
+    pass_skipped(plan, slot, plan->engine.tail);
     if (load.pulse && !plan->pixels) {
         *plan->values++ = plan->now_ticks - plan->zero_ticks;
     }
     plan->now_ticks += (int64_t)load.top_ticks + 1;
+    // Halted: the ring was empty inside the line.
+    plan->broken = plan->broken || plan->engine.stop;
 }
 
 static void follow(struct plan *plan)
@@ -119,9 +139,10 @@ static void fill_queue(struct plan *plan)
     }
 }
 
-static bool line_over(const struct plan *plan)
+bool plan_over(const struct plan *plan)
 {
-    return plan->axis.phase == DECODE_OUTSIDE && axis_ring_fill(&plan->axis) == 0;
+    return plan->armed && plan->axis.phase == DECODE_OUTSIDE &&
+           axis_ring_fill(&plan->axis) == 0;
 }
 
 static void arm(struct plan *plan)
@@ -131,14 +152,39 @@ static void arm(struct plan *plan)
     plan->broken = plan->broken || !plan->armed;
 }
 
+// Take most of a long wait out of what the decoder still has to write: a pixel at 1 Hz would be
+// some 500 periods. The step before the wait must be written first.
+static void skip_wait(struct plan *plan)
+{
+    struct feed *feed = &plan->axis.feed;
+
+    if (!feed->lead && feed->pending_ticks > WAIT_TICKS) {
+        plan->skipped_ticks[feed->stream.head] +=
+            (int64_t)(feed->pending_ticks - WAIT_TICKS);
+        feed->pending_ticks = WAIT_TICKS;
+    }
+}
+
+// Decode until nothing more can be decoded now.
+static void decode_ahead(struct plan *plan)
+{
+    uint8_t left = 0;
+
+    while (left != DECODE_BUDGET) {
+        fill_queue(plan);
+        left = decode_axis(&plan->axis, &plan->period, DECODE_BUDGET);
+        skip_wait(plan);
+    }
+}
+
 // Decode, and let the stand-in of the step interrupt take one period.
 static void plan_period(struct plan *plan)
 {
-    fill_queue(plan);
     if (!plan->armed) {
+        fill_queue(plan);
         arm(plan);
     }
-    decode_axis(&plan->axis, &plan->period, DECODE_BUDGET);
+    decode_ahead(plan);
     if (!plan->released) {
         release(plan);
     }
@@ -152,10 +198,11 @@ static void plan_period(struct plan *plan)
 int32_t plan_rows(struct plan *plan, int64_t *values, uint32_t room)
 {
     const int64_t *end = values + room - PLAN_MIN_ROOM / 2u;
+    uint32_t periods = PERIODS_AT_ONCE;
 
     plan->values = values;
     promise_broken = false;
-    while (plan->values < end && !plan->broken && !(plan->armed && line_over(plan))) {
+    while (periods-- != 0 && plan->values < end && !plan->broken && !plan_over(plan)) {
         plan_period(plan);
         plan->broken = plan->broken || promise_broken;
     }

@@ -20,6 +20,8 @@ from pixstep.lines import linecheck, units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.linecheck import Finding, Limits
 from pixstep.owndata.naming import QUANTITIES
+from pixstep.owndata.numerals import DECIMALS
+from pixstep.owndata.table import BLANK, NONE, SEPARATORS
 from pixstep.profiles import generator, legal_prn, madefor, make, names
 from pixstep.profiles.generator import MOST_PIXELS
 
@@ -393,15 +395,19 @@ def import_line(
     quantity: str | None = None,
     unit: str | None = None,
     column: str | int | None = None,
+    separator: str | None = None,
+    decimal: str | None = None,
     fit: bool = False,
 ) -> MotionLine:
-    """Make a line of a table of your own: ordinary CSV, or what numpy's savetxt writes.
+    """Make a line of your own table: what a spreadsheet exports, or what numpy's savetxt writes.
 
     `quantity` is what `column` (a name, or a number from 1) holds for each pixel: `"position"`,
     `"speed"` or `"steps"`; `unit` is that of a distance as `"mm"` or, of speeds, also `"mm/min"` or
     `"um/px"`. Without them the header says both; what stands in the place of a unit there and is
-    none is refused. `fit` takes the nearest line that a smooth motor can make. What was assumed is
-    in the line's notes. Raises UserError naming file, line and column.
+    none is refused. A file that can be read in two ways is refused with both: `separator`
+    (`"comma"`, `"semicolon"`, `"tab"`, `"bar"`, `"blank"`, `"none"`) and `decimal` (`"point"`,
+    `"comma"`) choose. `fit` takes the nearest line that a smooth motor can make. What was assumed
+    is in the line's notes. Raises UserError naming file, line and column.
     """
     place = arguments.path("path", path)
     motor = given.motor(motor)
@@ -410,16 +416,23 @@ def import_line(
     request = owndata.Request(
         rule,
         pixel_hz=hz,
-        quantity=None if quantity is None else arguments.one_of("quantity", quantity, QUANTITIES),
+        quantity=_one_of("quantity", quantity, QUANTITIES),
         unit=None if unit is None else arguments.text("unit", unit),
         column=_column(column),
         scale=motor.steps_per_unit if motor else None,
         negative=motor.negative if motor else False,
         fit=arguments.flag("fit", fit),
+        separator=_one_of("separator", separator, (*SEPARATORS, BLANK, NONE)),
+        decimal=_one_of("decimal", decimal, tuple(DECIMALS)),
     )
     made = owndata.import_line(place, request)
     motion = replace(made.line, backlash=given.backlash(None, rule, motor))
     return MotionLine(motion, hz, motor, made.assumed)
+
+
+def _one_of(name: str, given: str | None, choices: tuple[str, ...]) -> str | None:
+    """Return one of several words, or None."""
+    return None if given is None else arguments.one_of(name, given, choices)
 
 
 def _column(given: str | int | None) -> str | None:

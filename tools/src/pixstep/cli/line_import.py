@@ -17,6 +17,8 @@ from pixstep.lines import linecheck
 from pixstep.lines.line import SMOOTH
 from pixstep.owndata import Imported, Request, import_line
 from pixstep.owndata.naming import QUANTITIES
+from pixstep.owndata.numerals import DECIMALS
+from pixstep.owndata.table import BLANK, NONE, SEPARATORS
 from pixstep.profiles import madefor
 
 
@@ -24,6 +26,8 @@ class _Options(TypedDict):
     column: str | None
     quantity: str | None
     negative: bool
+    separator: str | None
+    decimal: str | None
 
 
 @command("import")
@@ -40,6 +44,16 @@ class _Options(TypedDict):
     "length_unit",
     metavar="UNIT",
     help="steps, mm, um, deg ...; of speeds also mm/s or um/px.  [default: by the header]",
+)
+@click.option(
+    "--separator",
+    type=click.Choice((*SEPARATORS, BLANK, NONE)),
+    help="What divides the fields.  [default: by the file]",
+)
+@click.option(
+    "--decimal",
+    type=click.Choice(tuple(DECIMALS)),
+    help="What divides the decimals; the other one thousands.  [default: by the file]",
 )
 @click.option("--pixel-hz", type=HZ, help="Pixel clock: for speeds per second, and to check times.")
 @divider_option
@@ -60,10 +74,11 @@ def line_import(
     fit: bool,
     **options: Unpack[_Options],
 ) -> None:
-    """Make a line of your own table: CSV, or what numpy's savetxt writes.
+    """Make a line of your own table: what a spreadsheet exports, or what numpy's savetxt writes.
 
     One row a pixel (positions: one more, the start). Lengths need a motor of the machine file. What
-    was assumed is printed; a line that the motor cannot make is refused and not written.
+    was assumed is printed; a table that can be read in two ways, or a line that the motor cannot
+    make, is refused and not written.
     """
     line_hz = pixel_hz and pixel_hz / divider
     request = Request(decode, line_hz, unit=length_unit, scale=scale_of(ctx), fit=fit, **options)

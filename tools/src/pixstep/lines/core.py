@@ -96,15 +96,12 @@ def plan(
     if not begun:
         raise MemoryError
     made = ffi.gc(begun, lib.plan_end)
-    parts = []
-    while True:
-        values = np.empty(_VALUES, dtype=np.int64)
+    parts, values = [], np.empty(_VALUES, dtype=np.int64)
+    while not lib.plan_over(made):  # a call is short: signals are heeded between two
         count = lib.plan_rows(made, ffi.from_buffer("int64_t[]", values), _VALUES)
         if count < 0:
             raise RuntimeError("the firmware's core broke a promise of its own: please report it")
-        if not count:
-            break
-        parts.append(values[:count])
+        parts.append(values[:count].copy())
     found = np.concatenate(parts) if parts else np.empty(0, dtype=np.int64)
     return found.reshape(-1, 2) if pixels else found
 

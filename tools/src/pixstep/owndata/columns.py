@@ -4,10 +4,14 @@
 from dataclasses import dataclass
 from fractions import Fraction
 
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 from pixstep.lines import units
 from pixstep.owndata.naming import INDEX, SPEED, TIME, meaning_of
 from pixstep.owndata.table import Table
+
+
+class ChoiceError(RefusedError):
+    """Several columns could be meant, and nothing says which."""
 
 
 @dataclass(frozen=True)
@@ -42,16 +46,21 @@ def of_table(table: Table) -> list[Column]:
 def choose(table: Table, known: list[Column], wanted: str | None) -> Column:
     """Return the column to import.
 
-    `wanted` is a name or a number from 1. Raises UserError if several columns could be meant.
+    `wanted` is a name or a number from 1. Raises ChoiceError if several columns could be meant.
     """
     if wanted is not None:
         return known[_wanted(table, wanted)]
-    left = [item for item in known if item.quantity not in (TIME, INDEX)]
-    if len(left) > 1 and not table.names and _counts_up(table, 0):
-        left = left[1:]
+    left = [
+        item
+        for item in known
+        if item.quantity not in (TIME, INDEX)
+        and (item.quantity is not None or table.has_number(item.number))
+    ]
+    if len(left) > 1 and not (table.names and table.names[left[0].number]):
+        left = left[1:] if _counts_up(table, left[0].number) else left
     if len(left) != 1:
         names = table.names or [str(k + 1) for k in range(table.width)]
-        raise UserError(
+        raise ChoiceError(
             f"{table.path}:{table.rows[0][0]}: {table.width} columns ({', '.join(names)}): choose "
             f"one by --column"
         )
@@ -74,7 +83,7 @@ def refuse_twins(table: Table, column: int) -> None:
     names = table.names or ()
     twins = [str(k) for k, name in enumerate(names, 1) if name == names[column]]
     if len(twins) > 1:
-        raise UserError(
+        raise ChoiceError(
             f"{table.path}:{table.rows[0][0]}: columns {', '.join(twins)} are all named "
             f"{names[column]!r}: rename them, or choose by --column N"
         )
@@ -82,8 +91,12 @@ def refuse_twins(table: Table, column: int) -> None:
 
 def _counts_up(table: Table, column: int) -> bool:
     """True for 0 1 2 ... or 1 2 3 ..."""
-    values = table.values(column)
-    return values[0] in (0, 1) and values == [values[0] + k for k in range(len(values))]
+    values = table.numbers(column)
+    return (
+        values is not None
+        and values[0] in (0, 1)
+        and values == [values[0] + k for k in range(len(values))]
+    )
 
 
 def factor_of(unit: str, quantity: str, scale: units.Scale | None, hz: Fraction | None) -> Fraction:

@@ -7,7 +7,7 @@ from fractions import Fraction
 from itertools import accumulate, pairwise
 from pathlib import Path
 
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 from pixstep.lines import linecheck
 from pixstep.lines.line import SMOOTH, Line
 from pixstep.lines.linecheck import MAX_COUNT
@@ -15,14 +15,13 @@ from pixstep.lines.units import LENGTH_UNITS, SECOND_UNITS, Scale, parse_seconds
 from pixstep.owndata.columns import (
     Column,
     KnownColumn,
-    choose,
     factor_of,
-    of_table,
     refuse_twins,
 )
 from pixstep.owndata.fitting import fit, largest_error
 from pixstep.owndata.naming import INDEX, POSITION, QUANTITIES, SPEED, STEPS, TIME
-from pixstep.owndata.table import Table, read_table
+from pixstep.owndata.readings import Asked, read
+from pixstep.owndata.table import Table
 
 _CLOCK_TOLERANCE = Fraction(1, 1000)
 _LENGTHS = "|".join(unit for unit in LENGTH_UNITS if unit != "step")
@@ -35,7 +34,8 @@ class Request:
 
     `quantity` is position, speed or steps; `unit` that of a distance, of speeds also mm/s or um/px;
     `column` a name or a number from 1. `negative`: the load's positive direction is the motor's
-    negative one. `fit`: let a smooth motor make the nearest line that it can.
+    negative one. `fit`: let a smooth motor make the nearest line that it can. `separator` (comma,
+    semicolon, tab, bar, blank, none) and `decimal` (point, comma) say how the text is written.
     """
 
     decode: str
@@ -46,6 +46,8 @@ class Request:
     scale: Scale | None = None
     negative: bool = False
     fit: bool = False
+    separator: str | None = None
+    decimal: str | None = None
 
 
 @dataclass(frozen=True)
@@ -78,11 +80,10 @@ def import_line(path: str | Path, request: Request) -> Imported:
     Raises UserError naming file, line, column and value of what cannot be a line of this motor, and
     for a file that does not say what its numbers are where the request does not either.
     """
-    read = read_table(Path(path))
-    columns = of_table(read)
-    column, assumed = _meaning(read, choose(read, columns, request.column), request)
-    assumed += _check_others(read, columns, column, request.pixel_hz)
-    motion = _motion(read, column, request)
+    found = read(Path(path), Asked(request.column, request.separator, request.decimal))
+    column, assumed = _meaning(found.table, found.column, request)
+    assumed += _check_others(found.table, found.columns, column, request.pixel_hz)
+    motion = _motion(found.table, column, request)
     counts = _counts(motion, column.quantity == STEPS)
     line, more = _line(motion, counts, request)
     error, pixel = largest_error(
@@ -94,7 +95,7 @@ def import_line(path: str | Path, request: Request) -> Imported:
             f"behind pixel {pixel}"
         )
     findings = tuple(linecheck.without_idle_pixel(linecheck.check(line)))
-    return Imported(line, (*read.notes, *assumed, *more), error, findings)
+    return Imported(line, (found.table.note, *assumed, *more), error, findings)
 
 
 def _meaning(read: Table, column: Column, request: Request) -> tuple[KnownColumn, list[str]]:
@@ -103,12 +104,12 @@ def _meaning(read: Table, column: Column, request: Request) -> tuple[KnownColumn
     unit = request.unit or column.unit
     place = f"{read.path}:{read.rows[0][0]}: {read.title(column.number)}"
     if request.unit is None and column.unclear is not None:
-        raise UserError(f"{place}: {column.unclear!r} is no unit: {_UNITS}")
+        raise RefusedError(f"{place}: {column.unclear!r} is no unit: {_UNITS}")
     whole = unit is None and _are_steps(read, column)
     if quantity not in QUANTITIES and whole:
         quantity, unit = STEPS, "steps"
     if quantity not in QUANTITIES or (unit is None and not (quantity == STEPS or whole)):
-        raise UserError(
+        raise RefusedError(
             f"{place}: say what it holds: --quantity {'|'.join(QUANTITIES)} and {_UNITS}"
         )
     unit = unit or "steps"
@@ -118,7 +119,9 @@ def _meaning(read: Table, column: Column, request: Request) -> tuple[KnownColumn
         STEPS: "the steps of each pixel",
     }
     if quantity == STEPS and not unit.startswith("step"):
-        raise UserError(f"{read.path}: {read.title(column.number)}: steps in {unit}: --quantity?")
+        raise RefusedError(
+            f"{read.path}: {read.title(column.number)}: steps in {unit}: --quantity?"
+        )
     text = f"{read.title(column.number)} is {words[quantity]}"
     return KnownColumn(column.number, quantity, unit), [text]
 
@@ -160,7 +163,7 @@ def _check_numbers(read: Table, numbers: Column) -> None:
 def _check_clock(read: Table, times: Column, hz: Fraction | None) -> list[str]:
     """Compare a column of times with the pixel clock. Raises UserError where they differ."""
     if times.unclear is not None:
-        raise UserError(
+        raise RefusedError(
             f"{read.path}:{read.rows[0][0]}: {read.title(times.number)}: {times.unclear!r} is no "
             f"unit of time: expected {', '.join(SECOND_UNITS)}"
         )

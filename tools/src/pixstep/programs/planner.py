@@ -5,8 +5,10 @@ python -m pixstep.programs.planner
 """
 
 import contextlib
+import os
 import pickle
 import sys
+from threading import Thread
 from typing import BinaryIO
 
 import numpy as np
@@ -18,6 +20,7 @@ from pixstep.programs import sources
 def main() -> None:
     """Plan what the standard input asks for; end quietly when nobody takes it any more."""
     request: sources.Request = pickle.load(sys.stdin.buffer)
+    Thread(target=_end_with_the_other, daemon=True).start()
     out = sys.stdout.buffer
     with contextlib.suppress(BrokenPipeError):
         try:
@@ -26,6 +29,13 @@ def main() -> None:
             _send(out, sources.END, None)
         except PlainError as error:
             _send(out, sources.ERROR, error)
+
+
+def _end_with_the_other() -> None:
+    """End this process when the one that asks has ended, however that was: its pipe closes then."""
+    with contextlib.suppress(OSError):
+        sys.stdin.buffer.read()
+    os._exit(1)
 
 
 def _send(out: BinaryIO, kind: str, found: object) -> None:

@@ -100,11 +100,17 @@ class PlanProcess:
             stdout=subprocess.PIPE,
             start_new_session=True,
         )
-        assert self._process.stdin is not None  # it is a pipe
-        with self._process.stdin as pipe:
-            pickle.dump(self._request, pipe)
-        self._reader = Thread(target=self._read, daemon=True)
-        self._reader.start()
+        try:
+            pipe = self._process.stdin
+            assert pipe is not None
+            pickle.dump(self._request, pipe)  # it stays open: its end is the process's, too
+            pipe.flush()
+            self._reader = Thread(target=self._read, daemon=True)
+            self._reader.start()
+        except BaseException:
+            self._process.kill()
+            self._process.wait()
+            raise
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -114,8 +120,9 @@ class PlanProcess:
             self.more(wait=False)  # makes room for what the reader holds
             self._reader.join(0.01)
         self._process.wait()
-        assert self._process.stdout is not None
-        self._process.stdout.close()
+        for pipe in (self._process.stdin, self._process.stdout):
+            assert pipe is not None
+            pipe.close()
 
     def more(self, *, wait: bool) -> Counts | None:
         """Return counts that the process has made."""

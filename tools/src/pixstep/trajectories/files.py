@@ -9,13 +9,17 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pixstep import atomic
 from pixstep.errors import RefusedError, UserError
 from pixstep.lazy import lazy
+from pixstep.owndata.numerals import MINUS
+from pixstep.owndata.table import SEPARATORS
+from pixstep.owndata.text import LINE_END, decoded
 from pixstep.trajectories import table
 from pixstep.trajectories.table import COLUMNS, MOST_RECORDS, Table
 
@@ -32,6 +36,7 @@ _MOST_BYTES = 256 << 20
 _MAGIC = b"PAR1"
 _SUFFIXES = {".csv": CSV, ".parquet": PARQUET}
 _TEXT = bytes(range(0x20, 0x7F)) + b"\r\n\t"
+_SEPARATOR_LINE = re.compile(r'"?sep=', re.IGNORECASE)
 _MOST_SHOWN = 40
 
 
@@ -50,8 +55,10 @@ def read(path: Path) -> tuple[Table, tuple[str, ...]]:
     data = _bytes(path)
     if data.startswith(_MAGIC):
         return _of_columns(_parquet_columns(path, data), str(path))
-    if data and not data.translate(None, _TEXT):
-        return _of_columns(_csv_columns(path, data.decode("ascii")), str(path))
+    if path.suffix.lower() == ".csv" or (data and not data.translate(None, _TEXT)):
+        return _of_columns(
+            _csv_columns(path, LINE_END.sub("\n", decoded(path, data)[0])), str(path)
+        )
     return _read_records(path, data)
 
 
@@ -158,14 +165,20 @@ def _wanted(path: Path, names: Sequence[str]) -> list[str]:
 
 def _csv_columns(path: Path, text: str) -> dict[str, np.ndarray]:
     """Return the columns of a CSV with a header; raises RefusedError naming line and column."""
-    rows = csv.reader(io.StringIO(text), skipinitialspace=True)
+    rows = csv.reader(io.StringIO(text), delimiter=_delimiter(text), skipinitialspace=True)
     try:
-        names = [name.strip().lower() for name in next(rows, [])]
+        names = _names(rows)
         wanted = _wanted(path, names)
         places = [names.index(name) for name in wanted]
         found: list[list[int]] = [[] for _ in wanted]
+        empty = 0
         for row in rows:
-            if len(row) != len(names):
+            if not any(map(str.strip, row)):
+                empty = empty or rows.line_num
+                continue
+            if empty:
+                raise RefusedError(f"{path}:{empty}: an empty row between records")
+            if len(row) < len(names) or any(row[len(names) :]):
                 raise RefusedError(
                     f"{path}:{rows.line_num}: {len(row)} fields, the header has {len(names)}"
                 )
@@ -180,9 +193,26 @@ def _csv_columns(path: Path, text: str) -> dict[str, np.ndarray]:
     }
 
 
+def _delimiter(text: str) -> str:
+    """Return what divides the names of the header: most of what could."""
+    lines = (line for line in text.splitlines() if not _SEPARATOR_LINE.match(line))
+    header = next(lines, "")
+    return max(SEPARATORS.values(), key=lambda mark: (header.count(mark), mark == ","))
+
+
+def _names(rows: Iterator[list[str]]) -> list[str]:
+    """Return the names of the header, past a line `sep=` and without empty ones behind."""
+    names = [name.strip().lower() for name in next(rows, [])]
+    if names and _SEPARATOR_LINE.match(names[0]):
+        names = [name.strip().lower() for name in next(rows, [])]
+    while names and not names[-1]:
+        del names[-1]
+    return names
+
+
 def _whole(text: str, where: str) -> int:
     """Return a whole number of at most 18 digits. Raises RefusedError for anything else."""
-    word = text.strip()
+    word = text.strip().translate(MINUS)
     digits = word.removeprefix("-")
     if not digits.isdecimal() or len(digits) > 18:
         shown = word if len(word) <= _MOST_SHOWN else f"{word[:_MOST_SHOWN]}..."
