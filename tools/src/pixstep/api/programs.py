@@ -2,7 +2,7 @@
 """Motion programs: planned to lines, or run on a board while they are planned."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike, fspath
 
 import numpy as np
@@ -92,11 +92,14 @@ def read_program(
     mode: str = LOOKAHEAD,
     window: int = WINDOW,
     segment_ms: float | None = None,
+    arc_tolerance_steps: float = 1.0,
 ) -> MotionProgram:
     """Return a motion program for a machine; the file is read when it is planned or run.
 
     `mode` is `"lookahead"` or `"mode1"`, `window` the moves that lookahead sees ahead, `segment_ms`
     the length of a circle's segments, by default that of the machine file; `"mode1"` has none.
+    `arc_tolerance_steps` is how far an arc may leave a circle where its numbers are rounded, in
+    steps of the finer motor.
     Raises UserError for motors without limits.
     """
     name = fspath(arguments.path("path", path))
@@ -106,5 +109,9 @@ def read_program(
     )
     if segment_ms is not None:
         segment_ms = arguments.finite("segment_ms", segment_ms, *SEGMENT_MS)
-    setup = with_segments(of_machine(MachineFile.load(machine.path)), options.mode, segment_ms)
+    found = replace(
+        of_machine(MachineFile.load(machine.path)),
+        arc_tolerance=arguments.finite("arc_tolerance_steps", arc_tolerance_steps, 0),
+    )
+    setup = with_segments(found, options.mode, segment_ms)
     return MotionProgram(name, machine, Request(name, setup, options))

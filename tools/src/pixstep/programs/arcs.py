@@ -4,31 +4,56 @@
 import math
 from typing import NamedTuple
 
-_CLOSE = 1e-4  # of the radius: how far the end may lie beside the circle
+MOST_OFF_STEPS = 0.5  # that segments may leave a circle by, whatever the tolerance of corners
+_NOISE = 1e-9  # of the radius: ends that are nearer than this are one place
 
 
 class Arc(NamedTuple):
-    """A part of a circle: centre, radius, first angle and signed angle to the end."""
+    """A part of a circle: centre, radii at both ends, first angle and signed angle to the end.
+
+    The radius runs linearly over the angle from the one to the other.
+    """
 
     centre: tuple[float, float]
     radius: float
+    last_radius: float
     first: float
     angle: float
     end: tuple[float, float]
 
     @property
     def length(self) -> float:
-        """How long it is."""
-        return self.radius * abs(self.angle)
+        """How long it is, but for the square of the small difference between the radii."""
+        return (self.radius + self.last_radius) / 2 * abs(self.angle)
+
+    @property
+    def off(self) -> float:
+        """How far it leaves the circle of its mean radius."""
+        return abs(self.last_radius - self.radius) / 2
+
+    def point(self, share: float, stretch: float = 1.0) -> tuple[float, float]:
+        """Return the place at a share of the angle, the radius there multiplied by `stretch`."""
+        radius = (self.radius + (self.last_radius - self.radius) * share) * stretch
+        angle = self.first + self.angle * share
+        return (
+            self.centre[0] + radius * math.cos(angle),
+            self.centre[1] + radius * math.sin(angle),
+        )
 
 
 class ArcRequest(NamedTuple):
-    """What a line says of a circle: `way` is 1 counterclockwise, -1 clockwise."""
+    """What a line says of a circle: `way` is 1 counterclockwise, -1 clockwise.
+
+    A program has its places in a few decimals, so that no circle leads exactly through both ends:
+    `tolerance` is how far the path may leave a circle for that, in the program's unit `unit`.
+    """
 
     begin: tuple[float, float]
     end: tuple[float, float]
     way: int
     values: dict[str, float]
+    tolerance: float
+    unit: str
 
     def solved(self) -> Arc:
         """Return the circle. Raises ValueError saying what is wrong with it."""
@@ -37,10 +62,11 @@ class ArcRequest(NamedTuple):
         centre = self._by_radius() if "R" in self.values else self._by_centre()
         first = math.atan2(self.begin[1] - centre[1], self.begin[0] - centre[0])
         last = math.atan2(self.end[1] - centre[1], self.end[0] - centre[0])
+        radius, last_radius = math.dist(self.begin, centre), math.dist(self.end, centre)
         angle = (last - first) * self.way % math.tau
-        if self.begin == self.end or angle == 0:
+        if math.dist(self.begin, self.end) <= _NOISE * radius or angle == 0:
             angle = math.tau
-        return Arc(centre, math.dist(self.begin, centre), first, angle * self.way, self.end)
+        return Arc(centre, radius, last_radius, first, angle * self.way, self.end)
 
     def _by_centre(self) -> tuple[float, float]:
         if not self.values.keys() & {"I", "J"}:
@@ -52,10 +78,11 @@ class ArcRequest(NamedTuple):
         radius, other = math.dist(self.begin, centre), math.dist(self.end, centre)
         if radius == 0:
             raise ValueError("the radius of the circle is 0")
-        if abs(other - radius) > _CLOSE * radius:
-            raise ValueError(
-                f"the circle begins at radius {radius:.9g} and ends at radius {other:.9g}"
-            )
+        self._require(
+            abs(other - radius) / 2,
+            radius,
+            f"the circle begins at radius {radius:.9g} and ends at radius {other:.9g}",
+        )
         return centre
 
     def _by_radius(self) -> tuple[float, float]:
@@ -64,13 +91,26 @@ class ArcRequest(NamedTuple):
         if chord == 0:
             raise ValueError("a whole circle needs a centre I, J")
         if abs(radius) < chord / 2:
-            raise ValueError(f"radius {radius:.9g} is too short: the ends are {chord:.9g} apart")
+            self._require(
+                chord / 2 - abs(radius),
+                chord,
+                f"radius {radius:.9g} is too short: the ends are {chord:.9g} apart",
+            )
         high = math.sqrt(max(0.0, radius**2 - chord**2 / 4)) * self.way
         side = high if radius > 0 else -high
         (x0, y0), (x1, y1) = self.begin, self.end
         return (
             (x0 + x1) / 2 - side * (y1 - y0) / chord,
             (y0 + y1) / 2 + side * (x1 - x0) / chord,
+        )
+
+    def _require(self, off: float, size: float, text: str) -> None:
+        """Raise ValueError if a path has to leave a circle of some size by too much."""
+        if off <= max(self.tolerance, _NOISE * size):
+            return
+        raise ValueError(
+            f"{text}, {off:.3g} {self.unit} off a circle, and {self.tolerance:.3g} {self.unit} "
+            f"are allowed (--arc-tolerance)"
         )
 
 
@@ -92,13 +132,8 @@ def arc_points(arc: Arc, count: int) -> list[tuple[float, float]]:
     circle, but for the fourth power of the angle.
     """
     segments = max(count, math.ceil(abs(arc.angle) / _WIDEST))
-    step = arc.angle / segments
-    radius = arc.radius / math.cos(step / 2)
-    angles = [arc.first + step * number for number in range(1, segments)]
-    inside = [
-        (arc.centre[0] + radius * math.cos(angle), arc.centre[1] + radius * math.sin(angle))
-        for angle in angles
-    ]
+    stretch = 1 / math.cos(arc.angle / segments / 2)
+    inside = [arc.point(number / segments, stretch) for number in range(1, segments)]
     return [*inside, arc.end]
 
 

@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
-from pixstep.programs.arcs import ArcRequest, arc_points, widest_segment
+from pixstep.programs.arcs import MOST_OFF_STEPS, ArcRequest, arc_points, widest_segment
 from pixstep.programs.language import Item, ProgramError, Row
 from pixstep.programs.motors import Setup
 
@@ -172,15 +172,19 @@ class Program:
         first = next(iter(words.values()))
         values = {word: words[word].value for word in "IJR" if word in words}
         begin = (self._units[x], self._units[y])
-        request = ArcRequest(begin, (target[x], target[y]), self._arc, values)
+        scale = max(self.setup.motors[index].counts_per_unit for index in (x, y))
+        request = ArcRequest(
+            begin, (target[x], target[y]), self._arc, values,
+            self.setup.arc_tolerance / scale, self.setup.motors[x].unit,
+        )  # fmt: skip
         try:
             arc = request.solved()
         except ValueError as error:
             raise self._wrong(first, str(error)) from None
         length = [abs(end - start) for end, start in zip(target, self._units, strict=True)]
         tm = self._move_time(first, length, arc.length)
-        scale = max(self.setup.motors[index].counts_per_unit for index in (x, y))
-        widest = widest_segment(arc.radius * scale, self.setup.path_tolerance)
+        radius = max(arc.radius, arc.last_radius) * scale
+        widest = widest_segment(radius, min(self.setup.path_tolerance, MOST_OFF_STEPS))
         segments = max(tm / self.setup.segment_ms, abs(arc.angle) / widest)
         points = arc_points(arc, max(1, math.ceil(segments)))
         each = tm / len(points)
