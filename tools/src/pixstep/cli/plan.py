@@ -99,11 +99,16 @@ def _print(done: Result, out: Path) -> None:
     )
     for why, count in report.reasons.most_common():
         click.echo(f"{count} of {report.moves} moves slowed: {why}")
+    if report.clipped_blends:
+        click.echo(
+            f"{report.clipped_blends} of {report.moves} moves begin with a blend shorter than TA: "
+            f"the move before is too short for it"
+        )
     for row in report.motors:
         _print_limits(row)
     name = done.plan.name
     for item in report.slowed[:_SHOWN]:
-        click.echo(f"{name}:{item.line}: {item.asked_ms:.6g} -> {item.ms:.6g} ms: {item.why}")
+        click.echo(f"{name}:{item.line}: {item.text}")
     if report.slowed_moves > _SHOWN:
         click.echo(f"... {report.slowed_moves - _SHOWN} more in report.json")
     for bad in report.violations[:_SHOWN]:
