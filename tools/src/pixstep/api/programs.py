@@ -12,6 +12,8 @@ from pixstep.api.machines import Machine
 from pixstep.api.motions import MotionLine, line
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.machine.reading import Machine as MachineFile
+from pixstep.programs import length
+from pixstep.programs.entries import of_line
 from pixstep.programs.motors import of_machine
 from pixstep.programs.options import (
     LOOKAHEAD,
@@ -23,7 +25,6 @@ from pixstep.programs.options import (
 )
 from pixstep.programs.plan import Plan, with_segments
 from pixstep.programs.report import PlanFigures
-from pixstep.programs.results import of_line
 from pixstep.programs.sources import Request
 
 
@@ -64,12 +65,15 @@ class MotionProgram:
     def plan(self) -> ProgramPlan:
         """Plan it as a whole: this holds all of its lines in memory.
 
-        Raises UserError naming file, line and column of a mistake in it.
+        Raises UserError naming file, line and column of a mistake in it, and for a plan that is
+        longer than a line file; `Board.run_program` takes any length.
         """
         request = self.request
         with request.text() as text:
+            length.require(self.path, text, request.setup)
+        with request.text() as text:
             plan = Plan(self.path, text, request.setup, request.options)
-            counts = np.vstack(list(plan.counts()))
+            counts = np.vstack(list(length.bounded(plan)))
         lines = {
             motor.axis: line(
                 of_line(counts[:, index], motor), pixel_hz=request.setup.pixel_hz,

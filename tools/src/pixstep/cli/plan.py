@@ -59,11 +59,13 @@ def plan(
     A plan keeps max_speed and max_acceleration of the machine file, with lookahead max_jerk too. It
     does not use start_stop, and says where a motor has it: TA and TS form the acceleration.
 
+    A plan is as long as a line file may be, 2,097,152 pixels; `board run` takes any length.
+
     The folder gets NAME.csv for each motor, report.json and with --plot drawings. Exit status 1 if
     a limit is exceeded or a board would refuse a line. The language: docs/PROGRAMS.md.
     """
     from pixstep.board import limits  # these take a while to load
-    from pixstep.programs import results
+    from pixstep.programs import length, results
     from pixstep.programs.plan import Plan
 
     read = read_machine(machine)
@@ -77,6 +79,9 @@ def plan(
         )
         for motor in setup.motors
     ]
+    if program.is_file():  # a pipe is read once
+        with program.open(encoding="utf-8", errors="replace") as text:
+            length.require(str(program), text, setup)
     with program.open(encoding="utf-8", errors="replace") as text, progress.shown("planning") as go:
         planned = Plan(str(program), text, setup, plan_options_of(options))
         done = results.write(planned, out, bounds, plot=plot, progress=go)

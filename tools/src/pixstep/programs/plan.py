@@ -15,8 +15,10 @@ from pixstep.programs.options import MODE1, MODES, Options
 from pixstep.programs.pixels import Counts, Rounding, edges
 from pixstep.programs.report import Begun, Report
 from pixstep.programs.timelaw import TimeLaw, refined
-from pixstep.programs.timeline import Timeline, as_programmed, timelines
+from pixstep.programs.timeline import Timeline, as_programmed, in_pieces, timelines
 from pixstep.programs.twomoves import TwoMoves
+
+_TOGETHER = 16_384  # pixels that are made at once, however long a move is
 
 
 def with_segments(setup: Setup, mode: str, segment_ms: float | None) -> Setup:
@@ -47,7 +49,8 @@ class Plan:
 
     def counts(self) -> Iterator[Counts]:
         """Yield counts of pixels, a column for each motor, a row for each pixel."""
-        for part in Rounding(self.setup).counts(edges(self.timelines(), self.setup)):
+        pieces = in_pieces(self.timelines(), _TOGETHER * self.setup.pixel_ms)
+        for part in Rounding(self.setup).counts(edges(pieces, self.setup)):
             self.report.add_counts(part)
             yield part
         if not self.report.moves:
