@@ -120,6 +120,7 @@ def test_random_arcs_of_cam_programs_are_planned_within_the_tolerance(decimals, 
 def test_the_numbers_of_real_programs(text, length):
     counts, report = planned(f"TA10 TS0 F20\n{text}", machine(feed_ms=1000.0))
     assert report.whole and counts.any()
+    assert 0.05 < report.arc_off_steps < 1
     if length:
         steps = np.hypot(*np.diff(np.cumsum(counts, axis=0), axis=0).T).sum()
         assert steps == pytest.approx(length * STEPS, rel=0.01)

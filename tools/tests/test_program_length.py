@@ -162,7 +162,7 @@ def test_no_plan_is_shorter_than_what_the_quick_look_says(seed, mode, monkeypatc
     for _ in total.counts():
         pass
     monkeypatch.setattr(length, "MOST_PIXELS", total.report.total_ms / of.pixel_ms + 1e-6)
-    length.require("p.pmc", text.splitlines(), of)
+    length.require("p.pmc", text.splitlines(), of, Options(mode))
 
 
 @only_long

@@ -70,7 +70,7 @@ class MotionProgram:
         """
         request = self.request
         with request.text() as text:
-            length.require(self.path, text, request.setup)
+            length.require(self.path, text, request.setup, request.options)
         with request.text() as text:
             plan = Plan(self.path, text, request.setup, request.options)
             counts = np.vstack(list(length.bounded(plan)))

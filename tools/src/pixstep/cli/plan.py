@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from pixstep.programs.report import MotorReport, Report
     from pixstep.programs.results import Result
 
+_WORTH_SAYING = 0.01  # steps
 _SHOWN = 8  # slowed moves and violations that are printed
 
 
@@ -69,7 +70,7 @@ def plan(
     from pixstep.programs.plan import Plan
 
     read = read_machine(machine)
-    setup = setup_of(read, options)
+    setup, chosen = setup_of(read, options), plan_options_of(options)
     bounds = [
         limits.named(
             read.board_of(read[motor.name]).kind,
@@ -81,9 +82,9 @@ def plan(
     ]
     if program.is_file():  # a pipe is read once
         with program.open(encoding="utf-8", errors="replace") as text:
-            length.require(str(program), text, setup)
+            length.require(str(program), text, setup, chosen)
     with program.open(encoding="utf-8", errors="replace") as text, progress.shown("planning") as go:
-        planned = Plan(str(program), text, setup, plan_options_of(options))
+        planned = Plan(str(program), text, setup, chosen)
         done = results.write(planned, out, bounds, plot=plot, progress=go)
     if as_json:
         show_json({"machine": str(read.path), **done.facts})
@@ -108,6 +109,11 @@ def _print(done: Result, out: Path) -> None:
         click.echo(
             f"{report.clipped_blends} of {report.moves} moves begin with a blend shorter than TA: "
             f"the move before is too short for it"
+        )
+    if report.arc_off_steps >= _WORTH_SAYING:
+        click.echo(
+            f"arcs leave their circles by up to {report.arc_off_steps:.2g} steps: the program's "
+            f"numbers are rounded (--arc-tolerance: {report.setup.arc_tolerance:g})"
         )
     for row in report.motors:
         _print_limits(row)

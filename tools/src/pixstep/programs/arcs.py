@@ -11,7 +11,8 @@ _NOISE = 1e-9  # of the radius: ends that are nearer than this are one place
 class Arc(NamedTuple):
     """A part of a circle: centre, radii at both ends, first angle and signed angle to the end.
 
-    The radius runs linearly over the angle from the one to the other.
+    The radius runs linearly over the angle from the one to the other. `off` is how far the arc
+    leaves the circle that the program asks for.
     """
 
     centre: tuple[float, float]
@@ -20,16 +21,12 @@ class Arc(NamedTuple):
     first: float
     angle: float
     end: tuple[float, float]
+    off: float
 
     @property
     def length(self) -> float:
         """How long it is, but for the square of the small difference between the radii."""
         return (self.radius + self.last_radius) / 2 * abs(self.angle)
-
-    @property
-    def off(self) -> float:
-        """How far it leaves the circle of its mean radius."""
-        return abs(self.last_radius - self.radius) / 2
 
     def point(self, share: float, stretch: float = 1.0) -> tuple[float, float]:
         """Return the place at a share of the angle, the radius there multiplied by `stretch`."""
@@ -66,7 +63,10 @@ class ArcRequest(NamedTuple):
         angle = (last - first) * self.way % math.tau
         if math.dist(self.begin, self.end) <= _NOISE * radius or angle == 0:
             angle = math.tau
-        return Arc(centre, radius, last_radius, first, angle * self.way, self.end)
+        off = abs(last_radius - radius) / 2
+        if "R" in self.values:
+            off = abs(radius - abs(self.values["R"]))
+        return Arc(centre, radius, last_radius, first, angle * self.way, self.end, off)
 
     def _by_centre(self) -> tuple[float, float]:
         if not self.values.keys() & {"I", "J"}:

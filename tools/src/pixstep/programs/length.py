@@ -13,6 +13,7 @@ from pixstep.programs import language
 from pixstep.programs.language import ProgramError
 from pixstep.programs.motors import Setup
 from pixstep.programs.moves import Dwell, Move, Program
+from pixstep.programs.options import MODE1, Options
 from pixstep.programs.pixels import Counts
 from pixstep.programs.plan import Plan
 
@@ -24,13 +25,14 @@ _ADVICE = (
 )
 
 
-def require(name: str, text: Iterable[str], setup: Setup) -> None:
+def require(name: str, text: Iterable[str], setup: Setup, options: Options) -> None:
     """Read a program, which is quick; no plan is shorter than what it says.
 
     Raises ProgramError for the move or the dwell with which it is too long, and for mistakes.
     """
     total_ms = 0.0
-    for event, ms in _least_times(Program(name, setup).events(language.read(name, text)), setup):
+    program = Program(name, setup, circles=options.mode != MODE1)
+    for event, ms in _least_times(program.events(language.read(name, text)), setup):
         total_ms += ms
         pixels = total_ms / setup.pixel_ms
         if pixels > MOST_PIXELS:

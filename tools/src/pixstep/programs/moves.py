@@ -57,6 +57,7 @@ class Program:
         self._arc = 0  # 1 counterclockwise, -1 clockwise, 0 straight
         self._rapid = False
         self._line = 0
+        self.arc_off_steps = 0.0  # of the arc that leaves its circle the most
         self._variables = Variables()
 
     def events(self, rows: Iterable[Row]) -> Iterator[Move | Dwell]:
@@ -227,6 +228,7 @@ class Program:
             raise self._wrong(first, str(error)) from None
         length = [abs(end - start) for end, start in zip(target, self._units, strict=True)]
         tm = self._move_time(first, length, arc.length)
+        self.arc_off_steps = max(self.arc_off_steps, arc.off * scale)
         radius = max(arc.radius, arc.last_radius) * scale
         widest = widest_segment(radius, min(self.setup.path_tolerance, MOST_OFF_STEPS))
         segments = max(tm / self.setup.segment_ms, abs(arc.angle) / widest)

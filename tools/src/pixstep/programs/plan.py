@@ -22,7 +22,12 @@ _TOGETHER = 16_384  # pixels that are made at once, however long a move is
 
 
 def with_segments(setup: Setup, mode: str, segment_ms: float | None) -> Setup:
-    """Return the setup for a mode: with these segments, with none for mode1 if it is not told."""
+    """Return the setup for a mode: with these segments, with none for mode1 if it is not told.
+
+    Raises UserError for segments in mode1.
+    """
+    if mode == MODE1 and segment_ms:
+        raise UserError("mode1 has no segments: leave --segment out, or plan with --mode lookahead")
     if segment_ms is None:
         return replace(setup, segment_ms=0.0) if mode == MODE1 else setup
     return replace(setup, segment_ms=float(segment_ms))
@@ -38,10 +43,6 @@ class Plan:
         self.options = options or Options()
         if self.options.mode not in MODES:
             raise UserError(f"mode {self.options.mode!r}: expected one of {', '.join(MODES)}")
-        if self.options.mode == MODE1 and setup.segment_ms:
-            raise UserError(
-                "mode1 has no segments: leave --segment out, or plan with --mode lookahead"
-            )
         self._keeps_jerk = self.options.mode != MODE1 and jerk.limits_jerk(setup)
         self.report = Report.of(setup, keeps_jerk=self._keeps_jerk)
         self._text = text
@@ -82,6 +83,7 @@ class Plan:
                 self.report.add_jerks(jerk.jerks(line, self.setup))
             yield line
         self.report.end()
+        self.report.arc_off_steps = program.arc_off_steps
         if two:
             self.report.violated = two.violated
 

@@ -86,6 +86,7 @@ class PlanFigures(TypedDict):
     reasons: dict[str, int]
     slowed: list[SlowedMove]
     clipped_blends: int
+    arc_off_steps: float
     violated: int
     violations: list[ExceededLimit]
 
@@ -259,7 +260,11 @@ class MotorReport:
 
 @dataclass
 class Report:
-    """What is known of a plan; complete when its last count is made."""
+    """What is known of a plan; complete when its last count is made.
+
+    `arc_off_steps` is how far an arc leaves its circle at most because its numbers are rounded, in
+    steps of the finer motor.
+    """
 
     setup: Setup
     limits: Limits
@@ -274,6 +279,7 @@ class Report:
     violations: list[Violation] = field(default_factory=list)
     violated: int = 0
     clipped_blends: int = 0
+    arc_off_steps: float = 0.0
     begun: deque[Begun] = field(default_factory=deque)
     _move: "_MoveTime | None" = None  # that is being noted
 
@@ -387,6 +393,7 @@ class Report:
                 for item in self.slowed
             ],
             "clipped_blends": self.clipped_blends,
+            "arc_off_steps": self.arc_off_steps,
             "violated": self.violated,
             "violations": [
                 {"line": item.line, "motor": item.motor, "ratio": item.ratio}
