@@ -26,8 +26,7 @@ struct checker;
 // Begin to check a line, whose entries may come in parts. Returns NULL when there is no memory.
 struct checker *checker_begin(const struct line_limits *limits);
 
-// Check the entries that follow and write what is found to `found`, at most `room` findings. Returns
-// their number.
+// Check the entries that follow and write at most `room` findings to `found`. Returns their number.
 //
 // The first error is the one that a board gives, and every error refuses the line. So that a user
 // sees several mistakes at once, the check continues behind an entry that exceeds a limit, as if
