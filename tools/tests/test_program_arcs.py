@@ -3,12 +3,15 @@
 
 import math
 import re
+from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 import pytest
 
 from effort import cases
-from pixstep.programs.language import ProgramError
+from pixstep.programs.language import ProgramError, read
+from pixstep.programs.moves import Program
 from programbench import events, planned, setup
 from programbench import path as path_of
 
@@ -154,3 +157,37 @@ def test_ends_that_are_one_place_but_for_the_noise_of_sums_make_a_whole_circle()
     text = "INC TS0 TA5 F600\nX0.1\nX0.1\nX0.1\nABS CIRCLE2 X0.3 Y0 I-2"
     moves = events(text, machine())
     assert len(moves) > 30
+
+
+def test_random_arcs_from_rest_to_rest_lie_on_their_circles_within_half_a_step():
+    """Of any radius, angle, time and acceleration time; their ends are whole steps."""
+    rng, counts = np.random.default_rng(2), set()
+    for _ in range(cases(250, 4000)):
+        radius = 10 ** rng.uniform(0.7, 4.6)
+        angle, first = 10 ** rng.uniform(-2.5, 0.79), rng.uniform(0, math.tau)
+        centre = -radius * np.array([math.cos(first), math.sin(first)])
+        end = np.round(
+            centre + radius * np.array([math.cos(first + angle), math.sin(first + angle)])
+        )
+        chord = math.hypot(*end)
+        if not 2 <= chord <= 2 * radius:
+            continue
+        high = math.sqrt(radius**2 - chord**2 / 4) * np.array([-end[1], end[0]]) / chord
+        centre = min((end / 2 + high, end / 2 - high), key=lambda one: math.dist(one, centre))
+        of = setup(1e9, 2, segment_ms=float(rng.choice([5, 50, 255])))
+        found = path_of(
+            f"INC TS0 TA{rng.choice([1, 5, 50, 400])} TM{10 ** rng.uniform(0, 3.3):.3f}\n"
+            f"CIRCLE2 X{end[0]} Y{end[1]} I{centre[0]:.9f} J{centre[1]:.9f}",
+            of,
+        )
+        counts.add(int(found.move.max()) + 1)
+        dense = found.divided(np.full(len(found), 20))
+        assert np.abs(np.hypot(*(dense.place - centre).T) - radius).max() <= 0.501
+    assert {1, 2, 3, 4, 5} <= counts
+
+
+def test_a_circle_of_very_many_segments_takes_no_memory():
+    of = machine()
+    program = Program("p.pmc", replace(of, segment_ms=0.001))
+    moves = program.events(read("p.pmc", ["INC TS0 TA5 TM8000000 CIRCLE1 X1 R5"]))
+    assert len(list(islice(moves, 1000))) == 1000

@@ -2,6 +2,7 @@
 """Circles as segments that are blended over their whole length."""
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 MOST_OFF_STEPS = 0.5  # that segments may leave a circle by, whatever the tolerance of corners
@@ -114,27 +115,31 @@ class ArcRequest(NamedTuple):
         )
 
 
-def widest_segment(radius: float, most: float) -> float:
-    """Return the angle of the longest segments that leave the circle by at most so much.
+def segments_of(arc: Arc, scale: float, most: float, at_least: float) -> int:
+    """Return into how many segments an arc is divided, so that they leave it by `most` steps.
 
-    They do so at both ends of an arc. The first one has its second corner outside and begins on the
-    circle: its line cuts off an arc of 3/4 of its angle, which is 9/32 of the radius times the
-    square of half a segment high.
+    `scale` is steps for its unit. They leave it at both ends. The first one has its second corner
+    outside and begins on the circle: its line cuts off an arc of 3/4 of its angle, which is 9/32 of
+    the radius times the square of half a segment high. A single one cuts off all of its angle.
     """
-    return 2 * math.sqrt(32 / 9 * most / radius)
+    bend = max(arc.radius, arc.last_radius) * scale * arc.angle**2
+    if at_least <= 1 and bend <= 8 * most:
+        return 1
+    angle = abs(arc.angle)
+    return math.ceil(max(at_least, math.sqrt(bend * 9 / 128 / most), angle / _WIDEST, 2))
 
 
-def arc_points(arc: Arc, count: int) -> list[tuple[float, float]]:
-    """Return the corners of `count` or more segments, the last of them the circle's end.
+def arc_points(arc: Arc, segments: int) -> Iterator[tuple[float, float]]:
+    """Yield the corners of the segments, the last of them the circle's end.
 
     Segments that are blended over their whole length make parabolas, which pass a corner at an
     eighth of its bend. Corners that lie 1/cos(half a segment) outside put the parabolas on the
     circle, but for the fourth power of the angle.
     """
-    segments = max(count, math.ceil(abs(arc.angle) / _WIDEST))
     stretch = 1 / math.cos(arc.angle / segments / 2)
-    inside = [arc.point(number / segments, stretch) for number in range(1, segments)]
-    return [*inside, arc.end]
+    for number in range(1, segments):
+        yield arc.point(number / segments, stretch)
+    yield arc.end
 
 
 _WIDEST = math.radians(15)

@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
-from pixstep.programs.arcs import MOST_OFF_STEPS, ArcRequest, arc_points, widest_segment
+from pixstep.programs.arcs import MOST_OFF_STEPS, ArcRequest, arc_points, segments_of
 from pixstep.programs.expressions import Variables
 from pixstep.programs.language import SET, Item, ProgramError, Row
 from pixstep.programs.motors import Setup
@@ -229,14 +229,12 @@ class Program:
         length = [abs(end - start) for end, start in zip(target, self._units, strict=True)]
         tm = self._move_time(first, length, arc.length)
         self.arc_off_steps = max(self.arc_off_steps, arc.off * scale)
-        radius = max(arc.radius, arc.last_radius) * scale
-        widest = widest_segment(radius, min(self.setup.path_tolerance, MOST_OFF_STEPS))
-        segments = max(tm / self.setup.segment_ms, abs(arc.angle) / widest)
-        points = arc_points(arc, max(1, math.ceil(segments)))
-        each = tm / len(points)
+        off = min(self.setup.path_tolerance, MOST_OFF_STEPS)
+        segments = segments_of(arc, scale, off, tm / self.setup.segment_ms)
+        each = tm / segments
         before = list(self._units)
-        for number, point in enumerate(points, 1):
-            share = number / len(points)
+        for number, point in enumerate(arc_points(arc, segments), 1):
+            share = number / segments
             place = [
                 begin + (end - begin) * share for begin, end in zip(before, target, strict=True)
             ]
