@@ -112,8 +112,8 @@ def _print(done: Result, out: Path) -> None:
         )
     if report.arc_off_steps >= _WORTH_SAYING:
         click.echo(
-            f"arcs leave their circles by up to {report.arc_off_steps:.2g} steps: the program's "
-            f"numbers are rounded (--arc-tolerance: {report.setup.arc_tolerance:g})"
+            f"arcs leave their circles by up to {report.arc_off_steps:.2g} steps, as the program's "
+            f"numbers are rounded: --arc-tolerance allows {report.setup.arc_tolerance:g}"
         )
     for row in report.motors:
         _print_limits(row)

@@ -130,7 +130,11 @@ def _finer_steps(machine: Machine, setup: Setup, length: Quantity) -> float:
     """
     chosen = [motor for motor in setup.motors if motor.word in ("X", "Y")]
     finer = max(chosen, key=lambda motor: motor.counts_per_unit, default=None)
-    return float(length.in_steps(machine[finer.name].steps_per_unit if finer else None).value)
+    scale = machine[finer.name].steps_per_unit if finer else None
+    try:
+        return float(length.in_steps(scale).value)
+    except UserError as error:
+        raise UserError(f"--arc-tolerance: {error}") from None
 
 
 def plan_options_of(options: ProgramOptions) -> Options:

@@ -109,9 +109,11 @@ class ArcRequest(NamedTuple):
         """Raise ValueError if a path has to leave a circle of some size by too much."""
         if off <= max(self.tolerance, _NOISE * size):
             return
+        digit = 10.0 ** (math.floor(math.log10(off)) - 1)
+        enough = math.ceil(off / digit) * digit
         raise ValueError(
             f"{text}, {off:.3g} {self.unit} off a circle, and {self.tolerance:.3g} {self.unit} "
-            f"are allowed (--arc-tolerance)"
+            f"are allowed: --arc-tolerance {enough:.2g}{self.unit} takes it"
         )
 
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """From w to time: when the path is where, and what every motor does there."""
 
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
@@ -54,55 +55,27 @@ class Timeline:
             path.end_speed * gain + path.end_bend * last[:, None] ** 2,
         )
 
-    def divided(self, most_ms: float) -> "Timeline":
-        """Return it with intervals that last `most_ms` at the longest."""
-        pieces = np.maximum(np.ceil(self.ms / most_ms), 1).astype(np.int64)
-        index = np.repeat(np.arange(len(pieces)), pieces)
-        number = np.arange(len(index)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
-        ms = self.ms[index] / pieces[index]
-        t, rate, gain = number * ms, self.rate[index], self.gain[index]
-        u = t * (rate + gain * t / 2)
-        last = number + 1 == pieces[index]
-        end = np.where(last, self.path.du[index], (t + ms) * (rate + gain * (t + ms) / 2))
-        return Timeline(
-            _from(self.path.part(index), u, end - u),
-            self.start[index] + t,
-            ms,
-            rate + gain * t,
-            gain,
-        )
 
-    def part(self, choice: slice) -> "Timeline":
-        """Return some of the intervals."""
-        return Timeline(
-            self.path.part(choice), self.start[choice], self.ms[choice], self.rate[choice],
-            self.gain[choice],
-        )  # fmt: skip
+@dataclass(frozen=True)
+class _Piece(Timeline):
+    """A timeline up to a time: what its samples are does not depend on where pieces end."""
 
+    until: float
 
-def _from(path: Intervals, u: Floats, du: Floats) -> Intervals:
-    """Return the parts of intervals that begin at u, du long."""
-    s = u[:, None]
-    return Intervals(
-        du,
-        path.place + s * (path.speed + s * (path.bend / 2 + s * path.twist / 6)),
-        path.speed + s * (path.bend + s * path.twist / 2),
-        path.bend + s * path.twist,
-        path.twist, path.move, path.rest,
-    )  # fmt: skip
+    @property
+    def end(self) -> float:
+        return self.until
 
 
 def in_pieces(lines: Iterable[Timeline], most_ms: float) -> Iterator[Timeline]:
-    """Yield the same in pieces of about `most_ms`, however long a move or a dwell is."""
+    """Yield the same in pieces that end `most_ms` after each other, however long a move is."""
     for line in lines:
-        if line.end - line.start[0] <= most_ms:
-            yield line
-            continue
-        whole = line.divided(most_ms) if np.any(line.ms > most_ms) else line
-        piece = ((whole.start - whole.start[0]) // most_ms).astype(np.int64)
-        bounds = np.flatnonzero(np.diff(piece, prepend=-1))
-        for begin, end in zip(bounds, [*bounds[1:], len(piece)], strict=True):
-            yield whole.part(slice(begin, end))
+        begin = float(line.start[0])
+        count = math.ceil((line.end - begin) / most_ms)
+        for number in range(1, count):
+            until = begin + number * most_ms
+            yield _Piece(line.path, line.start, line.ms, line.rate, line.gain, until)
+        yield line
 
 
 def as_programmed(path: Iterable[Intervals]) -> Iterator[Run]:
