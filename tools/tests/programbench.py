@@ -25,8 +25,9 @@ def setup(acceleration=1.0, motors=1, hz=1000, speed=1e9, **more):
     """Return motors X, Y, Z, A that are alike, or with accelerations and speeds of their own."""
     accelerations = np.broadcast_to(acceleration, motors).tolist()
     speeds = np.broadcast_to(speed, motors).tolist()
-    own = {name: more.pop(name) for name in ("feed_ms", "segment_ms", "path_tolerance", "top_feed",
-                                             "other_feed") if name in more}  # fmt: skip
+    own = {name: more.pop(name) for name in ("feed_ms", "segment_ms", "path_tolerance",
+                                             "arc_tolerance", "top_feed", "other_feed")
+           if name in more}  # fmt: skip
     made = tuple(
         PlanMotor(word, word, most, fastest, axis=axis, **more)
         for axis, (word, most, fastest) in enumerate(

@@ -22,6 +22,7 @@ from pixstep.errors import PlainError
 from pixstep.lines.runs import MARK_END, MARK_NEGATIVE, MARK_SMOOTH, MARK_START
 from pixstep.machine.reading import Machine
 from pixstep.programs import sources, streaming
+from pixstep.programs.language import KNOWN
 from pixstep.programs.motors import of_machine
 from pixstep.programs.options import Options
 from pixstep.programs.sources import PlanProcess, Request
@@ -103,18 +104,20 @@ def test_a_program_longer_than_the_queue_is_streamed(one, folder):
 
 
 def test_a_mistake_is_found_before_anything_moves(one, folder):
-    (folder / "long.pmc").write_text(LONG + "RAPID X1\n")
+    (folder / "long.pmc").write_text(LONG + "SPLINE1 X1\n")
     text = one.err("run", "long.pmc", status=3)
-    assert text == f"long.pmc:{2 * PAIRS + 2}:1: unknown word 'RAPID'"
+    place = f"long.pmc:{2 * PAIRS + 2}:1"
+    assert text == f"{place}: unknown word 'SPLINE1', known are: {KNOWN}"
     assert one.board.commands == [] and one.board.axes[0].state == "empty"
 
 
 def test_without_the_check_a_mistake_stops_the_motors(one, folder):
     text = LONG + "X0.1\n" * 4000  # the beginning is planned before the end is read
-    (folder / "long.pmc").write_text(text + "RAPID X1\n")
+    (folder / "long.pmc").write_text(text + "SPLINE1 X1\n")
     text = one.err("run", "long.pmc", "--no-check", "--window", 100, status=3)
     place = f"long.pmc:{2 * PAIRS + 4002}:1"
-    assert text.startswith(f"{place}: unknown word 'RAPID' (stopped: board 1 axis 0 at pos")
+    wrong = f"{place}: unknown word 'SPLINE1', known are: {KNOWN}"
+    assert text.startswith(f"{wrong} (stopped: board 1 axis 0 at pos")
     assert one.board.commands[-1] == ("stop", 0b0101, 0)
 
 

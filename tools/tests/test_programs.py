@@ -308,25 +308,26 @@ def test_a_circle_is_round(way, centre):
     assert report.motors[0].planned_ratio <= 1 + 1e-6
 
 
-@pytest.mark.parametrize("tolerance", [1, 0.1])
+@pytest.mark.parametrize("tolerance", [100, 0.1])
 @pytest.mark.parametrize(("radius", "speed"), [(2000, 4000), (2000, 20_000), (20_000, 40_000)])
-def test_long_segments_leave_no_circle_by_more_than_the_tolerance(radius, speed, tolerance):
+def test_long_segments_leave_no_circle_by_more_than_half_a_step(radius, speed, tolerance):
     """At both ends the most: 1.4, 9.7 and 14 steps with segments of 50 ms whatever the radius."""
     of = setup(NO_LIMIT, 2, segment_ms=50, path_tolerance=tolerance)
     text = f"TS0 TA50 F{speed}\nX{radius}\nDWELL10\nCIRCLE1 X{radius} Y0 I-{radius}"
     found = path(text, of)
     dense = found.part(found.move > 0).divided(np.full(np.sum(found.move > 0), 20))
     off = np.abs(np.hypot(*dense.place.T) - radius).max()
-    assert 0.2 * tolerance < off <= tolerance * 1.01
+    most = min(tolerance, 0.5)
+    assert 0.2 * most < off <= most * 1.01
 
 
 def test_a_circle_has_a_centre_or_a_radius():
     of = setup(1, 2, segment_ms=5)
     for words, message in (
-        ("X10", "needs a radius R or a centre"),
-        ("X10 I5 R5", "not both"),
-        ("X10 R4", "radius 4 is too short: the ends are 10 apart"),
-        ("X10 I4", "begins at radius 4 and ends at radius 6"),
+        ("X100", "needs a radius R or a centre"),
+        ("X100 I50 R50", "not both"),
+        ("X100 R40", "radius 40 is too short: the ends are 100 apart"),
+        ("X100 I40", "begins at radius 40 and ends at radius 60"),
     ):
-        with pytest.raises(ProgramError, match=rf"p.pmc:2:1: X10: .*{message}"):
+        with pytest.raises(ProgramError, match=rf"p.pmc:2:1: X100: .*{message}"):
             planned(f"TS0 TA5 TM9 CIRCLE1\n{words}", of)

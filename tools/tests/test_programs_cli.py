@@ -103,9 +103,45 @@ def test_mode1_leaves_the_segments_of_the_machine_file_alone(folder, invoke):
     for name in ("X.csv", "stage.csv"):
         assert (folder / "left" / name).read_bytes() == (folder / "told" / name).read_bytes()
     circle = invoke("plan", "square.pmc", "--mode", "mode1", status=3)
-    assert "CIRCLE2: a circle is made of segments, with lookahead alone" in circle.output
+    assert "CIRCLE2: mode1 plans no circles: plan with --mode lookahead" in circle.output
     asked = invoke("plan", "line.pmc", "--mode", "mode1", "--segment", "5ms", status=2)
     assert "mode1 has no segments: leave --segment out" in asked.output
+
+
+def test_whoever_does_what_a_message_about_segments_says_gets_a_plan(folder, invoke):
+    machine = folder / "machine.toml"
+    machine.write_text(machine.read_text().replace('segment_time = "5 ms"\n', ""))
+    words, advice = ["plan", "square.pmc", "--mode", "mode1", "--segment", "7ms"], []
+    for status in (2, 3, 3):
+        error = invoke(*words, status=status).stderr
+        if "leave --segment out" in error:
+            words = words[:-2]
+        elif "plan with --mode lookahead" in error:
+            words[words.index("mode1")] = "lookahead"
+        elif "made of segments: --segment 5ms, or segment_time in [program]" in error:
+            words += ["--segment", "5ms"]
+        advice.append(error)
+    assert len(set(advice)) == 3, advice
+    invoke(*words)
+
+
+def test_the_segments_of_a_circle_are_one_move_of_the_report(folder, invoke):
+    text = invoke("plan", "square.pmc").output
+    report = json.loads((folder / "plan/report.json").read_text())
+    assert report["moves"] == 5
+    lines = [item["line"] for item in report["slowed"]]
+    assert lines == sorted(set(lines)) and 5 in lines
+    circle = next(item for item in report["slowed"] if item["line"] == 5)
+    assert circle["asked_ms"] == pytest.approx(np.pi / 20 * 1000)
+    assert text.count("square.pmc:5: 157.08 -> ") == 1
+
+
+@pytest.mark.parametrize("mode", ["mode1", "lookahead"])
+def test_the_programmed_time_is_that_of_a_plan_without_limits(mode):
+    text = "INC TA30 TS10 TM80 X90 Y10\nX30 Y40\nDWELL40\nX3\nDELAY35\nRAPID X10"
+    report = planned(text, setup(1e9, 2), mode=mode)[1]
+    assert not report.slowed_moves and not report.clipped_blends
+    assert report.asked_ms == pytest.approx(report.total_ms, abs=1e-6)
 
 
 def test_limits_that_a_plan_does_not_use_are_named(folder, invoke):
@@ -156,7 +192,7 @@ def test_what_exceeds_a_limit_is_a_negative_verdict(folder, invoke):
 
 BAD = {
     "TS0 TA0 TM9 X1": "1:13: X1: TA and TS are 0",
-    "TS0 TA5 TM9\nRAPID X1": "2:1: unknown word 'RAPID'",
+    "TS0 TA5 TM9\nSPLINE1 X1": "2:1: unknown word 'SPLINE1', known are: LINEAR, RAPID, ",
     "TM9 X nan": "1:7: unknown word 'nan'",
     "TM9 X1e9": "1:5: unknown word 'X1e9'",
     "TM9 X1000000000": "1:5: X1000000000: is 4e+11 counts, beyond 2147483648",

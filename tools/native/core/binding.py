@@ -22,10 +22,13 @@ struct line_limits {
 };
 struct segment { int16_t count; uint16_t repeat; };
 struct core_finding { uint32_t code; uint32_t pixel; };
+struct checker;
 struct plan;
 
-uint32_t core_check(const struct line_limits *limits, const struct segment *entries,
-                    uint32_t entry_count, struct core_finding *found, uint32_t room);
+struct checker *checker_begin(const struct line_limits *limits);
+uint32_t checker_more(struct checker *checker, const struct segment *entries,
+                      uint32_t entry_count, struct core_finding *found, uint32_t room);
+void checker_end(struct checker *checker);
 struct plan *plan_begin(uint32_t timer_hz, uint32_t hz_num, uint32_t hz_den,
                         const struct line_limits *limits, const struct segment *entries,
                         uint32_t entry_count, bool pixels);

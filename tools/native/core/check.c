@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <stdlib.h>
+
 #include "core.h"
 
 // Take away the limit that an error is about. The check keeps the highest speed of its line, which
@@ -74,20 +76,40 @@ static bool check_entry(struct line_check *check,
     return true;
 }
 
-uint32_t core_check(const struct line_limits *limits,
-                    const struct segment *entries,
-                    uint32_t entry_count,
-                    struct core_finding *found,
-                    uint32_t room)
+struct checker {
+    struct line_limits limits;
+    struct line_check check;
+    bool ended;
+};
+
+struct checker *checker_begin(const struct line_limits *limits)
+{
+    struct checker *checker = malloc(sizeof *checker);
+
+    if (checker != NULL) {
+        checker->limits = *limits;
+        checker->ended = false;
+        line_check_reset(&checker->check);
+    }
+    return checker;
+}
+
+uint32_t checker_more(struct checker *checker,
+                      const struct segment *entries,
+                      uint32_t entry_count,
+                      struct core_finding *found,
+                      uint32_t room)
 {
     struct report report = {.found = found, .room = room};
-    struct line_check check;
 
-    line_check_reset(&check);
-    for (uint32_t i = 0; i < entry_count; i++) {
-        if (!check_entry(&check, limits, entries[i], &report)) {
-            break;
-        }
+    for (uint32_t i = 0; i < entry_count && !checker->ended; i++) {
+        checker->ended =
+            !check_entry(&checker->check, &checker->limits, entries[i], &report);
     }
     return report.count;
+}
+
+void checker_end(struct checker *checker)
+{
+    free(checker);
 }

@@ -2,10 +2,10 @@
 // The firmware's motion core for the host tools: its line check, and the ticks that its decoder
 // makes. The same sources as in a board's image, so that the host and the board cannot disagree.
 //
-//     entries --> core_check() --> findings
+//     entries --> checker_begin() --> checker_more() ... --> checker_end()
 //     entries --> plan_begin() --> plan_rows() until plan_over() --> plan_end()
 //
-// entries: a whole line as a board gets it, see motion/segment.h.
+// entries: those of a line as a board gets it, see motion/segment.h.
 #pragma once
 
 #include <stdbool.h>
@@ -21,20 +21,28 @@ struct core_finding {
     uint32_t pixel;
 };
 
-// Check a line and write what is found to `found`, at most `room` findings. Returns their number.
+struct checker;
+
+// Begin to check a line, whose entries may come in parts. Returns NULL when there is no memory.
+struct checker *checker_begin(const struct line_limits *limits);
+
+// Check the entries that follow and write at most `room` findings to `found`. Returns their number.
 //
 // The first error is the one that a board gives, and every error refuses the line. So that a user
 // sees several mistakes at once, the check continues behind an entry that exceeds a limit, as if
 // there were no such limit, and behind equal counts that oscillate. Behind any other error it ends.
-uint32_t core_check(const struct line_limits *limits,
-                    const struct segment *entries,
-                    uint32_t entry_count,
-                    struct core_finding *found,
-                    uint32_t room);
+uint32_t checker_more(struct checker *checker,
+                      const struct segment *entries,
+                      uint32_t entry_count,
+                      struct core_finding *found,
+                      uint32_t room);
+
+// Free what checker_begin() made.
+void checker_end(struct checker *checker);
 
 struct plan;
 
-// Begin to plan a line that core_check() passes. `entries` must last until plan_end(). Returns NULL
+// Begin to plan a line that the check passes. `entries` must last until plan_end(). Returns NULL
 // when the pixel period is none that a board can carry, or when there is no memory.
 //
 // pixels: false for a row (tick) for each STEP edge, true for a row (tick, expected position) for

@@ -2,7 +2,7 @@
 """Motion programs: planned to lines, or run on a board while they are planned."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike, fspath
 
 import numpy as np
@@ -12,6 +12,8 @@ from pixstep.api.machines import Machine
 from pixstep.api.motions import MotionLine, line
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.machine.reading import Machine as MachineFile
+from pixstep.programs import length
+from pixstep.programs.entries import of_line
 from pixstep.programs.motors import of_machine
 from pixstep.programs.options import (
     LOOKAHEAD,
@@ -23,7 +25,6 @@ from pixstep.programs.options import (
 )
 from pixstep.programs.plan import Plan, with_segments
 from pixstep.programs.report import PlanFigures
-from pixstep.programs.results import of_line
 from pixstep.programs.sources import Request
 
 
@@ -64,12 +65,15 @@ class MotionProgram:
     def plan(self) -> ProgramPlan:
         """Plan it as a whole: this holds all of its lines in memory.
 
-        Raises UserError naming file, line and column of a mistake in it.
+        Raises UserError naming file, line and column of a mistake in it, and for a plan that is
+        longer than a line file; `Board.run_program` takes any length.
         """
         request = self.request
         with request.text() as text:
+            length.require(self.path, text, request.setup, request.options)
+        with request.text() as text:
             plan = Plan(self.path, text, request.setup, request.options)
-            counts = np.vstack(list(plan.counts()))
+            counts = np.vstack(list(length.bounded(plan)))
         lines = {
             motor.axis: line(
                 of_line(counts[:, index], motor), pixel_hz=request.setup.pixel_hz,
@@ -92,11 +96,14 @@ def read_program(
     mode: str = LOOKAHEAD,
     window: int = WINDOW,
     segment_ms: float | None = None,
+    arc_tolerance_steps: float = 1.0,
 ) -> MotionProgram:
     """Return a motion program for a machine; the file is read when it is planned or run.
 
     `mode` is `"lookahead"` or `"mode1"`, `window` the moves that lookahead sees ahead, `segment_ms`
     the length of a circle's segments, by default that of the machine file; `"mode1"` has none.
+    `arc_tolerance_steps` is how far an arc may leave a circle where its numbers are rounded, in
+    steps of the finer motor.
     Raises UserError for motors without limits.
     """
     name = fspath(arguments.path("path", path))
@@ -106,5 +113,9 @@ def read_program(
     )
     if segment_ms is not None:
         segment_ms = arguments.finite("segment_ms", segment_ms, *SEGMENT_MS)
-    setup = with_segments(of_machine(MachineFile.load(machine.path)), options.mode, segment_ms)
+    found = replace(
+        of_machine(MachineFile.load(machine.path)),
+        arc_tolerance=arguments.finite("arc_tolerance_steps", arc_tolerance_steps, 0),
+    )
+    setup = with_segments(found, options.mode, segment_ms)
     return MotionProgram(name, machine, Request(name, setup, options))

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from pixstep.programs.report import MotorReport, Report
     from pixstep.programs.results import Result
 
+_WORTH_SAYING = 0.01  # steps
 _SHOWN = 8  # slowed moves and violations that are printed
 
 
@@ -59,15 +60,17 @@ def plan(
     A plan keeps max_speed and max_acceleration of the machine file, with lookahead max_jerk too. It
     does not use start_stop, and says where a motor has it: TA and TS form the acceleration.
 
+    A plan is as long as a line file may be, 2,097,152 pixels; `board run` takes any length.
+
     The folder gets NAME.csv for each motor, report.json and with --plot drawings. Exit status 1 if
     a limit is exceeded or a board would refuse a line. The language: docs/PROGRAMS.md.
     """
     from pixstep.board import limits  # these take a while to load
-    from pixstep.programs import results
+    from pixstep.programs import length, results
     from pixstep.programs.plan import Plan
 
     read = read_machine(machine)
-    setup = setup_of(read, options)
+    setup, chosen = setup_of(read, options), plan_options_of(options)
     bounds = [
         limits.named(
             read.board_of(read[motor.name]).kind,
@@ -77,8 +80,11 @@ def plan(
         )
         for motor in setup.motors
     ]
+    if program.is_file():  # a pipe is read once
+        with program.open(encoding="utf-8", errors="replace") as text:
+            length.require(str(program), text, setup, chosen)
     with program.open(encoding="utf-8", errors="replace") as text, progress.shown("planning") as go:
-        planned = Plan(str(program), text, setup, plan_options_of(options))
+        planned = Plan(str(program), text, setup, chosen)
         done = results.write(planned, out, bounds, plot=plot, progress=go)
     if as_json:
         show_json({"machine": str(read.path), **done.facts})
@@ -99,11 +105,21 @@ def _print(done: Result, out: Path) -> None:
     )
     for why, count in report.reasons.most_common():
         click.echo(f"{count} of {report.moves} moves slowed: {why}")
+    if report.clipped_blends:
+        click.echo(
+            f"{report.clipped_blends} of {report.moves} moves begin with a blend shorter than TA: "
+            f"the move before is too short for it"
+        )
+    if report.arc_off_steps >= _WORTH_SAYING:
+        click.echo(
+            f"arcs leave their circles by up to {report.arc_off_steps:.2g} steps, as the program's "
+            f"numbers are rounded: --arc-tolerance allows {report.setup.arc_tolerance:g}"
+        )
     for row in report.motors:
         _print_limits(row)
     name = done.plan.name
     for item in report.slowed[:_SHOWN]:
-        click.echo(f"{name}:{item.line}: {item.asked_ms:.6g} -> {item.ms:.6g} ms: {item.why}")
+        click.echo(f"{name}:{item.line}: {item.text}")
     if report.slowed_moves > _SHOWN:
         click.echo(f"... {report.slowed_moves - _SHOWN} more in report.json")
     for bad in report.violations[:_SHOWN]:

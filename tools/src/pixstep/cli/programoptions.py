@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, TypedDict
 
 import click
 
-from pixstep.cli.quantities import Decorated, FiniteRange, TimeType
+from pixstep.cli.quantities import Decorated, FiniteRange, LengthType, TimeType
 from pixstep.errors import UserError
+from pixstep.lines.units import Quantity
 from pixstep.machine import finding
 from pixstep.programs.options import (
     LOOKAHEAD,
@@ -55,7 +56,14 @@ _OPTIONS = (
         type=FiniteRange(0.01, 1000),
         default=1.0,
         show_default=True,
-        help="Steps that a smooth motor may cut a corner by, and segments a circle.",
+        help="Steps that a smooth motor may cut a corner by, and segments a circle, these half a "
+        "step at most.",
+    ),
+    click.option(
+        "--arc-tolerance",
+        type=LengthType(),
+        help="How far an arc may leave a circle where its numbers are rounded: 2um, 0.5 steps.  "
+        "[default: a step of the finer motor]",
     ),
 )
 machine_option = click.option(
@@ -75,6 +83,7 @@ class ProgramOptions(TypedDict):
     no_assume_last: bool
     segment: float | None
     path_tolerance: float
+    arc_tolerance: Quantity | None
 
 
 def program_options(command: Decorated) -> Decorated:
@@ -108,7 +117,24 @@ def setup_of(machine: Machine, options: ProgramOptions) -> Setup:
     from pixstep.programs.plan import with_segments
 
     setup = replace(of_machine(machine), path_tolerance=options["path_tolerance"])
+    if options["arc_tolerance"] is not None:
+        steps = _finer_steps(machine, setup, options["arc_tolerance"])
+        setup = replace(setup, arc_tolerance=steps)
     return with_segments(setup, options["mode"], options["segment"])
+
+
+def _finer_steps(machine: Machine, setup: Setup, length: Quantity) -> float:
+    """Return a length in steps of the finer motor of a circle.
+
+    Raises UserError for a length in mm or deg where no such motor has a scale for it.
+    """
+    chosen = [motor for motor in setup.motors if motor.word in ("X", "Y")]
+    finer = max(chosen, key=lambda motor: motor.counts_per_unit, default=None)
+    scale = machine[finer.name].steps_per_unit if finer else None
+    try:
+        return float(length.in_steps(scale).value)
+    except UserError as error:
+        raise UserError(f"--arc-tolerance: {error}") from None
 
 
 def plan_options_of(options: ProgramOptions) -> Options:

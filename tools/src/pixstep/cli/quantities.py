@@ -110,6 +110,15 @@ class _QuantityType(_Parsed[Quantity]):
         return _in_steps(units.parse(text, self.order), ctx)
 
 
+class LengthType(_Parsed[Quantity]):
+    """A distance whose motor is not known yet: 2um, 0.5 steps."""
+
+    name = "LENGTH"
+
+    def _parse(self, text: str, ctx: click.Context | None) -> Quantity:
+        return units.parse(text, DISTANCE)
+
+
 class _RangeType(_Parsed[int]):
     """A whole number within a range."""
 

@@ -66,13 +66,28 @@ class Code:
 
 def check(entries: Iterable[Entry], limits: CoreLimits) -> list[Code]:
     """Check a line as a board does; the first error is the one that the board gives."""
-    ffi, lib = extension().ffi, extension().lib
-    rows = _words(entries)
-    room = _MOST_OF_ENTRY * len(rows)
-    found = ffi.new("struct core_finding[]", max(room, 1))
-    segments = ffi.new("struct segment[]", rows)
-    count = lib.core_check(_limits(limits), segments, len(rows), found, room)
-    return [_code(found[index].code, found[index].pixel) for index in range(count)]
+    return Checker(limits).more(entries)
+
+
+class Checker:
+    """A check of a line that comes in parts: memory does not grow with the line."""
+
+    def __init__(self, limits: CoreLimits) -> None:
+        ffi, lib = extension().ffi, extension().lib
+        begun = lib.checker_begin(_limits(limits))
+        if not begun:
+            raise MemoryError
+        self._checker = ffi.gc(begun, lib.checker_end)
+
+    def more(self, entries: Iterable[Entry]) -> list[Code]:
+        """Return what is found in the entries that follow."""
+        ffi, lib = extension().ffi, extension().lib
+        rows = _words(entries)
+        room = _MOST_OF_ENTRY * len(rows)
+        found = ffi.new("struct core_finding[]", max(room, 1))
+        segments = ffi.new("struct segment[]", rows)
+        count = lib.checker_more(self._checker, segments, len(rows), found, room)
+        return [_code(found[index].code, found[index].pixel) for index in range(count)]
 
 
 def plan(

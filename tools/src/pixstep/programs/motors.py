@@ -81,7 +81,8 @@ class Setup:
 
     `pixel_hz` is the frequency of pixels, each of `divider` edges of the clock. `sync` is what the
     lines are to the clock, `gate_edges` how far behind a burst's first edge they begin; None leaves
-    it to the board.
+    it to the board. `path_tolerance` and `arc_tolerance` are in steps, the latter in those of the
+    finer motor of a circle.
     """
 
     motors: tuple[PlanMotor, ...]
@@ -91,6 +92,7 @@ class Setup:
     other_feed: float | None = None
     segment_ms: float = 0.0
     path_tolerance: float = 1.0
+    arc_tolerance: float = 1.0
     divider: int = 1
     sync: str | None = None
     gate_edges: int | None = None

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A program planned to counts per pixel, as a stream: memory does not grow with its length."""
 
+from collections import deque
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
@@ -9,17 +10,24 @@ from pixstep.programs import jerk, language
 from pixstep.programs.blends import Path, Timed, nominal
 from pixstep.programs.language import ProgramError
 from pixstep.programs.motors import Setup
-from pixstep.programs.moves import Dwell, Program
+from pixstep.programs.moves import Dwell, Move, Program
 from pixstep.programs.options import MODE1, MODES, Options
 from pixstep.programs.pixels import Counts, Rounding, edges
-from pixstep.programs.report import Report
+from pixstep.programs.report import Begun, Report
 from pixstep.programs.timelaw import TimeLaw, refined
-from pixstep.programs.timeline import Timeline, as_programmed, timelines
+from pixstep.programs.timeline import Timeline, as_programmed, in_pieces, timelines
 from pixstep.programs.twomoves import TwoMoves
+
+_TOGETHER = 16_384  # pixels that are made at once, however long a move is
 
 
 def with_segments(setup: Setup, mode: str, segment_ms: float | None) -> Setup:
-    """Return the setup for a mode: with these segments, with none for mode1 if it is not told."""
+    """Return the setup for a mode: with these segments, with none for mode1 if it is not told.
+
+    Raises UserError for segments in mode1.
+    """
+    if mode == MODE1 and segment_ms:
+        raise UserError("mode1 has no segments: leave --segment out, or plan with --mode lookahead")
     if segment_ms is None:
         return replace(setup, segment_ms=0.0) if mode == MODE1 else setup
     return replace(setup, segment_ms=float(segment_ms))
@@ -35,15 +43,15 @@ class Plan:
         self.options = options or Options()
         if self.options.mode not in MODES:
             raise UserError(f"mode {self.options.mode!r}: expected one of {', '.join(MODES)}")
-        if self.options.mode == MODE1 and setup.segment_ms:
-            raise UserError("mode1 has no segments: leave --segment out, or plan with lookahead")
         self._keeps_jerk = self.options.mode != MODE1 and jerk.limits_jerk(setup)
         self.report = Report.of(setup, keeps_jerk=self._keeps_jerk)
         self._text = text
+        self._segments: deque[int] = deque()  # numbers in their circles of moves not timed yet
 
     def counts(self) -> Iterator[Counts]:
         """Yield counts of pixels, a column for each motor, a row for each pixel."""
-        for part in Rounding(self.setup).counts(edges(self.timelines(), self.setup)):
+        pieces = in_pieces(self.timelines(), _TOGETHER * self.setup.pixel_ms)
+        for part in Rounding(self.setup).counts(edges(pieces, self.setup)):
             self.report.add_counts(part)
             yield part
         if not self.report.moves:
@@ -51,7 +59,8 @@ class Plan:
 
     def timelines(self) -> Iterator[Timeline]:
         """Yield the plan in time, before it is rounded."""
-        events = Program(self.name, self.setup).events(language.read(self.name, self._text))
+        program = Program(self.name, self.setup, circles=self.options.mode != MODE1)
+        events = self._told(program.events(language.read(self.name, self._text)))
         limits = self.report.limits
         if self.options.mode == MODE1:
             two = TwoMoves(self.setup, assume_last=self.options.assume_last)
@@ -73,8 +82,17 @@ class Plan:
             if self._keeps_jerk:
                 self.report.add_jerks(jerk.jerks(line, self.setup))
             yield line
+        self.report.end()
+        self.report.arc_off_steps = program.arc_off_steps
         if two:
             self.report.violated = two.violated
+
+    def _told(self, events: Iterable[Move | Dwell]) -> Iterator[Move | Dwell]:
+        """Yield what happens; note which moves go on with the circle before."""
+        for event in events:
+            if isinstance(event, Move):
+                self._segments.append(event.segment)
+            yield event
 
     def _noted(self, moves: Iterable[Timed | Dwell]) -> Iterator[Timed | Dwell]:
         """Yield the moves, noted for the report; what a smooth motor cannot do is refused."""
@@ -83,7 +101,7 @@ class Plan:
         for item in moves:
             if isinstance(item, Timed):
                 smooth.move(item)
-                self.report.begun.append(item)
+                self.report.begun.append(Begun(item, self._segments.popleft()))
                 last = item
             elif last:
                 smooth.stop(last)

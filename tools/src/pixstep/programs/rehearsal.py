@@ -3,14 +3,11 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from pixstep.board.limits import BoardLimits
 from pixstep.errors import RefusedError
-from pixstep.programs import results
-from pixstep.programs.pixels import Counts
 from pixstep.programs.plan import Plan
 from pixstep.programs.report import Report
+from pixstep.programs.wholecheck import WholeCheck
 from pixstep.progress import Progress, unseen
 
 
@@ -32,28 +29,25 @@ class Rehearsal:
 
 
 def rehearse(plan: Plan, bounds: BoardLimits, progress: Progress = unseen) -> Rehearsal:
-    """Plan a program to its end; the first MOST_KEPT pixels are checked by a board's limits.
+    """Plan a program to its end, every pixel checked by a board's limits.
 
     Raises UserError for a mistake in the program, RefusedError for what the board would refuse and
     for a plan that exceeds a limit.
     """
-    kept: list[Counts] = []
-    room = results.MOST_KEPT
+    motors = plan.setup.motors
+    check = WholeCheck(motors, [bounds] * len(motors))
     for part in plan.counts():
-        if room > 0:
-            kept.append(part[:room].astype(np.int32))
-            room -= len(part)
+        check.add(part)
         progress(0.0)
     for violation in plan.report.violations[:1]:
         raise RefusedError(
             f"{plan.name}:{violation.line}: exceeds the acceleration of {violation.motor}: "
             f"{violation.ratio:.4g} x"
         )
-    counts = np.vstack(kept)
-    for index, motor in enumerate(plan.setup.motors):
-        for found in results.errors(motor, counts[:, index].tolist(), bounds, motor.name)[:1]:
+    for motor, errors in zip(motors, check.end(), strict=True):
+        for found in errors[:1]:
             raise RefusedError(
                 f"{plan.name}: motor {motor.name}: line refused: {found.name} at pixel "
-                f"{found.pixel}: {found.message} (nothing was sent)"
+                f"{found.pixel}: {found.text} (nothing was sent)"
             )
     return Rehearsal(plan.report)

@@ -3,7 +3,7 @@
 
 from collections import Counter, deque
 from dataclasses import dataclass, field
-from typing import TypedDict
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 
@@ -23,6 +23,7 @@ MOST_LISTED = 1000
 _AT_LIMIT = 0.99
 _SAME_MS = 1e-6
 _SLOWER = 1.001  # as programmed, but for the last digits
+CLIPPED = "blend clipped"  # what `blends` calls it
 
 
 class MotorFigures(TypedDict):
@@ -84,18 +85,59 @@ class PlanFigures(TypedDict):
     slowed_moves: int
     reasons: dict[str, int]
     slowed: list[SlowedMove]
+    clipped_blends: int
+    arc_off_steps: float
     violated: int
     violations: list[ExceededLimit]
 
 
+class Begun(NamedTuple):
+    """A move with its times; `segment` is its number in its circle, 0 begins a line's move."""
+
+    timed: Timed
+    segment: int
+
+
 @dataclass(frozen=True)
 class Slowed:
-    """A move that takes longer than programmed, or whose blend does, and why."""
+    """A move that takes longer than programmed, all segments of a circle together, and why.
+
+    Where both times are equal only the blend before it takes longer.
+    """
 
     line: int
     asked_ms: float
     ms: float
     why: str
+
+    @property
+    def text(self) -> str:
+        """What takes longer, and why."""
+        asked, planned = f"{self.asked_ms:.6g}", f"{self.ms:.6g}"
+        what = "a longer blend" if asked == planned else f"{asked} -> {planned} ms"
+        return f"{what}: {self.why}"
+
+
+@dataclass
+class _MoveTime:
+    """A move's time as programmed and as planned.
+
+    `why` is that of what loses the most, `stretched` that of a longer blend.
+    """
+
+    line: int
+    asked: float = 0.0
+    ms: float = 0.0
+    why: str = ""
+    stretched: str = ""
+    _lost: float = 0.0
+
+    def add(self, asked: float, ms: float, why: str) -> None:
+        """Add a segment, or all of a move that has none."""
+        self.asked += asked
+        self.ms += ms
+        if ms - asked > self._lost:
+            self._lost, self.why = ms - asked, why
 
 
 @dataclass
@@ -218,7 +260,11 @@ class MotorReport:
 
 @dataclass
 class Report:
-    """What is known of a plan; complete when its last count is made."""
+    """What is known of a plan; complete when its last count is made.
+
+    `arc_off_steps` is how far an arc leaves its circle at most because its numbers are rounded, in
+    steps of the finer motor.
+    """
 
     setup: Setup
     limits: Limits
@@ -232,7 +278,10 @@ class Report:
     reasons: Counter[str] = field(default_factory=Counter)
     violations: list[Violation] = field(default_factory=list)
     violated: int = 0
-    begun: deque[Timed] = field(default_factory=deque)
+    clipped_blends: int = 0
+    arc_off_steps: float = 0.0
+    begun: deque[Begun] = field(default_factory=deque)
+    _move: "_MoveTime | None" = None  # that is being noted
 
     @classmethod
     def of(cls, setup: Setup, *, keeps_jerk: bool = False) -> "Report":
@@ -265,6 +314,7 @@ class Report:
                 motor.planned_acceleration, float(acceleration[:, index].max())
             )
         self.total_ms = line.end
+        self.asked_ms += float(line.path.du.sum())
         self._note_moves(line, speed / self.limits.speed, acceleration / self.limits.acceleration)
 
     def _note_moves(self, line: Timeline, speed: np.ndarray, acceleration: np.ndarray) -> None:
@@ -279,19 +329,36 @@ class Report:
         worst = np.maximum.reduceat(ratios, starts, axis=0)
         asked = np.add.reduceat(line.path.du[moving], starts)
         for time, own, ratio in zip(ms.tolist(), asked.tolist(), worst, strict=True):
-            move_begun = self.begun.popleft()
-            self.moves += 1
-            self.asked_ms += move_begun.asked
-            time += move_begun.tm - own  # neighbours share the time of a blend
-            if move_begun.why or time > move_begun.asked * _SLOWER + _SAME_MS:
-                self._slow(move_begun, time, ratio)
+            timed, segment = self.begun.popleft()
+            if segment == 0:
+                self._note_move()
+                self._move = _MoveTime(timed.line)
+                self.clipped_blends += timed.why == CLIPPED
+            assert self._move is not None  # a circle has a first segment
+            lasts = time + timed.tm - own  # neighbours share the time of a blend
+            self.asked_ms += timed.asked - timed.tm
+            stretched = "" if timed.why == CLIPPED else timed.why
+            self._move.stretched = stretched or self._move.stretched
+            self._move.add(timed.asked, lasts, stretched or self._reason(ratio))
 
-    def _slow(self, move: Timed, ms: float, ratio: np.ndarray) -> None:
+    def _note_move(self) -> None:
+        """Note the move whose parts are all known."""
+        move, self._move = self._move, None
+        if move is None:
+            return
+        self.moves += 1
+        longer = move.ms > move.asked * _SLOWER + _SAME_MS
+        why = move.why if longer else move.stretched
+        if not why:
+            return
         self.slowed_moves += 1
-        why = move.why or self._reason(ratio)
         self.reasons[why] += 1
         if len(self.slowed) < MOST_LISTED:
-            self.slowed.append(Slowed(move.line, move.asked, ms, why))
+            self.slowed.append(Slowed(move.line, move.asked, move.ms, why))
+
+    def end(self) -> None:
+        """Note what is left at the plan's end."""
+        self._note_move()
 
     def _reason(self, ratio: np.ndarray) -> str:
         """Return what is nearest to its limit in a move."""
@@ -325,6 +392,8 @@ class Report:
                 {"line": item.line, "asked_ms": item.asked_ms, "ms": item.ms, "why": item.why}
                 for item in self.slowed
             ],
+            "clipped_blends": self.clipped_blends,
+            "arc_off_steps": self.arc_off_steps,
             "violated": self.violated,
             "violations": [
                 {"line": item.line, "motor": item.motor, "ratio": item.ratio}

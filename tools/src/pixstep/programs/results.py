@@ -17,20 +17,22 @@ from pixstep.formats.records import LineEnds, join_records
 from pixstep.lines import linecheck
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.linecheck import Finding
+from pixstep.programs import length
+from pixstep.programs.entries import of_line
 from pixstep.programs.motors import PlanMotor
 from pixstep.programs.pixels import Counts
 from pixstep.programs.plan import Plan
 from pixstep.programs.report import MotorReport
+from pixstep.programs.wholecheck import WholeCheck
 from pixstep.progress import Progress, unseen
 
 REPORT, PATH_PICTURE, MOTION_PICTURE = "report.json", "path.png", "motion.png"
-MOST_KEPT = 2_000_000  # pixels that are checked and drawn
 _PLAIN_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
 
 
 @dataclass(frozen=True)
 class Result:
-    """A plan that is written; `counts` and `findings` are those of its first pixels."""
+    """A plan that is written."""
 
     plan: Plan
     files: tuple[str, ...]
@@ -60,15 +62,21 @@ def write(
 ) -> Result:
     """Plan a program and write everything to a folder, all files or none.
 
-    `bounds` are what each motor's board allows. Raises UserError for a mistake in the program.
+    `bounds` are what each motor's board allows. Raises UserError for a mistake in the program, and
+    for a plan that is longer than a line file.
     """
     names = [file_name(motor) for motor in plan.setup.motors]
     pictures = [PATH_PICTURE, MOTION_PICTURE]
     with outfolder.of_run(out, [*names, REPORT, *pictures]) as folder:
-        counts = _write_lines(plan, folder, names, progress)
+        check = WholeCheck(plan.setup.motors, bounds)
+        counts = _write_lines(plan, folder, names, check, progress)
         found = tuple(
             tuple(errors(motor, counts[:, index].tolist(), bounds[index], names[index]))
-            for index, motor in enumerate(plan.setup.motors)
+            if refused
+            else ()
+            for index, (motor, refused) in enumerate(
+                zip(plan.setup.motors, check.end(), strict=True)
+            )
         )
         result = Result(plan, tuple(str(out / name) for name in names), counts, found, {})
         facts = as_json(result)
@@ -82,21 +90,22 @@ def write(
     return replace(result, facts=facts)
 
 
-def _write_lines(plan: Plan, folder: Path, names: list[str], progress: Progress) -> Counts:
-    """Write the lines as they are planned; return the counts of the first pixels."""
+def _write_lines(
+    plan: Plan, folder: Path, names: list[str], check: WholeCheck, progress: Progress
+) -> Counts:
+    """Write the lines as they are planned, and check them; return their counts."""
     kept: list[Counts] = []
-    room, row = MOST_KEPT, 1
+    row = 1
     with ExitStack() as stack:
         files = [stack.enter_context(_opened(folder / name)) for name in names]
-        for part in plan.counts():
+        for part in length.bounded(plan):
+            check.add(part)
             for index, (file, motor) in enumerate(zip(files, plan.setup.motors, strict=True)):
                 with atomic.told_of(folder / names[index]):
                     file.write(_records(of_line(part[:, index], motor), names[index], row))
                     file.flush()
             row += len(part)
-            if room > 0:
-                kept.append(part[:room].astype(np.int32))
-                room -= len(part)
+            kept.append(part.astype(np.int32))
             progress(0.0)
     return np.vstack(kept)
 
@@ -106,13 +115,6 @@ def _opened(path: Path) -> Iterator[BinaryIO]:
     """Open a line file. Closing it writes again what did not fit, so that may fail as well."""
     with atomic.told_of(path), path.open("wb") as file:
         yield file
-
-
-def of_line(counts: Counts, motor: PlanMotor) -> Counts:
-    """Return counts as a line file has them: a smooth line's are unsigned."""
-    if motor.smooth:
-        return np.abs(counts)
-    return -counts if motor.negative else counts
 
 
 def _records(counts: Counts, name: str, first: int) -> bytes:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """From w to time: when the path is where, and what every motor does there."""
 
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
@@ -53,6 +54,28 @@ class Timeline:
             path.speed * gain + path.bend * self.rate[:, None] ** 2,
             path.end_speed * gain + path.end_bend * last[:, None] ** 2,
         )
+
+
+@dataclass(frozen=True)
+class _Piece(Timeline):
+    """A timeline up to a time: what its samples are does not depend on where pieces end."""
+
+    until: float
+
+    @property
+    def end(self) -> float:
+        return self.until
+
+
+def in_pieces(lines: Iterable[Timeline], most_ms: float) -> Iterator[Timeline]:
+    """Yield the same in pieces that end `most_ms` after each other, however long a move is."""
+    for line in lines:
+        begin = float(line.start[0])
+        count = math.ceil((line.end - begin) / most_ms)
+        for number in range(1, count):
+            until = begin + number * most_ms
+            yield _Piece(line.path, line.start, line.ms, line.rate, line.gain, until)
+        yield line
 
 
 def as_programmed(path: Iterable[Intervals]) -> Iterator[Run]:
