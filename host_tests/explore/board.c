@@ -219,8 +219,8 @@ void board_describe(FILE *report)
         "  position %ld, edges made %ld; OCR1A %u, OCR1B %u, TIMSK1 %02X, TIFR1 %02X\n",
         (long)board_position(),
         (long)judged.position,
-        part.buffer_top,
-        part.buffer_edge,
+        part.timers[0].buffer_top,
+        part.timers[0].buffer_edge,
         TIMSK1,
         TIFR1);
 }

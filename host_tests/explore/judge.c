@@ -16,8 +16,10 @@ static void allow_at_most(uint8_t edges)
     }
 }
 
-void judge_edge(bool negative)
+void judge_edge(uint8_t axis, uint32_t ticks, bool negative)
 {
+    (void)axis;
+    (void)ticks;
     judged.position += negative ? -1 : 1;
     if (judged.edges_allowed == 0) {
         judge_broken(JUDGE_RUNAWAY);

@@ -33,7 +33,7 @@ _Noreturn void judge_broken(const char *rule);
 // An interrupt touched what was not known to be shared.
 void judge_unshared(const volatile void *address);
 
-void judge_edge(bool negative);
+void judge_edge(uint8_t axis, uint32_t ticks, bool negative);
 void judge_look(void); // at every point
 void judge_access(const volatile void *address, uint32_t bytes);
 void judge_between(void); // the main loop is between two pieces of its program
