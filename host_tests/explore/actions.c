@@ -9,6 +9,7 @@
 #include "app/token.h"
 #include "explore/board.h"
 #include "explore/judge.h"
+#include "explore/judged.h"
 #include "explore/part.h"
 #include "explore/program.h"
 #include "explore/scene.h"

@@ -9,6 +9,7 @@
 #include "app/safety.h"
 #include "app/time_check.h"
 #include "explore/judge.h"
+#include "explore/judged.h"
 #include "explore/part.h"
 #include "explore/scene.h"
 #include "hal/estop.h"

@@ -10,9 +10,9 @@ void board_open(void); // once, before anything is saved
 void board_power_on(void);
 
 // A situation to start from.
-uint8_t board_scenarios(void);
-const char *board_scenario(uint8_t scenario);
-bool board_prepare(uint8_t scenario); // from power-on; false: the situation did not come
+uint16_t board_scenarios(void);
+const char *board_scenario(uint16_t scenario);
+bool board_prepare(uint16_t scenario); // from power-on; false: the situation did not come
 
 // What the host, or a hand at the emergency stop, may do.
 uint8_t board_actions(void);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "explore/judge.h"
+#include "explore/judged.h"
 
 #include "explore/board.h"
 #include "explore/part.h"

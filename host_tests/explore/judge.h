@@ -16,17 +16,14 @@
 #define JUDGE_ESTOP    "the emergency stop went unheard"
 #define JUDGE_SCENARIO "the scenario does not come"
 #define JUDGE_WIDE     "a shared word is accessed with interrupts on"
-
-#define JUDGE_ANY_NUMBER 255u
-
-// Part of the state that the search saves.
-struct judged {
-    int32_t position; // edges made, signed
-    uint8_t edges_allowed;
-    bool permit_given;
-};
-
-extern struct judged judged;
+// Where there are several axes.
+#define JUDGE_TICK       "an edge is not at its tick"
+#define JUDGE_DIRECTION  "an edge in the wrong direction"
+#define JUDGE_LATE       "a step interrupt is late"
+#define JUDGE_TOGETHER   "axes do not begin on one edge of the clock"
+#define JUDGE_FAULT      "a fault that nothing gave cause for"
+#define JUDGE_UNFINISHED "a line that nothing stopped is not made to its end"
+#define JUDGE_HANGS      "an axis does not come to rest"
 
 // The run is over: `rule` does not hold.
 _Noreturn void judge_broken(const char *rule);

@@ -9,6 +9,9 @@
 #include "explore/step_isr.h"
 #include "hal/avr/board.h" // BOARD_KEEP
 #include "hal/clock.h"     // CLOCK_UNIT_TICKS
+#if CONFIG_AXES > 1
+#include "hal/avr/clock_units.h" // clock_overflows
+#endif
 
 // A period of this length or more does not end while its own interrupt is served: at worst 450
 // cycles of the emergency stop's handler and 165 cycles of a capture's handler come first.

@@ -69,6 +69,7 @@ static void segment_pieces(void)
 {
     for (;;) {
         begin_piece();
+        part_pass_time();
         if (host->task.piece == PROGRAM_ROUND) {
             board_round();
         } else {
