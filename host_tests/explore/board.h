@@ -32,7 +32,8 @@ bool board_stopped(void);  // a fault is recorded or the emergency stop latched
 bool board_halted(void);   // the engine loads no periods of a line any more
 bool board_promise_broken(void);
 bool board_estop_recorded(void);
-bool board_excused(const volatile void *address);
+// A word that may be accessed with interrupts on.
+bool board_excused(const volatile void *address, bool writes);
 int32_t board_position(void);
 
 // Clear, discard, run a line of two steps to its end. False when something of that is refused or

@@ -32,6 +32,6 @@ void judge_unshared(const volatile void *address);
 
 void judge_edge(uint8_t axis, uint32_t ticks, bool negative);
 void judge_look(void); // at every point
-void judge_access(const volatile void *address, uint32_t bytes);
+void judge_access(const volatile void *address, uint32_t bytes, bool writes);
 void judge_between(void); // the main loop is between two pieces of its program
 void judge_rest(void);    // bring the axis to rest; then it must be usable

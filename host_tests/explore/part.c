@@ -18,10 +18,12 @@
 #define LATE_TICKS 1024u
 
 // The most that passes with interrupts off, and in a handler that lets others in, ticks.
-#define NEAR_TICKS    32u
+#define NEAR_TICKS    8u
 #define HANDLER_TICKS 1000u
 // How long before the next timed event a piece of program runs.
-#define BEFORE_TICKS 24u
+#define BEFORE_TICKS 4u
+// Where nothing is timed, so much passes between two rounds.
+#define NOTHING_TICKS 4096u
 // Timers are started by stores that follow each other so closely.
 #define START_TICKS 2u
 
@@ -138,6 +140,19 @@ void part_power_on(void)
 }
 
 #if CONFIG_AXES > 1
+// Timer 0 has wrapped: its interrupt counts at once, or as soon as interrupts are on.
+static void count_overflow(void)
+{
+    uint32_t overflows = part.now_ticks / (256u * CLOCK_UNIT_TICKS);
+
+    if (clock_overflows != overflows) {
+        TIFR0 = part.interrupts_on ? 0 : (uint8_t)_BV(TOV0);
+    }
+    if (part.interrupts_on) {
+        clock_overflows = overflows;
+    }
+}
+
 // The registers that count.
 static void show_time(void)
 {
@@ -147,7 +162,7 @@ static void show_time(void)
         }
     }
     TCNT0 = (uint8_t)(part.now_ticks / CLOCK_UNIT_TICKS);
-    clock_overflows = part.now_ticks / (256u * CLOCK_UNIT_TICKS);
+    count_overflow();
 }
 
 static void start_or_stop(uint8_t axis)
@@ -160,6 +175,10 @@ static void start_or_stop(uint8_t axis)
     }
 }
 #else
+static void count_overflow(void)
+{
+}
+
 static void start_or_stop(uint8_t axis)
 {
     (void)axis;
@@ -404,7 +423,9 @@ static void capture_edge(void)
 
 static void next_timed(void)
 {
-    pass(until_next());
+    uint32_t ticks = until_next();
+
+    pass(ticks != UINT32_MAX ? ticks : NOTHING_TICKS);
     if (part.clock_every != 0 && until(part.clock_ticks) == 0) {
         capture_edge();
     }
@@ -503,6 +524,7 @@ static void enter(void (*handler)(uint8_t axis), uint8_t axis)
     part_settle();
     part.depth--;
     part.interrupts_on = true;
+    count_overflow();
     program_clear_stack();
 }
 
@@ -611,6 +633,7 @@ void part_sei(void)
 {
     part_settle();
     part.interrupts_on = true;
+    count_overflow();
     while (!*part_reception_off && serve_one()) {
         look_around(__builtin_return_address(0));
     }
@@ -657,7 +680,7 @@ static void touched(void *address, uint32_t bytes, bool writes, const void *pc)
         }
         return;
     }
-    judge_access(address, bytes);
+    judge_access(address, bytes, writes);
     if (!same_look(address) && !same_bit(address, writes)) {
         point_at(pc);
     }

@@ -31,16 +31,13 @@
 static const struct segment pixels_22[] = {{17, 1}, {3, 1}, {1, 1}, {-1, 1}};
 static const struct segment pixels_17[] = {{13, 1}, {-2, 1}, {2, 1}};
 static const struct segment pixels_2[] = {{2, 1}};
-static const struct segment pixels_open[] = {{1, 1}, {2, 1}, {1, 1}, {2, 1}, {1, 1}};
 
-#define PLAN(pixels, steps, open)                                                        \
-    {(pixels), sizeof(pixels) / sizeof(pixels)[0], (steps), (open)}
+#define PLAN(pixels, steps) {(pixels), sizeof(pixels) / sizeof(pixels)[0], (steps)}
 static const struct line_plan plans[] = {
-    [LINE_NONE] = {NULL, 0, 0, false},
-    [LINE_OF_22] = PLAN(pixels_22, 22, false),
-    [LINE_OF_17] = PLAN(pixels_17, 17, false),
-    [LINE_OF_2] = PLAN(pixels_2, 2, false),
-    [LINE_OPEN] = PLAN(pixels_open, 7, true),
+    [LINE_NONE] = {NULL, 0, 0},
+    [LINE_OF_22] = PLAN(pixels_22, 22),
+    [LINE_OF_17] = PLAN(pixels_17, 17),
+    [LINE_OF_2] = PLAN(pixels_2, 2),
 };
 
 const struct line_plan *scene_plan(uint8_t line)
@@ -151,11 +148,7 @@ bool scene_line(uint8_t axis, enum line_kind line, uint16_t flags)
     for (uint8_t i = 0; i < plan->count; i++) {
         entries[count++] = plan->pixels[i];
     }
-    if (!plan->open) {
-        entries[count++] = (struct segment){LINE_MARK_END, 0};
-    } else {
-        judged.may_fault = true;
-    }
+    entries[count++] = (struct segment){LINE_MARK_END, 0};
     struct judged was = judged;
 
     judge_queued(axis, line, (flags & LINE_START_WAIT) != 0);
@@ -231,7 +224,8 @@ bool two_rests(uint8_t axis)
     if (lifecycle_armed(&axes_get(axis)->life)) {
         return token_held();
     }
-    return state != AXIS_RUNNING && state != AXIS_STOPPING;
+    return state != AXIS_RUNNING && state != AXIS_STOPPING &&
+           !step_engine_going((enum step_engine_state)step_engines[axis].state);
 }
 
 bool board_stopped(void)
@@ -261,16 +255,26 @@ static bool is_within(const volatile void *address, const volatile void *of, siz
 }
 
 // Words that a protocol keeps apart: the trains that no entry of the ring refers to; what a captured
-// edge is noted in, before `head` says so and behind it. The clock's queue is written byte by byte.
-bool board_excused(const volatile void *address)
+// edge is noted in, before `head` says so and behind it (the handler writes bytes); idle periods.
+// The main loop takes the low byte of their count, or reads and writes it while no interrupt serves
+// the axis; a command's handler counts with interrupts off.
+static bool is_excused(uint8_t axis, const volatile void *address, bool writes)
 {
-    bool excused =
-        is_within(address, &pixel_clock_edges, sizeof pixel_clock_edges);
+    struct step_engine *engine = &step_engines[axis];
+    bool served = (part_registers.timers[axis].timsk & (_BV(TOIE1) | _BV(OCIE1A))) != 0;
+
+    if (address == &engine->idle_count) {
+        return !writes || !served;
+    }
+    return is_within(address, engine->trains, sizeof engine->trains);
+}
+
+bool board_excused(const volatile void *address, bool writes)
+{
+    bool excused = is_within(address, &pixel_clock_edges, sizeof pixel_clock_edges);
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        excused = excused || is_within(address,
-                                       step_engines[i].trains,
-                                       sizeof step_engines[i].trains);
+        excused = excused || is_excused(i, address, writes);
     }
     return excused;
 }

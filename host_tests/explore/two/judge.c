@@ -203,18 +203,31 @@ void judge_look(void)
     }
 }
 
-void judge_access(const volatile void *address, uint32_t bytes)
+void judge_access(const volatile void *address, uint32_t bytes, bool writes)
 {
-    if (bytes > 1 && part.interrupts_on && !board_excused(address)) {
+    if (bytes > 1 && part.interrupts_on && !board_excused(address, writes)) {
         judge_broken(JUDGE_WIDE);
     }
+}
+
+// The axis says that it has made all its lines.
+static void judge_done(uint8_t number)
+{
+    const struct judged_axis *axis = of(number);
+
+    if (axis->must_finish && (axis->made != scene_plan(axis->lines[0])->steps ||
+                              axis->lines[1] != LINE_NONE)) {
+        judge_broken(JUDGE_UNFINISHED);
+    }
+    forget_lines(number);
+    allow_at_most(number, 0);
 }
 
 void judge_between(void)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         if (two_finished(i)) {
-            allow_at_most(i, 0);
+            judge_done(i);
         } else if (!two_moving(i) || board_stopped()) {
             allow_at_most(i, 1);
         }
@@ -243,20 +256,6 @@ static void come_to_rest(void)
     }
 }
 
-// Nothing has ended the axis's lines: each is made as a whole, unless the axis waits for its token.
-static void judge_finished(uint8_t number)
-{
-    const struct judged_axis *axis = of(number);
-    bool waits = two_held(number);
-    bool whole = axis->lines[0] == LINE_NONE ||
-                 (axis->made == scene_plan(axis->lines[0])->steps &&
-                  axis->lines[1] == LINE_NONE);
-
-    if (axis->must_finish && !waits && (!whole || !two_finished(number))) {
-        judge_broken(JUDGE_UNFINISHED);
-    }
-}
-
 void judge_rest(void)
 {
     come_to_rest();
@@ -267,7 +266,10 @@ void judge_rest(void)
         if (two_position(i) != of(i)->position) {
             judge_broken(JUDGE_POSITION);
         }
-        judge_finished(i);
+        // What nothing has ended is done by now, unless it waits for its token.
+        if (of(i)->must_finish && !two_held(i)) {
+            judge_broken(JUDGE_UNFINISHED);
+        }
     }
     if (!board_recovers()) {
         judge_broken(JUDGE_STUCK);

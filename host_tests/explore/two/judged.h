@@ -12,13 +12,12 @@
 #define JUDGE_ANY_NUMBER 255u
 #define JUDGE_LINES      4u // that an axis may have queued
 
-// Lines that the host sends, as two/lines.h has them.
+// Lines that the host sends, as two/board.c has them.
 enum line_kind {
     LINE_NONE,
     LINE_OF_22, // a train, a few single periods, an interval of several periods, a reversal
     LINE_OF_17, // another rhythm, reversals inside
     LINE_OF_2,
-    LINE_OPEN, // never ends; the host streams it
 };
 
 struct judged_axis {

@@ -25,7 +25,6 @@ struct line_plan {
     const struct segment *pixels; // one each
     uint8_t count;
     uint8_t steps;
-    bool open; // no end mark
 };
 
 const struct line_plan *scene_plan(uint8_t line);
