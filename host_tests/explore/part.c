@@ -11,6 +11,7 @@
 #include "hal/clock.h"     // CLOCK_UNIT_TICKS
 #if CONFIG_AXES > 1
 #include "hal/avr/clock_units.h" // clock_overflows
+#include "hal/avr/step_isr.h"    // step_engines
 #endif
 
 // A period of this length or more does not end while its own interrupt is served: at worst 450
@@ -39,6 +40,7 @@ enum effect {
     EFFECT_COUNT_READ,
     EFFECT_CAPTURE_READ,
     EFFECT_CONTROL,
+    EFFECT_MASK,
 };
 
 struct part_registers part_registers;
@@ -165,6 +167,33 @@ static void show_time(void)
     count_overflow();
 }
 
+static bool is_served(uint8_t axis)
+{
+    return (registers_of(axis)->timsk & (_BV(TOIE1) | _BV(OCIE1A))) != 0;
+}
+
+static void note_cleared(uint8_t axis)
+{
+    if (has(registers_of(axis)->tifr, TOV1) && !is_served(axis)) {
+        part.timers[axis].looked_at = true;
+    }
+}
+
+static void note_served(uint8_t axis)
+{
+    if (is_served(axis)) {
+        part.timers[axis].looked_at = false;
+    }
+}
+
+// Somebody will ask whether a period has begun, an interrupt or the main loop: no second one begins
+// before that. Nobody asks of a parked axis.
+static bool is_awaited(uint8_t axis)
+{
+    return is_served(axis) || part.timers[axis].looked_at ||
+           step_engines[axis].state != STEP_ENGINE_PARKED;
+}
+
 static void start_or_stop(uint8_t axis)
 {
     part.timers[axis].running = has(registers_of(axis)->tccrb, CS10);
@@ -177,6 +206,22 @@ static void start_or_stop(uint8_t axis)
 #else
 static void count_overflow(void)
 {
+}
+
+static void note_cleared(uint8_t axis)
+{
+    (void)axis;
+}
+
+static void note_served(uint8_t axis)
+{
+    (void)axis;
+}
+
+static bool is_awaited(uint8_t axis)
+{
+    (void)axis;
+    return true;
 }
 
 static void start_or_stop(uint8_t axis)
@@ -209,8 +254,12 @@ void part_settle(void)
     case EFFECT_NONE:
         return;
     case EFFECT_FLAGS:
+        note_cleared(axis);
         registers->tifr = (uint8_t)(part.kept_flags & ~registers->tifr);
         part.kept_flags = 0;
+        return;
+    case EFFECT_MASK:
+        note_served(axis);
         return;
     case EFFECT_TOP:
         timer->buffer_top = registers->ocra;
@@ -253,6 +302,9 @@ static uint8_t effect_of_write(size_t place)
         [PLACE(ocrb)] = EFFECT_EDGE,
         [PLACE(ocrbl)] = EFFECT_EDGE_LOW,
         [PLACE(tccrb)] = EFFECT_CONTROL,
+#if CONFIG_AXES > 1
+        [PLACE(timsk)] = EFFECT_MASK,
+#endif
     };
 
     return effects[place];
@@ -310,14 +362,12 @@ static void make_edge(uint8_t axis)
 }
 
 // A period whose interrupt has not been served cannot end: config.h makes every interval longer
-// than all that can keep the interrupt waiting. A parked axis waits for no interrupt.
+// than all that can keep the interrupt waiting.
 static bool period_can_end(uint8_t axis)
 {
     const struct part_timer *timer = &part.timers[axis];
     const struct part_timer_registers *registers = registers_of(axis);
-    bool served =
-        CONFIG_AXES == 1 || (registers->timsk & (_BV(TOIE1) | _BV(OCIE1A))) != 0;
-    bool waits = served && has(registers->tifr, TOV1);
+    bool waits = is_awaited(axis) && has(registers->tifr, TOV1);
 
     return has(registers->tccrb, CS10) && !waits && !timer->in_command &&
            (!timer->in_fast || timer->top < LATE_TICKS);
@@ -353,8 +403,7 @@ static bool ends_unseen(uint8_t axis)
     const struct part_timer_registers *registers = registers_of(axis);
     uint8_t flags = (uint8_t)(_BV(TOV1) | _BV(OCF1A));
 
-    return (registers->timsk & (_BV(TOIE1) | _BV(OCIE1A))) == 0 &&
-           (registers->tifr & flags) == flags && !part.timers[axis].in_command &&
+    return !is_awaited(axis) && (registers->tifr & flags) == flags &&
            part.timers[axis].buffer_edge > part.timers[axis].buffer_top;
 }
 

@@ -47,6 +47,7 @@ struct part_timer {
     bool edge_waits; // a STEP edge that the handler may still prevent
 #if CONFIG_AXES > 1
     bool running;
+    bool looked_at;       // the main loop has cleared its flag, and will look at it
     uint32_t began_ticks; // the running period
 #endif
 };

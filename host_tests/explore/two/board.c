@@ -169,7 +169,6 @@ bool scene_refused_block(uint8_t axis)
 void scene_press(bool pressed)
 {
     if (part_estop_pressed() != pressed) {
-        judged.may_fault = judged.may_fault || pressed;
         part_happen(PART_PIN_CHANGES);
     }
 }

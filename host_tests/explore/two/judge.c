@@ -177,6 +177,7 @@ void judge_edge(uint8_t axis, uint32_t ticks, bool negative)
 // falls silent may bring one.
 static void judge_faults(void)
 {
+    judged.may_fault = judged.may_fault || part_estop_pressed();
     if (!board_stopped()) {
         return;
     }
