@@ -11,7 +11,6 @@
 #include "app/safety.h"
 #include "app/settings.h"
 #include "app/time_check.h"
-#include "app/token.h"
 #include "explore/judge.h"
 #include "explore/part.h"
 #include "explore/two/board.h"
@@ -29,14 +28,14 @@
 
 // Pixels of the lines.
 static const struct segment pixels_22[] = {{17, 1}, {3, 1}, {1, 1}, {-1, 1}};
-static const struct segment pixels_17[] = {{13, 1}, {-2, 1}, {2, 1}};
+static const struct segment pixels_18[] = {{13, 1}, {-2, 1}, {2, 1}, {-1, 1}};
 static const struct segment pixels_2[] = {{2, 1}};
 
 #define PLAN(pixels, steps) {(pixels), sizeof(pixels) / sizeof(pixels)[0], (steps)}
 static const struct line_plan plans[] = {
     [LINE_NONE] = {NULL, 0, 0},
     [LINE_OF_22] = PLAN(pixels_22, 22),
-    [LINE_OF_17] = PLAN(pixels_17, 17),
+    [LINE_OF_18] = PLAN(pixels_18, 18),
     [LINE_OF_2] = PLAN(pixels_2, 2),
 };
 
@@ -113,7 +112,7 @@ bool scene_arm(uint16_t mask, uint16_t token)
     struct judged was = judged;
 
     // The line may begin before the order has been answered.
-    judge_armed((uint8_t)mask);
+    judge_armed((uint8_t)mask, token != 0);
     if (order(COMMAND_ARM, mask, token, 0)) {
         return true;
     }
@@ -123,7 +122,17 @@ bool scene_arm(uint16_t mask, uint16_t token)
 
 bool scene_go(uint16_t token)
 {
-    return order(COMMAND_GO, 1, token, (uint16_t)(reference_number() + EDGES_AHEAD));
+    struct judged was = judged;
+    uint16_t edge = (uint16_t)(reference_number() + EDGES_AHEAD);
+
+    if (token == SCENE_TOKEN) {
+        judge_went();
+    }
+    if (order(COMMAND_GO, 1, token, edge)) {
+        return true;
+    }
+    judged = was;
+    return false;
 }
 
 static bool write_block(uint8_t axis, const struct segment *entries, uint8_t count)
@@ -204,6 +213,11 @@ bool two_finished(uint8_t axis)
     return state_of(axis) == AXIS_DONE;
 }
 
+bool two_loaded(uint8_t axis)
+{
+    return state_of(axis) == AXIS_LOADED;
+}
+
 bool two_empty(uint8_t axis)
 {
     return state_of(axis) == AXIS_EMPTY;
@@ -220,10 +234,7 @@ bool two_rests(uint8_t axis)
 {
     uint8_t state = state_of(axis);
 
-    if (lifecycle_armed(&axes_get(axis)->life)) {
-        return token_held();
-    }
-    return state != AXIS_RUNNING && state != AXIS_STOPPING &&
+    return !two_moving(axis) && state != AXIS_STOPPING &&
            !step_engine_going((enum step_engine_state)step_engines[axis].state);
 }
 

@@ -25,10 +25,23 @@ static void allow_at_most(uint8_t axis, uint8_t edges)
     }
 }
 
+static const struct judged_line no_line = {LINE_NONE, false};
+
+static bool has_line(const struct judged_axis *axis, uint8_t number)
+{
+    return axis->lines[number].kind != LINE_NONE;
+}
+
+// Of the line that is being made.
+static const struct line_plan *plan_of(const struct judged_axis *axis)
+{
+    return scene_plan(axis->lines[0].kind);
+}
+
 static void forget_lines(uint8_t axis)
 {
     for (uint8_t i = 0; i < JUDGE_LINES; i++) {
-        of(axis)->lines[i] = LINE_NONE;
+        of(axis)->lines[i] = no_line;
     }
     of(axis)->must_finish = false;
 }
@@ -37,17 +50,13 @@ void judge_queued(uint8_t axis, enum line_kind line, bool clocked)
 {
     uint8_t i = 0;
 
-    while (i < JUDGE_LINES - 1u && of(axis)->lines[i] != LINE_NONE) {
+    while (i < JUDGE_LINES - 1u && has_line(of(axis), i)) {
         i++;
     }
-    of(axis)->lines[i] = (uint8_t)line;
-    if (i == 0) {
-        of(axis)->clocked = clocked;
-        of(axis)->made = 0;
-    }
+    of(axis)->lines[i] = (struct judged_line){(uint8_t)line, clocked};
 }
 
-void judge_armed(uint8_t mask)
+void judge_armed(uint8_t mask, bool by_token)
 {
     judged.arms++;
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
@@ -57,7 +66,15 @@ void judge_armed(uint8_t mask)
             of(i)->arm_number = judged.arms;
             of(i)->edges_allowed = JUDGE_ANY_NUMBER;
             of(i)->must_finish = true;
+            of(i)->waits = by_token;
         }
+    }
+}
+
+void judge_went(void)
+{
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        of(i)->waits = false;
     }
 }
 
@@ -66,6 +83,7 @@ void judge_ended(uint8_t mask)
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         if ((mask & axis_bit(i)) != 0) {
             of(i)->must_finish = false;
+            of(i)->waits = false;
         }
     }
 }
@@ -104,12 +122,12 @@ static uint32_t ticks_of(const struct place *place)
 // The first line is made; the next one goes on where the first one ended.
 static void begin_next_line(struct judged_axis *axis)
 {
-    axis->zero_ticks += scene_plan(axis->lines[0])->count * PIXEL_TICKS;
+    axis->zero_ticks += plan_of(axis)->count * PIXEL_TICKS;
     axis->made = 0;
     for (uint8_t i = 1; i < JUDGE_LINES; i++) {
         axis->lines[i - 1u] = axis->lines[i];
     }
-    axis->lines[JUDGE_LINES - 1u] = LINE_NONE;
+    axis->lines[JUDGE_LINES - 1u] = no_line;
 }
 
 // A line that follows the clock begins on an edge of it, and with it all that were armed together.
@@ -117,7 +135,7 @@ static void judge_zero(uint8_t number)
 {
     const struct judged_axis *axis = of(number);
 
-    if (!axis->clocked) {
+    if (!axis->lines[0].clocked) {
         return;
     }
     uint32_t edge_ticks = part.clock_ticks - DELAY_TICKS;
@@ -126,7 +144,7 @@ static void judge_zero(uint8_t number)
     }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         const struct judged_axis *other = of(i);
-        if (other->arm_number == axis->arm_number && other->clocked &&
+        if (other->arm_number == axis->arm_number && other->lines[0].clocked &&
             other->zero_known && other->zero_ticks != axis->zero_ticks) {
             judge_broken(JUDGE_TOGETHER);
         }
@@ -137,13 +155,13 @@ static void judge_place(uint8_t number, uint32_t ticks, bool negative)
 {
     struct judged_axis *axis = of(number);
 
-    if (axis->lines[0] != LINE_NONE && axis->made == scene_plan(axis->lines[0])->steps) {
+    if (has_line(axis, 0) && axis->made == plan_of(axis)->steps) {
         begin_next_line(axis);
     }
-    if (axis->lines[0] == LINE_NONE) {
+    if (!has_line(axis, 0)) {
         judge_broken(JUDGE_RUNAWAY);
     }
-    struct place place = place_of(scene_plan(axis->lines[0]), axis->made);
+    struct place place = place_of(plan_of(axis), axis->made);
 
     if (negative != (place.of_steps < 0)) {
         judge_broken(JUDGE_DIRECTION);
@@ -167,7 +185,7 @@ void judge_edge(uint8_t axis, uint32_t ticks, bool negative)
     }
     if (of(axis)->edges_allowed != JUDGE_ANY_NUMBER) {
         of(axis)->edges_allowed--;
-    } else if (two_held(axis)) {
+    } else if (two_held(axis) || of(axis)->waits) {
         judge_broken(JUDGE_EARLY);
     }
     judge_place(axis, ticks, negative);
@@ -187,6 +205,7 @@ static void judge_faults(void)
     }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         of(i)->must_finish = false;
+        of(i)->waits = false;
     }
 }
 
@@ -211,17 +230,35 @@ void judge_access(const volatile void *address, uint32_t bytes, bool writes)
     }
 }
 
-// The axis says that it has made all its lines.
-static void judge_done(uint8_t number)
+static void judge_made(uint8_t number)
 {
     const struct judged_axis *axis = of(number);
 
-    if (axis->must_finish && (axis->made != scene_plan(axis->lines[0])->steps ||
-                              axis->lines[1] != LINE_NONE)) {
+    if (axis->must_finish && axis->made != plan_of(axis)->steps) {
+        judge_broken(JUDGE_UNFINISHED);
+    }
+    allow_at_most(number, 0);
+}
+
+// The axis says that it has made all its lines.
+static void judge_done(uint8_t number)
+{
+    judge_made(number);
+    if (of(number)->must_finish && has_line(of(number), 1)) {
         judge_broken(JUDGE_UNFINISHED);
     }
     forget_lines(number);
-    allow_at_most(number, 0);
+}
+
+// The axis waits to be armed: its last line was decoded as a whole before the next one came, which
+// does not follow by itself then.
+static void judge_loaded(uint8_t number)
+{
+    if (of(number)->must_finish) {
+        judge_made(number);
+        begin_next_line(of(number));
+        of(number)->must_finish = false;
+    }
 }
 
 void judge_between(void)
@@ -229,6 +266,9 @@ void judge_between(void)
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         if (two_finished(i)) {
             judge_done(i);
+        } else if (two_loaded(i)) {
+            judge_loaded(i);
+            allow_at_most(i, 1);
         } else if (!two_moving(i) || board_stopped()) {
             allow_at_most(i, 1);
         }
@@ -239,6 +279,11 @@ void judge_between(void)
     if (board_promise_broken()) {
         judge_broken(JUDGE_PROMISE);
     }
+}
+
+static bool rests(uint8_t axis)
+{
+    return two_rests(axis) || (two_moving(axis) && of(axis)->waits);
 }
 
 // Bring both axes to rest: each waits for its token, or does nothing any more.
@@ -253,7 +298,7 @@ static void come_to_rest(void)
         }
         board_idle();
         bool same = sum == of(0)->position + 1000 * of(1)->position;
-        quiet = same && two_rests(0) && two_rests(1) ? quiet + 1u : 0;
+        quiet = same && rests(0) && rests(1) ? quiet + 1u : 0;
     }
 }
 
@@ -268,7 +313,7 @@ void judge_rest(void)
             judge_broken(JUDGE_POSITION);
         }
         // What nothing has ended is done by now, unless it waits for its token.
-        if (of(i)->must_finish && !two_held(i)) {
+        if (of(i)->must_finish && !of(i)->waits) {
             judge_broken(JUDGE_UNFINISHED);
         }
     }

@@ -16,19 +16,24 @@
 enum line_kind {
     LINE_NONE,
     LINE_OF_22, // a train, a few single periods, an interval of several periods, a reversal
-    LINE_OF_17, // another rhythm, reversals inside
+    LINE_OF_18, // another rhythm, reversals inside, one together with the other line's
     LINE_OF_2,
+};
+
+struct judged_line {
+    uint8_t kind; // enum line_kind
+    bool clocked; // it waits for the clock
 };
 
 struct judged_axis {
     int32_t position; // edges made, signed
     uint32_t zero_ticks;
-    uint8_t lines[JUDGE_LINES]; // enum line_kind; the first one is being made
-    uint8_t made;               // edges of that one
+    struct judged_line lines[JUDGE_LINES]; // the first one is being made
+    uint8_t made;                          // edges of that one
     uint8_t edges_allowed;
     uint8_t arm_number; // which accepted `arm` it was
     bool zero_known;
-    bool clocked;     // the first line waits for the clock
+    bool waits;       // for `go` with its token
     bool must_finish; // armed, and nothing has happened that may end it
 };
 
@@ -44,5 +49,6 @@ extern struct judged judged;
 
 // What the host was told: orders that were accepted, for the axes of this mask; a line of an axis.
 void judge_queued(uint8_t axis, enum line_kind line, bool clocked);
-void judge_armed(uint8_t mask);
+void judge_armed(uint8_t mask, bool by_token);
+void judge_went(void); // `go` with the right token
 void judge_ended(uint8_t mask); // stopped, disarmed or discarded

@@ -16,7 +16,7 @@
 
 static bool load(uint16_t flags_0, uint16_t flags_1)
 {
-    return scene_line(0, LINE_OF_22, flags_0) && scene_line(1, LINE_OF_17, flags_1);
+    return scene_line(0, LINE_OF_22, flags_0) && scene_line(1, LINE_OF_18, flags_1);
 }
 
 static bool begin_free(void)
@@ -45,11 +45,16 @@ static bool known(void)
     return reference_present();
 }
 
-static bool begin_by_token(void)
+static bool begin_held(void)
 {
     scene_sync(SYNC_START);
     return scene_pass_until(known) && load(LINE_START_WAIT, LINE_START_WAIT) &&
-           scene_arm(BOTH, SCENE_TOKEN) && scene_go(SCENE_TOKEN);
+           scene_arm(BOTH, SCENE_TOKEN);
+}
+
+static bool begin_by_token(void)
+{
+    return begin_held() && scene_go(SCENE_TOKEN);
 }
 
 static bool lock(uint16_t flags_0, uint16_t flags_1)
@@ -91,7 +96,8 @@ static const struct run runs[] = {
     {"axis 0 runs", begin_one, 56},
     {"axis 1 runs", begin_other, 44},
     {"both begin on an edge", begin_clocked, 66},
-    {"both wait for a token", begin_by_token, 56},
+    {"both wait for their token", begin_held, 2},
+    {"both begin by a token", begin_by_token, 56},
     {"both locked", begin_locked, 62},
     {"axis 0 locked", begin_locked_beside, 66},
     {"axis 1 locked", begin_beside_locked, 63},
