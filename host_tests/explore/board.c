@@ -50,6 +50,7 @@ void board_round(void)
 
 void board_idle(void)
 {
+    part.points = 0;
     part_point();
     if (part_possible(PART_PERIOD_ENDS)) {
         part_happen(PART_PERIOD_ENDS);

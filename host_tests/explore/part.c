@@ -21,6 +21,10 @@
 // The most that passes with interrupts off, and in a handler that lets others in, ticks.
 #define NEAR_TICKS    8u
 #define HANDLER_TICKS 1000u
+// The most that passes in a piece of program between two timed events.
+#define PIECE_TICKS 8192u
+// A piece of program that passes so many points never ends.
+#define POINTS_MAX 20000u
 // How long before the next timed event a piece of program runs.
 #define BEFORE_TICKS 4u
 // Where nothing is timed, so much passes between two rounds.
@@ -430,8 +434,9 @@ static bool time_can_pass(void)
 {
     uint32_t ticks = until_next();
 
-    if (ticks == UINT32_MAX || (!part.interrupts_on && ticks > NEAR_TICKS) ||
-        (part.depth != 0 && ticks > HANDLER_TICKS)) {
+    uint32_t most = part.depth != 0 ? HANDLER_TICKS : PIECE_TICKS;
+
+    if (ticks > (part.interrupts_on ? most : NEAR_TICKS)) {
         return false;
     }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
@@ -480,13 +485,23 @@ static void next_timed(void)
     }
 }
 
-void part_pass_time(void)
+static void pass_up_to(uint32_t most)
 {
     uint32_t ticks = until_next();
 
-    if (ticks != UINT32_MAX && ticks > BEFORE_TICKS) {
+    if (ticks > BEFORE_TICKS && ticks <= most) {
         pass(ticks - BEFORE_TICKS);
     }
+}
+
+void part_pass_time(void)
+{
+    pass_up_to(PIECE_TICKS);
+}
+
+void part_pass_long_time(void)
+{
+    pass_up_to(UINT32_MAX - 1u);
 }
 
 void part_start_clock(uint32_t every_ticks)
@@ -647,6 +662,9 @@ void part_command_ends(uint8_t axis)
 static void look_around(const void *pc)
 {
     part.points++;
+    if (part.points == POINTS_MAX) {
+        judge_broken(JUDGE_ENDLESS);
+    }
     part.pc = pc;
     judge_look();
     program_point();

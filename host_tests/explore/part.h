@@ -4,10 +4,11 @@
 // where the search places it, at one of the points of a piece of program.
 //
 // With several axes time is counted in ticks, so that timers, pixel clock and coarse clock agree.
-// What is timed, the ends of periods and the edges of the pixel clock, happens in the order of
-// time; the search places the next of them. Between them time stands still, just behind the last
-// one until a piece of program is over and just before the next one from the beginning of the next
-// piece on. With interrupts off no more than NEAR_TICKS pass, in a handler HANDLER_TICKS (part.c).
+// What is timed, the ends of periods and the edges of the pixel clock, happens in the order of time,
+// and the search places the next of them. Between them time stands still: just before the next one
+// from the beginning of a piece of program on, just after it once it has happened. A piece waits no
+// longer than PIECE_TICKS for the next one, NEAR_TICKS with interrupts off and HANDLER_TICKS in a
+// handler (part.c).
 //
 // A point lies before every access of the firmware to an object that an interrupt handler uses too,
 // before interrupts are switched off, and behind every handler. Between two points nothing that the
@@ -97,8 +98,10 @@ bool part_permit_high(void);
 bool part_estop_pressed(void);
 
 #if CONFIG_AXES > 1
-// A piece of program begins: it may come as late as just before what is timed next.
+// A piece of program begins: just before what is timed next, if that comes within PIECE_TICKS.
 void part_pass_time(void);
+// The same whenever that comes.
+void part_pass_long_time(void);
 // The pixel clock: edges from here on, every so many ticks.
 void part_start_clock(uint32_t every_ticks);
 // SBI and CBI on GPIOR0 by assembly: one instruction each.

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """pixstep-explore finds what is planted: each defect below, under the name of the rule it breaks.
 
-    explore_plants.py COMPILER WORDS EXPLORER EXPLORED [PLANT...]
+    explore_plants.py COMPILER WORDS SEARCH FIRMWARE [PLANT...]
 
-WORDS is a file of compiler options, EXPLORER and EXPLORED the libraries of the explorer and of the
+WORDS is a file of compiler options, SEARCH and FIRMWARE the libraries of the explorer and of the
 firmware under it. A defect is planted in copies of the files that hold it; the sources named with
 it are compiled again and linked before the rest.
 """
@@ -250,18 +250,18 @@ def explore(defect: Plant, compiler: str, words: str, libraries: list[str]) -> s
         return found[1] if found and done.returncode == 1 else ""
 
 
-def main() -> None:
+def main(plants: tuple[Plant, ...], check: str) -> None:
     """Plant each defect, or those named."""
-    compiler, words, explorer, explored, *chosen = sys.argv[1:]
+    compiler, words, search, firmware, *chosen = sys.argv[1:]
     problems = []
-    defects = [defect for defect in PLANTS if not chosen or defect.about in chosen]
+    defects = [defect for defect in plants if not chosen or defect.about in chosen]
     for defect in defects:
-        found = explore(defect, compiler, words, [explorer, explored])
+        found = explore(defect, compiler, words, [search, firmware])
         print(f"{defect.about}: {found or 'not found'}", flush=True)
         if not found.startswith(defect.rule) or not found:
             problems.append(f"{defect.about}: {defect.rule!r} is expected")
-    finish("explore.plants", f"{len(defects)} defects planted", problems)
+    finish(check, f"{len(defects)} defects planted", problems)
 
 
 if __name__ == "__main__":
-    main()
+    main(PLANTS, "explore.plants")

@@ -77,6 +77,7 @@ void board_round(void)
 
 void board_idle(void)
 {
+    part.points = 0;
     part_point();
     part_happen(PART_PERIOD_ENDS);
     part_point();

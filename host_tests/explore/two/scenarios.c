@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The situations from which the search begins: every moment of a few runs of two axes. A moment
-// lies behind each timed event, and a round of the main loop behind it.
+// The situations from which the search begins: every moment of a few runs of two axes, one before
+// each timed event.
 #include <stdio.h>
 
 #include "app/reference.h"
@@ -152,5 +152,8 @@ bool board_prepare(uint16_t scenario)
     for (; moment != 0; moment--) {
         board_idle();
     }
+    part_pass_long_time();
+    board_round();
+    judge_between();
     return true;
 }
