@@ -16,6 +16,7 @@
 #define JUDGE_ESTOP    "the emergency stop went unheard"
 #define JUDGE_SCENARIO "the scenario does not come"
 #define JUDGE_WIDE     "a shared word is accessed with interrupts on"
+#define JUDGE_DIVIDES  "the program divides by zero"
 #define JUDGE_ENDLESS  "the program does not come to an end"
 // Where there are several axes.
 #define JUDGE_TICK       "an edge is not at its tick"

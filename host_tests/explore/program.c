@@ -2,6 +2,7 @@
 #include "explore/program.h"
 
 #include <setjmp.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -83,8 +84,18 @@ static void segment_pieces(void)
     }
 }
 
+// The AVR goes on with a wrong quotient; here the run is over.
+static void divided_by_zero(int number)
+{
+    (void)number;
+    judge_broken(JUDGE_DIVIDES);
+}
+
 void program_open(void)
 {
+    struct sigaction action = {.sa_handler = divided_by_zero, .sa_flags = SA_NODEFER};
+
+    (void)sigaction(SIGFPE, &action, NULL);
     ucontext_t program;
     ucontext_t here;
 

@@ -233,16 +233,24 @@ def plant(defect: Plant, folder: Path) -> list[str]:
     return sources
 
 
-def explore(defect: Plant, compiler: str, words: str, libraries: list[str]) -> str:
-    """Build the explorer with a defect and run it; return what was found first."""
-    with tempfile.TemporaryDirectory(prefix="pixstep-") as name:
-        folder = Path(name)
-        sources = plant(defect, folder)
-        before = [f"-I{folder / part}" for part in ("firmware", "firmware/core")]
-        program = str(folder / "explore")
-        group = ["-Wl,--start-group", *libraries, "-Wl,--end-group"]
-        command = [compiler, *before, f"@{words}", *sources, *group, "-no-pie", "-o", program]
+def build(defect: Plant, folder: Path, compiler: str, words: str, libraries: list[str]) -> Path:
+    """Build the explorer with a defect, in a folder of its own."""
+    before = [f"-I{folder / part}" for part in ("firmware", "firmware/core")]
+    objects = []
+    for source in plant(defect, folder):
+        objects.append(str(folder / f"{len(objects)}.o"))
+        command = [compiler, *before, f"@{words}", "-c", source, "-o", objects[-1]]
         subprocess.run(command, check=True)
+    program = folder / "explore"
+    group = ["-Wl,--start-group", *libraries, "-Wl,--end-group"]
+    subprocess.run([compiler, *objects, *group, "-no-pie", "-o", str(program)], check=True)
+    return program
+
+
+def explore(defect: Plant, compiler: str, words: str, libraries: list[str]) -> str:
+    """Run the explorer with a defect; return what was found first."""
+    with tempfile.TemporaryDirectory(prefix="pixstep-") as name:
+        program = build(defect, Path(name), compiler, words, libraries)
         done = subprocess.run(
             [program, "--first", *defect.limits], capture_output=True, text=True, check=False
         )

@@ -25,7 +25,7 @@ ENDLESS = "the program does not come to an end"
 EARLY = "an edge before the release"
 
 # Of the searches that the tests run.
-ONE = ("--actions", "1", "--periods", "1", "--every", "3")
+ONE = ("--actions", "1", "--periods", "1")
 PINS_TOO = (*ONE, "--pins", "1")
 
 PLANTS = (
@@ -45,7 +45,7 @@ PLANTS = (
         "an emergency stop that halts the first axis only",
         RUNAWAY,
         (Change(ESTOP, "        step_timer_halt(i);", "        step_timer_halt(0);"),),
-        limits=PINS_TOO,
+        limits=(*PINS_TOO, "--from", "both run, moment 10"),
     ),
     Plant(
         "a settled axis that empties the other one's ring",
@@ -145,7 +145,7 @@ PLANTS = (
     ),
     Plant(
         "a command that puts the other axis's mask back",
-        HANGS,
+        FAULT,
         (
             Change(
                 STEP_ISR,

@@ -16,7 +16,7 @@
 
 static bool load(uint16_t flags_0, uint16_t flags_1)
 {
-    return scene_line(0, LINE_OF_22, flags_0) && scene_line(1, LINE_OF_18, flags_1);
+    return scene_line(0, LINE_OF_22, flags_0) && scene_line(1, LINE_OF_24, flags_1);
 }
 
 static bool begin_free(void)
@@ -92,15 +92,15 @@ struct run {
 
 static const struct run runs[] = {
     {"loaded", begin_idle, 2},
-    {"both run", begin_free, 58},
-    {"axis 0 runs", begin_one, 56},
-    {"axis 1 runs", begin_other, 44},
-    {"both begin on an edge", begin_clocked, 66},
+    {"both run", begin_free, 64},
+    {"axis 0 runs", begin_one, 58},
+    {"axis 1 runs", begin_other, 50},
+    {"both begin on an edge", begin_clocked, 72},
     {"both wait for their token", begin_held, 2},
-    {"both begin by a token", begin_by_token, 56},
-    {"both locked", begin_locked, 62},
-    {"axis 0 locked", begin_locked_beside, 66},
-    {"axis 1 locked", begin_beside_locked, 63},
+    {"both begin by a token", begin_by_token, 62},
+    {"both locked", begin_locked, 68},
+    {"axis 0 locked", begin_locked_beside, 72},
+    {"axis 1 locked", begin_beside_locked, 69},
 };
 
 #define RUNS (sizeof runs / sizeof runs[0])
