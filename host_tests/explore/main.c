@@ -17,7 +17,8 @@ static int misuse(void)
         "SCENARIO]\n"
         "                       [--every N] [--first]\n"
         "  N actions in a sequence, N ends of periods and N changes of the emergency\n"
-        "  stop's pin placed in it; --every: each N-th situation; --first: only up to the\n"
+        "  stop's pin placed in it; --every: each N-th situation; --first: only up to "
+        "the\n"
         "  first rule that is broken\n",
         stderr);
     return 2;
@@ -69,6 +70,8 @@ static const struct search_limits usual[] = {
 #if CONFIG_AXES > 1
     {.actions = 1, .periods = 1, .pins = 0},
     {.actions = 1, .periods = 2, .pins = 0},
+    {.actions = 2, .periods = 1, .pins = 0},
+    {.actions = 1, .periods = 1, .pins = 1},
 #else
     {.actions = 3, .periods = 1, .pins = 0},
     {.actions = 2, .periods = 1, .pins = 1},

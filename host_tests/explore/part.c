@@ -81,10 +81,9 @@ bool part_permit_high(void)
 #undef WANT_PERMIT
 }
 
-#define WANT_ESTOP              BOARD_WANTED
+#define WANT_ESTOP               BOARD_WANTED
 #define ESTOP_PRESSED(port, bit) return !has(PIN##port, bit);
-bool part_estop_pressed(void)
-{
+bool part_estop_pressed(void){
 #define BOARD_PIN(signal, number, port, bit, header_pin)                                 \
     BOARD_KEEP(WANT_##signal)(ESTOP_PRESSED(port, bit))
 #include BOARD_FILE
@@ -92,8 +91,7 @@ bool part_estop_pressed(void)
 
 // The pin at which estop.c looks.
 #define ESTOP_REGISTER(port, bit) return &PIN##port;
-static volatile uint8_t *estop_register(void)
-{
+static volatile uint8_t *estop_register(void){
 #define BOARD_PIN(signal, number, port, bit, header_pin)                                 \
     BOARD_KEEP(WANT_##signal)(ESTOP_REGISTER(port, bit))
 #include BOARD_FILE
@@ -164,7 +162,8 @@ static void show_time(void)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         if (part.timers[i].running) {
-            registers_of(i)->tcnt = (uint16_t)(part.now_ticks - part.timers[i].began_ticks);
+            registers_of(i)->tcnt =
+                (uint16_t)(part.now_ticks - part.timers[i].began_ticks);
         }
     }
     TCNT0 = (uint8_t)(part.now_ticks / CLOCK_UNIT_TICKS);

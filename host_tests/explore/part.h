@@ -61,9 +61,9 @@ struct part_state {
     uint8_t effect;      // side effect of the last access, due before anything else
     uint8_t effect_axis; // of which timer
     uint8_t kept_flags;  // TIFRn before that access
-    bool looking;       // the last access was a look at the emergency stop's pin
-    uint16_t points;    // passed in this piece of program
-    const void *pc;     // of the program at the last one
+    bool looking;        // the last access was a look at the emergency stop's pin
+    uint16_t points;     // passed in this piece of program
+    const void *pc;      // of the program at the last one
 #if CONFIG_AXES > 1
     uint32_t now_ticks;
     uint32_t clock_ticks; // when the pixel clock's next edge is captured

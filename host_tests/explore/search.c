@@ -21,7 +21,7 @@ struct search {
     struct state power_on;
     const struct state *from; // the current state
     struct step last;         // the step taken from there
-    uint16_t scenario;         // read by functions that program_call() calls
+    uint16_t scenario;        // read by functions that program_call() calls
 };
 
 // The search's data are not part of the program's memory.

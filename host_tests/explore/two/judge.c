@@ -113,8 +113,7 @@ static struct place place_of(const struct line_plan *plan, uint8_t made)
 // Step j of n in a pixel of T ticks falls at ceil(j * T / n).
 static uint32_t ticks_of(const struct place *place)
 {
-    uint32_t steps =
-        (uint32_t)(place->of_steps < 0 ? -place->of_steps : place->of_steps);
+    uint32_t steps = (uint32_t)(place->of_steps < 0 ? -place->of_steps : place->of_steps);
 
     return place->pixel * PIXEL_TICKS + (place->step * PIXEL_TICKS + steps - 1u) / steps;
 }

@@ -50,5 +50,5 @@ extern struct judged judged;
 // What the host was told: orders that were accepted, for the axes of this mask; a line of an axis.
 void judge_queued(uint8_t axis, enum line_kind line, bool clocked);
 void judge_armed(uint8_t mask, bool by_token);
-void judge_went(void); // `go` with the right token
+void judge_went(void);          // `go` with the right token
 void judge_ended(uint8_t mask); // stopped, disarmed or discarded
