@@ -150,9 +150,9 @@ bool board_estop_recorded(void)
     return (faults_record()->mask & 1uL << FAULT_estop) != 0;
 }
 
-bool board_excused(const volatile void *address, bool writes)
+bool board_excused(const struct part_access *access)
 {
-    (void)writes;
+    const volatile void *address = access->address;
     const volatile uint8_t *trains =
         (const volatile uint8_t *)&step_engines[0] + offsetof(struct step_engine, trains);
     const volatile uint8_t *byte = address;

@@ -6,6 +6,8 @@
 #include <stdint.h>
 #include <stdio.h>
 
+struct part_access;
+
 void board_open(void); // once, before anything is saved
 void board_power_on(void);
 
@@ -33,7 +35,7 @@ bool board_halted(void);   // the engine loads no periods of a line any more
 bool board_promise_broken(void);
 bool board_estop_recorded(void);
 // A word that may be accessed with interrupts on.
-bool board_excused(const volatile void *address, bool writes);
+bool board_excused(const struct part_access *access);
 int32_t board_position(void);
 
 // Clear, discard, run a line of two steps to its end. False when something of that is refused or

@@ -49,9 +49,9 @@ void judge_look(void)
 // An AVR accesses words in two halves, so that shared words must be accessed with interrupts off.
 // Exceptions are words of which the reader takes the low byte only, and words that the protocol of
 // the pulse trains keeps apart.
-void judge_access(const volatile void *address, uint32_t bytes, bool writes)
+void judge_access(const struct part_access *access)
 {
-    if (bytes > 1 && part.interrupts_on && !board_excused(address, writes)) {
+    if (access->bytes > 1 && part.interrupts_on && !board_excused(access)) {
         judge_broken(JUDGE_WIDE);
     }
 }

@@ -5,6 +5,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+struct part_access;
+
 // Each name is what a run is reported under.
 #define JUDGE_RUNAWAY  "runaway: an edge after the last one allowed"
 #define JUDGE_EARLY    "an edge before the release"
@@ -34,6 +36,6 @@ void judge_unshared(const volatile void *address);
 
 void judge_edge(uint8_t axis, uint32_t ticks, bool negative);
 void judge_look(void); // at every point
-void judge_access(const volatile void *address, uint32_t bytes, bool writes);
+void judge_access(const struct part_access *access);
 void judge_between(void); // the main loop is between two pieces of its program
 void judge_rest(void);    // bring the axis to rest; then it must be usable

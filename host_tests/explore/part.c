@@ -746,7 +746,7 @@ static void touched(void *address, uint32_t bytes, bool writes, const void *pc)
         }
         return;
     }
-    judge_access(address, bytes, writes);
+    judge_access(&(struct part_access){address, pc, bytes, writes});
     if (!same_look(address) && !same_bit(address, writes)) {
         point_at(pc);
     }

@@ -73,6 +73,14 @@ struct part_state {
 
 extern struct part_state part;
 
+// An access of the firmware to memory, and where in the program.
+struct part_access {
+    const volatile void *address;
+    const void *pc;
+    uint32_t bytes;
+    bool writes;
+};
+
 // The judge asks the firmware: nothing of that is a point. Not part of the state.
 extern bool *part_reception_off;
 

@@ -22,6 +22,7 @@ FAULT = "a fault that nothing gave cause for"
 UNFINISHED = "a line that nothing stopped is not made to its end"
 HANGS = "an axis does not come to rest"
 ENDLESS = "the program does not come to an end"
+WIDE = "a shared word is accessed with interrupts on"
 EARLY = "an edge before the release"
 
 # Of the searches that the tests run.
@@ -108,7 +109,7 @@ PLANTS = (
     ),
     Plant(
         "a sample that interrupts may come into",
-        FAULT,
+        WIDE,
         (
             Change(
                 ISR_H,

@@ -18,6 +18,7 @@
 #include "hal/avr/capture_queue.h"
 #include "hal/estop.h"
 #include "hal/pins.h"
+#include "hal/step_timer.h" // step_timer_heartbeat
 #include "wire/bytes.h"
 #include "wire/register_map.h"
 #include "wire/server_data.h"
@@ -265,27 +266,35 @@ static bool is_within(const volatile void *address, const volatile void *of, siz
     return (uintptr_t)address - (uintptr_t)of < bytes;
 }
 
+// The accesses of a function lie so close behind its address.
+#define FUNCTION_BYTES 128u
+
+static bool is_heartbeat(const void *pc)
+{
+    return (uintptr_t)pc - (uintptr_t)&step_timer_heartbeat < FUNCTION_BYTES;
+}
+
 // Words that a protocol keeps apart: the trains that no entry of the ring refers to; what a captured
-// edge is noted in, before `head` says so and behind it (the handler writes bytes); idle periods.
-// The main loop takes the low byte of their count, or reads and writes it while no interrupt serves
-// the axis; a command's handler counts with interrupts off.
-static bool is_excused(uint8_t axis, const volatile void *address, bool writes)
+// edge is noted in, before `head` says so and behind it (the handler writes bytes); the count of
+// idle periods while no interrupt serves the axis. The heartbeat is the low byte of that count.
+static bool is_excused(uint8_t axis, const struct part_access *access)
 {
     struct step_engine *engine = &step_engines[axis];
     bool served = (part_registers.timers[axis].timsk & (_BV(TOIE1) | _BV(OCIE1A))) != 0;
 
-    if (address == &engine->idle_count) {
-        return !writes || !served;
+    if (access->address == &engine->idle_count) {
+        return !served || is_heartbeat(access->pc);
     }
-    return is_within(address, engine->trains, sizeof engine->trains);
+    return is_within(access->address, engine->trains, sizeof engine->trains);
 }
 
-bool board_excused(const volatile void *address, bool writes)
+bool board_excused(const struct part_access *access)
 {
-    bool excused = is_within(address, &pixel_clock_edges, sizeof pixel_clock_edges);
+    bool excused =
+        is_within(access->address, &pixel_clock_edges, sizeof pixel_clock_edges);
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        excused = excused || is_excused(i, address, writes);
+        excused = excused || is_excused(i, access);
     }
     return excused;
 }

@@ -222,9 +222,9 @@ void judge_look(void)
     }
 }
 
-void judge_access(const volatile void *address, uint32_t bytes, bool writes)
+void judge_access(const struct part_access *access)
 {
-    if (bytes > 1 && part.interrupts_on && !board_excused(address, writes)) {
+    if (access->bytes > 1 && part.interrupts_on && !board_excused(access)) {
         judge_broken(JUDGE_WIDE);
     }
 }
