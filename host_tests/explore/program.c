@@ -91,6 +91,17 @@ static void divided_by_zero(int number)
     judge_broken(JUDGE_DIVIDES);
 }
 
+// What breaks a rule before anything is explored ends the program.
+static void power_on(void)
+{
+    if (_setjmp(host->out) == 0) {
+        board_power_on();
+        return;
+    }
+    (void)printf("broken: %s\nwhile the board starts\n", host->broken);
+    exit(1);
+}
+
 void program_open(void)
 {
     struct sigaction action = {.sa_handler = divided_by_zero, .sa_flags = SA_NODEFER};
@@ -103,7 +114,7 @@ void program_open(void)
     memset(host, 0, sizeof *host);
     board_open();
     part_open();
-    board_power_on();
+    power_on();
     (void)getcontext(&program);
     program.uc_stack.ss_sp = host->stack;
     program.uc_stack.ss_size = STACK_BYTES;
