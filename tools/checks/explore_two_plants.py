@@ -34,13 +34,13 @@ PLANTS = (
         "a halt that halts every axis",
         FAULT,
         (Change(TIMER, "if (CONFIG_AXES == 1 || which == (axis)) {", "if (true) {"),),
-        limits=ONE,
+        limits=(*ONE, "--from", "both run, moment 10"),
     ),
     Plant(
         "a stop that halts the other axis",
         FAULT,
         (Change(AXES, "    step_timer_halt(i);\n}", "    step_timer_halt(i ^ 1u);\n}"),),
-        limits=ONE,
+        limits=(*ONE, "--from", "both run, moment 10"),
     ),
     Plant(
         "an emergency stop that halts the first axis only",
@@ -58,7 +58,7 @@ PLANTS = (
                 "&step_engines[CONFIG_INDEX(axis)], &step_rings[axis ^ 1u], slot)",
             ),
         ),
-        limits=ONE,
+        limits=(*ONE, "--from", "both run, moment 8"),
     ),
     Plant(
         "one base for the idle periods of both parked axes",
@@ -70,7 +70,7 @@ PLANTS = (
                 "    parked_bases[0] = parked_bases[1] = parked_base(",
             ),
         ),
-        limits=ONE,
+        limits=(*ONE, "--from", "loaded, moment 0"),
     ),
     Plant(
         "one count of idle periods for both axes",
@@ -82,13 +82,7 @@ PLANTS = (
                 "step_engines[0].idle_count == idle_count) {",
             ),
         ),
-        limits=ONE,
-    ),
-    Plant(
-        "a count of rounds that is never begun again for the next axis",
-        POSITION,
-        (Change(AXES, "    waited = 0;\n    return true;", "    return true;"),),
-        limits=ONE,
+        limits=(*ONE, "--from", "loaded, moment 0"),
     ),
     Plant(
         "directions of both axes written to one port with interrupts on",
@@ -105,7 +99,7 @@ PLANTS = (
                 "    {\n        write_direction(",
             ),
         ),
-        limits=ONE,
+        limits=("--actions", "1", "--periods", "2", "--from", "both run, moment 56"),
     ),
     Plant(
         "a sample that interrupts may come into",
@@ -118,7 +112,7 @@ PLANTS = (
             ),
         ),
         (TIMER,),
-        limits=ONE,
+        limits=(*ONE, "--from", "loaded, moment 0"),
     ),
     Plant(
         "a read of the counter that leaves TEMP overwritten",
@@ -130,7 +124,7 @@ PLANTS = (
                 "counter = TCNT##timer;",
             ),
         ),
-        limits=ONE,
+        limits=(*ONE, "--from", "loaded, moment 0"),
     ),
     Plant(
         "a capture that leaves TEMP overwritten",
@@ -142,7 +136,7 @@ PLANTS = (
                 "ticks = TIMER.icr;",
             ),
         ),
-        limits=ONE,
+        limits=(*ONE, "--from", "axis 0 locked, armed late, moment 0"),
     ),
     Plant(
         "a command that puts the other axis's mask back",
@@ -154,7 +148,7 @@ PLANTS = (
                 "    part_registers.timers[isr->axis ^ 1u].timsk = mask;",
             ),
         ),
-        limits=ONE,
+        limits=(*ONE, "--from", "loaded, moment 0"),
     ),
     Plant(
         "a parked axis that forgets that it was halted",
@@ -168,7 +162,7 @@ PLANTS = (
                 "    step_unpark(axis);\n    return true;",
             ),
         ),
-        limits=PINS_TOO,
+        limits=(*PINS_TOO, "--from", "loaded, moment 0"),
     ),
     Plant(
         "a token that the stop of any axis takes away",
@@ -180,7 +174,7 @@ PLANTS = (
                 "if (true) {",
             ),
         ),
-        limits=ONE,
+        limits=(*ONE, "--from", "both wait for their token, moment 0"),
     ),
     Plant(
         "an axis that begins an edge of the clock after the other one",
@@ -192,7 +186,7 @@ PLANTS = (
                 "            axis_place(axis, zero + i * reference_period()->whole_ticks);",
             ),
         ),
-        limits=ONE,
+        limits=(*ONE, "--from", "both begin on an edge, moment 0"),
     ),
     Plant(
         "an axis that is placed by one tick beside the clock",
@@ -204,7 +198,7 @@ PLANTS = (
                 "            axis_place(axis, zero + i);",
             ),
         ),
-        limits=ONE,
+        limits=(*ONE, "--from", "both begin on an edge, moment 0"),
     ),
     Plant(
         "a started line that is taken for a locked one beside it",
@@ -216,7 +210,7 @@ PLANTS = (
                 "    if (lock_grid_now()->locks) {",
             ),
         ),
-        limits=ONE,
+        limits=(*ONE, "--from", "axis 0 locked, moment 0"),
     ),
     Plant(
         "a stop that drops the permit late",
@@ -230,14 +224,14 @@ PLANTS = (
                 "        permit_set(i == 0 && permit_is_on());\n    }",
             ),
         ),
-        limits=("--actions", "2", "--periods", "1"),
+        limits=("--actions", "2", "--periods", "1", "--from", "loaded, moment 0"),
     ),
     Plant(
         "a halt that leaves the rest of a train to be made",
         POSITION,
         (Change(ENGINE_H, "engine->cut = left;\n        engine->left = 0;", ""),),
         (TIMER,),
-        limits=ONE,
+        limits=(*ONE, "--from", "both run, moment 20"),
     ),
 )
 
