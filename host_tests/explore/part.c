@@ -25,8 +25,6 @@
 #define PIECE_TICKS 8192u
 // A piece of program that passes so many points never ends.
 #define POINTS_MAX 20000u
-// How long before the next timed event a piece of program runs.
-#define BEFORE_TICKS 4u
 // Where nothing is timed, so much passes between two rounds.
 #define NOTHING_TICKS 4096u
 // Timers are started by stores that follow each other so closely.
@@ -484,23 +482,20 @@ static void next_timed(void)
     }
 }
 
-static void pass_up_to(uint32_t most)
+void part_pass_time(void)
 {
-    uint32_t ticks = until_next();
-
-    if (ticks > BEFORE_TICKS && ticks <= most) {
-        pass(ticks - BEFORE_TICKS);
+    if (until_next() <= PIECE_TICKS) {
+        part_pass_long_time(PART_BEFORE_TICKS);
     }
 }
 
-void part_pass_time(void)
+void part_pass_long_time(uint32_t before_ticks)
 {
-    pass_up_to(PIECE_TICKS);
-}
+    uint32_t ticks = until_next();
 
-void part_pass_long_time(void)
-{
-    pass_up_to(UINT32_MAX - 1u);
+    if (ticks > before_ticks && ticks != UINT32_MAX) {
+        pass(ticks - before_ticks);
+    }
 }
 
 void part_start_clock(uint32_t every_ticks)

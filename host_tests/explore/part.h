@@ -108,8 +108,9 @@ bool part_estop_pressed(void);
 #if CONFIG_AXES > 1
 // A piece of program begins: just before what is timed next, if that comes within PIECE_TICKS.
 void part_pass_time(void);
-// The same whenever that comes.
-void part_pass_long_time(void);
+// So long before what is timed next, whenever that comes.
+void part_pass_long_time(uint32_t before_ticks);
+#define PART_BEFORE_TICKS 4u
 // The pixel clock: edges from here on, every so many ticks.
 void part_start_clock(uint32_t every_ticks);
 // SBI and CBI on GPIOR0 by assembly: one instruction each.

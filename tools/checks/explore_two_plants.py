@@ -4,14 +4,13 @@
 explore_two_plants.py COMPILER WORDS SEARCH FIRMWARE [PLANT...], as explore_plants.py.
 """
 
-from explore_plants import AXES, ENGINE_H, ESTOP, PERMIT, POSITION, RUNAWAY, TIMER, Change, Plant
+from explore_plants import AXES, ENGINE_H, ESTOP, PERMIT, RUNAWAY, TIMER, Change, Plant
 from explore_plants import main as plant_all
 
 ISR_H = "firmware/hal/avr/step_isr.h"
 PARKED = "firmware/hal/avr/step_parked.c"
 PINS = "firmware/hal/avr/pins.c"
 START = "firmware/app/start.c"
-AXIS = "firmware/core/motion/axis.c"
 STEP_ISR = "host_tests/explore/two/step_isr.c"
 CAPTURE_ISR = "host_tests/explore/two/capture_isr.c"
 
@@ -19,8 +18,6 @@ TICK = "an edge is not at its tick"
 DIRECTION = "an edge in the wrong direction"
 TOGETHER = "axes do not begin on one edge of the clock"
 FAULT = "a fault that nothing gave cause for"
-UNFINISHED = "a line that nothing stopped is not made to its end"
-HANGS = "an axis does not come to rest"
 ENDLESS = "the program does not come to an end"
 WIDE = "a shared word is accessed with interrupts on"
 EARLY = "an edge before the release"
@@ -151,20 +148,6 @@ PLANTS = (
         limits=(*ONE, "--from", "loaded, moment 0"),
     ),
     Plant(
-        "a parked axis that forgets that it was halted",
-        FAULT,
-        (
-            Change(
-                TIMER,
-                "    if (step_engines[axis].stop) {\n        return false;\n    }\n"
-                "    step_unpark(axis);\n    if (step_engines[axis].stop) {\n"
-                "        step_timer_halt(axis);\n    }\n    return !step_engines[axis].stop;",
-                "    step_unpark(axis);\n    return true;",
-            ),
-        ),
-        limits=(*PINS_TOO, "--from", "loaded, moment 0"),
-    ),
-    Plant(
         "a token that the stop of any axis takes away",
         EARLY,
         (
@@ -201,18 +184,6 @@ PLANTS = (
         limits=(*ONE, "--from", "both begin on an edge, moment 0"),
     ),
     Plant(
-        "a started line that is taken for a locked one beside it",
-        TICK,
-        (
-            Change(
-                AXIS,
-                "    if (clocked && lock_grid_now()->locks) {",
-                "    if (lock_grid_now()->locks) {",
-            ),
-        ),
-        limits=(*ONE, "--from", "axis 0 locked, moment 0"),
-    ),
-    Plant(
         "a stop that drops the permit late",
         PERMIT,
         (
@@ -228,7 +199,7 @@ PLANTS = (
     ),
     Plant(
         "a halt that leaves the rest of a train to be made",
-        POSITION,
+        FAULT,
         (Change(ENGINE_H, "engine->cut = left;\n        engine->left = 0;", ""),),
         (TIMER,),
         limits=(*ONE, "--from", "both run, moment 20"),

@@ -30,6 +30,7 @@
 // Pixels of the lines.
 static const struct segment pixels_22[] = {{17, 1}, {3, 1}, {1, 1}, {-1, 1}};
 static const struct segment pixels_24[] = {{19, 1}, {-2, 1}, {2, 1}, {-1, 1}};
+static const struct segment pixels_50[] = {{24, 1}, {24, 1}, {2, 1}};
 static const struct segment pixels_2[] = {{2, 1}};
 
 #define PLAN(pixels, steps) {(pixels), sizeof(pixels) / sizeof(pixels)[0], (steps)}
@@ -37,6 +38,7 @@ static const struct line_plan plans[] = {
     [LINE_NONE] = {NULL, 0, 0},
     [LINE_OF_22] = PLAN(pixels_22, 22),
     [LINE_OF_24] = PLAN(pixels_24, 24),
+    [LINE_OF_50] = PLAN(pixels_50, 50),
     [LINE_OF_2] = PLAN(pixels_2, 2),
 };
 

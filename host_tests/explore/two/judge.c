@@ -282,7 +282,7 @@ void judge_between(void)
 
 static bool rests(uint8_t axis)
 {
-    return two_rests(axis) || (two_moving(axis) && of(axis)->waits);
+    return two_rests(axis) || (two_held(axis) && of(axis)->waits);
 }
 
 // Bring both axes to rest: each waits for its token, or does nothing any more.

@@ -17,6 +17,7 @@ enum line_kind {
     LINE_NONE,
     LINE_OF_22, // a train, a few single periods, an interval of several periods, a reversal
     LINE_OF_24, // another rhythm, reversals inside, one together with the other line's
+    LINE_OF_50, // a train as long as some pixels
     LINE_OF_2,
 };
 

@@ -83,10 +83,11 @@ static bool begin_beside_locked(void)
 static bool begin_late(void)
 {
     scene_sync(SYNC_LOCK);
-    if (!scene_pass_until(reference_settled) || !load(LINE_START_WAIT, 0)) {
+    if (!scene_pass_until(reference_settled) ||
+        !scene_line(0, LINE_OF_22, LINE_START_WAIT) || !scene_line(1, LINE_OF_50, 0)) {
         return false;
     }
-    part_pass_long_time();
+    part_pass_long_time(PIXEL_TICKS / 2u);
     board_round();
     return scene_arm(BOTH, 0);
 }
@@ -113,7 +114,7 @@ static const struct run runs[] = {
     {"both locked", begin_locked, 68},
     {"axis 0 locked", begin_locked_beside, 72},
     {"axis 1 locked", begin_beside_locked, 69},
-    {"axis 0 locked, armed late", begin_late, 72},
+    {"axis 0 locked, armed late", begin_late, 90},
 };
 
 #define RUNS (sizeof runs / sizeof runs[0])
@@ -165,7 +166,7 @@ bool board_prepare(uint16_t scenario)
     for (; moment != 0; moment--) {
         board_idle();
     }
-    part_pass_long_time();
+    part_pass_long_time(PART_BEFORE_TICKS);
     board_round();
     judge_between();
     return true;
