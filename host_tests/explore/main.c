@@ -65,10 +65,10 @@ struct options {
     bool to_the_first;           // end at the first way that breaks a rule
 };
 
-// What the tests search: tens of seconds of one axis, some minutes of two. every: of the situations.
+// What the long tests search: tens of seconds of one axis, some minutes of two.
 struct usual {
     struct search_limits limits;
-    uint16_t every;
+    uint16_t every; // of the situations
 };
 
 static const struct usual usual[] = {

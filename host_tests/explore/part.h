@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-// The part under the firmware, as far as the step engine can tell: registers, a 16-bit timer in mode
-// 15 for each axis, interrupts. With one axis time is not counted: what the timer does next happens
-// where the search places it, at one of the points of a piece of program.
+// The part under the firmware, as far as the step engine can tell: registers, a 16-bit timer in
+// mode 15 for each axis, interrupts. With one axis time is not counted: what the timer does next
+// happens where the search places it, at one of the points of a piece of program.
 //
 // With several axes time is counted in ticks, so that timers, pixel clock and coarse clock agree.
-// What is timed, the ends of periods and the edges of the pixel clock, happens in the order of time,
-// and the search places the next of them. Between them time stands still: just before the next one
-// from the beginning of a piece of program on, just after it once it has happened. A piece waits no
-// longer than PIECE_TICKS for the next one, NEAR_TICKS with interrupts off and HANDLER_TICKS in a
-// handler (part.c).
+// What is timed, the ends of periods and the edges of the pixel clock, happens in the order of
+// time, and the search places the next of them. Between them time stands still: just before the
+// next one from the beginning of a piece of program on, just after it once it has happened. A piece
+// waits no longer than PIECE_TICKS for the next one, NEAR_TICKS with interrupts off and
+// HANDLER_TICKS in a handler (part.c).
 //
 // A point lies before every access of the firmware to an object that an interrupt handler uses too,
 // before interrupts are switched off, and behind every handler. Between two points nothing that the

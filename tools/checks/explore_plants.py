@@ -125,8 +125,8 @@ PLANTS = (
         (
             Change(
                 ASSEMBLY,
-                "void step_isr_compare_a(void)\n{\n    OCR1BH = 0xFF;\n    OCR1BL = 0xFF;\n",
-                "void step_isr_compare_a(void)\n{\n",
+                "    (void)axis;\n    OCR1BH = 0xFF;\n    OCR1BL = 0xFF;\n",
+                "    (void)axis;\n",
             ),
         ),
         limits=(*WIDE, "before the first step"),

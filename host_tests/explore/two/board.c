@@ -276,9 +276,10 @@ static bool is_heartbeat(const void *pc)
     return (uintptr_t)pc - (uintptr_t)&step_timer_heartbeat < FUNCTION_BYTES;
 }
 
-// Words that a protocol keeps apart: the trains that no entry of the ring refers to; what a captured
-// edge is noted in, before `head` says so and behind it (the handler writes bytes); the count of
-// idle periods while no interrupt serves the axis. The heartbeat is the low byte of that count.
+// Words that a protocol keeps apart: the trains that no entry of the ring refers to; what a
+// captured edge is noted in, before `head` says so and behind it (the handler writes bytes); the
+// count of idle periods while no interrupt serves the axis. The heartbeat is the low byte of that
+// count.
 static bool is_excused(uint8_t axis, const struct part_access *access)
 {
     struct step_engine *engine = &step_engines[axis];
