@@ -11,6 +11,8 @@
 #include "hal/uart.h"
 
 #if CONFIG_AXES > 1
+#include "hal/avr/clock_units.h" // clock_overflows
+
 volatile uint32_t clock_overflows;
 
 uint32_t clock_now_units(void)

@@ -136,7 +136,7 @@ uint16_t board_scenarios(void)
 {
     uint16_t moments = 0;
 
-    for (uint8_t i = 0; i < RUNS; i++) {
+    for (size_t i = 0; i < RUNS; i++) {
         moments = (uint16_t)(moments + runs[i].moments);
     }
     return moments;
