@@ -9,6 +9,7 @@
 #include "app/token.h"
 #include "explore/board.h"
 #include "explore/judge.h"
+#include "explore/judged.h"
 #include "explore/part.h"
 #include "explore/program.h"
 #include "explore/scene.h"
@@ -58,8 +59,8 @@ static size_t observe(uint8_t *to)
 
     seen = note(seen, step_engines, sizeof step_engines);
     seen = note(seen, step_rings, sizeof step_rings);
-    seen = note(seen, &part.buffer_top, sizeof part.buffer_top);
-    seen = note(seen, &part.buffer_edge, sizeof part.buffer_edge);
+    seen = note(seen, &part.timers[0].buffer_top, sizeof part.timers[0].buffer_top);
+    seen = note(seen, &part.timers[0].buffer_edge, sizeof part.timers[0].buffer_edge);
     seen = note(seen, &permit, sizeof permit);
     return (size_t)(seen - to);
 }

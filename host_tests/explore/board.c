@@ -9,6 +9,7 @@
 #include "app/safety.h"
 #include "app/time_check.h"
 #include "explore/judge.h"
+#include "explore/judged.h"
 #include "explore/part.h"
 #include "explore/scene.h"
 #include "hal/estop.h"
@@ -49,6 +50,7 @@ void board_round(void)
 
 void board_idle(void)
 {
+    part.points = 0;
     part_point();
     if (part_possible(PART_PERIOD_ENDS)) {
         part_happen(PART_PERIOD_ENDS);
@@ -148,8 +150,9 @@ bool board_estop_recorded(void)
     return (faults_record()->mask & 1uL << FAULT_estop) != 0;
 }
 
-bool board_excused(const volatile void *address)
+bool board_excused(const struct part_access *access)
 {
+    const volatile void *address = access->address;
     const volatile uint8_t *trains =
         (const volatile uint8_t *)&step_engines[0] + offsetof(struct step_engine, trains);
     const volatile uint8_t *byte = address;
@@ -219,8 +222,8 @@ void board_describe(FILE *report)
         "  position %ld, edges made %ld; OCR1A %u, OCR1B %u, TIMSK1 %02X, TIFR1 %02X\n",
         (long)board_position(),
         (long)judged.position,
-        part.buffer_top,
-        part.buffer_edge,
+        part.timers[0].buffer_top,
+        part.timers[0].buffer_edge,
         TIMSK1,
         TIFR1);
 }

@@ -6,13 +6,15 @@
 #include <stdint.h>
 #include <stdio.h>
 
+struct part_access;
+
 void board_open(void); // once, before anything is saved
 void board_power_on(void);
 
 // A situation to start from.
-uint8_t board_scenarios(void);
-const char *board_scenario(uint8_t scenario);
-bool board_prepare(uint8_t scenario); // from power-on; false: the situation did not come
+uint16_t board_scenarios(void);
+const char *board_scenario(uint16_t scenario);
+bool board_prepare(uint16_t scenario); // from power-on; false: the situation did not come
 
 // What the host, or a hand at the emergency stop, may do.
 uint8_t board_actions(void);
@@ -32,7 +34,8 @@ bool board_stopped(void);  // a fault is recorded or the emergency stop latched
 bool board_halted(void);   // the engine loads no periods of a line any more
 bool board_promise_broken(void);
 bool board_estop_recorded(void);
-bool board_excused(const volatile void *address);
+// A word that may be accessed with interrupts on.
+bool board_excused(const struct part_access *access);
 int32_t board_position(void);
 
 // Clear, discard, run a line of two steps to its end. False when something of that is refused or

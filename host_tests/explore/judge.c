@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "explore/judge.h"
+#include "explore/judged.h"
 
 #include "explore/board.h"
 #include "explore/part.h"
@@ -16,8 +17,10 @@ static void allow_at_most(uint8_t edges)
     }
 }
 
-void judge_edge(bool negative)
+void judge_edge(uint8_t axis, uint32_t ticks, bool negative)
 {
+    (void)axis;
+    (void)ticks;
     judged.position += negative ? -1 : 1;
     if (judged.edges_allowed == 0) {
         judge_broken(JUDGE_RUNAWAY);
@@ -46,9 +49,9 @@ void judge_look(void)
 // An AVR accesses words in two halves, so that shared words must be accessed with interrupts off.
 // Exceptions are words of which the reader takes the low byte only, and words that the protocol of
 // the pulse trains keeps apart.
-void judge_access(const volatile void *address, uint32_t bytes)
+void judge_access(const struct part_access *access)
 {
-    if (bytes > 1 && part.interrupts_on && !board_excused(address)) {
+    if (access->bytes > 1 && part.interrupts_on && !board_excused(access)) {
         judge_broken(JUDGE_WIDE);
     }
 }

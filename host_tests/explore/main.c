@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "config.h" // CONFIG_AXES
 #include "explore/board.h"
 #include "explore/search.h"
 
@@ -14,9 +15,11 @@ static int misuse(void)
     (void)fputs(
         "usage: pixstep-explore [--actions N] [--periods N] [--pins N] [--from "
         "SCENARIO]\n"
-        "                       [--first]\n"
+        "                       [--every N] [--first]\n"
         "  N actions in a sequence, N ends of periods and N changes of the emergency\n"
-        "  stop's pin placed in it; --first: only up to the first rule that is broken\n",
+        "  stop's pin placed in it; --every: each N-th situation; --first: only up to "
+        "the\n"
+        "  first rule that is broken\n",
         stderr);
     return 2;
 }
@@ -57,15 +60,28 @@ static bool take_number(const char *text, uint8_t most, uint8_t *number)
 
 struct options {
     struct search_limits limits; // none: the limits that the tests use
-    uint8_t first, last;         // first and last scenario
+    uint16_t first, last;        // scenario
+    uint16_t every;              // of these scenarios, each so many
     bool to_the_first;           // end at the first way that breaks a rule
 };
 
-// The limits that the tests use; the search takes some tens of seconds.
-static const struct search_limits usual[] = {
-    {.actions = 3, .periods = 1, .pins = 0},
-    {.actions = 2, .periods = 1, .pins = 1},
-    {.actions = 1, .periods = 2, .pins = 1},
+// What the long tests search: tens of seconds of one axis, some minutes of two.
+struct usual {
+    struct search_limits limits;
+    uint16_t every; // of the situations
+};
+
+static const struct usual usual[] = {
+#if CONFIG_AXES > 1
+    {{.actions = 1, .periods = 1, .pins = 0}, 1},
+    {{.actions = 1, .periods = 2, .pins = 0}, 1},
+    {{.actions = 2, .periods = 1, .pins = 0}, 4},
+    {{.actions = 1, .periods = 1, .pins = 1}, 8},
+#else
+    {{.actions = 3, .periods = 1, .pins = 0}, 1},
+    {{.actions = 2, .periods = 1, .pins = 1}, 1},
+    {{.actions = 1, .periods = 2, .pins = 1}, 1},
+#endif
 };
 
 static bool take_option(const char *name, const char *value, struct options *options)
@@ -78,6 +94,12 @@ static bool take_option(const char *name, const char *value, struct options *opt
     }
     if (strcmp(name, "--pins") == 0) {
         return take_number(value, 4, &options->limits.pins);
+    }
+    if (strcmp(name, "--every") == 0) {
+        uint8_t every = 0;
+        bool taken = take_number(value, UINT8_MAX, &every);
+        options->every = every;
+        return taken && every != 0;
     }
     if (strcmp(name, "--from") != 0) {
         return false;
@@ -128,7 +150,8 @@ static bool explore(const struct options *options, const struct search_limits *l
                  limits->periods,
                  limits->pins);
     print_heading();
-    for (uint8_t i = options->first; i <= options->last; i++) {
+    for (uint16_t i = options->first; i <= options->last;
+         i = (uint16_t)(i + options->every)) {
         struct search_counts counts;
         fine = search_scenario(i, limits, &counts, stdout) && fine;
         if (!fine && options->to_the_first) {
@@ -143,7 +166,7 @@ static bool explore(const struct options *options, const struct search_limits *l
 
 int main(int argc, char **argv)
 {
-    struct options options = {.last = (uint8_t)(board_scenarios() - 1u)};
+    struct options options = {.last = (uint16_t)(board_scenarios() - 1u), .every = 1};
     bool fine = true;
 
     if (!take_options(argc, argv, &options)) {
@@ -153,7 +176,8 @@ int main(int argc, char **argv)
         return explore(&options, &options.limits) ? 0 : 1;
     }
     for (size_t i = 0; i < sizeof usual / sizeof usual[0]; i++) {
-        fine = explore(&options, &usual[i]) && fine;
+        options.every = usual[i].every;
+        fine = explore(&options, &usual[i].limits) && fine;
         if (!fine && options.to_the_first) {
             break;
         }

@@ -2,6 +2,7 @@
 #include "explore/program.h"
 
 #include <setjmp.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -69,6 +70,7 @@ static void segment_pieces(void)
 {
     for (;;) {
         begin_piece();
+        part_pass_time();
         if (host->task.piece == PROGRAM_ROUND) {
             board_round();
         } else {
@@ -82,8 +84,29 @@ static void segment_pieces(void)
     }
 }
 
+// The AVR goes on with a wrong quotient; here the run is over.
+static void divided_by_zero(int number)
+{
+    (void)number;
+    judge_broken(JUDGE_DIVIDES);
+}
+
+// What breaks a rule before anything is explored ends the program.
+static void power_on(void)
+{
+    if (_setjmp(host->out) == 0) {
+        board_power_on();
+        return;
+    }
+    (void)printf("broken: %s\nwhile the board starts\n", host->broken);
+    exit(1);
+}
+
 void program_open(void)
 {
+    struct sigaction action = {.sa_handler = divided_by_zero, .sa_flags = SA_NODEFER};
+
+    (void)sigaction(SIGFPE, &action, NULL);
     ucontext_t program;
     ucontext_t here;
 
@@ -91,7 +114,7 @@ void program_open(void)
     memset(host, 0, sizeof *host);
     board_open();
     part_open();
-    board_power_on();
+    power_on();
     (void)getcontext(&program);
     program.uc_stack.ss_sp = host->stack;
     program.uc_stack.ss_size = STACK_BYTES;

@@ -9,7 +9,7 @@ static const char *const event_names[PART_EVENT_KINDS] = {
     [PART_PIN_CHANGES] = "the emergency stop's pin changes",
 };
 
-void report_begin(FILE *report, uint8_t scenario)
+void report_begin(FILE *report, uint16_t scenario)
 {
     (void)fprintf(
         report, "broken: %s\nfrom \"%s\":\n", program_broken(), board_scenario(scenario));

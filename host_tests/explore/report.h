@@ -7,6 +7,6 @@
 
 #include "explore/states.h"
 
-void report_begin(FILE *report, uint8_t scenario);
+void report_begin(FILE *report, uint16_t scenario);
 void report_way(FILE *report, const struct steps *steps, uint32_t last);
 void report_last(FILE *report, const struct step *last); // NULL: it was at rest

@@ -2,6 +2,7 @@
 // The situations from which the search begins.
 #include "explore/board.h"
 #include "explore/judge.h"
+#include "explore/judged.h"
 #include "explore/part.h"
 #include "explore/scene.h"
 
@@ -247,17 +248,17 @@ static const struct scenario scenarios[] = {
     {"inside a fast run", prepare_fast_train},
 };
 
-uint8_t board_scenarios(void)
+uint16_t board_scenarios(void)
 {
     return sizeof scenarios / sizeof scenarios[0];
 }
 
-const char *board_scenario(uint8_t scenario)
+const char *board_scenario(uint16_t scenario)
 {
     return scenarios[scenario].name;
 }
 
-bool board_prepare(uint8_t scenario)
+bool board_prepare(uint16_t scenario)
 {
     return scenarios[scenario].prepare();
 }

@@ -21,7 +21,7 @@ struct search {
     struct state power_on;
     const struct state *from; // the current state
     struct step last;         // the step taken from there
-    uint8_t scenario;         // read by functions that program_call() calls
+    uint16_t scenario;        // read by functions that program_call() calls
 };
 
 // The search's data are not part of the program's memory.
@@ -239,7 +239,7 @@ static void open_search(void)
     save(&search->power_on);
 }
 
-bool search_scenario(uint8_t scenario,
+bool search_scenario(uint16_t scenario,
                      const struct search_limits *limits,
                      struct search_counts *counts,
                      FILE *report)

@@ -26,7 +26,7 @@ struct search_counts {
 };
 
 // False when something does not hold; then the way there has been reported.
-bool search_scenario(uint8_t scenario,
+bool search_scenario(uint16_t scenario,
                      const struct search_limits *limits,
                      struct search_counts *counts,
                      FILE *report);

@@ -125,11 +125,11 @@ static void execute(void)
     uint8_t mask = TIMSK1;
 
     TIMSK1 = 0;
-    part_command_begins();
+    part_command_begins(0);
     part_sei();
     step_isr_command_0();
     part_cli();
-    part_command_ends();
+    part_command_ends(0);
     TIMSK1 = mask;
     halt_if_requested();
     loaded();
@@ -173,8 +173,9 @@ static bool entry(void)
 }
 
 // TIMER1_OVF_vect, .Lagain, .Lsecond
-void step_isr_overflow(void)
+void step_isr_overflow(uint8_t axis)
 {
+    (void)axis;
     int8_t left = engine->left;
     if (left == 0 && entry()) {
         left = engine->left;
@@ -185,8 +186,9 @@ void step_isr_overflow(void)
 }
 
 // TIMER1_COMPA_vect, macro halted_handler
-void step_isr_compare_a(void)
+void step_isr_compare_a(uint8_t axis)
 {
+    (void)axis;
     OCR1BH = 0xFF;
     OCR1BL = 0xFF;
     OCR1AH = (uint8_t)((STEP_IDLE_TICKS - 1u) >> 8);

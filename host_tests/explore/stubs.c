@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The simplest stand-ins for the parts of the hal that the step engine does not use. A round takes
-// a millisecond.
-#include "explore/scene.h"
+// The simplest stand-ins for the parts of the hal that the step engine does not use. With one axis
+// a round takes a millisecond; with several the part counts time.
+#include "app/bus_port.h"
+#include "explore/part.h"
 #include "hal/clock.h"
 #include "hal/cpu.h"
 #include "hal/eeprom.h"
@@ -9,23 +10,42 @@
 #include "hal/switches.h"
 #include "hal/uart.h"
 
+#if CONFIG_AXES > 1
+#include "hal/avr/clock_units.h" // clock_overflows
+
+volatile uint32_t clock_overflows;
+
+uint32_t clock_now_units(void)
+{
+    return part.now_ticks / CLOCK_UNIT_TICKS;
+}
+#else
 #define UNITS_OF_MS 256u // nearly, at the 16 MHz of the Uno
 
 static uint32_t now_units;
 
+void scene_pass_ms(void);
 void scene_pass_ms(void)
 {
     now_units += UNITS_OF_MS;
 }
 
-uint16_t uart_age_units(void)
-{
-    return 0;
-}
-
 uint32_t clock_now_units(void)
 {
     return now_units;
+}
+#endif
+
+#if CONFIG_AXES > 1
+bool bus_port_brings_data(void)
+{
+    return false;
+}
+#endif
+
+uint16_t uart_age_units(void)
+{
+    return 0;
 }
 
 uint8_t cpu_reset_cause(void)
@@ -95,6 +115,7 @@ bool switch_capture_take(struct switch_capture *capture)
     return false;
 }
 
+#if CONFIG_AXES == 1
 // Captures are not explored.
 bool pixel_clock_waiting(void)
 {
@@ -137,3 +158,4 @@ bool pixel_clock_drop(void)
 {
     return false;
 }
+#endif

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """pixstep-explore finds what is planted: each defect below, under the name of the rule it breaks.
 
-    explore_plants.py COMPILER WORDS EXPLORER EXPLORED [PLANT...]
+    explore_plants.py COMPILER WORDS SEARCH FIRMWARE [PLANT...]
 
-WORDS is a file of compiler options, EXPLORER and EXPLORED the libraries of the explorer and of the
+WORDS is a file of compiler options, SEARCH and FIRMWARE the libraries of the explorer and of the
 firmware under it. A defect is planted in copies of the files that hold it; the sources named with
 it are compiled again and linked before the rest.
 """
@@ -125,8 +125,8 @@ PLANTS = (
         (
             Change(
                 ASSEMBLY,
-                "void step_isr_compare_a(void)\n{\n    OCR1BH = 0xFF;\n    OCR1BL = 0xFF;\n",
-                "void step_isr_compare_a(void)\n{\n",
+                "    (void)axis;\n    OCR1BH = 0xFF;\n    OCR1BL = 0xFF;\n",
+                "    (void)axis;\n",
             ),
         ),
         limits=(*WIDE, "before the first step"),
@@ -233,16 +233,24 @@ def plant(defect: Plant, folder: Path) -> list[str]:
     return sources
 
 
-def explore(defect: Plant, compiler: str, words: str, libraries: list[str]) -> str:
-    """Build the explorer with a defect and run it; return what was found first."""
-    with tempfile.TemporaryDirectory(prefix="pixstep-") as name:
-        folder = Path(name)
-        sources = plant(defect, folder)
-        before = [f"-I{folder / part}" for part in ("firmware", "firmware/core")]
-        program = str(folder / "explore")
-        group = ["-Wl,--start-group", *libraries, "-Wl,--end-group"]
-        command = [compiler, *before, f"@{words}", *sources, *group, "-no-pie", "-o", program]
+def build(defect: Plant, folder: Path, compiler: str, words: str, libraries: list[str]) -> Path:
+    """Build the explorer with a defect, in a folder of its own."""
+    before = [f"-I{folder / part}" for part in ("firmware", "firmware/core")]
+    objects = []
+    for source in plant(defect, folder):
+        objects.append(str(folder / f"{len(objects)}.o"))
+        command = [compiler, *before, f"@{words}", "-c", source, "-o", objects[-1]]
         subprocess.run(command, check=True)
+    program = folder / "explore"
+    group = ["-Wl,--start-group", *libraries, "-Wl,--end-group"]
+    subprocess.run([compiler, *objects, *group, "-no-pie", "-o", str(program)], check=True)
+    return program
+
+
+def explore(defect: Plant, compiler: str, words: str, libraries: list[str]) -> str:
+    """Run the explorer with a defect; return what was found first."""
+    with tempfile.TemporaryDirectory(prefix="pixstep-") as name:
+        program = build(defect, Path(name), compiler, words, libraries)
         done = subprocess.run(
             [program, "--first", *defect.limits], capture_output=True, text=True, check=False
         )
@@ -250,18 +258,18 @@ def explore(defect: Plant, compiler: str, words: str, libraries: list[str]) -> s
         return found[1] if found and done.returncode == 1 else ""
 
 
-def main() -> None:
+def main(plants: tuple[Plant, ...], check: str) -> None:
     """Plant each defect, or those named."""
-    compiler, words, explorer, explored, *chosen = sys.argv[1:]
+    compiler, words, search, firmware, *chosen = sys.argv[1:]
     problems = []
-    defects = [defect for defect in PLANTS if not chosen or defect.about in chosen]
+    defects = [defect for defect in plants if not chosen or defect.about in chosen]
     for defect in defects:
-        found = explore(defect, compiler, words, [explorer, explored])
+        found = explore(defect, compiler, words, [search, firmware])
         print(f"{defect.about}: {found or 'not found'}", flush=True)
         if not found.startswith(defect.rule) or not found:
             problems.append(f"{defect.about}: {defect.rule!r} is expected")
-    finish("explore.plants", f"{len(defects)} defects planted", problems)
+    finish(check, f"{len(defects)} defects planted", problems)
 
 
 if __name__ == "__main__":
-    main()
+    main(PLANTS, "explore.plants")

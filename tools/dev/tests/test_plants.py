@@ -6,6 +6,7 @@ has changed is found here.
 """
 
 import explore_plants
+import explore_two_plants
 import orders_plants
 import pytest
 import sim_plants
@@ -39,7 +40,7 @@ def test_the_simulators_defects_can_be_planted(plant):
     assert swapped(text, plant.right, plant.wrong, plant.file) != text
 
 
-@pytest.mark.parametrize("plant", explore_plants.PLANTS, ids=about)
+@pytest.mark.parametrize("plant", explore_plants.PLANTS + explore_two_plants.PLANTS, ids=about)
 def test_the_explorers_defects_can_be_planted(plant, tmp_path):
     assert explore_plants.plant(plant, tmp_path)
 

@@ -7,6 +7,7 @@
 
 // NOLINTBEGIN(readability-identifier-naming): avr-libc's names, and those made of them
 #define INT0_vect estop_look
+#define INT2_vect estop_look
 
 #define ISR(...)                      ISR_CHOICE(__VA_ARGS__, ISR_PLAIN, 0)
 #define ISR_CHOICE(vector, form, ...) form(vector)

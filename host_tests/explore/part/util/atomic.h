@@ -2,6 +2,8 @@
 // <util/atomic.h> of the explorer.
 #pragma once
 
+#include <avr/io.h> // as avr-libc's does
+
 #include "explore/part.h"
 
 #define ATOMIC_FORCEON      part_force_on

@@ -35,7 +35,13 @@ IMAGE_TESTS = (
     "safety_faults", "seek_campaign", "board_settings",
 )  # fmt: skip
 # Short enough for every survivor; the tests `explore` and `explore.plants` go further.
-EXPLORE_LIMITS = ("--first", "--actions", "2", "--periods", "1")
+EXPLORERS = {
+    "explore": ("bin/pixstep-explore", ("--first", "--actions", "2", "--periods", "1")),
+    "explore two": (
+        "bin/pixstep-explore-two",
+        ("--first", "--actions", "1", "--periods", "1", "--every", "8"),
+    ),
+}
 
 # Suites on AVR that take longer are for mutants of the file that they are named after.
 _AVR_SECONDS = 2.0
@@ -144,14 +150,20 @@ class Stages:
             before = "build/host/bin/pixstep-sim --unit --board mega=" if stage == "avr" else ""
             yield from self._suite_runs(stage, workshop, file, before)
         elif stage == "explore":
-            program = self.builds["host"].program("bin/pixstep-explore")
-            if file is None or _uses(program, file):
-                yield (
-                    stage,
-                    lambda limit: _run_linked(workshop, program, stage, limit, [], EXPLORE_LIMITS),
-                )
+            yield from self._explorer_runs(workshop, file)
         else:
             yield stage, lambda limit: self._run_images(workshop, limit)
+
+    def _explorer_runs(self, workshop: Workshop, file: Path | None):
+        for name, (target, limits) in EXPLORERS.items():
+            program = self.builds["host"].program(target)
+            if file is None or _uses(program, file):
+                yield (
+                    name,
+                    lambda limit, program=program, name=name, limits=limits: _run_linked(
+                        workshop, program, name, limit, [], limits
+                    ),
+                )
 
     def _suite_runs(self, stage: str, workshop: Workshop, file: Path | None, before: str):
         simulator = str(natives.root() / "build/host/bin/pixstep-sim")
