@@ -9,17 +9,11 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from pixstep.board.device import Board
+from pixstep.board.modbus import Client, SerialClient
 from pixstep.board.port import BOOT_S, Port
-from pixstep.lazy import lazy
-
-if TYPE_CHECKING:
-    from pixstep.board import modbus
-    from pixstep.board.modbus import Client
-else:
-    modbus = lazy("pixstep.board.modbus")
 
 Say = Callable[[str], None]
 
@@ -90,7 +84,7 @@ def open_port(port: Port, say: Say = lambda _: None) -> SerialLink:
 
     If opening it has reset a board, the boot loader is given its time.
     """
-    client = modbus.SerialClient(port)
+    client = SerialClient(port)
     link = SerialLink(client, port.name)
     if client.connect_reset():
         say(
