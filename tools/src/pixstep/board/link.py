@@ -79,14 +79,19 @@ class SerialLink:
         self.modbus.close()
 
 
-def open_port(port: Port, say: Say = lambda _: None) -> SerialLink:
+def open_port(
+    port: Port, say: Say = lambda _: None, first: Callable[[Link], None] = lambda _: None
+) -> SerialLink:
     """Open a port; raises UserError saying why it cannot be opened.
 
-    If opening it has reset a board, the boot loader is given its time.
+    `first` is done at once. If opening the port has reset a board, the boot loader is given its
+    time then: on a bus that is behind an adapter nothing was reset.
     """
     client = SerialClient(port)
     link = SerialLink(client, port.name)
-    if client.connect_reset():
+    has_reset = client.connect_reset()
+    first(link)
+    if has_reset:
         say(
             f"opening {port.name} for the first time resets a board that is plugged in by USB: "
             f"waiting {BOOT_S:g} s for its boot loader"

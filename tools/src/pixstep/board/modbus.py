@@ -124,6 +124,9 @@ class Master(Client):
         self._late: dict[tuple[int, bytes], tuple[float, bytes]] = {}  # replies of late: when, PDU
         self._fences = itertools.cycle(_FENCE_WORDS)
 
+    def connect(self) -> None:
+        """Make the line ready, if it is not."""
+
     def write(self, frame: bytes) -> None:
         """Send bytes."""
         raise NotImplementedError
@@ -145,12 +148,15 @@ class Master(Client):
         """Send a request, again if need be, and return its reply."""
         request = Request(unit, pdu)
         self.heard = 0
+        self.connect()
         self._drop_spare(0 if urgent else _SILENCE_S)
         doubted = unit in self._doubts or self._is_like_another(request)
         if not urgent:
             self._clear_up(request)
         try:
             reply = self._ask(request)
+        except WriteTimeoutError:  # it has not gone out
+            raise
         except BaseException:
             self._doubts.add(unit)
             raise
@@ -375,6 +381,18 @@ class SerialClient(Master):
     def follow(self, baud: int, parity: str) -> None:
         """Go on as a board's new settings say; a pseudo terminal has no parity to change."""
         self.reconfigure(baud, NO_PARITY if is_pty(self.port.name) else parity)
+
+
+class Beside(Client):
+    """A client that only tells, on a port that another program has open."""
+
+    def __init__(self) -> None:
+        super().__init__(TIMEOUT_S, 0)
+        self.frames = b""
+
+    def tell(self, pdu: bytes, unit: int = 0) -> None:
+        """Keep the frame of a request to which nobody replies."""
+        self.frames += Request(unit, pdu).frame
 
 
 class Pipe(Protocol):

@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from pixstep import signals
-from pixstep.board import clockmarks, run, settings
+from pixstep.board import clockmarks, orders, run, settings
 from pixstep.board import registers as regs
 from pixstep.board.device import Board
 from pixstep.board.errors import BoardError, ExceptionReplyError, LineLostError, NoReplyError
@@ -178,7 +178,7 @@ def _await_ready(group: list[Lines], world: World, *, clocked: bool) -> None:
 def _go_at_once(group: list[Lines], token: int) -> dict[int, int]:
     """Let boards go whose lines wait for no clock, one after the other."""
     for lines in group:
-        lines.board.go(token, 1)
+        orders.go(lines.board, token, 1)
     return {}
 
 
@@ -249,7 +249,7 @@ def _gate_of(boards: Sequence[Board]) -> int:
 def _go(board: Board, token: int, edge: int) -> None:
     """Tell a board its edge; raises BoardError with the reason if it refuses."""
     try:
-        board.go(token, edge)
+        orders.go(board, token, edge)
     except ExceptionReplyError:
         run.raise_fault(board)
         raise BoardError(f"board {board.unit}: it refuses to go: none of its axes waits") from None

@@ -214,7 +214,7 @@ class Wire:
             place, heard = self.modbus.place, self.modbus.heard
             raise NoReplyError(self.unit, what, place, heard) from None
         if reply.exception is not None:
-            where = f" at 0x{data[0]:04X}" if function in _ADDRESSED else ""
+            where = f" at 0x{pdu[1:3].hex().upper()}" if function in _ADDRESSED else ""
             raise ExceptionReplyError(self.unit, f"{what}{where}", reply.exception)
         return reply.pdu[1:]
 

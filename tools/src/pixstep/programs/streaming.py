@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pixstep.board import orders
 from pixstep.board import run as running
 from pixstep.board.boardrun import BoardRun, Watch
 from pixstep.board.device import Board
@@ -228,7 +229,7 @@ def stream(run: BoardRun, plan: Plan, watch: Watch | None = None) -> bool:
     lines = prepare(run.board, Entries(Here(plan), motors), motors)
     load(lines)
     run.uploads = dict(zip(lines.axes, lines.uploads, strict=True))
-    run.board.command("arm", sorted(lines.axes))
+    orders.arm(run.board, sorted(lines.axes))
     run.deadline_s = float("inf")
     return run.follow(watch)
 
