@@ -5,7 +5,8 @@ A Modbus reply to a read does not say which registers it is of, so a late one lo
 to the next read. The master therefore keeps account of what may still come:
 
 * While a request waits, bytes before its reply are skipped, and a request without a readable reply
-  is repeated as it was: either reply is right then.
+  is repeated as it was: the reply to any of them will do. An exception will not, since another of
+  them may have been carried out: the request is sent once more when the line is clear.
 * Behind a request that was repeated, or had no reply, the line has to be quiet for a time-out
   before another request goes out.
 * A *fence* follows: a short read of a length that no other request of late has had. Its reply comes
@@ -155,6 +156,10 @@ class Master(Client):
             self._clear_up(request)
         try:
             reply = self._ask(request)
+            while reply.exception is not None and unit in self._doubts and not urgent:
+                # One of the repetitions may have been taken: only the reply to a last one tells.
+                self._clear_up(request)
+                reply = self._ask(request)
         except WriteTimeoutError:  # it has not gone out
             raise
         except BaseException:
