@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """A bad line between the master and fake boards: replies late, lost, twice, in pieces, spoilt.
 
-`BadLine` is in virtual time, so that thousands of sessions take seconds and a seed tells all. The
-line keeps the order of what is on it, as wires and queues do. `Terminal` is a pseudo terminal in
+`BadLine` is in virtual time, so that thousands of sessions take seconds and a seed tells all. As a
+rule the line keeps the order of what is on it, as wires and queues do. `Terminal` is a pseudo terminal in
 real time, with a fake board and a plan of faults at its other end.
 """
 
@@ -35,6 +35,11 @@ class Faults:
     pieces: float = 0.06
     spoilt: float = 0.06
     strays: float = 0.1
+    in_order: bool = True  # else each reply comes by itself, at most half a time-out too late
+
+
+IN_TURN = Faults()
+ANYHOW = Faults(late=0.15, in_order=False)
 
 
 class QueueingBoard(FakeBoard):
@@ -81,7 +86,8 @@ class BadLine:
         rng, faults = self.rng, self.faults
         after_s = REPLY_S
         if self.happens(faults.late):
-            after_s = rng.uniform(0, rng.choice((0.02, 1.2, 3))) * TIMEOUT_S
+            longest = rng.choice((0.02, 1.2, 3)) if faults.in_order else 1.45
+            after_s = rng.uniform(0, longest) * TIMEOUT_S
         if self.happens(faults.lost):
             return
         if self.happens(faults.spoilt):
@@ -89,12 +95,12 @@ class BadLine:
         if self.happens(faults.strays):
             reply = rng.choice(STRAYS) + reply + rng.choice(STRAYS)
         for again in range(1 + self.happens(faults.twice)):
-            if again:
+            if again and faults.in_order:
                 after_s += rng.choice((0.0, rng.uniform(0, 1.9) * TIMEOUT_S))
             self.pieces(reply, after_s)
 
     def pieces(self, reply, after_s):
-        if self.happens(self.faults.pieces) and len(reply) > 1:
+        if self.faults.in_order and self.happens(self.faults.pieces) and len(reply) > 1:
             cut = self.rng.randrange(1, len(reply))
             self.put(reply[:cut], after_s)
             self.put(reply[cut:], after_s + self.rng.uniform(0, 0.08))
@@ -102,8 +108,11 @@ class BadLine:
             self.put(reply, after_s)
 
     def put(self, data, after_s):
-        at = max([self.world.time + after_s, *(when for when, _ in self.coming[-1:])])
+        at = self.world.time + after_s
+        if self.faults.in_order:
+            at = max([at, *(when for when, _ in self.coming[-1:])])
         self.coming.append((at, data))
+        self.coming.sort(key=lambda item: item[0])
 
     def receive(self, wait_s):
         """Return what has come; if that is nothing, let time pass until something does."""

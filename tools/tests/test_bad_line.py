@@ -2,11 +2,10 @@
 """Sessions on a bad line: no wrong value, no order made twice, no success told for a refusal."""
 
 import random
-from fractions import Fraction
 
 import pytest
 
-from bad_line import BadLine, Faults, QueueingBoard, VirtualMaster
+from bad_line import ANYHOW, IN_TURN, BadLine, QueueingBoard, VirtualMaster
 from effort import cases
 from fake_board import FakeWorld
 from pixstep.board import orders, run, settings, upload
@@ -21,13 +20,13 @@ OTHER_UNITS = (5, 9)
 class Session:
     """What a host does in some minutes on a bad line, each thing checked against the board."""
 
-    def __init__(self, seed, faults=None):
+    def __init__(self, seed, faults=IN_TURN):
         self.rng = random.Random(seed)
         self.world = FakeWorld()
         self.fake = QueueingBoard(self.world)
         self.fake.clock = True
         self.fake.values["pixel_period_ticks"] = 800_000  # a twentieth of a second
-        self.line = BadLine(self.world, self.rng, faults or Faults(), self.fake)
+        self.line = BadLine(self.world, self.rng, faults, self.fake)
         self.board = Board(VirtualMaster(self.line))
         self.given_up = 0
         for number, axis in enumerate(self.fake.axes, 1):
@@ -174,7 +173,7 @@ class Session:
 def test_sessions_on_a_bad_line(part):
     given_up = 0
     for seed in range(part, SESSIONS, 10):
-        session = Session(seed)
+        session = Session(seed, ANYHOW if seed % 4 == 3 else IN_TURN)
         try:
             session.go()
         except AssertionError as error:

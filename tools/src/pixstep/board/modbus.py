@@ -46,6 +46,7 @@ _CHARACTER_BITS = 11
 _SILENCE_S = 0.002  # in front of a request: what comes right behind a reply is heard in it
 _FENCE_WORDS = range(1, 17)  # of the head of the map, which every board has
 _LATE = 2  # time-outs: a reply that comes twice has come by then
+_LATER = 1.5  # time-outs from a request to the end of the quiet after it, at least
 _KEPT_BYTES = 1024  # of what was heard without a reply in it
 _BABBLE = 10  # time-outs in which the line does not become quiet: it never will
 
@@ -119,6 +120,7 @@ class Master(Client):
 
     def __init__(self, timeout_s: float, retries: int) -> None:
         super().__init__(timeout_s, retries)
+        self._asked_s = 0.0  # when the last request went out
         self._spare = b""  # bytes behind the last reply
         self._doubts: set[int] = set()  # units of which a reply may still come
         self._loud = False  # the line has to be quiet before another request goes out
@@ -190,7 +192,8 @@ class Master(Client):
         """Send a request once and return its reply, None if none comes that can be read."""
         frame = request.frame
         self.write(frame)
-        end_s = self.now_s() + self.patience[0] + self.lasts_s(len(frame))
+        self._asked_s = self.now_s()
+        end_s = self._asked_s + self.patience[0] + self.lasts_s(len(frame))
         last_s = end_s + max(self.patience[0], _GAP_S)
         heard, count = b"", 0
         while (left_s := end_s - self.now_s()) > 0:
@@ -237,10 +240,13 @@ class Master(Client):
     def _quiet(self, seconds: float) -> None:
         """Drop all that comes until the line has been quiet for so long.
 
-        Raises RequestError if it never is.
+        What was repeated last has more time than that, for lines that do not keep the order. Raises
+        RequestError if it never is.
         """
         end_s = self.now_s() + _BABBLE * seconds
-        while data := self.read_for(seconds):
+        least_s = self._asked_s + _LATER * seconds - self.now_s()
+        while data := self.read_for(max(seconds, least_s)):
+            least_s = self._asked_s + _LATER * seconds - self.now_s()
             self.heard = max(self.heard, len(data))
             if self.now_s() > end_s:
                 raise RequestError
