@@ -316,7 +316,10 @@ def _gate_too_near(board: Board) -> str:
 def _not_now(board: Board, name: str, axes: list[int], state: Mapping[str, int]) -> str:
     """Return which state of a board without a fault speaks against a command."""
     if name == "arm" and clockstate.is_awaited(board, state):
-        return "lines are locked to the pixel clock (setting sync), which is not measured yet"
+        return (
+            f"lines are locked to the pixel clock (setting sync), which is not measured yet: "
+            f"{clockstate.beside(board)}"
+        )
     if name == "arm" and (found := _gate_too_near(board)):
         return found
     for axis in range(state["axis_count"]) if name == "arm" else ():

@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from pixstep import signals
-from pixstep.board import clockmarks, orders, run, settings
+from pixstep.board import clockmarks, clockstate, orders, run, settings
 from pixstep.board import registers as regs
 from pixstep.board.device import Board
 from pixstep.board.errors import BoardError, ExceptionReplyError, LineLostError, NoReplyError
@@ -169,10 +169,17 @@ def _await_ready(group: list[Lines], world: World, *, clocked: bool) -> None:
         elif world.now_s() > end_s:
             raise BoardError(
                 f"board {lines.board.unit}: not ready after {_READY_S:g} s: "
-                + ("its decoder" if regs.is_measured(word) else "its pixel clock is not measured")
+                f"{_what_is_not(lines.board, word, world)}"
             )
         else:
             world.wait(clockmarks.POLL_S)
+
+
+def _what_is_not(board: Board, status: int, world: World) -> str:
+    """Return in words what a board is not ready with."""
+    if regs.is_measured(status):
+        return "its decoder"
+    return f"its pixel clock is not measured: {clockstate.beside(board, world)}"
 
 
 def _go_at_once(group: list[Lines], token: int) -> dict[int, int]:

@@ -42,6 +42,7 @@ class _Motor:
         self.divider: int | None = None  # that its line says
         self.way = way  # the direction in which the motor moves; 0 if it is not known yet
         self.pixels = 0  # of the entries that wait
+        self.steps = 0  # of all that was planned, there and back
         self._runs: deque[Entry] = deque()
         self._begun = self._ended = False
 
@@ -50,6 +51,7 @@ class _Motor:
         total = int(counts.sum())
         self.way = self.way or (total > 0) - (total < 0)
         self.pixels += len(counts)
+        self.steps += int(np.abs(counts).sum())
         line = of_line(counts, self.motor)
         starts = np.flatnonzero(np.diff(line, prepend=line[0] - 1))
         lengths = np.diff(starts, append=len(line))
@@ -118,6 +120,10 @@ class Entries:
     def pixels_ahead(self) -> int:
         """Pixels that are planned and wait for the motor that has taken the fewest."""
         return max(one.pixels for one in self._motors)
+
+    def steps(self, index: int) -> int:
+        """Return the steps of a motor in all that was planned, there and back."""
+        return self._motors[index].steps
 
     def take(self, index: int, most: int, *, wait: bool) -> list[Entry]:
         """Return entries of a motor, at most so many; with `wait` those that are still planned."""
