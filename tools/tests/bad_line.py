@@ -2,8 +2,8 @@
 """A bad line between the master and fake boards: replies late, lost, twice, in pieces, spoilt.
 
 `BadLine` is in virtual time, so that thousands of sessions take seconds and a seed tells all. As a
-rule the line keeps the order of what is on it, as wires and queues do. `Terminal` is a pseudo terminal in
-real time, with a fake board and a plan of faults at its other end.
+rule the line keeps the order of what is on it, as wires and queues do. `Terminal` is a pseudo
+terminal in real time, with a fake board and a plan of faults at its other end.
 """
 
 import os
@@ -194,7 +194,13 @@ class Terminal:
 
 def whole(heard):
     """Return the length of the request that bytes begin with; 0 if it is not all there."""
-    for end in range(4, len(heard) + 1):
-        if crc16(heard[:end]) == 0:
-            return end
-    return 0
+    if len(heard) < 2:
+        return 0
+    form = {15: (9, 6), 16: (9, 6), 23: (13, 10)}.get(heard[1])
+    if form is None:
+        end = {17: 4, 22: 10, 43: 7}.get(heard[1], 8)
+    elif len(heard) <= form[1]:
+        return 0
+    else:
+        end = form[0] + heard[form[1]]
+    return end if end <= len(heard) else 0

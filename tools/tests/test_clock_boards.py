@@ -77,7 +77,7 @@ def test_a_clock_that_is_not_there_is_said(live, invoke):
     assert said.endswith("came in 0.5 s, set to 1000 Hz")
     one.out("upload", "l.csv")
     said = one.err("start", status=3)
-    assert said.endswith("locked to the pixel clock (setting sync), which is not measured yet")
+    assert said.endswith("(setting sync), which is not measured yet: set to 1000 Hz")
 
 
 def test_moves_count_in_pixels_of_the_machine(live):
