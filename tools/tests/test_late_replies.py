@@ -15,6 +15,7 @@ from console import put
 from effort import cases
 from pixstep import natives
 from pixstep.board import registers as regs
+from pixstep_dev.robustness.wire import seal
 
 AXES = [f"axis{axis}.position_steps" for axis in range(4)]
 PLACES = [8, 16, 24, 32]
@@ -226,14 +227,22 @@ def running(terminal, plan):
     )
 
 
-def test_an_unreadable_reply_while_a_line_runs_is_asked_for_again(terminal):
+UNREADABLE = {
+    "spoilt": lambda reply: reply[:-1] + bytes([reply[-1] ^ 0x10]),
+    "cut": lambda reply: reply[:-3],
+    "of another request": lambda _: seal(bytes([1, 4, 6, 0, 1, 0, 2, 0, 3])),
+}
+
+
+@pytest.mark.parametrize("spoil", UNREADABLE.values(), ids=UNREADABLE.keys())
+def test_an_unreadable_reply_while_a_line_runs_is_asked_for_again(terminal, spoil):
     terminal.board.holdings[3] = 100
     spoilt = []
 
     def plan(_number, frame, reply):
         if frame[1] == 4 and not spoilt:
             spoilt.append(frame)
-            return [(0, reply[:-1] + bytes([reply[-1] ^ 0x10]))]
+            return [(0, spoil(reply))]
         return [(0, reply)]
 
     done = running(terminal, plan)
