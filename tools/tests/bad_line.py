@@ -39,6 +39,7 @@ class Faults:
 
 
 IN_TURN = Faults()
+NO_FAULTS = Faults(*[0] * 7)
 ANYHOW = Faults(late=0.15, in_order=False)
 
 
@@ -153,15 +154,16 @@ class RealWorld:
 
 
 class Terminal:
-    """A pseudo terminal with a fake board behind it.
+    """A pseudo terminal with fake boards behind it, Megas at the addresses from 1 on.
 
     `plan(number, frame, reply)` gets every request, counted from 1, with its reply, and returns
     what comes back: (seconds to wait first, bytes) one after the other.
     """
 
-    def __init__(self, plan=None, kind="mega"):
-        self.plan = plan or (lambda _number, _frame, reply: [(0, reply)])
-        self.board = QueueingBoard(RealWorld(), 1, kind)
+    def __init__(self, count=1):
+        self.plan = lambda _number, _frame, reply: [(0, reply)]
+        self.boards = [QueueingBoard(RealWorld(), unit) for unit in range(1, count + 1)]
+        self.board = self.boards[0]
         self.master, self.slave = pty.openpty()
         tty.setraw(self.slave)
         self.name = os.ttyname(self.slave)
@@ -172,24 +174,29 @@ class Terminal:
 
     def serve(self):
         heard = b""
-        while not self.over:
+        while True:
             if not select.select([self.master], [], [], 0.02)[0]:
+                if self.over:
+                    return
                 heard = b""
                 continue
             heard += os.read(self.master, 1024)
-            while (end := whole(heard)) and not self.over:
+            while end := whole(heard):
                 frame, heard = heard[:end], heard[end:]
                 self.frames.append((time.monotonic(), frame))
-                reply = self.board.answer(frame[0], frame[1:-2]) or b""
+                replies = [board.answer(frame[0], frame[1:-2]) or b"" for board in self.boards]
+                reply = b"".join(replies)
                 for wait_s, data in self.plan(len(self.frames), frame, reply):
                     time.sleep(wait_s)
                     os.write(self.master, data)
 
     def close(self):
-        self.over = True
-        self.thread.join()
-        os.close(self.master)
-        os.close(self.slave)
+        """Serve what has come, and end."""
+        if not self.over:
+            self.over = True
+            self.thread.join()
+            os.close(self.master)
+            os.close(self.slave)
 
 
 def whole(heard):

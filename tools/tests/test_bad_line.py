@@ -2,15 +2,25 @@
 """Sessions on a bad line: no wrong value, no order made twice, no success told for a refusal."""
 
 import random
+from itertools import pairwise
 
 import pytest
 
-from bad_line import ANYHOW, IN_TURN, BadLine, QueueingBoard, VirtualMaster
+from bad_line import (
+    ANYHOW,
+    IN_TURN,
+    NO_FAULTS,
+    REPLY_S,
+    TIMEOUT_S,
+    BadLine,
+    QueueingBoard,
+    VirtualMaster,
+)
 from effort import cases
 from fake_board import FakeWorld
-from pixstep.board import orders, run, settings, upload
+from pixstep.board import orders, run, scan, settings, upload
 from pixstep.board.device import Board
-from pixstep.board.errors import BoardError
+from pixstep.board.errors import BoardError, NoReplyError
 from pixstep.lines.line import PLAIN, Line
 
 SESSIONS = cases(150, 2000)
@@ -181,3 +191,61 @@ def test_sessions_on_a_bad_line(part):
             raise
         given_up += session.given_up
     assert given_up < SESSIONS  # of 6 things each, done in 10 parts
+
+
+def lossy(*lost):
+    """Return a line on which the replies to some requests are lost, from 0 on, and a board."""
+    line = BadLine(FakeWorld(), random.Random(1), NO_FAULTS)
+    line.boards = (QueueingBoard(line.world), QueueingBoard(line.world, 2))
+    line.reply = lambda reply: len(line.requests) - 1 in lost or line.put(reply, REPLY_S)
+    return line, Board(VirtualMaster(line))
+
+
+def waits(line):
+    """Return how long after the one before it each request went out."""
+    return [after - before for (before, _), (after, _) in pairwise(line.requests)]
+
+
+def test_the_line_is_quiet_for_a_time_out_after_a_repetition():
+    line, board = lossy(0)
+    assert board.setting("dir_hold_us") == board.setting("dir_setup_us") == 20
+    first, again, fence, last = (frame for _, frame in line.requests)
+    assert first == again and fence[1] == 4 and last not in (first, fence)
+    lost, quiet, soon = waits(line)
+    assert lost >= TIMEOUT_S and quiet >= TIMEOUT_S and soon < 3 * REPLY_S
+
+
+def test_another_board_is_asked_after_the_quiet_too_but_needs_no_fence():
+    line, board = lossy(0)
+    board.setting("dir_hold_us")
+    Board(board.modbus, 2).setting("dir_hold_us")
+    _, quiet = waits(line)
+    assert quiet >= TIMEOUT_S
+
+
+def test_a_scan_of_silent_addresses_waits_for_no_quiet():
+    line, board = lossy()
+    with scan.quickly(board.modbus, 0.08):
+        found = scan.scan(board.modbus, range(1, 20))
+    assert [one.unit for one in found] == [1, 2]
+    assert len(line.requests) == 19 and max(waits(line)) < 0.1
+
+
+def test_a_good_line_has_no_waits_and_few_fences():
+    line, board = lossy()
+    group = [run.Lines(board, [0])]
+    group[0].uploads += upload.begin(board, {0: Line((5, 6) * 20, PLAIN)})
+    run.arm(board, [0])
+    run.follow(group, line.world)
+    heads = [frame for _, frame in line.requests if frame[1:4] == b"\x04\0\0" and frame[4] == 0]
+    assert len(heads) < len(line.requests) / 4
+
+
+def test_a_stop_goes_out_without_quiet_and_is_looked_after():
+    line, board = lossy(0, 1)
+    with pytest.raises(NoReplyError), board.once():
+        board.input("status")
+    run.stop_axes(board, [0])
+    stops = [(at, frame) for at, frame in line.requests if frame[1] == 16]
+    assert stops[0][0] - line.requests[0][0] < TIMEOUT_S + 3 * REPLY_S
+    assert len(stops) == 1  # it has been heard, which a look behind a fence has shown
