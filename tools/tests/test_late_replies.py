@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import pytest
 
-from bad_line import Terminal
+from bad_bus import Terminal
 from console import put
 from effort import cases
 from pixstep import natives

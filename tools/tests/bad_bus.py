@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A bad line between the master and fake boards: replies late, lost, twice, in pieces, spoilt.
 
-`BadLine` is in virtual time, so that thousands of sessions take seconds and a seed tells all. As a
+`BadBus` is in virtual time, so that thousands of sessions take seconds and a seed tells all. As a
 rule the line keeps the order of what is on it, as wires and queues do. `Terminal` is a pseudo
 terminal in real time, with a fake board and a plan of faults at its other end.
 """
@@ -60,7 +60,7 @@ class QueueingBoard(FakeBoard):
             axis.state = "loaded"
 
 
-class BadLine:
+class BadBus:
     """The bytes on their way, in virtual time."""
 
     def __init__(self, world, rng, faults, *boards):

@@ -6,13 +6,13 @@ from itertools import pairwise
 
 import pytest
 
-from bad_line import (
+from bad_bus import (
     ANYHOW,
     IN_TURN,
     NO_FAULTS,
     REPLY_S,
     TIMEOUT_S,
-    BadLine,
+    BadBus,
     QueueingBoard,
     VirtualMaster,
 )
@@ -36,7 +36,7 @@ class Session:
         self.fake = QueueingBoard(self.world)
         self.fake.clock = True
         self.fake.values["pixel_period_ticks"] = 800_000  # a twentieth of a second
-        self.line = BadLine(self.world, self.rng, faults, self.fake)
+        self.line = BadBus(self.world, self.rng, faults, self.fake)
         self.board = Board(VirtualMaster(self.line))
         self.given_up = 0
         for number, axis in enumerate(self.fake.axes, 1):
@@ -195,7 +195,7 @@ def test_sessions_on_a_bad_line(part):
 
 def lossy(*lost):
     """Return a line on which the replies to some requests are lost, from 0 on, and a board."""
-    line = BadLine(FakeWorld(), random.Random(1), NO_FAULTS)
+    line = BadBus(FakeWorld(), random.Random(1), NO_FAULTS)
     line.boards = (QueueingBoard(line.world), QueueingBoard(line.world, 2))
     line.reply = lambda reply: len(line.requests) - 1 in lost or line.put(reply, REPLY_S)
     return line, Board(VirtualMaster(line))
