@@ -54,8 +54,8 @@ class Session:
 
     def go(self):
         kinds = (
-            self.positions, self.setting, self.line_run, self.two_lines, self.refused, self.drivers,
-            self.address, self.store, self.fault, self.stop,
+            self.positions, self.words, self.setting, self.line_run, self.two_lines, self.refused,
+            self.drivers, self.address, self.store, self.fault, self.stop,
         )  # fmt: skip
         for _ in range(6):
             self.rng.choice(kinds)()
@@ -75,6 +75,18 @@ class Session:
             found = []
             if self.attempt(lambda axis=axis, found=found: found.append(self.board.axis(axis))):
                 assert found[0]["position_steps"] == self.fake.axes[axis].position
+
+    def words(self):
+        """Some words of the head of the map, as many as other requests ask for."""
+        for _ in range(4):
+            first, count = self.rng.randrange(1, 4), self.rng.randrange(1, 8)
+            found = []
+            if self.attempt(
+                lambda at=first, size=count, found=found: found.extend(
+                    self.board.read_inputs(at, size)
+                )
+            ):
+                assert found == self.fake.read(True, first, count)
 
     def setting(self):
         name = self.rng.choice(("dir_hold_us", "dir_setup_us", "bus_timeout_ms", "idle_off_ms"))

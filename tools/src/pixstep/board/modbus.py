@@ -7,17 +7,19 @@ to the next read. The master therefore keeps account of what may still come:
 * While a request waits, bytes before its reply are skipped, and a request without a readable reply
   is repeated as it was: the reply to any of them will do. An exception will not, since another of
   them may have been carried out: the request is sent once more when the line is clear.
-* Behind a request that was repeated, or had no reply, the line has to be quiet for a time-out
+* After a request that was repeated, or had no reply, the line has to be quiet for a time-out
   before another request goes out.
 * A *fence* follows: a short read of a length that no other request of late has had. Its reply comes
-  behind all that was on its way, which is dropped. A request whose reply would look like that of
-  another one of late goes out behind a fence too, for replies that come twice.
+  after all that was on its way, which is dropped. A request whose reply would look like that of
+  another one of late goes out after a fence too, for replies that come twice.
 """
 
 from __future__ import annotations
 
 import contextlib
 import itertools
+import os
+import select
 import struct
 import time
 from collections.abc import Iterator
@@ -38,7 +40,7 @@ if TYPE_CHECKING:
     import serial
 
 REPLY_S = 0.025  # how long a simulated master waits for the first byte
-_POLL_S = 0.005  # the longest wait of one read of a port
+_POLL_S = 0.005  # the longest wait of one read of a port where it cannot be waited for else
 _QUIET_S = 0.03  # without a byte: the reply on its way has ended
 _QUIET_LIMIT_S = 0.3
 _GAP_S = 0.1  # a reply that has begun may pause so long, also past its time-out
@@ -120,7 +122,7 @@ class Master(Client):
 
     def __init__(self, timeout_s: float, retries: int) -> None:
         super().__init__(timeout_s, retries)
-        self._asked_s = 0.0  # when the last request went out
+        self._asked_s = self._heard_s = 0.0  # when the last request went out, the last reply came
         self._spare = b""  # bytes behind the last reply
         self._doubts: set[int] = set()  # units of which a reply may still come
         self._loud = False  # the line has to be quiet before another request goes out
@@ -174,7 +176,18 @@ class Master(Client):
 
     def tell(self, pdu: bytes, unit: int = 0) -> None:
         """Send a request to which nobody replies."""
+        self._forget_what_is()
         self.write(Request(unit, pdu).frame)
+
+    def forget(self) -> None:
+        """Expect nothing more of what was asked so far: at another rate it cannot be read."""
+        self._doubts.clear()
+        self._late.clear()
+        self._spare, self._loud = b"", False
+
+    def _forget_what_is(self) -> None:
+        """Take what was read before for old: another request may change it."""
+        self._late = {key: (when, b"") for key, (when, _) in self._late.items()}
 
     def _ask(self, request: Request) -> Reply:
         """Send a request until its reply comes."""
@@ -205,7 +218,7 @@ class Master(Client):
             heard = (heard + data)[-_KEPT_BYTES:]
             reply = request.reply(heard)
             if reply:
-                self._spare = heard[reply.end :]
+                self._spare, self._heard_s = heard[reply.end :], self.now_s()
                 return reply
             end_s = min(last_s, max(end_s, self.now_s() + _GAP_S))
         return None
@@ -213,8 +226,8 @@ class Master(Client):
     def _note(self, request: Request, reply: Reply) -> None:
         """Keep what the reply looks like: should it come twice, no other request may take it."""
         now_s = self.now_s()
-        if _changes(request):  # what was read before is no longer what is
-            self._late = {key: (when, b"") for key, (when, _) in self._late.items()}
+        if _changes(request):
+            self._forget_what_is()
         looks = request.shape if reply.exception is None else reply.pdu[:1]
         self._late[request.unit, looks] = (now_s, request.pdu)
 
@@ -264,10 +277,12 @@ class Master(Client):
     def _fence(self, unit: int) -> None:
         """Ask a unit what no other request of late has asked; drop all that comes before."""
         for _ in range(self.patience[1] + 1):
-            reply = self._attempt(self._new_fence(unit))
+            fence = self._new_fence(unit)
+            reply = self._attempt(fence)
             if reply:
                 self._doubts.discard(unit)
                 self._late = {key: item for key, item in self._late.items() if key[0] != unit}
+                self._note(fence, reply)
                 self._drop_spare(_SILENCE_S)
                 return
             self._doubts.add(unit)
@@ -275,17 +290,19 @@ class Master(Client):
 
     def _new_fence(self, unit: int) -> Request:
         """Return a fence that looks like no reply of late."""
-        while True:
-            words = next(self._fences)
+        for words in itertools.islice(self._fences, len(_FENCE_WORDS)):
             fence = Request(unit, struct.pack(">BHH", rtu.READ_INPUTS, 0, words))
             if (unit, fence.shape) not in self._late:
-                return fence
+                break
+        return fence
 
     def _drop_spare(self, silence_s: float) -> None:
         """Drop what has come behind the last reply; a whole frame there means that more may."""
         spare, self._spare = self._spare, b""
-        while len(spare) < _KEPT_BYTES and (data := self.read_for(silence_s) or self.read(0)):
+        left_s = self._heard_s + silence_s - self.now_s()
+        while len(spare) < _KEPT_BYTES and (data := self.read_for(left_s) or self.read(0)):
             spare += data
+            left_s = silence_s
         if spare and rtu.frame_in(spare):
             self._doubts.update(unit for unit, _ in self._late)
             self._loud = True
@@ -355,12 +372,20 @@ class SerialClient(Master):
             return b""
         try:
             waiting = self.socket.in_waiting
-            if not waiting and wait_s <= 0:
+            if not waiting and not self._comes(wait_s):
                 return b""
             return bytes(self.socket.read(max(1, waiting)))
         except TROUBLE:
             self._lose()
             return b""
+
+    def _comes(self, wait_s: float) -> bool:
+        """Wait for a byte, at most so long; False if none comes, or if that cannot be told."""
+        if wait_s <= 0 or self.socket is None:
+            return False
+        if os.name != "posix":  # a read waits itself, for the port's own time
+            return True
+        return bool(select.select([self.socket.fileno()], [], [], wait_s)[0])
 
     def _lose(self) -> None:
         """Close a port that went away, so that a later request tries to open it again."""
@@ -386,6 +411,7 @@ class SerialClient(Master):
         """Go on at another rate and parity."""
         self.port = self.port.at(baud, parity)
         self.place = self.port.text
+        self.forget()
         self.close()
         self.connect()
 

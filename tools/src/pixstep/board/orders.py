@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Orders that a board must not be given twice: sent once, and if the reply is lost, looked after.
 
-A request behind one whose reply was lost is answered after it, or the board has not heard it. So
-what the board then says of itself tells whether the order has been carried out.
+The board carries out what it hears in turn, and the master drops what comes late. So what the board
+says of itself afterwards tells whether it has carried out the order.
 """
 
 from collections.abc import Callable

@@ -35,6 +35,7 @@ BOOT_S = 2.0  # of the boot loader, before it starts the firmware
 _CFLAG = 2
 _PTYS = ("/dev/pts/", "/dev/ttys")  # Linux, macOS
 
+_BESIDE = getattr(os, "O_NOCTTY", 0) | getattr(os, "O_NONBLOCK", 0)
 _BESIDE_TIMES, _BESIDE_S = 5, 0.03
 
 
@@ -120,7 +121,7 @@ class Port:
         comes while it replies. Raises UserError if the port cannot be written to.
         """
         try:
-            opened = os.open(self.name, os.O_WRONLY | os.O_NOCTTY | os.O_NONBLOCK)
+            opened = os.open(self.name, os.O_WRONLY | _BESIDE)
             try:
                 for _ in range(_BESIDE_TIMES):
                     os.write(opened, frames)
