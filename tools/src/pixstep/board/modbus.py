@@ -47,6 +47,7 @@ _GAP_S = 0.1  # a reply that has begun may pause so long, also past its time-out
 _CHARACTER_BITS = 11
 _SILENCE_S = 0.002  # in front of a request: what comes right behind a reply is heard in it
 _FENCE_WORDS = range(1, 17)  # of the head of the map, which every board has
+_FENCE_TRIES = 3
 _LATE = 2  # time-outs: a reply that comes twice has come by then
 _LATER = 1.5  # time-outs from a request to the end of the quiet after it, at least
 _KEPT_BYTES = 1024  # of what was heard without a reply in it
@@ -276,7 +277,7 @@ class Master(Client):
 
     def _fence(self, unit: int) -> None:
         """Ask a unit what no other request of late has asked; drop all that comes before."""
-        for _ in range(self.patience[1] + 1):
+        for _ in range(min(self.patience[1] + 1, _FENCE_TRIES)):
             fence = self._new_fence(unit)
             reply = self._attempt(fence)
             if reply:
@@ -286,6 +287,7 @@ class Master(Client):
                 self._drop_spare(_SILENCE_S)
                 return
             self._doubts.add(unit)
+            self._quiet(self.patience[0])
         raise RequestError
 
     def _new_fence(self, unit: int) -> Request:
