@@ -200,10 +200,13 @@ def _addresses(found: Link, units: Units) -> tuple[int, ...]:
 
 
 def present(
-    found: Link, addresses: Iterable[int] = scan.UNITS, where: str = "at any address"
+    found: Link,
+    addresses: Iterable[int] = scan.UNITS,
+    timeout_s: float = scan.TIMEOUT_S,
+    where: str = "at any address",
 ) -> tuple[int, ...]:
     """Look for the boards of the bus; raises BoardError if there is none."""
-    with progress.shown("looking for boards") as show, scan.quickly(found.modbus):
+    with progress.shown("looking for boards") as show, scan.quickly(found.modbus, timeout_s):
         answers = scan.scan(found.modbus, addresses, show)
     units = tuple(answer.unit for answer in answers if not answer.trouble)
     if not units:

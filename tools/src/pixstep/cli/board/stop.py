@@ -25,6 +25,7 @@ from pixstep.cli.options import Tell, board_rows, json_option
 from pixstep.errors import UserError
 
 _NEAR = range(1, 9)  # addresses that are looked at without being asked to
+_NEAR_S = 0.15  # that each of them has, so that a busy computer misses none
 
 
 @command("stop")
@@ -107,6 +108,7 @@ def _those_there(found: Link, units: Units | None, known: tuple[int, ...]) -> tu
     return present(
         found,
         wanted,
+        _NEAR_S,
         f"at addresses 1 to {last}{others}: `pixstep board stop --unit all` looks at every one",
     )
 
