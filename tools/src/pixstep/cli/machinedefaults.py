@@ -241,7 +241,10 @@ def in_force(ctx: click.Context) -> Machine | None:
 def units_on(ctx: click.Context, port: str) -> tuple[int, ...]:
     """Return the addresses that the machine file of a command line gives boards on a port."""
     facts: Facts | None = ctx.meta.get(_FACTS_OF)
-    used = facts.found if facts else None
+    try:
+        used = None if facts is None else facts.found
+    except UserError:  # a mistake in the file keeps nobody from looking
+        used = None
     if used is None:
         return ()
     boards = used.boards.values()
