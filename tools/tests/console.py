@@ -27,9 +27,11 @@ class Console:
         monkeypatch.setenv("PIXSTEP_PORT", PORT)
         monkeypatch.setattr(link, "open_port", self._open)
 
-    def _open(self, options, say=None):
+    def _open(self, options, say=None, first=lambda _: None):
         self.options.append(options)
-        return SerialLink(self.client, options.name, self.world)
+        found = SerialLink(self.client, options.name, self.world)
+        first(found)
+        return found
 
     def run(self, *words, status=0, say=""):
         """Run a command and return its result; its status must be the one given."""

@@ -75,7 +75,11 @@ class FakeHome(Board):
             "next_block": self.block,
             "position_steps": self.position,
             "pixel": self.pixels,
+            "lines_done": 0,
         }
+
+    def axes(self, count):
+        return [self.axis(axis) for axis in range(count)]
 
     def inputs(self):
         minus, plus = self.plant.limits()
@@ -102,7 +106,7 @@ class FakeHome(Board):
         self.entries += entries
         self.block += 1
 
-    def command(self, name, axes):
+    def command(self, name, axes, _argument=0):
         if name == "zero":
             assert self.code
             self.position -= self.trip_position

@@ -1,9 +1,18 @@
 # SPDX-License-Identifier: MIT
 """`pixstep board` on fake boards: errors, scan, info, get, watch; help."""
 
+import io
+
 import pytest
 from click.testing import CliRunner
+from rich.console import Console
 
+from clock import TICK_HZ
+from console import put
+from pixstep.board import clockstate, snapshot
+from pixstep.board.device import Board
+from pixstep.board.errors import BoardError
+from pixstep.cli.board import watchview
 from pixstep.cli.main import main
 from pixstep_dev.robustness.wire import seal
 
@@ -129,3 +138,62 @@ def test_help_of_every_command(words):
         assert about.endswith(".") and not about.endswith("..."), row  # whole, on 80 columns
         done = CliRunner().invoke(main, [*words, name, "--help"])
         assert done.exit_code == 0 and "Usage" in done.output
+
+
+# Measured beside set, positions behind a line
+
+
+@pytest.mark.parametrize(
+    ("hz", "text"),
+    [(200, "measured 200 Hz, set to 30 Hz"), (4, "2 edges came in 0.5 s, set to 30 Hz"),
+     (0, "no edge came in 0.5 s, set to 30 Hz")],
+)  # fmt: skip
+def test_a_clock_that_is_awaited_is_counted(one, hz, text):
+    one.board.clock, one.board.clock_hz = hz > 0, hz
+    assert clockstate.beside(Board(one.client), one.world) == text
+    with pytest.raises(BoardError, match=f"no steady pixel clock in 500 edges: {text}"):
+        clockstate.await_measured(Board(one.client), one.world, 1 / 30)
+
+
+def of_another_clock(one):
+    """Let the board see a clock of 200 Hz, and be set to 30 Hz."""
+    one.board.clock = True
+    one.board.values["clock_interval"] = round(TICK_HZ / 256 / 200)
+
+
+def test_another_clock_than_the_one_set_is_named_wherever_it_is_awaited(one):
+    of_another_clock(one)
+    wanted = "measured 200.3 Hz, set to 30 Hz"
+    assert clockstate.beside(Board(one.client)) == wanted
+    assert wanted in one.out("watch", "--once")
+    board = Board(one.client)
+    now = snapshot.take(board, board.who(), 0.0)
+    console = Console(width=120, record=True, file=io.StringIO())
+    console.print(watchview.page(now, None))
+    assert wanted in console.export_text()
+    with pytest.raises(BoardError, match=f"the pixel clock is another one: {wanted}"):
+        clockstate.await_measured(board, one.world, 1 / 30)
+
+
+def test_boards_that_do_not_get_ready_for_the_clock_say_its_frequency(two):
+    two.boards[1].clock, two.boards[1].clock_hz = True, 200
+    for unit in (1, 2):
+        two.out("upload", put([5] * 90), "--decode", "plain", "--unit", unit)
+    value = two.boards[1].value
+    two.boards[1].value = lambda name: 0 if name == "ready" else value(name)
+    text = two.err("start", "--unit", "1,2")
+    wanted = "its pixel clock is not measured: measured 200 Hz, set to 30 Hz"
+    assert text == f"board 2: not ready after 10 s: {wanted}"
+
+
+def test_watch_shows_no_expected_position_of_a_line_that_is_over(one):
+    """Homing gives the axis a new zero after its last line."""
+    value = one.board.axis_value
+    one.board.axis_value = lambda axis, name: -56 if name == "expected_steps" else value(axis, name)
+    one.board.axes[0].state, one.board.axes[1].state = "done", "running"
+    one.board.axes[1].repeat = 1
+    rows = one.out("watch", "--once").splitlines()
+    assert rows[1].startswith("board 1 axis 0: done, position_steps 0, expected_steps -, pixel 0")
+    assert ", expected_steps -56, " in rows[2]
+    axes = one.json("watch", "--once")["axes"]
+    assert [axis["expected_steps"] for axis in axes] == [None, -56, None, None]

@@ -221,7 +221,7 @@ def test_arm_survives_a_lost_reply(one):
 
     one.board.obey_arm = arm_and_lose_the_reply
     assert "axis 0 armed" in one.out("arm")
-    assert [name for name, _, _ in one.board.commands].count("arm") == 2
+    assert [name for name, _, _ in one.board.commands].count("arm") == 1
     assert one.board.axes[0].state == "running"
 
 
@@ -232,7 +232,7 @@ def test_a_board_that_may_be_armed_is_disarmed(two):
 
     def arm_and_fall_silent(*arguments):
         arm(*arguments)
-        two.line.lose = 2  # the reply, and that to the repetition
+        two.line.lose = 3  # the reply, and those to the two looks at the axes
 
     two.boards[1].obey_arm = arm_and_fall_silent
     assert "board 2 on /dev/ttyTEST" in two.err("start", "--unit", "1,2")

@@ -113,7 +113,53 @@ def test_a_refused_stop_ends_with_its_reason(one):
 def test_a_silent_board_is_named(one):
     one.board.answer = lambda *_: None
     assert one.err("stop", "--unit", 1).startswith("board 1 on /dev/ttyTEST")
-    assert one.run("stop", status=1).stderr.endswith(": no board answers at any address\n")
+    text = one.err("stop")
+    assert "no board answers at addresses 1 to 8: `pixstep board stop --unit all` looks" in text
+    text = one.run("stop", "--unit", "all", status=1).stderr
+    assert text.endswith(": no board answers at any address\n")
+
+
+MACHINE_17 = f"""\
+[clock]
+pixel = "30 Hz"
+[boards.near]
+kind = "mega"
+port = "{PORT}"
+[boards.far]
+kind = "uno"
+port = "{PORT}"
+unit = 17
+[boards.elsewhere]
+kind = "uno"
+port = "/dev/ttyOTHER"
+unit = 99
+[motors.X]
+board = "near"
+axis = 0
+kind = "plain"
+steps_per_unit = "400 steps/mm"
+"""
+
+
+def asked(rig):
+    """Return the addresses that were asked for something."""
+    return {frame[0] for frame in rig.line.requests} - {0}
+
+
+def test_boards_of_the_machine_file_are_looked_at_too(two):
+    two.boards[1].holdings[0] = 17
+    assert "board 17" not in two.out("stop")
+    assert asked(two) == set(range(1, 9))
+    Path("machine.toml").write_text(MACHINE_17)
+    assert "board 17: at rest: axis 0 at position 0" in two.out("stop")
+    assert asked(two) == {*range(1, 9), 17}
+    assert "board 17: at rest" in two.out("stop", "--machine", "none", "--unit", "all")
+    assert asked(two) == set(range(1, 248))
+
+
+def test_a_mistake_in_the_machine_file_does_not_keep_stop_from_looking(one):
+    Path("machine.toml").write_text("[clock\n")
+    assert "board 1: at rest: axis 0" in one.out("stop")
 
 
 # Ended while a line is queued: a part of one must not stay, or the board refuses the next

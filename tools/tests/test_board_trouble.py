@@ -25,10 +25,9 @@ def interrupt():
 class Client(SerialClient):
     """A client that lets the other end answer as soon as a request is sent."""
 
-    def send(self, request, addr=None):
-        sent = super().send(request, addr)
+    def write(self, frame):
+        super().write(frame)
         self.answer()
-        return sent
 
 
 class Terminal:

@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: MIT
 """`pixstep flash`: its command line, its refusals, what it asks the board afterwards."""
 
+import os
+import pty
 import re
 import shlex
 import shutil
 import stat
+import time
 
 import pytest
 
@@ -12,8 +15,11 @@ from fake_board import FakeBoard, FakeLine, FakeWorld
 from pixstep import natives
 from pixstep.board import flash
 from pixstep.board.boards import BOARD_NAMES
+from pixstep.board.modbus import SerialClient
+from pixstep.board.port import Port
 
-PORT = "/dev/ttyTEST"
+_MASTER, _SLAVE = pty.openpty()
+PORT = os.ttyname(_SLAVE)  # there, and nobody answers on it
 
 
 def record(address, data, kind=0):
@@ -100,6 +106,30 @@ def test_what_is_no_image_is_refused(invoke, tmp_path, content, complaint):
     words = ("flash", "--board", "mega", "--port", PORT, "--hex", path, "--dry-run")
     text = invoke(*words, status=2).stderr
     assert complaint in text and text.count("\n") == 1
+
+
+def test_a_port_that_cannot_be_opened_is_said_at_once_and_as_everywhere(invoke, avrdude, tmp_path):
+    called = avrdude(first="sleep 9")
+    path = image(tmp_path / "a.hex")
+    for port in ("/dev/ttyNONE", "/dev/null"):
+        begun = time.monotonic()
+        words = ("flash", "--board", "mega", "--port", port, "--hex", path)
+        told = invoke(*words, status=2).stderr
+        assert time.monotonic() - begun < flash.ANSWER_LIMIT_S
+        assert told == invoke("board", "get", "status", "--port", port, status=2).stderr
+    assert not called.exists()
+
+
+def test_flash_names_a_port_in_use(invoke, avrdude, tmp_path):
+    called = avrdude()
+    path = image(tmp_path / "a.hex")
+    client = SerialClient(Port(PORT))
+    client.connect()
+    words = ("flash", "--board", "mega", "--port", PORT, "--hex", path)
+    text = invoke(*words, status=2).stderr
+    client.close()
+    assert text.startswith(f"pixstep: {PORT}: in use by another program")
+    assert not called.exists()
 
 
 def test_an_image_of_another_board_is_refused(invoke, tmp_path, avrdude):

@@ -30,7 +30,7 @@ del signal.SIGHUP
 STATE = """
 import logging, signal, sys, warnings
 import matplotlib
-loggers = [logging.getLogger(name) for name in (None, "pixstep", "pymodbus", "matplotlib")]
+loggers = [logging.getLogger(name) for name in (None, "pixstep", "matplotlib")]
 def state():
     return {
         "drawing": matplotlib.rcParams.copy(),  # reading an item may load a backend
@@ -69,7 +69,7 @@ def test_an_import_changes_nothing_of_the_program_around_it():
     ("change", "name"),
     [
         ("matplotlib.use('svg')", "drawing"),
-        ("logging.getLogger('pymodbus').setLevel('CRITICAL')", "logging"),
+        ("logging.getLogger('pixstep').setLevel('CRITICAL')", "logging"),
         ("logging.basicConfig()", "logging"),
         ("warnings.simplefilter('ignore')", "warnings"),
         ("signal.signal(signal.SIGTERM, signal.SIG_IGN)", "signals"),

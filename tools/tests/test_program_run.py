@@ -69,14 +69,31 @@ def folder(tmp_path, monkeypatch):
 def test_a_program_runs_on_a_board(one, folder):
     text = one.out("run", "corner.pmc")
     assert text == (
-        "board 1 axis 0: motor X done, moved 800 steps to position 800\n"
-        "board 1 axis 2: motor stage done, moved 400 steps to position 400\n"
+        "board 1 axis 0: motor X done, made 800 steps, from position 0 to 800\n"
+        "board 1 axis 2: motor stage done, made 1960 steps, from position 0 to 400\n"
     )
     assert ("arm", 0b0101, 0) in one.board.commands
     assert one.board.setting("pixel_hz_num") == 200
     found = one.json("run", "corner.pmc", "--no-check")
     assert [row["moved_steps"] for row in found["axes"]] == [800, 400]
     assert [row["position_steps"] for row in found["axes"]] == [1600, 800]
+
+
+def test_a_closed_path_says_how_many_steps_it_made(one, folder):
+    (folder / "closed.pmc").write_text("ABS LINEAR TA10 TS0 F20\nX4\nX0\n")
+    text = one.out("run", "closed.pmc")
+    made = made_by(one.board.axes[0])
+    assert 3100 < made <= 3200  # the blend at the turn takes a little of both moves
+    assert f"axis 0: motor X done, made {made} steps, from position 0 to 0\n" in text
+    row = one.json("run", "closed.pmc")["axes"][0]
+    assert (row["made_steps"], row["moved_steps"]) == (made, 0)
+    assert (row["from_steps"], row["position_steps"]) == (0, 0)
+
+
+def made_by(axis):
+    """Return the steps of the last line of a fake axis, there and back."""
+    places = [0, *(steps for _, steps in axis.records)]
+    return sum(abs(after - before) for before, after in pairwise(places))
 
 
 def test_the_board_gets_the_clock_of_the_machine_file(one, folder):

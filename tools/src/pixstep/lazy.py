@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Modules that take long to load: imported when something of them is first used.
 
-A command's help, and a command that does without them, need not wait for numpy or pymodbus:
+A command's help, and a command that does without them, need not wait for numpy or rich:
 
     if TYPE_CHECKING:
         import numpy as np

@@ -96,7 +96,7 @@ _add_table("grammar", _grammar, "All commands and their options, for docs/COMMAN
 
 
 def _commands() -> str:
-    from pixstep_dev.docs import commands  # pymodbus takes a while to load
+    from pixstep_dev.docs import commands  # takes a while to load
 
     with progress.shown("commands") as show:
         return commands.commands(show)

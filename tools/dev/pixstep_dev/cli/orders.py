@@ -46,7 +46,7 @@ def orders(ctx, board, count, seed, estop, first, replay, together, rests, as_js
         raise UserError("--together is for a board of several axes, and not with --rests")
     if rests:
         _run_rests(ctx, board, count, seed, first, as_json, write)
-    from pixstep_dev.robustness.orders import campaign  # pymodbus takes a while to load
+    from pixstep_dev.robustness.orders import campaign  # takes a while to load
 
     share = 1.0 if estop else _ESTOP_SHARE
     if replay:

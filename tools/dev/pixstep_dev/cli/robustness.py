@@ -36,7 +36,7 @@ def frames(ctx, board, count, seed, as_json):
     the edges are the same to the cycle and the board answers, at rest and without a fault,
     afterwards.
     """
-    from pixstep_dev.robustness import framestorm  # pymodbus takes a while to load
+    from pixstep_dev.robustness import framestorm  # takes a while to load
 
     with progress.shown(f"{board}: {count} frames") as show:
         outcome = framestorm.run(framestorm.Plan(board, count, seed), show)

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from pixstep.board import boards, run, settings
+from pixstep.board import boards, orders, run, settings
 from pixstep.board import registers as regs
 from pixstep.board.device import Board, Identity
 from pixstep.board.errors import BoardError
@@ -44,7 +44,7 @@ class AtMachine:
     def clears(self) -> bool:
         """Try to clear the fault; return whether it is gone."""
         try:
-            self.board.command("clear_fault", [0])
+            orders.clear_fault(self.board)
         except BoardError:
             return False
         return not self.board.fault_name()

@@ -11,7 +11,7 @@ in_time = run.follow()
 from collections.abc import Mapping
 from fractions import Fraction
 
-from pixstep.board import clockstate
+from pixstep.board import clockstate, orders
 from pixstep.board import registers as regs
 from pixstep.board.errors import IMPOSSIBLE, BoardError
 from pixstep.board.link import Link
@@ -108,7 +108,7 @@ class BoardRun:
         Raises LineRefusedByBoardError for lines that are too fast together.
         """
         try:
-            self.board.command("arm", sorted(self.uploads))
+            orders.arm(self.board, sorted(self.uploads))
         except BoardError as error:
             if error.code == IMPOSSIBLE:
                 self._raise_too_fast()

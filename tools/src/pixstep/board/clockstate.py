@@ -14,6 +14,7 @@ from pixstep.board.link import World
 _MEASURING_EDGES = 500  # of a clock that is not too bad, in which a board measures it
 _POLL_EDGES, _POLL_S = 8, 0.1  # between two looks, whichever is less
 _REST_S = 120.0  # the longest rest of a gated clock that is waited for
+_COUNT_S, _COUNT_EDGES = 0.5, 10  # in which edges are counted; fewer tell no frequency
 _OFF_LOOKS = 8  # in a row that see a clock of another frequency: it is another one
 
 
@@ -117,8 +118,29 @@ def await_measured(
         if gated and not regs.flags(status)["clock"] and looked_s < rests_until_s:
             end_s += looked_s - before_s
         if looked_s > end_s:
-            raise BoardError(f"board {board.unit}: no steady pixel clock in {edges} edges")
+            said = beside(board, world)
+            raise BoardError(f"board {board.unit}: no steady pixel clock in {edges} edges: {said}")
         world.wait(min(_POLL_S, _POLL_EDGES * clock_s))
+
+
+def beside(board: Board, world: World | None = None) -> str:
+    """Return in words the frequency that a board sees beside the one that it is set to.
+
+    While the board has measured none, its count of edges tells, if there is time for that.
+    """
+    state = board.inputs()
+    seen_hz = measured_hz(read(board, state), state, board.tick_hz())
+    set_hz = float(board.clock_hz())
+    if seen_hz is None and world:
+        first, begun_s = board.input("pixel_edges"), world.now_s()
+        world.wait(_COUNT_S)
+        count = (board.input("pixel_edges") - first) % (1 << 32)
+        seconds = world.now_s() - begun_s
+        if count < _COUNT_EDGES:
+            came = f"{count or 'no'} edge{'' if count <= 1 else 's'} came in {seconds:.1f} s"
+            return f"{came}, {clock_hz.beside(None, set_hz)}"
+        seen_hz = count / seconds
+    return clock_hz.beside(seen_hz, set_hz)
 
 
 def _is_known(status: int, *, gated: bool) -> bool:

@@ -59,6 +59,8 @@ class Identity:
 
 
 STORING = 4  # bit of settings_state
+_ONCE = frozenset({"arm", "go", "clear_fault", "store"})  # board/orders.py repeats them
+_URGENT = "stop"
 _CURES = {  # what keeps settings from being changed, by the state of an axis
     "loading": "has a part of a line queued (`pixstep board disarm` forgets it)",
     "loaded": "has a line loaded (`pixstep board disarm` forgets it)",
@@ -186,8 +188,11 @@ class Board(Wire):
         return [values(places(self.map.axis_inputs), partial(_part, block)) for block in blocks]
 
     def moving(self) -> bool:
-        """Return True while an axis is armed or runs, and no fault is latched: a short request."""
-        status = regs.flags(self.input("status"))
+        """Return True while an axis is armed or runs, and no fault is latched: a short request.
+
+        It is longer than that for the room in the queues, lest their replies be mistaken.
+        """
+        status = regs.flags(self.inputs_from("status", "fault_pixel")["status"])
         return (status["armed"] or status["running"]) and not status["fault"]
 
     def write_setting(self, name: str, value: int) -> None:
@@ -208,9 +213,11 @@ class Board(Wire):
     def command(self, name: str, axes: list[int], argument: int = 0) -> None:
         """Give a command (a key of registers.COMMANDS) to some axes at once.
 
-        `argument` is a token for arm and go, the key for store and default_settings.
+        `argument` is a token for arm and go, the key for store and default_settings. An order that
+        must not be given twice is sent once, and NoReplyError does not say that it was not heard:
+        orders.py has those that find out. A stop goes out at once.
         """
-        self.write(regs.COMMAND_BASE, _command_words(name, axes, argument))
+        self._order(name, _command_words(name, axes, argument))
 
     def go(self, token: int, edge: int) -> None:
         """Let the axes start that were armed with this token.
@@ -218,7 +225,11 @@ class Board(Wire):
         Lines that wait for the pixel clock begin on the edge of this number (1..65535), by the
         board's own count (register clock_edge).
         """
-        self.write(regs.COMMAND_BASE, [*_command_words("go", [0], token), edge])
+        self._order("go", [*_command_words("go", [0], token), edge])
+
+    def _order(self, name: str, words: list[int]) -> None:
+        with self.once() if name in _ONCE else contextlib.nullcontext():
+            self.write(regs.COMMAND_BASE, words, urgent=name == _URGENT)
 
     def mark(self) -> None:
         """Make every board on the bus note its newest clock edge; a broadcast: nobody replies.

@@ -9,17 +9,11 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from pixstep.board.device import Board
+from pixstep.board.modbus import Client, SerialClient
 from pixstep.board.port import BOOT_S, Port
-from pixstep.lazy import lazy
-
-if TYPE_CHECKING:
-    from pixstep.board import modbus
-    from pixstep.board.modbus import Client
-else:
-    modbus = lazy("pixstep.board.modbus")
 
 Say = Callable[[str], None]
 
@@ -85,14 +79,19 @@ class SerialLink:
         self.modbus.close()
 
 
-def open_port(port: Port, say: Say = lambda _: None) -> SerialLink:
+def open_port(
+    port: Port, say: Say = lambda _: None, first: Callable[[Link], None] = lambda _: None
+) -> SerialLink:
     """Open a port; raises UserError saying why it cannot be opened.
 
-    If opening it has reset a board, the boot loader is given its time.
+    `first` is done at once. If opening the port has reset a board, the boot loader is given its
+    time then: on a bus that is behind an adapter nothing was reset.
     """
-    client = modbus.SerialClient(port)
+    client = SerialClient(port)
     link = SerialLink(client, port.name)
-    if client.connect_reset():
+    has_reset = client.connect_reset()
+    first(link)
+    if has_reset:
         say(
             f"opening {port.name} for the first time resets a board that is plugged in by USB: "
             f"waiting {BOOT_S:g} s for its boot loader"

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import errno
 import os
+import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -33,6 +34,14 @@ RETRIES = 3
 BOOT_S = 2.0  # of the boot loader, before it starts the firmware
 _CFLAG = 2
 _PTYS = ("/dev/pts/", "/dev/ttys")  # Linux, macOS
+
+_BESIDE = getattr(os, "O_NOCTTY", 0) | getattr(os, "O_NONBLOCK", 0)
+_BESIDE_TIMES, _BESIDE_S = 5, 0.03
+
+
+class PortBusyError(UserError):
+    """Another program has the port open."""
+
 
 # What a port raises that went away, or cannot do what it was asked for.
 TROUBLE: tuple[type[Exception], ...] = (OSError, ValueError, *((termios.error,) if termios else ()))
@@ -97,8 +106,30 @@ class Port:
         except TROUBLE as error:
             if opened:
                 opened.close()
-            raise UserError(f"{self.name}: {self._reason(error)}") from None
+            kind = PortBusyError if _is_busy(error) else UserError
+            raise kind(f"{self.name}: {self._reason(error)}") from None
         return opened, has_reset
+
+    def require(self) -> None:
+        """Raise UserError, as `open` does, if the port cannot be opened."""
+        self.open(self.timeout_s or TIMEOUT_S)[0].close()
+
+    def send_beside(self, frames: bytes) -> None:
+        """Send frames to which nobody replies on a port that another program has open.
+
+        They go out between that program's own, several times, since a board does not hear what
+        comes while it replies. Raises UserError if the port cannot be written to.
+        """
+        try:
+            opened = os.open(self.name, os.O_WRONLY | _BESIDE)
+            try:
+                for _ in range(_BESIDE_TIMES):
+                    os.write(opened, frames)
+                    time.sleep(_BESIDE_S)
+            finally:
+                os.close(opened)
+        except OSError as error:
+            raise UserError(f"{self.name}: {self._reason(error)}") from None
 
     def _reason(self, error: Exception) -> str:
         """Return in words why the port cannot be opened."""
@@ -109,10 +140,11 @@ class Port:
             )
         if code == errno.EACCES and not Path(self.name).is_file():
             return "not allowed: add yourself to the group dialout (`sudo adduser $USER dialout`)"
-        if code in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in str(error):
+        if _is_busy(error):
             return (
                 "in use by another program, and a port has one user at a time: if that is a "
-                "command of pixstep, Ctrl-C there stops what it moves"
+                "command of pixstep, Ctrl-C there stops what it moves, and so does `pixstep board "
+                "stop` beside it"
             )
         if code in (errno.EACCES, errno.ENOTTY, errno.ENXIO, errno.EIO):
             return "not a serial port"
@@ -127,6 +159,12 @@ def _code(error: BaseException | None) -> int | None:
     if termios and isinstance(error, termios.error):
         code = error.args[0]
     return code if isinstance(code, int) else None
+
+
+def _is_busy(error: Exception) -> bool:
+    """True if a port cannot be opened because another program has it."""
+    code = _code(error) or _code(error.__context__)
+    return code in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in str(error)
 
 
 def is_pty(name: str) -> bool:

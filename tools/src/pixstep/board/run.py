@@ -6,13 +6,15 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from pixstep import signals
-from pixstep.board import clockstate, gating, settings, values
+from pixstep.board import clockstate, gating, orders, settings, values
 from pixstep.board import registers as regs
 from pixstep.board.device import Board
 from pixstep.board.errors import (
     IMPOSSIBLE,
     BoardError,
     ExceptionReplyError,
+    LineLostError,
+    NoReplyError,
     NotPossibleError,
 )
 from pixstep.board.link import World
@@ -69,18 +71,12 @@ def loaded(board: Board, count: int) -> list[int]:
 def arm(board: Board, axes: list[int], token: int = 0) -> None:
     """Arm axes; raises BoardError saying why the board would not.
 
-    A request whose reply was lost is repeated, and the repetition refused because the axes are
-    armed already: that is no error.
+    If the reply is lost, the axes are looked at: no line begins twice.
     """
     if token:
         board.require("tokens")
-    try:
-        board.command("arm", axes, token)
-    except ExceptionReplyError as error:
-        if error.code != IMPOSSIBLE:
-            raise
-        if any(state not in _MOVING for state in states(board, axes).values()):
-            raise _why_not(board, "arm", axes) from None
+    with _explained(board, "arm", axes):
+        orders.arm(board, axes, token)
 
 
 def play_unknown(board: Board, axes: list[int]) -> list[int]:
@@ -91,8 +87,18 @@ def play_unknown(board: Board, axes: list[int]) -> list[int]:
 
 def command(board: Board, name: str, axes: list[int], argument: int = 0) -> None:
     """Give a command; a refusal is explained by the state of the board."""
+    with _explained(board, name, axes):
+        if name == "clear_fault":
+            orders.clear_fault(board)
+        else:
+            board.command(name, axes, argument)
+
+
+@contextlib.contextmanager
+def _explained(board: Board, name: str, axes: list[int]) -> Iterator[None]:
+    """Let the state of the board explain why it refuses a command."""
     try:
-        board.command(name, axes, argument)
+        yield
     except ExceptionReplyError as error:
         if error.code != IMPOSSIBLE:
             raise
@@ -192,15 +198,23 @@ def discard(lines: Lines) -> None:
 
 @contextlib.contextmanager
 def stopped_on_failure(group: list[Lines]) -> Iterator[None]:
-    """Stop all axes of a group when a signal comes or this program fails.
+    """Stop all axes of a group when a signal comes, a board is lost, or this program fails.
 
-    The exception goes on with a note saying where the axes are. What a board does wrong is no
-    failure of this program, a board in fault has stopped: a BoardError passes. Keep this the
+    The exception goes on with a note saying where the axes are, a BoardError says so itself. A
+    board in fault, or one that refuses, has nothing that moves and is left as it is. Keep this the
     innermost context: no other may fail first.
     """
     try:
         yield
-    except (BoardError, UserError):
+    except UserError:
+        raise
+    except (NoReplyError, LineLostError) as error:
+        error.args = (f"{error} (stopped: {stop(group)})",)
+        raise
+    except BoardError as error:
+        moving = [lines for lines in group if not _known_still(lines.board, lines.axes)]
+        if moving:
+            error.args = (f"{error} (stopped: {stop(moving)})",)
         raise
     except BaseException as error:
         error.add_note(stop(group))
@@ -302,7 +316,10 @@ def _gate_too_near(board: Board) -> str:
 def _not_now(board: Board, name: str, axes: list[int], state: Mapping[str, int]) -> str:
     """Return which state of a board without a fault speaks against a command."""
     if name == "arm" and clockstate.is_awaited(board, state):
-        return "lines are locked to the pixel clock (setting sync), which is not measured yet"
+        return (
+            f"lines are locked to the pixel clock (setting sync), which is not measured yet: "
+            f"{clockstate.beside(board)}"
+        )
     if name == "arm" and (found := _gate_too_near(board)):
         return found
     for axis in range(state["axis_count"]) if name == "arm" else ():

@@ -80,9 +80,5 @@ def look(board: Board) -> Found | None:
 @contextlib.contextmanager
 def quickly(modbus: Client, timeout_s: float = TIMEOUT_S) -> Iterator[None]:
     """Let a client ask once only and wait briefly, as long as this lasts."""
-    before = modbus.patience
-    modbus.patience = (timeout_s, 0)
-    try:
+    with modbus.patient(timeout_s, 0):
         yield
-    finally:
-        modbus.patience = before

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: MIT
 """The settings of a board: all of them at once, all-or-nothing writes, the stored copy."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 from typing import TypedDict
 
-from pixstep.board import gating, stretches, values
+from pixstep.board import gating, orders, stretches, values
 from pixstep.board import registers as regs
 from pixstep.board.device import STORING, Board
 from pixstep.board.errors import BoardError, NoReplyError
@@ -17,6 +18,7 @@ from pixstep.lines.rational import refuse_period
 
 STORED, DIFFERS = 1, 2  # bits of settings_state
 _STORE_LIMIT_S = 5.0
+_MOVES = 3  # times that a change of the address or rate is sent
 _POLL_S = 0.02
 _PARITY_LETTERS = {value: letter for letter, value in PARITIES.items()}
 _LINE = ("baud_100", "parity")
@@ -89,9 +91,12 @@ def write(board: Board, old: dict[str, int], wanted: list[Change]) -> None:
                 new[item.name] >> 16 * (item.words - 1 - index) & 0xFFFF
                 for index in range(item.words)
             ]
-    board.write_settings(first, words)
-    follow(board, new, {change.name for change in wanted})
-    found = _read_back(board, {change.name for change in wanted})
+    changed = {change.name for change in wanted}
+    if changed.intersection((_ADDRESS, *_LINE)):
+        _move(board, partial(board.write_settings, first, words), old, new)
+    else:
+        board.write_settings(first, words)
+    found = _read_back(board, changed)
     for change in wanted:
         if found[change.name] != change.new:
             raise BoardError(
@@ -114,12 +119,49 @@ def _read_back(board: Board, changed: set[str]) -> dict[str, int]:
         ) from None
 
 
-def follow(board: Board, new: dict[str, int], changed: set[str]) -> None:
+def follow(board: Board, old: Mapping[str, int], new: Mapping[str, int]) -> None:
     """Let the client talk to the board as its new settings say."""
-    if _ADDRESS in changed:
-        board.unit = new[_ADDRESS]
-    if changed.intersection(_LINE):
+    board.unit = new[_ADDRESS]
+    if any(old[name] != new[name] for name in _LINE):
         board.modbus.follow(100 * new["baud_100"], _PARITY_LETTERS[new["parity"]])
+
+
+def use_defaults(board: Board) -> None:
+    """Put the defaults into force and follow them on the line."""
+    _move(board, board.default_settings, read(board), defaults())
+
+
+def _move(
+    board: Board, order: Callable[[], None], old: Mapping[str, int], new: Mapping[str, int]
+) -> None:
+    """Give an order after which the board may answer at another address or rate, and follow it.
+
+    If the reply is lost, the board is looked for: first where it was, since only this board answers
+    there, then where it should be. A board that is still where it was has not heard the order.
+    """
+    for last in (False,) * (_MOVES - 1) + (True,):
+        try:
+            with board.once():
+                order()
+        except NoReplyError:
+            if not _is_there(board):
+                follow(board, old, new)
+                if _is_there(board):
+                    return
+                follow(board, new, old)
+            if last:
+                raise
+        else:
+            follow(board, old, new)
+            return
+
+
+def _is_there(board: Board) -> bool:
+    """Whether the board answers at the address and rate at which the client asks."""
+    try:
+        return board.setting(_ADDRESS) == board.unit
+    except NoReplyError:
+        return False
 
 
 def store(board: Board, world: World) -> int:
@@ -129,7 +171,7 @@ def store(board: Board, world: World) -> int:
     """
     board.require("store")
     before = board.input("settings_serial")
-    board.store()
+    orders.store(board, before)
     end = world.now_s() + _STORE_LIMIT_S
     while board.input("settings_state") & STORING:
         if world.now_s() > end:

@@ -17,6 +17,7 @@ LINE_COUNTERS = (
     "no_replies",
     "busy_replies",
 )
+_IN_LINE = ("running", "fault")
 COUNTED = ("pixel_edges", *LINE_COUNTERS)
 
 
@@ -37,6 +38,17 @@ class Snapshot:
     def flags(self) -> dict[str, bool]:
         """The bits of its status by name."""
         return regs.flags(self.inputs["status"])
+
+    @property
+    def shown_axes(self) -> list[dict[str, int | None]]:
+        """The registers of the axes; an expected position only of a line that is not over.
+
+        It is that at the line's last pixel edge: behind its end the axis may have got a new zero.
+        """
+        return [
+            {**axis, "expected_steps": axis["expected_steps"] if _is_in_line(axis) else None}
+            for axis in self.axes
+        ]
 
     @property
     def fault(self) -> str:
@@ -91,7 +103,8 @@ class Snapshot:
             "counters": {name: self.inputs[name] for name in LINE_COUNTERS},
             "rates_per_s": {name: round(rate, 2) for name, rate in self.rates(before).items()},
             "axes": [
-                axis | {"axis_state": regs.axis_state(axis["axis_state"])} for axis in self.axes
+                shown | {"axis_state": regs.axis_state(axis["axis_state"])}
+                for axis, shown in zip(self.axes, self.shown_axes, strict=True)
             ],
         }
 
@@ -104,6 +117,10 @@ def take(board: Board, who: Identity, time_s: float) -> Snapshot:
         off_hz=clock_hz.interval_hz(inputs.get("clock_interval", 0), board.tick_hz()),
         set_hz=float(board.clock_hz()),
     )  # fmt: skip
+
+
+def _is_in_line(axis: dict[str, int]) -> bool:
+    return regs.axis_state(axis["axis_state"]) in _IN_LINE
 
 
 def _modulus(name: str) -> int:

@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from pixstep import signals
-from pixstep.board import clockmarks, run, settings
+from pixstep.board import clockmarks, clockstate, orders, run, settings
 from pixstep.board import registers as regs
 from pixstep.board.device import Board
 from pixstep.board.errors import BoardError, ExceptionReplyError, LineLostError, NoReplyError
@@ -169,16 +169,23 @@ def _await_ready(group: list[Lines], world: World, *, clocked: bool) -> None:
         elif world.now_s() > end_s:
             raise BoardError(
                 f"board {lines.board.unit}: not ready after {_READY_S:g} s: "
-                + ("its decoder" if regs.is_measured(word) else "its pixel clock is not measured")
+                f"{_what_is_not(lines.board, word, world)}"
             )
         else:
             world.wait(clockmarks.POLL_S)
 
 
+def _what_is_not(board: Board, status: int, world: World) -> str:
+    """Return in words what a board is not ready with."""
+    if regs.is_measured(status):
+        return "its decoder"
+    return f"its pixel clock is not measured: {clockstate.beside(board, world)}"
+
+
 def _go_at_once(group: list[Lines], token: int) -> dict[int, int]:
     """Let boards go whose lines wait for no clock, one after the other."""
     for lines in group:
-        lines.board.go(token, 1)
+        orders.go(lines.board, token, 1)
     return {}
 
 
@@ -249,7 +256,7 @@ def _gate_of(boards: Sequence[Board]) -> int:
 def _go(board: Board, token: int, edge: int) -> None:
     """Tell a board its edge; raises BoardError with the reason if it refuses."""
     try:
-        board.go(token, edge)
+        orders.go(board, token, edge)
     except ExceptionReplyError:
         run.raise_fault(board)
         raise BoardError(f"board {board.unit}: it refuses to go: none of its axes waits") from None

@@ -43,7 +43,7 @@ class Upload:
         self._last = 0  # count of the newest one
         self._add(entries)
         state = state or board.axis(axis)
-        self._block = state["next_block"]
+        self._block = self._first = state["next_block"]
         # Bytes that surely fit, a run being 4; None: to be asked for again.
         self._queue_bytes = state["queue_free"] * packing.MOST
         self._free: int | None = self._queue_bytes
@@ -79,6 +79,8 @@ class Upload:
             if room is None and not repeats:
                 room = self._room()
             left, sent = self._step(room or 0)
+            if not sent and self._open:  # the block before it goes first
+                continue
             if not sent or not (left or repeats):
                 break
             room = None if repeats else left
@@ -95,6 +97,12 @@ class Upload:
         self._free = None
         left, sent = self._step(room)
         return room - left if sent else 0
+
+    def require_taken(self) -> None:
+        """Send the last block again unless the board says that it has it, once all are accepted."""
+        while self.done and self._is_behind(self.board.axis(self.axis)):
+            self._go_back()
+            self.push()
 
     def repeat_last(self) -> None:
         """Send the last block again, as a host does that lost the reply."""
@@ -159,10 +167,10 @@ class Upload:
         A request that was spoilt on its way and passes the checksum all the same (one in 65,536)
         is answered with an exception: what the board then says of its queue decides.
         """
-        self._open = len(entries)
+        self._open, block = len(entries), self._block
         for last in (False, False, True):
             try:
-                self._write(self._block, entries)
+                self._write(block, entries)
                 break
             except BoardError as error:
                 if error.code is None:
@@ -172,6 +180,8 @@ class Upload:
                     return False
                 if self._taken_all_the_same(error, last):
                     break
+                if self._block != block:
+                    return False
         self._open = 0
         self.last = (self._block, entries)
         self._block = (self._block + 1) & 0xFFFF
@@ -193,6 +203,9 @@ class Upload:
             ) from None
         if state["next_block"] == (self._block + 1) & 0xFFFF:
             return True
+        if self._is_behind(state):
+            self._go_back()
+            return False
         if self._block and state["next_block"] != self._block:
             self.board.require_no_reset(self.axis)
         if last and error.code == _ILLEGAL_VALUE and state["line_error"]:
@@ -201,6 +214,23 @@ class Upload:
         if last or error.code != _ILLEGAL_VALUE or state["next_block"] != self._block:
             raise error
         return False
+
+    def _is_behind(self, state: dict[str, int]) -> bool:
+        """Whether a board lacks the last block: its reply was that to another one, which came late.
+
+        Nothing but a reset takes the number of the next block back to 0, unless all of this line
+        is in block 0.
+        """
+        block = (self._block - 1) & 0xFFFF
+        lacks = self.last is not None and state["next_block"] == block
+        return lacks and (block != 0 or self._first == 0)
+
+    def _go_back(self) -> None:
+        """Let the last block be sent again, as it was."""
+        if self.last:
+            self._block, entries = self.last
+            self._left[:0] = entries
+            self._open, self.last = len(entries), None
 
 
 def begin(board: Board, lines: dict[int, Line], divider: int | None = None) -> list[Upload]:
@@ -216,6 +246,7 @@ def begin(board: Board, lines: dict[int, Line], divider: int | None = None) -> l
     for axis, line in lines.items():
         upload = Upload(board, axis, queue_entries(line, said))
         upload.push()
+        upload.require_taken()
         uploads.append(upload)
     return uploads
 

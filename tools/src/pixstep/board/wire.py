@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator
+import struct
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
-from pixstep.board import features
+from pixstep.board import features, modbus, rtu
 from pixstep.board.errors import (
     ILLEGAL_FUNCTION,
     ExceptionReplyError,
@@ -16,29 +17,30 @@ from pixstep.board.errors import (
     NoReplyError,
 )
 from pixstep.errors import UserError
-from pixstep.lazy import lazy
 
 if TYPE_CHECKING:
-    from pixstep.board import modbus
-    from pixstep.board.modbus import Client, ModbusPDU
-
-    Request = Callable[..., ModbusPDU]  # one of the library's many
-    Reply = TypeVar("Reply", bound=ModbusPDU)
-else:
-    modbus = lazy("pixstep.board.modbus")
+    from pixstep.board.modbus import Client
 
 BROADCAST = 0
 _ID_BYTES = 2  # of the answer to function 17 before its text
-COUNTERS = {  # function 08, by sub-function 11 to 18
-    "bus_messages": "diag_read_bus_message_count",
-    "crc_errors": "diag_read_bus_comm_error_count",
-    "exceptions": "diag_read_bus_exception_error_count",
-    "requests": "diag_read_device_message_count",
-    "no_replies": "diag_read_device_no_response_count",
-    "naks": "diag_read_device_nak_count",
-    "busy_replies": "diag_read_device_busy_count",
-    "rx_overruns": "diag_read_bus_char_overrun_count",
+COUNTERS = {  # function 08: name and sub-function
+    "bus_messages": 11,
+    "crc_errors": 12,
+    "exceptions": 13,
+    "requests": 14,
+    "no_replies": 15,
+    "naks": 16,
+    "busy_replies": 17,
+    "rx_overruns": 18,
 }
+_RESTART, _LISTEN_ONLY, _CLEAR_COUNTERS = 1, 4, 10  # sub-functions
+_READ_ID = 14  # of function 43
+_FIRST_OBJECT = 6  # where the objects begin in an answer to function 43
+_COIL_ON = 0xFF00
+_ADDRESSED = frozenset({
+    rtu.READ_COILS, rtu.READ_DISCRETES, rtu.READ_HOLDINGS, rtu.READ_INPUTS, rtu.WRITE_COIL,
+    rtu.WRITE_ONE, rtu.WRITE_COILS, rtu.WRITE, rtu.MASK_WRITE, rtu.WRITE_AND_READ,
+})  # fmt: skip
 IDENTITY_OBJECTS = (
     "vendor",
     "product_code",
@@ -68,70 +70,66 @@ class Wire:
 
     def read_inputs(self, address: int, count: int) -> list[int]:
         """Return `count` (1..125) input registers (function 04)."""
-        reply = self._ask("read", self.modbus.read_input_registers, address, count=count)
-        return list(reply.registers)
+        return _words(self._ask("read", rtu.READ_INPUTS, ">HH", address, count))
 
     def read_holdings(self, address: int, count: int) -> list[int]:
         """Return `count` (1..125) holding registers (function 03)."""
-        reply = self._ask("read", self.modbus.read_holding_registers, address, count=count)
-        return list(reply.registers)
+        return _words(self._ask("read", rtu.READ_HOLDINGS, ">HH", address, count))
 
-    def write(self, address: int, words: list[int]) -> None:
+    def write(self, address: int, words: list[int], *, urgent: bool = False) -> None:
         """Write holding registers in one all-or-nothing request (function 16)."""
-        self._ask("write", self.modbus.write_registers, address, words)
+        form = f">HHB{len(words)}H"
+        head = (address, len(words), 2 * len(words))
+        self._ask("write", rtu.WRITE, form, *head, *words, urgent=urgent)
 
     def write_one(self, address: int, word: int) -> None:
         """Write one holding register (function 06)."""
-        self._ask("write", self.modbus.write_register, address, word)
+        self._ask("write", rtu.WRITE_ONE, ">HH", address, word)
 
     def mask_write(self, address: int, keep: int, put: int) -> None:
         """Make a holding register (old AND keep) OR (put AND NOT keep) (function 22)."""
         with self._needs("diagnosis"):
-            self._ask(
-                "mask write", self.modbus.mask_write_register, address=address, and_mask=keep,
-                or_mask=put,
-            )  # fmt: skip
+            self._ask("mask write", rtu.MASK_WRITE, ">HHH", address, keep, put)
 
     def write_and_read(
         self, write_address: int, words: list[int], address: int, count: int
     ) -> list[int]:
         """Write holding registers, then read some, in one request (function 23)."""
+        form = f">HHHHB{len(words)}H"
+        head = (address, count, write_address, len(words), 2 * len(words))
         with self._needs("diagnosis"):
-            reply = self._ask(
-                "write and read", self.modbus.readwrite_registers, read_address=address,
-                read_count=count, write_address=write_address, values=words,
-            )  # fmt: skip
-            return list(reply.registers)
+            return _words(self._ask("write and read", rtu.WRITE_AND_READ, form, *head, *words))
 
     def read_coils(self, address: int, count: int) -> list[bool]:
         """Return `count` coils (function 01)."""
         with self._needs("bits"):
-            reply = self._ask("read of coils", self.modbus.read_coils, address, count=count)
-            return list(reply.bits[:count])
+            data = self._ask("read of coils", rtu.READ_COILS, ">HH", address, count)
+            return _bits(data, count)
 
     def read_discretes(self, address: int, count: int) -> list[bool]:
         """Return `count` discrete inputs (function 02)."""
         with self._needs("bits"):
-            reply = self._ask(
-                "read of inputs", self.modbus.read_discrete_inputs, address, count=count
-            )
-            return list(reply.bits[:count])
+            data = self._ask("read of inputs", rtu.READ_DISCRETES, ">HH", address, count)
+            return _bits(data, count)
 
     def write_coil(self, address: int, value: bool) -> None:
         """Write one coil (function 05)."""
         with self._needs("bits"):
-            self._ask("write of a coil", self.modbus.write_coil, address, value)
+            word = _COIL_ON if value else 0
+            self._ask("write of a coil", rtu.WRITE_COIL, ">HH", address, word)
 
     def write_coils(self, address: int, values: list[bool]) -> None:
         """Write coils in one all-or-nothing request (function 15)."""
+        size = (len(values) + 7) // 8
+        packed = sum(value << index for index, value in enumerate(values)).to_bytes(size, "little")
         with self._needs("bits"):
-            self._ask("write of coils", self.modbus.write_coils, address, values)
+            form = f">HHB{size}s"
+            self._ask("write of coils", rtu.WRITE_COILS, form, address, len(values), size, packed)
 
     def identify(self) -> ServerId:
         """Return the answer to function 17, report server id."""
         with self._needs("diagnosis"):
-            reply = self._ask("identify", self.modbus.report_device_id)
-            data = self._of_kind(modbus.ServerIdReply, reply, "identify").identifier
+            data = self._ask("identify", rtu.SERVER_ID, "")[1:]
             if len(data) < _ID_BYTES:
                 raise NoReplyError(self.unit, "identify", heard=len(data))
             return ServerId(data[0], data[1] != 0, data[2:].decode("ascii", errors="replace"))
@@ -142,50 +140,44 @@ class Wire:
         first = 0
         while True:
             with self._needs("diagnosis"):
-                reply = self._ask(
-                    "identification", self.modbus.read_device_information, read_code=code,
-                    object_id=first,
-                )  # fmt: skip
-            part = self._of_kind(modbus.IdentificationReply, reply, "identification")
-            found |= part.information
-            if not part.more_follows or part.next_object_id <= first:
+                data = self._ask("identification", rtu.IDENTIFY, ">BBB", _READ_ID, code, first)
+            more, following = data[3], data[4]
+            found |= _objects(data)
+            if not more or following <= first:
                 break
-            first = part.next_object_id
-        return {_object_name(number): _text(value) for number, value in sorted(found.items())}
+            first = following
+        return {
+            _object_name(number): value.decode("ascii", errors="replace")
+            for number, value in sorted(found.items())
+        }
 
     def echo(self, word: int) -> int:
         """Return what comes back of a word sent by function 08, sub-function 0."""
-        return self._diagnosis("echo", self.modbus.diag_query_data, word.to_bytes(2, "big"))
+        return self._diagnosis("echo", 0, word)
 
     def counters(self) -> dict[str, int]:
         """Return the bus's counters by name (function 08, sub-functions 11 to 18)."""
         return {
-            name: self._diagnosis(f"counter {name}", getattr(self.modbus, method))
-            for name, method in COUNTERS.items()
+            name: self._diagnosis(f"counter {name}", number) for name, number in COUNTERS.items()
         }
 
     def clear_counters(self) -> None:
         """Set the bus's counters to 0 (function 08, sub-function 10)."""
-        with self._needs("diagnosis"):
-            self._ask("clear counters", self.modbus.diag_clear_counters)
+        self._diagnosis("clear counters", _CLEAR_COUNTERS)
 
     def listen_only(self) -> None:
         """Make the unit silent until it is restarted (function 08, sub-function 4); no reply."""
-        self._send(self.modbus.diag_force_listen_only)
+        self._tell(self.unit, rtu.DIAGNOSE, ">HH", _LISTEN_ONLY, 0)
 
     def restart(self) -> None:
         """End listen-only (function 08, sub-function 1); a silent unit does not reply."""
-        self._send(self.modbus.diag_restart_communication, False)
+        self._tell(self.unit, rtu.DIAGNOSE, ">HH", _RESTART, 0)
 
     @contextlib.contextmanager
     def once(self) -> Iterator[None]:
         """Send no request a second time, as long as this lasts."""
-        transaction = self.modbus.transaction
-        before, transaction.retries = transaction.retries, 0
-        try:
+        with self.modbus.patient(retries=0):
             yield
-        finally:
-            transaction.retries = before
 
     def settle(self) -> None:
         """Wait until a request that was broken off is over on the bus."""
@@ -193,48 +185,38 @@ class Wire:
 
     def broadcast(self, address: int, words: list[int]) -> None:
         """Write holding registers of every unit on the bus; nobody replies."""
-        self._send(self.modbus.write_registers, address, words, unit=BROADCAST)
+        head = (address, len(words), 2 * len(words))
+        self._tell(BROADCAST, rtu.WRITE, f">HHB{len(words)}H", *head, *words)
 
-    def _diagnosis(self, what: str, method: Request, *arguments: object) -> int:
-        """Return the data word of a diagnostic answer; the library has several shapes for it."""
+    def _diagnosis(self, what: str, sub: int, word: int = 0) -> int:
+        """Return the data word of a diagnostic answer (function 08)."""
         with self._needs("diagnosis"):
-            reply = self._ask(what, method, *arguments)
-            message = self._of_kind(modbus.DiagnosticReply, reply, what).message
-            if isinstance(message, (list, tuple)):
-                message = message[0] if message else None
-            if isinstance(message, bytes):
-                return int.from_bytes(message[:2], "big")
-            if not isinstance(message, int):
-                raise NoReplyError(self.unit, what, heard=self.modbus.heard)
-            return message
+            data = self._ask(what, rtu.DIAGNOSE, ">HH", sub, word)
+            return int.from_bytes(data[2:4])
 
-    def _send(self, method: Request, *arguments: object, unit: int | None = None) -> None:
-        """Send one request to which no reply comes, to this unit if no other is given."""
-        unit = self.unit if unit is None else unit
+    def _tell(self, unit: int, function: int, form: str, *data: int) -> None:
+        """Send one request to which no reply comes."""
         with self._line_kept():
-            method(*arguments, device_id=unit, no_response_expected=True)
+            self.modbus.tell(bytes([function]) + struct.pack(form, *data), unit)
 
-    def _ask(self, what: str, method: Request, *arguments: object, **options: object) -> ModbusPDU:
-        """Do one request; raise BoardError for no reply or an exception answer."""
+    def _ask(
+        self, what: str, function: int, form: str, *data: int | bytes, urgent: bool = False
+    ) -> bytes:
+        """Do one request and return what its reply carries.
+
+        Raises BoardError for no reply or an exception answer.
+        """
+        pdu = bytes([function]) + struct.pack(form, *data)
         try:
             with self._line_kept():
-                reply = method(*arguments, device_id=self.unit, **options)
+                reply = self.modbus.ask(self.unit, pdu, urgent=urgent)
         except modbus.RequestError:
             place, heard = self.modbus.place, self.modbus.heard
             raise NoReplyError(self.unit, what, place, heard) from None
-        if reply.isError():
-            address = options.get("address", arguments[0] if arguments else None)
-            where = f" at 0x{address:04X}" if isinstance(address, int) else ""
-            raise ExceptionReplyError(
-                self.unit, f"{what}{where}", getattr(reply, "exception_code", 0)
-            )
-        return reply
-
-    def _of_kind(self, kind: type[Reply], reply: ModbusPDU, what: str) -> Reply:
-        """Return a reply as the kind that its function has."""
-        if not isinstance(reply, kind):
-            raise NoReplyError(self.unit, what, heard=self.modbus.heard)
-        return reply
+        if reply.exception is not None:
+            where = f" at 0x{pdu[1:3].hex().upper()}" if function in _ADDRESSED else ""
+            raise ExceptionReplyError(self.unit, f"{what}{where}", reply.exception)
+        return reply.pdu[1:]
 
     @contextlib.contextmanager
     def _needs(self, feature: str) -> Iterator[None]:
@@ -257,7 +239,7 @@ class Wire:
                 f"board {self.unit}: {place} takes no bytes: nobody reads at its other end, or "
                 f"this program was stopped for a while"
             ) from None
-        except modbus.ConnectionException:
+        except modbus.LineGoneError:
             place = self.modbus.place or "the line"
             raise LineLostError(f"board {self.unit}: {place} is gone: was it unplugged?") from None
         except UserError as error:
@@ -268,7 +250,21 @@ def _object_name(number: int) -> str:
     return IDENTITY_OBJECTS[number] if number < len(IDENTITY_OBJECTS) else f"object_{number}"
 
 
-def _text(value: bytes | list[bytes]) -> str:
-    """Return an object's text; the library gives one that was sent twice as a list."""
-    data = value if isinstance(value, bytes) else b"".join(value)
-    return data.decode("ascii", errors="replace")
+def _objects(data: bytes) -> dict[int, bytes]:
+    """Return the objects that an answer to function 43 carries, by number."""
+    found, at = {}, _FIRST_OBJECT
+    for _ in range(data[_FIRST_OBJECT - 1]):
+        number, size = data[at : at + 2]
+        found[number] = data[at + 2 : at + 2 + size]
+        at += 2 + size
+    return found
+
+
+def _words(data: bytes) -> list[int]:
+    """Return the registers behind a byte count."""
+    return list(struct.unpack(f">{len(data) // 2}H", data[1:]))
+
+
+def _bits(data: bytes, count: int) -> list[bool]:
+    """Return the bits behind a byte count."""
+    return [bool(data[1 + index // 8] >> index % 8 & 1) for index in range(count)]

@@ -55,6 +55,7 @@ def flash_command(
     if dry_run:
         texts.append(shlex.join(words))
     else:
+        port.require()
         flash.run(words)
         if verify:
             texts.append(f"{port.name}: the flash is as in {image.path}")

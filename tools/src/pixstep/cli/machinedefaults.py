@@ -238,6 +238,19 @@ def in_force(ctx: click.Context) -> Machine | None:
     return facts_of(ctx).found
 
 
+def units_on(ctx: click.Context, port: str) -> tuple[int, ...]:
+    """Return the addresses that the machine file of a command line gives boards on a port."""
+    facts: Facts | None = ctx.meta.get(_FACTS_OF)
+    try:
+        used = None if facts is None else facts.found
+    except UserError:  # a mistake in the file keeps nobody from looking
+        used = None
+    if used is None:
+        return ()
+    boards = used.boards.values()
+    return tuple(sorted({board.unit for board in boards if board.port in (None, port)}))
+
+
 def by_machine(ctx: click.Context, name: str) -> bool:
     """True if the value of a parameter comes from the machine file."""
     return ctx.get_parameter_source(name) == ParameterSource.DEFAULT_MAP

@@ -15,6 +15,7 @@ from dataclasses import asdict, dataclass
 from fractions import Fraction
 from typing import TypedDict
 
+from pixstep.board import orders
 from pixstep.board import registers as regs
 from pixstep.board.device import Board
 from pixstep.board.errors import BoardError
@@ -175,7 +176,7 @@ class Legs:
         start = self._upload(name, entries)
         runs = [(abs(count), repeat) for count, repeat in entries[2:] if repeat]
         began = self.world.now_s()
-        self.board.command("arm", [self.plan.axis])
+        orders.arm(self.board, [self.plan.axis])
         state = self._follow(name, sum(repeat for _, repeat in runs))
         trip = self.board.trip() if wanted else None
         leg = Leg(

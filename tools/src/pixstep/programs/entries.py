@@ -35,6 +35,7 @@ class MotorEntries:
         self.divider: int | None = None  # that its line says
         self.way = way  # the direction in which the motor moves; 0 if it is not known yet
         self.pixels = 0  # of the entries that wait
+        self.steps = 0  # of all that was planned, there and back
         self._runs: deque[Entry] = deque()
         self._begun = self._ended = False
 
@@ -43,6 +44,7 @@ class MotorEntries:
         total = int(counts.sum())
         self.way = self.way or (total > 0) - (total < 0)
         self.pixels += len(counts)
+        self.steps += int(np.abs(counts).sum())
         line = of_line(counts, self.motor)
         starts = np.flatnonzero(np.diff(line, prepend=line[0] - 1))
         lengths = np.diff(starts, append=len(line))

@@ -27,6 +27,7 @@ class OnBoard:
     board: Board
     setup: Setup
     lines: running.Lines
+    entries: streaming.Entries
     before: dict[int, int]
     pixels: int
 
@@ -43,7 +44,7 @@ class OnBoard:
         streaming.follow(self.lines, world, self.pixels, progress)
 
     def rows(self) -> list[dict[str, object]]:
-        """Return what each motor has done as plain data."""
+        """Return what each motor has done as plain data, once all of them are done."""
         axes = self.lines.axes
         states, places = running.states(self.board, axes), running.positions(self.board, axes)
         return [
@@ -51,10 +52,12 @@ class OnBoard:
                 "axis": motor.axis,
                 "motor": motor.name,
                 "state": states[motor.axis],
+                "made_steps": self.entries.steps(index),
+                "from_steps": self.before[motor.axis],
                 "moved_steps": places[motor.axis] - self.before[motor.axis],
                 "position_steps": places[motor.axis],
             }
-            for motor in self.setup.motors
+            for index, motor in enumerate(self.setup.motors)
         ]
 
 
@@ -101,4 +104,4 @@ def prepared(board: Board, request: Request, known: Rehearsal | None = None) -> 
     with PlanProcess(request) as source:
         entries = streaming.Entries(source, setup.motors, known.ways if known else ())
         lines = streaming.prepare(board, entries, setup.motors, setup.divider)
-        yield OnBoard(board, setup, lines, before, known.pixels if known else 0)
+        yield OnBoard(board, setup, lines, entries, before, known.pixels if known else 0)

@@ -3,6 +3,7 @@
 
 from collections.abc import Sequence
 
+from pixstep.board import orders
 from pixstep.board import run as running
 from pixstep.board.boardrun import BoardRun, Watch
 from pixstep.board.device import Board
@@ -44,6 +45,10 @@ class Entries:
     def pixels_ahead(self) -> int:
         """Pixels that are planned and wait for the motor that has taken the fewest."""
         return max(one.pixels for one in self._motors)
+
+    def steps(self, index: int) -> int:
+        """Return the steps of a motor in all that was planned, there and back."""
+        return self._motors[index].steps
 
     def take(self, index: int, most: int, *, wait: bool) -> list[Entry]:
         """Return entries of a motor, at most so many; with `wait` those that are still planned."""
@@ -155,7 +160,7 @@ def stream(run: BoardRun, plan: Plan, watch: Watch | None = None) -> bool:
     lines = prepare(run.board, Entries(Here(plan), motors), motors)
     load(lines)
     run.uploads = dict(zip(lines.axes, lines.uploads, strict=True))
-    run.board.command("arm", sorted(lines.axes))
+    orders.arm(run.board, sorted(lines.axes))
     run.deadline_s = float("inf")
     return run.follow(watch)
 

@@ -57,7 +57,7 @@ class SerialLoad:
             board.inputs,
             board.identify if board.has("diagnosis") else board.who,
             lambda: board.read_holdings(0, 6),
-            lambda: board.modbus.write_register(setup.address, setup_us, device_id=board.unit),
+            lambda: board.write_one(setup.address, setup_us),
             lambda: board.write(setup.address, [setup_us]),
         ]
         for axis in axes:

@@ -16,20 +16,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Self, Unpack
+from typing import Self, Unpack
 
 from pixstep import natives
 from pixstep.board.boardrun import BoardRun
 from pixstep.board.device import Board
 from pixstep.board.errors import BoardError
+from pixstep.board.modbus import SimClient
 from pixstep.errors import UserError
-from pixstep.lazy import lazy
 from pixstep.simulation.simctl import MoreOptions, SimOptions, Simulator
-
-if TYPE_CHECKING:
-    from pixstep.board import modbus
-else:
-    modbus = lazy("pixstep.board.modbus")
 
 SETTLE_PIXELS = 2
 
@@ -61,7 +56,7 @@ class SimLink:
         except BaseException:
             self.simulator.kill()
             raise
-        self.modbus = modbus.SimClient(self.simulator)
+        self.modbus = SimClient(self.simulator)
         self.world = SimWorld(self.simulator)
 
     def __enter__(self) -> Self:

@@ -3,7 +3,7 @@
 
 import contextlib
 import functools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -141,9 +141,9 @@ class Known:
 
 
 @contextlib.contextmanager
-def opened(port: Port) -> Iterator[Link]:
-    """Yield the open bus."""
-    found = link.open_port(port, lambda text: say((text,)))
+def opened(port: Port, first: Callable[[Link], None] = lambda _: None) -> Iterator[Link]:
+    """Yield the open bus; `first` is done with it before anything else."""
+    found = link.open_port(port, lambda text: say((text,)), first)
     try:
         yield found
     finally:
@@ -199,13 +199,18 @@ def _addresses(found: Link, units: Units) -> tuple[int, ...]:
     return present(found) if isinstance(units, str) else units
 
 
-def present(found: Link) -> tuple[int, ...]:
-    """Look for all boards of the bus; raises BoardError if there is none."""
-    with progress.shown("looking for boards") as show, scan.quickly(found.modbus):
-        answers = scan.scan(found.modbus, progress=show)
+def present(
+    found: Link,
+    addresses: Iterable[int] = scan.UNITS,
+    timeout_s: float = scan.TIMEOUT_S,
+    where: str = "at any address",
+) -> tuple[int, ...]:
+    """Look for the boards of the bus; raises BoardError if there is none."""
+    with progress.shown("looking for boards") as show, scan.quickly(found.modbus, timeout_s):
+        answers = scan.scan(found.modbus, addresses, show)
     units = tuple(answer.unit for answer in answers if not answer.trouble)
     if not units:
-        raise BoardError(f"{found.port}: no board answers at any address")
+        raise BoardError(f"{found.port}: no board answers {where}")
     return units
 
 

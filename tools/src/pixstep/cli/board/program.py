@@ -74,6 +74,7 @@ def run_command(
         return
     for row in rows:
         click.echo(
-            f"board {unit} axis {row['axis']}: motor {row['motor']} {row['state']}, moved "
-            f"{row['moved_steps']} steps to position {row['position_steps']}"
+            f"board {unit} axis {row['axis']}: motor {row['motor']} {row['state']}, made "
+            f"{row['made_steps']} steps, from position {row['from_steps']} to "
+            f"{row['position_steps']}"
         )

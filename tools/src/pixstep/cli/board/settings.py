@@ -7,7 +7,6 @@ import click
 
 from pixstep import atomic
 from pixstep.board import settings, settingsfile
-from pixstep.board.device import Board
 from pixstep.board.port import Port
 from pixstep.cli.board.group import (
     Units,
@@ -131,7 +130,7 @@ def defaults_command(port: Port, units: Units, store: bool, as_json: bool) -> No
             raise UserError("one board at a time: by default all have address 1")
         if store:
             known[0].board.require("store")
-        _defaults(known[0].board)
+        settings.use_defaults(known[0].board)
         facts = {"unit": known[0].board.unit}
         text = f"default settings are in force; the board is now unit {known[0].board.unit}"
         if store:
@@ -175,14 +174,6 @@ def _wanted(read: settingsfile.SettingsFile, skip: tuple[str, ...]) -> dict[str,
         if name not in (_BOARD, *settings.defaults()):
             raise UserError(f"--skip {name}: there is no such setting")
     return {name: value for name, value in read.settings.items() if name not in skip}
-
-
-def _defaults(board: Board) -> None:
-    """Put the defaults into force and follow them on the line."""
-    before = settings.read(board)
-    board.default_settings()
-    changed = {one.name for one in settings.changes(before, settings.defaults())}
-    settings.follow(board, settings.defaults(), changed)
 
 
 def _part(values: dict[str, int], names: dict[str, int]) -> dict[str, int]:

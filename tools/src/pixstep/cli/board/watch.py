@@ -141,9 +141,12 @@ def _lines(now: Snapshot, before: Snapshot | None) -> Iterator[str]:
         f"board {unit} {now.who.board}: {flags}{fault}; {_clock_text(now, before)}; switches: "
         + (now.switches)
     )
-    for number, axis in enumerate(now.axes):
-        state = regs.axis_state(axis["axis_state"])
-        rest = ", ".join(f"{name} {axis[name]}" for name in watchview.AXIS_COLUMNS)
+    for number, axis in enumerate(now.shown_axes):
+        state = regs.axis_state(now.axes[number]["axis_state"])
+        rest = ", ".join(
+            f"{name} {watchview.NONE if axis[name] is None else axis[name]}"
+            for name in watchview.AXIS_COLUMNS
+        )
         yield f"board {unit} axis {number}: {state}, {rest}"
     if before is not None:
         yield f"board {unit}: {_rates_text(now, before)}"

@@ -9,10 +9,12 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
+from pixstep.board import clock_hz
 from pixstep.board import registers as regs
 from pixstep.board.snapshot import Snapshot
 
 AXIS_COLUMNS = ("position_steps", "expected_steps", "pixel", "queue_free", "ring_fill")
+NONE = "-"  # where there is no value
 _HEADS = (  # and widths that hold any value, so that nothing jumps
     ("axis", 4), ("state", 7), ("position", 11), ("expected", 11), ("pixel", 10),
     ("queue free", 10), ("ring", 4),
@@ -70,9 +72,9 @@ def _axes(now: Snapshot) -> Table:
         table.add_column(
             name, justify="left" if name == "state" else "right", min_width=width, no_wrap=True
         )
-    for number, axis in enumerate(now.axes):
-        state = regs.axis_state(axis["axis_state"])
-        values = (f"{axis[name]:,}" for name in AXIS_COLUMNS)
+    for number, axis in enumerate(now.shown_axes):
+        state = regs.axis_state(now.axes[number]["axis_state"])
+        values = (NONE if axis[name] is None else f"{axis[name]:,}" for name in AXIS_COLUMNS)
         table.add_row(str(number), Text(state, style=_STATES.get(state, "")), *values)
     return table
 
@@ -80,7 +82,10 @@ def _axes(now: Snapshot) -> Table:
 def _clock(now: Snapshot, before: Snapshot | None) -> str:
     rates = now.rates(before)
     rate = f"{rates['pixel_edges']:.2f} Hz, " if rates else ""
-    return f"{rate}{now.inputs['pixel_edges']:,} edges"
+    text = f"{rate}{now.inputs['pixel_edges']:,} edges"
+    if now.off_hz is not None:
+        return f"{text}, {clock_hz.beside(now.off_hz, now.set_hz)}: another clock"
+    return text
 
 
 def _line(now: Snapshot, before: Snapshot | None) -> Text:
