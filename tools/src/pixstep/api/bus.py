@@ -8,6 +8,8 @@ from typing import Self
 
 from pixstep import arguments
 from pixstep.api import given
+from pixstep.api.axes import Lines
+from pixstep.api.axes import by_axis as axes_of
 from pixstep.api.clocking import Clocking
 from pixstep.api.motions import CheckResult, MotionLine
 from pixstep.api.programs import MotionProgram
@@ -81,7 +83,7 @@ class Board:
 
     def run(
         self,
-        lines: MotionLine | Mapping[int, MotionLine],
+        lines: Lines,
         axis: int | None = None,
         *,
         sync: str | None = None,
@@ -91,9 +93,10 @@ class Board:
     ) -> tuple[AxisState, ...]:
         """Run lines to their end and return the axes that moved: this blocks until then.
 
-        `lines` is one line for `axis` (by default that of its motor), or lines by axis, which start
-        on one pixel clock edge. Each is checked first; then the board's pixel frequency is set to
-        that of the lines, and a line longer than the queue is streamed. `sync` (`"free"`,
+        `lines` is one line for `axis` (by default that of its motor), several lines for the axes of
+        their motors, or lines by axis; they start on one pixel clock edge. A line of a motor goes
+        to that motor's axis or is refused. Each is checked first; then the board's pixel frequency
+        is set to that of the lines, and a line longer than the queue is streamed. `sync` (`"free"`,
         `"start"`, `"lock"`), `divider`, the clock edges of a pixel, and `gate_edges`, those from a
         burst's first one to line zero, are set as well if they are given or a machine file has
         them; otherwise the board's stay. To lock the board must have measured its clock: that is
@@ -102,7 +105,7 @@ class Board:
         for a divider that is not that of the lines' machine, BoardError for a fault, a clock that
         cannot be measured and a board that does not answer.
         """
-        by_axis = _by_axis(lines, axis)
+        by_axis = axes_of(lines, axis)
         arguments.function("progress", progress)
         hz = _one_frequency(by_axis)
         clock = Clocking.of(by_axis, sync, divider, gate_edges)
@@ -220,21 +223,6 @@ def connect(
     name = str(arguments.path("port", port))
     rate = arguments.whole("baud", baud, LEAST_BAUD, MOST_BAUD)
     return Bus(link.open_port(Port(name, rate, parity, timeout_s)))
-
-
-def _by_axis(
-    lines: MotionLine | Mapping[int, MotionLine], axis: int | None
-) -> dict[int, MotionLine]:
-    if isinstance(lines, MotionLine):
-        return {lines.axis if axis is None else given.axis(axis): lines}
-    if axis is not None:
-        raise UserError(f"axis {arguments.shown(axis)}: lines by axis name their axes themselves")
-    found = given.by_axis("lines", lines)
-    if not found:
-        raise UserError("run: no line is given")
-    for number, item in found.items():
-        arguments.instance(f"line of axis {number}:", item, MotionLine, "a MotionLine")
-    return found
 
 
 def _one_frequency(lines: Mapping[int, MotionLine]) -> Fraction:

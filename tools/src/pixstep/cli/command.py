@@ -90,6 +90,7 @@ class Command(click.Command):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Read the command line; a default that is wrong says which file it comes from."""
         with _origins(ctx):
+            machinedefaults.note_words(ctx, args)
             return super().parse_args(ctx, args)
 
     def invoke(self, ctx: click.Context) -> object:

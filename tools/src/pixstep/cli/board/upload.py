@@ -15,7 +15,6 @@ from pixstep.board.device import Board
 from pixstep.board.link import World
 from pixstep.board.port import Port
 from pixstep.cli.board.group import (
-    AXIS,
     Known,
     note_play,
     note_unattended,
@@ -30,7 +29,13 @@ from pixstep.cli.clockoptions import (
     board_sync_option,
 )
 from pixstep.cli.command import FILE, command
-from pixstep.cli.manylines import LineOptions, read_lines
+from pixstep.cli.manylines import (
+    LineOptions,
+    line_axes,
+    line_axes_option,
+    negative_option,
+    read_lines,
+)
 from pixstep.cli.options import (
     DECODE,
     LINE_NUMBER,
@@ -82,10 +87,10 @@ class RunRow(TypedDict):
 @click.argument("csv", metavar="FILE...", type=FILE, nargs=-1, required=True)
 @port_options
 @unit_option
-@click.option("--axis", type=AXIS, default=0, show_default=True, help="Axis of the first line.")
+@line_axes_option
 @click.option("--decode", type=DECODE, multiple=True, required=True, help="Once, or per line.")
 @click.option("--backlash", type=StepsType(0), multiple=True, help="Steps; once, or per line.")
-@click.option("--negative/--no-negative", help="Run smooth lines in the negative direction.")
+@negative_option
 @board_clock_options
 @board_sync_option
 @board_gate_edges_option
@@ -109,7 +114,7 @@ def upload_command(
     csv: tuple[Path, ...],
     port: Port,
     unit: int,
-    axis: int,
+    axis: tuple[int, ...],
     decode: tuple[str, ...],
     backlash: tuple[int, ...],
     arm: bool,
@@ -124,9 +129,9 @@ def upload_command(
     refuse is not sent.
     """
     read = read_lines(csv, decode, backlash, options, pixel_hz=None)
-    lines = dict(enumerate(read, axis))
+    lines = dict(zip(line_axes(axis, len(read)), read, strict=True))
     with one_board(port, unit) as (found, known):
-        known.axes((max(lines),))
+        known.axes(tuple(lines))
         if options["backlash_policy"]:
             known.board.require("backlash")
         divider = options["divider"] or settings.divider(known.board)
