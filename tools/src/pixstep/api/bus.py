@@ -89,6 +89,7 @@ class Board:
         sync: str | None = None,
         divider: int | None = None,
         gate_edges: int | None = None,
+        check: bool = True,
         progress: Progress = unseen,
     ) -> tuple[AxisState, ...]:
         """Run lines to their end and return the axes that moved: this blocks until then.
@@ -101,12 +102,14 @@ class Board:
         burst's first one to line zero, are set as well if they are given or a machine file has
         them; otherwise the board's stay. To lock the board must have measured its clock: that is
         waited for. Ctrl-C and any error of the program stop the axes.
-        Raises RefusedError for a line that the board would refuse (nothing is sent then), UserError
+        Raises RefusedError for a line that the board or its motor's limits refuse (nothing is sent
+        then), unless `check` is False; UserError
         for a divider that is not that of the lines' machine, BoardError for a fault, a clock that
         cannot be measured and a board that does not answer.
         """
         by_axis = axes_of(lines, axis)
         arguments.function("progress", progress)
+        check = arguments.flag("check", check)
         hz = _one_frequency(by_axis)
         clock = Clocking.of(by_axis, sync, divider, gate_edges)
         refuse_period(hz, self.device.tick_hz())
@@ -123,9 +126,10 @@ class Board:
                 )
             if item.line.backlash:
                 self.device.require("backlash")
-            self.check(
-                item, axes=len(by_axis), sync=clock.sync, divider=clock.divider
-            ).raise_if_refused()
+            if check:
+                self.check(
+                    item, axes=len(by_axis), sync=clock.sync, divider=clock.divider
+                ).raise_if_refused()
         edges = clock.divider or settings.divider(self.device)
         settings.set_clock(self.device, hz * edges, clock.sync, clock.divider, clock.gate_edges)
         clockstate.await_lock(self.device, self._link.world)

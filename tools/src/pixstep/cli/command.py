@@ -14,7 +14,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from pixstep import atomic, signals
-from pixstep.cli import machinedefaults
+from pixstep.cli import longerpixels, machinedefaults
 from pixstep.cli.examples import EXAMPLES
 from pixstep.errors import MISUSE, PlainError, UserError
 
@@ -265,7 +265,8 @@ def _origins(ctx: click.Context) -> Iterator[None]:
     try:
         yield
     except UserError as error:
-        error.args = (f"{error}{machinedefaults.origin(ctx, str(error))}",)
+        cure = longerpixels.cure(ctx, error)
+        error.args = (f"{error}{machinedefaults.origin(ctx, str(error))}{cure}",)
         raise
     except click.BadParameter as error:
         if not error.param or not machinedefaults.by_machine(ctx, error.param.name or ""):

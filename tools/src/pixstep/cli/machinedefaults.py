@@ -183,11 +183,11 @@ def told(ctx: click.Context | None) -> dict[str, str | None]:
     """
     if ctx is None or _FACTS_OF not in ctx.meta:
         return {}
-    used = _used(ctx)
-    return {"machine": str(used.path) if used else None}
+    machine = used(ctx)
+    return {"machine": str(machine.path) if machine else None}
 
 
-def _used(ctx: click.Context) -> Machine | None:
+def used(ctx: click.Context) -> Machine | None:
     """Return the machine that a command has asked for a default; it is not read only for this."""
     facts = ctx.meta.get(_FACTS_OF)
     return None if facts is None else vars(facts).get("found")
@@ -202,36 +202,49 @@ def compare_board(ctx: click.Context, port: str, unit: int, kind: str) -> None:
     facts: Facts | None = ctx.meta.get(_FACTS_OF)
     if facts is None:
         return
-    used = _used(ctx)
-    if used is None:
+    machine = used(ctx)
+    if machine is None:
         return
-    for name in _boards_meant(facts, used, port, unit):
-        if used.boards[name].kind == kind:
+    for name in _boards_meant(facts, machine, port, unit):
+        if machine.boards[name].kind == kind:
             continue
-        said = f"{used.path} has boards.{name} as a {used.boards[name].kind}"
+        said = f"{machine.path} has boards.{name} as a {machine.boards[name].kind}"
         text = f"board {unit} on {port} is a {kind}; {said}"
         if _words(ctx) not in _ANY_BOARD:
             raise RefusedError(text)
         click.echo(f"note: {text}", err=True)
 
 
-def _boards_meant(facts: Facts, used: Machine, port: str, unit: int) -> list[str]:
+def _boards_meant(facts: Facts, machine: Machine, port: str, unit: int) -> list[str]:
     """Return the file's boards that a connected one must be like, by name.
 
     A board without a port in the file is on every port.
     """
     place = [
         name
-        for name, board in used.boards.items()
+        for name, board in machine.boards.items()
         if board.port in (None, port) and board.unit == unit
     ]
     motors = facts.motors if facts.named.any or _by_motor(facts.ctx) else []
-    return list(dict.fromkeys([*place, *map(used.board_name, motors)]))
+    return list(dict.fromkeys([*place, *map(machine.board_name, motors)]))
 
 
 def _by_motor(ctx: click.Context) -> bool:
     """True if a parameter of a command comes from a motor of the machine file."""
     return any(name not in _NO_MOTOR_S and by_machine(ctx, name) for name in _FACTS)
+
+
+def motors_in_force(ctx: click.Context) -> list[Motor]:
+    """Return the motors of a command; none without a file, or if nothing chooses one of several.
+
+    A file from which no default was taken is not read for that.
+    """
+    if used(ctx) is None:
+        return []
+    try:
+        return facts_of(ctx).motors
+    except UserError:
+        return []
 
 
 def motor_in_force(ctx: click.Context) -> tuple[Path, str] | None:
@@ -258,17 +271,17 @@ def origin(ctx: click.Context, text: str | None = None) -> str:
 
     Without a text something of the file is meant anyhow.
     """
-    used = _used(ctx)
-    if used is None or str(used.path) in (text or ""):
+    machine = used(ctx)
+    if machine is None or str(machine.path) in (text or ""):
         return ""
     if text is None:
-        return f" (from {used.path})"
+        return f" (from {machine.path})"
     named = [
         _option(param)
         for param in ctx.command.params
         if by_machine(ctx, param.name or "") and _names(text, param, ctx.params.get(param.name))
     ]
-    return f" ({', '.join(named)} from {used.path})" if named else ""
+    return f" ({', '.join(named)} from {machine.path})" if named else ""
 
 
 def _option(param: click.Parameter) -> str:

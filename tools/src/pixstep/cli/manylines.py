@@ -89,8 +89,9 @@ def read_lines(
             pixel_hz=pixel_hz,
             divider=divider,
             refuse_faster=refuse_faster,
+            index=index,
         )
-        for path, rule, play, number, negative in zip(
-            csv, decodes, plays, numbers, backwards, strict=True
+        for index, (path, rule, play, number, negative) in enumerate(
+            zip(csv, decodes, plays, numbers, backwards, strict=True)
         )
     ]

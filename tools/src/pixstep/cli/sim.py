@@ -12,8 +12,8 @@ import click
 
 from pixstep import demo, progress
 from pixstep.board import boards, limits, settings
-from pixstep.board.limits import BoardLimits
 from pixstep.board.port import BAUD
+from pixstep.cli import judging
 from pixstep.cli.clockoptions import (
     FlawOptions,
     clock_flaw_options,
@@ -46,8 +46,7 @@ from pixstep.cli.options import (
 )
 from pixstep.cli.quantities import StepsType
 from pixstep.cli.results import deliver
-from pixstep.errors import FINE, NEGATIVE, RefusedError, UserError
-from pixstep.lines import linecheck
+from pixstep.errors import FINE, NEGATIVE, UserError
 from pixstep.lines.line import Line
 from pixstep.simulation import report
 from pixstep.simulation.simrun import Job
@@ -155,13 +154,18 @@ def sim(
     Exit status 0 only if the verdict is pass, 1 if it is not, 2 for misuse, 3 for a refused line.
     """
     line_hz = options["pixel_hz"] / divider
-    lines = read_lines(csv, decode, backlash, options, pixel_hz=line_hz, divider=divider)
+    lines = read_lines(
+        csv, decode, backlash, options, pixel_hz=line_hz, divider=divider,
+        refuse_faster=options["check"],
+    )  # fmt: skip
     axes = line_axes(axis, len(lines))
     if max(axes) >= boards.load(board).axes:
         raise UserError(f"axis {max(axes)}: the {boards.axes_text(board)}")
     if options["check"]:
         clock = settings.of_clock(options["sync"], divider)
-        _refuse_bad(lines, limits.named(board, line_hz, axes=len(lines), clock=clock))
+        found = limits.named(board, line_hz, axes=len(lines), clock=clock)
+        for line, motor in zip(lines, judging.motor_limits(ctx, lines, line_hz), strict=True):
+            limits.check(line, found, motor, judging.ADVICE)
     by_axis = dict(zip(axes, lines, strict=True))
     plants, ideals = _plants(by_axis, options)
     job = Job(
@@ -227,16 +231,3 @@ def _plants(
                 )
     plants = {axis: text for axis, text in zip(lines, knobs, strict=True) if text}
     return plants, ideals
-
-
-def _refuse_bad(lines: list[Line], board: BoardLimits) -> None:
-    """Raise for the first line that the host check refuses; nothing is uploaded then."""
-    for line in lines:
-        found = linecheck.check(line, board.of(line))
-        errors = [item for item in found if item.severity == linecheck.ERROR]
-        if errors:
-            first = errors[0]
-            raise RefusedError(
-                f"{line.name}: line refused: {first.name} at pixel {first.pixel}: {first.message} "
-                f"(--no-check lets the board judge it)"
-            )

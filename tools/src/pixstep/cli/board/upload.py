@@ -2,7 +2,7 @@
 """`pixstep board upload`: lines into the queues of a board, checked first, streamed if long."""
 
 import contextlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import TypedDict, Unpack
@@ -14,6 +14,7 @@ from pixstep.board import clockstate, limits, run, settings, upload
 from pixstep.board.device import Board
 from pixstep.board.link import World
 from pixstep.board.port import Port
+from pixstep.cli import judging
 from pixstep.cli.board.group import (
     Known,
     note_play,
@@ -48,6 +49,7 @@ from pixstep.cli.options import (
 from pixstep.cli.quantities import StepsType
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
+from pixstep.lines.linecheck import Limits
 from pixstep.lines.rational import hz_text, refuse_period
 from pixstep.profiles import madefor
 
@@ -110,7 +112,9 @@ class RunRow(TypedDict):
     "--line", "line_number", type=LINE_NUMBER, metavar="N", multiple=True,
     help="Line N of files of many lines; once, or per line file.",
 )  # fmt: skip
+@click.pass_context
 def upload_command(
+    ctx: click.Context,
     csv: tuple[Path, ...],
     port: Port,
     unit: int,
@@ -140,7 +144,8 @@ def upload_command(
         refuse_period(pixel_hz, known.board.tick_hz())
         _compare(csv, pixel_hz, divider, check=check)
         if check:
-            check_lines(known, lines, pixel_hz, clock)
+            motors = judging.motor_limits(ctx, read, pixel_hz)
+            check_lines(known, lines, pixel_hz, clock, motors)
         streamed = _streamed(known.board, lines, divider)
         if streamed and not (arm and wait):
             raise UserError(
@@ -175,8 +180,9 @@ def check_lines(
     lines: dict[int, Line],
     hz: Fraction | None,
     clock: Mapping[str, int] | None = None,
+    motors: Sequence[Limits] = (),
 ) -> None:
-    """Check lines with the board's limits; warnings go to the error stream.
+    """Check lines with the limits of the board and of motors; warnings go to the error stream.
 
     `hz` is the frequency of pixels that the board will be set to, if another than its own; `clock`
     are the settings `sync` and `divider` that it gets.
@@ -184,10 +190,11 @@ def check_lines(
     if any(item.backlash for item in lines.values()):
         known.board.require("backlash")
     found = limits.connected(known.board, hz, len(lines), clock)
-    for item in lines.values():
+    bounds = motors or [Limits()] * len(lines)
+    for item, motor in zip(lines.values(), bounds, strict=True):
         say(
             f"{item.name}: {one.name} at pixel {one.pixel}: {one.message}"
-            for one in limits.check(item, found)
+            for one in limits.check(item, found, motor, f"nothing was sent; {judging.ADVICE}")
         )
 
 
