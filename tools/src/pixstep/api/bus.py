@@ -2,7 +2,7 @@
 """Boards on a bus: checked, loaded, run, stopped."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Self
 
@@ -13,11 +13,13 @@ from pixstep.api.axes import by_axis as axes_of
 from pixstep.api.clocking import Clocking
 from pixstep.api.motions import CheckResult, MotionLine
 from pixstep.api.programs import MotionProgram
-from pixstep.board import clockstate, limits, link, settings, upload
+from pixstep.api.records import AxisRecords, Collector
+from pixstep.board import clockstate, limits, link, recording, settings, upload
 from pixstep.board import run as running
 from pixstep.board.device import Board as Device
 from pixstep.board.link import Link
 from pixstep.board.port import LAST_UNIT, LEAST_BAUD, MOST_BAUD, TIMEOUTS_S, Port
+from pixstep.board.recording import Recorder
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines.rational import refuse_period
 from pixstep.machine.reading import Machine as MachineFile
@@ -37,6 +39,8 @@ class AxisState:
     """Its position in steps, as the board counts."""
     play_known: bool = True
     """False if its newest line with backlash began without knowing the play, as after a reset."""
+    records: AxisRecords | None = field(default=None, repr=False, compare=False)
+    """The per-pixel records of the line that `run` or `run_program` has run; else None."""
 
 
 class Board:
@@ -101,7 +105,8 @@ class Board:
         `"start"`, `"lock"`), `divider`, the clock edges of a pixel, and `gate_edges`, those from a
         burst's first one to line zero, are set as well if they are given or a machine file has
         them; otherwise the board's stay. To lock the board must have measured its clock: that is
-        waited for. Ctrl-C and any error of the program stop the axes.
+        waited for. The states that come back have the per-pixel records, of every Nth pixel where
+        the bus is too slow for all. Ctrl-C and any error of the program stop the axes.
         Raises RefusedError for a line that the board or its motor's limits refuse (nothing is sent
         then), unless `check` is False; UserError
         for a divider that is not that of the lines' machine, BoardError for a fault, a clock that
@@ -136,12 +141,16 @@ class Board:
         axes = list(by_axis)
         motions = {number: item.line for number, item in by_axis.items()}
         group = [running.Lines(self.device, axes)]
-        with running.stopped_on_failure(group):
+        collector = Collector(self.unit)
+        with (
+            recording.recorded(group[0], collector.take) as recorder,
+            running.stopped_on_failure(group),
+        ):
             group[0].uploads += upload.begin(self.device, motions, edges)
             running.arm(self.device, axes)
             longest = max(item.pixels for item in by_axis.values())
             running.follow(group, self._link.world, longest, progress)
-        return self._states(axes)
+        return self._recorded(axes, collector, recorder)
 
     def run_program(
         self, program: MotionProgram, *, check: bool = True, progress: Progress = unseen
@@ -159,12 +168,14 @@ class Board:
         check, request = arguments.flag("check", check), program.request
         onboard.require_fitting(MachineFile.load(program.machine.path), request.setup, self.kind)
         known = onboard.rehearse(self.device, request) if check else None
+        collector = Collector(self.unit)
         with (
             onboard.prepared(self.device, request, known) as run,
+            recording.recorded(run.lines, collector.take) as recorder,
             running.stopped_on_failure([run.lines]),
         ):
             run.run(self._link.world, progress)
-        return self._states(run.lines.axes)
+        return self._recorded(run.lines.axes, collector, recorder)
 
     def stop(self) -> tuple[AxisState, ...]:
         """Stop all axes; return where they are."""
@@ -172,6 +183,15 @@ class Board:
         running.stop_axes(self.device, axes)
         running.rests(self.device, axes, self._link.world)
         return self._states(axes)
+
+    def _recorded(
+        self, axes: list[int], collector: Collector, recorder: Recorder | None
+    ) -> tuple[AxisState, ...]:
+        """Return the states of axes with the records of their lines."""
+        return tuple(
+            replace(state, records=collector.of(state.axis, recorder))
+            for state in self._states(axes)
+        )
 
     def _states(self, axes: list[int]) -> tuple[AxisState, ...]:
         states = running.states(self.device, axes)

@@ -7,11 +7,12 @@ from typing import Unpack
 
 import click
 
-from pixstep.board import settings
+from pixstep.board import run, settings
 from pixstep.board.limits import connected
 from pixstep.board.port import Port
 from pixstep.cli import directions
 from pixstep.cli.board.group import one_board, port_options, unit_option
+from pixstep.cli.board.recordoptions import exit_status, record_options, recorded
 from pixstep.cli.board.upload import check_lines, run_lines
 from pixstep.cli.clockoptions import (
     board_clock_options,
@@ -43,6 +44,7 @@ from pixstep.trajectories.table import AXES
 @board_clock_options
 @board_sync_option
 @board_gate_edges_option
+@record_options
 @json_option
 @click.pass_context
 def trajectory_command(
@@ -57,6 +59,8 @@ def trajectory_command(
     divider: int | None,
     sync: str | None,
     gate_edges: int | None,
+    record_file: Path | None,
+    record: bool,
     as_json: bool,
     **options: Unpack[PlayOptions],
 ) -> None:
@@ -84,15 +88,18 @@ def trajectory_command(
         check_lines(known, lines, hz, clock)
         settings.set_clock(known.board, pixel_hz, sync, divider, gate_edges)
         edges = divider or settings.divider(known.board)
-        summary = run_lines(known.board, found.world, lines, edges, arm=True, wait=True)
+        group = [run.Lines(known.board, axes)]
+        with recorded(group, record_file, wanted=record) as records:
+            summary = run_lines(group[0], found.world, lines, edges, records, arm=True, wait=True)
     if as_json:
         show_json({
             **summary, "run": which, "play_steps": [item.play for item in plays],
             "transition_points": [item.steps for item in plays],
         })  # fmt: skip
-        return
+        ctx.exit(exit_status(records, echo=False))
     for row in summary["axes"]:
         click.echo(
             f"board {unit} axis {row['axis']}: {row['file']}, {row['steps']} steps in "
             f"{row['seconds']:g} s: {row['state']}, position {row['position_steps']}"
         )
+    ctx.exit(exit_status(records, echo=True))

@@ -24,6 +24,13 @@ from pixstep.cli.board.group import (
     stopping,
     unit_option,
 )
+from pixstep.cli.board.recordoptions import (
+    RecordFacts,
+    Records,
+    exit_status,
+    record_options,
+    recorded,
+)
 from pixstep.cli.clockoptions import (
     board_clock_options,
     board_gate_edges_option,
@@ -75,6 +82,7 @@ class AxisRow(TypedDict):
     seconds: float
     state: str
     position_steps: int
+    records: RecordFacts | None
 
 
 class RunRow(TypedDict):
@@ -105,6 +113,7 @@ class RunRow(TypedDict):
     help="With --arm: follow the lines to their end. A line longer than the queue needs that; "
     "without it a board stops when no request comes for bus_timeout_ms (3 s by default).",
 )
+@record_options
 @no_check_option
 @json_option
 @raw_option
@@ -124,14 +133,20 @@ def upload_command(
     arm: bool,
     wait: bool,
     check: bool,
+    record_file: Path | None,
+    record: bool,
     as_json: bool,
     **options: Unpack[_Options],
 ) -> None:
     """Queue lines, one file an axis; with --arm run them.
 
     Files are CSV or CSB. Each line is first checked with the board's own limits: what it would
-    refuse is not sent.
+    refuse is not sent. While lines are followed their per-pixel records are read, of every Nth
+    pixel where the bus is too slow for all; --records writes them. Exit status 1 if such a file
+    lacks records that were overwritten before they were read.
     """
+    if record_file and not (arm and wait):
+        raise UserError("--records: records are read while lines run: add --arm, without --no-wait")
     read = read_lines(csv, decode, backlash, options, pixel_hz=None)
     lines = dict(zip(line_axes(axis, len(read)), read, strict=True))
     with one_board(port, unit) as (found, known):
@@ -152,11 +167,16 @@ def upload_command(
                 f"{streamed}: it is streamed while it moves: add --arm, without --no-wait"
             )
         _set(known.board, options)
-        summary = run_lines(known.board, found.world, lines, divider, arm=arm, wait=wait)
+        group = [run.Lines(known.board, list(lines))]
+        with recorded(
+            group, record_file, wanted=record and arm and wait, streamed=bool(streamed)
+        ) as records:
+            summary = run_lines(group[0], found.world, lines, divider, records, arm=arm, wait=wait)
     if as_json:
         show_json(summary)
     else:
         _print(summary)
+    ctx.exit(exit_status(records, echo=not as_json))
 
 
 def _set(board: Board, options: _Options) -> None:
@@ -208,17 +228,24 @@ def _streamed(board: Board, lines: dict[int, Line], divider: int) -> str:
 
 
 def run_lines(
-    board: Board, world: World, lines: dict[int, Line], divider: int, *, arm: bool, wait: bool
+    queues: run.Lines,
+    world: World,
+    lines: dict[int, Line],
+    divider: int,
+    records: Records,
+    *,
+    arm: bool,
+    wait: bool,
 ) -> RunRow:
     """Queue the lines, and as asked arm and follow them; return what was done.
 
-    `divider` is how many clock edges a pixel has on the board.
+    `queues` are those of the board, `divider` is how many clock edges a pixel has on it.
     """
-    axes = list(lines)
+    board, axes = queues.board, queues.axes
     pixels = max(item.pixels for item in lines.values())
     if arm:
         clockstate.await_lock(board, world)
-    group = [run.Lines(board, axes)]
+    group = [queues]
     shown = progress.shown("running") if arm and wait else contextlib.nullcontext(progress.unseen)
     with shown as show, stopping(group):
         group[0].uploads += upload.begin(board, lines, divider)
@@ -244,6 +271,7 @@ def run_lines(
                 "seconds": round(float(item.pixels / hz), 3),
                 "state": state[axis],
                 "position_steps": where[axis],
+                "records": records.of(board.unit, axis),
             }
             for axis, item in lines.items()
         ],
