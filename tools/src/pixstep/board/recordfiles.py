@@ -34,8 +34,8 @@ class Rows(Protocol):
 
 
 def refuse(path: Path) -> None:
-    """Raise UserError for a name that does not say its form."""
-    if path.suffix.lower() not in (CSV, PARQUET):
+    """Raise UserError for a name that does not say its form; a stream gets CSV."""
+    if path.suffix.lower() not in (CSV, PARQUET) and not atomic.is_stream(path):
         raise UserError(f"{path}: a file of records ends with {CSV} or {PARQUET}")
 
 
@@ -43,13 +43,15 @@ def refuse(path: Path) -> None:
 def writing(path: Path) -> Iterator[Rows]:
     """Yield what takes records; the file appears whole at the end.
 
-    What was read before an error is in it as well. Raises UserError for another ending, and where
-    Parquet is wanted without pyarrow.
+    What was read before an error is in it as well. A file that cannot be written further, as on a
+    full disk, does not end the block. Raises UserError for that at the end, at once for another
+    ending, and where Parquet is wanted without pyarrow.
     """
     refuse(path)
     failure: BaseException | None = None
     with atomic.replacing(path) as place:
-        rows: Rows = _Csv(place) if path.suffix.lower() == CSV else _Parquet(path, place)
+        is_parquet = path.suffix.lower() == PARQUET
+        rows = _Patient(_Parquet(path, place) if is_parquet else _Csv(place))
         try:
             yield rows
         except BaseException as error:
@@ -57,6 +59,28 @@ def writing(path: Path) -> Iterator[Rows]:
         rows.close()
     if failure is not None:
         raise failure
+
+
+class _Patient:
+    """Takes records on, whatever becomes of their file: motors move meanwhile."""
+
+    def __init__(self, rows: Rows) -> None:
+        self._rows = rows
+        self._failure: OSError | None = None
+
+    def take(self, unit: int, row: Row) -> None:
+        """Take a record of a board."""
+        if self._failure is None:
+            try:
+                self._rows.take(unit, row)
+            except OSError as error:
+                self._failure = error
+
+    def close(self) -> None:
+        """Write what is left. Raises what the system had against the file."""
+        if self._failure is not None:
+            raise self._failure
+        self._rows.close()
 
 
 def _values(unit: int, row: Row) -> tuple[int, ...]:

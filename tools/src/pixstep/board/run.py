@@ -4,7 +4,7 @@
 import contextlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from pixstep import signals
 from pixstep.board import clockstate, gating, settings, values
@@ -21,9 +21,6 @@ from pixstep.board.upload import Upload, feed, pause_s
 from pixstep.errors import UserError
 from pixstep.progress import Progress, unseen
 
-if TYPE_CHECKING:
-    from pixstep.board.recording import Recorder
-
 _POLL_S = 0.02
 # Of lines that run: between two polls of the status, and between two looks at all of the axes,
 # which keeps a board from its steps for some 30,000 cycles.
@@ -36,6 +33,16 @@ _LAST_STEP_S = 1.0  # the period of a very slow step may be longer
 _LOOK_S = 0.05  # between the two positions that show whether an axis rests
 
 
+class Reader(Protocol):
+    """What reads the records of lines while they run."""
+
+    def look_if_due(self, world: World, uploads: list[Upload]) -> None:
+        """Read what is new, if it is time for that; what is left of lines is sent in between."""
+
+    def look(self, uploads: list[Upload], *, ended: bool = False) -> None:
+        """Read what is new; `ended` if no line makes any more."""
+
+
 @dataclass
 class Lines:
     """The axes of one board that take part, and what is still to be queued of their lines."""
@@ -43,7 +50,7 @@ class Lines:
     board: Board
     axes: list[int]
     uploads: list[Upload] = field(default_factory=list)
-    recorder: "Recorder | None" = None
+    recorder: Reader | None = None
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from pixstep.cli import machinedefaults
 from pixstep.cli.board.group import one_board, port_options, stopping, unit_option
 from pixstep.cli.board.recordoptions import exit_status, record_options, recorded
 from pixstep.cli.command import FILE, command
-from pixstep.cli.options import json_option, show_json
+from pixstep.cli.options import json_option, show_json, teller
 from pixstep.cli.programoptions import (
     ProgramOptions,
     none_found,
@@ -84,8 +84,9 @@ def run_command(
     if as_json:
         show_json({"program": str(program), "unit": unit, "axes": rows})
         ctx.exit(exit_status(records, echo=False))
+    tell = teller(record_file)
     for row in rows:
-        click.echo(
+        tell(
             f"board {unit} axis {row['axis']}: motor {row['motor']} {row['state']}, moved "
             f"{row['moved_steps']} steps to position {row['position_steps']}"
         )

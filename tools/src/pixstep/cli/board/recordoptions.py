@@ -15,7 +15,7 @@ from pixstep.board.logs import Row
 from pixstep.board.recording import Recorder
 from pixstep.board.run import Lines
 from pixstep.cli.command import OutFile
-from pixstep.cli.options import say
+from pixstep.cli.options import say, teller
 from pixstep.cli.quantities import Decorated
 
 
@@ -142,11 +142,11 @@ def recorded(
         found.say()
 
 
-def exit_status(found: Records, echo: bool) -> int:
+def exit_status(found: Records, *, echo: bool) -> int:
     """Say what a file of records holds; return 1 if it does not hold all that the boards made."""
     if found.path is None:
         return 0
     if echo:
         missed = f"{found.missed} missed" if found.missed else "none missed"
-        click.echo(f"{found.path}: {found.total} records, {missed}")
+        teller(found.path)(f"{found.path}: {found.total} records, {missed}")
     return int(found.missed > 0)

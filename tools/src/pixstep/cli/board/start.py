@@ -31,7 +31,7 @@ from pixstep.cli.board.recordoptions import (
     recorded,
 )
 from pixstep.cli.command import command
-from pixstep.cli.options import json_option, show_json
+from pixstep.cli.options import json_option, show_json, teller
 from pixstep.errors import UserError
 
 
@@ -93,9 +93,10 @@ def start_command(
     if as_json:
         show_json({"token": started.token if started else None, "boards": rows})
         ctx.exit(exit_status(records, echo=False))
+    tell = teller(record_file)
     for row in rows:
         for axis in row["axes"]:
-            click.echo(
+            tell(
                 f"board {row['unit']} axis {axis['axis']}: {axis['state']}, position "
                 f"{axis['position_steps']}"
             )

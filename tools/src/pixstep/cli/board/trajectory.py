@@ -21,7 +21,7 @@ from pixstep.cli.clockoptions import (
 )
 from pixstep.cli.command import FILE, command
 from pixstep.cli.manylines import line_axes, line_axes_option
-from pixstep.cli.options import json_option, show_json
+from pixstep.cli.options import json_option, show_json, teller
 from pixstep.cli.trajectoryoptions import PlayOptions, axis_plays, board_play_options, read_table
 from pixstep.lines.rational import refuse_period
 from pixstep.trajectories import boardsim, host, transitions
@@ -97,8 +97,9 @@ def trajectory_command(
             "transition_points": [item.steps for item in plays],
         })  # fmt: skip
         ctx.exit(exit_status(records, echo=False))
+    tell = teller(record_file)
     for row in summary["axes"]:
-        click.echo(
+        tell(
             f"board {unit} axis {row['axis']}: {row['file']}, {row['steps']} steps in "
             f"{row['seconds']:g} s: {row['state']}, position {row['position_steps']}"
         )

@@ -2,7 +2,7 @@
 """`pixstep board upload`: lines into the queues of a board, checked first, streamed if long."""
 
 import contextlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import TypedDict, Unpack
@@ -52,6 +52,7 @@ from pixstep.cli.options import (
     raw_option,
     say,
     show_json,
+    teller,
 )
 from pixstep.cli.quantities import StepsType
 from pixstep.errors import UserError
@@ -175,7 +176,7 @@ def upload_command(
     if as_json:
         show_json(summary)
     else:
-        _print(summary)
+        _print(summary, teller(record_file))
     ctx.exit(exit_status(records, echo=not as_json))
 
 
@@ -278,9 +279,9 @@ def run_lines(
     }
 
 
-def _print(summary: RunRow) -> None:
+def _print(summary: RunRow, tell: Callable[..., None]) -> None:
     for row in summary["axes"]:
-        click.echo(
+        tell(
             f"board {summary['unit']} axis {row['axis']}: {row['file']}, {row['decode']}, "
             f"{row['pixels']} pixels, {row['steps']} steps, {row['seconds']:g} s: {row['state']}, "
             f"position {row['position_steps']}"
