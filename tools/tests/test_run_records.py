@@ -67,8 +67,8 @@ def every(counts, step=1):
 @pytest.mark.parametrize(
     ("kind", "hz", "axes", "step"),
     [
-        ("mega", 30, 1, 1), ("mega", 30, 4, 1), ("mega", 100, 2, 1), ("mega", 100, 4, 2),
-        ("mega", 1000, 1, 8), ("mega", 1000, 4, 33), ("uno", 30, 1, 1), ("uno", 400, 1, 7),
+        ("mega", 30, 1, 1), ("mega", 30, 4, 1), ("mega", 80, 2, 1), ("mega", 100, 4, 2),
+        ("mega", 1000, 1, 10), ("mega", 1000, 4, 34), ("uno", 30, 1, 1), ("uno", 400, 1, 9),
         ("m1284", 200, 2, 3),
     ],
 )  # fmt: skip
@@ -127,6 +127,19 @@ def test_a_lock_s_records_have_the_edges_errors(on_board):
     later = console.out("log", "records", status=1).split()[1:]
     kept = {int(row.split(",")[2]): tuple(map(int, row.split(",")[2:])) for row in later}
     assert len(kept) == 20 and [row for row in rows if row[0] in kept] == [*kept.values()]
+
+
+@pytest.mark.usefixtures("simulator")
+def test_a_lock_is_not_lost_by_the_setting(on_board):
+    """A board measures its clock anew after every change: between locked lines there is none."""
+    put([6] * 400)
+    link, console = on_board("mega", 500)
+    words = ("upload", "line.csv", "--decode", "plain", "--arm", "--sync", "lock", "--json",
+             "--pixel-hz", "500")  # fmt: skip
+    facts = [json.loads(console.out(*words))["axes"][0]["records"] for _ in range(2)]
+    assert facts[0] == facts[1] and facts[0]["every_px"] > 1 and not facts[0]["missed"]
+    assert link.board(1).setting("record_every") == facts[0]["every_px"]
+    assert regs.is_measured(link.board(1).input("status"))
 
 
 # Upload, start, run and the interface, without a board's time

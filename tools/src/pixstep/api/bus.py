@@ -137,7 +137,6 @@ class Board:
                 ).raise_if_refused()
         edges = clock.divider or settings.divider(self.device)
         settings.set_clock(self.device, hz * edges, clock.sync, clock.divider, clock.gate_edges)
-        clockstate.await_lock(self.device, self._link.world)
         axes = list(by_axis)
         motions = {number: item.line for number, item in by_axis.items()}
         group = [running.Lines(self.device, axes)]
@@ -146,6 +145,7 @@ class Board:
             recording.recorded(group[0], collector.take) as recorder,
             running.stopped_on_failure(group),
         ):
+            clockstate.await_lock(self.device, self._link.world)
             group[0].uploads += upload.begin(self.device, motions, edges)
             running.arm(self.device, axes)
             longest = max(item.pixels for item in by_axis.values())

@@ -25,7 +25,7 @@ _MOST_EVERY = 10_000  # of the setting
 _BITS = 11  # of a byte on the line: start, eight, parity, stop
 _FRAME = 13  # bytes of a request and around the words of its reply
 _LATENCY_S = 0.01  # from a request to the next, beside the bytes
-_POLL_S = 0.05  # between two looks at least, of whoever follows a line
+_POLL_S = 0.08  # between two looks, of whoever follows a line, on a host that has more to do
 _KEPT = 0.9  # the share of the time for which a board keeps a record, from look to look
 _OFTEN = 0.4  # the same, as it is aimed at
 _MOST_S = 0.5
@@ -99,7 +99,9 @@ def recorded(
 
     Enter it when the board's clock is set and before the lines are queued; once they are `queued`
     the board keeps as many records as it was set to. `streamed` says that lines may be longer than
-    a queue. The board is set back after the lines, if no fault forbids that.
+    a queue. The board is set back after the lines, if no fault forbids that; not where they are
+    locked to the clock or the clock is gated, because a board measures its clock anew after every
+    change of a setting.
     """
     board = lines.board
     capacity = board.record_capacity()
@@ -119,6 +121,6 @@ def recorded(
         yield lines.recorder
     finally:
         lines.recorder = None
-        if wanted != before:
+        if wanted != before and not (settings.locks(known) or settings.gate_of(known)):
             with contextlib.suppress(BoardError), board.once():
                 board.write_setting(EVERY, before)

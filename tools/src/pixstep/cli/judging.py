@@ -5,7 +5,10 @@ from fractions import Fraction
 
 import click
 
+from pixstep.board import limits
+from pixstep.board.limits import BoardLimits
 from pixstep.cli import machinedefaults
+from pixstep.cli.options import say
 from pixstep.lines import units
 from pixstep.lines.line import Line
 from pixstep.lines.linecheck import Limits
@@ -33,6 +36,17 @@ def motor_limits(ctx: click.Context, lines: list[Line], hz: Fraction) -> list[Li
         )
         for line, motor in zip(lines, motors, strict=True)
     ]
+
+
+def check(line: Line, board: BoardLimits, motor: Limits, advice: str = ADVICE) -> None:
+    """Check a line by the limits of its board and its motor; warnings go to the error stream.
+
+    Raises RefusedError with `advice` for the first error.
+    """
+    say(
+        f"{line.name}: {one.name} at pixel {one.pixel}: {one.message}"
+        for one in limits.check(line, board, motor, advice)
+    )
 
 
 def of_quantities(

@@ -482,7 +482,9 @@ def note_words(ctx: click.Context, args: Sequence[str]) -> None:
     Raises UserError for motors that it names and that the file does not have, and for names that
     contradict each other; the file is read for that even if nothing else is asked of it.
     """
-    if ctx.resilient_parsing or "machine" not in {param.name for param in ctx.command.params}:
+    if ctx.resilient_parsing or not {"machine", "motor"} <= {
+        param.name for param in ctx.command.params
+    }:
         return
     named = motorchoice.read(ctx, args)
     if named is None:

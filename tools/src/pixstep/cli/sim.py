@@ -165,7 +165,7 @@ def sim(
         clock = settings.of_clock(options["sync"], divider)
         found = limits.named(board, line_hz, axes=len(lines), clock=clock)
         for line, motor in zip(lines, judging.motor_limits(ctx, lines, line_hz), strict=True):
-            limits.check(line, found, motor, judging.ADVICE)
+            judging.check(line, found, motor)
     by_axis = dict(zip(axes, lines, strict=True))
     plants, ideals = _plants(by_axis, options)
     job = Job(

@@ -213,10 +213,7 @@ def check_lines(
     found = limits.connected(known.board, hz, len(lines), clock)
     bounds = motors or [Limits()] * len(lines)
     for item, motor in zip(lines.values(), bounds, strict=True):
-        say(
-            f"{item.name}: {one.name} at pixel {one.pixel}: {one.message}"
-            for one in limits.check(item, found, motor, f"nothing was sent; {judging.ADVICE}")
-        )
+        judging.check(item, found, motor, f"nothing was sent; {judging.ADVICE}")
 
 
 def _streamed(board: Board, lines: dict[int, Line], divider: int) -> str:
