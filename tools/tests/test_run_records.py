@@ -102,6 +102,23 @@ def test_lines_one_after_the_other_are_told_apart(on_board):
 
 
 @pytest.mark.usefixtures("simulator")
+def test_boards_that_start_together_lose_none(make_console):
+    """A short line on an Uno, which keeps eight records, is over soon after the boards agree."""
+    kinds = [(kind, natives.image(kind)) for kind in ("mega", "uno")]
+    link = SimLink(SimOptions(kinds, Fraction(30)))
+    try:
+        console = make_console(link.simulator, link.world)
+        for unit, pixels in ((1, 90), (2, 12)):
+            put([3] * pixels)
+            console.out("upload", "line.csv", "--decode", "plain", "--unit", unit)
+        console.out("start", "--unit", "1,2", "--wait", "--records", "r.csv")
+    finally:
+        link.close()
+    wanted = {(1, 1, 0): every([3] * 90), (2, 1, 0): every([3] * 12)}
+    assert exact(rows_of("r.csv")) == wanted
+
+
+@pytest.mark.usefixtures("simulator")
 def test_a_program_s_records(on_board, plan_program):
     Path("machine.toml").write_text(
         f'[clock]\npixel = 100\n[boards.a]\nkind = "mega"\nport = "{PORT}"\n[motors.X]\naxis = 0\n'

@@ -125,7 +125,8 @@ def recorded(
 ) -> Iterator[Records]:
     """Read the records of lines along while they are followed, into a file if one is named.
 
-    See `recording.recorded`. The file is written whatever ends the lines.
+    See `recording.recorded`. The file is written whatever ends the lines, and what it does not hold
+    is said.
     """
     with contextlib.ExitStack() as stack:
         rows = stack.enter_context(recordfiles.writing(path)) if path else None
@@ -139,7 +140,8 @@ def recorded(
             if one:
                 found.recorders[unit] = one
         yield found
-        found.say()
+        if path:
+            found.say()
 
 
 def exit_status(found: Records, *, echo: bool) -> int:
