@@ -204,6 +204,20 @@ def test_records_up_to_a_fault_are_kept(one):
     assert 30 < len(rows) < 60 and rows == every([3] * len(rows))
 
 
+def test_records_up_to_ctrl_c_are_kept(one):
+    put([3] * 90)
+
+    def press():
+        raise KeyboardInterrupt
+
+    one.world.later(1.5, press)
+    words = ("upload", "line.csv", "--decode", "plain", "--arm", "--records", "r.csv")
+    assert "stopped by" in one.ended(*words)
+    assert one.board.commands[-1][0] == "stop"
+    rows = rows_of("r.csv")[1, 1, 0]
+    assert 30 < len(rows) < 50 and rows == every([3] * len(rows))
+
+
 def test_records_that_were_overwritten_are_counted(one):
     put([3] * 90)
     one.board.values["record_capacity"] = 2
