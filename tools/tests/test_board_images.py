@@ -245,7 +245,10 @@ def test_upload_runs_and_is_logged(live, name):
     (axis,) = found["axes"]
     assert (axis["state"], axis["position_steps"]) == ("done", sum(counts))
     assert one.sim.steps(0, 0) == sum(counts)
-    rows = one.out("log", "--axis", 0).split()[1:]
+    records = axis["records"]
+    assert (records["read"], records["missed"]) == (150 // records["every_px"], 0)
+    assert records["max_difference_steps"] == 0
+    rows = one.out("log", "--axis", 0, status=1).split()[1:]  # those that are still kept
     last = rows[-1].split(",")
     assert last[:5] == ["1", "0", "150", str(sum(counts)), str(sum(counts))]
 

@@ -143,6 +143,12 @@ def _leaves(group, ctx, words):
             yield " ".join((*words, name)), found
 
 
+def change_over(two):
+    """Let the boards change their addresses over."""
+    first, second = (board.holdings for board in two.boards)
+    first[0], second[0] = second[0], first[0]
+
+
 @pytest.fixture
 def files(tmp_path, two):
     """Make what the commands of `GIVEN` read."""
@@ -155,11 +161,20 @@ def files(tmp_path, two):
 
 @pytest.mark.usefixtures("files")
 @pytest.mark.parametrize("words", [words for words in talking() if words not in ONLY_NOTED])
-def test_a_motor_of_another_board_than_the_one_that_answers(two, words):
+@pytest.mark.parametrize("unit", [2, 1])
+def test_a_motor_of_another_board_than_the_one_that_answers(two, words, unit):
     before = [dict(board.holdings) for board in two.boards]
-    given = (*words.split(), *GIVEN.get(words, ()), "--unit", 2)
-    told = two.err(*given, "--motor", "X", status=3)
-    assert told == f"board 2 on {PORT} is a uno; machine.toml has boards.a as a mega"
+    motors = ("--motor", "X") * (2 if words == "trajectory" else 1)
+    given = (*words.split(), *GIVEN.get(words, ()), "--unit", unit, *motors)
+    if unit == 2:
+        told = two.err(*given, status=2)
+        said = "in machine.toml motor X is on board a, unit 1: leave --unit or --motor out"
+        assert told == f"--unit 2: {said}"
+    else:
+        change_over(two)
+        told = two.err(*given, status=3)
+        assert told == f"board 1 on {PORT} is a uno; machine.toml has boards.a as a mega"
+        change_over(two)
     assert [dict(board.holdings) for board in two.boards] == before
     assert not any(board.commands for board in two.boards)
 
@@ -175,9 +190,14 @@ def test_it_is_only_noted_where_a_board_is_shown_or_stopped(two, words):
 def test_the_motor_that_is_meant_needs_no_name_to_be_compared(two):
     text = TWO_BOARDS.replace("[motors.X]", '[line]\nmotor = "X"\n[motors.X]')
     Path("machine.toml").write_text(text)
-    told = two.err("move", FAST, "--steps", 40, "--unit", 2, status=3)
-    assert told == f"board 2 on {PORT} is a uno; machine.toml has boards.a as a mega"
-    two.boards[0].holdings[0], two.boards[1].holdings[0] = 2, 1  # the addresses changed over
+    told = two.err("move", FAST, "--steps", 40, "--unit", 2, status=2)
+    assert told == (
+        "--unit 2: in machine.toml that is board b, motor X, which lines are for, is on board a: "
+        "choose by --motor or --axis"
+    )
+    change_over(two)
+    told = two.err("move", FAST, "--steps", 40, status=3)
+    assert told == f"board 1 on {PORT} is a uno; machine.toml has boards.a as a mega"
     told = two.err("get", "board_id", "--unit", 1, status=3)
     assert told == f"board 1 on {PORT} is a uno; machine.toml has boards.a as a mega"
 

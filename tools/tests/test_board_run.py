@@ -179,9 +179,9 @@ def test_start_of_one_board_needs_no_token(one):
     one.out("upload", put([5] * 5), "--decode", "plain", "--axis", 1)
     found = one.json("start", "--wait")
     assert found["token"] is None
-    assert found["boards"] == [
-        {"unit": 1, "axes": [{"axis": 1, "state": "done", "position_steps": 25}]}
-    ]
+    records = {"read": 5, "missed": 0, "every_px": 1, "max_difference_steps": 0}
+    row = {"axis": 1, "state": "done", "position_steps": 25, "records": records}
+    assert found["boards"] == [{"unit": 1, "axes": [row]}]
     assert "no axis has a line loaded" in one.err("start", status=2)
 
 

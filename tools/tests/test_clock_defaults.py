@@ -122,7 +122,9 @@ def test_an_upload_sets_the_board_as_the_machine_is(one):
     names = ("pixel_hz_num", "divider", "sync")
     assert [one.board.setting(name) for name in names] == [1000, 4, 2]
     one.out("disarm")
-    one.out("upload", "bare.csv", "--sync", "start", "--divider", "1")
+    once = ("upload", "bare.csv", "--sync", "start", "--divider", "1")
+    assert "--divider 3 would do, or divider = 3 in the table [clock]" in one.err(*once, status=2)
+    one.out(*once, "--no-check")
     assert [one.board.setting(name) for name in names] == [1000, 1, 1]
 
 

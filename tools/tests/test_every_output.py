@@ -35,7 +35,11 @@ motors.X = { axis = 0, kind = "plain", limits.max_acceleration = 9 }
 # How each command is called, without the output that is tried and with the others that it needs.
 CALLS = {
     "board log records -o": ("board", "log", "records"),
+    "board run --records": ("board", "run", "go.pmc", "--machine", "bus.toml"),
     "board settings export FILE": ("board", "settings", "export"),
+    "board start --records": ("board", "start", "--wait"),
+    "board trajectory --records": ("board", "trajectory", *TABLE),
+    "board upload --records": ("board", "upload", *LINE, "--arm"),
     "completion -o": ("completion", "bash"),
     "demo --out": ("demo",),
     "file convert OUT": ("file", "convert", "line.csv", "--to", "csv"),
@@ -137,6 +141,7 @@ def call(plan_program, simulator, invoke, one, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path / "work")
     formats.write_csv(tmp_path / "work" / "line.csv", [2, 4, 4, 2])
     (tmp_path / "work" / "mill.toml").write_text(MILL)
+    (tmp_path / "work" / "bus.toml").write_text(MILL.replace("uno", "mega"))
     (tmp_path / "work" / "go.pmc").write_text("TS0 TA9 TM90 X40")
     (tmp_path / "work" / "own.csv").write_text("steps\n2\n4\n4\n2\n")
     points = [f"{min(k, 9 - k)},{k}\n" for k in range(10)]
@@ -147,6 +152,9 @@ def call(plan_program, simulator, invoke, one, tmp_path, monkeypatch):
         other = tmp_path / f"other{number}.csv"
         words = [str(word).format(other=other) for word in CALLS[str(output)]]
         monkeypatch.setenv("PIXSTEP_PORT", "/dev/ttyTEST")
+        if words[:2] == ["board", "start"]:
+            one.finish("disarm")
+            one.out("upload", "line.csv", "--decode", "plain")
         return invoke(*words, *output.option, path, *more, status=status)
 
     return run

@@ -79,11 +79,11 @@ def test_everything_that_sim_takes(here, invoke, monkeypatch):
     monkeypatch.chdir(here)
     (here / "a.csv").write_bytes(b"     2\r\n")
     got = asked(["sim", "a.csv"])
-    assert (got["board"], got["axis"], got["pixel_hz"]) == ("mega", 1, 30)
+    assert (got["board"], got["axis"], got["pixel_hz"]) == ("mega", (1,), 30)
     assert (got["decode"], got["backlash"], got["negative"]) == (("smooth",), (10,), True)
     assert got["out"] == Path("run")
     two = asked(["sim", "a.csv", "a.csv", "--motor", "M39", "--motor", "M40"])
-    assert (two["decode"], two["backlash"], two["axis"]) == (("smooth", "plain"), (10, 0), 1)
+    assert (two["decode"], two["backlash"], two["axis"]) == (("smooth", "plain"), (10, 0), (1, 2))
     assert asked(["sim", "a.csv", "--decode", "plain"])["backlash"] == ()
     assert asked(["sim", "a.csv", "--backlash", "5um"])["backlash"] == (2,)
 
@@ -91,8 +91,8 @@ def test_everything_that_sim_takes(here, invoke, monkeypatch):
 def test_the_command_line_comes_first_then_the_environment(here, monkeypatch):
     monkeypatch.chdir(here)
     (here / "a.csv").write_bytes(b"     2\r\n")
-    got = asked(["sim", "a.csv", "--board", "uno", "--pixel-hz", "60", "--axis", "0", "--out", "x"])
-    assert (got["board"], got["pixel_hz"], got["axis"], got["out"]) == ("uno", 60, 0, Path("x"))
+    got = asked(["sim", "a.csv", "--board", "uno", "--pixel-hz", "60", "--axis", "2", "--out", "x"])
+    assert (got["board"], got["pixel_hz"], got["axis"], got["out"]) == ("uno", 60, (2,), Path("x"))
     monkeypatch.setenv("PIXSTEP_PORT", "/dev/mine")
     got = asked(["board", "move", PROFILE, "--steps", "0.5mm"])
     assert (got["port"], got["unit"], got["baud"], got["parity"]) == ("/dev/mine", 7, 9600, "O")
@@ -138,10 +138,10 @@ def test_where_the_file_comes_from(here, invoke, monkeypatch):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["sim", "a.csv", "a.csv"], "2 lines for 1 motor: give --motor once for each line"),
+        (["sim", "a.csv", "a.csv"], "2 lines for 1 motor: give --motor or --axis once for each"),
         (["sim", "a.csv", "--motor", "M4"], "machine.toml: there is no motor 'M4': M39, M40"),
-        (["sim", "a.csv", "a.csv", "--motor", "M40", "--motor", "M39"],
-         "motors on axes 2, 1: lines go to axes in a row"),
+        (["sim", "a.csv", "a.csv", "--motor", "M40", "--motor", "M40"],
+         "axis 2: has 2 lines, one is possible"),
         (["line", "make", "--speed", "11.31mm/s", "-o", "x"],
          "speed 11.31mm/s is 150.8 steps/px, not an even whole number, as a smooth line needs: "
          "nearest legal 150 steps/px = 4500 steps/s = 11.25 mm/s and 152 steps/px"),

@@ -34,4 +34,4 @@ def test_the_commands_print_what_the_document_says(tmp_path, monkeypatch, simula
         done = CliRunner().invoke(main, shlex.split(command))
         printed = [line.rstrip() for line in (done.stdout or done.stderr).rstrip("\n").split("\n")]
         assert shown(printed, wanted), (command, done.output)
-    assert len(sessions()) == 7
+    assert len(sessions()) == 8

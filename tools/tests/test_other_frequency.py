@@ -56,9 +56,11 @@ def test_the_same_frequency_says_nothing(files, invoke, plan_program, words):
     assert "made for" not in invoke(*words, "--pixel-hz", "30Hz").stderr
 
 
-def test_the_simulation_warns(files, invoke, simulator):
+def test_the_simulation_refuses(files, invoke, simulator):
     words = ("sim", "line.csv", "--board", "uno", "--decode", "smooth", "--backlash", "2")
-    assert f"{WARNED}60 Hz" in invoke(*words, "--pixel-hz", "60", "--out", "run").stderr
+    more = ("--pixel-hz", "60", "--out", "run")
+    assert f"{WARNED}60 Hz" in invoke(*words, *more, status=3).stderr
+    assert f"note: line.csv: {WARNED}60 Hz" in invoke(*words, *more, "--no-check").stderr
 
 
 def test_a_renamed_profile_and_a_changed_header_are_taken(files, invoke):

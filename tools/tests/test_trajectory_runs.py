@@ -228,7 +228,7 @@ def host_names():
 def test_a_board_s_load_is_the_model_s_at_every_point(tmp_path):
     made = small_circle(1).without_holds()
     plays = (AxisPlay(PLAY, STEPS), AxisPlay(PLAY - 20, STEPS + 3))
-    job = BoardJob("mega", HZ, (PLAY, PLAY - 20), axis=2)
+    job = BoardJob("mega", HZ, (PLAY, PLAY - 20), axes=(2, 0))
     for name in host_names():
         done = boardsim.run(made, plays, name, job, tmp_path / name, circle=circle.find(made))
         assert done.summary["verdict"] == "pass"
@@ -410,4 +410,5 @@ def test_measure_play_command(on_board, put, monkeypatch):
     both = (*words, "--encoder", "x", "--hysteresis", 6, "--axis", 2)
     assert "--encoder finds the hysteresis itself" in console.err(*both, status=2)
     assert "--save: no machine file" in console.err(*words, "--save", "--machine", "none", status=2)
-    assert "home_not_found" in console.err(*words, "--axis", 1)
+    assert "home_not_found" in console.err(*words, "--axis", 3)
+    assert "has no motor on this axis" in console.err(*words, "--axis", 1, status=2)

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
         read_profile,
     )
     from pixstep.api.programs import MotionProgram, ProgramPlan, read_program
+    from pixstep.api.records import AxisRecords
     from pixstep.api.runs import AxisRun, Run, RunFailedError, simulate
     from pixstep.api.ticks import Ticks
     from pixstep.board.errors import BoardError
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from pixstep.lines.linecheck import Finding, Limits
 
 __all__ = [
+    "AxisRecords",
     "AxisRun",
     "AxisState",
     "Board",
@@ -75,6 +77,7 @@ _MODULES = {
         "CheckResult", "MotionLine", "Profile", "import_line", "line", "make_line",
         "make_profile", "read_line", "read_profile",
     ),
+    "api.records": ("AxisRecords",),
     "api.programs": ("MotionProgram", "ProgramPlan", "read_program"),
     "api.runs": ("AxisRun", "Run", "RunFailedError", "simulate"),
     "api.ticks": ("Ticks",),

@@ -20,7 +20,7 @@ _SECTIONS = {
     "Simulated runs": (
         "simulate", "PixelClock", "Run", "AxisRun", "ClockFigures", "ClockErrors", "Ticks",
     ),
-    "Boards": ("connect", "Bus", "Board", "AxisState"),
+    "Boards": ("connect", "Bus", "Board", "AxisState", "AxisRecords"),
     "Errors": ("PlainError", "UserError", "RefusedError", "RunFailedError", "BoardError"),
 }  # fmt: skip
 

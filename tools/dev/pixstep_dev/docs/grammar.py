@@ -15,7 +15,7 @@ _SHARED = (
     ("--pixel-hz", "the pixel frequency: 30, 29.97 or 30000/1001"),
     ("--backlash", "steps of play, of a smooth line"),
     ("--board", "the board: its clock, its limits, its image"),
-    ("--axis", "the axis, or the axis of the first file"),
+    ("--axis", "the axis, its motor in the machine file; of several files the first, or one each"),
     ("--line", "which line of a file of many"),
     ("--raw", "take every row after a CSV header as a value"),
     ("--lenient", "accept LF and other old quirks, each with a note"),

@@ -2,20 +2,24 @@
 """Boards on a bus: checked, loaded, run, stopped."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Self
 
 from pixstep import arguments
 from pixstep.api import given
+from pixstep.api.axes import Lines
+from pixstep.api.axes import by_axis as axes_of
 from pixstep.api.clocking import Clocking
 from pixstep.api.motions import CheckResult, MotionLine
 from pixstep.api.programs import MotionProgram
-from pixstep.board import clockstate, limits, link, settings, upload
+from pixstep.api.records import AxisRecords, Collector
+from pixstep.board import clockstate, limits, link, recording, settings, upload
 from pixstep.board import run as running
 from pixstep.board.device import Board as Device
 from pixstep.board.link import Link
 from pixstep.board.port import LAST_UNIT, LEAST_BAUD, MOST_BAUD, TIMEOUTS_S, Port
+from pixstep.board.recording import Recorder
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines.rational import refuse_period
 from pixstep.machine.reading import Machine as MachineFile
@@ -35,6 +39,8 @@ class AxisState:
     """Its position in steps, as the board counts."""
     play_known: bool = True
     """False if its newest line with backlash began without knowing the play, as after a reset."""
+    records: AxisRecords | None = field(default=None, repr=False, compare=False)
+    """The per-pixel records of the line that `run` or `run_program` has run; else None."""
 
 
 class Board:
@@ -81,29 +87,34 @@ class Board:
 
     def run(
         self,
-        lines: MotionLine | Mapping[int, MotionLine],
+        lines: Lines,
         axis: int | None = None,
         *,
         sync: str | None = None,
         divider: int | None = None,
         gate_edges: int | None = None,
+        check: bool = True,
         progress: Progress = unseen,
     ) -> tuple[AxisState, ...]:
         """Run lines to their end and return the axes that moved: this blocks until then.
 
-        `lines` is one line for `axis` (by default that of its motor), or lines by axis, which start
-        on one pixel clock edge. Each is checked first; then the board's pixel frequency is set to
-        that of the lines, and a line longer than the queue is streamed. `sync` (`"free"`,
+        `lines` is one line for `axis` (by default that of its motor), several lines for the axes of
+        their motors, or lines by axis; they start on one pixel clock edge. A line of a motor goes
+        to that motor's axis or is refused. Each is checked first; then the board's pixel frequency
+        is set to that of the lines, and a line longer than the queue is streamed. `sync` (`"free"`,
         `"start"`, `"lock"`), `divider`, the clock edges of a pixel, and `gate_edges`, those from a
         burst's first one to line zero, are set as well if they are given or a machine file has
         them; otherwise the board's stay. To lock the board must have measured its clock: that is
-        waited for. Ctrl-C and any error of the program stop the axes.
-        Raises RefusedError for a line that the board would refuse (nothing is sent then), UserError
+        waited for. The states that come back have the per-pixel records, of every Nth pixel where
+        the bus is too slow for all. Ctrl-C and any error of the program stop the axes.
+        Raises RefusedError for a line that the board or its motor's limits refuse (nothing is sent
+        then), unless `check` is False; UserError
         for a divider that is not that of the lines' machine, BoardError for a fault, a clock that
         cannot be measured and a board that does not answer.
         """
-        by_axis = _by_axis(lines, axis)
+        by_axis = axes_of(lines, axis)
         arguments.function("progress", progress)
+        check = arguments.flag("check", check)
         hz = _one_frequency(by_axis)
         clock = Clocking.of(by_axis, sync, divider, gate_edges)
         refuse_period(hz, self.device.tick_hz())
@@ -120,21 +131,26 @@ class Board:
                 )
             if item.line.backlash:
                 self.device.require("backlash")
-            self.check(
-                item, axes=len(by_axis), sync=clock.sync, divider=clock.divider
-            ).raise_if_refused()
+            if check:
+                self.check(
+                    item, axes=len(by_axis), sync=clock.sync, divider=clock.divider
+                ).raise_if_refused()
         edges = clock.divider or settings.divider(self.device)
         settings.set_clock(self.device, hz * edges, clock.sync, clock.divider, clock.gate_edges)
-        clockstate.await_lock(self.device, self._link.world)
         axes = list(by_axis)
         motions = {number: item.line for number, item in by_axis.items()}
         group = [running.Lines(self.device, axes)]
-        with running.stopped_on_failure(group):
+        collector = Collector(self.unit)
+        with (
+            recording.recorded(group[0], collector.take) as recorder,
+            running.stopped_on_failure(group),
+        ):
+            clockstate.await_lock(self.device, self._link.world)
             group[0].uploads += upload.begin(self.device, motions, edges)
             running.arm(self.device, axes)
             longest = max(item.pixels for item in by_axis.values())
             running.follow(group, self._link.world, longest, progress)
-        return self._states(axes)
+        return self._recorded(axes, collector, recorder)
 
     def run_program(
         self, program: MotionProgram, *, check: bool = True, progress: Progress = unseen
@@ -152,12 +168,14 @@ class Board:
         check, request = arguments.flag("check", check), program.request
         onboard.require_fitting(MachineFile.load(program.machine.path), request.setup, self.kind)
         known = onboard.rehearse(self.device, request) if check else None
+        collector = Collector(self.unit)
         with (
             onboard.prepared(self.device, request, known) as run,
+            recording.recorded(run.lines, collector.take) as recorder,
             running.stopped_on_failure([run.lines]),
         ):
             run.run(self._link.world, progress)
-        return self._states(run.lines.axes)
+        return self._recorded(run.lines.axes, collector, recorder)
 
     def stop(self) -> tuple[AxisState, ...]:
         """Stop all axes; return where they are."""
@@ -165,6 +183,15 @@ class Board:
         running.stop_axes(self.device, axes)
         running.rests(self.device, axes, self._link.world)
         return self._states(axes)
+
+    def _recorded(
+        self, axes: list[int], collector: Collector, recorder: Recorder | None
+    ) -> tuple[AxisState, ...]:
+        """Return the states of axes with the records of their lines."""
+        return tuple(
+            replace(state, records=collector.of(state.axis, recorder))
+            for state in self._states(axes)
+        )
 
     def _states(self, axes: list[int]) -> tuple[AxisState, ...]:
         states = running.states(self.device, axes)
@@ -220,21 +247,6 @@ def connect(
     name = str(arguments.path("port", port))
     rate = arguments.whole("baud", baud, LEAST_BAUD, MOST_BAUD)
     return Bus(link.open_port(Port(name, rate, parity, timeout_s)))
-
-
-def _by_axis(
-    lines: MotionLine | Mapping[int, MotionLine], axis: int | None
-) -> dict[int, MotionLine]:
-    if isinstance(lines, MotionLine):
-        return {lines.axis if axis is None else given.axis(axis): lines}
-    if axis is not None:
-        raise UserError(f"axis {arguments.shown(axis)}: lines by axis name their axes themselves")
-    found = given.by_axis("lines", lines)
-    if not found:
-        raise UserError("run: no line is given")
-    for number, item in found.items():
-        arguments.instance(f"line of axis {number}:", item, MotionLine, "a MotionLine")
-    return found
 
 
 def _one_frequency(lines: Mapping[int, MotionLine]) -> Fraction:

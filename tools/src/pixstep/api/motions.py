@@ -15,7 +15,7 @@ from pixstep.api.given import Hz
 from pixstep.api.machines import Motor
 from pixstep.arguments import FAR
 from pixstep.board import limits, settings
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import UserError
 from pixstep.lines import linecheck, units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.linecheck import Finding, Limits
@@ -109,11 +109,7 @@ class CheckResult:
 
     def raise_if_refused(self) -> Self:
         """Raise RefusedError naming the first error and its pixel; return the result if fine."""
-        if self.refused:
-            first = self.errors[0]
-            raise RefusedError(
-                f"{self.name}: line refused: {first.name} at pixel {first.pixel}: {first.message}"
-            )
+        linecheck.raise_if_refused(self.name, self.findings)
         return self
 
 
@@ -195,7 +191,7 @@ class MotionLine:
         arguments.instance("bounds", bounds, Limits, "Limits")
         board = given.board(board)
         if self.motor:
-            bounds = _lower(bounds, self.motor.limits)
+            bounds = bounds.lower(self.motor.limits)
         found = linecheck.check(self.line, bounds)
         return CheckResult(self.line.name, tuple(found), self.pixel_hz, board)
 
@@ -297,7 +293,11 @@ def make_line(
     motor = given.motor(motor)
     hz = given.exact_hz(pixel_hz) or (motor.pixel_hz if motor else profile.pixel_hz)
     rule = given.decode(decode, motor)
-    notes = [*profile.notes, *_other_frequency(profile, hz)]
+    notes = [
+        *profile.notes,
+        *_other_motor(Path(profile.name), None, motor),
+        *_other_frequency(profile, hz),
+    ]
     play = given.backlash(backlash, rule, motor)
     request = generator.LineRequest(
         _steps_px(speed, hz, motor, rule),
@@ -364,11 +364,13 @@ def read_line(
     decode: str | None = None,
     backlash: int | None = None,
     negative: bool | None = None,
+    check: bool = True,
 ) -> MotionLine:
     """Read a line of a CSV or CSB file; `number` chooses one of several, from 1.
 
     The file has the counts only: the rest is as `line` has it. A header that says another pixel
-    frequency is noted, and refused by RefusedError if the line would run faster.
+    frequency is noted, and refused by RefusedError if the line would run faster, unless `check` is
+    False. A name or header of another motor is noted.
     """
     place = arguments.path("path", path)
     motor = given.motor(motor)
@@ -378,7 +380,12 @@ def read_line(
     hz = given.exact_hz(pixel_hz) or (
         motor.pixel_hz if motor else madefor.frequency(place, read.header)
     )
-    notes = (*read.notes, *madefor.notes(place, read.header, hz, refuse=True))
+    refuse = arguments.flag("check", check)
+    notes = (
+        *read.notes,
+        *_other_motor(place, read.header, motor),
+        *madefor.notes(place, read.header, hz, refuse=refuse),
+    )
     made = line(
         chosen.values, motor=motor, pixel_hz=hz, decode=decode, backlash=backlash,
         negative=negative, name=fspath(path),
@@ -459,25 +466,19 @@ def _steps_px(speed: int | str, hz: Fraction | None, motor: Motor | None, rule: 
     return units.whole_speed(quantity, hz, scale, smooth=rule == SMOOTH)
 
 
+def _other_motor(
+    path: Path, header: formats.ProfileHeader | None, motor: Motor | None
+) -> list[str]:
+    """Return a note of a file that is made for another motor."""
+    made_for = names.motor_of(path, header.name if header else None)
+    if motor is None or made_for in (None, motor.name):
+        return []
+    return [f"{path}: made for motor {made_for}, used for motor {motor.name}"]
+
+
 def _other_frequency(profile: Profile, hz: Fraction | None) -> list[str]:
     """Return a note of a profile made for another frequency; refuse one for a lower one."""
     if hz is None or profile.pixel_hz is None or profile.pixel_hz == hz:
         return []
     other = madefor.OtherFrequency(profile.name, profile.pixel_hz, hz)
     return [other.refuse_faster()]
-
-
-def _lower(bounds: Limits, motor: Limits) -> Limits:
-    """Return the lower of both limits wherever both have one."""
-
-    def least(first: int | None, second: int | None) -> int | None:
-        known = [value for value in (first, second) if value is not None]
-        return min(known) if known else None
-
-    return replace(
-        bounds,
-        max_speed=least(bounds.max_speed, motor.max_speed),
-        max_acceleration=least(bounds.max_acceleration, motor.max_acceleration),
-        start_stop=least(bounds.start_stop, motor.start_stop),
-        jerk_warning=least(bounds.jerk_warning, motor.jerk_warning),
-    )

@@ -16,6 +16,8 @@ import numpy.typing as npt
 
 from pixstep import arguments, outfolder
 from pixstep.api import given
+from pixstep.api.axes import Lines
+from pixstep.api.axes import by_axis as axes_of
 from pixstep.api.clocking import Clocking
 from pixstep.api.clocks import ClockErrors, ClockFigures, PixelClock
 from pixstep.api.given import Hz
@@ -37,10 +39,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from pixstep.simulation.plots import Trace
-
-Lines = MotionLine | Sequence[MotionLine] | Mapping[int, MotionLine]
-"""One line, lines for axes 0, 1, 2 ..., or lines by axis."""
-
 
 _Drawn = TypeVar("_Drawn")
 MOST_SEED = 0xFFFFFFFF
@@ -193,7 +191,8 @@ def simulate(
 ) -> Run:
     """Run lines on a simulated board and judge every edge.
 
-    `lines` is one line, which goes to the axis of its motor, or lines by axis. `board` is `"uno"`,
+    `lines` is one line or several, which go to the axes of their motors (without motors to axes 0,
+    1, 2 ...), or lines by axis: any set of axes. `board` is `"uno"`,
     `"mega"` or `"m1284"`, by default that of the motor; the pixel frequency is that of the lines.
     `sync` is what lines are to the pixel clock: `"free"` of it, `"start"` on an edge of it, or
     `"lock"`: each of their pixels ends on an edge as the board predicts it. `divider` is how many
@@ -222,7 +221,7 @@ def simulate(
         >>> kept.rms_error.ns < 1000, kept.max_position_error_steps <= 1
         (True, True)
     """
-    by_axis = _by_axis(lines)
+    by_axis = axes_of(lines)
     kind = given.board(board) or _board_of(by_axis)
     first = next(iter(by_axis.values()))
     hz = given.exact_hz(pixel_hz) or first.hz
@@ -260,20 +259,6 @@ def _folder(out: str | PathLike[str] | None) -> Iterator[Path]:
     else:
         with outfolder.of_run(arguments.path("out", out), simtask.names()) as place:
             yield place
-
-
-def _by_axis(lines: Lines) -> dict[int, MotionLine]:
-    """Return the lines by axis, in their order."""
-    if isinstance(lines, MotionLine):
-        return {lines.axis: lines}
-    if isinstance(lines, Sequence):
-        lines = dict(enumerate(lines))
-    found = given.by_axis("lines", lines)
-    if not found:
-        raise UserError("simulate: no line is given")
-    for axis, item in found.items():
-        arguments.instance(f"line of axis {axis}:", item, MotionLine, "a MotionLine")
-    return found
 
 
 def _board_of(lines: Mapping[int, MotionLine]) -> str:

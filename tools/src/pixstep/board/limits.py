@@ -7,12 +7,13 @@ from fractions import Fraction
 
 from pixstep.board import boards, settings, values
 from pixstep.board.device import Board
-from pixstep.errors import RefusedError
 from pixstep.lines import linecheck
 from pixstep.lines.core import CoreLimits
 from pixstep.lines.line import Line
 from pixstep.lines.linecheck import Finding, Limits
 from pixstep.lines.rational import period_ticks, refuse_period
+
+_ADVICE = "nothing was sent; `pixstep line check` shows all"
 
 
 @dataclass(frozen=True)
@@ -124,17 +125,15 @@ def connected(
     )
 
 
-def check(line: Line, found: BoardLimits) -> list[Finding]:
-    """Return the findings of a line; raises RefusedError naming the first that refuses it."""
-    findings = linecheck.check(line, found.of(line))
-    errors = [item for item in findings if item.severity == linecheck.ERROR]
-    if errors:
-        first = errors[0]
-        where = f"pixel {first.pixel}" if first.pixel else "the line as a whole"
-        raise RefusedError(
-            f"{line.name}: line refused: {first.name} at {where}: {first.message} (nothing was "
-            f"sent; `pixstep line check` shows all)"
-        )
+def check(
+    line: Line, found: BoardLimits, motor: Limits | None = None, advice: str = _ADVICE
+) -> list[Finding]:
+    """Return the findings of a line, by the limits of its board and of its motor.
+
+    Raises RefusedError naming the first that refuses it, with `advice` behind.
+    """
+    findings = linecheck.check(line, found.of(line).lower(motor or Limits()))
+    linecheck.raise_if_refused(line.name, findings, advice)
     return findings
 
 

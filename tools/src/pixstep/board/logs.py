@@ -18,6 +18,7 @@ HEADER = "line,axis,pixel,expected_steps,actual_steps,edge_error_ticks"
 _TRIES = 4
 _WORD = 0xFFFF
 _UNFINISHED = ("running", "fault")
+_MOVING = ("armed", "running")
 
 
 @dataclass(frozen=True)
@@ -39,35 +40,62 @@ class Row:
 
 
 class AxisLog:
-    """The records of one axis, read again and again."""
+    """The records of one axis, read again and again.
 
-    def __init__(self, board: Board, axis: int) -> None:
+    The newest record of a line that moves is held back until the next look: the error of its clock
+    edge may not be known yet. `line` is the number of the line that is read from its beginning, 0
+    if that is to be found out.
+    """
+
+    def __init__(self, board: Board, axis: int, line: int = 0) -> None:
         self._board, self.axis = board, axis
-        self._line = 0  # none yet
-        self._pixel = 0
-        self._made = 0  # records of the line that came before the last look
+        self._line = line
+        self._pixel = 0  # of the newest record that was given out
+        self._made = 0  # records of the line that were given out or missed
+        self._held: Record | None = None
         self.rows = 0
         self.missed = 0
         self.state = ""
 
     def poll(self) -> list[Row]:
-        """Return the records that have come since the last time."""
+        """Return the records that have come since the last time.
+
+        Raises BoardError as the board does.
+        """
         line, block = self._read()
+        return self.take(block, line, ended=self.state not in _MOVING)
+
+    def take(self, block: Records, line: int | None = None, *, ended: bool) -> list[Row]:
+        """Return the new records of a block; `ended` if the line makes no more.
+
+        Without the number of the line it is the same one, or the next if pixels count anew.
+        """
         records = block.records
-        again = bool(records) and records[-1].pixel < self._pixel  # a line after one stopped
-        if line != self._line or again:
-            first_look = self._line == 0
-            self._line = line
-            # What was there before the first look is not missed.
-            self._pixel = records[0].pixel - 1 if first_look and records else 0
-            self._made = block.made - len(records) if first_look else 0
+        anew = bool(records) and records[-1].pixel < self._pixel
+        if line is None:
+            line = self._line + anew
+        before = []
+        if line != self._line or anew:
+            before = self._rows([self._held] if self._held else [])
+            self._line, self._pixel, self._made, self._held = line, 0, 0, None
         fresh = [record for record in records if record.pixel > self._pixel]
-        if fresh:
-            self.missed += (block.made - self._made - len(fresh)) & _WORD
-            self._made = block.made
-            self._pixel = fresh[-1].pixel
-        self.rows += len(fresh)
-        return [Row(line, self.axis, record) for record in fresh]
+        if self._held and (not fresh or fresh[0].pixel > self._held.pixel):
+            fresh.insert(0, self._held)  # overwritten since
+        if not fresh:
+            return before
+        self.missed += (block.made - self._made - len(fresh)) & _WORD
+        self._made, self._held = block.made, None
+        if not ended:
+            self._held = fresh.pop()
+            self._made -= 1
+        return before + self._rows(fresh)
+
+    def _rows(self, records: list[Record]) -> list[Row]:
+        """Give records out."""
+        self.rows += len(records)
+        if records:
+            self._pixel = records[-1].pixel
+        return [Row(self._line, self.axis, record) for record in records]
 
     def _read(self) -> tuple[int, Records]:
         """Return the line and its records, of one moment."""

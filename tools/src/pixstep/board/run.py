@@ -4,6 +4,7 @@
 import contextlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import Protocol
 
 from pixstep import signals
 from pixstep.board import clockstate, gating, orders, settings, values
@@ -34,6 +35,16 @@ _LAST_STEP_S = 1.0  # the period of a very slow step may be longer
 _LOOK_S = 0.05  # between the two positions that show whether an axis rests
 
 
+class Reader(Protocol):
+    """What reads the records of lines while they run."""
+
+    def look_if_due(self, world: World, uploads: list[Upload]) -> None:
+        """Read what is new, if it is time for that; what is left of lines is sent in between."""
+
+    def look(self, uploads: list[Upload], *, ended: bool = False) -> None:
+        """Read what is new; `ended` if no line makes any more."""
+
+
 @dataclass
 class Lines:
     """The axes of one board that take part, and what is still to be queued of their lines."""
@@ -41,6 +52,7 @@ class Lines:
     board: Board
     axes: list[int]
     uploads: list[Upload] = field(default_factory=list)
+    recorder: Reader | None = None
 
 
 @dataclass(frozen=True)
@@ -109,8 +121,24 @@ def follow(group: list[Lines], world: World, pixels: int = 0, progress: Progress
     """Stream what is left and wait until all lines are over.
 
     `pixels` is the length of the longest, for the progress. Raises BoardError for a fault, and for
-    a line that was stopped meanwhile.
+    a line that was stopped meanwhile. Records of lines that have a recorder are read along.
     """
+    try:
+        _follow(group, world, pixels, progress)
+    except BoardError:
+        with contextlib.suppress(BoardError):
+            _read_last_records(group)
+        raise
+    _read_last_records(group)
+
+
+def _read_last_records(group: list[Lines]) -> None:
+    for lines in group:
+        if lines.recorder:
+            lines.recorder.look([], ended=True)
+
+
+def _follow(group: list[Lines], world: World, pixels: int, progress: Progress) -> None:
     streamed = [lines for lines in group if any(not item.done for item in lines.uploads)]
     pixel_s = {lines.board.unit: lines.board.pixel_period_s() for lines in streamed}
     while True:
@@ -140,6 +168,8 @@ def _stream(group: list[Lines], world: World, until_s: float, pixel_s: Mapping[i
         begun_s, rest_s = world.now_s(), _STATUS_S
         for lines in group:
             feed(lines.uploads)
+            if lines.recorder:
+                lines.recorder.look_if_due(world, lines.uploads)
             rest_s = pause_s(lines.uploads, pixel_s.get(lines.board.unit, 0), rest_s)
         world.wait(max(0.0, begun_s + rest_s - world.now_s()))
         if world.now_s() >= until_s or not all(lines.board.moving() for lines in group):

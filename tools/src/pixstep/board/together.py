@@ -291,6 +291,8 @@ def _await_start(
         waiting, clocks, begun = [], [], False
         for lines in group:
             run.raise_fault(lines.board)
+            if lines.recorder:
+                lines.recorder.look_if_due(world, lines.uploads)
             found = run.states(lines.board, lines.axes)
             armed = [(lines.board.unit, axis) for axis, name in found.items() if name == "armed"]
             unit = lines.board.unit

@@ -14,7 +14,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from pixstep import atomic, signals
-from pixstep.cli import machinedefaults
+from pixstep.cli import longerpixels, machinedefaults
 from pixstep.cli.examples import EXAMPLES
 from pixstep.errors import MISUSE, PlainError, UserError
 
@@ -90,6 +90,7 @@ class Command(click.Command):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Read the command line; a default that is wrong says which file it comes from."""
         with _origins(ctx):
+            machinedefaults.note_words(ctx, args)
             return super().parse_args(ctx, args)
 
     def invoke(self, ctx: click.Context) -> object:
@@ -264,7 +265,8 @@ def _origins(ctx: click.Context) -> Iterator[None]:
     try:
         yield
     except UserError as error:
-        error.args = (f"{error}{machinedefaults.origin(ctx, str(error))}",)
+        cure = longerpixels.cure(ctx, error)
+        error.args = (f"{error}{machinedefaults.origin(ctx, str(error))}{cure}",)
         raise
     except click.BadParameter as error:
         if not error.param or not machinedefaults.by_machine(ctx, error.param.name or ""):

@@ -7,7 +7,7 @@ from typing import TypedDict
 
 import click
 
-from pixstep.cli import directions
+from pixstep.cli import directions, meantfor
 from pixstep.cli.command import FILE
 from pixstep.cli.options import DECODE, line_option, raw_option, say
 from pixstep.cli.quantities import SPEED_TYPE, Decorated, StepsType, TimeType
@@ -106,6 +106,7 @@ def read_profile(
 ) -> accel.Acceleration:
     """Read the profile; notes go to the error stream. `refuse` one for a lower frequency."""
     read = accel.read(options["profile"], raw=options["raw"], number=options["line_number"])
+    say(meantfor.motor_notes(options["profile"], read.header))
     say(read.notes_at(pixel_hz, refuse=refuse))
     return read
 
@@ -135,7 +136,8 @@ def _slow(speed: Quantity | None, hz: Fraction, decode: str) -> int | None:
 def _motor_decode(profile: Path) -> str:
     """Return how the motor in a conventional file name decodes; plain if the name has none."""
     named = names.parse(profile)
-    if not named:
+    decode = meantfor.motor_decode(click.get_current_context(), profile)
+    if named is None or decode is None:
         return PLAIN
-    say((f"{profile}: named for {named.motor}, so homing is {named.decode} (--decode)",))
-    return named.decode
+    say((f"{profile}: named for {named.motor}, so homing is {decode} (--decode)",))
+    return decode

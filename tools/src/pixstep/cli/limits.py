@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, TypedDict, Unpack
 
@@ -24,12 +25,15 @@ from pixstep.cli.quantities import (
 from pixstep.errors import UserError
 from pixstep.lines.units import ACCELERATION, DISTANCE, JERK, SPEED, STEP, Scale, number_text, unit
 from pixstep.profiles import make
+from pixstep.profiles.madefor import MOST_EDGES
 from pixstep.profiles.make import ProfileLimits
 from pixstep.simulation.report import new_console, new_table
 
 if TYPE_CHECKING:
     import rich.console
     import rich.table
+
+_EVEN = 2  # steps/px, of which the speeds of a smooth line are multiples
 
 
 @command("limits")
@@ -69,7 +73,7 @@ def limits_command(
     clock = settings.of_clock(sync, divider)
     able = capability.of(board, pixel_hz / divider, driver_us, axes, clock)
     axes = able.axes
-    shortest = _shortest(able, limits)
+    shortest = _shortest(able, divider, limits)
     if as_json:
         clocked = {"divider": divider, "sync": sync}
         show_json({**_facts(able, axes), **clocked, "shortest_line": shortest})
@@ -123,18 +127,33 @@ class _Shortest(TypedDict):
     seconds: float
 
 
-def _shortest(able: Capability, limits: LimitOptions) -> _Shortest:
+def _enough_edges(able: Capability, divider: int) -> Iterator[int]:
+    """Yield the numbers of clock edges of a pixel in which a board makes a smooth line."""
+    clock_hz = able.pixel_hz * divider
+    lowest = able.clock_range_hz[0]
+    for edges in range(divider + 1, min(MOST_EDGES, int(clock_hz / lowest)) + 1):
+        # A lock allows each edge of the clock the same share of its time.
+        lock_ticks = able.lock_ticks // divider * edges
+        longer = replace(able, pixel_hz=clock_hz / edges, lock_ticks=lock_ticks)
+        if longer.top_speed(SMOOTH) >= _EVEN:
+            yield edges
+
+
+def _shortest(able: Capability, divider: int, limits: LimitOptions) -> _Shortest:
     """Return the shortest smooth line: by the board alone, or within limits that are given.
 
     A smooth line has a pixel up, one at speed and one down at least; backlash needs two more.
     """
     hz = able.pixel_hz
-    top = whole_limit(limits["max_speed"], hz)
-    acceleration = whole_limit(limits["max_acceleration"], hz)
-    jerk = whole_limit(limits["max_jerk"], hz)
-    speed = min(top or able.top_speed(SMOOTH), able.top_speed(SMOOTH)) // 2 * 2
-    if speed < 2:
-        raise UserError(f"a smooth line needs 2 steps/px: {able.top_speed(SMOOTH)} are the most")
+    top = whole_limit(limits["max_speed"], hz, least=_EVEN)
+    acceleration = whole_limit(limits["max_acceleration"], hz, least=_EVEN)
+    jerk = whole_limit(limits["max_jerk"], hz, least=_EVEN)
+    most = able.top_speed(SMOOTH)
+    speed = min(top or most, most) // 2 * 2
+    if speed < _EVEN:
+        edges = next(_enough_edges(able, divider), None)
+        cure = f": --divider {edges} would do" if edges else ""
+        raise UserError(f"a smooth line needs {_EVEN} steps/px: {most} are the most{cure}")
     bounds = ProfileLimits(
         speed,
         make.legal_limit(Fraction(acceleration or speed), ACCELERATION, hz),

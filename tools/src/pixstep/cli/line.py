@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import TypedDict, Unpack
 
 import click
+from click.core import ParameterSource
 
 from pixstep import atomic, formats
 from pixstep.board import boards, settings
 from pixstep.board.limits import named
+from pixstep.cli import judging
 from pixstep.cli.clockoptions import divider_option, sync_option
 from pixstep.cli.command import FILE, OUTPUT, command
 from pixstep.cli.options import (
@@ -107,6 +109,8 @@ def line_check(
 ) -> None:
     """Check a line of a CSV or CSB file, and the file's form as `file check` does.
 
+    With a pixel frequency by the limits of the board too, and by those of the machine file's motor.
+    What is refused here `sim` and `board upload` refuse too, unless they are given --no-check.
     Exit status 0 fine, 1 warnings, 3 refused.
     """
     pixel_hz = pixel_hz and pixel_hz / divider
@@ -127,11 +131,13 @@ def line_check(
     if pixel_hz:
         clock = settings.of_clock(limits["sync"], divider)
         of_board = named(board, pixel_hz, axes=axes, clock=clock).of(checked)
+        if ctx.get_parameter_source("board") == ParameterSource.DEFAULT:
+            say([f"{csv}: checked by what the {boards.load(board).label} can do (--board)"])
+    motor = judging.of_quantities(
+        checked, pixel_hz, limits["max_speed"], limits["max_acceleration"], limits["start_stop"]
+    )
     bounds = replace(
-        of_board,
-        max_speed=whole_limit(limits["max_speed"], pixel_hz),
-        max_acceleration=whole_limit(limits["max_acceleration"], pixel_hz),
-        start_stop=whole_limit(limits["start_stop"], pixel_hz),
+        of_board.lower(motor),
         jerk_warning=whole_limit(limits["jerk_warn"], pixel_hz, least=0),
         min_interval_ticks=limits["min_interval"] or of_board.min_interval_ticks,
     )
@@ -144,6 +150,7 @@ def line_check(
             "line": line_number or 1,
             "decode": decode,
             "backlash": backlash,
+            "board": board if pixel_hz else None,
             "verdict": verdict,
             "pixels": checked.pixels,
             "steps": checked.total_steps,

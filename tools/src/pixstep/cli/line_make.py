@@ -11,6 +11,7 @@ from typing import TypedDict, Unpack
 import click
 
 from pixstep import formats
+from pixstep.cli import meantfor
 from pixstep.cli.command import FILE, OUTPUT, command
 from pixstep.cli.machinedefaults import by_machine, in_force
 from pixstep.cli.options import (
@@ -199,7 +200,8 @@ def _of_profile(asked: _Asked, profile: Path, request: generator.LineRequest) ->
     divider = asked.options["divider"] or 1
     line_hz = asked.clock_hz / divider
     speeds, notes = formats.read_prn(profile, lenient=asked.options["lenient"])
-    say([*notes, *madefor.notes(profile, None, line_hz, refuse=True)])
+    say([*notes, *meantfor.motor_notes(profile, None)])
+    say(madefor.notes(profile, None, line_hz, refuse=True))
     speed = units.whole_speed(asked.speed, line_hz, scale_of(asked.ctx), smooth=not asked.plain)
     made = generator.generate(speeds, replace(request, speed=speed), str(profile))
     return _Made(made, speed, divider)

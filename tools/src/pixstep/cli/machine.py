@@ -157,18 +157,13 @@ def _motors(texts: tuple[str, ...]) -> dict[str, str]:
     """Return the kinds of motors by name."""
     kinds: dict[str, str] = {}
     for text in texts or ("M39:smooth",):
-        name, colon, kind = text.partition(":")
-        if not colon or kind not in _KINDS or not _is_name(name):
+        name, colon, kind = text.rpartition(":")
+        if not colon or kind not in _KINDS or not name.strip() or not name.isprintable():
             raise UserError(f"--motor {text}: expected NAME:KIND, as M39:smooth or M40:plain")
         if name in kinds:
             raise UserError(f"--motor {text}: {name} is there already")
         kinds[name] = kind
     return kinds
-
-
-def _is_name(name: str) -> bool:
-    """True for what TOML takes as a key without quotes."""
-    return name.isascii() and name.replace("-", "").replace("_", "").isalnum()
 
 
 def _boards_table(found: Machine) -> rich.table.Table:

@@ -9,7 +9,7 @@ default of the command itself. A file is read only when a command asks for one o
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING
 import click
 from click.core import ParameterSource
 
+from pixstep.cli import motorchoice
+from pixstep.cli.motorchoice import Named
 from pixstep.cli.quantities import set_scale
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines.units import SPEED, Quantity, Scale
@@ -28,7 +30,8 @@ if TYPE_CHECKING:
     from pixstep.machine.reading import Machine
 
 _FACTS_OF = "pixstep.machine"
-_ANY_BOARD = (["board", "stop"], ["board", "info"])
+_STOP = ["board", "stop"]
+_ANY_BOARD = (_STOP, ["board", "info"])
 _OTHER_NAMES = {"line sim": ["sim"], "line plan": ["ticks"]}
 _BENCH = (["board", "simulate"], ["sim", "board"])
 _FIRST_UNIT = "1"  # the default address of commands that act on one board
@@ -48,9 +51,7 @@ class Facts(dict[str, object]):
     def __init__(self, ctx: click.Context):
         super().__init__()
         self.ctx = ctx
-        self.given: str | None = None
-        self.names: tuple[str, ...] = ()
-        self.own_motor: str | None = None
+        self.named = Named()
         self.words = _words(ctx)
         self.params = {param.name: param for param in ctx.command.params}
 
@@ -64,7 +65,7 @@ class Facts(dict[str, object]):
         try:
             return _FACTS[name](self)
         except UserError:
-            if param.required or self.names:
+            if param.required or self.named.any or name == "axis":
                 raise
             return None
 
@@ -78,11 +79,12 @@ class Facts(dict[str, object]):
     @cached_property
     def found(self) -> Machine | None:
         """The machine in force, None if there is none."""
-        path = finding.find(self.given)
-        if path is None and self.names:
+        path = finding.find(self.named.machine)
+        if path is None and self.named.motors:
             raise UserError(
-                f"--motor {self.names[0]}: no machine file: --machine FILE, {finding.VARIABLE}, or "
-                f"{finding.NAME} in this folder (`pixstep machine new` begins one)"
+                f"--motor {self.named.motors[0]}: no machine file: --machine FILE, "
+                f"{finding.VARIABLE}, or {finding.NAME} in this folder "
+                f"(`pixstep machine new` begins one)"
             )
         if path is None:
             return None
@@ -93,10 +95,14 @@ class Facts(dict[str, object]):
 
     def _choose(self, machine: Machine) -> None:
         """Take the motors that are named; one that the file does not have is refused."""
-        for name in self.names:
-            _ = machine[name]
-        if self.own_motor is not None and self.own_motor in machine.motors:
-            self.names = (self.own_motor,)
+        if self.named.own in machine.motors:
+            self.named.motors = (self.named.own,)
+        if self.words in _ANY_BOARD:
+            self.named.units = ()
+        if self.words == _STOP and not self.named.motors:
+            self.named.axes = ()  # any axis can be stopped, whatever the file has
+        if self.named.any:
+            self.motors = motorchoice.choose(machine, self.named)
 
     def _load(self, path: Path) -> Machine | None:
         """Read a file; one that is wrong must not keep anybody from stopping a board."""
@@ -105,35 +111,41 @@ class Facts(dict[str, object]):
         try:
             return reading.Machine.load(path)
         except UserError as error:
-            if self.words != ["board", "stop"] or self.names:
+            if self.words != _STOP or self.named.motors:
                 raise
             click.echo(f"note: {error}: not used", err=True)
             return None
 
     @cached_property
     def motors(self) -> list[Motor]:
-        """The motors chosen by --motor, else the one that lines are for."""
-        if self.names:
-            return [self.machine[name] for name in self.names]
-        return [self.machine.default_motor()]
+        """The motors chosen by --motor or --axis, else the one that lines are for."""
+        return motorchoice.choose(self.machine, self.named)
 
     @property
     def motor(self) -> Motor:
         """The only motor. Raises UserError if several are chosen."""
         if len(self.motors) > 1:
-            raise UserError(f"--motor {self.motors[1].name}: this command takes one motor")
+            names = " and ".join(motor.name for motor in self.motors)
+            raise UserError(f"motors {names}: this command takes one motor")
         return self.motors[0]
 
     @property
     def board(self) -> MachineBoard:
         """The board of all motors that are chosen."""
+        boards = self.boards
+        if len(boards) > 1:
+            raise UserError(f"motors on boards {' and '.join(sorted(boards))}: a run has one board")
+        return next(iter(boards.values()))
+
+    @property
+    def boards(self) -> dict[str, MachineBoard]:
+        """The boards of the motors that are chosen, by name."""
         machine = self.machine
-        if not self.names and len(machine.boards) == 1:
-            return next(iter(machine.boards.values()))
-        names = {machine.board_name(motor) for motor in self.motors}
-        if len(names) > 1:
-            raise UserError(f"motors on boards {' and '.join(sorted(names))}: a run has one board")
-        return machine.board_of(self.motors[0])
+        if not self.named.any:
+            there = motorchoice.boards_at(machine, self.named.units)
+            if there or len(machine.boards) == 1:
+                return there or machine.boards
+        return {machine.board_name(motor): machine.board_of(motor) for motor in self.motors}
 
     def scale(self) -> Scale | None:
         """Return steps per unit of length; None without a machine, or if motors differ."""
@@ -171,11 +183,11 @@ def told(ctx: click.Context | None) -> dict[str, str | None]:
     """
     if ctx is None or _FACTS_OF not in ctx.meta:
         return {}
-    used = _used(ctx)
-    return {"machine": str(used.path) if used else None}
+    machine = used(ctx)
+    return {"machine": str(machine.path) if machine else None}
 
 
-def _used(ctx: click.Context) -> Machine | None:
+def used(ctx: click.Context) -> Machine | None:
     """Return the machine that a command has asked for a default; it is not read only for this."""
     facts = ctx.meta.get(_FACTS_OF)
     return None if facts is None else vars(facts).get("found")
@@ -190,38 +202,49 @@ def compare_board(ctx: click.Context, port: str, unit: int, kind: str) -> None:
     facts: Facts | None = ctx.meta.get(_FACTS_OF)
     if facts is None:
         return
-    if facts.names:
-        _ = facts.found  # a motor that is named needs the file, whatever else is given
-    used = _used(ctx)
-    if used is None:
+    machine = used(ctx)
+    if machine is None:
         return
-    for name in _boards_meant(facts, used, port, unit):
-        if used.boards[name].kind == kind:
+    for name in _boards_meant(facts, machine, port, unit):
+        if machine.boards[name].kind == kind:
             continue
-        said = f"{used.path} has boards.{name} as a {used.boards[name].kind}"
+        said = f"{machine.path} has boards.{name} as a {machine.boards[name].kind}"
         text = f"board {unit} on {port} is a {kind}; {said}"
         if _words(ctx) not in _ANY_BOARD:
             raise RefusedError(text)
         click.echo(f"note: {text}", err=True)
 
 
-def _boards_meant(facts: Facts, used: Machine, port: str, unit: int) -> list[str]:
+def _boards_meant(facts: Facts, machine: Machine, port: str, unit: int) -> list[str]:
     """Return the file's boards that a connected one must be like, by name.
 
     A board without a port in the file is on every port.
     """
     place = [
         name
-        for name, board in used.boards.items()
+        for name, board in machine.boards.items()
         if board.port in (None, port) and board.unit == unit
     ]
-    motors = facts.motors if facts.names or _by_motor(facts.ctx) else []
-    return list(dict.fromkeys([*place, *map(used.board_name, motors)]))
+    motors = facts.motors if facts.named.any or _by_motor(facts.ctx) else []
+    return list(dict.fromkeys([*place, *map(machine.board_name, motors)]))
 
 
 def _by_motor(ctx: click.Context) -> bool:
     """True if a parameter of a command comes from a motor of the machine file."""
     return any(name not in _NO_MOTOR_S and by_machine(ctx, name) for name in _FACTS)
+
+
+def motors_in_force(ctx: click.Context) -> list[Motor]:
+    """Return the motors of a command; none without a file, or if nothing chooses one of several.
+
+    A file from which no default was taken is not read for that.
+    """
+    if used(ctx) is None:
+        return []
+    try:
+        return facts_of(ctx).motors
+    except UserError:
+        return []
 
 
 def motor_in_force(ctx: click.Context) -> tuple[Path, str] | None:
@@ -261,17 +284,17 @@ def origin(ctx: click.Context, text: str | None = None) -> str:
 
     Without a text something of the file is meant anyhow.
     """
-    used = _used(ctx)
-    if used is None or str(used.path) in (text or ""):
+    machine = used(ctx)
+    if machine is None or str(machine.path) in (text or ""):
         return ""
     if text is None:
-        return f" (from {used.path})"
+        return f" (from {machine.path})"
     named = [
         _option(param)
         for param in ctx.command.params
         if by_machine(ctx, param.name or "") and _names(text, param, ctx.params.get(param.name))
     ]
-    return f" ({', '.join(named)} from {used.path})" if named else ""
+    return f" ({', '.join(named)} from {machine.path})" if named else ""
 
 
 def _option(param: click.Parameter) -> str:
@@ -304,19 +327,13 @@ def _pixel_hz(facts: Facts) -> Fraction:
 
 def _decode(facts: Facts) -> object:
     """Every line has a motor: the one there is serves one line only."""
-    asked = facts.params["decode"].required or facts.names or facts.words == ["line", "make"]
+    asked = facts.params["decode"].required or facts.named.any or facts.words == ["line", "make"]
     if facts.said("plain") or not (asked or "home" in facts.words):
         return None
     if facts.words == ["profile", "make"] and not facts.said("csv"):
         return None
     if not facts.multiple("decode"):
         return facts.motor.decode
-    files = len(facts.several("csv"))
-    if files != len(facts.motors):
-        raise UserError(
-            f"{files} lines for {len(facts.motors)} motor{'s' if len(facts.motors) > 1 else ''}: "
-            f"give --motor once for each line, in their order"
-        )
     return [motor.decode for motor in facts.motors]
 
 
@@ -329,35 +346,33 @@ def _backlash(facts: Facts) -> object:
 
 
 def _negative(facts: Facts) -> bool | None:
-    """Lines of one run have one direction."""
+    """None for lines of both directions: `directions.negatives` knows that of each."""
     if facts.other_kind():
         return None
     smooth = [motor.negative for motor in facts.motors if motor.smooth]
     if facts.words[0] == "line":
         return facts.motor.negative
-    if len(set(smooth)) > 1:
-        raise UserError("smooth motors of both directions: one run has one --negative")
-    return any(smooth)
+    return any(smooth) if len(set(smooth)) < 2 else None
 
 
-def _axis(facts: Facts) -> int:
-    """The lines of one run go to axes in a row."""
+def _axis(facts: Facts) -> object:
+    """The axes of the motors, in the order of their lines; those of a table are the board's."""
+    if facts.named.table and not facts.named.any:
+        return None
     axes = [motor.axis for motor in facts.motors]
-    if axes != list(range(axes[0], axes[0] + len(axes))):
-        raise UserError(f"motors on axes {', '.join(map(str, axes))}: lines go to axes in a row")
-    return axes[0]
+    return axes if facts.multiple("axis") else facts.motor.axis
 
 
 def _axes(facts: Facts) -> list[int] | None:
     """Which axes a command acts on, if --motor says so."""
     if not facts.multiple("axes"):
         return None
-    return [motor.axis for motor in facts.motors] if facts.names else None
+    return [motor.axis for motor in facts.motors] if facts.named.any else None
 
 
 def _units(facts: Facts) -> str | None:
     """One address where a command wants one; what asks or stops all boards goes on doing so."""
-    if facts.params["units"].default != _FIRST_UNIT and not facts.names:
+    if facts.params["units"].default != _FIRST_UNIT and not facts.named.any:
         return None
     return str(facts.board.unit)
 
@@ -377,7 +392,13 @@ def _of_line(key: str) -> Callable[[Facts], object]:
 
 
 def _of_board(key: str) -> Callable[[Facts], object]:
-    return lambda facts: getattr(facts.board, key)
+    """Of the board; the bus and how it is spoken to may be the same for several."""
+
+    def value(facts: Facts) -> object:
+        values = {getattr(board, key) for board in facts.boards.values()}
+        return values.pop() if len(values) == 1 else getattr(facts.board, key)
+
+    return value
 
 
 def _limit(key: str) -> Callable[[Facts], object]:
@@ -397,7 +418,7 @@ def _play(facts: Facts) -> object:
     """Of one motor; of a table's axes only if --motor says which they are."""
     if not facts.multiple("play"):
         return facts.motor.backlash_steps or None
-    return [motor.backlash_steps for motor in facts.motors] if facts.names else None
+    return [motor.backlash_steps for motor in facts.motors] if facts.named.any else None
 
 
 def _folder(facts: Facts) -> Path | None:
@@ -447,29 +468,44 @@ def add_options(command: click.Command) -> None:
     names = {param.name for param in command.params}
     if "machine" in names or not names & _FACTS.keys():
         return
-    own = next((param for param in command.params if param.name == "motor"), None)
     many = any(
         param.name in ("decode", "play") and getattr(param, "multiple", False)
         for param in command.params
     )
-    if own:
-        own.is_eager, own.callback = True, _note_own_motor
-    else:
+    if "motor" not in names:
         command.params.append(
             click.Option(
-                ["--motor"], metavar="NAME", multiple=many, is_eager=True, expose_value=False,
-                callback=_note_motor,
+                ["--motor"], metavar="NAME", multiple=many, expose_value=False,
                 help=f"Motor of the machine file{', once for each line' if many else ''}.",
             )
         )  # fmt: skip
     command.params.append(
         click.Option(
             ["--machine"], metavar="FILE", envvar=finding.VARIABLE, show_envvar=True,
-            is_eager=True, expose_value=False, callback=_note_machine,
+            expose_value=False,
             help=f"Machine file with defaults, or `none`.  [default: {finding.NAME} in the "
             f"current folder]",
         )
     )  # fmt: skip
+
+
+def note_words(ctx: click.Context, args: Sequence[str]) -> None:
+    """Note what a command line says of motors, before it is read as a whole.
+
+    Raises UserError for motors that it names and that the file does not have, and for names that
+    contradict each other; the file is read for that even if nothing else is asked of it.
+    """
+    if ctx.resilient_parsing or not {"machine", "motor"} <= {
+        param.name for param in ctx.command.params
+    }:
+        return
+    named = motorchoice.read(ctx, args)
+    if named is None:
+        return
+    facts = facts_of(ctx)
+    facts.named = named
+    if named.any:
+        _ = facts.found
 
 
 def facts_of(ctx: click.Context) -> Facts:
@@ -482,10 +518,6 @@ def facts_of(ctx: click.Context) -> Facts:
     return facts
 
 
-def _note_machine(ctx: click.Context, _param: click.Parameter, value: str | None) -> None:
-    facts_of(ctx).given = value
-
-
 def _words(ctx: click.Context) -> list[str]:
     """Return the words of a command: ["line", "make"]."""
     words: list[str] = []
@@ -493,15 +525,3 @@ def _words(ctx: click.Context) -> list[str]:
         words.insert(0, ctx.info_name or "")
         ctx = ctx.parent
     return _OTHER_NAMES.get(" ".join(words), words)
-
-
-def _note_motor(
-    ctx: click.Context, _param: click.Parameter, value: str | tuple[str, ...] | None
-) -> None:
-    if value:
-        facts_of(ctx).names = (value,) if isinstance(value, str) else value
-
-
-def _note_own_motor(ctx: click.Context, _param: click.Parameter, value: str | None) -> str | None:
-    facts_of(ctx).own_motor = value
-    return value

@@ -7,7 +7,7 @@ from typing import TypedDict
 
 import click
 
-from pixstep.cli import directions
+from pixstep.cli import directions, meantfor
 from pixstep.cli.command import FILE
 from pixstep.cli.options import line_option, raw_option, say
 from pixstep.cli.quantities import SPEED_TYPE, Decorated, StepsType, whole_limit
@@ -57,6 +57,7 @@ def read_plan(
         number=options["line_number"],
         max_speed=whole_limit(options["max_speed"], pixel_hz),
     )
+    say(meantfor.motor_notes(options["profile"], profile.header))
     say(profile.notes_at(pixel_hz, refuse=refuse))
     way = directions.way(click.get_current_context())
     return profile, fast.plan(profile, way * options["steps"])

@@ -12,7 +12,7 @@ import click
 
 from pixstep import atomic, formats
 from pixstep.board import boards
-from pixstep.cli import machinedefaults
+from pixstep.cli import machinedefaults, meantfor
 from pixstep.cli.command import FOLDER, PICTURE
 from pixstep.cli.quantities import Decorated, StepsType
 from pixstep.errors import FINE, NEGATIVE, REFUSED, UserError
@@ -97,16 +97,19 @@ def load_line(
     pixel_hz: Fraction | None = None,
     refuse_faster: bool = False,
     divider: int = 1,
+    index: int = 0,
 ) -> Line:
     """Read a line of a CSV or CSB file; notes of what was tolerated go to the error stream.
 
     `number` chooses a line, from 1; without it the file must hold only one. A file that was made
     for another frequency than `pixel_hz` gets a note, and is refused on `refuse_faster` if that is
-    higher. That is the frequency of pixels, each of `divider` edges of the clock.
+    higher. That is the frequency of pixels, each of `divider` edges of the clock. A file for
+    another motor than that of line `index` of the command gets a note.
     """
     file = read(path, raw=raw)
     chosen = file.line(number)
     say(file.notes)
+    say(meantfor.line_notes(path, file.header, index))
     say(madefor.notes(path, file.header, pixel_hz, refuse=refuse_faster, divider=divider))
     name = str(path) if number is None else f"{path} line {number}"
     return Line(chosen.values, decode, backlash, negative, name=name)

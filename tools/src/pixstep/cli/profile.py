@@ -9,6 +9,7 @@ from typing import Unpack
 import click
 
 from pixstep.cli.command import FILE, command
+from pixstep.cli.meantfor import motor_decode
 from pixstep.cli.options import (
     DECODE,
     HZ,
@@ -32,7 +33,7 @@ from pixstep.cli.show import drawn_limits, show_drawing, used_frequency
 from pixstep.errors import UserError
 from pixstep.lines import linecheck, units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.profiles import generator, names, page, readings
+from pixstep.profiles import generator, page, readings
 from pixstep.profiles.drawing import Drawing
 
 _FORMS = {
@@ -77,7 +78,7 @@ def profile_check(
         max_acceleration=whole_limit(limits["max_acceleration"], hz),
         jerk_warning=whole_limit(limits["max_jerk"], hz),
     )
-    found = readings.check(read, decode or _motor(file), bounds)
+    found = readings.check(read, decode or motor_decode(ctx, file), bounds)
     status = readings.exit_status(found)
     if as_json:
         show_json(_check_json(file, found, status))
@@ -117,18 +118,12 @@ def profile_show(
     top = None
     if speed is not None:
         top = units.whole_speed(speed, hz, scale_of(ctx), smooth=decode != PLAIN)
-    decode = decode or _motor(file) or SMOOTH
+    decode = decode or motor_decode(ctx, file) or SMOOTH
     counts = _counts(read, decode, top)
     line = Line(counts, decode, name=str(file))
     bounds = drawn_limits(limits, hz)
     drawing = Drawing(line, file.name, hz, bounds, going_on=True)
     show_drawing(drawing, plot, as_json=as_json)
-
-
-def _motor(path: Path) -> str | None:
-    """Return the decode rule of the motor in the name, None if the name does not say."""
-    named = names.parse(path)
-    return named.decode if named else None
 
 
 def _counts(read: readings.ProfileFile, decode: str, speed: int | None) -> tuple[int, ...]:

@@ -40,7 +40,7 @@ class _Options(TypedDict):
               help="Change of the acceleration from pixel to pixel: steps/px3 or steps/s3.",
               )  # fmt: skip
 @click.option("--pixel-hz", type=HZ, help="Pixel frequency, for figures per second and the name.")
-@click.option("--motor", metavar="Mnn", help="Motor of the conventional name, as M39.")
+@click.option("--motor", metavar="NAME", help="Motor of the conventional name, as M39.")
 @click.option("--variant", metavar="TEXT", help="Variant of the conventional name, as 1.")
 @click.option("-o", "--output", type=OUTPUT_OR_FOLDER,
               help="PRN to write, or a folder: AccProf<motor>-<f>Hz-<variant>.PRN in it. "
@@ -105,7 +105,7 @@ def profile_make(
 def _legal(limit: Quantity, hz: Fraction | None) -> int:
     """Return a limit as an even whole number; a note says if that is less than was given."""
     given = limit.per_pixel(hz)
-    legal = make.legal_limit(given, limit.order, hz)
+    legal = make.legal_limit(given, limit.order, hz, limit)
     if legal != given:
         unit = units.unit(limit.order)
         say([f"limit {units.number_text(given)} {unit}: changes are even, at most {legal} used"])

@@ -71,7 +71,7 @@ def _limit(quantity: Quantity | None, hz: Fraction | None) -> int | None:
     """Return the limit as an even number."""
     if quantity is None:
         return None
-    return make.legal_limit(quantity.per_pixel(hz), quantity.order, hz)
+    return make.legal_limit(quantity.per_pixel(hz), quantity.order, hz, quantity)
 
 
 def _refuse_for_prn(file: Path, limit: Quantity | None, part: str | None, *, insert: bool) -> None:

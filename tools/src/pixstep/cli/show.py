@@ -10,6 +10,7 @@ from typing import Unpack
 import click
 
 from pixstep import atomic, formats
+from pixstep.cli import meantfor
 from pixstep.cli.clockoptions import divider_option
 from pixstep.cli.command import FILE, command
 from pixstep.cli.machinedefaults import by_machine
@@ -86,6 +87,7 @@ def used_frequency(
     A pixel has `divider` edges of the clock. A file that was made for another frequency than is
     given gets a note.
     """
+    say(meantfor.motor_notes(path, header))
     given = clock_hz and clock_hz / divider
     own = madefor.frequency(path, header)
     if own is None or (given and not by_machine(ctx, "pixel_hz")):

@@ -12,8 +12,8 @@ import click
 
 from pixstep import demo, progress
 from pixstep.board import boards, limits, settings
-from pixstep.board.limits import BoardLimits
 from pixstep.board.port import BAUD
+from pixstep.cli import judging
 from pixstep.cli.clockoptions import (
     FlawOptions,
     clock_flaw_options,
@@ -23,7 +23,14 @@ from pixstep.cli.clockoptions import (
     sync_option,
 )
 from pixstep.cli.command import FILE, FOLDER, command
-from pixstep.cli.manylines import LineOptions, per_line, read_lines
+from pixstep.cli.manylines import (
+    LineOptions,
+    line_axes,
+    line_axes_option,
+    negative_option,
+    per_line,
+    read_lines,
+)
 from pixstep.cli.options import (
     DECODE,
     LINE_NUMBER,
@@ -39,8 +46,7 @@ from pixstep.cli.options import (
 )
 from pixstep.cli.quantities import StepsType
 from pixstep.cli.results import deliver
-from pixstep.errors import FINE, NEGATIVE, RefusedError, UserError
-from pixstep.lines import linecheck
+from pixstep.errors import FINE, NEGATIVE, UserError
 from pixstep.lines.line import Line
 from pixstep.simulation import report
 from pixstep.simulation.simrun import Job
@@ -49,7 +55,6 @@ from pixstep.simulation.simtask import simulate
 
 class _SimOptions(FlawOptions, LineOptions):
     pixel_hz: Fraction
-    axis: int
     sync: str
     gate_edges: int
     serial_load: bool
@@ -81,7 +86,7 @@ def _hundreds(_ctx: click.Context, _option: click.Parameter, baud: int) -> int:
     multiple=True,
     help="Steps; once, or per line.",
 )
-@click.option("--axis", type=click.IntRange(0, 3), default=0, help="Axis of the first line.")
+@line_axes_option
 @clock_flaw_options
 @sync_option
 @divider_option
@@ -98,7 +103,7 @@ def _hundreds(_ctx: click.Context, _option: click.Parameter, baud: int) -> int:
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
 @out_option
 @click.option("--backlash-policy", type=click.Choice(["always", "on_reversal"]), default="always")
-@click.option("--negative/--no-negative", help="Run smooth lines in the negative direction.")
+@negative_option
 @click.option("--image", type=FILE, help="Another firmware image (ELF) for the board.")
 @no_check_option
 @plots_option
@@ -132,6 +137,7 @@ def sim(
     ctx: click.Context,
     csv: tuple[Path, ...],
     board: str,
+    axis: tuple[int, ...],
     decode: tuple[str, ...],
     backlash: tuple[int, ...],
     out: Path,
@@ -143,20 +149,28 @@ def sim(
 ) -> None:
     """Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.
 
+    Any set of axes: of several files --axis is the first of a row, or given once for each.
+
     Exit status 0 only if the verdict is pass, 1 if it is not, 2 for misuse, 3 for a refused line.
     """
     line_hz = options["pixel_hz"] / divider
-    lines = read_lines(csv, decode, backlash, options, pixel_hz=line_hz, divider=divider)
-    last = options["axis"] + len(lines) - 1
-    if last >= boards.load(board).axes:
-        raise UserError(f"axis {last}: the {boards.axes_text(board)}")
+    lines = read_lines(
+        csv, decode, backlash, options, pixel_hz=line_hz, divider=divider,
+        refuse_faster=options["check"],
+    )  # fmt: skip
+    axes = line_axes(axis, len(lines))
+    if max(axes) >= boards.load(board).axes:
+        raise UserError(f"axis {max(axes)}: the {boards.axes_text(board)}")
     if options["check"]:
         clock = settings.of_clock(options["sync"], divider)
-        _refuse_bad(lines, limits.named(board, line_hz, axes=len(lines), clock=clock))
-    plants, ideals = _plants(lines, options)
+        found = limits.named(board, line_hz, axes=len(lines), clock=clock)
+        for line, motor in zip(lines, judging.motor_limits(ctx, lines, line_hz), strict=True):
+            judging.check(line, found, motor)
+    by_axis = dict(zip(axes, lines, strict=True))
+    plants, ideals = _plants(by_axis, options)
     job = Job(
         board=board,
-        lines={options["axis"] + index: line for index, line in enumerate(lines)},
+        lines=by_axis,
         pixel_hz=options["pixel_hz"],
         pixel_ppm=options["pixel_ppm"],
         flaws=clock_flaws(options),
@@ -198,7 +212,7 @@ def demo_command(ctx: click.Context, out: Path | None, serial_load: bool, as_jso
 
 
 def _plants(
-    lines: list[Line], options: _SimOptions
+    lines: dict[int, Line], options: _SimOptions
 ) -> tuple[dict[int, str], dict[int, tuple[int, ...]]]:
     """Return the plants and the ideal counts of a job, by axis."""
     plant: tuple[str | None, ...] = options["plant"]
@@ -207,27 +221,13 @@ def _plants(
     paths = per_line(ideal, len(lines), None, "--ideal")
     if any(paths) and not any(knobs):
         raise UserError("--ideal says what the load should do: give the axis a --plant too")
-    axes = range(options["axis"], options["axis"] + len(lines))
     ideals = {}
-    for axis, line, path in zip(axes, lines, paths, strict=True):
+    for (axis, line), path in zip(lines.items(), paths, strict=True):
         if path:
             ideals[axis] = load_line(path, line.decode, raw=options["raw"]).counts
             if len(ideals[axis]) != line.pixels:
                 raise UserError(
                     f"{path}: {len(ideals[axis])} pixels, {line.name} has {line.pixels}"
                 )
-    plants = {axis: text for axis, text in zip(axes, knobs, strict=True) if text}
+    plants = {axis: text for axis, text in zip(lines, knobs, strict=True) if text}
     return plants, ideals
-
-
-def _refuse_bad(lines: list[Line], board: BoardLimits) -> None:
-    """Raise for the first line that the host check refuses; nothing is uploaded then."""
-    for line in lines:
-        found = linecheck.check(line, board.of(line))
-        errors = [item for item in found if item.severity == linecheck.ERROR]
-        if errors:
-            first = errors[0]
-            raise RefusedError(
-                f"{line.name}: line refused: {first.name} at pixel {first.pixel}: {first.message} "
-                f"(--no-check lets the board judge it)"
-            )

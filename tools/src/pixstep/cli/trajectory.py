@@ -14,6 +14,7 @@ from pixstep import progress
 from pixstep.board import boards, capability
 from pixstep.cli import directions
 from pixstep.cli.command import FILE, OUTPUT, command
+from pixstep.cli.manylines import line_axes, line_axes_option
 from pixstep.cli.options import (
     HZ,
     Facts,
@@ -253,8 +254,7 @@ def show_command(
 @board_play_options
 @_run_option
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
-@click.option("--axis", type=click.IntRange(0, 3), default=0, show_default=True,
-              help="Axis of the board for the first axis of the table.")  # fmt: skip
+@line_axes_option
 @pixel_hz_option
 @click.option("--plant-play", type=StepsType(0), multiple=True,
               help="Play of the simulated axes; once, or per axis.  [default: --play]")  # fmt: skip
@@ -272,7 +272,7 @@ def sim_command(
     table: Path,
     which: str,
     board: str,
-    axis: int,
+    axis: tuple[int, ...],
     pixel_hz: Fraction,
     plant_play: tuple[int, ...],
     out: Path,
@@ -298,7 +298,7 @@ def sim_command(
             board,
             pixel_hz,
             tuple(plants),
-            axis,
+            tuple(line_axes(axis, AXES)),
             options["image"],
             options["seed"],
             directions.ways(ctx, AXES),

@@ -7,13 +7,14 @@ module adds the figures behind a finding, counts that mend an oscillation, and w
 want: a limit of the jerk, and of the acceleration of plain lines.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
 from itertools import groupby, islice, pairwise, takewhile
 from math import inf
 
 from pixstep import arguments
+from pixstep.errors import RefusedError
 from pixstep.lines import core
 from pixstep.lines.core import NO_LIMIT, Code, CoreLimits
 from pixstep.lines.line import Line
@@ -53,6 +54,21 @@ class Limits:
             exact = arguments.exact("period_ticks", self.period_ticks, 0, inf)
             object.__setattr__(self, "period_ticks", exact)
 
+    def lower(self, other: "Limits") -> "Limits":
+        """Return the lower of both limits wherever both have one; times are this one's."""
+
+        def least(name: str) -> int | None:
+            known = [value for limits in (self, other) if (value := getattr(limits, name))]
+            return min(known, default=None)
+
+        return replace(
+            self,
+            max_speed=least("max_speed"),
+            max_acceleration=least("max_acceleration"),
+            start_stop=least("start_stop"),
+            jerk_warning=least("jerk_warning"),
+        )
+
     def of_board(self) -> CoreLimits:
         """Return those that a board has too, as its firmware takes them.
 
@@ -89,10 +105,22 @@ class Finding:
 def check(line: Line, limits: Limits | None = None) -> list[Finding]:
     """Return all findings of a line, in pixel order, errors first at the same pixel."""
     limits = limits or Limits()
-    codes = core.check(entries(line), limits.of_board())
+    codes = core.check(entries(_judged(line)), limits.of_board())
+    if line.backlash:
+        codes = [code for code in codes if code.name != IDLE_PIXEL]
     found = [item for code in codes for item in _spread(line, _finding(line, code, limits))]
     found += [*_speed_findings(line, limits), *_motor_findings(line, codes, limits)]
     return sorted(found, key=lambda item: (item.pixel, item.severity))
+
+
+def _judged(line: Line) -> Line:
+    """Return the line that the firmware judges.
+
+    A smooth line with negative counts has no line speed, by which the firmware judges a backlash
+    before it sees the counts: it is judged without, so that the counts are what is found.
+    """
+    broken = line.smooth and line.backlash and any(count < 0 for count in line.counts)
+    return replace(line, backlash=0) if broken else line
 
 
 def entries(line: Line) -> list[tuple[int, int]]:
@@ -112,6 +140,16 @@ def without_idle_pixel(findings: list[Finding]) -> list[Finding]:
 def refused(findings: list[Finding]) -> bool:
     """True if any finding is an error."""
     return any(item.severity == ERROR for item in findings)
+
+
+def raise_if_refused(name: str, findings: Sequence[Finding], advice: str = "") -> None:
+    """Raise RefusedError naming the first error of a line and its pixel, if there is one."""
+    first = next((item for item in findings if item.severity == ERROR), None)
+    if first is None:
+        return
+    where = f"pixel {first.pixel}" if first.pixel else "the line as a whole"
+    behind = f" ({advice})" if advice else ""
+    raise RefusedError(f"{name}: line refused: {first.name} at {where}: {first.message}{behind}")
 
 
 def exit_status(findings: list[Finding]) -> int:

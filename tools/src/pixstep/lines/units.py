@@ -6,6 +6,7 @@ a*f^2 steps/s2, a jerk of j steps/px3 is j*f^3 steps/s3. Millimetres and degrees
 the `Scale` of a motor.
 """
 
+import math
 import re
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -174,6 +175,33 @@ def is_unit(name: str) -> bool:
     return True
 
 
+class TooLittleError(UserError):
+    """A limit that is less than `least` steps/px^order: pixels are too short for it.
+
+    `quantity` is the limit in steps, if it has a unit of time, so that longer pixels hold more.
+    """
+
+    def __init__(self, message: str, least: int, quantity: "Quantity | None" = None) -> None:
+        super().__init__(message)
+        self.least = least
+        self.quantity = quantity if quantity and quantity.per_second else None
+
+
+def enough_edges(quantity: Quantity, clock_hz: Fraction, least: int) -> int | None:
+    """Return the fewest clock edges of a pixel in which a limit per second is `least` or more.
+
+    None for a limit that is 0, or per pixel.
+    """
+    value = quantity.in_steps(None).value
+    if value <= 0 or not quantity.per_second:
+        return None
+    wanted = clock_hz**quantity.order * least / value  # of edges to the power of the order
+    edges: int = max(1, math.floor(float(wanted) ** (1 / quantity.order)) - 1)
+    while Fraction(edges) ** quantity.order < wanted:
+        edges += 1
+    return edges
+
+
 def whole_limit(quantity: Quantity, hz: Fraction | None, *, least: int = 1) -> int:
     """Return a limit as whole steps/px^order, rounded down.
 
@@ -183,7 +211,8 @@ def whole_limit(quantity: Quantity, hz: Fraction | None, *, least: int = 1) -> i
     if value < least:
         kind = unit(quantity.order)
         figure = number_text(value)
-        raise UserError(f"{quantity.text} is {figure} {kind}: at least {least} {kind}")
+        text = f"{quantity.text} is {figure} {kind}: at least {least} {kind}"
+        raise TooLittleError(text, least, quantity)
     return int(value)
 
 

@@ -9,7 +9,9 @@ from pixstep.errors import UserError
 from pixstep.lines.rational import refuse_period
 from pixstep.lines.units import ACCELERATION, JERK, SPEED, per_second, unit
 from pixstep.machine.model import Limits, Motor, Tables
+from pixstep.profiles.madefor import MOST_EDGES
 
+LEAST = {"smooth": 2, "plain": 1}  # acceleration that counts can have, steps/px2
 ORDERS = {
     "max_speed": SPEED,
     "max_acceleration": ACCELERATION,
@@ -76,28 +78,88 @@ def limit_json(motor: Motor, key: str, hz: Fraction) -> dict[str, float]:
 
 
 def warnings(machine: Tables) -> Iterator[str]:
-    """Yield what the file asks of a board that it cannot do."""
+    """Yield what the file asks of a board that it cannot do, and the divider that would do."""
+    enough = None
     for motor in machine.motors.values():
-        kind = machine.board_of(motor).kind
         try:
-            clock = settings.of_clock(machine.clock.sync, machine.clock.edges)
-            able = capability.of(kind, machine.pixel_hz, clock=clock)
+            able = _able(machine, motor)
         except UserError as error:
+            kind = machine.board_of(motor).kind
             yield f"clock.{_wrong_key(machine, kind)}: {kind}: {error}"
             continue
-        speed, most = motor.limit("max_speed"), able.top_speed(motor.kind)
-        if speed and speed.per_pixel(machine.pixel_hz) > most:
-            yield (
-                f"motors.{motor.name}.limits.max_speed = {speed.text!r}: the {kind} makes "
-                f"{most} steps/px = {float(able.rate(motor.kind)):g} steps/s at most"
-            )
-        acceleration = motor.limit("max_acceleration")
-        least = able.least_acceleration(motor.kind)
-        if acceleration and acceleration.per_pixel(machine.pixel_hz) < least / machine.pixel_hz**2:
-            yield (
-                f"motors.{motor.name}.limits.max_acceleration = {acceleration.text!r}: a "
-                f"{motor.kind} line has {float(least):g} steps/s2 at least"
-            )
+        yield from _too_fast(machine, motor, able)
+        slow = _too_slow(machine, motor)
+        if slow and _depends_on_pixels(motor):
+            enough = enough or enough_divider(machine)
+            slow += f": divider = {enough} in the table [clock] would do" if enough else ""
+        if slow:
+            yield slow
+
+
+def enough_divider(machine: Tables, faults: int | None = None) -> int | None:
+    """Return the fewest clock edges of a pixel by which the motors' accelerations are kept, if any.
+
+    No more may be wrong then of clock and speeds than is now, or than `faults`: pixels have a
+    longest and a shortest time, and so many steps at most.
+    """
+    allowed = _faults(machine) if faults is None else faults
+    dividers = range(1, MOST_EDGES + 1)
+    return next((one for one in dividers if _keeps(with_divider(machine, one), allowed)), None)
+
+
+def with_divider(machine: Tables, edges: int) -> Tables:
+    """Return a machine with other pixels of the same clock."""
+    return machine.model_copy(update={"clock": machine.clock.model_copy(update={"divider": edges})})
+
+
+def _keeps(machine: Tables, allowed: int) -> bool:
+    """True if no limit is too low for a machine's pixels, and no more of the rest is wrong."""
+    motors = filter(_depends_on_pixels, machine.motors.values())
+    return not any(_too_slow(machine, motor) for motor in motors) and _faults(machine) <= allowed
+
+
+def _faults(machine: Tables) -> int:
+    """Return how much of a machine its boards cannot do, limits that are too low left out."""
+    count = 0
+    for motor in machine.motors.values():
+        try:
+            count += len([*_too_fast(machine, motor, _able(machine, motor))])
+        except UserError:
+            count += 1
+    return count
+
+
+def _able(machine: Tables, motor: Motor) -> capability.Capability:
+    """Return what a motor's board can do. Raises UserError for a clock that it cannot follow."""
+    clock = settings.of_clock(machine.clock.sync, machine.clock.edges)
+    return capability.of(machine.board_of(motor).kind, machine.pixel_hz, clock=clock)
+
+
+def _too_fast(machine: Tables, motor: Motor, able: capability.Capability) -> Iterator[str]:
+    speed, most = motor.limit("max_speed"), able.top_speed(motor.kind)
+    if speed and speed.per_pixel(machine.pixel_hz) > most:
+        yield (
+            f"motors.{motor.name}.limits.max_speed = {speed.text!r}: the {able.board.name} makes "
+            f"{most} steps/px = {float(able.rate(motor.kind)):g} steps/s at most"
+        )
+
+
+def _too_slow(machine: Tables, motor: Motor) -> str:
+    """Return that an acceleration is less than the counts of a line can have; "" if it is not."""
+    limit, order = motor.limit("max_acceleration"), ORDERS["max_acceleration"]
+    least = LEAST[motor.kind]
+    if limit is None or limit.per_pixel(machine.pixel_hz) >= least:
+        return ""
+    figure = per_second(least, order, machine.pixel_hz)
+    return (
+        f"motors.{motor.name}.limits.max_acceleration = {limit.text!r}: a {motor.kind} line has "
+        f"{float(figure):g} {unit(order, per_second=True)} at least"
+    )
+
+
+def _depends_on_pixels(motor: Motor) -> bool:
+    limit = motor.limit("max_acceleration")
+    return limit is not None and limit.per_second
 
 
 def _wrong_key(machine: Tables, kind: str) -> str:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Read a machine file; every mistake has the line, the key and the value."""
 
+import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -24,6 +25,11 @@ class Machine(Tables):
         if machine is None or found:
             raise UserError(found[0])
         return machine
+
+
+def parse(text: str) -> Machine:
+    """Return the machine of a text that is valid."""
+    return Machine.model_validate(_with_names(tomllib.loads(text)))
 
 
 def problems(path: Path) -> list[str]:

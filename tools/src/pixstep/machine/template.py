@@ -1,10 +1,15 @@
 # SPDX-License-Identifier: MIT
 """The text of a new machine file: it is valid as it is, and says what may be changed."""
 
+import json
+import math
+import re
 from fractions import Fraction
 
 from pixstep.board import boards
 from pixstep.errors import UserError
+from pixstep.machine import describe, reading
+from pixstep.profiles import names
 
 _HEAD = """\
 # A machine: its pixel clock, its boards and its motors, for the commands of pixstep.
@@ -32,22 +37,26 @@ kind = "{board}"
 """
 
 _MOTOR = """
-[motors.{name}]
+[motors.{key}]
 axis = {axis}
 kind = "{kind}" # smooth: accelerates inside of a pixel; plain: one speed in each pixel
 steps_per_unit = "400 steps/mm" # or "2.5 um/step", "12.5 steps/deg"
 direction = "+" # "-": the load's positive direction is the motor's negative one
 backlash = "0 um" # play between motor and load
 # home_is_limit = "plus" # its home switch is the motor's plus limit switch, too
-# profiles.line = "AccProf{name}-{hz}Hz-1.PRN" # beside this file; for `line make`
+# profiles.line = {profile} # beside this file; for `line make`
 # profiles.move = "AccProf-fast-move.csv" # for `move` and `home`: profiles.home
 
-[motors.{name}.limits] # each may be left out
-max_speed = "30 mm/s"
-max_acceleration = "500 mm/s2"
+[motors.{key}.limits] # each may be left out
+max_speed = "{speed} mm/s"
+max_acceleration = "{acceleration} mm/s2"
 # max_jerk = "20000 mm/s3"
 # start_stop = "4 steps/px" # plain motors turn up to here without a ramp
 """
+
+
+_SPEED, _ACCELERATION, _STEPS_MM = 30, 500, 400  # mm/s, mm/s2 and steps/mm of a new motor
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def text(
@@ -59,12 +68,51 @@ def text(
 ) -> str:
     """Return a file for a board with motors, kinds by name, on its axes in a row.
 
-    What is None of the clock is there as a comment. Raises UserError if the board has fewer axes.
+    Without a divider a pixel has as many edges of the clock as the accelerations need; with one
+    the accelerations are what its pixels allow. `sync` that is None is there as a comment. Raises
+    UserError if the board has fewer axes, and for a clock that it cannot follow.
     """
     if len(motors) > boards.load(board).axes:
         raise UserError(f"{len(motors)} motors: {boards.axes_text(board)}")
+    made = _text(board, clock_hz, motors, divider, sync)
+    found = reading.parse(made)
+    smooth = dict.fromkeys(motors, "smooth")  # `limits` tells the shortest smooth line of any motor
+    enough = describe.enough_divider(
+        reading.parse(_text(board, clock_hz, smooth, divider, sync)), faults=0
+    )
+    if divider is None and enough and enough > 1:
+        made = _text(board, clock_hz, motors, enough, sync)
+        found = reading.parse(made)
+    elif divider is not None:
+        hz = clock_hz / divider
+        least = Fraction(describe.LEAST["smooth"], _STEPS_MM)
+        speed = max(_SPEED, _two_digits_up(least * hz))
+        acceleration = max(_ACCELERATION, _two_digits_up(least * hz**2))
+        made = _text(board, clock_hz, motors, divider, sync, speed, acceleration)
+        found = reading.parse(made)
+    wrong = next(describe.warnings(found), None)
+    if wrong:
+        raise UserError(wrong + (f": --divider {enough} would do" if enough else ""))
+    return made
+
+
+def _two_digits_up(value: Fraction) -> int:
+    """Return a figure rounded up to two digits."""
+    unit = int("1".ljust(len(str(math.ceil(value))) - 1, "0"))
+    return math.ceil(value / unit) * unit
+
+
+def _text(
+    board: str,
+    clock_hz: Fraction,
+    motors: dict[str, str],
+    divider: int | None,
+    sync: str | None,
+    speed: int = _SPEED,
+    acceleration: int = _ACCELERATION,
+) -> str:
     first = next(iter(motors))
-    key = f'motor = "{first}" # the motor that lines are for, if no --motor is given\n'
+    key = f"motor = {_quoted(first)} # the motor that lines are for, if no --motor is given\n"
     hz = f"{clock_hz.numerator}/{clock_hz.denominator}".removesuffix("/1")
     head = _HEAD.format(
         hz=hz,
@@ -73,8 +121,29 @@ def text(
         divider=f"divider = {divider}" if divider else "# divider = 4",
         sync=f'sync = "{sync}"' if sync else '# sync = "lock"',
     )
-    pixel_hz = f"{float(clock_hz / (divider or 1)):.10g}"
+    pixel_hz = clock_hz / (divider or 1)
     return head + "".join(
-        _MOTOR.format(name=name, axis=axis, kind=kind, hz=pixel_hz)
+        _MOTOR.format(
+            name=name,
+            key=name if _BARE.fullmatch(name) else _quoted(name),
+            axis=axis,
+            kind=kind,
+            profile=_quoted(_profile(name, pixel_hz)),
+            speed=speed,
+            acceleration=acceleration,
+        )
         for axis, (name, kind) in enumerate(motors.items())
     )
+
+
+def _quoted(name: str) -> str:
+    """Return a printable text as TOML has it."""
+    return json.dumps(name, ensure_ascii=False)
+
+
+def _profile(name: str, pixel_hz: Fraction) -> str:
+    """Return the name by which `profile make` writes a motor's profile."""
+    try:
+        return names.conventional(name, pixel_hz, "1")
+    except UserError:  # a name that no file can have
+        return "profile.PRN"

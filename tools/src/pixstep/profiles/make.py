@@ -14,7 +14,15 @@ from fractions import Fraction
 from itertools import accumulate
 
 from pixstep.errors import UserError
-from pixstep.lines.units import ACCELERATION, SPEED, both_text, number_text, unit
+from pixstep.lines.units import (
+    ACCELERATION,
+    SPEED,
+    Quantity,
+    TooLittleError,
+    both_text,
+    number_text,
+    unit,
+)
 from pixstep.profiles.generator import MAX_SPEED
 
 
@@ -49,16 +57,21 @@ def legal_speed(value: Fraction, hz: Fraction | None = None) -> int:
     )
 
 
-def legal_limit(value: Fraction, order: int, hz: Fraction | None = None) -> int:
+def legal_limit(
+    value: Fraction, order: int, hz: Fraction | None = None, given: Quantity | None = None
+) -> int:
     """Return the largest even whole number not above a limit: accelerations change by even ones.
 
-    Raises UserError naming the nearest legal one for a limit below 2.
+    `given` is the limit as it was written. Raises TooLittleError naming the nearest legal one for a
+    limit below 2.
     """
     if value < 2:
-        raise UserError(
+        raise TooLittleError(
             f"{'acceleration' if order == ACCELERATION else 'jerk'} limit {number_text(value)} "
             f"{unit(order)} is below 2: boundary speeds are even, nearest legal "
-            f"{both_text(2, order, hz)}"
+            f"{both_text(2, order, hz)}",
+            2,
+            given,
         )
     return int(value // 2) * 2
 

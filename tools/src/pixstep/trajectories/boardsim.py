@@ -35,20 +35,15 @@ _REST = 4  # pixels between directions: longer than any board's shortest reversa
 
 @dataclass(frozen=True)
 class BoardJob:
-    """Where a table is run: board, first of its two axes, clock, play of both plants in steps."""
+    """Where a table is run: board, axis of each of its two, clock, play of both plants in steps."""
 
     board: str
     pixel_hz: Fraction
     plays: tuple[int, ...]
-    axis: int = 0
+    axes: tuple[int, ...] = tuple(range(AXES))
     image: Path | None = None
     seed: int = 1
     ways: tuple[int, ...] = (1,) * AXES  # -1: the load's positive direction is the motor's negative
-
-    @property
-    def axes(self) -> range:
-        """The board's axes, one for each of the table's."""
-        return range(self.axis, self.axis + AXES)
 
 
 @dataclass(frozen=True)
@@ -120,8 +115,8 @@ def run(
     Raises RefusedError for what the board would refuse, UserError for a board with too few axes.
     """
     board = boards.load(job.board)
-    if job.axes[-1] >= board.axes:
-        raise UserError(f"axis {job.axes[-1]}: the {boards.axes_text(job.board)}")
+    if max(job.axes) >= board.axes:
+        raise UserError(f"axis {max(job.axes)}: the {boards.axes_text(job.board)}")
     made = host.command(original, plays, name)
     check(made, limits.named(job.board, job.pixel_hz, axes=AXES))
     result, judged, _ = run_and_judge(_job(job, made, original), folder, progress)

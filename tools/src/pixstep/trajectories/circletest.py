@@ -157,7 +157,7 @@ def _summary(test: CircleTest, runs: dict[str, BoardRun]) -> CircleSummary:
         "transition_points": [item.steps for item in test.plays],
         "circle": asdict(test.circle) if test.circle else None,
         "transitions": transitions_as_json(made.transitions),
-        "runs": {name: _run_summary(run, test.unit) for name, run in runs.items()},
+        "runs": {name: _run_summary(run, test) for name, run in runs.items()},
     }
 
 
@@ -166,18 +166,19 @@ def transitions_as_json(found: Sequence[Transition]) -> list[dict[str, object]]:
     return [asdict(item) | {"axis": item.axis + 1, "record": item.record + 1} for item in found]
 
 
-def _run_summary(run: BoardRun, unit: Unit) -> RunSummary:
+def _run_summary(run: BoardRun, test: CircleTest) -> RunSummary:
     """Return what is told of one run."""
+    axes = sorted(run.summary["axes"], key=lambda axis: test.job.axes.index(axis["axis"]))
     found: RunSummary = {
         "verdict": run.summary["verdict"],
         "cpu_share": run.summary["cpu_share"],
-        "edges": [_edges(axis) for axis in run.summary["axes"]],
+        "edges": [_edges(axis) for axis in axes],
     }
     if run.trace:
         errors = abs(run.trace.load_errors).max(axis=0).tolist()
         found["max_load_error_counts"] = [int(value) for value in errors]
     if run.roundness:
-        found["roundness"] = run.roundness.summary(unit)
+        found["roundness"] = run.roundness.summary(test.unit)
     return found
 
 

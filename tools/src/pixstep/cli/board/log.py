@@ -120,7 +120,10 @@ def _missed_text(missed: dict[int, int]) -> str:
     if not missed:
         return ", none missed"
     each = ", ".join(f"{count} of axis {axis}" for axis, count in missed.items())
-    return f"; missed: {each} (the line is too slow for this pixel frequency and these axes)"
+    return (
+        f"; missed: {each}, overwritten before they were read (`board upload`, `start` and `run` "
+        f"have --records, which reads them while the line runs)"
+    )
 
 
 def _say_lost(total: int, events: list[Event]) -> None:

@@ -2,6 +2,7 @@
 """`pixstep board start`: loaded lines of one or several boards, off together."""
 
 import contextlib
+from pathlib import Path
 from typing import TypedDict
 
 import click
@@ -22,8 +23,15 @@ from pixstep.cli.board.group import (
     stopping,
     units_option,
 )
+from pixstep.cli.board.recordoptions import (
+    RecordFacts,
+    Records,
+    exit_status,
+    record_options,
+    recorded,
+)
 from pixstep.cli.command import command
-from pixstep.cli.options import json_option, show_json
+from pixstep.cli.options import json_option, show_json, teller
 from pixstep.errors import UserError
 
 
@@ -34,9 +42,18 @@ from pixstep.errors import UserError
 @click.option(
     "--wait/--no-wait", default=False, show_default=True, help="Follow the lines to their end."
 )
+@record_options
 @json_option
+@click.pass_context
 def start_command(
-    port: Port, units: Units, axes: tuple[int, ...], wait: bool, as_json: bool
+    ctx: click.Context,
+    port: Port,
+    units: Units,
+    axes: tuple[int, ...],
+    wait: bool,
+    record_file: Path | None,
+    record: bool,
+    as_json: bool,
 ) -> None:
     """Start loaded lines, of several boards on one clock edge.
 
@@ -46,15 +63,23 @@ def start_command(
     uploaded again. While the clock rests the boards wait for it. With --wait the boards' counts of
     clock edges are compared at the end. Without --axis all loaded axes; a board without any is left
     out of it. Without --wait a board stops when no request comes for `bus_timeout_ms` (3 s by
-    default).
+    default). With --wait the per-pixel records are read while the lines run, as many as the boards
+    are set to keep (`record_every`); --records writes them, with exit status 1 if some were
+    overwritten before they were read.
     """
+    if record_file and not wait:
+        raise UserError("--records: records are read while lines run: add --wait")
     with boards(port, units) as (found, known):
         group = [_lines(item, axes) for item in known]
         group = [item for item in group if item.axes]
         if not group:
             raise UserError("no axis has a line loaded: `pixstep board upload` loads one")
         shown = progress.shown("running") if wait else contextlib.nullcontext(progress.unseen)
-        with shown as show, stopping(group):
+        with (
+            recorded(group, record_file, wanted=record and wait, queued=True) as records,
+            shown as show,
+            stopping(group),
+        ):
             started = _start(group, found.world)
             for item in group:
                 note_play(item.board, item.axes)
@@ -62,18 +87,20 @@ def start_command(
                 run.follow(group, found.world, progress=show)
                 if started:
                     started.compare(found.world)
-        rows = [_row(item) for item in group]
+        rows = [_row(item, records) for item in group]
         for item in group if not wait else ():
             note_unattended(item.board)
     if as_json:
         show_json({"token": started.token if started else None, "boards": rows})
-        return
+        ctx.exit(exit_status(records, echo=False))
+    tell = teller(record_file)
     for row in rows:
         for axis in row["axes"]:
-            click.echo(
+            tell(
                 f"board {row['unit']} axis {axis['axis']}: {axis['state']}, position "
                 f"{axis['position_steps']}"
             )
+    ctx.exit(exit_status(records, echo=True))
 
 
 def _lines(known: Known, axes: tuple[int, ...]) -> run.Lines:
@@ -94,6 +121,7 @@ class _Axis(TypedDict):
     axis: int
     state: str
     position_steps: int
+    records: RecordFacts | None
 
 
 class _Row(TypedDict):
@@ -101,9 +129,15 @@ class _Row(TypedDict):
     axes: list[_Axis]
 
 
-def _row(lines: run.Lines) -> _Row:
+def _row(lines: run.Lines, records: Records) -> _Row:
     states, where = run.states(lines.board, lines.axes), run.positions(lines.board, lines.axes)
     axes: list[_Axis] = [
-        {"axis": axis, "state": states[axis], "position_steps": where[axis]} for axis in lines.axes
+        {
+            "axis": axis,
+            "state": states[axis],
+            "position_steps": where[axis],
+            "records": records.of(lines.board.unit, axis),
+        }
+        for axis in lines.axes
     ]
     return {"unit": lines.board.unit, "axes": axes}

@@ -7,11 +7,12 @@ from typing import Unpack
 
 import click
 
-from pixstep.board import settings
+from pixstep.board import run, settings
 from pixstep.board.limits import connected
 from pixstep.board.port import Port
 from pixstep.cli import directions
-from pixstep.cli.board.group import AXIS, one_board, port_options, unit_option
+from pixstep.cli.board.group import one_board, port_options, unit_option
+from pixstep.cli.board.recordoptions import exit_status, record_options, recorded
 from pixstep.cli.board.upload import check_lines, run_lines
 from pixstep.cli.clockoptions import (
     board_clock_options,
@@ -19,7 +20,8 @@ from pixstep.cli.clockoptions import (
     board_sync_option,
 )
 from pixstep.cli.command import FILE, command
-from pixstep.cli.options import json_option, show_json
+from pixstep.cli.manylines import line_axes, line_axes_option
+from pixstep.cli.options import json_option, show_json, teller
 from pixstep.cli.trajectoryoptions import PlayOptions, axis_plays, board_play_options, read_table
 from pixstep.lines.rational import refuse_period
 from pixstep.trajectories import boardsim, host, transitions
@@ -38,11 +40,11 @@ from pixstep.trajectories.table import AXES
               "direction in which each axis begins.")  # fmt: skip
 @port_options
 @unit_option
-@click.option("--axis", type=AXIS, default=0, show_default=True,
-              help="Axis of the board for the first axis of the table.")  # fmt: skip
+@line_axes_option
 @board_clock_options
 @board_sync_option
 @board_gate_edges_option
+@record_options
 @json_option
 @click.pass_context
 def trajectory_command(
@@ -52,11 +54,13 @@ def trajectory_command(
     unit: int,
     which: str,
     take_up: bool,
-    axis: int,
+    axis: tuple[int, ...],
     pixel_hz: Fraction | None,
     divider: int | None,
     sync: str | None,
     gate_edges: int | None,
+    record_file: Path | None,
+    record: bool,
     as_json: bool,
     **options: Unpack[PlayOptions],
 ) -> None:
@@ -69,7 +73,8 @@ def trajectory_command(
     motor_ways = directions.ways(ctx, AXES)
     ways = tuple(transitions.initial_direction(original, index) for index in range(AXES))
     with one_board(port, unit) as (found, known):
-        known.axes((axis + AXES - 1,))
+        axes = line_axes(axis, AXES)
+        known.axes(tuple(axes))
         hz = settings.pixel_hz(known.board, pixel_hz, divider)
         refuse_period(hz, known.board.tick_hz())
         clock = settings.of_clock(sync, divider)
@@ -79,19 +84,23 @@ def trajectory_command(
         plays = axis_plays(options, original, hz, most)
         made = host.command(original, plays, which)
         chosen = boardsim.taking_up(made, plays, ways) if take_up else boardsim.lines(made)
-        lines = dict(enumerate(boardsim.turned(chosen, motor_ways), axis))
+        lines = dict(zip(axes, boardsim.turned(chosen, motor_ways), strict=True))
         check_lines(known, lines, hz, clock)
         settings.set_clock(known.board, pixel_hz, sync, divider, gate_edges)
         edges = divider or settings.divider(known.board)
-        summary = run_lines(known.board, found.world, lines, edges, arm=True, wait=True)
+        group = [run.Lines(known.board, axes)]
+        with recorded(group, record_file, wanted=record) as records:
+            summary = run_lines(group[0], found.world, lines, edges, records, arm=True, wait=True)
     if as_json:
         show_json({
             **summary, "run": which, "play_steps": [item.play for item in plays],
             "transition_points": [item.steps for item in plays],
         })  # fmt: skip
-        return
+        ctx.exit(exit_status(records, echo=False))
+    tell = teller(record_file)
     for row in summary["axes"]:
-        click.echo(
+        tell(
             f"board {unit} axis {row['axis']}: {row['file']}, {row['steps']} steps in "
             f"{row['seconds']:g} s: {row['state']}, position {row['position_steps']}"
         )
+    ctx.exit(exit_status(records, echo=True))

@@ -2,7 +2,7 @@
 """`pixstep board upload`: lines into the queues of a board, checked first, streamed if long."""
 
 import contextlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import TypedDict, Unpack
@@ -14,8 +14,8 @@ from pixstep.board import clockstate, limits, run, settings, upload
 from pixstep.board.device import Board
 from pixstep.board.link import World
 from pixstep.board.port import Port
+from pixstep.cli import judging
 from pixstep.cli.board.group import (
-    AXIS,
     Known,
     note_play,
     note_unattended,
@@ -24,13 +24,26 @@ from pixstep.cli.board.group import (
     stopping,
     unit_option,
 )
+from pixstep.cli.board.recordoptions import (
+    RecordFacts,
+    Records,
+    exit_status,
+    record_options,
+    recorded,
+)
 from pixstep.cli.clockoptions import (
     board_clock_options,
     board_gate_edges_option,
     board_sync_option,
 )
 from pixstep.cli.command import FILE, command
-from pixstep.cli.manylines import LineOptions, read_lines
+from pixstep.cli.manylines import (
+    LineOptions,
+    line_axes,
+    line_axes_option,
+    negative_option,
+    read_lines,
+)
 from pixstep.cli.options import (
     DECODE,
     LINE_NUMBER,
@@ -39,10 +52,12 @@ from pixstep.cli.options import (
     raw_option,
     say,
     show_json,
+    teller,
 )
 from pixstep.cli.quantities import StepsType
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
+from pixstep.lines.linecheck import Limits
 from pixstep.lines.rational import hz_text, refuse_period
 from pixstep.profiles import madefor
 
@@ -68,6 +83,7 @@ class AxisRow(TypedDict):
     seconds: float
     state: str
     position_steps: int
+    records: RecordFacts | None
 
 
 class RunRow(TypedDict):
@@ -82,10 +98,10 @@ class RunRow(TypedDict):
 @click.argument("csv", metavar="FILE...", type=FILE, nargs=-1, required=True)
 @port_options
 @unit_option
-@click.option("--axis", type=AXIS, default=0, show_default=True, help="Axis of the first line.")
+@line_axes_option
 @click.option("--decode", type=DECODE, multiple=True, required=True, help="Once, or per line.")
 @click.option("--backlash", type=StepsType(0), multiple=True, help="Steps; once, or per line.")
-@click.option("--negative/--no-negative", help="Run smooth lines in the negative direction.")
+@negative_option
 @board_clock_options
 @board_sync_option
 @board_gate_edges_option
@@ -98,6 +114,7 @@ class RunRow(TypedDict):
     help="With --arm: follow the lines to their end. A line longer than the queue needs that; "
     "without it a board stops when no request comes for bus_timeout_ms (3 s by default).",
 )
+@record_options
 @no_check_option
 @json_option
 @raw_option
@@ -105,28 +122,36 @@ class RunRow(TypedDict):
     "--line", "line_number", type=LINE_NUMBER, metavar="N", multiple=True,
     help="Line N of files of many lines; once, or per line file.",
 )  # fmt: skip
+@click.pass_context
 def upload_command(
+    ctx: click.Context,
     csv: tuple[Path, ...],
     port: Port,
     unit: int,
-    axis: int,
+    axis: tuple[int, ...],
     decode: tuple[str, ...],
     backlash: tuple[int, ...],
     arm: bool,
     wait: bool,
     check: bool,
+    record_file: Path | None,
+    record: bool,
     as_json: bool,
     **options: Unpack[_Options],
 ) -> None:
     """Queue lines, one file an axis; with --arm run them.
 
     Files are CSV or CSB. Each line is first checked with the board's own limits: what it would
-    refuse is not sent.
+    refuse is not sent. While lines are followed their per-pixel records are read, of every Nth
+    pixel where the bus is too slow for all; --records writes them. Exit status 1 if such a file
+    lacks records that were overwritten before they were read.
     """
+    if record_file and not (arm and wait):
+        raise UserError("--records: records are read while lines run: add --arm, without --no-wait")
     read = read_lines(csv, decode, backlash, options, pixel_hz=None)
-    lines = dict(enumerate(read, axis))
+    lines = dict(zip(line_axes(axis, len(read)), read, strict=True))
     with one_board(port, unit) as (found, known):
-        known.axes((max(lines),))
+        known.axes(tuple(lines))
         if options["backlash_policy"]:
             known.board.require("backlash")
         divider = options["divider"] or settings.divider(known.board)
@@ -135,18 +160,24 @@ def upload_command(
         refuse_period(pixel_hz, known.board.tick_hz())
         _compare(csv, pixel_hz, divider, check=check)
         if check:
-            check_lines(known, lines, pixel_hz, clock)
+            motors = judging.motor_limits(ctx, read, pixel_hz)
+            check_lines(known, lines, pixel_hz, clock, motors)
         streamed = _streamed(known.board, lines, divider)
         if streamed and not (arm and wait):
             raise UserError(
                 f"{streamed}: it is streamed while it moves: add --arm, without --no-wait"
             )
         _set(known.board, options)
-        summary = run_lines(known.board, found.world, lines, divider, arm=arm, wait=wait)
+        group = [run.Lines(known.board, list(lines))]
+        with recorded(
+            group, record_file, wanted=record and arm and wait, streamed=bool(streamed)
+        ) as records:
+            summary = run_lines(group[0], found.world, lines, divider, records, arm=arm, wait=wait)
     if as_json:
         show_json(summary)
     else:
-        _print(summary)
+        _print(summary, teller(record_file))
+    ctx.exit(exit_status(records, echo=not as_json))
 
 
 def _set(board: Board, options: _Options) -> None:
@@ -170,8 +201,9 @@ def check_lines(
     lines: dict[int, Line],
     hz: Fraction | None,
     clock: Mapping[str, int] | None = None,
+    motors: Sequence[Limits] = (),
 ) -> None:
-    """Check lines with the board's limits; warnings go to the error stream.
+    """Check lines with the limits of the board and of motors; warnings go to the error stream.
 
     `hz` is the frequency of pixels that the board will be set to, if another than its own; `clock`
     are the settings `sync` and `divider` that it gets.
@@ -179,11 +211,9 @@ def check_lines(
     if any(item.backlash for item in lines.values()):
         known.board.require("backlash")
     found = limits.connected(known.board, hz, len(lines), clock)
-    for item in lines.values():
-        say(
-            f"{item.name}: {one.name} at pixel {one.pixel}: {one.message}"
-            for one in limits.check(item, found)
-        )
+    bounds = motors or [Limits()] * len(lines)
+    for item, motor in zip(lines.values(), bounds, strict=True):
+        judging.check(item, found, motor, f"nothing was sent; {judging.ADVICE}")
 
 
 def _streamed(board: Board, lines: dict[int, Line], divider: int) -> str:
@@ -196,17 +226,24 @@ def _streamed(board: Board, lines: dict[int, Line], divider: int) -> str:
 
 
 def run_lines(
-    board: Board, world: World, lines: dict[int, Line], divider: int, *, arm: bool, wait: bool
+    queues: run.Lines,
+    world: World,
+    lines: dict[int, Line],
+    divider: int,
+    records: Records,
+    *,
+    arm: bool,
+    wait: bool,
 ) -> RunRow:
     """Queue the lines, and as asked arm and follow them; return what was done.
 
-    `divider` is how many clock edges a pixel has on the board.
+    `queues` are those of the board, `divider` is how many clock edges a pixel has on it.
     """
-    axes = list(lines)
+    board, axes = queues.board, queues.axes
     pixels = max(item.pixels for item in lines.values())
     if arm:
         clockstate.await_lock(board, world)
-    group = [run.Lines(board, axes)]
+    group = [queues]
     shown = progress.shown("running") if arm and wait else contextlib.nullcontext(progress.unseen)
     with shown as show, stopping(group):
         group[0].uploads += upload.begin(board, lines, divider)
@@ -232,15 +269,16 @@ def run_lines(
                 "seconds": round(float(item.pixels / hz), 3),
                 "state": state[axis],
                 "position_steps": where[axis],
+                "records": records.of(board.unit, axis),
             }
             for axis, item in lines.items()
         ],
     }
 
 
-def _print(summary: RunRow) -> None:
+def _print(summary: RunRow, tell: Callable[..., None]) -> None:
     for row in summary["axes"]:
-        click.echo(
+        tell(
             f"board {summary['unit']} axis {row['axis']}: {row['file']}, {row['decode']}, "
             f"{row['pixels']} pixels, {row['steps']} steps, {row['seconds']:g} s: {row['state']}, "
             f"position {row['position_steps']}"

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: MIT
+"""The per-pixel records that a board made while it ran a line, as arrays."""
+
+from array import array
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from pixstep import arguments
+from pixstep.board import recordfiles
+from pixstep.board.logs import Row
+from pixstep.board.recording import Recorder
+from pixstep.board.state import Record
+
+
+@dataclass(frozen=True, eq=False)
+class AxisRecords:
+    """The records of an axis: where the motor should have been and was at each pixel's edge."""
+
+    unit: int
+    """Address of the board."""
+    axis: int
+    """Axis of the board, from 0."""
+    every: int
+    """Every how many pixels there is a record; 1: of each. Deviations have one besides."""
+    missed: int
+    """Records that were overwritten on the board before they were read."""
+    line: npt.NDArray[np.int32] = field(repr=False)
+    """Line of the axis since the board's reset, from 1."""
+    pixel: npt.NDArray[np.int32] = field(repr=False)
+    """Pixel, from 1."""
+    expected_steps: npt.NDArray[np.int32] = field(repr=False)
+    """Position at its edge by exact arithmetic, in steps from the beginning of the line."""
+    actual_steps: npt.NDArray[np.int32] = field(repr=False)
+    """Position by the steps that were made, from there too."""
+    edge_error_ticks: npt.NDArray[np.int32] = field(repr=False)
+    """Edge of the pixel clock minus the planned edge, in ticks of the board's timer."""
+
+    def __len__(self) -> int:
+        """Return the number of records."""
+        return len(self.pixel)
+
+    def write(self, path: str | PathLike[str]) -> Path:
+        """Write a CSV or Parquet file, by its ending; return its path.
+
+        An existing file is replaced.
+        """
+        target = arguments.path("path", path)
+        with recordfiles.writing(target) as rows:
+            for line, *values in zip(*(column.tolist() for column in self._columns), strict=True):
+                rows.take(self.unit, Row(line, self.axis, Record(*values)))
+        return target
+
+    @property
+    def _columns(self) -> tuple[npt.NDArray[np.int32], ...]:
+        return self.line, self.pixel, self.expected_steps, self.actual_steps, self.edge_error_ticks
+
+
+class Collector:
+    """Takes the records of one board's axes while they run."""
+
+    def __init__(self, unit: int) -> None:
+        self._unit = unit
+        self._values: dict[int, array[int]] = {}
+
+    def take(self, row: Row) -> None:
+        """Take a record."""
+        found = row.record
+        self._values.setdefault(row.axis, array("i")).extend((
+            row.line, found.pixel, found.expected_steps, found.actual_steps, found.edge_error_ticks,
+        ))  # fmt: skip
+
+    def of(self, axis: int, recorder: Recorder | None) -> AxisRecords | None:
+        """Return the records of an axis; None of a board that keeps none."""
+        if recorder is None:
+            return None
+        table = np.array(self._values.get(axis, array("i")), dtype=np.int32).reshape(-1, 5)
+        return AxisRecords(
+            self._unit, axis, recorder.every, recorder.missed[axis], *np.ascontiguousarray(table.T)
+        )
