@@ -7,7 +7,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from pixstep import tomltext
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, one_line
 from pixstep.machine.model import Tables, contradictions
 
 _MOST_SHOWN = 40  # characters of a value in a message
@@ -22,7 +22,7 @@ class Machine(Tables):
         """Read a file. Raises UserError naming file, line, key and value of the first mistake."""
         machine, found = _read(Path(path))
         if machine is None or found:
-            raise UserError(found[0])
+            raise RefusedError(found[0])
         return machine
 
 
@@ -87,9 +87,9 @@ def _placed(text: str, keys: Sequence[str | int], reason: str, value: object) ->
     while depth and line is None:
         line = tomltext.line_of(text, keys[:depth])
         depth -= 1
-    name = ".".join(str(key) for key in keys)
+    name = ".".join(one_line(str(key), _MOST_SHOWN) for key in keys)
     shown = "" if value is None or isinstance(value, dict) else f" = {_shown(value)}"
-    return line or 1, f"{name}{shown}: {reason.removeprefix(f'{value!r}: ')}"
+    return line or 1, f"{name}{shown}: {one_line(reason.removeprefix(f'{value!r}: '))}"
 
 
 def _shown(value: object) -> str:

@@ -7,7 +7,7 @@ from fractions import Fraction
 from itertools import accumulate, pairwise
 from pathlib import Path
 
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 from pixstep.lines import linecheck
 from pixstep.lines.line import SMOOTH, Line
 from pixstep.lines.linecheck import MAX_COUNT
@@ -103,7 +103,7 @@ def _meaning(read: Table, column: Column, request: Request) -> tuple[KnownColumn
     unit = request.unit or column.unit
     place = f"{read.path}:{read.rows[0][0]}: {read.title(column.number)}"
     if request.unit is None and column.unclear is not None:
-        raise UserError(f"{place}: {column.unclear!r} is no unit: {_UNITS}")
+        raise RefusedError(f"{place}: {column.unclear!r} is no unit: {_UNITS}")
     whole = unit is None and _are_steps(read, column)
     if quantity not in QUANTITIES and whole:
         quantity, unit = STEPS, "steps"
@@ -160,7 +160,7 @@ def _check_numbers(read: Table, numbers: Column) -> None:
 def _check_clock(read: Table, times: Column, hz: Fraction | None) -> list[str]:
     """Compare a column of times with the pixel clock. Raises UserError where they differ."""
     if times.unclear is not None:
-        raise UserError(
+        raise RefusedError(
             f"{read.path}:{read.rows[0][0]}: {read.title(times.number)}: {times.unclear!r} is no "
             f"unit of time: expected {', '.join(SECOND_UNITS)}"
         )

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 from pixstep.formats.records import MAX_BYTES
 from pixstep.owndata.naming import is_name
 
@@ -51,7 +51,7 @@ class Table:
         line, fields = self.rows[row]
         value = fields[column]
         shown = value if len(value) <= _MOST_SHOWN else f"{value[:_MOST_SHOWN]}..."
-        return UserError(f"{self.path}:{line}: {self.title(column)}: {shown!r}: {message}")
+        return RefusedError(f"{self.path}:{line}: {self.title(column)}: {shown!r}: {message}")
 
     def values(self, column: int) -> list[Fraction]:
         """Return the numbers of a column, exactly as they are written."""
@@ -71,7 +71,7 @@ def read_table(path: Path) -> Table:
     lines = _lines(path)
     data = [(number, text) for number, text in lines if text and not text.startswith("#")]
     if not data:
-        raise UserError(f"{path}: no numbers in it")
+        raise RefusedError(f"{path}: no numbers in it")
     separator = _separator([text for _, text in data])
     rows = _without_empty_ends([(number, _fields(text, separator)) for number, text in data])
     comma = separator == ";" and any("," in text for _, row in rows[1:] for text in row)
@@ -83,7 +83,7 @@ def read_table(path: Path) -> Table:
     else:
         names = _names_in_comment(lines, data[0][0], separator, len(rows[0][1]))
     if not rows:
-        raise UserError(f"{path}:{data[0][0]}: a header, and no numbers behind it")
+        raise RefusedError(f"{path}:{data[0][0]}: a header, and no numbers behind it")
     table = Table(path, tuple(rows), names, separator, comma, _notes(separator, names, comma))
     _check_width(table)
     if table.width == 1:
@@ -95,10 +95,10 @@ def _lines(path: Path) -> list[tuple[int, str]]:
     """Return the lines with their numbers, blanks at their ends cut off."""
     try:
         if path.stat().st_size > MAX_BYTES:
-            raise UserError(f"{path}: larger than {MAX_BYTES >> 20} MiB")
+            raise RefusedError(f"{path}: larger than {MAX_BYTES >> 20} MiB")
         text = path.read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise UserError(f"{path}: not UTF-8 at byte {error.start}") from None
+        raise RefusedError(f"{path}: not UTF-8 at byte {error.start}") from None
     except OSError as error:
         raise UserError(f"{path}: {error.strerror or error}") from None
     return [(number, line.strip()) for number, line in enumerate(text.splitlines(), 1)]
@@ -165,12 +165,12 @@ def _notes(separator: str, names: tuple[str, ...] | None, comma: bool) -> tuple[
 def _check_width(table: Table) -> None:
     """Refuse a row with more or fewer fields than the first; the header included."""
     if table.names and len(table.names) != table.width:
-        raise UserError(
+        raise RefusedError(
             f"{table.path}:{table.rows[0][0]}: {table.width} fields, the header has "
             f"{len(table.names)}"
         )
     for line, fields in _others(table):
-        raise UserError(
+        raise RefusedError(
             f"{table.path}:{line}: {len(fields)} fields, {table.width} in the rows before: "
             f"{' '.join(fields)[:_MOST_SHOWN]!r}"
         )
@@ -181,7 +181,7 @@ def _check_empty_lines(table: Table, lines: list[tuple[int, str]]) -> None:
     first, last = table.rows[0][0], table.rows[-1][0]
     for line, text in lines[first:last]:
         if not text:
-            raise UserError(
+            raise RefusedError(
                 f"{table.path}:{line}: {table.title(0)}: an empty line between numbers: expected "
                 f"the number of this row, or no line"
             )
