@@ -192,12 +192,12 @@ def _place(target: Path) -> Path | None:
         refuse(target)
     elif target.is_symlink() and not place.parent.is_dir():
         raise UserError(f"{target}: is a link to {place}, whose folder is not there")
-    make_folder(place.parent)
+    make_folder(place.parent, target)
     return place
 
 
-def make_folder(folder: Path) -> None:
-    """Make a folder, and those that it lies in, if they are not there.
+def make_folder(folder: Path, target: Path | None = None) -> None:
+    """Make a folder for `target`, and those that it lies in, if they are not there.
 
     Raises UserError if one of them would lie at the root of the system, where only the system's own
     folders are: a path that is mistyped ("/run1" for "run1") would leave one there.
@@ -207,8 +207,8 @@ def make_folder(folder: Path) -> None:
         missing = missing.parent
     if not os.path.lexists(missing) and missing.parent == Path(missing.anchor):
         raise UserError(
-            f"{missing}: there is no such folder, and none is made at the root of the system: make "
-            f"it first, or name another (./{missing.name} is in the current folder)"
+            f"{target or folder}: there is no folder {missing}, and none is made at the root of the "
+            f"system: make it first, or name another"
         )
     folder.mkdir(parents=True, exist_ok=True)
 

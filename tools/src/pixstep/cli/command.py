@@ -91,7 +91,10 @@ class Command(click.Command):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Read the command line; a default that is wrong says which file it comes from."""
         with _origins(ctx):
-            return super().parse_args(ctx, args)
+            left = super().parse_args(ctx, args)
+            if not ctx.resilient_parsing:
+                machinedefaults.refuse_unknown(ctx)
+            return left
 
     def invoke(self, ctx: click.Context) -> object:
         """Run the command under the rules for its files."""

@@ -469,6 +469,15 @@ def facts_of(ctx: click.Context) -> Facts:
     return facts
 
 
+def refuse_unknown(ctx: click.Context) -> None:
+    """Refuse a machine file or a motor that the command line names, also if nothing needs it."""
+    facts: Facts | None = ctx.meta.get(_FACTS_OF)
+    if facts is None or facts.ctx is not ctx:
+        return
+    if facts.names or ctx.get_parameter_source("machine") == ParameterSource.COMMANDLINE:
+        _ = facts.found
+
+
 def _note_machine(ctx: click.Context, _param: click.Parameter, value: str | None) -> None:
     facts_of(ctx).given = value
 

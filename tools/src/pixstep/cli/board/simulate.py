@@ -19,7 +19,7 @@ from pixstep.cli.clockoptions import gate_option
 from pixstep.cli.command import FILE, command
 from pixstep.cli.failures import complain
 from pixstep.cli.options import pixel_hz_option, say, show_json_row
-from pixstep.errors import FINE, PlainError, RefusedError
+from pixstep.errors import FINE, PlainError, RefusedError, UserError
 from pixstep.lazy import lazy
 from pixstep.simulation import benchscript, virtualbench
 from pixstep.simulation.benchscript import Order
@@ -143,6 +143,8 @@ def _linked(link: Path | None, port: str) -> Iterator[None]:
         link.symlink_to(port)
     except FileExistsError:
         raise UserError(f"{link}: already exists") from None
+    except OSError as error:  # which names the port first
+        raise UserError(f"{link}: {error.strerror or error}") from None
     try:
         yield
     finally:
