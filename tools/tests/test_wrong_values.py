@@ -44,8 +44,8 @@ TEXTS = {
     "--variant": ("a b",),
     "--name": ("a name that is longer than the header of a printer's file",),
     "--date": (),  # any text, cut to the room that a header has
-    "NAMES": ("nonsense",),
-    "ASSIGNED": ("nonsense=3", "dir_setup_us=abc", "dir_setup_us=9999999", "dir_setup_us"),
+    "[NAME]...": ("nonsense",),
+    "NAME=VALUE...": ("nonsense=3", "dir_setup_us=abc", "dir_setup_us=9999999", "dir_setup_us"),
 }
 # Stopping needs no machine file: one that cannot be read is noted. To flash is avrdude's part.
 GOES_ON = (("board stop", "--machine"), ("flash", "--port"))
@@ -179,7 +179,8 @@ def complaint(done, value, param):
         return "not one line"
     if len(done.stderr) > 600 or "\x1b" in done.stderr:
         return "not a line to read"
-    if not (value and value in done.stderr) and typed(param) not in done.stderr:
+    named = [text for text in (value.partition("=")[0], typed(param)) if text]
+    if not any(text in done.stderr for text in named):
         return "names neither the value nor the option"
     return ""
 

@@ -202,13 +202,13 @@ def make_folder(folder: Path, target: Path | None = None) -> None:
     Raises UserError if one of them would lie at the root of the system, where only the system's own
     folders are: a path that is mistyped ("/run1" for "run1") would leave one there.
     """
-    missing = Path(os.path.abspath(folder))
+    missing = Path.cwd() / folder
     while not os.path.lexists(missing) and not os.path.lexists(missing.parent):
         missing = missing.parent
     if not os.path.lexists(missing) and missing.parent == Path(missing.anchor):
         raise UserError(
-            f"{target or folder}: there is no folder {missing}, and none is made at the root of the "
-            f"system: make it first, or name another"
+            f"{target or folder}: there is no folder {missing}, and none is made at the root of "
+            f"the system: make it first, or name another"
         )
     folder.mkdir(parents=True, exist_ok=True)
 

@@ -33,7 +33,7 @@ def one_line(text: str, most: int = MOST_CHARACTERS) -> str:
 
     What a file or a board says could otherwise move a terminal's cursor, or fill it.
     """
-    joined = " ".join(text.split())
+    joined = " ".join(row.strip() for row in text.splitlines()).strip()
     shown = "".join(
         one if one.isprintable() or _is_byte(one) else repr(one)[1:-1] for one in joined
     )

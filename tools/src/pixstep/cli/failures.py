@@ -63,11 +63,11 @@ def _choices(param: click.Parameter | None) -> str:
 
 
 def _range(error: click.BadParameter, text: str) -> str:
-    """Return the range of a number, where click says only that a text is none."""
+    """Return the range of a number, where click says only that a text is no number."""
     kind = error.param.type if error.param else None
-    if not isinstance(kind, (click.IntRange, click.FloatRange)) or "range" in text:
+    if not isinstance(kind, (click.IntRange, click.FloatRange)) or "not a valid" not in text:
         return ""
     low, high = kind.min, kind.max
     if low is not None and high is not None:
-        return f": expected {low:g} to {high:g}"
-    return f": expected {low:g} or more" if low is not None else ""
+        return f": expected {low} to {high}"
+    return f": expected {low} or more" if low is not None else ""

@@ -233,6 +233,22 @@ def motor_in_force(ctx: click.Context) -> tuple[Path, str] | None:
     return (facts.found.path, facts.motor.name) if facts.found else None
 
 
+def scales(ctx: click.Context) -> dict[int, Scale]:
+    """Return the scales of the motors on the board that is meant, by axis; none without a file."""
+    facts = facts_of(ctx)
+    try:
+        if facts.found is None:
+            return {}
+        board = facts.board
+    except UserError:
+        return {}
+    return {
+        motor.axis: motor.steps_per_unit
+        for motor in facts.machine.motors.values()
+        if motor.steps_per_unit and facts.machine.board_of(motor) is board
+    }
+
+
 def in_force(ctx: click.Context) -> Machine | None:
     """Return the machine of a command line; None without a file."""
     return facts_of(ctx).found

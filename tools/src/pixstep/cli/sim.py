@@ -14,6 +14,7 @@ from pixstep import demo, progress
 from pixstep.board import boards, limits, settings
 from pixstep.board.limits import BoardLimits
 from pixstep.board.port import BAUD
+from pixstep.cli import machinedefaults
 from pixstep.cli.clockoptions import (
     FlawOptions,
     clock_flaw_options,
@@ -171,6 +172,7 @@ def sim(
         vcd=options["vcd"],
         plants=plants,
         ideals=ideals,
+        scales=machinedefaults.scales(ctx) if plot else {},
     )
     with progress.shown("simulating") as show:
         judged = simulate(job, out, plots=plot, progress=show)

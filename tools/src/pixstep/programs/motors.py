@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from pixstep.board import capability, settings
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import RefusedError
 from pixstep.lines.units import number_text
 from pixstep.machine.model import Motor, Tables
 from pixstep.programs.language import AXIS_WORDS

@@ -17,6 +17,8 @@ from pixstep.programs.timelaw import TimeLaw, refined
 from pixstep.programs.timeline import Timeline, as_programmed, timelines
 from pixstep.programs.twomoves import TwoMoves
 
+_MOST_CORNERS = 20_000  # that a drawing shows
+
 
 def with_segments(setup: Setup, mode: str, segment_ms: float | None) -> Setup:
     """Return the setup for a mode: with these segments, with none for mode1 if it is not told."""
@@ -40,6 +42,7 @@ class Plan:
         self._keeps_jerk = self.options.mode != MODE1 and jerk.limits_jerk(setup)
         self.report = Report.of(setup, keeps_jerk=self._keeps_jerk)
         self._text = text
+        self.corners: list[tuple[float, ...]] = []  # where the first moves end, in counts
 
     def counts(self) -> Iterator[Counts]:
         """Yield counts of pixels, a column for each motor, a row for each pixel."""
@@ -84,6 +87,8 @@ class Plan:
             if isinstance(item, Timed):
                 smooth.move(item)
                 self.report.begun.append(item)
+                if len(self.corners) < _MOST_CORNERS:
+                    self.corners.append(item.target)
                 last = item
             elif last:
                 smooth.stop(last)

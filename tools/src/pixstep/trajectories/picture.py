@@ -125,15 +125,21 @@ def _rings(axes: PolarAxes, largest: float) -> None:
     ticks = ticks[np.abs(ticks) <= 1.2 * largest]
     axes.set_rlim(0, 1 + 1.25 * _SHARE)
     axes.set_rgrids(
-        1 + _SHARE / largest * ticks, [f"{tick:+g}" for tick in ticks],
+        1 + _SHARE / largest * ticks, [_signed(tick) for tick in ticks],
         angle=330, fontsize=8, color=INK,
+        bbox={"facecolor": "white", "alpha": 0.85, "edgecolor": "none", "pad": 1.0}, zorder=9,
     )  # fmt: skip
+
+
+def _signed(tick: float) -> str:
+    """Return the error that a ring stands for, with its sign."""
+    return f"{tick:+g}".replace("-", plotting.MINUS) if tick else "0"
 
 
 def _figure(value: float, _place: int) -> str:
     """Return a number without an exponent."""
     text = f"{value:.9f}".rstrip("0").rstrip(".")
-    return "0" if text in ("", "-0") else text
+    return "0" if text in ("", "-0") else text.replace("-", plotting.MINUS)
 
 
 def _straight(axes: Axes, runs: Sequence[Roundness], unit: Unit) -> None:
