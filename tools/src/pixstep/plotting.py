@@ -142,7 +142,9 @@ def time_axis(axes: Axes, hz: Fraction | float | None, origin: str = "line zero"
     seconds.set_xlabel(f"seconds after {origin}")
     whole = axes.get_figure(root=True)
     width = axes.get_position().width * (whole.get_figwidth() if whole else 1)
-    seconds.xaxis.set_major_locator(MaxNLocator(max(3, round(_TICKS_PER_INCH * width))))
+    seconds.xaxis.set_major_locator(
+        MaxNLocator(max(3, round(_TICKS_PER_INCH * width)), steps=[1, 2, 2.5, 5, 10])
+    )
 
 
 class Scale(Protocol):

@@ -20,7 +20,8 @@ def build(kept: Kept, job: Job, title: str) -> Figure:
     """Return the figure; of a line that is not locked it has one part."""
     figure = plotting.figure((11, 5.2))
     sign = "+" if job.pixel_ppm > 0 else ""
-    clock = ", ".join([f"pixel clock {sign}{number(job.pixel_ppm)} ppm", *job.flaws.texts()])
+    parts = [f"pixel clock {sign}{number(job.pixel_ppm)} ppm", *job.flaws.texts()]
+    clock = ", ".join(parts).replace(" us", " µs")
     plotting.heading(figure, "Pixel edges against the clock's true edges", f"{title}; {clock}")
     axes = list(figure.subplots(1, 2 if job.locked else 1, squeeze=False)[0])
     tick_s = 1 / job.tick_hz
