@@ -143,7 +143,7 @@ def time_axis(axes: Axes, hz: Fraction | float | None, origin: str = "line zero"
     whole = axes.get_figure(root=True)
     width = axes.get_position().width * (whole.get_figwidth() if whole else 1)
     seconds.xaxis.set_major_locator(
-        MaxNLocator(max(3, round(_TICKS_PER_INCH * width)), steps=[1, 2, 2.5, 5, 10])
+        MaxNLocator(max(4, round(_TICKS_PER_INCH * width)), steps=[1, 2, 2.5, 5, 10])
     )
 
 

@@ -115,7 +115,7 @@ def _polar(axes: PolarAxes, runs: Sequence[Roundness], unit: Unit) -> None:
     exaggerated = gain * float(circle.radius / unit.counts)
     axes.set_title(
         f"errors enlarged {exaggerated:.3g} times against the circle; rings: {unit.name}",
-        fontsize=9.5, pad=22,
+        fontsize=9.5, pad=30,
     )  # fmt: skip
 
 
@@ -133,7 +133,7 @@ def _rings(axes: PolarAxes, largest: float) -> None:
 
 def _signed(tick: float) -> str:
     """Return the error that a ring stands for, with its sign."""
-    return f"{tick:+g}".replace("-", plotting.MINUS) if tick else "0"
+    return f"{tick:+g}".replace("-", plotting.MINUS) if tick else ""  # the dashed circle
 
 
 def _figure(value: float, _place: int) -> str:
