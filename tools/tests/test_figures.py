@@ -201,7 +201,7 @@ def test_lengths_stand_beside_steps_where_the_scale_is_known(drawn):
     Path("machine.toml").write_text(MACHINE)
     turns = ("turns.csv", "--decode", "plain")
     assert units(drawn("line", "show", *turns, "--plot", "a.png")["a.png"]) == [
-        "mm/s", "mm/s\N{SUPERSCRIPT TWO}", "mm/s\N{SUPERSCRIPT THREE}", "\N{MICRO SIGN}m",
+        "mm/s", "mm/s\N{SUPERSCRIPT TWO}", "m/s\N{SUPERSCRIPT THREE}", "\N{MICRO SIGN}m",
     ]  # fmt: skip
     figures = drawn("sim", *turns, "--motor", "Y", "--out", "a", "--plot")
     assert units(figures["motion.png"]) == ["\N{MICRO SIGN}m/s", "nm"]
