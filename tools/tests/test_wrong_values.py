@@ -113,7 +113,11 @@ def with_value(words, command, param, value):
         line += ["--script", "quit.txt"]  # it would go on for ever if it took the value
     if isinstance(param, click.Option):
         return [*line, f"{typed(param)}={value}"]
-    context = command.make_context(words, line[len(words.split()) :])
+    *groups, name = words.split()
+    above = click.Context(main, info_name="pixstep")
+    for group in groups:
+        above = click.Context(command, parent=above, info_name=group)
+    context = command.make_context(name, line[len(groups) + 1 :], parent=above)
     old = context.params[param.name]
     old = old[0] if isinstance(old, tuple) else old
     if str(old) in line:
