@@ -5,6 +5,7 @@ A library leaves both alone; here the whole process belongs to the command.
 """
 
 import codecs
+import io
 import os
 import sys
 import unicodedata
@@ -14,16 +15,30 @@ _LIKE = {
     "\u25cf": "*", "\u25cb": "o", "\u00d7": "x", "\u2018": "'", "\u2019": "'",
 }  # fmt: skip
 _ERRORS = "pixstep"
+_ASCII = "pixstep_ascii"  # click takes a stream of plain ASCII for a mistake, and writes UTF-8
 _BACKEND = "MPLBACKEND"
 
 
 def prepare() -> None:
     """Let every text be printed, and every picture be drawn, whatever the environment says."""
     codecs.register_error(_ERRORS, _written_otherwise)
+    codecs.register(_plain_ascii)
     for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors=_ERRORS)
+        if isinstance(stream, io.TextIOWrapper):
+            plain = codecs.lookup(stream.encoding).name == "ascii"
+            stream.reconfigure(encoding=_ASCII if plain else None, errors=_ERRORS)
     os.environ[_BACKEND] = "agg"  # a name that matplotlib does not know would end its import
+
+
+def _plain_ascii(name: str) -> codecs.CodecInfo | None:
+    """Return ASCII under a name of its own."""
+    if name != _ASCII:
+        return None
+    known = codecs.lookup("ascii")
+    return codecs.CodecInfo(
+        known.encode, known.decode, known.streamreader, known.streamwriter,
+        known.incrementalencoder, known.incrementaldecoder, name=_ASCII,
+    )  # fmt: skip
 
 
 def _written_otherwise(error: UnicodeError) -> tuple[str | bytes, int]:
