@@ -61,7 +61,7 @@ def drawn(monkeypatch, pixstep):
         return path
 
     def run(*words):
-        made = ("--speed", 1000, "--pixels", 40, "--pixel-hz", 30, "-o", "line.csv")
+        made = ("--speed", 1000, "--pixels", 40, "--pixel-hz", 30, "-o", "line.csv", "--force")
         pixstep("line", "make", "--profile", PRN, *made)
         formats.write_csv(Path("turns.csv"), (0, 5, 10, 5, 0, -5, -10, -10, -5, 0))
         pixstep(*words)
