@@ -307,7 +307,7 @@ def test_a_locked_run_has_the_figures_of_its_clock(clocked):
     assert list(found.pixels) == [*range(1, 61)]
     assert found.rms_error.ns < 3000 and abs(found.drift_steps) < 0.1
     titles = [axes.get_title("left") for axes in run.plot_clock().axes]
-    assert titles[0].startswith("not locked") and titles[1].startswith("locked")
+    assert titles[0].startswith("Not locked") and titles[1].startswith("Locked")
 
 
 @pytest.mark.usefixtures("simulator")

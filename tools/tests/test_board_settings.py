@@ -140,7 +140,7 @@ def test_export_and_import(one, tmp_path):
 def test_a_bad_file_writes_nothing(one, tmp_path, text, complaint):
     (tmp_path / "bad.toml").write_text(text)
     before = dict(one.board.holdings)
-    assert complaint in one.err("settings", "import", "bad.toml", status=2)
+    assert complaint in one.err("settings", "import", "bad.toml", status=3)
     assert one.board.holdings == before
 
 
@@ -151,7 +151,7 @@ def test_an_export_that_is_cut_off_anywhere_is_refused(one, tmp_path):
     before = dict(one.board.holdings)
     for size in range(0, len(data), cases(7, 1)):
         (tmp_path / "cut.toml").write_bytes(data[:size])
-        assert one.err("settings", "import", "cut.toml", status=2).startswith("cut.toml:")
+        assert one.err("settings", "import", "cut.toml", status=3).startswith("cut.toml:")
     assert one.board.holdings == before
     assert "0 settings changed" in one.out("settings", "import", "a.toml")
 
@@ -169,7 +169,7 @@ def test_import_to_several_boards_needs_the_address_left_out(two):
     assert "add --skip unit_address" in two.err(*words, status=2)
     two.out("set", "dir_hold_us=44")
     two.out("settings", "export", "a.toml", "--force")
-    text = two.err(*words, "--skip", "unit_address", status=2)
+    text = two.err(*words, "--skip", "unit_address", status=3)
     assert text.startswith("a.toml: board = 'mega': board 2 is a uno (--skip board imports it")
     assert two.boards[0].setting("dir_hold_us") == 44 != two.boards[1].setting("dir_hold_us")
     two.out(*words, "--skip", "unit_address", "--skip", "board")

@@ -129,7 +129,7 @@ def test_make_names_the_odd_profile_entry(pixstep, tmp_path):
     (tmp_path / "odd.PRN").write_bytes(b"".join(b"%8d\r\n" % value for value in (8, 15, 24)))
     output = pixstep(
         "line", "make", "--profile", "odd.PRN", "--speed", 20, "--pixels", 9, "--pixel-hz", 30,
-        "-o", "line.csv", status=2,
+        "-o", "line.csv", status=3,
     )  # fmt: skip
     assert output.count("\n") == 1
     assert "odd.PRN:2: speed 15 is odd, nearest legal 14 and 16" in output

@@ -101,16 +101,17 @@ def test_the_drawing_names_its_band_and_wastes_no_room(flaws, name):
     legend = locked.get_legend()
     assert (legend.get_texts()[0].get_text() if legend else None) == name
     assert [text.get_text() for text in figure.texts[1:]] == [
-        "a line; pixel clock +2000 ppm" + "".join(f", {text}" for text in flaws.texts())
+        "a line; pixel clock +2\N{THIN SPACE}000 ppm"
+        + "".join(f", {text}" for text in flaws.texts()).replace(" us", " \N{MICRO SIGN}s")
     ]
     assert locked.get_title("left") + locked.get_title() == (
-        "locked (measured): at most 0.125 us, rms 0.0884 us"
+        "Locked (measured)\nat most 125 ns, rms 88.4 ns"
     )
-    assert np.ptp(locked.get_ylim()) > 3 / 16  # all of it
+    assert np.ptp(locked.get_ylim()) > 3000 / 16  # all of it, in ns
 
 
 def test_a_line_that_is_not_locked_has_one_part():
     (only,) = clockplot.build(kept([160] * 500), job(START, EVEN), "a line").axes
-    assert only.get_title().startswith("not locked (measured): at most 10 us")
+    assert only.get_title().startswith("Not locked (measured)\nat most 10.0 \N{MICRO SIGN}s")
     assert only.get_lines()[-1].get_marker() == ""
     assert clockjudge.parts(summary(kept([1]), START, ClockFlaws())) == []

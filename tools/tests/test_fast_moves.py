@@ -205,7 +205,7 @@ def test_show_tells_pixels_speeds_and_places(tmp_path):
     ("words", "text", "status"),
     [
         ((SAMPLE_CSV, "--steps", 5), "truncated, 3 of 100", 3),
-        ((SAMPLE_CSV, "--raw", "--steps", 5), ":7:6: the speed falls from 100 to 2", 2),
+        ((SAMPLE_CSV, "--raw", "--steps", 5), ":7:6: the speed falls from 100 to 2", 3),
         ((PROFILE, "--steps", 0), "a move of 0 steps", 2),
     ],
 )

@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: MIT
 """Every kind of picture: numbers are written one way, time is in pixels and in seconds."""
 
+import math
 import re
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from matplotlib.colors import to_rgb
+from matplotlib.text import Text
 
 from pixstep import formats, natives, plotting
 from worked import PRN
@@ -13,6 +17,8 @@ pytestmark = pytest.mark.usefixtures("simulator")
 
 NUMBER = re.compile("\N{MINUS SIGN}?[0-9]{1,3}(\N{THIN SPACE}[0-9]{3})*([.][0-9]+)?")
 OTHER_NUMBER = re.compile(r"(?<![\w.])[0-9]{4}|[0-9]k\b|[0-9],[0-9]")
+ODD_NUMBER = re.compile("[0-9]e[+-]?[0-9]|(?<![0-9.])[-\N{MINUS SIGN}]0(?![.0-9])|[0-9] us\\b")
+LEAST_CONTRAST = 4.5
 FAST = natives.root() / "tools/data/AccProf-fast-move.csv"
 SWITCH = "home=2000,hyst=8,travel=-500..4000,start=123,delay=8000"
 SMOOTH = ("line.csv", "--decode", "smooth", "--pixel-hz", 30)
@@ -27,6 +33,10 @@ PICTURES = {
     ),
     "a run with a load": (
         ("sim", *SMOOTH, "--board", "uno", "--plant", "play=3", "--out", "a", "--plot"), 4,
+    ),
+    "a locked line": (
+        ("sim", *SMOOTH, "--board", "uno", "--sync", "lock", "--pixel-ppm", -9000,
+         "--pixel-jitter-us", 20, "--out", "a", "--plot"), 4,
     ),
     "a fast move": (("move", "sim", *MOVE, "--board", "mega", "--out", "a", "--plot"), 1),
     "a homing": (
@@ -51,7 +61,7 @@ def drawn(monkeypatch, pixstep):
         return path
 
     def run(*words):
-        made = ("--speed", 1000, "--pixels", 40, "--pixel-hz", 30, "-o", "line.csv")
+        made = ("--speed", 1000, "--pixels", 40, "--pixel-hz", 30, "-o", "line.csv", "--force")
         pixstep("line", "make", "--profile", PRN, *made)
         formats.write_csv(Path("turns.csv"), (0, 5, 10, 5, 0, -5, -10, -10, -5, 0))
         pixstep(*words)
@@ -69,7 +79,48 @@ def labels(figure):
                 yield axis.get_label_text(), [text.get_text() for text in axis.get_ticklabels()]
 
 
+def contrast(colour, other="white"):
+    """Return the contrast of two colours as WCAG 2 defines it, 1 to 21."""
+    low, high = sorted(_luminance(to_rgb(one)) for one in (colour, other))
+    return (high + 0.05) / (low + 0.05)
+
+
+def _luminance(rgb):
+    parts = [part / 12.92 if part <= 0.03928 else ((part + 0.055) / 1.055) ** 2.4 for part in rgb]
+    return 0.2126 * parts[0] + 0.7152 * parts[1] + 0.0722 * parts[2]
+
+
+def texts(figure):
+    """Return the texts that are shown."""
+    found = figure.findobj(Text)
+    return [text for text in found if text.get_visible() and text.get_text().strip()]
+
+
+def assert_can_be_read(name, figure):
+    """Every text stands out from white, no title lies over another one, no figure is odd."""
+    for text in texts(figure):
+        assert contrast(text.get_color()) >= LEAST_CONTRAST, (name, text.get_text())
+        assert not ODD_NUMBER.search(text.get_text()), (name, text.get_text())
+    titles = [
+        (title.get_text(), title.get_window_extent())
+        for axes in figure.axes
+        for title in (axes.title, axes._left_title, axes._right_title)
+        if title.get_text()
+    ]
+    for index, (text, box) in enumerate(titles):
+        for other, its in titles[index + 1 :]:
+            assert not box.overlaps(its), (name, text, other)
+
+
+def test_colours_stand_out():
+    for name in ("INK", "QUIET", "WARM", "MADE", "BOARD"):
+        assert contrast(getattr(plotting, name)) >= LEAST_CONTRAST, name
+    for name in ("INK", "QUIET", "MADE", "BOARD"):
+        assert contrast(getattr(plotting, name), plotting.BAND) >= LEAST_CONTRAST, name
+
+
 def assert_written_one_way(name, figure):
+    assert_can_be_read(name, figure)
     shown = list(labels(figure))
     for axis, texts in shown:
         assert all(NUMBER.fullmatch(text) for text in texts if text), (name, axis, texts)
@@ -117,3 +168,82 @@ def test_without_a_frequency_there_are_no_seconds(drawn):
 )
 def test_ticks_have_the_decimals_of_the_finest(places, texts):
     assert plotting.Numbers().format_ticks(places) == texts
+
+
+MACHINE = """\
+clock.pixel = "100 Hz"
+boards.main.kind = "mega"
+line.motor = "X"
+[motors.X]
+axis = 0
+kind = "plain"
+steps_per_unit = "400 steps/mm"
+limits.max_acceleration = "250 mm/s2"
+[motors.Y]
+axis = 1
+kind = "plain"
+steps_per_unit = "2.5 nm/step"
+limits.max_acceleration = 9
+"""
+
+
+def units(figure):
+    """Return the labels of the scales on the right."""
+    return [
+        axis.get_label_text()
+        for axes in figure.findobj(lambda item: hasattr(item, "get_yaxis"))
+        for axis in (axes.yaxis,)
+        if axis.get_label_position() == "right" and axis.get_label_text()
+    ]
+
+
+def test_lengths_stand_beside_steps_where_the_scale_is_known(drawn):
+    Path("machine.toml").write_text(MACHINE)
+    turns = ("turns.csv", "--decode", "plain")
+    assert units(drawn("line", "show", *turns, "--plot", "a.png")["a.png"]) == [
+        "mm/s", "mm/s\N{SUPERSCRIPT TWO}", "m/s\N{SUPERSCRIPT THREE}", "\N{MICRO SIGN}m",
+    ]  # fmt: skip
+    figures = drawn("sim", *turns, "--motor", "Y", "--out", "a", "--plot")
+    assert units(figures["motion.png"]) == ["\N{MICRO SIGN}m/s", "nm"]
+    assert "nm" in units(figures["positions.png"])
+
+
+def test_without_a_scale_there_are_no_lengths(drawn):
+    figures = drawn("sim", *SMOOTH, "--board", "uno", "--machine", "none", "--out", "a", "--plot")
+    assert not units(figures["motion.png"])
+
+
+def test_a_plan_shows_the_programmed_path_its_direction_and_limits_in_force(drawn):
+    Path("machine.toml").write_text(MACHINE.replace("2.5 nm/step", "2.5 um/step"))
+    Path("go.pmc").write_text("TS0 TA100 TM400 INC X5\nY5\nX-5\nY-5\n")
+    figures = drawn("plan", "go.pmc", "--out", "a", "--plot")
+    for name, figure in figures.items():
+        assert_can_be_read(name, figure)
+    (axes,) = figures["path.png"].axes
+    handles, names = axes.get_legend_handles_labels()
+    assert names == ["programmed", "planned, at the pixel edges", "start"]
+    corners = [tuple(map(float, place)) for place in handles[0].get_xydata().round(6)]
+    assert corners == [(0, 0), (5, 0), (5, 5), (0, 5), (0, 0)]
+    assert len([text for text in axes.texts if text.arrow_patch]) == 6
+    speed, acceleration, *_ = figures["motion.png"].axes
+    assert (speed.get_ylabel(), acceleration.get_ylabel()) == (
+        "X, mm/s", "mm/s\N{SUPERSCRIPT TWO}",
+    )  # fmt: skip
+    assert figures["motion.png"].legends
+    drawn_mm_s2 = max(abs(acceleration.lines[0].get_ydata()))
+    assert drawn_mm_s2 <= 250 * (1 + 1e-9)
+
+
+def test_the_larger_start_lies_below_the_curve(drawn):
+    """A gentle ramp reaches its speed late: the inset has to wait for it, or is left out."""
+    rise = [round(500 * (1 - math.cos(math.pi * k / 20))) * 2 for k in range(1, 21)]
+    speeds = [0, *rise, *[rise[-1]] * 20, *rise[::-1][1:], 0]
+    counts = [(one + other) // 2 for one, other in pairwise(speeds)]
+    Path("line2.csv").write_text("".join(f"{count:6d}\r\n" for count in counts), newline="")
+    line = ("line2.csv", "--decode", "smooth", "--pixel-hz", 30)
+    figures = drawn("sim", *line, "--board", "uno", "--out", "a", "--plot")
+    speed = figures["motion.png"].axes[0]
+    (inset,) = speed.child_axes
+    box = inset.get_tightbbox()
+    for place in speed.transData.transform(speed.lines[0].get_xydata()):
+        assert not box.contains(*place)

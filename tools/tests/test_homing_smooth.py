@@ -258,6 +258,6 @@ def test_the_command_refuses_a_profile_that_oscillates(tmp_path):
     path = tmp_path / "ten.csv"
     path.write_bytes(b"    10\r\n" * 12)
     done = invoke(tmp_path, path, "--haps", 5, "--decode", "smooth")
-    assert done.exit_code == 2 and not (tmp_path / "out").exists()
+    assert done.exit_code == 3 and not (tmp_path / "out").exists()
     assert f"{path}: entry 1, decoded as smooth: equal counts entered at" in done.stderr
     assert invoke(tmp_path, path, "--haps", 5, "--decode", "plain").exit_code == 0

@@ -177,7 +177,7 @@ def test_a_limit_of_the_jerk_is_above_0(folder, invoke):
     machine = folder / "machine.toml"
     more = 'max_acceleration = "250 mm/s2"\nmax_jerk = "0 mm/s3"'
     machine.write_text(machine.read_text().replace('max_acceleration = "250 mm/s2"', more))
-    text = invoke("plan", "square.pmc", status=2).output
+    text = invoke("plan", "square.pmc", status=3).output
     assert "machine.toml: motors.stage.limits.max_jerk: is 0" in text
 
 
@@ -238,7 +238,7 @@ def test_wrong_bytes_are_a_mistake_like_any_other(folder, invoke):
 )
 def test_what_the_machine_file_lacks(folder, invoke, old, new, message):
     (folder / "machine.toml").write_text(MACHINE.format(hz=200, kind="plain").replace(old, new, 1))
-    done = invoke("plan", "square.pmc", status=2)
+    done = invoke("plan", "square.pmc", status=3)
     assert message in done.stderr and done.stderr.count("\n") == 1
     assert not (folder / "plan").exists()
 

@@ -192,8 +192,25 @@ def _place(target: Path) -> Path | None:
         refuse(target)
     elif target.is_symlink() and not place.parent.is_dir():
         raise UserError(f"{target}: is a link to {place}, whose folder is not there")
-    place.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(place.parent, target)
     return place
+
+
+def make_folder(folder: Path, target: Path | None = None) -> None:
+    """Make a folder for `target`, and those that it lies in, if they are not there.
+
+    Raises UserError if one of them would lie at the root of the system, where only the system's own
+    folders are: a path that is mistyped ("/run1" for "run1") would leave one there.
+    """
+    missing = Path.cwd() / folder
+    while not os.path.lexists(missing) and not os.path.lexists(missing.parent):
+        missing = missing.parent
+    if not os.path.lexists(missing) and missing.parent == Path(missing.anchor):
+        raise UserError(
+            f"{target or folder}: there is no folder {missing}, and none is made at the root of "
+            f"the system: make it first, or name another"
+        )
+    folder.mkdir(parents=True, exist_ok=True)
 
 
 def _is_sink(mode: int) -> bool:

@@ -23,3 +23,24 @@ class RefusedError(UserError):
     """A check refuses what a file holds."""
 
     status = REFUSED
+
+
+MOST_CHARACTERS = 400  # of a message: what is longer repeats a value, and hides the reason
+
+
+def one_line(text: str, most: int = MOST_CHARACTERS) -> str:
+    """Return a text as one line, its control characters written out, its middle left out if long.
+
+    What a file or a board says could otherwise move a terminal's cursor, or fill it.
+    """
+    joined = " ".join(row.strip() for row in text.splitlines()).strip()
+    shown = "".join(
+        one if one.isprintable() or _is_byte(one) else repr(one)[1:-1] for one in joined
+    )
+    half = most // 2
+    return shown if len(shown) <= most else f"{shown[:half]} ... {shown[-half:]}"
+
+
+def _is_byte(one: str) -> bool:
+    """True for a byte of a file's name that is no text: a stream writes it back as it was."""
+    return "\udc80" <= one <= "\udcff"

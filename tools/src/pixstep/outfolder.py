@@ -30,7 +30,7 @@ def of_run(out: Path, names: Iterable[str]) -> Iterator[Path]:
     wanted = sorted(set(names))
     with atomic.told_of(out):
         fresh = not out.exists()
-        out.mkdir(parents=True, exist_ok=True)
+        atomic.make_folder(out)
         _refuse_others(out, wanted, _marked(out))
         part = unfinished.directory(out)
     try:

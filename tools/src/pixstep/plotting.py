@@ -7,12 +7,13 @@ process, both of which belong to the program that imports this package.
 
 import contextlib
 import io
+import math
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import matplotlib as mpl
 import numpy as np
@@ -20,19 +21,23 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import Formatter, ScalarFormatter
+from matplotlib.ticker import Formatter, MaxNLocator, ScalarFormatter
 
 from pixstep import atomic
 
 INK = "#22303c"
-FAINT = "#8795a1"
-IDEAL = "#f2a541"
+FAINT = "#8795a1"  # lines that only lead the eye; no text
+QUIET = "#53626e"  # text that is second to INK
+IDEAL = "#f2a541"  # broad and pale, below a curve
+WARM = "#9c5a00"  # a curve or dots of the same meaning, where they are thin
 MADE = "#1f6f8b"
-BOARD = "#c8553d"
+BOARD = "#b8452e"
 BAND = "#e8f1f2"
 
 THIN_SPACE, MINUS = "\u2009", "\u2212"
 _MOST_DECIMALS = 9
+_TICKS_PER_INCH = 0.9  # of the seconds, whose texts are long
+_PREFIXES = ((1e-9, "n"), (1e-6, "µ"), (1e-3, "m"), (1.0, ""))
 _SECONDS_BELOW = 38  # points below the axis of the pixels, which has its own label
 
 STYLE: dict[Any, Any] = {
@@ -48,6 +53,7 @@ STYLE: dict[Any, Any] = {
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,
+    "axes.axisbelow": True,
     "grid.color": "#dfe5ea",
     "grid.linewidth": 0.6,
     "xtick.color": INK,
@@ -83,7 +89,7 @@ def figure(size: tuple[float, float]) -> Figure:
 def heading(made: Figure, title: str, below: str, place: float = 0.948) -> None:
     """Write the title of a figure, and what was drawn below it at `place` (1 is the top)."""
     made.suptitle(f"{title}\n", x=0.012, ha="left", fontsize=14, weight="bold", color=INK)
-    made.text(0.012, place, below, fontsize=9.5, color=FAINT, va="top")
+    made.text(0.012, place, below, fontsize=9.5, color=QUIET, va="top")
 
 
 def number(value: float, decimals: int = 0) -> str:
@@ -134,6 +140,56 @@ def time_axis(axes: Axes, hz: Fraction | float | None, origin: str = "line zero"
     seconds = axes.secondary_xaxis("bottom", functions=functions)
     seconds.spines["bottom"].set_position(("outward", _SECONDS_BELOW))
     seconds.set_xlabel(f"seconds after {origin}")
+    whole = axes.get_figure(root=True)
+    width = axes.get_position().width * (whole.get_figwidth() if whole else 1)
+    seconds.xaxis.set_major_locator(
+        MaxNLocator(max(4, round(_TICKS_PER_INCH * width)), steps=[1, 2, 2.5, 5, 10])
+    )
+
+
+class Scale(Protocol):
+    """How many steps are a millimetre or a degree, as `lines.units.Scale` says it."""
+
+    @property
+    def steps_per_unit(self) -> Fraction:
+        """Steps of a unit of length."""
+
+    @property
+    def length(self) -> str:
+        """The unit: mm or deg."""
+
+
+def lengths(axes: Axes, scale: Scale | None, per: str = "", factor: float = 1.0) -> None:
+    """Put lengths on the right of an axis in steps, where a motor's scale is known.
+
+    They are in nm, µm, mm or m, as the axis' ends need it; `factor` makes the axis' unit steps
+    `per` what the unit of length is to be per: "/s".
+    """
+    if scale is None:
+        return
+    ratio = factor / float(scale.steps_per_unit)
+    unit = scale.length
+    if unit == "mm":
+        most = max(abs(end) for end in axes.get_ylim()) * ratio / 1000
+        ratio, unit = ratio / 1000 / prefix(most)[0], f"{prefix(most)[1]}m"
+    functions = (lambda steps: np.multiply(steps, ratio), lambda made: np.divide(made, ratio))
+    beside = axes.secondary_yaxis("right", functions=functions)
+    beside.set_ylabel(f"{unit}{per}")
+    beside.spines["right"].set_visible(True)
+    beside.spines["right"].set_color("#dfe5ea")
+
+
+def prefix(most: float) -> tuple[float, str]:
+    """Return the prefix of a unit, and its size, by which figures up to `most` are read best."""
+    return next((one for one in reversed(_PREFIXES) if most >= one[0]), _PREFIXES[0])
+
+
+def figures(value: float, digits: int = 3) -> str:
+    """Return a figure with so many digits that count, without an exponent; large ones whole."""
+    if not value:
+        return "0"
+    decimals = digits - 1 - math.floor(math.log10(abs(value)))
+    return number(value, max(0, decimals))
 
 
 def shade(axes: Axes, spans: list[tuple[int, int]]) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 
 _LONG_NUMBER = re.compile(r"\d{1000}")
 _MARK = "pixstep-looks-for-this-line"
@@ -18,19 +18,19 @@ def read(path: Path) -> tuple[str, dict[str, object]]:
     try:
         content = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
-        raise UserError(f"{path}: not UTF-8 at byte {error.start}") from None
+        raise RefusedError(f"{path}: not UTF-8 at byte {error.start}") from None
     except OSError as error:
         raise UserError(f"{path}: {error.strerror or error}") from None
     try:
         return content, tomllib.loads(content)
     except tomllib.TOMLDecodeError as error:
-        raise UserError(f"{path}{_place_and_reason(error)}") from None
+        raise RefusedError(f"{path}{_place_and_reason(error)}") from None
     except RecursionError:
-        raise UserError(f"{path}: values are nested too deeply") from None
+        raise RefusedError(f"{path}: values are nested too deeply") from None
     except ValueError:  # Python's own limit of digits
         lines = enumerate(content.splitlines(), 1)
         place = next((f":{number}" for number, line in lines if _LONG_NUMBER.search(line)), "")
-        raise UserError(f"{path}{place}: a number has too many digits") from None
+        raise RefusedError(f"{path}{place}: a number has too many digits") from None
 
 
 def line_of(text: str, keys: Sequence[str | int]) -> int | None:

@@ -51,6 +51,8 @@ def _read(path: Path) -> document.Document:
 
 
 def _walk(path: Path, found: document.Document, progress: Progress) -> Walk:
+    if not found.steps:
+        raise UserError(f"{path}: no session to walk: its first block must begin with ```console")
     if shutil.which("mbpoll") is None and any("mbpoll" in step.command for step in found.steps):
         raise UserError("mbpoll is missing: tools/setup installs it")
     with tempfile.TemporaryDirectory(prefix="pixstep-walk-") as scratch:

@@ -24,7 +24,7 @@ from pixstep import atomic, tomltext
 from pixstep.board import registers as regs
 from pixstep.board import values
 from pixstep.board.device import Identity
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 from pixstep.lazy import lazy
 
 if TYPE_CHECKING:
@@ -49,9 +49,9 @@ class SettingsFile:
     board: str = ""
 
     def refuse_other(self, who: Identity) -> None:
-        """Raise UserError for a board that the file is not of."""
+        """Raise RefusedError for a board that the file is not of."""
         if self.board and self.board != who.board:
-            raise UserError(
+            raise RefusedError(
                 f"{self.path}: board = {self.board!r}: board {who.unit} is a {who.board} "
                 f"(--skip board imports it all the same)"
             )
@@ -94,11 +94,11 @@ def read(path: Path) -> SettingsFile:
     for name, value in table.items():
         where = f"{path}:{_line_of(lines, name)}"
         if type(value) is not int:
-            raise UserError(f"{where}: {name} = {_shown(value)}: a whole number is wanted")
+            raise RefusedError(f"{where}: {name} = {_shown(value)}: a whole number is wanted")
         try:
             values.check(name, value)
         except UserError as error:
-            raise UserError(f"{where}: {error}") from None
+            raise RefusedError(f"{where}: {error}") from None
         chosen[name] = value
     if _COUNT in found:
         _refuse_cut_off(path, content, found[_COUNT], len(table))
@@ -108,7 +108,7 @@ def read(path: Path) -> SettingsFile:
 def _refuse_cut_off(path: Path, content: str, announced: object, has: int) -> None:
     """Refuse a file that says how many settings it has, and ends before them."""
     if announced != has or not content.endswith("\n"):
-        raise UserError(
+        raise RefusedError(
             f"{path}: cut off: {has} of {_shown(announced)} settings, or the end of the last "
             f"line is missing (a file that is to hold some only has no line {_COUNT!r})"
         )
@@ -124,19 +124,19 @@ def _checked_table(path: Path, lines: list[str], found: dict[str, object]) -> di
     """Return the table of settings; refuse what is not a file of them for this register map."""
     for key in found:
         if key not in _KEYS:
-            raise UserError(f"{path}:{_line_of(lines, key)}: unknown key {key!r}")
+            raise RefusedError(f"{path}:{_line_of(lines, key)}: unknown key {key!r}")
     if _BOARD in found and found[_BOARD] not in regs.BOARD_IDS.values():
         *others, last = (repr(name) for name in regs.BOARD_IDS.values())
         known = f"{', '.join(others)} or {last}" if others else last
-        raise UserError(
+        raise RefusedError(
             f"{path}:{_line_of(lines, _BOARD)}: board = {_shown(found[_BOARD])}: {known} is wanted"
         )
     table = found.get(TABLE)
     if not isinstance(table, dict) or not table:
-        raise UserError(f"{path}: no table [{TABLE}] with settings in it")
+        raise RefusedError(f"{path}: no table [{TABLE}] with settings in it")
     version = found.get(_VERSION, regs.MAP_VERSION)
     if type(version) is not int or version not in _VERSIONS:
-        raise UserError(
+        raise RefusedError(
             f"{path}:{_line_of(lines, _VERSION)}: settings of register map {_shown(version)}, "
             f"this tool knows map {regs.MAP_VERSION}"
         )

@@ -14,9 +14,10 @@ import click
 from click.shell_completion import CompletionItem
 
 from pixstep import atomic, signals
-from pixstep.cli import longerpixels, machinedefaults
+from pixstep.cli import longerpixels, machinedefaults, process
 from pixstep.cli.examples import EXAMPLES
-from pixstep.errors import MISUSE, PlainError, UserError
+from pixstep.cli.failures import complain, complain_of_system, complain_of_usage, said
+from pixstep.errors import MISUSE, PlainError, RefusedError, UserError
 
 PICTURES = (".png", ".svg", ".pdf")
 FILE = click.Path(path_type=Path, dir_okay=False)
@@ -91,7 +92,10 @@ class Command(click.Command):
         """Read the command line; a default that is wrong says which file it comes from."""
         with _origins(ctx):
             machinedefaults.note_words(ctx, args)
-            return super().parse_args(ctx, args)
+            left = super().parse_args(ctx, args)
+            if not ctx.resilient_parsing:
+                machinedefaults.refuse_unknown(ctx)
+            return left
 
     def invoke(self, ctx: click.Context) -> object:
         """Run the command under the rules for its files."""
@@ -150,8 +154,8 @@ class _Commands(MutableMapping[str, click.Command]):
 class Group(click.Group):
     """Turns what ends a command early into one line and an exit status.
 
-    A PlainError has its own; what the system refuses is misuse; Ctrl-C, SIGTERM and SIGHUP are 128
-    and the signal's number.
+    A PlainError has its own; a wrong command line and what the system refuses are misuse; Ctrl-C,
+    SIGTERM and SIGHUP are 128 and the signal's number.
     """
 
     command_class = Command
@@ -184,14 +188,25 @@ class Group(click.Group):
 
     def main(self, *arguments: Any, **options: Any) -> Any:  # as click's own, which is overloaded
         """Run the command line; SIGTERM and SIGHUP end it as Ctrl-C does."""
+        process.prepare()
         try:
             with signals.caught():
                 return super().main(*arguments, **options)
         except OSError as error:  # of what click prints by itself, as --help
-            _complain_of_system(error)
+            complain_of_system(error)
             sys.exit(MISUSE)
         finally:
             _let_go_of_streams()
+
+    def make_context(self, *arguments: Any, **options: Any) -> click.Context:
+        """Read the words of this group; its own mistakes have no group above that tells of them."""
+        try:
+            return super().make_context(*arguments, **options)
+        except click.UsageError as error:
+            if error.ctx is None or error.ctx.parent is not None:
+                raise
+            complain_of_usage(error)
+            sys.exit(error.exit_code)
 
     def invoke(self, ctx: click.Context) -> object:
         """Run a command."""
@@ -200,6 +215,9 @@ class Group(click.Group):
             if sys.stdout:
                 sys.stdout.flush()  # a full disk is told of here, not when Python ends
             return result
+        except click.UsageError as error:
+            complain_of_usage(error)
+            return ctx.exit(error.exit_code)
         except PlainError as error:
             complain(error)
             return ctx.exit(error.status)
@@ -209,7 +227,7 @@ class Group(click.Group):
         except OSError as error:
             if error.errno == errno.EPIPE:  # click ends the command in order
                 raise
-            _complain_of_system(error)
+            complain_of_system(error)
             return ctx.exit(MISUSE)
         except click.Abort as error:  # at a prompt, for which click takes a KeyboardInterrupt
             ended = error.__context__
@@ -227,18 +245,6 @@ def command(name: str, **options: Any) -> Callable[[Callable[..., Any]], Command
 def group(name: str, **options: Any) -> Callable[[Callable[..., Any]], Group]:
     """Return what makes a group of commands of a function."""
     return click.group(name, cls=Group, **options)
-
-
-def complain(error: Exception | str) -> None:
-    """Print an error as its one line, if its stream is still there: a closed terminal is not."""
-    with contextlib.suppress(OSError):
-        click.echo(f"pixstep: {error}", err=True)
-
-
-def _complain_of_system(error: OSError) -> None:
-    """Print what the system refuses."""
-    named = f"{os.fsdecode(error.filename)}: " if error.filename is not None else ""
-    complain(f"{named}{error.strerror or error}")
 
 
 def _let_go_of_streams() -> None:
@@ -271,8 +277,7 @@ def _origins(ctx: click.Context) -> Iterator[None]:
     except click.BadParameter as error:
         if not error.param or not machinedefaults.by_machine(ctx, error.param.name or ""):
             raise
-        text = f"{error.message}{machinedefaults.origin(ctx)}"
-        raise click.BadParameter(text, error.ctx, error.param, error.param_hint) from None
+        raise RefusedError(f"{said(error)}{machinedefaults.origin(ctx)}") from None
 
 
 def _is_input(param: click.Parameter) -> bool:

@@ -11,6 +11,7 @@ import click
 
 from pixstep import progress
 from pixstep.board import boards, limits
+from pixstep.cli import machinedefaults
 from pixstep.cli.command import command
 from pixstep.cli.homeoptions import HomeOptions, home_options, make_plan
 from pixstep.cli.options import json_option, out_option, pixel_hz_option, plots_option
@@ -69,6 +70,7 @@ def home_sim(
         filter_us=options["filter_us"],
         home_is_limit=options["home_is_limit"] or "none",
         seed=options["seed"],
+        scale=machinedefaults.scales(ctx).get(plan.axis) if plot else None,
     )
     with progress.shown("homing") as show:
         summary = hometask.simulate(job, out, plot=plot, progress=show)

@@ -256,6 +256,22 @@ def motor_in_force(ctx: click.Context) -> tuple[Path, str] | None:
     return (facts.found.path, facts.motor.name) if facts.found else None
 
 
+def scales(ctx: click.Context) -> dict[int, Scale]:
+    """Return the scales of the motors on the board that is meant, by axis; none without a file."""
+    facts = facts_of(ctx)
+    try:
+        if facts.found is None:
+            return {}
+        board = facts.board
+    except UserError:
+        return {}
+    return {
+        motor.axis: motor.steps_per_unit
+        for motor in facts.machine.motors.values()
+        if motor.steps_per_unit and facts.machine.board_of(motor) is board
+    }
+
+
 def in_force(ctx: click.Context) -> Machine | None:
     """Return the machine of a command line; None without a file."""
     return facts_of(ctx).found
@@ -516,6 +532,15 @@ def facts_of(ctx: click.Context) -> Facts:
         ctx.meta[_FACTS_OF] = ctx.default_map = facts
         set_scale(ctx, facts.scale)
     return facts
+
+
+def refuse_unknown(ctx: click.Context) -> None:
+    """Refuse a machine file or a motor that the command line names, also if nothing needs it."""
+    facts: Facts | None = ctx.meta.get(_FACTS_OF)
+    if facts is None or facts.ctx is not ctx:
+        return
+    if facts.named.any or ctx.get_parameter_source("machine") == ParameterSource.COMMANDLINE:
+        _ = facts.found
 
 
 def _words(ctx: click.Context) -> list[str]:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
@@ -11,6 +12,7 @@ import click
 
 from pixstep import formats, progress
 from pixstep.board import boards
+from pixstep.cli import machinedefaults
 from pixstep.cli.command import OUTPUT, command
 from pixstep.cli.moveoptions import MoveOptions, headline, plan_options, read_plan
 from pixstep.cli.options import (
@@ -64,7 +66,7 @@ def move_show(
     if plot:
         from pixstep.moves import fastplot  # matplotlib takes a second to load
 
-        fastplot.draw_plan(job, plot)
+        fastplot.draw_plan(_scaled(job), plot)
     if as_json:
         show_json(fastsim.plan_summary(job))
         return
@@ -101,6 +103,8 @@ def move_sim(
         raise UserError(f"axis {axis}: the {boards.axes_text(board)}")
     job = _job(options, pixel_hz, board, axis)
     with progress.shown("moving") as show:
+        if plot:
+            job = _scaled(job)
         done = fasttask.simulate(job, out, plot=plot, progress=show)
 
     def page(console: rich.console.Console, summary: Summary) -> None:
@@ -126,6 +130,11 @@ def _job(
     """Read the profile and plan the move; `refuse` a profile for a lower pixel frequency."""
     profile, planned = read_plan(options, pixel_hz, refuse=refuse)
     return fastsim.MoveJob(profile, planned, board, axis, pixel_hz)
+
+
+def _scaled(job: fastsim.MoveJob) -> fastsim.MoveJob:
+    """Return a job with the scale of its axis' motor, for a picture."""
+    return replace(job, scale=machinedefaults.scales(click.get_current_context()).get(job.axis))
 
 
 def _print_runs(job: fastsim.MoveJob) -> None:

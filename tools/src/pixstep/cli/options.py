@@ -15,7 +15,7 @@ from pixstep.board import boards
 from pixstep.cli import machinedefaults, meantfor
 from pixstep.cli.command import FOLDER, PICTURE
 from pixstep.cli.quantities import Decorated, StepsType
-from pixstep.errors import FINE, NEGATIVE, REFUSED, UserError
+from pixstep.errors import FINE, NEGATIVE, REFUSED, UserError, one_line
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.rational import parse_hz
 from pixstep.profiles import madefor
@@ -166,4 +166,4 @@ def board_rows(*, as_json: bool) -> Iterator[Tell]:
 def say(notes: Iterable[str]) -> None:
     """Print notes to the error stream."""
     for note in notes:
-        click.echo(f"note: {note}", err=True)
+        click.echo(f"note: {one_line(note)}", err=True)

@@ -26,6 +26,7 @@ from pixstep.cli.quantities import (
     SPEED_TYPE,
     LimitOptions,
     limit_options,
+    scale_if_known,
     scale_of,
     whole_limit,
 )
@@ -122,7 +123,7 @@ def profile_show(
     counts = _counts(read, decode, top)
     line = Line(counts, decode, name=str(file))
     bounds = drawn_limits(limits, hz)
-    drawing = Drawing(line, file.name, hz, bounds, going_on=True)
+    drawing = Drawing(line, file.name, hz, bounds, scale=scale_if_known(ctx), going_on=True)
     show_drawing(drawing, plot, as_json=as_json)
 
 

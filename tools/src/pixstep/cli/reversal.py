@@ -22,7 +22,7 @@ from pixstep.cli.options import (
     show_json,
     teller,
 )
-from pixstep.cli.quantities import ACCELERATION_TYPE, SPEED_TYPE, StepsType
+from pixstep.cli.quantities import ACCELERATION_TYPE, SPEED_TYPE, StepsType, scale_if_known
 from pixstep.errors import UserError
 from pixstep.lazy import lazy
 from pixstep.lines import units
@@ -166,7 +166,8 @@ def _limits(options: _Options) -> MotionLimits:
 def _draw(made: Compensated, request: Request, csv: Path, hz: Fraction | None, plot: Path) -> None:
     from pixstep.reversals import picture  # matplotlib takes a second to load
 
-    picture.draw(made, request, str(csv), hz, plot)
+    scale = scale_if_known(click.get_current_context())
+    picture.draw(made, request, str(csv), hz, plot, scale)
 
 
 def _report(csv: Path, output: Path, request: Request, made: Compensated) -> Facts:

@@ -25,7 +25,13 @@ from pixstep.cli.options import (
     show_json,
     teller,
 )
-from pixstep.cli.quantities import LimitOptions, PixelsType, limit_options, whole_limit
+from pixstep.cli.quantities import (
+    LimitOptions,
+    PixelsType,
+    limit_options,
+    scale_if_known,
+    whole_limit,
+)
 from pixstep.errors import UserError
 from pixstep.lines import linecheck
 from pixstep.lines.line import Line
@@ -71,7 +77,9 @@ def line_show(
     shown = Line(read.values, decode, backlash, name=str(csv))
     _refuse_backlash(shown)
     bounds = drawn_limits(limits, pixel_hz)
-    drawing = Drawing(shown, csv.name, pixel_hz, bounds, image_pixel(shown, lead_in))
+    drawing = Drawing(
+        shown, csv.name, pixel_hz, bounds, image_pixel(shown, lead_in), scale_if_known(ctx)
+    )
     show_drawing(drawing, plot, as_json=as_json)
 
 

@@ -13,7 +13,7 @@ import click
 from pixstep import demo, progress
 from pixstep.board import boards, limits, settings
 from pixstep.board.port import BAUD
-from pixstep.cli import judging
+from pixstep.cli import judging, machinedefaults
 from pixstep.cli.clockoptions import (
     FlawOptions,
     clock_flaw_options,
@@ -185,6 +185,7 @@ def sim(
         vcd=options["vcd"],
         plants=plants,
         ideals=ideals,
+        scales=machinedefaults.scales(ctx) if plot else {},
     )
     with progress.shown("simulating") as show:
         judged = simulate(job, out, plots=plot, progress=show)

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 from pixstep.formats.findings import Findings, counted, shown, shown_path
 
 MAX_BYTES = 16 * 1024 * 1024  # two million values; the longest real files have thousands
@@ -55,9 +55,9 @@ def load(path: Path) -> bytes:
         reason = getattr(error, "strerror", None) or error
         raise UserError(f"{shown_path(path)}: {reason}") from None
     if not data:
-        raise UserError(f"{shown_path(path)}:1:1: the file is empty")
+        raise RefusedError(f"{shown_path(path)}:1:1: the file is empty")
     if len(data) > MAX_BYTES:
-        raise UserError(
+        raise RefusedError(
             f"{shown_path(path)}:1:1: larger than {MAX_BYTES} bytes (16 MiB): no profile or line "
             "file is so large"
         )

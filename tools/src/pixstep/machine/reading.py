@@ -1,18 +1,21 @@
 # SPDX-License-Identifier: MIT
 """Read a machine file; every mistake has the line, the key and the value."""
 
+import difflib
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from pixstep import tomltext
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, one_line
+from pixstep.machine import model
 from pixstep.machine.model import Tables, contradictions
 
 _MOST_SHOWN = 40  # characters of a value in a message
-_REASONS = {"missing": "is missing", "extra_forbidden": "unknown key", "too_short": "is empty"}
+_UNKNOWN = "unknown key"
+_REASONS = {"missing": "is missing", "extra_forbidden": _UNKNOWN, "too_short": "is empty"}
 
 
 class Machine(Tables):
@@ -23,7 +26,7 @@ class Machine(Tables):
         """Read a file. Raises UserError naming file, line, key and value of the first mistake."""
         machine, found = _read(Path(path))
         if machine is None or found:
-            raise UserError(found[0])
+            raise RefusedError(found[0])
         return machine
 
 
@@ -93,9 +96,18 @@ def _placed(text: str, keys: Sequence[str | int], reason: str, value: object) ->
     while depth and line is None:
         line = tomltext.line_of(text, keys[:depth])
         depth -= 1
-    name = ".".join(str(key) for key in keys)
+    if reason == _UNKNOWN and (close := _alike(keys)):
+        reason = f"{_UNKNOWN}: is {close} meant?"
+    name = ".".join(one_line(str(key), _MOST_SHOWN) for key in keys)
     shown = "" if value is None or isinstance(value, dict) else f" = {_shown(value)}"
-    return line or 1, f"{name}{shown}: {reason.removeprefix(f'{value!r}: ')}"
+    return line or 1, f"{name}{shown}: {one_line(reason.removeprefix(f'{value!r}: '))}"
+
+
+def _alike(keys: Sequence[str | int]) -> str:
+    """Return the key that a mistyped one may have meant; "" if none looks like it."""
+    tables = [one for one in vars(model).values() if isinstance(one, type(BaseModel))]
+    known = {name for table in tables for name in table.model_fields}
+    return next(iter(difflib.get_close_matches(str(keys[-1]), sorted(known), 1)), "")
 
 
 def _shown(value: object) -> str:

@@ -7,7 +7,7 @@ from itertools import accumulate
 from pathlib import Path
 
 from pixstep import formats
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 from pixstep.formats.header import HEADER_LINES
 from pixstep.formats.motion import BLOCKS, CSB_KIND
 from pixstep.lines.line import SMOOTH, Line
@@ -103,12 +103,12 @@ def _check(counts: tuple[int, ...], file: formats.MotionFile, number: int) -> No
     previous = 0
     for index, count in enumerate(counts):
         if count <= 0:
-            raise UserError(
+            raise RefusedError(
                 f"{_place(file, number, index)}: {count} steps in a pixel: an acceleration "
                 f"profile's entries are above 0"
             )
         if count < previous:
-            raise UserError(
+            raise RefusedError(
                 f"{_place(file, number, index)}: the speed falls from {previous} to {count} "
                 f"steps/pixel"
             )
@@ -119,7 +119,7 @@ def _check_top(profile: Acceleration, file: formats.MotionFile, number: int) -> 
     """Refuse an entry beyond what a pixel can hold."""
     for index, count in enumerate(profile.counts):
         if count > MAX_COUNT:
-            raise UserError(
+            raise RefusedError(
                 f"{_place(file, number, index)}: {count} steps in a pixel, the board takes at most "
                 f"{MAX_COUNT} (--max-speed limits it)"
             )

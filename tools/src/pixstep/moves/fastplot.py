@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 
 from pixstep import plotting
 from pixstep.moves.fastsim import MoveJob, MoveRun
-from pixstep.plotting import FAINT, IDEAL, INK, MADE, number
+from pixstep.plotting import FAINT, IDEAL, INK, MADE, QUIET, number
 from pixstep.simulation.report import ticks_text
 
 _MOST_DOTS = 60_000
@@ -95,13 +95,14 @@ def _finish_speed(axes: Axes, job: MoveJob) -> None:
             xycoords=axes.get_yaxis_transform(),
             xytext=(6, 4 if top > 0 else -4),
             textcoords="offset points",
-            color=FAINT,
+            color=QUIET,
             fontsize=8.5,
             va="bottom" if top > 0 else "top",
         )
         reached = top
-    low, high = sorted((0.0, 1.18 * reached))
+    low, high = sorted((-0.04 * reached, 1.18 * reached))
     axes.set_ylim(low, high)
+    plotting.lengths(axes, job.scale, "/s")
 
 
 def _finish_position(axes: Axes, job: MoveJob) -> None:
@@ -122,6 +123,7 @@ def _finish_position(axes: Axes, job: MoveJob) -> None:
     )
     axes.set_xlim(-0.01 * end, 1.02 * end)
     axes.margins(y=0.09)
+    plotting.lengths(axes, job.scale)
 
 
 def _title(job: MoveJob) -> str:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
+from pixstep.lines import units
 from pixstep.moves.accel import Acceleration
 from pixstep.moves.fast import FastMove
 from pixstep.progress import Progress, unseen
@@ -22,6 +23,7 @@ class MoveJob:
     board: str
     axis: int
     pixel_hz: Fraction
+    scale: units.Scale | None = None  # of the motor, if a machine file gives it
 
 
 @dataclass(frozen=True)

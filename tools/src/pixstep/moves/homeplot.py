@@ -4,9 +4,11 @@
 from pathlib import Path
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.typing import HashableList
 
 from pixstep import plotting
@@ -15,10 +17,10 @@ from pixstep.moves.homejudge import switch_edges
 from pixstep.moves.homesim import HYSTERESIS, HomeRun
 from pixstep.moves.homing import LEGS, Homed, Leg
 from pixstep.moves.legjudge import leg_edges
-from pixstep.plotting import BAND, BOARD, FAINT, IDEAL, INK, MADE, number
+from pixstep.plotting import BAND, BOARD, FAINT, INK, MADE, QUIET, WARM, number
 
 # One colour a leg, in the order of LEGS.
-COLOURS = dict(zip(LEGS, ("#7b6ca8", MADE, IDEAL, "#c9a66b", BOARD, "#4c8c5c"), strict=True))
+COLOURS = dict(zip(LEGS, ("#6f5f9e", MADE, WARM, "#8a6a2f", BOARD, "#3c784c"), strict=True))
 _MARKERS = {TRIP_CLOSED: ("^", "switch closes"), TRIP_OPENED: ("v", "switch opens")}
 _FINAL = LEGS[4:]  # what the magnified view shows
 
@@ -93,14 +95,18 @@ def _finish_place(axes: Axes, run: HomeRun) -> None:
     axes.set_title("Position of the motor")
     axes.set_ylabel("steps of the plant")
     axes.tick_params(labelbottom=False)
-    handles = [
+    handles: list[Artist] = [
         Line2D([], [], color=COLOURS[name], lw=2.6, label=name)
         for name in LEGS
         if name in {leg.name for leg in run.legs}
     ]
     trips = {leg.trip.code for leg in run.legs if leg.trip}
     handles += [_marker(*_MARKERS[code]) for code in sorted(trips)]
+    if run.job.closes_at is not None:
+        text = f"home switch closed: from {number(run.job.closes_at)} on"
+        handles.append(Patch(facecolor=BAND, edgecolor=INK, lw=0.6, label=text))
     axes.legend(handles=handles, loc="best", labelcolor=INK, fontsize=9)
+    plotting.lengths(axes, run.job.scale)
 
 
 def _finish_speed(axes: Axes, run: HomeRun) -> None:
@@ -111,6 +117,7 @@ def _finish_speed(axes: Axes, run: HomeRun) -> None:
     for bound in (top, -top):
         axes.axhline(bound, color=FAINT, lw=0.9, ls=(0, (4, 3)), zorder=0)
     axes.set_ylim(-1.45 * top, 1.45 * top)
+    plotting.lengths(axes, run.job.scale, "/s")
     axes.annotate(
         f"HAPs {len(run.job.plan.ramp.counts)}: {number(top)} steps/s, never faster",
         xy=(1, top),
@@ -119,7 +126,7 @@ def _finish_speed(axes: Axes, run: HomeRun) -> None:
         textcoords="offset points",
         ha="right",
         va="bottom",
-        color=FAINT,
+        color=QUIET,
         fontsize=8.5,
     )
 
@@ -139,17 +146,6 @@ def _switch(axes: Axes, run: HomeRun) -> None:
     axes.axhspan(opens, place, color=BAND, alpha=0.5, zorder=0, lw=0)
     axes.axhline(place, color=INK, lw=0.9, zorder=1)
     axes.set_ylim(bottom, top)
-    axes.annotate(
-        f"home switch closes at {number(place)}",
-        xy=(0, place),
-        xycoords=axes.get_yaxis_transform(),
-        xytext=(6, 3 * way),
-        textcoords="offset points",
-        color=INK,
-        fontsize=8.5,
-        va="bottom" if above else "top",
-        bbox={"facecolor": BAND, "alpha": 0.8, "edgecolor": "none", "pad": 1},
-    )
 
 
 def _limits(axes: Axes, run: HomeRun) -> None:

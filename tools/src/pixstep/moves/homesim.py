@@ -8,6 +8,7 @@ from pathlib import Path
 from pixstep.board import boards
 from pixstep.board.errors import BoardError
 from pixstep.errors import UserError
+from pixstep.lines import units
 from pixstep.lines.rational import period_ticks
 from pixstep.moves.homing import Homed, HomingError, Leg, home
 from pixstep.moves.legs import HomingPlan
@@ -35,6 +36,7 @@ class HomeJob:
     filter_us: int | None = None
     home_is_limit: str = "none"
     seed: int = 1
+    scale: units.Scale | None = None  # of the motor, if a machine file gives it
 
     @property
     def tick_hz(self) -> int:

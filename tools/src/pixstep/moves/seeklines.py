@@ -7,7 +7,7 @@ two highest pixels would be equal counts entered at another speed.
 
 from itertools import pairwise
 
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 from pixstep.lines import linecheck
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.runs import Seek
@@ -57,7 +57,7 @@ def require_smooth(ramp: Acceleration) -> None:
     found = [*((min(item.pixel, last), item.message) for item in errors), *falls]
     if found:
         entry, why = min(found, key=lambda item: item[0])
-        raise UserError(
+        raise RefusedError(
             f"{ramp.source}: entry {entry}, decoded as smooth: {why}; `pixstep profile check` "
             f"shows all, `pixstep profile repair` mends, --decode plain takes it as it is"
         )

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 
+from pixstep.lines import units
 from pixstep.lines.line import Line
 from pixstep.profiles import kinematics
 
@@ -18,6 +19,7 @@ class Drawing:
     pixel_hz: Fraction | None = None
     limits: dict[int, int] = field(default_factory=dict)
     image_pixel: int | None = None
+    scale: units.Scale | None = None  # of the motor, if a machine file gives it
     going_on: bool = False  # a part of a line: it does not come to rest
 
     @cached_property

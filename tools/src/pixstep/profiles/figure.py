@@ -13,12 +13,13 @@ from matplotlib.ticker import MaxNLocator
 from pixstep import atomic, plotting, progress
 from pixstep.errors import UserError
 from pixstep.lines import units
-from pixstep.plotting import BOARD, FAINT, IDEAL, INK, MADE
+from pixstep.plotting import BOARD, FAINT, INK, MADE, QUIET, WARM
 from pixstep.profiles import kinematics, marks
 from pixstep.profiles.drawing import Drawing
 
 SUFFIXES = (".png", ".svg", ".pdf")
 _DENSE = 240  # pixels from which single marks would run together
+_PER_SECOND = {1: "/s", 2: "/s²", 3: "/s³"}
 _FAR = 3  # a limit so many times the peak is said, not drawn: the curve would be flat beside it
 
 
@@ -43,6 +44,7 @@ def build(drawing: Drawing) -> Figure:
     _acceleration(acceleration, motion, drawing.limits.get(units.ACCELERATION))
     _jerk(jerk, motion, drawing.limits.get(units.JERK))
     _position(position, motion)
+    plotting.lengths(position, drawing.scale)
     panels = (speed, acceleration, jerk, position)
     for order, axes in enumerate(panels[:3], 1):
         _limit(axes, drawing, order)
@@ -64,7 +66,7 @@ def _captions(figure: Figure, drawing: Drawing, meanings: list[Artist]) -> None:
         limit = Line2D([], [], color=BOARD, lw=1.1, ls=(0, (5, 3)), label="limit")
         meanings = [limit, *meanings]
     figure.suptitle(f"{drawing.title}\n", x=0.012, ha="left", fontsize=14, weight="bold", color=INK)
-    figure.text(0.012, 0.957, drawing.subtitle, fontsize=9.5, color=FAINT, va="top")
+    figure.text(0.012, 0.957, drawing.subtitle, fontsize=9.5, color=QUIET, va="top")
     if meanings:
         longest = max(len(str(one.get_label())) for one in meanings)
         columns = max(1, 160 // (longest + 10))  # characters that fit, and room for a mark
@@ -94,12 +96,12 @@ def _speed(axes: Axes, motion: kinematics.Kinematics) -> None:
 def _acceleration(axes: Axes, motion: kinematics.Kinematics, limit: int | None) -> None:
     _panel(axes, "acceleration", "steps/px²")
     if motion.line.smooth:
-        axes.stairs(motion.accelerations, motion.edges_px, fill=True, color=IDEAL, alpha=0.22)
-        axes.stairs(motion.accelerations, motion.edges_px, color=IDEAL, lw=1.8, baseline=None,
+        axes.stairs(motion.accelerations, motion.edges_px, fill=True, color=WARM, alpha=0.15)
+        axes.stairs(motion.accelerations, motion.edges_px, color=WARM, lw=1.8, baseline=None,
                     gid="acceleration")  # fmt: skip
         axes.axhline(0, color=FAINT, lw=0.8)
     else:
-        _stems(axes, motion.edges_px, motion.speed_changes, IDEAL, limit)
+        _stems(axes, motion.edges_px, motion.speed_changes, WARM, limit)
 
 
 def _jerk(axes: Axes, motion: kinematics.Kinematics, limit: int | None) -> None:
@@ -161,10 +163,13 @@ def _is_far(drawing: Drawing, order: int) -> bool:
 
 
 def _second_scale(axes: Axes, drawing: Drawing, order: int) -> None:
-    """Put the same figures per second on the right."""
+    """Put the same figures per second on the right, as lengths where the scale is known."""
     if drawing.pixel_hz is None:
         return
     factor = float(drawing.pixel_hz) ** order
+    if drawing.scale:
+        plotting.lengths(axes, drawing.scale, _PER_SECOND[order], factor)
+        return
     functions = (lambda y: np.multiply(y, factor), lambda y: np.divide(y, factor))
     scale = axes.secondary_yaxis("right", functions=functions)
     scale.set_ylabel(units.unit(order, per_second=True).replace("2", "²").replace("3", "³"))

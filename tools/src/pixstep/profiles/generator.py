@@ -5,7 +5,7 @@ import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 
 MOST_PIXELS = 2_000_000  # of a line: what a file can hold
 MAX_SPEED = 16_382  # steps/pixel: the largest even speed that the board takes as a count
@@ -56,7 +56,7 @@ def acceleration_counts(speeds: list[int], speed: int, source: str = "profile") 
 def plain_counts(speeds: list[int], speed: int, source: str = "profile") -> list[int]:
     """Return the accelerating counts of a plain motor: each entry is a speed and a count."""
     if any(later < earlier for earlier, later in itertools.pairwise(speeds)):
-        raise UserError(f"{source}: the speeds must not fall")
+        raise RefusedError(f"{source}: the speeds must not fall")
     if not speeds or speeds[-1] < speed:
         last = speeds[-1] if speeds else 0
         raise UserError(f"{source}: profile tops out at {last} below {speed}")
@@ -106,7 +106,7 @@ def _even_neighbours(value: int) -> str:
 def _check_speeds(speeds: list[int], source: str) -> None:
     """Refuse a smooth profile with an odd, zero or falling speed, naming the record."""
     for number, problem in speed_problems(speeds):
-        raise UserError(f"{source}:{number}: {problem}")
+        raise RefusedError(f"{source}:{number}: {problem}")
 
 
 def _check_request(request: LineRequest) -> None:

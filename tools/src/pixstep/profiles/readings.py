@@ -12,7 +12,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from pixstep import formats
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 from pixstep.formats.prn import KIND as PRN_KIND
 from pixstep.formats.recognise import recognise
 from pixstep.lines import linecheck
@@ -48,7 +48,7 @@ class ProfileFile:
     def values(self) -> tuple[int, ...]:
         """The values of the adopted reading. Raises UserError if it does not fit the file."""
         if self.rows[0].values is None:
-            raise UserError(self.rows[0].problem)
+            raise RefusedError(self.rows[0].problem)
         return self.rows[0].values
 
     @property

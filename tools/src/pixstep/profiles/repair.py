@@ -11,7 +11,7 @@ stretches, so that the line keeps its length, or they are inserted.
 from dataclasses import dataclass
 from itertools import pairwise
 
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 from pixstep.lines import linecheck
 from pixstep.lines.line import Line
 from pixstep.profiles import ramps
@@ -91,7 +91,7 @@ def whole_line(values: tuple[int, ...], part: str) -> tuple[int, ...]:
 def _refuse_range(counts: tuple[int, ...]) -> None:
     for pixel, count in enumerate(counts, 1):
         if not 0 <= count <= MAX_SPEED:
-            raise UserError(
+            raise RefusedError(
                 f"pixel {pixel}: count {count} is outside 0..{MAX_SPEED}: no smooth motor makes it"
             )
 
@@ -206,9 +206,9 @@ def _flatten(speeds: list[int]) -> None:
 def _prove(values: tuple[int, ...], counts: tuple[int, ...], wish: Wish) -> None:
     """Refuse a result that no longer moves or that the line check would refuse."""
     if any(counts) and not any(values):
-        raise UserError("too short to move: a smooth line needs 3 pixels from rest to rest")
+        raise RefusedError("too short to move: a smooth line needs 3 pixels from rest to rest")
     limits = linecheck.Limits(max_acceleration=wish.max_acceleration)
     line = Line(whole_line(values, wish.part))
     found = linecheck.without_idle_pixel(linecheck.check(line, limits))
     if found:
-        raise UserError(f"no repair found: pixel {found[0].pixel}: {found[0].message}")
+        raise RefusedError(f"no repair found: pixel {found[0].pixel}: {found[0].message}")

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from pixstep.board import capability, settings
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import RefusedError
 from pixstep.lines.units import number_text
 from pixstep.machine.model import Motor, Tables
 from pixstep.programs.language import AXIS_WORDS
@@ -130,14 +130,14 @@ def of_machine(machine: Tables) -> Setup:
     together = Counter(machine.board_name(motor) for motor in chosen)
     motors = tuple(_motor(machine, motor, together[machine.board_name(motor)]) for motor in chosen)
     if not motors:
-        raise UserError(
+        raise RefusedError(
             f"{machine.path}: no motor has a word for programs: name it X, Y, Z ... or set the "
             f"key word"
         )
     seen: dict[str, str] = {}
     for motor in motors:
         if motor.word in seen:
-            raise UserError(
+            raise RefusedError(
                 f"{machine.path}: motors.{motor.name}.word = {motor.word!r}: motor "
                 f"{seen[motor.word]} has this word"
             )
@@ -194,7 +194,7 @@ def _max_acceleration(machine: Tables, motor: Motor) -> float:
     """Return a motor's limit of the acceleration. Raises UserError if it has none."""
     found = _per_ms(machine, motor, "max_acceleration")
     if not found:
-        raise UserError(
+        raise RefusedError(
             f"{machine.path}: motors.{motor.name}.limits.max_acceleration: is missing; a program "
             f"needs it"
         )
@@ -208,7 +208,7 @@ def _max_jerk(machine: Tables, motor: Motor) -> float | None:
         return None
     found = float(jerk.per_pixel(machine.pixel_hz))
     if found <= 0:
-        raise UserError(
+        raise RefusedError(
             f"{machine.path}: motors.{motor.name}.limits.max_jerk: is 0; a motor that moves needs "
             f"more, or leave it out"
         )

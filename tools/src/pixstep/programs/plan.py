@@ -19,6 +19,7 @@ from pixstep.programs.timeline import Timeline, as_programmed, in_pieces, timeli
 from pixstep.programs.twomoves import TwoMoves
 
 _TOGETHER = 16_384  # pixels that are made at once, however long a move is
+_MOST_CORNERS = 20_000  # that a drawing shows
 
 
 def with_segments(setup: Setup, mode: str, segment_ms: float | None) -> Setup:
@@ -47,6 +48,7 @@ class Plan:
         self.report = Report.of(setup, keeps_jerk=self._keeps_jerk)
         self._text = text
         self._segments: deque[int] = deque()  # numbers in their circles of moves not timed yet
+        self.corners: list[tuple[float, ...]] = []  # where the first moves end, in counts
 
     def counts(self) -> Iterator[Counts]:
         """Yield counts of pixels, a column for each motor, a row for each pixel."""
@@ -102,6 +104,8 @@ class Plan:
             if isinstance(item, Timed):
                 smooth.move(item)
                 self.report.begun.append(Begun(item, self._segments.popleft()))
+                if len(self.corners) < _MOST_CORNERS:
+                    self.corners.append(item.target)
                 last = item
             elif last:
                 smooth.stop(last)

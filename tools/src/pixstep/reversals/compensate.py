@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
 
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.linecheck import ERROR, Limits, check
 from pixstep.reversals.play import Stroke, load_positions, strokes
@@ -115,7 +115,7 @@ def _refuse_bad(ideal: tuple[int, ...], limits: MotionLimits, name: str) -> None
     bounds = Limits(limits.max_speed, limits.max_acceleration, limits.start_stop)
     for item in check(Line(ideal, PLAIN), bounds):
         if item.severity == ERROR:
-            raise UserError(
+            raise RefusedError(
                 f"{name}: pixel {item.pixel}: {item.name} before any compensation: {item.message}"
             )
 

@@ -10,15 +10,28 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from pixstep import plotting
-from pixstep.plotting import BOARD, FAINT, IDEAL, INK, MADE
+from pixstep.lines import units
+from pixstep.plotting import BOARD, FAINT, IDEAL, INK, MADE, QUIET
 from pixstep.reversals.compensate import Compensated, Request
 from pixstep.reversals.play import load_positions
 
 
-def draw(made: Compensated, request: Request, name: str, hz: Fraction | None, path: Path) -> None:
-    """Write the picture as PNG to `path`, whole or not at all."""
+def draw(
+    made: Compensated,
+    request: Request,
+    name: str,
+    hz: Fraction | None,
+    path: Path,
+    scale: units.Scale | None = None,
+) -> None:
+    """Write the picture as PNG to `path`, whole or not at all; `scale` is the motor's."""
     with plotting.styled():
-        plotting.write(_figure(made, request, name, hz), path)
+        figure = _figure(made, request, name, hz)
+        for axes in figure.axes[1:]:
+            plotting.lengths(axes, scale)
+        if hz is not None:
+            plotting.lengths(figure.axes[0], scale, "/s", float(hz))
+        plotting.write(plotting.write_numbers(figure), path)
 
 
 def _figure(made: Compensated, request: Request, name: str, hz: Fraction | None) -> Figure:
@@ -35,7 +48,7 @@ def _figure(made: Compensated, request: Request, name: str, hz: Fraction | None)
     _error(error, made, request)
     plotting.time_axis(error, hz)
     error.set_xlim(-0.5, len(made.counts) + 0.5)
-    return plotting.write_numbers(figure)
+    return figure
 
 
 def _subtitle(made: Compensated, request: Request, name: str) -> str:
@@ -72,7 +85,7 @@ def _error(axes: Axes, made: Compensated, request: Request) -> None:
     edges = range(len(made.counts) + 1)
     ideal = np.cumsum(made.ideal)
     bare = np.array(load_positions(ideal.tolist(), request.play, made.taken_up)) - ideal
-    axes.plot(edges, (0, *bare), color=FAINT, lw=1.1, ls=(0, (4, 3)), label="without compensation")
+    axes.plot(edges, (0, *bare), color=QUIET, lw=1.1, ls=(0, (4, 3)), label="without compensation")
     axes.plot(edges, (0, *made.load_errors), color=BOARD, lw=1.4, label="compensated")
     axes.set_ylabel("steps")
     axes.set_title(

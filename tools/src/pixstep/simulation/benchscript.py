@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from pixstep.board import boards
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 from pixstep.lines.rational import parse_hz
 from pixstep.lines.units import parse_seconds
 from pixstep.simulation.virtualbench import (
@@ -86,11 +86,12 @@ def parse(text: str, kind: boards.Board, place: str) -> Order | None:
 
 
 def parse_all(lines: Iterable[str], kind: boards.Board, name: str) -> list[Order]:
-    """Return the commands of a script. Raises UserError for the first wrong line."""
-    found = (
-        parse(text, kind, f"{name}: line {number}") for number, text in enumerate(lines, start=1)
-    )
-    return [order for order in found if order]
+    """Return the commands of a script. Raises RefusedError for the first wrong line."""
+    places = ((f"{name}: line {number}", text) for number, text in enumerate(lines, start=1))
+    try:
+        return [order for place, text in places if (order := parse(text, kind, place))]
+    except UserError as error:
+        raise RefusedError(str(error)) from None
 
 
 def _wrong(words: list[str]) -> UserError:

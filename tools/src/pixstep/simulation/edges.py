@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 from pixstep.lazy import lazy
 
 if TYPE_CHECKING:
@@ -100,8 +100,8 @@ def read_edges(path: Path) -> EdgeLog:
         if found_rows is None:
             for number, line in enumerate(body.decode("ascii", "replace").splitlines(), first):
                 if not _ROW.fullmatch(line):
-                    raise UserError(f"{path}:{number}: {line!r} is not an edge")
-            raise UserError(f"{path}: not an edge list")
+                    raise RefusedError(f"{path}:{number}: {line!r} is not an edge")
+            raise RefusedError(f"{path}: not an edge list")
         parts.append(found_rows)
     table = np.concatenate([np.zeros((0, 5), dtype=np.int64), *parts])
     keys = table[:, 1] * _AXES + table[:, 2]
@@ -122,7 +122,7 @@ def read_clock_log(path: Path) -> ClockLog:
             body = body.replace(f",{name}\n".encode(), f",{index}\n".encode())
         table = numbers(body, 3)
         if table is None:
-            raise UserError(f"{path}: not a clock log")
+            raise RefusedError(f"{path}: not a clock log")
         parts.append(table)
     table = np.concatenate(parts)
     kinds = table[:, 2]
@@ -142,7 +142,7 @@ def blocks(path: Path, header: str) -> Iterator[tuple[int, bytes]]:
     try:
         with Path(path).open("rb") as file:
             if file.readline().rstrip(b"\n") != header.encode():
-                raise UserError(f"{path}:1: the header is not {header!r}")
+                raise RefusedError(f"{path}:1: the header is not {header!r}")
             line = 2
             while body := file.read(_BLOCK_BYTES):
                 body += file.readline()

@@ -10,17 +10,20 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from pixstep import plotting
+from pixstep.lines import units
 from pixstep.plotting import BOARD, FAINT, IDEAL, INK, MADE
 from pixstep.simulation.load import AxisLoad
 
 
-def draw(load: AxisLoad, title: str, hz: Fraction, path: Path) -> None:
+def draw(
+    load: AxisLoad, title: str, hz: Fraction, path: Path, scale: units.Scale | None = None
+) -> None:
     """Write the picture as PNG to `path`, whole or not at all."""
     with plotting.styled():
-        plotting.write(build(load, title, hz), path)
+        plotting.write(build(load, title, hz, scale), path)
 
 
-def build(load: AxisLoad, title: str, hz: Fraction) -> Figure:
+def build(load: AxisLoad, title: str, hz: Fraction, scale: units.Scale | None = None) -> Figure:
     """Return the figure; its axes are position and error."""
     figure = plotting.figure((11, 7.2))
     plotting.heading(figure, "Load at the pixel edges", title)
@@ -29,6 +32,8 @@ def build(load: AxisLoad, title: str, hz: Fraction) -> Figure:
         plotting.shade(axes, list(load.spans))
     _positions(position, load)
     _errors(error, load)
+    for axes in (position, error):
+        plotting.lengths(axes, scale)
     plotting.time_axis(error, hz)
     return plotting.write_numbers(figure)
 

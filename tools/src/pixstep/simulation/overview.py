@@ -11,6 +11,8 @@ from pixstep import plotting
 from pixstep.plotting import BAND, BOARD, IDEAL, MADE
 from pixstep.simulation.plots import Trace, ideal_speed, made_speed
 
+_MANY_STEPS = 500  # beyond these dots are drawn small
+
 
 def build(traces: Sequence[Trace]) -> Figure:
     """Return the figure; its first column is the motion, the second the edge errors."""
@@ -32,11 +34,13 @@ def build(traces: Sequence[Trace]) -> Figure:
 def _speed(axes: Axes, trace: Trace) -> None:
     times, speeds = ideal_speed(trace)
     axes.plot(times, speeds, color=IDEAL, lw=5, alpha=0.55)
-    axes.plot(*made_speed(trace), ".", ms=2.5, mew=0, color=MADE, rasterized=True)
+    size = 2.5 if len(trace.made_px) > _MANY_STEPS else 5
+    axes.plot(*made_speed(trace), ".", ms=size, mew=0, color=MADE, rasterized=True)
     low, high = min(0.0, float(speeds.min())), max(0.0, float(speeds.max()))
     room = 0.08 * (high - low) or 1.0
     axes.set_ylim(low - room, high + room)  # so that a constant speed shows as one
     axes.set_ylabel("steps/s")
+    plotting.lengths(axes, trace.scale, "/s")
     axes.set_title(trace.title.partition(", backlash")[0], fontsize=9)
 
 
@@ -47,7 +51,8 @@ def _errors(axes: Axes, trace: Trace) -> None:
     axes.axhspan(-1, 1, color=BAND, zorder=0)
     for bound in (-1, 1):
         axes.axhline(bound, color=BOARD, lw=0.8, ls=(0, (4, 3)))
-    axes.plot(made, errors, ".", ms=2, mew=0, color=MADE, alpha=0.6, rasterized=True)
+    size = 2 if count > _MANY_STEPS else 4
+    axes.plot(made, errors, ".", ms=size, mew=0, color=MADE, alpha=0.6, rasterized=True)
     worst = float(np.max(np.abs(errors), initial=0))
     axes.set_ylim(-max(1.25, 1.1 * worst), max(1.25, 1.1 * worst))
     axes.set_ylabel("ticks")

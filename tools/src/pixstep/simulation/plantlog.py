@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 from pixstep.lazy import lazy
 from pixstep.simulation.edges import blocks, numbers
 
@@ -59,5 +59,5 @@ def _malformed(path: Path, first: int, body: bytes) -> UserError:
     """Return the refusal of the first row that is none; `first` is the number of its first line."""
     for number, row in enumerate(body.decode("ascii", "replace").splitlines(), first):
         if not _ROW.fullmatch(row):
-            return UserError(f"{path}:{number}: {row!r} is not a row of a plant log")
-    return UserError(f"{path}: not a plant log")
+            return RefusedError(f"{path}:{number}: {row!r} is not a row of a plant log")
+    return RefusedError(f"{path}: not a plant log")

@@ -11,14 +11,16 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from pixstep import plotting
-from pixstep.lines import exact
+from pixstep.lines import exact, units
 from pixstep.lines.line import Line
-from pixstep.plotting import BAND, BOARD, FAINT, IDEAL, INK, MADE, number
+from pixstep.plotting import BAND, BOARD, FAINT, IDEAL, INK, MADE, WARM, number
 from pixstep.simulation.edges import AxisEdges
 from pixstep.simulation.pixelgrid import PixelGrid
 from pixstep.simulation.report import PixelRow, ticks_text
 
 _MANY_STEPS = 3000  # beyond these dots are drawn small
+_ABOVE_INSET = 0.9  # of the highest speed: where the curve is above an inset and its title
+_LEAST_INSET, _INSET_LABELS = 0.3, 0.06  # width of an inset and of its ticks, of the whole line
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,7 @@ class Trace:
     edges: AxisEdges
     pixels: list[PixelRow]
     title: str
+    scale: units.Scale | None = None  # of the motor, if a machine file gives it
     grid: PixelGrid | None = None  # where the pixels were; else at whole periods from zero
 
     @property
@@ -129,6 +132,8 @@ def motion(trace: Trace) -> Figure:
     position.set_title("Position")
     _legend(position, [_line(IDEAL, 5, "ideal"), _line(MADE, 1.5, "board")])
     _take_up_note(speed, trace)
+    plotting.lengths(speed, trace.scale, "/s")
+    plotting.lengths(position, trace.scale)
     speed.set_xlim(-0.3, trace.line.pixels + 0.3)
     return plotting.write_numbers(figure)
 
@@ -139,11 +144,12 @@ def _magnify(axes: Axes, trace: Trace, ideal: Curve, made: Curve) -> None:
     if not line.smooth or line.line_speed == 0:
         return
     flat = next((k for k, v in enumerate(line.speeds) if 5 * v >= line.line_speed), 0)
-    ends = [k for k in range(flat, line.pixels) if line.speeds[k + 1] < line.speeds[k]]
-    if flat < 4 or not ends or ends[0] - flat < 12:
-        return
-    top, wide = axes.get_ylim()[1], ends[0] - flat
-    place = (flat + 0.3 * wide, 0.14 * top, 0.55 * wide, 0.62 * top)
+    high = [k for k, v in enumerate(line.speeds) if v >= _ABOVE_INSET * line.line_speed]
+    first, wide = high[0], high[-1] - high[0]
+    if flat < 4 or wide < _LEAST_INSET * line.pixels or wide != len(high) - 1:
+        return  # no room below the curve
+    top, labels = axes.get_ylim()[1], _INSET_LABELS * line.pixels
+    place = (first + labels, 0.14 * top, min(0.6 * wide, wide - 1.2 * labels), 0.58 * top)
     inset = axes.inset_axes(place, transform=axes.transData)
     inset.plot(*ideal, color=IDEAL, lw=5, alpha=0.55)
     inset.plot(*made, "o", ms=2.2, mew=0, color=MADE)
@@ -183,7 +189,7 @@ def edge_error(trace: Trace) -> Figure:
     size = 2.0 if len(errors) > _MANY_STEPS else 6.0
     over.plot(made, errors, ".", ms=size, color=MADE, alpha=0.5, mew=0, rasterized=True)
     ends = [done - 1 for _, done in exact.edge_ends(trace.line) if done <= len(errors)]
-    over.plot(made[ends], errors[ends], "o", ms=3.5, color=IDEAL, mec="white", mew=0.3)
+    over.plot(made[ends], errors[ends], "o", ms=3.5, color=WARM, mec="white", mew=0.3)
     top = max(1.25, 1.1 * float(np.max(np.abs(errors), initial=0)))
     over.set_ylim(-top, top)
     over.set_xlim(-0.3, trace.line.pixels + 0.3)
@@ -198,7 +204,7 @@ def edge_error(trace: Trace) -> Figure:
     )
     handles = [
         _dot(MADE, 4, "step"),
-        _dot(IDEAL, 5, "last step of a pixel"),
+        _dot(WARM, 5, "last step of a pixel"),
         _line(BOARD, 1, "one tick"),
     ]
     _legend(over, handles)
@@ -224,6 +230,7 @@ def positions(trace: Trace) -> Figure:
     table.plot(pixel, actual, ".", ms=4.5, color=MADE)
     table.set_ylabel("steps")
     table.set_title("Steps made at the end of each pixel")
+    plotting.lengths(table, trace.scale)
     handles = [
         _line(IDEAL, 5, "reference"),
         _dot(BOARD, 6, "expected by the board", hollow=True),
@@ -236,6 +243,7 @@ def positions(trace: Trace) -> Figure:
     worst = float(np.nanmax(np.abs(np.concatenate([expected, actual]) - np.tile(reference, 2))))
     difference.set_ylim(-max(1.5, 1.2 * worst), max(1.5, 1.2 * worst))
     difference.set_ylabel("steps off the reference")
+    plotting.lengths(difference, trace.scale)
     plotting.time_axis(difference, trace.hz)
     same = int(np.sum((expected == reference) & (actual == reference)))
     difference.set_title(f"{same} of {len(pixel)} pixels equal")

@@ -3,6 +3,7 @@
 
 import contextlib
 import os
+import re
 import selectors
 import signal
 import subprocess
@@ -12,6 +13,7 @@ from typing import Self
 from pixstep.errors import UserError
 
 _ANSWER_LIMIT_S = 300  # wall-clock seconds; a longer silence means that the runner hangs
+_ARGUMENT = re.compile(r"pixstep-sim: (--plant) [0-9]+\.([0-9]+): ")  # of a board's axis
 _READ_BYTES = 65_536  # at once, and as much of the runner's error output is kept
 
 
@@ -115,7 +117,13 @@ class SimPipe:
         self._process.kill()
         _, errors = self._process.communicate()
         lines = (self._said + errors).decode(errors="replace").strip().splitlines()
-        self._ended = f"simulator: ended: {lines[-1] if lines else self._status()}"
+        last = lines[-1] if lines else self._status()
+        refused = _ARGUMENT.match(last)
+        self._ended = (
+            f"{refused[1]}: axis {refused[2]}: {last[refused.end() :]}"
+            if refused
+            else f"simulator: ended: {last}"
+        )
         return self._ended
 
     def _status(self) -> str:

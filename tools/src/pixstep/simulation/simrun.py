@@ -25,6 +25,7 @@ from pixstep.board.port import BAUD
 from pixstep.board.state import Record
 from pixstep.board.upload import feed
 from pixstep.errors import UserError
+from pixstep.lines import units
 from pixstep.lines.line import Line
 from pixstep.lines.rational import period_ticks, refuse_period
 from pixstep.progress import Progress, unseen
@@ -71,6 +72,7 @@ class Job:
     vcd: bool = False
     plants: Mapping[int, str] = field(default_factory=dict)  # the simulator's knobs, by axis
     ideals: Mapping[int, tuple[int, ...]] = field(default_factory=dict)  # the load's counts
+    scales: Mapping[int, units.Scale] = field(default_factory=dict)  # of the motors, by axis
     program: Sequence[str | Path] | None = None  # the runner, if not the built one
 
     @property

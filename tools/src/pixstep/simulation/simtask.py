@@ -101,7 +101,10 @@ def _draw_loads(job: Job, loads: list[AxisLoad], out: Path) -> list[Path]:
     paths = []
     for found in loads:
         prefix = "" if len(job.lines) == 1 else f"axis{found.axis}-"
-        load_plot.draw(found, load_title(job, found.axis), job.line_hz, out / f"{prefix}load.png")
+        load_plot.draw(
+            found, load_title(job, found.axis), job.line_hz, out / f"{prefix}load.png",
+            job.scales.get(found.axis),
+        )  # fmt: skip
         paths.append(out / f"{prefix}load.png")
     return paths
 
@@ -157,6 +160,7 @@ def traces(result: RunResult, judged: Judgement) -> "dict[int, plots.Trace]":
             edges=result.edges.axis(0, found.axis),
             pixels=[row for row in judged.pixels if row.axis == found.axis],
             title=_title(job, found.axis),
+            scale=job.scales.get(found.axis),
             grid=judged.grids[found.axis],
         )
         for found in judged.axes

@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 from pixstep.lazy import lazy
 from pixstep.lines.linecheck import MAX_COUNT
 from pixstep.trajectories import table
@@ -75,7 +75,7 @@ def find(made: Table) -> Circle:
     radius = int(np.max(np.abs(made.positions)))
     if radius == 0 or np.any(np.abs(distance - radius) > _OFF_CIRCLE):
         row = int(np.argmax(np.abs(distance - radius)))
-        raise UserError(
+        raise RefusedError(
             f"{made.name}: not a circle around 0: record {row + 1} is {distance[row]:.1f} counts "
             f"from it, the furthest are {radius}"
         )
@@ -86,7 +86,7 @@ def find(made: Table) -> Circle:
     start = int(passed[0]) - 1 if len(passed) else 0
     revolutions = int((angle[-1] + step / 4) // (2 * np.pi))
     if step <= 0 or start < 0 or revolutions < 1:
-        raise UserError(f"{made.name}: not a counter-clockwise revolution from angle 0 on")
+        raise RefusedError(f"{made.name}: not a counter-clockwise revolution from angle 0 on")
     points = int(np.argmin(np.abs(angle - 2 * np.pi))) - start
     return Circle(radius, points, start, revolutions)
 

@@ -2,6 +2,7 @@
 """The circle test as people look at it: radius error over angle, exaggerated, all passes."""
 
 from collections.abc import Iterator, Sequence
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -59,18 +60,27 @@ def build(runs: Sequence[Roundness], unit: Unit, below: str) -> Figure:
     grid = figure.add_gridspec(2, 2, width_ratios=[1, 1.1])
     around = figure.add_subplot(grid[:, 0], axes_class=PolarAxes)
     assert isinstance(around, PolarAxes)
-    _polar(around, runs, unit)
+    _polar(around, runs, _sized(unit, runs))
     best = min(runs, key=lambda run: abs(run.worst))
     for place, chosen in ((grid[0, 1], runs), (grid[1, 1], [best])):
         axes = figure.add_subplot(place)
-        _straight(axes, chosen, unit)
-        axes.set_title(" and ".join(_title(run, unit) for run in chosen), fontsize=9.5)
+        sized = _sized(unit, chosen)
+        _straight(axes, chosen, sized)
+        axes.set_title(" and ".join(_title(run, sized) for run in chosen), fontsize=9.5)
     axes.set_xlabel("degrees")
     return figure
 
 
+def _sized(unit: Unit, runs: Sequence[Roundness]) -> Unit:
+    """Return millimetres as nm, µm or mm, as the largest error of some runs needs it."""
+    if unit.name != "mm":
+        return unit
+    size, prefix = plotting.prefix(max(unit.of(abs(run.worst)) for run in runs) / 1000)
+    return Unit(f"{prefix}m", unit.counts * Fraction(size * 1000).limit_denominator(10**6))
+
+
 def _title(run: Roundness, unit: Unit) -> str:
-    return f"{run.name}: at most {unit.text(abs(run.worst))}"
+    return f"{run.name}: at most {plotting.figures(unit.of(abs(run.worst)))} {unit.name}"
 
 
 def _colour(name: str) -> str:
@@ -115,7 +125,7 @@ def _polar(axes: PolarAxes, runs: Sequence[Roundness], unit: Unit) -> None:
     exaggerated = gain * float(circle.radius / unit.counts)
     axes.set_title(
         f"errors enlarged {exaggerated:.3g} times against the circle; rings: {unit.name}",
-        fontsize=9.5, pad=22,
+        fontsize=9.5, pad=30,
     )  # fmt: skip
 
 
@@ -125,15 +135,21 @@ def _rings(axes: PolarAxes, largest: float) -> None:
     ticks = ticks[np.abs(ticks) <= 1.2 * largest]
     axes.set_rlim(0, 1 + 1.25 * _SHARE)
     axes.set_rgrids(
-        1 + _SHARE / largest * ticks, [f"{tick:+g}" for tick in ticks],
+        1 + _SHARE / largest * ticks, [_signed(tick) for tick in ticks],
         angle=330, fontsize=8, color=INK,
+        bbox={"facecolor": "white", "alpha": 0.85, "edgecolor": "none", "pad": 1.0}, zorder=9,
     )  # fmt: skip
+
+
+def _signed(tick: float) -> str:
+    """Return the error that a ring stands for, with its sign."""
+    return f"{tick:+g}".replace("-", plotting.MINUS) if tick else ""  # the dashed circle
 
 
 def _figure(value: float, _place: int) -> str:
     """Return a number without an exponent."""
     text = f"{value:.9f}".rstrip("0").rstrip(".")
-    return "0" if text in ("", "-0") else text
+    return "0" if text in ("", "-0") else text.replace("-", plotting.MINUS)
 
 
 def _straight(axes: Axes, runs: Sequence[Roundness], unit: Unit) -> None:

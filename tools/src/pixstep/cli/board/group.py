@@ -25,7 +25,7 @@ from pixstep.board.port import (
     Port,
 )
 from pixstep.cli import machinedefaults
-from pixstep.cli.command import complain
+from pixstep.cli.failures import complain
 from pixstep.cli.options import say
 from pixstep.cli.quantities import TimeType
 from pixstep.errors import UserError

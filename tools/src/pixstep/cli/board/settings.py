@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """`pixstep board settings`: export, import, store, defaults, diff."""
 
+import contextlib
+from collections.abc import Iterator
 from pathlib import Path
 
 import click
@@ -19,7 +21,7 @@ from pixstep.cli.board.group import (
 from pixstep.cli.board.put import ChangedRow, change_text
 from pixstep.cli.command import FILE, OUTPUT, command
 from pixstep.cli.options import board_rows, deliver_facts, json_option, show_json
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 
 _ADDRESS, _BOARD = "unit_address", "board"
 skip_option = click.option(
@@ -93,7 +95,8 @@ def import_command(
                 "changed": [one.as_json() for one in change],
             }
             if not dry_run:
-                settings.write(item.board, old, change)
+                with _of_file(file):
+                    settings.write(item.board, old, change)
                 if store:
                     row["record"] = settings.store(item.board, found.world)
             rows.append(row)
@@ -101,6 +104,15 @@ def import_command(
                 _print(row, dry_run=dry_run)
     if as_json:
         show_json({"file": str(file), "written": not dry_run, "boards": rows})
+
+
+@contextlib.contextmanager
+def _of_file(file: Path) -> Iterator[None]:
+    """Say of which file the values are that do not go together."""
+    try:
+        yield
+    except UserError as error:
+        raise RefusedError(f"{file}: {error}") from None
 
 
 @command("store")

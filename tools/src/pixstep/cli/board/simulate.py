@@ -16,9 +16,10 @@ import click
 from pixstep import atomic, signals
 from pixstep.board import boards
 from pixstep.cli.clockoptions import gate_option
-from pixstep.cli.command import FILE, command, complain
+from pixstep.cli.command import FILE, command
+from pixstep.cli.failures import complain
 from pixstep.cli.options import pixel_hz_option, say, show_json_row
-from pixstep.errors import FINE, PlainError, UserError
+from pixstep.errors import FINE, PlainError, RefusedError, UserError
 from pixstep.lazy import lazy
 from pixstep.simulation import benchscript, virtualbench
 from pixstep.simulation.benchscript import Order
@@ -113,7 +114,7 @@ def _script(path: Path | None, kind: boards.Board) -> list[Order]:
     try:
         text = sys.stdin.read() if stream else path.read_text(encoding="utf-8")
     except UnicodeDecodeError:
-        raise UserError(f"{name}: not a text of UTF-8") from None
+        raise RefusedError(f"{name}: not a text of UTF-8") from None
     return benchscript.parse_all(text.splitlines(), kind, name)
 
 
@@ -142,6 +143,8 @@ def _linked(link: Path | None, port: str) -> Iterator[None]:
         link.symlink_to(port)
     except FileExistsError:
         raise UserError(f"{link}: already exists") from None
+    except OSError as error:  # which names the port first
+        raise UserError(f"{link}: {error.strerror or error}") from None
     try:
         yield
     finally:

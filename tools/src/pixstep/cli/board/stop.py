@@ -20,7 +20,8 @@ from pixstep.cli.board.group import (
     port_options,
     present,
 )
-from pixstep.cli.command import command, complain
+from pixstep.cli.command import command
+from pixstep.cli.failures import complain
 from pixstep.cli.options import Tell, board_rows, json_option
 from pixstep.errors import UserError
 
