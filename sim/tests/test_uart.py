@@ -46,7 +46,7 @@ class Registers(unittest.TestCase):
         self.assertEqual(after[6:8], [RXC | DOR, 1])
         self.assertEqual(after[8:10], [RXC, 2])
         self.assertEqual(after[10:12], [RXC, 4])
-        self.assertEqual(after[12], 0)
+        self.assertEqual(after[12:14], [0, 4])  # nothing new: the character of before
         self.assertEqual(after[14], 0x600D)
 
     def test_uno(self):
