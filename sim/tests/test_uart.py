@@ -292,6 +292,14 @@ class SharedLine(SimTest):
         self.assertIn(sent - second, range(1, 100))
         self.assertEqual(last - sent, FRAME)
 
+    def test_a_board_sends_with_its_own_parity(self):
+        with Session(image("uno", "echo")) as sim:
+            sim.run(16_000)
+            sim.ask("poke 0 0xc2 36")  # UCSR0C: odd
+            for parity, answer in (("O", "0142"), ("E", "febd")):  # all of its bits are wrong
+                sim.ask(f"baud 115200 {parity}")
+                self.assertEqual(sim.ask("tx 0141").split()[1], answer, parity)
+
     def test_four_boards(self):
         boards = [image("mega", "echo"), image("uno", "echo")] * 2
         with Session(*boards) as sim:

@@ -25,7 +25,15 @@
 #define STEP_DDR  DDRB
 #endif
 
-enum { CONNECT_IN_TIME, CONNECT_LATE, DISCONNECT, READ_CAPTURE, TSM_ALONE, COMPARE, CANCELER };
+enum {
+    CONNECT_IN_TIME,
+    CONNECT_LATE,
+    DISCONNECT,
+    READ_CAPTURE,
+    TSM_ALONE,
+    COMPARE,
+    CANCELER
+};
 
 // Each with a frame of its own: branches do not reach over so many nops.
 #define APART __attribute__((noinline))
@@ -50,16 +58,17 @@ static void set_up(uint8_t control)
 #define CHANGE(nops, from, to)                                                           \
     do {                                                                                 \
         set_up(from);                                                                    \
-        __asm__ volatile("sbi %[port], %[bit]\n\t"                                       \
-                         "cbi %[port], %[bit]\n\t"                                       \
-                         "sts %[tccrb], %[on]\n\t" NOPS(nops) "sts %[tccra], %[then]\n\t" \
-                         :                                                               \
-                         : [port] "I"(_SFR_IO_ADDR(STEP_PORT)),                          \
-                           [bit] "I"(STEP_BIT),                                          \
-                           [on] "r"(RUNNING),                                            \
-                           [then] "r"(to),                                               \
-                           [tccra] "n"(_SFR_MEM_ADDR(TCCR1A)),                           \
-                           [tccrb] "n"(_SFR_MEM_ADDR(TCCR1B)));                          \
+        __asm__ volatile(                                                                \
+            "sbi %[port], %[bit]\n\t"                                                    \
+            "cbi %[port], %[bit]\n\t"                                                    \
+            "sts %[tccrb], %[on]\n\t" NOPS(nops) "sts %[tccra], %[then]\n\t"             \
+            :                                                                            \
+            : [port] "I"(_SFR_IO_ADDR(STEP_PORT)),                                       \
+              [bit] "I"(STEP_BIT),                                                       \
+              [on] "r"(RUNNING),                                                         \
+              [then] "r"(to),                                                            \
+              [tccra] "n"(_SFR_MEM_ADDR(TCCR1A)),                                        \
+              [tccrb] "n"(_SFR_MEM_ADDR(TCCR1B)));                                       \
     } while (0)
 
 APART static void connect_in_time(void)
