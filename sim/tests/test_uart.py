@@ -300,6 +300,13 @@ class SharedLine(SimTest):
                 sim.ask(f"baud 115200 {parity}")
                 self.assertEqual(sim.ask("tx 0141").split()[1], answer, parity)
 
+    def test_a_receiver_that_is_off_hears_nothing(self):
+        with Session(image("uno", "echo")) as sim:
+            sim.run(16_000)
+            for enabled, answer in (("08", "-"), ("18", "0142")):
+                sim.ask(f"poke 0 0xc1 {enabled}")  # UCSR0B: TXEN0, and RXEN0 beside it
+                self.assertEqual(sim.ask("tx 0141 60000").split()[1], answer, enabled)
+
     def test_four_boards(self):
         boards = [image("mega", "echo"), image("uno", "echo")] * 2
         with Session(*boards) as sim:
