@@ -93,6 +93,9 @@ class Levels(unittest.TestCase):
             sim.run(8_000)
             # Both characters that wait, then an empty transmitter until it is switched off.
             self.assertEqual(sim.results(6), [1, 2, 0x31, 0x32, 5, 0x600D])
+            # The frame's end raises an interrupt that is enabled after it, once.
+            sim.run(8_000)
+            self.assertEqual(sim.results(7)[6], 1)
 
     def test_uno(self):
         self.check("uno")
