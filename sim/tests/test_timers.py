@@ -220,7 +220,16 @@ class TwoEdges(SimTest):
 class Instants(SimTest):
     """images/instants.c: writes and reads in the very cycle of what they meet."""
 
-    CONNECT_IN_TIME, CONNECT_LATE, DISCONNECT, READ_CAPTURE, TSM_ALONE, COMPARE, CANCELER = range(7)
+    (
+        CONNECT_IN_TIME,
+        CONNECT_LATE,
+        DISCONNECT,
+        READ_CAPTURE,
+        TSM_ALONE,
+        COMPARE,
+        CLEARED,
+        CANCELER,
+    ) = range(8)
     ICP_SYNC = 3
 
     def edges_of(self, board, what, before=()):
@@ -267,6 +276,11 @@ class Instants(SimTest):
         self.assertIn(results[0] - 51 - RESPONSE[board] - 1, (2, 3))
         self.assertEqual(results[1], 0x600D)
 
+    def check_clearing(self, board):
+        """The request goes with its flag."""
+        _, results = self.edges_of(board, self.CLEARED)
+        self.assertEqual(results, [0, OCF1B])
+
     def check_canceler(self, board):
         """A level that is there for four cycles is captured, one of three is noise."""
         with Session(image(board, "instants")) as sim:
@@ -284,6 +298,7 @@ class Instants(SimTest):
         self.check_capture(board)
         self.check_hold(board)
         self.check_compare(board)
+        self.check_clearing(board)
         self.check_canceler(board)
 
     def test_uno(self):

@@ -32,6 +32,7 @@ enum {
     READ_CAPTURE,
     TSM_ALONE,
     COMPARE,
+    CLEARED,
     CANCELER
 };
 
@@ -140,6 +141,19 @@ APART static void write_compare(void)
     RESULT[1] = 0x600D;
 }
 
+// A flag that the program clears before it lets interrupts in interrupts no more.
+APART static void clear_in_time(void)
+{
+    OCR1B = MATCH;
+    TIMSK1 = (uint8_t)(1U << OCIE1B);
+    TCCR1B = (uint8_t)(1U << CS10);
+    __asm__ volatile(NOPS(100)::);
+    RESULT[1] = TIFR1 & (1U << OCF1B);
+    TIFR1 = (uint8_t)(1U << OCF1B);
+    sei();
+    __asm__ volatile("nop\n\tnop\n\t" ::: "r24");
+}
+
 APART static void count_captures(void)
 {
     TCCR1B = (uint8_t)((1U << ICNC1) | (1U << ICES1) | (1U << CS10));
@@ -172,6 +186,9 @@ int main(void)
         break;
     case COMPARE:
         write_compare();
+        break;
+    case CLEARED:
+        clear_in_time();
         break;
     default:
         count_captures();
