@@ -4,8 +4,8 @@
 // handler pulses ENABLE of axis 0.
 // With bit 4: RESULT[0] = INTF some time later, RESULT[1] = after a zero has been written to it,
 // RESULT[2] = after a one; with a one in bit 5 the interrupt is enabled instead of these. With bit
-// 6 the pin is an output, which goes low and some time later high. With bit 7 the flag is cleared by
-// the program before it lets interrupts in.
+// 6 the pin is an output, which goes low and some time later high. With bit 7 the program clears
+// the flag before it lets interrupts in.
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
