@@ -201,6 +201,24 @@ static void lines_that_begin_together_keep_what_one_has_decoded(void)
     TEST_ASSERT_UINT32_WITHIN(8, zero + 8u * (PERIOD_TICKS - 30u), line.reached.ticks);
 }
 
+// A line zero that is not the grid's first edge: beside lines that run.
+static void a_later_line_has_decoded_from_its_own_line_zero(void)
+{
+    lock_grid_hold_period();
+    line_grid_start_locked(&line);
+    for (uint8_t pixel = 1; pixel <= 3; pixel++) {
+        (void)line_grid_advance(&line);
+    }
+    clock_edges(400, PERIOD_TICKS);
+    (void)lock_grid_begin(1);
+    (void)lock_grid_next();
+    uint32_t zero = lock_grid_next();
+
+    line_grid_place(&line, grid->newest, zero);
+    TEST_ASSERT_EQUAL_UINT16(2, grid->newest);
+    TEST_ASSERT_EQUAL_UINT16(3, line_grid_decoded(&line, grid->newest));
+}
+
 static void a_line_that_is_not_placed_has_decoded_nothing_of_the_grid(void)
 {
     lock_grid_hold_period();
@@ -482,6 +500,7 @@ int main(void)
     RUN_TEST(a_line_beside_others_begins_at_a_later_number);
 #if SEVERAL_AXES
     RUN_TEST(lines_that_begin_together_keep_what_one_has_decoded);
+    RUN_TEST(a_later_line_has_decoded_from_its_own_line_zero);
     RUN_TEST(a_line_that_is_not_placed_has_decoded_nothing_of_the_grid);
 #endif
     RUN_TEST(no_pixel_is_shorter_or_longer_than_its_limits);

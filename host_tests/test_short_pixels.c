@@ -314,6 +314,27 @@ static void plain_pixels_of_all_lengths(void)
     check_line(29970, 31, false, PIXELS - 8u);
 }
 
+static void backwards(void)
+{
+    for (uint8_t i = 0; i < pixels; i++) {
+        counts[i] = (int16_t)-counts[i];
+    }
+}
+
+// Positions below zero, and counts whose high byte is not 0, go the same ways.
+static void plain_pixels_backwards(void)
+{
+    random_counts(1, 20);
+    backwards();
+    check_line(5000, 1, false, PIXELS - 8u);
+    random_counts(1, 60);
+    backwards();
+    check_line(1000, 1, false, PIXELS - 8u);
+    random_counts(61, EVEN_PIXEL_MAX_STEPS);
+    backwards();
+    check_line(29970, 31, false, PIXELS - 8u);
+}
+
 // The decoder comes no more: the ring runs dry inside the pixel that was written last, and the
 // axis halts. Edges of the clock that come then are placed by its idle periods.
 static void clock_edges_behind_a_ring_that_ran_dry(void)
@@ -693,10 +714,30 @@ static void ends_of_long_pixels(void)
     }
 }
 
+// Whatever its reciprocal, a pixel's interval is the quotient, with the rest that belongs to it:
+// the longest pixels are those that a reciprocal suits worst.
+static void every_count_of_steps_divides_exactly(void)
+{
+    for (uint8_t steps = 1; steps <= EVEN_PIXEL_MAX_STEPS; steps++) {
+        for (uint16_t less = 0; less <= 2u * steps; less++) {
+            uint16_t ticks = (uint16_t)(UINT16_MAX - less);
+            struct even_rate rate = {0};
+
+            if (even_pixel_divide(&rate, steps, ticks)) {
+                TEST_ASSERT_EQUAL_UINT16(ticks / steps, rate.base_ticks);
+                TEST_ASSERT_EQUAL_UINT8(ticks % steps, rate.remainder);
+            }
+            TEST_ASSERT_EQUAL(steps > 1, rate.steps == steps);
+        }
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(every_count_of_steps_divides_exactly);
     RUN_TEST(plain_pixels_of_all_lengths);
+    RUN_TEST(plain_pixels_backwards);
     RUN_TEST(clock_edges_behind_a_ring_that_ran_dry);
     RUN_TEST(a_clock_edge_that_is_seen_late_behind_a_train);
     RUN_TEST(one_count_for_all);

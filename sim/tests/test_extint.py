@@ -48,6 +48,11 @@ class Edges(SimTest):
             self.check_sense(board, RISING, (1,))
             self.check_sense(board, ANY, (0, 1))
 
+    def test_a_request_that_is_cleared_while_it_waits(self):
+        for board in PIN:
+            _, _, seen = self.go(board, FALLING | 0x80, self.turns(board)[:1])
+            self.assertEqual(seen, [])
+
     def test_every_cycle(self):
         """Wherever in the main program's loop the edge falls, the answer is as late."""
         lateness = set()

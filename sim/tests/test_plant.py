@@ -205,6 +205,21 @@ class Bounce(PlantTest):
         self.assertEqual((len(home), len(plus), home[0]), (7, 7, plus[0]))
         self.assertNotEqual(home, plus)
 
+    def test_no_two_boards_bounce_alike(self):
+        knobs = f"{KNOBS},bounce=6,bounce_ticks=2000"
+        options = ["--switch-log", str(self.log_path)]
+        for board in (0, 1):
+            options += ["--plant", f"{board}.0:{knobs}"]
+        sim = Session(image("uno", "shuttle"), image("uno", "shuttle"), options=options)
+        self.addCleanup(sim.__exit__)
+        self.tell(sim, "run 40000")
+        self.tell(sim, "flush")
+        first, second = ([row for row in read_switches(self.log_path, board) if row[0] > 0]
+                         for board in (0, 1))  # fmt: skip
+        self.assertGreater(len(first), 7)
+        self.assertEqual(first[0], second[0])  # the boards step alike
+        self.assertNotEqual(first, second)
+
     def test_cut_off_by_the_next_change(self):
         """Bounces go on for longer than the switch stays: it ends with each change."""
         sim = self.session(f"{KNOBS},bounce=64,bounce_ticks=60000")

@@ -6,7 +6,7 @@ import random
 import time
 import unittest
 
-from harness import Session, SimTest, differences, image, read_edges, rising
+from harness import RESULT_ADDRESS, Session, SimTest, differences, image, read_edges, rising
 
 BOARDS = ("uno", "mega")
 BYTES = 64  # images/power.c writes these, one after the other
@@ -80,6 +80,23 @@ class Causes(unittest.TestCase):
             for wrong in ("power 0 off", "reset 0 external", "cycle 0", "hang 0 main"):
                 self.assertIn("has no power", sim.ask(wrong), wrong)
             self.assertEqual(sim.run(1_000), "ok 2000")
+
+
+class Registers(unittest.TestCase):
+    """images/start.c: a start finds the registers as the data sheet has them."""
+
+    def test_each_start(self):
+        # UCSR0A: UDRE0. UCSR0C: 8 data bits. PINB at last, of which the test drives a pin.
+        initial = [0x20, 0, 0x06, 0, 0, 0, 0, 0, 0, 0, 1]
+        for board in BOARDS:
+            with Session(image(board, "start")) as sim:
+                sim.ask("pin 0 B 0 1")
+                sim.run(20_000)
+                for command in ("reset 0 external", "reset 0 brownout", "cycle 0"):
+                    sim.ask(f"poke 0 {RESULT_ADDRESS} {'ff' * 22}")
+                    self.assertTrue(sim.ask(command).startswith("ok "))
+                    sim.run(20_000)
+                    self.assertEqual(sim.results(11), initial, command)
 
 
 class Off(SimTest):

@@ -116,6 +116,13 @@ class PixelClock(SimTest):
         self.assertEqual(edges, expected)
         self.assertEqual(len(edges), 60)
 
+    def test_pulses_keep_apart(self):
+        """A jitter of more than a period: each pulse, a quarter of it, ends before the next."""
+        options = ("--pixel-hz", "40000", "--pixel-jitter-ns", "40000", "--seed", "5")
+        edges = self.clock(*options, commands=("run 4000000",))
+        high, low = 400 // 4 + 1, 2
+        self.assertEqual(min(b - a for a, b in itertools.pairwise(edges)), high + low)
+
     def test_exact_period_at_20_mhz(self):
         options = ("--pixel-hz", "30000/1001", "--pixel-start-ms", "5")
         edges = self.clock(*options, board="m1284")

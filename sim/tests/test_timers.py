@@ -17,6 +17,8 @@ from harness import (
 BOARDS = ("uno", "mega")
 AXIS_OF_CAPTURE = {"uno": 0, "mega": 3}
 CAPTURE_PIN = {"uno": "B 0", "mega": "L 1"}
+ICP1 = {"uno": "B 0", "mega": "D 4"}
+RESPONSE = {"uno": 4, "mega": 5}
 
 OCF1C, OCF1B, OCF1A, TOV1 = 8, 4, 2, 1
 
@@ -74,6 +76,7 @@ REGISTERS = {
     18: 5,
     19: 0,
     20: TOV1,
+    21: 0,  # lds begins at TCNT = 99 = TOP and reads in the cycle of 0
 }
 
 
@@ -83,7 +86,7 @@ class Registers(unittest.TestCase):
     def check(self, board):
         with Session(image(board, "registers")) as sim:
             self.assertEqual(sim.run(20_000), "ok 20000")
-            results = sim.results(21)
+            results = sim.results(22)
         self.assertEqual(dict(enumerate(results)), REGISTERS)
 
     def test_uno(self):
@@ -214,6 +217,97 @@ class TwoEdges(SimTest):
         self.check("mega")
 
 
+class Instants(SimTest):
+    """images/instants.c: writes and reads in the very cycle of what they meet."""
+
+    (
+        CONNECT_IN_TIME,
+        CONNECT_LATE,
+        DISCONNECT,
+        READ_CAPTURE,
+        TSM_ALONE,
+        COMPARE,
+        CLEARED,
+        CANCELER,
+    ) = range(8)
+    ICP_SYNC = 3
+
+    def edges_of(self, board, what, before=()):
+        path = self.folder / "edges.csv"
+        with Session(image(board, "instants"), options=["--edges", str(path)]) as sim:
+            sim.ask(f"poke 0 {GPIOR2} {what:02x}")
+            for command in before:
+                self.assertTrue(sim.ask(command).startswith("ok"), command)
+            sim.run(40_000)
+            results = sim.results(2)
+            sim.ask("flush")
+        return read_edges(path), results
+
+    def check_connection(self, board):
+        """In force with TCNT = OCR1B the match drives the pin; one later not before the next."""
+        # Behind the port's pulse CBI and STS, two cycles each, and the match's effect at TCNT = 51.
+        for what, ticks in ((self.CONNECT_IN_TIME, 4 + 51), (self.CONNECT_LATE, 4 + 1000 + 51)):
+            port, match = rising(self.edges_of(board, what)[0])[:2]
+            self.assertEqual(match - port, ticks)
+        edges, _ = self.edges_of(board, self.DISCONNECT)
+        # The pin is the port's again, low, with TCNT = 60.
+        self.assertEqual(differences([rising(edges)[0], *falling(edges)]), [60 - 51])
+
+    def check_capture(self, board):
+        """A read in the cycle in which ICR1 changes sees the change."""
+        edges, _ = self.edges_of(board, self.READ_CAPTURE)
+        # SBI's write is in force at the edge; 39 nops, and the second cycle of LDS reads.
+        read = rising(edges)[0] + 39 + 1
+        for late, seen in ((0, True), (1, False)):
+            at = read - self.ICP_SYNC + late
+            pin = f"pin 0 {ICP1[board]} 1 at {at}"
+            _, results = self.edges_of(board, self.READ_CAPTURE, [pin])
+            self.assertEqual((results[0] != 0, results[1]), (seen, 0x600D), late)
+
+    def check_hold(self, board):
+        """TSM holds what PSRSYNC resets; alone it holds nothing."""
+        _, results = self.edges_of(board, self.TSM_ALONE)
+        self.assertEqual(results[0], 1)
+
+    def check_compare(self, board):
+        """The handler of a match whose value was written on the way reads its count in time."""
+        _, results = self.edges_of(board, self.COMPARE)
+        # The flag comes with TCNT = 51; then the response, RJMP or JMP, LDS's second cycle.
+        self.assertIn(results[0] - 51 - RESPONSE[board] - 1, (2, 3))
+        self.assertEqual(results[1], 0x600D)
+
+    def check_clearing(self, board):
+        """The request goes with its flag."""
+        _, results = self.edges_of(board, self.CLEARED)
+        self.assertEqual(results, [0, OCF1B])
+
+    def check_canceler(self, board):
+        """A level that is there for four cycles is captured, one of three is noise."""
+        with Session(image(board, "instants")) as sim:
+            sim.ask(f"poke 0 {GPIOR2} {self.CANCELER:02x}")
+            sim.run(10_000)
+            for number, (width, captured) in enumerate(((3, 0), (4, 1), (5, 2), (3, 2))):
+                at = 20_000 + 10_000 * number
+                for cycle, level in ((at, 1), (at + width, 0)):
+                    sim.ask(f"pin 0 {ICP1[board]} {level} at {cycle}")
+                sim.run(12_000 if number == 0 else 10_000)
+                self.assertEqual(sim.results(1), [captured], width)
+
+    def check(self, board):
+        self.check_connection(board)
+        self.check_capture(board)
+        self.check_hold(board)
+        self.check_compare(board)
+        self.check_clearing(board)
+        self.check_canceler(board)
+
+    def test_uno(self):
+        self.check("uno")
+
+    def test_mega(self):
+        self.check("mega")
+
+
 class Together(SimTest):
     """images/together.c: GTCCR starts, holds and releases all timers at one instant."""
 
@@ -245,6 +339,7 @@ REFUSALS = {
     6: "UART 0: synchronous modes are not modelled",
     7: "timer 1: TCNT written to TOP or above while counting",
     8: "timer 1: OCR1A is 0 at BOTTOM",
+    9: "timer 1: TCNT written to TOP or above while counting",
 }
 
 

@@ -46,7 +46,7 @@ class Registers(unittest.TestCase):
         self.assertEqual(after[6:8], [RXC | DOR, 1])
         self.assertEqual(after[8:10], [RXC, 2])
         self.assertEqual(after[10:12], [RXC, 4])
-        self.assertEqual(after[12], 0)
+        self.assertEqual(after[12:14], [0, 4])  # nothing new: the character of before
         self.assertEqual(after[14], 0x600D)
 
     def test_uno(self):
@@ -93,6 +93,9 @@ class Levels(unittest.TestCase):
             sim.run(8_000)
             # Both characters that wait, then an empty transmitter until it is switched off.
             self.assertEqual(sim.results(6), [1, 2, 0x31, 0x32, 5, 0x600D])
+            # The frame's end raises an interrupt that is enabled after it, once.
+            sim.run(8_000)
+            self.assertEqual(sim.results(7)[6], 1)
 
     def test_uno(self):
         self.check("uno")
@@ -291,6 +294,21 @@ class SharedLine(SimTest):
         self.assertEqual(second - first, int(MASTER_FRAME))
         self.assertIn(sent - second, range(1, 100))
         self.assertEqual(last - sent, FRAME)
+
+    def test_a_board_sends_with_its_own_parity(self):
+        with Session(image("uno", "echo")) as sim:
+            sim.run(16_000)
+            sim.ask("poke 0 0xc2 36")  # UCSR0C: odd
+            for parity, answer in (("O", "0142"), ("E", "febd")):  # all of its bits are wrong
+                sim.ask(f"baud 115200 {parity}")
+                self.assertEqual(sim.ask("tx 0141").split()[1], answer, parity)
+
+    def test_a_receiver_that_is_off_hears_nothing(self):
+        with Session(image("uno", "echo")) as sim:
+            sim.run(16_000)
+            for enabled, answer in (("08", "-"), ("18", "0142")):
+                sim.ask(f"poke 0 0xc1 {enabled}")  # UCSR0B: TXEN0, and RXEN0 beside it
+                self.assertEqual(sim.ask("tx 0141 60000").split()[1], answer, enabled)
 
     def test_four_boards(self):
         boards = [image("mega", "echo"), image("uno", "echo")] * 2

@@ -105,7 +105,7 @@ def compile_changed(sources: list[Path], folder: Path) -> dict[str, Path]:
     made = {}
     for number, source in enumerate(sources):
         relative = source.relative_to(folder if folder in source.parents else ROOT)
-        words = compile_words(BUILD, ROOT / relative)
+        words = compile_words(BUILD, ROOT / relative, IMAGE)
         built, replaced = folder / f"{number}.obj", words[words.index("-o") + 1]
         words[words.index("-o") + 1] = str(built)
         words[-1] = str(source)

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """What the campaigns of planted defects share: a changed text, and the words of a build's steps."""
 
-import json
 import shlex
 import subprocess
 from pathlib import Path
@@ -14,24 +13,30 @@ def swapped(text: str, right: str, wrong: str, where: str) -> str:
     return text.replace(right, wrong)
 
 
-def compile_words(build: Path, source: Path) -> list[str]:
-    """Return the command that compiles a source for the program itself, warnings left alone."""
-    commands = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
-    words = next(
-        shlex.split(one["command"])
-        for one in commands
-        if Path(one["file"]) == source and "/host_tests/" not in one["command"]
-    )
-    return [word for word in words if word != "-Werror"]
-
-
-def link_words(build: Path, target: str) -> list[str]:
-    """Return the command that links a target of the build."""
+def _steps(build: Path, target: str) -> list[str]:
+    """Return the commands that make a target of the build, the last of them links it."""
     listed = subprocess.run(
-        ["ninja", "-C", str(build), "-t", "commands", "-s", target],
+        ["ninja", "-C", str(build), "-t", "commands", target],
         capture_output=True,
         text=True,
         check=True,
     )
-    steps = listed.stdout.strip().splitlines()[-1].split("&&")
-    return shlex.split(next(step for step in steps if f"-o {target}" in step))
+    return [step for line in listed.stdout.splitlines() for step in line.split("&&")]
+
+
+def link_words(build: Path, target: str) -> list[str]:
+    """Return the command that links a target of the build."""
+    return shlex.split(next(one for one in _steps(build, target) if f"-o {target} " in one))
+
+
+def compile_words(build: Path, source: Path, target: str) -> list[str]:
+    """Return the command that compiles a source for a target, warnings left alone.
+
+    Other programs of the build may compile the same source: with an object of theirs in its place
+    the target would stay what it was.
+    """
+    words = shlex.split(next(one for one in _steps(build, target) if one.endswith(f" {source}")))
+    for option in ("-MT", "-MF"):  # the build's own list of what it depends on stays
+        at = words.index(option)
+        del words[at : at + 2]
+    return [word for word in words if word not in ("-Werror", "-MD")]

@@ -10,6 +10,7 @@ sim_plants` runs it.
 """
 
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -36,6 +37,7 @@ class Plant:
 
 TIMER = "timer16.c"
 TIMER_REGISTERS = "timer16_registers.c"
+TIMERS = "timers.c"
 UART = "uart.c"
 UART_REGISTERS = "uart_registers.c"
 EEPROM = "eeprom.c"
@@ -193,7 +195,51 @@ PLANTS = (
         "#define COUNT_MAX          0xFFFFU",
         "#define COUNT_MAX          0xFFFEU",
     ),
+    Plant(
+        "ICRn read without what has happened since",
+        TIMER_REGISTERS,
+        "    timer16_sync(t, access_cycle(avr));\n    t->temp = (uint8_t)(t->icr >> 8);",
+        "    (void)avr;\n    t->temp = (uint8_t)(t->icr >> 8);",
+    ),
+    Plant(
+        "TCCRnA in force a cycle early",
+        TIMER_REGISTERS,
+        "uint64_t cycle = access_cycle(avr) + 1;\n\n    timer16_sync(t, cycle);\n"
+        "    avr->data[address] = value;\n    t->tccra",
+        "uint64_t cycle = access_cycle(avr);\n\n    timer16_sync(t, cycle);\n"
+        "    avr->data[address] = value;\n    t->tccra",
+    ),
+    Plant(
+        "a pin that is not told that its timer leaves it",
+        TIMER_REGISTERS,
+        "    timer16_control_changed(t, cycle);\n    report_outputs(t, cycle);",
+        "    timer16_control_changed(t, cycle);\n    (void)report_outputs;",
+    ),
+    Plant(
+        "TSM that holds without PSRSYNC",
+        TIMERS,
+        "tsm && (value & GTCCR_SYNC) != 0, cycle",
+        "tsm, cycle",
+    ),
+    Plant(
+        "a compare value written on the way interrupts late",
+        TIMER,
+        "    plan_match(t, channel, cycle);\n    timer16_schedule(t);",
+        "    plan_match(t, channel, cycle);",
+    ),
+    Plant(
+        "TCNT written to TOP is let pass",
+        TIMER,
+        "== MODE_FAST_PWM_OCRA && count >= t->ocr[0]",
+        "== MODE_FAST_PWM_OCRA && count > t->ocr[0]",
+    ),
     # The serial bus
+    Plant(
+        "an empty UDR that reads 0",
+        UART_REGISTERS,
+        "    if (u->fifo_count > 0) {\n        u->rx_last",
+        "    u->rx_last = 0;\n    if (u->fifo_count > 0) {\n        u->rx_last",
+    ),
     Plant("RXC in the middle of the stop bit", UART, "/ 8 * 6 :", "/ 8 * 4 :"),
     Plant("a frame without its parity bit", UART, "!= 0 ? 1 : 0;", "!= 0 ? 0 : 0;"),
     Plant(
@@ -527,7 +573,19 @@ PLANTS = (
         "if ((p->pins[index].ddr & mask) == 0 && (p->pins[index].driven_mask & mask) != 0) {",
         "if ((p->pins[index].driven_mask & mask) != 0) {",
     ),
+    Plant(
+        "PINx that is low after a reset",
+        PORTS,
+        "|= (uint8_t)((level ? 1U : 0U) << bit);",
+        "|= (uint8_t)((level ? 0U : 0U) << bit);",
+    ),
     # The pixel clock, pins of their own, oscillators
+    Plant(
+        "pulses that run into each other",
+        PIXEL_CLOCK,
+        "(int64_t)(c->last_fall + GAP_CYCLES);",
+        "(int64_t)(c->last_fall - GAP_CYCLES);",
+    ),
     Plant(
         "a gate that rests an edge early",
         PIXEL_CLOCK,
@@ -599,7 +657,7 @@ def with_plant(build: Path, plant: Plant, folder: Path) -> Path:
     source.write_text(
         swapped(text, plant.right, plant.wrong, f"sim/{plant.file}"), encoding="utf-8"
     )
-    words = compile_words(build, kept)
+    words = compile_words(build, kept, TARGET)
     replaced = words[words.index("-o") + 1]
     words[words.index("-o") + 1] = str(made)
     words[words.index(str(kept))] = str(source)
@@ -628,19 +686,21 @@ def find(program: Path) -> str:
     own = {"PIXSTEP_SIM": str(program), "PYTHONDONTWRITEBYTECODE": "1"}
     environment = os.environ | images | own
     for suite in suites():
+        process = subprocess.Popen(
+            [sys.executable, str(suite), "--failfast"],
+            cwd=suite.parent,
+            env=environment,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            process_group=0,
+        )
         try:
-            done = subprocess.run(
-                [sys.executable, str(suite), "--failfast"],
-                cwd=suite.parent,
-                env=environment,
-                capture_output=True,
-                timeout=SUITE_SECONDS,
-                check=False,
-            )
+            if process.wait(SUITE_SECONDS) != 0:
+                return suite.stem
         except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)  # the simulators that it has begun, too
+            process.wait()
             return f"{suite.stem} (no end)"
-        if done.returncode != 0:
-            return suite.stem
     return ""
 
 

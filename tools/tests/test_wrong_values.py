@@ -27,7 +27,10 @@ DATA = natives.root() / "tools/data"
 MACHINE = """\
 clock.pixel = "30 Hz"
 boards.main.kind = "mega"
-motors.X = { axis = 0, kind = "plain", limits.max_acceleration = 9 }
+line.motor = "X"
+motors.X = { axis = 0, kind = "plain", limits.max_acceleration = 600 }
+motors.Y = { axis = 1, kind = "plain", limits.max_acceleration = 600 }
+motors.Z = { axis = 2, kind = "plain", limits.max_acceleration = 600 }
 """
 # Texts that commands read by themselves, by option or argument.
 TEXTS = {
@@ -48,7 +51,9 @@ TEXTS = {
     "NAME=VALUE...": ("nonsense=3", "dir_setup_us=abc", "dir_setup_us=9999999", "dir_setup_us"),
 }
 # Stopping needs no machine file: one that cannot be read is noted. To flash is avrdude's part.
+# A profile may be made for any motor.
 GOES_ON = (("board stop", "--machine"), ("flash", "--port"))
+OWN_TEXTS = {("profile make", "--motor"): ("a/b",)}
 REFUSED_CONTENT = ("broken.toml",)  # what the file says is wrong, not the command line
 NUMBERS = ("abc", "", "1e999", "nan", "\x1b[31m" * 100)
 
@@ -73,7 +78,7 @@ def typed(param):
     return param.human_readable_name
 
 
-def wrong_values(param):
+def wrong_values(words, param):
     """Return values that a parameter must not take."""
     kind = param.type
     if isinstance(kind, OutPicture):
@@ -89,6 +94,8 @@ def wrong_values(param):
     if isinstance(kind, click.Choice):
         return ("nonsense", "")
     if kind.name == "text":
+        if (words, typed(param)) in OWN_TEXTS:
+            return OWN_TEXTS[words, typed(param)]
         return TEXTS[typed(param)] if param.name != "file" else ("nowhere.toml", "folder")
     if isinstance(kind, (click.IntRange, click.FloatRange)):
         beyond = ((kind.min, -1), (kind.max, 1))
@@ -194,7 +201,7 @@ def complaint(done, value, param):
 def test_a_wrong_value_is_one_line(words, param, folder):
     before = tree(folder)
     found = []
-    for value in wrong_values(param):
+    for value in wrong_values(words, param):
         line = with_value(words, COMMANDS[words], param, value)
         done = CliRunner().invoke(main, line)
         wrong = complaint(done, value, param)

@@ -4,7 +4,8 @@
 // handler pulses ENABLE of axis 0.
 // With bit 4: RESULT[0] = INTF some time later, RESULT[1] = after a zero has been written to it,
 // RESULT[2] = after a one; with a one in bit 5 the interrupt is enabled instead of these. With bit
-// 6 the pin is an output, which goes low and some time later high.
+// 6 the pin is an output, which goes low and some time later high. With bit 7 the program clears
+// the flag before it lets interrupts in.
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
@@ -63,6 +64,13 @@ int main(void)
     EICRA = (uint8_t)((what & 3U) << (2 * LINE));
     EIFR = 0xFF;
     sei();
+    if ((what & 0x80U) != 0) {
+        cli();
+        EIMSK = (uint8_t)(1U << LINE);
+        __builtin_avr_delay_cycles(30000);
+        EIFR = (uint8_t)(1U << LINE);
+        sei();
+    }
     if ((what & 0x10U) != 0) {
         __builtin_avr_delay_cycles(5000);
         if ((what & 0x20U) == 0) {

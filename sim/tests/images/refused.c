@@ -93,6 +93,10 @@ static void ask(uint8_t what)
         fast_pwm(999);
         TCNT1 = 2000;
         break;
+    case 9: // TCNT at TOP, behind which it would not turn
+        fast_pwm(999);
+        TCNT1 = 999;
+        break;
     case 8: // OCR1A written too late for the first period
         TCCR1A = (uint8_t)((1U << WGM11) | (1U << WGM10));
         TCCR1B = (uint8_t)((1U << WGM13) | (1U << WGM12));

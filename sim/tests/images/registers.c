@@ -87,6 +87,20 @@ static void overflow_flag(void)
     RESULT[5] = flags & (1U << TOV1);
 }
 
+// 21: the count read in the very cycle in which it goes from TOP to 0.
+static void count_at_bottom(void)
+{
+    uint8_t low;
+
+    stop();
+    OCR1A = 99;
+    TCCR1A = MODE_15_A;
+    __asm__ volatile("sts %[tccrb], %[on]\n\t" NOPS(99) "lds %[low], %[tcnt]\n\t"
+                     : [low] "=r"(low)
+                     : [on] "r"(STARTED_15), REGISTERS);
+    RESULT[21] = low;
+}
+
 // 6: in mode 15 the program reads the buffer. 7, 8: a buffer written in the last cycle but one of a
 // period is loaded at its end (TCNT goes on to 150), one written in the last cycle is not.
 static void buffer(void)
@@ -234,6 +248,7 @@ int main(void)
     temp();
     count();
     overflow_flag();
+    count_at_bottom();
     buffer();
     clear_flags();
     blocked_match();

@@ -10,7 +10,7 @@ import pytest
 from effort import cases
 from pixstep import natives
 from pixstep.errors import UserError
-from pixstep_dev.mutants import campaign, judged, operators, programs, record, stages
+from pixstep_dev.mutants import assembly, campaign, judged, operators, programs, record, stages
 from pixstep_dev.mutants.campaign import Outcome, Plan, Trial
 from pixstep_dev.mutants.stages import Verdict
 
@@ -71,6 +71,55 @@ def test_statements_go_and_lines_stay():
         assert changed.count("\n") == CODE.count("\n")
     with pytest.raises(ValueError, match="is no longer"):
         operators.mutants("a.c", CODE)[0].apply("something else")
+
+
+ASSEMBLY = """\
+#define FIRST r18 \\
+    adc r1, r2
+.macro pass from
+1:  adc r20, \\from    ; adc r20, r21
+    brne 1b
+    ldd r24, Z + PLACE_OF + 1
+    sbiw r26, 1
+    pass_on r20, r21
+.endm
+function take
+    rjmp 1b
+end_function take
+"""
+
+
+def test_of_an_instruction_one_part_is_changed():
+    found = assembly.mutants("a.S", ASSEMBLY)
+    assert [(one.line, one.kind, one.right, one.wrong) for one in found] == [
+        (4, "arithmetic", "adc", "add"),
+        (4, "statement", "adc r20, \\from", "nop"),
+        (4, "register", "r20", "r21"),
+        (5, "relation", "brne", "breq"),
+        (5, "statement", "brne 1b", "nop"),
+        (6, "statement", "ldd r24, Z + PLACE_OF + 1", "nop"),
+        (6, "register", "r24", "r25"),
+        (6, "constant", "1", "2"),
+        (6, "constant", "1", "0"),
+        (7, "arithmetic", "sbiw", "adiw"),
+        (7, "statement", "sbiw r26, 1", "nop"),
+        (7, "register", "r26", "r24"),
+        (7, "constant", "1", "2"),
+        (7, "constant", "1", "0"),
+    ]
+    assert {one.inside for one in found} == {"pass"}
+    assert found[0].apply(ASSEMBLY).splitlines()[3] == "1:  add r20, \\from    ; adc r20, r21"
+
+
+def test_a_pattern_chooses_the_sources():
+    few = campaign.offered(campaign.chosen(Plan(1, only="/clock_filter")))
+    assert {one.file for one in few} == {
+        "firmware/core/motion/clock_filter.c", "firmware/core/motion/clock_filter.h",
+    }  # fmt: skip
+    assert all(
+        one.file.endswith((".S", ".inc"))
+        for one in campaign.offered(campaign.chosen(Plan(1, assembly=True)))
+    )
 
 
 EVEN = "firmware/core/motion/even.c"
@@ -155,7 +204,7 @@ def folders():
 
 def test_ctrl_c_leaves_nothing(suites, monkeypatch):
     before, sources = folders(), tree()
-    monkeypatch.setattr(stages, "Stages", lambda names: suites.stages)
+    monkeypatch.setattr(stages, "Stages", lambda *_: suites.stages)
     monkeypatch.setattr(campaign.Campaign, "measure", lambda self: None)
     monkeypatch.setattr(suites.stages, "try_stage", lambda *_: Verdict("native", "a suite"))
     shown = []

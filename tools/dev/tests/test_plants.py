@@ -10,11 +10,13 @@ import explore_two_plants
 import orders_plants
 import pytest
 import sim_plants
-from common import ROOT
-from planting import swapped
+from common import ROOT, build_folder
+from planting import compile_words, link_words, swapped
 
 from pixstep.errors import UserError
 from pixstep_dev.fuzzing import defects, sources
+
+HOST = build_folder("host")
 
 
 def about(plant):
@@ -53,3 +55,10 @@ def test_the_defects_of_orders_can_be_planted(plant, tmp_path):
 def test_a_plant_whose_text_is_gone_names_its_file():
     with pytest.raises(ValueError, match=r"timer16\.c: 'no such text' is not there exactly once"):
         swapped("some text", "no such text", "", "timer16.c")
+
+
+@pytest.mark.parametrize("source", sorted({plant.file for plant in sim_plants.PLANTS}))
+def test_a_plant_is_compiled_for_the_simulator(source):
+    """Other programs compile the timers' model too: their objects are not the simulator's."""
+    words = compile_words(HOST, ROOT / "sim" / source, sim_plants.TARGET)
+    assert words[words.index("-o") + 1] in link_words(HOST, sim_plants.TARGET)

@@ -16,6 +16,10 @@ from pixstep_dev.mutants import stages
 )
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
 @click.option(
+    "--only", default="", metavar="PATTERN", help="Draw from files whose path matches a pattern."
+)
+@click.option("--assembly", is_flag=True, help="Of the assembly sources, not of C.")
+@click.option(
     "--last",
     type=click.Choice(stages.NAMES),
     default=stages.NAMES[-1],
@@ -31,12 +35,13 @@ from pixstep_dev.mutants import stages
 @click.option("--json", "as_json", is_flag=True, help="Print every mutant and its fate as JSON.")
 @click.option("--write", type=FILE, help="Rewrite the figures in FILE (docs/MUTANTS.md).")
 @click.pass_context
-def mutants(ctx, count, seed, last, jobs, again, as_json, write):
+def mutants(ctx, count, seed, only, assembly, last, jobs, again, as_json, write):
     """Change the firmware in small ways; see which tests notice.
 
     Each mutant changes one operator, constant, condition, statement or returned value of
-    firmware/core or firmware/app, in a copy. It is tried by the native suites, then by the suites
-    on AVR, pixstep-explore, and the tests on all images, until one of them fails.
+    firmware/core or firmware/app, in a copy; with --assembly one instruction of an assembly
+    source. It is tried by the native suites, then by the suites on AVR, pixstep-explore, and the
+    tests on all images, until one of them fails.
 
     Exit status 0 only if every survivor is judged (tools/dev/pixstep_dev/data/mutants.toml).
     """
@@ -47,7 +52,7 @@ def mutants(ctx, count, seed, last, jobs, again, as_json, write):
     kept = campaign.read(again) if again else None
     names = stages.NAMES[: stages.NAMES.index(last) + 1]
     with progress.shown(f"{count} mutants") as show:
-        plan = campaign.Plan(count, seed, names, jobs)
+        plan = campaign.Plan(count, seed, names, jobs, only, assembly)
         outcome = campaign.run(plan, show, kept, lambda one: judged.equivalent(judgements, one))
     if write:
         markdown.write(write, record.NAME, record.markdown(outcome, judgements))

@@ -4,6 +4,7 @@
 import hashlib
 import json
 import random
+import re
 import shutil
 import tempfile
 import threading
@@ -16,8 +17,8 @@ from pathlib import Path
 from pixstep import natives
 from pixstep.errors import UserError
 from pixstep.progress import Progress, unseen
-from pixstep_dev.mutants import stages
-from pixstep_dev.mutants.operators import Mutant, mutants
+from pixstep_dev.mutants import assembly, operators, stages
+from pixstep_dev.mutants.operators import Mutant
 from pixstep_dev.mutants.programs import CannotBuildError, Workshop
 
 Judged = Callable[[Mutant], bool]
@@ -29,12 +30,17 @@ SURVIVED = "survived"
 
 @dataclass(frozen=True)
 class Plan:
-    """So many mutants that compile, chosen by a seed."""
+    """So many mutants that compile, chosen by a seed from the files that `only` is found in.
+
+    They are of the C sources, or of the assembly sources.
+    """
 
     count: int
     seed: int = 1
     stages: tuple[str, ...] = stages.NAMES
     jobs: int = 2
+    only: str = ""
+    assembly: bool = False
 
 
 @dataclass(frozen=True)
@@ -81,8 +87,14 @@ def offered(paths: list[Path]) -> list[Mutant]:
     return [
         mutant
         for path in paths
-        for mutant in mutants(str(path.relative_to(root)), path.read_text(encoding="utf-8"))
+        for mutant in _of_language(path)(
+            str(path.relative_to(root)), path.read_text(encoding="utf-8")
+        )
     ]
+
+
+def _of_language(path: Path) -> Callable[[str, str], list[Mutant]]:
+    return operators.mutants if path.suffix in (".c", ".h") else assembly.mutants
 
 
 def digest(paths: list[Path]) -> str:
@@ -99,7 +111,7 @@ class Campaign:
     def __init__(self, plan: Plan, folder: Path, judged: Judged = lambda _: False) -> None:
         self.plan = plan
         self._judged = judged
-        self.stages = stages.Stages(plan.stages)
+        self.stages = stages.Stages(plan.stages, plan.assembly)
         self._folder = folder
         self._plain = Workshop(folder / "plain")
         self._own = threading.local()
@@ -166,7 +178,7 @@ def run(
     campaign = None
     try:
         campaign = Campaign(plan, work, judged)
-        outcome = _begun(plan, campaign.stages.sources(), kept)
+        outcome = _begun(plan, kept)
         campaign.measure()
         _run_all(plan, campaign, pool, outcome, progress, kept)
         return outcome
@@ -177,16 +189,28 @@ def run(
         shutil.rmtree(work)
 
 
-def _begun(plan: Plan, paths: list[Path], kept: Outcome | None) -> Outcome:
-    outcome = Outcome(plan, digest(paths), len(offered(paths)))
+def _begun(plan: Plan, kept: Outcome | None) -> Outcome:
+    outcome = Outcome(plan, digest(_sources(plan)), len(offered(chosen(plan))))
+    if not outcome.offered:
+        raise UserError(f"no source has {plan.only!r} in its name")
     if kept and kept.sources != outcome.sources:
         raise UserError("the sources have changed since: run all of it again")
     return outcome
 
 
+def _sources(plan: Plan) -> list[Path]:
+    return stages.assembly_sources() if plan.assembly else stages.c_sources()
+
+
+def chosen(plan: Plan) -> list[Path]:
+    """Return the files that the plan draws from."""
+    root = natives.root()
+    return [path for path in _sources(plan) if re.search(plan.only, str(path.relative_to(root)))]
+
+
 def _run_all(plan, campaign, pool, outcome, progress: Progress, kept: Outcome | None) -> None:
     """Fill the outcome: mutants in the order of the sample, until enough of them compile."""
-    order = offered(campaign.stages.sources())
+    order = offered(chosen(plan))
     random.Random(plan.seed).shuffle(order)
     known = {trial.mutant: trial for trial in kept.trials} if kept else {}
     valid = 0

@@ -78,7 +78,10 @@ _GOES_ON = frozenset(("=", "(", ".", "->", "[", "++", "--", *(s for s in _SIGNS 
 _GOES_ON -= {"<=", ">=", "==", "!="}
 _OPENING = {"(": ")", "[": "]", "{": "}"}
 
-KINDS = ("relation", "arithmetic", "constant", "logic", "bits", "statement", "return")
+KINDS = (
+    *("relation", "arithmetic", "constant", "logic", "bits", "statement", "return"),
+    "register",  # of assembly
+)
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,11 @@ BOARDS = boards.BOARD_NAMES
 # Tests on the real images, the quickest first; each file takes seconds.
 IMAGE_TESTS = (
     "exact", "board_run", "board_stop", "board_trouble", "waiting_axes", "faults_provoked",
-    "safety_faults", "seek_campaign", "board_settings",
+    "safety_faults", "seek_campaign", "board_settings", "starts", "pixel_rates",
+)  # fmt: skip
+# For assembly beside these: what meets the interrupts' rare ways.
+ASSEMBLY_TESTS = (
+    "clock_input", "witness", "parking", "line_divider", "lock", "late_interrupts",
 )  # fmt: skip
 # Short enough for every survivor; the tests `explore` and `explore.plants` go further.
 EXPLORERS = {
@@ -76,11 +80,24 @@ class _Ended:
     seconds: float
 
 
+def c_sources() -> list[Path]:
+    """Return the C files that may be changed: core and app."""
+    firmware = natives.root() / "firmware"
+    return sorted(path for part in ("core", "app") for path in (firmware / part).rglob("*.[ch]"))
+
+
+def assembly_sources() -> list[Path]:
+    """Return the assembly files, those of the hal too."""
+    firmware = natives.root() / "firmware"
+    return sorted(path for end in ("*.S", "*.inc") for path in firmware.rglob(end))
+
+
 class Stages:
     """All that mutants are tried by, with the times that the unchanged programs take."""
 
-    def __init__(self, names: tuple[str, ...] = NAMES) -> None:
+    def __init__(self, names: tuple[str, ...] = NAMES, assembly: bool = False) -> None:
         self.names = names
+        self._assembly = assembly
         self.builds = {name: Build(name) for name in ("host", *BOARDS)}
         self.seconds: dict[str, float] = {}
         self._kills: Counter = Counter()
@@ -88,13 +105,6 @@ class Stages:
         for build in self.builds.values():
             if stale := build.stale():
                 raise UserError(f"{build.folder}: {stale[0]} is older than its source: build first")
-
-    def sources(self) -> list[Path]:
-        """Return the files that may be changed: core and app."""
-        firmware = natives.root() / "firmware"
-        return sorted(
-            path for part in ("core", "app") for path in (firmware / part).rglob("*.[ch]")
-        )
 
     def suites(self, stage: str) -> list[Program]:
         """Return the Unity suites of a stage."""
@@ -152,7 +162,26 @@ class Stages:
         elif stage == "explore":
             yield from self._explorer_runs(workshop, file)
         else:
-            yield stage, lambda limit: self._run_images(workshop, limit)
+            yield from self._catch_ups(workshop, file)
+            yield stage, lambda limit: self._run_images(workshop, limit, IMAGE_TESTS)
+            if self._assembly:
+                yield (
+                    "images of assembly",
+                    lambda limit: self._run_images(workshop, limit, ASSEMBLY_TESTS),
+                )
+
+    def _catch_ups(self, workshop: Workshop, file: Path | None):
+        """Yield the step interrupts of each image of several axes beside their twin in C."""
+        for board in BOARDS:
+            tester = natives.root() / f"build/host/bin/catch_up_test_{board}"
+            image = self.builds[board].program(f"firmware/pixstep-{board}.elf")
+            if tester.is_file() and (file is None or _uses(image, file)) and self._assembly:
+                yield (
+                    f"images catch_up {board}",
+                    lambda limit, tester=tester, image=image, board=board: _run_linked(
+                        workshop, image, f"images catch_up {board}", limit, [str(tester), "{}"], ()
+                    ),
+                )
 
     def _explorer_runs(self, workshop: Workshop, file: Path | None):
         for name, (target, limits) in EXPLORERS.items():
@@ -191,7 +220,9 @@ class Stages:
         quick = self.seconds.get(name, 0) < _AVR_SECONDS
         return stage == "native" or quick or _is_own(file, name)
 
-    def _run_images(self, workshop: Workshop, limit: float | None) -> Verdict:
+    def _run_images(
+        self, workshop: Workshop, limit: float | None, tests: tuple[str, ...]
+    ) -> Verdict:
         """Run the Python tests on both images, in a folder that looks like the tree."""
         root = _lookalike(workshop.folder / "tree")
         for board in BOARDS:
@@ -200,7 +231,7 @@ class Stages:
             made.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(workshop.link(program), made)
         tree = natives.root()
-        files = [str(tree / "tools" / "tests" / f"test_{name}.py") for name in IMAGE_TESTS]
+        files = [str(_test_file(tree, name)) for name in tests]
         command = [
             sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider",
             "-c", str(tree / "tools" / "pyproject.toml"), "--basetemp", str(root / "scratch"),
@@ -214,6 +245,12 @@ class Stages:
             return Verdict(seconds=done.seconds)
         failed = [line for line in done.text.splitlines() if line.startswith(("FAILED", "ERROR"))]
         return Verdict("images", failed[0].split(" - ")[0].split("/")[-1] if failed else "crash")
+
+
+def _test_file(tree: Path, name: str) -> Path:
+    """Return the product's test of that name, or else the proof's."""
+    found = tree / "tools" / "tests" / f"test_{name}.py"
+    return found if found.is_file() else tree / "tools" / "dev" / "tests" / found.name
 
 
 def _is_own(file: Path, name: str) -> bool:
