@@ -50,9 +50,10 @@ TEXTS = {
     "[NAME]...": ("nonsense",),
     "NAME=VALUE...": ("nonsense=3", "dir_setup_us=abc", "dir_setup_us=9999999", "dir_setup_us"),
 }
-# Stopping needs no machine file: one that cannot be read is noted. To flash is avrdude's part.
+# Stopping needs no machine file: one that cannot be read is noted. `start` looks first at what is
+# loaded, and fake boards have nothing.
+GOES_ON = (("board stop", "--machine"), ("board start", "--records"))
 # A profile may be made for any motor.
-GOES_ON = (("board stop", "--machine"), ("flash", "--port"))
 OWN_TEXTS = {("profile make", "--motor"): ("a/b",)}
 REFUSED_CONTENT = ("broken.toml",)  # what the file says is wrong, not the command line
 NUMBERS = ("abc", "", "1e999", "nan", "\x1b[31m" * 100)
@@ -162,12 +163,12 @@ def bus(monkeypatch, folder):
     monkeypatch.chdir(folder)
     monkeypatch.setenv("PIXSTEP_PORT", PORT)
     world = FakeWorld()
-    line = FakeLine(world, FakeBoard(world, 1, "mega"))
+    line = FakeLine(world, *(FakeBoard(world, unit, "mega") for unit in (1, 2)))
     opened = link.open_port
 
-    def open_port(options, say=lambda _: None):
+    def open_port(options, *more):
         if options.name != PORT:
-            return opened(options, say)
+            return opened(options, *more)
         return SerialLink(SimClient(line, retries=1), PORT, world)
 
     monkeypatch.setattr(link, "open_port", open_port)
@@ -197,7 +198,7 @@ def complaint(done, value, param):
 
 
 @pytest.mark.usefixtures("bus", "simulator", "plan_program")
-@pytest.mark.parametrize(("words", "param"), cases())
+@pytest.mark.parametrize(("words", "param"), list(cases()))
 def test_a_wrong_value_is_one_line(words, param, folder):
     before = tree(folder)
     found = []
