@@ -56,7 +56,7 @@ class Plan:
         if self.options.mode == MODE1:
             two = TwoMoves(self.setup, assume_last=self.options.assume_last)
             path = Path(len(self.setup.motors)).intervals(self._noted(two.timed(events)))
-            runs = as_programmed(path)
+            runs = TimeLaw(limits, 1).runs(path) if two.assume_last else as_programmed(path)
             self.report.violations = two.violations
         else:
             two = None
@@ -67,7 +67,7 @@ class Plan:
         if self._keeps_jerk:
             lines = jerk.smoothed(self.name, runs, limits, self.setup)
         else:
-            lines = timelines(runs, limits, programmed=two is not None)
+            lines = timelines(runs, limits, programmed=two is not None and not two.assume_last)
         for line in lines:
             self.report.add_time(line)
             if self._keeps_jerk:
