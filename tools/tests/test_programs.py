@@ -19,6 +19,7 @@ from pixstep.programs.timelaw import TimeLaw
 from pixstep.programs.timeline import timelines
 from pixstep.programs.twomoves import TwoMoves
 from programbench import (
+    CHORDS,
     RUN_IN,
     SHORT_MOVES,
     events,
@@ -251,8 +252,8 @@ def test_smooth_motors_stay_within_their_limits_as_the_board_decodes_them(seed):
         line = Line(tuple(counts[:, index].tolist()))
         found = linecheck.without_idle_pixel(linecheck.check(line))
         assert not [item for item in found if item.severity == linecheck.ERROR]
-    # A step by rounding, a step that a corner may be cut by, and the half of a pixel's chord.
-    assert path_distance(counts, path(text, of)) <= 2
+    assert path_distance(counts, path(text, of)) <= 1 + CHORDS
+    assert report.off_path <= 1 + CHORDS
 
 
 @pytest.mark.parametrize("seed", range(cases(20, 300)))
@@ -271,7 +272,8 @@ def test_plain_motors_stay_beside_smooth_ones(seed):
     assert counts.sum(axis=0).tolist() == distance.tolist()
     for motor in report.motors:
         assert motor.counted_ratio <= 1 and motor.counted_speed <= motor.motor.max_speed * pixel + 1
-    assert path_distance(counts, path(text, of)) <= 2
+    assert path_distance(counts, path(text, of)) <= 1 + CHORDS
+    assert report.off_path <= 1 + CHORDS
 
 
 def test_a_smooth_motor_needs_more_than_four_steps_a_pixel_squared():

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""mode1: whatever the limits, the path is that of the unlimited program, and every limit is kept."""
+"""mode1: whatever the limits, the path is that of the unlimited program; they are kept or told."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -7,6 +9,7 @@ import pytest
 from effort import cases
 from pixstep.programs.twomoves import TwoMoves
 from programbench import (
+    CHORDS,
     RUN_IN,
     SHORT_MOVES,
     events,
@@ -19,7 +22,6 @@ from programbench import (
 
 NO_LIMIT = 1e9
 TOLERANCE = 1 + 1e-6
-CHORDS = 1e-3  # steps by which the chords that path_distance knows lie beside the path
 CORNER = "INC TS0 TA10 TM100\nX2000\nY2000"
 
 
@@ -128,3 +130,17 @@ def test_a_move_before_a_slower_one_slows_down_on_its_straight_part():
     # Up, level, from 50 to 10, half of the corner, the second move at 10, half of its stop.
     level = (5000 - 1250 - 1200 - 25) / 50
     assert report.total_ms == pytest.approx(50 + level + 40 + 2.5 + 10 + 5, abs=1e-3)
+
+
+@pytest.mark.parametrize("seed", range(cases(8, 200)))
+def test_smooth_motors_stay_on_the_unlimited_path_within_a_step(seed):
+    rng = np.random.default_rng(seed)
+    hz, motors = int(rng.choice([50, 100, 200])), int(rng.integers(1, 4))
+    pixel = 1000 / hz
+    of = setup(rng.uniform(6, 200) / pixel**2, motors, hz, rng.uniform(20, 400) / pixel)
+    of = replace(of, motors=tuple(replace(motor, smooth=True) for motor in of.motors))
+    text, distance = random_program(rng, motors, int(rng.integers(1, 20)), rising=True)
+    counts, report = mode1(text, of)
+    assert counts.sum(axis=0).tolist() == distance.tolist()
+    assert path_distance(counts, unlimited(text, of)) <= 1 + CHORDS
+    assert kept(report)

@@ -14,6 +14,7 @@ all then lie at the same place along the path.
 """
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +24,11 @@ from pixstep.programs.blends import Floats
 from pixstep.programs.evenspeeds import EvenLimits, EvenSpeeds
 from pixstep.programs.motors import PlanMotor, Setup
 from pixstep.programs.timeline import Timeline
+
+_NEWTON = 4  # rounds that find the nearest place
+_PARABOLA = 0.05  # steps that the path may differ from a parabola in a pixel
+_THIRDS = 30  # of half a pixel, of a third of it ...
+_NOTHING = 1e-300  # instead of 0 below a fraction
 
 Counts = npt.NDArray[np.int64]
 
@@ -52,13 +58,20 @@ def edges(lines: Iterable[Timeline], setup: Setup) -> Iterator[Floats]:
 
 
 class Rounding:
-    """Makes counts of positions; keeps what it needs between two parts."""
+    """Makes counts of positions; keeps what it needs between two parts.
+
+    `off` is how far the positions at pixel edges have been from the path, the motor that is worst:
+    from the place where this one is nearest.
+    """
 
     def __init__(self, setup: Setup) -> None:
+        self.off = 0.0
         self._before = np.zeros((0, len(setup.motors)))
-        self._motors = [_motor(motor, setup.pixel_ms) for motor in setup.motors]
+        self._place = np.zeros(len(setup.motors))  # of the counts that are made
+        self._motors = [_motor(motor, setup) for motor in setup.motors]
         self._mean = setup.smooth
         self._waiting: list[Counts] = [np.zeros(0, dtype=np.int64) for _ in setup.motors]
+        self._paths: list[_Near] = []  # beside the edges whose counts are not made yet
 
     def counts(self, samples: Iterable[Floats]) -> Iterator[Counts]:
         """Yield counts of whole pixels, a row each, of samples at half pixels from -1/2 on.
@@ -75,12 +88,16 @@ class Rounding:
             self._before = known[2 * pixels :]
             middles = known[4 : 2 * pixels + 3 : 2]
             edges = known[3 : 2 * pixels + 2 : 2]
+            path = _Near.exact(edges)
             if self._mean:
-                edges = (known[2 : 2 * pixels + 1 : 2] + middles) / 2
+                before = known[2 : 2 * pixels + 1 : 2]
+                path, edges = _Near.beside(before, edges, middles), (before + middles) / 2
+            self._paths.append(path)
+            beside = path.places()
             yield from self._ready(
-                motor.counts(
-                    np.abs(middles[:, index]) if isinstance(motor, EvenSpeeds) else edges[:, index]
-                )
+                motor.counts(np.abs(middles[:, index]), np.abs(beside[:, index]))
+                if isinstance(motor, EvenSpeeds)
+                else motor.counts(edges[:, index])
                 for index, motor in enumerate(self._motors)
             )
         yield from self._ready(motor.last_counts() for motor in self._motors)
@@ -93,7 +110,89 @@ class Rounding:
         ready = min(map(len, waiting))
         self._waiting = [one[ready:] for one in waiting]
         if ready:
-            yield np.stack([one[:ready] for one in waiting], axis=1)
+            counts = np.stack([one[:ready] for one in waiting], axis=1)
+            self._measure(counts)
+            yield counts
+
+    def _measure(self, counts: Counts) -> None:
+        """Note how far the positions behind some pixels are from the path."""
+        places = self._place + np.cumsum(counts, axis=0)
+        self._place = places[-1]
+        path = _Near.joined(self._paths)
+        self._paths = [path.part(slice(len(counts), None))]
+        self.off = max(self.off, path.part(slice(len(counts))).off(places, self.off))
+
+
+@dataclass(frozen=True)
+class _Near:
+    """The path near pixel edges: edge + t speed + t^2 bend, t from -1 to 1; a row for each edge."""
+
+    edge: Floats
+    speed: Floats
+    bend: Floats
+    t: Floats  # where it is nearest to the mean of the middles beside
+
+    @classmethod
+    def exact(cls, edges: Floats) -> "_Near":
+        """Return what knows the path at the edges alone."""
+        still = np.zeros_like(edges)
+        return cls(edges, still, still, np.zeros(len(edges)))
+
+    @classmethod
+    def beside(cls, before: Floats, edges: Floats, behind: Floats) -> "_Near":
+        """Return the parabolas through edges and the middles beside them."""
+        middles = cls(edges, (behind - before) / 2, (before + behind) / 2 - edges,
+                      np.zeros(len(edges)))  # fmt: skip
+        return middles._nearest()
+
+    @staticmethod
+    def joined(parts: list["_Near"]) -> "_Near":
+        """Return parts in a row."""
+        return _Near(
+            *(np.concatenate([getattr(part, one.name) for part in parts]) for one in fields(_Near))
+        )
+
+    def part(self, choice: slice | npt.NDArray[np.bool_]) -> "_Near":
+        """Return some of the edges."""
+        return _Near(*(getattr(self, one.name)[choice] for one in fields(_Near)))
+
+    def places(self) -> Floats:
+        """Return the nearest places of the path."""
+        return self._at(self.t)
+
+    def off(self, positions: Floats, known: float) -> float:
+        """Return how far positions at the edges are from the path, if that is more than `known`."""
+        far = np.abs(positions - self.places()).max(axis=1) > known
+        if not np.any(far):
+            return known
+        path, positions = self.part(far), positions[far]
+        low, high = -np.ones(len(positions)), np.ones(len(positions))
+        for _ in range(_THIRDS):
+            third = (high - low) / 3
+            left, right = path._away(positions, low + third), path._away(positions, high - third)
+            low, high = (
+                np.where(left > right, low + third, low),
+                np.where(left > right, high, high - third),
+            )
+        return float(path._away(positions, (low + high) / 2).max())
+
+    def _at(self, t: Floats) -> Floats:
+        return self.edge + t[:, None] * (self.speed + t[:, None] * self.bend)
+
+    def _away(self, positions: Floats, t: Floats) -> Floats:
+        away: Floats = np.abs(positions - self._at(t)).max(axis=1)
+        return away
+
+    def _nearest(self) -> "_Near":
+        """Return it with the places that are nearest to the means, which are at edge + bend."""
+        speed, bend = self.speed, self.bend
+        t = self.t
+        for _ in range(_NEWTON):
+            away = bend - t[:, None] * (speed + t[:, None] * bend)
+            slope = speed + 2 * t[:, None] * bend
+            t = t + np.sum(away * slope, axis=1) / np.maximum(np.sum(slope**2, axis=1), _NOTHING)
+            t = np.clip(t, -1, 1)
+        return replace(self, t=t)
 
 
 class _Nearest:
@@ -114,13 +213,15 @@ class _Nearest:
         return np.zeros(0, dtype=np.int64)
 
 
-def _motor(motor: PlanMotor, pixel_ms: float) -> EvenSpeeds | _Nearest:
+def _motor(motor: PlanMotor, setup: Setup) -> EvenSpeeds | _Nearest:
     """Return what makes a motor's counts."""
+    pixel_ms = setup.pixel_ms
     if not motor.smooth:
         return _Nearest()
     jerk = np.inf if motor.max_jerk is None else motor.max_jerk + motor.jerk_rounding
     most = min(motor.max_acceleration * pixel_ms**2, MAX_WORD) // 2 * 2
-    return EvenSpeeds(EvenLimits(most, motor.max_speed * pixel_ms, jerk))
+    far = max(setup.path_tolerance, 1.0) - _PARABOLA
+    return EvenSpeeds(EvenLimits(most, motor.max_speed * pixel_ms, jerk, far))
 
 
 def _half_away(values: Floats) -> Counts:

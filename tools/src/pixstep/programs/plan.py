@@ -43,9 +43,11 @@ class Plan:
 
     def counts(self) -> Iterator[Counts]:
         """Yield counts of pixels, a column for each motor, a row for each pixel."""
-        for part in Rounding(self.setup).counts(edges(self.timelines(), self.setup)):
+        rounding = Rounding(self.setup)
+        for part in rounding.counts(edges(self.timelines(), self.setup)):
             self.report.add_counts(part)
             yield part
+        self.report.off_path = rounding.off
         if not self.report.moves:
             raise ProgramError(f"{self.name}:1:1: nothing moves in this program")
 
@@ -83,13 +85,16 @@ class Plan:
         for item in moves:
             if isinstance(item, Timed):
                 smooth.move(item)
-                self.report.begun.append(item)
+                self.report.add_move(item)
                 last = item
-            elif last:
-                smooth.stop(last)
+            else:
+                if last:
+                    smooth.stop(last)
+                self.report.add_stop(item.ms)
             yield item
         if last:
             smooth.stop(last)
+        self.report.add_stop()
 
 
 class _SmoothRules:

@@ -7,7 +7,7 @@ from typing import TypedDict
 
 import numpy as np
 
-from pixstep.programs.blends import Timed
+from pixstep.programs.blends import CLIPPED, Timed
 from pixstep.programs.motors import (
     PLAIN_ROUNDING,
     SMOOTH_ROUNDING,
@@ -80,8 +80,13 @@ class PlanFigures(TypedDict):
     sync: str | None
     total_ms: float
     programmed_ms: float
+    moves_ms: float
+    stops_ms: float
+    dwells_ms: float
+    off_path_steps: float
     motors: list[MotorFigures]
     slowed_moves: int
+    clipped_blends: int
     reasons: dict[str, int]
     slowed: list[SlowedMove]
     violated: int
@@ -90,12 +95,35 @@ class PlanFigures(TypedDict):
 
 @dataclass(frozen=True)
 class Slowed:
-    """A move that takes longer than programmed, or whose blend does, and why."""
+    """A move that takes longer than programmed, and why.
+
+    Times are from the middle of its blend to the middle of the next one; a start or a stop is in
+    them as a whole.
+    """
 
     line: int
     asked_ms: float
     ms: float
     why: str
+
+
+@dataclass
+class _Begun:
+    """A move whose time is not known yet; `first` begins at rest, `last` ends so."""
+
+    move: Timed
+    first: bool
+    last: bool = False
+
+    @property
+    def asked(self) -> float:
+        """Its time as programmed."""
+        return self.move.asked + (self.first + self.last) * self.move.asked_ta / 2
+
+    def shared(self, following: "_Begun | None") -> float:
+        """What its blends add to its own intervals, which have the one before and not the next."""
+        before = 0.0 if self.first else self.move.ta / 2
+        return (0.0 if self.last or following is None else following.move.ta / 2) - before
 
 
 @dataclass
@@ -226,13 +254,18 @@ class Report:
     moves: int = 0
     pixels: int = 0
     total_ms: float = 0.0
-    asked_ms: float = 0.0
+    moves_ms: float = 0.0  # as programmed
+    stops_ms: float = 0.0  # half an acceleration time for each start and each stop
+    dwells_ms: float = 0.0
+    off_path: float = 0.0  # steps: positions at pixel edges from the path, at most
     slowed: list[Slowed] = field(default_factory=list)
     slowed_moves: int = 0
     reasons: Counter[str] = field(default_factory=Counter)
     violations: list[Violation] = field(default_factory=list)
     violated: int = 0
-    begun: deque[Timed] = field(default_factory=deque)
+    clipped: int = 0  # blends that rule 3 shortens
+    _begun: deque[_Begun] = field(default_factory=deque)
+    _moving: _Begun | None = None
 
     @classmethod
     def of(cls, setup: Setup, *, keeps_jerk: bool = False) -> "Report":
@@ -244,6 +277,28 @@ class Report:
     def keeps_jerk(self) -> bool:
         """Whether the plan keeps limits of the jerk."""
         return any(motor.jerk_limit is not None for motor in self.motors)
+
+    @property
+    def programmed_ms(self) -> float:
+        """The time of the program without limits and without its rules."""
+        return self.moves_ms + self.stops_ms + self.dwells_ms
+
+    def add_move(self, move: Timed) -> None:
+        """Take a move before it is planned."""
+        self._moving = _Begun(move, first=self._moving is None)
+        self._begun.append(self._moving)
+        self.moves_ms += move.asked
+        self.clipped += move.why == CLIPPED
+        if self._moving.first:
+            self.stops_ms += move.asked_ta / 2
+
+    def add_stop(self, dwell_ms: float = 0.0) -> None:
+        """Take the end of a move, and how long the motors are to rest then."""
+        self.dwells_ms += dwell_ms
+        if self._moving is not None:
+            self._moving.last = True
+            self.stops_ms += self._moving.move.asked_ta / 2
+        self._moving = None
 
     def add_jerks(self, jerks: np.ndarray) -> None:
         """Take the planned jerks of some pixels, steps/px3, a column for each motor."""
@@ -277,21 +332,20 @@ class Report:
         ms = np.add.reduceat(line.ms[moving], starts)
         ratios = np.hstack([speed, acceleration])[moving]
         worst = np.maximum.reduceat(ratios, starts, axis=0)
-        asked = np.add.reduceat(line.path.du[moving], starts)
-        for time, own, ratio in zip(ms.tolist(), asked.tolist(), worst, strict=True):
-            move_begun = self.begun.popleft()
+        for time, ratio in zip(ms.tolist(), worst, strict=True):
+            begun = self._begun.popleft()
             self.moves += 1
-            self.asked_ms += move_begun.asked
-            time += move_begun.tm - own  # neighbours share the time of a blend
-            if move_begun.why or time > move_begun.asked * _SLOWER + _SAME_MS:
-                self._slow(move_begun, time, ratio)
+            time += begun.shared(self._begun[0] if self._begun else None)
+            if time > begun.asked * _SLOWER + _SAME_MS:
+                self._slow(begun, time, ratio)
 
-    def _slow(self, move: Timed, ms: float, ratio: np.ndarray) -> None:
+    def _slow(self, begun: _Begun, ms: float, ratio: np.ndarray) -> None:
+        move = begun.move
         self.slowed_moves += 1
-        why = move.why or self._reason(ratio)
+        why = self._reason(ratio) if move.why in ("", CLIPPED) else move.why
         self.reasons[why] += 1
         if len(self.slowed) < MOST_LISTED:
-            self.slowed.append(Slowed(move.line, move.asked, ms, why))
+            self.slowed.append(Slowed(move.line, begun.asked, ms, why))
 
     def _reason(self, ratio: np.ndarray) -> str:
         """Return what is nearest to its limit in a move."""
@@ -317,9 +371,14 @@ class Report:
             "divider": self.setup.divider,
             "sync": self.setup.sync,
             "total_ms": self.total_ms,
-            "programmed_ms": self.asked_ms,
+            "programmed_ms": self.programmed_ms,
+            "moves_ms": self.moves_ms,
+            "stops_ms": self.stops_ms,
+            "dwells_ms": self.dwells_ms,
+            "off_path_steps": self.off_path,
             "motors": [motor.as_json() for motor in self.motors],
             "slowed_moves": self.slowed_moves,
+            "clipped_blends": self.clipped,
             "reasons": dict(self.reasons.most_common()),
             "slowed": [
                 {"line": item.line, "asked_ms": item.asked_ms, "ms": item.ms, "why": item.why}

@@ -63,20 +63,22 @@ class Limits:
         return cls(
             np.array([motor.planned_speed(pixel) for motor in motors]),
             np.array([motor.planned_acceleration(pixel) for motor in motors]),
-            np.full(len(motors), _corner(setup)),
+            np.array([_corner(motor, setup) for motor in motors]),
             np.array([_reversal(motor, pixel) for motor in motors]),
         )
 
 
-def _corner(setup: Setup) -> float:
-    """Return how much motors may accelerate by the bend of their path alone.
+def _corner(motor: PlanMotor, setup: Setup) -> float:
+    """Return how much a motor may accelerate by the bend of its path alone.
 
     In a pixel a smooth motor, and a plain one beside it, is at the mean of the places half a pixel
-    before and behind an edge, which leaves a bent path by an eighth of its bend.
+    before and behind an edge, which leaves a bent path by an eighth of its bend. A smooth motor's
+    even steps make up for it; a plain one leaves half of the tolerance to its whole steps.
     """
     if not setup.smooth:
         return _FREE
-    return _CURVED_BOUND * setup.path_tolerance / setup.pixel_ms**2
+    most = setup.path_tolerance if motor.smooth else setup.path_tolerance / 2
+    return _CURVED_BOUND * most / setup.pixel_ms**2
 
 
 def _reversal(motor: PlanMotor, pixel_ms: float) -> float:
