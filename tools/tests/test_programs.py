@@ -253,7 +253,7 @@ def test_smooth_motors_stay_within_their_limits_as_the_board_decodes_them(seed):
         found = linecheck.without_idle_pixel(linecheck.check(line))
         assert not [item for item in found if item.severity == linecheck.ERROR]
     assert path_distance(counts, path(text, of)) <= 1 + CHORDS
-    assert report.off_path <= 1 + CHORDS
+    assert path_distance(counts, path(text, of)) - CHORDS <= report.off_path <= 1 + CHORDS
 
 
 @pytest.mark.parametrize("seed", range(cases(20, 300)))
@@ -273,7 +273,7 @@ def test_plain_motors_stay_beside_smooth_ones(seed):
     for motor in report.motors:
         assert motor.counted_ratio <= 1 and motor.counted_speed <= motor.motor.max_speed * pixel + 1
     assert path_distance(counts, path(text, of)) <= 1 + CHORDS
-    assert report.off_path <= 1 + CHORDS
+    assert path_distance(counts, path(text, of)) - CHORDS <= report.off_path <= 1 + CHORDS
 
 
 def test_a_smooth_motor_needs_more_than_four_steps_a_pixel_squared():

@@ -85,12 +85,14 @@ class EvenSpeeds:
     def _round(self) -> None:
         """Round the middles whose next edge is known to even steps.
 
-        Middles are moved by as much as their mean is off at the edges beside them, half each.
+        Middles are moved by as much as their means are off at the edges beside them, half each;
+        those at rest and beside a rest stay.
         """
         first = len(self._made)
-        means = (self._planned[first - 1 : -1] + self._planned[first:]) / 2
-        cut = means - self._edges[first:]
-        middles = self._planned[first:-1] - (cut[:-1] + cut[1:]) / 2
+        planned = self._planned[first - 1 :]
+        cut = (planned[:-1] + planned[1:]) / 2 - self._edges[first:]
+        moving = (planned[:-2] < planned[1:-1]) & (planned[1:-1] < planned[2:])
+        middles = planned[1:-1] - np.where(moving, cut[:-1] + cut[1:], 0.0) / 2
         nearest = 2 * np.rint(middles / 2).astype(np.int64)
         self._middles = np.concatenate([self._middles, middles])
         self._made = np.maximum.accumulate(np.concatenate([self._made, nearest]))
@@ -138,15 +140,16 @@ class EvenSpeeds:
         What oscillates behind `place` is mended in its turn.
         """
         seen = slice(moved.start - _BESIDE, moved.stop + _BESIDE)
-        planned, made = self._middles[seen], self._made[seen]
+        middles, made = self._middles[seen], self._made[seen]
         inner = slice(_BESIDE, -_BESIDE)
+        planned = self._planned[seen]
         moving = planned[_BESIDE - 1 : -_BESIDE - 1] < planned[_BESIDE + 1 : 1 - _BESIDE]
         choice = _choices(moved.stop - moved.start)
         choice = choice[np.all((choice == 0) | moving, axis=1)]
         steps = np.tile(made, (len(choice), 1))
         steps[:, inner] += choice
         steps = steps[np.all(np.diff(steps) >= 0, axis=1)]
-        wrong = self._wrong(steps, steps - planned, self._edges[seen], place + 1 - seen.start)
+        wrong = self._wrong(steps, steps - middles, self._edges[seen], place + 1 - seen.start)
         best = np.lexsort(wrong[::-1])[0]
         return tuple(float(one[best]) for one in wrong), steps[best, inner]
 

@@ -11,7 +11,7 @@ from pixstep.programs.language import ProgramError
 from pixstep.programs.motors import Setup
 from pixstep.programs.moves import Dwell, Program
 from pixstep.programs.options import MODE1, MODES, Options
-from pixstep.programs.pixels import Counts, Rounding, edges
+from pixstep.programs.pixels import Counts, Rounding, Track
 from pixstep.programs.report import Report
 from pixstep.programs.timelaw import TimeLaw, refined
 from pixstep.programs.timeline import Timeline, as_programmed, timelines
@@ -44,7 +44,7 @@ class Plan:
     def counts(self) -> Iterator[Counts]:
         """Yield counts of pixels, a column for each motor, a row for each pixel."""
         rounding = Rounding(self.setup)
-        for part in rounding.counts(edges(self.timelines(), self.setup)):
+        for part in rounding.counts(Track(self.timelines(), self.setup)):
             self.report.add_counts(part)
             yield part
         self.report.off_path = rounding.off

@@ -300,6 +300,11 @@ class Report:
             self.stops_ms += self._moving.move.asked_ta / 2
         self._moving = None
 
+    @property
+    def waiting(self) -> int:
+        """Moves whose time is not known yet."""
+        return len(self._begun)
+
     def add_jerks(self, jerks: np.ndarray) -> None:
         """Take the planned jerks of some pixels, steps/px3, a column for each motor."""
         for index, motor in enumerate(self.motors):
