@@ -153,9 +153,7 @@ class EvenSpeeds:
         best = np.lexsort(wrong[::-1])[0]
         return tuple(float(one[best]) for one in wrong), steps[best, inner]
 
-    def _wrong(
-        self, steps: Steps, off: Floats, edges: Floats, looked_at: int
-    ) -> list[Floats]:
+    def _wrong(self, steps: Steps, off: Floats, edges: Floats, looked_at: int) -> list[Floats]:
         """Return what is wrong with each row of middles, the worst kind first."""
         limits = self._limits
         beyond = [
