@@ -100,7 +100,7 @@ def _print(done: Result, out: Path) -> None:
     click.echo(_times_text(report))
     click.echo(f"at most {report.off_path:.1f} steps off the path")
     if report.clipped:
-        click.echo(f"{report.clipped} blends shorter than TA: the one before ends there")
+        click.echo(f"{report.clipped} of {report.moves} blends shorter than TA (rule 3)")
     for why, count in report.reasons.most_common():
         click.echo(f"{count} of {report.moves} moves slowed: {why}")
     for row in report.motors:

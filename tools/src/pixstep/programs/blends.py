@@ -18,7 +18,7 @@ from pixstep.programs.moves import Dwell, Move
 Floats = npt.NDArray[np.float64]
 _FLANK, _TOP = 6, 10  # intervals of a flank and of the top of a trapezoid of acceleration
 _TOGETHER = 512  # moves whose intervals are made at once
-ACCELERATION_TIME, CLIPPED = "acceleration time", "blend clipped"  # rules 2 and 3
+ACCELERATION_TIME = "acceleration time"  # why a move takes longer: rule 2
 _NOTHING_MS = 1e-9  # shorter intervals are left out
 
 
@@ -50,6 +50,7 @@ class Timed(NamedTuple):
     why: str = ""
     entry: Ramp = Ramp()
     exit: Ramp = Ramp()
+    clipped: bool = False  # rule 3 has shortened its blend
 
 
 @dataclass(frozen=True)
@@ -130,13 +131,12 @@ def _by_rules(move: Move, before: Timed | None) -> Timed:
     """Return a move with TM >= TA, and with a blend that leaves the one before it alone."""
     tm = move.tm if move.fixed else max(move.tm, move.ta)
     why = ACCELERATION_TIME if tm > move.tm else ""
-    ta = move.ta
-    room = 2 * (before.tm - before.ta / 2) if before else ta
-    if ta > room:
-        ta, why = room, why or CLIPPED
+    room = 2 * (before.tm - before.ta / 2) if before else move.ta
+    ta = min(move.ta, room)
     ts = min(move.ts, ta / 2)
     return Timed(
-        move.line, move.target, tm, ta, ts, move.ta, move.ts, move.tm, move.ta, why
+        move.line, move.target, tm, ta, ts, move.ta, move.ts, move.tm, move.ta, why,
+        clipped=ta < move.ta,
     )  # fmt: skip
 
 

@@ -8,7 +8,7 @@ blends and changes of speed take up parts of its way, together at most all of it
 import math
 from dataclasses import dataclass, replace
 
-from pixstep.programs.blends import ACCELERATION_TIME, Ramp, Timed
+from pixstep.programs.blends import Ramp, Timed
 
 Speeds = tuple[float, ...]  # counts/ms
 SAME = 1e-9
@@ -103,10 +103,9 @@ class OpenMove:
         `stretched` says why its blend lasts longer than programmed, if it does.
         """
         longer = max(self.ta, stop_ta) > self.move.asked_ta + SAME
-        why = stretched if longer and self.move.why != ACCELERATION_TIME else self.move.why
         return self.move._replace(
             tm=self.tm, ta=self.ta, ts=self.flank * self.ta, stop_ta=stop_ta,
-            stop_ts=self.stop_flank * stop_ta, why=self.why or why,
+            stop_ts=self.stop_flank * stop_ta, why=self.why or (stretched if longer else ""),
             entry=self._ramp(self.entry), exit=self._ramp(self.exit),
         )  # fmt: skip
 

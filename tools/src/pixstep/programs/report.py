@@ -7,7 +7,7 @@ from typing import TypedDict
 
 import numpy as np
 
-from pixstep.programs.blends import CLIPPED, Timed
+from pixstep.programs.blends import Timed
 from pixstep.programs.motors import (
     PLAIN_ROUNDING,
     SMOOTH_ROUNDING,
@@ -97,8 +97,8 @@ class PlanFigures(TypedDict):
 class Slowed:
     """A move that takes longer than programmed, and why.
 
-    Times are from the middle of its blend to the middle of the next one; a start or a stop is in
-    them as a whole.
+    Times are from the middle of its blend to the middle of the next one. What a start or a stop
+    takes more than programmed is its move's.
     """
 
     line: int
@@ -115,15 +115,15 @@ class _Begun:
     first: bool
     last: bool = False
 
-    @property
-    def asked(self) -> float:
-        """Its time as programmed."""
-        return self.move.asked + (self.first + self.last) * self.move.asked_ta / 2
-
     def shared(self, following: "_Begun | None") -> float:
-        """What its blends add to its own intervals, which have the one before and not the next."""
-        before = 0.0 if self.first else self.move.ta / 2
-        return (0.0 if self.last or following is None else following.move.ta / 2) - before
+        """What its blends add to its own intervals, which have the one before and not the next.
+
+        Of a start and a stop their programmed half acceleration times are none of its own.
+        """
+        move = self.move
+        before = 0.0 if self.first else move.ta / 2
+        behind = 0.0 if self.last or following is None else following.move.ta / 2
+        return behind - before - (self.first + self.last) * move.asked_ta / 2
 
 
 @dataclass
@@ -288,7 +288,7 @@ class Report:
         self._moving = _Begun(move, first=self._moving is None)
         self._begun.append(self._moving)
         self.moves_ms += move.asked
-        self.clipped += move.why == CLIPPED
+        self.clipped += move.clipped
         if self._moving.first:
             self.stops_ms += move.asked_ta / 2
 
@@ -341,16 +341,15 @@ class Report:
             begun = self._begun.popleft()
             self.moves += 1
             time += begun.shared(self._begun[0] if self._begun else None)
-            if time > begun.asked * _SLOWER + _SAME_MS:
-                self._slow(begun, time, ratio)
+            if time > begun.move.asked * _SLOWER + _SAME_MS:
+                self._slow(begun.move, time, ratio)
 
-    def _slow(self, begun: _Begun, ms: float, ratio: np.ndarray) -> None:
-        move = begun.move
+    def _slow(self, move: Timed, ms: float, ratio: np.ndarray) -> None:
         self.slowed_moves += 1
-        why = self._reason(ratio) if move.why in ("", CLIPPED) else move.why
+        why = move.why or self._reason(ratio)
         self.reasons[why] += 1
         if len(self.slowed) < MOST_LISTED:
-            self.slowed.append(Slowed(move.line, begun.asked, ms, why))
+            self.slowed.append(Slowed(move.line, move.asked, ms, why))
 
     def _reason(self, ratio: np.ndarray) -> str:
         """Return what is nearest to its limit in a move."""

@@ -18,7 +18,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from pixstep.programs import laststop
-from pixstep.programs.blends import ACCELERATION_TIME, Timed, nominal
+from pixstep.programs.blends import Timed, nominal
 from pixstep.programs.motors import Setup
 from pixstep.programs.moves import Dwell, Move
 from pixstep.programs.openmoves import (
@@ -85,8 +85,7 @@ class TwoMoves:
         self._place = move.target
         pairs = list(zip(distance, self._speeds, strict=True))
         fastest = max(abs(length) / top for length, top in pairs)
-        why = move.why if move.why == ACCELERATION_TIME else ""
-        new = OpenMove(move, distance, self._limits, move.tm, move.ta, why)
+        new = OpenMove(move, distance, self._limits, move.tm, move.ta, move.why)
         new = new.slowed(fastest, f"speed of {self._name(distance, self._speeds)}")
         return self._fitting([(self._still, new.stop_flank)], new) if self.assume_last else new
 
