@@ -59,6 +59,26 @@ def test_plain_motors_stay_beside_smooth_ones(seed):
     assert path_distance(counts, path(text, of)) - CHORDS <= report.off_path <= 1 + CHORDS
 
 
+def test_a_smooth_motor_goes_the_way_that_the_program_says():
+    """Its line cannot say so: the sign of the counts does, for the direction of the line."""
+    text = "INC TS0 TA9 TM40 X-90 Y50\nX-200 Y20"
+    counts, report = planned(text, setup(0.5, 2, 100, smooth=True))
+    assert counts.sum(axis=0).tolist() == [-290, 70]
+    assert np.all(counts[:, 0] <= 0) and np.all(counts[:, 1] >= 0)
+    assert [motor.steps for motor in report.motors] == [-290, 70]
+    mirrored = planned(text.replace("X-", "X"), setup(0.5, 2, 100, smooth=True))[0]
+    assert np.array_equal(np.abs(counts), mirrored)
+
+
+def test_a_turn_in_less_than_a_pixel_may_be_farther_off_which_is_told():
+    """Motors that stop for a moment turn as they like there: no bend says how the way turns."""
+    text = "INC TS0 TA1 TM4\nX400 Y40\nDELAY1\nX40 Y400"
+    of = setup(25.0, 2, 50, smooth=True)
+    counts, report = planned(text, of)
+    assert report.off_path > 1
+    assert report.off_path == pytest.approx(path_distance(counts, path(text, of)), abs=0.01)
+
+
 def test_a_smooth_motor_needs_more_than_four_steps_a_pixel_squared():
     with pytest.raises(RefusedError, match=r"motor X: 4 steps/px2 .* a pixel longer than 2 ms"):
         planned("TS0 TA9 TM9 X10", setup(1, hz=500, smooth=True))

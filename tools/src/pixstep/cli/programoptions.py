@@ -55,7 +55,7 @@ _OPTIONS = (
         type=FiniteRange(0.01, 1000),
         default=1.0,
         show_default=True,
-        help="Steps that a smooth motor may cut a corner by, and segments a circle.",
+        help="Steps that smooth motors may be off in a corner (1 at least), and circles' segments.",
     ),
 )
 machine_option = click.option(

@@ -27,7 +27,8 @@ from pixstep.programs.motors import PlanMotor, Setup
 from pixstep.programs.timeline import Timeline
 
 _NEWTON = 4  # rounds that find the nearest place
-_THIRDS = 30  # of half a pixel, of a third of it ...
+_REACH = 4  # half pixels on either side in which the path is looked for
+_THIRDS = 30  # of a quarter of a pixel, of a third of it ...
 _NOTHING = 1e-300  # instead of 0 below a fraction
 
 Counts = npt.NDArray[np.int64]
@@ -89,7 +90,7 @@ class Rounding:
     """Makes counts of positions; keeps what it needs between two parts.
 
     `off` is how far the positions at pixel edges have been from the path, the motor that is worst:
-    from the place where this one is nearest, within a pixel.
+    from the place where this one is nearest, within two pixels.
     """
 
     def __init__(self, setup: Setup) -> None:
@@ -130,8 +131,8 @@ class Rounding:
             edges = (before + middles) / 2
         self._near = self._near.with_more(near)
         made = [
-            motor.counts(np.abs(middles[:, index]), np.abs(near.place[:, index]))
-            if isinstance(motor, EvenSpeeds)
+            motor.counts(middles[:, index], near.place[:, index])
+            if isinstance(motor, _Even)
             else motor.counts(edges[:, index])
             for index, motor in enumerate(self._motors)
         ]
@@ -151,7 +152,7 @@ class Rounding:
             near = self._near.part(slice(ready))
             self.off = near.off(places, self.off, track)
             self._near = self._near.part(slice(ready, None))
-            track.forget(float(near.time[-1]) - track.half)
+            track.forget(float(near.time[-1]) - _REACH * track.half)
             yield counts
 
 
@@ -201,12 +202,15 @@ class _Near:
         far = np.flatnonzero(np.abs(positions - self.place).max(axis=1) > known)
         if not len(far):
             return known
-        low, high = self.time[far] - track.half, self.time[far] + track.half
+        time = self.time[far]
 
         def away(times: Floats) -> Floats:
             found: Floats = np.abs(positions[far] - track.at(times)).max(axis=1)
             return found
 
+        coarse = track.half * np.linspace(-_REACH, _REACH, 8 * _REACH + 1)
+        time = time + coarse[np.argmin([away(time + more) for more in coarse], axis=0)]
+        low, high = time - track.half / 4, time + track.half / 4
         for _ in range(_THIRDS):
             third = (high - low) / 3
             later = away(low + third) > away(high - third)
@@ -232,7 +236,24 @@ class _Nearest:
         return np.zeros(0, dtype=np.int64)
 
 
-def _motor(motor: PlanMotor, setup: Setup) -> EvenSpeeds | _Nearest:
+class _Even:
+    """Makes the counts of a smooth motor: below 0 if it moves that way, as its line cannot say."""
+
+    def __init__(self, limits: EvenLimits) -> None:
+        self._speeds = EvenSpeeds(limits)
+        self._way = 0  # unknown until it moves
+
+    def counts(self, middles: Floats, edges: Floats) -> Counts:
+        """Return counts of pixels by planned middles and the places of the path before these."""
+        self._way = self._way or int(np.sign(np.sum(middles)))
+        return self._way * self._speeds.counts(self._way * middles, self._way * edges)
+
+    def last_counts(self) -> Counts:
+        """Return the counts that are left: the motor has come to rest."""
+        return self._way * self._speeds.last_counts()
+
+
+def _motor(motor: PlanMotor, setup: Setup) -> _Even | _Nearest:
     """Return what makes a motor's counts."""
     pixel_ms = setup.pixel_ms
     if not motor.smooth:
@@ -240,7 +261,7 @@ def _motor(motor: PlanMotor, setup: Setup) -> EvenSpeeds | _Nearest:
     jerk = np.inf if motor.max_jerk is None else motor.max_jerk + motor.jerk_rounding
     most = min(motor.max_acceleration * pixel_ms**2, MAX_WORD) // 2 * 2
     far = max(setup.path_tolerance, 1.0)
-    return EvenSpeeds(EvenLimits(most, motor.max_speed * pixel_ms, jerk, far))
+    return _Even(EvenLimits(most, motor.max_speed * pixel_ms, jerk, far))
 
 
 def _half_away(values: Floats) -> Counts:
