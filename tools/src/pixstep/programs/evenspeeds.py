@@ -85,14 +85,15 @@ class EvenSpeeds:
     def _round(self) -> None:
         """Round the middles whose next edge is known to even steps.
 
-        Middles are moved by as much as their means are off at the edges beside them, half each;
-        those at rest and beside a rest stay.
+        Middles are moved by as much as their means are off at the edges beside them, half each,
+        but not beyond their neighbours; those at rest and beside a rest stay.
         """
         first = len(self._made)
         planned = self._planned[first - 1 :]
         cut = (planned[:-1] + planned[1:]) / 2 - self._edges[first:]
         moving = (planned[:-2] < planned[1:-1]) & (planned[1:-1] < planned[2:])
         middles = planned[1:-1] - np.where(moving, cut[:-1] + cut[1:], 0.0) / 2
+        middles = np.clip(middles, planned[:-2], planned[2:])
         nearest = 2 * np.rint(middles / 2).astype(np.int64)
         self._middles = np.concatenate([self._middles, middles])
         self._made = np.maximum.accumulate(np.concatenate([self._made, nearest]))

@@ -17,6 +17,8 @@ from pixstep.programs.timelaw import TimeLaw, refined
 from pixstep.programs.timeline import Timeline, as_programmed, timelines
 from pixstep.programs.twomoves import TwoMoves
 
+_MODE1_WINDOW = 256  # moves that the time law sees of what mode1 has timed
+
 
 def with_segments(setup: Setup, mode: str, segment_ms: float | None) -> Setup:
     """Return the setup for a mode: with these segments, with none for mode1 if it is not told."""
@@ -58,7 +60,8 @@ class Plan:
         if self.options.mode == MODE1:
             two = TwoMoves(self.setup, assume_last=self.options.assume_last)
             path = Path(len(self.setup.motors)).intervals(self._noted(two.timed(events)))
-            runs = TimeLaw(limits, 1).runs(path) if two.assume_last else as_programmed(path)
+            kept = TimeLaw(limits, _MODE1_WINDOW).runs(path)
+            runs = kept if two.assume_last else as_programmed(path)
             self.report.violations = two.violations
         else:
             two = None
