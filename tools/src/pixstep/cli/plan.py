@@ -111,7 +111,7 @@ def _print(done: Result, out: Path) -> None:
     if report.slowed_moves > _SHOWN:
         click.echo(f"... {report.slowed_moves - _SHOWN} more in report.json")
     for bad in report.violations[:_SHOWN]:
-        click.echo(f"{name}:{bad.line}: exceeds the acceleration of {bad.motor}: {bad.ratio:.4g} x")
+        click.echo(f"{name}:{bad.line}: exceeds the {bad.limit} of {bad.motor}: {bad.ratio:.4g} x")
     for path, findings in zip(done.files, done.findings, strict=True):
         for found in findings[:_SHOWN]:
             click.echo(

@@ -12,6 +12,7 @@ from pixstep.programs.blends import Ramp, Timed
 
 Speeds = tuple[float, ...]  # counts/ms
 SAME = 1e-9
+_LEAST_WAY = 1e-3  # part of the way in which a speed may change
 _BENT = 1e-9  # part of a speed that turns aside: less is what rounding makes of a straight line
 
 
@@ -88,14 +89,21 @@ class OpenMove:
         return replace(self, tm=tm, why=why) if tm > self.tm else self
 
     def loose(self, behind: float) -> "OpenMove":
-        """Return it as what always fits the nominal blends, limits or not.
+        """Return it as what always fits the nominal blends, limits of acceleration or not.
 
-        `behind` is the part of the way that the corner behind takes, which is passed as the one
-        before.
+        `behind` is the part of the way that the corner behind takes; it is passed at the move's own
+        speed. The change from the corner before is as quick as it must be; where no way is left for
+        it the move goes on as the corner is passed.
         """
-        if self.entry is not None:
-            return replace(self, tm=self.entry * self.move.tm, exit=None)
-        return replace(self, ta=min(self.ta, 2 * self.tm * (1 - behind)), exit=None)
+        if self.entry is None:
+            return replace(self, ta=min(self.ta, 2 * self.tm * (1 - behind)), exit=None)
+        change = self._change_part(self.entry)
+        left = 1 - behind - self.move.ta / (2 * self.move.tm)
+        if change <= left:
+            return replace(self, exit=None)
+        if left > _LEAST_WAY:
+            return replace(self, exit=None, hurry=self.hurry * change / left)
+        return replace(self, tm=self.entry * self.move.tm, exit=None)
 
     def timed(self, stretched: str, stop_ta: float = 0.0) -> Timed:
         """Return the move for the path; `stop_ta` of the last one.

@@ -67,6 +67,7 @@ class ExceededLimit(TypedDict):
 
     line: int
     motor: str
+    limit: str
     ratio: float
 
 
@@ -390,7 +391,12 @@ class Report:
             ],
             "violated": self.violated,
             "violations": [
-                {"line": item.line, "motor": item.motor, "ratio": item.ratio}
+                {
+                    "line": item.line,
+                    "motor": item.motor,
+                    "limit": item.limit,
+                    "ratio": item.ratio,
+                }  # fmt: skip
                 for item in self.violations
             ],
         }

@@ -36,11 +36,12 @@ _TOLERANCE = 1 + 1e-6  # ratio to a limit that rounding explains
 
 
 class Violation(NamedTuple):
-    """A blend that exceeds a motor's acceleration; `line` is that of the program."""
+    """A move that exceeds a motor's limit; `line` is that of the program."""
 
     line: int
     motor: str
     ratio: float
+    limit: str = "acceleration"
 
 
 class TwoMoves:
@@ -83,11 +84,14 @@ class TwoMoves:
         """Return a move that keeps the limits of speed, and can stop if it were alone."""
         distance = tuple([b - a for a, b in zip(self._place, move.target, strict=True)])
         self._place = move.target
-        pairs = list(zip(distance, self._speeds, strict=True))
-        fastest = max(abs(length) / top for length, top in pairs)
         new = OpenMove(move, distance, self._limits, move.tm, move.ta, move.why)
-        new = new.slowed(fastest, f"speed of {self._name(distance, self._speeds)}")
+        new = self._within_speeds(new)
         return self._fitting([(self._still, new.stop_flank)], new) if self.assume_last else new
+
+    def _within_speeds(self, new: OpenMove) -> OpenMove:
+        pairs = zip(new.distance, self._speeds, strict=True)
+        fastest = max(abs(length) / top for length, top in pairs)
+        return new.slowed(fastest, f"speed of {self._name(new.distance, self._speeds)}")
 
     def _first(self, new: OpenMove) -> OpenMove:
         """Return a move that begins at rest."""
@@ -194,7 +198,7 @@ class TwoMoves:
         """Yield the moves of the window, the last one with its stop."""
         if not window:
             return
-        *_, last = window
+        *_, last = window = [*window[:-1], self._to_whole(window)]
         stop = max(last.k * last.move.stop_ta, self._least_stop(last))
         if stop > last.room + SAME:
             if self.assume_last:
@@ -208,6 +212,22 @@ class TwoMoves:
             yield self._done(one)
         yield self._done(last, stop)
 
+    def _to_whole(self, window: list[OpenMove]) -> OpenMove:
+        """Return the last move with its end on whole counts, where the path stops."""
+        *others, last = window
+        whole = tuple([float(round(value)) for value in last.move.target])
+        self._place = whole
+        more = _change(last.move.target, whole)
+        distance = tuple([d + m for d, m in zip(last.distance, more, strict=True)])
+        last = replace(last, move=last.move._replace(target=whole), distance=distance)
+        last = self._within_speeds(last)
+        before = others[-1] if others else None
+        if last.entry is not None or not any(more):
+            return last
+        speed, k = (before.speed, min(before.k, last.k)) if before else (self._still, last.k)
+        room = before.room if before else last.tm
+        return replace(last, ta=min(max(last.ta, self._blend(speed, last, k)), room, last.tm))
+
     def _least_stop(self, last: OpenMove) -> float:
         return least_ta(last.speed, self._still, self._limits, last.stop_flank)
 
@@ -219,20 +239,23 @@ class TwoMoves:
             ratios = [(corner_slowness(before, one) / one.entry) ** 2, one.hurry]
         else:
             ratios = [least_ta(speed, one.speed, self._limits, one.flank) / one.ta]
-        self._note(one, speed, one.speed, max(ratios))
+        self._note(one, _change(speed, one.speed), max(ratios), "acceleration")
         if stop_ta:
-            self._note(one, one.speed, self._still, self._least_stop(one) / stop_ta)
+            self._note(one, one.speed, self._least_stop(one) / stop_ta, "acceleration")
+        quickest = one.k / min(one.k, one.entry or one.k, one.exit or one.k)
+        fastest = max(abs(v) / top for v, top in zip(one.speed, self._speeds, strict=True))
+        self._note(one, one.speed, fastest * quickest, "speed")
         self._before = one
         return one.timed(self._accelerating(_change(speed, one.speed)), stop_ta)
 
-    def _note(self, one: OpenMove, before: Speeds, after: Speeds, ratio: float) -> None:
-        """Note a blend whose acceleration is above a limit and will stay so."""
+    def _note(self, one: OpenMove, asked: Speeds, ratio: float, limit: str) -> None:
+        """Note a limit that is exceeded and will stay so."""
         if ratio <= _TOLERANCE or self.assume_last:
             return
         self.violated += 1
         if len(self.violations) < self.MOST:
-            name = self._name(_change(before, after), self._limits)
-            self.violations.append(Violation(one.move.line, name, ratio))
+            name = self._name(asked, self._speeds if limit == "speed" else self._limits)
+            self.violations.append(Violation(one.move.line, name, ratio, limit))
 
     def _name(self, distance: tuple[float, ...], limits: tuple[float, ...]) -> str:
         """Return the motor that a distance asks most of."""
