@@ -15,9 +15,11 @@ from programbench import CHORDS, path, path_distance, planned, random_program, s
 
 # Some of these would have equal counts around a peak, at the end or beside their highest speed.
 PEAKS = {97, 296, 365, 542, 653, 705, 764}
+# A corner in the last pixel, a rest on odd steps in the middle, a path that bends within a pixel.
+CORNERS = {3507, 4020, 4152, 5038, 12710}
 
 
-@pytest.mark.parametrize("seed", sorted({*range(cases(80, 1000)), *PEAKS}))
+@pytest.mark.parametrize("seed", sorted({*range(cases(80, 1000)), *PEAKS, *CORNERS}))
 def test_smooth_motors_stay_within_their_limits_as_the_board_decodes_them(seed):
     rng = np.random.default_rng(seed)
     hz = int(rng.choice([50, 100, 200]))

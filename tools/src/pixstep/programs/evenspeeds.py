@@ -27,7 +27,7 @@ from pixstep.programs.blends import Floats
 Steps = npt.NDArray[np.int64]
 _SMALL_SWING = 2  # steps/px around a count that the board takes for a ripple
 _SWING = 4  # middles that make an oscillation
-_WIDER = 2  # more middles on either side of these that may be moved
+_WIDER = 3  # more middles on either side of these that may be moved
 _BESIDE = 3  # middles on either side of a moved one that its jerk is made of
 _BEFORE = _BESIDE + 1  # settled middles that are kept
 _LATER = _SWING + _WIDER + _BESIDE  # middles from the first of an oscillation on that are looked at

@@ -396,7 +396,7 @@ class Report:
                     "motor": item.motor,
                     "limit": item.limit,
                     "ratio": item.ratio,
-                }  # fmt: skip
+                }
                 for item in self.violations
             ],
         }
