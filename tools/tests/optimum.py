@@ -13,7 +13,7 @@ from scipy.optimize import linprog
 # Nodes for an interval of the planner's: a straight one has ramps at its ends, however long it is.
 _EVEN = np.linspace(0, 1, 5)
 _CLOSER = (1 - np.cos(np.linspace(0, np.pi, 97))) / 2
-_LEVELS = (1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5)
+_LEVELS = (1.0, 1e-1, 1e-2, 1e-3)
 _LEAST = 1e-9
 _ROUNDS = 12
 

@@ -15,6 +15,7 @@ from pixstep.programs.plan import Plan
 from pixstep.programs.timelaw import Limits
 
 WORDS = "XYZA"
+CHORDS = 1e-3  # steps by which the chords of path_distance may lie beside the path
 _NEIGHBOURS = 8
 _THIRDS = 30  # of a chord, of a third of it ...: 5e-6 of it
 SHORT_MOVES = "INC TS0 TA1 TM2\n" + "X100\n" * 50

@@ -11,10 +11,16 @@ ROUNDING = 1e-6
 FREE = EvenLimits(np.inf)
 
 
-def made(planned, limits):
+def means(planned):
+    """Return where the motor should be at the edges before the middles: between them."""
+    return (planned + np.concatenate([[0.0], planned[:-1]])) / 2
+
+
+def made(planned, limits, edges=None):
     """Return the counts of a motion by the planned middles of its pixels."""
     speeds = EvenSpeeds(limits)
-    return np.concatenate([speeds.counts(planned), speeds.last_counts()])
+    edges = means(planned) if edges is None else edges
+    return np.concatenate([speeds.counts(planned, edges), speeds.last_counts()])
 
 
 def middles(speeds, steps=None):
@@ -34,8 +40,7 @@ def boundary_speeds(counts):
 
 def off_steps(counts, planned):
     """Return by how much positions at pixel edges differ from those between planned middles."""
-    edges = (planned + np.concatenate([[0.0], planned[:-1]])) / 2
-    return np.abs(np.cumsum(counts) - edges)
+    return np.abs(np.cumsum(counts) - means(planned))
 
 
 def swings(counts):
@@ -67,8 +72,9 @@ def test_random_speeds_become_even_ones_near_by():
         planned = middles(random_speeds(rng, float(rng.integers(2, 40))))
         counts = made(planned, FREE)
         speeds = EvenSpeeds(FREE)
-        parts = np.split(planned, np.flatnonzero(rng.random(len(planned)) < 0.2))
-        one_by_one = [*(speeds.counts(part) for part in parts), speeds.last_counts()]
+        cuts = np.flatnonzero(rng.random(len(planned)) < 0.2)
+        parts = zip(np.split(planned, cuts), np.split(means(planned), cuts), strict=True)
+        one_by_one = [*(speeds.counts(*part) for part in parts), speeds.last_counts()]
         assert np.array_equal(counts, np.concatenate(one_by_one))
         assert len(counts) == len(planned) and counts.sum() == planned[-1]
         found = boundary_speeds(counts)

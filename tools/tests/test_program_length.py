@@ -18,7 +18,7 @@ from pixstep.lines.linecheck import entries
 from pixstep.programs import length
 from pixstep.programs.length import MOST_PIXELS
 from pixstep.programs.options import Options
-from pixstep.programs.pixels import Rounding, edges
+from pixstep.programs.pixels import Rounding, Track
 from pixstep.programs.plan import Plan
 from pixstep.programs.rehearsal import rehearse
 from pixstep.programs.timeline import in_pieces
@@ -69,7 +69,7 @@ def test_pieces_of_a_plan_have_the_counts_of_the_whole(seed):
     text, _ = random_program(rng, motors, 12, rising=smooth)
     lines = list(Plan("p.pmc", text.splitlines(), of, Options()).timelines())
     whole, parts = (
-        np.vstack(list(Rounding(of).counts(edges(found, of))))
+        np.vstack(list(Rounding(of).counts(Track(found, of))))
         for found in (lines, in_pieces(lines, 23.0))
     )
     assert len(list(in_pieces(lines, 23.0))) > 5

@@ -140,8 +140,8 @@ def test_the_segments_of_a_circle_are_one_move_of_the_report(folder, invoke):
 def test_the_programmed_time_is_that_of_a_plan_without_limits(mode):
     text = "INC TA30 TS10 TM80 X90 Y10\nX30 Y40\nDWELL40\nX3\nDELAY35\nRAPID X10"
     report = planned(text, setup(1e9, 2), mode=mode)[1]
-    assert not report.slowed_moves and not report.clipped_blends
-    assert report.asked_ms == pytest.approx(report.total_ms, abs=1e-6)
+    assert not report.slowed_moves and not report.clipped
+    assert report.programmed_ms == pytest.approx(report.total_ms, abs=1e-6)
 
 
 def test_limits_that_a_plan_does_not_use_are_named(folder, invoke):
@@ -411,7 +411,7 @@ def test_memory_does_not_grow_with_the_program():
         plan = Plan("p.pmc", _endless(moves, 2), of, Options(window=64))
         most = 0
         for _ in plan.counts():
-            most = max(most, len(plan.report.begun))
+            most = max(most, plan.report.waiting)
         assert plan.report.moves == moves and len(plan.report.slowed) <= 1000
         held.append(most)
     assert held[1] <= 1.1 * held[0] < 2000

@@ -12,7 +12,7 @@ from pixstep.errors import RefusedError
 from pixstep.programs import figure, jerk
 from pixstep.programs.options import Options
 from pixstep.programs.plan import Plan
-from programbench import SHORT_MOVES, path, path_distance, planned, random_program, setup
+from programbench import CHORDS, SHORT_MOVES, path, path_distance, planned, random_program, setup
 
 PIXEL_MS = 10  # at 100 Hz
 TOLERANCE = 1 + 1e-6
@@ -65,7 +65,7 @@ def test_random_programs_keep_every_limit_and_the_path(seed, smooth):
     text, distance, _, of = made(seed, smooth)
     counts, report = plan_within_the_limit(seed, smooth)
     assert counts.sum(axis=0).tolist() == distance.tolist()
-    assert path_distance(counts, path(text, of)) <= (2 if smooth else 1)
+    assert path_distance(counts, path(text, of)) <= (1 if smooth else 0.5) + CHORDS
     for index, motor in enumerate(report.motors):
         assert motor.planned_jerk <= motor.motor.max_jerk * TOLERANCE
         assert motor.planned_ratio <= TOLERANCE and motor.speed_ratio <= TOLERANCE

@@ -46,7 +46,7 @@ def test_the_table_of_transitions_is_the_model_s():
             steps = int(found[1] or first)
             places = choose.BETWEEN if found[1] else 1
             error = choose.predicted_error(crest, steps, places) / IN
-            assert abs(error - float(found[2])) <= 0.02 * float(found[2]) + 1.5e-6, (steps, servo)
+            assert f"{error:.6f}" == found[2], (steps, servo)
             if found[1]:
                 assert choose.choose(crest).steps == steps
 

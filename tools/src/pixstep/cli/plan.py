@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 _WORTH_SAYING = 0.01  # steps
 _SHOWN = 8  # slowed moves and violations that are printed
+_SAME = 1e-6  # part of a time that rounding explains
 
 
 @command("plan")
@@ -99,15 +100,16 @@ def _print(done: Result, out: Path) -> None:
     console = new_console()
     console.print(_table(report.motors))
     click.echo(
-        f"{out}: {report.moves} moves, {report.total_ms:.6g} ms ({report.asked_ms:.6g} ms "
-        f"programmed), {report.pixels} pixels at {float(report.setup.pixel_hz):g} Hz"
-        f"{_edges_text(report.setup.divider)}"
+        f"{out}: {report.moves} moves, {report.total_ms:.6g} ms, {report.pixels} pixels at "
+        f"{float(report.setup.pixel_hz):g} Hz{_edges_text(report.setup.divider)}"
     )
+    click.echo(_times_text(report))
+    click.echo(f"at most {report.off_path:.1f} steps off the path")
     for why, count in report.reasons.most_common():
         click.echo(f"{count} of {report.moves} moves slowed: {why}")
-    if report.clipped_blends:
+    if report.clipped:
         click.echo(
-            f"{report.clipped_blends} of {report.moves} moves begin with a blend shorter than TA: "
+            f"{report.clipped} of {report.moves} moves begin with a blend shorter than TA: "
             f"the move before is too short for it"
         )
     if report.arc_off_steps >= _WORTH_SAYING:
@@ -123,12 +125,24 @@ def _print(done: Result, out: Path) -> None:
     if report.slowed_moves > _SHOWN:
         click.echo(f"... {report.slowed_moves - _SHOWN} more in report.json")
     for bad in report.violations[:_SHOWN]:
-        click.echo(f"{name}:{bad.line}: exceeds the acceleration of {bad.motor}: {bad.ratio:.4g} x")
+        click.echo(f"{name}:{bad.line}: exceeds the {bad.limit} of {bad.motor}: {bad.ratio:.4g} x")
     for path, findings in zip(done.files, done.findings, strict=True):
         for found in findings[:_SHOWN]:
             click.echo(
                 f"{path}: pixel {found.pixel}: the board refuses: {found.name}: {found.message}"
             )
+
+
+def _times_text(report: Report) -> str:
+    """Return what the time of a plan is made of."""
+    parts = [(report.moves_ms, "of moves as programmed"), (report.stops_ms, "of starts and stops")]
+    if report.dwells_ms:
+        parts.append((report.dwells_ms, "of dwells"))
+    more = report.total_ms - report.programmed_ms
+    if more > _SAME * report.total_ms:
+        parts.append((more, "more than programmed"))
+    told = " + ".join(f"{ms:.6g} ms {what}" for ms, what in parts)
+    return f"{report.total_ms:.6g} ms = {told}"
 
 
 def _print_limits(row: MotorReport) -> None:

@@ -56,8 +56,8 @@ _OPTIONS = (
         type=FiniteRange(0.01, 1000),
         default=1.0,
         show_default=True,
-        help="Steps that a smooth motor may cut a corner by, and segments a circle, these half a "
-        "step at most.",
+        help="Steps that a smooth motor may be off in a corner (1 at least), and segments on a "
+        "circle, these half a step at most.",
     ),
     click.option(
         "--arc-tolerance",

@@ -18,7 +18,18 @@ from pixstep.programs.moves import Dwell, Move
 Floats = npt.NDArray[np.float64]
 _FLANK, _TOP = 6, 10  # intervals of a flank and of the top of a trapezoid of acceleration
 _TOGETHER = 512  # moves whose intervals are made at once
+ACCELERATION_TIME = "acceleration time"  # why a move takes longer: rule 2
 _NOTHING_MS = 1e-9  # shorter intervals are left out
+
+
+class Ramp(NamedTuple):
+    """Where a move's straight part changes from its own speed to that of a corner, or back.
+
+    `share` is the corner's speed as a part of the move's own.
+    """
+
+    share: float = 1.0
+    ms: float = 0.0
 
 
 class Timed(NamedTuple):
@@ -34,8 +45,12 @@ class Timed(NamedTuple):
     ts: float
     stop_ta: float
     stop_ts: float
-    asked: float  # the time as programmed
+    asked: float  # TM as programmed
+    asked_ta: float  # TA as programmed
     why: str = ""
+    entry: Ramp = Ramp()
+    exit: Ramp = Ramp()
+    clipped: bool = False  # rule 3 has shortened its blend
 
 
 @dataclass(frozen=True)
@@ -115,13 +130,14 @@ def nominal(events: Iterable[Move | Dwell]) -> Iterator[Timed | Dwell]:
 def _by_rules(move: Move, before: Timed | None) -> Timed:
     """Return a move with TM >= TA, and with a blend that leaves the one before it alone."""
     tm = move.tm if move.fixed else max(move.tm, move.ta)
-    why = "acceleration time" if tm > move.tm else ""
-    ta = move.ta
-    room = 2 * (before.tm - before.ta / 2) if before else ta
-    if ta > room:
-        ta, why = room, why or "blend clipped"
+    why = ACCELERATION_TIME if tm > move.tm else ""
+    room = 2 * (before.tm - before.ta / 2) if before else move.ta
+    ta = min(move.ta, room)
     ts = min(move.ts, ta / 2)
-    return Timed(move.line, move.target, tm, ta, ts, move.ta, move.ts, move.tm, why)
+    return Timed(
+        move.line, move.target, tm, ta, ts, move.ta, move.ts, move.tm, move.ta, why,
+        clipped=ta < move.ta,
+    )  # fmt: skip
 
 
 class Path:
@@ -168,45 +184,64 @@ class Path:
     def _made(self, moves: list[Timed], next_ta: float, stop: Timed | None) -> Intervals:
         """Return the intervals of moves: the blend before each, then what is straight."""
         tm, ta, ts = np.array([(move.tm, move.ta, move.ts) for move in moves]).T
+        ramps = np.array([(*move.entry, *move.exit) for move in moves])
+        enter, rise, leave, fall = ramps.T
         target = np.array([move.target for move in moves])
         begin = np.vstack([self._place, target[:-1]])
         speed = (target - begin) / tm[:, None]
-        before = np.vstack([self._speed, speed[:-1]])
-        behind = np.append(ta[1:], next_ta)
-        straight = np.maximum(tm - ta / 2 - behind / 2, 0.0)
+        first, last = speed * enter[:, None], speed * leave[:, None]
+        before = np.vstack([self._speed, last[:-1]])
+        taken = enter * ta + leave * np.append(ta[1:], next_ta)
+        taken += (1 + enter) * rise + (1 + leave) * fall
+        straight = np.maximum(tm - taken / 2, 0.0)
         numbers = self._count + np.arange(len(moves))
-        blended = _blends(ta, ts, before, speed, begin, numbers)
-        lines = Intervals(
-            straight, begin + speed * ta[:, None] / 2, speed, np.zeros_like(speed),
-            np.zeros_like(speed), numbers, np.zeros(len(moves), dtype=bool),
-        )  # fmt: skip
-        parts = [_interleaved(blended, lines, len(moves))]
-        self._place, self._speed = target[-1], speed[-1]
+        risen = begin + first * ta[:, None] / 2
+        level = risen + (first + speed) * rise[:, None] / 2
+        parts = [
+            _blends(ta, ts, before, first, begin, numbers),
+            _ramps(rise, ts / ta, first, speed, risen, numbers),
+            Intervals(
+                straight, level, speed, np.zeros_like(speed),
+                np.zeros_like(speed), numbers, np.zeros(len(moves), dtype=bool),
+            ),
+            _ramps(fall, ts / ta, speed, last, level + speed * straight[:, None], numbers),
+        ]  # fmt: skip
+        found = _by_move(parts)
+        self._place, self._speed = target[-1], last[-1]
         self._count += len(moves)
         if stop is not None:
             nought = np.zeros_like(self._speed)
-            parts.append(
-                _blends(
-                    np.array([stop.stop_ta]), np.array([stop.stop_ts]), self._speed[None, :],
-                    nought[None, :], self._place[None, :], numbers[-1:],
-                )
+            end = _blends(
+                np.array([stop.stop_ta]), np.array([stop.stop_ts]), self._speed[None, :],
+                nought[None, :], self._place[None, :], numbers[-1:],
             )  # fmt: skip
+            found = Intervals.joined([found, end])
             self._speed = nought
-        found = Intervals.joined(parts)
         return found.part(found.du > _NOTHING_MS)
 
 
-def _interleaved(blended: Intervals, lines: Intervals, moves: int) -> Intervals:
-    """Return for each move the intervals of its blend, then its straight one."""
-    each = len(blended) // moves
-    order = np.concatenate(
-        [
-            np.arange(len(blended)).reshape(moves, each),
-            len(blended) + np.arange(moves)[:, None],
-        ],
-        axis=1,
-    ).ravel()
-    return Intervals.joined([blended, lines]).part(order)
+def _by_move(parts: list[Intervals]) -> Intervals:
+    """Return for each move its intervals of each part, one part after the other."""
+    joined = Intervals.joined(parts)
+    return joined.part(np.argsort(joined.move, kind="stable"))
+
+
+def _ramps(
+    ms: Floats,
+    flank: Floats,
+    before: Floats,
+    after: Floats,
+    begin: Floats,
+    move: npt.NDArray[np.int64],
+) -> Intervals:
+    """Return the intervals of changes of speed on straight parts, from where they begin on.
+
+    `flank` is a flank's part of the time. A move that takes no time for it has none.
+    """
+    some = ms > _NOTHING_MS
+    ms, before = ms[some], before[some]
+    centre = begin[some] + before * ms[:, None] / 2
+    return _blends(ms, flank[some] * ms, before, after[some], centre, move[some])
 
 
 def _nodes(count: int) -> Floats:

@@ -27,7 +27,7 @@ from pixstep.programs.blends import Floats
 Steps = npt.NDArray[np.int64]
 _SMALL_SWING = 2  # steps/px around a count that the board takes for a ripple
 _SWING = 4  # middles that make an oscillation
-_WIDER = 2  # more middles on either side of these that may be moved
+_WIDER = 3  # more middles on either side of these that may be moved
 _BESIDE = 3  # middles on either side of a moved one that its jerk is made of
 _BEFORE = _BESIDE + 1  # settled middles that are kept
 _LATER = _SWING + _WIDER + _BESIDE  # middles from the first of an oscillation on that are looked at
@@ -35,11 +35,15 @@ _ROUNDING = 1e-6  # steps: what numbers of limited length add
 
 
 class EvenLimits(NamedTuple):
-    """What a smooth motor may do, whole steps included: steps and pixels."""
+    """What a smooth motor may do, whole steps included: steps and pixels.
+
+    `off` is how far it may be from the path.
+    """
 
     acceleration: float
     speed: float = np.inf
     jerk: float = np.inf
+    off: float = 1.0
 
 
 class EvenSpeeds:
@@ -51,33 +55,60 @@ class EvenSpeeds:
     def __init__(self, limits: EvenLimits) -> None:
         self._limits = limits
         self._planned = np.zeros(_BEFORE)
+        self._edges = np.zeros(_BEFORE)  # where the motor should be before each middle
+        self._middles = np.zeros(_BEFORE)  # as they are rounded, known up to the last but one
         self._made = np.zeros(_BEFORE, dtype=np.int64)  # the first _BEFORE are settled
-        self._unseen = 1  # where an oscillation may begin that is not looked at yet
+        self._unseen = 1  # where something may be wrong that is not looked at yet
 
-    def counts(self, planned: Floats) -> Steps:
+    def counts(self, planned: Floats, edges: Floats) -> Steps:
         """Return counts of pixels, the newest pixels in a later call.
 
-        Count k reaches from the edge behind middle k to the next one; middle 0, which is 0, is not
-        in the first part.
+        `edges` are the places before the middles, where the motor should be. Count k reaches from
+        the edge behind middle k to the next one; middle 0, which is 0, is not in the first part.
         """
-        nearest = 2 * np.rint(planned / 2).astype(np.int64)
         self._planned = np.concatenate([self._planned, planned])
-        self._made = np.maximum.accumulate(np.concatenate([self._made, nearest]))
+        self._edges = np.concatenate([self._edges, edges])
+        self._round()
         seen = max(len(self._made) - _LATER + 1, self._unseen)
-        place = self._next_oscillation(self._unseen)
+        place = self._next_wrong(self._unseen)
         while place < seen:
             self._mend(place)
-            place = self._next_oscillation(place + 1)
+            place = self._next_wrong(place + 1)
         return self._settled(seen)
 
     def last_counts(self) -> Steps:
         """Return the counts that are left: the motor has come to rest."""
-        left = len(self._made) - _BEFORE
-        return self.counts(np.repeat(self._planned[-1:], _LATER + _WIDER))[:left]
+        left = len(self._planned) - _BEFORE
+        still = np.repeat(self._planned[-1:], _LATER + _WIDER + 1)
+        return self.counts(still, still)[:left]
 
-    def _next_oscillation(self, begin: int) -> int:
-        """Return where the first one begins from here on, else the number of middles."""
-        found = np.flatnonzero(oscillates(self._made[begin:]))
+    def _round(self) -> None:
+        """Round the middles whose next edge is known to even steps.
+
+        Middles are moved by as much as their means are off at the edges beside them, half each,
+        but not beyond their neighbours; those at rest and beside a rest stay.
+        """
+        first = len(self._made)
+        planned = self._planned[first - 1 :]
+        cut = (planned[:-1] + planned[1:]) / 2 - self._edges[first:]
+        moving = (planned[:-2] < planned[1:-1]) & (planned[1:-1] < planned[2:])
+        middles = planned[1:-1] - np.where(moving, cut[:-1] + cut[1:], 0.0) / 2
+        middles = np.clip(middles, planned[:-2], planned[2:])
+        nearest = 2 * np.rint(middles / 2).astype(np.int64)
+        self._middles = np.concatenate([self._middles, middles])
+        self._made = np.maximum.accumulate(np.concatenate([self._made, nearest]))
+
+    def _next_wrong(self, begin: int) -> int:
+        """Return the first middle from here on with which something is wrong, else their number."""
+        made, limits = self._made[begin:], self._limits
+        speeds = np.diff(made)
+        wrong = np.zeros(len(made), dtype=bool)
+        wrong[:-3] |= oscillates(made) | (np.abs(np.diff(speeds, n=2)) > limits.jerk)
+        wrong[:-2] |= np.abs(np.diff(speeds)) > limits.acceleration
+        wrong[:-1] |= speeds > limits.speed
+        edges = self._edges[begin + 1 : len(self._made)]
+        wrong[:-1] |= np.abs((made[1:] + made[:-1]) / 2 - edges) > limits.off + _ROUNDING
+        found = np.flatnonzero(wrong)
         return begin + int(found[0]) if len(found) else len(self._made)
 
     def _settled(self, seen: int) -> Steps:
@@ -85,7 +116,8 @@ class EvenSpeeds:
         end = max(seen - _WIDER, _BEFORE)
         counts = (self._made[_BEFORE:end] - self._made[_BEFORE - 2 : end - 2]) // 2
         gone = end - _BEFORE
-        self._planned, self._made = self._planned[gone:], self._made[gone:]
+        self._planned, self._edges = self._planned[gone:], self._edges[gone:]
+        self._middles, self._made = self._middles[gone:], self._made[gone:]
         self._unseen = seen - gone
         return counts
 
@@ -109,27 +141,28 @@ class EvenSpeeds:
         What oscillates behind `place` is mended in its turn.
         """
         seen = slice(moved.start - _BESIDE, moved.stop + _BESIDE)
-        planned, made = self._planned[seen], self._made[seen]
+        middles, made = self._middles[seen], self._made[seen]
         inner = slice(_BESIDE, -_BESIDE)
+        planned = self._planned[seen]
         moving = planned[_BESIDE - 1 : -_BESIDE - 1] < planned[_BESIDE + 1 : 1 - _BESIDE]
         choice = _choices(moved.stop - moved.start)
         choice = choice[np.all((choice == 0) | moving, axis=1)]
         steps = np.tile(made, (len(choice), 1))
         steps[:, inner] += choice
         steps = steps[np.all(np.diff(steps) >= 0, axis=1)]
-        wrong = self._wrong(steps, steps - planned, place + 1 - seen.start)
+        wrong = self._wrong(steps, steps - middles, self._edges[seen], place + 1 - seen.start)
         best = np.lexsort(wrong[::-1])[0]
         return tuple(float(one[best]) for one in wrong), steps[best, inner]
 
-    def _wrong(self, steps: Steps, off: Floats, looked_at: int) -> list[Floats]:
+    def _wrong(self, steps: Steps, off: Floats, edges: Floats, looked_at: int) -> list[Floats]:
         """Return what is wrong with each row of middles, the worst kind first."""
         limits = self._limits
         beyond = [
             np.maximum(np.abs(np.diff(steps, n=order)) - most, 0).sum(axis=1)
             for order, most in enumerate((limits.speed, limits.acceleration, limits.jerk), 1)
         ]
-        edges = np.abs(off[:, 1:] + off[:, :-1]) / 2
-        far = np.maximum(edges.max(axis=1) - 1 - _ROUNDING, 0)
+        away = np.abs((steps[:, 1:] + steps[:, :-1]) / 2 - edges[1:])
+        far = np.maximum(away.max(axis=1) - limits.off - _ROUNDING, 0)
         return [
             oscillates(steps)[:, :looked_at].sum(axis=1).astype(np.float64), sum(beyond), far,
             np.sum(off**2, axis=1),

@@ -20,7 +20,7 @@ from pixstep.errors import RefusedError
 from pixstep.programs import passes, timelaw
 from pixstep.programs.blends import Floats, Intervals
 from pixstep.programs.motors import Setup
-from pixstep.programs.pixels import Counts, Rounding, edges
+from pixstep.programs.pixels import Counts, Rounding, Track
 from pixstep.programs.timelaw import Limits, Run
 from pixstep.programs.timeline import Timeline, timelines
 
@@ -236,7 +236,7 @@ class _Section:
         motors = self.setup.motors
         if not any(motor.smooth and motor.max_jerk is not None for motor in motors):
             return True
-        counts = np.vstack(list(Rounding(self.setup).counts([_samples(line, self.setup)])))
+        counts = np.vstack(list(Rounding(self.setup).counts(_track(line, self.setup))))
         return all(
             counted_jerk(counts[:, index]) <= motor.max_jerk + motor.jerk_rounding
             for index, motor in enumerate(motors)
@@ -363,10 +363,12 @@ def jerks(line: Timeline, setup: Setup) -> Floats:
 
 def _samples(line: Timeline, setup: Setup) -> Floats:
     """Return positions every half pixel of a section, as if it began at 0 and at time 0."""
+    return np.vstack(list(_track(line, setup).samples()))
+
+
+def _track(line: Timeline, setup: Setup) -> Track:
     path = replace(line.path, place=line.path.place - line.path.place[0])
-    return np.vstack(
-        list(edges([replace(line, path=path, start=line.start - line.start[0])], setup))
-    )
+    return Track([replace(line, path=path, start=line.start - line.start[0])], setup)
 
 
 def counted_jerk(counts: Counts) -> int:

@@ -13,7 +13,9 @@ Where a smooth motor is among them a plain one takes the mean of the middles bes
 all then lie at the same place along the path.
 """
 
+from collections import deque
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -24,68 +26,119 @@ from pixstep.programs.evenspeeds import EvenLimits, EvenSpeeds
 from pixstep.programs.motors import PlanMotor, Setup
 from pixstep.programs.timeline import Timeline
 
+_NEWTON = 4  # rounds that find the nearest place
+_REACH = 4  # half pixels on either side in which the path is looked for
+_THIRDS = 30  # of a quarter of a pixel, of a third of it ...
+_NOTHING = 1e-300  # instead of 0 below a fraction
+
 Counts = npt.NDArray[np.int64]
 
 
-def edges(lines: Iterable[Timeline], setup: Setup) -> Iterator[Floats]:
-    """Yield positions every half pixel from -1/2 on: a row each, until all motors rest.
+class Track:
+    """Where the motors are to be: every half pixel from -1/2 on, and at any time of these.
 
     The motion begins at time 0, or half a pixel later with smooth motors, whose speed at the first
     edge is the mean around it.
     """
-    half = setup.pixel_ms / 2
-    smooth = setup.smooth
-    delay = half if smooth else 0.0
-    still = np.zeros((1, len(setup.motors)))
-    yield np.repeat(still, 3 if smooth else 2, axis=0)
-    given = 2 if smooth else 1  # index of the next sample after those, at given * half
-    place = still
-    for line in lines:
-        last = int(np.floor((line.end + delay) / half + 1e-9))
-        times = np.arange(given, last + 1, dtype=np.float64) * np.float64(half) - delay
-        if len(times):
-            yield line.places(times)
-        given = max(given, last + 1)
-        place = line.places(np.array([line.end]))
-    pixels = (given + 2) // 2 + 1 if smooth else (given + 1) // 2
-    yield np.repeat(np.round(place), 2 * pixels + 2 - given, axis=0)
+
+    def __init__(self, lines: Iterable[Timeline], setup: Setup) -> None:
+        self.half = setup.pixel_ms / 2
+        self.motors = len(setup.motors)
+        self._lines, self._smooth = lines, setup.smooth
+        self._delay = self.half if setup.smooth else 0.0
+        self._kept: deque[Timeline] = deque()
+
+    def samples(self) -> Iterator[Floats]:
+        """Yield positions every half pixel, a row each, until all motors rest."""
+        still = np.zeros((1, self.motors))
+        yield np.repeat(still, 3 if self._smooth else 2, axis=0)
+        given = 2 if self._smooth else 1  # index of the next sample after those
+        place = still
+        for line in self._lines:
+            self._kept.append(line)
+            last = int(np.floor((line.end + self._delay) / self.half + 1e-9))
+            times = self.time(np.arange(given, last + 1))
+            if len(times):
+                yield line.places(times)
+            given = max(given, last + 1)
+            place = line.places(np.array([line.end]))
+        pixels = (given + 2) // 2 + 1 if self._smooth else (given + 1) // 2
+        yield np.repeat(np.round(place), 2 * pixels + 2 - given, axis=0)
+
+    def time(self, index: npt.NDArray[np.int64]) -> Floats:
+        """Return the time of samples in ms, 1 being half a pixel behind the first edge."""
+        times: Floats = index.astype(np.float64) * self.half - self._delay
+        return times
+
+    def at(self, times: Floats) -> Floats:
+        """Return positions at times that are not forgotten, one row each."""
+        found = np.zeros((len(times), self.motors))
+        starts = [float(line.start[0]) for line in self._kept]
+        index = np.clip(np.searchsorted(starts, times, side="right") - 1, 0, None)
+        for number in np.unique(index).tolist() if starts else ():
+            here = index == number
+            found[here] = self._kept[number].places(times[here])
+        return found
+
+    def forget(self, time: float) -> None:
+        """Let go what ends before a time."""
+        while len(self._kept) > 1 and self._kept[0].end < time:
+            self._kept.popleft()
 
 
 class Rounding:
-    """Makes counts of positions; keeps what it needs between two parts."""
+    """Makes counts of positions; keeps what it needs between two parts.
+
+    `off` is how far the positions at pixel edges have been from the path, the motor that is worst:
+    from the place where this one is nearest, within two pixels.
+    """
 
     def __init__(self, setup: Setup) -> None:
-        self._before = np.zeros((0, len(setup.motors)))
-        self._motors = [_motor(motor, setup.pixel_ms) for motor in setup.motors]
+        self.off = 0.0
+        self._place = np.zeros(len(setup.motors))  # of the counts that are made
+        self._motors = [_motor(motor, setup) for motor in setup.motors]
         self._mean = setup.smooth
         self._waiting: list[Counts] = [np.zeros(0, dtype=np.int64) for _ in setup.motors]
+        self._near = _Near.none(len(setup.motors))  # edges whose counts are not made yet
 
-    def counts(self, samples: Iterable[Floats]) -> Iterator[Counts]:
-        """Yield counts of whole pixels, a row each, of samples at half pixels from -1/2 on.
+    def counts(self, track: Track) -> Iterator[Counts]:
+        """Yield counts of whole pixels, a row each.
 
         A smooth motor's pixels are made some pixels later than others, and wait for the motion's
         end, which the samples reach.
         """
-        for part in samples:
-            known = np.vstack([self._before, part])
+        kept, first = np.zeros((0, track.motors)), -1  # samples, and the index of the first one
+        for part in track.samples():
+            known = np.vstack([kept, part])
             pixels = (len(known) - 3) // 2
             if pixels < 1:
-                self._before = known
+                kept = known
                 continue
-            self._before = known[2 * pixels :]
-            middles = known[4 : 2 * pixels + 3 : 2]
+            kept = known[2 * pixels :]
             edges = known[3 : 2 * pixels + 2 : 2]
-            if self._mean:
-                edges = (known[2 : 2 * pixels + 1 : 2] + middles) / 2
-            yield from self._ready(
-                motor.counts(
-                    np.abs(middles[:, index]) if isinstance(motor, EvenSpeeds) else edges[:, index]
-                )
-                for index, motor in enumerate(self._motors)
-            )
-        yield from self._ready(motor.last_counts() for motor in self._motors)
+            near = _Near(track.time(first + 3 + 2 * np.arange(pixels)), edges)
+            first += 2 * pixels
+            yield from self._made(track, known, near)
+        yield from self._ready(track, [motor.last_counts() for motor in self._motors])
 
-    def _ready(self, made: Iterable[Counts]) -> Iterator[Counts]:
+    def _made(self, track: Track, known: Floats, near: "_Near") -> Iterator[Counts]:
+        """Yield what can be made of more samples, which have these edges."""
+        pixels = len(near.time)
+        before, middles = known[2 : 2 * pixels + 1 : 2], known[4 : 2 * pixels + 3 : 2]
+        edges = near.place
+        if self._mean:
+            near = near.beside(before, middles, track)
+            edges = (before + middles) / 2
+        self._near = self._near.with_more(near)
+        made = [
+            motor.counts(middles[:, index], near.place[:, index])
+            if isinstance(motor, _Even)
+            else motor.counts(edges[:, index])
+            for index, motor in enumerate(self._motors)
+        ]
+        yield from self._ready(track, made)
+
+    def _ready(self, track: Track, made: list[Counts]) -> Iterator[Counts]:
         """Yield the pixels that are made of all motors."""
         waiting = [
             np.concatenate([before, new]) for before, new in zip(self._waiting, made, strict=True)
@@ -93,7 +146,76 @@ class Rounding:
         ready = min(map(len, waiting))
         self._waiting = [one[ready:] for one in waiting]
         if ready:
-            yield np.stack([one[:ready] for one in waiting], axis=1)
+            counts = np.stack([one[:ready] for one in waiting], axis=1)
+            places = self._place + np.cumsum(counts, axis=0)
+            self._place = places[-1]
+            near = self._near.part(slice(ready))
+            self.off = near.off(places, self.off, track)
+            self._near = self._near.part(slice(ready, None))
+            track.forget(float(near.time[-1]) - _REACH * track.half)
+            yield counts
+
+
+@dataclass(frozen=True)
+class _Near:
+    """Pixel edges: when they are, and the place of the path beside which the motors are to be."""
+
+    time: Floats
+    place: Floats
+
+    @classmethod
+    def none(cls, motors: int) -> "_Near":
+        """Return no edges."""
+        return cls(np.zeros(0), np.zeros((0, motors)))
+
+    def with_more(self, more: "_Near") -> "_Near":
+        """Return these edges and more."""
+        return _Near(
+            np.concatenate([self.time, more.time]), np.concatenate([self.place, more.place])
+        )
+
+    def part(self, choice: slice | npt.NDArray[np.bool_]) -> "_Near":
+        """Return some of the edges."""
+        return _Near(self.time[choice], self.place[choice])
+
+    def beside(self, before: Floats, behind: Floats, track: Track) -> "_Near":
+        """Return the places that are nearest to the means of the middles beside edges.
+
+        They are found on the parabola edge + t speed + t^2 bend through the edge and the middles,
+        where the mean is edge + bend, then once more from the path at that time.
+        """
+        speed, bend = (behind - before) / 2, (before + behind) / 2 - self.place
+        t = np.zeros(len(self.time))
+        for _ in range(_NEWTON):
+            away = bend - t[:, None] * (speed + t[:, None] * bend)
+            slope = speed + 2 * t[:, None] * bend
+            t = t + np.sum(away * slope, axis=1) / np.maximum(np.sum(slope**2, axis=1), _NOTHING)
+            t = np.clip(t, -1, 1)
+        place = track.at(self.time + t * track.half)
+        slope = speed + 2 * t[:, None] * bend
+        away = self.place + bend - place
+        t = t + np.sum(away * slope, axis=1) / np.maximum(np.sum(slope**2, axis=1), _NOTHING)
+        return _Near(self.time, track.at(self.time + np.clip(t, -1, 1) * track.half))
+
+    def off(self, positions: Floats, known: float, track: Track) -> float:
+        """Return how far positions are from the path, if that is more than `known`."""
+        far = np.flatnonzero(np.abs(positions - self.place).max(axis=1) > known)
+        if not len(far):
+            return known
+        time = self.time[far]
+
+        def away(times: Floats) -> Floats:
+            found: Floats = np.abs(positions[far] - track.at(times)).max(axis=1)
+            return found
+
+        coarse = track.half * np.linspace(-_REACH, _REACH, 8 * _REACH + 1)
+        time = time + coarse[np.argmin([away(time + more) for more in coarse], axis=0)]
+        low, high = time - track.half / 4, time + track.half / 4
+        for _ in range(_THIRDS):
+            third = (high - low) / 3
+            later = away(low + third) > away(high - third)
+            low, high = np.where(later, low + third, low), np.where(later, high, high - third)
+        return max(known, float(away((low + high) / 2).max()))
 
 
 class _Nearest:
@@ -114,13 +236,32 @@ class _Nearest:
         return np.zeros(0, dtype=np.int64)
 
 
-def _motor(motor: PlanMotor, pixel_ms: float) -> EvenSpeeds | _Nearest:
+class _Even:
+    """Makes the counts of a smooth motor: below 0 if it moves that way, as its line cannot say."""
+
+    def __init__(self, limits: EvenLimits) -> None:
+        self._speeds = EvenSpeeds(limits)
+        self._way = 0  # unknown until it moves
+
+    def counts(self, middles: Floats, edges: Floats) -> Counts:
+        """Return counts of pixels by planned middles and the places of the path before these."""
+        self._way = self._way or int(np.sign(np.sum(middles)))
+        return self._way * self._speeds.counts(self._way * middles, self._way * edges)
+
+    def last_counts(self) -> Counts:
+        """Return the counts that are left: the motor has come to rest."""
+        return self._way * self._speeds.last_counts()
+
+
+def _motor(motor: PlanMotor, setup: Setup) -> _Even | _Nearest:
     """Return what makes a motor's counts."""
+    pixel_ms = setup.pixel_ms
     if not motor.smooth:
         return _Nearest()
     jerk = np.inf if motor.max_jerk is None else motor.max_jerk + motor.jerk_rounding
     most = min(motor.max_acceleration * pixel_ms**2, MAX_WORD) // 2 * 2
-    return EvenSpeeds(EvenLimits(most, motor.max_speed * pixel_ms, jerk))
+    far = max(setup.path_tolerance, 1.0)
+    return _Even(EvenLimits(most, motor.max_speed * pixel_ms, jerk, far))
 
 
 def _half_away(values: Floats) -> Counts:

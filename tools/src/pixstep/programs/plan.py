@@ -12,14 +12,15 @@ from pixstep.programs.language import ProgramError
 from pixstep.programs.motors import Setup
 from pixstep.programs.moves import Dwell, Move, Program
 from pixstep.programs.options import MODE1, MODES, Options
-from pixstep.programs.pixels import Counts, Rounding, edges
-from pixstep.programs.report import Begun, Report
+from pixstep.programs.pixels import Counts, Rounding, Track
+from pixstep.programs.report import Report
 from pixstep.programs.timelaw import TimeLaw, refined
 from pixstep.programs.timeline import Timeline, as_programmed, in_pieces, timelines
 from pixstep.programs.twomoves import TwoMoves
 
 _TOGETHER = 16_384  # pixels that are made at once, however long a move is
 _MOST_CORNERS = 20_000  # that a drawing shows
+_MODE1_WINDOW = 256  # moves that the time law sees of what mode1 has timed
 
 
 def with_segments(setup: Setup, mode: str, segment_ms: float | None) -> Setup:
@@ -53,9 +54,11 @@ class Plan:
     def counts(self) -> Iterator[Counts]:
         """Yield counts of pixels, a column for each motor, a row for each pixel."""
         pieces = in_pieces(self.timelines(), _TOGETHER * self.setup.pixel_ms)
-        for part in Rounding(self.setup).counts(edges(pieces, self.setup)):
+        rounding = Rounding(self.setup)
+        for part in rounding.counts(Track(pieces, self.setup)):
             self.report.add_counts(part)
             yield part
+        self.report.off_path = rounding.off
         if not self.report.moves:
             raise ProgramError(f"{self.name}:1:1: nothing moves in this program")
 
@@ -67,7 +70,8 @@ class Plan:
         if self.options.mode == MODE1:
             two = TwoMoves(self.setup, assume_last=self.options.assume_last)
             path = Path(len(self.setup.motors)).intervals(self._noted(two.timed(events)))
-            runs = as_programmed(path)
+            kept = TimeLaw(limits, _MODE1_WINDOW).runs(path)
+            runs = kept if two.assume_last else as_programmed(path)
             self.report.violations = two.violations
         else:
             two = None
@@ -78,7 +82,7 @@ class Plan:
         if self._keeps_jerk:
             lines = jerk.smoothed(self.name, runs, limits, self.setup)
         else:
-            lines = timelines(runs, limits, programmed=two is not None)
+            lines = timelines(runs, limits, programmed=two is not None and not two.assume_last)
         for line in lines:
             self.report.add_time(line)
             if self._keeps_jerk:
@@ -103,15 +107,18 @@ class Plan:
         for item in moves:
             if isinstance(item, Timed):
                 smooth.move(item)
-                self.report.begun.append(Begun(item, self._segments.popleft()))
+                self.report.add_move(item, self._segments.popleft())
                 if len(self.corners) < _MOST_CORNERS:
                     self.corners.append(item.target)
                 last = item
-            elif last:
-                smooth.stop(last)
+            else:
+                if last:
+                    smooth.stop(last)
+                self.report.add_stop(item.ms)
             yield item
         if last:
             smooth.stop(last)
+        self.report.add_stop()
 
 
 class _SmoothRules:

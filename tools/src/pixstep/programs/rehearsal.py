@@ -41,7 +41,7 @@ def rehearse(plan: Plan, bounds: BoardLimits, progress: Progress = unseen) -> Re
         progress(0.0)
     for violation in plan.report.violations[:1]:
         raise RefusedError(
-            f"{plan.name}:{violation.line}: exceeds the acceleration of {violation.motor}: "
+            f"{plan.name}:{violation.line}: exceeds the {violation.limit} of {violation.motor}: "
             f"{violation.ratio:.4g} x"
         )
     for motor, errors in zip(motors, check.end(), strict=True):

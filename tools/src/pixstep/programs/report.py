@@ -3,7 +3,7 @@
 
 from collections import Counter, deque
 from dataclasses import dataclass, field
-from typing import NamedTuple, TypedDict
+from typing import TypedDict
 
 import numpy as np
 
@@ -68,6 +68,7 @@ class ExceededLimit(TypedDict):
 
     line: int
     motor: str
+    limit: str
     ratio: float
 
 
@@ -81,28 +82,26 @@ class PlanFigures(TypedDict):
     sync: str | None
     total_ms: float
     programmed_ms: float
+    moves_ms: float
+    stops_ms: float
+    dwells_ms: float
+    off_path_steps: float
     motors: list[MotorFigures]
     slowed_moves: int
+    clipped_blends: int
     reasons: dict[str, int]
     slowed: list[SlowedMove]
-    clipped_blends: int
     arc_off_steps: float
     violated: int
     violations: list[ExceededLimit]
-
-
-class Begun(NamedTuple):
-    """A move with its times; `segment` is its number in its circle, 0 begins a line's move."""
-
-    timed: Timed
-    segment: int
 
 
 @dataclass(frozen=True)
 class Slowed:
     """A move that takes longer than programmed, all segments of a circle together, and why.
 
-    Where both times are equal only the blend before it takes longer.
+    Times are from the middle of its blend to the middle of the next one. What a start or a stop
+    takes more than programmed is its move's.
     """
 
     line: int
@@ -113,23 +112,17 @@ class Slowed:
     @property
     def text(self) -> str:
         """What takes longer, and why."""
-        asked, planned = f"{self.asked_ms:.6g}", f"{self.ms:.6g}"
-        what = "a longer blend" if asked == planned else f"{asked} -> {planned} ms"
-        return f"{what}: {self.why}"
+        return f"{self.asked_ms:.6g} -> {self.ms:.6g} ms: {self.why}"
 
 
 @dataclass
 class _MoveTime:
-    """A move's time as programmed and as planned.
-
-    `why` is that of what loses the most, `stretched` that of a longer blend.
-    """
+    """A move's time as programmed and as planned; `why` is that of the part that loses the most."""
 
     line: int
     asked: float = 0.0
     ms: float = 0.0
     why: str = ""
-    stretched: str = ""
     _lost: float = 0.0
 
     def add(self, asked: float, ms: float, why: str) -> None:
@@ -138,6 +131,29 @@ class _MoveTime:
         self.ms += ms
         if ms - asked > self._lost:
             self._lost, self.why = ms - asked, why
+
+
+@dataclass
+class _Begun:
+    """A move whose time is not known yet; `first` begins at rest, `last` ends so.
+
+    `segment` is its number in its circle, 0 begins a line's move.
+    """
+
+    move: Timed
+    first: bool
+    segment: int = 0
+    last: bool = False
+
+    def shared(self, following: "_Begun | None") -> float:
+        """What its blends add to its own intervals, which have the one before and not the next.
+
+        Of a start and a stop their programmed half acceleration times are none of its own.
+        """
+        move = self.move
+        before = 0.0 if self.first else move.ta / 2
+        behind = 0.0 if self.last or following is None else following.move.ta / 2
+        return behind - before - (self.first + self.last) * move.asked_ta / 2
 
 
 @dataclass
@@ -272,16 +288,20 @@ class Report:
     moves: int = 0
     pixels: int = 0
     total_ms: float = 0.0
-    asked_ms: float = 0.0
+    moves_ms: float = 0.0  # as programmed
+    stops_ms: float = 0.0  # half an acceleration time for each start and each stop
+    dwells_ms: float = 0.0
+    off_path: float = 0.0  # steps: positions at pixel edges from the path, at most
     slowed: list[Slowed] = field(default_factory=list)
     slowed_moves: int = 0
     reasons: Counter[str] = field(default_factory=Counter)
     violations: list[Violation] = field(default_factory=list)
     violated: int = 0
-    clipped_blends: int = 0
+    clipped: int = 0  # blends that rule 3 shortens
     arc_off_steps: float = 0.0
-    begun: deque[Begun] = field(default_factory=deque)
-    _move: "_MoveTime | None" = None  # that is being noted
+    _begun: deque[_Begun] = field(default_factory=deque)
+    _moving: _Begun | None = None
+    _noted: "_MoveTime | None" = None  # the move of which parts are known
 
     @classmethod
     def of(cls, setup: Setup, *, keeps_jerk: bool = False) -> "Report":
@@ -293,6 +313,33 @@ class Report:
     def keeps_jerk(self) -> bool:
         """Whether the plan keeps limits of the jerk."""
         return any(motor.jerk_limit is not None for motor in self.motors)
+
+    @property
+    def programmed_ms(self) -> float:
+        """The time of the program without limits and without its rules."""
+        return self.moves_ms + self.stops_ms + self.dwells_ms
+
+    def add_move(self, move: Timed, segment: int = 0) -> None:
+        """Take a move, or a circle's segment of that number, before it is planned."""
+        self._moving = _Begun(move, first=self._moving is None, segment=segment)
+        self._begun.append(self._moving)
+        self.moves_ms += move.asked
+        self.clipped += move.clipped and segment == 0
+        if self._moving.first:
+            self.stops_ms += move.asked_ta / 2
+
+    def add_stop(self, dwell_ms: float = 0.0) -> None:
+        """Take the end of a move, and how long the motors are to rest then."""
+        self.dwells_ms += dwell_ms
+        if self._moving is not None:
+            self._moving.last = True
+            self.stops_ms += self._moving.move.asked_ta / 2
+        self._moving = None
+
+    @property
+    def waiting(self) -> int:
+        """Moves whose time is not known yet."""
+        return len(self._begun)
 
     def add_jerks(self, jerks: np.ndarray) -> None:
         """Take the planned jerks of some pixels, steps/px3, a column for each motor."""
@@ -314,7 +361,6 @@ class Report:
                 motor.planned_acceleration, float(acceleration[:, index].max())
             )
         self.total_ms = line.end
-        self.asked_ms += float(line.path.du.sum())
         self._note_moves(line, speed / self.limits.speed, acceleration / self.limits.acceleration)
 
     def _note_moves(self, line: Timeline, speed: np.ndarray, acceleration: np.ndarray) -> None:
@@ -327,34 +373,27 @@ class Report:
         ms = np.add.reduceat(line.ms[moving], starts)
         ratios = np.hstack([speed, acceleration])[moving]
         worst = np.maximum.reduceat(ratios, starts, axis=0)
-        asked = np.add.reduceat(line.path.du[moving], starts)
-        for time, own, ratio in zip(ms.tolist(), asked.tolist(), worst, strict=True):
-            timed, segment = self.begun.popleft()
-            if segment == 0:
+        for time, ratio in zip(ms.tolist(), worst, strict=True):
+            begun = self._begun.popleft()
+            if begun.segment == 0:
                 self._note_move()
-                self._move = _MoveTime(timed.line)
-                self.clipped_blends += timed.why == CLIPPED
-            assert self._move is not None  # a circle has a first segment
-            lasts = time + timed.tm - own  # neighbours share the time of a blend
-            self.asked_ms += timed.asked - timed.tm
-            stretched = "" if timed.why == CLIPPED else timed.why
-            self._move.stretched = stretched or self._move.stretched
-            self._move.add(timed.asked, lasts, stretched or self._reason(ratio))
+                self._noted = _MoveTime(begun.move.line)
+            assert self._noted is not None  # a circle has a first segment
+            time += begun.shared(self._begun[0] if self._begun else None)
+            self._noted.add(begun.move.asked, time, begun.move.why or self._reason(ratio))
 
     def _note_move(self) -> None:
         """Note the move whose parts are all known."""
-        move, self._move = self._move, None
+        move, self._noted = self._noted, None
         if move is None:
             return
         self.moves += 1
-        longer = move.ms > move.asked * _SLOWER + _SAME_MS
-        why = move.why if longer else move.stretched
-        if not why:
+        if move.ms <= move.asked * _SLOWER + _SAME_MS:
             return
         self.slowed_moves += 1
-        self.reasons[why] += 1
+        self.reasons[move.why] += 1
         if len(self.slowed) < MOST_LISTED:
-            self.slowed.append(Slowed(move.line, move.asked, move.ms, why))
+            self.slowed.append(Slowed(move.line, move.asked, move.ms, move.why))
 
     def end(self) -> None:
         """Note what is left at the plan's end."""
@@ -384,19 +423,28 @@ class Report:
             "divider": self.setup.divider,
             "sync": self.setup.sync,
             "total_ms": self.total_ms,
-            "programmed_ms": self.asked_ms,
+            "programmed_ms": self.programmed_ms,
+            "moves_ms": self.moves_ms,
+            "stops_ms": self.stops_ms,
+            "dwells_ms": self.dwells_ms,
+            "off_path_steps": self.off_path,
             "motors": [motor.as_json() for motor in self.motors],
             "slowed_moves": self.slowed_moves,
+            "clipped_blends": self.clipped,
             "reasons": dict(self.reasons.most_common()),
             "slowed": [
                 {"line": item.line, "asked_ms": item.asked_ms, "ms": item.ms, "why": item.why}
                 for item in self.slowed
             ],
-            "clipped_blends": self.clipped_blends,
             "arc_off_steps": self.arc_off_steps,
             "violated": self.violated,
             "violations": [
-                {"line": item.line, "motor": item.motor, "ratio": item.ratio}
+                {
+                    "line": item.line,
+                    "motor": item.motor,
+                    "limit": item.limit,
+                    "ratio": item.ratio,
+                }
                 for item in self.violations
             ],
         }

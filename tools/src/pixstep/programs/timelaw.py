@@ -32,6 +32,7 @@ _NOTHING = 1e-300  # instead of 0 below a fraction
 _FREE = float("inf")
 _FAST = 0.999  # of the highest w: no finer grid makes it faster
 _MOST_PIECES = 20
+_PLAIN_CUT = 0.45  # of the tolerance that a plain motor beside a smooth one may cut corners by
 _CURVED_BOUND = 8.0  # a pixel of constant acceleration a bends by a/8 from its chord
 
 
@@ -63,20 +64,23 @@ class Limits:
         return cls(
             np.array([motor.planned_speed(pixel) for motor in motors]),
             np.array([motor.planned_acceleration(pixel) for motor in motors]),
-            np.full(len(motors), _corner(setup)),
+            np.array([_corner(motor, setup) for motor in motors]),
             np.array([_reversal(motor, pixel) for motor in motors]),
         )
 
 
-def _corner(setup: Setup) -> float:
-    """Return how much motors may accelerate by the bend of their path alone.
+def _corner(motor: PlanMotor, setup: Setup) -> float:
+    """Return how much a motor may accelerate by the bend of its path alone.
 
     In a pixel a smooth motor, and a plain one beside it, is at the mean of the places half a pixel
-    before and behind an edge, which leaves a bent path by an eighth of its bend.
+    before and behind an edge, which leaves a bent path by an eighth of its bend. A smooth motor's
+    even steps make up for it; a plain one leaves half of the tolerance to its whole steps, and
+    some to a tangent that turns in a pixel.
     """
     if not setup.smooth:
         return _FREE
-    return _CURVED_BOUND * setup.path_tolerance / setup.pixel_ms**2
+    most = setup.path_tolerance * (1.0 if motor.smooth else _PLAIN_CUT)
+    return _CURVED_BOUND * most / setup.pixel_ms**2
 
 
 def _reversal(motor: PlanMotor, pixel_ms: float) -> float:

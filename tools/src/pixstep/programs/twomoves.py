@@ -1,62 +1,47 @@
 # SPDX-License-Identifier: MIT
-"""mode1: limits of speed and acceleration kept by a window of two moves, as they come.
+"""mode1: moves stretched in time by a window of two, as they come; the path is the nominal one.
 
-Each new move is timed as if it were the last one, so that it can always stop. Of the moves before
-it only one can still be changed; a stop that would need more exceeds the limit, which is said.
+Each new move is timed as if it were the last one, so that it can always stop. Only the two newest
+moves can still be changed.
+
+A corner keeps its shape: where it needs more time, both moves and the blend between them take so
+many times as long. Moves that take different times pass their corner as the slower one does, and
+the faster one changes its speed on its straight part. On a straight line, from rest and to rest no
+blend leaves the path, so there TA alone may grow.
+
+What two moves cannot do so exceeds a limit. With the last move assumed the time law (timelaw.py)
+then runs the path slower; without it the limit stays exceeded, which is said.
 """
 
-import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
-from pixstep.programs.blends import Timed
+from pixstep.programs import laststop
+from pixstep.programs.blends import Timed, nominal
 from pixstep.programs.motors import Setup
 from pixstep.programs.moves import Dwell, Move
+from pixstep.programs.openmoves import (
+    SAME,
+    OpenMove,
+    Speeds,
+    corner_slowness,
+    is_corner,
+    least_ta,
+    least_time,
+)
 
 _ROUNDS = 50
-_SAME = 1e-9
 _TOLERANCE = 1 + 1e-6  # ratio to a limit that rounding explains
 
 
 class Violation(NamedTuple):
-    """A blend that exceeds a motor's acceleration; `line` is that of the program."""
+    """A move that exceeds a motor's limit; `line` is that of the program."""
 
     line: int
     motor: str
     ratio: float
-
-
-@dataclass(frozen=True)
-class _Open:
-    """A move in the window; `speed` is in counts/ms, the blend before it lasts `ta`."""
-
-    move: Move
-    distance: tuple[float, ...]
-    tm: float
-    ta: float
-    why: str = ""
-
-    @property
-    def speed(self) -> tuple[float, ...]:
-        return tuple([length / self.tm for length in self.distance])
-
-    @property
-    def share(self) -> float:
-        """TS as a part of TA."""
-        return self.move.ts / self.move.ta
-
-    def timed(self, stretched: str, stop_ta: float = 0.0) -> Timed:
-        """Return the move for the path; `stop_ta` of the last one.
-
-        `stretched` says why its blend lasts longer than programmed, if it does.
-        """
-        move, share = self.move, self.share
-        longer = max(self.ta, stop_ta) > move.ta + _SAME
-        return Timed(
-            move.line, move.target, self.tm, self.ta, share * self.ta, stop_ta, share * stop_ta,
-            move.tm, self.why or (stretched if longer else ""),
-        )  # fmt: skip
+    limit: str = "acceleration"
 
 
 class TwoMoves:
@@ -69,187 +54,214 @@ class TwoMoves:
         self.assume_last = assume_last
         self.violations: list[Violation] = []
         self.violated = 0
-        self._limits = [motor.planned_acceleration(setup.pixel_ms) for motor in setup.motors]
-        self._speeds = [motor.planned_speed(setup.pixel_ms) for motor in setup.motors]
-        self._place = tuple([0.0] * len(setup.motors))
-        self._still = self._place
+        motors, pixel = setup.motors, setup.pixel_ms
+        self._limits = tuple([motor.planned_acceleration(pixel) for motor in motors])
+        self._speeds = tuple([motor.planned_speed(pixel) for motor in motors])
+        self._still = self._place = tuple([0.0] * len(motors))
+        self._before: OpenMove | None = None  # the last one that is timed for good
 
     def timed(self, events: Iterable[Move | Dwell]) -> Iterator[Timed | Dwell]:
         """Yield the moves, two behind those that come."""
-        done: _Open | None = None  # the last one that cannot be changed
-        last: _Open | None = None
-        for event in events:
+        window: list[OpenMove] = []
+        for event in nominal(events):
             if isinstance(event, Dwell):
-                yield from self._stopped(done, last)
-                done = last = None
+                yield from self._stopped(window)
+                self._before, window = None, []
                 yield event
                 continue
             new = self._begun(event)
-            if last is None:
-                last = self._first(new)
+            if not window:
+                window = [self._first(new)]
                 continue
-            last, new = self._joined(done, last, new)
-            yield last.timed(self._weakest(done, last))
-            done, last = last, new
-        yield from self._stopped(done, last)
+            *done, last = window
+            last, new = self._joined(done[0] if done else None, last, new)
+            for one in done:
+                yield self._done(one)
+            window = [last, new]
+        yield from self._stopped(window)
 
-    def _begun(self, move: Move) -> _Open:
+    def _begun(self, move: Timed) -> OpenMove:
         """Return a move that keeps the limits of speed, and can stop if it were alone."""
         distance = tuple([b - a for a, b in zip(self._place, move.target, strict=True)])
         self._place = move.target
-        pairs = list(zip(distance, self._speeds, strict=True))
+        new = OpenMove(move, distance, self._limits, move.tm, move.ta, move.why)
+        new = self._within_speeds(new)
+        return self._fitting([(self._still, new.stop_flank)], new) if self.assume_last else new
+
+    def _within_speeds(self, new: OpenMove) -> OpenMove:
+        pairs = zip(new.distance, self._speeds, strict=True)
         fastest = max(abs(length) / top for length, top in pairs)
-        tm, why = move.tm, ""
-        if move.ta > tm:
-            tm, why = move.ta, "acceleration time"
-        if fastest > tm:
-            tm, why = fastest, f"speed of {self._name(distance, self._speeds)}"
-        return _Open(move, distance, tm, move.ta, why)
+        return new.slowed(fastest, f"speed of {self._name(new.distance, self._speeds)}")
 
-    def _first(self, new: _Open) -> _Open:
+    def _first(self, new: OpenMove) -> OpenMove:
         """Return a move that begins at rest."""
-        new = self._fitting(self._still, new)
-        return replace(new, ta=self._blend(self._still, new))
+        new = self._fitting([(self._still, new.flank)], new)
+        return replace(new, ta=self._blend(self._still, new, new.k))
 
-    def _fitting(self, before: tuple[float, ...], new: _Open) -> _Open:
-        """Return a move with the least time, its own or more, that its blends fit into.
+    def _fitting(self, ends: list[tuple[Speeds, float]], new: OpenMove) -> OpenMove:
+        """Return a move with the least time, its own or more, that some blends fit into.
 
-        A blend fits if |v - D/TM| <= A TM for every motor, v being the speed before it; a stop is
-        the same with v = 0.
+        `ends` are the speeds before or behind it and the flanks of the blends there. A blend fits
+        if |v - D/TM| <= A TM for every motor, v being that speed.
         """
         tm = new.tm
-        speeds = [before, self._still] if self.assume_last else [before]
         rows = [
-            (old, length, limit * (1 - new.share))
-            for speed in speeds
+            (old, length, limit * (1 - flank))
+            for speed, flank in ends
             for old, length, limit in zip(speed, new.distance, self._limits, strict=True)
         ]
         for _ in range(_ROUNDS):
             longer = tm
             for row in rows:
-                longer = max(longer, _least_time(longer, *row))
+                longer = max(longer, least_time(longer, *row))
             if longer == tm:
                 break
             tm = longer
-        return new if tm == new.tm else self._slower(new, tm)
+        return new.slowed(tm, self._accelerating(new.distance))
 
-    def _slower(self, new: _Open, tm: float) -> _Open:
-        name = self._name(new.distance, self._limits)
-        return replace(new, tm=tm, why=f"acceleration of {name}")
+    def _accelerating(self, change: tuple[float, ...]) -> str:
+        """Return which acceleration a change of speed asks most of."""
+        return f"acceleration of {self._name(change, self._limits)}"
 
-    def _blend(self, before: tuple[float, ...], new: _Open) -> float:
-        """Return TA of the blend into a move: as programmed, or longer for the accelerations."""
-        return max(new.move.ta, self._least(before, new.speed, new.share))
+    def _blend(self, before: Speeds, new: OpenMove, k: float) -> float:
+        """Return TA of a straight blend into a move: k times the nominal one, or longer."""
+        return max(k * new.move.ta, least_ta(before, new.speed, self._limits, new.flank))
 
-    def _least(self, before: tuple[float, ...], after: tuple[float, ...], share: float) -> float:
-        """Return the shortest TA that keeps every acceleration; its peak is dV/(TA - TS)."""
-        return max(
-            [
-                abs(new - old) / (limit * (1 - share))
-                for old, new, limit in zip(before, after, self._limits, strict=True)
-            ]
-        )
-
-    def _joined(self, done: _Open | None, last: _Open, new: _Open) -> tuple[_Open, _Open]:
+    def _joined(
+        self, before: OpenMove | None, last: OpenMove, new: OpenMove
+    ) -> tuple[OpenMove, OpenMove]:
         """Return the last two moves with times that fit each other."""
+        if is_corner(last.distance, new.distance):
+            return self._around_corner(before, last, new)
+        return self._in_line(before, last, new)
+
+    def _in_line(
+        self, before: OpenMove | None, last: OpenMove, new: OpenMove
+    ) -> tuple[OpenMove, OpenMove]:
+        """Return two moves on a straight line: the new one's TA is what it needs."""
+        stop = [(self._still, new.stop_flank)] if self.assume_last else []
         for _ in range(_ROUNDS):
-            new = self._fitting(last.speed, new)
-            ta = self._blend(last.speed, new)
-            if ta <= 2 * (last.tm - last.ta / 2) + _SAME:
+            new = self._fitting([(last.speed, new.flank), *stop], new)
+            ta = self._blend(last.speed, new, min(last.k, new.k))
+            if ta <= last.room + SAME:
                 return last, replace(new, ta=ta)
-            slower = self._lengthened(done, last, (ta + last.ta) / 2)
+            why = self._accelerating(_change(last.speed, new.speed))
+            slower = self._lengthened(before, last, last.used * last.tm + ta / 2, why)
             if slower is None:
                 break
             last = slower
-        room = 2 * (last.tm - last.ta / 2)
-        new = replace(new, ta=min(self._blend(last.speed, new), room, new.tm))
-        self._judge(last.speed, new)
-        return last, new
+        least = min(last.k, new.k) * new.move.ta
+        if last.room < least:
+            last = last.loose(least / (2 * last.tm))
+        ta = min(self._blend(last.speed, new, min(last.k, new.k)), last.room, new.tm)
+        return last, replace(new, ta=ta)
 
-    def _lengthened(self, done: _Open | None, last: _Open, tm: float) -> _Open | None:
+    def _around_corner(
+        self, before: OpenMove | None, last: OpenMove, new: OpenMove
+    ) -> tuple[OpenMove, OpenMove]:
+        """Return two moves whose blend is as much slower as both of them, or as the slower one."""
+        slowness = corner_slowness(last, new)
+        why = self._accelerating(_change(last.nominal_speed, new.nominal_speed))
+        new = new.slowed(slowness * new.move.tm, why)
+        corner = new.move.ta / (2 * last.move.tm)  # part of the way
+        for k in (max(last.k, slowness), max(last.k, new.k)):
+            trial = self._lengthened(before, last, k * last.move.tm, why)
+            if trial is not None:
+                trial = replace(trial, exit=max(k, new.k))
+                if trial.used + corner <= 1 + SAME:
+                    last = trial
+                    break
+        else:
+            last = last.loose(corner)
+        k = last.k if last.exit is None else last.exit
+        return last, replace(new, entry=k, ta=k * new.move.ta)
+
+    def _lengthened(
+        self, before: OpenMove | None, last: OpenMove, tm: float, why: str
+    ) -> OpenMove | None:
         """Return the move before the newest with more time; None if the one before forbids it."""
-        slower = self._slower(last, tm)
-        before = done.speed if done else self._still
-        ta = self._blend(before, slower)
-        room = 2 * (done.tm - done.ta / 2) if done else ta
-        if ta > room + _SAME or ta > slower.tm + _SAME:
+        if tm <= last.tm:
+            return last
+        slower = last.slowed(tm, why)
+        if last.entry is not None:
+            return slower if slower.used <= 1 else None
+        ta = self._blend(
+            before.speed if before else self._still, slower,
+            min(before.k, slower.k) if before else slower.k,
+        )  # fmt: skip
+        room = before.room if before else ta
+        if ta > room + SAME or ta > slower.tm + SAME:
             return None
         return replace(slower, ta=ta)
 
-    def _stopped(self, done: _Open | None, last: _Open | None) -> Iterator[Timed]:
-        """Yield the last move, with its stop."""
-        if last is None:
+    def _stopped(self, window: list[OpenMove]) -> Iterator[Timed]:
+        """Yield the moves of the window, the last one with its stop."""
+        if not window:
             return
-        stop = max(last.move.ta, self._least(last.speed, self._still, last.share))
-        room = 2 * (last.tm - last.ta / 2)
-        if stop > room + _SAME:
-            slower = self._stopping(done, last)
-            stop = min(max(last.move.ta, self._least(slower.speed, self._still, last.share)),
-                       2 * (slower.tm - slower.ta / 2))  # fmt: skip
-            last = slower
-            self._judge(done.speed if done else self._still, last)
-            self._judge_stop(last, stop)
-        yield last.timed(self._weakest(done, last), stop)
+        *_, last = window = [*window[:-1], self._to_whole(window)]
+        stop = max(last.k * last.move.stop_ta, self._least_stop(last))
+        if stop > last.room + SAME:
+            if self.assume_last:
+                last = last.loose(last.k * last.move.stop_ta / (2 * last.tm))
+                window = [*window[:-1], last]
+            else:
+                window = laststop.reshaped(self._before, window)
+                last = window[-1]
+            stop = min(max(last.k * last.move.stop_ta, self._least_stop(last)), last.room)
+        for one in window[:-1]:
+            yield self._done(one)
+        yield self._done(last, stop)
 
-    def _stopping(self, done: _Open | None, last: _Open) -> _Open:
-        """Return the last move slowed down so that it ends at rest, as well as that can be."""
-        before = done.speed if done else self._still
-        room = 2 * (done.tm - done.ta / 2) if done else None
-        for _ in range(_ROUNDS):
-            ta = self._blend(before, last)
-            ta = ta if room is None else min(ta, room)
-            stop = max(last.move.ta, self._least(last.speed, self._still, last.share))
-            need = (ta + stop) / 2
-            last = replace(last, ta=ta)
-            if need <= last.tm + _SAME:
-                break
-            last = replace(self._slower(last, need), ta=ta)
-        return last
+    def _to_whole(self, window: list[OpenMove]) -> OpenMove:
+        """Return the last move with its end on whole counts, where the path stops."""
+        *others, last = window
+        whole = tuple([float(round(value)) for value in last.move.target])
+        self._place = whole
+        more = _change(last.move.target, whole)
+        distance = tuple([d + m for d, m in zip(last.distance, more, strict=True)])
+        last = replace(last, move=last.move._replace(target=whole), distance=distance)
+        last = self._within_speeds(last)
+        before = others[-1] if others else None
+        if last.entry is not None or not any(more):
+            return last
+        speed, k = (before.speed, min(before.k, last.k)) if before else (self._still, last.k)
+        room = before.room if before else last.tm
+        return replace(last, ta=min(max(last.ta, self._blend(speed, last, k)), room, last.tm))
 
-    def _judge(self, before: tuple[float, ...], new: _Open) -> None:
-        """Note a blend whose acceleration is above a limit."""
-        self._note(new, before, new.speed, new.ta)
+    def _least_stop(self, last: OpenMove) -> float:
+        return least_ta(last.speed, self._still, self._limits, last.stop_flank)
 
-    def _judge_stop(self, last: _Open, ta: float) -> None:
-        self._note(last, last.speed, self._still, ta)
+    def _done(self, one: OpenMove, stop_ta: float = 0.0) -> Timed:
+        """Return a move that is timed for good, with the limits that it exceeds noted."""
+        before = self._before
+        speed = before.speed if before else self._still
+        if before and one.entry is not None:
+            ratios = [(corner_slowness(before, one) / one.entry) ** 2, one.hurry]
+        else:
+            ratios = [least_ta(speed, one.speed, self._limits, one.flank) / one.ta]
+        self._note(one, _change(speed, one.speed), max(ratios), "acceleration")
+        if stop_ta:
+            self._note(one, one.speed, self._least_stop(one) / stop_ta, "acceleration")
+        quickest = one.k / min(one.k, one.entry or one.k, one.exit or one.k)
+        fastest = max(abs(v) / top for v, top in zip(one.speed, self._speeds, strict=True))
+        self._note(one, one.speed, fastest * quickest, "speed")
+        self._before = one
+        return one.timed(self._accelerating(_change(speed, one.speed)), stop_ta)
 
-    def _note(
-        self, new: _Open, before: tuple[float, ...], after: tuple[float, ...], ta: float
-    ) -> None:
-        ratios = [
-            abs(b - a) / (ta * (1 - new.share) * limit)
-            for a, b, limit in zip(before, after, self._limits, strict=True)
-        ]
-        worst = max(ratios)
-        if worst > _TOLERANCE:
-            self.violated += 1
-            if len(self.violations) < self.MOST:
-                name = self.setup.motors[ratios.index(worst)].name
-                self.violations.append(Violation(new.move.line, name, worst))
+    def _note(self, one: OpenMove, asked: Speeds, ratio: float, limit: str) -> None:
+        """Note a limit that is exceeded and will stay so."""
+        if ratio <= _TOLERANCE or self.assume_last:
+            return
+        self.violated += 1
+        if len(self.violations) < self.MOST:
+            name = self._name(asked, self._speeds if limit == "speed" else self._limits)
+            self.violations.append(Violation(one.move.line, name, ratio, limit))
 
-    def _weakest(self, done: _Open | None, last: _Open) -> str:
-        """Return which acceleration the blend into a move needs most of."""
-        before = done.speed if done else self._still
-        change = tuple([b - a for a, b in zip(before, last.speed, strict=True)])
-        return f"acceleration of {self._name(change, self._limits)}"
-
-    def _name(self, distance: tuple[float, ...], limits: list[float]) -> str:
+    def _name(self, distance: tuple[float, ...], limits: tuple[float, ...]) -> str:
         """Return the motor that a distance asks most of."""
         shares = [abs(d) / limit for d, limit in zip(distance, limits, strict=True)]
         return self.setup.motors[shares.index(max(shares))].name
 
 
-def _least_time(tm: float, before: float, length: float, limit: float) -> float:
-    """Return the least time from `tm` on with |before - length/time| <= limit * time."""
-    if length < 0 or (length == 0 and before < 0):
-        before, length = -before, -length
-    # Not too fast: limit t^2 + before t - length >= 0, which holds from its upper root on.
-    tm = max(tm, (math.sqrt(before**2 + 4 * limit * length) - before) / (2 * limit))
-    # Not too slow: limit t^2 - before t + length >= 0, which fails between its roots.
-    under = before**2 - 4 * limit * length
-    if before > 0 and under > 0:
-        root = math.sqrt(under)
-        low, high = (before - root) / (2 * limit), (before + root) / (2 * limit)
-        if low * (1 + _SAME) < tm < high:
-            return high
-    return tm
+def _change(before: Speeds, after: Speeds) -> Speeds:
+    return tuple([b - a for a, b in zip(before, after, strict=True)])
