@@ -45,7 +45,7 @@ LINES = {  # what is wrong with them: decode rule, counts
     "acceleration": ("smooth", [16, 32, 32, 16]),
     "oscillates": ("smooth", [8, 20, 20, 20, 8]),
     "plain speed": ("plain", [20, 40, 41, 40, 20]),
-    "plain acceleration": ("plain", [21, 21]),
+    "plain acceleration": ("plain", [23, 23]),
     "reversal": ("plain", [10, -10]),
     "negative": ("smooth", [-2, -4, -2]),
     "board": ("plain", [16000]),
@@ -81,6 +81,19 @@ def test_one_judgement(here, one, invoke, wrong):
     with px.connect(PORT) as bus, pytest.raises(px.RefusedError) as refused:
         bus.board(1).run(line)
     assert str(refused.value) == said
+
+
+# Rounded positions: what `plan` makes within a motor's limits is what every other command takes.
+@pytest.mark.usefixtures("simulator")
+def test_whole_steps_of_a_plain_motor_may_change_by_two_more(here, one, invoke):
+    put([22, 22, 0], "line.csv")
+    motor = ("--motor", MOTOR["plain"])
+    invoke("line", "check", "line.csv", *motor)
+    asked = invoke("line", "check", "line.csv", *motor, "--max-acceleration", "20", status=3).stdout
+    assert "acceleration 22 is above 20" in asked
+    assert "PASS" in invoke("sim", "line.csv", *motor).stdout
+    assert "loaded" in one.out("upload", "line.csv", *motor)
+    assert px.simulate(px.read_line("line.csv", motor=px.Machine.load("machine.toml")["M40"])).passed
 
 
 @pytest.mark.usefixtures("simulator")

@@ -191,7 +191,7 @@ class MotionLine:
         arguments.instance("bounds", bounds, Limits, "Limits")
         board = given.board(board)
         if self.motor:
-            bounds = bounds.lower(self.motor.limits)
+            bounds = bounds.lower(self.motor.limits.with_rounding(self.line))
         found = linecheck.check(self.line, bounds)
         return CheckResult(self.line.name, tuple(found), self.pixel_hz, board)
 

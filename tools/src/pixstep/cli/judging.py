@@ -33,7 +33,7 @@ def motor_limits(ctx: click.Context, lines: list[Line], hz: Fraction) -> list[Li
             motor.limit("max_speed"),
             motor.limit("max_acceleration"),
             motor.limit("start_stop"),
-        )
+        ).with_rounding(line)
         for line, motor in zip(lines, motors, strict=True)
     ]
 

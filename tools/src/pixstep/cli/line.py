@@ -136,6 +136,8 @@ def line_check(
     motor = judging.of_quantities(
         checked, pixel_hz, limits["max_speed"], limits["max_acceleration"], limits["start_stop"]
     )
+    if ctx.get_parameter_source("max_acceleration") == ParameterSource.DEFAULT_MAP:
+        motor = motor.with_rounding(checked)  # it is the machine file's
     bounds = replace(
         of_board.lower(motor),
         jerk_warning=whole_limit(limits["jerk_warn"], pixel_hz, least=0),

@@ -24,6 +24,7 @@ ERROR = "error"
 WARNING = "warning"
 IDLE_PIXEL = "idle_pixel"
 MAX_COUNT = 16_383  # steps in a pixel, either direction
+WHOLE_STEPS_PX2 = 2  # that whole steps add to the acceleration of the motion that they round
 
 
 @dataclass(frozen=True)
@@ -68,6 +69,15 @@ class Limits:
             start_stop=least("start_stop"),
             jerk_warning=least("jerk_warning"),
         )
+
+    def with_rounding(self, line: Line) -> "Limits":
+        """Return limits of a motor's motion as limits of the whole steps of a line.
+
+        A plain line's counts are rounded positions. Those of a smooth line are its motion.
+        """
+        if line.smooth or not self.max_acceleration:
+            return self
+        return replace(self, max_acceleration=self.max_acceleration + WHOLE_STEPS_PX2)
 
     def of_board(self) -> CoreLimits:
         """Return those that a board has too, as its firmware takes them.

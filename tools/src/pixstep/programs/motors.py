@@ -7,12 +7,13 @@ from fractions import Fraction
 
 from pixstep.board import capability, settings
 from pixstep.errors import RefusedError
+from pixstep.lines.linecheck import WHOLE_STEPS_PX2
 from pixstep.lines.units import number_text
 from pixstep.machine.model import Motor, Tables
 from pixstep.programs.language import AXIS_WORDS
 
 SMOOTH_ROUNDING = 4  # steps/px2 that whole steps add to a smooth motor's planned acceleration
-PLAIN_ROUNDING = 2  # and to a plain motor's
+PLAIN_ROUNDING = WHOLE_STEPS_PX2  # and to a plain motor's
 SMOOTH_SPEED_ROUNDING = 2  # steps/px
 SMOOTH_JERK_ROUNDING = 8  # steps/px3 that whole steps add to a smooth motor's planned jerk
 PLAIN_JERK_ROUNDING = 4  # and to a plain motor's
