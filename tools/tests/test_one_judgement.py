@@ -93,7 +93,8 @@ def test_whole_steps_of_a_plain_motor_may_change_by_two_more(here, one, invoke):
     assert "acceleration 22 is above 20" in asked
     assert "PASS" in invoke("sim", "line.csv", *motor).stdout
     assert "loaded" in one.out("upload", "line.csv", *motor)
-    assert px.simulate(px.read_line("line.csv", motor=px.Machine.load("machine.toml")["M40"])).passed
+    line = px.read_line("line.csv", motor=px.Machine.load("machine.toml")["M40"])
+    assert px.simulate(line).passed
 
 
 @pytest.mark.usefixtures("simulator")

@@ -145,7 +145,7 @@ def test_a_script_names_its_line():
 def test_a_wrong_script_starts_nothing(invoke, put):
     put(b"wait 1ms\npress home 1\n", "x.txt")
     words = ("board", "simulate", "--board", "uno", "--pixel-hz", 30, "--script", "x.txt")
-    said = invoke(*words, status=2).stderr
+    said = invoke(*words, status=3).stderr
     assert said == ("pixstep: x.txt: line 2: 'press home 1': axis 1: the uno has 1 axis: 0\n")
 
 
@@ -154,7 +154,7 @@ def test_a_script_that_cannot_be_read_is_one_line(invoke, put):
     said = invoke(*words, "no.txt", status=2).stderr
     assert said == "pixstep: no.txt: No such file or directory\n"
     put(b"wait \xff\n", "x.txt")
-    assert invoke(*words, "x.txt", status=2).stderr == "pixstep: x.txt: not a text of UTF-8\n"
+    assert invoke(*words, "x.txt", status=3).stderr == "pixstep: x.txt: not a text of UTF-8\n"
 
 
 def test_without_a_simulator_it_is_one_line(invoke, monkeypatch, tmp_path):

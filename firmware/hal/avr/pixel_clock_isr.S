@@ -26,8 +26,8 @@
 ; With several axes it lies in m + 1 then if its count is not beyond the counter's, unless it has
 ; waited for longer than a period. The counter is therefore read before anything else: an edge that
 ; comes as a step interrupt begins has waited for 60 cycles by then, the shortest interval has 64.
-; Where an edge has waited for longer, a step interrupt that made up for a late interval, before those
-; of other axes, has seen it then and has set BEFORE (step_catch_up.inc), and it lies in m.
+; Where an edge has waited for longer, a step interrupt that made up for a late interval, before
+; those of other axes, has seen it then and has set BEFORE (step_catch_up.inc), and it lies in m.
 ;
 ; With one axis there is no time for the counter: the overflow is served first of all, whose own
 ; interrupt may be close to its limit, and the edge lies in m + 1 if its count is below

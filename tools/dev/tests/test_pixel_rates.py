@@ -76,7 +76,8 @@ def test_a_smooth_line_keeps_up_with_the_clock():
     [
         ("mega", 4, "mixed", 1900, "start", -100),
         ("mega", 4, "mixed", 1900, "start", 100),
-        ("mega", 4, "mixed", 1500, "lock", 100),
+        ("mega", 4, "mixed", 1450, "lock", -100),
+        ("mega", 4, "mixed", 1450, "lock", 100),
         ("uno", 1, "one count", 3000, "lock", -100),
     ],
 )

@@ -39,7 +39,8 @@ _LINE = {
     ),
     "import": _by_machine(
         "line_import:line_import",
-        "Make a line of your own table: what a spreadsheet exports, or what numpy's savetxt writes.",
+        "Make a line of your own table: what a spreadsheet exports, or what numpy's savetxt "
+        "writes.",
     ),
     "plan": _by_machine(
         "line:ticks",
