@@ -141,8 +141,8 @@ def test_axes_near_their_limit_keep_every_interval(bench_of, counts, offset):
 
 
 # The clock's edges come with the STEP edges of the pixels' ends, in the middle of a period. One
-# that comes as the step interrupt begins has waited for nearly a whole period when its handler reads
-# the counter. A lock that takes it for one of the next period is off by 22 ticks at once.
+# that comes as the step interrupt begins has waited for nearly a whole period when its handler
+# reads the counter. A lock that takes it for one of the next period is off by 22 ticks at once.
 def test_a_clock_edge_that_comes_with_a_step_interrupt_is_placed_in_its_own_period(bench_of):
     source = random.Random(11)
     lines = [(2467, 11), (2458, -290), (2451, 60), (2450, 277), (2447, -297)]
