@@ -206,7 +206,10 @@ def test_any_set_of_axes_has_its_motors(here, invoke, words):
         (("--axis", "0", "--axis", "0"), "axis 0: has 2 lines, one is possible"),
         (("--motor", "M41", "--motor", "M40", "--axis", "1", "--axis", "2"), "contradict"),
         (("--motor", "M41", "--decode", "plain"), "2 lines for 1 motor: give --motor once"),
-        (("--decode", "plain"), "2 lines for 1 motor: give --motor or --axis once for each"),
+        (
+            ("--decode", "plain"),
+            "2 lines for 1 motor of machine.toml: give --motor or --axis once for each",
+        ),
     ):
         done = invoke(*words.split(), "line.csv", "line.csv", *more, status=2).stderr
         assert said in done or (said == "contradict" and "leave --axis or --motor out" in done)

@@ -128,8 +128,8 @@ def choose(machine: Tables, named: Named) -> list[Motor]:
         return [motor for axis in named.wanted for motor in _on_axis(machine, named, axis)]
     if named.lines > 1 and not named.table:
         raise UserError(
-            f"{named.lines} lines for 1 motor: give --motor or --axis once for each line, in their "
-            f"order"
+            f"{named.lines} lines for 1 motor of {machine.path}: give --motor or --axis once for "
+            f"each line, in their order (--machine none does without the file)"
         )
     motor = machine.default_motor()
     there = boards_at(machine, named.units)
