@@ -136,7 +136,7 @@ def _rings(axes: PolarAxes, largest: float) -> None:
     axes.set_rlim(0, 1 + 1.25 * _SHARE)
     axes.set_rgrids(
         1 + _SHARE / largest * ticks, [_signed(tick) for tick in ticks],
-        angle=330, fontsize=8, color=INK,
+        angle=300, fontsize=8, color=INK, ha="center", va="center",
         bbox={"facecolor": "white", "alpha": 0.85, "edgecolor": "none", "pad": 1.0}, zorder=9,
     )  # fmt: skip
 
