@@ -77,14 +77,15 @@ def test_random_programs_keep_the_unlimited_path_and_every_limit(seed):
     assert kept(report) and report.whole
 
 
-@pytest.mark.parametrize("seed", range(cases(8, 330)))
+# Of the last four the corner before the last move has no way left on the move before it.
+@pytest.mark.parametrize("seed", sorted({*range(cases(8, 330)), 71, 178, 193, 316}))
 def test_without_the_last_assumed_what_exceeds_a_limit_is_said(seed):
     """The path stays, too."""
     text, distance, of = made(seed)
     counts, report = mode1(text, of, assume_last=False)
     assert counts.sum(axis=0).tolist() == distance.tolist()
     assert path_distance(counts, unlimited(text, of)) <= 0.5 + CHORDS
-    worst = max(motor.planned_ratio for motor in report.motors)
+    worst = max(max(motor.planned_ratio, motor.speed_ratio) for motor in report.motors)
     assert report.whole == (worst <= TOLERANCE)
     if not report.whole:
         assert max(item.ratio for item in report.violations) == pytest.approx(worst, rel=0.02)

@@ -70,7 +70,7 @@ def _around_corner(first: OpenMove, last: OpenMove) -> list[OpenMove]:
         change, left = slower.used - blend, 1 - blend - corner
         if change > 0 and left <= 0:
             break
-        hurry = max(1.0, change / left) if change > 0 else 1.0
+        hurry = first.hurry * (max(1.0, change / left) if change > 0 else 1.0)
         made = replace(
             last, tm=float(slowness) * last.move.tm, ta=float(slowness) * last.move.ta,
             entry=float(slowness), hurry=hurry, why="stop in 2 moves",
@@ -78,7 +78,9 @@ def _around_corner(first: OpenMove, last: OpenMove) -> list[OpenMove]:
         ratio = max(hurry, (corner_slowness(first, made) / slowness) ** 2, _stop_ratio(made))
         if best is None or ratio < best[0]:
             best = (ratio, [replace(slower, hurry=hurry), made])
-    return best[1] if best else [first, last]
+    if best is None:  # no way is left to pass the corner more slowly
+        return [first, last.loose(last.k * last.move.stop_ta / (2 * last.tm))]
+    return best[1]
 
 
 def _stop_ratio(last: OpenMove) -> float:
