@@ -76,8 +76,8 @@ def choose_divider(wanted: Wanted) -> int:
     if found is None:
         jerk = f", jerk {wanted.jerk.text}" if wanted.jerk else ""
         raise UserError(
-            f"acceleration {wanted.acceleration.text}{jerk} and speed {wanted.speed.text}: no pixel "
-            f"of 1 to {MOST_EDGES} edges of a {float(wanted.clock_hz):g} Hz clock has them in "
+            f"acceleration {wanted.acceleration.text}{jerk} and speed {wanted.speed.text}: "
+            f"no pixel of 1 to {MOST_EDGES} edges of a {float(wanted.clock_hz):g} Hz clock has them in "
             f"{'whole' if wanted.plain else 'even'} steps per pixel"
         )
     return found
