@@ -77,8 +77,8 @@ def choose_divider(wanted: Wanted) -> int:
         jerk = f", jerk {wanted.jerk.text}" if wanted.jerk else ""
         raise UserError(
             f"acceleration {wanted.acceleration.text}{jerk} and speed {wanted.speed.text}: "
-            f"no pixel of 1 to {MOST_EDGES} edges of a {float(wanted.clock_hz):g} Hz clock has them in "
-            f"{'whole' if wanted.plain else 'even'} steps per pixel"
+            f"no pixel of 1 to {MOST_EDGES} edges of a {float(wanted.clock_hz):g} Hz clock has "
+            f"them in {'whole' if wanted.plain else 'even'} steps per pixel"
         )
     return found
 
