@@ -144,6 +144,7 @@ def test_a_motor_that_is_turned_round_says_when_it_is_not(load):
         ("pos_mm\n0\n50\n", {}, ":3: column 1 'pos_mm': '50': 20000 steps in a pixel"),
         ("pos_mm\n0\n", {}, ":2: column 1 'pos_mm': '0': one position is no motion"),
         ("x_mm,y_mm\n0,0\n1,1\n", {}, ":2: 2 columns (x_mm, y_mm): choose one by --column"),
+        ("date\n1.2.2024\n2.2.2024\n", {}, ":2: 1 column (date): no numbers to import"),
         ("x_mm,y_mm\n0,0\n1,1\n", {"column": "z"}, ": there is no column 'z': x_mm, y_mm"),
         ("x_mm,y_mm\n0,0\n1,1\n", {"column": "3"}, ": there is no column '3'"),
         ("x,x\n0,0\n1,2\n", {"column": "x"}, ":2: columns 1, 2 are all named 'x': rename them, or"),

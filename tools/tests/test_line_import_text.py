@@ -100,6 +100,8 @@ def test_what_is_read(load, data, counts):
         ("sep=;\n;;\n", "own.csv: no numbers in it"),
         ('steps\n"4\n8\n', ":2: a quote in this line is never closed"),
         ("sep=:\n0:4\n", ":1: sep=:: expected one of ; | ,, or a tab"),
+        (b"PK\x03\x04\x14\0\x06\0\x08\0\0\0!\0", "own.csv: a spreadsheet's own file (.xlsx"),
+        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "own.csv: a spreadsheet's own file (.xlsx"),
         (b"steps\n4\0\n8\n4\n4\n4\n", "own.csv: no text: a zero at byte 7"),
         (b"\xef\xbb\xbfsteps\xff\n4\n", ": not UTF-8 at byte 8"),
     ],

@@ -52,11 +52,18 @@ def test_a_jerk_and_a_speed_ask_for_more_edges():
     ("speed", "acceleration", "says"),
     [("40000steps/s", "1steps/s2", "no pixel of 1 to 1000 edges"),
      ("40000steps/s", "0", "above 0"),
-     ("1.23456789steps/s", "200000steps/s2", "has both in even steps per pixel")],
+     ("1.23456789steps/s", "200000steps/s2", "has them in even steps per pixel")],
 )  # fmt: skip
 def test_what_no_divider_allows(speed, acceleration, says):
     with pytest.raises(UserError, match=says):
         accelerate.choose_divider(wanted(speed, acceleration))
+
+
+def test_a_jerk_that_no_divider_allows_is_named():
+    with pytest.raises(UserError, match="jerk 0: above 0 is expected"):
+        accelerate.choose_divider(wanted(jerk="0"))
+    with pytest.raises(UserError, match="jerk 1steps/s3 and speed 40000steps/s: no pixel"):
+        accelerate.choose_divider(wanted(jerk="1steps/s3"))
 
 
 def test_little_of_the_acceleration_is_said():
@@ -127,3 +134,15 @@ def test_options_that_do_not_go_together(tmp_path, invoke, more, says):
     Path("p.PRN").write_bytes(b"       8\r\n      16\r\n")
     said = invoke(*MAKE, *more, status=2).stderr
     assert says in said and not Path("l.csv").exists()
+
+
+@pytest.mark.parametrize("name", ["a\nb", " blank", "m\xfcller", "x" * 21])
+def test_a_header_that_cannot_be_is_misuse(tmp_path, invoke, name):
+    more = ("--pixels", "210", "--header", name)
+    assert not Path("l.csv").exists() and invoke(*BY_ACCELERATION, *more, status=2).stderr
+
+
+def test_what_turns_a_smooth_line_round_is_said(tmp_path, invoke):
+    said = invoke(*BY_ACCELERATION, "--pixels", "210", "--negative").stderr
+    assert "note: counts of a smooth line have no sign: --negative for `sim` and `board up" in said
+    assert "-" not in Path("l.csv").read_text()

@@ -155,3 +155,10 @@ def test_command_takes_motor_and_frequency_from_the_name():
 )
 def test_misuse(words, message):
     assert message in run(*words, status=2)
+
+
+@pytest.mark.parametrize("option", ["--max-speed", "--max-acceleration", "--max-jerk"])
+def test_a_limit_that_is_too_little_names_its_option(invoke, option):
+    limits = ("limits", "--board", "mega", "--pixel-hz", "1 kHz", "--max-speed", "400")
+    said = invoke(*limits, option, "0", status=2).stderr
+    assert said.startswith(f"pixstep: {option}: 0 is 0 steps/px") and said.count("\n") == 1

@@ -74,6 +74,12 @@ def continuous_bound(limits: ProfileLimits) -> float:
     return 2 * math.sqrt(speed / jerk) - 1
 
 
+def test_limits_far_above_the_speed_take_no_time():
+    """One pixel is enough; the work must not grow with limits that are of no use."""
+    assert shortest_profile(ProfileLimits(1000, 10**15, 10**15)) == [1000]
+    assert shortest_profile(ProfileLimits(1000, 10**15, 400)) == [334, 668, 1000]
+
+
 def test_no_shorter_profile_exists_in_small_cases():
     for top in range(2, 42, 2):
         for acceleration in (2, 4, 6, 10):

@@ -309,6 +309,17 @@ def test_the_planner_s_process_makes_the_same_plan(folder):
     assert all(len(one) <= 2048 for one, _ in pairwise(parts))
 
 
+def test_a_planner_that_is_done_ends_without_a_word(folder, capfd):
+    """Its pipe is still open then, and somebody waits for the end of it."""
+    (folder / "corner.pmc").write_text(CORNER)
+    request = Request("corner.pmc", of_machine(Machine.load("machine.toml")), Options())
+    with PlanProcess(request) as source:
+        while source.more(wait=True) is not None:
+            pass
+        assert source._process.wait(timeout=30) == 0
+    assert capfd.readouterr().err == ""
+
+
 def test_a_planner_that_is_not_needed_any_more_ends(folder):
     (folder / "long.pmc").write_text(LONG * 50)
     request = Request("long.pmc", of_machine(Machine.load("machine.toml")), Options())

@@ -265,3 +265,12 @@ def test_a_circle_has_a_centre_or_a_radius():
     ):
         with pytest.raises(ProgramError, match=rf"p.pmc:2:1: X100: .*{message}"):
             planned(f"TS0 TA5 TM9 CIRCLE1\n{words}", of)
+
+
+@pytest.mark.parametrize("length", range(280, 340))
+def test_a_plain_motor_turns_slowly_wherever_in_a_pixel(length):
+    """More than 18 steps in the first pixel after a reversal would leave the board no time."""
+    of = setup(0.9, 1, hz=200, speed=30, reversal_steps=18)
+    counts, _ = planned(f"TA10 TS0 TM15\nX{length}\nX0\nX{length}\nX3", of)
+    turned = [abs(after) for before, after in pairwise(counts[:, 0].tolist()) if before * after < 0]
+    assert max(turned, default=0) <= 18

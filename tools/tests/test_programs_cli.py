@@ -95,6 +95,18 @@ def test_the_page_says_time_peaks_and_what_was_slowed(folder, invoke):
     assert again == text
 
 
+def test_one_move_is_not_called_moves(folder, invoke):
+    (folder / "one.pmc").write_text("ABS LINEAR TA10 TS0 F29\nX4\n")
+    text = invoke("plan", "one.pmc").output
+    assert "plan: 1 move, " in text and "\n1 of 1 move slowed: acceleration of X\n" in text
+
+
+def test_what_a_mode_does_not_have_is_misuse(folder, invoke):
+    said = invoke("plan", "square.pmc", "--no-assume-last", status=2).stderr
+    assert said == "pixstep: --no-assume-last: only with --mode mode1\n"
+    assert not (folder / "plan").exists()
+
+
 def test_mode1_leaves_the_segments_of_the_machine_file_alone(folder, invoke):
     assert "segment_time" in (folder / "machine.toml").read_text()
     (folder / "line.pmc").write_text(SQUARE.replace("CIRCLE2 X2 Y4 I-1 J0", "X2"))

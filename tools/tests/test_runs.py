@@ -56,6 +56,12 @@ def test_a_frequency_may_have_as_many_digits_as_the_board_holds():
     assert parse_hz("0.000000001")  # 1/10^9 fits 32 bits
 
 
+def test_a_frequency_that_is_none_of_pixels_is_not_called_so(invoke):
+    ticks = ("ticks", "line.csv", "--decode", "plain", "--pixel-hz", "30", "-o", "t.csv")
+    said = invoke(*ticks, "--timer-hz", "0", status=2).stderr
+    assert said.startswith("pixstep: --timer-hz: frequency '0': must be above 0 Hz")
+
+
 @pytest.mark.parametrize(
     ("text", "near"), [("333.3333333333333", "1000/3"), ("29.97002997002997", "30000/1001")]
 )

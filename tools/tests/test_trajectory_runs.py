@@ -151,6 +151,12 @@ def test_figures_that_are_none_are_misuse(invoke, value):
         assert invoke("trajectory", *words, status=2).stderr
 
 
+def test_a_bandwidth_that_is_too_high_is_told_the_highest(invoke):
+    invoke(*SMALL, "-o", "c.trj")
+    said = invoke("trajectory", "compensate", "c.trj", "--bandwidth", "1e9", "-o", "x", status=2)
+    assert "'1e9': a frequency above 0 Hz and below 1000000 Hz, or none" in said.stderr
+
+
 MACHINE = """
 [clock]
 pixel = "100.13 Hz"

@@ -271,8 +271,8 @@ def _origins(ctx: click.Context) -> Iterator[None]:
     try:
         yield
     except UserError as error:
-        cure = longerpixels.cure(ctx, error)
-        error.args = (f"{error}{machinedefaults.origin(ctx, str(error))}{cure}",)
+        option, cure = longerpixels.option(ctx, error), longerpixels.cure(ctx, error)
+        error.args = (f"{option}{error}{machinedefaults.origin(ctx, str(error))}{cure}",)
         raise
     except click.BadParameter as error:
         if not error.param or not machinedefaults.by_machine(ctx, error.param.name or ""):

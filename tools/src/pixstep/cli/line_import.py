@@ -13,6 +13,7 @@ from pixstep.cli.command import FILE, OUTPUT, command
 from pixstep.cli.options import DECODE, HZ, Facts, json_option, say, show_json, teller
 from pixstep.cli.quantities import scale_of
 from pixstep.errors import RefusedError
+from pixstep.formats.findings import counted
 from pixstep.lines import linecheck
 from pixstep.lines.line import SMOOTH
 from pixstep.owndata import Imported, Request, import_line
@@ -91,9 +92,8 @@ def line_import(
         return
     say(made.assumed)
     say(f"pixel {item.pixel}: {item.name}: {item.message}" for item in made.findings)
-    teller(output)(
-        f"{output}: {made.line.pixels} pixels, {made.line.total_steps} steps, {made.line.decode}"
-    )
+    size = f"{counted(made.line.pixels, 'pixel')}, {counted(made.line.total_steps, 'step')}"
+    teller(output)(f"{output}: {size}, {made.line.decode}")
 
 
 def _refuse(table: Path, made: Imported, *, fit: bool) -> None:

@@ -125,6 +125,8 @@ def line_make(
         raise UserError("a line needs --profile or --max-acceleration")
     made, line_hz = line.made, pixel_hz / line.divider
     jerk_warn = whole_limit(options["jerk_warn"], line_hz, least=0)
+    if asked.given("negative") and options["negative"] and not plain:
+        say(["counts of a smooth line have no sign: --negative for `sim` and `board upload`"])
     sign = -1 if plain and options["negative"] else 1
     counts = [sign * count for count in made.counts]
     if options["name"] is None:

@@ -34,6 +34,17 @@ def cure(ctx: click.Context, error: Exception) -> str:
     return f": pixels of {edges} clock edges would do, --pixel-hz {hz}"
 
 
+def option(ctx: click.Context, error: Exception) -> str:
+    """Return `--max-speed: ` if the command line gave the limit that an error is about, else ""."""
+    if not isinstance(error, TooLittleError) or error.given is None:
+        return ""
+    for param in ctx.command.params:
+        name = param.name or ""
+        if ctx.params.get(name) is error.given and not machinedefaults.by_machine(ctx, name):
+            return f"{max(param.opts, key=len)}: "
+    return ""
+
+
 def _clock_hz(ctx: click.Context) -> Fraction | None:
     """Return the frequency of the clock's edges; of pixels where nothing says how many they are."""
     if "divider" not in ctx.params and machinedefaults.by_machine(ctx, "pixel_hz"):

@@ -20,6 +20,7 @@ from pixstep.cli.programoptions import (
     setup_of,
 )
 from pixstep.errors import NEGATIVE
+from pixstep.formats.findings import counted
 from pixstep.simulation.report import new_console
 
 if TYPE_CHECKING:
@@ -97,20 +98,21 @@ def plan(
 def _print(done: Result, out: Path) -> None:
     """Print the report: a row for each motor, what was slowed, what is exceeded."""
     report: Report = done.plan.report
+    moves = counted(report.moves, "move")
     console = new_console()
     console.print(_table(report.motors))
     click.echo(
-        f"{out}: {report.moves} moves, {report.total_ms:.6g} ms, {report.pixels} pixels at "
+        f"{out}: {moves}, {report.total_ms:.6g} ms, {counted(report.pixels, 'pixel')} at "
         f"{float(report.setup.pixel_hz):g} Hz{_edges_text(report.setup.divider)}"
     )
     click.echo(_times_text(report))
     click.echo(f"at most {report.off_path:.1f} steps off the path")
     for why, count in report.reasons.most_common():
-        click.echo(f"{count} of {report.moves} moves slowed: {why}")
+        click.echo(f"{count} of {moves} slowed: {why}")
     if report.clipped:
         click.echo(
-            f"{report.clipped} of {report.moves} moves begin with a blend shorter than TA: "
-            f"the move before is too short for it"
+            f"{report.clipped} of {moves}: the blend at the beginning is shorter than TA, as the "
+            f"move before is too short for it"
         )
     if report.arc_off_steps >= _WORTH_SAYING:
         click.echo(

@@ -14,6 +14,7 @@ from pixstep.lines.units import Quantity
 from pixstep.machine import finding
 from pixstep.programs.options import (
     LOOKAHEAD,
+    MODE1,
     MODES,
     MOST_WINDOW,
     SEGMENT_MS,
@@ -138,5 +139,7 @@ def _finer_steps(machine: Machine, setup: Setup, length: Quantity) -> float:
 
 
 def plan_options_of(options: ProgramOptions) -> Options:
-    """Return how a program is to be planned."""
+    """Return how a program is to be planned. Raises UserError for what the mode does not have."""
+    if options["no_assume_last"] and options["mode"] != MODE1:
+        raise UserError(f"--no-assume-last: only with --mode {MODE1}")
     return Options(options["mode"], options["window"], not options["no_assume_last"])

@@ -153,7 +153,7 @@ class WholeHzType(_Parsed[int]):
     name = "HZ"
 
     def _parse(self, text: str, ctx: click.Context | None) -> int:
-        hz = parse_hz(text)
+        hz = parse_hz(text, "frequency")
         if hz.denominator != 1:
             raise UserError(f"{text} is not a whole number of Hz")
         return int(hz)

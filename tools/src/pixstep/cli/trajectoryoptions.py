@@ -98,6 +98,9 @@ class PointsType(click.ParamType[int | str, int | str]):
         return int(value)
 
 
+_HIGHEST_HZ = 1_000_000  # of a servo
+
+
 class BandwidthType(click.ParamType[float | str, float | str]):
     """The natural frequency of a servo in Hz, or none for a motor that follows at once."""
 
@@ -113,8 +116,9 @@ class BandwidthType(click.ParamType[float | str, float | str]):
             hz = float(value.removesuffix("Hz"))
         except ValueError:
             hz = 0.0
-        if not 0 < hz < 1e6:
-            self.fail(f"{value!r}: a frequency above 0 Hz, or none", param, ctx)
+        if not 0 < hz < _HIGHEST_HZ:
+            wanted = f"a frequency above 0 Hz and below {_HIGHEST_HZ} Hz, or none"
+            self.fail(f"{value!r}: {wanted}", param, ctx)
         return hz
 
 

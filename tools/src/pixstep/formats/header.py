@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 from pixstep.formats.findings import Findings, shown, shown_path
 from pixstep.formats.numbers import odd_byte
 
@@ -146,7 +146,10 @@ def check_header(header: ProfileHeader, path: Path | str) -> None:
     findings = Findings()
     lines = [row.encode("ascii", "replace") for row in header.rows]
     read = parse_header(lines, findings)
-    findings.raise_first(path)
+    try:
+        findings.raise_first(path)
+    except RefusedError as error:  # no file holds this: it was asked for
+        raise UserError(str(error)) from None
     if read != header:
         raise UserError(f"{shown_path(path)}:2:21: {shown(header.name)}: only printable ASCII")
 

@@ -20,35 +20,36 @@ _NEAR_DENOMINATOR = 10_000  # of the fraction that an error proposes
 PERIOD_TICKS = (1024, 0xFFFFFF)  # what the pixel grid of a board can carry
 
 
-def parse_hz(text: str) -> Fraction:
+def parse_hz(text: str, what: str = "pixel frequency") -> Fraction:
     """Return the frequency written as a decimal or a fraction, exactly, in Hz: 29.97, 30000/1001Hz.
 
     Both numerator and denominator of the reduced fraction must fit 32 bits, as the board takes
-    them so. Raises UserError naming the text otherwise, or if the frequency is not above zero.
+    them so. Raises UserError naming the text otherwise, or if the frequency is not above zero;
+    `what` is the name of the frequency in that message.
     """
     text = text.strip()
     named = _UNIT.search(text)
     number = text[: named.start()] if named else text
     if not (_DECIMAL.fullmatch(number) or _FRACTION.fullmatch(number)):
-        raise UserError(f"pixel frequency {text!r}: expected Hz as 30, 29.97 or 30000/1001")
+        raise UserError(f"{what} {text!r}: expected Hz as 30, 29.97 or 30000/1001")
     numerator, _, denominator = number.partition("/")
     if denominator and int(denominator) == 0:
-        raise UserError(f"pixel frequency {text!r}: the denominator is zero")
+        raise UserError(f"{what} {text!r}: the denominator is zero")
     hz = Fraction(numerator) / Fraction(denominator or 1) * _PREFIXES[named[1] if named else None]
-    return legal_hz(hz, text)
+    return legal_hz(hz, text, what)
 
 
-def legal_hz(hz: Fraction, text: str) -> Fraction:
-    """Return a frequency that was written as `text`.
+def legal_hz(hz: Fraction, text: str, what: str = "pixel frequency") -> Fraction:
+    """Return a frequency that was written as `text`; `what` names it in a message.
 
     Raises UserError if it is not above zero or needs more than 32 bits.
     """
     if hz <= 0:
-        raise UserError(f"pixel frequency {text!r}: must be above 0 Hz")
+        raise UserError(f"{what} {text!r}: must be above 0 Hz")
     if hz.numerator > _U32_MAX or hz.denominator > _U32_MAX:
         near = hz.limit_denominator(_NEAR_DENOMINATOR)
         hint = f": write {near}?" if 0 < near <= _U32_MAX // _NEAR_DENOMINATOR else ""
-        raise UserError(f"pixel frequency {text!r}: needs more than 32 bits{hint}")
+        raise UserError(f"{what} {text!r}: needs more than 32 bits{hint}")
     return hz
 
 

@@ -178,12 +178,14 @@ def is_unit(name: str) -> bool:
 class TooLittleError(UserError):
     """A limit that is less than `least` steps/px^order: pixels are too short for it.
 
-    `quantity` is the limit in steps, if it has a unit of time, so that longer pixels hold more.
+    `given` is the limit as it was given. `quantity` is the same if it has a unit of time, so that
+    longer pixels hold more.
     """
 
     def __init__(self, message: str, least: int, quantity: "Quantity | None" = None) -> None:
         super().__init__(message)
         self.least = least
+        self.given = quantity
         self.quantity = quantity if quantity and quantity.per_second else None
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from pixstep.errors import RefusedError, UserError
+from pixstep.formats.findings import counted
 from pixstep.lines import units
 from pixstep.owndata.naming import INDEX, SPEED, TIME, meaning_of
 from pixstep.owndata.table import Table
@@ -60,10 +61,9 @@ def choose(table: Table, known: list[Column], wanted: str | None) -> Column:
         left = left[1:] if _counts_up(table, left[0].number) else left
     if len(left) != 1:
         names = table.names or [str(k + 1) for k in range(table.width)]
-        raise ChoiceError(
-            f"{table.path}:{table.rows[0][0]}: {table.width} columns ({', '.join(names)}): choose "
-            f"one by --column"
-        )
+        held = f"{counted(table.width, 'column')} ({', '.join(names)})"
+        said = "choose one by --column" if left else "no numbers to import"
+        raise ChoiceError(f"{table.path}:{table.rows[0][0]}: {held}: {said}")
     return left[0]
 
 

@@ -20,6 +20,7 @@ _MARKS = (  # UTF-32 first: its mark begins with that of UTF-16
     (codecs.BOM_UTF16_BE, "utf-16-be"),
     (codecs.BOM_UTF8, "utf-8"),
 )
+_NO_TEXTS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")  # a zip, as .xlsx and .ods are; an old .xls
 _NAMES = {"utf-8": "UTF-8", "cp1252": "Windows-1252"}
 LINE_END = re.compile(r"\r\n|\n|\r")
 _OPENS = re.compile(r'(?:^|[,;|\t ])"')
@@ -70,6 +71,10 @@ def read_text(path: Path) -> Text:
 
 def decoded(path: Path, data: bytes) -> tuple[str, str]:
     """Return the text and its encoding: by the mark in front, by its zeros, by what it can be."""
+    if data.startswith(_NO_TEXTS):
+        raise RefusedError(
+            f"{path}: a spreadsheet's own file (.xlsx, .ods, .xls) or an archive: export it as CSV"
+        )
     for mark, encoding in _MARKS:
         if data.startswith(mark):
             return _text(path, data, encoding, len(mark)), encoding

@@ -70,12 +70,15 @@ def choose_divider(wanted: Wanted) -> int:
     """
     if not wanted.acceleration.value:
         raise UserError(f"acceleration {wanted.acceleration.text}: above 0 is expected")
+    if wanted.jerk is not None and not wanted.jerk.value:
+        raise UserError(f"jerk {wanted.jerk.text}: above 0 is expected")
     found = _fewest_edges(wanted)
     if found is None:
+        jerk = f", jerk {wanted.jerk.text}" if wanted.jerk else ""
         raise UserError(
-            f"acceleration {wanted.acceleration.text} and speed {wanted.speed.text}: no pixel of 1 "
-            f"to {MOST_EDGES} edges of a {float(wanted.clock_hz):g} Hz clock has both in "
-            f"{'whole' if wanted.plain else 'even'} steps per pixel"
+            f"acceleration {wanted.acceleration.text}{jerk} and speed {wanted.speed.text}: "
+            f"no pixel of 1 to {MOST_EDGES} edges of a {float(wanted.clock_hz):g} Hz clock has "
+            f"them in {'whole' if wanted.plain else 'even'} steps per pixel"
         )
     return found
 

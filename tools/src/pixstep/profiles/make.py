@@ -98,8 +98,11 @@ def shortest_profile(limits: ProfileLimits) -> list[int]:
 
 
 def _envelope(pixels: int, limits: ProfileLimits) -> list[int]:
-    """Return the largest acceleration that each of `pixels` pixels can have, in units of two."""
-    jerk, top = limits.max_jerk // 2, limits.max_acceleration // 2
+    """Return the largest acceleration that each of `pixels` pixels can have, in units of two.
+
+    None is above the top speed, which it would exceed in one pixel.
+    """
+    jerk, top = limits.max_jerk // 2, min(limits.max_acceleration, limits.top_speed) // 2
     return [min(jerk * (k + 1), jerk * (pixels - k), top) for k in range(pixels)]
 
 

@@ -43,6 +43,8 @@ _BLANKS = re.compile(r"[ \t]*")
 _AXES = re.compile(r"[ \t]*\(([ \t]*[XYZABCUVW](?:[ \t]*,[ \t]*[XYZABCUVW])*[ \t]*)\)", re.I)
 _OPEN = re.compile(r"[ \t]*PROG[ \t]*[0-9]+", re.IGNORECASE)
 _LABEL = re.compile(r"[ \t]*N[0-9]+(?:[ \t]*:)?(?![0-9.])", re.IGNORECASE)
+_LIKE_A_LABEL = re.compile(r"N[0-9]*", re.IGNORECASE)
+_DECIMAL_COMMA = re.compile(r"(?<=[0-9]),[0-9]")
 _VARIABLE = re.compile(r"[PQ](?=[ \t]*[0-9(])", re.IGNORECASE)
 _FOREIGN = re.compile(r"([IM][0-9]+)[ \t]*=", re.IGNORECASE)
 _COMMENT = re.compile(r";.*|//.*|/\*.*?(?:\*/|$)")
@@ -310,10 +312,21 @@ def _no_number(text: str, word: re.Match[str], place: int) -> _MistakeError:
 
 def _unknown(text: str, place: int) -> _MistakeError:
     """Return what is wrong with what begins no statement."""
+    if _DECIMAL_COMMA.match(text, place):
+        return _MistakeError(
+            place + 1, f"{_cut(text[place:])!r}: a decimal point is expected, as in 12.5"
+        )
     begin = place
-    while begin and (text[begin - 1].isalnum() or text[begin - 1] == "_"):
+    while (
+        _NAME.match(text, place) and begin and (text[begin - 1].isalnum() or text[begin - 1] == "_")
+    ):
         begin -= 1
     name = _NAME.match(text, begin) or _NAME.match(text, place)
+    if name and _LIKE_A_LABEL.fullmatch(name[0]):
+        return _MistakeError(
+            name.start() + 1,
+            f"{_cut(name[0])}: a label is N and a whole number and begins a line",
+        )
     if name is None:
         return _MistakeError(
             place + 1, f"{_cut(text[place:])!r}: expected a word of the language: {KNOWN}"

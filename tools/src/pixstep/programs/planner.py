@@ -32,9 +32,13 @@ def main() -> None:
 
 
 def _end_with_the_other() -> None:
-    """End this process when the one that asks has ended, however that was: its pipe closes then."""
+    """End this process when the one that asks has ended, however that was: its pipe closes then.
+
+    The bare descriptor is read: a reader that waits in sys.stdin keeps the interpreter from ending.
+    """
     with contextlib.suppress(OSError):
-        sys.stdin.buffer.read()
+        while os.read(sys.stdin.fileno(), 1):
+            pass
     os._exit(1)
 
 

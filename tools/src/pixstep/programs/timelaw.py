@@ -84,10 +84,14 @@ def _corner(motor: PlanMotor, setup: Setup) -> float:
 
 
 def _reversal(motor: PlanMotor, pixel_ms: float) -> float:
-    """Return the acceleration with which the first pixel behind a reversal is slow enough."""
+    """Return the acceleration with which the first pixel after a reversal is slow enough.
+
+    A motor that turns just before the middle of a pixel still has a step in its old direction
+    there. The next pixel then has as many steps as its acceleration, and one more by rounding.
+    """
     if motor.reversal_steps is None:
         return _FREE
-    return max(2.0 * (motor.reversal_steps - 1), 0.5) / pixel_ms**2
+    return max(motor.reversal_steps - 1.0, 0.5) / pixel_ms**2
 
 
 class TimeLaw:

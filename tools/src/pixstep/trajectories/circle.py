@@ -81,7 +81,8 @@ def find(made: Table) -> Circle:
         )
     angle = np.unwrap(np.arctan2(place[:, 1], place[:, 0]))
     moving = np.diff(angle)
-    step = float(np.median(moving[np.abs(moving) > 0]))
+    moving = moving[moving != 0]
+    step = float(np.median(moving)) if len(moving) else 0.0
     passed = np.flatnonzero(angle > step / 4)
     start = int(passed[0]) - 1 if len(passed) else 0
     revolutions = int((angle[-1] + step / 4) // (2 * np.pi))
