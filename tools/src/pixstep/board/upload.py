@@ -20,6 +20,7 @@ from pixstep.lines.runs import queue_entries
 _ILLEGAL_VALUE = 3
 _HEAD = 2  # entries in front of a line's pixels, which are in full
 _WORTH = 48  # bytes: for less room a block is not worth its request, unless it ends the line
+_BUSY_STATES = ("armed", "running")
 _PAUSE = 0.3  # of the time in which a full queue runs dry, between two calls of feed()
 
 
@@ -263,6 +264,27 @@ def require_whole(board: Board, axes: Iterable[int]) -> None:
             raise BoardError(
                 f"board {board.unit}: axis {axis} has a part of a line queued, whose upload was "
                 f"broken off: `pixstep board disarm --axis {axis}` discards it"
+            )
+
+
+def require_idle(board: Board, axes: Iterable[int]) -> None:
+    """Raise BoardError for the first axis that has a line already: that one would be made first.
+
+    For what queues a line and runs it at once.
+    """
+    axes = list(axes)
+    require_whole(board, axes)
+    for axis in axes:
+        state = regs.axis_state(board.axis(axis)["axis_state"])
+        if state == "loaded":
+            raise BoardError(
+                f"board {board.unit}: axis {axis} has a line loaded, which would be made first: "
+                f"`pixstep board start` starts it, `pixstep board disarm --axis {axis}` discards it"
+            )
+        if state in _BUSY_STATES:
+            raise BoardError(
+                f"board {board.unit}: axis {axis} is {state}: let it end, or stop it "
+                f"(`pixstep board stop`)"
             )
 
 
