@@ -242,6 +242,7 @@ def begin(board: Board, lines: dict[int, Line], divider: int | None = None) -> l
     LineRefusedByBoardError, and BoardError for an axis that will not load.
     """
     require_whole(board, list(lines))
+    forget_refused(board, lines)
     uploads = []
     said = said_divider(board, divider)
     for axis, line in lines.items():
@@ -267,6 +268,13 @@ def require_whole(board: Board, axes: Iterable[int]) -> None:
             )
 
 
+def forget_refused(board: Board, axes: Iterable[int]) -> None:
+    """Discard lines that the board has refused: until then it answers others as it did those."""
+    for axis in axes:
+        if regs.axis_state(board.axis(axis)["axis_state"]) == "refused":
+            board.command("disarm", [axis])
+
+
 def require_idle(board: Board, axes: Iterable[int]) -> None:
     """Raise BoardError for the first axis that has a line already: that one would be made first.
 
@@ -274,6 +282,7 @@ def require_idle(board: Board, axes: Iterable[int]) -> None:
     """
     axes = list(axes)
     require_whole(board, axes)
+    forget_refused(board, axes)
     for axis in axes:
         state = regs.axis_state(board.axis(axis)["axis_state"])
         if state == "loaded":

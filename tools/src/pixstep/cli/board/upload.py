@@ -162,6 +162,7 @@ def upload_command(
         if check:
             motors = judging.motor_limits(ctx, read, pixel_hz)
             check_lines(known, lines, pixel_hz, clock, motors)
+        upload.forget_refused(known.board, lines)
         streamed = _streamed(known.board, lines, divider)
         if streamed and not (arm and wait):
             raise UserError(
