@@ -288,7 +288,8 @@ def require_idle(board: Board, axes: Iterable[int]) -> None:
         if state == "loaded":
             raise BoardError(
                 f"board {board.unit}: axis {axis} has a line loaded, which would be made first: "
-                f"`pixstep board start` starts it, `pixstep board disarm --axis {axis}` discards it"
+                f"`pixstep board start` starts it, `pixstep board disarm --unit {board.unit} "
+                f"--axis {axis}` discards it"
             )
         if state in _BUSY_STATES:
             raise BoardError(
