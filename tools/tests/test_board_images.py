@@ -275,8 +275,22 @@ def test_the_host_refuses_what_the_board_would(live, name):
     assert "too_fast" in one.err("upload", put([most + 1] * 3), "--decode", "plain", status=3)
     text = one.err("upload", "line.csv", "--decode", "plain", "--no-check", status=3)
     assert "axis 0: line refused: too_fast at pixel 1" in text
-    one.out("stop", "--unit", 1)
     one.out("upload", put([most] * 3), "--decode", "plain")
+
+
+@pytest.mark.parametrize("name", BOARDS)
+def test_a_line_behind_a_refused_one_is_judged_by_itself(live, name):
+    one = live(name, hz=30)
+    ramp, bad = put([2, 6, 8, 6, 2]), put([3, 3, 3], "bad.csv")
+    profile = natives.source("tools/data/AccProf-fast-move.csv")
+    refused = ("upload", bad, "--decode", "smooth", "--no-check")
+    for words in (
+        ("upload", ramp, "--decode", "smooth", "--arm", "--pixel-hz", 30),
+        ("move", profile, "--steps", 16),
+    ):
+        assert "axis 0: line refused: oscillates" in one.err(*refused, status=3)
+        one.out(*words)
+    assert one.sim.steps(0, 0) == 24 + 16
 
 
 def test_start_together_on_one_clock_edge(live, tmp_path):

@@ -206,3 +206,25 @@ def test_the_motor_that_is_meant_needs_no_name_to_be_compared(two):
 def test_a_motor_s_own_board_gets_the_command(two):
     two.run("permit", "on", "--motor", "Y")
     assert [[name for name, *_ in board.commands] for board in two.boards] == [[], ["permit_on"]]
+
+
+@pytest.mark.usefixtures("files")
+@pytest.mark.parametrize("units", ["1,2", "2,1"])
+def test_an_axis_of_several_boards_is_that_of_each(two, units):
+    two.run("enable", "--axis", 0, "--unit", units)
+    assert [[name for name, *_ in board.commands] for board in two.boards] == [["enable"]] * 2
+    change_over(two)
+    told = two.err("disable", "--axis", 0, "--unit", units, status=3)
+    said = {
+        "2,1": f"board 2 on {PORT} is a mega; machine.toml has boards.b as a uno",
+        "1,2": f"board 1 on {PORT} is a uno; machine.toml has boards.a as a mega",
+    }
+    assert told == said[units]
+
+
+@pytest.mark.usefixtures("files")
+@pytest.mark.parametrize("words", [("start",), ("move", FAST, "--steps", 40), ("enable",)])
+def test_two_motors_for_a_command_that_takes_one(two, words):
+    told = two.err(*words, "--motor", "X", "--motor", "Y", status=2)
+    assert "this command takes one motor" in told or "a run has one board" in told
+    assert not any(board.commands for board in two.boards)

@@ -255,6 +255,23 @@ def loaded_boards(two, pixels=200):
         two.out("upload", put([5] * pixels), "--decode", "plain", "--unit", unit)
 
 
+def test_ctrl_c_near_the_edge_tells_each_board_before_it_asks_one_again(two):
+    loaded_boards(two)
+    go, told = two.boards[1].obey_go, []
+
+    def go_and_press(*arguments):
+        go(*arguments)
+        told.append(len(two.line.requests))
+        two.line.lose = 3  # the reply to the first board's stop, and to what is asked of it then
+        raise KeyboardInterrupt
+
+    two.boards[1].obey_go = go_and_press
+    assert "stopped by Ctrl-C" in two.ended("start", "--unit", "1,2")
+    assert [request[0] for request in two.line.requests[told[0] :][:2]] == [1, 2]
+    assert [board.commands[-1][0] for board in two.boards] == ["stop", "stop"]
+    assert [board.axes[0].state for board in two.boards] == ["empty", "empty"]
+
+
 def test_boards_begin_on_one_edge_each_by_its_own_count(two):
     loaded_boards(two)
     two.boards[1].first_edge = 0xFFFF - two.boards[1].edge() + two.boards[1].first_edge  # wraps

@@ -182,3 +182,14 @@ def test_store(one):
     assert one.out("settings", "store") == "board 1: stored as record 1\n"
     one.board.obey_store = lambda *_: None
     assert "were not stored (record 1)" in one.err("settings", "store")
+
+
+def test_an_address_that_another_board_has_is_refused(two):
+    said = "board 2: unit_address = 1: another board answers at this address already"
+    assert two.err("set", "unit_address=1", "--unit", 2, status=2) == said
+    two.out("settings", "export", "a.toml")
+    words = ("settings", "import", "a.toml", "--skip", "board", "--unit", 2)
+    assert two.err(*words, status=3) == f"a.toml: {said}"
+    two.out(*words, "--skip", "unit_address")
+    assert two.err("settings", "defaults", "--unit", 2, status=2) == said
+    assert [board.setting("unit_address") for board in two.boards] == [1, 2]

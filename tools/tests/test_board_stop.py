@@ -183,6 +183,8 @@ QUEUEING = (
     ("move", natives.root() / "tools/data/AccProf-fast-move.csv", "--steps", 40),
     ("run", "line.pmc", "--machine", "program.toml"),
 )
+SEEKING = (natives.root() / "tools/data/AccProf-fast-move.csv", "--search", 200)
+RUNNING = (*QUEUEING[1:], ("home", *SEEKING), ("measure-play", *SEEKING))
 
 
 @pytest.fixture
@@ -221,6 +223,30 @@ def test_an_axis_with_a_part_of_a_line_takes_no_other(one, words):
 
 
 @pytest.mark.usefixtures("files")
+@pytest.mark.parametrize("state", ["loaded", "armed"])
+@pytest.mark.parametrize("words", RUNNING)
+def test_what_runs_at_once_finds_its_axis_idle(one, words, state):
+    if words[0] == "run":
+        one.run("set", "pixel_hz=200")
+    one.board.axes[0].state = state
+    text = one.err(*words)
+    assert text.startswith("board 1: axis 0 ") and state in text and "`pixstep board" in text
+    assert one.board.axes[0].entries == [] and one.board.axes[0].state == state
+    assert one.board.commands == []
+
+
+@pytest.mark.usefixtures("files")
+@pytest.mark.parametrize("words", RUNNING)
+def test_a_line_that_the_board_does_not_arm_is_discarded(one, words):
+    if words[0] == "run":
+        one.run("set", "pixel_hz=200")
+    one.board.latch("limit_minus", 3, 2, 77)
+    text = one.err(*words)
+    assert text.startswith("board 1: arm: fault limit_minus on axis 2 at pixel 77: ")
+    assert one.board.axes[0].entries == [] and one.board.axes[0].state == "empty"
+
+
+@pytest.mark.usefixtures("files")
 def test_a_program_that_the_board_refuses_leaves_no_part_of_it(one):
     def refusing(_data):
         raise RefusalError(FAILURE)
@@ -228,3 +254,12 @@ def test_a_program_that_the_board_refuses_leaves_no_part_of_it(one):
     one.board.queue = refusing
     assert "exception 4" in one.err("run", "line.pmc", "--machine", "program.toml", status=3)
     assert one.board.commands == [("disarm", 1, 0)]
+
+
+@pytest.mark.parametrize("command", ["home", "measure-play"])
+def test_ctrl_c_in_a_seek_is_a_stop_with_its_status(one, command):
+    def interrupted(_data):
+        raise KeyboardInterrupt
+
+    one.board.queue = interrupted
+    assert one.ended(command, *SEEKING) == "stopped by Ctrl-C: board 1 axis 0 at position 0"

@@ -187,6 +187,9 @@ def test_both_forms_of_the_file(one, ending):
         (("start", "--records", "r.txt", "--wait"), "r.txt: a file of records ends with .csv or"),
         (("upload", "line.csv", "--decode", "plain", "--arm", "--records", "line.csv"),
          "line.csv: is the input"),
+        (("upload", "line.csv", "--decode", "plain", "--arm", "--records", "r.csv", "--no-records"),
+         "--records and --no-records"),
+        (("start", "--wait", "--no-records", "--records", "r.csv"), "--records and --no-records"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_recorded_is_refused(one, words, said):
@@ -202,6 +205,17 @@ def test_records_up_to_a_fault_are_kept(one):
     assert "limit_plus" in one.err(*words)
     rows = rows_of("r.csv")[1, 1, 0]
     assert 30 < len(rows) < 60 and rows == every([3] * len(rows))
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet"])
+def test_a_run_that_does_not_begin_leaves_no_file(one, ending):
+    put([3] * 9)
+    one.board.latch("limit_plus", 0, 2, 40)
+    words = ("upload", "line.csv", "--decode", "plain", "--arm", "--records", f"r.{ending}")
+    assert "limit_plus" in one.err(*words)
+    assert not Path(f"r.{ending}").exists()
+    one.out("clear")
+    assert "9 records, none missed" in one.out(*words)
 
 
 def test_records_up_to_ctrl_c_are_kept(one):

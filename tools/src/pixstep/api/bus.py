@@ -136,8 +136,9 @@ class Board:
                     item, axes=len(by_axis), sync=clock.sync, divider=clock.divider
                 ).raise_if_refused()
         edges = clock.divider or settings.divider(self.device)
-        settings.set_clock(self.device, hz * edges, clock.sync, clock.divider, clock.gate_edges)
         axes = list(by_axis)
+        upload.require_idle(self.device, axes)
+        settings.set_clock(self.device, hz * edges, clock.sync, clock.divider, clock.gate_edges)
         motions = {number: item.line for number, item in by_axis.items()}
         group = [running.Lines(self.device, axes)]
         collector = Collector(self.unit)
@@ -147,7 +148,7 @@ class Board:
         ):
             clockstate.await_lock(self.device, self._link.world)
             group[0].uploads += upload.begin(self.device, motions, edges)
-            running.arm(self.device, axes)
+            running.arm_queued(group[0])
             longest = max(item.pixels for item in by_axis.values())
             running.follow(group, self._link.world, longest, progress)
         return self._recorded(axes, collector, recorder)

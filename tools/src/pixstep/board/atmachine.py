@@ -10,7 +10,7 @@ from pixstep.board import registers as regs
 from pixstep.board.device import Board, Identity
 from pixstep.board.errors import BoardError
 from pixstep.board.link import World
-from pixstep.board.upload import Upload, require_whole
+from pixstep.board.upload import Upload, require_idle
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
 
@@ -96,12 +96,12 @@ class AtMachine:
         counts = [sign * per_pixel] * whole + ([sign * rest] if rest else [])
         before = run.positions(self.board, [axis])[axis]
         line = Line(tuple(counts), PLAIN, clocked=False, name="self-test")
-        require_whole(self.board, [axis])
+        require_idle(self.board, [axis])
         upload = Upload(self.board, axis, queue_entries(line))
         group = [run.Lines(self.board, [axis], [upload])]
         try:
             upload.push()
-            run.arm(self.board, [axis])
+            run.arm_queued(group[0])
             run.follow(group, self.world)
         except KeyboardInterrupt:
             run.stop(group)

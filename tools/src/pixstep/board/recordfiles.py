@@ -43,9 +43,9 @@ def refuse(path: Path) -> None:
 def writing(path: Path) -> Iterator[Rows]:
     """Yield what takes records; the file appears whole at the end.
 
-    What was read before an error is in it as well. A file that cannot be written further, as on a
-    full disk, does not end the block. Raises UserError for that at the end, at once for another
-    ending, and where Parquet is wanted without pyarrow.
+    What was read before an error is in it as well; if that was nothing there is no file. A file
+    that cannot be written further, as on a full disk, does not end the block. Raises UserError for
+    that at the end, at once for another ending, and where Parquet is wanted without pyarrow.
     """
     refuse(path)
     failure: BaseException | None = None
@@ -57,6 +57,8 @@ def writing(path: Path) -> Iterator[Rows]:
         except BaseException as error:
             failure = error
         rows.close()
+        if failure is not None and not rows.any:
+            raise failure  # and no file: the next try needs the name
     if failure is not None:
         raise failure
 
@@ -67,9 +69,11 @@ class _Patient:
     def __init__(self, rows: Rows) -> None:
         self._rows = rows
         self._failure: OSError | None = None
+        self.any = False
 
     def take(self, unit: int, row: Row) -> None:
         """Take a record of a board."""
+        self.any = True
         if self._failure is None:
             try:
                 self._rows.take(unit, row)

@@ -91,6 +91,19 @@ def arm(board: Board, axes: list[int], token: int = 0) -> None:
         orders.arm(board, axes, token)
 
 
+def arm_queued(lines: Lines) -> None:
+    """Arm lines that have just been queued to run at once.
+
+    If the board refuses that, they are discarded: left in the queue they would run before the next
+    ones.
+    """
+    try:
+        arm(lines.board, lines.axes)
+    except BoardError:
+        discard(lines)
+        raise
+
+
 def play_unknown(board: Board, axes: list[int]) -> list[int]:
     """Return those of some axes whose newest line with backlash began without knowing the play."""
     status = board.input("status") if axes else 0

@@ -10,10 +10,11 @@ from typing import TypedDict
 from pixstep.board import gating, orders, stretches, values
 from pixstep.board import registers as regs
 from pixstep.board.device import STORING, Board
-from pixstep.board.errors import BoardError, NoReplyError
+from pixstep.board.errors import BoardError, ExceptionReplyError, NoReplyError
 from pixstep.board.link import World
 from pixstep.board.port import PARITIES
 from pixstep.board.registers import Register
+from pixstep.errors import UserError
 from pixstep.lines.rational import refuse_period
 
 STORED, DIFFERS = 1, 2  # bits of settings_state
@@ -138,7 +139,10 @@ def _move(
 
     If the reply is lost, the board is looked for: first where it was, since only this board answers
     there, then where it should be. A board that is still where it was has not heard the order.
+    Raises UserError for an address where a board answers already.
     """
+    if new[_ADDRESS] != old[_ADDRESS]:
+        _refuse_taken(board, new[_ADDRESS])
     for last in (False,) * (_MOVES - 1) + (True,):
         try:
             with board.once():
@@ -154,6 +158,20 @@ def _move(
         else:
             follow(board, old, new)
             return
+
+
+def _refuse_taken(board: Board, unit: int) -> None:
+    """Raise UserError if another board has an address: neither could be asked any more."""
+    try:
+        with board.once():
+            Board(board.modbus, unit).read_inputs(0, 1)
+    except NoReplyError:
+        return
+    except ExceptionReplyError:
+        pass
+    raise UserError(
+        f"board {board.unit}: {_ADDRESS} = {unit}: another board answers at this address already"
+    )
 
 
 def _is_there(board: Board) -> bool:

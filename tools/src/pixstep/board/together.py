@@ -142,14 +142,15 @@ def _arm_one(lines: Lines, token: int, armed: list[Lines]) -> None:
 
 def _take_back(armed: list[Lines], *, gone: bool) -> None:
     """Disarm what was armed, or stop it if it may have been told to go; nobody may begin alone."""
-    if armed:
-        armed[0].board.settle()
+    if not armed:
+        return
+    if gone:  # each is told once before any is asked again: the edge is near
+        run.stop(armed)
+        return
+    armed[0].board.settle()
     for lines in armed:
         with contextlib.suppress(BoardError):
-            if gone:
-                run.stop_axes(lines.board, lines.axes)
-            else:
-                lines.board.command("disarm", lines.axes)
+            lines.board.command("disarm", lines.axes)
 
 
 def _await_ready(group: list[Lines], world: World, *, clocked: bool) -> None:

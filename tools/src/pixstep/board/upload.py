@@ -20,6 +20,7 @@ from pixstep.lines.runs import queue_entries
 _ILLEGAL_VALUE = 3
 _HEAD = 2  # entries in front of a line's pixels, which are in full
 _WORTH = 48  # bytes: for less room a block is not worth its request, unless it ends the line
+_BUSY_STATES = ("armed", "running")
 _PAUSE = 0.3  # of the time in which a full queue runs dry, between two calls of feed()
 
 
@@ -241,6 +242,7 @@ def begin(board: Board, lines: dict[int, Line], divider: int | None = None) -> l
     LineRefusedByBoardError, and BoardError for an axis that will not load.
     """
     require_whole(board, list(lines))
+    forget_refused(board, lines)
     uploads = []
     said = said_divider(board, divider)
     for axis, line in lines.items():
@@ -263,6 +265,36 @@ def require_whole(board: Board, axes: Iterable[int]) -> None:
             raise BoardError(
                 f"board {board.unit}: axis {axis} has a part of a line queued, whose upload was "
                 f"broken off: `pixstep board disarm --axis {axis}` discards it"
+            )
+
+
+def forget_refused(board: Board, axes: Iterable[int]) -> None:
+    """Discard lines that the board has refused: until then it answers others as it did those."""
+    for axis in axes:
+        if regs.axis_state(board.axis(axis)["axis_state"]) == "refused":
+            board.command("disarm", [axis])
+
+
+def require_idle(board: Board, axes: Iterable[int]) -> None:
+    """Raise BoardError for the first axis that has a line already: that one would be made first.
+
+    For what queues a line and runs it at once.
+    """
+    axes = list(axes)
+    require_whole(board, axes)
+    forget_refused(board, axes)
+    for axis in axes:
+        state = regs.axis_state(board.axis(axis)["axis_state"])
+        if state == "loaded":
+            raise BoardError(
+                f"board {board.unit}: axis {axis} has a line loaded, which would be made first: "
+                f"`pixstep board start` starts it, `pixstep board disarm --unit {board.unit} "
+                f"--axis {axis}` discards it"
+            )
+        if state in _BUSY_STATES:
+            raise BoardError(
+                f"board {board.unit}: axis {axis} is {state}: let it end, or stop it "
+                f"(`pixstep board stop`)"
             )
 
 

@@ -218,7 +218,8 @@ def compare_board(ctx: click.Context, port: str, unit: int, kind: str) -> None:
 def _boards_meant(facts: Facts, machine: Machine, port: str, unit: int) -> list[str]:
     """Return the file's boards that a connected one must be like, by name.
 
-    A board without a port in the file is on every port.
+    A board without a port in the file is on every port. A motor of another board that the command
+    line has the address of says nothing of this one.
     """
     place = [
         name
@@ -226,7 +227,9 @@ def _boards_meant(facts: Facts, machine: Machine, port: str, unit: int) -> list[
         if board.port in (None, port) and board.unit == unit
     ]
     motors = facts.motors if facts.named.any or _by_motor(facts.ctx) else []
-    return list(dict.fromkeys([*place, *map(machine.board_name, motors)]))
+    others = motorchoice.boards_at(machine, [one for one in facts.named.units if one != unit])
+    named = [name for name in map(machine.board_name, motors) if name not in others]
+    return list(dict.fromkeys([*place, *named]))
 
 
 def _by_motor(ctx: click.Context) -> bool:
@@ -475,6 +478,15 @@ _NO_MOTOR_S = (
 )  # fmt: skip
 
 
+def _refuse_several(
+    _ctx: click.Context, _param: click.Parameter, value: tuple[str, ...]
+) -> tuple[str, ...]:
+    """Refuse a second --motor of a command that takes one, which click would take alone."""
+    if len(value) > 1:
+        raise UserError(f"--motor {' --motor '.join(value)}: this command takes one motor")
+    return value
+
+
 def add_options(command: click.Command) -> None:
     """Give --machine and --motor to a command, if a machine file knows any of its values.
 
@@ -491,7 +503,8 @@ def add_options(command: click.Command) -> None:
     if "motor" not in names:
         command.params.append(
             click.Option(
-                ["--motor"], metavar="NAME", multiple=many, expose_value=False,
+                ["--motor"], metavar="NAME", multiple=True, expose_value=False,
+                callback=None if many else _refuse_several,
                 help=f"Motor of the machine file{', once for each line' if many else ''}.",
             )
         )  # fmt: skip

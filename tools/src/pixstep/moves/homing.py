@@ -15,13 +15,13 @@ from dataclasses import asdict, dataclass
 from fractions import Fraction
 from typing import TypedDict
 
-from pixstep.board import orders
 from pixstep.board import registers as regs
+from pixstep.board import run
 from pixstep.board.device import Board
 from pixstep.board.errors import BoardError
 from pixstep.board.link import World
 from pixstep.board.state import TRIP_CLOSED, TRIP_NONE, TRIP_OPENED, Trip
-from pixstep.board.upload import Upload, require_whole
+from pixstep.board.upload import Upload, require_idle
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.runs import MARK_SMOOTH, Seek, queue_entries, seek_entries
 from pixstep.moves import fast
@@ -176,7 +176,7 @@ class Legs:
         start = self._upload(name, entries)
         runs = [(abs(count), repeat) for count, repeat in entries[2:] if repeat]
         began = self.world.now_s()
-        orders.arm(self.board, [self.plan.axis])
+        run.arm_queued(run.Lines(self.board, [self.plan.axis]))
         state = self._follow(name, sum(repeat for _, repeat in runs))
         trip = self.board.trip() if wanted else None
         leg = Leg(
@@ -209,11 +209,11 @@ class Legs:
                 f"room for {room}: fewer HAPs (now {len(self.plan.ramp.counts)}) make it shorter",
                 legs=tuple(self.legs),
             )
-        require_whole(self.board, [self.plan.axis])
+        require_idle(self.board, [self.plan.axis])
         upload = Upload(self.board, self.plan.axis, entries, state)
         while not upload.done:
             if not upload.push():
-                raise BoardError(f"axis {self.plan.axis}: {name} is not accepted by the queue")
+                raise HomingError(f"axis {self.plan.axis}: {name} is not accepted by the queue")
         return state["position_steps"]
 
     def _follow(self, name: str, pixels: int) -> dict[str, int]:

@@ -18,12 +18,11 @@ from math import ceil
 from statistics import median_low
 
 from pixstep.board.device import Board
-from pixstep.board.errors import BoardError
 from pixstep.board.link import World
 from pixstep.errors import UserError
 from pixstep.lines.runs import Seek
 from pixstep.moves.encoders import Encoder
-from pixstep.moves.homing import Legs
+from pixstep.moves.homing import HomingError, Legs
 from pixstep.moves.legs import HomingPlan
 from pixstep.progress import Progress, unseen
 
@@ -107,7 +106,7 @@ def measure(
     """Measure the play of one axis, at rest and enabled, `repeat` times.
 
     `encoder` returns the load's position in the motor's steps; it is asked at rest. Raises
-    HomingError naming the fault if the switch is not found, BoardError if it does not close and
+    HomingError naming the fault if the switch is not found, or saying that it does not close and
     open at two places, UserError for a hysteresis that is larger than all that was measured.
     """
     if repeat < 1:
@@ -155,7 +154,7 @@ class _Measuring(Legs):
         """Make a leg that must find an edge; return the motor's position at it."""
         trip = self.seek(name, seek)
         if trip is None:
-            raise BoardError(
+            raise HomingError(
                 f"axis {self.plan.axis}: the switch was {'open' if seek.opens else 'closed'} "
                 f"before the leg to '{name}': does it bounce for long?"
             )
@@ -177,7 +176,7 @@ class _Measuring(Legs):
                 found = self._edge(name, seek)
                 return found, self._gap()
             margin *= 2
-        raise BoardError(
+        raise HomingError(
             f"axis {self.plan.axis}: the switch is {'open' if seek.opens else 'closed'} "
             f"{margin} steps from where it changed before"
         )

@@ -40,7 +40,7 @@ class OnBoard:
         """
         streaming.load(self.lines)
         clockstate.await_lock(self.board, world)
-        running.arm(self.board, self.lines.axes)
+        running.arm_queued(self.lines)
         streaming.follow(self.lines, world, self.pixels, progress)
 
     def rows(self) -> list[dict[str, object]]:

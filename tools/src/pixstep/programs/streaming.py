@@ -8,7 +8,7 @@ from pixstep.board import run as running
 from pixstep.board.boardrun import BoardRun, Watch
 from pixstep.board.device import Board
 from pixstep.board.link import World
-from pixstep.board.upload import Upload, require_whole, said_divider
+from pixstep.board.upload import Upload, require_idle, said_divider
 from pixstep.errors import PlainError, UserError
 from pixstep.programs.entries import Entry, MotorEntries
 from pixstep.programs.motors import PlanMotor
@@ -113,10 +113,10 @@ def prepare(
     """Return the lines of a plan, nothing of which is queued yet.
 
     `divider` is how many clock edges a pixel has, if the lines are to say it. Raises UserError for
-    motors that share an axis, BoardError for an axis with a part of a line.
+    motors that share an axis, BoardError for an axis that has a line already.
     """
     axes = _axes(motors)
-    require_whole(board, axes)
+    require_idle(board, axes)
     entries.say(said_divider(board, divider))
     uploads = [StreamedUpload(board, axis, entries, index) for index, axis in enumerate(axes)]
     return running.Lines(board, axes, list(uploads))

@@ -7,7 +7,7 @@ from typing import Unpack
 import click
 
 from pixstep import progress
-from pixstep.board import limits, run, settings
+from pixstep.board import limits, run, settings, upload
 from pixstep.board.device import Board
 from pixstep.board.errors import BoardError
 from pixstep.board.port import Port
@@ -70,6 +70,7 @@ def prepare(
     refuse_period(pixel_hz, known.board.tick_hz())
     plan = make_plan(options, pixel_hz, refuse=True)
     legs.refuse(plan, limits.connected(known.board, pixel_hz))
+    upload.require_idle(known.board, [plan.axis])
     _set_inputs(known.board, options, clock_hz, divider)
     run.command(known.board, "enable", [plan.axis])
     return plan, pixel_hz

@@ -21,6 +21,7 @@ from pixstep.cli.quantities import StepsType
 from pixstep.errors import UserError
 from pixstep.lines.units import SPEED, parse
 from pixstep.moves import encoders, playmeasure
+from pixstep.moves.homing import HomingError
 from pixstep.moves.playmeasure import MeasuredPlay
 
 
@@ -76,7 +77,7 @@ def measure_play_command(
                     known.board, plan, hz, found.world,
                     repeat=repeat, hysteresis=hysteresis, encoder=read, progress=show,
                 )  # fmt: skip
-        except BoardError as error:
+        except HomingError as error:
             raise BoardError(f"board {unit}: {error}") from None
     if motor:
         from pixstep.machine import writing

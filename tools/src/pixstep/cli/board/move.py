@@ -47,6 +47,7 @@ def move_command(
         _profile, move = read_plan(options, hz, refuse=True)
         planned = move.line(str(options["profile"]))
         limits.check(planned, limits.connected(board, hz))
+        upload.require_idle(board, [axis])
         settings.set_clock(board, pixel_hz, divider=divider)
         before = run.positions(board, [axis])[axis]
         group = [run.Lines(board, [axis])]
@@ -54,7 +55,7 @@ def move_command(
             group[0].uploads += upload.begin(
                 board, {axis: planned}, divider or settings.divider(board)
             )
-            run.arm(board, [axis])
+            run.arm_queued(group[0])
             run.follow(group, found.world, move.pixels, show)
         after = run.positions(board, [axis])[axis]
     if after - before != move.steps:

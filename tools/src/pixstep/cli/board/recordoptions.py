@@ -17,6 +17,7 @@ from pixstep.board.run import Lines
 from pixstep.cli.command import OutFile
 from pixstep.cli.options import say, teller
 from pixstep.cli.quantities import Decorated
+from pixstep.errors import UserError
 
 
 class _RecordFile(OutFile):
@@ -31,13 +32,22 @@ class _RecordFile(OutFile):
         return path
 
 
+def _not_both(ctx: click.Context, param: click.Parameter, value: object) -> object:
+    """Refuse a file of records together with the option that reads none."""
+    said = ctx.params | {param.name or "": value}
+    if said.get("record_file") and said.get("record") is False:
+        raise UserError("--records and --no-records: a file of records needs them read")
+    return value
+
+
 _OPTIONS = (
     click.option(
-        "--records", "record_file", type=_RecordFile(), metavar="FILE",
+        "--records", "record_file", type=_RecordFile(), metavar="FILE", callback=_not_both,
         help="Write the per-pixel records into a file: .csv or .parquet.",
     ),
     click.option(
         "--no-records", "record", is_flag=True, default=True, flag_value=False,
+        callback=_not_both,
         help="Do not read the records along: they cost the fastest lines time.",
     ),
 )  # fmt: skip

@@ -7,7 +7,7 @@ from typing import Unpack
 
 import click
 
-from pixstep.board import run, settings
+from pixstep.board import run, settings, upload
 from pixstep.board.limits import connected
 from pixstep.board.port import Port
 from pixstep.cli import directions
@@ -86,6 +86,7 @@ def trajectory_command(
         chosen = boardsim.taking_up(made, plays, ways) if take_up else boardsim.lines(made)
         lines = dict(zip(axes, boardsim.turned(chosen, motor_ways), strict=True))
         check_lines(known, lines, hz, clock)
+        upload.require_idle(known.board, axes)
         settings.set_clock(known.board, pixel_hz, sync, divider, gate_edges)
         edges = divider or settings.divider(known.board)
         group = [run.Lines(known.board, axes)]

@@ -162,11 +162,14 @@ def upload_command(
         if check:
             motors = judging.motor_limits(ctx, read, pixel_hz)
             check_lines(known, lines, pixel_hz, clock, motors)
+        upload.forget_refused(known.board, lines)
         streamed = _streamed(known.board, lines, divider)
         if streamed and not (arm and wait):
             raise UserError(
                 f"{streamed}: it is streamed while it moves: add --arm, without --no-wait"
             )
+        if arm:
+            upload.require_idle(known.board, lines)
         _set(known.board, options)
         group = [run.Lines(known.board, list(lines))]
         with recorded(
@@ -248,7 +251,7 @@ def run_lines(
     with shown as show, stopping(group):
         group[0].uploads += upload.begin(board, lines, divider)
         if arm:
-            run.arm(board, axes)
+            run.arm_queued(queues)
             note_play(board, [axis for axis, item in lines.items() if item.backlash])
         if arm and wait:
             run.follow(group, world, pixels, show)
