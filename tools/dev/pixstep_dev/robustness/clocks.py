@@ -3,8 +3,9 @@
 
 A trial takes a clock of 0.24 to 4.2 times the frequency set. It comes while the board rests and
 has measured the right clock, or in the middle of a line. Within 8 of its edges, or 20 ms where
-those are sooner, the board must have said so: a locked line is refused, or a fault is latched. No
-line may end as if nothing had been.
+those are sooner, the board must have said so: a locked line is refused, or a fault is latched. A
+line that is armed meanwhile must end in a fault within its first 8 pixels. No line may end as if
+nothing had been.
 
 The two modes tolerate what is near: `lock` its tolerance, `start` a sixteenth of the period.
 """
@@ -29,6 +30,8 @@ TOLERATED = {"lock": 0.011, "start": 0.0626}
 NAMED_EDGES, NAMED_S = 8, 0.020
 NEAR_EDGES = 10  # with `lock` within NEAR of the frequency, where the phase has jumped as well
 NEAR = 0.1
+# A change of some per mille beyond the tolerance, behind a jump of the phase that it takes back.
+CLOSE_EDGES, CLOSE = 20, 0.02
 _RATES_HZ = (10, 2000)
 _LINE_PX = 4000
 _AT_ONCE = 40
@@ -75,8 +78,8 @@ class Trial:
     @property
     def named_s(self) -> float:
         """The time within which it must be named."""
-        near = self.sync == "lock" and abs(self.factor - 1) < NEAR
-        edges = NEAR_EDGES if near else NAMED_EDGES
+        off = abs(self.factor - 1) if self.sync == "lock" else 1.0
+        edges = CLOSE_EDGES if off < CLOSE else NEAR_EDGES if off < NEAR else NAMED_EDGES
         # The clock's own edge comes up to a period after the change.
         return max(NAMED_S, (edges + 1) / (self.hz * self.factor)) + _ROUND_S
 
@@ -176,8 +179,10 @@ class Bench:
         except BoardError:
             return "refused"
         self.world.wait(max(trial.named_s, 6 / (trial.hz * trial.factor) + _ARMED_S))
-        name = self._fault()
-        return f"{name} before the first step" if name and not self.board.axis(0)["pixel"] else ""
+        name, pixel = self._fault(), self.board.axis(0)["pixel"]
+        if not name or pixel > NAMED_EDGES:
+            return ""
+        return f"{name} in pixel {pixel}" if pixel else f"{name} before the first step"
 
     def _fault(self) -> str:
         return self.board.fault_name()
