@@ -141,7 +141,10 @@ def test_where_the_file_comes_from(here, invoke, monkeypatch):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["sim", "a.csv", "a.csv"], "2 lines for 1 motor of machine.toml: give --motor or --axis once for each"),
+        (
+            ["sim", "a.csv", "a.csv"],
+            "2 lines for 1 motor of machine.toml: give --motor or --axis once for each",
+        ),
         (["sim", "a.csv", "--motor", "M4"], "machine.toml: there is no motor 'M4': M39, M40"),
         (["sim", "a.csv", "a.csv", "--motor", "M40", "--motor", "M40"],
          "axis 2: has 2 lines, one is possible"),
