@@ -46,13 +46,17 @@ static void note_parked(void)
 // Up to .Lsaved
 static void note_first(void)
 {
-    if ((TIMER.tifr & _BV(TOV1)) == 0 || is_set(FLAG_PIXEL_CLOCK_BEFORE)) {
+    if ((TIMER.tifr & _BV(TOV1)) == 0) {
+        note_engine();
+        return;
+    }
+    queue->first_counter = TIMER.tcnt;
+    TIMER.temp = ENGINE.train_high;
+    if (is_set(FLAG_PIXEL_CLOCK_BEFORE)) {
         note_engine();
     } else if (ENGINE.state == STEP_ENGINE_PARKED) {
         note_parked();
     } else {
-        queue->first_counter = TIMER.tcnt;
-        TIMER.temp = ENGINE.train_high;
         note_engine();
         part_set_flag(FLAG_PIXEL_CLOCK_WRAPPED);
     }
