@@ -22,10 +22,11 @@ void tearDown(void)
 {
 }
 
-// Each pixel of the clock is LATER_TICKS longer than the setting has it, to a tenth of a tick.
+// Each pixel of the clock is LATER_TICKS longer than the setting has it.
 static void slow_clock(void)
 {
-    fake_pixel_clock(fake_next_edge_ticks(), 39990, 40);
+    fake_pixel_clock(
+        fake_next_edge_ticks(), CONFIG_TIMER_HZ, BENCH_PIXEL_TICKS + LATER_TICKS);
 }
 
 static int16_t error_of(uint8_t axis, uint8_t number)
