@@ -205,6 +205,12 @@ def test_sessions_on_a_bad_line(part):
     assert given_up < SESSIONS  # of 6 things each, done in 10 parts
 
 
+# The reply to the fence comes twice, and looks like the one that is awaited.
+@pytest.mark.parametrize("seed", [565, 1401])
+def test_a_fence_does_not_look_like_what_is_asked_next(seed):
+    Session(seed, IN_TURN).go()
+
+
 def lossy(*lost):
     """Return a line on which the replies to some requests are lost, from 0 on, and a board."""
     line = BadBus(FakeWorld(), random.Random(1), NO_FAULTS)

@@ -249,7 +249,7 @@ class Master(Client):
         if doubted or self._loud:
             self._quiet(self.patience[0])
         if doubted or self._is_like_another(request):
-            self._fence(request.unit)
+            self._fence(request)
 
     def _quiet(self, seconds: float) -> None:
         """Drop all that comes until the line has been quiet for so long.
@@ -275,10 +275,11 @@ class Master(Client):
                 return data
         return b""
 
-    def _fence(self, unit: int) -> None:
-        """Ask a unit what no other request of late has asked; drop all that comes before."""
+    def _fence(self, request: Request) -> None:
+        """Ask a unit what no request of late has asked, and not the next one; drop all before."""
+        unit = request.unit
         for _ in range(min(self.patience[1] + 1, _FENCE_TRIES)):
-            fence = self._new_fence(unit)
+            fence = self._new_fence(request)
             reply = self._attempt(fence)
             if reply:
                 self._doubts.discard(unit)
@@ -290,11 +291,12 @@ class Master(Client):
             self._quiet(self.patience[0])
         raise RequestError
 
-    def _new_fence(self, unit: int) -> Request:
-        """Return a fence that looks like no reply of late."""
+    def _new_fence(self, request: Request) -> Request:
+        """Return a fence that looks like no reply of late, and not like that to a request."""
+        unit = request.unit
         for words in itertools.islice(self._fences, len(_FENCE_WORDS)):
             fence = Request(unit, struct.pack(">BHH", rtu.READ_INPUTS, 0, words))
-            if (unit, fence.shape) not in self._late:
+            if fence.shape != request.shape and (unit, fence.shape) not in self._late:
                 break
         return fence
 
