@@ -4,9 +4,9 @@
 import json
 from pathlib import Path
 
-import click
 import pytest
 
+from command_tree import commands
 from console import PORT, put
 from pixstep import natives
 from pixstep.cli.main import main
@@ -125,22 +125,11 @@ NOT_ASKED = ("scan", "simulate")  # a scan takes what answers; the bench is no b
 
 def talking():
     """Return all commands of `board` with --motor, by their words."""
-    with click.Context(main) as ctx:
-        found = dict(_leaves(main.get_command(ctx, "board"), ctx, ()))
     return sorted(
         words
-        for words, command in found.items()
+        for words, command in commands(main.get_command(None, "board")).items()
         if words not in NOT_ASKED and any("--motor" in param.opts for param in command.params)
     )
-
-
-def _leaves(group, ctx, words):
-    for name in group.list_commands(ctx):
-        found = group.get_command(ctx, name)
-        if isinstance(found, click.Group):
-            yield from _leaves(found, ctx, (*words, name))
-        else:
-            yield " ".join((*words, name)), found
 
 
 def change_over(two):

@@ -5,10 +5,10 @@ import json
 from fractions import Fraction
 from pathlib import Path
 
-import click
 import pytest
 from click.testing import CliRunner
 
+from command_tree import commands
 from console import PORT, put
 from pixstep import formats, natives
 from pixstep.cli import sim
@@ -93,15 +93,6 @@ STILL = {
 }
 
 
-def leaves(group, ctx, words=()):
-    for name in group.list_commands(ctx):
-        found = group.get_command(ctx, name)
-        if isinstance(found, click.Group):
-            yield from leaves(found, ctx, (*words, name))
-        else:
-            yield " ".join((*words, name)), found
-
-
 def cases(table):
     return [(name, words) for name, several in table.items() for words in several]
 
@@ -118,12 +109,11 @@ def turned(monkeypatch, one):
 
 
 def test_every_command_with_a_motor_is_here():
-    with click.Context(main) as ctx:
-        found = {
-            words
-            for words, command in leaves(main, ctx)
-            if any("--motor" in param.opts for param in command.params)
-        }
+    found = {
+        words
+        for words, command in commands().items()
+        if any("--motor" in param.opts for param in command.params)
+    }
     assert {*QUEUED, *WRITTEN, *BELOW, *STILL} == found
 
 

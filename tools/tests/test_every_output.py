@@ -15,9 +15,9 @@ import click
 import numpy as np
 import pytest
 
+from command_tree import FOREIGN, commands, walk
 from pixstep import formats, natives, plotting
 from pixstep.cli.command import Command, OutFile, OutFolder
-from pixstep.cli.main import main
 
 PRN, FAST = (
     natives.root() / "tools/data" / name
@@ -99,18 +99,9 @@ class Output:
         return "plot" in self.param.opts[0] or "--plot" in self.param.opts
 
 
-def commands(command=main, words=()):
-    """Yield every command with the words that call it."""
-    if isinstance(command, click.Group):
-        for name in command.list_commands(None):
-            yield from commands(command.get_command(None, name), (*words, name))
-    else:
-        yield words, command
-
-
 OUTPUTS = [
     Output(words, param)
-    for words, command in commands()
+    for words, command in walk()
     for param in command.params
     if isinstance(param.type, (OutFile, OutFolder))
 ]
@@ -188,13 +179,13 @@ def test_every_output_is_tried():
 
 
 def test_every_command_is_of_the_class_that_guards_outputs():
-    for words, command in commands():
-        if words != ("bench",):  # comes from another package when it is called
+    for words, command in commands().items():
+        if words != FOREIGN:  # comes from another package when it is called
             assert isinstance(command, Command), words
 
 
 def test_every_option_that_writes_says_so_by_its_type():
-    for words, command in commands():
+    for words, command in commands().items():
         for param in command.params:
             about = (getattr(param, "help", None) or "").lower()
             named = {"-o", "--output", "--out", "--csv"} & set(param.opts)

@@ -11,6 +11,7 @@ import sys
 import click
 import pytest
 
+from command_tree import FOREIGN, own_commands, walk
 from pixstep import natives
 from pixstep.cli.command import Late, OutFile, OutFolder, OutPicture
 from pixstep.cli.examples import EXAMPLES
@@ -43,17 +44,8 @@ WITHOUT_FACTS = {"board log records", "completion"}  # what they print is a file
 HELP_LIMIT_S = 0.25
 
 
-def walk(command=main, words=()):
-    """Yield every command, groups too, with the words that call it."""
-    yield words, command
-    if isinstance(command, click.Group):
-        for name in command.list_commands(None):
-            if name != "bench":  # comes from another package when it is called
-                yield from walk(command.get_command(None, name), (*words, name))
-
-
-EVERY = [(" ".join(words), command) for words, command in walk()]
-COMMANDS = {name: command for name, command in EVERY if not isinstance(command, click.Group)}
+EVERY = [(" ".join(words), command) for words, command in walk() if words != (FOREIGN,)]
+COMMANDS = own_commands()
 every_command = pytest.mark.parametrize("name", COMMANDS)
 
 

@@ -2,12 +2,12 @@
 """What commands take from the machine file, and what comes before it."""
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 
 import click
 import pytest
 
+from command_tree import own_commands
 from pixstep import formats, natives
 from pixstep.cli.main import main
 
@@ -252,7 +252,7 @@ def test_a_bad_file_does_not_keep_a_board_from_being_stopped(here, invoke, monke
 
 
 def test_the_commands_that_are_offered_a_machine():
-    served = {words for words, command in leaves(main) if "machine" in names(command)}
+    served = {words for words, command in own_commands().items() if "machine" in names(command)}
     assert {"line make", "line check", "line show", "line import", "ticks", "sim", "limits",
             "move sim", "home sim", "board upload", "board info", "flash"} <= served  # fmt: skip
     assert not {"file info", "machine show", "demo"} & served
@@ -260,12 +260,3 @@ def test_the_commands_that_are_offered_a_machine():
 
 def names(command: click.Command) -> set[str]:
     return {param.name for param in command.params}
-
-
-def leaves(command: click.Command, before: str = "") -> Iterator[tuple[str, click.Command]]:
-    """Yield every command with its words; `bench` comes from another package."""
-    if not isinstance(command, click.Group):
-        yield before, command
-        return
-    for name in set(command.commands) - {"bench"}:
-        yield from leaves(command.commands[name], f"{before} {name}".strip())

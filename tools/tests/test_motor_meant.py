@@ -10,6 +10,7 @@ import pytest
 from click.core import ParameterSource
 
 import pixstep as px
+from command_tree import commands
 from console import PORT, put
 from pixstep import natives
 from pixstep.cli.main import main
@@ -52,23 +53,11 @@ M41 = M39 | {"name": "M41", "axis": 2, "scale": 50, "backlash": 33, "way": "-", 
 OTHER = M40 | {"name": "Y", "board": "b", "axis": 1, "backlash": 44, "way": "+"}
 
 
-def leaves(group, ctx, words=()):
-    """Yield every command below a group with its words."""
-    for name in group.list_commands(ctx):
-        found = group.get_command(ctx, name)
-        if isinstance(found, click.Group):
-            yield from leaves(found, ctx, (*words, name))
-        else:
-            yield " ".join((*words, name)), found
-
-
 def with_axis():
     """Return all commands that have --axis, by their words."""
-    with click.Context(main) as ctx:
-        found = dict(leaves(main, ctx))
     return {
         words: command
-        for words, command in found.items()
+        for words, command in commands().items()
         if any("--axis" in param.opts for param in command.params)
     }
 

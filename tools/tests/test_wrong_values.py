@@ -12,6 +12,7 @@ import click
 import pytest
 from click.testing import CliRunner
 
+from command_tree import own_commands
 from console import PORT
 from fake_board import FakeBoard, FakeLine, FakeWorld
 from pixstep import formats, natives
@@ -59,17 +60,7 @@ REFUSED_CONTENT = ("broken.toml",)  # what the file says is wrong, not the comma
 NUMBERS = ("abc", "", "1e999", "nan", "\x1b[31m" * 100)
 
 
-def walk(command=main, words=()):
-    """Yield every command that is no group, with the words that call it."""
-    if isinstance(command, click.Group):
-        for name in command.list_commands(None):
-            if name != "bench":  # comes from another package when it is called
-                yield from walk(command.get_command(None, name), (*words, name))
-    else:
-        yield " ".join(words), command
-
-
-COMMANDS = dict(walk())
+COMMANDS = own_commands()
 
 
 def typed(param):

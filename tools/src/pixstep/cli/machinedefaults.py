@@ -548,11 +548,11 @@ def facts_of(ctx: click.Context) -> Facts:
 
 
 def refuse_unknown(ctx: click.Context) -> None:
-    """Refuse a machine file or a motor that the command line names, also if nothing needs it."""
+    """Refuse a machine file that the command line names, also if nothing needs it."""
     facts: Facts | None = ctx.meta.get(_FACTS_OF)
     if facts is None or facts.ctx is not ctx:
         return
-    if facts.named.any or ctx.get_parameter_source("machine") == ParameterSource.COMMANDLINE:
+    if ctx.get_parameter_source("machine") == ParameterSource.COMMANDLINE:
         _ = facts.found
 
 

@@ -23,7 +23,6 @@ MOST_LISTED = 1000
 _AT_LIMIT = 0.99
 _SAME_MS = 1e-6
 _SLOWER = 1.001  # as programmed, but for the last digits
-CLIPPED = "blend clipped"  # what `blends` calls it
 
 
 class MotorFigures(TypedDict):
