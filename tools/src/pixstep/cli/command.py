@@ -90,7 +90,7 @@ class Command(click.Command):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Read the command line; a default that is wrong says which file it comes from."""
-        with _origins(ctx):
+        with origins(ctx):
             machinedefaults.note_words(ctx, args)
             left = super().parse_args(ctx, args)
             if not ctx.resilient_parsing:
@@ -99,7 +99,7 @@ class Command(click.Command):
 
     def invoke(self, ctx: click.Context) -> object:
         """Run the command under the rules for its files."""
-        with _origins(ctx):
+        with origins(ctx):
             return self._invoke(ctx)
 
     def _invoke(self, ctx: click.Context) -> object:
@@ -129,7 +129,11 @@ class _Commands(MutableMapping[str, click.Command]):
         if name not in self._loaded:
             late = self.late[name]
             module, _, attribute = late.place.partition(":")
-            self._loaded[name] = getattr(importlib.import_module(module), attribute)
+            found = getattr(importlib.import_module(module), attribute)
+            if isinstance(found, type):  # an operation: its command is made of it
+                maker = importlib.import_module("pixstep.cli.from_operation")
+                found = maker.command_of(found)
+            self._loaded[name] = found
             if late.machine:
                 machinedefaults.add_options(self._loaded[name])
         return self._loaded[name]
@@ -266,7 +270,7 @@ def _note_force(ctx: click.Context, _param: click.Parameter, value: bool) -> Non
 
 
 @contextlib.contextmanager
-def _origins(ctx: click.Context) -> Iterator[None]:
+def origins(ctx: click.Context) -> Iterator[None]:
     """Let errors about a machine file's defaults name the file; not what a board has to say."""
     try:
         yield

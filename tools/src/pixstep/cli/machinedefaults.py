@@ -13,17 +13,18 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 from click.core import ParameterSource
 
-from pixstep.cli import motorchoice
-from pixstep.cli.motorchoice import Named
+from pixstep.cli import motorchoice as words_of_motors
 from pixstep.cli.quantities import set_scale
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines.units import SPEED, Quantity, Scale
 from pixstep.machine import finding
+from pixstep.operations import motor_choice as motorchoice
+from pixstep.operations.motor_choice import Named
 
 if TYPE_CHECKING:
     from pixstep.machine.model import MachineBoard, Motor
@@ -478,7 +479,7 @@ _NO_MOTOR_S = (
 )  # fmt: skip
 
 
-def _refuse_several(
+def refuse_several(
     _ctx: click.Context, _param: click.Parameter, value: tuple[str, ...]
 ) -> tuple[str, ...]:
     """Refuse a second --motor of a command that takes one, which click would take alone."""
@@ -504,7 +505,7 @@ def add_options(command: click.Command) -> None:
         command.params.append(
             click.Option(
                 ["--motor"], metavar="NAME", multiple=True, expose_value=False,
-                callback=None if many else _refuse_several,
+                callback=None if many else refuse_several,
                 help=f"Motor of the machine file{', once for each line' if many else ''}.",
             )
         )  # fmt: skip
@@ -528,7 +529,7 @@ def note_words(ctx: click.Context, args: Sequence[str]) -> None:
         param.name for param in ctx.command.params
     }:
         return
-    named = motorchoice.read(ctx, args)
+    named = words_of_motors.read(ctx, args)
     if named is None:
         return
     facts = facts_of(ctx)
@@ -545,6 +546,12 @@ def facts_of(ctx: click.Context) -> Facts:
         ctx.meta[_FACTS_OF] = ctx.default_map = facts
         set_scale(ctx, facts.scale)
     return facts
+
+
+def hold(ctx: click.Context, facts: Any) -> None:
+    """Let what is told of a command line know the facts of its request."""
+    facts.ctx, facts.words = ctx, _words(ctx)
+    ctx.meta[_FACTS_OF] = facts
 
 
 def refuse_unknown(ctx: click.Context) -> None:

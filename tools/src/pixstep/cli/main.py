@@ -8,6 +8,7 @@ import click
 from pixstep import __version__
 from pixstep.cli import late
 from pixstep.cli.command import Group, Late, group
+from pixstep.operations import catalog
 
 _PLACE = "pixstep.cli."
 
@@ -21,11 +22,14 @@ def _by_machine(place: str, about: str) -> Late:
     return _late(place, about, machine=True)
 
 
+def _operation(words: str) -> Late:
+    """Return the command of an operation."""
+    place, about = catalog.OPERATIONS[words]
+    return Late(f"pixstep.operations.{place}", about)
+
+
 _LINE = {
-    "make": _by_machine(
-        "line_make:line_make",
-        "Make a line: up, constant speed, down, by a profile or by an acceleration.",
-    ),
+    "make": _operation("line make"),
     "check": _by_machine(
         "line:line_check",
         "Check a line of a CSV or CSB file, and the file's form as `file check` does.",
@@ -161,16 +165,12 @@ _BOARD = {
     "stop": _by_machine(
         "board.stop:stop_command", "Stop what moves, at once, and forget what is queued."
     ),
-    "arm": _by_machine(
-        "board.commands:arm_command", "Arm loaded axes by hand, with a token if wanted."
-    ),
-    "disarm": _by_machine("board.commands:disarm_command", "Disarm axes and discard their queues."),
-    "clear": _by_machine("board.commands:clear_command", "Clear the latched fault."),
-    "enable": _by_machine("board.commands:enable_command", "Switch drivers on: their motors hold."),
-    "disable": _by_machine("board.commands:disable_command", "Switch drivers of axes at rest off."),
-    "permit": _by_machine(
-        "board.commands:permit_command", "Switch the permit output, the gate of a laser or spindle."
-    ),
+    "arm": _operation("board arm"),
+    "disarm": _operation("board disarm"),
+    "clear": _operation("board clear"),
+    "enable": _operation("board enable"),
+    "disable": _operation("board disable"),
+    "permit": _operation("board permit"),
     "home": _by_machine(
         "board.home:home_command", "Home an axis: its switch's edge becomes position 0."
     ),

@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: MIT
+"""All operations by the words that call them; each is imported when it is used.
+
+The texts are the first sentences of their docstrings, so that a list of commands needs no import.
+"""
+
+from importlib import import_module
+
+from pixstep.operations.request import Request
+
+OPERATIONS: dict[str, tuple[str, str]] = {
+    "line make": (
+        "line.make:LineMake",
+        "Make a line: up, constant speed, down, by a profile or by an acceleration.",
+    ),
+    "board arm": ("board.commands:Arm", "Arm loaded axes by hand, with a token if wanted."),
+    "board disarm": ("board.commands:Disarm", "Disarm axes and discard their queues."),
+    "board clear": ("board.commands:Clear", "Clear the latched fault."),
+    "board enable": ("board.commands:Enable", "Switch drivers on: their motors hold."),
+    "board disable": ("board.commands:Disable", "Switch drivers of axes at rest off."),
+    "board permit": (
+        "board.commands:Permit",
+        "Switch the permit output, the gate of a laser or spindle.",
+    ),
+}
+
+
+def load(words: str) -> type[Request]:
+    """Return the operation that some words call."""
+    module, _, name = OPERATIONS[words][0].partition(":")
+    found: type[Request] = getattr(import_module(f"pixstep.operations.{module}"), name)
+    return found
