@@ -22,9 +22,10 @@ from pixstep.machine import finding
 from pixstep.operations import perform
 from pixstep.operations.asked import AskedError
 from pixstep.operations.desk import Desk, Source
+from pixstep.operations.field import Field
 from pixstep.operations.kinds import Flag
 from pixstep.operations.perform import Caller, FieldError, MissingError
-from pixstep.operations.request import Field, Request, fields
+from pixstep.operations.request import Request, fields
 from pixstep.operations.result import Result
 
 if TYPE_CHECKING:

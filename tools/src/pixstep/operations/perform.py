@@ -16,8 +16,9 @@ from pixstep.errors import UserError
 from pixstep.machine import finding
 from pixstep.operations.desk import Desk, Source
 from pixstep.operations.facts import Facts, named_by
+from pixstep.operations.field import Field
 from pixstep.operations.kinds import FindScale, no_scale
-from pixstep.operations.request import Field, Request, fields
+from pixstep.operations.request import Request, fields
 from pixstep.operations.result import Result
 
 
