@@ -216,7 +216,7 @@ def _run(**_params: Any) -> None:
         desk.tell = page.tell
     try:
         with _options_named(type(request)):
-            result = request.run(desk)
+            result = perform.finish(request, desk)
     except BaseException:
         if desk.so_far is not None and as_json:
             show_json(desk.so_far.data)

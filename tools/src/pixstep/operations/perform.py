@@ -168,4 +168,9 @@ def perform(
     with atomic.rules(rules(made, force=caller.force)):
         for _, path in outputs(made):
             atomic.refuse(path)
-        return made.run(desk)
+        return finish(made, desk)
+
+
+def finish(request: Request, desk: Desk) -> Result:
+    """Run a request that is whole; every front end does it here."""
+    return request.run(desk)
