@@ -18,7 +18,7 @@ from pixstep.operations.asked import AskedError
 from pixstep.operations.desk import Desk
 from pixstep.operations.facts import Facts
 from pixstep.operations.kinds import FILE, Number, Parsed, Steps
-from pixstep.operations.many_lines import per_line
+from pixstep.operations.reading_lines import per_line
 from pixstep.operations.request import Request, argument, option, shared_fields
 from pixstep.trajectories import choose, circle, files
 from pixstep.trajectories.circle import Circle
@@ -184,7 +184,9 @@ class BoardPlayFields(PlayFields):
 
 def per_axis(values: tuple[Any, ...], default: Any, field: str) -> list[Any]:
     """Return a value for each axis, of a field given never, once, or for both."""
-    return per_line(values, AXES, default, field, "axes")
+    if len(values) > AXES:
+        raise AskedError(f"{{{field}}} is given {len(values)} times for {AXES} axes")
+    return per_line(field, values, AXES, default)
 
 
 def unit_of(facts: Facts, given: GivenScale | None) -> Unit:
