@@ -65,26 +65,30 @@ class OperationCommand(Command):
         )
         if request.has_json:
             self.params.append(_flag("--json", "as_json", "Print facts as JSON, for programs."))
-        if any(one.machine for one in known.values()):
-            self._add_machine(several=any(known[name].many for name in ("decode", "play")
-                                          if name in known))  # fmt: skip
+        self.by_machine = any(one.machine for one in known.values())
+        if self.by_machine and not request.own_motor:
+            self._add_motor(several=any(known[name].many for name in ("decode", "play")
+                                        if name in known))  # fmt: skip
+        if self.by_machine or request.needs_machine:
+            self._add_machine()
 
-    def _add_machine(self, *, several: bool) -> None:
-        if not self.request.own_motor:
-            once = ", once for each line" if several else ""
-            self.params.append(
-                click.Option(
-                    ["--motor"], metavar="NAME", multiple=True, expose_value=False,
-                    callback=_note_motors if several else _note_motor,
-                    help=f"Motor of the machine file{once}.",
-                )
-            )  # fmt: skip
+    def _add_motor(self, *, several: bool) -> None:
+        once = ", once for each line" if several else ""
+        self.params.append(
+            click.Option(
+                ["--motor"], metavar="NAME", multiple=True, expose_value=False,
+                callback=_note_motors if several else _note_motor,
+                help=f"Motor of the machine file{once}.",
+            )
+        )  # fmt: skip
+
+    def _add_machine(self) -> None:
+        about = "with defaults, or `none`" if self.by_machine else "with motors and limits"
         self.params.append(
             click.Option(
                 ["--machine"], metavar="FILE", envvar=finding.VARIABLE, show_envvar=True,
                 expose_value=False, callback=_note_machine,
-                help=f"Machine file with defaults, or `none`.  [default: {finding.NAME} in the "
-                f"current folder]",
+                help=f"Machine file {about}.  [default: {finding.NAME} in the current folder]",
             )
         )  # fmt: skip
 
@@ -104,7 +108,8 @@ class OperationCommand(Command):
         caller = Caller(ctx.meta.get("machine"), ctx.meta.get("motors", ()), look=True)
         facts = perform.facts_of(self.request, given, caller)
         self.request.prepare(facts, say)
-        machinedefaults.hold(ctx, facts)
+        if self.by_machine or self.request.needs_machine:
+            machinedefaults.hold(ctx, facts)
         try:
             request, sources = perform.resolve(self.request, given, facts)
         except FieldError as error:
@@ -136,7 +141,7 @@ def _parameter(one: Field) -> click.Parameter:
     if one.argument:
         found = _Argument(
             [one.name], type=kind, required=one.required, nargs=-1 if one.many else 1,
-            metavar=one.shown,
+            metavar=one.shown, envvar=one.variable,
         )  # fmt: skip
         found.default = None
         return found
@@ -194,9 +199,13 @@ class _ConsolePage:
 
     def draw(self, what: Any) -> None:
         """Print a table or another thing of rich's."""
+        self.print(what)
+
+    def print(self, what: Any, **how: Any) -> None:
+        """Print something by rich's console."""
         from pixstep.simulation.report import new_console
 
-        new_console(stderr=atomic.is_stdout(self._output)).print(what)
+        new_console(stderr=atomic.is_stdout(self._output)).print(what, **how)
 
 
 def _run(**_params: Any) -> None:

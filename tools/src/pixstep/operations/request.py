@@ -43,6 +43,7 @@ class Request:
     words: ClassVar[str] = ""
     result: ClassVar[Any] = dict[str, Any]
     own_motor: ClassVar[bool] = False  # a field `motor` of its own chooses the motor too
+    needs_machine: ClassVar[bool] = False  # a file as a whole, of which no motor is chosen
     has_json: ClassVar[bool] = True  # what it gives back is data, and no file of its own form
 
     @classmethod

@@ -21,6 +21,9 @@ class Page(Protocol):
     def draw(self, what: Any) -> None:
         """Write a table or another thing of rich's."""
 
+    def print(self, what: Any, **how: Any) -> None:
+        """Write something as rich's console prints it."""
+
 
 Writer = Callable[[Page], None]
 
@@ -78,10 +81,14 @@ class Lines:
         self.rows.append(text)
 
     def draw(self, what: Any) -> None:
-        """Keep what rich prints of something."""
+        """Keep a table or another thing of rich's."""
+        self.print(what)
+
+    def print(self, what: Any, **how: Any) -> None:
+        """Keep what rich's console prints of something."""
         from rich.console import Console
 
-        console = Console(width=100)
+        console = Console(width=100, highlight=False, color_system=None)
         with console.capture() as captured:
-            console.print(what)
+            console.print(what, **how)
         self.rows += captured.get().splitlines()
