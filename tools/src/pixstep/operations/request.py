@@ -59,6 +59,7 @@ class Field:
     shown: str | None = None  # what stands for the value in a help
     hidden: bool = False
     off: str | None = None  # the option that says no, of a flag
+    alone: str | None = None  # the value of an option that stands without one
     unless: bool = False  # a flag that is yes unless its option is there
 
     @property
@@ -85,6 +86,7 @@ class Request:
     result: ClassVar[Any] = dict[str, Any]
     own_motor: ClassVar[bool] = False  # a field `motor` of its own chooses the motor too
     has_json: ClassVar[bool] = True  # what it gives back is data, and no file of its own form
+    json_rows: ClassVar[str] = ""  # what is one row of JSON, where the rows come as they are found
 
     @classmethod
     def prepare(cls, facts: Facts, say: Callable[[Iterable[str]], None]) -> None:

@@ -18,8 +18,8 @@ class Page(Protocol):
     def tell(self, text: str) -> None:
         """Write a line."""
 
-    def draw(self, what: Any) -> None:
-        """Write a table or another thing of rich's."""
+    def draw(self, what: Any, *, wide: bool = False) -> None:
+        """Write a table or another thing of rich's; `wide` if there are sentences in a table."""
 
 
 Writer = Callable[[Page], None]
@@ -77,11 +77,11 @@ class Lines:
         """Keep a line."""
         self.rows.append(text)
 
-    def draw(self, what: Any) -> None:
+    def draw(self, what: Any, *, wide: bool = False) -> None:
         """Keep what rich prints of something."""
         from rich.console import Console
 
-        console = Console(width=100)
+        console = Console(width=120 if wide else 100)
         with console.capture() as captured:
             console.print(what)
         self.rows += captured.get().splitlines()
