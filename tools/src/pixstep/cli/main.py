@@ -146,11 +146,9 @@ _LOG = {
     "events": _by_machine("board.log:events_command", "Print faults and resets with their times."),
 }
 _BOARD = {
-    "scan": _by_machine("board.find:scan_command", "Look for boards at every address of the line."),
-    "info": _by_machine("board.find:info_command", "Show what boards are and how they are."),
-    "features": _by_machine(
-        "board.find:features_command", "Show what boards' images were built with."
-    ),
+    "scan": _operation("board scan"),
+    "info": _operation("board info"),
+    "features": _operation("board features"),
     "get": _by_machine("board.get:get_command", "Read registers by name, or all of them."),
     "set": _by_machine(
         "board.put:set_command", "Change settings, all of them in one request: all or none."
