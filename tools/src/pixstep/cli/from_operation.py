@@ -96,6 +96,11 @@ class OperationCommand(Command):
                 self._resolve(ctx)
             return left
 
+    def invoke(self, ctx: click.Context) -> object:
+        """Run the command under the rules for its files; errors name options and the file."""
+        with _explained(ctx, self.request):
+            return self._invoke(ctx)
+
     def _resolve(self, ctx: click.Context) -> None:
         names = fields(self.request)
         given = {
@@ -104,7 +109,8 @@ class OperationCommand(Command):
         caller = Caller(ctx.meta.get("machine"), ctx.meta.get("motors", ()), look=True)
         facts = perform.facts_of(self.request, given, caller)
         self.request.prepare(facts, say)
-        machinedefaults.hold(ctx, facts)
+        if any(one.machine for one in names.values()):
+            machinedefaults.hold(ctx, facts)
         try:
             request, sources = perform.resolve(self.request, given, facts)
         except FieldError as error:
@@ -198,6 +204,10 @@ class _ConsolePage:
 
         new_console(stderr=atomic.is_stdout(self._output)).print(what)
 
+    def styled(self, text: str, *, colour: str | None = None, bold: bool | None = None) -> str:
+        """Return a text as a terminal shows it in a colour, or bold."""
+        return click.style(text, fg=colour, bold=bold)
+
 
 def _run(**_params: Any) -> None:
     """Run the operation of the command line, and print what it gives back."""
@@ -215,8 +225,7 @@ def _run(**_params: Any) -> None:
     else:
         desk.tell = page.tell
     try:
-        with _options_named(type(request)):
-            result = perform.finish(request, desk)
+        result = perform.finish(request, desk)
     except BaseException:
         if desk.so_far is not None and as_json:
             show_json(desk.so_far.data)
@@ -226,13 +235,17 @@ def _run(**_params: Any) -> None:
 
 
 @contextlib.contextmanager
-def _options_named(request: type[Request]) -> Iterator[None]:
-    """Let errors about fields name their options."""
+def _explained(ctx: click.Context, request: type[Request]) -> Iterator[None]:
+    """Let errors name options, and the machine file if it said what is wrong."""
     try:
         yield
-    except AskedError as error:
-        names = {name: one.option for name, one in fields(request).items()}
-        raise UserError(error.told(names)) from None
+    except UserError as error:
+        text, cure = str(error), ""
+        if isinstance(error, AskedError):
+            names = {name: one.option for name, one in fields(request).items()}
+            text, cure = error.told(names), error.cured(names)
+        error.args = (f"{text}{machinedefaults.origin(ctx, text)}{cure}",)
+        raise
 
 
 def _warn(warnings: Iterable[str]) -> None:

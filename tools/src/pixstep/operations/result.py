@@ -21,6 +21,9 @@ class Page(Protocol):
     def draw(self, what: Any) -> None:
         """Write a table or another thing of rich's."""
 
+    def styled(self, text: str, *, colour: str | None = None, bold: bool | None = None) -> str:
+        """Return a text in a colour, or bold, where the page can show that."""
+
 
 Writer = Callable[[Page], None]
 
@@ -76,6 +79,11 @@ class Lines:
     def tell(self, text: str) -> None:
         """Keep a line."""
         self.rows.append(text)
+
+    def styled(self, text: str, *, colour: str | None = None, bold: bool | None = None) -> str:
+        """Return the text as it is."""
+        del colour, bold
+        return text
 
     def draw(self, what: Any) -> None:
         """Keep what rich prints of something."""
