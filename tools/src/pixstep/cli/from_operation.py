@@ -60,11 +60,11 @@ class OperationCommand(Command):
         self.request = request
         known = fields(request)
         params = [_parameter(one) for one in known.values()]
+        if request.has_json:
+            params.append(_flag("--json", "as_json", "Print facts as JSON, for programs."))
         super().__init__(
             request.words.split()[-1], params=params, help=request.__doc__, callback=_run
         )
-        if request.has_json:
-            self.params.append(_flag("--json", "as_json", "Print facts as JSON, for programs."))
         if any(one.machine for one in known.values()):
             self._add_machine(several=any(known[name].many for name in ("decode", "play")
                                           if name in known))  # fmt: skip

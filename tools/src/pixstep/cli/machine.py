@@ -14,8 +14,6 @@ from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.cli.command import OUTPUT, command
 from pixstep.cli.options import (
-    STATUSES,
-    VERDICTS,
     deliver_facts,
     json_option,
     pixel_hz_option,
@@ -26,6 +24,7 @@ from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.units import number_text
 from pixstep.machine import finding
+from pixstep.operations.result import STATUSES, VERDICTS
 from pixstep.profiles.madefor import MOST_EDGES
 from pixstep.simulation.report import new_console, new_table
 

@@ -13,6 +13,14 @@ OPERATIONS: dict[str, tuple[str, str]] = {
         "line.make:LineMake",
         "Make a line: up, constant speed, down, by a profile or by an acceleration.",
     ),
+    "line check": (
+        "line.check:LineCheck",
+        "Check a line of a CSV or CSB file, and the file's form as `file check` does.",
+    ),
+    "line plan": (
+        "line.check:LinePlan",
+        "Plan the edges of a line of a CSV or CSB with the native build of the firmware's core.",
+    ),
     "board arm": ("board.commands:Arm", "Arm loaded axes by hand, with a token if wanted."),
     "board disarm": ("board.commands:Disarm", "Disarm axes and discard their queues."),
     "board clear": ("board.commands:Clear", "Clear the latched fault."),

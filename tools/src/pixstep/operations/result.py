@@ -7,9 +7,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from pixstep.errors import FINE
+from pixstep.errors import FINE, NEGATIVE, REFUSED
 
 Data = Mapping[str, Any]
+VERDICTS = ("fine", "warnings", "refused")  # of a check, by its severity
+STATUSES = (FINE, NEGATIVE, REFUSED)  # of these verdicts
 
 
 class Page(Protocol):
