@@ -117,21 +117,11 @@ _TRAJECTORY = {
     ),
 }
 _SETTINGS = {
-    "export": _by_machine(
-        "board.settings:export_command", "Write all settings in force to a TOML file."
-    ),
-    "import": _by_machine(
-        "board.settings:import_command", "Set what a TOML file says, all or nothing; read it back."
-    ),
-    "store": _by_machine(
-        "board.settings:store_command", "Store the settings in force: they outlast power."
-    ),
-    "defaults": _by_machine(
-        "board.settings:defaults_command", "Put the default settings into force."
-    ),
-    "diff": _by_machine(
-        "board.settings:diff_command", "Compare with a TOML file, or with the defaults."
-    ),
+    "export": _operation("board settings export"),
+    "import": _operation("board settings import"),
+    "store": _operation("board settings store"),
+    "defaults": _operation("board settings defaults"),
+    "diff": _operation("board settings diff"),
 }
 _LOG = {
     "records": _by_machine(
@@ -140,15 +130,11 @@ _LOG = {
     "events": _by_machine("board.log:events_command", "Print faults and resets with their times."),
 }
 _BOARD = {
-    "scan": _by_machine("board.find:scan_command", "Look for boards at every address of the line."),
-    "info": _by_machine("board.find:info_command", "Show what boards are and how they are."),
-    "features": _by_machine(
-        "board.find:features_command", "Show what boards' images were built with."
-    ),
-    "get": _by_machine("board.get:get_command", "Read registers by name, or all of them."),
-    "set": _by_machine(
-        "board.put:set_command", "Change settings, all of them in one request: all or none."
-    ),
+    "scan": _operation("board scan"),
+    "info": _operation("board info"),
+    "features": _operation("board features"),
+    "get": _operation("board get"),
+    "set": _operation("board set"),
     "watch": _by_machine("board.watch:watch_command", "Watch boards live; Ctrl-C ends it."),
     "upload": _by_machine(
         "board.upload:upload_command", "Queue lines, one file an axis; with --arm run them."
@@ -186,19 +172,7 @@ _BOARD = {
         "board.selftest:selftest_command", "Walk through the wiring of a new board."
     ),
 }
-_MACHINE = {
-    "new": _late(
-        "machine:machine_new", "Begin a machine file: valid as it is, with a comment for every key."
-    ),
-    "check": _late(
-        "machine:machine_check",
-        "Check a machine file: every mistake with its line, key and value.",
-    ),
-    "show": _late(
-        "machine:machine_show",
-        "Show the machine in force: its file, clock, boards and motors, in steps and pixels.",
-    ),
-}
+_MACHINE = {name: _operation(f"machine {name}") for name in ("new", "check", "show")}
 _MAIN = {
     "limits": _by_machine(
         "limits:limits_command",

@@ -20,8 +20,11 @@ class Page(Protocol):
     def tell(self, text: str) -> None:
         """Write a line."""
 
-    def draw(self, what: Any) -> None:
-        """Write a table or another thing of rich's."""
+    def draw(self, what: Any, *, wide: bool = False, **how: Any) -> None:
+        """Write a table or another thing of rich's as its console prints it.
+
+        `wide` if there are sentences in a table.
+        """
 
     def styled(self, text: str, *, colour: str | None = None, bold: bool | None = None) -> str:
         """Return a text in a colour, or bold, where the page can show that."""
@@ -87,11 +90,11 @@ class Lines:
         del colour, bold
         return text
 
-    def draw(self, what: Any) -> None:
-        """Keep what rich prints of something."""
+    def draw(self, what: Any, *, wide: bool = False, **how: Any) -> None:
+        """Keep what rich's console prints of something."""
         from rich.console import Console
 
-        console = Console(width=100)
+        console = Console(width=120 if wide else 100, highlight=False, color_system=None)
         with console.capture() as captured:
-            console.print(what)
+            console.print(what, **{"markup": False, **how})
         self.rows += captured.get().splitlines()
