@@ -30,10 +30,7 @@ def _operation(words: str) -> Late:
 
 _LINE = {
     "make": _operation("line make"),
-    "check": _by_machine(
-        "line:line_check",
-        "Check a line of a CSV or CSB file, and the file's form as `file check` does.",
-    ),
+    "check": _operation("line check"),
     "show": _by_machine(
         "show:line_show",
         "Show speed, acceleration, jerk and position of a line: a table, with --plot a drawing.",
@@ -46,10 +43,7 @@ _LINE = {
         "Make a line of your own table: what a spreadsheet exports, or what numpy's savetxt "
         "writes.",
     ),
-    "plan": _by_machine(
-        "line:ticks",
-        "Plan the edges of a line of a CSV or CSB with the native build of the firmware's core.",
-    ),
+    "plan": _operation("line plan"),
     "sim": _by_machine(
         "sim:sim",
         "Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.",
@@ -188,10 +182,7 @@ _MAIN = {
         "sim:sim",
         "Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.",
     ),
-    "ticks": _by_machine(
-        "line:ticks",
-        "Plan the edges of a line of a CSV or CSB with the native build of the firmware's core.",
-    ),
+    "ticks": _operation("line plan"),
     "plan": _late(
         "plan:plan",
         "Plan a motion program of blended moves: a line for each motor, all of equal length.",

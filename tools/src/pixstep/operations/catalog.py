@@ -13,6 +13,14 @@ OPERATIONS: dict[str, tuple[str, str]] = {
         "line.make:LineMake",
         "Make a line: up, constant speed, down, by a profile or by an acceleration.",
     ),
+    "line check": (
+        "line.check:LineCheck",
+        "Check a line of a CSV or CSB file, and the file's form as `file check` does.",
+    ),
+    "line plan": (
+        "line.check:LinePlan",
+        "Plan the edges of a line of a CSV or CSB with the native build of the firmware's core.",
+    ),
     "board scan": ("board.find:Scan", "Look for boards at every address of the line."),
     "board info": ("board.find:Info", "Show what boards are and how they are."),
     "board features": ("board.find:ShowFeatures", "Show what boards' images were built with."),

@@ -7,9 +7,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from pixstep.errors import FINE
+from pixstep.errors import FINE, NEGATIVE, REFUSED
 
 Data = Mapping[str, Any]
+VERDICTS = ("fine", "warnings", "refused")  # of a check, by its severity
+STATUSES = (FINE, NEGATIVE, REFUSED)  # of these verdicts
 
 
 class Page(Protocol):
@@ -23,6 +25,9 @@ class Page(Protocol):
 
         `wide` if there are sentences in a table.
         """
+
+    def styled(self, text: str, *, colour: str | None = None, bold: bool | None = None) -> str:
+        """Return a text in a colour, or bold, where the page can show that."""
 
 
 Writer = Callable[[Page], None]
@@ -79,6 +84,11 @@ class Lines:
     def tell(self, text: str) -> None:
         """Keep a line."""
         self.rows.append(text)
+
+    def styled(self, text: str, *, colour: str | None = None, bold: bool | None = None) -> str:
+        """Return the text as it is."""
+        del colour, bold
+        return text
 
     def draw(self, what: Any, *, wide: bool = False, **how: Any) -> None:
         """Keep what rich's console prints of something."""
