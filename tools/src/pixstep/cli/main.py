@@ -77,25 +77,8 @@ _PROFILE = {
         "Repair a file for a smooth motor: counts that oscillate, or the speeds of a PRN.",
     ),
 }
-_MOVE = {
-    "make": _by_machine(
-        "move:move_make",
-        "Write a move as a plain line: one signed count per pixel, the fewest pixels there are.",
-    ),
-    "show": _by_machine(
-        "move:move_show", "Show a move: how fast in which pixels, how long, where."
-    ),
-    "sim": _by_machine(
-        "move:move_sim",
-        "Make a move on a simulated board and judge every STEP edge and where it ends.",
-    ),
-}
-_HOME = {
-    "sim": _by_machine(
-        "home:home_sim",
-        "Home a simulated axis by a CSV or CSB profile, and judge it by the simulator's own log.",
-    ),
-}
+_MOVE = {name: _operation(f"move {name}") for name in ("make", "show", "sim")}
+_HOME = {"sim": _operation("home sim")}
 _TRAJECTORY = {
     "circle": _by_machine(
         "trajectory:circle_command",

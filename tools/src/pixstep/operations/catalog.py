@@ -22,6 +22,19 @@ OPERATIONS: dict[str, tuple[str, str]] = {
         "board.commands:Permit",
         "Switch the permit output, the gate of a laser or spindle.",
     ),
+    "move make": (
+        "motion.move:Make",
+        "Write a move as a plain line: one signed count per pixel, the fewest pixels there are.",
+    ),
+    "move show": ("motion.move:Show", "Show a move: how fast in which pixels, how long, where."),
+    "move sim": (
+        "motion.move:Sim",
+        "Make a move on a simulated board and judge every STEP edge and where it ends.",
+    ),
+    "home sim": (
+        "motion.home:Sim",
+        "Home a simulated axis by a CSV or CSB profile, and judge it by the simulator's own log.",
+    ),
     "machine new": (
         "machine.files:New",
         "Begin a machine file: valid as it is, with a comment for every key.",

@@ -21,7 +21,10 @@ class Page(Protocol):
     def draw(self, what: Any) -> None:
         """Write a table or another thing of rich's."""
 
-    def print(self, what: Any, **how: Any) -> None:
+    def print(
+        self, what: Any, /, *, style: str | None = None, markup: bool | None = None,
+        highlight: bool | None = None, soft_wrap: bool | None = None,
+    ) -> None:  # fmt: skip
         """Write something as rich's console prints it."""
 
 
