@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 @operation("home sim")
-class Sim(HomeFields):
+class HomeSim(HomeFields):
     """Home a simulated axis by a CSV or CSB profile, and judge it by the simulator's own log.
 
     Exit status 0 only if the switch was found and the verdict is pass, 1 if not, 2 for misuse, 3

@@ -31,7 +31,7 @@ class WrittenMove(Move):
 
 
 @operation("move make")
-class Make(MoveFields):
+class MoveMake(MoveFields):
     """Write a move as a plain line: one signed count per pixel, the fewest pixels there are."""
 
     result = WrittenMove
@@ -48,7 +48,7 @@ class Make(MoveFields):
 
 
 @operation("move show")
-class Show(MoveFields):
+class MoveShow(MoveFields):
     """Show a move: how fast in which pixels, how long, where."""
 
     result = Move
@@ -73,7 +73,7 @@ class Show(MoveFields):
 
 
 @operation("move sim")
-class Sim(MoveFields):
+class MoveSim(MoveFields):
     """Make a move on a simulated board and judge every STEP edge and where it ends.
 
     Exit status 0 only if the verdict is pass, 1 if it is not, 2 for misuse.
