@@ -30,6 +30,8 @@ from pixstep.operations.request import Request, fields
 from pixstep.operations.result import Result
 
 if TYPE_CHECKING:
+    import rich.console
+
     from pixstep.operations.facts import Facts
 
 _ASKED = "pixstep.request"
@@ -208,14 +210,19 @@ class _ConsolePage:
         self._output = output
         self.tell = teller(output)
 
-    def draw(self, what: Any, *, wide: bool = False, **how: Any) -> None:
+    def draw(self, what: Any, *, wide: bool = False) -> None:
         """Print a table or another thing of rich's."""
+        self._console(wide=wide).print(what, markup=False)
+
+    def print(self, what: Any, /, **how: Any) -> None:
+        """Print something by rich's console."""
+        self._console().print(what, **how)
+
+    def _console(self, *, wide: bool = False) -> rich.console.Console:
         from pixstep.simulation.report import NARROWEST, WIDE, new_console
 
-        console = new_console(
-            narrowest=WIDE if wide else NARROWEST, stderr=atomic.is_stdout(self._output)
-        )
-        console.print(what, **{"markup": False, **how})
+        narrowest = WIDE if wide else NARROWEST
+        return new_console(narrowest=narrowest, stderr=atomic.is_stdout(self._output))
 
     def styled(self, text: str, *, colour: str | None = None, bold: bool | None = None) -> str:
         """Return a text as a terminal shows it in a colour, or bold."""

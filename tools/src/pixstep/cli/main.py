@@ -71,50 +71,11 @@ _PROFILE = {
         "Repair a file for a smooth motor: counts that oscillate, or the speeds of a PRN.",
     ),
 }
-_MOVE = {
-    "make": _by_machine(
-        "move:move_make",
-        "Write a move as a plain line: one signed count per pixel, the fewest pixels there are.",
-    ),
-    "show": _by_machine(
-        "move:move_show", "Show a move: how fast in which pixels, how long, where."
-    ),
-    "sim": _by_machine(
-        "move:move_sim",
-        "Make a move on a simulated board and judge every STEP edge and where it ends.",
-    ),
-}
-_HOME = {
-    "sim": _by_machine(
-        "home:home_sim",
-        "Home a simulated axis by a CSV or CSB profile, and judge it by the simulator's own log.",
-    ),
-}
+_MOVE = {name: _operation(f"move {name}") for name in ("make", "show", "sim")}
+_HOME = {"sim": _operation("home sim")}
 _TRAJECTORY = {
-    "circle": _by_machine(
-        "trajectory:circle_command",
-        "Make the table of a circle, counter-clockwise from angle 0, in counts.",
-    ),
-    "import": _late(
-        "trajectory:import_command",
-        "Check a table of your own and write it as 16-byte records.",
-    ),
-    "export": _late(
-        "trajectory:export_command",
-        "Write a table as CSV or Parquet, by the end of the output's name.",
-    ),
-    "compensate": _by_machine(
-        "trajectory:compensate_command",
-        "Write a table with the play of both axes taken up at every reversal.",
-    ),
-    "show": _by_machine(
-        "trajectory:show_command",
-        "Show what is in a table and, with --play, what the load of a modelled machine does.",
-    ),
-    "sim": _by_machine(
-        "trajectory:sim_command",
-        "Run a table on two axes of a simulated board, and measure the circle that its loads make.",
-    ),
+    name: _operation(f"trajectory {name}")
+    for name in ("circle", "import", "export", "compensate", "show", "sim")
 }
 _SETTINGS = {
     "export": _operation("board settings export"),
