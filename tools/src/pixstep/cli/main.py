@@ -130,10 +130,8 @@ _SETTINGS = {
     "diff": _operation("board settings diff"),
 }
 _LOG = {
-    "records": _by_machine(
-        "board.log:records_command", "Write per-pixel records as CSV, each as it comes."
-    ),
-    "events": _by_machine("board.log:events_command", "Print faults and resets with their times."),
+    "records": _operation("board log records"),
+    "events": _operation("board log events"),
 }
 _BOARD = {
     "scan": _operation("board scan"),
@@ -141,7 +139,7 @@ _BOARD = {
     "features": _operation("board features"),
     "get": _operation("board get"),
     "set": _operation("board set"),
-    "watch": _by_machine("board.watch:watch_command", "Watch boards live; Ctrl-C ends it."),
+    "watch": _operation("board watch"),
     "upload": _by_machine(
         "board.upload:upload_command", "Queue lines, one file an axis; with --arm run them."
     ),

@@ -41,6 +41,12 @@ OPERATIONS: dict[str, tuple[str, str]] = {
         "board.settings:Diff",
         "Compare with a TOML file, or with the defaults.",
     ),
+    "board log records": (
+        "board.log:LogRecords",
+        "Write per-pixel records as CSV, each as it comes.",
+    ),
+    "board log events": ("board.log:LogEvents", "Print faults and resets with their times."),
+    "board watch": ("board.watch:Watch", "Watch boards live; Ctrl-C ends it."),
     "board arm": ("board.commands:Arm", "Arm loaded axes by hand, with a token if wanted."),
     "board disarm": ("board.commands:Disarm", "Disarm axes and discard their queues."),
     "board clear": ("board.commands:Clear", "Clear the latched fault."),

@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: MIT
+"""What the console has for some operations alone: a screen to draw on, a person to ask.
+
+Each is what its operation calls `desk.view`; None where there is no terminal for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pixstep.operations.board import watch
+
+
+def of(words: str, *, as_json: bool) -> Any:
+    """Return the view of an operation; None if it has none."""
+    make = _VIEWS.get(words)
+    return make(as_json) if make else None
+
+
+def _watch(as_json: bool) -> watch.Screen | None:
+    if as_json:
+        return None
+    from pixstep.cli.board import watchview  # rich takes a while to load
+
+    return watchview.screen()
+
+
+_VIEWS: dict[str, Callable[[bool], Any]] = {"board watch": _watch}
