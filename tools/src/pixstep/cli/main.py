@@ -146,9 +146,7 @@ _BOARD = {
     "start": _by_machine(
         "board.start:start_command", "Start loaded lines, of several boards on one clock edge."
     ),
-    "stop": _by_machine(
-        "board.stop:stop_command", "Stop what moves, at once, and forget what is queued."
-    ),
+    "stop": _operation("board stop"),
     "arm": _operation("board arm"),
     "disarm": _operation("board disarm"),
     "clear": _operation("board clear"),
@@ -172,9 +170,7 @@ _BOARD = {
         "board.trajectory:trajectory_command",
         "Run a table of two axes, its play taken up or not.",
     ),
-    "selftest": _by_machine(
-        "board.selftest:selftest_command", "Walk through the wiring of a new board."
-    ),
+    "selftest": _operation("board selftest"),
 }
 _MACHINE = {
     "new": _late(

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pixstep.operations.board import watch
+    from pixstep.operations.board import selftest, watch
 
 
 def of(words: str, *, as_json: bool) -> Any:
@@ -27,4 +27,10 @@ def _watch(as_json: bool) -> watch.Screen | None:
     return watchview.screen()
 
 
-_VIEWS: dict[str, Callable[[bool], Any]] = {"board watch": _watch}
+def _selftest(as_json: bool) -> selftest.AtTerminal:
+    from pixstep.cli.board.person import Person  # which other commands do not need
+
+    return Person(as_json=as_json)
+
+
+_VIEWS: dict[str, Callable[[bool], Any]] = {"board watch": _watch, "board selftest": _selftest}
