@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """`pixstep-dev docs`: the generated tables of the documentation."""
 
+import json
 from collections.abc import Callable
 
 import click
@@ -93,6 +94,27 @@ def _grammar() -> str:
 
 
 _add_table("grammar", _grammar, "All commands and their options, for docs/COMMANDS.md.")
+
+
+def _operations() -> str:
+    from pixstep_dev.docs import operations  # loads every operation
+
+    return operations.operations()
+
+
+_add_table(
+    "operations",
+    _operations,
+    "All operations with their fields and results, for docs/OPERATIONS.md.",
+)
+
+
+@docs_group.command("schemas")
+def schemas_command() -> None:
+    """Print the JSON schemas of all results, for docs/schemas.json."""
+    from pixstep.operations import schemas  # loads every operation
+
+    click.echo(json.dumps(schemas.all_schemas(), indent=1, sort_keys=True))
 
 
 def _commands() -> str:

@@ -22,9 +22,10 @@ from pixstep.machine import finding
 from pixstep.operations import perform
 from pixstep.operations.asked import AskedError
 from pixstep.operations.desk import Desk, Source
+from pixstep.operations.field import Field
 from pixstep.operations.kinds import Flag
 from pixstep.operations.perform import Caller, FieldError, MissingError
-from pixstep.operations.request import Field, Request, fields
+from pixstep.operations.request import Request, fields
 from pixstep.operations.result import Result
 
 if TYPE_CHECKING:
@@ -66,26 +67,30 @@ class OperationCommand(Command):
         if request.has_json:
             rows = f"One line of JSON for each {request.json_rows}." if request.json_rows else ""
             self.params.append(_flag("--json", "as_json", rows or FACTS_HELP))
-        if any(one.machine for one in known.values()):
-            self._add_machine(several=any(known[name].many for name in ("decode", "play")
-                                          if name in known))  # fmt: skip
+        self.by_machine = any(one.machine for one in known.values())
+        if self.by_machine and not request.own_motor:
+            self._add_motor(several=any(known[name].many for name in ("decode", "play")
+                                        if name in known))  # fmt: skip
+        if self.by_machine or request.needs_machine:
+            self._add_machine()
 
-    def _add_machine(self, *, several: bool) -> None:
-        if not self.request.own_motor:
-            once = ", once for each line" if several else ""
-            self.params.append(
-                click.Option(
-                    ["--motor"], metavar="NAME", multiple=True, expose_value=False,
-                    callback=_note_motors if several else _note_motor,
-                    help=f"Motor of the machine file{once}.",
-                )
-            )  # fmt: skip
+    def _add_motor(self, *, several: bool) -> None:
+        once = ", once for each line" if several else ""
+        self.params.append(
+            click.Option(
+                ["--motor"], metavar="NAME", multiple=True, expose_value=False,
+                callback=_note_motors if several else _note_motor,
+                help=f"Motor of the machine file{once}.",
+            )
+        )  # fmt: skip
+
+    def _add_machine(self) -> None:
+        about = "with defaults, or `none`" if self.by_machine else "with motors and limits"
         self.params.append(
             click.Option(
                 ["--machine"], metavar="FILE", envvar=finding.VARIABLE, show_envvar=True,
                 expose_value=False, callback=_note_machine,
-                help=f"Machine file with defaults, or `none`.  [default: {finding.NAME} in the "
-                f"current folder]",
+                help=f"Machine file {about}.  [default: {finding.NAME} in the current folder]",
             )
         )  # fmt: skip
 
@@ -105,7 +110,8 @@ class OperationCommand(Command):
         caller = Caller(ctx.meta.get("machine"), ctx.meta.get("motors", ()), look=True)
         facts = perform.facts_of(self.request, given, caller)
         self.request.prepare(facts, say)
-        machinedefaults.hold(ctx, facts)
+        if self.by_machine or self.request.needs_machine:
+            machinedefaults.hold(ctx, facts)
         try:
             request, sources = perform.resolve(self.request, given, facts)
         except FieldError as error:
@@ -137,7 +143,7 @@ def _parameter(one: Field) -> click.Parameter:
     if one.argument:
         found = _Argument(
             [one.name], type=kind, required=one.required, nargs=-1 if one.many else 1,
-            metavar=one.shown,
+            metavar=one.shown, envvar=one.variable,
         )  # fmt: skip
         found.default = None
         return found
@@ -195,14 +201,14 @@ class _ConsolePage:
         self._output = output
         self.tell = teller(output)
 
-    def draw(self, what: Any, *, wide: bool = False) -> None:
+    def draw(self, what: Any, *, wide: bool = False, **how: Any) -> None:
         """Print a table or another thing of rich's."""
         from pixstep.simulation.report import NARROWEST, WIDE, new_console
 
-        narrowest = WIDE if wide else NARROWEST
-        new_console(narrowest=narrowest, stderr=atomic.is_stdout(self._output)).print(
-            what, markup=False
+        console = new_console(
+            narrowest=WIDE if wide else NARROWEST, stderr=atomic.is_stdout(self._output)
         )
+        console.print(what, **{"markup": False, **how})
 
 
 def _run(**_params: Any) -> None:
@@ -223,7 +229,7 @@ def _run(**_params: Any) -> None:
         desk.tell, desk.aside = page.tell, _aside
     try:
         with _options_named(type(request)):
-            result = request.run(desk)
+            result = perform.finish(request, desk)
     except BaseException:
         if desk.so_far is not None and as_json:
             show_json(desk.so_far.data)

@@ -172,19 +172,7 @@ _BOARD = {
     ),
     "selftest": _operation("board selftest"),
 }
-_MACHINE = {
-    "new": _late(
-        "machine:machine_new", "Begin a machine file: valid as it is, with a comment for every key."
-    ),
-    "check": _late(
-        "machine:machine_check",
-        "Check a machine file: every mistake with its line, key and value.",
-    ),
-    "show": _late(
-        "machine:machine_show",
-        "Show the machine in force: its file, clock, boards and motors, in steps and pixels.",
-    ),
-}
+_MACHINE = {name: _operation(f"machine {name}") for name in ("new", "check", "show")}
 _MAIN = {
     "limits": _by_machine(
         "limits:limits_command",

@@ -76,10 +76,14 @@ class OnPort(Request):
         variable="PIXSTEP_PORT", machine=machine.of_board("port"),
     )  # fmt: skip
     baud: int = option(
-        Whole(LEAST_BAUD, MOST_BAUD), "", default=BAUD, machine=machine.of_board("baud")
+        Whole(LEAST_BAUD, MOST_BAUD),
+        "Rate of the serial line.",
+        default=BAUD,
+        machine=machine.of_board("baud"),
     )
     parity: str | None = option(
-        Choice(list(PARITIES), any_case=True), "", machine=machine.of_board("parity"),
+        Choice(list(PARITIES), any_case=True), "Of the serial line.",
+        machine=machine.of_board("parity"),
         default_text="E; N on a pseudo terminal, which has no parity",
     )  # fmt: skip
     timeout: float | None = option(

@@ -58,6 +58,18 @@ OPERATIONS: dict[str, tuple[str, str]] = {
         "board.commands:Permit",
         "Switch the permit output, the gate of a laser or spindle.",
     ),
+    "machine new": (
+        "machine.files:New",
+        "Begin a machine file: valid as it is, with a comment for every key.",
+    ),
+    "machine check": (
+        "machine.files:Check",
+        "Check a machine file: every mistake with its line, key and value.",
+    ),
+    "machine show": (
+        "machine.files:Show",
+        "Show the machine in force: its file, clock, boards and motors, in steps and pixels.",
+    ),
 }
 
 

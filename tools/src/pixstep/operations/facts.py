@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pixstep.lines.units import Scale
     from pixstep.machine.model import MachineBoard, Motor
     from pixstep.machine.reading import Machine
-    from pixstep.operations.request import Field
+    from pixstep.operations.field import Field
 
 
 class Facts:

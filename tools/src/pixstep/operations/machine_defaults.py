@@ -19,31 +19,52 @@ if TYPE_CHECKING:
 Default = Callable[["Facts"], object]
 
 
+def _of(key: str) -> Callable[[Default], Default]:
+    """Return what says of a default which key of the file it comes from."""
+
+    def mark(default: Default) -> Default:
+        default.key = key  # type: ignore[attr-defined]  # functions have room for it
+        return default
+
+    return mark
+
+
+def key_of(default: Default) -> str:
+    """Return the key of the machine file that a default comes from."""
+    return str(getattr(default, "key", ""))
+
+
+@_of("clock.pixel")
 def clock_hz(facts: Facts) -> Fraction:
     """The frequency of the clock's edges, for operations that divide them or make a clock."""
     return facts.machine.clock_hz
 
 
+@_of("clock.pixel / clock.divider")
 def pixel_hz(facts: Facts) -> Fraction:
     """The frequency of pixels."""
     return facts.machine.pixel_hz
 
 
+@_of("clock.divider")
 def divider(facts: Facts) -> object:
     """The clock edges of a pixel."""
     return facts.machine.clock.divider
 
 
+@_of("clock.sync")
 def sync(facts: Facts) -> object:
     """What lines are to the pixel clock."""
     return facts.machine.clock.sync
 
 
+@_of("clock.gate_edges")
 def gate_edges(facts: Facts) -> object:
     """The edges from a burst's first one to line zero."""
     return facts.machine.clock.gate_edges
 
 
+@_of("motors.NAME.kind")
 def decode(facts: Facts) -> object:
     """Every line has a motor: the one there is serves one line only."""
     if facts.values.get("plain"):
@@ -53,11 +74,13 @@ def decode(facts: Facts) -> object:
     return tuple(motor.decode for motor in facts.motors)
 
 
+@_of("motors.NAME.kind")
 def decode_if_named(facts: Facts) -> object:
     """The same of a motor that the caller names."""
     return decode(facts) if facts.named.any else None
 
 
+@_of("motors.NAME.backlash")
 def backlash(facts: Facts) -> object:
     """The play in steps, of smooth lines: only they take it up."""
     if facts.other_kind():
@@ -66,6 +89,7 @@ def backlash(facts: Facts) -> object:
     return tuple(steps) if facts.many("backlash") else steps[0]
 
 
+@_of("motors.NAME.direction")
 def negative(facts: Facts) -> bool | None:
     """Whether the smooth motors run backwards; None for lines of both directions."""
     if facts.other_kind():
@@ -74,11 +98,13 @@ def negative(facts: Facts) -> bool | None:
     return any(smooth) if len(set(smooth)) < 2 else None
 
 
+@_of("motors.NAME.direction")
 def negative_of_motor(facts: Facts) -> bool | None:
     """Whether the one motor runs backwards."""
     return None if facts.other_kind() else facts.motor.negative
 
 
+@_of("motors.NAME.axis")
 def axis(facts: Facts) -> object:
     """The axes of the motors, in the order of their lines; those of a table are the board's."""
     if facts.named.table and not facts.named.any:
@@ -87,16 +113,19 @@ def axis(facts: Facts) -> object:
     return axes if facts.many("axis") else facts.motor.axis
 
 
+@_of("motors.NAME.axis")
 def axes(facts: Facts) -> object:
     """Which axes are meant, if motors are named."""
     return tuple(motor.axis for motor in facts.motors) if facts.named.any else None
 
 
+@_of("boards.NAME.unit")
 def units(facts: Facts) -> object:
     """The address of the board, for what is done with one board where nothing is said."""
     return (facts.board.unit,)
 
 
+@_of("boards.NAME.unit")
 def units_if_named(facts: Facts) -> object:
     """The same of named motors; what looks for all boards goes on doing so without."""
     return units(facts) if facts.named.any else None
@@ -105,6 +134,7 @@ def units_if_named(facts: Facts) -> object:
 def profile(use: str) -> Default:
     """Return the profile of the motor for lines ("line"), moves ("move") or homing ("home")."""
 
+    @_of(f"motors.NAME.profiles.{use}")
     def find(facts: Facts) -> Path | None:
         return facts.machine.profile(facts.motor, use)
 
@@ -113,12 +143,13 @@ def profile(use: str) -> Default:
 
 def of_line(key: str) -> Default:
     """Return a key of the file's table [line]."""
-    return lambda facts: getattr(facts.machine.line, key)
+    return _of(f"line.{key}")(lambda facts: getattr(facts.machine.line, key))
 
 
 def of_board(key: str) -> Default:
     """Return a key of the board; the bus and how it is spoken to may be the same for several."""
 
+    @_of(f"boards.NAME.{key}")
     def value(facts: Facts) -> object:
         values = {getattr(board, key) for board in facts.boards.values()}
         return values.pop() if len(values) == 1 else getattr(facts.board, key)
@@ -128,9 +159,10 @@ def of_board(key: str) -> Default:
 
 def limit(key: str) -> Default:
     """Return a limit of the motor."""
-    return lambda facts: facts.motor.limit(key)
+    return _of(f"motors.NAME.limits.{key}")(lambda facts: facts.motor.limit(key))
 
 
+@_of("motors.NAME.limits.max_speed")
 def top_speed(facts: Facts) -> Quantity | None:
     """The highest speed of a profile within the motor's limit: even, in steps/pixel."""
     found = facts.motor.limit("max_speed")
@@ -140,6 +172,7 @@ def top_speed(facts: Facts) -> Quantity | None:
     return Quantity(Fraction(speed), SPEED, False, str(speed))
 
 
+@_of("motors.NAME.backlash")
 def play(facts: Facts) -> object:
     """The play of one motor; of a table's axes only if the motors are named."""
     if not facts.many("play"):
@@ -147,6 +180,7 @@ def play(facts: Facts) -> object:
     return tuple(motor.backlash_steps for motor in facts.motors) if facts.named.any else None
 
 
+@_of("motors.NAME.home_is_limit")
 def home_is_limit(facts: Facts) -> object:
     """Whether the home switch is a limit switch too."""
     return facts.motor.home_is_limit
@@ -154,12 +188,9 @@ def home_is_limit(facts: Facts) -> object:
 
 def folder(name: str) -> Default:
     """Return a folder's name: any machine file gives results a place."""
-    return lambda facts: Path(name) if facts.found else None
+    return _of("any file")(lambda facts: Path(name) if facts.found else None)
 
 
 def needs_motor(default: Default) -> bool:
     """True if a value comes from a motor, and not from the clock or a board alone."""
-    return default not in _NO_MOTOR_S and getattr(default, "__qualname__", "")[:9] != "of_board."
-
-
-_NO_MOTOR_S = (clock_hz, pixel_hz, divider, sync, gate_edges, units, units_if_named)
+    return not key_of(default).startswith(("clock.", "boards."))

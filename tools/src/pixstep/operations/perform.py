@@ -16,8 +16,9 @@ from pixstep.errors import UserError
 from pixstep.machine import finding
 from pixstep.operations.desk import Desk, Source
 from pixstep.operations.facts import Facts, named_by
+from pixstep.operations.field import Field
 from pixstep.operations.kinds import FindScale, no_scale
-from pixstep.operations.request import Field, Request, fields
+from pixstep.operations.request import Request, fields
 from pixstep.operations.result import Result
 
 
@@ -167,4 +168,9 @@ def perform(
     with atomic.rules(rules(made, force=caller.force)):
         for _, path in outputs(made):
             atomic.refuse(path)
-        return made.run(desk)
+        return finish(made, desk)
+
+
+def finish(request: Request, desk: Desk) -> Result:
+    """Run a request that is whole; every front end does it here."""
+    return request.run(desk)

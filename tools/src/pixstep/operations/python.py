@@ -14,8 +14,9 @@ from pixstep import arguments
 from pixstep.errors import UserError
 from pixstep.operations import catalog
 from pixstep.operations.desk import Desk, nobody_watches
+from pixstep.operations.field import Field
 from pixstep.operations.perform import Caller, perform
-from pixstep.operations.request import Field, Request, fields
+from pixstep.operations.request import Request, fields
 from pixstep.operations.result import Result
 
 if TYPE_CHECKING:

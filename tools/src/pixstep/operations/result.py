@@ -18,8 +18,11 @@ class Page(Protocol):
     def tell(self, text: str) -> None:
         """Write a line."""
 
-    def draw(self, what: Any, *, wide: bool = False) -> None:
-        """Write a table or another thing of rich's; `wide` if there are sentences in a table."""
+    def draw(self, what: Any, *, wide: bool = False, **how: Any) -> None:
+        """Write a table or another thing of rich's as its console prints it.
+
+        `wide` if there are sentences in a table.
+        """
 
 
 Writer = Callable[[Page], None]
@@ -77,11 +80,11 @@ class Lines:
         """Keep a line."""
         self.rows.append(text)
 
-    def draw(self, what: Any, *, wide: bool = False) -> None:
-        """Keep what rich prints of something."""
+    def draw(self, what: Any, *, wide: bool = False, **how: Any) -> None:
+        """Keep what rich's console prints of something."""
         from rich.console import Console
 
-        console = Console(width=120 if wide else 100)
+        console = Console(width=120 if wide else 100, highlight=False, color_system=None)
         with console.capture() as captured:
-            console.print(what)
+            console.print(what, **{"markup": False, **how})
         self.rows += captured.get().splitlines()
