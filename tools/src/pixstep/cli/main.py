@@ -161,10 +161,7 @@ _BOARD = {
         "Measure the play of an axis by its home switch.",
     ),
     "move": _by_machine("board.move:move_command", "Move an axis by exactly N steps."),
-    "simulate": _by_machine(
-        "board.simulate:simulate_command",
-        "Simulate a board, and work its switches, clock and supply.",
-    ),
+    "simulate": _operation("board simulate"),
     "run": _by_machine("board.program:run_command", "Run a motion program while it is planned."),
     "trajectory": _by_machine(
         "board.trajectory:trajectory_command",

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pixstep.operations.board import selftest, watch
+    from pixstep.operations.board import selftest, simulate, watch
 
 
 def of(words: str, *, as_json: bool) -> Any:
@@ -33,4 +33,14 @@ def _selftest(as_json: bool) -> selftest.AtTerminal:
     return Person(as_json=as_json)
 
 
-_VIEWS: dict[str, Callable[[bool], Any]] = {"board watch": _watch, "board selftest": _selftest}
+def _simulate(as_json: bool) -> simulate.Terminal:
+    from pixstep.cli.board.benchview import Terminal  # rich takes a while to load
+
+    return Terminal(as_json=as_json)
+
+
+_VIEWS: dict[str, Callable[[bool], Any]] = {
+    "board watch": _watch,
+    "board selftest": _selftest,
+    "board simulate": _simulate,
+}

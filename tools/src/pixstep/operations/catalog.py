@@ -49,6 +49,10 @@ OPERATIONS: dict[str, tuple[str, str]] = {
     "board watch": ("board.watch:Watch", "Watch boards live; Ctrl-C ends it."),
     "board stop": ("board.stop:Stop", "Stop what moves, at once, and forget what is queued."),
     "board selftest": ("board.selftest:WiringTest", "Walk through the wiring of a new board."),
+    "board simulate": (
+        "board.simulate:Simulate",
+        "Simulate a board, and work its switches, clock and supply.",
+    ),
     "board arm": ("board.commands:Arm", "Arm loaded axes by hand, with a token if wanted."),
     "board disarm": ("board.commands:Disarm", "Disarm axes and discard their queues."),
     "board clear": ("board.commands:Clear", "Clear the latched fault."),
