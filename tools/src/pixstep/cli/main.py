@@ -140,12 +140,8 @@ _BOARD = {
     "get": _operation("board get"),
     "set": _operation("board set"),
     "watch": _operation("board watch"),
-    "upload": _by_machine(
-        "board.upload:upload_command", "Queue lines, one file an axis; with --arm run them."
-    ),
-    "start": _by_machine(
-        "board.start:start_command", "Start loaded lines, of several boards on one clock edge."
-    ),
+    "upload": _operation("board upload"),
+    "start": _operation("board start"),
     "stop": _operation("board stop"),
     "arm": _operation("board arm"),
     "disarm": _operation("board disarm"),

@@ -53,6 +53,14 @@ OPERATIONS: dict[str, tuple[str, str]] = {
         "board.simulate:Simulate",
         "Simulate a board, and work its switches, clock and supply.",
     ),
+    "board upload": (
+        "board.upload:Upload",
+        "Queue lines, one file an axis; with --arm run them.",
+    ),
+    "board start": (
+        "board.start:Start",
+        "Start loaded lines, of several boards on one clock edge.",
+    ),
     "board arm": ("board.commands:Arm", "Arm loaded axes by hand, with a token if wanted."),
     "board disarm": ("board.commands:Disarm", "Disarm axes and discard their queues."),
     "board clear": ("board.commands:Clear", "Clear the latched fault."),
