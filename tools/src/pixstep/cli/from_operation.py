@@ -6,7 +6,6 @@ from __future__ import annotations
 import contextlib
 import functools
 from collections.abc import Iterable, Iterator
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +13,7 @@ import click
 from click.core import ParameterSource
 
 from pixstep import atomic, progress
-from pixstep.cli import failures, machinedefaults
+from pixstep.cli import failures, machinedefaults, views
 from pixstep.cli.command import Command, origins
 from pixstep.cli.field_types import click_type
 from pixstep.cli.options import say, show_json, show_json_row, teller
@@ -36,7 +35,6 @@ if TYPE_CHECKING:
 
 _ASKED = "pixstep.request"
 FACTS_HELP = "Print facts as JSON, for programs."
-_VIEWS: dict[str, str] = {}  # what the console has for one operation alone
 _GIVEN = (ParameterSource.COMMANDLINE, ParameterSource.ENVIRONMENT)
 
 
@@ -239,12 +237,12 @@ def _run(**_params: Any) -> None:
     page = _ConsolePage(next(filter(atomic.is_stdout, outputs), None))
     desk = Desk(
         facts, sources, say, warn=_warn, progress=progress.shown, complain=failures.complain,
-        aside=_aside, view=_view(request.words, as_json=as_json), keeps=False,
+        view=views.of(request.words, as_json=as_json), keeps=False,
     )  # fmt: skip
     if as_json:
         desk.row = show_json_row
     else:
-        desk.tell = page.tell
+        desk.tell, desk.aside = page.tell, _aside
     try:
         result = perform.finish(request, desk)
     except BaseException:
@@ -268,13 +266,6 @@ def _explained(ctx: click.Context, request: type[Request]) -> Iterator[None]:
             text, cure = error.told(names), error.cured(names)
         error.args = (f"{text}{machinedefaults.origin(ctx, text)}{cure}",)
         raise
-
-
-def _view(words: str, *, as_json: bool) -> Any:
-    """Return what the console has for an operation alone."""
-    if words not in _VIEWS:
-        return None
-    return import_module(_VIEWS[words]).Console(as_json=as_json)
 
 
 def _aside(text: str) -> None:

@@ -85,10 +85,8 @@ _SETTINGS = {
     "diff": _operation("board settings diff"),
 }
 _LOG = {
-    "records": _by_machine(
-        "board.log:records_command", "Write per-pixel records as CSV, each as it comes."
-    ),
-    "events": _by_machine("board.log:events_command", "Print faults and resets with their times."),
+    "records": _operation("board log records"),
+    "events": _operation("board log events"),
 }
 _BOARD = {
     "scan": _operation("board scan"),
@@ -96,16 +94,10 @@ _BOARD = {
     "features": _operation("board features"),
     "get": _operation("board get"),
     "set": _operation("board set"),
-    "watch": _by_machine("board.watch:watch_command", "Watch boards live; Ctrl-C ends it."),
-    "upload": _by_machine(
-        "board.upload:upload_command", "Queue lines, one file an axis; with --arm run them."
-    ),
-    "start": _by_machine(
-        "board.start:start_command", "Start loaded lines, of several boards on one clock edge."
-    ),
-    "stop": _by_machine(
-        "board.stop:stop_command", "Stop what moves, at once, and forget what is queued."
-    ),
+    "watch": _operation("board watch"),
+    "upload": _operation("board upload"),
+    "start": _operation("board start"),
+    "stop": _operation("board stop"),
     "arm": _operation("board arm"),
     "disarm": _operation("board disarm"),
     "clear": _operation("board clear"),
@@ -120,18 +112,13 @@ _BOARD = {
         "Measure the play of an axis by its home switch.",
     ),
     "move": _by_machine("board.move:move_command", "Move an axis by exactly N steps."),
-    "simulate": _by_machine(
-        "board.simulate:simulate_command",
-        "Simulate a board, and work its switches, clock and supply.",
-    ),
+    "simulate": _operation("board simulate"),
     "run": _by_machine("board.program:run_command", "Run a motion program while it is planned."),
     "trajectory": _by_machine(
         "board.trajectory:trajectory_command",
         "Run a table of two axes, its play taken up or not.",
     ),
-    "selftest": _by_machine(
-        "board.selftest:selftest_command", "Walk through the wiring of a new board."
-    ),
+    "selftest": _operation("board selftest"),
 }
 _MACHINE = {name: _operation(f"machine {name}") for name in ("new", "check", "show")}
 _MAIN = {

@@ -49,6 +49,26 @@ OPERATIONS: dict[str, tuple[str, str]] = {
         "board.settings:Diff",
         "Compare with a TOML file, or with the defaults.",
     ),
+    "board log records": (
+        "board.log:LogRecords",
+        "Write per-pixel records as CSV, each as it comes.",
+    ),
+    "board log events": ("board.log:LogEvents", "Print faults and resets with their times."),
+    "board watch": ("board.watch:Watch", "Watch boards live; Ctrl-C ends it."),
+    "board stop": ("board.stop:Stop", "Stop what moves, at once, and forget what is queued."),
+    "board selftest": ("board.selftest:WiringTest", "Walk through the wiring of a new board."),
+    "board simulate": (
+        "board.simulate:Simulate",
+        "Simulate a board, and work its switches, clock and supply.",
+    ),
+    "board upload": (
+        "board.upload:Upload",
+        "Queue lines, one file an axis; with --arm run them.",
+    ),
+    "board start": (
+        "board.start:Start",
+        "Start loaded lines, of several boards on one clock edge.",
+    ),
     "board arm": ("board.commands:Arm", "Arm loaded axes by hand, with a token if wanted."),
     "board disarm": ("board.commands:Disarm", "Disarm axes and discard their queues."),
     "board clear": ("board.commands:Clear", "Clear the latched fault."),
