@@ -112,9 +112,13 @@ ninja-build gcc-avr avr-libc"
     row "$root" "$user" 2 "pixstep-env/bin/pixstep demo"
 }
 
-# The size of what pip has installed, without pip itself.
-site_size='du -sm --exclude=pip* --exclude=setuptools* --exclude=pkg_resources \
-~/pixstep-env/lib/python3*/site-packages | tee -a ~/sizes'
+# print_size ROOT: what pip has installed, byte code included, without pip itself.
+print_size()
+{
+    inside "$1" "$user" 'du -sm --exclude="pip*" --exclude="setuptools*" --exclude=pkg_resources \
+--exclude=_distutils_hack pixstep-env/lib/python3*/site-packages' |
+        awk '{print "site-packages: " $1 " MB without pip"}'
+}
 
 scene_wheels()
 {
@@ -125,15 +129,15 @@ scene_wheels()
     row "$root" root 0 "! command -v gcc cc avr-gcc cmake git avrdude"
     row "$root" "$user" 0 "python3 -m venv ~/pixstep-env"
     row "$root" "$user" 0 "~/pixstep-env/bin/pip install pixstep-*.whl"
-    row "$root" "$user" 0 "$site_size"
+    print_size "$root"
     row "$root" "$user" 0 "mkdir work"
     small_commands "$root" "cd work && PATH=~/pixstep-env/bin:\$PATH"
     row "$root" "$user" 0 "~/pixstep-env/bin/pip install pixstep_sim-*.whl pixstep-*.whl"
-    row "$root" "$user" 0 "$site_size"
+    print_size "$root"
     row "$root" "$user" 0 "pixstep-env/bin/pixstep demo"
     wheel_commands "$root" "cd work && PATH=~/pixstep-env/bin:\$PATH"
     row "$root" "$user" 0 "~/pixstep-env/bin/pip install 'matplotlib>=3.8'"
-    row "$root" "$user" 0 "$site_size"
+    print_size "$root"
     row "$root" "$user" 0 "pixstep-env/bin/pixstep demo --out drawn && test -f drawn/motion.png"
     drawing_commands "$root" "cd work && PATH=~/pixstep-env/bin:\$PATH"
     # No home, no terminal, the smallest locale, a narrow page, and a place that cannot be written.
@@ -156,6 +160,8 @@ small_commands()
     row "$root" "$user" 0 "$begin pixstep ticks $line -o ticks.csv"
     row "$root" "$user" 0 "$begin pixstep limits --board mega --axes 2 --pixel-hz 200"
     row "$root" "$user" 2 "$begin pixstep trajectory circle --radius 3200 -o circle.trj"
+    row "$root" "$user" 2 "$begin pixstep sim $line --board mega --out run"
+    row "$root" "$user" 2 "$begin pixstep board simulate --board mega --pixel-hz 30"
     row "$root" "$user" 0 "$begin pixstep machine new --board mega --pixel-hz 30 --motor X:plain"
     row "$root" "$user" 0 "$begin pixstep machine check"
     row "$root" "$user" 0 "$begin pixstep machine show"
@@ -165,19 +171,18 @@ small_commands()
     row "$root" "$user" 2 "$begin pixstep flash --board mega $port"
     row "$root" "$user" 2 "$begin pixstep board info $port"
     row "$root" "$user" 2 "$begin pixstep board upload $line --arm $port"
-    row "$root" "$user" 2 "$begin pixstep sim $line --board mega --out run"
-    row "$root" "$user" 2 "$begin pixstep board simulate --board mega --pixel-hz 30"
 }
 
 wheel_commands()
 {
     local root=$1 begin=$2 line="line.csv --decode smooth --backlash 250 --pixel-hz 30"
-    row "$root" "$user" 0 "$begin pixstep sim $line --board mega --out run"
     row "$root" "$user" 0 "$begin pixstep trajectory circle --radius 3200 -o circle.trj"
     row "$root" "$user" 0 "$begin pixstep plan there.pmc --out there"
+    row "$root" "$user" 0 "mkdir other && cp work/line.csv other"
+    row "$root" "$user" 0 "${begin/work/other} pixstep sim $line --board mega --out run"
     row "$root" "$user" 0 "$begin pixstep-sim --help"
     row "$root" "$user" 2 "$begin pixstep plan there.pmc --out drawn --plot"
-    row "$root" "$user" 130 "$begin timeout --signal=INT 5 pixstep board simulate --board mega \
+    row "$root" "$user" 0 "$begin timeout --preserve-status --signal=INT 5 pixstep board simulate --board mega \
 --pixel-hz 30"
 }
 
