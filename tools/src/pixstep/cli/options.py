@@ -10,7 +10,7 @@ from pathlib import Path
 
 import click
 
-from pixstep import atomic, formats
+from pixstep import atomic, extras, formats
 from pixstep.board import boards
 from pixstep.cli import machinedefaults, meantfor
 from pixstep.cli.command import FOLDER, PICTURE
@@ -69,7 +69,18 @@ out_option = click.option(
     required=True,
     help="Folder for the results; replaces only what an earlier run has left there.",
 )
-plots_option = click.option("--plot", is_flag=True, help="Draw pictures (PNG) into the folder.")
+
+
+def _drawable(_ctx: click.Context, _param: click.Parameter, value: bool) -> bool:
+    """Refuse drawings before anything is simulated, where they cannot be made."""
+    if value:
+        extras.require("matplotlib")
+    return value
+
+
+plots_option = click.option(
+    "--plot", is_flag=True, callback=_drawable, help="Draw pictures (PNG) into the folder."
+)
 details_option = click.option(
     "--details", is_flag=True, help="Print every interrupt's count, cycles and latest start too."
 )
