@@ -14,6 +14,7 @@ from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.machine.reading import Machine as MachineFile
 from pixstep.programs import length
 from pixstep.programs.entries import of_line
+from pixstep.programs.figures import PlanFigures
 from pixstep.programs.motors import of_machine
 from pixstep.programs.options import (
     LOOKAHEAD,
@@ -24,7 +25,6 @@ from pixstep.programs.options import (
     Options,
 )
 from pixstep.programs.plan import Plan, with_segments
-from pixstep.programs.report import PlanFigures
 from pixstep.programs.sources import Request
 
 

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
 from typing import Any
 
 import click
@@ -30,13 +32,25 @@ class KindType(click.ParamType[Any, Any]):
             return self.fail(str(error), param, ctx)
 
 
+class OutType(command.OutFile):
+    """A file that is written, whose kind has more to say of its name."""
+
+    def __init__(self, kind: kinds.OutFile):
+        super().__init__(folder=kind.folder)
+        self.kind = kind
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        """Refuse a name that the kind refuses."""
+        return self.kind.judge(Path(os.fsdecode(super().convert(value, param, ctx))))
+
+
 def click_type(kind: kinds.Kind) -> click.ParamType[Any, Any]:
     """Return what reads values of a kind on the command line."""
     for known, make in _TYPES.items():
         if type(kind) is known:
             found: click.ParamType[Any, Any] = make(kind)
             return found
-    return KindType(kind)
+    return OutType(kind) if isinstance(kind, kinds.OutFile) else KindType(kind)
 
 
 _TYPES: dict[type[kinds.Kind], Any] = {

@@ -6,6 +6,7 @@ from __future__ import annotations
 import contextlib
 import functools
 from collections.abc import Iterable, Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,6 +33,8 @@ if TYPE_CHECKING:
     from pixstep.operations.facts import Facts
 
 _ASKED = "pixstep.request"
+FACTS_HELP = "Print facts as JSON, for programs."
+_VIEWS: dict[str, str] = {}  # what the console has for one operation alone
 _GIVEN = (ParameterSource.COMMANDLINE, ParameterSource.ENVIRONMENT)
 
 
@@ -64,7 +67,8 @@ class OperationCommand(Command):
             request.words.split()[-1], params=params, help=request.__doc__, callback=_run
         )
         if request.has_json:
-            self.params.append(_flag("--json", "as_json", "Print facts as JSON, for programs."))
+            rows = f"One line of JSON for each {request.json_rows}." if request.json_rows else ""
+            self.params.append(_flag("--json", "as_json", rows or FACTS_HELP))
         self.by_machine = any(one.machine for one in known.values())
         if self.by_machine and not request.own_motor:
             self._add_motor(several=any(known[name].many for name in ("decode", "play")
@@ -146,6 +150,7 @@ def _parameter(one: Field) -> click.Parameter:
         found.default = None
         return found
     is_flag = isinstance(one.kind, Flag)
+    more: dict[str, Any] = {"flag_value": one.alone} if one.alone else {}
     names = list(one.names)
     if is_flag and one.off:
         names = [f"{max(names, key=len)}/{one.off}"]
@@ -154,12 +159,13 @@ def _parameter(one: Field) -> click.Parameter:
             [*names, one.name], is_flag=True, default=True, flag_value=False, help=one.about
         )
     told = one.about + (f"  [default: {one.default_text}]" if one.default_text else "")
-    shows = one.default_text is None and not (one.default in (None, ()) or is_flag)
+    shown = not is_flag or one.off is not None
+    shows = shown and one.default_text is None and one.default not in (None, ())
     return _Option(
         [*names, one.name], type=None if is_flag else kind, is_flag=is_flag,
         multiple=one.many and not is_flag, required=one.required, default=_shown(one),
         show_default=shows, help=told or None, metavar=one.shown, envvar=one.variable,
-        show_envvar=one.variable is not None, hidden=one.hidden,
+        show_envvar=one.variable is not None, hidden=one.hidden, **more,
     )  # fmt: skip
 
 
@@ -197,15 +203,14 @@ class _ConsolePage:
         self._output = output
         self.tell = teller(output)
 
-    def draw(self, what: Any) -> None:
+    def draw(self, what: Any, *, wide: bool = False, **how: Any) -> None:
         """Print a table or another thing of rich's."""
-        self.print(what)
+        from pixstep.simulation.report import NARROWEST, WIDE, new_console
 
-    def print(self, what: Any, **how: Any) -> None:
-        """Print something by rich's console."""
-        from pixstep.simulation.report import new_console
-
-        new_console(stderr=atomic.is_stdout(self._output)).print(what, **how)
+        console = new_console(
+            narrowest=WIDE if wide else NARROWEST, stderr=atomic.is_stdout(self._output)
+        )
+        console.print(what, **{"markup": False, **how})
 
 
 def _run(**_params: Any) -> None:
@@ -217,8 +222,9 @@ def _run(**_params: Any) -> None:
     outputs = [path for _, path in perform.outputs(request)]
     page = _ConsolePage(next(filter(atomic.is_stdout, outputs), None))
     desk = Desk(
-        facts, sources, say, warn=_warn, progress=progress.shown, complain=failures.complain
-    )
+        facts, sources, say, warn=_warn, progress=progress.shown, complain=failures.complain,
+        aside=_aside, view=_view(request.words, as_json=as_json), keeps=False,
+    )  # fmt: skip
     if as_json:
         desk.row = show_json_row
     else:
@@ -230,7 +236,8 @@ def _run(**_params: Any) -> None:
         if desk.so_far is not None and as_json:
             show_json(desk.so_far.data)
         raise
-    _deliver(result, page, as_json=as_json)
+    if not (as_json and request.json_rows):
+        _deliver(result, page, as_json=as_json)
     ctx.exit(result.status)
 
 
@@ -242,6 +249,17 @@ def _options_named(request: type[Request]) -> Iterator[None]:
     except AskedError as error:
         names = {name: one.option for name, one in fields(request).items()}
         raise UserError(error.told(names)) from None
+
+
+def _view(words: str, *, as_json: bool) -> Any:
+    """Return what the console has for an operation alone."""
+    if words not in _VIEWS:
+        return None
+    return import_module(_VIEWS[words]).Console(as_json=as_json)
+
+
+def _aside(text: str) -> None:
+    click.echo(text, err=True)
 
 
 def _warn(warnings: Iterable[str]) -> None:

@@ -50,10 +50,7 @@ _LINE = {
         "line:ticks",
         "Plan the edges of a line of a CSV or CSB with the native build of the firmware's core.",
     ),
-    "sim": _by_machine(
-        "sim:sim",
-        "Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.",
-    ),
+    "sim": _operation("sim"),
 }
 _FILE = {
     "info": _late("file:info", "Say what is in a file."),
@@ -84,21 +81,11 @@ _TRAJECTORY = {
     for name in ("circle", "import", "export", "compensate", "show", "sim")
 }
 _SETTINGS = {
-    "export": _by_machine(
-        "board.settings:export_command", "Write all settings in force to a TOML file."
-    ),
-    "import": _by_machine(
-        "board.settings:import_command", "Set what a TOML file says, all or nothing; read it back."
-    ),
-    "store": _by_machine(
-        "board.settings:store_command", "Store the settings in force: they outlast power."
-    ),
-    "defaults": _by_machine(
-        "board.settings:defaults_command", "Put the default settings into force."
-    ),
-    "diff": _by_machine(
-        "board.settings:diff_command", "Compare with a TOML file, or with the defaults."
-    ),
+    "export": _operation("board settings export"),
+    "import": _operation("board settings import"),
+    "store": _operation("board settings store"),
+    "defaults": _operation("board settings defaults"),
+    "diff": _operation("board settings diff"),
 }
 _LOG = {
     "records": _by_machine(
@@ -107,15 +94,11 @@ _LOG = {
     "events": _by_machine("board.log:events_command", "Print faults and resets with their times."),
 }
 _BOARD = {
-    "scan": _by_machine("board.find:scan_command", "Look for boards at every address of the line."),
-    "info": _by_machine("board.find:info_command", "Show what boards are and how they are."),
-    "features": _by_machine(
-        "board.find:features_command", "Show what boards' images were built with."
-    ),
-    "get": _by_machine("board.get:get_command", "Read registers by name, or all of them."),
-    "set": _by_machine(
-        "board.put:set_command", "Change settings, all of them in one request: all or none."
-    ),
+    "scan": _operation("board scan"),
+    "info": _operation("board info"),
+    "features": _operation("board features"),
+    "get": _operation("board get"),
+    "set": _operation("board set"),
     "watch": _by_machine("board.watch:watch_command", "Watch boards live; Ctrl-C ends it."),
     "upload": _by_machine(
         "board.upload:upload_command", "Queue lines, one file an axis; with --arm run them."
@@ -159,22 +142,13 @@ _MAIN = {
         "limits:limits_command",
         "Show what a board can do: rates, accelerations, shortest lines, reversals.",
     ),
-    "sim": _by_machine(
-        "sim:sim",
-        "Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.",
-    ),
+    "sim": _operation("sim"),
     "ticks": _by_machine(
         "line:ticks",
         "Plan the edges of a line of a CSV or CSB with the native build of the firmware's core.",
     ),
-    "plan": _late(
-        "plan:plan",
-        "Plan a motion program of blended moves: a line for each motor, all of equal length.",
-    ),
-    "demo": _late(
-        "sim:demo_command",
-        "Worked example: profile, line, plan, simulated Mega, verdict, plots, VCD.",
-    ),
+    "plan": _operation("plan"),
+    "demo": _operation("demo"),
     "flash": _by_machine(
         "flash:flash_command",
         "Write the firmware to a board by avrdude through its boot loader, then ask what it is.",

@@ -13,6 +13,34 @@ OPERATIONS: dict[str, tuple[str, str]] = {
         "line.make:LineMake",
         "Make a line: up, constant speed, down, by a profile or by an acceleration.",
     ),
+    "board scan": ("board.find:Scan", "Look for boards at every address of the line."),
+    "board info": ("board.find:Info", "Show what boards are and how they are."),
+    "board features": ("board.find:ShowFeatures", "Show what boards' images were built with."),
+    "board get": ("board.registers:Get", "Read registers by name, or all of them."),
+    "board set": (
+        "board.registers:Set",
+        "Change settings, all of them in one request: all or none.",
+    ),
+    "board settings export": (
+        "board.settings:Export",
+        "Write all settings in force to a TOML file.",
+    ),
+    "board settings import": (
+        "board.settings:Import",
+        "Set what a TOML file says, all or nothing; read it back.",
+    ),
+    "board settings store": (
+        "board.settings:Store",
+        "Store the settings in force: they outlast power.",
+    ),
+    "board settings defaults": (
+        "board.settings:UseDefaults",
+        "Put the default settings into force.",
+    ),
+    "board settings diff": (
+        "board.settings:Diff",
+        "Compare with a TOML file, or with the defaults.",
+    ),
     "board arm": ("board.commands:Arm", "Arm loaded axes by hand, with a token if wanted."),
     "board disarm": ("board.commands:Disarm", "Disarm axes and discard their queues."),
     "board clear": ("board.commands:Clear", "Clear the latched fault."),
@@ -21,6 +49,18 @@ OPERATIONS: dict[str, tuple[str, str]] = {
     "board permit": (
         "board.commands:Permit",
         "Switch the permit output, the gate of a laser or spindle.",
+    ),
+    "sim": (
+        "run.sim:Sim",
+        "Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.",
+    ),
+    "demo": (
+        "run.demo:Demo",
+        "Worked example: profile, line, plan, simulated Mega, verdict, plots, VCD.",
+    ),
+    "plan": (
+        "program.plan:ProgramPlan",
+        "Plan a motion program of blended moves: a line for each motor, all of equal length.",
     ),
     "move make": (
         "motion.move:MoveMake",

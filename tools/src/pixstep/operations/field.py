@@ -34,6 +34,7 @@ class Field:
     shown: str | None = None  # what stands for the value in a help
     hidden: bool = False
     off: str | None = None  # the option that says no, of a flag
+    alone: str | None = None  # the value of an option that stands without one
     unless: bool = False  # a flag that is yes unless its option is there
 
     @property

@@ -71,7 +71,7 @@ def desk_of(notes: list[str], link: Link | None, progress: Shown) -> Callable[..
     def make(facts: Any, sources: Any) -> Desk:
         return Desk(
             facts, sources, say=take, warn=take, complain=lambda error: take((str(error),)),
-            progress=progress, link=link,
+            aside=lambda text: take((text,)), progress=progress, link=link,
         )  # fmt: skip
 
     return make

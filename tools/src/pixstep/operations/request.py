@@ -45,6 +45,7 @@ class Request:
     own_motor: ClassVar[bool] = False  # a field `motor` of its own chooses the motor too
     needs_machine: ClassVar[bool] = False  # a file as a whole, of which no motor is chosen
     has_json: ClassVar[bool] = True  # what it gives back is data, and no file of its own form
+    json_rows: ClassVar[str] = ""  # what is one row of JSON, where the rows come as they are found
 
     @classmethod
     def prepare(cls, facts: Facts, say: Callable[[Iterable[str]], None]) -> None:

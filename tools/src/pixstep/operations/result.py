@@ -18,14 +18,11 @@ class Page(Protocol):
     def tell(self, text: str) -> None:
         """Write a line."""
 
-    def draw(self, what: Any) -> None:
-        """Write a table or another thing of rich's."""
+    def draw(self, what: Any, *, wide: bool = False, **how: Any) -> None:
+        """Write a table or another thing of rich's as its console prints it.
 
-    def print(
-        self, what: Any, /, *, style: str | None = None, markup: bool | None = None,
-        highlight: bool | None = None, soft_wrap: bool | None = None,
-    ) -> None:  # fmt: skip
-        """Write something as rich's console prints it."""
+        `wide` if there are sentences in a table.
+        """
 
 
 Writer = Callable[[Page], None]
@@ -83,15 +80,11 @@ class Lines:
         """Keep a line."""
         self.rows.append(text)
 
-    def draw(self, what: Any) -> None:
-        """Keep a table or another thing of rich's."""
-        self.print(what)
-
-    def print(self, what: Any, **how: Any) -> None:
+    def draw(self, what: Any, *, wide: bool = False, **how: Any) -> None:
         """Keep what rich's console prints of something."""
         from rich.console import Console
 
-        console = Console(width=100, highlight=False, color_system=None)
+        console = Console(width=120 if wide else 100, highlight=False, color_system=None)
         with console.capture() as captured:
-            console.print(what, **how)
+            console.print(what, **{"markup": False, **how})
         self.rows += captured.get().splitlines()

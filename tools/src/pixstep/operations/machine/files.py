@@ -165,8 +165,8 @@ class MachineShow(_OfFile):
                 f"{found.path}: {_clock_text(found.clock)}, lines for "
                 f"{found.line.motor or ', '.join(found.motors)}"
             )
-            page.print(_boards_table(found))
-            page.print(_motors_table(found))
+            page.draw(_boards_table(found))
+            page.draw(_motors_table(found))
             page.tell("play: steps; speed, accel: limits in steps/px and steps/px2")
 
         return Result(describe.as_json(found), write)
