@@ -51,7 +51,7 @@ def page(told):
     """The page of a run in one line."""
     console = Console(width=80, file=None, force_terminal=False)
     with console.capture() as shown:
-        report.print_page(console.print, told)
+        report.print_page(console, told)
     return " ".join(shown.get().split())
 
 

@@ -284,7 +284,7 @@ def test_a_board_that_falls_silent_beside_a_saturated_line_is_named(tmp_path, mo
     assert any("no reply" in reason for reason in judged.summary["reasons"])
     assert judged.summary["requests"]["load"] > 0
     console = Console(width=200, record=True)
-    report.print_page(console.print, judged.summary)
+    report.print_page(console, judged.summary)
     shown = f"serial line saturated ({judged.summary['requests']['load']} requests)"
     assert shown in console.export_text()
 

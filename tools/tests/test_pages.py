@@ -83,7 +83,7 @@ def test_a_refusal_shows_its_reason_and_no_table_of_nothing():
         "record_every": 1, "serial_load": False,
     }  # fmt: skip
     console = Console(width=80, record=True)
-    report.print_page(console.print, summary)
+    report.print_page(console, summary)
     assert console.export_text().splitlines() == [
         "REFUSED  uno, smooth decoding, 300 Hz",
         "  axis 0: too_fast",
@@ -107,7 +107,7 @@ def test_a_run_says_where_its_files_are(tmp_path, monkeypatch):
     for name in ("summary.json", "edges.csv"):
         (folder / name).touch()
     console = Console(width=80, record=True)
-    report.print_files(console.print, folder)
+    report.print_files(console, folder)
     assert console.export_text() == "files in run: edges.csv, summary.json\n"
 
 

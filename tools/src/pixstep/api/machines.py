@@ -49,6 +49,10 @@ class Motor:
     """Serial port of its board, if the file names one."""
     unit: int
     """Modbus address of its board."""
+    move_profile: Path | None = None
+    """Its acceleration profile for moves, if the file names one."""
+    home_profile: Path | None = None
+    """Its acceleration profile for homing, if the file names one."""
 
     @property
     def smooth(self) -> bool:
@@ -116,6 +120,8 @@ def _motor(read: MachineFile, table: MotorTable) -> Motor:
         profile=read.profile(table, "line"),
         port=board.port,
         unit=board.unit,
+        move_profile=read.profile(table, "move"),
+        home_profile=read.profile(table, "home"),
     )
 
 

@@ -275,7 +275,7 @@ def origins(ctx: click.Context) -> Iterator[None]:
     try:
         yield
     except UserError as error:
-        option, cure = longerpixels.option(ctx, error), longerpixels.cure(ctx, error)
+        option, cure = longerpixels.told(ctx, error)
         error.args = (f"{option}{error}{machinedefaults.origin(ctx, str(error))}{cure}",)
         raise
     except click.BadParameter as error:

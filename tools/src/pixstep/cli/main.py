@@ -30,10 +30,7 @@ def _operation(words: str) -> Late:
 
 _LINE = {
     "make": _operation("line make"),
-    "check": _by_machine(
-        "line:line_check",
-        "Check a line of a CSV or CSB file, and the file's form as `file check` does.",
-    ),
+    "check": _operation("line check"),
     "show": _by_machine(
         "show:line_show",
         "Show speed, acceleration, jerk and position of a line: a table, with --plot a drawing.",
@@ -46,10 +43,7 @@ _LINE = {
         "Make a line of your own table: what a spreadsheet exports, or what numpy's savetxt "
         "writes.",
     ),
-    "plan": _by_machine(
-        "line:ticks",
-        "Plan the edges of a line of a CSV or CSB with the native build of the firmware's core.",
-    ),
+    "plan": _operation("line plan"),
     "sim": _operation("sim"),
 }
 _FILE = {
@@ -88,10 +82,8 @@ _SETTINGS = {
     "diff": _operation("board settings diff"),
 }
 _LOG = {
-    "records": _by_machine(
-        "board.log:records_command", "Write per-pixel records as CSV, each as it comes."
-    ),
-    "events": _by_machine("board.log:events_command", "Print faults and resets with their times."),
+    "records": _operation("board log records"),
+    "events": _operation("board log events"),
 }
 _BOARD = {
     "scan": _operation("board scan"),
@@ -99,16 +91,10 @@ _BOARD = {
     "features": _operation("board features"),
     "get": _operation("board get"),
     "set": _operation("board set"),
-    "watch": _by_machine("board.watch:watch_command", "Watch boards live; Ctrl-C ends it."),
-    "upload": _by_machine(
-        "board.upload:upload_command", "Queue lines, one file an axis; with --arm run them."
-    ),
-    "start": _by_machine(
-        "board.start:start_command", "Start loaded lines, of several boards on one clock edge."
-    ),
-    "stop": _by_machine(
-        "board.stop:stop_command", "Stop what moves, at once, and forget what is queued."
-    ),
+    "watch": _operation("board watch"),
+    "upload": _operation("board upload"),
+    "start": _operation("board start"),
+    "stop": _operation("board stop"),
     "arm": _operation("board arm"),
     "disarm": _operation("board disarm"),
     "clear": _operation("board clear"),
@@ -123,18 +109,13 @@ _BOARD = {
         "Measure the play of an axis by its home switch.",
     ),
     "move": _by_machine("board.move:move_command", "Move an axis by exactly N steps."),
-    "simulate": _by_machine(
-        "board.simulate:simulate_command",
-        "Simulate a board, and work its switches, clock and supply.",
-    ),
+    "simulate": _operation("board simulate"),
     "run": _by_machine("board.program:run_command", "Run a motion program while it is planned."),
     "trajectory": _by_machine(
         "board.trajectory:trajectory_command",
         "Run a table of two axes, its play taken up or not.",
     ),
-    "selftest": _by_machine(
-        "board.selftest:selftest_command", "Walk through the wiring of a new board."
-    ),
+    "selftest": _operation("board selftest"),
 }
 _MACHINE = {name: _operation(f"machine {name}") for name in ("new", "check", "show")}
 _MAIN = {
@@ -143,10 +124,7 @@ _MAIN = {
         "Show what a board can do: rates, accelerations, shortest lines, reversals.",
     ),
     "sim": _operation("sim"),
-    "ticks": _by_machine(
-        "line:ticks",
-        "Plan the edges of a line of a CSV or CSB with the native build of the firmware's core.",
-    ),
+    "ticks": _operation("line plan"),
     "plan": _operation("plan"),
     "demo": _operation("demo"),
     "flash": _by_machine(

@@ -15,13 +15,11 @@ from pixstep.board import boards
 from pixstep.cli import machinedefaults, meantfor
 from pixstep.cli.command import FOLDER, PICTURE
 from pixstep.cli.quantities import Decorated, StepsType
-from pixstep.errors import FINE, NEGATIVE, REFUSED, UserError, one_line
+from pixstep.errors import UserError, one_line
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.rational import parse_hz
 from pixstep.profiles import madefor
 
-VERDICTS = ("fine", "warnings", "refused")  # of a check, by its severity
-STATUSES = (FINE, NEGATIVE, REFUSED)  # the exit statuses of these verdicts
 Facts = Mapping[str, object]  # plain data, for JSON
 Tell = Callable[[Facts, str], None]  # takes a board's facts, as data and as text
 SCHEMA = 1  # of all --json output; a field that is added does not change it

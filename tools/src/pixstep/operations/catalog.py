@@ -13,6 +13,14 @@ OPERATIONS: dict[str, tuple[str, str]] = {
         "line.make:LineMake",
         "Make a line: up, constant speed, down, by a profile or by an acceleration.",
     ),
+    "line check": (
+        "line.check:LineCheck",
+        "Check a line of a CSV or CSB file, and the file's form as `file check` does.",
+    ),
+    "line plan": (
+        "line.check:LinePlan",
+        "Plan the edges of a line of a CSV or CSB with the native build of the firmware's core.",
+    ),
     "board scan": ("board.find:Scan", "Look for boards at every address of the line."),
     "board info": ("board.find:Info", "Show what boards are and how they are."),
     "board features": ("board.find:ShowFeatures", "Show what boards' images were built with."),
@@ -40,6 +48,26 @@ OPERATIONS: dict[str, tuple[str, str]] = {
     "board settings diff": (
         "board.settings:Diff",
         "Compare with a TOML file, or with the defaults.",
+    ),
+    "board log records": (
+        "board.log:LogRecords",
+        "Write per-pixel records as CSV, each as it comes.",
+    ),
+    "board log events": ("board.log:LogEvents", "Print faults and resets with their times."),
+    "board watch": ("board.watch:Watch", "Watch boards live; Ctrl-C ends it."),
+    "board stop": ("board.stop:Stop", "Stop what moves, at once, and forget what is queued."),
+    "board selftest": ("board.selftest:WiringTest", "Walk through the wiring of a new board."),
+    "board simulate": (
+        "board.simulate:Simulate",
+        "Simulate a board, and work its switches, clock and supply.",
+    ),
+    "board upload": (
+        "board.upload:Upload",
+        "Queue lines, one file an axis; with --arm run them.",
+    ),
+    "board start": (
+        "board.start:Start",
+        "Start loaded lines, of several boards on one clock edge.",
     ),
     "board arm": ("board.commands:Arm", "Arm loaded axes by hand, with a token if wanted."),
     "board disarm": ("board.commands:Disarm", "Disarm axes and discard their queues."),

@@ -184,6 +184,21 @@ class InFile(Kind):
         return path
 
 
+class Place(Kind):
+    """A path that may be anything."""
+
+    name = "PATH"
+    python = "str | PathLike"
+
+    def parse(self, text: str) -> Path:
+        """Return the path of a text."""
+        return self.judge(Path(text)) if text else self.judge(text)
+
+    def judge(self, value: Any) -> Path:
+        """Return a path of Python's."""
+        return arguments.path("path", value)
+
+
 class OutFile(InFile):
     """A file that is written; "-" is the standard output. With `folder` a folder will do."""
 
@@ -377,6 +392,7 @@ class Parsed(Kind):
 TEXT = Text()
 FLAG = Flag()
 FILE = InFile()
+PATH = Place()
 OUTPUT = OutFile()
 OUTPUT_OR_FOLDER = OutFile(folder=True)
 PICTURE = OutPicture()

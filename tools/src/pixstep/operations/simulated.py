@@ -18,6 +18,6 @@ def result(summary: Summary, out: Path, write: Callable[[Page, Summary], None]) 
 
     def page(page: Page) -> None:
         write(page, summary)
-        report.print_files(page.draw, out)
+        report.print_files(page, out)
 
     return Result(summary, page, report.exit_status(summary["verdict"]))

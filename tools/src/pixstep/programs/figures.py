@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT
 """What is known of a plan, as plain data."""
 
-from typing import Any, NotRequired, TypedDict
+from typing import NotRequired, TypedDict
+
+from pixstep.lines.linecheck import FindingFacts
 
 
 class MotorFigures(TypedDict):
@@ -84,7 +86,7 @@ class PlannedMotor(MotorFigures):
 
     file: str
     direction: str
-    refused: list[dict[str, Any]]
+    refused: list[FindingFacts]
 
 
 class PlannedProgram(_Figures):

@@ -4,10 +4,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import TYPE_CHECKING, Any, Protocol, TypedDict
 
 from pixstep import atomic
 from pixstep.errors import FINE, NEGATIVE, REFUSED
@@ -23,7 +22,6 @@ else:
     rich = lazy("rich")
 
 NARROWEST, WIDE = 80, 120  # columns of a page, and of one with sentences in its tables
-Show = Callable[..., None]  # prints something, as the method of a console of rich does
 PIXELS_HEADER = "board,axis,pixel,edge_cycle,expected_steps,actual_steps"
 
 
@@ -64,6 +62,16 @@ def exit_status(verdict: str) -> int:
     return {"pass": FINE, "refused": REFUSED}.get(verdict, NEGATIVE)
 
 
+class Printer(Protocol):
+    """Where a page is printed: rich's console, or what prints as it does."""
+
+    def print(
+        self, what: Any, /, *, style: str | None = None, markup: bool | None = None,
+        highlight: bool | None = None, soft_wrap: bool | None = None,
+    ) -> None:  # fmt: skip
+        """Print something."""
+
+
 class Judged(TypedDict):
     """A summary that has a verdict."""
 
@@ -71,33 +79,33 @@ class Judged(TypedDict):
     reasons: list[str]
 
 
-def print_verdict(show: Show, summary: Judged, about: str) -> None:
+def print_verdict(console: Printer, summary: Judged, about: str) -> None:
     """Print the verdict of a run, what was run, and what is wrong."""
     colour = "bold green" if summary["verdict"] == "pass" else "bold red"
-    show(f"[{colour}]{summary['verdict'].upper()}[/]  {about}", markup=True)
+    console.print(f"[{colour}]{summary['verdict'].upper()}[/]  {about}")
     for reason in summary["reasons"]:
-        show(f"  {reason}", style="red", markup=False, highlight=False, soft_wrap=True)
+        console.print(f"  {reason}", style="red", markup=False, highlight=False, soft_wrap=True)
 
 
-def print_page(show: Show, summary: Summary, *, details: bool = False) -> None:
+def print_page(console: Printer, summary: Summary, *, details: bool = False) -> None:
     """Print the verdict of a run, with `details` the figures of every interrupt too."""
-    print_verdict(show, summary, _headline(summary))
+    print_verdict(console, summary, _headline(summary))
     if summary["refusal"]:
         return
-    show(_axes_table(summary))
+    console.print(_axes_table(summary))
     if details and summary["handlers"]:
-        show(_handlers_table(summary))
-    show(_footer(summary), highlight=False, soft_wrap=True)
+        console.print(_handlers_table(summary))
+    console.print(_footer(summary), highlight=False, soft_wrap=True)
 
 
-def print_files(show: Show, out: Path) -> None:
+def print_files(console: Printer, out: Path) -> None:
     """Print where the results of a run are, relative to the current folder if below it."""
     folder = out.resolve()
     if folder.is_relative_to(Path.cwd()):
         folder = folder.relative_to(Path.cwd())
     shown = (path.name for path in out.iterdir() if path.is_file() and path.name[0] != ".")
     names = ", ".join(sorted(shown))
-    show(f"files in {folder}: {names}", markup=False, highlight=False, soft_wrap=True)
+    console.print(f"files in {folder}: {names}", markup=False, highlight=False, soft_wrap=True)
 
 
 def _headline(summary: Summary) -> str:

@@ -7,7 +7,6 @@ from typing import Unpack
 import click
 
 from pixstep import progress
-from pixstep.board import run
 from pixstep.board.errors import BoardError
 from pixstep.board.port import Port
 from pixstep.cli import machinedefaults
@@ -69,12 +68,11 @@ def measure_play_command(
     if options["slow"] is None:
         options["slow"] = parse("2" if options["decode"] == "smooth" else "1", SPEED)
     with one_board(port, unit) as (found, known):
-        plan, hz = prepare(known, options, pixel_hz, divider)
+        ready = prepare(known, options, pixel_hz, divider)
         try:
-            group = [run.Lines(known.board, [plan.axis])]
-            with progress.shown("measuring") as show, stopping(group):
+            with progress.shown("measuring") as show, stopping([ready.lines]):
                 measured = playmeasure.measure(
-                    known.board, plan, hz, found.world,
+                    known.board, ready.plan, ready.pixel_hz, found.world,
                     repeat=repeat, hysteresis=hysteresis, encoder=read, progress=show,
                 )  # fmt: skip
         except HomingError as error:

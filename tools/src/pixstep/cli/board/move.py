@@ -7,15 +7,13 @@ from typing import Unpack
 import click
 
 from pixstep import progress
-from pixstep.board import limits, run, settings, upload
-from pixstep.board.errors import BoardError
 from pixstep.board.port import Port
 from pixstep.cli.board.group import AXIS, one_board, port_options, stopping, unit_option
 from pixstep.cli.clockoptions import board_clock_options
 from pixstep.cli.command import command
 from pixstep.cli.moveoptions import MoveOptions, headline, plan_options, read_plan
 from pixstep.cli.options import json_option, show_json
-from pixstep.lines.rational import refuse_period
+from pixstep.moves import onboard
 
 
 @command("move")
@@ -39,35 +37,20 @@ def move_command(
     By a CSV acceleration profile; it needs no pixel clock. Planned as by `pixstep move show`,
     checked with the board's own limits, followed to its end. Ctrl-C stops the axis.
     """
+    clock = onboard.Clock(pixel_hz, divider)
     with one_board(port, unit) as (found, known):
-        board = known.board
         known.axes((axis,))
-        hz = settings.pixel_hz(board, pixel_hz, divider)
-        refuse_period(hz, board.tick_hz())
+        hz = clock.pixel_hz(known.board)
         _profile, move = read_plan(options, hz, refuse=True)
-        planned = move.line(str(options["profile"]))
-        limits.check(planned, limits.connected(board, hz))
-        upload.require_idle(board, [axis])
-        settings.set_clock(board, pixel_hz, divider=divider)
-        before = run.positions(board, [axis])[axis]
-        group = [run.Lines(board, [axis])]
-        with progress.shown("moving") as show, stopping(group):
-            group[0].uploads += upload.begin(
-                board, {axis: planned}, divider or settings.divider(board)
-            )
-            run.arm_queued(group[0])
-            run.follow(group, found.world, move.pixels, show)
-        after = run.positions(board, [axis])[axis]
-    if after - before != move.steps:
-        raise BoardError(
-            f"board {unit}: axis {axis} moved {after - before} steps, not {move.steps}"
-        )
+        ready = onboard.prepare_move(known.board, axis, move, clock, str(options["profile"]))
+        with progress.shown("moving") as show, stopping([ready.lines]):
+            moved = ready.make(found.world, show)
     if as_json:
         show_json({
             "unit": unit, "axis": axis, "steps": move.steps, "pixels": move.pixels,
             "seconds": round(move.seconds(hz), 6), "top_steps_px": move.top,
-            "from_steps": before, "to_steps": after,
+            "from_steps": moved.from_steps, "to_steps": moved.to_steps,
         })  # fmt: skip
         return
     click.echo(headline(move, hz))
-    click.echo(f"board {unit} axis {axis}: from position {before} to {after}")
+    click.echo(f"board {unit} axis {axis}: from position {moved.from_steps} to {moved.to_steps}")

@@ -68,11 +68,9 @@ class HomeSim(HomeFields):
 def _write(page: Page, summary: HomeSummary) -> None:
     """Write the one-page verdict."""
     about = f"{summary['board']} axis {summary['axis']}, towards {summary['direction']}"
-    report.print_verdict(
-        page.draw, summary, f"{about}, {summary['pixel_hz']} Hz, {summary['decode']}"
-    )
+    report.print_verdict(page, summary, f"{about}, {summary['pixel_hz']} Hz, {summary['decode']}")
     if summary["legs"]:
-        page.draw(_legs_table(summary))
+        page.print(_legs_table(summary))
     for line in _findings(summary):
         page.tell(line)
 

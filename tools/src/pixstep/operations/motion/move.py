@@ -99,7 +99,7 @@ class MoveSim(MoveFields):
             done = fasttask.simulate(job, self.out, plot=self.plot, progress=show)
 
         def write(page: Page, summary: Summary) -> None:
-            report.print_page(page.draw, summary, details=self.details)
+            report.print_page(page, summary, details=self.details)
             page.tell(headline(job.move, job.pixel_hz))
             move = summary["move"]
             page.tell(
@@ -122,7 +122,7 @@ def _print_runs(page: Page, job: MoveJob) -> None:
             table.add_row(span, str(count), f"{float(count * job.pixel_hz):g}", str(place))
         elif index == hidden.start:
             table.add_row("...", "", "", "")
-    page.draw(table)
+    page.print(table)
 
 
 def _known(value: int | None) -> str:

@@ -95,13 +95,12 @@ def _write(page: Page, host: _Host, judged: Judgement, out: Path, seconds: float
         "[green]ok[/]" if good else "[red]wrong[/]" for good in (host.checked, host.planned)
     )
     page.draw(rich.rule.Rule("[bold]worked example: profile to checked STEP edges"))
-    page.draw(
+    page.print(
         f"profile  {Path(PROFILE).name}, speed {REQUEST.speed} steps/pixel, {PIXEL_HZ} Hz, "
         f"backlash {REQUEST.backlash}\n"
         f"line     {host.line.pixels} pixels, {host.line.total_steps} steps; line check {checked}\n"
-        f"plan     expected positions of the host library {planned}",
-        markup=True,
+        f"plan     expected positions of the host library {planned}"
     )
-    report.print_page(page.draw, judged.summary)
-    report.print_files(page.draw, out)
-    page.draw(f"[dim]{seconds:.1f} s", markup=True)
+    report.print_page(page, judged.summary)
+    report.print_files(page, out)
+    page.print(f"[dim]{seconds:.1f} s")

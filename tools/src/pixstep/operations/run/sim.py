@@ -98,7 +98,7 @@ class Sim(FlawFields):
             judged = simulate(job, self.out, plots=self.plot, progress=show)
 
         def write(page: Page, summary: Summary) -> None:
-            report.print_page(page.draw, summary, details=self.details)
+            report.print_page(page, summary, details=self.details)
 
         return simulated.result(judged.summary, self.out, write)
 

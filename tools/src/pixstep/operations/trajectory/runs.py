@@ -216,7 +216,7 @@ def _write_summary(page: Page, summary: CircleSummary) -> None:
     plays = " and ".join(map(str, summary["play_steps"]))
     points = " and ".join(map(str, summary["transition_points"]))
     about = f"{summary['board']}, {summary['pixel_hz']} Hz, play {plays} steps, taken up in"
-    print_verdict(page.draw, summary, f"{about} {points} points")
+    print_verdict(page, summary, f"{about} {points} points")
     table = new_table("run", "ticks", "load off", "radius error", "at", "apart")
     for name, run in summary["runs"].items():
         table.add_row(name, *_cells(run))
@@ -226,7 +226,7 @@ def _write_summary(page: Page, summary: CircleSummary) -> None:
         "passes at the same point, counts"
     )
     table.caption_justify = "left"
-    page.draw(table)
+    page.print(table)
 
 
 def _cells(run: RunSummary) -> list[str]:

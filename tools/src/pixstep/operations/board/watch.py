@@ -1,77 +1,117 @@
 # SPDX-License-Identifier: MIT
-"""`pixstep board watch`: boards as they are, again and again."""
+"""Boards as they are, again and again."""
 
 from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
-
-import click
+from collections.abc import Callable, Iterator
+from typing import NotRequired, Protocol, TypedDict
 
 from pixstep import signals
 from pixstep.board import clock_hz, settings, snapshot
 from pixstep.board import registers as regs
+from pixstep.board.clockstate import ClockData
 from pixstep.board.errors import BoardError
 from pixstep.board.link import Link
-from pixstep.board.port import Port
 from pixstep.board.snapshot import LINE_COUNTERS, Snapshot
-from pixstep.cli.board.group import Known, Units, boards, port_options, units_option
-from pixstep.cli.command import command
-from pixstep.cli.options import show_json_row
-from pixstep.cli.quantities import TimeType
-from pixstep.lazy import lazy
+from pixstep.operations import bus
+from pixstep.operations.bus import Known, ToBoards
+from pixstep.operations.desk import Desk
+from pixstep.operations.kinds import Time, Whole
+from pixstep.operations.request import flag, operation, option
+from pixstep.operations.result import Result
 
-if TYPE_CHECKING:
-    import rich.console
-    import rich.live
-    import rich.text
-
-    from pixstep.cli.board import watchview
-else:
-    rich = lazy("rich")
-    watchview = lazy("pixstep.cli.board.watchview")
-
+AXIS_COLUMNS = ("position_steps", "expected_steps", "pixel", "queue_free", "ring_fill")
+NONE = "-"  # where there is no value
 Pair = tuple[Snapshot, Snapshot | None]
+Show = Callable[[list[Pair]], None]
 
 
-@command("watch")
-@port_options
-@units_option
-@click.option(
-    "--interval",
-    type=TimeType("s", 0.05, 3600),
-    default="0.5s",
-    show_default=True,
-    help="Time from one look to the next.",
-)
-@click.option("--count", type=click.IntRange(1), metavar="N", help="End after so many looks.")
-@click.option("--once", is_flag=True, help="Look once; the same as --count 1.")
-@click.option("--json", "as_json", is_flag=True, help="One line of JSON for each board and look.")
-def watch_command(
-    port: Port, units: Units, interval: float, count: int | None, once: bool, as_json: bool
-) -> None:
+class WatchedBoard(TypedDict):
+    """A board at one moment; one that does not answer has only `trouble`."""
+
+    unit: int
+    board: str
+    time_s: float
+    trouble: NotRequired[str]
+    status: NotRequired[dict[str, bool]]
+    fault: NotRequired[str]
+    switches: NotRequired[str]
+    pixel_edges: NotRequired[int]
+    edge_error_ticks: NotRequired[int]
+    pixel_clock: NotRequired[ClockData | None]
+    set_hz: NotRequired[float]
+    other_clock_hz: NotRequired[float | None]
+    counters: NotRequired[dict[str, int]]
+    rates_per_s: NotRequired[dict[str, float]]
+    axes: NotRequired[list[dict[str, int | str | None]]]
+
+
+class WatchedBoards(TypedDict):
+    """The boards at each look, of endless looks those of the last one."""
+
+    boards: list[WatchedBoard]
+
+
+class Screen(Protocol):
+    """Where boards are drawn again and again."""
+
+    def opened(self, port: str) -> contextlib.AbstractContextManager[Show]:
+        """Yield what draws the boards of a port in the place of the last ones."""
+
+
+@operation("board watch")
+class Watch(ToBoards):
     """Watch boards live; Ctrl-C ends it.
 
     Status, fault, axes, switches, pixel clock, rates. Where nobody watches (no terminal) it prints
     plain lines.
     """
-    with boards(port, units) as (found, known), signals.until_ctrl_c():
-        looks = _looks(found, known, interval, 1 if once else count)
-        if as_json:
-            for look in looks:
-                for now, before in look:
-                    show_json_row(now.as_json(before))
+
+    result = WatchedBoards
+    json_rows = "board and look"
+
+    interval: float = option(
+        Time("s", 0.05, 3600), "Time from one look to the next.", default=0.5, default_text="0.5s"
+    )
+    count: int | None = option(Whole(1), "End after so many looks.", shown="N")
+    once: bool = flag("Look once; the same as --count 1.")
+
+    def run(self, desk: Desk) -> Result:
+        """Look until it was often enough, or Ctrl-C comes."""
+        count = 1 if self.once else self.count
+        kept: list[Pair] = []
+        with (
+            bus.boards(desk, self) as (found, known),
+            signals.until_ctrl_c(),
+            self._shown(desk, found.port) as show,
+        ):
+            for look in _looks(found, known, self.interval, count):
+                show(look)
+                if not (desk.keeps and count):
+                    kept.clear()
+                kept += look
+        texts = (text for pair in kept for text in _lines(*pair))
+        data = {"boards": [now.as_json(before) for now, before in kept]}
+        return Result(data, "\n".join(texts), told=True)
+
+    @contextlib.contextmanager
+    def _shown(self, desk: Desk, port: str) -> Iterator[Show]:
+        """Yield what shows a look: the screen if there is one, else rows and lines."""
+        screen: Screen | None = None if self.once else desk.view
+        if screen is not None:
+            with screen.opened(port) as show:
+                yield show
             return
-        console = rich.console.Console(highlight=False)
-        if console.is_terminal and not once:
-            _live(console, looks, found.port)
-        else:
-            for look in looks:
-                for pair in look:
-                    for text in _lines(*pair):
-                        click.echo(text)
+
+        def tell(look: list[Pair]) -> None:
+            for now, before in look:
+                desk.row(now.as_json(before))
+                for text in _lines(now, before):
+                    desk.tell(text)
+
+        yield tell
 
 
 def _looks(
@@ -120,15 +160,6 @@ def _take(known: Known, time_s: float) -> Snapshot:
         return Snapshot(known.who, time_s, {}, [], str(error))
 
 
-def _live(console: rich.console.Console, looks: Iterator[list[Pair]], port: str) -> None:
-    """Redraw the terminal at each look."""
-    with rich.live.Live(console=console, auto_refresh=False, screen=False) as live:
-        for look in looks:
-            title = rich.text.Text(f"{port}   Ctrl-C ends", style="dim")
-            pages = [watchview.page(*pair) for pair in look]
-            live.update(rich.console.Group(title, *pages), refresh=True)
-
-
 def _lines(now: Snapshot, before: Snapshot | None) -> Iterator[str]:
     """Yield a board as plain lines."""
     unit = now.who.unit
@@ -137,15 +168,12 @@ def _lines(now: Snapshot, before: Snapshot | None) -> Iterator[str]:
         return
     flags = ", ".join(name for name, on in now.flags.items() if on) or "idle"
     fault = f"; fault {now.fault}" if now.fault else ""
-    yield (
-        f"board {unit} {now.who.board}: {flags}{fault}; {_clock_text(now, before)}; switches: "
-        + (now.switches)
-    )
+    clock = _clock_text(now, before)
+    yield f"board {unit} {now.who.board}: {flags}{fault}; {clock}; switches: {now.switches}"
     for number, axis in enumerate(now.shown_axes):
         state = regs.axis_state(now.axes[number]["axis_state"])
         rest = ", ".join(
-            f"{name} {watchview.NONE if axis[name] is None else axis[name]}"
-            for name in watchview.AXIS_COLUMNS
+            f"{name} {NONE if axis[name] is None else axis[name]}" for name in AXIS_COLUMNS
         )
         yield f"board {unit} axis {number}: {state}, {rest}"
     if before is not None:
