@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from pixstep.machine import reading
     from pixstep.programs import entries, length, motors, plan, sources
-    from pixstep.programs.report import PlanFigures
+    from pixstep.programs.figures import PlanFigures
 else:  # numpy and pydantic take a while to load
     np, reading = lazy("numpy"), lazy("pixstep.machine.reading")
     entries, length = lazy("pixstep.programs.entries"), lazy("pixstep.programs.length")

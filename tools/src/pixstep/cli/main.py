@@ -44,10 +44,7 @@ _LINE = {
         "writes.",
     ),
     "plan": _operation("line plan"),
-    "sim": _by_machine(
-        "sim:sim",
-        "Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.",
-    ),
+    "sim": _operation("sim"),
 }
 _FILE = {
     "info": _late("file:info", "Say what is in a file."),
@@ -126,19 +123,10 @@ _MAIN = {
         "limits:limits_command",
         "Show what a board can do: rates, accelerations, shortest lines, reversals.",
     ),
-    "sim": _by_machine(
-        "sim:sim",
-        "Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.",
-    ),
+    "sim": _operation("sim"),
     "ticks": _operation("line plan"),
-    "plan": _late(
-        "plan:plan",
-        "Plan a motion program of blended moves: a line for each motor, all of equal length.",
-    ),
-    "demo": _late(
-        "sim:demo_command",
-        "Worked example: profile, line, plan, simulated Mega, verdict, plots, VCD.",
-    ),
+    "plan": _operation("plan"),
+    "demo": _operation("demo"),
     "flash": _by_machine(
         "flash:flash_command",
         "Write the firmware to a board by avrdude through its boot loader, then ask what it is.",

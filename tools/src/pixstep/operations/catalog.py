@@ -78,6 +78,18 @@ OPERATIONS: dict[str, tuple[str, str]] = {
         "board.commands:Permit",
         "Switch the permit output, the gate of a laser or spindle.",
     ),
+    "sim": (
+        "run.sim:Sim",
+        "Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.",
+    ),
+    "demo": (
+        "run.demo:Demo",
+        "Worked example: profile, line, plan, simulated Mega, verdict, plots, VCD.",
+    ),
+    "plan": (
+        "program.plan:ProgramPlan",
+        "Plan a motion program of blended moves: a line for each motor, all of equal length.",
+    ),
     "move make": (
         "motion.move:MoveMake",
         "Write a move as a plain line: one signed count per pixel, the fewest pixels there are.",
