@@ -31,10 +31,7 @@ def _operation(words: str) -> Late:
 _LINE = {
     "make": _operation("line make"),
     "check": _operation("line check"),
-    "show": _by_machine(
-        "show:line_show",
-        "Show speed, acceleration, jerk and position of a line: a table, with --plot a drawing.",
-    ),
+    "show": _operation("line show"),
     "compensate": _by_machine(
         "reversal:line_compensate", "Take up the play at every reversal of a plain line."
     ),
@@ -59,13 +56,8 @@ _PROFILE = {
         "profile_make:profile_make",
         "Make the shortest acceleration profile within limits of acceleration and jerk.",
     ),
-    "check": _by_machine(
-        "profile:profile_check", "Check a profile under every reading of its file."
-    ),
-    "show": _by_machine(
-        "profile:profile_show",
-        "Show speed, acceleration, jerk and position of a profile: a table, with --plot a drawing.",
-    ),
+    "check": _operation("profile check"),
+    "show": _operation("profile show"),
     "repair": _by_machine(
         "profile_repair:profile_repair",
         "Repair a file for a smooth motor: counts that oscillate, or the speeds of a PRN.",

@@ -21,6 +21,18 @@ OPERATIONS: dict[str, tuple[str, str]] = {
         "line.check:LinePlan",
         "Plan the edges of a line of a CSV or CSB with the native build of the firmware's core.",
     ),
+    "line show": (
+        "line.show:LineShow",
+        "Show speed, acceleration, jerk and position of a line: a table, with --plot a drawing.",
+    ),
+    "profile check": (
+        "profile.look:ProfileCheck",
+        "Check a profile under every reading of its file.",
+    ),
+    "profile show": (
+        "profile.look:ProfileShow",
+        "Show speed, acceleration, jerk and position of a profile: a table, with --plot a drawing.",
+    ),
     "board scan": ("board.find:Scan", "Look for boards at every address of the line."),
     "board info": ("board.find:Info", "Show what boards are and how they are."),
     "board features": ("board.find:ShowFeatures", "Show what boards' images were built with."),
