@@ -32,14 +32,8 @@ _LINE = {
     "make": _operation("line make"),
     "check": _operation("line check"),
     "show": _operation("line show"),
-    "compensate": _by_machine(
-        "reversal:line_compensate", "Take up the play at every reversal of a plain line."
-    ),
-    "import": _by_machine(
-        "line_import:line_import",
-        "Make a line of your own table: what a spreadsheet exports, or what numpy's savetxt "
-        "writes.",
-    ),
+    "compensate": _operation("line compensate"),
+    "import": _operation("line import"),
     "plan": _operation("line plan"),
     "sim": _by_machine(
         "sim:sim",

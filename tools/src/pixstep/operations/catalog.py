@@ -25,6 +25,15 @@ OPERATIONS: dict[str, tuple[str, str]] = {
         "line.show:LineShow",
         "Show speed, acceleration, jerk and position of a line: a table, with --plot a drawing.",
     ),
+    "line import": (
+        "line.own_data:LineImport",
+        "Make a line of your own table: what a spreadsheet exports, or what numpy's savetxt "
+        "writes.",
+    ),
+    "line compensate": (
+        "line.compensate:LineCompensate",
+        "Take up the play at every reversal of a plain line.",
+    ),
     "profile check": (
         "profile.look:ProfileCheck",
         "Check a profile under every reading of its file.",
