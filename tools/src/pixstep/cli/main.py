@@ -41,21 +41,15 @@ _LINE = {
     ),
 }
 _FILE = {
-    "info": _late("file:info", "Say what is in a file."),
-    "check": _late("file:check", "List everything wrong with a file."),
-    "convert": _late("file:convert", "Write a file in another format."),
+    "info": _operation("file info"),
+    "check": _operation("file check"),
+    "convert": _operation("file convert"),
 }
 _PROFILE = {
-    "make": _by_machine(
-        "profile_make:profile_make",
-        "Make the shortest acceleration profile within limits of acceleration and jerk.",
-    ),
+    "make": _operation("profile make"),
     "check": _operation("profile check"),
     "show": _operation("profile show"),
-    "repair": _by_machine(
-        "profile_repair:profile_repair",
-        "Repair a file for a smooth motor: counts that oscillate, or the speeds of a PRN.",
-    ),
+    "repair": _operation("profile repair"),
 }
 _MOVE = {
     "make": _by_machine(
@@ -160,10 +154,7 @@ _BOARD = {
 }
 _MACHINE = {name: _operation(f"machine {name}") for name in ("new", "check", "show")}
 _MAIN = {
-    "limits": _by_machine(
-        "limits:limits_command",
-        "Show what a board can do: rates, accelerations, shortest lines, reversals.",
-    ),
+    "limits": _operation("limits"),
     "sim": _by_machine(
         "sim:sim",
         "Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.",

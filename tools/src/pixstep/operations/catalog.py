@@ -34,6 +34,14 @@ OPERATIONS: dict[str, tuple[str, str]] = {
         "line.compensate:LineCompensate",
         "Take up the play at every reversal of a plain line.",
     ),
+    "profile make": (
+        "profile.make:ProfileMake",
+        "Make the shortest acceleration profile within limits of acceleration and jerk.",
+    ),
+    "profile repair": (
+        "profile.repair:ProfileRepair",
+        "Repair a file for a smooth motor: counts that oscillate, or the speeds of a PRN.",
+    ),
     "profile check": (
         "profile.look:ProfileCheck",
         "Check a profile under every reading of its file.",
@@ -41,6 +49,13 @@ OPERATIONS: dict[str, tuple[str, str]] = {
     "profile show": (
         "profile.look:ProfileShow",
         "Show speed, acceleration, jerk and position of a profile: a table, with --plot a drawing.",
+    ),
+    "file info": ("file.commands:FileInfo", "Say what is in a file."),
+    "file check": ("file.commands:FileCheck", "List everything wrong with a file."),
+    "file convert": ("file.commands:FileConvert", "Write a file in another format."),
+    "limits": (
+        "limits:ShowLimits",
+        "Show what a board can do: rates, accelerations, shortest lines, reversals.",
     ),
     "board scan": ("board.find:Scan", "Look for boards at every address of the line."),
     "board info": ("board.find:Info", "Show what boards are and how they are."),
