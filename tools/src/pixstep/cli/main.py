@@ -149,14 +149,9 @@ _BOARD = {
     "enable": _operation("board enable"),
     "disable": _operation("board disable"),
     "permit": _operation("board permit"),
-    "home": _by_machine(
-        "board.home:home_command", "Home an axis: its switch's edge becomes position 0."
-    ),
-    "measure-play": _by_machine(
-        "board.measureplay:measure_play_command",
-        "Measure the play of an axis by its home switch.",
-    ),
-    "move": _by_machine("board.move:move_command", "Move an axis by exactly N steps."),
+    "home": _operation("board home"),
+    "measure-play": _operation("board measure-play"),
+    "move": _operation("board move"),
     "simulate": _operation("board simulate"),
     "run": _by_machine("board.program:run_command", "Run a motion program while it is planned."),
     "trajectory": _by_machine(

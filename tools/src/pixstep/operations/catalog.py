@@ -61,6 +61,12 @@ OPERATIONS: dict[str, tuple[str, str]] = {
         "board.start:Start",
         "Start loaded lines, of several boards on one clock edge.",
     ),
+    "board home": ("board.motion:BoardHome", "Home an axis: its switch's edge becomes position 0."),
+    "board measure-play": (
+        "board.motion:MeasurePlay",
+        "Measure the play of an axis by its home switch.",
+    ),
+    "board move": ("board.motion:BoardMove", "Move an axis by exactly N steps."),
     "board arm": ("board.commands:Arm", "Arm loaded axes by hand, with a token if wanted."),
     "board disarm": ("board.commands:Disarm", "Disarm axes and discard their queues."),
     "board clear": ("board.commands:Clear", "Clear the latched fault."),
