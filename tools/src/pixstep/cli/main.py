@@ -153,11 +153,8 @@ _BOARD = {
     "measure-play": _operation("board measure-play"),
     "move": _operation("board move"),
     "simulate": _operation("board simulate"),
-    "run": _by_machine("board.program:run_command", "Run a motion program while it is planned."),
-    "trajectory": _by_machine(
-        "board.trajectory:trajectory_command",
-        "Run a table of two axes, its play taken up or not.",
-    ),
+    "run": _operation("board run"),
+    "trajectory": _operation("board trajectory"),
     "selftest": _operation("board selftest"),
 }
 _MACHINE = {name: _operation(f"machine {name}") for name in ("new", "check", "show")}
@@ -182,10 +179,7 @@ _MAIN = {
         "sim:demo_command",
         "Worked example: profile, line, plan, simulated Mega, verdict, plots, VCD.",
     ),
-    "flash": _by_machine(
-        "flash:flash_command",
-        "Write the firmware to a board by avrdude through its boot loader, then ask what it is.",
-    ),
+    "flash": _operation("flash"),
     "bench": _late("late:BENCH", "Measure cycles, rates, CPU share, edge errors, waits, sizes."),
     "completion": _late(
         "completion:completion", "Complete commands, options and files in the shell: install it."
