@@ -18,7 +18,7 @@ from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.machine import reading
 from pixstep.moves import hometask, homing
-from pixstep.moves.homesim import shared_limits
+from pixstep.moves.inputs import shared_limits
 from worked import DATA
 
 pytestmark = pytest.mark.usefixtures("simulator")

@@ -1,73 +1,171 @@
 # SPDX-License-Identifier: MIT
-"""Direct reversals at the shortest interval that the board allows, on all axes at once."""
+"""Threads that share a bus: whose turn it is, what an interrupted one does, whose time passes."""
 
-from fractions import Fraction
+import contextlib
+import threading
+import time
 
-import numpy as np
 import pytest
 
-from bench import Bench
-from pixstep.board.errors import LineRefusedByBoardError
-from pixstep.lines.line import PLAIN, Line
-from pixstep.simulation.edges import read_edges
+from pixstep.board.handle import Handle
+from pixstep.board.shared_time import Lender, lender_of
+from pixstep.board.turns import InterruptedBusError, Turns
 
-HZ = Fraction(100)
-STROKE_PX = 6
+SOON_S = 5
 
 
-def turning(count):
-    """Return a line that turns four times from one pixel to the next."""
-    return Line(tuple(way * count for way in (1, -1, 1, -1, 1) for _ in range(STROKE_PX)), PLAIN)
+class Waiter(threading.Thread):
+    """A thread that wants one turn and notes when it had it."""
+
+    def __init__(self, turns, had, name, *, urgent=False, feeds=False):
+        super().__init__(daemon=True)
+        self.turns, self.had, self.urgent, self.feeds = turns, had, urgent, feeds
+        self.called, self.ended = name, None
+
+    def run(self):
+        favour = self.turns.favoured() if self.feeds else contextlib.nullcontext()
+        try:
+            with favour, self.turns.taken(urgent=self.urgent):
+                self.had.append(self.called)
+        except InterruptedBusError as error:
+            self.ended = error
+
+    def wait(self):
+        """Start, and return once it waits for its turn."""
+        before = len(self.turns._waiting)
+        self.start()
+        end_s = time.monotonic() + SOON_S
+        while len(self.turns._waiting) == before:
+            assert time.monotonic() < end_s
+            time.sleep(0.001)
+        return self
 
 
-def accepted(bench, count):
-    """Upload to every axis; False if the board refuses."""
-    try:
-        for axis in bench.axes:
-            bench.load(turning(count), axis)
-    except LineRefusedByBoardError as error:
-        assert error.name == "reversal_too_fast"
-        bench.board.command("discard", bench.axes)
-        return False
-    return True
+def test_turns_come_by_rank_and_in_order():
+    turns, had = Turns(), []
+    with turns, turns.taken(urgent=False):
+        assert turns.mine
+        waiting = [Waiter(turns, had, name).wait() for name in "abc"]
+        waiting.append(Waiter(turns, had, "line", feeds=True).wait())
+        waiting.append(Waiter(turns, had, "stop", urgent=True).wait())
+        with turns:
+            pass
+        assert had == []
+    for one in waiting:
+        one.join(SOON_S)
+    assert had == ["stop", "line", "a", "b", "c"]
+    assert not turns.mine
 
 
-def fastest(bench):
-    """Leave the fastest line that the board accepts in its queues; return its count."""
-    low, high = 1, 400
-    while high - low > 1:
-        middle = (low + high) // 2
-        if accepted(bench, middle):
-            bench.board.command("discard", bench.axes)
-            low = middle
-        else:
-            high = middle
-    assert accepted(bench, low)
-    return low
+def test_an_interrupted_thread_ends_where_it_waits_and_keeps_nobody():
+    turns, had = Turns(), []
+    with turns:
+        first, second = (Waiter(turns, had, name).wait() for name in "ab")
+        turns.interrupt(first.ident)
+        first.join(SOON_S)
+        assert isinstance(first.ended, InterruptedBusError)
+    second.join(SOON_S)
+    assert had == ["b"]
+    turns.interrupt(threading.get_ident())
+    with pytest.raises(InterruptedBusError), turns:
+        had.append("never")
+    with turns:  # it is told once
+        had.append("again")
+    assert had == ["b", "again"]
 
 
-@pytest.mark.usefixtures("simulator")
-@pytest.mark.parametrize("setting_us", [20, 300])
-@pytest.mark.parametrize(("board", "axes"), [("uno", 1), ("mega", 1), ("mega", 4), ("m1284", 2)])
-def test_direction_times_at_the_limit(tmp_path, board, axes, setting_us):
-    path = tmp_path / "edges.csv"
-    with Bench(board, range(axes), HZ, edges=path) as bench:
-        bench.board.write_setting("dir_setup_us", setting_us)
-        bench.board.write_setting("dir_hold_us", setting_us)
-        count = fastest(bench)
-        bench.arm()
-        while any(bench.state(axis) != "done" for axis in bench.axes):  # the serial line is busy
-            assert bench.fault() == "none", count
-        bench.sim.wait_s(0.02)
-        bench.sim.command("flush")
-        log = read_edges(path)
-    for axis in range(axes):
-        edges = log.axis(0, axis)
-        assert len(edges.rising) == 5 * STROKE_PX * count
-        turns = edges.direction_cycles
-        after = np.searchsorted(edges.rising, turns)
-        inside = (after > 0) & (after < len(edges.rising))
-        gap_ticks = setting_us * (bench.sim.tick_hz // 1_000_000)
-        assert np.count_nonzero(inside) == 4
-        assert np.all(edges.rising[after[inside]] - turns[inside] >= gap_ticks)
-        assert np.all(turns[inside] - edges.rising[after[inside] - 1] >= gap_ticks)
+def test_what_belongs_together_is_not_interrupted():
+    turns = Turns()
+    with turns:
+        turns.interrupt(threading.get_ident())
+        with turns.taken(urgent=True):
+            pass
+    with pytest.raises(InterruptedBusError), turns:
+        pass
+    turns.interrupt(threading.get_ident())
+    turns.forget(threading.get_ident())
+    with turns:
+        pass
+
+
+class World:
+    """Time that passes only in `wait`."""
+
+    def __init__(self):
+        self.time_s = 0.0
+
+    def now_s(self):
+        return self.time_s
+
+    def wait(self, seconds):
+        self.time_s += seconds
+
+
+class Bus:
+    """A bus of which nothing is asked."""
+
+    def __init__(self):
+        self.world, self.modbus = World(), self
+        self.turns = Turns()
+
+
+def ticking(bus, period_s, times, noted, name):
+    """Return a motion that looks at its board every so often."""
+
+    def make(course):
+        course.begun()
+        for _ in range(times):
+            course.world.wait(period_s)
+            noted.append((name, round(course.world.now_s(), 6)))
+        return name
+
+    return Handle(bus, [], make)
+
+
+def test_several_motions_share_time_in_its_order():
+    bus, noted = Bus(), []
+    slow = ticking(bus, 0.3, 2, noted, "slow").begin()
+    fast = ticking(bus, 0.1, 7, noted, "fast").begin()
+    assert bus.world.now_s() == 0 and noted == []
+    assert slow.wait() == "slow"
+    assert noted == [
+        ("fast", 0.1), ("fast", 0.2), ("slow", 0.3), ("fast", 0.3), ("fast", 0.4), ("fast", 0.5),
+        ("slow", 0.6),
+    ]  # fmt: skip
+    assert not fast.over
+    lender_of(bus).pass_time(0.05)
+    assert bus.world.now_s() == pytest.approx(0.65) and len(noted) == 8
+    assert fast.wait() == "fast" and len(noted) == 9
+
+
+def test_a_motion_is_waited_for_in_the_time_of_its_boards():
+    bus, noted = Bus(), []
+    motion = ticking(bus, 0.4, 3, noted, "one").begin()
+    with pytest.raises(TimeoutError, match=r"not over after 0\.5 s: it goes on"):
+        motion.wait(0.5)
+    assert bus.world.now_s() == pytest.approx(0.5) and len(noted) == 1
+    assert not motion.done and len(noted) == 2
+    motion.halt()
+    assert motion.over and len(noted) == 2
+
+
+def test_a_thread_that_asks_of_its_own_motion_does_not_wait_for_itself():
+    bus, seen = Bus(), []
+
+    def make(course):
+        course.world.wait(0.1)
+        seen.append(handle.done)
+
+    handle = Handle(bus, [], make)
+    handle.begin()
+    handle.wait()
+    assert seen == [False]
+
+
+def test_a_lender_without_motions_lets_time_pass():
+    world = World()
+    lender = Lender(world)
+    assert not lender.advance()
+    lender.pass_time(2)
+    assert not lender.pass_until(threading.Event(), 1)
+    assert world.now_s() == 3

@@ -82,7 +82,7 @@ static void serve_overflow(uint8_t axis, bool on)
 #include BOARD_FILE
 }
 
-// The same as on, unless a period has begun whose overflow nobody has served: then false. 11 cycles
+// The same as on, unless a period has begun whose overflow nobody has served: then false. 14 cycles
 // with interrupts off.
 static bool serve_from_here(uint8_t axis)
 {
@@ -166,8 +166,8 @@ bool step_park(uint8_t axis, uint16_t idle_count)
 }
 
 // The count must say what the overflow interrupt goes on from. It does if no period begins between
-// the look at the clocks and the instant at which the interrupt is switched on: a period that begins
-// is seen by its flag, however long the main loop is held there, and the look is taken again.
+// the look at the clocks and the instant at which the interrupt is switched on. The flag shows a
+// period that begins, however long the main loop is held there, and the look is taken again.
 void step_unpark(uint8_t axis)
 {
     struct step_engine *engine = &step_engines[axis];

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from pixstep.api.bus import AxisState, Board, Bus, connect
+    from pixstep.api.bus import Board, Bus, connect
     from pixstep.api.clocks import ClockErrors, ClockFigures, PixelClock
     from pixstep.api.machines import Machine, Motor
+    from pixstep.api.motion import Motion
     from pixstep.api.motions import (
         CheckResult,
         MotionLine,
@@ -25,15 +26,25 @@ if TYPE_CHECKING:
         read_line,
         read_profile,
     )
+    from pixstep.api.moving import HomeResult, MoveResult, SeekResult
     from pixstep.api.programs import MotionProgram, ProgramPlan, read_program
     from pixstep.api.records import AxisRecords
     from pixstep.api.runs import AxisRun, Run, RunFailedError, simulate
+    from pixstep.api.states import AxisProgress, AxisState
     from pixstep.api.ticks import Ticks
-    from pixstep.board.errors import BoardError
+    from pixstep.api.virtual import VirtualBoard, simulated_board, simulated_bus
+    from pixstep.board.errors import (
+        BoardError,
+        FaultError,
+        MotionStoppedError,
+        MotionTimeoutError,
+    )
     from pixstep.errors import PlainError, RefusedError, UserError
     from pixstep.lines.linecheck import Finding, Limits
+    from pixstep.moves.homing import HomingError
 
 __all__ = [
+    "AxisProgress",
     "AxisRecords",
     "AxisRun",
     "AxisState",
@@ -43,12 +54,19 @@ __all__ = [
     "CheckResult",
     "ClockErrors",
     "ClockFigures",
+    "FaultError",
     "Finding",
+    "HomeResult",
+    "HomingError",
     "Limits",
     "Machine",
+    "Motion",
     "MotionLine",
     "MotionProgram",
+    "MotionStoppedError",
+    "MotionTimeoutError",
     "Motor",
+    "MoveResult",
     "PixelClock",
     "PlainError",
     "Profile",
@@ -56,8 +74,10 @@ __all__ = [
     "RefusedError",
     "Run",
     "RunFailedError",
+    "SeekResult",
     "Ticks",
     "UserError",
+    "VirtualBoard",
     "connect",
     "import_line",
     "line",
@@ -67,23 +87,30 @@ __all__ = [
     "read_profile",
     "read_program",
     "simulate",
+    "simulated_board",
+    "simulated_bus",
 ]
 
 _MODULES = {
-    "api.bus": ("AxisState", "Board", "Bus", "connect"),
+    "api.bus": ("Board", "Bus", "connect"),
     "api.clocks": ("ClockErrors", "ClockFigures", "PixelClock"),
     "api.machines": ("Machine", "Motor"),
+    "api.motion": ("Motion",),
     "api.motions": (
         "CheckResult", "MotionLine", "Profile", "import_line", "line", "make_line",
         "make_profile", "read_line", "read_profile",
     ),
+    "api.moving": ("HomeResult", "MoveResult", "SeekResult"),
     "api.records": ("AxisRecords",),
     "api.programs": ("MotionProgram", "ProgramPlan", "read_program"),
     "api.runs": ("AxisRun", "Run", "RunFailedError", "simulate"),
+    "api.states": ("AxisProgress", "AxisState"),
     "api.ticks": ("Ticks",),
-    "board.errors": ("BoardError",),
+    "api.virtual": ("VirtualBoard", "simulated_board", "simulated_bus"),
+    "board.errors": ("BoardError", "FaultError", "MotionStoppedError", "MotionTimeoutError"),
     "errors": ("PlainError", "RefusedError", "UserError"),
     "lines.linecheck": ("Finding", "Limits"),
+    "moves.homing": ("HomingError",),
 }  # fmt: skip
 _PLACES = {name: module for module, names in _MODULES.items() for name in names}
 
@@ -100,4 +127,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    """Return the interface, and nothing that it is made with."""
+    return sorted({*__all__, *(name for name in globals() if name.startswith("__"))})

@@ -9,7 +9,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pixstep import atomic, formats, natives, outfolder, progress
+from pixstep import atomic, extras, formats, natives, outfolder, progress
 from pixstep.board import boards
 from pixstep.lazy import lazy
 from pixstep.lines import exact, linecheck, planner
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 else:
     rich = lazy("rich")
 
-PROFILE = "tools/data/AccProfM39-30Hz-1.PRN"
+PROFILE = "AccProfM39-30Hz-1.PRN"
 PIXEL_HZ = Fraction(30)
 _BOARD = "mega"
 _OWN = ("line.csv", "ticks.csv")  # besides those of the simulated run
@@ -45,13 +45,17 @@ def run(
 ) -> Demo:
     """Run the worked example into `out`, print what came out and return it."""
     started = time.monotonic()
-    out = out or natives.root() / "build" / "demo"
-    source = natives.source(PROFILE)
+    out = out or _default_folder()
+    source = natives.example(PROFILE)
     speeds, _ = formats.read_prn(source)
     with outfolder.of_run(out, (*_OWN, *simtask.names())) as folder:
         line, judged, host_right = _run(folder, out, source, speeds, serial_load=serial_load)
     _print(console, judged.summary, line, host_right, started, out)
     return Demo(judged.passed and all(host_right), judged.summary)
+
+
+def _default_folder() -> Path:
+    return Path("pixstep-demo") if natives.installed() else natives.root() / "build" / "demo"
 
 
 def _run(
@@ -69,7 +73,8 @@ def _run(
     planned_right = table.tolist() == exact.expected_positions(line)
     job = Job(_BOARD, {0: line}, PIXEL_HZ, serial_load=serial_load, vcd=True)
     with progress.shown("simulating the Mega") as show:
-        judged = simtask.simulate_into(job, folder, out, plots=True, progress=show)
+        drawn = extras.have("matplotlib")
+        judged = simtask.simulate_into(job, folder, out, plots=drawn, progress=show)
     return line, judged, (not findings, planned_right)
 
 
@@ -85,11 +90,13 @@ def _print(
     checked, planned = ("[green]ok[/]" if good else "[red]wrong[/]" for good in host_right)
     console.rule("[bold]worked example: profile to checked STEP edges")
     console.print(
-        f"profile  {Path(PROFILE).name}, speed {REQUEST.speed} steps/pixel, {PIXEL_HZ} Hz, "
+        f"profile  {PROFILE}, speed {REQUEST.speed} steps/pixel, {PIXEL_HZ} Hz, "
         f"backlash {REQUEST.backlash}\n"
         f"line     {line.pixels} pixels, {line.total_steps} steps; line check {checked}\n"
         f"plan     expected positions of the host library {planned}"
     )
     report.print_page(console, summary)
     report.print_files(console, out)
+    if not summary.get("plots"):
+        console.print("no drawings: pip install 'pixstep\\[plot]' brings matplotlib")
     console.print(f"[dim]{time.monotonic() - started:.1f} s")

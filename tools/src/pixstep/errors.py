@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The exceptions that reach a user as a plain line of text, and the exit statuses of commands."""
 
+from typing import Any
+
 FINE = 0
 NEGATIVE = 1  # a verdict that is not fine: a failed run, warnings, a difference, a board in trouble
 MISUSE = 2
@@ -11,6 +13,18 @@ class PlainError(Exception):
     """Ends a command with its text as one line and with the exit status `status`."""
 
     status = NEGATIVE
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Let every kind pass from one process to another, whatever it is made of."""
+        return _again, (type(self), self.args, self.__dict__)
+
+
+def _again(kind: type[PlainError], args: tuple[Any, ...], values: dict[str, Any]) -> PlainError:
+    """Return an error with its text and its values."""
+    made = kind.__new__(kind, *args)
+    made.args = args
+    made.__dict__.update(values)
+    return made
 
 
 class UserError(PlainError):

@@ -8,11 +8,14 @@ from typing import Any, TypeVar
 
 from pixstep import arguments
 from pixstep.api.machines import Motor
+from pixstep.arguments import FAR
 from pixstep.board import boards, gating
 from pixstep.board import registers as regs
 from pixstep.errors import UserError
+from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.rational import legal_hz, parse_hz
+from pixstep.lines.units import Quantity, Scale
 from pixstep.profiles.madefor import MOST_EDGES
 
 Hz = Fraction | Decimal | float | str
@@ -33,6 +36,62 @@ def exact_hz(given: Hz | None) -> Fraction | None:
     return legal_hz(exact, text)
 
 
+def seconds(name: str, given: float | str | None, low: float = 0) -> float | None:
+    """Return a time in seconds, or written as `"20 ms"`, if it is given."""
+    if given is None:
+        return None
+    value = units.parse_seconds(given) if isinstance(given, str) else given
+    return arguments.finite(name, value, low)
+
+
+def scale(given: str | Scale | None, motor: Motor | None) -> Scale | None:
+    """Return the steps for a millimetre or a degree that are given, else the motor's."""
+    if given is None:
+        return motor.steps_per_unit if motor else None
+    return given if isinstance(given, Scale) else units.parse_scale(given)
+
+
+def steps(name: str, given: int | str, scale: Scale | None, low: int = 0, high: int = FAR) -> int:
+    """Return a distance in whole steps: a number, or written as `"3mm"`, `"250 steps"`."""
+    if not isinstance(given, str):
+        return arguments.whole(name, given, low, high)
+    found = units.parse(given, units.DISTANCE, signed=low < 0).in_steps(scale)
+    return arguments.whole(name, found.whole_steps(), low, high)
+
+
+def pixels(name: str, given: int | str, low: int = 0) -> int:
+    """Return a number of pixels: a number, or written as `"60 px"`."""
+    value = units.parse_pixels(given) if isinstance(given, str) else given
+    return arguments.whole(name, value, low)
+
+
+def quantity(name: str, given: float | str, order: int, scale: Scale | None) -> Quantity:
+    """Return a speed, acceleration or jerk: a number per pixel, or written as `"12mm/s"`."""
+    if isinstance(given, str):
+        return units.parse(given, order).in_steps(scale)
+    value = arguments.exact(name, given, 0)
+    return Quantity(value, order, False, arguments.shown(given))
+
+
+def needs_hz(name: str, found: Quantity, hz: Fraction | None) -> Quantity:
+    """Return a quantity. Raises UserError for one per second without a pixel frequency."""
+    if found.per_second and hz is None:
+        raise UserError(
+            f"{name} {found.text}: per second needs a pixel frequency: pixel_hz or motor"
+        )
+    return found
+
+
+def limit(
+    name: str, given: float | str | None, order: int, hz: Fraction | None, scale: Scale | None
+) -> int | None:
+    """Return a limit in whole steps and pixels, rounded down, if it is given."""
+    if given is None:
+        return None
+    found = needs_hz(name, quantity(name, given, order, scale), hz)
+    return units.whole_limit(found, hz)
+
+
 def motor(given: Motor | None) -> Motor | None:
     """Return a motor of a machine file, if there is one."""
     if given is None:
@@ -47,10 +106,10 @@ def decode(given: str | None, motor: Motor | None) -> str:
     return arguments.one_of("decode", given, (SMOOTH, PLAIN))
 
 
-def backlash(given: int | None, rule: str, motor: Motor | None) -> int:
+def backlash(given: int | str | None, rule: str, motor: Motor | None) -> int:
     """Return the backlash that is given, else the motor's: only smooth lines take it up."""
     if given is not None:
-        return arguments.whole("backlash", given)
+        return steps("backlash", given, scale(None, motor))
     return motor.backlash_steps if motor and rule == SMOOTH else 0
 
 

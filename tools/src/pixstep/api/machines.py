@@ -1,17 +1,25 @@
 # SPDX-License-Identifier: MIT
 """A machine file as a program sees it: boards and motors, all figures in steps and pixels."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from fractions import Fraction
 from os import PathLike
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pixstep import arguments
 from pixstep.errors import UserError
+from pixstep.lazy import lazy
 from pixstep.lines.linecheck import Limits
 from pixstep.lines.units import Quantity, Scale
-from pixstep.machine.model import Motor as MotorTable
-from pixstep.machine.reading import Machine as MachineFile
+
+if TYPE_CHECKING:
+    from pixstep.machine import reading
+    from pixstep.machine.model import Motor as MotorTable
+else:
+    reading = lazy("pixstep.machine.reading")  # pydantic takes a while to load
 
 
 @dataclass(frozen=True)
@@ -49,6 +57,10 @@ class Motor:
     """Serial port of its board, if the file names one."""
     unit: int
     """Modbus address of its board."""
+    move_profile: Path | None = None
+    """Its acceleration profile for moves, if the file names one."""
+    home_profile: Path | None = None
+    """Its acceleration profile for homing, if the file names one."""
 
     @property
     def smooth(self) -> bool:
@@ -80,12 +92,12 @@ class Machine:
     """All motors, in the order of the file."""
 
     @classmethod
-    def load(cls, path: str | PathLike[str]) -> "Machine":
+    def load(cls, path: str | PathLike[str]) -> Machine:
         """Read a machine file.
 
         Raises UserError naming file, line, key and value of the first mistake.
         """
-        read = MachineFile.load(arguments.path("path", path))
+        read = reading.Machine.load(arguments.path("path", path))
         motors = tuple(_motor(read, motor) for motor in read.motors.values())
         return cls(read.path, read.pixel_hz, read.clock.edges, read.clock.sync, motors)
 
@@ -98,7 +110,7 @@ class Machine:
         raise UserError(f"{self.path}: there is no motor {arguments.shown(name)}: {known}")
 
 
-def _motor(read: MachineFile, table: MotorTable) -> Motor:
+def _motor(read: reading.Machine, table: MotorTable) -> Motor:
     board = read.board_of(table)
     return Motor(
         name=table.name,
@@ -116,6 +128,8 @@ def _motor(read: MachineFile, table: MotorTable) -> Motor:
         profile=read.profile(table, "line"),
         port=board.port,
         unit=board.unit,
+        move_profile=read.profile(table, "move"),
+        home_profile=read.profile(table, "home"),
     )
 
 

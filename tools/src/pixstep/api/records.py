@@ -1,19 +1,28 @@
 # SPDX-License-Identifier: MIT
 """The per-pixel records that a board made while it ran a line, as arrays."""
 
+from __future__ import annotations
+
+import threading
 from array import array
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
-
-import numpy as np
-import numpy.typing as npt
+from typing import TYPE_CHECKING
 
 from pixstep import arguments
 from pixstep.board import recordfiles
 from pixstep.board.logs import Row
 from pixstep.board.recording import Recorder
 from pixstep.board.state import Record
+from pixstep.lazy import lazy
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+else:
+    np, npt = lazy("numpy"), lazy("numpy.typing")
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,25 +68,38 @@ class AxisRecords:
         return self.line, self.pixel, self.expected_steps, self.actual_steps, self.edge_error_ticks
 
 
-class Collector:
-    """Takes the records of one board's axes while they run."""
+class Recording:
+    """Takes the records of one board's axes while they run; they may be looked at meanwhile."""
 
-    def __init__(self, unit: int) -> None:
-        self._unit = unit
-        self._values: dict[int, array[int]] = {}
+    def __init__(self, unit: int, axes: Sequence[int]) -> None:
+        self._unit, self._axes = unit, axes
+        self._lock = threading.Lock()
+        self._values: dict[int, array[int]] = {axis: array("i") for axis in axes}
+        self.recorder: Recorder | None = None
+        """What reads them; None of a board that keeps none."""
 
     def take(self, row: Row) -> None:
         """Take a record."""
         found = row.record
-        self._values.setdefault(row.axis, array("i")).extend((
-            row.line, found.pixel, found.expected_steps, found.actual_steps, found.edge_error_ticks,
-        ))  # fmt: skip
+        with self._lock:
+            self._values[row.axis].extend((
+                row.line, found.pixel, found.expected_steps, found.actual_steps,
+                found.edge_error_ticks,
+            ))  # fmt: skip
 
-    def of(self, axis: int, recorder: Recorder | None) -> AxisRecords | None:
-        """Return the records of an axis; None of a board that keeps none."""
-        if recorder is None:
+    def of(self, axis: int) -> AxisRecords | None:
+        """Return the records of an axis so far; None of a board that keeps none."""
+        if self.recorder is None:
             return None
-        table = np.array(self._values.get(axis, array("i")), dtype=np.int32).reshape(-1, 5)
+        with self._lock:
+            values = self._values[axis][:]
+        table = np.array(values, dtype=np.int32).reshape(-1, 5)
         return AxisRecords(
-            self._unit, axis, recorder.every, recorder.missed[axis], *np.ascontiguousarray(table.T)
-        )
+            self._unit, axis, self.recorder.every, self.recorder.missed[axis],
+            *np.ascontiguousarray(table.T),
+        )  # fmt: skip
+
+    def records(self) -> tuple[AxisRecords, ...]:
+        """Return the records of all axes so far."""
+        found = (self.of(axis) for axis in self._axes)
+        return tuple(one for one in found if one is not None)

@@ -169,8 +169,9 @@ def _marked(boards: Sequence[Board], world: World) -> tuple[list[Look], bool, li
     """
     before = [_look(board) for board in boards]
     for _ in range(TRIES):
-        boards[0].mark()
-        world.wait(_MARK_S)
+        with boards[0].modbus.turns:  # nothing may follow the broadcast on the bus
+            boards[0].mark()
+            world.wait(_MARK_S)
         rests = not _clock_runs(boards[0])
         now = [_look(board) for board in boards]
         heard = [

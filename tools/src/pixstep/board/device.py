@@ -351,13 +351,18 @@ class Board(Wire):
 
     def fault_text(self) -> str:
         """Return the board's fault and its cure in two sentences, empty if there is none."""
+        return self.fault()[1]
+
+    def fault(self) -> tuple[str, str]:
+        """Return the name of the board's fault, and it in words; both empty if there is none."""
         state = self.inputs()
         name = regs.code_name(regs.faults(), state["fault_code"])
         beside = ""
         if name in clock_hz.CLOCK_FAULTS:
             measured = clock_hz.fault_hz(name, state["fault_argument"], self.tick_hz())
             beside = clock_hz.beside(measured, float(self.clock_hz()))
-        return regs.fault_text(state, beside)
+        text = regs.fault_text(state, beside)
+        return name if text else "", text
 
     def fault_advice(self) -> str:
         """Return the same, and how to go on then; empty if there is no fault."""

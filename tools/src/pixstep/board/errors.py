@@ -99,3 +99,19 @@ class LineRefusedByBoardError(BoardError):
     def __init__(self, axis: int, name: str, pixel: int, text: str) -> None:
         super().__init__(f"axis {axis}: line refused: {name} at pixel {pixel}: {text}")
         self.axis, self.name, self.pixel = axis, name, pixel
+
+
+class FaultError(BoardError):
+    """A fault has stopped the board; `name` is the fault's, as docs/FAULTS.md has it."""
+
+    def __init__(self, message: str, name: str) -> None:
+        super().__init__(message)
+        self.name = name
+
+
+class MotionStoppedError(BoardError):
+    """A motion was stopped before its end: by `stop`, or because its bus was closed."""
+
+
+class MotionTimeoutError(BoardError, TimeoutError):
+    """A motion takes longer than it was waited for; it goes on."""

@@ -35,6 +35,7 @@ from pixstep.board.port import (
     is_pty,
 )
 from pixstep.board.rtu import Reply, Request
+from pixstep.board.turns import Turns
 
 if TYPE_CHECKING:
     import serial
@@ -78,6 +79,7 @@ class Client:
         # How long a reply may take, seconds, and how often a request without one is repeated.
         self.patience = (timeout_s, retries)
         self.heard = 0
+        self.turns = Turns()  # of the threads that ask
 
     def ask(self, unit: int, pdu: bytes, *, urgent: bool = False) -> Reply:
         """Send a request, again if need be, and return its reply; raises RequestError for none.
@@ -127,6 +129,7 @@ class Master(Client):
         self._spare = b""  # bytes behind the last reply
         self._doubts: set[int] = set()  # units of which a reply may still come
         self._loud = False  # the line has to be quiet before another request goes out
+        self._under_way = False  # a request has begun, and is not over unless it was broken off
         self._late: dict[tuple[int, bytes], tuple[float, bytes]] = {}  # replies of late: when, PDU
         self._fences = itertools.cycle(_FENCE_WORDS)
 
@@ -155,6 +158,7 @@ class Master(Client):
         request = Request(unit, pdu)
         self.heard = 0
         self.connect()
+        self._under_way = True
         self._drop_spare(0 if urgent else _SILENCE_S)
         doubted = unit in self._doubts or self._is_like_another(request)
         if not urgent:
@@ -173,12 +177,15 @@ class Master(Client):
         if urgent and doubted:
             self._doubts.add(unit)
             raise RequestError
+        self._under_way = False
         return reply
 
     def tell(self, pdu: bytes, unit: int = 0) -> None:
         """Send a request to which nobody replies."""
         self._forget_what_is()
+        self._under_way = True
         self.write(Request(unit, pdu).frame)
+        self._under_way = False
 
     def forget(self) -> None:
         """Expect nothing more of what was asked so far: at another rate it cannot be read."""
@@ -401,10 +408,12 @@ class SerialClient(Master):
     def settle(self) -> None:
         """Let the bytes on their way in both directions pass, and drop those that came.
 
-        A request that was broken off leaves them; the next one would run into them.
+        A request that was broken off leaves them; the next one would run into them. Behind one that
+        is over there is nothing to wait for.
         """
-        if self.socket is None:
+        if self.socket is None or not self._under_way:
             return
+        self._under_way = False
         with contextlib.suppress(*TROUBLE, LineGoneError):
             self.socket.flush()
             end_s = self.now_s() + _QUIET_LIMIT_S

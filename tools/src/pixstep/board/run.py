@@ -14,6 +14,7 @@ from pixstep.board.errors import (
     IMPOSSIBLE,
     BoardError,
     ExceptionReplyError,
+    FaultError,
     LineLostError,
     NoReplyError,
     NotPossibleError,
@@ -53,6 +54,8 @@ class Lines:
     axes: list[int]
     uploads: list[Upload] = field(default_factory=list)
     recorder: Reader | None = None
+    # The registers of each axis as they were seen last, by whoever follows the lines.
+    seen: Mapping[int, Mapping[str, int]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -73,6 +76,12 @@ def states(board: Board, axes: list[int]) -> dict[int, str]:
     """Return the states of some axes by name."""
     found = board.axes(max(axes) + 1)
     return {axis: regs.axis_state(found[axis]["axis_state"]) for axis in axes}
+
+
+def look(lines: Lines) -> None:
+    """Note the registers of the axes as they are now."""
+    found = lines.board.axes(max(lines.axes) + 1)
+    lines.seen = {axis: found[axis] for axis in lines.axes}
 
 
 def loaded(board: Board, count: int) -> list[int]:
@@ -158,10 +167,10 @@ def _follow(group: list[Lines], world: World, pixels: int, progress: Progress) -
         look_s = world.now_s() + _AXES_S
         over, done = True, 0
         for lines in group:
-            found = lines.board.axes(max(lines.axes) + 1)
-            names = [regs.axis_state(found[axis]["axis_state"]) for axis in lines.axes]
+            look(lines)
+            names = [regs.axis_state(found["axis_state"]) for found in lines.seen.values()]
             over = over and not any(name in _MOVING for name in names)
-            done = max(done, *(found[axis]["pixel"] for axis in lines.axes))
+            done = max(done, *(found["pixel"] for found in lines.seen.values()))
             if "fault" in names:
                 raise_fault(lines.board)
         if over:
@@ -291,7 +300,7 @@ def positions(board: Board, axes: list[int]) -> Mapping[int, int]:
 def _try_stop(board: Board, axes: list[int]) -> BoardError | None:
     """Send one stop; return what went wrong."""
     try:
-        with board.once():
+        with board.once(urgent=True):
             board.command("stop", axes)
     except BoardError as error:
         return error
@@ -326,9 +335,9 @@ def require(lines: Lines, wanted: tuple[str, ...], text: str) -> None:
 
 def raise_fault(board: Board) -> None:
     """Raise the board's fault, if it has one."""
-    text = board.fault_text()
+    name, text = board.fault()
     if text:
-        raise BoardError(f"board {board.unit}: {text}")
+        raise FaultError(f"board {board.unit}: {text}", name)
 
 
 def _why_not(board: Board, name: str, axes: list[int]) -> BoardError:

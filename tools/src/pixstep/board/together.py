@@ -20,6 +20,7 @@ from pixstep.board.device import Board
 from pixstep.board.errors import BoardError, ExceptionReplyError, LineLostError, NoReplyError
 from pixstep.board.link import World
 from pixstep.board.run import Lines
+from pixstep.board.turns import InterruptedBusError
 from pixstep.progress import Progress, unseen
 
 _LEAD_S, _LEAD_BOARD_S = 0.15, 0.1  # from the mark to line zero: go and a second mark come between
@@ -91,7 +92,7 @@ def start(group: list[Lines], world: World, progress: Progress = unseen) -> Toge
         gone = True
         zeros = _agree_and_go(group, token, world) if clocked else _go_at_once(group, token)
         _await_start(group, zeros, world, progress, clocked=clocked)
-    except (BoardError, KeyboardInterrupt):
+    except (BoardError, KeyboardInterrupt, InterruptedBusError):
         with signals.ignored():
             _take_back(armed, gone=gone)
         raise

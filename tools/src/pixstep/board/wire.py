@@ -174,14 +174,18 @@ class Wire:
         self._tell(self.unit, rtu.DIAGNOSE, ">HH", _RESTART, 0)
 
     @contextlib.contextmanager
-    def once(self) -> Iterator[None]:
-        """Send no request a second time, as long as this lasts."""
-        with self.modbus.patient(retries=0):
+    def once(self, *, urgent: bool = False) -> Iterator[None]:
+        """Send no request a second time, as long as this lasts; other threads wait meanwhile.
+
+        An urgent one has its turn before all that wait.
+        """
+        with self.modbus.turns.taken(urgent=urgent), self.modbus.patient(retries=0):
             yield
 
     def settle(self) -> None:
         """Wait until a request that was broken off is over on the bus."""
-        self.modbus.settle()
+        with self.modbus.turns.taken(urgent=True):
+            self.modbus.settle()
 
     def broadcast(self, address: int, words: list[int]) -> None:
         """Write holding registers of every unit on the bus; nobody replies."""
@@ -196,7 +200,7 @@ class Wire:
 
     def _tell(self, unit: int, function: int, form: str, *data: int) -> None:
         """Send one request to which no reply comes."""
-        with self._line_kept():
+        with self.modbus.turns, self._line_kept():
             self.modbus.tell(bytes([function]) + struct.pack(form, *data), unit)
 
     def _ask(
@@ -207,12 +211,13 @@ class Wire:
         Raises BoardError for no reply or an exception answer.
         """
         pdu = bytes([function]) + struct.pack(form, *data)
-        try:
-            with self._line_kept():
-                reply = self.modbus.ask(self.unit, pdu, urgent=urgent)
-        except modbus.RequestError:
-            place, heard = self.modbus.place, self.modbus.heard
-            raise NoReplyError(self.unit, what, place, heard) from None
+        with self.modbus.turns.taken(urgent=urgent):
+            try:
+                with self._line_kept():
+                    reply = self.modbus.ask(self.unit, pdu, urgent=urgent)
+            except modbus.RequestError:
+                place, heard = self.modbus.place, self.modbus.heard
+                raise NoReplyError(self.unit, what, place, heard) from None
         if reply.exception is not None:
             where = f" at 0x{pdu[1:3].hex().upper()}" if function in _ADDRESSED else ""
             raise ExceptionReplyError(self.unit, f"{what}{where}", reply.exception)

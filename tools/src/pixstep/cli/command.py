@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import click
 from click.shell_completion import CompletionItem
 
-from pixstep import atomic, signals
+from pixstep import atomic, extras, signals
 from pixstep.cli import longerpixels, machinedefaults, process
 from pixstep.cli.examples import EXAMPLES
 from pixstep.cli.failures import complain, complain_of_system, complain_of_usage, said
@@ -40,6 +40,7 @@ class OutPicture(OutFile):
         ctx: click.Context | None,
     ) -> Path:
         """Refuse a name that says no format."""
+        extras.require("matplotlib")  # before anything else is done
         path = Path(os.fsdecode(super().convert(value, param, ctx)))
         if path.suffix.lower() not in PICTURES and not atomic.is_stream(path):
             raise UserError(f"{path}: a drawing ends with {', '.join(PICTURES)}")
@@ -107,7 +108,10 @@ class Command(click.Command):
         inputs = tuple(path for _, path in _paths(ctx, click.Path, _is_input))
         with atomic.rules(atomic.Rules(ctx.meta.get(_FORCE, False), inputs)):
             refuse_outputs(ctx, outputs)
-            return super().invoke(ctx)
+            try:
+                return super().invoke(ctx)
+            except ModuleNotFoundError as error:
+                raise extras.of_import(error) or error from None
 
 
 class Late(NamedTuple):
@@ -275,7 +279,7 @@ def origins(ctx: click.Context) -> Iterator[None]:
     try:
         yield
     except UserError as error:
-        option, cure = longerpixels.option(ctx, error), longerpixels.cure(ctx, error)
+        option, cure = longerpixels.told(ctx, error)
         error.args = (f"{option}{error}{machinedefaults.origin(ctx, str(error))}{cure}",)
         raise
     except click.BadParameter as error:

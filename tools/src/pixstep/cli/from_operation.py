@@ -29,6 +29,8 @@ from pixstep.operations.request import Request, fields
 from pixstep.operations.result import Result
 
 if TYPE_CHECKING:
+    import rich.console
+
     from pixstep.operations.facts import Facts
 
 _ASKED = "pixstep.request"
@@ -61,12 +63,12 @@ class OperationCommand(Command):
         self.request = request
         known = fields(request)
         params = [_parameter(one) for one in known.values()]
+        if request.has_json:
+            rows = f"One line of JSON for each {request.json_rows}." if request.json_rows else ""
+            params.append(_flag("--json", "as_json", rows or FACTS_HELP))
         super().__init__(
             request.words.split()[-1], params=params, help=request.__doc__, callback=_run
         )
-        if request.has_json:
-            rows = f"One line of JSON for each {request.json_rows}." if request.json_rows else ""
-            self.params.append(_flag("--json", "as_json", rows or FACTS_HELP))
         self.by_machine = any(one.machine for one in known.values())
         if self.by_machine and not request.own_motor:
             self._add_motor(several=any(known[name].many for name in ("decode", "play")
@@ -101,6 +103,11 @@ class OperationCommand(Command):
             if not ctx.resilient_parsing:
                 self._resolve(ctx)
             return left
+
+    def invoke(self, ctx: click.Context) -> object:
+        """Run the command under the rules for its files; errors name options and the file."""
+        with _explained(ctx, self.request):
+            return self._invoke(ctx)
 
     def _resolve(self, ctx: click.Context) -> None:
         names = fields(self.request)
@@ -201,14 +208,23 @@ class _ConsolePage:
         self._output = output
         self.tell = teller(output)
 
-    def draw(self, what: Any, *, wide: bool = False, **how: Any) -> None:
+    def draw(self, what: Any, *, wide: bool = False) -> None:
         """Print a table or another thing of rich's."""
+        self._console(wide=wide).print(what, markup=False)
+
+    def print(self, what: Any, /, **how: Any) -> None:
+        """Print something by rich's console."""
+        self._console().print(what, **how)
+
+    def _console(self, *, wide: bool = False) -> rich.console.Console:
         from pixstep.simulation.report import NARROWEST, WIDE, new_console
 
-        console = new_console(
-            narrowest=WIDE if wide else NARROWEST, stderr=atomic.is_stdout(self._output)
-        )
-        console.print(what, **{"markup": False, **how})
+        narrowest = WIDE if wide else NARROWEST
+        return new_console(narrowest=narrowest, stderr=atomic.is_stdout(self._output))
+
+    def styled(self, text: str, *, colour: str | None = None, bold: bool | None = None) -> str:
+        """Return a text as a terminal shows it in a colour, or bold."""
+        return click.style(text, fg=colour, bold=bold)
 
 
 def _run(**_params: Any) -> None:
@@ -228,8 +244,7 @@ def _run(**_params: Any) -> None:
     else:
         desk.tell, desk.aside = page.tell, _aside
     try:
-        with _options_named(type(request)):
-            result = perform.finish(request, desk)
+        result = perform.finish(request, desk)
     except BaseException:
         if desk.so_far is not None and as_json:
             show_json(desk.so_far.data)
@@ -240,13 +255,17 @@ def _run(**_params: Any) -> None:
 
 
 @contextlib.contextmanager
-def _options_named(request: type[Request]) -> Iterator[None]:
-    """Let errors about fields name their options."""
+def _explained(ctx: click.Context, request: type[Request]) -> Iterator[None]:
+    """Let errors name options, and the machine file if it said what is wrong."""
     try:
         yield
-    except AskedError as error:
-        names = {name: one.option for name, one in fields(request).items()}
-        raise UserError(error.told(names)) from None
+    except UserError as error:
+        text, cure = str(error), ""
+        if isinstance(error, AskedError):
+            names = {name: one.option for name, one in fields(request).items()}
+            text, cure = error.told(names), error.cured(names)
+        error.args = (f"{text}{machinedefaults.origin(ctx, text)}{cure}",)
+        raise
 
 
 def _aside(text: str) -> None:

@@ -30,10 +30,7 @@ def _operation(words: str) -> Late:
 
 _LINE = {
     "make": _operation("line make"),
-    "check": _by_machine(
-        "line:line_check",
-        "Check a line of a CSV or CSB file, and the file's form as `file check` does.",
-    ),
+    "check": _operation("line check"),
     "show": _by_machine(
         "show:line_show",
         "Show speed, acceleration, jerk and position of a line: a table, with --plot a drawing.",
@@ -46,10 +43,7 @@ _LINE = {
         "Make a line of your own table: what a spreadsheet exports, or what numpy's savetxt "
         "writes.",
     ),
-    "plan": _by_machine(
-        "line:ticks",
-        "Plan the edges of a line of a CSV or CSB with the native build of the firmware's core.",
-    ),
+    "plan": _operation("line plan"),
     "sim": _by_machine(
         "sim:sim",
         "Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.",
@@ -77,50 +71,11 @@ _PROFILE = {
         "Repair a file for a smooth motor: counts that oscillate, or the speeds of a PRN.",
     ),
 }
-_MOVE = {
-    "make": _by_machine(
-        "move:move_make",
-        "Write a move as a plain line: one signed count per pixel, the fewest pixels there are.",
-    ),
-    "show": _by_machine(
-        "move:move_show", "Show a move: how fast in which pixels, how long, where."
-    ),
-    "sim": _by_machine(
-        "move:move_sim",
-        "Make a move on a simulated board and judge every STEP edge and where it ends.",
-    ),
-}
-_HOME = {
-    "sim": _by_machine(
-        "home:home_sim",
-        "Home a simulated axis by a CSV or CSB profile, and judge it by the simulator's own log.",
-    ),
-}
+_MOVE = {name: _operation(f"move {name}") for name in ("make", "show", "sim")}
+_HOME = {"sim": _operation("home sim")}
 _TRAJECTORY = {
-    "circle": _by_machine(
-        "trajectory:circle_command",
-        "Make the table of a circle, counter-clockwise from angle 0, in counts.",
-    ),
-    "import": _late(
-        "trajectory:import_command",
-        "Check a table of your own and write it as 16-byte records.",
-    ),
-    "export": _late(
-        "trajectory:export_command",
-        "Write a table as CSV or Parquet, by the end of the output's name.",
-    ),
-    "compensate": _by_machine(
-        "trajectory:compensate_command",
-        "Write a table with the play of both axes taken up at every reversal.",
-    ),
-    "show": _by_machine(
-        "trajectory:show_command",
-        "Show what is in a table and, with --play, what the load of a modelled machine does.",
-    ),
-    "sim": _by_machine(
-        "trajectory:sim_command",
-        "Run a table on two axes of a simulated board, and measure the circle that its loads make.",
-    ),
+    name: _operation(f"trajectory {name}")
+    for name in ("circle", "import", "export", "compensate", "show", "sim")
 }
 _SETTINGS = {
     "export": _operation("board settings export"),
@@ -167,10 +122,7 @@ _MAIN = {
         "sim:sim",
         "Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.",
     ),
-    "ticks": _by_machine(
-        "line:ticks",
-        "Plan the edges of a line of a CSV or CSB with the native build of the firmware's core.",
-    ),
+    "ticks": _operation("line plan"),
     "plan": _late(
         "plan:plan",
         "Plan a motion program of blended moves: a line for each motor, all of equal length.",

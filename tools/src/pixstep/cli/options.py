@@ -10,18 +10,16 @@ from pathlib import Path
 
 import click
 
-from pixstep import atomic, formats
+from pixstep import atomic, extras, formats
 from pixstep.board import boards
 from pixstep.cli import machinedefaults, meantfor
 from pixstep.cli.command import FOLDER, PICTURE
 from pixstep.cli.quantities import Decorated, StepsType
-from pixstep.errors import FINE, NEGATIVE, REFUSED, UserError, one_line
+from pixstep.errors import UserError, one_line
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.rational import parse_hz
 from pixstep.profiles import madefor
 
-VERDICTS = ("fine", "warnings", "refused")  # of a check, by its severity
-STATUSES = (FINE, NEGATIVE, REFUSED)  # the exit statuses of these verdicts
 Facts = Mapping[str, object]  # plain data, for JSON
 Tell = Callable[[Facts, str], None]  # takes a board's facts, as data and as text
 SCHEMA = 1  # of all --json output; a field that is added does not change it
@@ -71,7 +69,18 @@ out_option = click.option(
     required=True,
     help="Folder for the results; replaces only what an earlier run has left there.",
 )
-plots_option = click.option("--plot", is_flag=True, help="Draw pictures (PNG) into the folder.")
+
+
+def _drawable(_ctx: click.Context, _param: click.Parameter, value: bool) -> bool:
+    """Refuse drawings before anything is simulated, where they cannot be made."""
+    if value:
+        extras.require("matplotlib")
+    return value
+
+
+plots_option = click.option(
+    "--plot", is_flag=True, callback=_drawable, help="Draw pictures (PNG) into the folder."
+)
 details_option = click.option(
     "--details", is_flag=True, help="Print every interrupt's count, cycles and latest start too."
 )

@@ -13,8 +13,6 @@ from pixstep.cli.meantfor import motor_decode
 from pixstep.cli.options import (
     DECODE,
     HZ,
-    STATUSES,
-    VERDICTS,
     Facts,
     json_option,
     plot_option,
@@ -34,6 +32,7 @@ from pixstep.cli.show import drawn_limits, show_drawing, used_frequency
 from pixstep.errors import UserError
 from pixstep.lines import linecheck, units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.operations.result import STATUSES, VERDICTS
 from pixstep.profiles import generator, page, readings
 from pixstep.profiles.drawing import Drawing
 

@@ -168,7 +168,7 @@ def _refuse_without_csv(options: _Options) -> None:
 def _figures(speeds: list[int]) -> kinematics.Figures:
     """Return the peaks of the line that the profile makes, and the length of the profile."""
     counts = tuple(generator.acceleration_counts(speeds, speeds[-1]))
-    whole = kinematics.of(Line(whole_line(counts, START))).figures
+    whole = kinematics.figures(Line(whole_line(counts, START)))
     return kinematics.Figures(
         len(counts), sum(counts), whole.peak_speed, whole.peak_acceleration, whole.peak_jerk
     )

@@ -138,7 +138,7 @@ def image_pixel(line: Line, lead_in: int | None) -> int | None:
 
 def show_drawing(drawing: Drawing, output: Path | None, *, as_json: bool) -> None:
     """Write the drawing if a file is given, then print the figures."""
-    line, figures = drawing.line, drawing.motion.figures
+    line, figures = drawing.line, drawing.figures
     if output is not None:
         from pixstep.profiles import figure  # matplotlib takes a second to load
 

@@ -198,7 +198,7 @@ def sim(
     "--out",
     type=FOLDER,
     help="Folder for the results; replaces only what an earlier run has left there.  "
-    "[default: build/demo]",
+    "[default: build/demo in a clone, else pixstep-demo]",
 )
 @click.option("--serial-load", is_flag=True, help="Saturate the serial line while moving.")
 @json_option

@@ -11,6 +11,7 @@ from pixstep.errors import UserError
 from pixstep.lines import units
 from pixstep.lines.rational import period_ticks
 from pixstep.moves.homing import Homed, HomingError, Leg, home
+from pixstep.moves.inputs import INVERTED, shared_limits
 from pixstep.moves.legs import HomingPlan
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.edges import AxisEdges, read_edges
@@ -20,8 +21,6 @@ from pixstep.simulation.simrun import scratch_folder
 SETTLE_S = 0.05
 OUTPUTS = ("edges.csv", "switches.csv")
 HYSTERESIS = 8  # steps, of a simulated home switch unless its knobs say otherwise
-INVERTED = {"none": 0, "home": 1, "limits": 2, "both": 3}
-SHARED = {"none": 0, "minus": 1, "plus": 2}  # the limit that the home switch is too
 
 
 @dataclass(frozen=True)
@@ -146,11 +145,6 @@ def home_edges(path: Path, job: HomeJob) -> list[tuple[int, int]]:
         for cycle, *where, level in rows
         if where == wanted
     ]
-
-
-def shared_limits(word: int, axis: int, limit: str) -> int:
-    """Return setting `home_is_limit` with another limit for one axis: none, minus or plus."""
-    return word & ~(3 << 2 * axis) | SHARED[limit] << 2 * axis
 
 
 def _home(done: HomeRun, simulated: SimulatedBoard, progress: Progress) -> None:

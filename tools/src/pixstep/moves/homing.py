@@ -30,6 +30,7 @@ from pixstep.progress import Progress, unseen
 
 LEGS = ("leave the switch", "approach", "back off", "stand clear", "slow approach", "return to 0")
 _LEAVE, _APPROACH, _BACK_OFF, _CLEAR, _SLOW, _RETURN = LEGS
+_SEEK = "seek"
 _POLL_S = 0.005
 # A leg that gets on is waited for, however slowly it does: a simulated board may take longer than
 # the leg's own time. So long without a step, a pixel or another state, and so many pixels, end it.
@@ -132,13 +133,34 @@ def home(
     pixel_hz: Fraction,
     world: World,
     progress: Progress = unseen,
+    *,
+    lines: run.Lines | None = None,
 ) -> Homed:
-    """Home one axis, at rest and enabled; return what was found.
+    """Home one axis, at rest and enabled; return what was found. `lines` shows its state meanwhile.
 
     Raises HomingError naming the fault (home_not_found, home_stuck, limit_minus, limit_plus or
     any other), BoardError if the board does not answer or refuses a leg. The fault stays latched.
     """
-    return _Homing(board, plan, pixel_hz, world, progress).go()
+    return _Homing(board, plan, pixel_hz, world, progress, lines).go()
+
+
+def seek(
+    board: Board,
+    plan: HomingPlan,
+    pixel_hz: Fraction,
+    world: World,
+    progress: Progress = unseen,
+    *,
+    lines: run.Lines | None = None,
+    opens: bool = False,
+) -> Leg:
+    """Move one axis, at rest and enabled, until its home switch closes, or opens; return the leg.
+
+    Its trip is None if the switch was as sought from the start. Raises what `home` raises.
+    """
+    legs = _Seeking(board, plan, pixel_hz, world, progress, lines)
+    legs.seek(_SEEK, plan.seek(opens=opens))
+    return legs.legs[-1]
 
 
 class Legs:
@@ -147,10 +169,17 @@ class Legs:
     names: tuple[str, ...] = LEGS
 
     def __init__(
-        self, board: Board, plan: HomingPlan, pixel_hz: Fraction, world: World, progress: Progress
+        self,
+        board: Board,
+        plan: HomingPlan,
+        pixel_hz: Fraction,
+        world: World,
+        progress: Progress,
+        lines: run.Lines | None = None,
     ) -> None:
         self.board, self.plan, self.pixel_hz = board, plan, pixel_hz
         self.world, self.progress = world, progress
+        self.lines = lines or run.Lines(board, [plan.axis])
         self.legs: list[Leg] = []
 
     def seek(self, name: str, seek: Seek) -> Trip | None:
@@ -176,7 +205,7 @@ class Legs:
         start = self._upload(name, entries)
         runs = [(abs(count), repeat) for count, repeat in entries[2:] if repeat]
         began = self.world.now_s()
-        run.arm_queued(run.Lines(self.board, [self.plan.axis]))
+        run.arm_queued(self.lines)
         state = self._follow(name, sum(repeat for _, repeat in runs))
         trip = self.board.trip() if wanted else None
         leg = Leg(
@@ -222,6 +251,7 @@ class Legs:
         before, ends = None, 0.0
         while True:
             state = self.board.axis(self.plan.axis)
+            self.lines.seen = {self.plan.axis: state}
             if state["axis_state"] in (_state("done"), _state("fault"), _state("refused")):
                 return state
             if (now := [state[name] for name in _MOVES]) != before:
@@ -251,6 +281,12 @@ class Legs:
             return HomingError(f"axis {axis}: {text}", name, tuple(self.legs))
         cure = next(fault.cure for fault in regs.faults().values() if fault.name == name)
         return HomingError(f"axis {axis}: {name}: {text}. {cure}", name, tuple(self.legs))
+
+
+class _Seeking(Legs):
+    """One leg that seeks a switch."""
+
+    names = (_SEEK,)
 
 
 class _Homing(Legs):

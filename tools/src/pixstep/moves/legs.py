@@ -73,6 +73,10 @@ class HomingPlan:
         """The fastest that homing ever moves, steps/pixel."""
         return self.speeds[-1]
 
+    def seek(self, *, opens: bool) -> Seek:
+        """In the plan's direction until the switch closes, or opens."""
+        return self._seek(self.ramp, self.direction, opens=opens)
+
     def approach(self) -> Seek:
         """Towards the switch until it closes."""
         return self._seek(self.ramp, self.direction)

@@ -13,6 +13,14 @@ OPERATIONS: dict[str, tuple[str, str]] = {
         "line.make:LineMake",
         "Make a line: up, constant speed, down, by a profile or by an acceleration.",
     ),
+    "line check": (
+        "line.check:LineCheck",
+        "Check a line of a CSV or CSB file, and the file's form as `file check` does.",
+    ),
+    "line plan": (
+        "line.check:LinePlan",
+        "Plan the edges of a line of a CSV or CSB with the native build of the firmware's core.",
+    ),
     "board scan": ("board.find:Scan", "Look for boards at every address of the line."),
     "board info": ("board.find:Info", "Show what boards are and how they are."),
     "board features": ("board.find:ShowFeatures", "Show what boards' images were built with."),
@@ -85,16 +93,56 @@ OPERATIONS: dict[str, tuple[str, str]] = {
         "board.commands:Permit",
         "Switch the permit output, the gate of a laser or spindle.",
     ),
+    "move make": (
+        "motion.move:MoveMake",
+        "Write a move as a plain line: one signed count per pixel, the fewest pixels there are.",
+    ),
+    "move show": (
+        "motion.move:MoveShow",
+        "Show a move: how fast in which pixels, how long, where.",
+    ),
+    "move sim": (
+        "motion.move:MoveSim",
+        "Make a move on a simulated board and judge every STEP edge and where it ends.",
+    ),
+    "home sim": (
+        "motion.home:HomeSim",
+        "Home a simulated axis by a CSV or CSB profile, and judge it by the simulator's own log.",
+    ),
+    "trajectory circle": (
+        "trajectory.tables:TrajectoryCircle",
+        "Make the table of a circle, counter-clockwise from angle 0, in counts.",
+    ),
+    "trajectory import": (
+        "trajectory.tables:TrajectoryImport",
+        "Check a table of your own and write it as 16-byte records.",
+    ),
+    "trajectory export": (
+        "trajectory.tables:TrajectoryExport",
+        "Write a table as CSV or Parquet, by the end of the output's name.",
+    ),
+    "trajectory compensate": (
+        "trajectory.tables:TrajectoryCompensate",
+        "Write a table with the play of both axes taken up at every reversal.",
+    ),
+    "trajectory show": (
+        "trajectory.runs:TrajectoryShow",
+        "Show what is in a table and, with --play, what the load of a modelled machine does.",
+    ),
+    "trajectory sim": (
+        "trajectory.runs:TrajectorySim",
+        "Run a table on two axes of a simulated board, and measure the circle that its loads make.",
+    ),
     "machine new": (
-        "machine.files:New",
+        "machine.files:MachineNew",
         "Begin a machine file: valid as it is, with a comment for every key.",
     ),
     "machine check": (
-        "machine.files:Check",
+        "machine.files:MachineCheck",
         "Check a machine file: every mistake with its line, key and value.",
     ),
     "machine show": (
-        "machine.files:Show",
+        "machine.files:MachineShow",
         "Show the machine in force: its file, clock, boards and motors, in steps and pixels.",
     ),
 }

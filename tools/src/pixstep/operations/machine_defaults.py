@@ -180,6 +180,12 @@ def play(facts: Facts) -> object:
     return tuple(motor.backlash_steps for motor in facts.motors) if facts.named.any else None
 
 
+@_of("motors.NAME.steps_per_unit")
+def scale(facts: Facts) -> object:
+    """The steps of a length, if all motors that are meant have the same."""
+    return facts.scale()
+
+
 @_of("motors.NAME.home_is_limit")
 def home_is_limit(facts: Facts) -> object:
     """Whether the home switch is a limit switch too."""

@@ -13,7 +13,9 @@ from typing import Any
 
 from pixstep import atomic
 from pixstep.errors import UserError
+from pixstep.lines.units import TooLittleError
 from pixstep.machine import finding
+from pixstep.operations import longer_pixels
 from pixstep.operations.desk import Desk, Source
 from pixstep.operations.facts import Facts, named_by
 from pixstep.operations.field import Field
@@ -173,4 +175,7 @@ def perform(
 
 def finish(request: Request, desk: Desk) -> Result:
     """Run a request that is whole; every front end does it here."""
-    return request.run(desk)
+    try:
+        return request.run(desk)
+    except TooLittleError as error:
+        raise longer_pixels.advised(error, request, desk) from None

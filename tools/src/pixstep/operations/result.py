@@ -7,9 +7,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from pixstep.errors import FINE
+from pixstep.errors import FINE, NEGATIVE, REFUSED
 
 Data = Mapping[str, Any]
+VERDICTS = ("fine", "warnings", "refused")  # of a check, by its severity
+STATUSES = (FINE, NEGATIVE, REFUSED)  # of these verdicts
 
 
 class Page(Protocol):
@@ -18,11 +20,17 @@ class Page(Protocol):
     def tell(self, text: str) -> None:
         """Write a line."""
 
-    def draw(self, what: Any, *, wide: bool = False, **how: Any) -> None:
-        """Write a table or another thing of rich's as its console prints it.
+    def draw(self, what: Any, *, wide: bool = False) -> None:
+        """Write a table or another thing of rich's; `wide` if there are sentences in a table."""
 
-        `wide` if there are sentences in a table.
-        """
+    def print(
+        self, what: Any, /, *, style: str | None = None, markup: bool | None = None,
+        highlight: bool | None = None, soft_wrap: bool | None = None,
+    ) -> None:  # fmt: skip
+        """Write something as rich's console prints it."""
+
+    def styled(self, text: str, *, colour: str | None = None, bold: bool | None = None) -> str:
+        """Return a text in a colour, or bold, where the page can show that."""
 
 
 Writer = Callable[[Page], None]
@@ -80,11 +88,23 @@ class Lines:
         """Keep a line."""
         self.rows.append(text)
 
-    def draw(self, what: Any, *, wide: bool = False, **how: Any) -> None:
+    def styled(self, text: str, *, colour: str | None = None, bold: bool | None = None) -> str:
+        """Return the text as it is."""
+        del colour, bold
+        return text
+
+    def draw(self, what: Any, *, wide: bool = False) -> None:
+        """Keep a table or another thing of rich's."""
+        self._keep(120 if wide else 100, what, markup=False)
+
+    def print(self, what: Any, /, **how: Any) -> None:
         """Keep what rich's console prints of something."""
+        self._keep(100, what, **how)
+
+    def _keep(self, width: int, what: Any, **how: Any) -> None:
         from rich.console import Console
 
-        console = Console(width=120 if wide else 100, highlight=False, color_system=None)
+        console = Console(width=width, highlight=False, color_system=None)
         with console.capture() as captured:
-            console.print(what, **{"markup": False, **how})
+            console.print(what, **how)
         self.rows += captured.get().splitlines()

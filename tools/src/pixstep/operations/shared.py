@@ -11,6 +11,7 @@ from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.operations import machine_defaults as machine
 from pixstep.operations.kinds import (
     ACCELERATION_FIGURE,
+    FILE,
     FOLDER,
     HZ,
     JERK_FIGURE,
@@ -75,6 +76,16 @@ def timer_of(about: str = "Whose timer ticks are counted.") -> Any:
 def simulated_board() -> Any:
     """Return the field of the board that is simulated."""
     return option(BOARD, "", required=True, machine=machine.of_board("kind"))
+
+
+def image() -> Any:
+    """Return the field of another image for a simulated board."""
+    return option(FILE, "Another firmware image (ELF) for the board.")
+
+
+def seed() -> Any:
+    """Return the field of what a simulated run's chances come from."""
+    return option(Whole(0), "Of everything random.", default=1)
 
 
 def raw() -> Any:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A program on a board: rehearsed at rest, then planned by a process of its own while it runs."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -31,16 +31,22 @@ class OnBoard:
     before: dict[int, int]
     pixels: int
 
-    def run(self, world: World, progress: Progress = unseen) -> None:
+    def run(
+        self,
+        world: World,
+        progress: Progress = unseen,
+        begun: Callable[[], None] = lambda: None,
+    ) -> None:
         """Queue its beginning, arm the motors, which start on one edge, and follow them to the end.
 
-        Call it where a signal stops the axes: a part of a line in a queue keeps the next one out.
-        Raises BoardError as a board does, UserError for a mistake in the program that shows only
-        now: the motors are stopped then.
+        `begun` is called when they are armed. Call it where a signal stops the axes: a part of a
+        line in a queue keeps the next one out. Raises BoardError as a board does, UserError for a
+        mistake in the program that shows only now: the motors are stopped then.
         """
         streaming.load(self.lines)
         clockstate.await_lock(self.board, world)
         running.arm_queued(self.lines)
+        begun()
         streaming.follow(self.lines, world, self.pixels, progress)
 
     def rows(self) -> list[dict[str, object]]:

@@ -3,20 +3,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from fractions import Fraction
+from dataclasses import replace
 from pathlib import Path
 from typing import NotRequired, TypedDict
 
-from pixstep.board import limits, run, settings, upload
-from pixstep.board.device import Board
 from pixstep.board.errors import BoardError
 from pixstep.lines.line import SMOOTH
-from pixstep.lines.rational import refuse_period
 from pixstep.lines.units import SPEED, parse
-from pixstep.moves import encoders, homing, legs, playmeasure
-from pixstep.moves.homesim import INVERTED, shared_limits
+from pixstep.moves import encoders, homing, onboard, playmeasure
 from pixstep.moves.homing import Homed, HomingError, LegData
+from pixstep.moves.inputs import Inputs
+from pixstep.moves.onboard import Clock, HomingOnBoard
 from pixstep.moves.playmeasure import MeasuredPlay
 from pixstep.operations import bus, shared
 from pixstep.operations import machine_defaults as machine
@@ -103,86 +100,34 @@ class BoardMove(MoveFields, BoardClock, ToBoard):
     def run(self, desk: Desk) -> Result:
         """Plan the move, check it, make it."""
         with bus.one_board(desk, self) as (found, known):
-            board = known.board
             known.axes((self.axis,))
-            hz = _pixel_hz(board, self)
+            clock = Clock(self.pixel_hz, self.divider)
+            hz = clock.pixel_hz(known.board)
             _profile, move = self.plan(desk, hz, refuse=True)
-            planned = move.line(str(self.profile))
-            limits.check(planned, limits.connected(board, hz))
-            upload.require_idle(board, [self.axis])
-            settings.set_clock(board, self.pixel_hz, divider=self.divider)
-            before = run.positions(board, [self.axis])[self.axis]
-            group = [run.Lines(board, [self.axis])]
-            edges = self.divider or settings.divider(board)
-            with desk.progress("moving") as show, bus.stopping(group):
-                group[0].uploads += upload.begin(board, {self.axis: planned}, edges)
-                run.arm_queued(group[0])
-                run.follow(group, found.world, move.pixels, show)
-            after = run.positions(board, [self.axis])[self.axis]
-        if after - before != move.steps:
-            raise BoardError(
-                f"board {self.unit}: axis {self.axis} moved {after - before} steps, not "
-                f"{move.steps}"
-            )
+            ready = onboard.prepare_move(known.board, self.axis, move, clock, str(self.profile))
+            with desk.progress("moving") as show, bus.stopping([ready.lines]):
+                made = ready.make(found.world, show)
         data: MadeMove = {
             "unit": self.unit, "axis": self.axis, "steps": move.steps, "pixels": move.pixels,
             "seconds": round(move.seconds(hz), 6), "top_steps_px": move.top,
-            "from_steps": before, "to_steps": after,
+            "from_steps": made.from_steps, "to_steps": made.to_steps,
         }  # fmt: skip
-        where = f"board {self.unit} axis {self.axis}: from position {before} to {after}"
-        return Result(data, f"{headline(move, hz)}\n{where}")
-
-
-@dataclass(frozen=True)
-class _Ready:
-    """A homing that a board is set up for, its axis enabled."""
-
-    plan: legs.HomingPlan
-    pixel_hz: Fraction
-    group: list[run.Lines]
+        where = f"from position {made.from_steps} to {made.to_steps}"
+        return Result(data, f"{headline(move, hz)}\nboard {self.unit} axis {self.axis}: {where}")
 
 
 @shared_fields
 class _Homing(HomeFields, BoardClock, ToBoard):
     """Homing on a board."""
 
-    def prepare_axis(self, desk: Desk, known: Known) -> _Ready:
+    def prepare_axis(self, desk: Desk, known: Known) -> HomingOnBoard:
         """Check all that can be checked, then set and enable."""
-        board = known.board
         known.axes((self.axis,))
-        board.require("homing")
-        hz = _pixel_hz(board, self)
-        plan = self.plan(desk, hz, refuse=True)
-        legs.refuse(plan, limits.connected(board, hz))
-        upload.require_idle(board, [plan.axis])
-        self._set_inputs(board)
-        run.command(board, "enable", [plan.axis])
-        return _Ready(plan, hz, [run.Lines(board, [plan.axis])])
-
-    def _set_inputs(self, board: Board) -> None:
-        """Write the settings that are asked for, in one request."""
-        wanted = settings.of_clock(None, self.divider)
-        if self.pixel_hz:
-            wanted["pixel_hz_num"] = self.pixel_hz.numerator
-            wanted["pixel_hz_den"] = self.pixel_hz.denominator
-        old = settings.read(board)
-        if self.inverted is not None:  # the emergency stop's bit stays
-            wanted["inputs_inverted"] = old["inputs_inverted"] & 4 | INVERTED[self.inverted]
-        if self.filter_us is not None:
-            wanted["input_filter_us"] = self.filter_us
-        if self.home_is_limit is not None:  # the other axes' bits stay
-            word = shared_limits(old["home_is_limit"], self.axis, self.home_is_limit)
-            wanted["home_is_limit"] = word
-            if word:
-                board.require("shared_switch")
-        settings.write(board, old, settings.changes(old, wanted))
-
-
-def _pixel_hz(board: Board, asked: BoardClock) -> Fraction:
-    """Return the frequency of pixels. Raises UserError for one that the board cannot carry."""
-    hz = settings.pixel_hz(board, asked.pixel_hz, asked.divider)
-    refuse_period(hz, board.tick_hz())
-    return hz
+        known.board.require("homing")
+        clock = Clock(self.pixel_hz, self.divider)
+        plan = self.plan(desk, clock.pixel_hz(known.board), refuse=True)
+        inputs = Inputs(self.inverted, self.filter_us, self.home_is_limit)
+        return onboard.prepare_homing(known.board, plan, clock, inputs)
 
 
 @operation("board home")
@@ -201,8 +146,8 @@ class BoardHome(_Homing):
         with bus.one_board(desk, self) as (found, known):
             ready = self.prepare_axis(desk, known)
             try:
-                with desk.progress("homing") as show, bus.stopping(ready.group):
-                    homed = homing.home(known.board, ready.plan, ready.pixel_hz, found.world, show)
+                with desk.progress("homing") as show, bus.stopping([ready.lines]):
+                    homed = ready.make(found.world, show)
             except HomingError as error:
                 made = homing.legs_as_json(error.legs)
                 desk.so_far = Result(
@@ -255,7 +200,7 @@ class MeasurePlay(_Homing):
         with bus.one_board(desk, self) as (found, known):
             ready = replace(self, slow=slow).prepare_axis(desk, known)
             try:
-                with desk.progress("measuring") as show, bus.stopping(ready.group):
+                with desk.progress("measuring") as show, bus.stopping([ready.lines]):
                     measured = playmeasure.measure(
                         known.board, ready.plan, ready.pixel_hz, found.world, repeat=self.repeat,
                         hysteresis=self.hysteresis, encoder=read, progress=show,

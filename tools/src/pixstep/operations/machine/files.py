@@ -37,7 +37,7 @@ class NewMachine(TypedDict):
 
 
 @operation("machine new")
-class New(Request):
+class MachineNew(Request):
     """Begin a machine file: valid as it is, with a comment for every key."""
 
     result = NewMachine
@@ -97,7 +97,7 @@ class CheckedMachine(TypedDict):
 
 
 @operation("machine check")
-class Check(_OfFile):
+class MachineCheck(_OfFile):
     """Check a machine file: every mistake with its line, key and value.
 
     Exit status 0 fine, 1 warnings (what a board cannot do), 3 refused. Profiles that are not there
@@ -148,7 +148,7 @@ class ShownMachine(TypedDict):
 
 
 @operation("machine show")
-class Show(_OfFile):
+class MachineShow(_OfFile):
     """Show the machine in force: its file, clock, boards and motors, in steps and pixels."""
 
     result = ShownMachine

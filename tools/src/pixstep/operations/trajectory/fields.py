@@ -62,6 +62,18 @@ def _read_scale(text: str) -> GivenScale:
     return GivenScale(scale, Unit(named[1], scale.steps_per_unit * found[1]))
 
 
+class _ScaleKind(Parsed):
+    """Counts of a length, as they are written or as a motor has them."""
+
+    def judge(self, value: Any) -> GivenScale:
+        """Return the scale of a motor."""
+        if isinstance(value, GivenScale):
+            return value
+        if isinstance(value, Scale):
+            return GivenScale(value, Unit(value.length, value.steps_per_unit))
+        raise UserError(f"{arguments.shown(value)}: expected a text, as 400 steps/mm")
+
+
 def _read_points(text: str) -> int | str:
     """Return a number of points, or auto."""
     if text == AUTO:
@@ -93,8 +105,9 @@ def table_argument() -> Any:
 def scale() -> Any:
     """Return the field of the counts of a length."""
     return option(
-        Parsed("SCALE", _read_scale, "str"),
+        _ScaleKind("SCALE", _read_scale, "str"),
         'Counts of a length: "1638400 steps/in", "400 steps/mm".', default_text="the motor's",
+        machine=machine.scale,
     )  # fmt: skip
 
 
@@ -189,12 +202,9 @@ def per_axis(values: tuple[Any, ...], default: Any, field: str) -> list[Any]:
     return per_line(field, values, AXES, default)
 
 
-def unit_of(facts: Facts, given: GivenScale | None) -> Unit:
-    """Return the unit to tell lengths in: of the scale given, of the motor, else counts."""
-    if given:
-        return given.unit
-    known = facts.scale_if_known()
-    return Unit(known.length, known.steps_per_unit) if known else Unit()
+def unit_of(given: GivenScale | None) -> Unit:
+    """Return the unit to tell lengths in: of the scale, else counts."""
+    return given.unit if given else Unit()
 
 
 def counts_of(facts: Facts, length: Quantity, given: GivenScale | None) -> Fraction:

@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: MIT
+"""Lines of one or several boards: checked while nothing moves, then made by a Motion."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from pixstep import arguments
+from pixstep.api import given
+from pixstep.api.axes import Lines, by_axis
+from pixstep.api.clocking import Clocking
+from pixstep.api.motions import CheckResult, MotionLine
+from pixstep.api.records import Recording
+from pixstep.api.states import AxisState, states_of
+from pixstep.board import clockstate, limits, recording, settings, together, upload
+from pixstep.board import run as running
+from pixstep.board.device import Board as Device
+from pixstep.board.handle import Course
+from pixstep.errors import RefusedError, UserError
+from pixstep.lines.rational import refuse_period
+
+
+@dataclass(frozen=True)
+class Clock:
+    """What a caller says of the pixel clock of lines; None is the machine's, else the board's."""
+
+    sync: str | None = None
+    divider: int | None = None
+    gate_edges: int | None = None
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """Lines of one board that were checked; nothing is sent yet."""
+
+    device: Device
+    by_axis: Mapping[int, MotionLine]
+    clock_hz: Fraction
+    edges: int  # of the clock, a pixel
+    clocking: Clocking
+    lines: running.Lines
+    records: Recording
+
+    @property
+    def longest(self) -> int:
+        """Pixels of the longest line."""
+        return max(item.pixels for item in self.by_axis.values())
+
+    @property
+    def pixels(self) -> dict[tuple[int, int], int]:
+        """Pixels of each line, by unit and axis."""
+        return {(self.device.unit, axis): item.pixels for axis, item in self.by_axis.items()}
+
+    def set_clock(self) -> None:
+        """Set the board's clock to that of the lines."""
+        wanted = self.clocking
+        settings.set_clock(
+            self.device, self.clock_hz, wanted.sync, wanted.divider, wanted.gate_edges
+        )
+
+    def recorded(self) -> contextlib.AbstractContextManager[recording.Recorder | None]:
+        """Let the records of the lines be read along."""
+        return recording.recorded(self.lines, self.records.take)
+
+    def queue(self) -> None:
+        """Queue the lines, or as much of them as the queues hold."""
+        motions = {axis: item.line for axis, item in self.by_axis.items()}
+        self.lines.uploads += upload.begin(self.device, motions, self.edges)
+
+    def states(self) -> tuple[AxisState, ...]:
+        """Return where the axes are, with the records of their lines."""
+        return with_records(self.device, self.lines.axes, self.records)
+
+
+def with_records(device: Device, axes: Sequence[int], records: Recording) -> tuple[AxisState, ...]:
+    """Return the states of some axes with the records of their lines."""
+    return tuple(
+        replace(state, records=records.of(state.axis)) for state in states_of(device, axes)
+    )
+
+
+def check(device: Device, line: MotionLine, axes: int, clock: Clock) -> CheckResult:
+    """Check a line by the limits that a board has now; `axes` move together."""
+    known = settings.of_clock(given.sync(clock.sync), given.divider(clock.divider))
+    bounds = limits.connected(device, line.pixel_hz, given.axes(axes, None), known)
+    return line.check_by(bounds.of(line.line), device.who().board)
+
+
+def prepare(
+    device: Device, lines: Lines, axis: int | None, clock: Clock, *, checked: bool
+) -> Prepared:
+    """Check lines for a board; nothing is sent."""
+    found = by_axis(lines, axis)
+    checked = arguments.flag("check", checked)
+    hz = _one_frequency(found)
+    wanted = Clocking.of(found, clock.sync, clock.divider, clock.gate_edges)
+    refuse_period(hz, device.tick_hz())
+    _refuse(device, found)
+    if checked:
+        for item in found.values():
+            check(device, item, len(found), Clock(wanted.sync, wanted.divider)).raise_if_refused()
+    edges = wanted.divider or settings.divider(device)
+    axes = list(found)
+    upload.require_idle(device, axes)
+    return Prepared(
+        device, found, hz * edges, edges, wanted, running.Lines(device, axes),
+        Recording(device.unit, axes),
+    )  # fmt: skip
+
+
+def make(prepared: Prepared, course: Course) -> tuple[AxisState, ...]:
+    """Make the lines of one board, to their end."""
+    lines = prepared.lines
+    with prepared.recorded() as prepared.records.recorder, running.stopped_on_failure([lines]):
+        clockstate.await_lock(prepared.device, course.world)
+        prepared.queue()
+        running.arm_queued(lines)
+        course.begun()
+        running.follow([lines], course.world, prepared.longest, course.progress)
+    return prepared.states()
+
+
+def make_together(several: Sequence[Prepared], course: Course) -> dict[int, tuple[AxisState, ...]]:
+    """Make the lines of several boards, which begin on one edge of their clock, to their end."""
+    group = [one.lines for one in several]
+    with contextlib.ExitStack() as stack:
+        for one in several:
+            one.records.recorder = stack.enter_context(one.recorded())
+        stack.enter_context(running.stopped_on_failure(group))
+        for one in several:
+            clockstate.await_lock(one.device, course.world)
+            one.queue()
+        course.begun()
+        started = together.start(group, course.world)
+        longest = max(one.longest for one in several)
+        running.follow(group, course.world, longest, course.progress)
+        started.compare(course.world)
+    return {one.device.unit: one.states() for one in several}
+
+
+def prepare_several(
+    lines: Mapping[int, Lines],
+    device_of: Callable[[int], Device],
+    clock: Clock,
+    *,
+    checked: bool,
+) -> list[Prepared]:
+    """Check lines by the addresses of their boards, and that one clock drives them all."""
+    if not isinstance(lines, Mapping) or not lines:
+        raise UserError(f"lines {arguments.shown(lines)}: expected lines by address of a board")
+    found = [
+        prepare(device_of(unit), ours, None, clock, checked=checked) for unit, ours in lines.items()
+    ]
+    clocks = {one.clock_hz for one in found}
+    if len(clocks) > 1:
+        text = " and ".join(f"{hz} Hz" for hz in sorted(clocks))
+        raise UserError(f"lines for pixel clocks of {text}: one clock drives all boards")
+    return found
+
+
+def _refuse(device: Device, lines: Mapping[int, MotionLine]) -> None:
+    """Raise UserError or RefusedError for lines that are not for this board."""
+    kind, has = device.who().board, device.input("axis_count")
+    if max(lines) >= has:
+        raise UserError(f"axis {max(lines)}: board {device.unit} has {has}: 0 to {has - 1}")
+    for item in lines.values():
+        given.refuse_empty(item.line)
+        if item.motor and item.motor.board != kind:
+            raise RefusedError(
+                f"{item.line.name}: motor {item.motor.name} is on a {item.motor.board}, board "
+                f"{device.unit} is a {kind}"
+            )
+        if item.line.backlash:
+            device.require("backlash")
+
+
+def _one_frequency(lines: Mapping[int, MotionLine]) -> Fraction:
+    found = {item.hz for item in lines.values()}
+    if len(found) > 1:
+        text = " and ".join(f"{hz} Hz" for hz in sorted(found))
+        raise UserError(f"lines for {text}: one pixel clock drives all axes")
+    return found.pop()

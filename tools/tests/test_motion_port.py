@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: MIT
+"""A motion on a port, in real time: its thread feeds a kilohertz line while the program works."""
+
+import asyncio
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import pixstep as px
+from pixstep import natives
+
+HANG_S = 1800
+# A host that gets no processor for a while is not taken for a dead one.
+PATIENT_S = 2
+PIXEL_HZ = 500  # as much as a busy machine simulates in real time beside a program that computes
+COUNTS = np.random.default_rng(2).integers(1, 4, 2000)  # the Uno's queue holds some 130 of them
+
+
+@pytest.fixture
+def port(simulator):
+    """Start a simulated Uno behind a pseudo terminal; yield the terminal's name."""
+    process = subprocess.Popen(
+        [
+            natives.program("pixstep-sim"), "--board", f"uno={natives.image('uno')}",
+            "--pixel-hz", str(PIXEL_HZ), "--pty",
+        ],
+        stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    try:
+        yield process.stdout.readline().strip()
+    finally:
+        process.terminate()
+        process.wait(timeout=HANG_S)
+        process.stdout.close()
+
+
+@pytest.fixture
+def board(port):
+    """Return the board, which stops for no host that is slow."""
+    with px.connect(port, timeout_s=PATIENT_S) as bus:
+        found = bus.board()
+        found.device.write_setting("bus_timeout_ms", 0)
+        yield found
+
+
+def test_a_streamed_line_goes_on_beside_a_program_that_computes(board):
+    line = px.line(COUNTS, decode="plain", pixel_hz=PIXEL_HZ)
+    seen, total = [], 0
+    with board.start(line) as motion:
+        while not motion.done:
+            total += sum(index * index for index in range(20_000))  # keeps Python's lock
+            time.sleep(0.002)
+            seen.append((motion.status()[0].share, len(motion.records()[0])))
+            total += board.device.input("status")  # asks the board besides
+    (state,) = motion.wait()
+    assert (state.state, state.position_steps) == ("done", line.total_steps)
+    assert seen == sorted(seen) and len({share for share, _ in seen}) > 5
+    assert total
+    motion._handle._thread.join()
+    assert sys.getswitchinterval() == pytest.approx(0.005)
+
+
+def test_a_stop_from_another_thread(board):
+    line = px.line(COUNTS, decode="plain", pixel_hz=PIXEL_HZ)
+    motion = board.start(line)
+    stopped = []
+    other = threading.Thread(target=lambda: (time.sleep(0.5), stopped.append(motion.stop())))
+    other.start()
+    with pytest.raises(px.MotionStoppedError):
+        motion.wait()
+    other.join()
+    ((state,),) = stopped
+    assert 0 < state.position_steps < line.total_steps
+    assert board.run(px.line([2, 4, 2], decode="plain", pixel_hz=PIXEL_HZ))[0].state == "done"
+
+
+def test_async_on_a_port(board):
+    async def main():
+        ticks = 0
+        async with board.start(px.line([2] * 300, decode="plain", pixel_hz=PIXEL_HZ)) as motion:
+            while not motion.done:
+                ticks += 1
+                await asyncio.sleep(0.01)
+            (state,) = await motion.wait_async()
+        with pytest.raises(px.MotionTimeoutError):
+            await board.start(px.line(COUNTS, decode="plain", pixel_hz=PIXEL_HZ)).wait_async(0.1)
+        return ticks, state
+
+    ticks, state = asyncio.run(main())
+    assert ticks > 3 and state.position_steps == 600
+
+
+PROGRAM = """\
+import sys, time
+import pixstep as px
+bus = px.connect(sys.argv[1], timeout_s=2)
+board = bus.board()
+board.device.write_setting("bus_timeout_ms", 0)
+motion = board.start(px.line([2] * 20000, decode="plain", pixel_hz=500))
+print("begun", flush=True)
+if sys.argv[2] == "waits":
+    motion.wait()
+elif sys.argv[2] == "works":
+    while True:
+        time.sleep(0.05)
+"""
+
+
+@pytest.mark.parametrize("how", ["ends", "waits", "works"])
+def test_a_program_that_ends_stops_its_axes(port, how):
+    with subprocess.Popen(
+        [sys.executable, "-c", PROGRAM, port, how],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    ) as process:  # fmt: skip
+        assert process.stdout.readline() == "begun\n"
+        time.sleep(0.3)
+        if how != "ends":
+            process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=HANG_S)
+    assert ("KeyboardInterrupt" in errors) == (how != "ends")
+    with px.connect(port, timeout_s=PATIENT_S) as bus:
+        (state,) = bus.board().axes()
+        assert state.state == "empty" and 0 < state.position_steps < 40_000
