@@ -70,8 +70,8 @@ def test_an_offence_is_found(lint, place, line, contract):
 
 def test_a_circle_of_packages_inside_is_found(lint):
     planted = {
-        "pixstep/cli/board/group.py": "import pixstep.cli.main",
-        "pixstep/cli/main.py": "import pixstep.cli.board.group",
+        "pixstep/cli/board/person.py": "import pixstep.cli.main",
+        "pixstep/cli/main.py": "import pixstep.cli.board.person",
     }
     assert lint(planted) == ["no circle between the packages inside"]
 

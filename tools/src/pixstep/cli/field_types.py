@@ -54,7 +54,9 @@ def click_type(kind: kinds.Kind) -> click.ParamType[Any, Any]:
 
 
 _TYPES: dict[type[kinds.Kind], Any] = {
-    kinds.Whole: lambda kind: click.IntRange(kind.least, kind.most),
+    kinds.Whole: lambda kind: (
+        click.INT if kind.least is kind.most is None else click.IntRange(kind.least, kind.most)
+    ),
     kinds.Number: lambda kind: FiniteRange(kind.least, kind.most),
     kinds.Choice: lambda kind: click.Choice(kind.words, case_sensitive=not kind.any_case),
     kinds.Text: lambda _: click.STRING,

@@ -81,20 +81,12 @@ _BOARD = {
     "enable": _operation("board enable"),
     "disable": _operation("board disable"),
     "permit": _operation("board permit"),
-    "home": _by_machine(
-        "board.home:home_command", "Home an axis: its switch's edge becomes position 0."
-    ),
-    "measure-play": _by_machine(
-        "board.measureplay:measure_play_command",
-        "Measure the play of an axis by its home switch.",
-    ),
-    "move": _by_machine("board.move:move_command", "Move an axis by exactly N steps."),
+    "home": _operation("board home"),
+    "measure-play": _operation("board measure-play"),
+    "move": _operation("board move"),
     "simulate": _operation("board simulate"),
-    "run": _by_machine("board.program:run_command", "Run a motion program while it is planned."),
-    "trajectory": _by_machine(
-        "board.trajectory:trajectory_command",
-        "Run a table of two axes, its play taken up or not.",
-    ),
+    "run": _operation("board run"),
+    "trajectory": _operation("board trajectory"),
     "selftest": _operation("board selftest"),
 }
 _MACHINE = {name: _operation(f"machine {name}") for name in ("new", "check", "show")}
@@ -104,10 +96,7 @@ _MAIN = {
     "ticks": _operation("line plan"),
     "plan": _operation("plan"),
     "demo": _operation("demo"),
-    "flash": _by_machine(
-        "flash:flash_command",
-        "Write the firmware to a board by avrdude through its boot loader, then ask what it is.",
-    ),
+    "flash": _operation("flash"),
     "bench": _late("late:BENCH", "Measure cycles, rates, CPU share, edge errors, waits, sizes."),
     "completion": _late(
         "completion:completion", "Complete commands, options and files in the shell: install it."

@@ -105,6 +105,21 @@ OPERATIONS: dict[str, tuple[str, str]] = {
         "board.start:Start",
         "Start loaded lines, of several boards on one clock edge.",
     ),
+    "board home": ("board.motion:BoardHome", "Home an axis: its switch's edge becomes position 0."),
+    "board measure-play": (
+        "board.motion:MeasurePlay",
+        "Measure the play of an axis by its home switch.",
+    ),
+    "board move": ("board.motion:BoardMove", "Move an axis by exactly N steps."),
+    "board run": ("board.program:RunProgram", "Run a motion program while it is planned."),
+    "board trajectory": (
+        "board.trajectory:BoardTrajectory",
+        "Run a table of two axes, its play taken up or not.",
+    ),
+    "flash": (
+        "board.flash:Flash",
+        "Write the firmware to a board by avrdude through its boot loader, then ask what it is.",
+    ),
     "board arm": ("board.commands:Arm", "Arm loaded axes by hand, with a token if wanted."),
     "board disarm": ("board.commands:Disarm", "Disarm axes and discard their queues."),
     "board clear": ("board.commands:Clear", "Clear the latched fault."),
