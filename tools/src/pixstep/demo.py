@@ -44,6 +44,7 @@ def run(
     console: rich.console.Console, out: Path | None = None, *, serial_load: bool = False
 ) -> Demo:
     """Run the worked example into `out`, print what came out and return it."""
+    simtask.require_all()
     started = time.monotonic()
     out = out or _default_folder()
     source = natives.example(PROFILE)
