@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
 """What registers read and do, state by state: accesses that images/script.c executes in turn."""
 
+import itertools
 import unittest
 
-from harness import RESULT_ADDRESS, Session, SimTest, image, read_edges
+from harness import RESULT_ADDRESS, Session, SimTest, differences, image, read_edges
 
 BOARDS = ("uno", "mega")
 SCRIPT = 0x400
@@ -31,6 +32,8 @@ EERIE, EEMPE, EEPE, EERE = 8, 4, 2, 1
 WDIF, WDIE, WDCE, WDE = 0x80, 0x40, 0x10, 0x08
 FRAME = 11 * 136
 UART_8E1 = ((UBRR0L, 16), (UCSR0A, U2X), (UCSR0C, 0x26))
+LAST_HIGH = {"uno": 0x03, "mega": 0x0F}  # of EEAR
+EXTINT = {"uno": ("D 2", 0, 2), "mega": ("D 3", 3, 0x80)}  # pin, line, sense of a fall
 ICP1 = {"uno": "B 0", "mega": "D 4"}
 
 
@@ -70,9 +73,7 @@ class Script(SimTest):
         self.addCleanup(sim.__exit__)
         text = b"".join(parts) + bytes(4)
         for at in range(0, len(text), PIECE):
-            self.assertEqual(
-                sim.ask(f"poke 0 {SCRIPT + at} {text[at : at + PIECE].hex()}"), "ok"
-            )
+            self.assertEqual(sim.ask(f"poke 0 {SCRIPT + at} {text[at : at + PIECE].hex()}"), "ok")
         self.assertEqual(sim.ask(f"poke 0 {RESULT_ADDRESS + 2 * END} 00000000"), "ok")
         return sim
 
@@ -165,7 +166,7 @@ class Uart(Script):
             rows = [row.split(",") for row in log.read_text().split()[1:]]
             self.assertEqual([row[2] for row in rows], ["01", "02", "04"])
             starts = [int(row[0]) for row in rows]
-            self.assertEqual([b - a for a, b in zip(starts, starts[1:], strict=False)], [FRAME] * 2)
+            self.assertEqual(differences(starts), [FRAME] * 2)
 
     def test_the_divisor_has_twelve_bits(self):
         """TXC comes 11 bits of (divisor + 1) * 8 cycles after the start bit."""
@@ -193,9 +194,7 @@ class Uart(Script):
             parts = read(UCSR0A, UCSR0A, UDR0, UCSR0A, UDR0, UDR0, UCSR0A)
             seen = self.receive(board, parts, count=7, sent="31323334")
             full = RXC | UDRE | U2X
-            self.assertEqual(
-                seen[0], [full | DOR, full | DOR, 0x31, full, 0x32, 0x34, UDRE | U2X]
-            )
+            self.assertEqual(seen[0], [full | DOR, full | DOR, 0x31, full, 0x32, 0x34, UDRE | U2X])
 
     def test_a_receiver_that_is_switched_off_forgets(self):
         for board in BOARDS:
@@ -281,7 +280,14 @@ class Timer(Script):
 
     def test_each_flag_interrupts_if_it_is_enabled(self):
         """Before its flag, while it waits, and no longer when it is disabled or cleared."""
-        compare = ((OCR1AH, 0), (OCR1AL, 200), (OCR1BH, 1), (OCR1BL, 0), (OCR1CH, 0xA0), (OCR1CL, 0))
+        compare = (
+            (OCR1AH, 0),
+            (OCR1AL, 200),
+            (OCR1BH, 1),
+            (OCR1BL, 0),
+            (OCR1CH, 0xA0),
+            (OCR1CL, 0),
+        )
         begin = writes(*compare, (TCNT1H, 0xFF), (TCNT1L, 0x80), *self.COUNTING)
         for flag in (TOV, OCFA, OCFB):
             others = (TOV | OCFA | OCFB) & ~flag
@@ -351,7 +357,7 @@ class Timer(Script):
                     self.assertEqual(self.capture(board, control, levels), origin + at)
 
     def test_what_is_not_modelled(self):
-        modes = [mode for mode in range(1, 15)]
+        modes = range(1, 15)
         cases = [
             ((OCR1AL, 100), (TCCR1A, mode & 3), (TCCR1B, (mode & 12) << 1 | 1)) for mode in modes
         ]
@@ -397,7 +403,7 @@ class Output(Script):
         for com, match_level in ((2, 0), (3, 1)):
             edges = self.edges(com)[4:]
             self.assertGreater(len(edges), 8)
-            for (cycle, level), (following, other) in zip(edges, edges[1:], strict=False):
+            for (cycle, level), (following, other) in itertools.pairwise(edges):
                 self.assertEqual(other, 1 - level)
                 # From BOTTOM to the match's effect 100, from there to BOTTOM 900.
                 self.assertEqual(following - cycle, 900 if level == match_level else 100)
@@ -407,12 +413,10 @@ class Output(Script):
 
 
 class Eeprom(Script):
-    LAST_HIGH = {"uno": 0x03, "mega": 0x0F}
-
     def test_addresses_end_with_the_memory(self):
         for board in BOARDS:
             seen = self.go(board, writes((EEARH, 0xFF), (EEARL, 0xFF)), read(EEARH, EEARL), count=2)
-            self.assertEqual(seen[0], [self.LAST_HIGH[board], 0xFF])
+            self.assertEqual(seen[0], [LAST_HIGH[board], 0xFF])
 
     def test_what_the_control_register_reads(self):
         self.each([0, 0x38, 0x38, 0x30, 0], 0, read(EECR), write(EECR, 0xF8), read(EECR),
@@ -481,11 +485,9 @@ class Watchdog(Script):
 
 
 class ExternalInterrupt(Script):
-    PIN = {"uno": ("D 2", 0, 2), "mega": ("D 3", 3, 0x80)}
-
     def test_a_request_waits_for_its_enable(self):
         for board in BOARDS:
-            pin, line, sense = self.PIN[board]
+            pin, line, sense = EXTINT[board]
             mask = 1 << line
             begin = writes((EICRA, sense), (EIFR, mask))
             for parts, left, interrupts in (

@@ -38,8 +38,8 @@ class Interrupts(unittest.TestCase):
         self.assertEqual(handler["count"], 21)
         self.assertEqual((handler["cycles_min"], handler["cycles_max"]), (cycles, cycles))
         self.assertEqual(handler["cycles_sum"], 21 * cycles)
-        # From the flag, or from the program that lets it in, to the response: at the end of a nop or
-        # asleep at once. TOV1 waits for the handler of ICF1, which the STS that enables both and
+        # From the flag, or from the program that lets it in, to the response: at the end of a nop
+        # or asleep at once. TOV1 waits for the handler of ICF1, which the STS that enables both and
         # SEI with its instruction hold up, and for one instruction behind its RETI.
         waited = {h["name"]: h["latency_max"] for h in stats["handlers"]}
         enabled = 3

@@ -231,7 +231,7 @@ class Eeprom(unittest.TestCase):
         self.assertEqual(sum(outcomes.values()), 199)
 
     def test_a_cut_byte_is_half_erased_or_half_written(self):
-        """An erase raises bits, the write behind it lowers them; half of the cuts leave anything."""
+        """An erase raises bits, a write then lowers them; half of the cuts leave anything."""
         whole, erased, written = {False: 0, True: 0}, [], []
         randoms = random.Random(2)
         with Board() as sim:

@@ -58,7 +58,8 @@ EXPLORERS = {
         ("--first", "--actions", "1", "--periods", "1", "--pins", "1"),
     ),
     "explore periods": (
-        "bin/pixstep-explore", ("--first", "--actions", "1", "--periods", "2"),
+        "bin/pixstep-explore",
+        ("--first", "--actions", "1", "--periods", "2"),
     ),
     "explore two": (
         "bin/pixstep-explore-two",
