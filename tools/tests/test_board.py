@@ -4,16 +4,14 @@
 `pixstep-dev campaign --lines 200 --board mega` runs the long form of the random set.
 """
 
-import io
 import json
 from fractions import Fraction
 
 import pytest
-from rich.console import Console
 
 from clock import TICK_HZ
 from effort import cases
-from pixstep import demo
+from pixstep import ops
 from pixstep.board import boards
 from pixstep.lines import planner
 from pixstep.lines.line import PLAIN, SMOOTH, Line
@@ -141,8 +139,8 @@ def test_handlers_keep_their_budgets_and_never_wait_a_whole_interval(tmp_path, b
 
 
 def test_demo(tmp_path):
-    console = Console(file=io.StringIO(), width=100)
-    assert demo.run(console, tmp_path).passed, console.file.getvalue()
+    done = ops.demo(out=tmp_path)
+    assert done.fine, done.page()
     made = {path.name for path in tmp_path.iterdir()}
     assert made >= {"line.csv", "ticks.csv", "edges.csv", "pixels.csv", "summary.json", "run.vcd"}
     assert len([name for name in made if name.endswith(".png")]) == 3

@@ -13,7 +13,9 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from pixstep.api.bus import Board, Bus, connect
     from pixstep.api.clocks import ClockErrors, ClockFigures, PixelClock
+    from pixstep.api.files import Converted, convert_file
     from pixstep.api.machines import Machine, Motor
+    from pixstep.api.making import line_from_positions, make_line, make_profile
     from pixstep.api.motion import Motion
     from pixstep.api.motions import (
         CheckResult,
@@ -21,8 +23,6 @@ if TYPE_CHECKING:
         Profile,
         import_line,
         line,
-        make_line,
-        make_profile,
         read_line,
         read_profile,
     )
@@ -54,6 +54,7 @@ __all__ = [
     "CheckResult",
     "ClockErrors",
     "ClockFigures",
+    "Converted",
     "FaultError",
     "Finding",
     "HomeResult",
@@ -79,8 +80,10 @@ __all__ = [
     "UserError",
     "VirtualBoard",
     "connect",
+    "convert_file",
     "import_line",
     "line",
+    "line_from_positions",
     "make_line",
     "make_profile",
     "read_line",
@@ -94,11 +97,13 @@ __all__ = [
 _MODULES = {
     "api.bus": ("Board", "Bus", "connect"),
     "api.clocks": ("ClockErrors", "ClockFigures", "PixelClock"),
+    "api.files": ("Converted", "convert_file"),
     "api.machines": ("Machine", "Motor"),
+    "api.making": ("line_from_positions", "make_line", "make_profile"),
     "api.motion": ("Motion",),
     "api.motions": (
-        "CheckResult", "MotionLine", "Profile", "import_line", "line", "make_line",
-        "make_profile", "read_line", "read_profile",
+        "CheckResult", "MotionLine", "Profile", "import_line", "line", "read_line",
+        "read_profile",
     ),
     "api.moving": ("HomeResult", "MoveResult", "SeekResult"),
     "api.records": ("AxisRecords",),

@@ -9,6 +9,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Self
 
 from pixstep import arguments
+from pixstep.api.shown import Facts, Shown, count, frame
 from pixstep.api.ticks import Ticks
 from pixstep.errors import UserError
 from pixstep.lazy import lazy
@@ -18,6 +19,7 @@ from pixstep.simulation.clockflaws import (
     MOST_REST_MS,
     ClockFlaws,
 )
+from pixstep.simulation.small_pickle import SmallPickle
 
 if TYPE_CHECKING:
     import numpy as np
@@ -92,8 +94,8 @@ class PixelClock:
         )
 
 
-@dataclass(frozen=True)
-class ClockFigures:
+@dataclass(frozen=True, repr=False)
+class ClockFigures(Shown):
     """What the pixel clock of a run did, and what the board measured of it.
 
     The board's figures are None if it had seen too few edges to measure.
@@ -122,6 +124,17 @@ class ClockFigures:
     board_jitter: Ticks | None
     """Mean distance of its edges from where the board expected them."""
 
+    def _headline(self) -> str:
+        divided = f", {self.divider} edges a pixel" if self.divider > 1 else ""
+        return f"{float(self.clock_hz):g} Hz{divided}, sync {self.sync}"
+
+    def _facts(self) -> Facts:
+        yield "edges", f"{self.true_edges:,}"
+        yield "missing, by the board", f"{self.missing_edges}, {self.board_missing}"
+        yield "false, by the board", f"{self.false_edges}, {self.board_glitches}"
+        yield "period by the board", self.board_period
+        yield "jitter by the board", self.board_jitter
+
     @classmethod
     def of(cls, job: Job, told: Mapping[str, Any]) -> Self:
         """Return the figures of a run's summary."""
@@ -141,8 +154,8 @@ class ClockFigures:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class ClockErrors:
+@dataclass(frozen=True, eq=False, repr=False)
+class ClockErrors(SmallPickle, Shown):
     """How an axis kept to the true edges of the pixel clock, locked to it or not."""
 
     pixels: npt.NDArray[np.int64]
@@ -161,6 +174,20 @@ class ClockErrors:
     """Largest difference, at a true edge of the clock, of steps made from steps due."""
     ripple: Ticks
     """Largest change of length from one pixel to the next."""
+
+    def to_dataframe(self) -> Any:
+        """Return a pandas.DataFrame, or a pyarrow.Table where there is no pandas: a row a pixel."""
+        return frame({"pixel": self.pixels, "error_ticks": self.errors_ticks})
+
+    def _headline(self) -> str:
+        pixels = count(len(self.pixels), "pixel")
+        return f"{pixels} compared: rms {self.rms_error}, at most {self.max_error}"
+
+    def _facts(self) -> Facts:
+        yield "drift", self.drift
+        yield "drift, steps", f"{self.drift_steps:.3g}"
+        yield "largest position error, steps", self.max_position_error_steps
+        yield "ripple", self.ripple
 
     @classmethod
     def of(cls, kept: Kept, tick_hz: int) -> Self:

@@ -4,10 +4,11 @@
 from collections.abc import Mapping
 from decimal import Decimal
 from fractions import Fraction
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from pixstep import arguments
 from pixstep.api.machines import Motor
+from pixstep.api.words import BoardKind, Decode, Sync
 from pixstep.arguments import FAR
 from pixstep.board import boards, gating
 from pixstep.board import registers as regs
@@ -99,11 +100,11 @@ def motor(given: Motor | None) -> Motor | None:
     return arguments.instance("motor", given, Motor, "a motor of a Machine")
 
 
-def decode(given: str | None, motor: Motor | None) -> str:
+def decode(given: str | None, motor: Motor | None) -> Decode:
     """Return the decode rule that is given, else the motor's, else smooth."""
     if given is None:
-        return motor.decode if motor else SMOOTH
-    return arguments.one_of("decode", given, (SMOOTH, PLAIN))
+        return motor.decode if motor else "smooth"
+    return cast(Decode, arguments.one_of("decode", given, (SMOOTH, PLAIN)))
 
 
 def backlash(given: int | str | None, rule: str, motor: Motor | None) -> int:
@@ -119,9 +120,11 @@ def refuse_empty(line: Line) -> None:
         raise UserError(f"{line.name}: has no pixels")
 
 
-def sync(given: str | None) -> str | None:
+def sync(given: str | None) -> Sync | None:
     """Return what lines are to the pixel clock, if it is given."""
-    return None if given is None else arguments.one_of("sync", given, tuple(regs.SYNCS))
+    if given is None:
+        return None
+    return cast(Sync, arguments.one_of("sync", given, tuple(regs.SYNCS)))
 
 
 def divider(given: int | None) -> int | None:
@@ -138,11 +141,11 @@ def gate_edges(given: int | None) -> int | None:
     return arguments.whole("gate_edges", given, 0, gating.MOST_EDGES)
 
 
-def board(given: str | None) -> str | None:
+def board(given: str | None) -> BoardKind | None:
     """Return the name of a kind of board, if it is given."""
     if given is None:
         return None
-    return boards.load(arguments.text("board", given)).name
+    return cast(BoardKind, boards.load(arguments.text("board", given)).name)
 
 
 def axes(given: int, board: str | None) -> int:

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from pixstep import arguments
+from pixstep.api.shown import Facts, Shown
+from pixstep.api.words import BoardKind, Decode, Sync
 from pixstep.errors import UserError
 from pixstep.lazy import lazy
 from pixstep.lines.linecheck import Limits
@@ -22,23 +24,23 @@ else:
     reading = lazy("pixstep.machine.reading")  # pydantic takes a while to load
 
 
-@dataclass(frozen=True)
-class Motor:
+@dataclass(frozen=True, repr=False)
+class Motor(Shown):
     """A motor of a machine: its place, its kind and its limits, `machine["M39"]`."""
 
     name: str
     """Name in the machine file."""
     axis: int
     """Axis of its board, from 0."""
-    decode: str
+    decode: Decode
     """`"smooth"` (the speed changes inside a pixel) or `"plain"` (one speed in each pixel)."""
-    board: str
+    board: BoardKind
     """Kind of its board: `"uno"`, `"mega"` or `"m1284"`."""
     pixel_hz: Fraction
     """Frequency of the machine's pixels in Hz, exact."""
     divider: int
     """Edges of the machine's clock in a pixel."""
-    sync: str | None
+    sync: Sync | None
     """What its lines are to the clock: `"free"`, `"start"`, `"lock"`; None: not said."""
     gate_edges: int | None
     """How many edges behind the first one of a burst of a gated clock its lines begin; 0: the clock
@@ -67,9 +69,22 @@ class Motor:
         """True if its speed changes inside a pixel."""
         return self.decode == "smooth"
 
+    def _headline(self) -> str:
+        return f"{self.name}: {self.decode}, axis {self.axis} of a {self.board}"
 
-@dataclass(frozen=True)
-class Machine:
+    def _facts(self) -> Facts:
+        yield "pixels", f"{float(self.pixel_hz):g} Hz"
+        yield "clock edges of a pixel", self.divider
+        yield "backlash", f"{self.backlash_steps} steps"
+        yield "direction", "-" if self.negative else "+"
+        yield "scale", self.steps_per_unit or "not said"
+        for name, value in vars(self.limits).items():
+            if value is not None:
+                yield name.replace("_", " "), value
+
+
+@dataclass(frozen=True, repr=False)
+class Machine(Shown):
     """A machine file (docs/MACHINE.md), read and checked.
 
     Example:
@@ -86,7 +101,7 @@ class Machine:
     """Frequency of its pixels in Hz, exact."""
     divider: int
     """Edges of its clock in a pixel: the clock has `divider` times the frequency of the pixels."""
-    sync: str | None
+    sync: Sync | None
     """What lines are to the clock: `"free"`, `"start"`, `"lock"`; None: not said."""
     motors: tuple[Motor, ...]
     """All motors, in the order of the file."""
@@ -109,14 +124,22 @@ class Machine:
         known = ", ".join(motor.name for motor in self.motors)
         raise UserError(f"{self.path}: there is no motor {arguments.shown(name)}: {known}")
 
+    def _headline(self) -> str:
+        motors = ", ".join(motor.name for motor in self.motors)
+        return f"{self.path}: {float(self.pixel_hz):g} Hz, motors {motors}"
+
+    def _facts(self) -> Facts:
+        for motor in self.motors:
+            yield motor.name, motor._headline().partition(": ")[2]
+
 
 def _motor(read: reading.Machine, table: MotorTable) -> Motor:
     board = read.board_of(table)
     return Motor(
         name=table.name,
         axis=table.axis,
-        decode=table.decode,
-        board=board.kind,
+        decode=cast(Decode, table.decode),
+        board=cast(BoardKind, board.kind),
         pixel_hz=read.pixel_hz,
         divider=read.clock.edges,
         sync=read.clock.sync,

@@ -5,32 +5,35 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
+from itertools import accumulate
 from os import PathLike, fspath
 from pathlib import Path
-from typing import TYPE_CHECKING, Self, SupportsInt
+from typing import TYPE_CHECKING, Any, Self, SupportsInt
 
 from pixstep import arguments, formats, owndata
 from pixstep.api import given
 from pixstep.api.given import Hz
 from pixstep.api.machines import Motor
+from pixstep.api.shown import Facts, Shown, count, frame
+from pixstep.api.words import BoardKind, Decimals, Decode, Quantity, Separator
 from pixstep.arguments import FAR
 from pixstep.board import limits, settings
 from pixstep.errors import UserError
-from pixstep.lines import linecheck, units
-from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.lines import linecheck
+from pixstep.lines.line import SMOOTH, Line
 from pixstep.lines.linecheck import Finding, Limits
 from pixstep.owndata.naming import QUANTITIES
 from pixstep.owndata.numerals import DECIMALS
 from pixstep.owndata.table import BLANK, NONE, SEPARATORS
-from pixstep.profiles import generator, legal_prn, madefor, make, names
+from pixstep.profiles import legal_prn, madefor, names
 from pixstep.profiles.generator import MOST_PIXELS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@dataclass(frozen=True)
-class Profile:
+@dataclass(frozen=True, repr=False)
+class Profile(Shown):
     """How a motor accelerates: its speed at the end of each pixel, from rest.
 
     Example:
@@ -77,6 +80,19 @@ class Profile:
         whole = tuple(map(round, speeds))
         return cls(legal_prn.repair_speeds(whole).values, name, given.exact_hz(pixel_hz))
 
+    def to_dataframe(self) -> Any:
+        """Return a pandas.DataFrame, or a pyarrow.Table where there is no pandas: a row a pixel."""
+        pixels = range(1, len(self.speeds_steps_px) + 1)
+        return frame({"pixel": pixels, "speed_steps_px": self.speeds_steps_px})
+
+    def _headline(self) -> str:
+        made_for = f", made for {float(self.pixel_hz):g} Hz" if self.pixel_hz else ""
+        pixels = count(len(self.speeds_steps_px), "pixel")
+        return f"{self.name}: {pixels} to {self.top_speed_steps_px} steps/px{made_for}"
+
+    def _facts(self) -> Facts:
+        yield from (("note", note) for note in self.notes)
+
     def write(self, path: str | PathLike[str]) -> Path:
         """Write a PRN file; return its path. An existing file is replaced."""
         target = arguments.path("path", path)
@@ -84,8 +100,8 @@ class Profile:
         return target
 
 
-@dataclass(frozen=True)
-class CheckResult:
+@dataclass(frozen=True, repr=False)
+class CheckResult(Shown):
     """What the board's own check says of a line, and what only the motor's limits add."""
 
     name: str
@@ -112,9 +128,23 @@ class CheckResult:
         linecheck.raise_if_refused(self.name, self.findings)
         return self
 
+    def to_dataframe(self) -> Any:
+        """Return a pandas.DataFrame, or a pyarrow.Table without pandas: a row a finding."""
+        names = ("pixel", "severity", "name", "message")
+        return frame({name: [getattr(one, name) for one in self.findings] for name in names})
 
-@dataclass(frozen=True)
-class MotionLine:
+    def _headline(self) -> str:
+        errors, warnings = len(self.errors), len(self.findings) - len(self.errors)
+        found = f"{count(errors, 'error')}, {count(warnings, 'warning')}"
+        return f"of {self.name}: {'refused' if self.refused else 'fine'}, {found}"
+
+    def _facts(self) -> Facts:
+        for one in self.findings:
+            yield f"pixel {one.pixel}", f"{one.severity}: {one.name}: {one.message}"
+
+
+@dataclass(frozen=True, repr=False)
+class MotionLine(Shown):
     """A line for one axis: the steps of each pixel, the pixel frequency, and whose it is.
 
     The pixel frequency is that of pixels, also where one is several edges of the clock: the clock
@@ -131,6 +161,10 @@ class MotionLine:
     """What was assumed or tolerated on the way."""
     image_pixel: int | None = None
     """Pixel, from 1, in which the image starts, of a line that `make_line` has made."""
+    divider: int | None = None
+    """Clock edges of its pixels, of a line that was made for so many; a run takes it from here."""
+    deviation_steps: float | None = None
+    """How far it is at most from the positions that it was made of; None of other lines."""
 
     def __post_init__(self) -> None:
         """Raise UserError for what is no line."""
@@ -160,7 +194,7 @@ class MotionLine:
 
     def check(
         self,
-        board: str | None = None,
+        board: BoardKind | None = None,
         *,
         axes: int = 1,
         sync: str | None = None,
@@ -204,6 +238,33 @@ class MotionLine:
         formats.write_csv(target, self.counts)
         return target
 
+    def to_dataframe(self) -> Any:
+        """Return a pandas.DataFrame, or a pyarrow.Table where there is no pandas: a row a pixel.
+
+        Positions are those behind each pixel, from 0 at the beginning of the line.
+        """
+        sign = self.line.direction
+        counts = [sign * steps for steps in self.counts]
+        columns = {"pixel": range(1, self.pixels + 1), "steps": counts}
+        return frame(columns | {"position_steps": list(accumulate(counts))})
+
+    def _headline(self) -> str:
+        hz = f" at {float(self.pixel_hz):g} Hz" if self.pixel_hz else ""
+        motor = f", motor {self.motor.name}" if self.motor else ""
+        size = f"{count(self.pixels, 'pixel')}{hz}, {count(self.total_steps, 'step')}"
+        return f"{self.line.name}: {self.line.decode}, {size}{motor}"
+
+    def _facts(self) -> Facts:
+        yield "backlash", f"{self.line.backlash} steps"
+        yield "top speed", f"{self.line.line_speed} steps/px"
+        if self.image_pixel is not None:
+            yield "image from pixel", self.image_pixel
+        if self.divider is not None:
+            yield "clock edges of a pixel", self.divider
+        if self.deviation_steps is not None:
+            yield "largest deviation", f"{self.deviation_steps:.3g} steps"
+        yield from (("note", note) for note in self.notes)
+
     def plot(self) -> "Figure":
         """Draw speed, acceleration, jerk and position over the pixels."""
         from pixstep import plotting
@@ -243,91 +304,21 @@ def read_profile(path: str | PathLike[str], *, lenient: bool = False) -> Profile
     return Profile(tuple(speeds), fspath(path), hz, tuple(notes))
 
 
-def make_profile(
-    top_speed: int, max_acceleration: int, max_jerk: int, *, name: str = "profile"
-) -> Profile:
-    """Make the shortest profile of a smooth motor within limits.
-
-    `top_speed` is in steps/pixel, `max_acceleration` in steps/pixel2, `max_jerk`, the change of the
-    acceleration from pixel to pixel, in steps/pixel3.
-
-    Example:
-        >>> make_profile(40, 16, 8).speeds_steps_px
-        (8, 20, 32, 40)
-    """
-    bounds = make.ProfileLimits(
-        make.legal_speed(arguments.exact("top_speed", top_speed, 0)),
-        make.legal_limit(
-            arguments.exact("max_acceleration", max_acceleration, 0), units.ACCELERATION
-        ),
-        make.legal_limit(arguments.exact("max_jerk", max_jerk, 0), units.JERK),
-    )
-    return Profile(tuple(make.shortest_profile(bounds)), name)
-
-
-def make_line(
-    profile: Profile,
-    *,
-    speed: int | str,
-    pixels: int,
-    motor: Motor | None = None,
-    pixel_hz: Hz | None = None,
-    decode: str | None = None,
-    backlash: int | None = None,
-    lead_in: int = 0,
-) -> MotionLine:
-    """Make a line from a profile: up to the speed, constant, down again.
-
-    `speed` is in steps/pixel, or a text with a unit: `"30000 steps/s"`, and of a motor with
-    steps_per_unit `"12 mm/s"`. `pixels` is the length of the whole line, `lead_in` the constant
-    pixels before the image. The motor says the rest, unless it is given here; without a motor the
-    line is smooth, has no backlash, and the pixel frequency is the profile's. Raises UserError for
-    a request that cannot be met, RefusedError for a profile made for a lower pixel frequency.
-
-    Example:
-        >>> made = make_line(Profile((10, 20, 40)), speed=30, pixels=9, pixel_hz=30)
-        >>> made.counts
-        (5, 15, 25, 30, 30, 30, 25, 15, 5)
-    """
-    profile = arguments.instance("profile", profile, Profile, "a Profile")
-    motor = given.motor(motor)
-    hz = given.exact_hz(pixel_hz) or (motor.pixel_hz if motor else profile.pixel_hz)
-    rule = given.decode(decode, motor)
-    notes = [
-        *profile.notes,
-        *_other_motor(Path(profile.name), None, motor),
-        *_other_frequency(profile, hz),
-    ]
-    play = given.backlash(backlash, rule, motor)
-    request = generator.LineRequest(
-        _steps_px(speed, hz, motor, rule),
-        arguments.whole("pixels", pixels),
-        play,
-        arguments.whole("lead_in", lead_in),
-        plain=rule == PLAIN,
-    )
-    made = generator.generate(list(profile.speeds_steps_px), request, profile.name)
-    sign = -1 if rule == PLAIN and motor and motor.negative else 1
-    counts = tuple(sign * count for count in made.counts)
-    built = line(counts, motor=motor, pixel_hz=hz, decode=rule, backlash=play, name=profile.name)
-    return replace(built, notes=tuple(notes), image_pixel=made.image_pixel)
-
-
 def line(
     counts: Iterable[SupportsInt],
     *,
     motor: Motor | None = None,
     pixel_hz: Hz | None = None,
-    decode: str | None = None,
-    backlash: int | None = None,
+    decode: Decode | None = None,
+    backlash: int | str | None = None,
     negative: bool | None = None,
     name: str = "line",
 ) -> MotionLine:
     """Return a line of given steps for each pixel: a list, or an array of numpy.
 
     Counts are the motor's own: signed in a plain line; a smooth line runs backwards as a whole
-    (`negative`). What is not given is the motor's; without a motor the line is smooth and has no
-    backlash.
+    (`negative`). `backlash` is in steps or, of a motor with steps_per_unit, as `"0.1 mm"`. What is
+    not given is the motor's; without a motor the line is smooth and has no backlash.
 
     Example:
         >>> line([2, 6, 8, 6, 2], decode="smooth", pixel_hz=30).check("uno").refused
@@ -361,8 +352,8 @@ def read_line(
     motor: Motor | None = None,
     number: int | None = None,
     pixel_hz: Hz | None = None,
-    decode: str | None = None,
-    backlash: int | None = None,
+    decode: Decode | None = None,
+    backlash: int | str | None = None,
     negative: bool | None = None,
     check: bool = True,
 ) -> MotionLine:
@@ -383,7 +374,7 @@ def read_line(
     refuse = arguments.flag("check", check)
     notes = (
         *read.notes,
-        *_other_motor(place, read.header, motor),
+        *other_motor(place, read.header, motor),
         *madefor.notes(place, read.header, hz, refuse=refuse),
     )
     made = line(
@@ -398,12 +389,12 @@ def import_line(
     *,
     motor: Motor | None = None,
     pixel_hz: Hz | None = None,
-    decode: str | None = None,
-    quantity: str | None = None,
+    decode: Decode | None = None,
+    quantity: Quantity | None = None,
     unit: str | None = None,
     column: str | int | None = None,
-    separator: str | None = None,
-    decimal: str | None = None,
+    separator: Separator | None = None,
+    decimal: Decimals | None = None,
     fit: bool = False,
 ) -> MotionLine:
     """Make a line of your own table: what a spreadsheet exports, or what numpy's savetxt writes.
@@ -434,7 +425,8 @@ def import_line(
     )
     made = owndata.import_line(place, request)
     motion = replace(made.line, backlash=given.backlash(None, rule, motor))
-    return MotionLine(motion, hz, motor, made.assumed)
+    deviation = float(made.largest_error_steps)
+    return MotionLine(motion, hz, motor, made.assumed, deviation_steps=deviation)
 
 
 def _one_of(name: str, given: str | None, choices: tuple[str, ...]) -> str | None:
@@ -449,36 +441,9 @@ def _column(given: str | int | None) -> str | None:
     return str(arguments.whole("column", given, 1))
 
 
-def _speed(given: str | float) -> units.Quantity:
-    """Return a speed in steps/pixel, or in the unit that it is written with."""
-    if isinstance(given, str):
-        return units.parse(given, units.SPEED)
-    value = arguments.exact("speed", given, 0)
-    return units.Quantity(value, units.SPEED, False, arguments.shown(given))
-
-
-def _steps_px(speed: int | str, hz: Fraction | None, motor: Motor | None, rule: str) -> int:
-    """Return a speed in whole steps/pixel. Raises UserError if it is none."""
-    quantity = _speed(speed)
-    if quantity.per_second and hz is None:
-        raise UserError(f"speed {speed}: per second needs a pixel frequency: pixel_hz or motor")
-    scale = motor.steps_per_unit if motor else None
-    return units.whole_speed(quantity, hz, scale, smooth=rule == SMOOTH)
-
-
-def _other_motor(
-    path: Path, header: formats.ProfileHeader | None, motor: Motor | None
-) -> list[str]:
+def other_motor(path: Path, header: formats.ProfileHeader | None, motor: Motor | None) -> list[str]:
     """Return a note of a file that is made for another motor."""
     made_for = names.motor_of(path, header.name if header else None)
     if motor is None or made_for in (None, motor.name):
         return []
     return [f"{path}: made for motor {made_for}, used for motor {motor.name}"]
-
-
-def _other_frequency(profile: Profile, hz: Fraction | None) -> list[str]:
-    """Return a note of a profile made for another frequency; refuse one for a lower one."""
-    if hz is None or profile.pixel_hz is None or profile.pixel_hz == hz:
-        return []
-    other = madefor.OtherFrequency(profile.name, profile.pixel_hz, hz)
-    return [other.refuse_faster()]

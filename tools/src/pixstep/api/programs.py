@@ -6,15 +6,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from os import PathLike, fspath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pixstep import arguments
 from pixstep.api.machines import Machine
 from pixstep.api.motions import MotionLine, line
+from pixstep.api.shown import Facts, Shown, count, frame
+from pixstep.api.words import Mode
 from pixstep.lazy import lazy
-from pixstep.lines.line import PLAIN, SMOOTH
+from pixstep.lines import units
 from pixstep.programs.options import (
-    LOOKAHEAD,
     MODES,
     MOST_WINDOW,
     SEGMENT_MS,
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
     from pixstep.machine import reading
     from pixstep.programs import entries, length, motors, plan, sources
-    from pixstep.programs.report import PlanFigures
+    from pixstep.programs.figures import PlanFigures
 else:  # numpy and pydantic take a while to load
     np, reading = lazy("numpy"), lazy("pixstep.machine.reading")
     entries, length = lazy("pixstep.programs.entries"), lazy("pixstep.programs.length")
@@ -35,8 +36,8 @@ else:  # numpy and pydantic take a while to load
     sources = lazy("pixstep.programs.sources")
 
 
-@dataclass(frozen=True)
-class ProgramPlan:
+@dataclass(frozen=True, repr=False)
+class ProgramPlan(Shown):
     """A program that is planned: a line for each motor, all of equal length."""
 
     total_ms: float
@@ -51,9 +52,27 @@ class ProgramPlan:
     report: PlanFigures
     """Everything that is known, as `report.json` of `pixstep plan` has it."""
 
+    def to_dataframe(self) -> Any:
+        """Return a pandas.DataFrame, or a pyarrow.Table where there is no pandas: a row a pixel.
 
-@dataclass(frozen=True)
-class MotionProgram:
+        Each axis has a column of its steps, `"axis0"`.
+        """
+        pixels = {"pixel": range(1, self.pixels + 1)}
+        return frame(pixels | {f"axis{axis}": made.counts for axis, made in self.lines.items()})
+
+    def _headline(self) -> str:
+        axes = count(len(self.lines), "axis")
+        return f"{axes}, {count(self.pixels, 'pixel')}, {self.total_ms / 1000:.4g} s"
+
+    def _facts(self) -> Facts:
+        for axis, made in self.lines.items():
+            yield f"axis {axis}", made._headline()
+        for text in self.exceeded:
+            yield "exceeded", text
+
+
+@dataclass(frozen=True, repr=False)
+class MotionProgram(Shown):
     """A motion program (docs/PROGRAMS.md) for the motors of a machine: `read_program`.
 
     Example:
@@ -68,6 +87,9 @@ class MotionProgram:
     """The machine whose motors it moves."""
     request: sources.Request
     """How it is planned."""
+
+    def _headline(self) -> str:
+        return f"{self.path} for {self.machine.path}"
 
     def plan(self) -> ProgramPlan:
         """Plan it as a whole: this holds all of its lines in memory.
@@ -84,7 +106,8 @@ class MotionProgram:
         lines = {
             motor.axis: line(
                 entries.of_line(counts[:, index], motor), pixel_hz=request.setup.pixel_hz,
-                decode=SMOOTH if motor.smooth else PLAIN, name=f"{self.path}, motor {motor.name}",
+                decode="smooth" if motor.smooth else "plain",
+                name=f"{self.path}, motor {motor.name}",
                 negative=motor.smooth and (counts[:, index].sum() < 0) != motor.negative,
             )
             for index, motor in enumerate(request.setup.motors)
@@ -100,9 +123,9 @@ def read_program(
     path: str | PathLike[str],
     machine: Machine,
     *,
-    mode: str = LOOKAHEAD,
+    mode: Mode = "lookahead",
     window: int = WINDOW,
-    segment_ms: float | None = None,
+    segment_ms: float | str | None = None,
     arc_tolerance_steps: float = 1.0,
 ) -> MotionProgram:
     """Return a motion program for a machine; the file is read when it is planned or run.
@@ -119,6 +142,8 @@ def read_program(
         arguments.one_of("mode", mode, MODES), arguments.whole("window", window, 1, MOST_WINDOW)
     )
     if segment_ms is not None:
+        if isinstance(segment_ms, str):
+            segment_ms = float(1000 * units.parse_seconds(segment_ms, "ms"))
         segment_ms = arguments.finite("segment_ms", segment_ms, *SEGMENT_MS)
     found = replace(
         motors.of_machine(reading.Machine.load(machine.path)),

@@ -9,14 +9,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pixstep import arguments
+from pixstep.api.shown import Facts, Shown, count, frame
 from pixstep.board import recordfiles
 from pixstep.board.logs import Row
 from pixstep.board.recording import Recorder
 from pixstep.board.state import Record
 from pixstep.lazy import lazy
+from pixstep.simulation.small_pickle import SmallPickle
 
 if TYPE_CHECKING:
     import numpy as np
@@ -25,8 +27,8 @@ else:
     np, npt = lazy("numpy"), lazy("numpy.typing")
 
 
-@dataclass(frozen=True, eq=False)
-class AxisRecords:
+@dataclass(frozen=True, eq=False, repr=False)
+class AxisRecords(SmallPickle, Shown):
     """The records of an axis: where the motor should have been and was at each pixel's edge."""
 
     unit: int
@@ -62,6 +64,24 @@ class AxisRecords:
             for line, *values in zip(*(column.tolist() for column in self._columns), strict=True):
                 rows.take(self.unit, Row(line, self.axis, Record(*values)))
         return target
+
+    def to_dataframe(self) -> Any:
+        """Return a pandas.DataFrame, or a pyarrow.Table without pandas: a row a record."""
+        names = ("line", "pixel", "expected_steps", "actual_steps", "edge_error_ticks")
+        return frame(dict(zip(names, self._columns, strict=True)))
+
+    def _headline(self) -> str:
+        every = "of each pixel" if self.every == 1 else f"of every {self.every}th pixel"
+        missed = f", {self.missed} missed" if self.missed else ""
+        return f"board {self.unit} axis {self.axis}: {count(len(self), 'record')} {every}{missed}"
+
+    def _facts(self) -> Facts:
+        if len(self):
+            yield "last pixel", int(self.pixel[-1])
+            yield "last position, steps", int(self.actual_steps[-1])
+            off = np.abs(self.expected_steps - self.actual_steps)
+            yield "largest position error, steps", int(off.max())
+            yield "largest edge error, ticks", int(np.abs(self.edge_error_ticks).max())
 
     @property
     def _columns(self) -> tuple[npt.NDArray[np.int32], ...]:

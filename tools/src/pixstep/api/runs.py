@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from pixstep import arguments, outfolder
 from pixstep.api import given
@@ -21,7 +21,9 @@ from pixstep.api.clocking import Clocking
 from pixstep.api.clocks import ClockErrors, ClockFigures, PixelClock
 from pixstep.api.given import Hz
 from pixstep.api.motions import MotionLine
+from pixstep.api.shown import Facts, Shown, count, frame
 from pixstep.api.ticks import Ticks
+from pixstep.api.words import BoardKind, Sync
 from pixstep.board import boards
 from pixstep.errors import PlainError, UserError
 from pixstep.lazy import lazy
@@ -32,6 +34,7 @@ from pixstep.simulation.judge import Judgement
 from pixstep.simulation.load import AxisLoad
 from pixstep.simulation.report import PixelRow
 from pixstep.simulation.simrun import START, Job, RunResult
+from pixstep.simulation.small_pickle import SmallPickle
 from pixstep.simulation.summary import Summary
 from pixstep.simulation.verdict import AxisVerdict
 
@@ -52,8 +55,8 @@ class RunFailedError(PlainError):
     """A simulated run whose verdict is not pass."""
 
 
-@dataclass(frozen=True, eq=False)
-class AxisRun:
+@dataclass(frozen=True, eq=False, repr=False)
+class AxisRun(SmallPickle, Shown):
     """What one axis did in a run."""
 
     axis: int
@@ -89,9 +92,37 @@ class AxisRun:
     clock: ClockErrors | None
     """How its pixels kept to the clock; None of a free line, and of one with too few edges."""
 
+    def to_dataframe(self) -> Any:
+        """Return a pandas.DataFrame, or a pyarrow.Table where there is no pandas: a row an edge.
 
-@dataclass(frozen=True, eq=False)
-class Run:
+        Errors are those of steps, and missing (nan) of edges that are not the line's.
+        """
+        edges = len(self.edge_cycles)
+        errors = np.full(edges, math.nan)
+        known = self.edge_errors_ticks[:edges]
+        errors[: len(known)] = known
+        tick_hz = self.max_edge_error.tick_hz
+        return frame({
+            "cycle": self.edge_cycles, "time_s": self.edge_cycles / tick_hz, "error_ticks": errors,
+        })  # fmt: skip
+
+    def _headline(self) -> str:
+        made = f"{self.steps:,} of {count(self.expected_steps, 'step')}"
+        return f"axis {self.axis}: {self.verdict}, {made}, edges within {self.max_edge_error}"
+
+    def _facts(self) -> Facts:
+        yield "line", self.line.line.name
+        yield "steps", f"{self.steps:,} of {self.expected_steps:,}"
+        yield "largest edge error", self.max_edge_error
+        yield "rms edge error", self.rms_edge_error
+        yield "largest interval error", self.max_interval_error
+        yield "error of the rate", f"{self.rate_error_ppm:.3g} ppm"
+        for reason in self.reasons:
+            yield "wrong", reason
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Run(Shown):
     """A simulated run and its verdict.
 
     Figures come back as matplotlib Figures: `run.plot_motion().savefig("motion.png")`, or as the
@@ -171,6 +202,26 @@ class Run:
         """Draw how far the pixel edges of an axis were from the clock's true edges."""
         return simtask.clock_figure(*_chosen(self._kept, axis, "moved and was not free"))
 
+    def to_dataframe(self) -> Any:
+        """Return a pandas.DataFrame, or a pyarrow.Table where there is no pandas: a row a pixel.
+
+        What the run did not give is missing.
+        """
+        names = ("axis", "pixel", "edge_cycle", "expected_steps", "actual_steps")
+        rows = [row for axis in self.axes for row in axis.pixels]
+        return frame({name: [getattr(row, name) for row in rows] for name in names})
+
+    def _headline(self) -> str:
+        axes = count(len(self.axes), "axis")
+        why = f": {self.reasons[0]}" if self.reasons else ""
+        return f"{self.verdict}, {axes} of a {self.board} at {float(self.pixel_hz):g} Hz{why}"
+
+    def _facts(self) -> Facts:
+        for axis in self.axes:
+            yield f"axis {axis.axis}", axis._headline().partition(": ")[2]
+        for reason in self.reasons:
+            yield "wrong", reason
+
     def _trace(self, axis: int | None) -> Trace:
         """Return what there is to draw of an axis; of the only one by default."""
         return _chosen(self._traces, axis, "moved")
@@ -178,12 +229,12 @@ class Run:
 
 def simulate(
     lines: Lines,
-    board: str | None = None,
+    board: BoardKind | None = None,
     *,
     pixel_hz: Hz | None = None,
     check: bool = True,
     out: str | PathLike[str] | None = None,
-    sync: str | None = None,
+    sync: Sync | None = None,
     divider: int | None = None,
     gate_edges: int | None = None,
     clock: PixelClock | None = None,
@@ -265,7 +316,7 @@ def _folder(out: str | PathLike[str] | None) -> Iterator[Path]:
             yield place
 
 
-def _board_of(lines: Mapping[int, MotionLine]) -> str:
+def _board_of(lines: Mapping[int, MotionLine]) -> BoardKind:
     kinds = sorted({item.motor.board for item in lines.values() if item.motor})
     if len(kinds) != 1:
         raise UserError(f"board: say which one: {', '.join(boards.BOARD_NAMES)}")
@@ -273,7 +324,12 @@ def _board_of(lines: Mapping[int, MotionLine]) -> str:
 
 
 def _refuse(
-    lines: Mapping[int, MotionLine], kind: str, hz: Fraction, clocking: Clocking, *, check: bool
+    lines: Mapping[int, MotionLine],
+    kind: BoardKind,
+    hz: Fraction,
+    clocking: Clocking,
+    *,
+    check: bool,
 ) -> None:
     """Raise UserError for axes or frequencies that do not fit, RefusedError for a wrong line."""
     if max(lines) >= boards.load(kind).axes:

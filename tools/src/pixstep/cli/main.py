@@ -31,45 +31,22 @@ def _operation(words: str) -> Late:
 _LINE = {
     "make": _operation("line make"),
     "check": _operation("line check"),
-    "show": _by_machine(
-        "show:line_show",
-        "Show speed, acceleration, jerk and position of a line: a table, with --plot a drawing.",
-    ),
-    "compensate": _by_machine(
-        "reversal:line_compensate", "Take up the play at every reversal of a plain line."
-    ),
-    "import": _by_machine(
-        "line_import:line_import",
-        "Make a line of your own table: what a spreadsheet exports, or what numpy's savetxt "
-        "writes.",
-    ),
+    "show": _operation("line show"),
+    "compensate": _operation("line compensate"),
+    "import": _operation("line import"),
     "plan": _operation("line plan"),
-    "sim": _by_machine(
-        "sim:sim",
-        "Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.",
-    ),
+    "sim": _operation("sim"),
 }
 _FILE = {
-    "info": _late("file:info", "Say what is in a file."),
-    "check": _late("file:check", "List everything wrong with a file."),
-    "convert": _late("file:convert", "Write a file in another format."),
+    "info": _operation("file info"),
+    "check": _operation("file check"),
+    "convert": _operation("file convert"),
 }
 _PROFILE = {
-    "make": _by_machine(
-        "profile_make:profile_make",
-        "Make the shortest acceleration profile within limits of acceleration and jerk.",
-    ),
-    "check": _by_machine(
-        "profile:profile_check", "Check a profile under every reading of its file."
-    ),
-    "show": _by_machine(
-        "profile:profile_show",
-        "Show speed, acceleration, jerk and position of a profile: a table, with --plot a drawing.",
-    ),
-    "repair": _by_machine(
-        "profile_repair:profile_repair",
-        "Repair a file for a smooth motor: counts that oscillate, or the speeds of a PRN.",
-    ),
+    "make": _operation("profile make"),
+    "check": _operation("profile check"),
+    "show": _operation("profile show"),
+    "repair": _operation("profile repair"),
 }
 _MOVE = {name: _operation(f"move {name}") for name in ("make", "show", "sim")}
 _HOME = {"sim": _operation("home sim")}
@@ -114,23 +91,11 @@ _BOARD = {
 }
 _MACHINE = {name: _operation(f"machine {name}") for name in ("new", "check", "show")}
 _MAIN = {
-    "limits": _by_machine(
-        "limits:limits_command",
-        "Show what a board can do: rates, accelerations, shortest lines, reversals.",
-    ),
-    "sim": _by_machine(
-        "sim:sim",
-        "Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.",
-    ),
+    "limits": _operation("limits"),
+    "sim": _operation("sim"),
     "ticks": _operation("line plan"),
-    "plan": _late(
-        "plan:plan",
-        "Plan a motion program of blended moves: a line for each motor, all of equal length.",
-    ),
-    "demo": _late(
-        "sim:demo_command",
-        "Worked example: profile, line, plan, simulated Mega, verdict, plots, VCD.",
-    ),
+    "plan": _operation("plan"),
+    "demo": _operation("demo"),
     "flash": _operation("flash"),
     "bench": _late("late:BENCH", "Measure cycles, rates, CPU share, edge errors, waits, sizes."),
     "completion": _late(

@@ -21,6 +21,42 @@ OPERATIONS: dict[str, tuple[str, str]] = {
         "line.check:LinePlan",
         "Plan the edges of a line of a CSV or CSB with the native build of the firmware's core.",
     ),
+    "line show": (
+        "line.show:LineShow",
+        "Show speed, acceleration, jerk and position of a line: a table, with --plot a drawing.",
+    ),
+    "line import": (
+        "line.own_data:LineImport",
+        "Make a line of your own table: what a spreadsheet exports, or what numpy's savetxt "
+        "writes.",
+    ),
+    "line compensate": (
+        "line.compensate:LineCompensate",
+        "Take up the play at every reversal of a plain line.",
+    ),
+    "profile make": (
+        "profile.make:ProfileMake",
+        "Make the shortest acceleration profile within limits of acceleration and jerk.",
+    ),
+    "profile repair": (
+        "profile.repair:ProfileRepair",
+        "Repair a file for a smooth motor: counts that oscillate, or the speeds of a PRN.",
+    ),
+    "profile check": (
+        "profile.look:ProfileCheck",
+        "Check a profile under every reading of its file.",
+    ),
+    "profile show": (
+        "profile.look:ProfileShow",
+        "Show speed, acceleration, jerk and position of a profile: a table, with --plot a drawing.",
+    ),
+    "file info": ("file.commands:FileInfo", "Say what is in a file."),
+    "file check": ("file.commands:FileCheck", "List everything wrong with a file."),
+    "file convert": ("file.commands:FileConvert", "Write a file in another format."),
+    "limits": (
+        "limits:ShowLimits",
+        "Show what a board can do: rates, accelerations, shortest lines, reversals.",
+    ),
     "board scan": ("board.find:Scan", "Look for boards at every address of the line."),
     "board info": ("board.find:Info", "Show what boards are and how they are."),
     "board features": ("board.find:ShowFeatures", "Show what boards' images were built with."),
@@ -92,6 +128,18 @@ OPERATIONS: dict[str, tuple[str, str]] = {
     "board permit": (
         "board.commands:Permit",
         "Switch the permit output, the gate of a laser or spindle.",
+    ),
+    "sim": (
+        "run.sim:Sim",
+        "Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.",
+    ),
+    "demo": (
+        "run.demo:Demo",
+        "Worked example: profile, line, plan, simulated Mega, verdict, plots, VCD.",
+    ),
+    "plan": (
+        "program.plan:ProgramPlan",
+        "Plan a motion program of blended moves: a line for each motor, all of equal length.",
     ),
     "move make": (
         "motion.move:MoveMake",

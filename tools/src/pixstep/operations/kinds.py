@@ -204,6 +204,7 @@ class OutFile(InFile):
 
     def __init__(self, *, folder: bool = False):
         self.folder = folder
+        self.name = "PATH" if folder else InFile.name
 
     def judge(self, value: Any) -> Path:
         """Return a path of Python's."""

@@ -80,6 +80,12 @@ def decode_if_named(facts: Facts) -> object:
     return decode(facts) if facts.named.any else None
 
 
+@_of("motors.NAME.kind")
+def decode_of_csv(facts: Facts) -> object:
+    """The same for a CSV profile, if one is wanted."""
+    return decode_if_named(facts) if facts.values.get("csv") else None
+
+
 @_of("motors.NAME.backlash")
 def backlash(facts: Facts) -> object:
     """The play in steps, of smooth lines: only they take it up."""

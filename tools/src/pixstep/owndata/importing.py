@@ -10,7 +10,6 @@ from pathlib import Path
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines import linecheck
 from pixstep.lines.line import SMOOTH, Line
-from pixstep.lines.linecheck import MAX_COUNT
 from pixstep.lines.units import LENGTH_UNITS, SECOND_UNITS, Scale, parse_seconds
 from pixstep.owndata.columns import (
     Column,
@@ -18,8 +17,8 @@ from pixstep.owndata.columns import (
     factor_of,
     refuse_twins,
 )
-from pixstep.owndata.fitting import fit, largest_error
 from pixstep.owndata.naming import INDEX, POSITION, QUANTITIES, SPEED, STEPS, TIME
+from pixstep.owndata.positions import Made, line_of
 from pixstep.owndata.readings import Asked, read
 from pixstep.owndata.table import Table
 
@@ -84,15 +83,16 @@ def import_line(path: str | Path, request: Request) -> Imported:
     column, assumed = _meaning(found.table, found.column, request)
     assumed += _check_others(found.table, found.columns, column, request.pixel_hz)
     motion = _motion(found.table, column, request)
-    counts = _counts(motion, column.quantity == STEPS)
-    line, more = _line(motion, counts, request)
-    error, pixel = largest_error(
-        [line.direction * count for count in line.counts], motion.positions
-    )
+    if column.quantity == STEPS:
+        _require_whole(motion)
+    name = str(motion.table.path)
+    made = line_of(motion.positions, request.decode, name, motion.error, fitted=request.fit)
+    line, more = made.line, _said(made, request)
+    error = made.largest_error_steps
     if error:
         more.append(
             f"rounded to whole steps: at most {float(error):.3g} steps from the file's motion, "
-            f"behind pixel {pixel}"
+            f"behind pixel {made.worst_pixel}"
         )
     findings = tuple(linecheck.without_idle_pixel(linecheck.check(line)))
     return Imported(line, (found.table.note, *assumed, *more), error, findings)
@@ -204,47 +204,23 @@ def _motion(read: Table, column: KnownColumn, request: Request) -> _Motion:
     return _Motion(read, column, tuple(value - start for value in values), 1)
 
 
-def _counts(motion: _Motion, whole: bool) -> list[int]:
-    """Return the steps of each pixel; positions are rounded, so that errors never add up."""
-    if whole:
-        for pixel, place in enumerate(motion.positions[1:]):
-            if place.denominator != 1:
-                raise motion.error(pixel, "not a whole number of steps")
-    counts = [after - before for before, after in pairwise(map(round, motion.positions))]
-    for pixel, count in enumerate(counts):
-        if abs(count) > MAX_COUNT:
-            raise motion.error(pixel, f"{count} steps in a pixel, the most are {MAX_COUNT}")
-    return counts
+def _require_whole(motion: _Motion) -> None:
+    """Raise UserError for steps that are not whole."""
+    for pixel, place in enumerate(motion.positions[1:]):
+        if place.denominator != 1:
+            raise motion.error(pixel, "not a whole number of steps")
 
 
-def _line(motion: _Motion, counts: list[int], request: Request) -> tuple[Line, list[str]]:
-    """Return the line and what is to be said of it."""
-    name = str(motion.table.path)
-    if request.decode != SMOOTH:
-        return Line(tuple(counts), request.decode, name=name), []
-    negative, said = _direction(motion, counts, request.negative)
-    forward = [abs(count) for count in counts]
-    line = Line(tuple(forward), SMOOTH, negative=negative, name=name)
-    if not request.fit:
-        return line, said
-    sign = -1 if negative else 1
-    fitted = fit([sign * place for place in motion.positions])
-    said.append("--fit: the nearest line with even speeds at the pixel edges, from rest to rest")
-    return Line(tuple(fitted), SMOOTH, negative=negative, name=name), said
-
-
-def _direction(motion: _Motion, counts: Sequence[int], turned: bool) -> tuple[bool, list[str]]:
-    """Return whether a smooth line runs backwards; raise UserError if it goes both ways.
-
-    `turned`: backwards is what is usual for this motor.
-    """
-    signs = {1 if count > 0 else -1 for count in counts if count}
-    if len(signs) > 1:
-        first = next(1 if count > 0 else -1 for count in counts if count)
-        pixel = next(k for k, count in enumerate(counts) if count * first < 0)
-        raise motion.error(pixel, "a smooth line has one direction: this pixel turns back")
-    negative = signs == {-1}
-    if not negative and not turned:
-        return False, []
-    word, option = ("backwards", "--negative") if negative else ("forwards", "--no-negative")
-    return negative, [f"the motor runs {word}: {option} for `sim` and `board upload`"]
+def _said(made: Made, request: Request) -> list[str]:
+    """Return what is to be said of a line."""
+    said = []
+    if made.line.decode == SMOOTH and (made.line.negative or request.negative):
+        word, option = (
+            ("backwards", "--negative") if made.line.negative else ("forwards", "--no-negative")
+        )
+        said.append(f"the motor runs {word}: {option} for `sim` and `board upload`")
+    if made.fitted:
+        said.append(
+            "--fit: the nearest line with even speeds at the pixel edges, from rest to rest"
+        )
+    return said

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from pixstep.errors import RefusedError, UserError
 from pixstep.lazy import lazy
+from pixstep.simulation.small_pickle import SmallPickle
 
 if TYPE_CHECKING:
     import numpy as np
@@ -39,7 +40,7 @@ def no_cycles() -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class AxisEdges:
+class AxisEdges(SmallPickle):
     """The edges of one axis, in cycle order: cycles as int64.
 
     Levels are those after each edge; a pin that the program does not drive counts as low, so that

@@ -1,62 +1,35 @@
 # SPDX-License-Identifier: MIT
-"""`pixstep plan`: a motion program to a line for each motor, within the limits of all."""
+"""A motion program to a line for each motor, within the limits of all."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING, ClassVar
 
-import click
-
-from pixstep import progress
-from pixstep.cli.command import FILE, FOLDER, command
-from pixstep.cli.options import json_option, plots_option, show_json
-from pixstep.cli.programoptions import (
-    ProgramOptions,
-    machine_option,
-    plan_options_of,
-    program_options,
-    read_machine,
-    setup_of,
-)
-from pixstep.errors import NEGATIVE
+from pixstep.errors import FINE, NEGATIVE
 from pixstep.formats.findings import counted
-from pixstep.simulation.report import new_console
+from pixstep.operations import shared
+from pixstep.operations.desk import Desk
+from pixstep.operations.kinds import FOLDER
+from pixstep.operations.program.fields import ProgramFields
+from pixstep.operations.request import operation, option
+from pixstep.operations.result import Page, Result
+from pixstep.programs.figures import PlannedProgram
+from pixstep.simulation.report import new_table
 
 if TYPE_CHECKING:
     from rich.table import Table
 
     from pixstep.programs.report import MotorReport, Report
-    from pixstep.programs.results import Result
+    from pixstep.programs.results import Result as Planned
 
 _WORTH_SAYING = 0.01  # steps
 _SHOWN = 8  # slowed moves and violations that are printed
 _SAME = 1e-6  # part of a time that rounding explains
 
 
-@command("plan")
-@click.argument("program", metavar="PROGRAM", type=FILE)
-@program_options
-@machine_option
-@click.option(
-    "--out",
-    type=FOLDER,
-    default=Path("plan"),
-    show_default=True,
-    help="Folder for the results; replaces only what an earlier run has left there.",
-)
-@plots_option
-@json_option
-@click.pass_context
-def plan(
-    ctx: click.Context,
-    program: Path,
-    machine: str | None,
-    out: Path,
-    plot: bool,
-    as_json: bool,
-    **options: Unpack[ProgramOptions],
-) -> None:
+@operation("plan")
+class ProgramPlan(ProgramFields):
     """Plan a motion program of blended moves: a line for each motor, all of equal length.
 
     A plan keeps max_speed and max_acceleration of the machine file, with lookahead max_jerk too. It
@@ -67,70 +40,81 @@ def plan(
     The folder gets NAME.csv for each motor, report.json and with --plot drawings. Exit status 1 if
     a limit is exceeded or a board would refuse a line. The language: docs/PROGRAMS.md.
     """
-    from pixstep.board import limits  # these take a while to load
-    from pixstep.programs import length, results
-    from pixstep.programs.plan import Plan
 
-    read = read_machine(machine)
-    setup, chosen = setup_of(read, options), plan_options_of(options)
-    bounds = [
-        limits.named(
-            read.board_of(read[motor.name]).kind,
-            read.pixel_hz,
-            axes=motor.together,
-            clock=setup.clock,
-        )
-        for motor in setup.motors
-    ]
-    if program.is_file():  # a pipe is read once
-        with program.open(encoding="utf-8", errors="replace") as text:
-            length.require(str(program), text, setup, chosen)
-    with program.open(encoding="utf-8", errors="replace") as text, progress.shown("planning") as go:
-        planned = Plan(str(program), text, setup, chosen)
-        done = results.write(planned, out, bounds, plot=plot, progress=go)
-    if as_json:
-        show_json({"machine": str(read.path), **done.facts})
-    else:
-        _print(done, out)
-    ctx.exit(0 if done.fine else NEGATIVE)
+    result = PlannedProgram
+    needs_machine: ClassVar[bool] = True
+
+    out: Path = option(
+        FOLDER, "Folder for the results; replaces only what an earlier run has left there.",
+        default=Path("plan"),
+    )  # fmt: skip
+    plot: bool = shared.plots()
+
+    def run(self, desk: Desk) -> Result:
+        """Plan the program and write its lines."""
+        from pixstep.board import limits  # these take a while to load
+        from pixstep.programs import length, results
+        from pixstep.programs.plan import Plan
+
+        machine, setup, chosen = self.planned_for(desk)
+        bounds = [
+            limits.named(
+                machine.board_of(machine[motor.name]).kind,
+                machine.pixel_hz,
+                axes=motor.together,
+                clock=setup.clock,
+            )
+            for motor in setup.motors
+        ]
+        name, path = str(self.program), self.program
+        if path.is_file():  # a pipe is read once
+            with path.open(encoding="utf-8", errors="replace") as text:
+                length.require(name, text, setup, chosen)
+        with (
+            path.open(encoding="utf-8", errors="replace") as text,
+            desk.progress("planning") as show,
+        ):
+            planned = Plan(name, text, setup, chosen)
+            done = results.write(planned, self.out, bounds, plot=self.plot, progress=show)
+        status = FINE if done.fine else NEGATIVE
+        return Result(done.facts, lambda page: _write(page, done, self.out), status)
 
 
-def _print(done: Result, out: Path) -> None:
-    """Print the report: a row for each motor, what was slowed, what is exceeded."""
+def _write(page: Page, done: Planned, out: Path) -> None:
+    """Write the report: a row for each motor, what was slowed, what is exceeded."""
     report: Report = done.plan.report
     moves = counted(report.moves, "move")
-    console = new_console()
-    console.print(_table(report.motors))
-    click.echo(
+    page.draw(_table(report.motors))
+    page.tell(
         f"{out}: {moves}, {report.total_ms:.6g} ms, {counted(report.pixels, 'pixel')} at "
         f"{float(report.setup.pixel_hz):g} Hz{_edges_text(report.setup.divider)}"
     )
-    click.echo(_times_text(report))
-    click.echo(f"at most {report.off_path:.1f} steps off the path")
+    page.tell(_times_text(report))
+    page.tell(f"at most {report.off_path:.1f} steps off the path")
     for why, count in report.reasons.most_common():
-        click.echo(f"{count} of {moves} slowed: {why}")
+        page.tell(f"{count} of {moves} slowed: {why}")
     if report.clipped:
-        click.echo(
+        page.tell(
             f"{report.clipped} of {moves}: the blend at the beginning is shorter than TA, as the "
             f"move before is too short for it"
         )
     if report.arc_off_steps >= _WORTH_SAYING:
-        click.echo(
+        page.tell(
             f"arcs leave their circles by up to {report.arc_off_steps:.2g} steps, as the program's "
             f"numbers are rounded: --arc-tolerance allows {report.setup.arc_tolerance:g}"
         )
     for row in report.motors:
-        _print_limits(row)
+        _write_limits(page, row)
     name = done.plan.name
     for item in report.slowed[:_SHOWN]:
-        click.echo(f"{name}:{item.line}: {item.text}")
+        page.tell(f"{name}:{item.line}: {item.text}")
     if report.slowed_moves > _SHOWN:
-        click.echo(f"... {report.slowed_moves - _SHOWN} more in report.json")
+        page.tell(f"... {report.slowed_moves - _SHOWN} more in report.json")
     for bad in report.violations[:_SHOWN]:
-        click.echo(f"{name}:{bad.line}: exceeds the {bad.limit} of {bad.motor}: {bad.ratio:.4g} x")
+        page.tell(f"{name}:{bad.line}: exceeds the {bad.limit} of {bad.motor}: {bad.ratio:.4g} x")
     for path, findings in zip(done.files, done.findings, strict=True):
         for found in findings[:_SHOWN]:
-            click.echo(
+            page.tell(
                 f"{path}: pixel {found.pixel}: the board refuses: {found.name}: {found.message}"
             )
 
@@ -147,15 +131,15 @@ def _times_text(report: Report) -> str:
     return f"{report.total_ms:.6g} ms = {told}"
 
 
-def _print_limits(row: MotorReport) -> None:
-    """Print how a motor keeps its limit of the jerk, and which limits a plan does not use."""
+def _write_limits(page: Page, row: MotorReport) -> None:
+    """Write how a motor keeps its limit of the jerk, and which limits a plan does not use."""
     if row.jerk_limit is not None:
-        click.echo(
+        page.tell(
             f"{row.motor.name}: jerk {row.planned_jerk:.5g} of {row.jerk_limit:.6g} steps/px3 "
             f"planned, {row.counted_jerk} of {row.allowed_jerk:.6g} counted"
         )
     for limit in row.unused_limits:
-        click.echo(
+        page.tell(
             f"{row.motor.name}: a plan does not use {limit} of the machine file"
             f"{_jerk(row) if limit == 'max_jerk' else ''}"
         )
@@ -170,12 +154,9 @@ def _jerk(item: MotorReport) -> str:
 
 
 def _table(motors: list[MotorReport]) -> Table:
-    from rich import box
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for name in ("motor", "kind", "steps", "speed", "of limit", "accel", "of limit", "counted"):
-        table.add_column(name, justify="left" if name in ("motor", "kind") else "right")
+    table = new_table("motor", "kind", "steps", "speed", "of limit", "accel", "of limit", "counted")
+    for column in table.columns[:2]:
+        column.justify = "left"
     for item in motors:
         table.add_row(
             item.motor.name,
