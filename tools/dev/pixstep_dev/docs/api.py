@@ -13,15 +13,23 @@ from pixstep_dev.markdown import table
 _SECTIONS = {
     "Machines": ("Machine", "Motor"),
     "Profiles and lines": (
-        "read_profile", "make_profile", "make_line", "line", "read_line", "import_line",
-        "Profile", "MotionLine", "CheckResult", "Finding", "Limits",
+        "read_profile", "make_profile", "make_line", "line_from_positions", "line", "read_line",
+        "import_line", "Profile", "MotionLine", "CheckResult", "Finding", "Limits",
     ),
+    "Files": ("convert_file", "Converted"),
     "Motion programs": ("read_program", "MotionProgram", "ProgramPlan"),
     "Simulated runs": (
         "simulate", "PixelClock", "Run", "AxisRun", "ClockFigures", "ClockErrors", "Ticks",
     ),
     "Boards": ("connect", "Bus", "Board", "AxisState", "AxisRecords"),
-    "Errors": ("PlainError", "UserError", "RefusedError", "RunFailedError", "BoardError"),
+    "Motions": ("Motion", "AxisProgress", "MoveResult", "HomeResult", "SeekResult"),
+    "Simulated boards": ("simulated_board", "simulated_bus", "VirtualBoard", "VirtualBus"),
+    "Errors": (
+        "PlainError", "UserError", "RefusedError", "LineRefusedError", "SimulatorError",
+        "RunFailedError", "BoardError", "NoReplyError", "LineLostError", "BusyError",
+        "NotPossibleError", "MissingFeatureError", "LineRefusedByBoardError", "FaultError",
+        "HomingError", "MotionStoppedError", "MotionTimeoutError",
+    ),
 }  # fmt: skip
 
 
