@@ -10,16 +10,9 @@ from pixstep.cli import late
 from pixstep.cli.command import Group, Late, group
 from pixstep.operations import catalog
 
-_PLACE = "pixstep.cli."
 
-
-def _late(place: str, about: str, *, machine: bool = False) -> Late:
-    return Late(_PLACE + place, about, machine)
-
-
-def _by_machine(place: str, about: str) -> Late:
-    """Return a command that a machine file gives defaults."""
-    return _late(place, about, machine=True)
+def _late(place: str, about: str) -> Late:
+    return Late(f"pixstep.cli.{place}", about)
 
 
 def _operation(words: str) -> Late:
