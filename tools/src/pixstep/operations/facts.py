@@ -192,7 +192,7 @@ def named_by(
     else:
         named.motors = motors
     for name in ("axis", "axes"):
-        if name in fields and not fields[name].argument:
+        if name in fields and fields[name].names == ("--axis",):
             named.axes = _numbers(given.get(name))
             break
     for name in ("unit", "units"):
