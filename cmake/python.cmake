@@ -88,3 +88,11 @@ add_test(
 set_tests_properties(
     wheel.install PROPERTIES LABELS python COST 20 ENVIRONMENT "${PIXSTEP_PYTHON_ENVIRONMENT}"
 )
+
+# Both wheels, built as they are given away, and installed by pip from the package index.
+add_test(
+    NAME wheels.install.long
+    COMMAND "${PIXSTEP_PYTHON}" tools/checks/wheels.py "${CMAKE_BINARY_DIR}/wheels"
+    WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}"
+)
+set_tests_properties(wheels.install.long PROPERTIES LABELS long COST 20)

@@ -235,7 +235,7 @@ scene_examples()
 until grep -q /dev/pts bench.txt; do sleep 1; done; ~/pixstep/build/venv/bin/python \
 ~/pixstep/docs/examples/drive_board.py \$(cat bench.txt); status=\$?; kill \$!; exit \$status"
     row "$root" "$user" 0 "python3 -m venv ~/pixstep-env"
-    row "$root" "$user" 0 "~/pixstep-env/bin/pip install ~/pixstep notebook"
+    row "$root" "$user" 0 "~/pixstep-env/bin/pip install ~/pixstep[plot] notebook"
     row "$root" "$user" 0 "$begin PIXSTEP_SIM=~/pixstep/build/host/bin/pixstep-sim \
 ~/pixstep-env/bin/jupyter execute --output=\$PWD/done.ipynb \
 ~/pixstep/docs/examples/first_line.ipynb"

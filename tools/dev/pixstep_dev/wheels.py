@@ -20,7 +20,7 @@ from pixstep.errors import PlainError, UserError
 from pixstep.progress import Progress, unseen
 
 # The folder of each wheel's pyproject.toml.
-_PROJECTS = {"pixstep": ".", "pixstep-sim": "sim/wheel"}
+PROJECTS = {"pixstep": ".", "pixstep-sim": "sim/wheel"}
 _NEEDS = ("scikit_build_core", "cffi", "auditwheel")  # of tools/setup
 _GLIBC = "manylinux_2_17"
 
@@ -39,8 +39,8 @@ def build(out: Path, progress: Progress = unseen) -> list[Path]:
             raise UserError(f"{name} is not installed: run tools/setup")
     out.mkdir(parents=True, exist_ok=True)
     made = []
-    for index, (name, project) in enumerate(_PROJECTS.items()):
-        progress(index / len(_PROJECTS))
+    for index, (name, project) in enumerate(PROJECTS.items()):
+        progress(index / len(PROJECTS))
         _log(name).parent.mkdir(parents=True, exist_ok=True)
         _log(name).write_text("")
         with tempfile.TemporaryDirectory() as folder:

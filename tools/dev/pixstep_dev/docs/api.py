@@ -14,14 +14,22 @@ _SECTIONS = {
     "Machines": ("Machine", "Motor"),
     "Profiles and lines": (
         "read_profile", "make_profile", "make_line", "line", "read_line", "import_line",
-        "Profile", "MotionLine", "CheckResult", "Finding", "Limits",
+        "line_from_positions", "convert_file",
+        "Profile", "MotionLine", "CheckResult", "Converted", "Finding", "Limits",
     ),
     "Motion programs": ("read_program", "MotionProgram", "ProgramPlan"),
     "Simulated runs": (
         "simulate", "PixelClock", "Run", "AxisRun", "ClockFigures", "ClockErrors", "Ticks",
     ),
-    "Boards": ("connect", "Bus", "Board", "AxisState", "AxisRecords"),
-    "Errors": ("PlainError", "UserError", "RefusedError", "RunFailedError", "BoardError"),
+    "Boards": (
+        "connect", "simulated_bus", "simulated_board", "Bus", "Board", "VirtualBoard", "AxisState",
+        "AxisRecords",
+    ),
+    "Motions on their way": ("Motion", "AxisProgress", "MoveResult", "HomeResult", "SeekResult"),
+    "Errors": (
+        "PlainError", "UserError", "RefusedError", "RunFailedError", "BoardError", "FaultError",
+        "HomingError", "MotionStoppedError", "MotionTimeoutError",
+    ),
 }  # fmt: skip
 
 

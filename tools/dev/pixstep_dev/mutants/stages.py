@@ -29,18 +29,38 @@ from pixstep_dev.mutants.programs import (
 
 NAMES = ("native", "avr", "explore", "images")
 BOARDS = boards.BOARD_NAMES
-# Tests on the real images, the quickest first; each file takes seconds.
+# Tests on the real images and on what else is made of the firmware, the quickest first; each file
+# takes seconds.
 IMAGE_TESTS = (
     "exact", "board_run", "board_stop", "board_trouble", "waiting_axes", "faults_provoked",
     "safety_faults", "seek_campaign", "board_settings", "starts", "pixel_rates",
 )  # fmt: skip
-# For assembly beside these: what meets the interrupts' rare ways.
-ASSEMBLY_TESTS = (
-    "clock_input", "witness", "parking", "line_divider", "lock", "late_interrupts",
+# Tests that only survivors of these meet: the rest of the quick check that runs images.
+MORE_IMAGE_TESTS = (
+    "clock_input", "clock_boards", "line_divider", "direction", "seek_bounces", "shared_switch",
+    "stop_heard", "gates", "clocks", "powercuts", "plays", "other_frequency", "witness", "estops",
+    "switches", "parking", "homing_uno", "homing_mega", "time_check", "turns", "fast_moves",
+    "bus", "lost_time", "lock_pixels", "orders", "orders_kept", "framestorm", "bad_line",
+    "wild_counts", "linecheck", "records", "reversal_runs", "board_images", "one_check",
+    "homings", "lock",
 )  # fmt: skip
-# Short enough for every survivor; the tests `explore` and `explore.plants` go further.
+# Corpora of the fuzzers, played by the firmware beside a second implementation.
+REPLAYS = {"replay server": "server", "replay board": "board"}
+# What the Python tests run beside images: the host's own programs of the firmware.
+HOST_PROGRAMS = ("python/_core.abi3.so", "bin/pixstep-native-board")
+# For assembly beside these: what meets the interrupts' rare ways.
+ASSEMBLY_TESTS = ("late_interrupts",)
+# The Uno's as the quick check has them; of two axes `explore_two` goes further.
 EXPLORERS = {
     "explore": ("bin/pixstep-explore", ("--first", "--actions", "2", "--periods", "1")),
+    "explore pins": (
+        "bin/pixstep-explore",
+        ("--first", "--actions", "1", "--periods", "1", "--pins", "1"),
+    ),
+    "explore periods": (
+        "bin/pixstep-explore",
+        ("--first", "--actions", "1", "--periods", "2"),
+    ),
     "explore two": (
         "bin/pixstep-explore-two",
         ("--first", "--actions", "1", "--periods", "1", "--every", "8"),
@@ -159,15 +179,31 @@ class Stages:
         if stage in ("native", "avr"):
             before = "build/host/bin/pixstep-sim --unit --board mega=" if stage == "avr" else ""
             yield from self._suite_runs(stage, workshop, file, before)
+            if stage == "native":
+                yield from self._replays(workshop, file)
         elif stage == "explore":
             yield from self._explorer_runs(workshop, file)
         else:
             yield from self._catch_ups(workshop, file)
             yield stage, lambda limit: self._run_images(workshop, limit, IMAGE_TESTS)
+            yield "more images", lambda limit: self._run_images(workshop, limit, MORE_IMAGE_TESTS)
             if self._assembly:
                 yield (
                     "images of assembly",
                     lambda limit: self._run_images(workshop, limit, ASSEMBLY_TESTS),
+                )
+
+    def _replays(self, workshop: Workshop, file: Path | None):
+        """Yield the corpora of the fuzzers."""
+        for name, target in REPLAYS.items():
+            program = self.builds["host"].program(f"bin/fuzz-replay-{target}")
+            corpus = str(natives.root() / "fuzz" / "corpus" / f"{target}.hex")
+            if file is None or _uses(program, file):
+                yield (
+                    f"native {name}",
+                    lambda limit, program=program, name=name, corpus=corpus: _run_linked(
+                        workshop, program, f"native {name}", limit, ["{}", corpus], ()
+                    ),
                 )
 
     def _catch_ups(self, workshop: Workshop, file: Path | None):
@@ -223,13 +259,14 @@ class Stages:
     def _run_images(
         self, workshop: Workshop, limit: float | None, tests: tuple[str, ...]
     ) -> Verdict:
-        """Run the Python tests on both images, in a folder that looks like the tree."""
+        """Run the Python tests on what is made of the firmware, in a folder like the tree."""
         root = _lookalike(workshop.folder / "tree")
-        for board in BOARDS:
-            program = self.builds[board].program(f"firmware/pixstep-{board}.elf")
-            made = root / "build" / board / program.target
+        host = [self.builds["host"].program(target) for target in HOST_PROGRAMS]
+        images = [self.builds[name].program(f"firmware/pixstep-{name}.elf") for name in BOARDS]
+        for program in host + images:
+            made = root / "build" / program.build.name / program.target
             made.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(workshop.link(program), made)
+            shutil.copy(workshop.link(program), made)
         tree = natives.root()
         files = [str(_test_file(tree, name)) for name in tests]
         command = [
@@ -318,7 +355,12 @@ def _lookalike(folder: Path) -> Path:
     tree = natives.root()
     if not folder.is_dir():
         _link_all(tree, folder, ("build", ".git"))
-        _link_all(tree / "build", folder / "build", (*BOARDS, "mutants"))
+        _link_all(tree / "build", folder / "build", (*BOARDS, "host", "mutants"))
+        host = tree / "build" / "host"
+        _link_all(host, folder / "build" / "host", ("bin", "python"))
+        for part in ("bin", "python"):
+            but = tuple(Path(target).name for target in HOST_PROGRAMS)
+            _link_all(host / part, folder / "build" / "host" / part, but)
         for board in BOARDS:
             _link_all(tree / "build" / board, folder / "build" / board, ("firmware",))
     return folder

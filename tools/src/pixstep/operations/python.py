@@ -132,4 +132,6 @@ def _doc(request: type[Request]) -> str:
 
 def _told(one: Field) -> str:
     text = one.about or one.kind.name
+    if one.unless:  # as the option is told, which says no
+        text = f"False: {text[:1].lower()}{text[1:]}"
     return text + (f" [default: {one.default_text}]" if one.default_text else "")

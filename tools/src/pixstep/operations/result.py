@@ -74,7 +74,7 @@ class Result:
         return "\n".join(lines.rows)
 
     def __repr__(self) -> str:
-        first = self.page().partition("\n")[0]
+        first = next(filter(str.strip, self.page().splitlines()), "").strip()
         return f"<Result {first[:100]!r}, status {self.status}>"
 
 

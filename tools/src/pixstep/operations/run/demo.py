@@ -51,6 +51,7 @@ class Demo(Request):
 
     def run(self, desk: Desk) -> Result:
         """Go from profile to verdict."""
+        simtask.require_all()
         started = time.monotonic()
         out = self.out or _default_folder()
         source = natives.example(PROFILE)
