@@ -88,7 +88,9 @@ def test_the_ten_lines_run_as_they_stand(monkeypatch, mega):
 
 
 @pytest.mark.usefixtures("simulator", "desk")
-@pytest.mark.parametrize("name", ["machines", "motions", "runs", "bus"])
+@pytest.mark.parametrize(
+    "name", ["machines", "motions", "making", "runs", "bus", "motion", "virtual"]
+)
 def test_the_examples_of_the_docstrings(name):
     module = importlib.import_module(f"pixstep.api.{name}")
     done = doctest.testmod(module)

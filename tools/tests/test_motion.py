@@ -343,7 +343,7 @@ def test_an_error_of_the_progress_stops_the_axes(uno):
 
 def test_a_simulator_that_ends_is_told_and_nothing_hangs(uno):
     motion = uno.start(LONG)
-    uno._bus.link.simulator.kill()
+    uno._bus._link.simulator.kill()
     with pytest.raises(px.PlainError):
         motion.wait()
     with contextlib.suppress(px.PlainError):

@@ -13,6 +13,7 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from pixstep.api.bus import Board, Bus, connect
     from pixstep.api.clocks import ClockErrors, ClockFigures, PixelClock
+    from pixstep.api.errors import LineRefusedError
     from pixstep.api.files import Converted, convert_file
     from pixstep.api.machines import Machine, Motor
     from pixstep.api.making import line_from_positions, make_line, make_profile
@@ -32,16 +33,23 @@ if TYPE_CHECKING:
     from pixstep.api.runs import AxisRun, Run, RunFailedError, simulate
     from pixstep.api.states import AxisProgress, AxisState
     from pixstep.api.ticks import Ticks
-    from pixstep.api.virtual import VirtualBoard, simulated_board, simulated_bus
+    from pixstep.api.virtual import VirtualBoard, VirtualBus, simulated_board, simulated_bus
     from pixstep.board.errors import (
         BoardError,
+        BusyError,
         FaultError,
+        LineLostError,
+        LineRefusedByBoardError,
+        MissingFeatureError,
         MotionStoppedError,
         MotionTimeoutError,
+        NoReplyError,
+        NotPossibleError,
     )
     from pixstep.errors import PlainError, RefusedError, UserError
     from pixstep.lines.linecheck import Finding, Limits
     from pixstep.moves.homing import HomingError
+    from pixstep.simulation.simpipe import SimulatorError
 
 __all__ = [
     "AxisProgress",
@@ -51,6 +59,7 @@ __all__ = [
     "Board",
     "BoardError",
     "Bus",
+    "BusyError",
     "CheckResult",
     "ClockErrors",
     "ClockFigures",
@@ -60,7 +69,11 @@ __all__ = [
     "HomeResult",
     "HomingError",
     "Limits",
+    "LineLostError",
+    "LineRefusedByBoardError",
+    "LineRefusedError",
     "Machine",
+    "MissingFeatureError",
     "Motion",
     "MotionLine",
     "MotionProgram",
@@ -68,6 +81,8 @@ __all__ = [
     "MotionTimeoutError",
     "Motor",
     "MoveResult",
+    "NoReplyError",
+    "NotPossibleError",
     "PixelClock",
     "PlainError",
     "Profile",
@@ -76,9 +91,11 @@ __all__ = [
     "Run",
     "RunFailedError",
     "SeekResult",
+    "SimulatorError",
     "Ticks",
     "UserError",
     "VirtualBoard",
+    "VirtualBus",
     "connect",
     "convert_file",
     "import_line",
@@ -97,6 +114,7 @@ __all__ = [
 _MODULES = {
     "api.bus": ("Board", "Bus", "connect"),
     "api.clocks": ("ClockErrors", "ClockFigures", "PixelClock"),
+    "api.errors": ("LineRefusedError",),
     "api.files": ("Converted", "convert_file"),
     "api.machines": ("Machine", "Motor"),
     "api.making": ("line_from_positions", "make_line", "make_profile"),
@@ -111,11 +129,16 @@ _MODULES = {
     "api.runs": ("AxisRun", "Run", "RunFailedError", "simulate"),
     "api.states": ("AxisProgress", "AxisState"),
     "api.ticks": ("Ticks",),
-    "api.virtual": ("VirtualBoard", "simulated_board", "simulated_bus"),
-    "board.errors": ("BoardError", "FaultError", "MotionStoppedError", "MotionTimeoutError"),
+    "api.virtual": ("VirtualBoard", "VirtualBus", "simulated_board", "simulated_bus"),
+    "board.errors": (
+        "BoardError", "BusyError", "FaultError", "LineLostError", "LineRefusedByBoardError",
+        "MissingFeatureError", "MotionStoppedError", "MotionTimeoutError", "NoReplyError",
+        "NotPossibleError",
+    ),
     "errors": ("PlainError", "RefusedError", "UserError"),
     "lines.linecheck": ("Finding", "Limits"),
     "moves.homing": ("HomingError",),
+    "simulation.simpipe": ("SimulatorError",),
 }  # fmt: skip
 _PLACES = {name: module for module, names in _MODULES.items() for name in names}
 

@@ -13,21 +13,21 @@ from pixstep_dev.markdown import table
 _SECTIONS = {
     "Machines": ("Machine", "Motor"),
     "Profiles and lines": (
-        "read_profile", "make_profile", "make_line", "line", "read_line", "import_line",
-        "line_from_positions", "convert_file",
-        "Profile", "MotionLine", "CheckResult", "Converted", "Finding", "Limits",
+        "read_profile", "make_profile", "make_line", "line_from_positions", "line", "read_line",
+        "import_line", "Profile", "MotionLine", "CheckResult", "Finding", "Limits",
     ),
+    "Files": ("convert_file", "Converted"),
     "Motion programs": ("read_program", "MotionProgram", "ProgramPlan"),
     "Simulated runs": (
         "simulate", "PixelClock", "Run", "AxisRun", "ClockFigures", "ClockErrors", "Ticks",
     ),
-    "Boards": (
-        "connect", "simulated_bus", "simulated_board", "Bus", "Board", "VirtualBoard", "AxisState",
-        "AxisRecords",
-    ),
-    "Motions on their way": ("Motion", "AxisProgress", "MoveResult", "HomeResult", "SeekResult"),
+    "Boards": ("connect", "Bus", "Board", "AxisState", "AxisRecords"),
+    "Motions": ("Motion", "AxisProgress", "MoveResult", "HomeResult", "SeekResult"),
+    "Simulated boards": ("simulated_board", "simulated_bus", "VirtualBoard", "VirtualBus"),
     "Errors": (
-        "PlainError", "UserError", "RefusedError", "RunFailedError", "BoardError", "FaultError",
+        "PlainError", "UserError", "RefusedError", "LineRefusedError", "SimulatorError",
+        "RunFailedError", "BoardError", "NoReplyError", "LineLostError", "BusyError",
+        "NotPossibleError", "MissingFeatureError", "LineRefusedByBoardError", "FaultError",
         "HomingError", "MotionStoppedError", "MotionTimeoutError",
     ),
 }  # fmt: skip

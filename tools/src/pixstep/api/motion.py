@@ -24,9 +24,9 @@ class Motion(Generic[Result]):
     by request, and the thread goes first, so that a line waits for no more than one request of the
     caller's. (What keeps Python's lock for long, as some libraries' computations do, keeps the
     thread waiting too, and so does a processor without a moment to spare: give such work a process
-    of its own.) Of a simulated board, whose time passes only while someone asks
-    it, the thread goes on in `wait`, and by one look at the board in each `status`, `records` and
-    `done`: a run is the same every time.
+    of its own.) Of a simulated board, whose time passes only while someone asks it, the thread goes
+    on in `wait`, and by one look at the board in each `status`, `records` and `done`: a run is the
+    same every time.
 
     In a `with` or `async with` statement the end of the block waits for the end of the motion;
     an exception that leaves the block stops all axes, and so do Ctrl-C in `wait`, the end of the

@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Any, Self, SupportsInt
 
 from pixstep import arguments, formats, owndata
 from pixstep.api import given
+from pixstep.api.errors import LineRefusedError
 from pixstep.api.given import Hz
 from pixstep.api.machines import Motor
 from pixstep.api.shown import Facts, Shown, count, frame
 from pixstep.api.words import BoardKind, Decimals, Decode, Quantity, Separator
 from pixstep.arguments import FAR
 from pixstep.board import limits, settings
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 from pixstep.lines import linecheck
 from pixstep.lines.line import SMOOTH, Line
 from pixstep.lines.linecheck import Finding, Limits
@@ -124,8 +125,11 @@ class CheckResult(Shown):
         return bool(self.errors)
 
     def raise_if_refused(self) -> Self:
-        """Raise RefusedError naming the first error and its pixel; return the result if fine."""
-        linecheck.raise_if_refused(self.name, self.findings)
+        """Raise LineRefusedError naming the first error and its pixel; else return the result."""
+        try:
+            linecheck.raise_if_refused(self.name, self.findings)
+        except RefusedError as error:
+            raise LineRefusedError(str(error), self.errors) from None
         return self
 
     def to_dataframe(self) -> Any:

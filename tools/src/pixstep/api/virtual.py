@@ -28,7 +28,7 @@ class VirtualBoard(Board):
     """A simulated board, on a bus of its own: `simulated_board`."""
 
     def __init__(self, bus: VirtualBus) -> None:
-        super().__init__(bus.link, 1, bus.motions)
+        super().__init__(bus._link, 1, bus._motions)
         self._bus = bus
 
     def __enter__(self) -> Self:
@@ -60,28 +60,30 @@ class VirtualBus(Bus):
 
     def __init__(self, link: SimLink) -> None:
         super().__init__(link)
-        self.link, self.motions = link, self._motions
+        self._simulated = link
 
     @property
     def time_s(self) -> float:
         """Simulated seconds since the boards got their supply."""
-        return self.link.world.now_s()
+        return self._simulated.world.now_s()
 
     def let_pass(self, seconds: float | str) -> None:
         """Let simulated time pass; motions go on meanwhile."""
         found = given.seconds("seconds", seconds)
         assert found is not None
-        shared_time.lender_of(self.link).pass_time(found)
+        shared_time.lender_of(self._simulated).pass_time(found)
 
     def made_steps(self, unit: int, axis: int = 0) -> int:
         """Return the signed steps that came out of the pins of an axis."""
-        return self.link.simulator.steps(arguments.whole("unit", unit, 1) - 1, given.axis(axis))
+        return self._simulated.simulator.steps(
+            arguments.whole("unit", unit, 1) - 1, given.axis(axis)
+        )
 
     def close(self) -> None:
         """Stop what moves, and end the simulator: its files are complete then."""
-        self.motions.stop()
+        self._motions.stop()
         with contextlib.suppress(SimulatorError):
-            self.link.simulator.quit()
+            self._simulated.simulator.quit()
         super().close()
 
 
