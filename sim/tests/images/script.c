@@ -15,9 +15,10 @@ enum {
     END = 0,
     WRITE = 1,
     READ = 2,
-    DELAY = 3,  // so many times 16 cycles, once at least, the count in the address's place
-    AFTER = 4,  // writes, and with the next entry reads so many cycles after the write: `value` + 4
-    TWICE = 5,  // writes, and at once the value of the next entry
+    DELAY = 3, // so many times 16 cycles, once at least, the count in the address's place
+    AFTER =
+        4, // writes, and with the next entry reads so many cycles after the write: `value` + 4
+    TWICE = 5, // writes, and at once the value of the next entry
 };
 
 #define MOST_INTERRUPTS "5"
@@ -103,11 +104,11 @@ int main(void)
             entry += 4;
             break;
         case TWICE:
-            __asm__ volatile("st X, %[first]\n\tst X, %[second]"
-                             :
-                             : "x"(address_at(entry)), [first] "r"(entry[3]),
-                               [second] "r"(entry[7])
-                             : "memory");
+            __asm__ volatile(
+                "st X, %[first]\n\tst X, %[second]"
+                :
+                : "x"(address_at(entry)), [first] "r"(entry[3]), [second] "r"(entry[7])
+                : "memory");
             entry += 4;
             break;
         case END:
