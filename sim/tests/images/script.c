@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Executes accesses that the test has written into the RAM at SCRIPT, four bytes each: what, address
-// (two bytes), value. What is read goes to RESULT[0], RESULT[1], ...; the script's end to RESULT[62];
-// RESULT[63] counts the interrupts of whatever vector. The fifth one returns with interrupts off, so
-// that a request that goes on ends.
+// Executes accesses that the test has written into the RAM at SCRIPT, four bytes each: what,
+// address (two bytes), value. What is read goes to RESULT[0], RESULT[1], ...; the script's end to
+// RESULT[62]; RESULT[63] counts the interrupts of whatever vector. The fifth one returns with
+// interrupts off, so that a request that goes on ends.
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
