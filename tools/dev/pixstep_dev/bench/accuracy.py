@@ -6,10 +6,10 @@ from fractions import Fraction
 from pixstep.board import boards
 from pixstep.errors import UserError
 from pixstep.simulation import verdict
-from pixstep_dev.bench import lines
 from pixstep_dev.bench.drive import Run, drive
 from pixstep_dev.bench.figure import Figure, Task, key
 from pixstep_dev.bench.trial import CLEAN, WRONG, judge
+from pixstep_trials import lines
 
 NAME = "accuracy"
 RATES = (10_000, 20_000, 30_000)  # steps/s

@@ -12,12 +12,12 @@ from pathlib import Path
 from pixstep.board import boards
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.simulation import judge, simrun
-from pixstep_dev.bench import lines
 from pixstep_dev.bench.drive import Outcome, Run, drive
 from pixstep_dev.bench.figure import Column, Figure, Task, key
 from pixstep_dev.bench.search import Found, Search, holes, texts, under_load
 from pixstep_dev.bench.trial import CLEAN, MUTE, Trial
 from pixstep_dev.bench.trial import judge as judge_edges
+from pixstep_trials import lines
 
 NAME = "clocks"
 STEPS = (10, 20)  # a pixel

@@ -6,8 +6,9 @@ from fractions import Fraction
 
 from pixstep.board import boards
 from pixstep.lines.line import Line
-from pixstep_dev.bench import lines, sections, stretch
+from pixstep_dev.bench import sections, stretch
 from pixstep_dev.bench.figure import Figure, Task, key
+from pixstep_trials import lines
 
 NAME = "decode"
 

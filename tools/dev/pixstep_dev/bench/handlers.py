@@ -5,8 +5,9 @@ from dataclasses import replace
 from fractions import Fraction
 
 from pixstep.board import boards
-from pixstep_dev.bench import lines, sections, stretch
+from pixstep_dev.bench import sections, stretch
 from pixstep_dev.bench.figure import Figure, Task, key
+from pixstep_trials import lines
 
 RATE = 30_000  # steps/s, of the step interrupt's figures
 _PRINTER_HZ = Fraction(30)

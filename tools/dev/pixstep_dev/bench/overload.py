@@ -5,10 +5,11 @@ from fractions import Fraction
 from itertools import groupby
 
 from pixstep.board import boards
-from pixstep_dev.bench import lines, rates
+from pixstep_dev.bench import rates
 from pixstep_dev.bench.drive import Run
 from pixstep_dev.bench.figure import Column, Figure, Task, key
 from pixstep_dev.bench.trial import FAULT, MUTE, WRONG, attempt
+from pixstep_trials import lines
 
 NAME = "overload"
 _HZ = Fraction(100)  # so that the counts of the highest rate fit a pixel

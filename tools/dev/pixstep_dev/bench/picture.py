@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from pixstep import plotting
 from pixstep.board import boards
 from pixstep.plotting import number
-from pixstep_dev.bench import compare, lines, ramp
+from pixstep_dev.bench import compare, ramp
+from pixstep_trials import lines
 
 _BOARD = "uno"
 _HZ = Fraction(100)  # the line's counts are the ramp itself

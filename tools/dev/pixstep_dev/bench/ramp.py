@@ -17,10 +17,10 @@ from pixstep.lazy import lazy
 from pixstep.lines import exact
 from pixstep.lines.line import Line
 from pixstep.simulation.verdict import find_zero
-from pixstep_dev.bench import lines
 from pixstep_dev.bench.drive import Run, drive
 from pixstep_dev.bench.figure import Figure, Task, key
 from pixstep_dev.bench.trial import CLEAN, WRONG, judge
+from pixstep_trials import lines
 
 if TYPE_CHECKING:
     import numpy as np

@@ -8,11 +8,11 @@ from pixstep.board import boards
 from pixstep.lines.line import Line
 from pixstep.lines.rational import period_ticks
 from pixstep.profiles.generator import MAX_SPEED
-from pixstep_dev.bench import lines
 from pixstep_dev.bench.drive import Run
 from pixstep_dev.bench.figure import Column, Figure, Task, key
 from pixstep_dev.bench.search import LONG_S, Found, Search, holes, texts, under_load
 from pixstep_dev.bench.trial import Trial, attempt
+from pixstep_trials import lines
 
 NAME = "rates"
 CLOCKS = (Fraction(30), Fraction(100))  # Hz; the first is the printer's

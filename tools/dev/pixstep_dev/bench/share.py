@@ -4,8 +4,9 @@
 from fractions import Fraction
 
 from pixstep.board import boards
-from pixstep_dev.bench import lines, sections, stretch
+from pixstep_dev.bench import sections, stretch
 from pixstep_dev.bench.figure import Column, Figure, Task, key
+from pixstep_trials import lines
 
 NAME = "share"
 RATE = 30_000  # steps/s

@@ -5,10 +5,10 @@ from fractions import Fraction
 
 from pixstep.board import boards
 from pixstep.errors import UserError
-from pixstep_dev.bench import lines
 from pixstep_dev.bench.drive import Run, drive
 from pixstep_dev.bench.figure import Figure, Task, key
 from pixstep_dev.bench.trial import CLEAN, judge
+from pixstep_trials import lines
 
 NAME = "simulator"
 RATES = (30_000, 25_000, 20_000, 15_000, 10_000, 5_000)  # steps/s: the first that all axes can do

@@ -9,8 +9,9 @@ from fractions import Fraction
 from pixstep import natives
 from pixstep.board import boards
 from pixstep.errors import UserError
-from pixstep_dev.bench import lines, stretch
+from pixstep_dev.bench import stretch
 from pixstep_dev.bench.figure import Figure, Task, key
+from pixstep_trials import lines
 
 NAME = "sizes"
 _HZ = Fraction(30)

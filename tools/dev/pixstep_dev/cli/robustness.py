@@ -168,7 +168,7 @@ def estops(ctx, board, count, seed, as_json):
         f"{board}: {outcome.stops:,} stops, {outcome.moving:,} of them in motion, "
         f"{outcome.edges:,} STEP edges",
         f"  the last edge but one comes {outcome.latest_cycles} cycles behind the stop at "
-        f"most, the permit's end {outcome.permit_cycles}; bound {campaign.BOUND_CYCLES}",
+        f"most, the permit's end {outcome.permit_cycles}; bound {campaign.ESTOP_CYCLES}",
     ]
     otherwise = "every position is the number of edges made"
     _finish(ctx, asdict(outcome), rows, otherwise, as_json=as_json)

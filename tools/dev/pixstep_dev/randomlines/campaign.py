@@ -10,7 +10,7 @@ from pixstep.board import boards
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import simulate
-from pixstep_dev.randomlines import cases
+from pixstep_trials import cases
 
 
 @dataclass(frozen=True)

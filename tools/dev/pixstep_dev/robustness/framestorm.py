@@ -22,7 +22,8 @@ from pixstep.board.errors import BoardError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simboard import SimulatedBoard
-from pixstep_dev.robustness import strikes, wire
+from pixstep_dev.robustness import strikes
+from pixstep_trials import wire
 
 PIXEL_HZ = Fraction(30)
 PART_PX = 62

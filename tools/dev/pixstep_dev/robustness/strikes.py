@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 from pixstep.board import registers as regs
-from pixstep_dev.robustness import wire
+from pixstep_trials import wire
 
 _SILENCE_US = 1750
 

@@ -25,7 +25,7 @@ from pixstep.lines.runs import queue_entries
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simboard import SimLink
 from pixstep.simulation.simctl import SimOptions
-from pixstep_dev.robustness.noise import Model, NoisyLine
+from pixstep_trials.noise import Model, NoisyLine
 
 NATIVE = "native"
 _ATTEMPTS = 200  # of one step of an upload, before the line counts as dead

@@ -26,7 +26,7 @@ from pathlib import Path
 
 from pixstep.board import boards
 from pixstep.progress import Progress, unseen
-from pixstep_dev.robustness.orders import frames, lines, state
+from pixstep_dev.robustness.orders import lines, state
 from pixstep_dev.robustness.orders.actions import (
     Block,
     Clock,
@@ -38,6 +38,7 @@ from pixstep_dev.robustness.orders.actions import (
 )
 from pixstep_dev.robustness.orders.guard import Guard
 from pixstep_dev.robustness.orders.world import IDLE_TICKS, World
+from pixstep_trials import frames
 
 SIMULATED_S = 2  # longer rests are told to the firmware
 LONGEST_S = 36_000

@@ -11,8 +11,9 @@ from pixstep.board import registers as regs
 from pixstep.simulation.memory import Memory
 from pixstep.simulation.simboard import SimLink
 from pixstep.simulation.simctl import Permit, SimOptions, SimulatorError
-from pixstep_dev.robustness.orders import actions, frames, state
+from pixstep_dev.robustness.orders import actions, state
 from pixstep_dev.robustness.orders.state import Edges, State
+from pixstep_trials import frames
 
 FAST_BAUD, SLOW_BAUD = 250_000, 115_200  # the fastest at which no byte is lost, whatever moves
 BITS = 11  # of a byte on the line, even parity

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from pixstep.board.modbus import Pipe
-from pixstep_dev.robustness.wire import FRAME_MAX, FRAME_MIN, crc16
+from pixstep_trials.wire import FRAME_MAX, FRAME_MIN, crc16
 
 _BURST_BITS = 16
 _BYTES = 4  # lost or inserted at once, at most
