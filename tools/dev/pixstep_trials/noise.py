@@ -89,7 +89,7 @@ class NoisyLine:
 
     def __init__(self, simulator: Pipe, rng: random.Random, model: Model) -> None:
         self._simulator, self._rng, self._model = simulator, rng, model
-        self.noise: Counter = Counter()
+        self.noise: Counter[str] = Counter()
         self.undetected = 0  # spoilt frames whose checksum is right all the same
 
     def transmit(self, data: bytes, timeout_cycles: int | None = None) -> bytes:

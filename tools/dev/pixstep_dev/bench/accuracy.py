@@ -2,6 +2,7 @@
 """Constant rates: rate error and interval error, with and without a saturated serial line."""
 
 from fractions import Fraction
+from typing import Any
 
 from pixstep.board import boards
 from pixstep.errors import UserError
@@ -27,7 +28,7 @@ def tasks() -> list[Task]:
     ]
 
 
-def measure(board: str, rate: int, load: bool) -> list[dict]:
+def measure(board: str, rate: int, load: bool) -> list[dict[str, Any]]:
     """Run STEPS steps and compare the edges with the exact instants.
 
     Raises UserError if the board cannot do the rate: there is no error to speak of then.

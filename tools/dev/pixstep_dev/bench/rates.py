@@ -3,6 +3,7 @@
 
 from fractions import Fraction
 from functools import partial
+from typing import Any
 
 from pixstep.board import boards
 from pixstep.lines.line import Line
@@ -32,7 +33,7 @@ def tasks() -> list[Task]:
     ]
 
 
-def measure(board: str, axes: int, motion: str, hz: Fraction) -> list[dict]:
+def measure(board: str, axes: int, motion: str, hz: Fraction) -> list[dict[str, Any]]:
     """Search the highest clean rate of `axes` axes that run the same line at once."""
     tried = partial(_attempt, board, axes, motion, hz)
     unit = lines.grid(hz)
@@ -61,7 +62,9 @@ def awkward(unit: int, period: Fraction, count: int) -> int:
     return min(choice, key=lambda n: abs(period / n % 1 - Fraction(1, 2)))
 
 
-def row(board: str, axes: int, motion: str, hz: Fraction, found: Found, loaded: int) -> dict:
+def row(
+    board: str, axes: int, motion: str, hz: Fraction, found: Found, loaded: int
+) -> dict[str, Any]:
     """Return a search's result as plain data, rates in steps/s."""
 
     def rate(count: int) -> int:

@@ -2,6 +2,7 @@
 """The simulator: seconds of a board's time for each second of this machine's CPU time."""
 
 from fractions import Fraction
+from typing import Any
 
 from pixstep.board import boards
 from pixstep.errors import UserError
@@ -21,7 +22,7 @@ def tasks() -> list[Task]:
     return [Task(NAME, measure, (board,), alone=True) for board in boards.BOARD_NAMES]
 
 
-def measure(board: str) -> list[dict]:
+def measure(board: str) -> list[dict[str, Any]]:
     """Measure with every edge logged."""
     axes = boards.load(board).axes
     for rate in RATES:

@@ -3,6 +3,7 @@
 
 import json
 from dataclasses import asdict
+from typing import Any
 
 import click
 
@@ -96,7 +97,7 @@ def _write(path, outcome) -> None:
     markdown.write(path, record.name(outcome), record.markdown(outcome))
 
 
-def _facts(outcome) -> dict:
+def _facts(outcome) -> dict[str, Any]:
     """Return plain data; pairs by "first, second"."""
     facts = {name: value for name, value in vars(outcome).items() if name != "plan"}
     facts["pairs"] = {", ".join(pair): number for pair, number in outcome.pairs.items()}

@@ -3,6 +3,7 @@
 
 import json
 from dataclasses import asdict
+from typing import Any
 
 import click
 
@@ -52,7 +53,7 @@ def frames(ctx, board, count, seed, as_json):
 
 
 def _finish(
-    ctx: click.Context, facts: dict, rows: list[str], otherwise: str, *, as_json: bool
+    ctx: click.Context, facts: dict[str, Any], rows: list[str], otherwise: str, *, as_json: bool
 ) -> None:
     """Print what a campaign found, as JSON or as text; end with 1 if there are complaints."""
     complaints = facts["complaints"]
@@ -90,8 +91,8 @@ def uploads(ctx, board, count, garbage, seed, as_json):
     ones: the host's client and the firmware. Exit status 0 only if every queue held exactly what
     was sent (natively), every line played exactly (in the simulator).
     """
-    from pixstep_dev.robustness import noise
     from pixstep_dev.robustness import uploads as campaign
+    from pixstep_trials import noise
 
     model = noise.Model(0.5, (noise.garbage,)) if garbage else noise.Model()
     plan = campaign.Plan(board, count, seed, model, go_on=garbage)
@@ -101,7 +102,7 @@ def uploads(ctx, board, count, garbage, seed, as_json):
     _finish(ctx, _upload_facts(outcome), rows, "every queue was exact", as_json=as_json)
 
 
-def _upload_facts(outcome) -> dict:
+def _upload_facts(outcome) -> dict[str, Any]:
     facts = {name: value for name, value in vars(outcome).items() if name != "plan"}
     return {"board": outcome.plan.board, "seed": outcome.plan.seed, **facts}
 

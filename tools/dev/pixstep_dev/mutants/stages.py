@@ -14,7 +14,7 @@ import sys
 import tempfile
 import threading
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -56,7 +56,9 @@ _NICE = 3
 _OUT_OF_TIME = (-signal.SIGXCPU, -signal.SIGKILL)
 
 
-_running: set[subprocess.Popen] = set()
+# The name of each run of a stage, and the run: it takes its limit of processor time.
+Runs = Iterator[tuple[str, Callable[[float | None], "Verdict"]]]
+_running: set[subprocess.Popen[bytes]] = set()
 
 
 @dataclass(frozen=True)
@@ -100,7 +102,7 @@ class Stages:
         self._assembly = assembly
         self.builds = {name: Build(name) for name in ("host", *BOARDS)}
         self.seconds: dict[str, float] = {}
-        self._kills: Counter = Counter()
+        self._kills: Counter[tuple[str, str]] = Counter()
         self._lock = threading.Lock()
         for build in self.builds.values():
             if stale := build.stale():
@@ -154,7 +156,7 @@ class Stages:
                 return verdict
         return Verdict()
 
-    def _runs(self, stage: str, workshop: Workshop, file: Path | None):
+    def _runs(self, stage: str, workshop: Workshop, file: Path | None) -> Runs:
         """Yield name and run of all that a stage has for a file; None: for every file."""
         if stage in ("native", "avr"):
             before = "build/host/bin/pixstep-sim --unit --board mega=" if stage == "avr" else ""
@@ -170,7 +172,7 @@ class Stages:
                     lambda limit: self._run_images(workshop, limit, ASSEMBLY_TESTS),
                 )
 
-    def _catch_ups(self, workshop: Workshop, file: Path | None):
+    def _catch_ups(self, workshop: Workshop, file: Path | None) -> Runs:
         """Yield the step interrupts of each image of several axes beside their twin in C."""
         for board in BOARDS:
             tester = natives.root() / f"build/host/bin/catch_up_test_{board}"
@@ -183,7 +185,7 @@ class Stages:
                     ),
                 )
 
-    def _explorer_runs(self, workshop: Workshop, file: Path | None):
+    def _explorer_runs(self, workshop: Workshop, file: Path | None) -> Runs:
         for name, (target, limits) in EXPLORERS.items():
             program = self.builds["host"].program(target)
             if file is None or _uses(program, file):
@@ -194,7 +196,7 @@ class Stages:
                     ),
                 )
 
-    def _suite_runs(self, stage: str, workshop: Workshop, file: Path | None, before: str):
+    def _suite_runs(self, stage: str, workshop: Workshop, file: Path | None, before: str) -> Runs:
         simulator = str(natives.root() / "build/host/bin/pixstep-sim")
         first = [simulator, "--unit", "--board", "mega={}"] if before else ["{}"]
         programs = [one for one in self.suites(stage) if file is None or _uses(one, file)]
@@ -211,7 +213,7 @@ class Stages:
                 ),
             )
 
-    def _rank(self, file: Path, name: str):
+    def _rank(self, file: Path, name: str) -> tuple[int, bool, float]:
         """Order suites: those that killed the file's mutants before, its own, the quick ones."""
         own = _is_own(file, name)
         return -self._kills[file.stem, name], not own, self.seconds.get(name, 0)
@@ -280,7 +282,9 @@ def _run_linked(
     return Verdict("timeout" if done.status in _OUT_OF_TIME else name.split()[0], name)
 
 
-def _limited(command: list[str], seconds: float | None, cwd: Path, environment=None) -> _Ended:
+def _limited(
+    command: list[str], seconds: float | None, cwd: Path, environment: dict[str, str] | None = None
+) -> _Ended:
     """Run a command, nice, with limits of processor time and memory for each of its processes."""
     limits = []
     if seconds:

@@ -51,7 +51,7 @@ class Outcome:
 
     plan: Plan
     frames: int = 0
-    kinds: Counter = field(default_factory=Counter)
+    kinds: Counter[str] = field(default_factory=Counter[str])
     answers: int = 0
     exceptions: int = 0
     edges: int = 0
@@ -261,7 +261,7 @@ def _compare(quiet: Path, storm: Path, outcome: Outcome) -> None:
     STEP to the cycle; all else, which the program writes, in its order.
     """
     others: tuple[list[bytes], list[bytes]] = ([], [])
-    missing: Counter = Counter()
+    missing: Counter[bytes] = Counter()
     end = 0
     with quiet.open("rb") as left, storm.open("rb") as right:
         steps = [_steps(file, apart) for file, apart in zip((left, right), others, strict=True)]
@@ -280,9 +280,8 @@ def _compare(quiet: Path, storm: Path, outcome: Outcome) -> None:
         edge = min(missing, key=_cycle_of)
         where = "only undisturbed" if missing[edge] > 0 else "only under fire"
         outcome.complain(f"edges differ from {edge.decode().strip()!r} on, which is {where}")
-    _compare_others(
-        *([edge for edge in edges if _cycle_of(edge) <= end] for edges in others), outcome
-    )
+    before, after = ([edge for edge in edges if _cycle_of(edge) <= end] for edges in others)
+    _compare_others(before, after, outcome)
 
 
 def _steps(file: BinaryIO, apart: list[bytes]) -> Iterator[bytes]:

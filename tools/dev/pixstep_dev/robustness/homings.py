@@ -159,7 +159,7 @@ def _try_all(name: str, plants: list[Plant], outcome: Outcome, progress: Progres
     """Home and measure plants of one direction, one after the other on one simulator."""
     first = {(0, axis): plants[0].knobs for axis in range(boards.load(name).axes)}
     with SimulatedBoard(name, PIXEL_HZ, plants=first) as run:
-        run.set_up(PIXEL_HZ, range(boards.load(name).axes))
+        run.set_up(PIXEL_HZ, [*range(boards.load(name).axes)])
         # What closes at high positions in plus direction closes at low ones in minus direction.
         run.board.write_setting("inputs_inverted", 0 if plants[0].direction > 0 else 2)
         run.board.write_setting("input_filter_us", FILTERS_US[plants[0].seed % 2])

@@ -185,7 +185,7 @@ class _Rest:
         self.guard.recover()
 
     def _counts(self) -> list[int]:
-        return [self.world.edges(axis).count for axis in range(self.world.axes)]
+        return [self.world.edges(axis).made for axis in range(self.world.axes)]
 
     def _ask(self) -> None:
         frame = frames.read_inputs(state.FIRST, state.words(self.world.axes))
@@ -207,8 +207,8 @@ class _Rest:
         self.guard.do(Look())
         for axis, old in enumerate(before):
             edges = self.world.edges(axis)
-            if edges.count - old != _COUNT * _LINE_PX:
-                self.guard.complain(f"axis {axis}: {edges.count - old} edges of a line")
+            if edges.made - old != _COUNT * _LINE_PX:
+                self.guard.complain(f"axis {axis}: {edges.made - old} edges of a line")
                 continue
             off = int(self._off(edges.last - zero))
             self.outcome.lines += 1

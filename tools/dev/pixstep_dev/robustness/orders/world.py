@@ -189,7 +189,7 @@ class World:
         return Outcome(True, self.cycle)
 
     def _request(self, action: actions.Action) -> Outcome:
-        broadcast = action.how == actions.TELL
+        broadcast = getattr(action, "how", "") == actions.TELL
         frame = self._frame(action, frames.BROADCAST if broadcast else frames.UNIT)
         if broadcast:
             end = self.tell(frame)
@@ -229,8 +229,8 @@ class World:
             self.next_block[action.axis] = self.next_block[action.axis] + 1 & 0xFFFF
 
     def _to_step(self, action: actions.Step) -> None:
-        begun, limit = self.edges(action.axis).count, self.cycle + action.limit
-        while self.cycle < limit and self.edges(action.axis).count == begun:
+        begun, limit = self.edges(action.axis).made, self.cycle + action.limit
+        while self.cycle < limit and self.edges(action.axis).made == begun:
             self.sim.run(min(_STRETCH_CYCLES, limit - self.cycle))
         place = self.edges(action.axis).last + action.more
         self.sim.run(max(0, place - self.cycle))
