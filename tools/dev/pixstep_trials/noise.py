@@ -105,6 +105,10 @@ class NoisyLine:
         """Return a time in the board's cycles."""
         return self._simulator.cycles(seconds)
 
+    def command(self, text: str) -> str:
+        """Give a command, which needs no line, and return its answer."""
+        return self._simulator.command(text)
+
     def _times(self, direction: str) -> int:
         """Return how often a frame arrives."""
         if self._rng.random() >= self._model.repeated:

@@ -38,7 +38,7 @@ def compare(measured: dict[str, Any]) -> list[dict[str, Any]]:
     return rows
 
 
-def _some(figures: Figures, name: str, **wanted) -> list[dict[str, Any]]:
+def _some(figures: Figures, name: str, **wanted: object) -> list[dict[str, Any]]:
     """Return the rows of a figure with these values."""
     rows = figures.get(name, [])
     return [row for row in rows if all(row[k] == value for k, value in wanted.items())]

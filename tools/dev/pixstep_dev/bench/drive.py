@@ -23,7 +23,7 @@ from pixstep.lines.rational import period_ticks
 from pixstep.simulation.edges import EdgeLog, no_cycles, read_clock, read_edges
 from pixstep.simulation.serialload import SerialLoad
 from pixstep.simulation.simboard import SimulatedBoard
-from pixstep.simulation.simctl import Stats
+from pixstep.simulation.summary import Stats
 
 SLICE_S = 0.001  # how exactly a window opens and shuts
 
@@ -71,7 +71,13 @@ class Outcome:
     fault: str = ""  # the fault's name
     trouble: str = ""  # any other reason for which the run ended early
     views: list[dict[str, Any]] = field(default_factory=list)
-    stats: Stats | None = None
+    final: Stats | None = None
+
+    @property
+    def stats(self) -> Stats:
+        """The statistics of the whole run, which there are behind its end."""
+        assert self.final
+        return self.final
 
     @property
     def steps(self) -> int:
@@ -113,7 +119,7 @@ def _go(board: SimulatedBoard, outcome: Outcome) -> None:
         outcome.fault = board.board.fault_name()
     except BoardError as error:
         outcome.trouble = outcome.trouble or str(error)
-    outcome.stats = board.simulator.stats()
+    outcome.final = board.simulator.stats()
 
 
 class _Windows(Watch):

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: MIT
 """The other step generators' figures and the targets, from data/peers.toml."""
 
+import operator
 import tomllib
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 _DATA = Path(__file__).resolve().parents[1] / "data" / "peers.toml"
-RELATIONS = {">=": lambda value, bound: value >= bound, "<=": lambda value, bound: value <= bound}
+RELATIONS: dict[str, Callable[[float, float], bool]] = {">=": operator.ge, "<=": operator.le}
 
 
 @dataclass(frozen=True)

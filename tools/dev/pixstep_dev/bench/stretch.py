@@ -23,7 +23,7 @@ def inside(line: Line, begin: int = 0, end: int = 0) -> Window:
 
 
 def moving(
-    board: str, line: Line, hz: Fraction, window: Window, *, axes: int = 1, **options
+    board: str, line: Line, hz: Fraction, window: Window, *, axes: int = 1, **options: Any
 ) -> dict[str, Any]:
     """Return the view of a window while `axes` axes run the same line.
 

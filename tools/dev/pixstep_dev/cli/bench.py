@@ -60,7 +60,17 @@ _PIPE_WIDTH = 160  # columns, where no terminal says
 @click.option("--write", type=FILE, help="Rewrite the figures in FILE between its markers.")
 @click.option("--plot", type=PICTURE, help="Draw the ramp's edge errors into FILE (PNG).")
 @click.pass_context
-def bench(ctx, only, names, quick, comparing, saved, as_json, write, plot):
+def bench(
+    ctx: click.Context,
+    only: tuple[str, ...],
+    names: tuple[str, ...],
+    quick: bool,
+    comparing: bool,
+    saved: tuple[Path, ...],
+    as_json: bool,
+    write: Path | None,
+    plot: Path | None,
+) -> None:
     """Measure cycles, rates, CPU share, edge errors, waits and sizes of all boards' images.
 
     Exit status 0; 1 if any edge was wrong without a fault before it, or if a figure could not be

@@ -209,7 +209,14 @@ def chosen(plan: Plan) -> list[Path]:
     return [path for path in _sources(plan) if re.search(plan.only, str(path.relative_to(root)))]
 
 
-def _run_all(plan, campaign, pool, outcome, progress: Progress, kept: Outcome | None) -> None:
+def _run_all(
+    plan: Plan,
+    campaign: Campaign,
+    pool: ThreadPoolExecutor,
+    outcome: Outcome,
+    progress: Progress,
+    kept: Outcome | None,
+) -> None:
     """Fill the outcome: mutants in the order of the sample, until enough of them compile."""
     order = offered(chosen(plan))
     random.Random(plan.seed).shuffle(order)
@@ -219,6 +226,8 @@ def _run_all(plan, campaign, pool, outcome, progress: Progress, kept: Outcome | 
         begin = len(outcome.trials)
         batch = order[begin : begin + plan.count - valid]
         for trial in pool.map(lambda one: _again(campaign, known.get(one), one), batch):
+            if trial is None:  # the campaign was ended
+                return
             outcome.trials.append(trial)
             valid += trial.fate != INVALID
             progress(valid / plan.count)

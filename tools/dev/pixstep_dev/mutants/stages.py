@@ -16,6 +16,7 @@ import threading
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from pixstep import natives
@@ -178,23 +179,15 @@ class Stages:
             tester = natives.root() / f"build/host/bin/catch_up_test_{board}"
             image = self.builds[board].program(f"firmware/pixstep-{board}.elf")
             if tester.is_file() and (file is None or _uses(image, file)) and self._assembly:
-                yield (
-                    f"images catch_up {board}",
-                    lambda limit, tester=tester, image=image, board=board: _run_linked(
-                        workshop, image, f"images catch_up {board}", limit, [str(tester), "{}"], ()
-                    ),
-                )
+                name = f"images catch_up {board}"
+                first = [str(tester), "{}"]
+                yield name, partial(_run_linked, workshop, image, name, first=first, last=())
 
     def _explorer_runs(self, workshop: Workshop, file: Path | None) -> Runs:
         for name, (target, limits) in EXPLORERS.items():
             program = self.builds["host"].program(target)
             if file is None or _uses(program, file):
-                yield (
-                    name,
-                    lambda limit, program=program, name=name, limits=limits: _run_linked(
-                        workshop, program, name, limit, [], limits
-                    ),
-                )
+                yield name, partial(_run_linked, workshop, program, name, first=[], last=limits)
 
     def _suite_runs(self, stage: str, workshop: Workshop, file: Path | None, before: str) -> Runs:
         simulator = str(natives.root() / "build/host/bin/pixstep-sim")
@@ -206,12 +199,7 @@ class Stages:
             named = [pair for pair in named if self._worth(stage, file, pair[0])]
             named.sort(key=lambda pair: self._rank(file, pair[0]))
         for name, one in named:
-            yield (
-                name,
-                lambda limit, one=one, name=name: _run_linked(
-                    workshop, one, name, limit, first, ()
-                ),
-            )
+            yield name, partial(_run_linked, workshop, one, name, first=first, last=())
 
     def _rank(self, file: Path, name: str) -> tuple[int, bool, float]:
         """Order suites: those that killed the file's mutants before, its own, the quick ones."""

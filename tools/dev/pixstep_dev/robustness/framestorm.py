@@ -121,7 +121,7 @@ class _Run:
             raise
         return self
 
-    def __exit__(self, kind, *_: object) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         if kind is None:
             self._run.finish()
         self._simulator.kill()
@@ -198,7 +198,7 @@ class _Run:
             outcome.complain(f"after {outcome.frames} frames: {error}")
         outcome.seconds = self._simulator.cycle / self._simulator.tick_hz
 
-    def _send(self, strike: strikes.Strike, outcome: Outcome, generator) -> None:
+    def _send(self, strike: strikes.Strike, outcome: Outcome, generator: strikes.Generator) -> None:
         """Send the pieces of a strike and look at what comes back."""
         outcome.frames += 1
         outcome.kinds[strike.kind] += 1

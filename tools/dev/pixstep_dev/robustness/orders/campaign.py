@@ -82,7 +82,7 @@ def run(plan: Plan, progress: Progress = unseen) -> Outcome:
     return outcome
 
 
-def batch(plan: Plan, first: int, end: int, outcome: Outcome) -> Iterator[None]:
+def batch(plan: Plan, first: int, end: int, outcome: Outcome) -> Iterator[trials.Trial]:
     """Do the trials of a batch from its beginning, count those from `first` on; yield each."""
     index = first // BATCH * BATCH
     while index < end:

@@ -175,7 +175,7 @@ class _Rest:
         do(Clock("on"))
         self.guard.model.expected.clear()
         zero = world.cycle
-        until = world.cycle + int(max(_BACK_S * self.tick_hz, 3 * self.period))
+        until = world.cycle + int(max(_BACK_S * self.tick_hz, float(3 * self.period)))
         while world.cycle < until:
             self._ask()
             world.perform(Wait(random.Random(world.cycle).randrange(self.tick_hz // 100)))

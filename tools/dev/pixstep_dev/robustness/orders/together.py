@@ -112,9 +112,10 @@ def judge(guard: Guard, trial: Together, before: list[int]) -> str:
         return "none"
     spread = max(edge.last for edge in edges) - min(edge.last for edge in edges)
     if len(set(made)) > 1 or (trial.clocked and spread > _SPREAD_CYCLES):
+        said = guard.state.summary() if guard.state else "no reply"
         guard.complain(
             f"axes {axes} did not start together: {made} edges, the last at "
-            f"{[edge.last for edge in edges]}; {guard.state.summary() if guard.state else 'no reply'}"
+            f"{[edge.last for edge in edges]}; {said}"
         )
         return "split"
     return "all"
