@@ -182,8 +182,8 @@ wheel_commands()
     row "$root" "$user" 0 "${begin/work/other} pixstep sim $line --board mega --out run"
     row "$root" "$user" 0 "$begin pixstep-sim --help"
     row "$root" "$user" 2 "$begin pixstep plan there.pmc --out drawn --plot"
-    row "$root" "$user" 0 "$begin timeout --preserve-status --signal=INT 5 pixstep board simulate --board mega \
---pixel-hz 30"
+    row "$root" "$user" 0 "$begin timeout --preserve-status --signal=INT 5 pixstep board \
+simulate --board mega --pixel-hz 30"
 }
 
 drawing_commands()
