@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from pixstep.machine import reading
     from pixstep.programs import entries, length, motors, plan, sources
     from pixstep.programs.report import PlanFigures
+    from pixstep.programs.sources import Request
 else:  # numpy and pydantic take a while to load
     np, reading = lazy("numpy"), lazy("pixstep.machine.reading")
     entries, length = lazy("pixstep.programs.entries"), lazy("pixstep.programs.length")
@@ -66,7 +67,7 @@ class MotionProgram:
     """The file."""
     machine: Machine
     """The machine whose motors it moves."""
-    request: sources.Request
+    request: Request
     """How it is planned."""
 
     def plan(self) -> ProgramPlan:
