@@ -16,7 +16,7 @@ from pixstep import natives
 from pixstep.cli.command import Late, OutFile, OutFolder, OutPicture
 from pixstep.cli.examples import EXAMPLES
 from pixstep.cli.main import main
-from pixstep.cli.options import SCHEMA
+from pixstep.cli.output import SCHEMA
 
 # One meaning each; a command that has the option at all has it with this kind of value.
 MEANINGS = {

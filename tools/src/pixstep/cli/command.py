@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The classes that all commands are made of: their files, their errors, their exit status."""
 
-import contextlib
 import errno
 import importlib
 import os
@@ -14,10 +13,10 @@ import click
 from click.shell_completion import CompletionItem
 
 from pixstep import atomic, extras, signals
-from pixstep.cli import longerpixels, machinedefaults, process
+from pixstep.cli import process
 from pixstep.cli.examples import EXAMPLES
-from pixstep.cli.failures import complain, complain_of_system, complain_of_usage, said
-from pixstep.errors import MISUSE, PlainError, RefusedError, UserError
+from pixstep.cli.failures import complain, complain_of_system, complain_of_usage
+from pixstep.errors import MISUSE, PlainError, UserError
 
 PICTURES = (".png", ".svg", ".pdf")
 FILE = click.Path(path_type=Path, dir_okay=False)
@@ -89,21 +88,8 @@ class Command(click.Command):
                 for example in EXAMPLES[name]:
                     formatter.write(f"{'':{formatter.current_indent}}{program} {example}\n")
 
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Read the command line; a default that is wrong says which file it comes from."""
-        with origins(ctx):
-            machinedefaults.note_words(ctx, args)
-            left = super().parse_args(ctx, args)
-            if not ctx.resilient_parsing:
-                machinedefaults.refuse_unknown(ctx)
-            return left
-
     def invoke(self, ctx: click.Context) -> object:
         """Run the command under the rules for its files."""
-        with origins(ctx):
-            return self._invoke(ctx)
-
-    def _invoke(self, ctx: click.Context) -> object:
         outputs = list(_paths(ctx, OutFile))
         inputs = tuple(path for _, path in _paths(ctx, click.Path, _is_input))
         with atomic.rules(atomic.Rules(ctx.meta.get(_FORCE, False), inputs)):
@@ -119,7 +105,6 @@ class Late(NamedTuple):
 
     place: str  # module:name
     about: str  # the first sentence of its help
-    machine: bool = False  # a machine file gives it defaults
 
 
 class _Commands(MutableMapping[str, click.Command]):
@@ -138,8 +123,6 @@ class _Commands(MutableMapping[str, click.Command]):
                 maker = importlib.import_module("pixstep.cli.from_operation")
                 found = maker.command_of(found)
             self._loaded[name] = found
-            if late.machine:
-                machinedefaults.add_options(self._loaded[name])
         return self._loaded[name]
 
     def __setitem__(self, name: str, new: click.Command) -> None:
@@ -271,21 +254,6 @@ def _let_go_of_streams() -> None:
 
 def _note_force(ctx: click.Context, _param: click.Parameter, value: bool) -> None:
     ctx.meta[_FORCE] = value
-
-
-@contextlib.contextmanager
-def origins(ctx: click.Context) -> Iterator[None]:
-    """Let errors about a machine file's defaults name the file; not what a board has to say."""
-    try:
-        yield
-    except UserError as error:
-        option, cure = longerpixels.told(ctx, error)
-        error.args = (f"{option}{error}{machinedefaults.origin(ctx, str(error))}{cure}",)
-        raise
-    except click.BadParameter as error:
-        if not error.param or not machinedefaults.by_machine(ctx, error.param.name or ""):
-            raise
-        raise RefusedError(f"{said(error)}{machinedefaults.origin(ctx)}") from None
 
 
 def _is_input(param: click.Parameter) -> bool:

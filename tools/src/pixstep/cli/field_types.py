@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from pathlib import Path
 from typing import Any
@@ -10,9 +11,21 @@ from typing import Any
 import click
 
 from pixstep.cli import command
-from pixstep.cli.quantities import FiniteRange
 from pixstep.errors import UserError
 from pixstep.operations import kinds
+
+
+class FiniteRange(click.FloatRange):
+    """A number between two others: "nan" is neither too small nor too large, but no number."""
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Parse the text; a bad one is a usage error."""
+        number: float = super().convert(value, param, ctx)
+        if not math.isfinite(number):
+            self.fail(f"{value!r} is not a number.", param, ctx)
+        return number
 
 
 class KindType(click.ParamType[Any, Any]):

@@ -13,11 +13,11 @@ import click
 from click.core import ParameterSource
 
 from pixstep import atomic, progress
-from pixstep.cli import failures, machinedefaults, views
-from pixstep.cli.command import Command, origins
+from pixstep.cli import failures, origins, views
+from pixstep.cli.command import Command
 from pixstep.cli.field_types import click_type
-from pixstep.cli.options import say, show_json, show_json_row, teller
-from pixstep.errors import UserError
+from pixstep.cli.output import say, show_json, show_json_row, teller
+from pixstep.errors import RefusedError, UserError
 from pixstep.machine import finding
 from pixstep.operations import perform
 from pixstep.operations.asked import AskedError
@@ -98,8 +98,8 @@ class OperationCommand(Command):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Read the command line into a request."""
-        with origins(ctx):
-            left = click.Command.parse_args(self, ctx, args)
+        with _explained(ctx, self.request):
+            left = super().parse_args(ctx, args)
             if not ctx.resilient_parsing:
                 self._resolve(ctx)
             return left
@@ -107,7 +107,7 @@ class OperationCommand(Command):
     def invoke(self, ctx: click.Context) -> object:
         """Run the command under the rules for its files; errors name options and the file."""
         with _explained(ctx, self.request):
-            return self._invoke(ctx)
+            return super().invoke(ctx)
 
     def _resolve(self, ctx: click.Context) -> None:
         names = fields(self.request)
@@ -118,7 +118,7 @@ class OperationCommand(Command):
         facts = perform.facts_of(self.request, given, caller)
         self.request.prepare(facts, say)
         if self.by_machine or self.request.needs_machine:
-            machinedefaults.hold(ctx, facts)
+            origins.hold(ctx, facts)
         try:
             request, sources = perform.resolve(self.request, given, facts)
         except FieldError as error:
@@ -193,7 +193,14 @@ def _note_motors(
 def _note_motor(
     ctx: click.Context, param: click.Parameter, value: tuple[str, ...]
 ) -> tuple[str, ...]:
-    return _note_motors(ctx, param, machinedefaults.refuse_several(ctx, param, value))
+    return _note_motors(ctx, param, _one_motor(value))
+
+
+def _one_motor(value: tuple[str, ...]) -> tuple[str, ...]:
+    """Refuse a second --motor of a command that takes one, which click would take alone."""
+    if len(value) > 1:
+        raise UserError(f"--motor {' --motor '.join(value)}: this command takes one motor")
+    return value
 
 
 def _note_machine(ctx: click.Context, _param: click.Parameter, value: str | None) -> str | None:
@@ -264,8 +271,12 @@ def _explained(ctx: click.Context, request: type[Request]) -> Iterator[None]:
         if isinstance(error, AskedError):
             names = {name: one.option for name, one in fields(request).items()}
             text, cure = error.told(names), error.cured(names)
-        error.args = (f"{text}{machinedefaults.origin(ctx, text)}{cure}",)
+        error.args = (f"{text}{origins.origin(ctx, text)}{cure}",)
         raise
+    except click.BadParameter as error:
+        if not error.param or not origins.by_machine(ctx, error.param.name or ""):
+            raise
+        raise RefusedError(f"{failures.said(error)}{origins.origin(ctx)}") from None
 
 
 def _aside(text: str) -> None:

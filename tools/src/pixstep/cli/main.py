@@ -10,17 +10,6 @@ from pixstep.cli import late
 from pixstep.cli.command import Group, Late, group
 from pixstep.operations import catalog
 
-_PLACE = "pixstep.cli."
-
-
-def _late(place: str, about: str, *, machine: bool = False) -> Late:
-    return Late(_PLACE + place, about, machine)
-
-
-def _by_machine(place: str, about: str) -> Late:
-    """Return a command that a machine file gives defaults."""
-    return _late(place, about, machine=True)
-
 
 def _operation(words: str) -> Late:
     """Return the command of an operation."""
@@ -28,78 +17,20 @@ def _operation(words: str) -> Late:
     return Late(f"pixstep.operations.{place}", about)
 
 
-_LINE = {
-    "make": _operation("line make"),
-    "check": _operation("line check"),
-    "show": _operation("line show"),
-    "compensate": _operation("line compensate"),
-    "import": _operation("line import"),
-    "plan": _operation("line plan"),
-    "sim": _operation("sim"),
-}
-_FILE = {
-    "info": _operation("file info"),
-    "check": _operation("file check"),
-    "convert": _operation("file convert"),
-}
-_PROFILE = {
-    "make": _operation("profile make"),
-    "check": _operation("profile check"),
-    "show": _operation("profile show"),
-    "repair": _operation("profile repair"),
-}
-_MOVE = {name: _operation(f"move {name}") for name in ("make", "show", "sim")}
-_HOME = {"sim": _operation("home sim")}
-_TRAJECTORY = {
-    name: _operation(f"trajectory {name}")
-    for name in ("circle", "import", "export", "compensate", "show", "sim")
-}
-_SETTINGS = {
-    "export": _operation("board settings export"),
-    "import": _operation("board settings import"),
-    "store": _operation("board settings store"),
-    "defaults": _operation("board settings defaults"),
-    "diff": _operation("board settings diff"),
-}
-_LOG = {
-    "records": _operation("board log records"),
-    "events": _operation("board log events"),
-}
-_BOARD = {
-    "scan": _operation("board scan"),
-    "info": _operation("board info"),
-    "features": _operation("board features"),
-    "get": _operation("board get"),
-    "set": _operation("board set"),
-    "watch": _operation("board watch"),
-    "upload": _operation("board upload"),
-    "start": _operation("board start"),
-    "stop": _operation("board stop"),
-    "arm": _operation("board arm"),
-    "disarm": _operation("board disarm"),
-    "clear": _operation("board clear"),
-    "enable": _operation("board enable"),
-    "disable": _operation("board disable"),
-    "permit": _operation("board permit"),
-    "home": _operation("board home"),
-    "measure-play": _operation("board measure-play"),
-    "move": _operation("board move"),
-    "simulate": _operation("board simulate"),
-    "run": _operation("board run"),
-    "trajectory": _operation("board trajectory"),
-    "selftest": _operation("board selftest"),
-}
-_MACHINE = {name: _operation(f"machine {name}") for name in ("new", "check", "show")}
+def _under(group: str) -> dict[str, Late]:
+    """Return the commands of the operations that stand in a group, by their last word."""
+    parted = (words.rpartition(" ") for words in catalog.OPERATIONS)
+    return {
+        name: _operation(f"{above} {name}".strip()) for above, _, name in parted if above == group
+    }
+
+
 _MAIN = {
-    "limits": _operation("limits"),
-    "sim": _operation("sim"),
-    "ticks": _operation("line plan"),
-    "plan": _operation("plan"),
-    "demo": _operation("demo"),
-    "flash": _operation("flash"),
-    "bench": _late("late:BENCH", "Measure cycles, rates, CPU share, edge errors, waits, sizes."),
-    "completion": _late(
-        "completion:completion", "Complete commands, options and files in the shell: install it."
+    "ticks": _operation("line plan"),  # its older name
+    "bench": Late("pixstep.cli.late:BENCH", late.ABOUT),
+    "completion": Late(
+        "pixstep.cli.completion:completion",
+        "Complete commands, options and files in the shell: install it.",
     ),
 }
 
@@ -129,12 +60,12 @@ class _MainGroup(Group):
         return names if late.have_dev() else [name for name in names if name not in late.OF_DEV]
 
 
-@group("line", late=_LINE)
+@group("line", late=_under("line") | {"sim": _operation("sim")})
 def line() -> None:
     """Make, check, plan and simulate line files."""
 
 
-@group("machine", late=_MACHINE)
+@group("machine", late=_under("machine"))
 def machine() -> None:
     """Machine files: pixel clock, boards and motors, as defaults of all commands.
 
@@ -143,7 +74,7 @@ def machine() -> None:
     """
 
 
-@group("file", late=_FILE)
+@group("file", late=_under("file"))
 def file() -> None:
     """Look into, check, convert PRN, CSV and CSB.
 
@@ -151,32 +82,32 @@ def file() -> None:
     """
 
 
-@group("profile", late=_PROFILE)
+@group("profile", late=_under("profile"))
 def profile() -> None:
     """Make, check, repair and show acceleration profiles."""
 
 
-@group("move", late=_MOVE)
+@group("move", late=_under("move"))
 def move() -> None:
     """Fast moves of exactly N steps by a CSV acceleration profile."""
 
 
-@group("home", late=_HOME)
+@group("home", late=_under("home"))
 def home() -> None:
     """Find the home switch and make its edge position 0."""
 
 
-@group("trajectory", late=_TRAJECTORY)
+@group("trajectory", late=_under("trajectory"))
 def trajectory() -> None:
     """Tables of two axes: circles, play taken up at reversals, the circle test."""
 
 
-@group("settings", late=_SETTINGS)
+@group("settings", late=_under("board settings"))
 def settings() -> None:
     """All settings: as a TOML file and back, stored, defaults."""
 
 
-@click.group("log", cls=_LogGroup, late=_LOG)
+@click.group("log", cls=_LogGroup, late=_under("board log"))
 def log() -> None:
     """Records pixel by pixel; the log of faults and resets.
 
@@ -184,7 +115,7 @@ def log() -> None:
     """
 
 
-@group("board", late=_BOARD)
+@group("board", late=_under("board"))
 def board() -> None:
     """Talk to boards on a serial line: look, set, upload, start, home, move, log.
 
@@ -193,7 +124,10 @@ def board() -> None:
 
 
 @click.group(
-    "main", cls=_MainGroup, late=_MAIN, context_settings={"help_option_names": ["-h", "--help"]}
+    "main",
+    cls=_MainGroup,
+    late=_under("") | _MAIN,
+    context_settings={"help_option_names": ["-h", "--help"]},
 )
 @click.version_option(__version__, prog_name="pixstep")
 def main() -> None:

@@ -192,7 +192,7 @@ def named_by(
     else:
         named.motors = motors
     for name in ("axis", "axes"):
-        if name in fields and fields[name].names == ("--axis",):
+        if name in fields and "--axis" in fields[name].names:
             named.axes = _numbers(given.get(name))
             break
     for name in ("unit", "units"):
