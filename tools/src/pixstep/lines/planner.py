@@ -39,6 +39,10 @@ class Plan:
     values: array[int]  # of all rows in turn, without their numbers
     warnings: tuple[str, ...]
 
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return len(self.values) // (len(self.heads) - 1)
+
     def columns(self) -> np.ndarray:
         """Return the rows as an int64 array."""
         values = np.array(self.values, dtype=np.int64).reshape(-1, len(self.heads) - 1)

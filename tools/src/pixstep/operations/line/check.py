@@ -210,7 +210,7 @@ class LinePlan(Request):
         data: PlannedLine = {
             "file": str(self.output),
             "of": "pixel edges" if self.pixels else "steps",
-            "rows": len(planned.values),
+            "rows": len(planned),
             "tick_hz": tick_hz,
         }
         return Result(data, f"{self.output}: {data['rows']} {data['of']}", value=planned)

@@ -82,7 +82,7 @@ class ProfileMake(Request):
     output: Path | None = option(
         OUTPUT_OR_FOLDER,
         "PRN to write, or a folder: AccProf<motor>-<f>Hz-<variant>.PRN in it. "
-        "Default: that name in the current folder.", "-o", "--output",
+        "Default: that name in the current folder.", "-o", "--output", shown="PATH",
     )  # fmt: skip
     csv: Path | None = option(OUTPUT, "Write the CSV profile for fast moves and homing too.")
     decode: str | None = shared.decode(
