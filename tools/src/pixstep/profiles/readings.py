@@ -13,8 +13,8 @@ from pathlib import Path
 
 from pixstep import formats
 from pixstep.errors import RefusedError, UserError
-from pixstep.formats.prn import KIND as PRN_KIND
-from pixstep.formats.recognise import recognise
+from pixstep.formats.files import recognise
+from pixstep.formats.records import PRN_KIND
 from pixstep.lines import linecheck
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.linecheck import ERROR, WARNING, Finding, Limits

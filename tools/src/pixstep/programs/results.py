@@ -12,8 +12,7 @@ import numpy as np
 
 from pixstep import atomic, outfolder
 from pixstep.board.limits import BoardLimits
-from pixstep.formats.numbers import CSV_COLUMNS, number_texts
-from pixstep.formats.records import LineEnds, join_records
+from pixstep.formats.records import CSV_COLUMNS, LineEnds, join_records, number_texts
 from pixstep.lines import linecheck
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.linecheck import Finding
