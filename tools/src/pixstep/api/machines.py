@@ -14,7 +14,7 @@ from pixstep.api.shown import Facts, Shown
 from pixstep.api.words import BoardKind, Decode, Sync
 from pixstep.errors import UserError
 from pixstep.lazy import lazy
-from pixstep.lines.linecheck import Limits
+from pixstep.lines.line_check import Limits
 from pixstep.lines.units import Quantity, Scale
 
 if TYPE_CHECKING:

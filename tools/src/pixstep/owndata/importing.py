@@ -8,7 +8,7 @@ from itertools import accumulate, pairwise
 from pathlib import Path
 
 from pixstep.errors import RefusedError, UserError
-from pixstep.lines import linecheck
+from pixstep.lines import line_check
 from pixstep.lines.line import SMOOTH, Line
 from pixstep.lines.units import LENGTH_UNITS, SECOND_UNITS, Scale, parse_seconds
 from pixstep.owndata.columns import (
@@ -56,7 +56,7 @@ class Imported:
     line: Line
     assumed: tuple[str, ...]
     largest_error_steps: Fraction
-    findings: tuple[linecheck.Finding, ...] = ()
+    findings: tuple[line_check.Finding, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def import_line(path: str | Path, request: Request) -> Imported:
             f"rounded to whole steps: at most {float(error):.3g} steps from the file's motion, "
             f"behind pixel {made.worst_pixel}"
         )
-    findings = tuple(linecheck.without_idle_pixel(linecheck.check(line)))
+    findings = tuple(line_check.without_idle_pixel(line_check.check(line)))
     return Imported(line, (found.table.note, *assumed, *more), error, findings)
 
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 from pixstep.errors import UserError
 from pixstep.lines.line import SMOOTH, Line
-from pixstep.lines.linecheck import MAX_COUNT
+from pixstep.lines.line_check import MAX_COUNT
 from pixstep.owndata.fitting import fit, largest_error
 
 Refuse = Callable[[int, str], UserError]  # takes a pixel, from 0, and what is wrong with it

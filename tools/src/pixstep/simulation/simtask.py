@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pixstep import atomic, extras, natives, outfolder
 from pixstep.board import registers as regs
-from pixstep.lines.rational import hz_text
+from pixstep.lines.units import hz_text
 from pixstep.progress import Progress, unseen
 from pixstep.simulation import clockjudge, report
 from pixstep.simulation.judge import Judgement, judge

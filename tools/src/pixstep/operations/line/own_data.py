@@ -10,9 +10,9 @@ from typing import Any, TypedDict
 from pixstep import atomic, formats, owndata
 from pixstep.errors import RefusedError
 from pixstep.formats.findings import counted
-from pixstep.lines import linecheck
+from pixstep.lines import line_check
 from pixstep.lines.line import SMOOTH
-from pixstep.lines.linecheck import FindingFacts
+from pixstep.lines.line_check import FindingFacts
 from pixstep.operations import machine_defaults as machine
 from pixstep.operations import shared
 from pixstep.operations.desk import Desk
@@ -101,7 +101,7 @@ class LineImport(Request):
         made = owndata.import_line(self.table, request)
         line = made.line
         for item in made.findings:
-            if item.severity == linecheck.ERROR:
+            if item.severity == line_check.ERROR:
                 hint = (
                     "" if self.fit or line.decode != SMOOTH else " (--fit makes the nearest line)"
                 )
@@ -121,7 +121,7 @@ class LineImport(Request):
             "steps": line.total_steps,
             "largest_error_steps": float(made.largest_error_steps),
             "assumed": list(made.assumed),
-            "findings": linecheck.as_json(made.findings),
+            "findings": line_check.as_json(made.findings),
         }
         size = f"{counted(line.pixels, 'pixel')}, {counted(line.total_steps, 'step')}"
         return Result(data, f"{self.output}: {size}, {line.decode}", value=made)
