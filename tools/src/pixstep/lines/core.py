@@ -15,13 +15,12 @@ from itertools import count
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from pixstep import natives, tables
+from pixstep import natives
 from pixstep.errors import RefusedError, UserError
 from pixstep.lazy import lazy
 from pixstep.lines.line import Line
 from pixstep.lines.runs import MAX_WORD, safe_entries
 from pixstep.lines.units import refuse_period
-from pixstep.tables import CodeRow
 
 if TYPE_CHECKING:
     import numpy as np
@@ -134,9 +133,9 @@ def _limits(limits: CoreLimits) -> Any:  # of cffi, which has no types
 
 
 @cache
-def codes() -> dict[int, CodeRow]:
+def codes() -> dict[int, dict[str, Any]]:
     """Return the rows of the firmware's table of line errors by number."""
-    return {row["code"]: row for row in tables.load()["line_errors"]}
+    return {row["code"]: row for row in natives.tables()["line_errors"]}
 
 
 @cache

@@ -9,10 +9,10 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pixstep import atomic, extras, formats, natives, outfolder
+from pixstep import atomic, formats, natives, outfolder
 from pixstep.board import boards
 from pixstep.errors import FINE, NEGATIVE
-from pixstep.lazy import lazy
+from pixstep.lazy import have_package, lazy
 from pixstep.lines import core, exact, line_check
 from pixstep.lines.line import Line
 from pixstep.operations.desk import Desk
@@ -60,7 +60,7 @@ class Demo(Request):
             host = _on_host(folder, source, speeds)
             job = Job(_BOARD, {0: host.line}, PIXEL_HZ, serial_load=self.serial_load, vcd=True)
             with desk.progress("simulating the Mega") as show:
-                drawn = extras.have("matplotlib")
+                drawn = have_package("matplotlib")
                 judged = simtask.simulate_into(job, folder, out, plots=drawn, progress=show)
         seconds = time.monotonic() - started
         fine = judged.passed and host.checked and host.planned
