@@ -11,7 +11,7 @@ from pixstep import formats
 from pixstep.board import boards, capability, limits, settings
 from pixstep.lines import line_check
 from pixstep.lines.line import PLAIN, Line
-from pixstep.machine.reading import Machine
+from pixstep.machine.files import Machine
 from test_machine_defaults import asked
 
 MACHINE = """\

@@ -23,9 +23,8 @@ from pixstep.errors import RefusedError, UserError
 from pixstep.lines import line_check
 from pixstep.lines.line import SMOOTH, Line
 from pixstep.lines.line_check import Finding, Limits
-from pixstep.owndata.naming import QUANTITIES
-from pixstep.owndata.numerals import DECIMALS
-from pixstep.owndata.table import BLANK, NONE, SEPARATORS
+from pixstep.owndata.columns import QUANTITIES
+from pixstep.owndata.table import BLANK, DECIMALS, NONE, SEPARATORS
 from pixstep.profiles import legal_prn, madefor, names
 from pixstep.profiles.generator import MOST_PIXELS
 

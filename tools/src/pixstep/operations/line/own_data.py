@@ -19,9 +19,8 @@ from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import FILE, OUTPUT, TEXT, Choice, Text, Whole
 from pixstep.operations.request import Request, argument, flag, operation, option
 from pixstep.operations.result import Result
-from pixstep.owndata.naming import QUANTITIES
-from pixstep.owndata.numerals import DECIMALS
-from pixstep.owndata.table import BLANK, NONE, SEPARATORS
+from pixstep.owndata.columns import QUANTITIES
+from pixstep.owndata.table import BLANK, DECIMALS, NONE, SEPARATORS
 from pixstep.profiles import madefor
 
 
