@@ -49,6 +49,7 @@ def test_every_field_says_what_it_is_in_help(words):
     ctx = click.Context(command, info_name=words)
     for name, field in fields(catalog.load(words)).items():
         param = next(param for param in command.params if param.name == name)
+        assert field.about or field.argument or field.hidden, name
         if field.argument or field.hidden or isinstance(field.kind, Flag):
             continue
         spelled, told = param.get_help_record(ctx)
