@@ -55,7 +55,7 @@ class LineCheck(Request):
     result = CheckedLine
 
     csv: Path = argument(FILE, shown="FILE")
-    decode: str = shared.decode("")
+    decode: str = shared.decode()
     backlash: int = shared.backlash()
     raw: bool = shared.raw()
     lenient: bool = flag("Accept LF and a missing final newline, as `file check` does.")
@@ -184,7 +184,7 @@ class LinePlan(Request):
     result = PlannedLine
 
     csv: Path = argument(FILE, shown="FILE")
-    decode: str = shared.decode("")
+    decode: str = shared.decode()
     pixel_hz: Fraction = shared.pixel_hz(machine=machine.clock_hz)
     divider: int = shared.divider()
     backlash: int = shared.backlash()
