@@ -3,8 +3,10 @@
 # every Linux of its kind of processor, and what GPL-3.0 asks for: the sources of the simulator, and
 # where those of the libraries are.
 set(wheel_sources "${PROJECT_BINARY_DIR}/source.tar.gz")
-file(GLOB_RECURSE archived CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/sim/*" "${PROJECT_SOURCE_DIR}/cmake/*"
-     "${PROJECT_SOURCE_DIR}/firmware/hal/*")
+file(
+    GLOB_RECURSE archived CONFIGURE_DEPENDS
+    "${PROJECT_SOURCE_DIR}/sim/*" "${PROJECT_SOURCE_DIR}/cmake/*" "${PROJECT_SOURCE_DIR}/firmware/*"
+)
 add_custom_command(
     OUTPUT "${wheel_sources}"
     COMMAND "${CMAKE_COMMAND}" -E tar czf "${wheel_sources}" --format=gnutar -- CMakeLists.txt

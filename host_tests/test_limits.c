@@ -21,8 +21,10 @@ void tearDown(void)
 #if CONFIG_AXES > 1
 
 // Of so many axes that move; the table of the board file goes up to all of them.
-static const uint16_t plain_ticks[] = {
-    0, BOARD_MIN_INTERVAL_1_TICKS, BOARD_MIN_INTERVAL_2_TICKS, BOARD_MIN_INTERVAL_3_TICKS};
+static const uint16_t plain_ticks[] = {0,
+                                       BOARD_MIN_INTERVAL_1_TICKS,
+                                       BOARD_MIN_INTERVAL_2_TICKS,
+                                       BOARD_MIN_INTERVAL_3_TICKS};
 static const uint16_t smooth_ticks[] = {0,
                                         BOARD_SMOOTH_MIN_INTERVAL_1_TICKS,
                                         BOARD_SMOOTH_MIN_INTERVAL_2_TICKS,

@@ -17,7 +17,8 @@
 #define FAST_TICKS  0x4000uL
 #define HOLD_OVER   3u
 
-static const uint16_t rates_hz[] = {5, 30, 100, 333, 500, 976, 977, 1000, 1950, 2000, 4000, 5000};
+static const uint16_t rates_hz[] = {
+    5, 30, 100, 333, 500, 976, 977, 1000, 1950, 2000, 4000, 5000};
 
 #define RATES (sizeof rates_hz / sizeof rates_hz[0])
 
@@ -97,7 +98,8 @@ static void edges_ahead_are_time(void)
             clock_filter_aim(&filter, whole_ticks, (uint16_t)(ahead + divider));
             TEST_ASSERT_EQUAL_UINT8(filter.shift_final, grid->filter.shift_final);
             TEST_ASSERT_EQUAL_UINT32(whole_ticks, grid->filter.nominal_ticks);
-            TEST_ASSERT_EQUAL_UINT16(PLACE_TICKS / whole_ticks + 1u, reference_place_edges());
+            TEST_ASSERT_EQUAL_UINT16(PLACE_TICKS / whole_ticks + 1u,
+                                     reference_place_edges());
         }
     }
 }

@@ -2,6 +2,7 @@
 """What registers read and do, state by state: accesses that images/script.c executes in turn."""
 
 import itertools
+import json
 import unittest
 
 from harness import RESULT_ADDRESS, Session, SimTest, differences, image, read_edges
@@ -502,6 +503,51 @@ class ExternalInterrupt(Script):
                 commands = [f"pin 0 {pin} 1", f"pin 0 {pin} 0 at 6000"]
                 seen = self.go(board, begin, *parts, read(EIFR), count=1, commands=commands)
                 self.assertEqual(seen, ([left], interrupts))
+
+
+class Names(Script):
+    """Each handler in the statistics has the data sheet's name of its vector."""
+
+    def names(self, board, *parts, cycles=60_000, commands=()):
+        sim = self.begin(board, *parts)
+        for command in commands:
+            self.assertTrue(sim.ask(command).startswith("ok"), command)
+        sim.run(cycles)
+        return [one["name"] for one in json.loads(sim.ask("stats"))["boards"][0]["handlers"]]
+
+    def test_each(self):
+        on = write(SREG, I_BIT)
+        far = writes((OCR1CH, 0xA0), (OCR1CL, 0))
+        for board in BOARDS:
+            pin, line, sense = EXTINT[board]
+            for parts, name in (
+                (
+                    (far, writes((TCNT1H, 0xFF), (TCNT1L, 0), (TCCR1B, 1), (TIMSK1, TOV))),
+                    "TIMER1_OVF",
+                ),
+                (
+                    (
+                        far,
+                        writes(
+                            (OCR1AL, 200), (OCR1BH, 0xA0), (OCR1BL, 0), (TCCR1B, 1), (TIMSK1, OCFA)
+                        ),
+                    ),
+                    "TIMER1_COMPA",
+                ),
+                ((far, writes((OCR1BL, 200), (TCCR1B, 1), (TIMSK1, OCFB))), "TIMER1_COMPB"),
+                ((far, writes((TCCR1B, 0x41), (TIMSK1, ICF))), "TIMER1_CAPT"),
+                ((writes(*UART_8E1, (UCSR0B, TXEN | UDRIE)),), "USART0_UDRE"),
+                ((writes(*UART_8E1, (UCSR0B, TXEN | TXCIE), (UDR0, 1)),), "USART0_TX"),
+                ((writes(*UART_8E1, (UCSR0B, RXEN | RXCIE)),), "USART0_RX"),
+                ((write(EECR, EERIE),), "EE_READY"),
+                ((writes((EICRA, sense), (EIFR, 1 << line), (EIMSK, 1 << line)),), f"INT{line}"),
+            ):
+                commands = [f"pin 0 {pin} 1", f"pin 0 {pin} 0 at 6000",
+                            f"pin 0 {ICP1[board]} 1 at 6000", "send 55"]  # fmt: skip
+                seen = self.names(board, *parts, on, wait(8000), commands=commands)
+                self.assertEqual(seen, [name])
+            parts = (write(WDTCSR, WDIE), on, wait(300_000))
+            self.assertEqual(self.names(board, *parts, cycles=300_000), ["WDT"])
 
 
 if __name__ == "__main__":

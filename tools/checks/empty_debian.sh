@@ -9,15 +9,15 @@
 #
 #   sources    pip installs the package from a copy of the sources, as INSTALL says
 #   wheels     both wheels, built by tools/pixstep-dev here; there Python and the wheels alone, a
-#              user without sudo: the small installation, then the simulator, then the drawings
+#              user without sudo: the small installation, the simulator, the drawings; scripts
 #   clone      tools/demo in a fresh clone; a user with sudo, nothing but git installed
 #   examples   in that clone: the scripts of docs/examples and the notebook
 #   check      in that clone: tools/check
 #
 # Needs root, debootstrap, some gigabytes and the network. FOLDER/base, the empty system, is made
 # once; the scenes begin with copies of it. The last commit of this clone is what is tried. SUITE
-# in the environment names another system than bookworm, MIRROR where debootstrap finds it:
-# SUITE=noble MIRROR=http://archive.ubuntu.com/ubuntu is Ubuntu 24.04.
+# in the environment names another system than bookworm, MIRROR where debootstrap finds it: noble
+# and the address of Ubuntu's archive are Ubuntu 24.04.
 set -euo pipefail
 
 clone=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
@@ -140,6 +140,7 @@ scene_wheels()
     print_size "$root"
     row "$root" "$user" 0 "pixstep-env/bin/pixstep demo --out drawn && test -f drawn/motion.png"
     drawing_commands "$root" "cd work && PATH=~/pixstep-env/bin:\$PATH"
+    wheel_scripts "$root"
     # No home, no terminal, the smallest locale, a narrow page, and a place that cannot be written.
     wheel_in_a_corner "$root" \
         "cd /etc && env -i PATH=$homes/$user/pixstep-env/bin:/usr/bin:/bin LANG=C COLUMNS=60"
@@ -182,8 +183,8 @@ wheel_commands()
     row "$root" "$user" 0 "${begin/work/other} pixstep sim $line --board mega --out run"
     row "$root" "$user" 0 "$begin pixstep-sim --help"
     row "$root" "$user" 2 "$begin pixstep plan there.pmc --out drawn --plot"
-    row "$root" "$user" 0 "$begin timeout --preserve-status --signal=INT 5 pixstep board simulate --board mega \
---pixel-hz 30"
+    row "$root" "$user" 0 "$begin timeout --preserve-status --signal=INT 5 pixstep board \
+simulate --board mega --pixel-hz 30"
 }
 
 drawing_commands()
@@ -191,6 +192,19 @@ drawing_commands()
     local root=$1 begin=$2 line="line.csv --decode smooth --backlash 250 --pixel-hz 30"
     row "$root" "$user" 0 "$begin pixstep line show $line --plot line.png"
     row "$root" "$user" 0 "$begin pixstep plan there.pmc --out drawn --plot"
+}
+
+# The scripts of docs/examples and the notebook, without a clone.
+wheel_scripts()
+{
+    local root=$1 name
+    cp -r "$clone/docs/examples" "$root$homes/$user/examples"
+    for name in own_profile four_axes locked_scan; do
+        row "$root" "$user" 0 "cd work && ~/pixstep-env/bin/python ~/examples/$name.py"
+    done
+    row "$root" "$user" 0 "~/pixstep-env/bin/pip install notebook"
+    row "$root" "$user" 0 "cd work && ~/pixstep-env/bin/jupyter execute --output=\$PWD/done.ipynb \
+~/examples/first_line.ipynb"
 }
 
 wheel_in_a_corner()

@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The real images in the simulator: every edge and every position of whole lines.
-
-`pixstep-dev campaign --lines 200 --board mega` runs the long form of the random set.
-"""
+"""The real images in the simulator: every edge and every position of whole lines."""
 
 import json
 from fractions import Fraction
@@ -14,12 +11,11 @@ from effort import cases
 from pixstep import ops
 from pixstep.board import boards
 from pixstep.lines import planner
-from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.edges import read_edges
 from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import simulate
-from pixstep_dev.randomlines import campaign
-from pixstep_dev.randomlines.cases import rate_case
+from pixstep_trials.cases import rate_case
 from worked import EXPECTED, worked_line
 
 pytestmark = pytest.mark.usefixtures("simulator")
@@ -41,14 +37,6 @@ def test_worked_example(tmp_path, board, backlash):
     judged = passed(simulate(Job(board, {0: line}, HZ), tmp_path))
     assert [row.expected_steps for row in judged.pixels[:17]] == EXPECTED[backlash]
     assert judged.summary["axes"][0]["last_steps_off_edge"] == 0
-
-
-@pytest.mark.parametrize("board", BOARDS)
-@pytest.mark.parametrize("decode", [SMOOTH, PLAIN])
-def test_random_lines(lines_option, board, decode):
-    plan = campaign.Plan(board, lines=max(2, lines_option // 5), decodes=(decode,))
-    outcome = campaign.run(plan)
-    assert outcome["results"][0]["failures"] == []
 
 
 @pytest.mark.parametrize("board", BOARDS)

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Executes accesses that the test has written into the RAM at SCRIPT, four bytes each: what, address
-// (two bytes), value. What is read goes to RESULT[0], RESULT[1], ...; the script's end to RESULT[62];
-// RESULT[63] counts the interrupts of whatever vector. The fifth one returns with interrupts off, so
-// that a request that goes on ends.
+// Executes accesses that the test has written into the RAM at SCRIPT, four bytes each: what,
+// address (two bytes), value. What is read goes to RESULT[0], RESULT[1], ...; the script's end to
+// RESULT[62]; RESULT[63] counts the interrupts of whatever vector. The fifth one returns with
+// interrupts off, so that a request that goes on ends.
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
@@ -15,9 +15,10 @@ enum {
     END = 0,
     WRITE = 1,
     READ = 2,
-    DELAY = 3,  // so many times 16 cycles, once at least, the count in the address's place
-    AFTER = 4,  // writes, and with the next entry reads so many cycles after the write: `value` + 4
-    TWICE = 5,  // writes, and at once the value of the next entry
+    DELAY = 3, // so many times 16 cycles, once at least, the count in the address's place
+    AFTER =
+        4, // writes, and with the next entry reads so many cycles after the write: `value` + 4
+    TWICE = 5, // writes, and at once the value of the next entry
 };
 
 #define MOST_INTERRUPTS "5"
@@ -103,11 +104,11 @@ int main(void)
             entry += 4;
             break;
         case TWICE:
-            __asm__ volatile("st X, %[first]\n\tst X, %[second]"
-                             :
-                             : "x"(address_at(entry)), [first] "r"(entry[3]),
-                               [second] "r"(entry[7])
-                             : "memory");
+            __asm__ volatile(
+                "st X, %[first]\n\tst X, %[second]"
+                :
+                : "x"(address_at(entry)), [first] "r"(entry[3]), [second] "r"(entry[7])
+                : "memory");
             entry += 4;
             break;
         case END:

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: MIT
 """`pixstep-dev campaign`: random valid lines on a simulated board, judged."""
 
+from pathlib import Path
+from typing import Any
+
 import click
 
 from pixstep import atomic, progress
@@ -21,7 +24,9 @@ from pixstep_dev.randomlines import campaign
 @click.option("--serial-load", is_flag=True)
 @click.option("-o", "--output", type=OUTPUT, help="JSON file to write.")
 @click.pass_context
-def campaign_command(ctx, board, output, **options):
+def campaign_command(
+    ctx: click.Context, /, board: str, output: Path | None, **options: Any
+) -> None:
     """Run random valid lines on a simulated board; exit status 0 only if every one passes."""
     plan = campaign.Plan(
         board=board,

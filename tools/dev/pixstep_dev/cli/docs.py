@@ -3,6 +3,7 @@
 
 import json
 from collections.abc import Callable
+from pathlib import Path
 
 import click
 
@@ -25,7 +26,7 @@ def docs_group() -> None:
 @click.option("--write", "action", flag_value="write", help="Rewrite outputs and pictures too.")
 @click.argument("file", type=FILE)
 @click.pass_context
-def tutorial(ctx, file, action):
+def tutorial(ctx: click.Context, file: Path, action: str) -> None:
     """Walk a document: run its commands, compare what they print and draw with what it shows.
 
     Exit status 0 if all is as it says, 1 if not (or was not, with --write).
@@ -41,7 +42,9 @@ def tutorial(ctx, file, action):
     ctx.exit(1 if complaints else 0)
 
 
-def _deliver(ctx: click.Context, name: str, content: str, check, write) -> None:
+def _deliver(
+    ctx: click.Context, name: str, content: str, check: Path | None, write: Path | None
+) -> None:
     """Print, check or write one generated part."""
     if check:
         good = markdown.check(check, name, content)
@@ -66,7 +69,7 @@ def _add_table(name: str, make: Callable[[], str], text: str) -> None:
     @_check
     @_write
     @click.pass_context
-    def table(ctx, check, write):
+    def table(ctx: click.Context, check: Path | None, write: Path | None) -> None:
         _deliver(ctx, name, make(), check, write)
 
 

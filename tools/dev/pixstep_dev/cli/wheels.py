@@ -17,10 +17,15 @@ from pixstep_dev import wheels
     required=True,
     help="Folder for the wheels; those of the same names are replaced.",
 )
-def wheels_command(out: Path) -> None:
+@click.option(
+    "--machine",
+    type=click.Choice([*wheels.CROSS]),
+    help="Build for this kind of processor by a cross compiler. [default: this machine's]",
+)
+def wheels_command(out: Path, machine: str | None) -> None:
     """Build the wheels of pixstep and of pixstep-sim, its simulator, from this tree."""
     with progress.shown("building") as show:
-        made = wheels.build(out, show)
+        made = wheels.build(out, machine, show)
     for path in made:
         click.echo(f"{path}: {path.stat().st_size / 1e6:.2f} MB")
 

@@ -14,8 +14,9 @@ import sys
 import tempfile
 import threading
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from pixstep import natives
@@ -76,7 +77,9 @@ _NICE = 3
 _OUT_OF_TIME = (-signal.SIGXCPU, -signal.SIGKILL)
 
 
-_running: set[subprocess.Popen] = set()
+# The name of each run of a stage, and the run: it takes its limit of processor time.
+Runs = Iterator[tuple[str, Callable[[float | None], "Verdict"]]]
+_running: set[subprocess.Popen[bytes]] = set()
 
 
 @dataclass(frozen=True)
@@ -120,7 +123,7 @@ class Stages:
         self._assembly = assembly
         self.builds = {name: Build(name) for name in ("host", *BOARDS)}
         self.seconds: dict[str, float] = {}
-        self._kills: Counter = Counter()
+        self._kills: Counter[tuple[str, str]] = Counter()
         self._lock = threading.Lock()
         for build in self.builds.values():
             if stale := build.stale():
@@ -174,7 +177,7 @@ class Stages:
                 return verdict
         return Verdict()
 
-    def _runs(self, stage: str, workshop: Workshop, file: Path | None):
+    def _runs(self, stage: str, workshop: Workshop, file: Path | None) -> Runs:
         """Yield name and run of all that a stage has for a file; None: for every file."""
         if stage in ("native", "avr"):
             before = "build/host/bin/pixstep-sim --unit --board mega=" if stage == "avr" else ""
@@ -193,44 +196,32 @@ class Stages:
                     lambda limit: self._run_images(workshop, limit, ASSEMBLY_TESTS),
                 )
 
-    def _replays(self, workshop: Workshop, file: Path | None):
+    def _replays(self, workshop: Workshop, file: Path | None) -> Runs:
         """Yield the corpora of the fuzzers."""
         for name, target in REPLAYS.items():
             program = self.builds["host"].program(f"bin/fuzz-replay-{target}")
             corpus = str(natives.root() / "fuzz" / "corpus" / f"{target}.hex")
             if file is None or _uses(program, file):
-                yield (
-                    f"native {name}",
-                    lambda limit, program=program, name=name, corpus=corpus: _run_linked(
-                        workshop, program, f"native {name}", limit, ["{}", corpus], ()
-                    ),
-                )
+                first, told = ["{}", corpus], f"native {name}"
+                yield told, partial(_run_linked, workshop, program, told, first=first, last=())
 
-    def _catch_ups(self, workshop: Workshop, file: Path | None):
+    def _catch_ups(self, workshop: Workshop, file: Path | None) -> Runs:
         """Yield the step interrupts of each image of several axes beside their twin in C."""
         for board in BOARDS:
             tester = natives.root() / f"build/host/bin/catch_up_test_{board}"
             image = self.builds[board].program(f"firmware/pixstep-{board}.elf")
             if tester.is_file() and (file is None or _uses(image, file)) and self._assembly:
-                yield (
-                    f"images catch_up {board}",
-                    lambda limit, tester=tester, image=image, board=board: _run_linked(
-                        workshop, image, f"images catch_up {board}", limit, [str(tester), "{}"], ()
-                    ),
-                )
+                name = f"images catch_up {board}"
+                first = [str(tester), "{}"]
+                yield name, partial(_run_linked, workshop, image, name, first=first, last=())
 
-    def _explorer_runs(self, workshop: Workshop, file: Path | None):
+    def _explorer_runs(self, workshop: Workshop, file: Path | None) -> Runs:
         for name, (target, limits) in EXPLORERS.items():
             program = self.builds["host"].program(target)
             if file is None or _uses(program, file):
-                yield (
-                    name,
-                    lambda limit, program=program, name=name, limits=limits: _run_linked(
-                        workshop, program, name, limit, [], limits
-                    ),
-                )
+                yield name, partial(_run_linked, workshop, program, name, first=[], last=limits)
 
-    def _suite_runs(self, stage: str, workshop: Workshop, file: Path | None, before: str):
+    def _suite_runs(self, stage: str, workshop: Workshop, file: Path | None, before: str) -> Runs:
         simulator = str(natives.root() / "build/host/bin/pixstep-sim")
         first = [simulator, "--unit", "--board", "mega={}"] if before else ["{}"]
         programs = [one for one in self.suites(stage) if file is None or _uses(one, file)]
@@ -240,14 +231,9 @@ class Stages:
             named = [pair for pair in named if self._worth(stage, file, pair[0])]
             named.sort(key=lambda pair: self._rank(file, pair[0]))
         for name, one in named:
-            yield (
-                name,
-                lambda limit, one=one, name=name: _run_linked(
-                    workshop, one, name, limit, first, ()
-                ),
-            )
+            yield name, partial(_run_linked, workshop, one, name, first=first, last=())
 
-    def _rank(self, file: Path, name: str):
+    def _rank(self, file: Path, name: str) -> tuple[int, bool, float]:
         """Order suites: those that killed the file's mutants before, its own, the quick ones."""
         own = _is_own(file, name)
         return -self._kills[file.stem, name], not own, self.seconds.get(name, 0)
@@ -317,7 +303,9 @@ def _run_linked(
     return Verdict("timeout" if done.status in _OUT_OF_TIME else name.split()[0], name)
 
 
-def _limited(command: list[str], seconds: float | None, cwd: Path, environment=None) -> _Ended:
+def _limited(
+    command: list[str], seconds: float | None, cwd: Path, environment: dict[str, str] | None = None
+) -> _Ended:
     """Run a command, nice, with limits of processor time and memory for each of its processes."""
     limits = []
     if seconds:

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from pixstep.machine import reading
     from pixstep.programs import entries, length, motors, plan, sources
     from pixstep.programs.figures import PlanFigures
+    from pixstep.programs.sources import Request
 else:  # numpy and pydantic take a while to load
     np, reading = lazy("numpy"), lazy("pixstep.machine.reading")
     entries, length = lazy("pixstep.programs.entries"), lazy("pixstep.programs.length")
@@ -85,7 +86,7 @@ class MotionProgram(Shown):
     """The file."""
     machine: Machine
     """The machine whose motors it moves."""
-    request: sources.Request
+    request: Request
     """How it is planned."""
 
     def _headline(self) -> str:

@@ -17,6 +17,7 @@ from pixstep.cli import process
 from pixstep.cli.examples import EXAMPLES
 from pixstep.cli.failures import complain, complain_of_system, complain_of_usage
 from pixstep.errors import MISUSE, PlainError, UserError
+from pixstep.operations import outputs
 
 PICTURES = (".png", ".svg", ".pdf")
 FILE = click.Path(path_type=Path, dir_okay=False)
@@ -90,10 +91,10 @@ class Command(click.Command):
 
     def invoke(self, ctx: click.Context) -> object:
         """Run the command under the rules for its files."""
-        outputs = list(_paths(ctx, OutFile))
+        named = list(_paths(ctx, OutFile))
         inputs = tuple(path for _, path in _paths(ctx, click.Path, _is_input))
         with atomic.rules(atomic.Rules(ctx.meta.get(_FORCE, False), inputs)):
-            refuse_outputs(ctx, outputs)
+            refuse_outputs(ctx, named)
             try:
                 return super().invoke(ctx)
             except ModuleNotFoundError as error:
@@ -279,20 +280,8 @@ def _name(param: click.Parameter) -> str:
     )
 
 
-def refuse_outputs(ctx: click.Context, outputs: list[tuple[str, Path]]) -> None:
-    """Refuse outputs that exist, are inputs, or share a file or a stream; each with its option."""
-    seen: dict[str, str] = {}
-    for name, path in outputs:
-        stream = atomic.is_stdout(path)
-        place = str(atomic.STDOUT) if stream else os.path.realpath(path)
-        if place in seen and not _is_sink(path):
-            raise UserError(f"{path}: {seen[place]} and {name} are the same file")
-        seen[place] = name
-        if stream and ctx.params.get("as_json"):
-            raise UserError("--json and the output both go to the standard output: name a file")
-        atomic.refuse(path)
-
-
-def _is_sink(path: Path) -> bool:
-    """Whether two outputs may go there, as into /dev/null."""
-    return path.is_char_device() and not atomic.is_stdout(path)
+def refuse_outputs(ctx: click.Context, named: list[tuple[str, Path]]) -> None:
+    """Refuse outputs that cannot be written; each with its option."""
+    if ctx.params.get("as_json") and any(atomic.is_stdout(path) for _, path in named):
+        raise UserError("--json and the output both go to the standard output: name a file")
+    outputs.refuse(named)

@@ -16,6 +16,7 @@ from pixstep.errors import UserError
 from pixstep.lines.units import TooLittleError
 from pixstep.machine import finding
 from pixstep.operations import longer_pixels
+from pixstep.operations import outputs as written
 from pixstep.operations.desk import Desk, Source
 from pixstep.operations.facts import Facts, named_by
 from pixstep.operations.field import Field
@@ -168,8 +169,7 @@ def perform(
     request.prepare(facts, desk.say)
     made, desk.sources = resolve(request, given, facts)
     with atomic.rules(rules(made, force=caller.force)):
-        for _, path in outputs(made):
-            atomic.refuse(path)
+        written.refuse((field.name, path) for field, path in outputs(made))
         return finish(made, desk)
 
 

@@ -3,18 +3,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, TypedDict
 
-from pixstep import atomic, formats
+from pixstep import formats
 from pixstep.errors import FINE, NEGATIVE, REFUSED, RefusedError, UserError
 from pixstep.formats import convert, prn
 from pixstep.formats.describe import Description, describe, table
 from pixstep.formats.examine import NAMES, Examined, check_name, examine
 from pixstep.formats.findings import LENIENT, STRICT, shown_path
-from pixstep.formats.motion import Block
 from pixstep.formats.recognise import KINDS
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.operations import shared
@@ -191,26 +189,25 @@ class FileConvert(Request):
 
     def run(self, desk: Desk) -> Result:
         """Read the file, convert it and write it."""
-        kind = self._kind()
+        hz, kind = self.pixel_hz, self._kind()
+        text = None if hz is None else formats.hz_text(hz)
+        header = convert.HeaderChanges(self.name, self.haps, self.lead_in, text, self.date)
+        request = convert.Request(kind, self.line, self.decode == PLAIN, self.drop_header, header)
         read = self._read()
-        made, notes = self._converted(read, kind)
-        data = formats.encode(made, self.target)
-        atomic.write_bytes(self.target, data)
-        desk.say([*read.notes, *(f"{shown_path(self.source)}: {note}" for note in notes)])
-        lines = [part.values for part in _parts(made)]
-        facts: ConvertedFile = {
+        made = convert.write(read, self.source, self.target, request)
+        desk.say([*read.notes, *(f"{shown_path(self.source)}: {note}" for note in made.notes)])
+        if text is not None and Fraction(text) != hz:
+            desk.say([f"{shown_path(self.source)}: pixel frequency {hz} Hz is written as {text}"])
+        data: ConvertedFile = {
             "file": str(self.target),
             "kind": kind,
-            "lines": len(lines),
-            "values": sum(map(len, lines)),
-            "bytes": len(data),
+            "lines": made.lines,
+            "values": made.values,
+            "bytes": made.size,
         }
-        count = f"{len(lines)} lines, " if len(lines) > 1 else ""
-        return Result(
-            facts,
-            f"{shown_path(self.target)}: {NAMES[kind]}, {count}{facts['values']} values, "
-            f"{len(data)} bytes",
-        )
+        count = f"{made.lines} lines, " if made.lines > 1 else ""
+        page = f"{NAMES[kind]}, {count}{made.values} values, {made.size} bytes"
+        return Result(data, f"{shown_path(self.target)}: {page}")
 
     def _kind(self) -> str:
         """Return the format of the output; a name that says another one is refused."""
@@ -230,27 +227,3 @@ class FileConvert(Request):
             if self.lenient or examine(self.source, LENIENT, raw=self.raw).findings.refused:
                 raise
             raise RefusedError(f"{error} (--lenient accepts it)") from None
-
-    def _converted(
-        self, read: formats.PrnFile | formats.MotionFile, kind: str
-    ) -> tuple[formats.PrnFile | formats.MotionFile, tuple[str, ...]]:
-        """Convert; a refusal names the input."""
-        hz = self.pixel_hz
-        text = None if hz is None else formats.hz_text(hz)
-        header = convert.HeaderChanges(self.name, self.haps, self.lead_in, text, self.date)
-        request = convert.Request(kind, self.line, self.decode == PLAIN, self.drop_header, header)
-        rounded: tuple[str, ...] = ()
-        if text is not None and Fraction(text) != hz:
-            rounded = (f"pixel frequency {hz} Hz is written as {text}",)
-        try:
-            made, notes = convert.convert(read, request)
-        except UserError as error:
-            if str(error).startswith(shown_path(self.source)):
-                raise
-            raise UserError(f"{shown_path(self.source)}: {error}") from None
-        return made, notes + rounded
-
-
-def _parts(made: formats.PrnFile | formats.MotionFile) -> Sequence[formats.PrnFile | Block]:
-    """Return what has the values of each line."""
-    return [made] if isinstance(made, formats.PrnFile) else made.blocks

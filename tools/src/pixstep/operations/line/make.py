@@ -177,15 +177,9 @@ def _of_acceleration(asked: LineMake, desk: Desk, request: generator.LineRequest
     line_hz = asked.pixel_hz / divider
     top = units.whole_speed(asked.speed, line_hz, scale, smooth=not asked.is_plain)
     used = accelerate.note(wanted, divider)
-    if asked.length is not None:
-        made, speed = accelerate.line_of_length(wanted, top, divider, asked.length, request)
-    else:
-        speeds = accelerate.speeds(wanted, top, divider)
-        made, speed = generator.generate(speeds, replace(request, speed=top)), top
+    made, speed = accelerate.line(wanted, top, divider, asked.length, request)
     desk.say([used] if used else [])
-    if speed < top:
-        second = units.both_text(speed, units.SPEED, line_hz, scale)
-        desk.say([f"the length allows a speed of {second}"])
+    desk.say(accelerate.slower_notes(speed, top, line_hz, scale))
     return _Made(made, speed, divider)
 
 

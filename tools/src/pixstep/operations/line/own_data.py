@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from pathlib import Path
-from typing import TypedDict
+from typing import Any, TypedDict
 
 from pixstep import atomic, formats, owndata
 from pixstep.errors import RefusedError
@@ -16,13 +16,23 @@ from pixstep.lines.linecheck import FindingFacts
 from pixstep.operations import machine_defaults as machine
 from pixstep.operations import shared
 from pixstep.operations.desk import Desk
-from pixstep.operations.kinds import FILE, OUTPUT, TEXT, Choice
+from pixstep.operations.kinds import FILE, OUTPUT, TEXT, Choice, Text, Whole
 from pixstep.operations.request import Request, argument, flag, operation, option
 from pixstep.operations.result import Result
 from pixstep.owndata.naming import QUANTITIES
 from pixstep.owndata.numerals import DECIMALS
 from pixstep.owndata.table import BLANK, NONE, SEPARATORS
 from pixstep.profiles import madefor
+
+
+class _Column(Text):
+    """The name of a column, or its number."""
+
+    python = "str | int"
+
+    def judge(self, value: Any) -> str:
+        """Return a number as a text."""
+        return str(Whole(1).judge(value))
 
 
 class ImportedLine(TypedDict):
@@ -52,7 +62,7 @@ class LineImport(Request):
 
     table: Path = argument(FILE, shown="FILE")
     decode: str = shared.decode()
-    column: str | None = option(TEXT, "Column to take, if there are several.", shown="NAME|N")
+    column: str | None = option(_Column(), "Column to take, if there are several.", shown="NAME|N")
     quantity: str | None = option(
         Choice(QUANTITIES), "What it holds for each pixel.",
         default_text="by the header; whole numbers: steps",

@@ -3,20 +3,18 @@
 
 from __future__ import annotations
 
-import os
 import time
 from fractions import Fraction
 from pathlib import Path
 from typing import TypedDict
 
 from pixstep import atomic, formats
-from pixstep.errors import UserError
 from pixstep.formats.header import NAME_WIDTH, ProfileHeader
 from pixstep.lines import units
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.units import ACCELERATION, JERK, SPEED, Quantity
 from pixstep.operations import machine_defaults as machine
-from pixstep.operations import shared
+from pixstep.operations import outputs, shared
 from pixstep.operations.asked import AskedError
 from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import (
@@ -110,7 +108,8 @@ class ProfileMake(Request):
         path = self._prn_path()
         speeds = make.shortest_profile(limits)
         parts = self._csv_parts(speeds)
-        self._refuse_outputs(path)
+        csv = [("csv", self.csv)] if self.csv else []
+        outputs.refuse([("output", path), *csv])  # the path may be that of a name
         with atomic.together():
             formats.write_prn(path, speeds)
             if self.csv and parts:
@@ -154,7 +153,9 @@ class ProfileMake(Request):
         if motor is None or variant is None or hz is None:
             parts = {"motor": motor, "variant": variant, "pixel_hz": hz}
             missing = ", ".join(f"{{{name}}}" for name, value in parts.items() if value is None)
-            raise AskedError(f"the conventional name needs {missing}; or give a file name with -o")
+            raise AskedError(
+                f"the conventional name needs {missing}; or give a file name: {{output}}"
+            )
         return (output or Path()) / names.conventional(motor, hz, variant)
 
     def _csv_parts(self, speeds: list[int]) -> tuple[list[int], ProfileHeader] | None:
@@ -184,13 +185,6 @@ class ProfileMake(Request):
             raise AskedError(f"{{haps}} {haps}: the CSV profile has {len(counts)} entries")
         frequency = f"{float(self.pixel_hz):.10g}"
         return counts, ProfileHeader(time.ctime(), name, 1, haps, self.lead_in, frequency)
-
-    def _refuse_outputs(self, path: Path) -> None:
-        """Refuse a conventional name that exists, or that is the CSV's too."""
-        csv = self.csv
-        if csv and not atomic.is_stdout(path) and os.path.realpath(path) == os.path.realpath(csv):
-            raise UserError(f"{path}: -o and --csv are the same file")
-        atomic.refuse(path)
 
 
 def _legal(limit: Quantity, hz: Fraction | None, desk: Desk) -> int:

@@ -112,7 +112,7 @@ def mapped(address: int, count: int) -> bool:
 
 
 def _word(frame: bytes, at: int) -> int:
-    return struct.unpack(">H", frame[at : at + 2])[0]
+    return int.from_bytes(frame[at : at + 2], "big")
 
 
 def _bits_formed(frame: bytes) -> bool:

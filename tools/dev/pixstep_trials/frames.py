@@ -5,7 +5,7 @@ import struct
 from dataclasses import dataclass
 
 from pixstep.board import registers as regs
-from pixstep_dev.robustness.wire import crc16, seal
+from pixstep_trials.wire import crc16, seal
 
 UNIT, BROADCAST = 1, 0
 _EXCEPTION = 0x80

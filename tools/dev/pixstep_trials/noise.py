@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from pixstep.board.modbus import Pipe
-from pixstep_dev.robustness.wire import FRAME_MAX, FRAME_MIN, crc16
+from pixstep_trials.wire import FRAME_MAX, FRAME_MIN, crc16
 
 _BURST_BITS = 16
 _BYTES = 4  # lost or inserted at once, at most
@@ -89,7 +89,7 @@ class NoisyLine:
 
     def __init__(self, simulator: Pipe, rng: random.Random, model: Model) -> None:
         self._simulator, self._rng, self._model = simulator, rng, model
-        self.noise: Counter = Counter()
+        self.noise: Counter[str] = Counter()
         self.undetected = 0  # spoilt frames whose checksum is right all the same
 
     def transmit(self, data: bytes, timeout_cycles: int | None = None) -> bytes:
@@ -104,6 +104,10 @@ class NoisyLine:
     def cycles(self, seconds: float) -> int:
         """Return a time in the board's cycles."""
         return self._simulator.cycles(seconds)
+
+    def command(self, text: str) -> str:
+        """Give a command, which needs no line, and return its answer."""
+        return self._simulator.command(text)
 
     def _times(self, direction: str) -> int:
         """Return how often a frame arrives."""
