@@ -14,7 +14,7 @@ from pixstep.api.clocking import Clocking
 from pixstep.api.motions import CheckResult, MotionLine
 from pixstep.api.programs import MotionProgram
 from pixstep.api.records import AxisRecords, Collector
-from pixstep.board import clockstate, limits, link, recording, settings, upload
+from pixstep.board import clockstate, limits, recording, settings, upload
 from pixstep.board import run as running
 from pixstep.board.device import Board as Device
 from pixstep.board.link import Link
@@ -25,6 +25,7 @@ from pixstep.lines.rational import refuse_period
 from pixstep.machine.reading import Machine as MachineFile
 from pixstep.programs import onboard
 from pixstep.progress import Progress, unseen
+from pixstep.server import remote
 
 
 @dataclass(frozen=True)
@@ -247,7 +248,7 @@ def connect(
         timeout_s = arguments.finite("timeout_s", timeout_s, *TIMEOUTS_S)
     name = str(arguments.path("port", port))
     rate = arguments.whole("baud", baud, LEAST_BAUD, MOST_BAUD)
-    return Bus(link.open_port(Port(name, rate, parity, timeout_s)))
+    return Bus(remote.open_bus(Port(name, rate, parity, timeout_s)))
 
 
 def _one_frequency(lines: Mapping[int, MotionLine]) -> Fraction:

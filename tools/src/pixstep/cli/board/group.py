@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from pixstep import progress, signals
-from pixstep.board import link, run, scan, settings
+from pixstep.board import run, scan, settings
 from pixstep.board.device import Board, Identity
 from pixstep.board.errors import BoardError
 from pixstep.board.link import Link
@@ -29,6 +29,7 @@ from pixstep.cli.failures import complain
 from pixstep.cli.options import say
 from pixstep.cli.quantities import TimeType
 from pixstep.errors import UserError
+from pixstep.server import remote
 
 ALL = "all"
 AXIS = click.IntRange(0, 3)
@@ -143,7 +144,7 @@ class Known:
 @contextlib.contextmanager
 def opened(port: Port, first: Callable[[Link], None] = lambda _: None) -> Iterator[Link]:
     """Yield the open bus; `first` is done with it before anything else."""
-    found = link.open_port(port, lambda text: say((text,)), first)
+    found = remote.open_bus(port, lambda text: say((text,)), first)
     try:
         yield found
     finally:
