@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 from pixstep.board.modbus import LineGoneError, RequestError, WriteTimeoutError
 from pixstep.errors import UserError
-from pixstep.server import messages
+from pixstep.server import meaning, messages
 from pixstep.server.line import CutShortError, SharedLine, UnsentError
 from pixstep.server.meaning import Meaning
 from pixstep.server.messages import Message
@@ -22,6 +22,7 @@ _MORE_S = 0.005  # after a stop: another one of the same command may come
 _AGAIN_S = 0.03  # a stop that went out where a reply may have begun is sent again after it
 
 Finish = Callable[[Message], None]
+_ENDS: Message = {"error": messages.PORT, "text": "the server ends"}
 
 
 @dataclass
@@ -82,28 +83,33 @@ class Bus(threading.Thread):
         self._quiet_s = 0.0  # until then only stops go out
         self._in_doubt = False  # a request was cut short
         self._told: list[Job] = []  # stops that nobody acknowledges, since then
-        self._over = False
+        self._over = self._ended = False
 
     def submit(self, job: Job) -> None:
         """Put a request in its place. A stop takes back writes to its boards that still wait."""
         overtaken = []
         with self._changed:
-            if job.urgent:
+            ended = self._ended
+            if job.urgent and not ended:
                 job.frames = self.line.call()
                 overtaken = self._overtake(job)
-            heapq.heappush(self._waiting, (job.rank, next(self._numbers), job))
-            self._changed.notify()
+            if not ended:
+                heapq.heappush(self._waiting, (job.rank, next(self._numbers), job))
+                self._changed.notify()
         for other in overtaken:
             other.finish(_overtaken(other))
+        if ended:
+            job.finish(_ENDS)
 
     def waiting(self) -> int:
         """Return how many requests wait."""
         return len(self._waiting)
 
     def close(self) -> None:
-        """Make what waits, then end."""
+        """End; what goes first is made before that, what else waits is not."""
         with self._changed:
             self._over = True
+            self.line.call()
             self._changed.notify()
         self.join()
         self.line.close()
@@ -131,21 +137,27 @@ class Bus(threading.Thread):
                 self._now = None
             if answer is not None:
                 job.finish(answer)
+        with self._changed:
+            self._ended = True
+            left, self._waiting = self._waiting, []
+        for _, _, job in left:
+            job.finish(_ENDS)
 
     def _next(self) -> tuple[int, Job] | None:
         """Return the next request and its number, as soon as it may go out; None at the end."""
         with self._changed:
             while True:
                 wait_s = None
+                if self._over and not self._told and not self._first_waits():
+                    return None
                 if self._waiting:
                     rank, number, job = self._waiting[0]
-                    wait_s = 0.0 if rank == FIRST else self._quiet_s - time.monotonic()
-                    if wait_s <= 0 and (rank == FIRST or not self._told):
+                    first = rank == FIRST
+                    wait_s = 0.0 if first else self._quiet_s - time.monotonic()
+                    if wait_s <= 0 and (first or not self._told):
                         heapq.heappop(self._waiting)
                         self._now = job
                         break
-                elif self._over and not self._told:
-                    return None
                 if self._told:
                     wait_s = self._quiet_s - time.monotonic()
                     if wait_s <= 0:
@@ -157,6 +169,9 @@ class Bus(threading.Thread):
         else:
             self._in_doubt = False
         return number, job
+
+    def _first_waits(self) -> bool:
+        return bool(self._waiting) and self._waiting[0][0] == FIRST
 
     def _tell_again(self) -> None:
         """Send stops again that may have met a late reply; nothing has gone out since."""
@@ -228,6 +243,8 @@ class Bus(threading.Thread):
     def _put_back(self, job: Job, number: int) -> Message | None:
         """Let a request wait again, in front of all others of its rank."""
         with self._changed:
+            if self._over:
+                return _ENDS
             if not job.overtaken_by:
                 heapq.heappush(self._waiting, (job.rank, number, job))
                 return None
@@ -242,9 +259,11 @@ class Bus(threading.Thread):
 
 
 def _makes_void(stop: Job, other: Job) -> bool:
-    """True if a stop makes another request void: a write to one of its boards that came before."""
+    """True if a stop makes another request void, which came before it and would come after it."""
     fits = stop.unit in (0, other.unit) or other.unit == 0
-    return fits and other.meaning.writes and not other.urgent
+    means = other.meaning
+    stops = meaning.ALL if stop.unit == 0 else stop.meaning.stops
+    return fits and means.writes and not other.urgent and bool(stops & means.void_after)
 
 
 def _overtaken(job: Job) -> Message:

@@ -44,7 +44,7 @@ class Connection:
         self._house, self._link, self._token = house, link, token
         self._door = "socket" if token is None else "tcp"
         self._sending = threading.Lock()
-        self._orderly = False
+        self._orderly = self._strays = False
         self.session = Session("", self._door)
 
     def serve(self, left: Callable[[Session, bool], None]) -> None:
@@ -61,6 +61,10 @@ class Connection:
                 self._serve(lines)
             finally:
                 left(self.session, self._orderly)
+                if self._strays:
+                    home = Job("the server", 0, b"\0", meaning.Meaning(), lambda _: None, bus.FIRST)
+                    home.act = SharedLine.go_home
+                    self._house.bus.submit(home)
 
     def close(self) -> None:
         """End the connection."""
@@ -106,10 +110,10 @@ class Connection:
                 number: object = None
                 try:
                     request = messages.decode(line)
-                    number = messages.whole(request, "id", 0, 1 << 53)
                     if request.get("do") == messages.BYE:
                         self._orderly = True
                         return
+                    number = messages.whole(request, "id", 0, 1 << 53)
                     self._take(request, number)
                 except MessageError as error:
                     self._send({"id": number, "error": messages.MISTAKE, "text": str(error)})
@@ -132,9 +136,10 @@ class Connection:
         pdu = messages.pdu(request)
         patience = self._house.bus.line.patience
         if not tells:
-            patience = (
-                messages.seconds(request, "timeout_s", *TIMEOUTS_S),
-                messages.whole(request, "retries", 0, _MOST_RETRIES),
+            patience = self._house.sessions.patience(
+                self.session,
+                min(patience[0], messages.seconds(request, "timeout_s", *TIMEOUTS_S)),
+                min(patience[1], messages.whole(request, "retries", 0, _MOST_RETRIES)),
             )
         return self._job(number, unit, pdu, meaning.of(pdu), tells=tells, patience=patience)
 
@@ -151,13 +156,8 @@ class Connection:
             return
         job = self._job(number, 0, b"\0", meaning.Meaning())
 
-        def act(line: SharedLine) -> None:
-            if what == messages.FOLLOW:
-                line.follow(baud, parity)
-            else:
-                line.reconfigure(baud, parity)
-
-        job.act = act
+        job.act = lambda line: line.go_to(baud, parity, stays=what == messages.FOLLOW)
+        self._strays = self._strays or what == messages.RECONFIGURE
         self._submit(number, job)
 
     def _job(

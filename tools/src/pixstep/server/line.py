@@ -31,6 +31,7 @@ class SharedLine(SerialClient):
 
     def __init__(self, port: Port) -> None:
         super().__init__(port)
+        self._home = port
         self.frames = 0
         self._lock = threading.Lock()
         self._wake, self._waker = os.pipe()
@@ -66,6 +67,18 @@ class SharedLine(SerialClient):
     def doubt(self, unit: int) -> None:
         """Note that a reply of a unit may still come."""
         self._doubts.add(unit)
+
+    def go_to(self, baud: int, parity: str, *, stays: bool) -> None:
+        """Go on at another rate; it `stays` because a board was set so."""
+        if stays:
+            self.follow(baud, parity)
+            self._home = self.port
+        else:
+            self.reconfigure(baud, parity)
+
+    def go_home(self) -> None:
+        """Go back to the boards' own rate."""
+        self.reconfigure(self._home.baud, self._home.real_parity)
 
     def write(self, frame: bytes) -> None:
         """Send bytes; raises UnsentError if a stop wants the line."""

@@ -13,9 +13,12 @@ _READS = (
 )  # fmt: skip
 _DIAGNOSES_THAT_READ = (0, 2, *range(11, 19))
 _COIL_ON = 0xFF00
-_ARM_COIL, _STOP_COIL, _AXES = 4, 8, 4  # the first coil of an axis, and how many axes have one
+_AXES = 4  # that have coils, and queues
 _COMMAND_AT, _BLOCK_AT = 6, 8  # of a PDU: the words of a command; the axis of a block
 _ARM, _STOP, _MARK = (regs.COMMANDS[name] for name in ("arm", "stop", "mark"))
+
+
+ALL = (1 << _AXES) - 1
 
 
 @dataclass(frozen=True)
@@ -25,6 +28,7 @@ class Meaning:
     writes: bool = True  # anything; a server gives one client at a time the right to
     stops: int = 0  # axes: it goes before all others
     drives: int = 0  # axes that it arms, or queues a part of a line for
+    void_after: int = ALL  # axes: a stop of one of them that comes later makes it void
     marks: bool = False  # boards note its end: nothing may follow for a little
 
 
@@ -54,17 +58,23 @@ def _of_write(pdu: bytes) -> Meaning:
         mask, command = struct.unpack_from(">HH", pdu, _COMMAND_AT)
         if command == _STOP:
             return Meaning(stops=mask)
-        return Meaning(drives=mask if command == _ARM else 0, marks=command == _MARK)
+        if command == _ARM:
+            return _driving(mask)
+        return Meaning(marks=command == _MARK)
     if address == regs.QUEUE_WINDOW and len(pdu) >= _BLOCK_AT + 2:
         axis = int.from_bytes(pdu[_BLOCK_AT : _BLOCK_AT + 2]) & 0xFF
-        return Meaning(drives=1 << axis if axis < _AXES else 0)
-    return _WRITES
+        return _driving(1 << axis & ALL)
+    return Meaning(void_after=0) if address < regs.COMMAND_BASE else _WRITES
+
+
+def _driving(axes: int) -> Meaning:
+    return Meaning(drives=axes, void_after=axes)
 
 
 def _of_coil(coil: int) -> Meaning:
     """Return what it does to switch a coil on."""
-    if _ARM_COIL <= coil < _ARM_COIL + _AXES:
-        return Meaning(drives=1 << coil - _ARM_COIL)
-    if _STOP_COIL <= coil < _STOP_COIL + _AXES:
-        return Meaning(stops=1 << coil - _STOP_COIL)
+    if regs.COIL_ARMED <= coil < regs.COIL_ARMED + _AXES:
+        return _driving(1 << coil - regs.COIL_ARMED)
+    if regs.COIL_STOP <= coil < regs.COIL_STOP + _AXES:
+        return Meaning(stops=1 << coil - regs.COIL_STOP)
     return _WRITES

@@ -118,7 +118,7 @@ class Door:
         number = next(self._numbers)
         session.open.add(number)
         rank = bus.FIRST if means.stops else bus.READER
-        patience = self._bus.line.patience
+        patience = self._sessions.patience(session, *self._bus.line.patience)
         self._bus.submit(Job(session.name, unit, pdu, means, finish, rank, tells, patience))
         came.wait()
         session.open.discard(number)

@@ -251,7 +251,6 @@ def _reason(error: OSError) -> str:
 def _command() -> str:
     """Return the command of this process, as others are told who writes."""
     first, *others = sys.argv or [""]
-    name = Path(first).name
-    if name == "__main__.py":
-        name = "pixstep"
+    place = Path(first)
+    name = place.parent.name if place.name == "__main__.py" else place.name
     return one_line(" ".join([name or "python", *others]), 100)

@@ -32,6 +32,7 @@ _LOOK_S = 0.25  # between two looks at clients that may have fallen silent
 _LEAST_SILENCE_S = 0.5  # of a client, for which its board is not asked what it allows
 _MOVING = ("armed", "running")
 _HELD = ("loading", "loaded", *_MOVING)  # an axis has a line of its owner
+_LEAVE_S, _POLL_S = 5.0, 0.005  # for clients to go when the server ends
 _BACKLOG = 16
 
 
@@ -124,8 +125,11 @@ class Server:
             self._watch.join()
             for session in self.sessions.present():
                 self._stop_lines(session, self.sessions.disown(session), "the server ends")
-        for one in list(self._connections):
-            one.close()
+        end_s = time.monotonic() + _LEAVE_S
+        while self._connections and time.monotonic() < end_s:
+            for one in list(self._connections):
+                one.close()
+            time.sleep(_POLL_S)
         for path in self._paths:
             with contextlib.suppress(OSError):
                 path.unlink()
