@@ -252,15 +252,15 @@ def test_a_stop_does_not_wait_for_a_reply_that_does_not_come(slow_desk, terminal
     del slow  # it is asked once more when the line has been quiet for its time-out
 
 
-def test_a_stop_by_address_does_not_wait_either(slow_desk, terminal):
-    begun = hold(terminal, lambda frame: is_read(frame, 9))
+def test_a_stop_by_address_does_not_wait_for_an_order_either(slow_desk, terminal):
+    """Nobody knows whether the order was heard: it is not repeated, and its client is told so."""
+    begun = hold(terminal, lambda frame: frame[0] == 2)
     raw = slow_desk.raw()
-    raw.asked(1, "0400000009", unit=2)
+    raw.asked(1, command("enable").hex(), unit=2)
     assert begun.wait(60)
     run.stop_axes(slow_desk.board(1), [0, 1])
-    assert raw.hear() == {"id": 1, "error": "no_reply", "heard": 0}  # not to be repeated
-    kinds = [is_stop(frame) for frame in slow_desk.frames()]
-    assert kinds.count(True) == 1 and kinds.index(True) == len(kinds) - 1
+    assert raw.hear() == {"id": 1, "error": "no_reply", "heard": 0}
+    assert [is_stop(frame) for frame in slow_desk.frames()] == [False, True]
 
 
 def test_a_request_that_gave_way_is_made_afterwards(desk, terminal):
@@ -297,6 +297,7 @@ def test_an_order_that_waits_is_overtaken(slow_desk, terminal):
     go_on.set()
     reading()
     assert "error" not in stopper.hear()
+    until(lambda: len(terminal.board.commands) > 1, "the stop")
     assert [name for name, *_ in terminal.board.commands] == ["arm", "stop"]
 
 
@@ -469,8 +470,8 @@ def test_the_end_of_a_server_stops_what_its_clients_move(desk, terminal):
     raw = desk.raw()
     drive(desk, raw)
     desk.server.close()
+    assert [row["why"] for row in desk.notes.of("stopped")] == ["the server ends"], desk.notes.rows
     assert terminal.board.axes[0].state == "empty"
-    assert desk.notes.of("stopped")[0]["why"] == "the server ends"
     assert raw.lines.readline() == b""
     assert not list((places.folder()).iterdir())
 

@@ -43,6 +43,7 @@ class Job:
     act: Callable[[SharedLine], None] | None = None  # in place of a request
     is_gone: Callable[[], bool] = lambda: False
     overtaken_by: str = ""  # a stop that came later
+    was_cut_short: bool = False  # once already
     frames: int = 0  # that the line had sent when a stop came,
     came_s: float = field(default_factory=time.monotonic)
 
@@ -236,8 +237,10 @@ class Bus(threading.Thread):
         self.counts.cut_short += 1
         self.line.doubt(job.unit)
         self._in_doubt = True
-        if job.urgent or not job.patience[1] or job.overtaken_by:
+        repeats = job.patience[1] or not job.meaning.writes
+        if job.urgent or job.was_cut_short or job.overtaken_by or not repeats:
             return {"error": messages.NO_REPLY, "heard": self.line.heard}
+        job.was_cut_short = True
         return self._put_back(job, number)
 
     def _put_back(self, job: Job, number: int) -> Message | None:

@@ -121,7 +121,7 @@ class Server:
         self._over.set()
         for door in self._doors:
             door.close()
-        if self._watch.is_alive():
+        if self._watch.ident is not None:
             self._watch.join()
             for session in self.sessions.present():
                 self._stop_lines(session, self.sessions.disown(session), "the server ends")
@@ -133,7 +133,7 @@ class Server:
         for path in self._paths:
             with contextlib.suppress(OSError):
                 path.unlink()
-        if self.bus.is_alive():
+        if self.bus.ident is not None:
             self.bus.close()
         self.line.close()
 
