@@ -135,9 +135,9 @@ def _listen_to_plcs(
     """Open the door for Modbus TCP."""
     if place:
         door = modbus_tcp.Door(server.bus, server.sessions, writes=allow_writes)
-        door.listen(*place)
+        number = door.listen(*place)
         access = "reads and writes" if allow_writes else "reads, and stops"
-        log.tell("serving", modbus_tcp="{}:{}".format(*place), allows=access)
+        log.tell("serving", modbus_tcp=f"{place[0]}:{number}", allows=access)
 
 
 def _token(place: Path) -> str:

@@ -7,7 +7,7 @@ The library brings frames and threads; each request goes to the bus as it is, wh
 import itertools
 import threading
 import time
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pixstep.board import rtu
 from pixstep.board.port import LAST_UNIT
@@ -17,9 +17,6 @@ from pixstep.server.bus import Bus, Job
 from pixstep.server.meaning import Meaning
 from pixstep.server.messages import Message
 from pixstep.server.sessions import Session, Sessions
-
-if TYPE_CHECKING:
-    from pyModbusTCP.server import ModbusServer
 
 EXTRA = "pyModbusTCP is not installed: pip install 'pixstep[modbus-tcp]'"
 _ILLEGAL_FUNCTION, _BUSY = 1, 6
@@ -40,8 +37,11 @@ class Door:
         self._clients: dict[tuple[str, int], Session] = {}
         self._numbers = itertools.count()
 
-    def listen(self, host: str, number: int) -> "ModbusServer":
-        """Serve in threads of the library; raises UserError if that cannot be."""
+    def listen(self, host: str, number: int) -> int:
+        """Serve in threads of the library and return the port's number, which is found for 0.
+
+        Raises UserError if that cannot be.
+        """
         try:
             from pyModbusTCP.server import ModbusServer
         except ImportError:
@@ -63,7 +63,8 @@ class Door:
             server.start()
         except ModbusServer.NetworkError as error:
             raise UserError(f"--modbus-tcp {host}:{number}: {_said(error)}") from None
-        return server
+        found: int = server._service.server_address[1]
+        return found
 
     def answer(self, data: Any) -> None:
         """Answer the library's request of a client."""
