@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: MIT
 """A client of a server as a process of its own, to be killed: `server_client.py WHAT PORT`.
 
-`stream` runs lines, one after the other, and prints "running" for each; `read` reads
-registers without pause, `wish` tries to write. Each prints "begun" when its first request is done.
+`stream` runs lines, one after the other, reads their records, and prints "running" for each; `read`
+reads registers without pause, `wish` tries to write. Each prints "begun" when its first request is
+done.
 """
 
 import contextlib
 import sys
 from fractions import Fraction
 
-from pixstep.board import orders, run, settings, upload
+from pixstep.board import orders, recording, run, settings, upload
 from pixstep.board.errors import BoardError, BusTakenError
 from pixstep.board.link import WallClock
 from pixstep.board.port import Port
@@ -24,7 +25,7 @@ def stream(board, pixel_hz):
     while True:
         lines = run.Lines(board, [0])
         try:
-            with run.stopped_on_failure([lines]):
+            with recording.recorded(lines, lambda _: None), run.stopped_on_failure([lines]):
                 lines.uploads += upload.begin(board, {0: Line(COUNTS, PLAIN)})
                 run.arm_queued(lines)
                 say("running")

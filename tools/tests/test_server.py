@@ -357,7 +357,54 @@ def test_nothing_goes_out_between_a_stop_and_what_was_on_the_wire(desk, terminal
     assert Counter(row["frames_between"] for row in firsts) == {0: 50}
 
 
-def test_after_a_mark_nothing_follows_for_20_ms(desk, terminal):
+def test_two_requests_that_belong_together_follow_each_other(desk, terminal):
+    over = threading.Event()
+
+    def read_on(count):
+        board = desk.board()
+        while not over.is_set():
+            board.read_inputs(0, count)
+
+    readers = [beside(read_on, count) for count in (5, 6, 7)]
+    raw = desk.raw()
+    for number in range(0, 40, 2):
+        raw.asked(number, "0400000001", more=True)
+        raw.asked(number + 1, "0400000002")
+        assert [raw.hear()["id"], raw.hear()["id"]] == [number, number + 1]
+    over.set()
+    for reader in readers:
+        reader()
+    frames = [frame for frame in desk.frames() if frame[2:5] == bytes(3)]
+    at = [i for i, frame in enumerate(frames) if is_read(frame, 1)]
+    assert len(at) >= 20
+    fences = [i for i in at if i + 1 < len(frames) and is_read(frames[i + 1], 2)]
+    assert len(fences) >= 20
+
+
+def test_a_board_that_is_not_there_keeps_no_stream(desk, terminal):
+    """While a client moves axes, another one's request is made once, and waits for little."""
+    driver, raw = desk.board(), desk.raw()
+    load(driver)
+    run.arm(driver, [0])
+    raw.asked(1, "0400000005", unit=99, retries=3)
+    assert raw.hear() == {"id": 1, "error": "no_reply", "heard": 0}
+    driver.modbus.close()
+    until(lambda: not any(one.axes for one in desk.server.sessions.present()), "its end")
+    raw.asked(2, "0400000005", unit=99, retries=3)
+    assert raw.hear()["error"] == "no_reply"
+    asked = [frame for frame in desk.frames() if frame[0] == 99]
+    assert sum(is_read(frame, 5) for frame in asked[:1]) == 1 and len(asked) >= 4
+
+
+def test_after_a_mark_nothing_follows_for_20_ms(desk, monkeypatch):
+    sent = []  # (time, frame), as the line takes them
+    write = desk.server.line.write
+
+    def write_down(frame):
+        write(frame)
+        sent.append((time.monotonic(), frame))
+
+    monkeypatch.setattr(desk.server.line, "write", write_down)
     over = threading.Event()
 
     def read_on():
@@ -372,11 +419,9 @@ def test_after_a_mark_nothing_follows_for_20_ms(desk, terminal):
         time.sleep(0.05)
     over.set()
     reading()
-    found = terminal.frames
-    marks = [i for i, (_, frame) in enumerate(found) if frame[0] == 0]
+    marks = [i for i, (_, frame) in enumerate(sent) if frame[0] == 0]
     assert len(marks) == 5
-    for at in marks:
-        assert found[at + 1][0] - found[at][0] > 0.018
+    assert all(sent[at + 1][0] - sent[at][0] >= 0.02 for at in marks)
 
 
 # Clients that die, fall silent, or misbehave

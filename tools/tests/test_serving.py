@@ -338,13 +338,15 @@ def test_modbus_tcp_by_pymodbus_and_mbpoll(simulator, runtime, tmp_path, mbpoll)
             assert not stop.isError()
             assert plc.read_input_registers(0, count=1, device_id=9).exception_code == 11
             assert plc.read_input_registers(0, count=1, device_id=0).exception_code == 11
-        words = ["mbpoll", "-m", "tcp", "-p", str(number), "-a", "1", "-1", "127.0.0.1"]
-        text = subprocess.run(
-            [*words, "-t", "3", "-r", "1", "-c", "4"], capture_output=True, text=True
-        )
-        assert [int(word) for word in re.findall(r"^\[\d\]:\s+(\d+)", text.stdout, re.M)] == head
-        text = subprocess.run([*words, "-t", "4", "-r", "7", "25"], capture_output=True, text=True)
-        assert "Illegal function" in text.stderr + text.stdout
+        words = ["mbpoll", "-m", "tcp", "-p", str(number), "-a", "1", "-1"]
+
+        def poll(*more):
+            done = subprocess.run([*words, *more], capture_output=True, text=True, timeout=HANG_S)
+            return done.stdout + done.stderr
+
+        text = poll("-t", "3", "-r", "1", "-c", "4", "127.0.0.1")
+        assert [int(word) for word in re.findall(r"^\[\d\]:\s+(\d+)", text, re.M)] == head
+        assert "Illegal function" in poll("-t", "4", "-r", "7", "127.0.0.1", "25")
     finally:
         shop.close()
 

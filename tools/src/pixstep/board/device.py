@@ -168,13 +168,16 @@ class Board(Wire):
 
     def record_block(self, axis: int) -> Records:
         """Return the same, and how many the line has made so far."""
-        return record_block.read(
-            lambda first, count: self.read_inputs(
-                regs.RECORD_BASE + regs.RECORD_STRIDE * axis + first, count
-            ),
-            self.record_capacity(),
-            self.modbus.most_words,
-        )
+        base = regs.RECORD_BASE + regs.RECORD_STRIDE * axis
+
+        def read(first: int, count: int, more: bool) -> list[int]:
+            self.modbus.more_follows = more
+            try:
+                return self.read_inputs(base + first, count)
+            finally:
+                self.modbus.more_follows = False
+
+        return record_block.read(read, self.record_capacity(), self.modbus.most_words)
 
     def record_capacity(self) -> int:
         """Return how many per-pixel records the board keeps for each axis (asked once)."""

@@ -72,10 +72,12 @@ class Client:
 
     `heard` is how many bytes came back for the last request, at most for one of its repetitions.
     `most_words` is how many registers one read may ask for: a bus that is shared wants short ones.
+    `more_follows` says that another request follows at once, for which others should wait.
     """
 
     place = ""
     most_words = MOST_WORDS
+    more_follows = False
 
     def __init__(self, timeout_s: float, retries: int) -> None:
         # How long a reply may take, seconds, and how often a request without one is repeated.

@@ -12,32 +12,32 @@ from pixstep.board import registers as regs
 from pixstep.board.state import Records, parse_records
 
 _HEAD, _WIDTH = regs.RECORD_HEAD, regs.RECORD_REGISTERS
-_NUMBER, _MADE = 2, 3  # places of the head
+_NUMBER = 2  # place in the head
 
-Read = Callable[[int, int], list[int]]  # from a place of the block, so many words
+# From a place of the block, so many words; whether another request follows at once.
+Read = Callable[[int, int, bool], list[int]]
 Row = list[int]
 
 
 def read(read_words: Read, capacity: int, most_words: int) -> Records:
     """Return the records of a block, no request for more than `most_words`.
 
-    If they do not fit together, because too many were made meanwhile, the block is returned as it
-    was some records earlier.
+    Only if too many records were made between two requests, one asks for the whole block.
     """
     size = _HEAD + capacity * _WIDTH
     first, second = (most_words - _HEAD) // _WIDTH, most_words // _WIDTH
     begin = capacity - second
     if size <= most_words or begin >= first:
-        return parse_records(read_words(0, size))
-    words = read_words(0, _HEAD + first * _WIDTH)
-    head, before = words[:_HEAD], _rows(words[_HEAD:])
-    if head[_NUMBER] <= first:
+        return parse_records(read_words(0, size, False))
+    words = read_words(0, _HEAD + first * _WIDTH, True)
+    if words[_NUMBER] <= first:
         return parse_records(words)
-    after = _rows(read_words(_HEAD + begin * _WIDTH, second * _WIDTH))
+    before = _rows(words[_HEAD:])
+    after = _rows(read_words(_HEAD + begin * _WIDTH, second * _WIDTH, False))
     made = _made_between(before[begin:], after)
     if made is None:
-        return parse_records([*_earlier(head, before), *_flat(before)])
-    return parse_records([*head, *_flat(before[: begin + made]), *_flat(after)])
+        return parse_records(read_words(0, size, False))
+    return parse_records([*words[:_HEAD], *_flat(before[: begin + made]), *_flat(after)])
 
 
 def _made_between(before: list[Row], after: list[Row]) -> int | None:
@@ -49,16 +49,6 @@ def _made_between(before: list[Row], after: list[Row]) -> int | None:
         if before[made:] == after[: len(before) - made]:
             return made
     return None
-
-
-def _earlier(head: Row, rows: list[Row]) -> Row:
-    """Return the head of the block when the last of some of its records was the newest one."""
-    newest = head[0] << 16 | head[1]
-    newest -= (newest - rows[-1][0]) & 0xFFFF
-    if newest <= 0:  # all of them are of the line before
-        return [0, 0, 0, head[_MADE]]
-    made = (head[_MADE] - (head[_NUMBER] - len(rows))) & 0xFFFF
-    return [newest >> 16 & 0xFFFF, newest & 0xFFFF, len(rows), made]
 
 
 def _rows(words: list[int]) -> list[Row]:

@@ -18,7 +18,9 @@ from pixstep.server.messages import Message
 
 FIRST, WRITER, READER = range(3)  # ranks
 _MARK_S = 0.02  # after a mark: boards note when its frame ended
-_MORE_S = 0.005  # after a stop: another one of the same command may come
+_MORE_S = (
+    0.005  # after a stop: another one of the same command may come; so after others that say so
+)
 _AGAIN_S = 0.03  # a stop that went out where a reply may have begun is sent again after it
 
 Finish = Callable[[Message], None]
@@ -40,6 +42,7 @@ class Job:
     rank: int = READER
     tells: bool = False  # nobody replies
     patience: tuple[float, int] = (0.5, 0)
+    more_follows: bool = False  # another one of the same client: others wait for it a little
     act: Callable[[SharedLine], None] | None = None  # in place of a request
     is_gone: Callable[[], bool] = lambda: False
     overtaken_by: str = ""  # a stop that came later
@@ -81,7 +84,8 @@ class Bus(threading.Thread):
         self._numbers = itertools.count()
         self._changed = threading.Condition()
         self._now: Job | None = None
-        self._quiet_s = 0.0  # until then only stops go out
+        self._quiet_s = 0.0  # until then only stops go out,
+        self._kept_by = ""  # and what this client asks
         self._in_doubt = False  # a request was cut short
         self._told: list[Job] = []  # stops that nobody acknowledges, since then
         self._over = self._ended = False
@@ -152,12 +156,14 @@ class Bus(threading.Thread):
                 if self._over and not self._told and not self._first_waits():
                     return None
                 if self._waiting:
-                    rank, number, job = self._waiting[0]
+                    rank, number, job = item = self._awaited() or self._waiting[0]
                     first = rank == FIRST
-                    wait_s = 0.0 if first else self._quiet_s - time.monotonic()
+                    kept = first or job.by == self._kept_by
+                    wait_s = 0.0 if kept else self._quiet_s - time.monotonic()
                     if wait_s <= 0 and (first or not self._told):
-                        heapq.heappop(self._waiting)
-                        self._now = job
+                        self._waiting.remove(item)
+                        heapq.heapify(self._waiting)
+                        self._now, self._kept_by = job, ""
                         break
                 if self._told:
                     wait_s = self._quiet_s - time.monotonic()
@@ -170,6 +176,12 @@ class Bus(threading.Thread):
         else:
             self._in_doubt = False
         return number, job
+
+    def _awaited(self) -> tuple[int, int, Job] | None:
+        """Return what the client asks for whom the bus is kept, unless something goes first."""
+        if not self._kept_by or self._first_waits():
+            return None
+        return next((item for item in self._waiting if item[2].by == self._kept_by), None)
 
     def _first_waits(self) -> bool:
         return bool(self._waiting) and self._waiting[0][0] == FIRST
@@ -218,6 +230,8 @@ class Bus(threading.Thread):
             return {}
         with self.line.patient(*job.patience):
             reply = self.line.ask(job.unit, job.pdu, urgent=job.urgent)
+        if job.more_follows:
+            self._kept_by, self._quiet_s = job.by, time.monotonic() + _MORE_S
         return {"pdu": reply.pdu.hex(), "heard": self.line.heard}
 
     def _told_at(self, job: Job) -> None:

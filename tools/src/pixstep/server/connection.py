@@ -141,7 +141,9 @@ class Connection:
                 min(patience[0], messages.seconds(request, "timeout_s", *TIMEOUTS_S)),
                 min(patience[1], messages.whole(request, "retries", 0, _MOST_RETRIES)),
             )
-        return self._job(number, unit, pdu, meaning.of(pdu), tells=tells, patience=patience)
+        job = self._job(number, unit, pdu, meaning.of(pdu), tells=tells, patience=patience)
+        job.more_follows = request.get("more") is True
+        return job
 
     def _change(self, request: Message, number: int, what: str) -> None:
         """Go on at another rate: with a board that was set so, or to look for one, if alone."""

@@ -56,7 +56,7 @@ class RemoteModbus(Client):
         timeout_s, retries = self.patience
         answer = self._transact({
             "do": messages.ASK, "unit": unit, "pdu": pdu.hex(), "timeout_s": timeout_s,
-            "retries": retries,
+            "retries": retries, **({"more": True} if self.more_follows else {}),
         }, timeout_s * (retries + 1))  # fmt: skip
         return Reply(bytes.fromhex(answer["pdu"]), 0)
 
