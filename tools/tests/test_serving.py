@@ -336,8 +336,6 @@ def test_modbus_tcp_by_pymodbus_and_mbpoll(simulator, runtime, tmp_path, mbpoll)
             assert board.setting("dir_setup_us") != 25
             stop = plc.write_registers(0x100, [15, regs.COMMANDS["stop"]], device_id=1)
             assert not stop.isError()
-            assert plc.read_input_registers(0, count=1, device_id=9).exception_code == 11
-            assert plc.read_input_registers(0, count=1, device_id=0).exception_code == 11
         words = ["mbpoll", "-m", "tcp", "-p", str(number), "-a", "1", "-1"]
 
         def poll(*more):
@@ -345,8 +343,12 @@ def test_modbus_tcp_by_pymodbus_and_mbpoll(simulator, runtime, tmp_path, mbpoll)
             return done.stdout + done.stderr
 
         text = poll("-t", "3", "-r", "1", "-c", "4", "127.0.0.1")
-        assert [int(word) for word in re.findall(r"^\[\d\]:\s+(\d+)", text, re.M)] == head
+        found = re.findall(r"^\[\d\]:\s+(\d+)", text, re.M)
+        assert [int(word) for word in found] == head, text
         assert "Illegal function" in poll("-t", "4", "-r", "7", "127.0.0.1", "25")
+        with ModbusTcpClient("127.0.0.1", port=number, timeout=60, retries=0) as plc:
+            assert plc.read_input_registers(0, count=1, device_id=9).exception_code == 11
+            assert plc.read_input_registers(0, count=1, device_id=0).exception_code == 11
     finally:
         shop.close()
 
