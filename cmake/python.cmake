@@ -5,9 +5,9 @@
 # that knows more cases (tools/tests/effort.py) is run with all of them by `py.<name>.long` (label
 # `long`). All of these begin first: nothing else takes as long.
 set(PIXSTEP_LONG_RUNNING
-    bench board board_images every_output examples figures holes homing late_interrupts lock
-    pixel_rates program_run programs programs_jerk programs_mode1 programs_smooth trajectory_runs
-    wrong_values
+    bench board board_images campaign every_output examples figures holes homing late_interrupts
+    lock pixel_rates program_run programs programs_jerk programs_mode1 programs_smooth
+    trajectory_runs wrong_values
 )
 # These talk to a simulated board over a pseudo terminal, in real time. Much of it they wait: one
 # after the other they run beside the rest, on the job that the presets have beyond the cores.
@@ -88,3 +88,11 @@ add_test(
 set_tests_properties(
     wheel.install PROPERTIES LABELS python COST 20 ENVIRONMENT "${PIXSTEP_PYTHON_ENVIRONMENT}"
 )
+
+# Both wheels, built as they are given away, and installed by pip from the package index.
+add_test(
+    NAME wheels.install.long
+    COMMAND "${PIXSTEP_PYTHON}" tools/checks/wheels.py "${CMAKE_BINARY_DIR}/wheels"
+    WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}"
+)
+set_tests_properties(wheels.install.long PROPERTIES LABELS long COST 20)

@@ -3,6 +3,8 @@
 # --config-settings=cmake.define.PIXSTEP_IMAGES=OFF leaves them out, and a folder in the place of
 # OFF says where they were built, as in a clone's `build`.
 add_custom_target(wheel_parts DEPENDS python_parts)
+# `pixstep demo` works without the clone.
+install(FILES tools/data/AccProfM39-30Hz-1.PRN DESTINATION pixstep/_built)
 set(PIXSTEP_IMAGES BUILD CACHE STRING "Images in the wheel: BUILD, OFF, or a folder that has them")
 
 if(PIXSTEP_IMAGES STREQUAL "OFF")

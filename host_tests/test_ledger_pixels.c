@@ -46,14 +46,21 @@ static int32_t any_position(void)
     return (int32_t)chance_between(0, 0x3FFFFFFF) - 0x20000000;
 }
 
+// Near the small limits or near the large ones.
+static int32_t any_error(void)
+{
+    return once_in(2) ? (int32_t)chance_between(0, 8)
+                      : (int32_t)chance_between(0, 9000) - 4500;
+}
+
 static void begin_ledger(void)
 {
     static const uint16_t every[] = {1, 2, 5, 100, 1000};
-    static const uint16_t errors[] = {0, 3, UINT16_MAX};
+    static const uint16_t errors[] = {0, 3, 300, 4000, UINT16_MAX};
     struct ledger *ledger = &start.ledger;
 
     ledger_reset(ledger, 1000);
-    records_thin(every[chance_between(0, 4)], errors[chance_between(0, 2)]);
+    records_thin(every[chance_between(0, 4)], errors[chance_between(0, 4)]);
     records_reset(&ledger->records);
     ledger->records.to_next = (uint16_t)chance_between(1, ledger->records.to_next);
     ledger->records.passing = once_in(2);
@@ -66,10 +73,9 @@ static void begin_ledger(void)
     ledger->pixel = chance();
     ledger->fresh = (uint8_t)chance_between(0, 3);
 #if FEATURE_CLOCK_STATISTICS
-    ledger->records.shown_ticks = (int16_t)chance_between(0, 8);
+    ledger->records.shown_ticks = (int16_t)any_error();
     for (uint8_t i = 0; i < RECORDS_EARLY; i++) {
-        int32_t error_ticks =
-            once_in(8) ? (int32_t)chance() : (int32_t)chance_between(0, 8);
+        int32_t error_ticks = once_in(8) ? (int32_t)chance() : any_error();
         ledger->records.early_ticks[i] = once_in(2) ? (int16_t)error_ticks : 0;
     }
 #endif

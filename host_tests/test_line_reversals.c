@@ -86,6 +86,34 @@ static void reversal_into_a_chained_smooth_line(void)
     refused(LINE_reversal_too_fast, 1, 16, 1);
 }
 
+// A smooth line begins with a pixel from rest: its first interval is as long as at a speed of the
+// root of the count, rounded up.
+static void first_interval_of_each_smooth_count(void)
+{
+    const uint16_t pixel_ticks = 60000u;
+    uint16_t root = 1;
+
+    for (int16_t count = 1; count <= 70; count++) {
+        while (root * root < count) {
+            root++;
+        }
+        for (uint16_t more = 0; more <= 1; more++) {
+            setUp();
+            limits.pixel_ticks = pixel_ticks;
+            limits.reversal_min_ticks = (uint16_t)(pixel_ticks / root + more);
+            begin_plain();
+            taken(10, 1);
+            ends();
+            begin(LINE_MARK_START | LINE_START_SMOOTH | LINE_START_NEGATIVE, 0, 0);
+            if (more == 0) {
+                taken(count, 1);
+            } else {
+                refused(LINE_reversal_too_fast, 1, count, 1);
+            }
+        }
+    }
+}
+
 static void reversal_needs_a_ramp_above_the_start_stop_speed(void)
 {
     limits.start_stop_steps = 20;
@@ -198,6 +226,7 @@ int main(void)
     RUN_TEST(reversal_into_a_chained_line);
     RUN_TEST(reversal_into_a_line_that_waits);
     RUN_TEST(reversal_into_a_chained_smooth_line);
+    RUN_TEST(first_interval_of_each_smooth_count);
     RUN_TEST(reversal_needs_a_ramp_above_the_start_stop_speed);
     RUN_TEST(a_rest_or_no_limit_lets_any_reversal_pass);
     RUN_TEST(seek_may_be_smooth_but_takes_up_no_backlash);

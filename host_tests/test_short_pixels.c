@@ -674,13 +674,15 @@ static void smooth_pixels_of_many_steps(void)
     check_line(60, 1, true, 0);
 }
 
-// Write a pixel of 20 steps of 5000 ticks behind what ends at this tick.
-static uint32_t end_behind(uint32_t end_ticks)
+static struct stream stream;
+static struct line line;
+
+// Write a pixel of 20 steps of 5000 ticks behind what ends at this tick, and where so many slots
+// are taken.
+static void write_behind(uint32_t end_ticks, uint8_t taken)
 {
-    static struct stream stream;
     static struct segment_queue queue;
     static uint8_t bytes[16];
-    static struct line line;
     static struct pixel_period period;
     static struct step_ring ring;
 
@@ -692,9 +694,30 @@ static uint32_t end_behind(uint32_t end_ticks)
     line.segment = (struct segment){.count = 20};
     line_grid_start_exact(&line.edges, &period);
     stream = (struct stream){.ring = &ring, .mark_head = 1, .end_ticks = end_ticks};
+    stream.head = taken;
     (void)even_pixels_write(&line, &stream, false, UINT8_MAX);
+}
+
+static uint32_t end_behind(uint32_t end_ticks)
+{
+    write_behind(end_ticks, 0);
     TEST_ASSERT_EQUAL_UINT8(20, stream.head);
     return stream.end_ticks;
+}
+
+// It waits for the room of all its steps, and says so.
+static void a_pixel_waits_for_its_room(void)
+{
+    for (uint8_t taken = 200; taken <= STEP_RING_CAPACITY; taken++) {
+        bool waits = STEP_RING_CAPACITY - taken < 20;
+
+        write_behind(1000, taken);
+        TEST_ASSERT_EQUAL_UINT8(waits ? taken : (uint8_t)(taken + 20u), stream.head);
+        TEST_ASSERT_EQUAL_UINT8(waits ? 20 : 0, line.room);
+        if (taken == UINT8_MAX) {
+            break;
+        }
+    }
 }
 
 // Times have 32 bits, and a pixel may be longer than 16.
@@ -753,5 +776,6 @@ int main(void)
     RUN_TEST(a_pixel_of_the_most_steps_behind_a_full_ring);
     RUN_TEST(smooth_pixels_of_many_steps);
     RUN_TEST(ends_of_long_pixels);
+    RUN_TEST(a_pixel_waits_for_its_room);
     return UNITY_END();
 }

@@ -90,6 +90,114 @@ class Clock(PinTest):
         self.assertTrue(any(abs(one) > 800 for one in off[6:]))
 
 
+class ClockLog(SimTest):
+    """The clock's own edges, as the log has them: cycle, exact time, kind."""
+
+    HZ = 100
+
+    def rows(self, *options, commands=("run 3200000",), hz="100"):
+        log = self.folder / "clock.csv"
+        options = ["--clock-log", str(log), "--pixel-hz", hz, *options]
+        with Session(image("uno", "echo"), options=options) as sim:
+            for command in commands:
+                self.assertTrue(sim.ask(command).startswith("ok"), command)
+            sim.ask("flush")
+            with log.open(newline="") as file:
+                return [
+                    (int(r["cycle"]), int(r["true_cycle_x1000"]), r["edge"])
+                    for r in csv.DictReader(file)
+                ]
+
+    def check_periods(self, rows, periods):
+        """Each edge in the cycle of its exact time, so many thousandths behind the one before."""
+        for cycle, exact, kind in rows:
+            self.assertEqual((cycle, kind), (exact // 1000, "true"))
+        gaps = [b[1] - a[1] for a, b in itertools.pairwise(rows)]
+        self.assertEqual(len(gaps), len(periods))
+        for gap, period in zip(gaps, periods, strict=True):
+            self.assertLessEqual(abs(gap - period), 1)
+
+    def test_fractions_of_a_cycle_add_up(self):
+        for hz, period in (("997/10", 160_481.444333), ("1000/3", 48_000)):
+            rows = self.rows(hz=hz, commands=("run 8000000",))
+            self.assertEqual(len(rows), int((8_000_000 + 64 - FIRST) // period) + 1)
+            for k, (cycle, exact, _) in enumerate(rows):
+                self.assertLessEqual(abs(exact - 1000 * (FIRST + k * period)), 2)
+                self.assertEqual(cycle, exact // 1000)
+
+    def test_a_clock_that_is_off(self):
+        for ppm in (-900, 900, 2500.5):
+            rows = self.rows("--pixel-ppm", str(ppm))
+            period = PERIOD / (1 + ppm / 1e6)
+            self.check_periods(rows, [round(1000 * period)] * (len(rows) - 1))
+
+    def test_a_step_of_the_frequency(self):
+        rows = self.rows("--pixel-step", "2000@7")
+        later = round(1000 * PERIOD / 1.002)
+        self.check_periods(rows, [1000 * PERIOD] * 7 + [later] * (len(rows) - 8))
+
+    def test_a_clock_that_wanders(self):
+        """By a sine of a thousand edges: the mean is right, a quarter on it is off most."""
+        rows = self.rows("--pixel-wander-ppm", "1000", hz="4000", commands=("run 4010000",))
+        gaps = [(b[1] - a[1]) / 4_000_000 - 1 for a, b in itertools.pairwise(rows)]
+        self.assertGreaterEqual(len(gaps), 900)
+        self.assertLess(abs(gaps[0]), 2e-5)
+        self.assertAlmostEqual(gaps[250], -1e-3, delta=1e-5)
+        self.assertAlmostEqual(gaps[750], 1e-3, delta=1e-5)
+
+    def test_missing_and_doubled_edges(self):
+        rows = self.rows("--pixel-drop", "4")
+        kinds = [kind for _, _, kind in rows]
+        self.assertEqual(kinds[:8], ["true", "true", "true", "missing"] * 2)
+        rows = self.rows("--pixel-double", "4")
+        kinds = [kind for _, _, kind in rows]
+        self.assertEqual(kinds[:10], ["true", "true", "true", "false", "true"] * 2)
+        self.assertEqual([c for c, _, kind in rows if kind == "true"][:8],
+                         [edges_of(k) for k in range(8)])  # fmt: skip
+
+    def test_dropped_by_command(self):
+        rows = self.rows(commands=("run 200000", "clock drop 2", "run 1000000"))
+        self.assertEqual([kind for _, _, kind in rows][:5],
+                         ["true", "missing", "missing", "true", "true"])  # fmt: skip
+
+    def test_a_rest_moves_the_edge_that_is_made_and_those_behind_it(self):
+        rest = 7001 * 16
+        rows = self.rows(commands=(f"run {edges_of(3) - 1000}", "clock rest 7001", "run 800000"))
+        periods = [1000 * PERIOD] * (len(rows) - 1)
+        periods[2] += 1000 * rest
+        self.check_periods(rows, periods)
+
+    def test_another_rate_in_motion(self):
+        commands = ("run 500000", "clock ppm 1000", "run 800000", "clock ppm 0", "run 800000")
+        rows = self.rows(commands=commands)
+        gaps = [b[1] - a[1] for a, b in itertools.pairwise(rows)]
+        off = [gap for gap in gaps if gap != 1000 * PERIOD]
+        self.assertEqual(len(off), 5)
+        self.assertEqual(gaps[4:9], off)  # the edge behind the next one has its time already
+        for gap in off:
+            self.assertLessEqual(abs(gap - 1000 * PERIOD / 1.001), 1000)
+
+    def test_a_pulse_is_a_quarter_of_the_period_and_50_us_at_most(self):
+        path = self.folder / "waves.vcd"
+        for hz, high in (("100", 800), ("4000", 800), ("8000", 501), ("16000", 251)):
+            options = ["--pixel-hz", hz, "--vcd", str(path)]
+            with Session(image("uno", "echo"), options=options) as sim:
+                sim.run(400_000)
+                sim.ask("flush")
+            lines = path.read_text().splitlines()
+            name = next(line.split()[3] for line in lines if "CLOCK" in line.upper())
+            at, edges = 0, []
+            for line in lines[lines.index("$end", lines.index("$dumpvars")) :]:
+                at = int(line[1:]) // 625 if line.startswith("#") else at
+                if line[1:] == name:
+                    edges.append((at, line[0]))
+            rises = [at for at, level in edges if level == "1"]
+            falls = [at for at, level in edges if level == "0"]
+            self.assertGreater(len(rises), 1)
+            for rise, fall in zip(rises, falls, strict=False):
+                self.assertEqual(fall - rise, high, hz)
+
+
 class OnePin(PinTest):
     def test_a_missing_edge_at_one_pin(self):
         pins = self.pins(["run 200000", "edge 1 miss 2", "run 1000000"])

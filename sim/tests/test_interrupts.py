@@ -38,6 +38,15 @@ class Interrupts(unittest.TestCase):
         self.assertEqual(handler["count"], 21)
         self.assertEqual((handler["cycles_min"], handler["cycles_max"]), (cycles, cycles))
         self.assertEqual(handler["cycles_sum"], 21 * cycles)
+        # From the flag, or from the program that lets it in, to the response: at the end of a nop
+        # or asleep at once. TOV1 waits for the handler of ICF1, which the STS that enables both and
+        # SEI with its instruction hold up, and for one instruction behind its RETI.
+        waited = {h["name"]: h["latency_max"] for h in stats["handlers"]}
+        enabled = 3
+        capture = RESPONSE[board] + RJMP + 1 + RESPONSE[board]
+        self.assertEqual(waited["TIMER1_COMPA"], 0)
+        self.assertEqual(waited["TIMER1_CAPT"], enabled)
+        self.assertEqual(waited["TIMER1_OVF"], enabled + capture + 1)
         # 1000 nops and the out that ends the section; the handler served in it does not count.
         self.assertEqual(stats["sections"][3], 1001)
         # From one sei to the last cli: about the time of known_length() at most.

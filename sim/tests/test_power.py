@@ -230,6 +230,35 @@ class Eeprom(unittest.TestCase):
         self.assertGreater(outcomes["other"], 100)
         self.assertEqual(sum(outcomes.values()), 199)
 
+    def test_a_cut_byte_is_half_erased_or_half_written(self):
+        """An erase raises bits, a write then lowers them; half of the cuts leave anything."""
+        whole, erased, written = {False: 0, True: 0}, [], []
+        randoms = random.Random(2)
+        with Board() as sim:
+            sim.ask("poke 0 starts 00")
+            sim.run(20_000)
+            for start in range(160):
+                sim.ask("eeprom 0 write 0 5a")
+                self.assertTrue(sim.ask("cycle 0").startswith("ok "))
+                sim.ask("poke 0 starts c2")
+                sim.run(4_000)
+                number = sim.ram("starts")
+                left = int(sim.ask("eeprom 0 state").split()[3])
+                sim.run(randoms.randrange(left - 1000))
+                erases = int(sim.ask("eeprom 0 state").split()[3]) > WRITE_CYCLES // 2
+                sim.ask("power 0 off")
+                byte = sim.eeprom()[0]
+                (erased if erases else written).append(byte)
+                kept = 0x5A if erases else number
+                whole[erases] += byte & kept == kept
+                sim.ask("power 0 on")
+                sim.run(start)
+        for found, kept in ((erased, whole[True]), (written, whole[False])):
+            self.assertGreater(len(found), 50)
+            self.assertGreater(len(set(found)), 20)
+            # By chance a sixteenth of the others, too.
+            self.assertIn(kept, range(len(found) * 4 // 10, len(found) * 7 // 10))
+
     def test_a_reset_lets_the_write_end(self):
         for command in ("reset 0 external", "reset 0 brownout"):
             with Board() as sim:

@@ -6,6 +6,7 @@ import json
 import math
 import statistics
 import subprocess
+import time
 import unittest
 from fractions import Fraction
 from pathlib import Path
@@ -55,6 +56,25 @@ class CommandLine(unittest.TestCase):
         self.assertIn("unrecognized", self.refused("--borad", good))
         for wrong in ("0=3", "4=3", "1", "1=x", "1=20001"):
             self.refused("--board", good, "--board", good, "--control", "--oscillator-ppm", wrong)
+
+
+class Statistics(unittest.TestCase):
+    """`stats`: how long the program has run lies between two times of this one's clock."""
+
+    MARGIN_S = 0.001  # the answer has so many places
+
+    def test_the_time_on_the_wall(self):
+        began = time.monotonic()
+        with Session(image("uno", "echo")) as sim:
+            sim.run(1)
+            opened = time.monotonic()
+            for _ in range(4):
+                time.sleep(0.3)
+                least = time.monotonic() - opened
+                seen = json.loads(sim.ask("stats"))["wall_s"]
+                most = time.monotonic() - began
+                self.assertGreaterEqual(seen, least - self.MARGIN_S)
+                self.assertLessEqual(seen, most + self.MARGIN_S)
 
 
 class Control(unittest.TestCase):

@@ -124,6 +124,24 @@ class Driver(unittest.TestCase):
         self.check("mega")
 
 
+class LastCycle(unittest.TestCase):
+    """images/driver.c answers by one character."""
+
+    def test_an_answer_that_ends_with_the_time_for_it_is_one(self):
+        for board in ("uno", "mega"):
+
+            def ask(command, board=board):
+                with Session(image(board, "driver")) as sim:
+                    sim.run(16_000)
+                    return sim.ask(command).split()[1:]
+
+            sent = int(ask("send c8")[0])
+            answer, cycle = ask("tx c8")
+            end = int(cycle) - SILENCE
+            for timeout in range(end - sent - 2, end - sent + 3):
+                self.assertEqual(ask(f"tx c8 {timeout}"), [answer, cycle], timeout)
+
+
 class Receiver(SimTest):
     """images/receiver.c"""
 

@@ -15,7 +15,7 @@ from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.runs import Seek
 from pixstep.simulation.clockflaws import ClockFlaws
 from pixstep.simulation.simrun import LOCK, Job
-from pixstep_dev.randomlines.cases import Bounds, case
+from pixstep_trials.cases import Bounds, case
 
 FAST_HZ = (500, 750, 1000, 1600, 2000, 3000, 4000)  # of a clock of one edge a pixel
 SHARED_HZ = (500, 700, 1000)  # where all axes of a board move at once

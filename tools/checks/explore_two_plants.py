@@ -70,6 +70,18 @@ PLANTS = (
         limits=(*ONE, "--from", "loaded, moment 0"),
     ),
     Plant(
+        "an axis unparked by a count that is a period old",
+        FAULT,
+        (
+            Change(
+                PARKED,
+                "} while (!serve_from_here(axis));",
+                "} while (false); serve_overflow(axis, true);",
+            ),
+        ),
+        limits=("--actions", "1", "--periods", "2", "--from", "both begin by a token, moment 1"),
+    ),
+    Plant(
         "one count of idle periods for both axes",
         ENDLESS,
         (

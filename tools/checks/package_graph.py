@@ -22,7 +22,7 @@ from modules import Graph, circles
 
 from pixstep_dev import markdown
 
-FOLDERS = ("tools/src/pixstep", "tools/dev/pixstep_dev")
+FOLDERS = ("tools/src/pixstep", "tools/dev/pixstep_dev", "tools/dev/pixstep_trials")
 MARKER = "python-packages"
 
 

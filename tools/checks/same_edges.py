@@ -36,7 +36,7 @@ from pathlib import Path
 
 from edge_trials import Trial, trials
 
-from pixstep import demo, formats, natives, progress
+from pixstep import formats, natives, progress
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.boardrun import Watch
@@ -46,6 +46,7 @@ from pixstep.board.upload import Upload
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
 from pixstep.lines.runs import queue_entries, seek_entries
+from pixstep.operations.run import demo
 from pixstep.profiles import generator
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.edges import HEADER

@@ -17,7 +17,7 @@ LICENCE = "SPDX-License-Identifier: MIT"
 EXEMPT_SUFFIXES = {".png", ".PRN", ".csv", ".vcd", ".gz"}
 EXEMPT_FILES = {"sim/crosscheck/package-lock.json"}
 # Prose and tables may have longer lines.
-LONG_LINES = {".md", ".def"}
+LONG_LINES = {".json", ".md", ".def"}
 
 # Words are put together here, so that this file does not find itself.
 UNFINISHED = re.compile(r"\b(?:TO" + r"DO|FIX" + r"ME|XX" + r"X)\b")

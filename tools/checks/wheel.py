@@ -5,8 +5,8 @@
 
 Builds the wheel with the images of this clone, makes an environment in FOLDER that has the wheel
 and what it declares to need and nothing else, and runs commands there in an empty folder, with a
-PATH that has only the environment. What needs the simulator says so in one line, and runs when
-the simulator is named.
+PATH that has only the environment. What needs the simulator or an extra says so in one line, and
+runs when the simulator is named and the extras are there.
 """
 
 import os
@@ -30,11 +30,20 @@ COMMANDS = (
      "--pixel-hz", "30", "-o", "line.csv"),
     ("line", "check", *LINE, "--board", "mega"),
     ("line", "show", *LINE),
+    ("machine", "new", "--board", "mega", "--pixel-hz", "30", "--motor", "X:plain", "-o", "x.toml"),
+    ("machine", "check", "x.toml"),
+    ("limits", "--board", "mega", "--pixel-hz", "200"),
     ("ticks", *LINE, "-o", "ticks.csv"),
     ("flash", "--board", "uno", "--port", "/dev/null", "--dry-run"),
     ("board", "--help"),
     ("board", "set", "--help"),
 )  # fmt: skip
+EXTRAS = ("numpy", "matplotlib")
+# What needs something more, and what its one line names.
+LACKING = (
+    (("line", "show", *LINE, "--plot", "line.png"), "pixstep[plot]"),
+    (("trajectory", "circle", "--radius", "3200", "-o", "circle.trj"), "pixstep[numpy]"),
+)
 SIMULATE = ("sim", *LINE, "--board", "mega", "--out", "run")
 
 
@@ -72,11 +81,18 @@ def environment(folder: Path, wheel: Path) -> Path:
         sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check", "--python", python,
         "install", "--no-deps", "--no-index", wheel,
     ])  # fmt: skip
-    (site,) = place.glob("lib/python*/site-packages")
+    site = packages(python.parent)
     (metadata,) = site.glob("pixstep-*.dist-info/METADATA")
-    for name in needed(re.findall(r"^Requires-Dist: ([\w-]+)", metadata.read_text(), re.MULTILINE)):
+    always = re.findall(r"^Requires-Dist: ([\w-]+)[^;\n]*$", metadata.read_text(), re.MULTILINE)
+    for name in needed(always):
         link(name, site)
     return python.parent
+
+
+def packages(programs: Path) -> Path:
+    """Return an environment's folder of packages."""
+    (site,) = programs.parent.glob("lib/python*/site-packages")
+    return site
 
 
 def needed(names: list[str]) -> set[str]:
@@ -144,13 +160,20 @@ def wrong_files(wheel: Path) -> list[str]:
     return found + [f"the wheel has {top}" for top in tops if not top.endswith(".dist-info")]
 
 
+def lacks(text: str, name: str) -> list[str]:
+    """Return what is wrong with the words of a command that lacks something."""
+    fine = "exit status 2" in text and name in text and text.count("\n") == 1
+    return [] if fine else [f"without {name}: {text or 'nothing said'}"]
+
+
 def simulates(programs: Path, home: Path) -> list[str]:
-    """Return what is wrong with simulations, without and with the simulator."""
-    text = run(programs, home, SIMULATE)
-    found = []
-    if "exit status 2" not in text or "pixstep-sim" not in text or text.count("\n") != 1:
-        found.append(f"without the simulator: {text or 'nothing said'}")
+    """Return what is wrong with simulations: without the simulator, without numpy, with both."""
     simulator = ROOT / "build" / "host" / "bin" / "pixstep-sim"
+    found = lacks(run(programs, home, SIMULATE), "pixstep-sim")
+    found += lacks(run(programs, home, ("demo",)), "pixstep-sim")
+    found += lacks(run(programs, home, SIMULATE, PIXSTEP_SIM=str(simulator)), "pixstep[numpy]")
+    for name in needed([*EXTRAS]):
+        link(name, packages(programs))
     by_path = os.pathsep.join((str(programs), str(simulator.parent)))
     for more in ({"PIXSTEP_SIM": str(simulator)}, {"PATH": by_path}):
         if text := run(programs, home, SIMULATE, **more):
@@ -174,8 +197,10 @@ def main() -> None:
     for words in COMMANDS:
         if text := run(programs, home, words):
             found.append(text)
+    for words, name in LACKING:
+        found += lacks(run(programs, home, words), name)
     found += simulates(programs, home)
-    finish("wheel", f"{wheel.name}, {len(COMMANDS) + 4} commands", found)
+    finish("wheel", f"{wheel.name}, {len(COMMANDS) + len(LACKING) + 6} commands", found)
 
 
 if __name__ == "__main__":

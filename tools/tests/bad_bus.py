@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 from fake_board import FakeBoard
 from pixstep.board.modbus import Master
-from pixstep_dev.robustness.noise import flip, lose_bytes
-from pixstep_dev.robustness.wire import crc16
+from pixstep_trials.noise import flip, lose_bytes
+from pixstep_trials.wire import crc16
 
 TIMEOUT_S = 0.5
 REPLY_S = 0.004

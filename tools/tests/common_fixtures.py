@@ -5,11 +5,14 @@ A test that needs a native program or an image is skipped when that is not built
 PIXSTEP_REQUIRE_BUILT is set (as the project's own test command does): then it fails.
 """
 
+import functools
 import gc
+import json
 import os
 import shutil
 import signal
 
+import jsonschema
 import pytest
 from click.testing import CliRunner
 
@@ -19,6 +22,7 @@ from pixstep import natives
 from pixstep.board import boards
 from pixstep.cli.main import main
 from pixstep.lines import core
+from pixstep.operations import perform, schemas
 
 _OBJECTS_BETWEEN_COLLECTIONS = 20_000
 
@@ -46,6 +50,25 @@ def pytest_collection_finish():
     gc.collect()
     gc.freeze()
     gc.set_threshold(_OBJECTS_BETWEEN_COLLECTIONS)
+
+
+@functools.cache
+def _judge(words):
+    """Return what judges an operation's result by its published schema."""
+    return jsonschema.Draft202012Validator(schemas.schema(words))
+
+
+@pytest.fixture(autouse=True)
+def _results_judged(monkeypatch):
+    """Hold every result of every test to its schema, whatever the test looks at."""
+    finish = perform.finish
+
+    def judged(request, desk):
+        result = finish(request, desk)
+        _judge(request.words).validate(json.loads(json.dumps(result.data)))
+        return result
+
+    monkeypatch.setattr(perform, "finish", judged)
 
 
 @pytest.fixture(autouse=True)

@@ -14,7 +14,7 @@ from pixstep.board import boards, features
 from pixstep.board import registers as regs
 from pixstep.lines import packing
 from pixstep.lines.runs import MARK_DIVIDER
-from pixstep_dev.robustness.wire import crc16
+from pixstep_trials.wire import crc16
 
 MAP = regs.register_map()
 FAULT = {code.name: code.code for code in regs.faults().values()}

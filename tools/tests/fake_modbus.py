@@ -3,7 +3,7 @@
 
 import struct
 
-from pixstep_dev.robustness.wire import seal
+from pixstep_trials.wire import seal
 
 ILLEGAL, ADDRESS, VALUE, FAILURE, BUSY = 1, 2, 3, 4, 6
 

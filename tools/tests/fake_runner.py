@@ -19,7 +19,7 @@ from pixstep.lines import exact, runs
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.linecheck import check, refused
 from pixstep.lines.rational import edge_tick, period_ticks
-from pixstep_dev.robustness.wire import crc16, seal
+from pixstep_trials.wire import crc16, seal
 
 # PYTHONPATH of this program: what a test has on its own path, a child does not.
 _TOOLS = Path(__file__).resolve().parents[1]

@@ -3,7 +3,7 @@
 
 from pixstep.lines import exact, planner
 from pixstep.lines.rational import edge_tick
-from pixstep_dev.randomlines.cases import Case
+from pixstep_trials.cases import Case
 
 
 def judge(tested: Case) -> None:

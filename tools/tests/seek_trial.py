@@ -16,7 +16,7 @@ from pixstep.lines.line import Line
 from pixstep.lines.rational import period_ticks
 from pixstep.simulation import verdict
 from pixstep.simulation.edges import read_edges
-from pixstep_dev.randomlines.cases import Bounds, smooth_case
+from pixstep_trials.cases import Bounds, smooth_case
 
 SEEK, SEEK_OPEN, DOWN, START, END = 0x81, 0x181, (3, 0), 0x01, (2, 0)
 HZ = (Fraction(30), Fraction(100), Fraction(30000, 1001))

@@ -1,27 +1,21 @@
 # SPDX-License-Identifier: MIT
-"""The real images in the simulator: every edge and every position of whole lines.
+"""The real images in the simulator: every edge and every position of whole lines."""
 
-`pixstep-dev campaign --lines 200 --board mega` runs the long form of the random set.
-"""
-
-import io
 import json
 from fractions import Fraction
 
 import pytest
-from rich.console import Console
 
 from clock import TICK_HZ
 from effort import cases
-from pixstep import demo
+from pixstep import ops
 from pixstep.board import boards
 from pixstep.lines import planner
-from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.edges import read_edges
 from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import simulate
-from pixstep_dev.randomlines import campaign
-from pixstep_dev.randomlines.cases import rate_case
+from pixstep_trials.cases import rate_case
 from worked import EXPECTED, worked_line
 
 pytestmark = pytest.mark.usefixtures("simulator")
@@ -43,14 +37,6 @@ def test_worked_example(tmp_path, board, backlash):
     judged = passed(simulate(Job(board, {0: line}, HZ), tmp_path))
     assert [row.expected_steps for row in judged.pixels[:17]] == EXPECTED[backlash]
     assert judged.summary["axes"][0]["last_steps_off_edge"] == 0
-
-
-@pytest.mark.parametrize("board", BOARDS)
-@pytest.mark.parametrize("decode", [SMOOTH, PLAIN])
-def test_random_lines(lines_option, board, decode):
-    plan = campaign.Plan(board, lines=max(2, lines_option // 5), decodes=(decode,))
-    outcome = campaign.run(plan)
-    assert outcome["results"][0]["failures"] == []
 
 
 @pytest.mark.parametrize("board", BOARDS)
@@ -141,8 +127,8 @@ def test_handlers_keep_their_budgets_and_never_wait_a_whole_interval(tmp_path, b
 
 
 def test_demo(tmp_path):
-    console = Console(file=io.StringIO(), width=100)
-    assert demo.run(console, tmp_path).passed, console.file.getvalue()
+    done = ops.demo(out=tmp_path)
+    assert done.fine, done.page()
     made = {path.name for path in tmp_path.iterdir()}
     assert made >= {"line.csv", "ticks.csv", "edges.csv", "pixels.csv", "summary.json", "run.vcd"}
     assert len([name for name in made if name.endswith(".png")]) == 3

@@ -14,7 +14,7 @@ from pixstep.board.device import Board
 from pixstep.board.errors import BoardError
 from pixstep.cli.board import watchview
 from pixstep.cli.main import main
-from pixstep_dev.robustness.wire import seal
+from pixstep_trials.wire import seal
 
 # Errors
 

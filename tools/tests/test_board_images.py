@@ -14,7 +14,7 @@ from pixstep.board.device import Board
 from pixstep.board.errors import BoardError
 from pixstep.simulation.simboard import SimLink
 from pixstep.simulation.simctl import SimOptions
-from pixstep_dev.robustness.wire import seal
+from pixstep_trials.wire import seal
 
 pytestmark = pytest.mark.usefixtures("simulator")
 BOARDS = boards.BOARD_NAMES

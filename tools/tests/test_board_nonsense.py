@@ -8,7 +8,7 @@ import pytest
 from console import put
 from effort import cases
 from pixstep import natives
-from pixstep_dev.robustness.wire import seal
+from pixstep_trials.wire import seal
 
 PROFILE = natives.root() / "tools/data/AccProf-fast-move.csv"
 COMMANDS = {

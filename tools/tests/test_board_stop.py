@@ -10,7 +10,7 @@ from console import PORT, put
 from fake_modbus import FAILURE, RefusalError
 from pixstep import natives
 from pixstep.board import registers as regs
-from pixstep_dev.robustness.wire import seal
+from pixstep_trials.wire import seal
 
 # A frame for what every board has, one for what each larger kind of board adds.
 BROADCAST = [(1 << more) - (1 << axes) for axes, more in pairwise((0, *regs.AXIS_COUNTS))]

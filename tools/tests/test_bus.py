@@ -11,7 +11,7 @@ from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.edges import read_edges
 from pixstep.simulation.simboard import SimLink
 from pixstep.simulation.simctl import SimOptions
-from pixstep_dev.robustness import wire
+from pixstep_trials import wire
 
 pytestmark = pytest.mark.usefixtures("simulator")
 

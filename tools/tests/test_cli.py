@@ -93,13 +93,16 @@ def test_sim_uploads_nothing_that_the_host_refuses(pixstep, tmp_path):
 def test_ticks(pixstep, tmp_path):
     make(pixstep, "--backlash", 250)
     common = ("line.csv", "--decode", "smooth", "--pixel-hz", "30", "--backlash", 250)
-    pixstep("ticks", *common, "-o", "ticks.csv")
+    told = pixstep("ticks", *common, "-o", "ticks.csv")
     rows = (tmp_path / "ticks.csv").read_text().splitlines()
+    assert told == f"ticks.csv: {len(rows) - 1} steps\n"
     assert rows[0] == "step,tick" and len(rows) == 1 + sum(
         formats.read_csv(tmp_path / "line.csv").values, 250
     )
-    pixstep("ticks", *common, "--pixels", "-o", "pixels.csv")
-    assert (tmp_path / "pixels.csv").read_text().splitlines()[16] == "16,8533333,4668"
+    told = pixstep("ticks", *common, "--pixels", "-o", "pixels.csv")
+    rows = (tmp_path / "pixels.csv").read_text().splitlines()
+    assert told == f"pixels.csv: {len(rows) - 1} pixel edges\n"
+    assert rows[16] == "16,8533333,4668"
 
 
 @pytest.mark.usefixtures("plan_program")

@@ -11,11 +11,11 @@ from click.testing import CliRunner
 from command_tree import commands
 from console import PORT, put
 from pixstep import formats, natives
-from pixstep.cli import sim
 from pixstep.cli.main import main
 from pixstep.lines.packing import signed
 from pixstep.lines.runs import MARK_NEGATIVE, MARK_SMOOTH
 from pixstep.moves import fasttask, hometask
+from pixstep.operations.run import sim
 from pixstep.trajectories import boardsim, circle, circletest, host
 from pixstep.trajectories.transitions import AxisPlay
 

@@ -11,7 +11,7 @@ from clock import TICK_HZ
 from pixstep.lines import exact
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.rational import edge_tick, period_ticks
-from pixstep_dev.randomlines.cases import plain_case, smooth_case
+from pixstep_trials.cases import plain_case, smooth_case
 from worked import ACCELERATING, EXPECTED, worked_line
 
 ONE = Fraction(1)

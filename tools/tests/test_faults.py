@@ -14,7 +14,7 @@ from pixstep.board import boards
 from pixstep.board.errors import BoardError
 from pixstep.cli.main import main
 from pixstep.lines.line import PLAIN, Line
-from pixstep_dev.bench import lines
+from pixstep_trials import lines
 
 pytestmark = pytest.mark.usefixtures("simulator")
 BOARDS = boards.BOARD_NAMES

@@ -11,7 +11,7 @@ from pixstep.board import boards
 from pixstep.board.upload import Upload
 from pixstep.lines import runs
 from pixstep.lines.line import PLAIN, Line
-from pixstep_dev.bench import lines
+from pixstep_trials import lines
 
 STARTING = 8  # enum axis_state
 

@@ -16,8 +16,7 @@ from pixstep import natives
 from pixstep.cli.command import Late, OutFile, OutFolder, OutPicture
 from pixstep.cli.examples import EXAMPLES
 from pixstep.cli.main import main
-from pixstep.cli.options import SCHEMA
-from pixstep.cli.quantities import StepsType
+from pixstep.cli.output import SCHEMA
 
 # One meaning each; a command that has the option at all has it with this kind of value.
 MEANINGS = {
@@ -67,11 +66,9 @@ def meaning(option):
         return "a folder"
     if isinstance(kind, click.Choice):
         return "smooth or plain" if list(kind.choices) == ["smooth", "plain"] else "a board's name"
-    if isinstance(kind, StepsType):
-        return "a number of steps"
     if isinstance(kind, click.IntRange):
         return "an axis" if kind.max == 3 else "a count"
-    return "a frequency" if kind.name == "HZ" else kind.name
+    return {"HZ": "a frequency", "STEPS": "a number of steps"}.get(kind.name, kind.name)
 
 
 @every_command

@@ -13,8 +13,8 @@ from bench import Bench
 from effort import cases
 from pixstep.board import boards
 from pixstep.lines.line import PLAIN, Line
-from pixstep_dev.robustness.estops import BOUND_CYCLES
-from pixstep_dev.robustness.orders import frames
+from pixstep_trials import frames
+from pixstep_trials.promises import ESTOP_CYCLES
 
 pytestmark = pytest.mark.usefixtures("simulator")
 
@@ -102,7 +102,7 @@ def test_a_bouncing_contact_stops_in_time(board, ticks):
             bench.sim.run(at + SETTLE_CYCLES - bench.sim.cycle)
             permit = bench.sim.permit(0)
             assert permit.level == 0
-            assert permit.cycle <= at + BOUND_CYCLES
+            assert permit.cycle <= at + ESTOP_CYCLES
             assert bench.fault() == "estop"
             assert_counted(bench)
             press(bench, 1, bench.sim.cycle + 10)

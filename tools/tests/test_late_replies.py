@@ -16,7 +16,7 @@ from console import put
 from effort import cases
 from pixstep import natives
 from pixstep.board import registers as regs
-from pixstep_dev.robustness.wire import seal
+from pixstep_trials.wire import seal
 
 AXES = [f"axis{axis}.position_steps" for axis in range(4)]
 PLACES = [8, 16, 24, 32]

@@ -114,6 +114,14 @@ def test_plain_motors_and_angles(here, monkeypatch):
     assert asked(["move", "show", PROFILE, "--motor", "M40", "--steps", "-1.5deg"])["steps"] == -150
 
 
+@pytest.mark.parametrize("name", ["home", "measure-play"])
+def test_what_seeks_the_switch_takes_the_motor_s_kind(here, monkeypatch, name):
+    monkeypatch.chdir(here)
+    got = asked(["board", name, PROFILE])
+    assert (got["decode"], got["axis"]) == ("smooth", 1)
+    assert asked(["board", name, PROFILE, "--motor", "M40"])["decode"] == "plain"
+
+
 def test_a_flag_of_another_meaning_is_left_alone(here, monkeypatch):
     monkeypatch.chdir(here)
     (here / "a.csv").write_bytes(b"     2\r\n")

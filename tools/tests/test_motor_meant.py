@@ -237,13 +237,14 @@ def test_a_bus_of_several_boards_is_meant_by_their_addresses(here):
 
 def test_the_play_of_the_axis_that_was_measured_is_saved(here, invoke, monkeypatch):
     """Without a board: what would be written, and into which motor."""
-    from pixstep.cli import machinedefaults
+    from pixstep.operations.board.motion import MeasurePlay
 
     seen = []
-    found = machinedefaults.motor_in_force
+    found = MeasurePlay.motor_to_save
     monkeypatch.setattr(
-        machinedefaults, "motor_in_force", lambda ctx: seen.append(found(ctx)) or seen[-1]
-    )
+        MeasurePlay, "motor_to_save",
+        lambda asked, desk: seen.append(found(asked, desk)) or seen[-1],
+    )  # fmt: skip
     invoke("board", "measure-play", "--axis", "1", "--save", status=2)
     assert [(str(path), name) for path, name in seen] == [("machine.toml", "M40")]
 

@@ -8,7 +8,9 @@ import pytest
 
 from bench import Bench
 from effort import cases
+from memory import Memory
 from pixstep.board import boards
+from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError, LineRefusedByBoardError
 from pixstep.board.run import arm
 from pixstep.lines.line import PLAIN, Line
@@ -22,6 +24,10 @@ pytestmark = pytest.mark.usefixtures("simulator")
 SEVERAL = [board.name for board in boards.all_boards() if board.axes > 1]
 IDLE_CYCLES = 4096
 STEP = 7  # cycles from one phase to the next, beside what a line takes
+# The main loop is held for so many cycles in turn: for part of an idle period, and for longer.
+HELD_CYCLES = (2500, 4000, 9000)
+# An axis is unparked, and what comes before its line is released, in so many cycles.
+UNPARKING_CYCLES = 480
 SHORT = Line((3, 5, -4), PLAIN)
 PARKED = 4  # STEP_ENGINE_PARKED
 
@@ -84,6 +90,29 @@ def test_a_line_begins_on_the_clock_whatever_the_phase(board, tmp_path):
                 )
                 assert found.reasons == [], (axis, number)
                 assert verdict.judge_clock(found.line_zero_cycle, period, ticks)[1] == ""
+
+
+@pytest.mark.parametrize("board", SEVERAL)
+def test_a_line_begins_wherever_the_main_loop_is_held_before(board):
+    """Interrupts may hold the main loop anywhere while it switches an axis's own interrupt on."""
+    axis = boards.load(board).axes - 1
+    with Bench(board, [axis], 400) as bench:
+        bench.board.write_setting("sync", regs.SYNCS["free"])
+        for number, place in enumerate(range(0, UNPARKING_CYCLES, cases(16, 4))):
+            bench.load(SHORT, axis)
+            bench.sim.command("hang 0 at step_unpark")
+            bench.arm()
+            bench.sim.wait_s(3e-3)
+            assert Memory(bench.sim, board).read(f"engine[{axis}].state") == PARKED
+            bench.sim.command("hang 0 off")
+            bench.sim.run(place)
+            bench.sim.command("hang 0 main")
+            bench.sim.run(HELD_CYCLES[number % len(HELD_CYCLES)])
+            bench.sim.command("hang 0 off")
+            bench.until(lambda: bench.state(axis) != "running")
+            assert (bench.state(axis), bench.fault()) == ("done", "none"), place
+            assert bench.count(axis) == (number + 1) * SHORT.total_steps
+        bench.assert_rest()
 
 
 def cut(made, first, count):

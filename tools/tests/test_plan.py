@@ -15,7 +15,7 @@ from pixstep.lines import planner
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.linecheck import check, refused
 from pixstep.lines.rational import edge_tick, period_ticks
-from pixstep_dev.randomlines.cases import PIXEL_HZ, Bounds, Case, case
+from pixstep_trials.cases import PIXEL_HZ, Bounds, Case, case
 from plan_judge import judge
 from worked import EXPECTED, worked_line
 

@@ -21,7 +21,7 @@ from pixstep.lines.rational import edge_tick
 from pixstep.simulation.edges import read_edges
 from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import simulate
-from pixstep_dev.randomlines.cases import Bounds, Case, case
+from pixstep_trials.cases import Bounds, Case, case
 from plan_judge import judge
 
 pytestmark = pytest.mark.usefixtures("plan_program")

@@ -44,7 +44,7 @@ def drawn(axes, gid):
 def test_arrays_of_the_worked_example(backlash):
     line = worked_line(backlash)
     motion = kinematics.of(line)
-    assert motion.figures == kinematics.Figures(60, line.total_steps, 1000, 128, 104)
+    assert kinematics.figures(line) == kinematics.Figures(60, line.total_steps, 1000, 128, 104)
     assert motion.positions[-1] == line.total_steps == sum(line.counts) + backlash
     times, steps = motion.curve()
     on_edges = {round(t, 9): s for t, s in zip(times, steps, strict=True)}
@@ -69,7 +69,7 @@ def test_jerk_counts_from_rest_and_to_rest():
 
 def test_peak_jerk_is_where_the_line_check_begins_to_warn():
     line = worked_line(0)
-    peak = kinematics.of(line).figures.peak_jerk
+    peak = kinematics.figures(line).peak_jerk
     assert linecheck.check(line, linecheck.Limits(jerk_warning=peak)) == []
     assert linecheck.check(line, linecheck.Limits(jerk_warning=peak - 1)) != []
 

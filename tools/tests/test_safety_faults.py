@@ -11,7 +11,7 @@ from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
 from pixstep.lines.line import PLAIN, Line
-from pixstep_dev.robustness.wire import seal
+from pixstep_trials.wire import seal
 
 pytestmark = pytest.mark.usefixtures("simulator")
 BOARDS = boards.BOARD_NAMES

@@ -358,6 +358,6 @@ def test_the_command(make_console):
 
 
 def test_verdicts_have_colours():
-    from pixstep.cli.board.selftest import _COLOURS
+    from pixstep.cli.board.person import COLOURS
 
-    assert set(_COLOURS) == {selftest.OK, selftest.FAILED, selftest.SKIPPED}
+    assert set(COLOURS) == {selftest.OK, selftest.FAILED, selftest.SKIPPED}

@@ -16,7 +16,7 @@ from pixstep.board.errors import BoardError
 from pixstep.board.upload import Upload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.serialload import SerialLoad
-from pixstep_dev.bench import lines
+from pixstep_trials import lines
 
 pytestmark = pytest.mark.usefixtures("simulator")
 HZ = Fraction(100)

@@ -7,8 +7,8 @@ from bench import Bench
 from effort import TRIED_BOARDS
 from pixstep.board import boards
 from pixstep.lines.line import PLAIN, Line
-from pixstep_dev.robustness.orders import frames
-from pixstep_dev.robustness.wire import seal
+from pixstep_trials import frames
+from pixstep_trials.wire import seal
 from test_bus import DIAGNOSING
 
 pytestmark = pytest.mark.usefixtures("simulator")

@@ -11,7 +11,7 @@ from pixstep.board import registers as regs
 from pixstep.board.upload import Upload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
-from pixstep_dev.bench import lines
+from pixstep_trials import lines
 from test_bus import ALL, UNIT, Master, frame
 
 pytestmark = pytest.mark.usefixtures("simulator")

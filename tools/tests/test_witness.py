@@ -15,7 +15,7 @@ from faultbench import FaultBench
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.lines.line import PLAIN, Line
-from pixstep_dev.robustness.wire import seal
+from pixstep_trials.wire import seal
 
 pytestmark = pytest.mark.usefixtures("simulator")
 

@@ -82,6 +82,28 @@ static void serve_overflow(uint8_t axis, bool on)
 #include BOARD_FILE
 }
 
+// The same as on, unless a period has begun whose overflow nobody has served: then false. 14 cycles
+// with interrupts off.
+static bool serve_from_here(uint8_t axis)
+{
+    uint8_t train_high = step_engines[axis].train_high;
+    bool served = false;
+
+#define BOARD_AXIS(number, timer)                                                        \
+    if (axis == (number)) {                                                              \
+        OCR##timer##AH = train_high;                                                     \
+        ATOMIC_BLOCK(ATOMIC_FORCEON)                                                     \
+        {                                                                                \
+            if ((TIFR##timer & _BV(TOV##timer)) == 0) {                                  \
+                TIMSK##timer |= (uint8_t)_BV(TOIE##timer);                               \
+                served = true;                                                           \
+            }                                                                            \
+        }                                                                                \
+    }
+#include BOARD_FILE
+    return served;
+}
+
 // True when a period began whose overflow nobody has served.
 static bool overflowed(uint8_t axis)
 {
@@ -143,23 +165,19 @@ bool step_park(uint8_t axis, uint16_t idle_count)
     return parked;
 }
 
-// The count must say what the overflow interrupt will go on from: if a period began since the stale
-// flag was cleared, the interrupt counts that period. A small counter was read behind its
-// beginning.
+// The count must say what the overflow interrupt goes on from. It does if no period begins between
+// the look at the clocks and the instant at which the interrupt is switched on. The flag shows a
+// period that begins, however long the main loop is held there, and the look is taken again.
 void step_unpark(uint8_t axis)
 {
     struct step_engine *engine = &step_engines[axis];
 
-    clear_overflow(axis);
-    struct place place = place_of(axis);
-    uint16_t idle_count = parked_count(parked_bases[axis], place.units, place.counter);
-
-    if (overflowed(axis) && place.counter < STEP_IDLE_TICKS / 2u) {
-        idle_count--;
-    }
-    // Until the overflow interrupt is on, only a capture reads the count, and not of a parked axis.
-    engine->idle_count = idle_count;
-    serve_overflow(axis, true);
+    do {
+        clear_overflow(axis);
+        // Until the overflow interrupt is on, only a capture reads the count, and not of a parked
+        // axis.
+        engine->idle_count = step_parked_idle_count(axis);
+    } while (!serve_from_here(axis));
     ATOMIC_BLOCK(ATOMIC_FORCEON)
     {
         if (engine->state == STEP_ENGINE_PARKED) {

@@ -2,15 +2,16 @@
 """Generated parts of Markdown documents, kept between markers, and the tables in them."""
 
 import re
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from pixstep import atomic
 from pixstep.errors import UserError
 
 
-def table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Return a Markdown table."""
-    lines = [head, tuple("---" for _ in head), *rows]
+    lines = [head, ["---" for _ in head], *rows]
     return "\n".join(f"| {' | '.join(cell.replace('|', '/') for cell in row)} |" for row in lines)
 
 
@@ -61,5 +62,5 @@ def _end(name: str) -> str:
     return f"<!-- end generated: {name} -->"
 
 
-def _marker_pattern(name: str) -> re.Pattern:
+def _marker_pattern(name: str) -> re.Pattern[str]:
     return re.compile(f"{re.escape(_begin(name))}\n.*?{re.escape(_end(name))}", re.DOTALL)

@@ -8,7 +8,8 @@ import pytest
 from effort import cases
 from pixstep.board.errors import BoardError, ExceptionReplyError
 from pixstep.board.upload import Upload
-from pixstep_dev.robustness import noise, uploads, wire
+from pixstep_dev.robustness import uploads
+from pixstep_trials import noise, wire
 
 # What is tried is the serial server, the same code on every board: a third one only takes time.
 TWO = ("uno", "mega")

@@ -27,7 +27,6 @@ from pixstep_dev.bench import (
     compare,
     decode,
     figures,
-    lines,
     overload,
     peers,
     ramp,
@@ -41,6 +40,7 @@ from pixstep_dev.bench.drive import Run, Window, drive
 from pixstep_dev.bench.figure import Figure, Task, key
 from pixstep_dev.bench.search import LONG_S, Search
 from pixstep_dev.bench.trial import CLEAN, FAULT, MUTE, REFUSED, WRONG, Trial, judge
+from pixstep_trials import lines
 from worked import worked_line
 
 FAKE = (sys.executable, fake_runner.__file__)

@@ -24,8 +24,8 @@ def test_stops_at_random_cycles(invoke, board):
     assert done.exit_code == 0, outcome["complaints"]
     assert outcome["stops"] == STOPS
     assert outcome["moving"] > STOPS // 2
-    assert 0 < outcome["latest_cycles"] <= estops.BOUND_CYCLES
-    assert 0 < outcome["permit_cycles"] <= estops.BOUND_CYCLES
+    assert 0 < outcome["latest_cycles"] <= estops.ESTOP_CYCLES
+    assert 0 < outcome["permit_cycles"] <= estops.ESTOP_CYCLES
 
 
 STEP_CYCLES = 80_000  # between two steps of two in a pixel of 10 ms
@@ -68,7 +68,7 @@ def test_stops_while_a_command_is_taken(tmp_path, board, stride, counts):
 
 @pytest.mark.usefixtures("simulator")
 def test_an_edge_too_many_is_a_complaint(monkeypatch):
-    monkeypatch.setattr(estops, "BOUND_CYCLES", -1_000_000)
+    monkeypatch.setattr(estops, "ESTOP_CYCLES", -1_000_000)
     outcome = estops.run(estops.Plan("uno", 12))
     assert any("cycles behind it" in text for text in outcome.complaints)
 

@@ -10,7 +10,8 @@ import pytest
 from clock import TICK_HZ
 from effort import cases
 from pixstep.lines.linecheck import check, refused
-from pixstep_dev.robustness import framestorm, strikes, wire
+from pixstep_dev.robustness import framestorm, strikes
+from pixstep_trials import wire
 
 # What is tried is the serial server, the same code on every board: a third one only takes time.
 TWO = ("uno", "mega")

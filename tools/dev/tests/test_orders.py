@@ -269,7 +269,7 @@ def test_edges_behind_a_stop_are_a_complaint(monkeypatch):
 def test_a_lost_step_is_a_complaint(monkeypatch):
     edges = World.edges
     monkeypatch.setattr(
-        World, "edges", lambda *place: edges(*place)._replace(steps=edges(*place).count // 2)
+        World, "edges", lambda *place: edges(*place)._replace(steps=edges(*place).made // 2)
     )
     guard = play("uno", *MOVING, actions.Order("stop", 1), actions.Wait(TICK_HZ // 20))
     assert any("steps made" in text for text in guard.complaints)

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import imports
 import package_graph
 import pytest
 
@@ -61,7 +62,7 @@ APART = "pixstep does not import what proves it"
         ("pixstep/errors.py", "def late():\n    import pixstep.cli.main", LAYERS),
         ("pixstep/unheard_of.py", "VALUE = 1", LAYERS),
         ("pixstep_dev/unheard_of/__init__.py", "VALUE = 1", f"{LAYERS}-dev"),
-        ("pixstep_dev/robustness/wire.py", "import pixstep_dev.docs.tables", f"{LAYERS}-dev"),
+        ("pixstep_dev/robustness/noise.py", "import pixstep_dev.docs.tables", f"{LAYERS}-dev"),
     ],
 )
 def test_an_offence_is_found(lint, place, line, contract):
@@ -70,8 +71,8 @@ def test_an_offence_is_found(lint, place, line, contract):
 
 def test_a_circle_of_packages_inside_is_found(lint):
     planted = {
-        "pixstep/cli/board/group.py": "import pixstep.cli.main",
-        "pixstep/cli/main.py": "import pixstep.cli.board.group",
+        "pixstep/cli/board/person.py": "import pixstep.cli.main",
+        "pixstep/cli/main.py": "import pixstep.cli.board.person",
     }
     assert lint(planted) == ["no circle between the packages inside"]
 
@@ -152,3 +153,11 @@ def test_the_drawing_names_the_import_that_closes_a_circle(tmp_path):
         "against the levels:",
         "    pixstep/lines -> pixstep/board: a circle, by 1 module",
     ]
+
+
+def test_the_products_tests_import_nothing_of_the_proof(tmp_path):
+    assert imports.of_proof(imports.TESTS) == []
+    (tmp_path / "test_some.py").write_text("def late():\n    from pixstep_dev import markdown\n")
+    (tmp_path / "test_other.py").write_text("from pixstep_trials import lines\nimport pixstep\n")
+    found = ["test_some.py imports pixstep_dev", "test_some.py imports pixstep_dev.markdown"]
+    assert imports.of_proof(tmp_path) == found

@@ -8,9 +8,10 @@ import pytest
 
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation import judge, simrun
-from pixstep_dev.bench import clocks, lines, rates
+from pixstep_dev.bench import clocks, rates
 from pixstep_dev.bench.drive import Run
 from pixstep_dev.bench.trial import attempt
+from pixstep_trials import lines
 
 pytestmark = pytest.mark.usefixtures("simulator")
 

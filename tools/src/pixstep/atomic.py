@@ -19,8 +19,6 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
 
-import click
-
 from pixstep import unfinished
 from pixstep.errors import UserError
 from pixstep.unfinished import Part
@@ -252,6 +250,8 @@ def _pour(temporary: Path, target: Path) -> None:
     if is_stdout(target):
         if sys.stdout is None:
             raise OSError(errno.EBADF, "the standard output is closed")
+        import click  # takes its time to load, which a script need not wait for
+
         click.echo(temporary.read_bytes(), nl=False)
         return
     with temporary.open("rb") as source, target.open("wb") as sink:

@@ -13,6 +13,8 @@ import importlib
 from types import ModuleType
 from typing import Any
 
+from pixstep import extras
+
 _LOADED = "__loaded__"
 _MISSING = object()
 
@@ -24,7 +26,7 @@ class _Lazy(ModuleType):
         # Looked up here each time, as nothing of it is kept: only the module is.
         module = self.__dict__.get(_LOADED)
         if module is None:
-            module = self.__dict__[_LOADED] = importlib.import_module(self.__name__)
+            module = self.__dict__[_LOADED] = self._load()
         found = getattr(module, name, _MISSING)
         if found is not _MISSING:
             return found
@@ -32,6 +34,12 @@ class _Lazy(ModuleType):
             return importlib.import_module(f"{self.__name__}.{name}")  # a package's own module
         except ModuleNotFoundError:
             raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}") from None
+
+    def _load(self) -> ModuleType:
+        try:
+            return importlib.import_module(self.__name__)
+        except ModuleNotFoundError as error:
+            raise extras.of_import(error) or error from None
 
 
 def lazy(name: str) -> ModuleType:

@@ -4,9 +4,11 @@
                          in a clone                    installed from a wheel
 tables, C core           build/host/python             pixstep/_built
 images of the boards     build/BOARD/firmware          pixstep/_built
-pixstep-sim              PIXSTEP_SIM, build/host/bin   PIXSTEP_SIM, PATH
+the demo's profile       tools/data                    pixstep/_built
+pixstep-sim              PIXSTEP_SIM, build/host/bin   PIXSTEP_SIM, package pixstep_sim, PATH
 """
 
+import importlib
 import os
 import shutil
 import subprocess
@@ -37,6 +39,11 @@ def source(relative: str) -> Path:
     return path
 
 
+def example(name: str) -> Path:
+    """Return a file of tools/data that a wheel has too."""
+    return _built(_INSTALLED / name) if installed() else source(f"tools/data/{name}")
+
+
 def made(name: str) -> Path:
     """Return a file that the build makes for the package: tables, the C core."""
     return _built(_made(name))
@@ -52,8 +59,8 @@ def program(name: str) -> Path:
     found = _program(name)
     if found is None:
         raise UserError(
-            f"{name} is not on PATH: simulations need it, a clone of pixstep builds it "
-            f"(PIXSTEP_SIM may name it instead)"
+            f"{name} is not installed: simulations need pixstep's other wheel, pip install "
+            f"{name} (or let PIXSTEP_SIM name the program)"
         )
     return _built(found)
 
@@ -99,8 +106,17 @@ def _program(name: str) -> Path | None:
         return Path(os.environ["PIXSTEP_SIM"])
     if not installed():
         return root() / "build" / "host" / "bin" / name
-    found = shutil.which(name)
+    found = (_packaged() if name == _SIMULATOR else None) or shutil.which(name)
     return Path(found) if found else None
+
+
+def _packaged() -> Path | None:
+    """Return the simulator of the package pixstep_sim; None where it is not installed."""
+    try:
+        program: Path = importlib.import_module("pixstep_sim").program()
+    except ModuleNotFoundError:
+        return None
+    return program
 
 
 def _made(name: str) -> Path:

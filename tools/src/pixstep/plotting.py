@@ -15,15 +15,18 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, Protocol
 
-import matplotlib as mpl
+from pixstep import atomic, extras
+
+try:
+    import matplotlib as mpl
+except ModuleNotFoundError as missing:
+    raise extras.of_import(missing) or missing from None
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import Formatter, MaxNLocator, ScalarFormatter
-
-from pixstep import atomic
 
 INK = "#22303c"
 FAINT = "#8795a1"  # lines that only lead the eye; no text

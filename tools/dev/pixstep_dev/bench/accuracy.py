@@ -2,14 +2,15 @@
 """Constant rates: rate error and interval error, with and without a saturated serial line."""
 
 from fractions import Fraction
+from typing import Any
 
 from pixstep.board import boards
 from pixstep.errors import UserError
 from pixstep.simulation import verdict
-from pixstep_dev.bench import lines
 from pixstep_dev.bench.drive import Run, drive
 from pixstep_dev.bench.figure import Figure, Task, key
 from pixstep_dev.bench.trial import CLEAN, WRONG, judge
+from pixstep_trials import lines
 
 NAME = "accuracy"
 RATES = (10_000, 20_000, 30_000)  # steps/s
@@ -27,7 +28,7 @@ def tasks() -> list[Task]:
     ]
 
 
-def measure(board: str, rate: int, load: bool) -> list[dict]:
+def measure(board: str, rate: int, load: bool) -> list[dict[str, Any]]:
     """Run STEPS steps and compare the edges with the exact instants.
 
     Raises UserError if the board cannot do the rate: there is no error to speak of then.

@@ -8,16 +8,17 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from pixstep.board import boards
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.simulation import judge, simrun
-from pixstep_dev.bench import lines
 from pixstep_dev.bench.drive import Outcome, Run, drive
 from pixstep_dev.bench.figure import Column, Figure, Task, key
 from pixstep_dev.bench.search import Found, Search, holes, texts, under_load
 from pixstep_dev.bench.trial import CLEAN, MUTE, Trial
 from pixstep_dev.bench.trial import judge as judge_edges
+from pixstep_trials import lines
 
 NAME = "clocks"
 STEPS = (10, 20)  # a pixel
@@ -61,7 +62,7 @@ def tasks() -> list[Task]:
     ]
 
 
-def measure(board: str, axes: int, motion: str, steps: int) -> list[dict]:
+def measure(board: str, axes: int, motion: str, steps: int) -> list[dict[str, Any]]:
     """Search the highest clean pixel clock for `axes` axes at once."""
     case = Case(board, axes, motion, steps)
     tried = partial(attempt, case)
@@ -114,7 +115,7 @@ def _streamed(case: Case, hz: int, seconds: float, serial_load: bool) -> Trial:
     return trial
 
 
-def row(case: Case, found: Found, loaded: int) -> dict:
+def row(case: Case, found: Found, loaded: int) -> dict[str, Any]:
     """Return a search's result as plain data."""
     return {
         "board": case.board,

@@ -2,6 +2,7 @@
 """Our figures beside the peers' and the targets."""
 
 from collections.abc import Callable
+from typing import Any
 
 from pixstep_dev.bench import peers
 from pixstep_dev.bench.figure import Column, failures, key
@@ -10,10 +11,10 @@ from pixstep_dev.bench.peers import Goal
 _HEADLINE_HZ = 30.0  # pixel clock of the rates that are compared, the printer's
 _RAMP_HZ = 100.0  # where the line's counts are the ramp itself
 
-Figures = dict[str, list[dict]]
+Figures = dict[str, list[dict[str, Any]]]
 
 
-def compare(measured: dict) -> list[dict]:
+def compare(measured: dict[str, Any]) -> list[dict[str, Any]]:
     """Return a row for each goal: ours (None if not measured), target, met, peers."""
     rows = []
     for goal in peers.goals():
@@ -37,13 +38,13 @@ def compare(measured: dict) -> list[dict]:
     return rows
 
 
-def _some(figures: Figures, name: str, **wanted) -> list[dict]:
+def _some(figures: Figures, name: str, **wanted: object) -> list[dict[str, Any]]:
     """Return the rows of a figure with these values."""
     rows = figures.get(name, [])
     return [row for row in rows if all(row[k] == value for k, value in wanted.items())]
 
 
-def _largest(rows: list[dict], *names: str) -> list[float] | None:
+def _largest(rows: list[dict[str, Any]], *names: str) -> list[float] | None:
     """Return the largest magnitude of each key over the rows, None without rows."""
     return [max(abs(row[name]) for row in rows) for name in names] if rows else None
 
@@ -94,20 +95,20 @@ def _values(values: list[float]) -> str:
     return " / ".join(number(value) for value in values)
 
 
-def _target(row: dict) -> str:
+def _target(row: dict[str, Any]) -> str:
     return f"{row['relation']} {_values(row['target'])}"
 
 
-def _ours(row: dict) -> str:
+def _ours(row: dict[str, Any]) -> str:
     return "-" if row["ours"] is None else _values(row["ours"])
 
 
-def _met(row: dict) -> str:
+def _met(row: dict[str, Any]) -> str:
     return {None: "not measured", True: "met", False: "missed"}[row["met"]]
 
 
 def _peer(name: str) -> Column:
-    def text(row: dict) -> str:
+    def text(row: dict[str, Any]) -> str:
         peer = row["peers"].get(name)
         if peer is None:
             return "-"

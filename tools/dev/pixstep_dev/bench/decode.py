@@ -3,11 +3,13 @@
 
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 from pixstep.board import boards
 from pixstep.lines.line import Line
-from pixstep_dev.bench import lines, sections, stretch
+from pixstep_dev.bench import sections, stretch
 from pixstep_dev.bench.figure import Figure, Task, key
+from pixstep_trials import lines
 
 NAME = "decode"
 
@@ -49,7 +51,7 @@ def tasks() -> list[Task]:
     return [Task(NAME, measure, (board, kind)) for board in boards.BOARD_NAMES for kind in KINDS]
 
 
-def measure(board: str, kind: Kind) -> list[dict]:
+def measure(board: str, kind: Kind) -> list[dict[str, Any]]:
     """Measure decoding of one kind of pixel on one axis."""
     line, lead = kind.line()
     view = stretch.moving(board, line, kind.hz, stretch.inside(line, lead, lead))

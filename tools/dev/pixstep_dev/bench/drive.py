@@ -10,6 +10,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from pixstep.board import boards
 from pixstep.board import registers as regs
@@ -17,9 +20,10 @@ from pixstep.board.boardrun import BoardRun, Watch
 from pixstep.board.errors import BoardError, LineRefusedByBoardError
 from pixstep.lines.line import Line
 from pixstep.lines.rational import period_ticks
-from pixstep.simulation.edges import EdgeLog, read_clock, read_edges
+from pixstep.simulation.edges import EdgeLog, no_cycles, read_clock, read_edges
 from pixstep.simulation.serialload import SerialLoad
 from pixstep.simulation.simboard import SimulatedBoard
+from pixstep.simulation.summary import Stats
 
 SLICE_S = 0.001  # how exactly a window opens and shuts
 
@@ -61,13 +65,19 @@ class Outcome:
     """What a run left behind. Each view is the statistics of a window, `cycles` long."""
 
     run: Run
-    edges: EdgeLog | None = None
-    clock: list[int] = field(default_factory=list)
+    edges: EdgeLog = field(default_factory=EdgeLog)
+    clock: np.ndarray = field(default_factory=no_cycles)
     refused: str = ""  # the line error's name
     fault: str = ""  # the fault's name
     trouble: str = ""  # any other reason for which the run ended early
-    views: list[dict] = field(default_factory=list)
-    stats: dict = field(default_factory=dict)
+    views: list[dict[str, Any]] = field(default_factory=list)
+    final: Stats | None = None
+
+    @property
+    def stats(self) -> Stats:
+        """The statistics of the whole run, which there are behind its end."""
+        assert self.final
+        return self.final
 
     @property
     def steps(self) -> int:
@@ -109,7 +119,7 @@ def _go(board: SimulatedBoard, outcome: Outcome) -> None:
         outcome.fault = board.board.fault_name()
     except BoardError as error:
         outcome.trouble = outcome.trouble or str(error)
-    outcome.stats = board.simulator.stats()
+    outcome.final = board.simulator.stats()
 
 
 class _Windows(Watch):
@@ -120,7 +130,7 @@ class _Windows(Watch):
         self._board, self._simulator, self._outcome = board, board.simulator, outcome
         self._load = SerialLoad(board.board, board.axes, board.uploads) if run.serial_load else None
         self._windows = list(run.windows)
-        self._opened: dict | None = None
+        self._opened: dict[str, Any] | None = None
 
     def seen(self, registers: Mapping[int, Mapping[str, int]]) -> None:
         """Read the records of running axes if they are wanted."""
@@ -156,7 +166,7 @@ class _Windows(Watch):
             del self._windows[0]
 
 
-def view(before: dict, after: dict) -> dict:
+def view(before: dict[str, Any], after: dict[str, Any]) -> dict[str, Any]:
     """Return the statistics between two moments; at the first one the handlers' began anew."""
     old, new = before["boards"][0], after["boards"][0]
     return {

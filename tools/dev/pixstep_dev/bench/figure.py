@@ -3,6 +3,9 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
+
+Rows = list[dict[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -14,14 +17,14 @@ class Task:
     """
 
     figure: str
-    work: Callable[..., list[dict]]
-    arguments: tuple
+    work: Callable[..., list[dict[str, Any]]]
+    arguments: tuple[Any, ...]
     alone: bool = False
 
     @property
     def board(self) -> str:
         """The board that is measured."""
-        return self.arguments[0]
+        return str(self.arguments[0])
 
 
 @dataclass(frozen=True)
@@ -29,7 +32,7 @@ class Column:
     """One column of a table: its head, and the text of a row in it."""
 
     head: str
-    text: Callable[[dict], str]
+    text: Callable[[dict[str, Any]], str]
     left: bool = False
 
 
@@ -43,19 +46,19 @@ class Figure:
     tasks: Callable[[], list[Task]]
     columns: Sequence[Column]
     long: bool = False  # a search over many runs
-    merge: Callable[[list[dict]], list[dict]] = lambda rows: rows  # rows as the table shows them
+    merge: Callable[[Rows], Rows] = lambda rows: rows  # rows as the table shows them
 
 
 def key(head: str, name: str, form: str = "", *, left: bool = False) -> Column:
     """Return the column of one key of a row, formatted; a missing value is a dash."""
 
-    def text(row: dict) -> str:
+    def text(row: dict[str, Any]) -> str:
         value = row.get(name)
         return "-" if value is None else format(value, form)
 
     return Column(head, text, left)
 
 
-def failures(rows: list[dict]) -> list[str]:
+def failures(rows: list[dict[str, Any]]) -> list[str]:
     """Return what rows found that must never be: edges that were wrong without a fault."""
     return [text for row in rows for text in row.get("wrong", ())]

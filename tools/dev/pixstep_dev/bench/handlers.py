@@ -3,10 +3,12 @@
 
 from dataclasses import replace
 from fractions import Fraction
+from typing import Any
 
 from pixstep.board import boards
-from pixstep_dev.bench import lines, sections, stretch
+from pixstep_dev.bench import sections, stretch
 from pixstep_dev.bench.figure import Figure, Task, key
+from pixstep_trials import lines
 
 RATE = 30_000  # steps/s, of the step interrupt's figures
 _PRINTER_HZ = Fraction(30)
@@ -26,7 +28,7 @@ def tasks() -> list[Task]:
     ]
 
 
-def step_constant(board: str) -> list[dict]:
+def step_constant(board: str) -> list[dict[str, Any]]:
     """Measure the step interrupt at a constant rate."""
     count = lines.count_at(RATE, _PRINTER_HZ)
     line = lines.constant(count, lines.pixels_in(_SECONDS, _PRINTER_HZ))
@@ -34,14 +36,14 @@ def step_constant(board: str) -> list[dict]:
     return _step_rows(view, board, f"{RATE} steps/s constant")
 
 
-def step_ramp(board: str) -> list[dict]:
+def step_ramp(board: str) -> list[dict[str, Any]]:
     """Measure the step interrupt in ramps from rest to RATE and back."""
     line = lines.triangles(lines.count_at(RATE, _RAMP_HZ), _RAMP_HZ, _SECONDS)
     view = stretch.moving(board, line, _RAMP_HZ, stretch.inside(line))
     return _step_rows(view, board, f"ramps 0 to {RATE} steps/s")
 
 
-def whole_line(board: str) -> list[dict]:
+def whole_line(board: str) -> list[dict[str, Any]]:
     """Measure the step interrupt from boot to the end of a line, commands and idle periods too."""
     line = lines.triangles(lines.count_at(RATE, _RAMP_HZ), _RAMP_HZ, _SECONDS)
     view = stretch.whole(board, replace(line, negative=True), _RAMP_HZ)
@@ -49,7 +51,7 @@ def whole_line(board: str) -> list[dict]:
     return [row | {"step": False, "cycles_per_step": None} for row in rows]
 
 
-def others(board: str) -> list[dict]:
+def others(board: str) -> list[dict[str, Any]]:
     """Measure every handler while all axes move under a saturated serial line."""
     axes = boards.load(board).axes
     rate = _LOADED_RATE // axes
@@ -60,7 +62,7 @@ def others(board: str) -> list[dict]:
     return [_row(found, board, text) for found in view["handlers"].values()]
 
 
-def _step_rows(view: dict, board: str, text: str) -> list[dict]:
+def _step_rows(view: dict[str, Any], board: str, text: str) -> list[dict[str, Any]]:
     """Return a row for each handler of the first axis' timer, with its cost per step."""
     rows = [_row(found, board, text) for found in sections.step_handlers(view, board)]
     for row in rows:
@@ -69,7 +71,7 @@ def _step_rows(view: dict, board: str, text: str) -> list[dict]:
     return rows
 
 
-def _row(found: dict, board: str, text: str) -> dict:
+def _row(found: dict[str, Any], board: str, text: str) -> dict[str, Any]:
     return {"board": board, "handler": found["name"], "while": text, "step": False} | {
         name: found[name]
         for name in (

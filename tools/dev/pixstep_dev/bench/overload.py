@@ -3,12 +3,14 @@
 
 from fractions import Fraction
 from itertools import groupby
+from typing import Any
 
 from pixstep.board import boards
-from pixstep_dev.bench import lines, rates
+from pixstep_dev.bench import rates
 from pixstep_dev.bench.drive import Run
 from pixstep_dev.bench.figure import Column, Figure, Task, key
 from pixstep_dev.bench.trial import FAULT, MUTE, WRONG, attempt
+from pixstep_trials import lines
 
 NAME = "overload"
 _HZ = Fraction(100)  # so that the counts of the highest rate fit a pixel
@@ -19,7 +21,8 @@ MOTIONS = ("constant", "smooth")
 
 def rates_tried() -> list[int]:
     """Return the rates in steps/s, evenly spread on a logarithmic scale."""
-    found, power = [], 0
+    found: list[int] = []
+    power = 0
     while not found or found[-1] < _TO:
         found.append(round(_FROM * 10 ** (power / _EACH_DECADE)))
         power += 1
@@ -36,7 +39,7 @@ def tasks() -> list[Task]:
     ]
 
 
-def measure(board: str, motion: str, rate: int) -> list[dict]:
+def measure(board: str, motion: str, rate: int) -> list[dict[str, Any]]:
     """Force a line of this rate onto the board, unchecked by the host; say how it ends."""
     axes = boards.load(board).axes
     line = rates.line_of(motion, lines.count_at(rate, _HZ), _HZ, _SECONDS)
@@ -56,7 +59,7 @@ def measure(board: str, motion: str, rate: int) -> list[dict]:
     ]
 
 
-def spans(rows: list[dict]) -> list[dict]:
+def spans(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Return rows that ended alike at neighbouring rates as one, from the lowest to the highest."""
     merged = []
     for _, group in groupby(
@@ -69,7 +72,7 @@ def spans(rows: list[dict]) -> list[dict]:
     return merged
 
 
-def _outcome(row: dict) -> str:
+def _outcome(row: dict[str, Any]) -> str:
     after = ", every edge before it right" if row["outcome"] == FAULT else ""
     return f"{row['outcome']} {row['detail']}".strip() + after
 

@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: MIT
 """The other step generators' figures and the targets, from data/peers.toml."""
 
+import operator
 import tomllib
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 _DATA = Path(__file__).resolve().parents[1] / "data" / "peers.toml"
-RELATIONS = {">=": lambda value, bound: value >= bound, "<=": lambda value, bound: value <= bound}
+RELATIONS: dict[str, Callable[[float, float], bool]] = {">=": operator.ge, "<=": operator.le}
 
 
 @dataclass(frozen=True)
@@ -55,13 +58,13 @@ def goals() -> list[Goal]:
 
 def source() -> str:
     """Return where the peers' figures are from."""
-    return _read()["source"].strip()
+    return str(_read()["source"]).strip()
 
 
 def projects() -> dict[str, str]:
     """Return the peers and what each is."""
-    return _read()["projects"]
+    return dict(_read()["projects"])
 
 
-def _read() -> dict:
+def _read() -> dict[str, Any]:
     return tomllib.loads(_DATA.read_text(encoding="utf-8"))

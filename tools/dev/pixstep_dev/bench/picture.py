@@ -8,11 +8,13 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.typing import HashableList
 
 from pixstep import plotting
 from pixstep.board import boards
 from pixstep.plotting import number
-from pixstep_dev.bench import compare, lines, ramp
+from pixstep_dev.bench import compare, ramp
+from pixstep_trials import lines
 
 _BOARD = "uno"
 _HZ = Fraction(100)  # the line's counts are the ramp itself
@@ -29,7 +31,7 @@ def draw(path: Path) -> None:
 
 def _figure(errors: np.ndarray) -> Figure:
     figure = plotting.figure((11, 7.6))
-    rows = [["over", "spread"], ["peers", "peers"]]
+    rows: list[HashableList[str]] = [["over", "spread"], ["peers", "peers"]]
     axes = figure.subplot_mosaic(rows, height_ratios=[3, 2], width_ratios=[4, 1])
     peak, acceleration = number(ramp.PEAK), number(lines.RAMP_STEPS_PER_S2)
     title = f"Ramp from 0 to {peak} steps/s at {acceleration} steps/s²"
@@ -63,7 +65,7 @@ def _over_time(axes: Axes, errors: np.ndarray) -> None:
 def _spread(axes: Axes, errors: np.ndarray) -> None:
     """Draw the distribution of the errors, beside their axis."""
     bins = np.linspace(-0.25 * _TICK_US, 1.25 * _TICK_US, 61)
-    axes.hist(errors, bins=bins, orientation="horizontal", color=plotting.MADE, alpha=0.85)
+    axes.hist(errors, bins=bins.tolist(), orientation="horizontal", color=plotting.MADE, alpha=0.85)
     axes.set_ylim(-0.25 * _TICK_US, 1.25 * _TICK_US)
     axes.tick_params(labelleft=False)
     axes.set_xlabel("edges")

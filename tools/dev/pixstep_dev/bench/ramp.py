@@ -9,7 +9,7 @@ and the line's own path differs from the ramp by far more than the board's error
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pixstep.board import boards
 from pixstep.errors import UserError
@@ -17,10 +17,10 @@ from pixstep.lazy import lazy
 from pixstep.lines import exact
 from pixstep.lines.line import Line
 from pixstep.simulation.verdict import find_zero
-from pixstep_dev.bench import lines
 from pixstep_dev.bench.drive import Run, drive
 from pixstep_dev.bench.figure import Figure, Task, key
 from pixstep_dev.bench.trial import CLEAN, WRONG, judge
+from pixstep_trials import lines
 
 if TYPE_CHECKING:
     import numpy as np
@@ -73,7 +73,7 @@ def errors_us(board: str, hz: Fraction) -> tuple[np.ndarray, np.ndarray]:
     return (made - ideal_ticks(steps, outcome.run.tick_hz)) * tick_us, (made - own) * tick_us
 
 
-def measure(board: str, hz: Fraction) -> list[dict]:
+def measure(board: str, hz: Fraction) -> list[dict[str, Any]]:
     """Measure the ramp at one pixel clock."""
     to_ramp, to_line = errors_us(board, hz)
     row = {"board": board, "hz": float(hz), "steps": len(to_ramp)}

@@ -3,16 +3,17 @@
 
 from fractions import Fraction
 from functools import partial
+from typing import Any
 
 from pixstep.board import boards
 from pixstep.lines.line import Line
 from pixstep.lines.rational import period_ticks
 from pixstep.profiles.generator import MAX_SPEED
-from pixstep_dev.bench import lines
 from pixstep_dev.bench.drive import Run
 from pixstep_dev.bench.figure import Column, Figure, Task, key
 from pixstep_dev.bench.search import LONG_S, Found, Search, holes, texts, under_load
 from pixstep_dev.bench.trial import Trial, attempt
+from pixstep_trials import lines
 
 NAME = "rates"
 CLOCKS = (Fraction(30), Fraction(100))  # Hz; the first is the printer's
@@ -32,7 +33,7 @@ def tasks() -> list[Task]:
     ]
 
 
-def measure(board: str, axes: int, motion: str, hz: Fraction) -> list[dict]:
+def measure(board: str, axes: int, motion: str, hz: Fraction) -> list[dict[str, Any]]:
     """Search the highest clean rate of `axes` axes that run the same line at once."""
     tried = partial(_attempt, board, axes, motion, hz)
     unit = lines.grid(hz)
@@ -61,7 +62,9 @@ def awkward(unit: int, period: Fraction, count: int) -> int:
     return min(choice, key=lambda n: abs(period / n % 1 - Fraction(1, 2)))
 
 
-def row(board: str, axes: int, motion: str, hz: Fraction, found: Found, loaded: int) -> dict:
+def row(
+    board: str, axes: int, motion: str, hz: Fraction, found: Found, loaded: int
+) -> dict[str, Any]:
     """Return a search's result as plain data, rates in steps/s."""
 
     def rate(count: int) -> int:

@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed, wait
 from concurrent.futures.process import BrokenProcessPool
+from typing import Any
 
 from pixstep.errors import UserError
 from pixstep.progress import Progress, unseen
@@ -23,7 +24,7 @@ def measure(
     *,
     boards: Sequence[str] = (),
     executor: Callable[[], Executor] | None = None,
-) -> dict:
+) -> dict[str, Any]:
     """Return {"figures": {name: rows}, "failures": [...], "not_measured": [...], "wall_s": s}.
 
     Tasks run side by side, those that want to be alone afterwards one by one; rows keep the order
@@ -35,7 +36,7 @@ def measure(
     tasks = [
         task for figure in figures for task in figure.tasks() if not boards or task.board in boards
     ]
-    rows: dict[int, list[dict]] = {}
+    rows: dict[int, list[dict[str, Any]]] = {}
     lacks: list[str] = []
     with (executor or _cores)() as pool:
         for index, future in _finished(pool, tasks):
@@ -47,7 +48,7 @@ def measure(
                 rows[index] = []
                 lacks.append(f"{tasks[index].figure}: {error}")
             progress(len(rows) / len(tasks))
-    result: dict[str, list[dict]] = {figure.name: [] for figure in figures}
+    result: dict[str, list[dict[str, Any]]] = {figure.name: [] for figure in figures}
     for index, task in enumerate(tasks):
         result[task.figure] += rows[index]
     return {
@@ -58,7 +59,7 @@ def measure(
     }
 
 
-def merged(results: Sequence[dict]) -> dict:
+def merged(results: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """Return several results as one, the rows of each figure in the order of the results."""
     names = [name for result in results for name in result["figures"]]
     return results[0] | {
@@ -71,7 +72,7 @@ def merged(results: Sequence[dict]) -> dict:
     }
 
 
-def _finished(pool: Executor, tasks: list[Task]) -> Iterator[tuple[int, Future]]:
+def _finished(pool: Executor, tasks: list[Task]) -> Iterator[tuple[int, Future[Any]]]:
     """Yield every task's index and future as it ends; leaving early cancels the rest."""
     together = {pool.submit(_do, task): index for index, task in enumerate(tasks) if not task.alone}
     try:
@@ -103,6 +104,6 @@ def _leave(number: int, frame: object) -> None:
     raise SystemExit(1)
 
 
-def _do(task: Task) -> list[dict]:
+def _do(task: Task) -> list[dict[str, Any]]:
     """Do a task; a worker that was left does not begin those already handed to it."""
     return [] if _left.is_set() else task.work(*task.arguments)

@@ -8,6 +8,7 @@ below it, so that every tested rate up to the result is clean.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from pixstep_dev.bench.trial import CLEAN, WRONG, Trial
 
@@ -113,6 +114,6 @@ def texts(place: str, unit: str, trials: dict[int, Trial]) -> list[str]:
     return [f"{place}, {count} {unit}: {trial.text}" for count, trial in trials.items()]
 
 
-def holes(row: dict) -> str:
+def holes(row: dict[str, Any]) -> str:
     """Return the holes of a search's row for its table."""
     return "; ".join(row["holes"]) or "none"

@@ -2,10 +2,12 @@
 """CPU share while one axis moves at one rate: handlers, decoding, following, and the rest."""
 
 from fractions import Fraction
+from typing import Any
 
 from pixstep.board import boards
-from pixstep_dev.bench import lines, sections, stretch
+from pixstep_dev.bench import sections, stretch
 from pixstep_dev.bench.figure import Column, Figure, Task, key
+from pixstep_trials import lines
 
 NAME = "share"
 RATE = 30_000  # steps/s
@@ -22,7 +24,7 @@ def tasks() -> list[Task]:
     ]
 
 
-def measure(board: str, motion: str) -> list[dict]:
+def measure(board: str, motion: str) -> list[dict[str, Any]]:
     """Measure one second at RATE."""
     count = lines.count_at(RATE, _HZ)
     lead = 0
@@ -33,7 +35,7 @@ def measure(board: str, motion: str) -> list[dict]:
     return [{"board": board, "motion": motion, "steps_per_s": RATE, **shares(view, board)}]
 
 
-def shares(view: dict, board: str) -> dict:
+def shares(view: dict[str, Any], board: str) -> dict[str, Any]:
     """Return the shares of all cycles of a view.
 
     `share` is handlers, decoding and following what the handlers did. The loop looks for work
@@ -58,7 +60,7 @@ def shares(view: dict, board: str) -> dict:
     }
 
 
-def _others(row: dict) -> str:
+def _others(row: dict[str, Any]) -> str:
     parts = [
         f"{name} {share:.1%}"
         for name, share in row["sections"].items()

@@ -2,13 +2,14 @@
 """The simulator: seconds of a board's time for each second of this machine's CPU time."""
 
 from fractions import Fraction
+from typing import Any
 
 from pixstep.board import boards
 from pixstep.errors import UserError
-from pixstep_dev.bench import lines
 from pixstep_dev.bench.drive import Run, drive
 from pixstep_dev.bench.figure import Figure, Task, key
 from pixstep_dev.bench.trial import CLEAN, judge
+from pixstep_trials import lines
 
 NAME = "simulator"
 RATES = (30_000, 25_000, 20_000, 15_000, 10_000, 5_000)  # steps/s: the first that all axes can do
@@ -21,7 +22,7 @@ def tasks() -> list[Task]:
     return [Task(NAME, measure, (board,), alone=True) for board in boards.BOARD_NAMES]
 
 
-def measure(board: str) -> list[dict]:
+def measure(board: str) -> list[dict[str, Any]]:
     """Measure with every edge logged."""
     axes = boards.load(board).axes
     for rate in RATES:

@@ -5,12 +5,14 @@ import json
 import shutil
 import sys
 from fractions import Fraction
+from typing import Any
 
 from pixstep import natives
 from pixstep.board import boards
 from pixstep.errors import UserError
-from pixstep_dev.bench import lines, stretch
+from pixstep_dev.bench import stretch
 from pixstep_dev.bench.figure import Figure, Task, key
+from pixstep_trials import lines
 
 NAME = "sizes"
 _HZ = Fraction(30)
@@ -22,7 +24,7 @@ def tasks() -> list[Task]:
     return [Task(NAME, measure, (board,)) for board in boards.BOARD_NAMES]
 
 
-def measure(board: str) -> list[dict]:
+def measure(board: str) -> list[dict[str, Any]]:
     """Measure one image."""
     counted = _counted(board)
     stack = max(_stack_used(board, steady) for steady in (True, False))
@@ -40,14 +42,14 @@ def measure(board: str) -> list[dict]:
     ]
 
 
-def _counted(board: str) -> dict:
+def _counted(board: str) -> dict[str, Any]:
     """Return what tools/checks/sizes.py finds in the image."""
     if not shutil.which("avr-objdump"):
         raise UserError("avr-objdump is missing: run tools/setup")
     script = natives.source("tools/checks/sizes.py")
-    done = natives.run([sys.executable, script, "--json", f"{board}={natives.image(board)}"])
+    done = natives.run([sys.executable, str(script), "--json", f"{board}={natives.image(board)}"])
     try:
-        return json.loads(done.stdout)[board]
+        return dict(json.loads(done.stdout)[board])
     except (ValueError, KeyError):
         text = (done.stdout + done.stderr).strip().splitlines()
         raise UserError(f"{script.name}: {text[-1] if text else 'no answer'}") from None
@@ -58,7 +60,7 @@ def _stack_used(board: str, steady: bool) -> int:
     line = lines.at_peak(_COUNT, _HZ, _SECONDS, steady=steady)
     axes = boards.load(board).axes
     view = stretch.moving(board, line, _HZ, stretch.inside(line), axes=axes, serial_load=True)
-    return view["stack_used_bytes"]
+    return int(view["stack_used_bytes"])
 
 
 FIGURE = Figure(

@@ -2,6 +2,7 @@
 """Views of chosen stretches: the steady part of a line, or a board at rest."""
 
 from fractions import Fraction
+from typing import Any
 
 from pixstep.board.upload import Upload
 from pixstep.errors import UserError
@@ -22,8 +23,8 @@ def inside(line: Line, begin: int = 0, end: int = 0) -> Window:
 
 
 def moving(
-    board: str, line: Line, hz: Fraction, window: Window, *, axes: int = 1, **options
-) -> dict:
+    board: str, line: Line, hz: Fraction, window: Window, *, axes: int = 1, **options: Any
+) -> dict[str, Any]:
     """Return the view of a window while `axes` axes run the same line.
 
     Raises UserError if the run ends before: the board cannot do this line.
@@ -36,7 +37,7 @@ def moving(
     return outcome.views[0] | {"stack_used_bytes": outcome.stats["boards"][0]["stack_used_bytes"]}
 
 
-def whole(board: str, line: Line, hz: Fraction) -> dict:
+def whole(board: str, line: Line, hz: Fraction) -> dict[str, Any]:
     """Return the handlers of a whole run of one axis, and its steps."""
     outcome = drive(Run(board, {0: line}, hz))
     _refuse_cut_short(outcome)
@@ -52,7 +53,9 @@ def _refuse_cut_short(outcome: Outcome) -> None:
         raise UserError(f"{outcome.run.board}, {axes} axes, {line.name}: {why}")
 
 
-def at_rest(board: str, hz: Fraction, seconds: float, *, serial_load: bool = False) -> dict:
+def at_rest(
+    board: str, hz: Fraction, seconds: float, *, serial_load: bool = False
+) -> dict[str, Any]:
     """Return the view of an enabled board without a line."""
     with SimulatedBoard(board, hz) as run:
         run.set_up(hz, [0])

@@ -55,7 +55,9 @@ def _reasons(outcome: Outcome) -> list[str]:
     """
     if outcome.refused and not outcome.steps:
         return []
-    run, reasons, zeros = outcome.run, [], set()
+    run = outcome.run
+    reasons: list[str] = []
+    zeros: set[int] = set()
     for axis, line in sorted(run.lines.items()):
         edges = outcome.edges.axis(0, axis)
         found = verdict.judge_axis(
@@ -67,12 +69,13 @@ def _reasons(outcome: Outcome) -> list[str]:
             stopped=bool(outcome.fault or outcome.refused),
         )
         reasons += [f"axis {axis}: {text}" for text in found.reasons]
-        if verdict.find_zero(line, run.period, edges.rising) is not None:  # else it is a guess
+        known = verdict.find_zero(line, run.period, edges.rising) is not None  # else it is a guess
+        if known and found.line_zero_cycle is not None:
             zeros.add(found.line_zero_cycle)
     if len(zeros) > 1:
         reasons.append(f"the axes do not share one line zero: cycles {sorted(zeros)}")
     elif zeros:
-        _, reason = verdict.judge_clock(*zeros, run.period, outcome.clock)
+        _, reason = verdict.judge_clock(zeros.pop(), run.period, outcome.clock)
         reasons += [reason] if reason else []
     idle = set(outcome.edges.axes) - {(0, axis) for axis in run.lines}
     made = [axis for _, axis in sorted(idle) if len(outcome.edges.axis(0, axis).rising)]

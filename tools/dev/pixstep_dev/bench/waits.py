@@ -3,11 +3,13 @@
 
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 from pixstep.board import boards
 from pixstep.lines.line import PLAIN, Line
-from pixstep_dev.bench import lines, sections, stretch
+from pixstep_dev.bench import sections, stretch
 from pixstep_dev.bench.figure import Figure, Task, key
+from pixstep_trials import lines
 
 NAME = "waits"
 _HZ = Fraction(30)
@@ -39,7 +41,7 @@ def tasks() -> list[Task]:
     return [Task(NAME, measure, (board, scene)) for board in boards.BOARD_NAMES for scene in SCENES]
 
 
-def measure(board: str, scene: Scene) -> list[dict]:
+def measure(board: str, scene: Scene) -> list[dict[str, Any]]:
     """Measure one scene with all axes."""
     axes = boards.load(board).axes
     if scene.moving:
@@ -63,7 +65,7 @@ def measure(board: str, scene: Scene) -> list[dict]:
     ]
 
 
-def _line(board: str, *, streamed: bool) -> tuple:
+def _line(board: str, *, streamed: bool) -> tuple[Any, ...]:
     """Return the line of a board's moving scenes and the window on it."""
     count = lines.count_at(_RATE // boards.load(board).axes, _HZ)
     pixels = lines.pixels_in(_SECONDS, _HZ)
@@ -71,7 +73,7 @@ def _line(board: str, *, streamed: bool) -> tuple:
         queue_twice = 300
         line = Line(tuple(count - k % 2 for k in range(queue_twice)), PLAIN, name="streamed")
         return line, stretch.inside(line)
-    line = lines.at_peak(count, _HZ, pixels / _HZ)
+    line = lines.at_peak(count, _HZ, float(pixels / _HZ))
     return line, stretch.inside(line)
 
 

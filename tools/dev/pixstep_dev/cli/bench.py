@@ -5,18 +5,19 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from pixstep import natives, progress
 from pixstep.board import boards
 from pixstep.cli.command import FILE, PICTURE, command
-from pixstep.cli.options import SCHEMA
+from pixstep.cli.output import SCHEMA
 from pixstep.errors import UserError
 from pixstep.lazy import lazy
 from pixstep_dev import markdown
 from pixstep_dev.bench import compare, figures, run
+from pixstep_dev.bench.figure import Figure
 
 if TYPE_CHECKING:
     import rich.console
@@ -59,7 +60,17 @@ _PIPE_WIDTH = 160  # columns, where no terminal says
 @click.option("--write", type=FILE, help="Rewrite the figures in FILE between its markers.")
 @click.option("--plot", type=PICTURE, help="Draw the ramp's edge errors into FILE (PNG).")
 @click.pass_context
-def bench(ctx, only, names, quick, comparing, saved, as_json, write, plot):
+def bench(
+    ctx: click.Context,
+    only: tuple[str, ...],
+    names: tuple[str, ...],
+    quick: bool,
+    comparing: bool,
+    saved: tuple[Path, ...],
+    as_json: bool,
+    write: Path | None,
+    plot: Path | None,
+) -> None:
     """Measure cycles, rates, CPU share, edge errors, waits and sizes of all boards' images.
 
     Exit status 0; 1 if any edge was wrong without a fault before it, or if a figure could not be
@@ -85,7 +96,7 @@ def bench(ctx, only, names, quick, comparing, saved, as_json, write, plot):
     ctx.exit(1 if measured["failures"] or measured["not_measured"] else 0)
 
 
-def _deliver(measured: dict, comparing: bool, as_json: bool, write: Path | None) -> None:
+def _deliver(measured: dict[str, Any], comparing: bool, as_json: bool, write: Path | None) -> None:
     """Write the document, print JSON or tables."""
     if write and measured["not_measured"]:
         raise UserError(f"{write}: not written, a figure is missing: {measured['not_measured'][0]}")
@@ -102,7 +113,7 @@ def _deliver(measured: dict, comparing: bool, as_json: bool, write: Path | None)
         _print(console, measured, comparing=comparing)
 
 
-def _measure(chosen: list[figures.Figure], names: tuple[str, ...]) -> dict:
+def _measure(chosen: list[Figure], names: tuple[str, ...]) -> dict[str, Any]:
     if not chosen:
         raise UserError("nothing to measure: --quick leaves out what --only names")
     natives.program("pixstep-sim")  # named once, not by every task
@@ -118,7 +129,7 @@ def _compiler() -> str:
     return done.stdout.partition("\n")[0]
 
 
-def _saved(path: Path) -> dict:
+def _saved(path: Path) -> dict[str, Any]:
     """Return a saved result; raises UserError if the file is none."""
     try:
         measured = json.loads(path.read_text(encoding="utf-8"))
@@ -131,7 +142,7 @@ def _saved(path: Path) -> dict:
     return measured
 
 
-def _print(console: rich.console.Console, measured: dict, *, comparing: bool) -> None:
+def _print(console: rich.console.Console, measured: dict[str, Any], *, comparing: bool) -> None:
     if comparing:
         rows = compare.compare(measured)
         console.print(rich.text.Text(compare.about(), style="dim"))
@@ -141,7 +152,7 @@ def _print(console: rich.console.Console, measured: dict, *, comparing: bool) ->
         tables.show(console, figures.FIGURES, measured)
 
 
-def _document(measured: dict) -> str:
+def _document(measured: dict[str, Any]) -> str:
     """Return the generated part of docs/TIMING.md."""
     rows = compare.compare(measured)
     parts = [f"Compiler of the images: {measured.get('compiler', 'unknown')}."]

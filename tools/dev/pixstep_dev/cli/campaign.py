@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: MIT
 """`pixstep-dev campaign`: random valid lines on a simulated board, judged."""
 
+from pathlib import Path
+from typing import Any
+
 import click
 
 from pixstep import atomic, progress
 from pixstep.board import boards
 from pixstep.cli.command import OUTPUT, command
-from pixstep.cli.options import DECODE
+from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.simulation import report
 from pixstep_dev.randomlines import campaign
 
@@ -14,14 +17,16 @@ from pixstep_dev.randomlines import campaign
 @command("campaign")
 @click.option("--lines", type=click.IntRange(min=1), default=200, show_default=True)
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
-@click.option("--decode", type=DECODE, multiple=True, help="Default: both.")
+@click.option("--decode", type=click.Choice([SMOOTH, PLAIN]), multiple=True, help="Default: both.")
 @click.option("--seed", type=int, default=1, show_default=True)
 @click.option("--min-interval", type=click.IntRange(1), default=533, show_default=True)
 @click.option("--axes", type=click.IntRange(1, 4), default=1, help="Lines at once, one an axis.")
 @click.option("--serial-load", is_flag=True)
 @click.option("-o", "--output", type=OUTPUT, help="JSON file to write.")
 @click.pass_context
-def campaign_command(ctx, board, output, **options):
+def campaign_command(
+    ctx: click.Context, /, board: str, output: Path | None, **options: Any
+) -> None:
     """Run random valid lines on a simulated board; exit status 0 only if every one passes."""
     plan = campaign.Plan(
         board=board,

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT
 """`pixstep-dev docs`: the generated tables of the documentation."""
 
+import json
 from collections.abc import Callable
+from pathlib import Path
 
 import click
 
@@ -24,7 +26,7 @@ def docs_group() -> None:
 @click.option("--write", "action", flag_value="write", help="Rewrite outputs and pictures too.")
 @click.argument("file", type=FILE)
 @click.pass_context
-def tutorial(ctx, file, action):
+def tutorial(ctx: click.Context, file: Path, action: str) -> None:
     """Walk a document: run its commands, compare what they print and draw with what it shows.
 
     Exit status 0 if all is as it says, 1 if not (or was not, with --write).
@@ -40,7 +42,9 @@ def tutorial(ctx, file, action):
     ctx.exit(1 if complaints else 0)
 
 
-def _deliver(ctx: click.Context, name: str, content: str, check, write) -> None:
+def _deliver(
+    ctx: click.Context, name: str, content: str, check: Path | None, write: Path | None
+) -> None:
     """Print, check or write one generated part."""
     if check:
         good = markdown.check(check, name, content)
@@ -65,7 +69,7 @@ def _add_table(name: str, make: Callable[[], str], text: str) -> None:
     @_check
     @_write
     @click.pass_context
-    def table(ctx, check, write):
+    def table(ctx: click.Context, check: Path | None, write: Path | None) -> None:
         _deliver(ctx, name, make(), check, write)
 
 
@@ -93,6 +97,27 @@ def _grammar() -> str:
 
 
 _add_table("grammar", _grammar, "All commands and their options, for docs/COMMANDS.md.")
+
+
+def _operations() -> str:
+    from pixstep_dev.docs import operations  # loads every operation
+
+    return operations.operations()
+
+
+_add_table(
+    "operations",
+    _operations,
+    "All operations with their fields and results, for docs/OPERATIONS.md.",
+)
+
+
+@docs_group.command("schemas")
+def schemas_command() -> None:
+    """Print the JSON schemas of all results, for docs/schemas.json."""
+    from pixstep.operations import schemas  # loads every operation
+
+    click.echo(json.dumps(schemas.all_schemas(), indent=1, sort_keys=True))
 
 
 def _commands() -> str:

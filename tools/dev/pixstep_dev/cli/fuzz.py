@@ -32,7 +32,16 @@ def fuzz_group() -> None:
 @click.option("--record", is_flag=True, help="Write the figures to fuzz/CAMPAIGN.md.")
 @click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON.")
 @click.pass_context
-def run(ctx, target, executions, seconds, seed, grow, record, as_json):
+def run(
+    ctx: click.Context,
+    target: str,
+    executions: int,
+    seconds: int,
+    seed: int,
+    grow: bool,
+    record: bool,
+    as_json: bool,
+) -> None:
     """Fuzz a target, from the kept corpus on.
 
     Exit status 1 if anything is found.
@@ -74,7 +83,7 @@ def _say(target: str, outcome: fuzzer.Outcome) -> None:
     help="At most, each.",
 )
 @click.pass_context
-def prove(ctx, executions):
+def prove(ctx: click.Context, executions: int) -> None:
     """Plant known defects; see that fuzzing finds each."""
     missed = 0
     for defect in defects.DEFECTS:

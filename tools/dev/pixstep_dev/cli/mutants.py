@@ -1,13 +1,20 @@
 # SPDX-License-Identifier: MIT
 """`pixstep-dev mutants`: small changes of the firmware that the tests must see."""
 
+from __future__ import annotations
+
 import json
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from pixstep import progress
 from pixstep.cli.command import FILE
 from pixstep_dev.mutants import stages
+
+if TYPE_CHECKING:
+    from pixstep_dev.mutants import campaign, judged
 
 
 @click.command()
@@ -35,7 +42,18 @@ from pixstep_dev.mutants import stages
 @click.option("--json", "as_json", is_flag=True, help="Print every mutant and its fate as JSON.")
 @click.option("--write", type=FILE, help="Rewrite the figures in FILE (docs/MUTANTS.md).")
 @click.pass_context
-def mutants(ctx, count, seed, only, assembly, last, jobs, again, as_json, write):
+def mutants(
+    ctx: click.Context,
+    count: int,
+    seed: int,
+    only: str,
+    assembly: bool,
+    last: str,
+    jobs: int,
+    again: Path | None,
+    as_json: bool,
+    write: Path | None,
+) -> None:
     """Change the firmware in small ways; see which tests notice.
 
     Each mutant changes one operator, constant, condition, statement or returned value of
@@ -63,7 +81,7 @@ def mutants(ctx, count, seed, only, assembly, last, jobs, again, as_json, write)
     ctx.exit(1 if judged.score(outcome, judgements).open else 0)
 
 
-def _say(outcome, judgements) -> None:
+def _say(outcome: campaign.Outcome, judgements: judged.Judgements) -> None:
     """Print the figures, and the survivors that nobody has judged."""
     from pixstep_dev.mutants import judged, record
 

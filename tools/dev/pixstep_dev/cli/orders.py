@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: MIT
 """`pixstep-dev robustness orders`: commands in every order, at any cycle."""
 
+from __future__ import annotations
+
 import json
 from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -10,6 +14,9 @@ from pixstep import progress
 from pixstep.board import boards
 from pixstep.cli.command import FILE
 from pixstep.errors import UserError
+
+if TYPE_CHECKING:
+    from pixstep_dev.robustness.orders import campaign, rests
 
 _ESTOP_SHARE = 0.05  # of the trials, without --estop
 
@@ -32,7 +39,19 @@ _ESTOP_SHARE = 0.05  # of the trials, without --estop
 @click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON.")
 @click.option("--write", type=FILE, help="Rewrite the board's part of FILE (docs/ORDERS.md).")
 @click.pass_context
-def orders(ctx, board, count, seed, estop, first, replay, together, rests, as_json, write):
+def orders(
+    ctx: click.Context,
+    board: str,
+    count: int,
+    seed: int,
+    estop: bool,
+    first: int,
+    replay: str | None,
+    together: bool,
+    rests: bool,
+    as_json: bool,
+    write: Path | None,
+) -> None:
     """Give commands in random pairs and triples at random cycles.
 
     Lines run from 1 to 60,000 steps a second. Exit status 0 only if every reported position is the
@@ -65,7 +84,15 @@ def orders(ctx, board, count, seed, estop, first, replay, together, rests, as_js
     ctx.exit(1 if outcome.failed else 0)
 
 
-def _run_rests(ctx, board, count, seed, first, as_json, write) -> None:
+def _run_rests(
+    ctx: click.Context,
+    board: str,
+    count: int,
+    seed: int,
+    first: int,
+    as_json: bool,
+    write: Path | None,
+) -> None:
     """Let the clock rest, say what happened and end the command."""
     from pixstep_dev.robustness.orders import rests as campaign
 
@@ -89,14 +116,14 @@ def _place(text: str) -> tuple[int, int]:
     return int(seed), int(index)
 
 
-def _write(path, outcome) -> None:
+def _write(path: Path, outcome: campaign.Outcome | rests.Outcome) -> None:
     from pixstep_dev import markdown
     from pixstep_dev.robustness.orders import record
 
     markdown.write(path, record.name(outcome), record.markdown(outcome))
 
 
-def _facts(outcome) -> dict:
+def _facts(outcome: campaign.Outcome) -> dict[str, Any]:
     """Return plain data; pairs by "first, second"."""
     facts = {name: value for name, value in vars(outcome).items() if name != "plan"}
     facts["pairs"] = {", ".join(pair): number for pair, number in outcome.pairs.items()}
@@ -104,7 +131,7 @@ def _facts(outcome) -> dict:
     return {"board": outcome.plan.board, "seed": outcome.plan.seed, **facts}
 
 
-def _say(outcome) -> None:
+def _say(outcome: campaign.Outcome) -> None:
     click.echo(
         f"{outcome.plan.board}: {outcome.trials:,} trials, {len(outcome.pairs):,} different pairs "
         f"of commands, {outcome.failed:,} failed"

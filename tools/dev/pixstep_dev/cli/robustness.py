@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: MIT
 """`pixstep-dev robustness`: campaigns of injected faults and of foreign clients."""
 
+from __future__ import annotations
+
 import json
 from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -11,6 +14,10 @@ from pixstep.board import boards
 from pixstep.cli.command import Group
 from pixstep_dev.cli.orders import orders
 from pixstep_dev.robustness import holes
+from pixstep_trials.promises import ESTOP_CYCLES
+
+if TYPE_CHECKING:
+    from pixstep_dev.robustness.uploads import Outcome
 
 _seed = click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
 _json = click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON.")
@@ -29,7 +36,7 @@ def robustness_group() -> None:
 @_seed
 @_json
 @click.pass_context
-def frames(ctx, board, count, seed, as_json):
+def frames(ctx: click.Context, board: str, count: int, seed: int, as_json: bool) -> None:
     """Send mutated frames while every axis moves.
 
     Compares every STEP edge: runs the same lines undisturbed and under fire. Exit status 0 only if
@@ -52,7 +59,7 @@ def frames(ctx, board, count, seed, as_json):
 
 
 def _finish(
-    ctx: click.Context, facts: dict, rows: list[str], otherwise: str, *, as_json: bool
+    ctx: click.Context, facts: dict[str, Any], rows: list[str], otherwise: str, *, as_json: bool
 ) -> None:
     """Print what a campaign found, as JSON or as text; end with 1 if there are complaints."""
     complaints = facts["complaints"]
@@ -83,15 +90,17 @@ def _finish(
 @_seed
 @_json
 @click.pass_context
-def uploads(ctx, board, count, garbage, seed, as_json):
+def uploads(
+    ctx: click.Context, board: str, count: int, garbage: bool, seed: int, as_json: bool
+) -> None:
     """Upload lines over a bad serial line.
 
     Bits turned over, bursts, bytes lost and added, frames lost and repeated. Both ends are the real
     ones: the host's client and the firmware. Exit status 0 only if every queue held exactly what
     was sent (natively), every line played exactly (in the simulator).
     """
-    from pixstep_dev.robustness import noise
     from pixstep_dev.robustness import uploads as campaign
+    from pixstep_trials import noise
 
     model = noise.Model(0.5, (noise.garbage,)) if garbage else noise.Model()
     plan = campaign.Plan(board, count, seed, model, go_on=garbage)
@@ -101,12 +110,12 @@ def uploads(ctx, board, count, garbage, seed, as_json):
     _finish(ctx, _upload_facts(outcome), rows, "every queue was exact", as_json=as_json)
 
 
-def _upload_facts(outcome) -> dict:
+def _upload_facts(outcome: Outcome) -> dict[str, Any]:
     facts = {name: value for name, value in vars(outcome).items() if name != "plan"}
     return {"board": outcome.plan.board, "seed": outcome.plan.seed, **facts}
 
 
-def _upload_rows(board: str, outcome) -> list[str]:
+def _upload_rows(board: str, outcome: Outcome) -> list[str]:
     """Return in words what a campaign did."""
     rows = [
         f"{board}: {outcome.blocks:,} blocks of {outcome.lines:,} lines, "
@@ -127,7 +136,7 @@ def _upload_rows(board: str, outcome) -> list[str]:
 @robustness_group.command()
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), multiple=True, help="Default: all.")
 @click.pass_context
-def clients(ctx, board):
+def clients(ctx: click.Context, board: tuple[str, ...]) -> None:
     """Run a list of cases by mbpoll, libmodbus and pymodbus.
 
     Against every image in the simulator.
@@ -152,7 +161,7 @@ def clients(ctx, board):
 @_seed
 @_json
 @click.pass_context
-def estops(ctx, board, count, seed, as_json):
+def estops(ctx: click.Context, board: str, count: int, seed: int, as_json: bool) -> None:
     """Press the emergency stop at random cycles of a run.
 
     Every axis runs a random line.
@@ -168,7 +177,7 @@ def estops(ctx, board, count, seed, as_json):
         f"{board}: {outcome.stops:,} stops, {outcome.moving:,} of them in motion, "
         f"{outcome.edges:,} STEP edges",
         f"  the last edge but one comes {outcome.latest_cycles} cycles behind the stop at "
-        f"most, the permit's end {outcome.permit_cycles}; bound {campaign.BOUND_CYCLES}",
+        f"most, the permit's end {outcome.permit_cycles}; bound {ESTOP_CYCLES}",
     ]
     otherwise = "every position is the number of edges made"
     _finish(ctx, asdict(outcome), rows, otherwise, as_json=as_json)
@@ -189,7 +198,7 @@ def estops(ctx, board, count, seed, as_json):
 @_seed
 @_json
 @click.pass_context
-def plays(ctx, board, count, first, seed, as_json):
+def plays(ctx: click.Context, board: str, count: int, first: int, seed: int, as_json: bool) -> None:
     """Look where the loads of axes with play are.
 
     The axes are stopped at random cycles. Lines, moves, searches, stops, emergency stops and
@@ -222,7 +231,7 @@ def plays(ctx, board, count, first, seed, as_json):
 @_seed
 @_json
 @click.pass_context
-def powercuts(ctx, board, count, seed, as_json):
+def powercuts(ctx: click.Context, board: str, count: int, seed: int, as_json: bool) -> None:
     """Cut the supply at random cycles of a settings store.
 
     Exit status 0 only if after every cut the board has the old settings or the new ones, whole.
@@ -251,7 +260,9 @@ def powercuts(ctx, board, count, seed, as_json):
 @_seed
 @_json
 @click.pass_context
-def starts(ctx, board, count, seed, as_json):
+def starts(
+    ctx: click.Context, board: tuple[str, ...], count: int, seed: int, as_json: bool
+) -> None:
     """Start two or three boards together on one pixel clock.
 
     By the host's own procedure, at random frequencies, dividers, rests of the clock and flaws of
@@ -296,7 +307,17 @@ def starts(ctx, board, count, seed, as_json):
 @_seed
 @_json
 @click.pass_context
-def gates(ctx, board, count, lines, pixels, rest_s, flaws, seed, as_json):
+def gates(
+    ctx: click.Context,
+    board: str,
+    count: int,
+    lines: int,
+    pixels: int,
+    rest_s: tuple[float, float],
+    flaws: bool,
+    seed: int,
+    as_json: bool,
+) -> None:
     """Run lines on a gated pixel clock, one a burst.
 
     The axes run them back to back over the rests. Random frequencies of 100 Hz to 2 kHz, rests,
@@ -338,7 +359,14 @@ def gates(ctx, board, count, lines, pixels, rest_s, flaws, seed, as_json):
 @_seed
 @_json
 @click.pass_context
-def homings(ctx, board, count, bounce_ticks, seed, as_json):
+def homings(
+    ctx: click.Context,
+    board: str,
+    count: int,
+    bounce_ticks: tuple[int, int],
+    seed: int,
+    as_json: bool,
+) -> None:
     """Home by switches that bounce, and measure the play by them.
 
     Random mechanics: play, hysteresis, the contact's delay and its bounces as it closes and opens;
@@ -381,7 +409,7 @@ def _spread(counts: dict[int, int]) -> str:
 @_seed
 @_json
 @click.pass_context
-def clocks(ctx, board, count, seed, as_json):
+def clocks(ctx: click.Context, board: str, count: int, seed: int, as_json: bool) -> None:
     """Give a board pixel clocks of another frequency than it is set to.
 
     0.24 to 4.2 times the frequency, at rest and in motion, lines that begin on the clock and lines
@@ -415,7 +443,15 @@ def clocks(ctx, board, count, seed, as_json):
 @click.option("--quick", is_flag=True, help="All axes, few clocks and counts.")
 @_json
 @click.pass_context
-def holes_command(ctx, board, sync, motion, as_json, **options):
+def holes_command(
+    ctx: click.Context,
+    /,
+    board: tuple[str, ...],
+    sync: tuple[str, ...],
+    motion: tuple[str, ...],
+    as_json: bool,
+    **options: Any,
+) -> None:
     """Look for rates that fail below one that passes.
 
     A sweep of pixel clocks and steps a pixel. From 1 Hz to 5 kHz, on one axis up to all, begun on

@@ -21,7 +21,7 @@ from pixstep.lines.runs import queue_entries
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simboard import SimulatedBoard
 from pixstep_dev.markdown import table
-from pixstep_dev.robustness.wire import seal
+from pixstep_trials.wire import seal
 
 BOARD = "mega"
 AXIS = 1

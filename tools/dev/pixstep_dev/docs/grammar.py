@@ -47,9 +47,11 @@ def _commands(
     if not isinstance(command, click.Group):
         yield words, command
         return
-    for name in command.list_commands(None):
-        if name != "bench":  # belongs to pixstep-dev
-            yield from _commands(command.get_command(None, name), f"{words} {name}".strip())
+    context = click.Context(command)
+    for name in command.list_commands(context):
+        found = command.get_command(context, name)
+        if found and name != "bench":  # which belongs to pixstep-dev
+            yield from _commands(found, f"{words} {name}".strip())
 
 
 def _options(command: click.Command) -> list[click.Option]:

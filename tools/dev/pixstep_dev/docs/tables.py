@@ -2,6 +2,7 @@
 """Tables of the documentation, generated from the firmware's own tables."""
 
 import shlex
+from collections.abc import Mapping
 
 from pixstep import natives
 from pixstep.board import boards, features, flash, registers
@@ -99,15 +100,20 @@ def _per_axis(board: boards.Board, pin: boards.Pin) -> bool:
 
 
 def _rows(found: tuple[registers.Register, ...], *, limits: bool = False) -> list[tuple[str, ...]]:
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for register in found:
-        row = (f"0x{register.address:04X}", f"`{register.name}`", register.type, register.unit)
+        row: tuple[str, ...] = (
+            f"0x{register.address:04X}",
+            f"`{register.name}`",
+            register.type,
+            register.unit,
+        )
         if limits:
             row += tuple(str(v) for v in (register.minimum, register.maximum, register.default))
         rows.append((*row, register.meaning))
     return rows
 
 
-def _codes(codes: dict[int, registers.Code]) -> str:
+def _codes(codes: Mapping[int, registers.Code | registers.Fault]) -> str:
     rows = [(str(code.code), f"`{code.name}`", code.text) for code in codes.values()]
     return table(("code", "name", "meaning"), rows)

@@ -72,6 +72,7 @@ def run(
     except OSError as error:
         raise UserError(f"{program}: {error.strerror or error}") from None
     with process:
+        assert process.stderr  # a pipe
         for line in process.stderr:
             _take(outcome, line.rstrip())
             if limits.executions:

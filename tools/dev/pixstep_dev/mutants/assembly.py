@@ -84,7 +84,7 @@ def _as_one_line(text: str) -> str:
     return " ".join(re.sub(r";[^\n]*", "", text).split())
 
 
-def _changes(found: re.Match) -> Iterator[tuple[str, tuple[int, int], str]]:
+def _changes(found: re.Match[str]) -> Iterator[tuple[str, tuple[int, int], str]]:
     """Yield kind, the place in the line, and what is put there."""
     code, operands = found["code"], found["operands"].rstrip()
     begin = found.start("operands")
@@ -100,10 +100,10 @@ def _changes(found: re.Match) -> Iterator[tuple[str, tuple[int, int], str]]:
         yield "register", _at(begin, register.span()), f"r{other}"
     if code.startswith("br") or code in ("rjmp", "jmp", "call", "rcall"):
         return
-    for number in _NUMBER.finditer(operands):
-        for other in (int(number[0]) + 1, int(number[0]) - 1):
+    for constant in _NUMBER.finditer(operands):
+        for other in (int(constant[0]) + 1, int(constant[0]) - 1):
             if other >= 0:
-                yield "constant", _at(begin, number.span()), str(other)
+                yield "constant", _at(begin, constant.span()), str(other)
     named = _NAMED.search(operands)
     if named:
         yield "constant", _at(begin, named.span(1)), f"{named[1]} + 1"

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
 from pixstep import natives
 from pixstep.errors import UserError
@@ -70,7 +71,7 @@ class Outcome:
     offered: int = 0  # mutants of all sources
     trials: list[Trial] = field(default_factory=list)
 
-    def counts(self) -> Counter:
+    def counts(self) -> Counter[str]:
         """Return how many met which fate."""
         return Counter(trial.fate for trial in self.trials)
 
@@ -146,7 +147,7 @@ class Campaign:
         return None if self._ended.is_set() else trial
 
     def _stages_of(self, mutant: Mutant, workshop: Workshop, file: Path) -> Trial:
-        passed = []
+        passed: list[str] = []
         for stage in self.plan.stages:
             verdict = self.stages.try_stage(stage, workshop, file)
             if verdict:
@@ -208,7 +209,14 @@ def chosen(plan: Plan) -> list[Path]:
     return [path for path in _sources(plan) if re.search(plan.only, str(path.relative_to(root)))]
 
 
-def _run_all(plan, campaign, pool, outcome, progress: Progress, kept: Outcome | None) -> None:
+def _run_all(
+    plan: Plan,
+    campaign: Campaign,
+    pool: ThreadPoolExecutor,
+    outcome: Outcome,
+    progress: Progress,
+    kept: Outcome | None,
+) -> None:
     """Fill the outcome: mutants in the order of the sample, until enough of them compile."""
     order = offered(chosen(plan))
     random.Random(plan.seed).shuffle(order)
@@ -218,6 +226,8 @@ def _run_all(plan, campaign, pool, outcome, progress: Progress, kept: Outcome | 
         begin = len(outcome.trials)
         batch = order[begin : begin + plan.count - valid]
         for trial in pool.map(lambda one: _again(campaign, known.get(one), one), batch):
+            if trial is None:  # the campaign was ended
+                return
             outcome.trials.append(trial)
             valid += trial.fate != INVALID
             progress(valid / plan.count)
@@ -228,7 +238,7 @@ def _again(campaign: Campaign, known: Trial | None, mutant: Mutant) -> Trial | N
     return known if known and known.fate != SURVIVED else campaign.run(mutant)
 
 
-def facts(outcome: Outcome) -> dict:
+def facts(outcome: Outcome) -> dict[str, Any]:
     """Return plain data, from which `read` makes the outcome again."""
     return {
         "plan": asdict(outcome.plan),
@@ -252,6 +262,6 @@ def read(path: Path) -> Outcome:
         raise UserError(f"{path}: not what `pixstep-dev mutants --json` prints") from None
 
 
-def _trial(data: dict) -> Trial:
+def _trial(data: dict[str, Any]) -> Trial:
     mutant = Mutant(**data["mutant"])
     return Trial(mutant, data["fate"], data["by"], tuple(data["passed"]))

@@ -86,7 +86,7 @@ class Score:
 
 def score(outcome: Outcome, judgements: Judgements) -> Score:
     """Count an outcome's mutants."""
-    sorts: Counter = Counter()
+    sorts: Counter[str] = Counter()
     for trial in outcome.survivors:
         judgement = of(judgements, trial.mutant)
         sorts[judgement.verdict if judgement else "open"] += 1

@@ -22,7 +22,7 @@ _MEMBER = re.compile(r"(?P<archive>[^\s(]+\.a)\((?P<name>[^)]+)\)")  # begins a 
 _NO_DEBUG = ("-g0", "-w")  # line numbers of the debugger's are not what a program does
 
 
-def call(command: list[str], cwd: Path | None = None) -> subprocess.CompletedProcess:
+def call(command: list[str], cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
     """Run a program and keep its text."""
     return subprocess.run(
         command, cwd=cwd, capture_output=True, text=True, check=False, errors="replace"
@@ -51,7 +51,7 @@ class Build:
     """One of the builds under build/."""
 
     name: str
-    deps: dict[str, frozenset[str]] = field(default_factory=dict)  # object: sources and headers
+    deps: dict[str, set[str]] = field(default_factory=dict)  # object: sources and headers
     commands: dict[str, list[str]] = field(default_factory=dict)  # object: how it is compiled
     programs: dict[str, Program] = field(default_factory=dict)
 

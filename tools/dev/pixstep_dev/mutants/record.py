@@ -2,6 +2,7 @@
 """A campaign as a part of docs/MUTANTS.md: what killed how many, and every survivor."""
 
 from collections import Counter
+from collections.abc import Callable
 from pathlib import PurePosixPath
 
 from pixstep_dev.markdown import table
@@ -43,7 +44,7 @@ def _files(outcome: Outcome) -> tuple[str, ...]:
     return tuple(sorted({trial.mutant.file for trial in outcome.trials}))
 
 
-def _by(what: str, keys: tuple[str, ...], outcome: Outcome, key_of) -> str:
+def _by(what: str, keys: tuple[str, ...], outcome: Outcome, key_of: Callable[[Trial], str]) -> str:
     counts = Counter((key_of(trial), trial.fate) for trial in outcome.trials)
     rows = [
         (_short(key), *(_number(counts[key, fate]) for fate in _FATES))

@@ -14,8 +14,9 @@ import sys
 import tempfile
 import threading
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from pixstep import natives
@@ -29,18 +30,38 @@ from pixstep_dev.mutants.programs import (
 
 NAMES = ("native", "avr", "explore", "images")
 BOARDS = boards.BOARD_NAMES
-# Tests on the real images, the quickest first; each file takes seconds.
+# Tests on the real images and on what else is made of the firmware, the quickest first; each file
+# takes seconds.
 IMAGE_TESTS = (
     "exact", "board_run", "board_stop", "board_trouble", "waiting_axes", "faults_provoked",
     "safety_faults", "seek_campaign", "board_settings", "starts", "pixel_rates",
 )  # fmt: skip
-# For assembly beside these: what meets the interrupts' rare ways.
-ASSEMBLY_TESTS = (
-    "clock_input", "witness", "parking", "line_divider", "lock", "late_interrupts",
+# Tests that only survivors of these meet: the rest of the quick check that runs images.
+MORE_IMAGE_TESTS = (
+    "clock_input", "clock_boards", "line_divider", "direction", "seek_bounces", "shared_switch",
+    "stop_heard", "gates", "clocks", "powercuts", "plays", "other_frequency", "witness", "estops",
+    "switches", "parking", "homing_uno", "homing_mega", "time_check", "turns", "fast_moves",
+    "bus", "lost_time", "lock_pixels", "orders", "orders_kept", "framestorm", "bad_line",
+    "wild_counts", "linecheck", "records", "reversal_runs", "board_images", "one_check",
+    "homings", "lock",
 )  # fmt: skip
-# Short enough for every survivor; the tests `explore` and `explore.plants` go further.
+# Corpora of the fuzzers, played by the firmware beside a second implementation.
+REPLAYS = {"replay server": "server", "replay board": "board"}
+# What the Python tests run beside images: the host's own programs of the firmware.
+HOST_PROGRAMS = ("python/_core.abi3.so", "bin/pixstep-native-board")
+# For assembly beside these: what meets the interrupts' rare ways.
+ASSEMBLY_TESTS = ("late_interrupts",)
+# The Uno's as the quick check has them; of two axes `explore_two` goes further.
 EXPLORERS = {
     "explore": ("bin/pixstep-explore", ("--first", "--actions", "2", "--periods", "1")),
+    "explore pins": (
+        "bin/pixstep-explore",
+        ("--first", "--actions", "1", "--periods", "1", "--pins", "1"),
+    ),
+    "explore periods": (
+        "bin/pixstep-explore",
+        ("--first", "--actions", "1", "--periods", "2"),
+    ),
     "explore two": (
         "bin/pixstep-explore-two",
         ("--first", "--actions", "1", "--periods", "1", "--every", "8"),
@@ -56,7 +77,9 @@ _NICE = 3
 _OUT_OF_TIME = (-signal.SIGXCPU, -signal.SIGKILL)
 
 
-_running: set[subprocess.Popen] = set()
+# The name of each run of a stage, and the run: it takes its limit of processor time.
+Runs = Iterator[tuple[str, Callable[[float | None], "Verdict"]]]
+_running: set[subprocess.Popen[bytes]] = set()
 
 
 @dataclass(frozen=True)
@@ -100,7 +123,7 @@ class Stages:
         self._assembly = assembly
         self.builds = {name: Build(name) for name in ("host", *BOARDS)}
         self.seconds: dict[str, float] = {}
-        self._kills: Counter = Counter()
+        self._kills: Counter[tuple[str, str]] = Counter()
         self._lock = threading.Lock()
         for build in self.builds.values():
             if stale := build.stale():
@@ -154,47 +177,51 @@ class Stages:
                 return verdict
         return Verdict()
 
-    def _runs(self, stage: str, workshop: Workshop, file: Path | None):
+    def _runs(self, stage: str, workshop: Workshop, file: Path | None) -> Runs:
         """Yield name and run of all that a stage has for a file; None: for every file."""
         if stage in ("native", "avr"):
             before = "build/host/bin/pixstep-sim --unit --board mega=" if stage == "avr" else ""
             yield from self._suite_runs(stage, workshop, file, before)
+            if stage == "native":
+                yield from self._replays(workshop, file)
         elif stage == "explore":
             yield from self._explorer_runs(workshop, file)
         else:
             yield from self._catch_ups(workshop, file)
             yield stage, lambda limit: self._run_images(workshop, limit, IMAGE_TESTS)
+            yield "more images", lambda limit: self._run_images(workshop, limit, MORE_IMAGE_TESTS)
             if self._assembly:
                 yield (
                     "images of assembly",
                     lambda limit: self._run_images(workshop, limit, ASSEMBLY_TESTS),
                 )
 
-    def _catch_ups(self, workshop: Workshop, file: Path | None):
+    def _replays(self, workshop: Workshop, file: Path | None) -> Runs:
+        """Yield the corpora of the fuzzers."""
+        for name, target in REPLAYS.items():
+            program = self.builds["host"].program(f"bin/fuzz-replay-{target}")
+            corpus = str(natives.root() / "fuzz" / "corpus" / f"{target}.hex")
+            if file is None or _uses(program, file):
+                first, told = ["{}", corpus], f"native {name}"
+                yield told, partial(_run_linked, workshop, program, told, first=first, last=())
+
+    def _catch_ups(self, workshop: Workshop, file: Path | None) -> Runs:
         """Yield the step interrupts of each image of several axes beside their twin in C."""
         for board in BOARDS:
             tester = natives.root() / f"build/host/bin/catch_up_test_{board}"
             image = self.builds[board].program(f"firmware/pixstep-{board}.elf")
             if tester.is_file() and (file is None or _uses(image, file)) and self._assembly:
-                yield (
-                    f"images catch_up {board}",
-                    lambda limit, tester=tester, image=image, board=board: _run_linked(
-                        workshop, image, f"images catch_up {board}", limit, [str(tester), "{}"], ()
-                    ),
-                )
+                name = f"images catch_up {board}"
+                first = [str(tester), "{}"]
+                yield name, partial(_run_linked, workshop, image, name, first=first, last=())
 
-    def _explorer_runs(self, workshop: Workshop, file: Path | None):
+    def _explorer_runs(self, workshop: Workshop, file: Path | None) -> Runs:
         for name, (target, limits) in EXPLORERS.items():
             program = self.builds["host"].program(target)
             if file is None or _uses(program, file):
-                yield (
-                    name,
-                    lambda limit, program=program, name=name, limits=limits: _run_linked(
-                        workshop, program, name, limit, [], limits
-                    ),
-                )
+                yield name, partial(_run_linked, workshop, program, name, first=[], last=limits)
 
-    def _suite_runs(self, stage: str, workshop: Workshop, file: Path | None, before: str):
+    def _suite_runs(self, stage: str, workshop: Workshop, file: Path | None, before: str) -> Runs:
         simulator = str(natives.root() / "build/host/bin/pixstep-sim")
         first = [simulator, "--unit", "--board", "mega={}"] if before else ["{}"]
         programs = [one for one in self.suites(stage) if file is None or _uses(one, file)]
@@ -204,14 +231,9 @@ class Stages:
             named = [pair for pair in named if self._worth(stage, file, pair[0])]
             named.sort(key=lambda pair: self._rank(file, pair[0]))
         for name, one in named:
-            yield (
-                name,
-                lambda limit, one=one, name=name: _run_linked(
-                    workshop, one, name, limit, first, ()
-                ),
-            )
+            yield name, partial(_run_linked, workshop, one, name, first=first, last=())
 
-    def _rank(self, file: Path, name: str):
+    def _rank(self, file: Path, name: str) -> tuple[int, bool, float]:
         """Order suites: those that killed the file's mutants before, its own, the quick ones."""
         own = _is_own(file, name)
         return -self._kills[file.stem, name], not own, self.seconds.get(name, 0)
@@ -223,13 +245,14 @@ class Stages:
     def _run_images(
         self, workshop: Workshop, limit: float | None, tests: tuple[str, ...]
     ) -> Verdict:
-        """Run the Python tests on both images, in a folder that looks like the tree."""
+        """Run the Python tests on what is made of the firmware, in a folder like the tree."""
         root = _lookalike(workshop.folder / "tree")
-        for board in BOARDS:
-            program = self.builds[board].program(f"firmware/pixstep-{board}.elf")
-            made = root / "build" / board / program.target
+        host = [self.builds["host"].program(target) for target in HOST_PROGRAMS]
+        images = [self.builds[name].program(f"firmware/pixstep-{name}.elf") for name in BOARDS]
+        for program in host + images:
+            made = root / "build" / program.build.name / program.target
             made.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(workshop.link(program), made)
+            shutil.copy(workshop.link(program), made)
         tree = natives.root()
         files = [str(_test_file(tree, name)) for name in tests]
         command = [
@@ -280,7 +303,9 @@ def _run_linked(
     return Verdict("timeout" if done.status in _OUT_OF_TIME else name.split()[0], name)
 
 
-def _limited(command: list[str], seconds: float | None, cwd: Path, environment=None) -> _Ended:
+def _limited(
+    command: list[str], seconds: float | None, cwd: Path, environment: dict[str, str] | None = None
+) -> _Ended:
     """Run a command, nice, with limits of processor time and memory for each of its processes."""
     limits = []
     if seconds:
@@ -318,7 +343,12 @@ def _lookalike(folder: Path) -> Path:
     tree = natives.root()
     if not folder.is_dir():
         _link_all(tree, folder, ("build", ".git"))
-        _link_all(tree / "build", folder / "build", (*BOARDS, "mutants"))
+        _link_all(tree / "build", folder / "build", (*BOARDS, "host", "mutants"))
+        host = tree / "build" / "host"
+        _link_all(host, folder / "build" / "host", ("bin", "python"))
+        for part in ("bin", "python"):
+            but = tuple(Path(target).name for target in HOST_PROGRAMS)
+            _link_all(host / part, folder / "build" / "host" / part, but)
         for board in BOARDS:
             _link_all(tree / "build" / board, folder / "build" / board, ("firmware",))
     return folder

@@ -3,14 +3,16 @@
 
 import random
 import tempfile
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from pixstep.board import boards
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import simulate
-from pixstep_dev.randomlines import cases
+from pixstep_trials import cases
 
 
 @dataclass(frozen=True)
@@ -26,7 +28,7 @@ class Plan:
     serial_load: bool = False
 
 
-def jobs(plan: Plan, decode: str):
+def jobs(plan: Plan, decode: str) -> Iterator[Job]:
     """Yield the jobs of one decode rule; the same plan yields the same jobs."""
     bounds = cases.Bounds(
         min_interval_ticks=plan.min_interval_ticks, tick_hz=boards.load(plan.board).tick_hz
@@ -50,12 +52,12 @@ def jobs(plan: Plan, decode: str):
         )
 
 
-def run(plan: Plan, progress: Progress = unseen) -> dict:
+def run(plan: Plan, progress: Progress = unseen) -> dict[str, Any]:
     """Run a plan and return its outcome as plain data."""
-    results = []
+    results: list[dict[str, Any]] = []
     total = plan.lines * len(plan.decodes)
     for decode in plan.decodes:
-        row = {
+        row: dict[str, Any] = {
             "decode": decode,
             "lines": 0,
             "passed": 0,
@@ -72,7 +74,7 @@ def run(plan: Plan, progress: Progress = unseen) -> dict:
     return {"verdict": "pass" if passed else "fail", "plan": asdict(plan), "results": results}
 
 
-def _add(row: dict, job: Job) -> None:
+def _add(row: dict[str, Any], job: Job) -> None:
     """Run one job and add it to the row of its decode rule."""
     with tempfile.TemporaryDirectory(prefix="pixstep-") as folder:
         judged = simulate(job, Path(folder))

@@ -3,7 +3,7 @@
 
 Every axis runs a line of its own. The stop is pressed at a random cycle; then
 
-    trip         trip + BOUND_CYCLES
+    trip         trip + ESTOP_CYCLES
       |............|
       edges         at most one more edge of each axis: of the period that its timer held
       permit off
@@ -26,10 +26,8 @@ from pixstep.lines.rational import period_ticks
 from pixstep.lines.runs import queue_entries
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simboard import SimulatedBoard
+from pixstep_trials.promises import ESTOP_CYCLES
 
-# Confirmation of the input, what keeps its interrupt waiting, and halting the axes one by one.
-# 150 us at 16 MHz; seen: 750 on the Uno, 1734 on the Mega where four axes turn at once.
-BOUND_CYCLES = 2400
 PIXEL_HZ = Fraction(100)
 _LINE_PX = 30
 _SETTLE_S = 0.01
@@ -151,14 +149,14 @@ class Stopper:
         fault = regs.code_name(regs.faults(), self.board.input("fault_code"))
         if fault != "estop":
             complain(f"{where}: fault {fault}")
-        if permit.level or not trip <= permit.cycle <= trip + BOUND_CYCLES:
+        if permit.level or not trip <= permit.cycle <= trip + ESTOP_CYCLES:
             complain(f"{where}: permit {permit.level} since cycle {permit.cycle}")
         outcome.permit_cycles = max(outcome.permit_cycles, permit.cycle - trip)
         late = self._late_edges(trip, outcome)
         outcome.moving += any(edges for edges in late.values())
         for axis, edges in late.items():
             outcome.latest_cycles = max([outcome.latest_cycles, *edges[:-1]])
-            if sum(edge > BOUND_CYCLES for edge in edges) > 1:
+            if sum(edge > ESTOP_CYCLES for edge in edges) > 1:
                 complain(f"{where}: axis {axis}: edges {edges} cycles behind it")
             seen, made = self.board.axis(axis)["position_steps"], self.sim.steps(0, axis)
             if seen != made:

@@ -22,7 +22,8 @@ from pixstep.board.errors import BoardError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simboard import SimulatedBoard
-from pixstep_dev.robustness import strikes, wire
+from pixstep_dev.robustness import strikes
+from pixstep_trials import wire
 
 PIXEL_HZ = Fraction(30)
 PART_PX = 62
@@ -50,7 +51,7 @@ class Outcome:
 
     plan: Plan
     frames: int = 0
-    kinds: Counter = field(default_factory=Counter)
+    kinds: Counter[str] = field(default_factory=Counter[str])
     answers: int = 0
     exceptions: int = 0
     edges: int = 0
@@ -120,7 +121,7 @@ class _Run:
             raise
         return self
 
-    def __exit__(self, kind, *_: object) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         if kind is None:
             self._run.finish()
         self._simulator.kill()
@@ -197,7 +198,7 @@ class _Run:
             outcome.complain(f"after {outcome.frames} frames: {error}")
         outcome.seconds = self._simulator.cycle / self._simulator.tick_hz
 
-    def _send(self, strike: strikes.Strike, outcome: Outcome, generator) -> None:
+    def _send(self, strike: strikes.Strike, outcome: Outcome, generator: strikes.Generator) -> None:
         """Send the pieces of a strike and look at what comes back."""
         outcome.frames += 1
         outcome.kinds[strike.kind] += 1
@@ -260,7 +261,7 @@ def _compare(quiet: Path, storm: Path, outcome: Outcome) -> None:
     STEP to the cycle; all else, which the program writes, in its order.
     """
     others: tuple[list[bytes], list[bytes]] = ([], [])
-    missing: Counter = Counter()
+    missing: Counter[bytes] = Counter()
     end = 0
     with quiet.open("rb") as left, storm.open("rb") as right:
         steps = [_steps(file, apart) for file, apart in zip((left, right), others, strict=True)]
@@ -279,9 +280,8 @@ def _compare(quiet: Path, storm: Path, outcome: Outcome) -> None:
         edge = min(missing, key=_cycle_of)
         where = "only undisturbed" if missing[edge] > 0 else "only under fire"
         outcome.complain(f"edges differ from {edge.decode().strip()!r} on, which is {where}")
-    _compare_others(
-        *([edge for edge in edges if _cycle_of(edge) <= end] for edges in others), outcome
-    )
+    before, after = ([edge for edge in edges if _cycle_of(edge) <= end] for edges in others)
+    _compare_others(before, after, outcome)
 
 
 def _steps(file: BinaryIO, apart: list[bytes]) -> Iterator[bytes]:

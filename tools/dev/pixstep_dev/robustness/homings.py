@@ -20,7 +20,7 @@ from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.moves import homing, legs, playmeasure
 from pixstep.moves.accel import Acceleration
-from pixstep.moves.homesim import shared_limits
+from pixstep.moves.inputs import shared_limits
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simboard import SimulatedBoard
 
@@ -159,7 +159,7 @@ def _try_all(name: str, plants: list[Plant], outcome: Outcome, progress: Progres
     """Home and measure plants of one direction, one after the other on one simulator."""
     first = {(0, axis): plants[0].knobs for axis in range(boards.load(name).axes)}
     with SimulatedBoard(name, PIXEL_HZ, plants=first) as run:
-        run.set_up(PIXEL_HZ, range(boards.load(name).axes))
+        run.set_up(PIXEL_HZ, [*range(boards.load(name).axes)])
         # What closes at high positions in plus direction closes at low ones in minus direction.
         run.board.write_setting("inputs_inverted", 0 if plants[0].direction > 0 else 2)
         run.board.write_setting("input_filter_us", FILTERS_US[plants[0].seed % 2])

@@ -10,9 +10,10 @@ import random
 import struct
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 from pixstep.board import registers as regs
-from pixstep_dev.robustness import wire
+from pixstep_trials import wire
 
 _SILENCE_US = 1750
 
@@ -178,7 +179,7 @@ class Generator:
         make = self._rng.choice((self._read_body, self._write_body))
         return make(self._unit)
 
-    def _one(self, kind: str, data: bytes, **facts) -> Strike:
+    def _one(self, kind: str, data: bytes, **facts: Any) -> Strike:
         pause = self.pauses.certain if self._rng.random() < 0.1 else self.pauses.wait
         return Strike(kind, ((data, pause),), **facts)
 

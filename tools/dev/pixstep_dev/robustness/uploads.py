@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import TypeVar
 
 from pixstep import natives
 from pixstep.board import boards
@@ -25,7 +26,7 @@ from pixstep.lines.runs import queue_entries
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simboard import SimLink
 from pixstep.simulation.simctl import SimOptions
-from pixstep_dev.robustness.noise import Model, NoisyLine
+from pixstep_trials.noise import Model, NoisyLine
 
 NATIVE = "native"
 _ATTEMPTS = 200  # of one step of an upload, before the line counts as dead
@@ -64,7 +65,7 @@ class Outcome:
     reported: int = 0
     silent: int = 0
     undetected: int = 0  # spoilt frames whose checksum was right all the same
-    noise: Counter = field(default_factory=Counter)
+    noise: Counter[str] = field(default_factory=Counter[str])
     complaints: list[str] = field(default_factory=list)
 
 
@@ -105,6 +106,9 @@ def _board(plan: Plan) -> Iterator[SimLink]:
         link.simulator.quit()
 
 
+_Result = TypeVar("_Result")
+
+
 class _Side:
     """Uploads over the bad line; what comes after is the board's kind's."""
 
@@ -143,7 +147,7 @@ class _Side:
         """Have what is queued forgotten, over a good line."""
         self.quiet.command("discard", [axis])
 
-    def persistently(self, step: Callable[[], object]) -> object:
+    def persistently(self, step: Callable[[], _Result]) -> _Result:
         """Do a step until its requests come through.
 
         An exception may be the answer to a request that was spoilt and passed the checksum: a few
@@ -186,8 +190,8 @@ class _Native(_Side):
         return held == entries
 
     def _pop(self, axis: int) -> list[tuple[int, int]]:
-        words = self.simulator.command(f"pop {axis}").split()[1:]
-        return [tuple(map(int, word.split(","))) for word in words]
+        pairs = (word.split(",") for word in self.simulator.command(f"pop {axis}").split()[1:])
+        return [(int(count), int(repeat)) for count, repeat in pairs]
 
 
 class _Image(_Side):

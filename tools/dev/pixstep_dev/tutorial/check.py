@@ -83,7 +83,9 @@ def _compare(outcomes: list[session.Outcome]) -> tuple[list[str], dict[int, list
     return complaints, outputs
 
 
-def _look(docs: Path, found: document.Document, folder: Path) -> tuple[list[str], dict]:
+def _look(
+    docs: Path, found: document.Document, folder: Path
+) -> tuple[list[str], dict[Path, bytes]]:
     """Return complaints about pictures, and what stale ones should be."""
     complaints: list[str] = []
     stale: dict[Path, bytes] = {}

@@ -104,7 +104,7 @@ def _run(script: Path, home: Path, look: Callable[[], None]) -> None:
         shell.wait()
 
 
-def _ended(shell: subprocess.Popen) -> bool:
+def _ended(shell: subprocess.Popen[bytes]) -> bool:
     with contextlib.suppress(subprocess.TimeoutExpired):
         shell.wait(_LOOK_S)
     return shell.returncode is not None

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: MIT
 """Boards on a bus: checked, loaded, run, stopped."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from fractions import Fraction
 from functools import partial
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from pixstep import arguments
 from pixstep.api import moving, running
@@ -34,9 +36,14 @@ from pixstep.board.link import Link
 from pixstep.board.port import LAST_UNIT, LEAST_BAUD, MOST_BAUD, TIMEOUTS_S, Port
 from pixstep.board.run import Lines as Group
 from pixstep.board.run import command, rests, stop_axes, stopped_on_failure
-from pixstep.machine.reading import Machine as MachineFile
-from pixstep.programs import onboard
+from pixstep.lazy import lazy
 from pixstep.progress import Progress, unseen
+
+if TYPE_CHECKING:
+    from pixstep.machine import reading
+    from pixstep.programs import onboard
+else:  # numpy and pydantic take a while to load
+    reading, onboard = lazy("pixstep.machine.reading"), lazy("pixstep.programs.onboard")
 
 
 class Board:
@@ -149,7 +156,9 @@ class Board:
         arguments.instance("program", program, MotionProgram, "a MotionProgram")
         arguments.function("progress", progress)
         check, request = arguments.flag("check", check), program.request
-        onboard.require_fitting(MachineFile.load(program.machine.path), request.setup, self.kind)
+        onboard.require_fitting(
+            reading.Machine.load(program.machine.path), request.setup, self.kind
+        )
         known = onboard.rehearse(self.device, request) if check else None
         axes = [motor.axis for motor in request.setup.motors]
         group: list[Group] = []

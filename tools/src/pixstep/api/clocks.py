@@ -1,27 +1,34 @@
 # SPDX-License-Identifier: MIT
 """The pixel clock of a run: how a simulated one strays, and how lines kept to it."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Self
-
-import numpy as np
-import numpy.typing as npt
+from typing import TYPE_CHECKING, Any, Self
 
 from pixstep import arguments
 from pixstep.api.shown import Facts, Shown, count, frame
 from pixstep.api.ticks import Ticks
 from pixstep.errors import UserError
+from pixstep.lazy import lazy
 from pixstep.simulation.clockflaws import (
     MOST_JITTER_US,
     MOST_PPM,
     MOST_REST_MS,
     ClockFlaws,
 )
-from pixstep.simulation.clockjudge import Kept
-from pixstep.simulation.simrun import Job
 from pixstep.simulation.small_pickle import SmallPickle
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    from pixstep.simulation.clockjudge import Kept
+    from pixstep.simulation.simrun import Job
+else:
+    np, npt = lazy("numpy"), lazy("numpy.typing")
 
 _RANGES = {
     "ppm": (-MOST_PPM, MOST_PPM),

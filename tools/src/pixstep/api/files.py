@@ -5,14 +5,14 @@ from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 
-from pixstep import arguments, atomic, formats
+from pixstep import arguments, formats
 from pixstep.api import given
 from pixstep.api.given import Hz
 from pixstep.api.shown import Facts, Shown, count
 from pixstep.api.words import Decode, FileKind
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import UserError
+from pixstep.formats import convert
 from pixstep.formats.convert import HeaderChanges, Request
-from pixstep.formats.convert import convert as converted
 from pixstep.formats.recognise import KINDS
 from pixstep.lines.line import PLAIN
 
@@ -83,20 +83,9 @@ def convert_file(
     read = formats.read_any(
         place, lenient=arguments.flag("lenient", lenient), raw=arguments.flag("raw", raw)
     )
-    try:
-        made, notes = converted(read, request)
-    except RefusedError:
-        raise
-    except UserError as error:
-        raise UserError(f"{place}: {error}") from None
-    atomic.write_bytes(out, formats.encode(made, out))
-    lines = (
-        [made.values]
-        if isinstance(made, formats.PrnFile)
-        else [block.values for block in made.blocks]
-    )
-    values = sum(len(one) for one in lines)
-    return Converted(out, request.to, len(lines), values, (*read.notes, *notes))
+    written = convert.write(read, place, out, request)
+    notes = (*read.notes, *written.notes)
+    return Converted(out, request.to, written.lines, written.values, notes)
 
 
 def _kind(target: Path, to: str | None) -> str:

@@ -1,20 +1,27 @@
 # SPDX-License-Identifier: MIT
 """A machine file as a program sees it: boards and motors, all figures in steps and pixels."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from fractions import Fraction
 from os import PathLike
 from pathlib import Path
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 from pixstep import arguments
 from pixstep.api.shown import Facts, Shown
 from pixstep.api.words import BoardKind, Decode, Sync
 from pixstep.errors import UserError
+from pixstep.lazy import lazy
 from pixstep.lines.linecheck import Limits
 from pixstep.lines.units import Quantity, Scale
-from pixstep.machine.model import Motor as MotorTable
-from pixstep.machine.reading import Machine as MachineFile
+
+if TYPE_CHECKING:
+    from pixstep.machine import reading
+    from pixstep.machine.model import Motor as MotorTable
+else:
+    reading = lazy("pixstep.machine.reading")  # pydantic takes a while to load
 
 
 @dataclass(frozen=True, repr=False)
@@ -100,12 +107,12 @@ class Machine(Shown):
     """All motors, in the order of the file."""
 
     @classmethod
-    def load(cls, path: str | PathLike[str]) -> "Machine":
+    def load(cls, path: str | PathLike[str]) -> Machine:
         """Read a machine file.
 
         Raises UserError naming file, line, key and value of the first mistake.
         """
-        read = MachineFile.load(arguments.path("path", path))
+        read = reading.Machine.load(arguments.path("path", path))
         motors = tuple(_motor(read, motor) for motor in read.motors.values())
         return cls(read.path, read.pixel_hz, read.clock.edges, read.clock.sync, motors)
 
@@ -126,7 +133,7 @@ class Machine(Shown):
             yield motor.name, motor._headline().partition(": ")[2]
 
 
-def _motor(read: MachineFile, table: MotorTable) -> Motor:
+def _motor(read: reading.Machine, table: MotorTable) -> Motor:
     board = read.board_of(table)
     return Motor(
         name=table.name,

@@ -308,14 +308,8 @@ def _by_acceleration(acceleration: float | str, jerk: float | str | None, asked:
     hz = clock_hz / edges
     top = asked.steps_px(hz)
     notes = [accelerate.note(wanted, edges).partition(": --divider")[0]]
-    if asked.length is None:
-        speeds = accelerate.speeds(wanted, top, edges)
-        made = generator.generate(speeds, replace(asked.request, speed=top))
-    else:
-        made, speed = accelerate.line_of_length(wanted, top, edges, asked.length, asked.request)
-        if speed < top:
-            text = units.both_text(speed, units.SPEED, hz, scale)
-            notes.append(f"the length allows a speed of {text}")
+    made, speed = accelerate.line(wanted, top, edges, asked.length, asked.request)
+    notes += accelerate.slower_notes(speed, top, hz, scale)
     return _Made(made, "line", hz, divider, tuple(filter(None, notes)))
 
 

@@ -1,23 +1,20 @@
 # SPDX-License-Identifier: MIT
 """Motion programs: planned to lines, or run on a board while they are planned."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from os import PathLike, fspath
-from typing import Any
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 from pixstep import arguments
 from pixstep.api.machines import Machine
 from pixstep.api.motions import MotionLine, line
 from pixstep.api.shown import Facts, Shown, count, frame
 from pixstep.api.words import Mode
+from pixstep.lazy import lazy
 from pixstep.lines import units
-from pixstep.machine.reading import Machine as MachineFile
-from pixstep.programs import length
-from pixstep.programs.entries import of_line
-from pixstep.programs.motors import of_machine
 from pixstep.programs.options import (
     MODES,
     MOST_WINDOW,
@@ -25,9 +22,19 @@ from pixstep.programs.options import (
     WINDOW,
     Options,
 )
-from pixstep.programs.plan import Plan, with_segments
-from pixstep.programs.report import PlanFigures
-from pixstep.programs.sources import Request
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from pixstep.machine import reading
+    from pixstep.programs import entries, length, motors, plan, sources
+    from pixstep.programs.figures import PlanFigures
+    from pixstep.programs.sources import Request
+else:  # numpy and pydantic take a while to load
+    np, reading = lazy("numpy"), lazy("pixstep.machine.reading")
+    entries, length = lazy("pixstep.programs.entries"), lazy("pixstep.programs.length")
+    motors, plan = lazy("pixstep.programs.motors"), lazy("pixstep.programs.plan")
+    sources = lazy("pixstep.programs.sources")
 
 
 @dataclass(frozen=True, repr=False)
@@ -95,18 +102,18 @@ class MotionProgram(Shown):
         with request.text() as text:
             length.require(self.path, text, request.setup, request.options)
         with request.text() as text:
-            plan = Plan(self.path, text, request.setup, request.options)
-            counts = np.vstack(list(length.bounded(plan)))
+            planned = plan.Plan(self.path, text, request.setup, request.options)
+            counts = np.vstack(list(length.bounded(planned)))
         lines = {
             motor.axis: line(
-                of_line(counts[:, index], motor), pixel_hz=request.setup.pixel_hz,
+                entries.of_line(counts[:, index], motor), pixel_hz=request.setup.pixel_hz,
                 decode="smooth" if motor.smooth else "plain",
                 name=f"{self.path}, motor {motor.name}",
                 negative=motor.smooth and (counts[:, index].sum() < 0) != motor.negative,
             )
             for index, motor in enumerate(request.setup.motors)
         }  # fmt: skip
-        report = plan.report
+        report = planned.report
         exceeded = tuple(
             f"{self.path}:{one.line}: {one.motor} {one.ratio:.4g} x" for one in report.violations
         )
@@ -140,8 +147,8 @@ def read_program(
             segment_ms = float(1000 * units.parse_seconds(segment_ms, "ms"))
         segment_ms = arguments.finite("segment_ms", segment_ms, *SEGMENT_MS)
     found = replace(
-        of_machine(MachineFile.load(machine.path)),
+        motors.of_machine(reading.Machine.load(machine.path)),
         arc_tolerance=arguments.finite("arc_tolerance_steps", arc_tolerance_steps, 0),
     )
-    setup = with_segments(found, options.mode, segment_ms)
-    return MotionProgram(name, machine, Request(name, setup, options))
+    setup = plan.with_segments(found, options.mode, segment_ms)
+    return MotionProgram(name, machine, sources.Request(name, setup, options))

@@ -1,16 +1,15 @@
 # SPDX-License-Identifier: MIT
 """The per-pixel records that a board made while it ran a line, as arrays."""
 
+from __future__ import annotations
+
 import threading
 from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
-from typing import Any
-
-import numpy as np
-import numpy.typing as npt
+from typing import TYPE_CHECKING, Any
 
 from pixstep import arguments
 from pixstep.api.shown import Facts, Shown, count, frame
@@ -18,7 +17,14 @@ from pixstep.board import recordfiles
 from pixstep.board.logs import Row
 from pixstep.board.recording import Recorder
 from pixstep.board.state import Record
+from pixstep.lazy import lazy
 from pixstep.simulation.small_pickle import SmallPickle
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+else:
+    np, npt = lazy("numpy"), lazy("numpy.typing")
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Lines on a simulated board: every edge against its exact instant, and a verdict."""
 
+from __future__ import annotations
+
 import contextlib
 import math
 import tempfile
@@ -10,9 +12,6 @@ from fractions import Fraction
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar
-
-import numpy as np
-import numpy.typing as npt
 
 from pixstep import arguments, outfolder
 from pixstep.api import given
@@ -27,6 +26,7 @@ from pixstep.api.ticks import Ticks
 from pixstep.api.words import BoardKind, Sync
 from pixstep.board import boards
 from pixstep.errors import PlainError, UserError
+from pixstep.lazy import lazy
 from pixstep.progress import Progress, unseen
 from pixstep.simulation import simtask
 from pixstep.simulation.clockjudge import Kept
@@ -39,9 +39,13 @@ from pixstep.simulation.summary import Summary
 from pixstep.simulation.verdict import AxisVerdict
 
 if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
     from matplotlib.figure import Figure
 
     from pixstep.simulation.plots import Trace
+else:
+    np, npt = lazy("numpy"), lazy("numpy.typing")
 
 _Drawn = TypeVar("_Drawn")
 MOST_SEED = 0xFFFFFFFF
@@ -141,9 +145,9 @@ class Run(Shown):
     """The axes that had a line, by number."""
     summary: Summary
     """All figures, as in summary.json: a dictionary whose keys have types."""
-    _traces: "Mapping[int, Trace]" = field(repr=False)
-    _loads: "Mapping[int, tuple[AxisLoad, str]]" = field(repr=False)
-    _kept: "Mapping[int, tuple[Job, Kept]]" = field(repr=False)
+    _traces: Mapping[int, Trace] = field(repr=False)
+    _loads: Mapping[int, tuple[AxisLoad, str]] = field(repr=False)
+    _kept: Mapping[int, tuple[Job, Kept]] = field(repr=False)
 
     @property
     def passed(self) -> bool:
@@ -156,7 +160,7 @@ class Run(Shown):
             raise RunFailedError(f"{self.board}: {self.verdict}: {'; '.join(self.reasons[:3])}")
         return self
 
-    def plot_motion(self, axis: int | None = None) -> "Figure":
+    def plot_motion(self, axis: int | None = None) -> Figure:
         """Draw speed and position of an axis over the ideal.
 
         Of several axes, without `axis`, one figure has the speeds and edge errors of all.
@@ -169,7 +173,7 @@ class Run(Shown):
                 return overview.build([*self._traces.values()])
             return plots.motion(self._trace(axis))
 
-    def plot_edge_errors(self, axis: int | None = None) -> "Figure":
+    def plot_edge_errors(self, axis: int | None = None) -> Figure:
         """Draw the error of every edge of an axis, and their distribution."""
         from pixstep import plotting
         from pixstep.simulation import plots
@@ -177,7 +181,7 @@ class Run(Shown):
         with plotting.styled():
             return plots.edge_error(self._trace(axis))
 
-    def plot_positions(self, axis: int | None = None) -> "Figure":
+    def plot_positions(self, axis: int | None = None) -> Figure:
         """Draw the positions at the pixel edges: expected, recorded by the board, counted."""
         from pixstep import plotting
         from pixstep.simulation import plots
@@ -185,7 +189,7 @@ class Run(Shown):
         with plotting.styled():
             return plots.positions(self._trace(axis))
 
-    def plot_load(self, axis: int | None = None) -> "Figure":
+    def plot_load(self, axis: int | None = None) -> Figure:
         """Draw where the load of an axis with a plant was at the pixel edges, and how far off."""
         from pixstep import plotting
         from pixstep.simulation import load_plot
@@ -194,7 +198,7 @@ class Run(Shown):
         with plotting.styled():
             return load_plot.build(load, title, self.pixel_hz)
 
-    def plot_clock(self, axis: int | None = None) -> "Figure":
+    def plot_clock(self, axis: int | None = None) -> Figure:
         """Draw how far the pixel edges of an axis were from the clock's true edges."""
         return simtask.clock_figure(*_chosen(self._kept, axis, "moved and was not free"))
 
@@ -218,7 +222,7 @@ class Run(Shown):
         for reason in self.reasons:
             yield "wrong", reason
 
-    def _trace(self, axis: int | None) -> "Trace":
+    def _trace(self, axis: int | None) -> Trace:
         """Return what there is to draw of an axis; of the only one by default."""
         return _chosen(self._traces, axis, "moved")
 

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The classes that all commands are made of: their files, their errors, their exit status."""
 
-import contextlib
 import errno
 import importlib
 import os
@@ -13,11 +12,12 @@ from typing import Any, NamedTuple
 import click
 from click.shell_completion import CompletionItem
 
-from pixstep import atomic, signals
-from pixstep.cli import longerpixels, machinedefaults, process
+from pixstep import atomic, extras, signals
+from pixstep.cli import process
 from pixstep.cli.examples import EXAMPLES
-from pixstep.cli.failures import complain, complain_of_system, complain_of_usage, said
-from pixstep.errors import MISUSE, PlainError, RefusedError, UserError
+from pixstep.cli.failures import complain, complain_of_system, complain_of_usage
+from pixstep.errors import MISUSE, PlainError, UserError
+from pixstep.operations import outputs
 
 PICTURES = (".png", ".svg", ".pdf")
 FILE = click.Path(path_type=Path, dir_okay=False)
@@ -40,6 +40,7 @@ class OutPicture(OutFile):
         ctx: click.Context | None,
     ) -> Path:
         """Refuse a name that says no format."""
+        extras.require("matplotlib")  # before anything else is done
         path = Path(os.fsdecode(super().convert(value, param, ctx)))
         if path.suffix.lower() not in PICTURES and not atomic.is_stream(path):
             raise UserError(f"{path}: a drawing ends with {', '.join(PICTURES)}")
@@ -88,26 +89,16 @@ class Command(click.Command):
                 for example in EXAMPLES[name]:
                     formatter.write(f"{'':{formatter.current_indent}}{program} {example}\n")
 
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Read the command line; a default that is wrong says which file it comes from."""
-        with _origins(ctx):
-            machinedefaults.note_words(ctx, args)
-            left = super().parse_args(ctx, args)
-            if not ctx.resilient_parsing:
-                machinedefaults.refuse_unknown(ctx)
-            return left
-
     def invoke(self, ctx: click.Context) -> object:
         """Run the command under the rules for its files."""
-        with _origins(ctx):
-            return self._invoke(ctx)
-
-    def _invoke(self, ctx: click.Context) -> object:
-        outputs = list(_paths(ctx, OutFile))
+        named = list(_paths(ctx, OutFile))
         inputs = tuple(path for _, path in _paths(ctx, click.Path, _is_input))
         with atomic.rules(atomic.Rules(ctx.meta.get(_FORCE, False), inputs)):
-            refuse_outputs(ctx, outputs)
-            return super().invoke(ctx)
+            refuse_outputs(ctx, named)
+            try:
+                return super().invoke(ctx)
+            except ModuleNotFoundError as error:
+                raise extras.of_import(error) or error from None
 
 
 class Late(NamedTuple):
@@ -115,7 +106,6 @@ class Late(NamedTuple):
 
     place: str  # module:name
     about: str  # the first sentence of its help
-    machine: bool = False  # a machine file gives it defaults
 
 
 class _Commands(MutableMapping[str, click.Command]):
@@ -129,9 +119,11 @@ class _Commands(MutableMapping[str, click.Command]):
         if name not in self._loaded:
             late = self.late[name]
             module, _, attribute = late.place.partition(":")
-            self._loaded[name] = getattr(importlib.import_module(module), attribute)
-            if late.machine:
-                machinedefaults.add_options(self._loaded[name])
+            found = getattr(importlib.import_module(module), attribute)
+            if isinstance(found, type):  # an operation: its command is made of it
+                maker = importlib.import_module("pixstep.cli.from_operation")
+                found = maker.command_of(found)
+            self._loaded[name] = found
         return self._loaded[name]
 
     def __setitem__(self, name: str, new: click.Command) -> None:
@@ -265,21 +257,6 @@ def _note_force(ctx: click.Context, _param: click.Parameter, value: bool) -> Non
     ctx.meta[_FORCE] = value
 
 
-@contextlib.contextmanager
-def _origins(ctx: click.Context) -> Iterator[None]:
-    """Let errors about a machine file's defaults name the file; not what a board has to say."""
-    try:
-        yield
-    except UserError as error:
-        option, cure = longerpixels.option(ctx, error), longerpixels.cure(ctx, error)
-        error.args = (f"{option}{error}{machinedefaults.origin(ctx, str(error))}{cure}",)
-        raise
-    except click.BadParameter as error:
-        if not error.param or not machinedefaults.by_machine(ctx, error.param.name or ""):
-            raise
-        raise RefusedError(f"{said(error)}{machinedefaults.origin(ctx)}") from None
-
-
 def _is_input(param: click.Parameter) -> bool:
     return not isinstance(param.type, (OutFile, OutFolder))
 
@@ -303,20 +280,8 @@ def _name(param: click.Parameter) -> str:
     )
 
 
-def refuse_outputs(ctx: click.Context, outputs: list[tuple[str, Path]]) -> None:
-    """Refuse outputs that exist, are inputs, or share a file or a stream; each with its option."""
-    seen: dict[str, str] = {}
-    for name, path in outputs:
-        stream = atomic.is_stdout(path)
-        place = str(atomic.STDOUT) if stream else os.path.realpath(path)
-        if place in seen and not _is_sink(path):
-            raise UserError(f"{path}: {seen[place]} and {name} are the same file")
-        seen[place] = name
-        if stream and ctx.params.get("as_json"):
-            raise UserError("--json and the output both go to the standard output: name a file")
-        atomic.refuse(path)
-
-
-def _is_sink(path: Path) -> bool:
-    """Whether two outputs may go there, as into /dev/null."""
-    return path.is_char_device() and not atomic.is_stdout(path)
+def refuse_outputs(ctx: click.Context, named: list[tuple[str, Path]]) -> None:
+    """Refuse outputs that cannot be written; each with its option."""
+    if ctx.params.get("as_json") and any(atomic.is_stdout(path) for _, path in named):
+        raise UserError("--json and the output both go to the standard output: name a file")
+    outputs.refuse(named)

@@ -51,8 +51,9 @@ class _Late(click.Command):
         return real.make_context(info_name, args, parent, **extra)
 
 
+ABOUT = "Measure cycles, rates, CPU share, edge errors, waits, sizes."
 BENCH = _Late(
     "bench",
     module=f"{_PACKAGE}.cli.bench",
-    about="Measure cycles, rates, CPU share, edge errors, waits, sizes.",
+    about=ABOUT,
 )

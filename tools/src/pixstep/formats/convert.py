@@ -3,8 +3,12 @@
 
 import time
 from dataclasses import dataclass, replace
+from pathlib import Path
 
+from pixstep import atomic
 from pixstep.errors import UserError
+from pixstep.formats.files import encode
+from pixstep.formats.findings import shown_path
 from pixstep.formats.header import ProfileHeader
 from pixstep.formats.motion import BARE, BLOCKS, Block, MotionFile
 from pixstep.formats.prn import KIND as PRN_KIND
@@ -56,6 +60,30 @@ def convert(
     else:
         made, notes = _to_motion(_chosen(file, request), request)
     return made, _ends_note(file.ends) + notes
+
+
+@dataclass(frozen=True)
+class Written:
+    """A file that was written: its size in bytes, and what is different from its source."""
+
+    lines: int
+    values: int
+    size: int
+    notes: tuple[str, ...]
+
+
+def write(file: PrnFile | MotionFile, source: Path, target: Path, request: Request) -> Written:
+    """Write a file that was read from `source` in the format asked for; see `convert`."""
+    try:
+        made, notes = convert(file, request)
+    except UserError as error:
+        if str(error).startswith(shown_path(source)):
+            raise
+        raise UserError(f"{shown_path(source)}: {error}") from None
+    data = encode(made, target)
+    atomic.write_bytes(target, data)
+    parts = (made,) if isinstance(made, PrnFile) else made.blocks
+    return Written(len(parts), sum(len(part.values) for part in parts), len(data), notes)
 
 
 def _from_prn(file: PrnFile, request: Request) -> tuple[PrnFile | MotionFile, tuple[str, ...]]:

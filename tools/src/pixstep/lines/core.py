@@ -6,23 +6,18 @@ from __future__ import annotations
 import importlib.machinery
 import importlib.util
 import sys
+from array import array
 from collections.abc import Iterable
 from dataclasses import astuple, dataclass
 from fractions import Fraction
 from functools import cache
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pixstep import natives, tables
 from pixstep.errors import UserError
-from pixstep.lazy import lazy
 from pixstep.lines.runs import MAX_WORD
 from pixstep.tables import CodeRow
-
-if TYPE_CHECKING:
-    import numpy as np
-else:
-    np = lazy("numpy")
 
 FIRST_WARNING = 32  # codes from here on are warnings: the line is taken
 LIBRARY = "_core.pyd" if sys.platform == "win32" else "_core.abi3.so"
@@ -97,8 +92,8 @@ def plan(
     limits: CoreLimits,
     *,
     pixels: bool = False,
-) -> np.ndarray:
-    """Return the tick of each STEP edge, or with `pixels` a row (tick, steps) for each pixel edge.
+) -> array[int]:
+    """Return the tick of each STEP edge, or with `pixels` tick and steps of each pixel's end.
 
     The line must be one that `check` passes, the frequency one that `rational.refuse_period` does.
     """
@@ -111,14 +106,13 @@ def plan(
     if not begun:
         raise MemoryError
     made = ffi.gc(begun, lib.plan_end)
-    parts, values = [], np.empty(_VALUES, dtype=np.int64)
+    found, values = array("q"), array("q", bytes(8 * _VALUES))
     while not lib.plan_over(made):  # a call is short: signals are heeded between two
         count = lib.plan_rows(made, ffi.from_buffer("int64_t[]", values), _VALUES)
         if count < 0:
             raise RuntimeError("the firmware's core broke a promise of its own: please report it")
-        parts.append(values[:count].copy())
-    found = np.concatenate(parts) if parts else np.empty(0, dtype=np.int64)
-    return found.reshape(-1, 2) if pixels else found
+        found.extend(values[:count])
+    return found
 
 
 def _words(entries: Iterable[Entry]) -> list[Entry]:

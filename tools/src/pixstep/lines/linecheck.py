@@ -7,11 +7,12 @@ module adds the figures behind a finding, counts that mend an oscillation, and w
 want: a limit of the jerk, and of the acceleration of plain lines.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import groupby, islice, pairwise, takewhile
 from math import inf
+from typing import TypedDict
 
 from pixstep import arguments
 from pixstep.errors import RefusedError
@@ -169,9 +170,32 @@ def exit_status(findings: list[Finding]) -> int:
     return 1 if findings else 0
 
 
-def as_json(findings: list[Finding]) -> list[dict[str, str | int]]:
+class FindingFacts(TypedDict):
+    """A finding at a pixel, from 1; `repair` are counts that mend an oscillation."""
+
+    name: str
+    severity: str
+    pixel: int
+    message: str
+    amplitude: int | None
+    replaces_pixels: int | None
+    repair: list[int]
+
+
+def as_json(findings: Iterable[Finding]) -> list[FindingFacts]:
     """Return the findings as plain data."""
-    return [asdict(item) for item in findings]
+    return [
+        {
+            "name": one.name,
+            "severity": one.severity,
+            "pixel": one.pixel,
+            "message": one.message,
+            "amplitude": one.amplitude,
+            "replaces_pixels": one.replaces_pixels,
+            "repair": one.repair,
+        }
+        for one in findings
+    ]
 
 
 def propose_repair(entry_speed: int, count: int, max_acceleration: int | None = None) -> list[int]:

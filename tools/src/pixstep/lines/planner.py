@@ -3,9 +3,12 @@
 
 from __future__ import annotations
 
+from array import array
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from itertools import count
 from typing import TYPE_CHECKING
 
 from pixstep.errors import RefusedError
@@ -33,19 +36,28 @@ class Plan:
     """The planned rows under their heads, numbered from 1, and the warnings that the core gave."""
 
     heads: tuple[str, ...]
-    values: np.ndarray
+    values: array[int]  # of all rows in turn, without their numbers
     warnings: tuple[str, ...]
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return len(self.values) // (len(self.heads) - 1)
 
     def columns(self) -> np.ndarray:
         """Return the rows as an int64 array."""
-        numbers = np.arange(1, len(self.values) + 1, dtype=np.int64)
-        return np.column_stack((numbers, self.values))
+        values = np.array(self.values, dtype=np.int64).reshape(-1, len(self.heads) - 1)
+        return np.column_stack((np.arange(1, len(values) + 1, dtype=np.int64), values))
 
     @cached_property
     def csv(self) -> str:
         """The rows as CSV text."""
-        rows = (",".join(map(str, row)) for row in self.columns().tolist())
+        rows = (",".join(map(str, row)) for row in self._rows())
         return "\n".join((",".join(self.heads), *rows)) + "\n"
+
+    def _rows(self) -> Iterator[tuple[int, ...]]:
+        wide = len(self.heads) - 1
+        columns = (self.values[first::wide] for first in range(wide))
+        return zip(count(1), *columns, strict=False)
 
 
 def plan(

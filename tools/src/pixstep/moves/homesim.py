@@ -11,9 +11,7 @@ from pixstep.errors import UserError
 from pixstep.lines import units
 from pixstep.lines.rational import period_ticks
 from pixstep.moves.homing import Homed, HomingError, Leg, home
-from pixstep.moves.inputs import INVERTED as INVERTED  # options name them by this module
-from pixstep.moves.inputs import SHARED as SHARED
-from pixstep.moves.inputs import shared_limits as shared_limits
+from pixstep.moves.inputs import INVERTED, shared_limits
 from pixstep.moves.legs import HomingPlan
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.edges import AxisEdges, read_edges

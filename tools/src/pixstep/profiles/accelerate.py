@@ -11,13 +11,21 @@ A length in steps that is no whole number of pixels at the line's speed has a pi
 deceleration: it divides the fall from one speed to the next into two.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
 
 from pixstep.errors import UserError
 from pixstep.lines.rational import PERIOD_TICKS, period_ticks
-from pixstep.lines.units import ACCELERATION, JERK, Quantity, number_text
+from pixstep.lines.units import (
+    ACCELERATION,
+    JERK,
+    SPEED,
+    Quantity,
+    Scale,
+    both_text,
+    number_text,
+)
 from pixstep.profiles import generator, make
 from pixstep.profiles.generator import MAX_SPEED, GeneratedLine, LineRequest
 from pixstep.profiles.madefor import MOST_EDGES
@@ -113,6 +121,22 @@ def speeds(wanted: Wanted, top: int, edges: int) -> list[int]:
     if wanted.plain:
         return [*range(acceleration, top, acceleration), top]
     return make.shortest_profile(make.ProfileLimits(top, acceleration, jerk))
+
+
+def line(
+    wanted: Wanted, top: int, edges: int, steps: int | None, request: LineRequest
+) -> tuple[GeneratedLine, int]:
+    """Return a line of so many steps, else of the pixels that `request` has, and its speed."""
+    if steps is not None:
+        return line_of_length(wanted, top, edges, steps, request)
+    return generator.generate(speeds(wanted, top, edges), replace(request, speed=top)), top
+
+
+def slower_notes(speed: int, top: int, hz: Fraction, scale: Scale | None) -> list[str]:
+    """Return a note of a length that allows less than the speed asked for."""
+    if speed >= top:
+        return []
+    return [f"the length allows a speed of {both_text(speed, SPEED, hz, scale)}"]
 
 
 def line_of_length(

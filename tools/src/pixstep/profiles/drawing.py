@@ -27,12 +27,17 @@ class Drawing:
         """The arrays drawn."""
         return kinematics.of(self.line, going_on=self.going_on)
 
+    @cached_property
+    def figures(self) -> kinematics.Figures:
+        """Peaks and lengths."""
+        return kinematics.figures(self.line, going_on=self.going_on)
+
     @property
     def subtitle(self) -> str:
         """The figures in a line."""
         from pixstep.plotting import number
 
-        figures, hz = self.motion.figures, self.pixel_hz
+        figures, hz = self.figures, self.pixel_hz
         time = f" = {float(figures.pixels / hz):.4g} s at {float(hz):.7g} Hz" if hz else ""
         peaks = (
             f"{number(figures.peak_speed)} steps/px, "

@@ -153,7 +153,7 @@ def _limit(axes: Axes, drawing: Drawing, order: int) -> None:
 
 def _is_far(drawing: Drawing, order: int) -> bool:
     """True for a limit far above everything that the line does."""
-    figures = drawing.motion.figures
+    figures = drawing.figures
     peaks = {
         units.SPEED: figures.peak_speed,
         units.ACCELERATION: figures.peak_acceleration,

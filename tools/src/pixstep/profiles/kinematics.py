@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from pixstep.lazy import lazy
@@ -94,19 +95,6 @@ class Kinematics:
         start = self.edges_px[:1]
         return np.concatenate([start, times.ravel()]), np.concatenate([[0.0], inside.ravel()])
 
-    @property
-    def figures(self) -> Figures:
-        """Peaks and lengths."""
-        acceleration = self.accelerations if self.line.smooth else self.speed_changes
-        speeds = np.concatenate([self.begin_speeds, self.end_speeds])
-        return Figures(
-            self.line.pixels,
-            self.line.total_steps,
-            _peak(speeds),
-            _peak(acceleration),
-            _peak(self.jerks),
-        )
-
 
 def of(line: Line, *, going_on: bool = False) -> Kinematics:
     """Return the kinematics of a line, backlash take-up included."""
@@ -121,5 +109,26 @@ def of(line: Line, *, going_on: bool = False) -> Kinematics:
     return Kinematics(line, edges, signs * begin, ends, signs * steps, going_on)
 
 
-def _peak(values: np.ndarray) -> int:
-    return int(np.max(np.abs(values), initial=0))
+def figures(line: Line, *, going_on: bool = False) -> Figures:
+    """Return the peaks and lengths of a line: what needs no arrays."""
+    pieces = list(exact.pieces(line))
+    begin = [piece.direction * piece.speed for piece in pieces]
+    end = [piece.direction * (piece.speed + piece.accel) for piece in pieces]
+    if line.smooth:
+        accelerations = [after - before for before, after in zip(begin, end, strict=True)]
+        jerks = _changes([0, *accelerations, 0])
+    else:
+        behind = begin[-1:] if going_on else [0]
+        accelerations = _changes([0, *begin, *behind])
+        jerks = _changes([0, *accelerations])
+    return Figures(
+        line.pixels, line.total_steps, _peak(begin + end), _peak(accelerations), _peak(jerks)
+    )
+
+
+def _changes(values: list[int]) -> list[int]:
+    return [after - before for before, after in pairwise(values)]
+
+
+def _peak(values: list[int]) -> int:
+    return max(map(abs, values), default=0)

@@ -4,9 +4,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NotRequired, TypedDict
 
 from pixstep.lazy import lazy
 from pixstep.lines import units
@@ -50,9 +49,24 @@ def figures_table(figures: Figures, hz: Fraction | None) -> rich.table.Table:
     return table
 
 
-def figures_json(figures: Figures, hz: Fraction | None) -> dict[str, object]:
+class MotionFigures(TypedDict):
+    """Magnitudes of a line or profile; those per second where the pixel frequency is known."""
+
+    pixels: int
+    steps: int
+    peak_speed_steps_per_px: int
+    peak_acceleration_steps_per_px2: int
+    peak_jerk_steps_per_px3: int
+    pixel_hz: NotRequired[str]
+    length_s: NotRequired[float]
+    peak_speed_steps_per_s: NotRequired[float]
+    peak_acceleration_steps_per_s2: NotRequired[float]
+    peak_jerk_steps_per_s3: NotRequired[float]
+
+
+def figures_json(figures: Figures, hz: Fraction | None) -> MotionFigures:
     """Return the figures as plain data."""
-    data: dict[str, object] = {
+    data: MotionFigures = {
         "pixels": figures.pixels,
         "steps": figures.steps,
         "peak_speed_steps_per_px": figures.peak_speed,
@@ -60,13 +74,11 @@ def figures_json(figures: Figures, hz: Fraction | None) -> dict[str, object]:
         "peak_jerk_steps_per_px3": figures.peak_jerk,
     }
     if hz is not None:
-        data |= {
-            "pixel_hz": str(hz),
-            "length_s": float(figures.pixels / hz),
-            "peak_speed_steps_per_s": float(figures.peak_speed * hz),
-            "peak_acceleration_steps_per_s2": float(figures.peak_acceleration * hz**2),
-            "peak_jerk_steps_per_s3": float(figures.peak_jerk * hz**3),
-        }
+        data["pixel_hz"] = str(hz)
+        data["length_s"] = float(figures.pixels / hz)
+        data["peak_speed_steps_per_s"] = float(figures.peak_speed * hz)
+        data["peak_acceleration_steps_per_s2"] = float(figures.peak_acceleration * hz**2)
+        data["peak_jerk_steps_per_s3"] = float(figures.peak_jerk * hz**3)
     return data
 
 
@@ -80,9 +92,26 @@ def change_text(change: Change, place: str) -> str:
     return f"{where}: {_values(change.before)} -> {after}: {change.reason}"
 
 
-def changes_json(changes: tuple[Change, ...]) -> list[dict[str, object]]:
+class ChangeFacts(TypedDict):
+    """Values that a repair replaced, from a pixel or record of the original on, from 1."""
+
+    pixel: int
+    before: list[int]
+    after: list[int]
+    reason: str
+
+
+def changes_json(changes: tuple[Change, ...]) -> list[ChangeFacts]:
     """Return the changes as plain data."""
-    return [asdict(change) for change in changes]
+    return [
+        {
+            "pixel": one.pixel,
+            "before": list(one.before),
+            "after": list(one.after),
+            "reason": one.reason,
+        }
+        for one in changes
+    ]
 
 
 def first_lines(lines: Sequence[str]) -> list[str]:

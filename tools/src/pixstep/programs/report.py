@@ -3,11 +3,11 @@
 
 from collections import Counter, deque
 from dataclasses import dataclass, field
-from typing import TypedDict
 
 import numpy as np
 
 from pixstep.programs.blends import Timed
+from pixstep.programs.figures import MotorFigures, PlanFigures
 from pixstep.programs.motors import (
     PLAIN_ROUNDING,
     SMOOTH_ROUNDING,
@@ -23,76 +23,6 @@ MOST_LISTED = 1000
 _AT_LIMIT = 0.99
 _SAME_MS = 1e-6
 _SLOWER = 1.001  # as programmed, but for the last digits
-
-
-class MotorFigures(TypedDict):
-    """What is known of a motor, as plain data; a limit that it has not is None."""
-
-    name: str
-    word: str
-    kind: str
-    steps: int
-    travel_steps: int
-    max_speed_counts_ms: float
-    max_acceleration_counts_ms2: float
-    max_acceleration_steps_px2: float
-    planned_speed_counts_ms: float
-    planned_acceleration_counts_ms2: float
-    speed_ratio: float
-    acceleration_ratio: float
-    counted_speed_steps_px: int
-    counted_speed_counts_ms: float
-    counted_acceleration_steps_px2: int
-    rounding_steps_px2: int
-    counted_ratio: float
-    counted_jerk_steps_px3: int
-    max_jerk_steps_px3: float | None
-    planned_jerk_steps_px3: float | None
-    jerk_ratio: float | None
-    allowed_jerk_steps_px3: float | None
-    unused_limits: list[str]
-
-
-class SlowedMove(TypedDict):
-    """A move that takes longer than programmed."""
-
-    line: int
-    asked_ms: float
-    ms: float
-    why: str
-
-
-class ExceededLimit(TypedDict):
-    """A move that exceeds a limit."""
-
-    line: int
-    motor: str
-    limit: str
-    ratio: float
-
-
-class PlanFigures(TypedDict):
-    """What is known of a plan, as plain data."""
-
-    moves: int
-    pixels: int
-    pixel_hz: str
-    divider: int
-    sync: str | None
-    total_ms: float
-    programmed_ms: float
-    moves_ms: float
-    stops_ms: float
-    dwells_ms: float
-    off_path_steps: float
-    motors: list[MotorFigures]
-    slowed_moves: int
-    clipped_blends: int
-    reasons: dict[str, int]
-    slowed: list[SlowedMove]
-    arc_off_steps: float
-    violated: int
-    violations: list[ExceededLimit]
 
 
 @dataclass(frozen=True)

@@ -2,9 +2,9 @@
 """A plan into a folder: a line file for each motor, all of equal length, and the report."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
@@ -19,6 +19,7 @@ from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.linecheck import Finding
 from pixstep.programs import length
 from pixstep.programs.entries import of_line
+from pixstep.programs.figures import PlannedMotor, PlannedProgram
 from pixstep.programs.motors import PlanMotor
 from pixstep.programs.pixels import Counts
 from pixstep.programs.plan import Plan
@@ -38,12 +39,12 @@ class Result:
     files: tuple[str, ...]
     counts: Counts
     findings: tuple[tuple[Finding, ...], ...]
-    facts: dict[str, object]
+    facts: PlannedProgram
 
     @property
     def fine(self) -> bool:
         """True if no limit is exceeded and the board would take every line."""
-        return self.plan.report.whole and not any(self.findings)
+        return _fine(self.plan, self.findings)
 
 
 def file_name(motor: PlanMotor) -> str:
@@ -78,8 +79,8 @@ def write(
                 zip(plan.setup.motors, check.end(), strict=True)
             )
         )
-        result = Result(plan, tuple(str(out / name) for name in names), counts, found, {})
-        facts = as_json(result)
+        files = [str(out / name) for name in names]
+        facts = as_json(plan, files, found)
         atomic.write_json(folder / REPORT, facts)
         if plot:
             from pixstep.programs import figure  # matplotlib takes a second to load
@@ -87,7 +88,7 @@ def write(
             drawn = figure.Drawn(plan, counts)
             figure.save(drawn, folder / PATH_PICTURE, folder / MOTION_PICTURE)
             facts["plots"] = [str(out / name) for name in pictures]
-    return replace(result, facts=facts)
+    return Result(plan, tuple(files), counts, found, facts)
 
 
 def _write_lines(
@@ -132,21 +133,27 @@ def errors(motor: PlanMotor, counts: list[int], bounds: BoardLimits, name: str) 
     return [item for item in found if item.severity == linecheck.ERROR]
 
 
-def as_json(result: Result) -> dict[str, object]:
+def as_json(
+    plan: Plan, files: Sequence[str], findings: Sequence[tuple[Finding, ...]]
+) -> PlannedProgram:
     """Return everything that is known as plain data."""
-    plan = result.plan
-    lines = zip(plan.report.motors, result.files, result.findings, strict=True)
     return {
         "program": plan.name,
         "mode": plan.options.mode,
         "window_moves": plan.options.window,
-        "verdict": "fine" if result.fine else "exceeds limits",
-        **plan.report.as_json(),
-        "motors": [_motor_json(*item) for item in lines],
+        "verdict": "fine" if _fine(plan, findings) else "exceeds limits",
+        **plan.report.as_json(),  # type: ignore[typeddict-item]  # the plots come later
+        "motors": [
+            _motor_json(*item) for item in zip(plan.report.motors, files, findings, strict=True)
+        ],
     }
 
 
-def _motor_json(motor: MotorReport, path: str, found: tuple[Finding, ...]) -> dict[str, object]:
+def _fine(plan: Plan, findings: Sequence[tuple[Finding, ...]]) -> bool:
+    return plan.report.whole and not any(findings)
+
+
+def _motor_json(motor: MotorReport, path: str, found: tuple[Finding, ...]) -> PlannedMotor:
     backwards = (motor.steps < 0) != motor.motor.negative
     return {
         **motor.as_json(),

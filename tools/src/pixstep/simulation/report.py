@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol, TypedDict
 
 from pixstep import atomic
 from pixstep.errors import FINE, NEGATIVE, REFUSED
@@ -62,12 +62,34 @@ def exit_status(verdict: str) -> int:
     return {"pass": FINE, "refused": REFUSED}.get(verdict, NEGATIVE)
 
 
-def print_page(console: rich.console.Console, summary: Summary, *, details: bool = False) -> None:
-    """Print the verdict of a run, with `details` the figures of every interrupt too."""
+class Printer(Protocol):
+    """Where a page is printed: rich's console, or what prints as it does."""
+
+    def print(
+        self, what: Any, /, *, style: str | None = None, markup: bool | None = None,
+        highlight: bool | None = None, soft_wrap: bool | None = None,
+    ) -> None:  # fmt: skip
+        """Print something."""
+
+
+class Judged(TypedDict):
+    """A summary that has a verdict."""
+
+    verdict: str
+    reasons: list[str]
+
+
+def print_verdict(console: Printer, summary: Judged, about: str) -> None:
+    """Print the verdict of a run, what was run, and what is wrong."""
     colour = "bold green" if summary["verdict"] == "pass" else "bold red"
-    console.print(f"[{colour}]{summary['verdict'].upper()}[/]  {_headline(summary)}")
+    console.print(f"[{colour}]{summary['verdict'].upper()}[/]  {about}")
     for reason in summary["reasons"]:
         console.print(f"  {reason}", style="red", markup=False, highlight=False, soft_wrap=True)
+
+
+def print_page(console: Printer, summary: Summary, *, details: bool = False) -> None:
+    """Print the verdict of a run, with `details` the figures of every interrupt too."""
+    print_verdict(console, summary, _headline(summary))
     if summary["refusal"]:
         return
     console.print(_axes_table(summary))
@@ -76,7 +98,7 @@ def print_page(console: rich.console.Console, summary: Summary, *, details: bool
     console.print(_footer(summary), highlight=False, soft_wrap=True)
 
 
-def print_files(console: rich.console.Console, out: Path) -> None:
+def print_files(console: Printer, out: Path) -> None:
     """Print where the results of a run are, relative to the current folder if below it."""
     folder = out.resolve()
     if folder.is_relative_to(Path.cwd()):

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pixstep import atomic, outfolder
+from pixstep import atomic, extras, natives, outfolder
 from pixstep.board import registers as regs
 from pixstep.lines.rational import hz_text
 from pixstep.progress import Progress, unseen
@@ -60,10 +60,17 @@ def simulate_into(
     return judged
 
 
+def require_all() -> None:
+    """Raise UserError if anything is not installed that a run or its verdict needs."""
+    natives.program("pixstep-sim")
+    extras.require("numpy")
+
+
 def run_and_judge(
     job: Job, folder: Path, progress: Progress = unseen
 ) -> tuple[RunResult, Judgement, list[AxisLoad]]:
     """Run a job, leave the files in `folder`; return what it left, its verdict and its loads."""
+    require_all()
     result = run_job(job, folder, progress)
     judged = judge(result)
     loads = follow_loads(result, judged)

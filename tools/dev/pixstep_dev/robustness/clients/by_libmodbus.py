@@ -14,7 +14,8 @@ def run(port: str, board: str) -> dict[str, str]:
     """Return the result of every case; those that are not in the program's list are not offered."""
     known = boards.load(board)
     program = natives.program("pixstep-libmodbus")
-    done = natives.run([program, port, board, known.id, known.axes, known.tick_hz])
+    facts = (known.id, known.axes, known.tick_hz)
+    done = natives.run([str(program), port, board, *map(str, facts)])
     if done.returncode:
         raise UserError(f"pixstep-libmodbus: {done.stderr.strip()}")
     found = dict(line.split("\t", 1) for line in done.stdout.splitlines())

@@ -78,7 +78,7 @@ class _Poll:
 
     def refused(self, code: int, kind: str, address: int, *values: int, count: int = 1) -> None:
         """The call must end with this exception."""
-        options = ("-t", kind, "-r", str(address))
+        options: tuple[str, ...] = ("-t", kind, "-r", str(address))
         options += () if values else ("-c", str(count))
         text = self.call(*options, values=values)
         if _EXCEPTIONS[code] not in text:

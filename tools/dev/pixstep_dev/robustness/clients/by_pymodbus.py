@@ -2,6 +2,7 @@
 """The conformance list by pymodbus' own serial client, on a pseudo terminal."""
 
 import struct
+from typing import Any
 
 from pymodbus.client import ModbusSerialClient
 from pymodbus.pdu import ModbusPDU
@@ -36,7 +37,7 @@ def run(port: str, board: str) -> dict[str, str]:
         checks = _List(client, board)
         return cases.run_list(checks, features.names(checks.inputs(cases.FEATURES)[0]))
     finally:
-        client.close()
+        client.close()  # type: ignore[no-untyped-call]
 
 
 class _List:
@@ -44,11 +45,11 @@ class _List:
 
     def __init__(self, client: ModbusSerialClient, board: str) -> None:
         self.client, self.board = client, board
-        self.unit = {"device_id": cases.UNIT}
+        self.unit: dict[str, Any] = {"device_id": cases.UNIT}
 
     # What most of them need.
 
-    def good(self, reply: ModbusPDU) -> ModbusPDU:
+    def good(self, reply: ModbusPDU) -> Any:
         """Return a reply that must not be an exception."""
         if reply.isError():
             raise AnsweredError(reply.exception_code)
@@ -69,12 +70,12 @@ class _List:
     def inputs(self, address: int, count: int = 1) -> list[int]:
         """Read input registers."""
         reply = self.client.read_input_registers(address, count=count, **self.unit)
-        return self.good(reply).registers
+        return list(self.good(reply).registers)
 
     def holdings(self, address: int, count: int = 1) -> list[int]:
         """Read holding registers."""
         reply = self.client.read_holding_registers(address, count=count, **self.unit)
-        return self.good(reply).registers
+        return list(self.good(reply).registers)
 
     def write(self, address: int, *words: int) -> ModbusPDU:
         """Write holding registers."""
@@ -83,7 +84,7 @@ class _List:
     def coils(self, address: int, count: int = 1) -> list[bool]:
         """Read coils."""
         reply = self.client.read_coils(address, count=count, **self.unit)
-        return self.good(reply).bits[:count]
+        return list(self.good(reply).bits[:count])
 
     def reset(self) -> None:
         """Put the two direction times back."""
@@ -261,4 +262,4 @@ def _number(message: object) -> int:
     """Return the number in a diagnostic reply."""
     if isinstance(message, bytes):
         return int.from_bytes(message, "big")
-    return message[0] if isinstance(message, (list, tuple)) else int(message)
+    return int(message[0] if isinstance(message, (list, tuple)) else str(message))

@@ -5,7 +5,9 @@ Every request is sent at a chosen cycle. `ask` waits for the reply; `tell` is a 
 nobody answers and behind which the next frame may follow at once.
 """
 
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from typing import Any
 
 ASK, TELL = "ask", "tell"
 Entries = tuple[tuple[int, int], ...]
@@ -106,18 +108,18 @@ class Look:
 
 
 Action = Order | Coils | Block | Setting | Frequency | Clock | Pin | Supply | Wait | Step | Look
-KINDS = {
+KINDS: dict[str, Callable[..., Action]] = {
     kind.__name__.lower(): kind
     for kind in (Order, Coils, Block, Setting, Frequency, Clock, Pin, Supply, Wait, Step, Look)
 }
 
 
-def as_json(action: Action) -> dict:
+def as_json(action: Action) -> dict[str, Any]:
     """Return plain data."""
     return {"do": type(action).__name__.lower(), **asdict(action)}
 
 
-def from_json(data: dict) -> Action:
+def from_json(data: dict[str, Any]) -> Action:
     """Return the action of plain data."""
     rest = {name: _tuples(value) for name, value in data.items() if name != "do"}
     return KINDS[data["do"]](**rest)

@@ -7,7 +7,7 @@ batch, so that it happens again to the cycle.
 
 import random
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -59,10 +59,13 @@ class Outcome:
     trials: int = 0
     edges: int = 0
     cycles: int = 0
-    pairs: Counter = field(default_factory=Counter)  # (command, the next one)
-    speeds: Counter = field(default_factory=Counter)  # trials, by the decade that they stay below
-    faults: Counter = field(default_factory=Counter)
-    started: Counter = field(default_factory=Counter)  # of axes armed together: all, none, split
+    # Of a command and the next one.
+    pairs: Counter[tuple[str, str]] = field(default_factory=Counter[tuple[str, str]])
+    # Of trials, by the decade of steps/s that they stay below.
+    speeds: Counter[int] = field(default_factory=Counter[int])
+    faults: Counter[str] = field(default_factory=Counter[str])
+    # Of axes armed together: all, none, split.
+    started: Counter[str] = field(default_factory=Counter[str])
     failed: int = 0
     failures: list[Failure] = field(default_factory=list)
 
@@ -79,7 +82,7 @@ def run(plan: Plan, progress: Progress = unseen) -> Outcome:
     return outcome
 
 
-def batch(plan: Plan, first: int, end: int, outcome: Outcome):
+def batch(plan: Plan, first: int, end: int, outcome: Outcome) -> Iterator[trials.Trial]:
     """Do the trials of a batch from its beginning, count those from `first` on; yield each."""
     index = first // BATCH * BATCH
     while index < end:
@@ -134,7 +137,7 @@ def attempt(guard: Guard, trial: trials.Trial) -> bool:
     guard.seen_faults.clear()
     guard.started = ""
     try:
-        before = [guard.world.edges(axis).count for axis in range(guard.world.axes)]
+        before = [guard.world.edges(axis).made for axis in range(guard.world.axes)]
         for action in trial.actions:
             guard.do(action)
         if isinstance(trial, together.Together):
@@ -146,7 +149,7 @@ def attempt(guard: Guard, trial: trials.Trial) -> bool:
 
 
 def _edges(world: World) -> int:
-    return sum(world.edges(axis).count for axis in range(world.axes))
+    return sum(world.edges(axis).made for axis in range(world.axes))
 
 
 def _count(outcome: Outcome, trial: trials.Trial, guard: Guard, index: int) -> None:

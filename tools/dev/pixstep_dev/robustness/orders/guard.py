@@ -2,8 +2,10 @@
 """A world with the model beside it: every action is judged."""
 
 from collections.abc import Callable
+from typing import Any
 
 from pixstep.board import registers as regs
+from pixstep.simulation.simctl import Permit
 from pixstep_dev.robustness.orders import actions
 from pixstep_dev.robustness.orders.actions import ASK, Action, Order
 from pixstep_dev.robustness.orders.model import ESTOP_ENTRY_CYCLES, HELD_CYCLES, AxisModel, Model
@@ -17,6 +19,8 @@ _TIME_TICKS = 2 * IDLE_TICKS  # an idle period is accounted for as a whole, late
 _ROUND_S = 0.008  # of the main loop at most, building a reply included
 _ANSWERS = {True: "done", False: "refused", None: "no answer"}
 _STAYS = ("command", "settings", "outputs")
+
+_Before = tuple[State | None, dict[str, Any]]  # what the board said, and its registers
 
 
 class Guard:
@@ -34,12 +38,13 @@ class Guard:
     def begin(self) -> None:
         """The board rests, without a fault: begin anew from what it says now."""
         self.model = Model([AxisModel() for _ in range(self.world.axes)], self.world.clock_hz)
-        self.state = self.world.look()
-        self.counted = [self.world.edges(number).count for number in range(self.world.axes)]
+        state = self.state = self.world.look()
+        assert state  # it rests: it answers
+        self.counted = [self.world.edges(number).made for number in range(self.world.axes)]
         for number, axis in enumerate(self.model.axes):
             edges = self.world.edges(number)
-            axis.settle(edges.count)
-            self.model.steps_zero.append(edges.steps - self.state.axes[number].position)
+            axis.settle(edges.made)
+            self.model.steps_zero.append(edges.steps - state.axes[number].position)
         self.note_time()
 
     def complain(self, text: str) -> None:
@@ -90,12 +95,12 @@ class Guard:
     def _check_edges(self, number: int, axis: AxisModel) -> None:
         edges = self.world.edges(number)
         if axis.rest is not None:
-            if edges.count != axis.rest:
+            if edges.made != axis.rest:
                 self.complain(
-                    f"axis {number}: {edges.count - axis.rest} edges out of rest, the last at "
+                    f"axis {number}: {edges.made - axis.rest} edges out of rest, the last at "
                     f"{edges.last}"
                 )
-                axis.rest = edges.count
+                axis.rest = edges.made
         elif axis.halted is not None:
             if edges.before > axis.halted or edges.last > axis.halted + HELD_CYCLES:
                 self.complain(
@@ -104,9 +109,9 @@ class Guard:
                 )
                 axis.halted = None
             elif self.world.cycle > axis.halted + HELD_CYCLES:
-                axis.settle(edges.count)
+                axis.settle(edges.made)
 
-    def _expect_permit(self, before) -> None:
+    def _expect_permit(self, before: Permit) -> None:
         """The stop was pressed: PERMIT falls once if it is high, and nothing else happens to it."""
         if before.level or not self.model.told_permit:
             self.model.permit.changes = before.changes + before.level
@@ -219,8 +224,8 @@ class Guard:
         """Where the state says that the axis does not move, no edge may follow."""
         model = self.model.axes[number]
         edges = self.world.edges(number)
-        if axis.state == "armed" and model.armed is not None and before.count != model.armed:
-            self.complain(f"axis {number}: {before.count - model.armed} edges while armed")
+        if axis.state == "armed" and model.armed is not None and before.made != model.armed:
+            self.complain(f"axis {number}: {before.made - model.armed} edges while armed")
         if axis.state in MOVING:
             if self._lags(state):
                 pass
@@ -230,9 +235,9 @@ class Guard:
         elif axis.state in ("empty", "fault"):
             model.halt(state.told)
         elif model.rest is None:
-            model.settle(edges.count)
+            model.settle(edges.made)
         self._judge_position(number, axis, model, edges)
-        self.counted[number] = before.count
+        self.counted[number] = before.made
 
     def _judge_position(self, number: int, axis: AxisState, model: AxisModel, edges: Edges) -> None:
         """At rest the position is the steps made; in motion it is no older than the reading before.
@@ -244,7 +249,7 @@ class Guard:
         rests = model.rest is not None or (
             model.halted is not None and self.world.asked > model.halted + HELD_CYCLES
         )
-        bound = 0 if rests else edges.count - self.counted[number] + _LEAD_STEPS
+        bound = 0 if rests else edges.made - self.counted[number] + _LEAD_STEPS
         if abs(known - edges.steps) > bound:
             self.complain(
                 f"axis {number}, {axis.state}: position {known}, {edges.steps} steps made"
@@ -253,12 +258,12 @@ class Guard:
 
     # ---- a refusal changes nothing ----
 
-    def _before(self, action: Action) -> tuple[State | None, dict] | None:
+    def _before(self, action: Action) -> _Before | None:
         if not self.careful or getattr(action, "how", "") != ASK:
             return None
         return self.world.look(), self.world.registers()
 
-    def _compare(self, action: Action, outcome: Outcome, before: tuple) -> None:
+    def _compare(self, action: Action, outcome: Outcome, before: _Before) -> None:
         old, old_registers = before
         new, new_registers = self.world.look(), self.world.registers()
         if old is None or new is None:
@@ -274,7 +279,7 @@ class Guard:
             if was.state not in MOVING and self.model.axes[number].halted is None:
                 self._compare_axis(action, number, was, is_now)
 
-    def _compare_axis(self, action: Action, number: int, was, is_now) -> None:
+    def _compare_axis(self, action: Action, number: int, was: AxisState, is_now: AxisState) -> None:
         mine = isinstance(action, actions.Block) and action.axis == number
         for name in ("state", "queue_free", "next_block", "position", "lines_done", "line_error"):
             if mine and (name == "line_error" or (name, is_now.state) == ("state", "refused")):
@@ -290,7 +295,7 @@ class Guard:
         self.model.permit.allow()
         for number, axis in enumerate(self.model.axes):
             edges = self.world.edges(number)
-            axis.settle(edges.count)
+            axis.settle(edges.made)
             self.model.steps_zero.append(edges.steps)
         self.note_time()
 

@@ -2,6 +2,7 @@
 """A campaign as a part of docs/ORDERS.md: how often which pair was tried, at what speeds."""
 
 from collections import Counter
+from typing import Any
 
 from pixstep.board import boards
 from pixstep_dev.robustness.orders import rests
@@ -34,15 +35,15 @@ def markdown(outcome: Outcome | rests.Outcome) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _counted(what: str, counts: Counter) -> list[str]:
+def _counted(what: str, counts: Counter[Any]) -> list[str]:
     rows = [f"| {key if isinstance(key, str) else f'{key:,}'} | {counts[key]:,} |"
             for key in sorted(counts)]  # fmt: skip
     return [f"| {what} | trials |", "| --- | --: |", *rows, ""]
 
 
-def _pairs(pairs: Counter) -> list[str]:
+def _pairs(pairs: Counter[tuple[str, str]]) -> list[str]:
     """Return a table of first command by row, next command by column; coils count as commands."""
-    merged: Counter = Counter()
+    merged: Counter[tuple[str, str]] = Counter()
     for (first, second), number in pairs.items():
         merged[first.removeprefix("coil "), second.removeprefix("coil ")] += number
     names = sorted({name for pair in merged for name in pair})

@@ -26,7 +26,7 @@ from pathlib import Path
 
 from pixstep.board import boards
 from pixstep.progress import Progress, unseen
-from pixstep_dev.robustness.orders import frames, lines, state
+from pixstep_dev.robustness.orders import lines, state
 from pixstep_dev.robustness.orders.actions import (
     Block,
     Clock,
@@ -38,6 +38,7 @@ from pixstep_dev.robustness.orders.actions import (
 )
 from pixstep_dev.robustness.orders.guard import Guard
 from pixstep_dev.robustness.orders.world import IDLE_TICKS, World
+from pixstep_trials import frames
 
 SIMULATED_S = 2  # longer rests are told to the firmware
 LONGEST_S = 36_000
@@ -174,7 +175,7 @@ class _Rest:
         do(Clock("on"))
         self.guard.model.expected.clear()
         zero = world.cycle
-        until = world.cycle + int(max(_BACK_S * self.tick_hz, 3 * self.period))
+        until = world.cycle + int(max(_BACK_S * self.tick_hz, float(3 * self.period)))
         while world.cycle < until:
             self._ask()
             world.perform(Wait(random.Random(world.cycle).randrange(self.tick_hz // 100)))
@@ -184,7 +185,7 @@ class _Rest:
         self.guard.recover()
 
     def _counts(self) -> list[int]:
-        return [self.world.edges(axis).count for axis in range(self.world.axes)]
+        return [self.world.edges(axis).made for axis in range(self.world.axes)]
 
     def _ask(self) -> None:
         frame = frames.read_inputs(state.FIRST, state.words(self.world.axes))
@@ -206,8 +207,8 @@ class _Rest:
         self.guard.do(Look())
         for axis, old in enumerate(before):
             edges = self.world.edges(axis)
-            if edges.count - old != _COUNT * _LINE_PX:
-                self.guard.complain(f"axis {axis}: {edges.count - old} edges of a line")
+            if edges.made - old != _COUNT * _LINE_PX:
+                self.guard.complain(f"axis {axis}: {edges.made - old} edges of a line")
                 continue
             off = int(self._off(edges.last - zero))
             self.outcome.lines += 1

@@ -13,7 +13,7 @@ MOVING = frozenset(("armed", "running"))
 class Edges(NamedTuple):
     """STEP edges of an axis: rising ones, the same signed, cycles of the last two (0: none)."""
 
-    count: int
+    made: int
     steps: int
     last: int
     before: int
@@ -75,8 +75,9 @@ def parse(found: tuple[int, ...], axes: int, asked: int, told: int) -> State:
 
     starts = range(regs.AXIS_BASE - FIRST, words(axes), regs.AXIS_STRIDE)
     blocks = tuple(_axis(found[start : start + regs.AXIS_STRIDE]) for start in starts)
-    board = (one(address) for address in (0x04, 0x05, 0x06, 0x07, 0x0A, 0x0B))
-    return State(asked, told, *board, blocks)
+    return State(
+        asked, told, one(0x04), one(0x05), one(0x06), one(0x07), one(0x0A), one(0x0B), blocks
+    )
 
 
 def _axis(block: tuple[int, ...]) -> AxisState:

@@ -107,14 +107,15 @@ def judge(guard: Guard, trial: Together, before: list[int]) -> str:
     world = guard.world
     axes = [axis for axis in range(world.axes) if trial.mask >> axis & 1]
     edges = [world.edges(axis) for axis in axes]
-    made = [edge.count - before[axis] for axis, edge in zip(axes, edges, strict=True)]
+    made = [edge.made - before[axis] for axis, edge in zip(axes, edges, strict=True)]
     if not any(made):
         return "none"
     spread = max(edge.last for edge in edges) - min(edge.last for edge in edges)
     if len(set(made)) > 1 or (trial.clocked and spread > _SPREAD_CYCLES):
+        said = guard.state.summary() if guard.state else "no reply"
         guard.complain(
             f"axes {axes} did not start together: {made} edges, the last at "
-            f"{[edge.last for edge in edges]}; {guard.state.summary()}"
+            f"{[edge.last for edge in edges]}; {said}"
         )
         return "split"
     return "all"

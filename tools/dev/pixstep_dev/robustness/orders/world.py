@@ -11,8 +11,9 @@ from pixstep.board import registers as regs
 from pixstep.simulation.memory import Memory
 from pixstep.simulation.simboard import SimLink
 from pixstep.simulation.simctl import Permit, SimOptions, SimulatorError
-from pixstep_dev.robustness.orders import actions, frames, state
+from pixstep_dev.robustness.orders import actions, state
 from pixstep_dev.robustness.orders.state import Edges, State
+from pixstep_trials import frames
 
 FAST_BAUD, SLOW_BAUD = 250_000, 115_200  # the fastest at which no byte is lost, whatever moves
 BITS = 11  # of a byte on the line, even parity
@@ -188,7 +189,7 @@ class World:
         return Outcome(True, self.cycle)
 
     def _request(self, action: actions.Action) -> Outcome:
-        broadcast = action.how == actions.TELL
+        broadcast = getattr(action, "how", "") == actions.TELL
         frame = self._frame(action, frames.BROADCAST if broadcast else frames.UNIT)
         if broadcast:
             end = self.tell(frame)
@@ -228,8 +229,8 @@ class World:
             self.next_block[action.axis] = self.next_block[action.axis] + 1 & 0xFFFF
 
     def _to_step(self, action: actions.Step) -> None:
-        begun, limit = self.edges(action.axis).count, self.cycle + action.limit
-        while self.cycle < limit and self.edges(action.axis).count == begun:
+        begun, limit = self.edges(action.axis).made, self.cycle + action.limit
+        while self.cycle < limit and self.edges(action.axis).made == begun:
             self.sim.run(min(_STRETCH_CYCLES, limit - self.cycle))
         place = self.edges(action.axis).last + action.more
         self.sim.run(max(0, place - self.cycle))

@@ -110,9 +110,7 @@ def edges(given: Motion, first_cycle: int, lacking: int, clock: Clock) -> Iterat
     zero = clock.first + round(pixels) * clock.pixel
     way = 0
     for line in given.lines:
-        ways = list(
-            accumulate(line.counts, lambda was, n, line=line: was + line.direction * n, initial=way)
-        )
+        ways = list(accumulate((line.direction * n for n in line.counts), initial=way))
         for pixel in range(line.shifted_pixels, line.pixels + 1):
             yield zero + pixel * clock.pixel + _CYCLES, ways[pixel]
         zero += line.pixels * clock.pixel

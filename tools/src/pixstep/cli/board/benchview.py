@@ -1,18 +1,25 @@
 # SPDX-License-Identifier: MIT
 """The virtual bench on a terminal: what is connected, what moves, and the line that is typed."""
 
+from __future__ import annotations
+
+import contextlib
 import os
 import select
+import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
 
 from rich import box
-from rich.console import Group, RenderableType
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
 from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from pixstep.simulation.virtualbench import BenchStatus
+from pixstep.errors import PlainError
+from pixstep.operations.board.simulate import GAP, behind_text, wires
+from pixstep.simulation.benchscript import Order
+from pixstep.simulation.virtualbench import BenchStatus, VirtualBench
 
 try:
     import termios
@@ -23,7 +30,11 @@ except ImportError:  # Windows has no terminals of this kind, and no simulator e
 _ENTER, _CLEAR, _END, _PRINTABLE = b"\n", b"\x15", b"\x04", range(0x20, 0x7F)
 _ERASE = (b"\x7f", b"\x08")
 _CHUNK = 4096
-_GAP = "   "
+_REDRAW_S = 0.1
+_STYLES = {  # of what is on, and off
+    "5 V": ("green", "red"), "pixel clock": ("green", "yellow"), "ESTOP": ("bold red", "dim"),
+    "PERMIT": ("yellow", "dim"),
+}  # fmt: skip
 
 
 class Typed:
@@ -64,7 +75,7 @@ class Typed:
             self.line += key
 
 
-@contextmanager
+@contextlib.contextmanager
 def key_by_key(descriptor: int) -> Iterator[None]:
     """Get keys from a terminal as they are pressed, without its own echo."""
     before = termios.tcgetattr(descriptor)
@@ -73,6 +84,65 @@ def key_by_key(descriptor: int) -> Iterator[None]:
         yield
     finally:
         termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
+
+
+class Terminal:
+    """Where commands come from, and the screen on which the bench is drawn."""
+
+    def __init__(self, *, as_json: bool):
+        self._as_json = as_json
+        self._typed: Typed | None = None
+
+    def typed(self, *, scripted: bool) -> Typed | None:
+        """Return where commands come from: a terminal, or a pipe if there is no script."""
+        try:
+            descriptor = sys.stdin.fileno()
+        except (AttributeError, OSError, ValueError):
+            return None
+        if os.isatty(descriptor):
+            self._typed = Typed(descriptor, keys=True) if in_foreground(descriptor) else None
+        elif not scripted:
+            self._typed = Typed(descriptor, keys=False)
+        return self._typed
+
+    def opened(
+        self, bench: VirtualBench, port: str
+    ) -> contextlib.AbstractContextManager[_View] | None:
+        """Return what draws the bench, the typed line below; None to print it."""
+        typed = self._typed
+        if typed is None or not typed.keys or self._as_json or not sys.stdout.isatty():
+            return None
+        return self._drawn(bench, port, typed)
+
+    @contextlib.contextmanager
+    def _drawn(self, bench: VirtualBench, port: str, typed: Typed) -> Iterator[_View]:
+        console = Console(highlight=False)
+        with (
+            key_by_key(typed.descriptor),
+            Live(console=console, auto_refresh=False, screen=False) as live,
+        ):
+            yield _View(bench, live, typed, port)
+
+
+class _View:
+    """A frame that is drawn again and again, with the line that is typed below."""
+
+    def __init__(self, bench: VirtualBench, live: Live, typed: Typed, port: str) -> None:
+        self.bench, self.live, self.typed = bench, live, typed
+        self.said, self._drawn_s = f"pixstep board ... --port {port}", -_REDRAW_S
+
+    def done(self, order: Order | None) -> None:
+        if order:
+            self.said = f"{order.text}: done"
+
+    def failed(self, error: PlainError) -> None:
+        self.said = str(error)
+
+    def look(self) -> None:
+        if self.bench.time_s - self._drawn_s >= _REDRAW_S:
+            self._drawn_s = self.bench.time_s
+            line = self.typed.line.decode(errors="replace")
+            self.live.update(page(self.bench.status(), self.said, line), refresh=True)
 
 
 def in_foreground(descriptor: int) -> bool:
@@ -98,39 +168,11 @@ def page(status: BenchStatus, said: str, typed: str | None) -> RenderableType:
     )
 
 
-def lines(status: BenchStatus) -> Iterator[str]:
-    """Yield the same as plain lines."""
-    yield _wires(status).plain
-    for number, axis in enumerate(status["axes"]):
-        yield (
-            f"axis {number}: {axis['steps']} steps, {axis['edges']} edges, load at "
-            f"{axis['load_steps']}, closed: {', '.join(axis['closed']) or 'none'}"
-        )
-    if status["lost_s"]:
-        yield behind_text(status["lost_s"])
-
-
-def behind_text(lost_s: float) -> str:
-    """Return what it means that this machine is too slow."""
-    return (
-        f"{lost_s:.2f} s behind real time: this machine is too slow or busy; requests to the board "
-        f"may time out, its own times stay right"
-    )
-
-
 def _wires(status: BenchStatus) -> Text:
-    clock = status["clock"]
-    rate = f"{clock['hz']:g} Hz" + (f" {clock['ppm']:+g} ppm" if clock["ppm"] else "")
-    return Text(_GAP).join((
-        _state("5 V", status["powered"], "on", "off", "green", "red"),
-        _state("pixel clock", clock["runs"], rate, "stopped", "green", "yellow"),
-        _state("ESTOP", status["estop_pressed"], "pressed", "released", "bold red", "dim"),
-        _state("PERMIT", bool(status["permit"]), "high", "low", "yellow", "dim"),
-    ))  # fmt: skip
-
-
-def _state(name: str, on: bool, yes: str, no: str, style: str, other: str) -> Text:
-    return Text.assemble((f"{name} ", "dim"), (yes if on else no, style if on else other))
+    return Text(GAP).join(
+        Text.assemble((f"{name} ", "dim"), (text, _STYLES[name][0 if on else 1]))
+        for name, on, text in wires(status)
+    )
 
 
 def _axes(status: BenchStatus) -> Table:

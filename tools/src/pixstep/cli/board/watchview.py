@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: MIT
 """A board as `pixstep board watch` draws it: steady columns, colour for what counts."""
 
+from __future__ import annotations
+
+import contextlib
 from collections.abc import Iterator
 
 from rich import box
-from rich.console import Group, RenderableType
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
 from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
@@ -12,9 +16,8 @@ from rich.text import Text
 from pixstep.board import clock_hz
 from pixstep.board import registers as regs
 from pixstep.board.snapshot import Snapshot
+from pixstep.operations.board.watch import AXIS_COLUMNS, NONE, Pair, Show
 
-AXIS_COLUMNS = ("position_steps", "expected_steps", "pixel", "queue_free", "ring_fill")
-NONE = "-"  # where there is no value
 _HEADS = (  # and widths that hold any value, so that nothing jumps
     ("axis", 4), ("state", 7), ("position", 11), ("expected", 11), ("pixel", 10),
     ("queue free", 10), ("ring", 4),
@@ -23,6 +26,30 @@ _ON = {"clock": "green", "fault": "bold red", "estop": "bold red", "permit": "ye
 _STATES = {"running": "green", "armed": "cyan", "fault": "red", "refused": "red", "empty": "dim"}
 _TROUBLES = ("crc_errors", "exceptions", "rx_overruns", "busy_replies")
 _GAP = "   "
+
+
+def screen() -> Screen | None:
+    """Return a screen if there is a terminal."""
+    console = Console(highlight=False)
+    return Screen(console) if console.is_terminal else None
+
+
+class Screen:
+    """A terminal on which boards are drawn again and again."""
+
+    def __init__(self, console: Console):
+        self._console = console
+
+    @contextlib.contextmanager
+    def opened(self, port: str) -> Iterator[Show]:
+        """Yield what draws the boards of a port in the place of the last ones."""
+        with Live(console=self._console, auto_refresh=False, screen=False) as live:
+
+            def show(look: list[Pair]) -> None:
+                title = Text(f"{port}   Ctrl-C ends", style="dim")
+                live.update(Group(title, *(page(*pair) for pair in look)), refresh=True)
+
+            yield show
 
 
 def page(now: Snapshot, before: Snapshot | None) -> RenderableType:

@@ -1,0 +1,299 @@
+# SPDX-License-Identifier: MIT
+"""A click command from an operation: its options, help and page, and nothing of its own."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+from click.core import ParameterSource
+
+from pixstep import atomic, progress
+from pixstep.cli import failures, origins, views
+from pixstep.cli.command import Command
+from pixstep.cli.field_types import click_type
+from pixstep.cli.output import say, show_json, show_json_row, teller
+from pixstep.errors import RefusedError, UserError
+from pixstep.machine import finding
+from pixstep.operations import perform
+from pixstep.operations.asked import AskedError
+from pixstep.operations.desk import Desk, Source
+from pixstep.operations.field import Field
+from pixstep.operations.kinds import Flag
+from pixstep.operations.perform import Caller, FieldError, MissingError
+from pixstep.operations.request import Request, fields
+from pixstep.operations.result import Result
+
+if TYPE_CHECKING:
+    import rich.console
+
+    from pixstep.operations.facts import Facts
+
+_ASKED = "pixstep.request"
+FACTS_HELP = "Print facts as JSON, for programs."
+_GIVEN = (ParameterSource.COMMANDLINE, ParameterSource.ENVIRONMENT)
+
+
+class _Option(click.Option):
+    """An option whose value may come from the machine file, which is asked later."""
+
+    def value_is_missing(self, value: Any) -> bool:
+        """Leave that to the request."""
+        del value
+        return False
+
+
+class _Argument(click.Argument):
+    """An argument whose value may come from the machine file."""
+
+    def value_is_missing(self, value: Any) -> bool:
+        """Leave that to the request."""
+        del value
+        return False
+
+
+class OperationCommand(Command):
+    """The command of an operation."""
+
+    def __init__(self, request: type[Request]):
+        self.request = request
+        known = fields(request)
+        params = [_parameter(one) for one in known.values()]
+        if request.has_json:
+            rows = f"One line of JSON for each {request.json_rows}." if request.json_rows else ""
+            params.append(_flag("--json", "as_json", rows or FACTS_HELP))
+        super().__init__(
+            request.words.split()[-1], params=params, help=request.__doc__, callback=_run
+        )
+        self.by_machine = any(one.machine for one in known.values())
+        if self.by_machine and not request.own_motor:
+            self._add_motor(several=any(known[name].many for name in ("decode", "play")
+                                        if name in known))  # fmt: skip
+        if self.by_machine or request.needs_machine:
+            self._add_machine()
+
+    def _add_motor(self, *, several: bool) -> None:
+        once = ", once for each line" if several else ""
+        self.params.append(
+            click.Option(
+                ["--motor"], metavar="NAME", multiple=True, expose_value=False,
+                callback=_note_motors if several else _note_motor,
+                help=f"Motor of the machine file{once}.",
+            )
+        )  # fmt: skip
+
+    def _add_machine(self) -> None:
+        about = "with defaults, or `none`" if self.by_machine else "with motors and limits"
+        self.params.append(
+            click.Option(
+                ["--machine"], metavar="FILE", envvar=finding.VARIABLE, show_envvar=True,
+                expose_value=False, callback=_note_machine,
+                help=f"Machine file {about}.  [default: {finding.NAME} in the current folder]",
+            )
+        )  # fmt: skip
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Read the command line into a request."""
+        with _explained(ctx, self.request):
+            left = super().parse_args(ctx, args)
+            if not ctx.resilient_parsing:
+                self._resolve(ctx)
+            return left
+
+    def invoke(self, ctx: click.Context) -> object:
+        """Run the command under the rules for its files; errors name options and the file."""
+        with _explained(ctx, self.request):
+            return super().invoke(ctx)
+
+    def _resolve(self, ctx: click.Context) -> None:
+        names = fields(self.request)
+        given = {
+            name: ctx.params[name] for name in names if ctx.get_parameter_source(name) in _GIVEN
+        }
+        caller = Caller(ctx.meta.get("machine"), ctx.meta.get("motors", ()), look=True)
+        facts = perform.facts_of(self.request, given, caller)
+        self.request.prepare(facts, say)
+        if self.by_machine or self.request.needs_machine:
+            origins.hold(ctx, facts)
+        try:
+            request, sources = perform.resolve(self.request, given, facts)
+        except FieldError as error:
+            raise self._said(ctx, error, given) from None
+        for name, source in sources.items():
+            ctx.params[name] = getattr(request, name)
+            if source is Source.MACHINE:
+                ctx.set_parameter_source(name, ParameterSource.DEFAULT_MAP)
+        ctx.meta[_ASKED] = request, facts, sources
+
+    def _said(self, ctx: click.Context, error: FieldError, given: dict[str, Any]) -> Exception:
+        """Return what click would raise for a value, which is said as for all others."""
+        param = next(one for one in self.params if one.name == error.field.name)
+        if isinstance(error, MissingError):
+            return click.MissingParameter(ctx=ctx, param=param)
+        if error.field.name not in given:
+            ctx.set_parameter_source(error.field.name, ParameterSource.DEFAULT_MAP)
+        return click.BadParameter(error.reason, ctx=ctx, param=param)
+
+
+@functools.cache
+def command_of(request: type[Request]) -> OperationCommand:
+    """Return the command of an operation; one that has two names is one command."""
+    return OperationCommand(request)
+
+
+def _parameter(one: Field) -> click.Parameter:
+    kind = click_type(one.kind)
+    if one.argument:
+        found = _Argument(
+            [one.name], type=kind, required=one.required, nargs=-1 if one.many else 1,
+            metavar=one.shown, envvar=one.variable,
+        )  # fmt: skip
+        found.default = None
+        return found
+    is_flag = isinstance(one.kind, Flag)
+    more: dict[str, Any] = {"flag_value": one.alone} if one.alone else {}
+    names = list(one.names)
+    if is_flag and one.off:
+        names = [f"{max(names, key=len)}/{one.off}"]
+    if one.unless:
+        return _Option(
+            [*names, one.name], is_flag=True, default=True, flag_value=False, help=one.about
+        )
+    told = one.about + (f"  [default: {one.default_text}]" if one.default_text else "")
+    shown = not is_flag or one.off is not None
+    shows = shown and one.default_text is None and one.default not in (None, ())
+    return _Option(
+        [*names, one.name], type=None if is_flag else kind, is_flag=is_flag,
+        multiple=one.many and not is_flag, required=one.required, default=_shown(one),
+        show_default=shows, help=told or None, metavar=one.shown, envvar=one.variable,
+        show_envvar=one.variable is not None, hidden=one.hidden, **more,
+    )  # fmt: skip
+
+
+def _shown(one: Field) -> Any:
+    """Return the default as click takes it, which shows it."""
+    return None if one.default in (None, ()) else one.default
+
+
+def _flag(spelling: str, name: str, text: str) -> click.Option:
+    return click.Option([spelling, name], is_flag=True, help=text)
+
+
+def _note_motors(
+    ctx: click.Context, _param: click.Parameter, value: tuple[str, ...]
+) -> tuple[str, ...]:
+    ctx.meta["motors"] = value
+    return value
+
+
+def _note_motor(
+    ctx: click.Context, param: click.Parameter, value: tuple[str, ...]
+) -> tuple[str, ...]:
+    return _note_motors(ctx, param, _one_motor(value))
+
+
+def _one_motor(value: tuple[str, ...]) -> tuple[str, ...]:
+    """Refuse a second --motor of a command that takes one, which click would take alone."""
+    if len(value) > 1:
+        raise UserError(f"--motor {' --motor '.join(value)}: this command takes one motor")
+    return value
+
+
+def _note_machine(ctx: click.Context, _param: click.Parameter, value: str | None) -> str | None:
+    ctx.meta["machine"] = value
+    return value
+
+
+class _ConsolePage:
+    """A page on the stream that is free for words."""
+
+    def __init__(self, output: Path | None):
+        self._output = output
+        self.tell = teller(output)
+
+    def draw(self, what: Any, *, wide: bool = False) -> None:
+        """Print a table or another thing of rich's."""
+        self._console(wide=wide).print(what, markup=False)
+
+    def print(self, what: Any, /, **how: Any) -> None:
+        """Print something by rich's console."""
+        self._console().print(what, **how)
+
+    def _console(self, *, wide: bool = False) -> rich.console.Console:
+        from pixstep.simulation.report import NARROWEST, WIDE, new_console
+
+        narrowest = WIDE if wide else NARROWEST
+        return new_console(narrowest=narrowest, stderr=atomic.is_stdout(self._output))
+
+    def styled(self, text: str, *, colour: str | None = None, bold: bool | None = None) -> str:
+        """Return a text as a terminal shows it in a colour, or bold."""
+        return click.style(text, fg=colour, bold=bold)
+
+
+def _run(**_params: Any) -> None:
+    """Run the operation of the command line, and print what it gives back."""
+    ctx = click.get_current_context()
+    asked: tuple[Request, Facts, dict[str, Source]] = ctx.meta[_ASKED]
+    request, facts, sources = asked
+    as_json = bool(ctx.params.get("as_json"))
+    outputs = [path for _, path in perform.outputs(request)]
+    page = _ConsolePage(next(filter(atomic.is_stdout, outputs), None))
+    desk = Desk(
+        facts, sources, say, warn=_warn, progress=progress.shown, complain=failures.complain,
+        view=views.of(request.words, as_json=as_json), keeps=False,
+    )  # fmt: skip
+    if as_json:
+        desk.row = show_json_row
+    else:
+        desk.tell, desk.aside = page.tell, _aside
+    try:
+        result = perform.finish(request, desk)
+    except BaseException:
+        if desk.so_far is not None and as_json:
+            show_json(desk.so_far.data)
+        raise
+    if not (as_json and request.json_rows):
+        _deliver(result, page, as_json=as_json)
+    ctx.exit(result.status)
+
+
+@contextlib.contextmanager
+def _explained(ctx: click.Context, request: type[Request]) -> Iterator[None]:
+    """Let errors name options, and the machine file if it said what is wrong."""
+    try:
+        yield
+    except UserError as error:
+        text, cure = str(error), ""
+        if isinstance(error, AskedError):
+            names = {name: one.option for name, one in fields(request).items()}
+            text, cure = error.told(names), error.cured(names)
+        error.args = (f"{text}{origins.origin(ctx, text)}{cure}",)
+        raise
+    except click.BadParameter as error:
+        if not error.param or not origins.by_machine(ctx, error.param.name or ""):
+            raise
+        raise RefusedError(f"{failures.said(error)}{origins.origin(ctx)}") from None
+
+
+def _aside(text: str) -> None:
+    click.echo(text, err=True)
+
+
+def _warn(warnings: Iterable[str]) -> None:
+    for one in warnings:
+        click.echo(f"warning: {one}", err=True)
+
+
+def _deliver(result: Result, page: _ConsolePage, *, as_json: bool) -> None:
+    if as_json:
+        show_json(result.data)
+    elif result.told:
+        return
+    elif not isinstance(result.text, str):
+        result.text(page)
+    elif result.text:
+        page.tell(result.text)

@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: MIT
+"""What the console has for some operations alone: a screen to draw on, a person to ask.
+
+Each is what its operation calls `desk.view`; None where there is no terminal for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pixstep.operations.board import selftest, simulate, watch
+
+
+def of(words: str, *, as_json: bool) -> Any:
+    """Return the view of an operation; None if it has none."""
+    make = _VIEWS.get(words)
+    return make(as_json) if make else None
+
+
+def _watch(as_json: bool) -> watch.Screen | None:
+    if as_json:
+        return None
+    from pixstep.cli.board import watchview  # rich takes a while to load
+
+    return watchview.screen()
+
+
+def _selftest(as_json: bool) -> selftest.AtTerminal:
+    from pixstep.cli.board.person import Person  # which other commands do not need
+
+    return Person(as_json=as_json)
+
+
+def _simulate(as_json: bool) -> simulate.Terminal:
+    from pixstep.cli.board.benchview import Terminal  # rich takes a while to load
+
+    return Terminal(as_json=as_json)
+
+
+_VIEWS: dict[str, Callable[[bool], Any]] = {
+    "board watch": _watch,
+    "board selftest": _selftest,
+    "board simulate": _simulate,
+}

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: MIT
+"""Fields on the pixel clock: what a board is set to, and how a simulated clock strays."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from pixstep import arguments
+from pixstep.errors import UserError
+from pixstep.operations import machine_defaults as machine
+from pixstep.operations.kinds import HZ, Number, Parsed, Whole
+from pixstep.operations.request import Request, option, shared_fields
+from pixstep.operations.shared import EDGES, GATE_EDGES, SYNC
+from pixstep.simulation.clockflaws import MOST_JITTER_US, MOST_PPM, MOST_REST_MS, ClockFlaws
+
+_THE_BOARDS = "the board's"
+
+
+@shared_fields
+class BoardClock(Request):
+    """The pixel clock that a board is set to before something moves."""
+
+    pixel_hz: Fraction | None = option(
+        HZ, "Set the frequency of the pixel clock's edges.", machine=machine.clock_hz,
+        default_text=_THE_BOARDS,
+    )  # fmt: skip
+    divider: int | None = option(
+        EDGES, "Set the clock edges of a pixel.", shown="M", machine=machine.divider,
+        default_text=_THE_BOARDS,
+    )  # fmt: skip
+
+
+@shared_fields
+class BoardLineClock(BoardClock):
+    """The same, and what lines are to the clock."""
+
+    sync: str | None = option(
+        SYNC, "Set what lines are to the pixel clock.", machine=machine.sync,
+        default_text=_THE_BOARDS,
+    )  # fmt: skip
+    gate_edges: int | None = option(
+        GATE_EDGES,
+        "Set how many edges behind a burst's first one lines begin; 0: the pixel clock is not "
+        "gated.",
+        shown="N", machine=machine.gate_edges, default_text=_THE_BOARDS,
+    )  # fmt: skip
+
+
+class _Pair(Parsed):
+    """Two numbers, as one text or as a pair of Python's."""
+
+    def __init__(self, name: str, between: str, reader: Any, python: str):
+        super().__init__(name, reader, f"str | {python}")
+        self.between = between
+
+    def judge(self, value: Any) -> Any:
+        """Return two numbers that Python has."""
+        several = value if isinstance(value, (tuple, list)) else (value,)
+        return self.parse(self.between.join(map(arguments.shown, several)))
+
+
+def _step(text: str) -> tuple[float, int]:
+    """Return a step of the frequency: 1000@200 is 1,000 ppm more from edge 200 on."""
+    ppm, _, edge = text.partition("@")
+    try:
+        step = float(ppm), int(edge)
+    except ValueError:
+        raise UserError(f"{text!r}: expected PPM@EDGE, as 1000@200") from None
+    if not (abs(step[0]) <= MOST_PPM and step[1] >= 1):
+        raise UserError(f"{text!r}: at most {MOST_PPM} ppm, from edge 1 on")
+    return step
+
+
+def _gate(text: str) -> tuple[int, float]:
+    """Return a gate: 512,20 is 512 edges, then a rest of 20 ms, and so on."""
+    edges, _, rest_ms = text.partition(",")
+    try:
+        gate = int(edges), float(rest_ms)
+    except ValueError:
+        raise UserError(f"{text!r}: expected EDGES,REST_MS, as 512,20") from None
+    if not (1 <= gate[0] < 1 << 32 and 0 <= gate[1] <= MOST_REST_MS):
+        raise UserError(f"{text!r}: an edge at least, a rest of {MOST_REST_MS} ms at most")
+    return gate
+
+
+def pixel_gate() -> Any:
+    """Return the field of the gate of a simulated pixel clock."""
+    return option(
+        _Pair("EDGES,REST_MS", ",", _gate, "tuple[int, float]"),
+        "The clock rests after so many edges, for so long besides the period, and so on.",
+    )
+
+
+@shared_fields
+class FlawFields(Request):
+    """What is wrong with a simulated pixel clock."""
+
+    pixel_ppm: float = option(
+        Number(-MOST_PPM, MOST_PPM), "Frequency error of the pixel clock.", default=0.0
+    )
+    pixel_jitter_us: float = option(
+        Number(0, MOST_JITTER_US), "Standard deviation of each clock edge.", default=0.0
+    )
+    pixel_wander_ppm: float = option(
+        Number(0, MOST_PPM), "The frequency swings so far to either side, once in 1,000 edges.",
+        default=0.0,
+    )  # fmt: skip
+    pixel_step_ppm: tuple[float, int] | None = option(
+        _Pair("PPM@EDGE", "@", _step, "tuple[float, int]"),
+        "The frequency rises from a clock edge on.",
+    )
+    pixel_drop: int | None = option(Whole(2), "One clock edge of so many is missing.")
+    pixel_double: int | None = option(Whole(1), "One clock edge of so many is doubled.")
+    pixel_gate: tuple[int, float] | None = pixel_gate()
+
+    @property
+    def flaws(self) -> ClockFlaws:
+        """What is wrong besides the frequency."""
+        step_ppm, step_edge = self.pixel_step_ppm or (0.0, 0)
+        gate_edges, gate_rest_ms = self.pixel_gate or (0, 0.0)
+        return ClockFlaws(
+            jitter_us=self.pixel_jitter_us,
+            wander_ppm=self.pixel_wander_ppm,
+            step_ppm=step_ppm,
+            step_edge=step_edge,
+            drop=self.pixel_drop or 0,
+            double=self.pixel_double or 0,
+            gate_edges=gate_edges,
+            gate_rest_ms=gate_rest_ms,
+        )

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: MIT
+"""What the limits of a motor and of a board say of the lines of an operation that runs them."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from pixstep.board import limits
+from pixstep.board.limits import BoardLimits
+from pixstep.lines import units
+from pixstep.lines.line import Line
+from pixstep.lines.linecheck import Limits
+from pixstep.lines.units import Quantity
+from pixstep.operations.request import unless
+
+if TYPE_CHECKING:
+    from pixstep.operations.desk import Desk
+    from pixstep.operations.facts import Facts
+
+ADVICE = "`pixstep line check` shows all; --no-check lets the board judge it"
+
+
+def no_check() -> Any:
+    """Return the field `check`: yes unless the host's check is to be left out."""
+    return unless("Leave the host's check of the line out: let the board judge it.", "--no-check")
+
+
+def motor_limits(facts: Facts, lines: list[Line], hz: Fraction) -> list[Limits]:
+    """Return the limits of each line's motor; none of them without a machine file.
+
+    `hz` is the frequency of pixels. Raises UserError for one that its pixels are too short for.
+    """
+    _ = facts.found  # a machine counts here also if no field has a value of it
+    motors = facts.motors_in_force
+    if len(motors) != len(lines):
+        return [Limits()] * len(lines)
+    return [
+        of_quantities(
+            line,
+            hz,
+            motor.limit("max_speed"),
+            motor.limit("max_acceleration"),
+            motor.limit("start_stop"),
+        ).with_rounding(line)
+        for line, motor in zip(lines, motors, strict=True)
+    ]
+
+
+def check(desk: Desk, line: Line, board: BoardLimits, motor: Limits, advice: str = ADVICE) -> None:
+    """Check a line by the limits of its board and its motor; warnings are said.
+
+    Raises RefusedError with `advice` for the first error.
+    """
+    desk.say(
+        f"{line.name}: {one.name} at pixel {one.pixel}: {one.message}"
+        for one in limits.check(line, board, motor, advice)
+    )
+
+
+def of_quantities(
+    line: Line,
+    hz: Fraction | None,
+    max_speed: Quantity | None,
+    max_acceleration: Quantity | None,
+    start_stop: Quantity | None,
+) -> Limits:
+    """Return limits in whole steps and pixels; speeds of smooth lines differ by two at least."""
+    return Limits(
+        max_speed=_whole(max_speed, hz),
+        max_acceleration=_whole(max_acceleration, hz, 2 if line.smooth else 1),
+        start_stop=_whole(start_stop, hz),
+    )
+
+
+def _whole(quantity: Quantity | None, hz: Fraction | None, step: int = 1) -> int | None:
+    if quantity is None:
+        return None
+    return units.whole_limit(quantity, hz, least=step if quantity.per_second else 1)

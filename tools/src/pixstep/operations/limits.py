@@ -1,0 +1,290 @@
+# SPDX-License-Identifier: MIT
+"""What a board, or a motor of the machine, can do at a pixel frequency."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, TypedDict
+
+from pixstep.board import boards, capability, settings
+from pixstep.board.capability import DRIVER_US, KINDS, MOTIONS, SMOOTH, Capability, Measured
+from pixstep.lines.units import (
+    ACCELERATION,
+    DISTANCE,
+    JERK,
+    SPEED,
+    STEP,
+    Quantity,
+    Scale,
+    number_text,
+    unit,
+)
+from pixstep.operations import machine_defaults as machine
+from pixstep.operations import shared, showing
+from pixstep.operations.asked import AskedError
+from pixstep.operations.desk import Desk
+from pixstep.operations.kinds import Time, Whole
+from pixstep.operations.request import Request, operation, option
+from pixstep.operations.result import Page, Result
+from pixstep.profiles import make
+from pixstep.profiles.madefor import MOST_EDGES
+from pixstep.profiles.make import ProfileLimits
+from pixstep.simulation.report import new_table
+
+if TYPE_CHECKING:
+    import rich.table
+
+_EVEN = 2  # steps/px, of which the speeds of a smooth line are multiples
+
+
+class LineLimits(TypedDict):
+    """What a board makes of a kind of lines."""
+
+    kind: str
+    min_interval_ticks: int
+    max_speed_steps_px: int
+    max_rate_steps_s: float
+    least_speed_steps_s: float
+    least_acceleration_steps_s2: float
+
+
+class MeasuredRate(TypedDict):
+    """The highest rate at which all axes at once made every edge right."""
+
+    motion: str
+    pixel_hz: int
+    max_rate_steps_s: int
+
+
+class ReversalLimits(TypedDict):
+    """What a reversal needs: the time between its steps, and pixels of rest if it is faster."""
+
+    min_interval_ticks: int
+    min_interval_us: float
+    max_direct_steps_px: int
+    rest_px: int
+
+
+class ShortestLine(TypedDict):
+    """The shortest smooth line that reaches a speed."""
+
+    speed_steps_px: int
+    max_acceleration_steps_px2: int
+    accelerating_px: int
+    pixels: int
+    pixels_with_backlash: int
+    seconds: float
+
+
+class BoardLimits(TypedDict):
+    """What a board can do at a pixel frequency."""
+
+    board: str
+    axes: int
+    pixel_hz: str
+    tick_hz: int
+    pixel_ticks: int
+    shortest_pixel_ticks: int
+    pixel_hz_least: float
+    pixel_hz_most: float
+    queue_segments: int
+    lines: list[LineLimits]
+    measured: list[MeasuredRate]
+    reversal: ReversalLimits
+    divider: int
+    sync: str
+    shortest_line: ShortestLine
+
+
+@operation("limits")
+class ShowLimits(Request):
+    """Show what a board can do: rates, accelerations, shortest lines, reversals.
+
+    With limits of a motor (options, or those of the machine file) the shortest smooth line that
+    reaches its speed, too.
+    """
+
+    result = BoardLimits
+
+    board: str = shared.simulated_board()
+    axes: int | None = option(Whole(1), "Axes that move at once.", default_text="all")
+    pixel_hz: Fraction = shared.pixel_hz(machine=machine.clock_hz)
+    divider: int = shared.divider()
+    sync: str = shared.sync()
+    driver_us: int = option(
+        Time("us", 1, 1000, int), default=DRIVER_US,
+        about="The longer of the board's settings dir_setup_us and dir_hold_us.",
+    )  # fmt: skip
+    max_speed: Quantity | None = shared.max_speed()
+    max_acceleration: Quantity | None = shared.max_acceleration()
+    max_jerk: Quantity | None = shared.max_jerk()
+
+    def run(self, desk: Desk) -> Result:
+        """Reckon what the board can do."""
+        if self.axes and self.axes > boards.load(self.board).axes:
+            raise AskedError(f"{{axes}} {self.axes}: {boards.axes_text(self.board)}")
+        clock = settings.of_clock(self.sync, self.divider)
+        hz = self.pixel_hz / self.divider
+        able = capability.of(self.board, hz, self.driver_us, self.axes, clock)
+        shortest = _shortest(able, self)
+        low, high = able.clock_range_hz
+        data: BoardLimits = {
+            "board": able.board.name,
+            "axes": able.axes,
+            "pixel_hz": str(hz),
+            "tick_hz": able.board.tick_hz,
+            "pixel_ticks": able.pixel_ticks,
+            "shortest_pixel_ticks": able.shortest_ticks,
+            "pixel_hz_least": float(low),
+            "pixel_hz_most": float(high),
+            "queue_segments": able.board.queue_entries,
+            "lines": [
+                {
+                    "kind": kind,
+                    "min_interval_ticks": able.interval_ticks(kind),
+                    "max_speed_steps_px": able.top_speed(kind),
+                    "max_rate_steps_s": float(able.rate(kind)),
+                    "least_speed_steps_s": float(able.least_speed(kind)),
+                    "least_acceleration_steps_s2": float(able.least_acceleration(kind)),
+                }
+                for kind in KINDS
+            ],
+            "measured": [
+                {"motion": row.motion, "pixel_hz": row.pixel_hz, "max_rate_steps_s": row.steps_s}
+                for row in capability.measured(able.board.name, able.axes)
+            ],
+            "reversal": {
+                "min_interval_ticks": able.reversal_ticks,
+                "min_interval_us": float(able.reversal_s * 1_000_000),
+                "max_direct_steps_px": able.direct_reversal_speed,
+                "rest_px": able.rest_px,
+            },
+            "divider": self.divider,
+            "sync": self.sync,
+            "shortest_line": shortest,
+        }
+        scale = desk.facts.scale_if_known()
+        return Result(data, lambda page: _page(page, able, self.divider, shortest, scale))
+
+
+def _enough_edges(able: Capability, divider: int) -> Iterator[int]:
+    """Yield the numbers of clock edges of a pixel in which a board makes a smooth line."""
+    clock_hz = able.pixel_hz * divider
+    lowest = able.clock_range_hz[0]
+    for edges in range(divider + 1, min(MOST_EDGES, int(clock_hz / lowest)) + 1):
+        # A lock allows each edge of the clock the same share of its time.
+        lock_ticks = able.lock_ticks // divider * edges
+        longer = replace(able, pixel_hz=clock_hz / edges, lock_ticks=lock_ticks)
+        if longer.top_speed(SMOOTH) >= _EVEN:
+            yield edges
+
+
+def _shortest(able: Capability, asked: ShowLimits) -> ShortestLine:
+    """Return the shortest smooth line: by the board alone, or within limits that are given.
+
+    A smooth line has a pixel up, one at speed and one down at least; backlash needs two more.
+    """
+    hz = able.pixel_hz
+    limits = showing.limits(asked, hz, least=_EVEN)
+    most = able.top_speed(SMOOTH)
+    speed = min(limits.get(SPEED, most), most) // 2 * 2
+    if speed < _EVEN:
+        edges = next(_enough_edges(able, asked.divider), None)
+        cure = f": {{divider}} {edges} would do" if edges else ""
+        raise AskedError(f"a smooth line needs {_EVEN} steps/px: {most} are the most", cure)
+    bounds = ProfileLimits(
+        speed,
+        make.legal_limit(Fraction(limits.get(ACCELERATION, speed)), ACCELERATION, hz),
+        make.legal_limit(Fraction(limits.get(JERK, speed)), JERK, hz),
+    )
+    ramp = make.shortest_pixels(bounds)
+    return {
+        "speed_steps_px": speed,
+        "max_acceleration_steps_px2": bounds.max_acceleration,
+        "accelerating_px": ramp,
+        "pixels": 2 * ramp + 1,
+        "pixels_with_backlash": 2 * ramp + 3,
+        "seconds": float((2 * ramp + 1) / hz),
+    }
+
+
+def _page(
+    page: Page, able: Capability, divider: int, shortest: ShortestLine, scale: Scale | None
+) -> None:
+    hz, board = able.pixel_hz, able.board
+    low, high = able.clock_range_hz
+    page.print(
+        f"{board.label} at {float(hz):.10g} Hz: {able.pixel_ticks} ticks of {board.tick_ns:g} "
+        f"ns a pixel{_clock_text(able, divider)}; the board takes {float(low):.3g} to "
+        f"{float(high):.0f} Hz",
+        soft_wrap=True,
+    )  # fmt: skip
+    page.print(_kinds_table(able, None))
+    if scale:
+        page.print(_kinds_table(able, scale))
+    page.print(
+        "Most: what the board accepts. Least: smooth lines have even speeds, so that the\n"
+        "smallest are 2 f steps/s and 2 f^2 steps/s2; on others f and f^2."
+    )
+    measured = capability.measured(board.name, able.axes)
+    if measured:
+        _measured(page, measured, able.axes)
+    _reversal(page, able, scale)
+    page.print(
+        f"Shortest smooth line at {shortest['speed_steps_px']} {unit(SPEED)}, accelerating by up "
+        f"to {shortest['max_acceleration_steps_px2']} {unit(ACCELERATION)}: {shortest['pixels']} "
+        f"pixels ({shortest['seconds']:.4g} s), {shortest['accelerating_px']} of them "
+        f"accelerating; {shortest['pixels_with_backlash']} with backlash",
+        soft_wrap=True,
+    )
+
+
+def _clock_text(able: Capability, divider: int) -> str:
+    """Return what pixels are to the clock, if anything but its edges one by one."""
+    text = f", {divider} clock edges" if divider > 1 else ""
+    if able.lock_ticks:
+        text += f", locked to the clock {able.shortest_ticks} at least"
+    return text
+
+
+def _kinds_table(able: Capability, scale: Scale | None) -> rich.table.Table:
+    """Return the most and the least of each kind of line, in steps or in the motor's length."""
+    length, steps = (scale.length, scale.steps_per_unit) if scale else (STEP, 1)
+    speed, acceleration = (unit(order, per_second=True, length=length) for order in (1, 2))
+    names = (f"most {speed}", f"least {speed}", f"least {acceleration}")
+    table = new_table("lines", *(() if scale else ("most steps/px",)), *names)
+    for kind in KINDS:
+        figures = (able.rate(kind), able.least_speed(kind), able.least_acceleration(kind))
+        row = [number_text(figure / steps) for figure in figures]
+        table.add_row(kind, *(() if scale else (str(able.top_speed(kind)),)), *row)
+    return table
+
+
+def _measured(page: Page, measured: Sequence[Measured], axes: int) -> None:
+    """Write the rates of so many axes at once, which no rule of a single line tells."""
+    clocks = sorted({row.pixel_hz for row in measured})
+    table = new_table("motion", *(f"steps/s at {hz} Hz" for hz in clocks))
+    for motion in MOTIONS:
+        found = {row.pixel_hz: row.steps_s for row in measured if row.motion == motion}
+        table.add_row(motion, *(str(found.get(hz, "-")) for hz in clocks))
+    page.print(table)
+    page.print(
+        f"Highest rates measured with {axes} {'axes' if axes > 1 else 'axis'} at once, every edge "
+        f"right (docs/TIMING.md).\nAt higher pixel clocks less: simulate the line."
+    )
+
+
+def _reversal(page: Page, able: Capability, scale: Scale | None) -> None:
+    most = able.direct_reversal_speed
+    page.print(
+        f"Reversal: {float(able.reversal_s * 1_000_000):g} us between the steps on both sides "
+        f"(drivers of {able.driver_us} us); plain lines may turn from one pixel to the next up "
+        f"to {most} steps/px, faster behind {able.rest_px} zero pixel"
+        f"{'s' if able.rest_px > 1 else ''}",
+        soft_wrap=True,
+    )
+    if scale:
+        step = 1 / scale.steps_per_unit
+        page.print(f"A step is {number_text(step)} {unit(DISTANCE, length=scale.length)} ({scale})")

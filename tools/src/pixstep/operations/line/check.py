@@ -1,0 +1,216 @@
+# SPDX-License-Identifier: MIT
+"""Check a line by what a motor and a board let it do, and plan its edges."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import replace
+from fractions import Fraction
+from itertools import groupby
+from pathlib import Path
+from typing import TypedDict
+
+from pixstep import atomic, formats
+from pixstep.board import boards, settings
+from pixstep.board.limits import named
+from pixstep.errors import RefusedError, UserError
+from pixstep.lines import linecheck, planner, units
+from pixstep.lines.line import Line
+from pixstep.lines.linecheck import Finding, FindingFacts, Limits
+from pixstep.lines.units import Quantity
+from pixstep.operations import judging, shared
+from pixstep.operations import machine_defaults as machine
+from pixstep.operations.asked import AskedError
+from pixstep.operations.desk import Desk
+from pixstep.operations.kinds import FILE, JERK_FIGURE, OUTPUT, Whole, WholeHz
+from pixstep.operations.reading_lines import load_line
+from pixstep.operations.request import Request, argument, flag, operation, option
+from pixstep.operations.result import STATUSES, VERDICTS, Page, Result
+
+
+class CheckedLine(TypedDict):
+    """What a check says of a line; speeds in steps/pixel."""
+
+    file: str
+    line: int
+    decode: str
+    backlash: int
+    board: str | None
+    verdict: str
+    pixels: int
+    steps: int
+    line_speed: int | None
+    findings: list[FindingFacts]
+
+
+@operation("line check")
+class LineCheck(Request):
+    """Check a line of a CSV or CSB file, and the file's form as `file check` does.
+
+    With a pixel frequency by the limits of the board too, and by those of the machine file's motor.
+    What is refused here `sim` and `board upload` refuse too, unless they are given --no-check.
+    Exit status 0 fine, 1 warnings, 3 refused.
+    """
+
+    result = CheckedLine
+
+    csv: Path = argument(FILE, shown="FILE")
+    decode: str = shared.decode("")
+    backlash: int = shared.backlash()
+    raw: bool = shared.raw()
+    lenient: bool = flag("Accept LF and a missing final newline, as `file check` does.")
+    line_number: int | None = shared.line_number()
+    pixel_hz: Fraction | None = shared.pixel_hz(
+        "Check the board's step rate and reversals too.", required=False, machine=machine.clock_hz
+    )
+    divider: int = shared.divider()
+    sync: str = shared.sync()
+    board: str = shared.timer_of()
+    axes: int = option(
+        Whole(1), "Axes that move together with it, itself included: the more, the slower.",
+        default=1,
+    )  # fmt: skip
+    min_interval: int | None = option(Whole(1, 65_535), "Ticks. [default: the board's]")
+    max_speed: Quantity | None = shared.max_speed("steps/px or steps/s")
+    max_acceleration: Quantity | None = shared.max_acceleration("steps/px2 or steps/s2")
+    start_stop: Quantity | None = shared.start_stop(
+        "steps/px or steps/s; up to here a plain line may start, stop and turn without a ramp."
+    )
+    jerk_warn: Quantity | None = option(JERK_FIGURE, "Warn of larger acceleration changes.")
+
+    def run(self, desk: Desk) -> Result:
+        """Read the line and check it."""
+        line = load_line(
+            desk,
+            self.csv,
+            self.decode,
+            self.backlash,
+            raw=self.raw,
+            number=self.line_number,
+            read=functools.partial(_read_strictly, lenient=self.lenient),
+            pixel_hz=self.line_hz,
+            refuse_faster=True,
+            divider=self.divider,
+        )
+        found = linecheck.check(line, self._bounds(line, desk))
+        severity = linecheck.exit_status(found)
+        data: CheckedLine = {
+            "file": str(self.csv),
+            "line": self.line_number or 1,
+            "decode": self.decode,
+            "backlash": self.backlash,
+            "board": self.board if self.line_hz else None,
+            "verdict": VERDICTS[severity],
+            "pixels": line.pixels,
+            "steps": line.total_steps,
+            "line_speed": line.line_speed if severity < 2 else None,
+            "findings": linecheck.as_json(found),
+        }
+        return Result(data, functools.partial(_page, data, found), STATUSES[severity])
+
+    @property
+    def line_hz(self) -> Fraction | None:
+        """The frequency of pixels."""
+        return self.pixel_hz and self.pixel_hz / self.divider
+
+    def _bounds(self, line: Line, desk: Desk) -> Limits:
+        """Return what the board and the motor let the line do."""
+        hz, of_board = self.line_hz, Limits()
+        if self.axes > boards.load(self.board).axes:
+            raise AskedError(f"{{axes}} {self.axes}: {boards.axes_text(self.board)}")
+        if hz:
+            clock = settings.of_clock(self.sync, self.divider)
+            of_board = named(self.board, hz, axes=self.axes, clock=clock).of(line)
+            if not (desk.given("board") or desk.by_machine("board")):
+                label = boards.load(self.board).label
+                desk.say([f"{self.csv}: checked by what the {label} can do (--board)"])
+        motor = judging.of_quantities(
+            line, hz, self.max_speed, self.max_acceleration, self.start_stop
+        )
+        if desk.by_machine("max_acceleration"):
+            motor = motor.with_rounding(line)
+        jerk = self.jerk_warn
+        return replace(
+            of_board.lower(motor),
+            jerk_warning=None if jerk is None else units.whole_limit(jerk, hz, least=0),
+            min_interval_ticks=self.min_interval or of_board.min_interval_ticks,
+        )
+
+
+def _read_strictly(path: Path, *, raw: bool, lenient: bool) -> formats.MotionFile:
+    """Read a file as `file check` does; a refusal that --lenient would lift says so."""
+    try:
+        return formats.read_motion(path, raw=raw, lenient=lenient, strict=not lenient)
+    except RefusedError as error:
+        if lenient or not _reads_leniently(path, raw=raw):
+            raise
+        raise RefusedError(f"{error} (--lenient accepts it)") from None
+
+
+def _reads_leniently(path: Path, *, raw: bool) -> bool:
+    try:
+        formats.read_motion(path, raw=raw, lenient=True)
+    except UserError:
+        return False
+    return True
+
+
+def _page(data: CheckedLine, found: list[Finding], page: Page) -> None:
+    """Write the findings, one for neighbours that say the same, and the verdict."""
+    name = data["file"]
+    # Neighbours are alike but for their pixels, which count up as their places do.
+    placed = [(replace(item, pixel=item.pixel - place), item) for place, item in enumerate(found)]
+    for _, run in groupby(placed, lambda one: one[0]):
+        first, *more = (item for _, item in run)
+        last = more[-1].pixel if more else first.pixel
+        pixels = f"pixel {last}" if first.pixel == last else f"pixels {first.pixel} to {last}"
+        page.tell(f"{name}: {pixels}: {first.severity} {first.name}: {first.message}")
+    page.tell(f"{name}: {data['verdict']}: {data['pixels']} pixels, {data['steps']} steps")
+
+
+class PlannedLine(TypedDict):
+    """A plan that was written: its rows are of steps or of pixel edges."""
+
+    file: str
+    of: str
+    rows: int
+    tick_hz: int
+
+
+@operation("line plan")
+class LinePlan(Request):
+    """Plan the edges of a line of a CSV or CSB with the native build of the firmware's core."""
+
+    result = PlannedLine
+
+    csv: Path = argument(FILE, shown="FILE")
+    decode: str = shared.decode("")
+    pixel_hz: Fraction = shared.pixel_hz(machine=machine.clock_hz)
+    divider: int = shared.divider()
+    backlash: int = shared.backlash()
+    raw: bool = shared.raw()
+    line_number: int | None = shared.line_number()
+    board: str = shared.timer_of()
+    timer_hz: int | None = option(WholeHz(), "Ticks a second.", default_text="the board's")
+    pixels: bool = flag("Pixel edges and expected positions instead.")
+    output: Path = option(OUTPUT, "CSV file to write.", "-o", "--output", required=True)
+
+    def run(self, desk: Desk) -> Result:
+        """Plan the line and write its edges."""
+        hz = self.pixel_hz / self.divider
+        line = load_line(
+            desk, self.csv, self.decode, self.backlash, raw=self.raw, number=self.line_number,
+            pixel_hz=hz, divider=self.divider,
+        )  # fmt: skip
+        tick_hz = self.timer_hz or boards.load(self.board).tick_hz
+        limits = named(self.board, hz, tick_hz).of_core()
+        planned = planner.plan(line, hz, tick_hz=tick_hz, pixels=self.pixels, limits=limits)
+        desk.say(planned.warnings)
+        atomic.write_text(self.output, planned.csv)
+        data: PlannedLine = {
+            "file": str(self.output),
+            "of": "pixel edges" if self.pixels else "steps",
+            "rows": len(planned),
+            "tick_hz": tick_hz,
+        }
+        return Result(data, f"{self.output}: {data['rows']} {data['of']}", value=planned)

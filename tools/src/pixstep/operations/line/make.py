@@ -1,0 +1,238 @@
+# SPDX-License-Identifier: MIT
+"""Make a line: from an acceleration profile, or from a speed and an acceleration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import TypedDict
+
+from pixstep import formats
+from pixstep.errors import FINE, NEGATIVE
+from pixstep.lines import linecheck, units
+from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.lines.rational import hz_text
+from pixstep.lines.units import Quantity
+from pixstep.operations import machine_defaults as machine
+from pixstep.operations import meant_for, shared
+from pixstep.operations.asked import AskedError
+from pixstep.operations.desk import Desk
+from pixstep.operations.facts import Facts
+from pixstep.operations.kinds import FILE, JERK_FIGURE, OUTPUT, SPEED_FIGURE, TEXT, Pixels, Steps
+from pixstep.operations.request import Request, flag, operation, option
+from pixstep.operations.result import Result
+from pixstep.profiles import accelerate, generator, madefor
+from pixstep.profiles.generator import MOST_PIXELS
+
+
+class MadeLine(TypedDict):
+    """A line that was written."""
+
+    file: str
+    pixels: int
+    accelerating_pixels: int
+    image_pixel: int
+    steps: int
+    backlash_steps: int
+    speed_steps_s: float
+    pixel_hz: str
+    divider: int
+
+
+@operation("line make")
+class LineMake(Request):
+    """Make a line: up, constant speed, down, by a profile or by an acceleration.
+
+    A pixel has as many edges of the pixel clock as the acceleration needs, or as --divider says; a
+    file with more than one gets a header with the frequency of its pixels. Exit status 1 if the
+    line is written but its acceleration changes by more than --jerk-warn.
+    """
+
+    result = MadeLine
+
+    prn: Path | None = option(
+        FILE, "Acceleration profile, PRN.", "--profile", machine=machine.profile("line")
+    )
+    max_acceleration: Quantity | None = shared.max_acceleration(
+        "Instead of a profile: steps/px2, steps/s2 or mm/s2."
+    )
+    max_jerk: Quantity | None = shared.max_jerk("With --max-acceleration: steps/px3 or steps/s3.")
+    speed: Quantity = option(
+        SPEED_FIGURE, "Constant speed: 1000 (steps/pixel, even), 30000steps/s or 12mm/s.",
+        required=True,
+    )  # fmt: skip
+    pixels: int | None = option(
+        Pixels(most=MOST_PIXELS), "Length of the whole line, pixels.",
+        machine=machine.of_line("pixels"),
+    )  # fmt: skip
+    length: int | None = option(
+        Steps(1),
+        "With --max-acceleration: length of the whole line, steps or 20mm; a short one is slower.",
+    )
+    pixel_hz: Fraction = shared.pixel_hz(machine=machine.clock_hz)
+    divider: int | None = option(
+        shared.EDGES, "Clock edges of a pixel.", shown="M", machine=machine.divider,
+        default_text="1; with --max-acceleration the fewest that allow it",
+    )  # fmt: skip
+    backlash: int = shared.backlash()
+    lead_in: int = option(
+        Pixels(), "Constant pixels before the image.", default=0,
+        machine=machine.of_line("lead_in"),
+    )  # fmt: skip
+    decode: str | None = shared.decode(required=False, default_text="smooth")
+    plain: bool = flag("", hidden=True)  # an older spelling of --decode plain
+    negative: bool | None = flag(
+        "Plain lines: negative counts.", off="--no-negative", default=None,
+        machine=machine.negative_of_motor,
+    )  # fmt: skip
+    lenient: bool = flag("Accept LF and a missing final newline in the PRN.")
+    jerk_warn: Quantity | None = option(JERK_FIGURE, "Warn of larger acceleration changes.")
+    name: str | None = option(
+        TEXT, "Write the 40-column header, named NAME.", "--header", shown="NAME"
+    )
+    output: Path = option(OUTPUT, "CSV file to write.", "-o", "--output", required=True)
+
+    def run(self, desk: Desk) -> Result:
+        """Make the line and write it."""
+        if self.plain and self.decode == SMOOTH:
+            raise AskedError("{plain} and {decode} smooth contradict each other")
+        line = _made(self, desk)
+        line_hz = self.pixel_hz / line.divider
+        if desk.given("negative") and self.negative and not self.is_plain:
+            desk.say(
+                ["counts of a smooth line have no sign: --negative for `sim` and `board upload`"]
+            )
+        sign = -1 if self.is_plain and self.negative else 1
+        if self.name is None:
+            header = madefor.of_pixels(self.output, self.lead_in, line_hz, line.divider)
+        else:
+            header = madefor.header(self.name, self.lead_in, line_hz)
+        formats.write_csv(self.output, [sign * count for count in line.made.counts], header)
+        status = FINE
+        if self.jerk_warn is not None and not self.is_plain:
+            status = _warn_of_jerk(desk, line, units.whole_limit(self.jerk_warn, line_hz, least=0))
+        data = _data(self, line)
+        text = _text(data, self.pixel_hz) + _use_text(desk.facts, line.divider)
+        return Result(data, text, status)
+
+    @property
+    def is_plain(self) -> bool:
+        """True for a plain line."""
+        return self.plain or self.decode == PLAIN
+
+
+@dataclass(frozen=True)
+class _Made:
+    """A line, its speed in steps/pixel, the clock edges of its pixels."""
+
+    made: generator.GeneratedLine
+    speed: int
+    divider: int
+
+
+def _made(asked: LineMake, desk: Desk) -> _Made:
+    request = generator.LineRequest(
+        0, asked.pixels or 0, asked.backlash, asked.lead_in, asked.is_plain
+    )
+    if desk.given("prn") and desk.given("max_acceleration"):
+        raise AskedError("{prn} and {max_acceleration}: a line is made by one of them")
+    if desk.given("pixels") and desk.given("length"):
+        raise AskedError("{pixels} and {length}: a line has one of them")
+    by_profile = asked.prn is not None and not desk.given("max_acceleration")
+    if not by_profile and asked.max_acceleration is None:
+        raise AskedError("a line needs {prn} or {max_acceleration}")
+    if asked.pixels is None and asked.length is None:
+        raise AskedError("a line needs {pixels} or {length}")
+    make = _of_profile if by_profile else _of_acceleration
+    return make(asked, desk, request)
+
+
+def _of_profile(asked: LineMake, desk: Desk, request: generator.LineRequest) -> _Made:
+    """Make a line by a profile, whose speeds are per pixel."""
+    profile = asked.prn
+    assert profile is not None
+    if asked.length is not None:
+        raise AskedError("{length}: only with {max_acceleration}; by a profile {pixels} says it")
+    if desk.given("max_jerk"):
+        raise AskedError("{max_jerk}: only with {max_acceleration}; a profile has its own")
+    divider = asked.divider or 1
+    line_hz = asked.pixel_hz / divider
+    speeds, notes = formats.read_prn(profile, lenient=asked.lenient)
+    desk.say([*notes, *meant_for.motor_notes(desk.facts, profile, None)])
+    desk.say(madefor.notes(profile, None, line_hz, refuse=True))
+    speed = units.whole_speed(asked.speed, line_hz, desk.facts.scale(), smooth=not asked.is_plain)
+    made = generator.generate(speeds, replace(request, speed=speed), str(profile))
+    return _Made(made, speed, divider)
+
+
+def _of_acceleration(asked: LineMake, desk: Desk, request: generator.LineRequest) -> _Made:
+    """Make the shortest ramps within an acceleration, in pixels that allow it."""
+    scale, acceleration = desk.facts.scale(), asked.max_acceleration
+    assert acceleration is not None
+    wanted = accelerate.Wanted(
+        asked.speed.in_steps(scale), acceleration, asked.max_jerk, asked.pixel_hz, asked.is_plain
+    )
+    divider = asked.divider or accelerate.choose_divider(wanted)
+    line_hz = asked.pixel_hz / divider
+    top = units.whole_speed(asked.speed, line_hz, scale, smooth=not asked.is_plain)
+    used = accelerate.note(wanted, divider)
+    made, speed = accelerate.line(wanted, top, divider, asked.length, request)
+    desk.say([used] if used else [])
+    desk.say(accelerate.slower_notes(speed, top, line_hz, scale))
+    return _Made(made, speed, divider)
+
+
+def _data(asked: LineMake, line: _Made) -> MadeLine:
+    made = line.made
+    return {
+        "file": str(asked.output),
+        "pixels": len(made.counts),
+        "accelerating_pixels": made.accelerating_pixels,
+        "image_pixel": made.image_pixel,
+        "steps": sum(made.counts) + asked.backlash,
+        "backlash_steps": asked.backlash,
+        "speed_steps_s": float(line.speed * asked.pixel_hz / line.divider),
+        "pixel_hz": hz_text(asked.pixel_hz),
+        "divider": line.divider,
+    }
+
+
+def _text(data: MadeLine, clock_hz: Fraction) -> str:
+    return (
+        f"{data['file']}: {data['pixels']} pixels, {data['accelerating_pixels']} accelerating, "
+        f"image from pixel {data['image_pixel']}, {data['steps']} steps with backlash "
+        f"{data['backlash_steps']}, {data['speed_steps_s']:g} steps/s at {float(clock_hz):g} Hz"
+    )
+
+
+def _use_text(facts: Facts, edges: int) -> str:
+    """Return where a line of several clock edges a pixel has to be told of them."""
+    if edges == 1:
+        return ""
+    text = f", {edges} clock edges a pixel"
+    found = facts.found
+    if found is None:
+        return f"{text}: --divider {edges} where it is used"
+    if found.clock.divider == edges:
+        return f"{text}, as {found.path} has it"
+    return (
+        f"{text}: --divider {edges} where it is used, or divider = {edges} in the table [clock] of "
+        f"{found.path}"
+    )
+
+
+def _warn_of_jerk(desk: Desk, line: _Made, limit: int) -> int:
+    """Say where the acceleration changes by more than `limit`; return the exit status."""
+    counts = line.made.counts
+    found = linecheck.check(Line(tuple(counts)), linecheck.Limits(jerk_warning=limit))
+    jerks = [item for item in found if item.name == "jerk"]
+    rising = [item for item in jerks if item.pixel <= len(counts) // 2]
+    if not rising:
+        return FINE
+    desk.warn(f"pixel {item.pixel}: {item.message}, above {limit}" for item in rising)
+    desk.warn([
+        f"a profile made for this speed keeps the limit: "
+        f"pixstep profile make --top-speed {line.speed} --max-jerk {limit} ..."
+    ])  # fmt: skip
+    return NEGATIVE

@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: MIT
+"""From what a caller gives to a request, and from the request to its result.
+
+What the caller says comes first, then the machine file, then the default of the field.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pixstep import atomic
+from pixstep.errors import UserError
+from pixstep.lines.units import TooLittleError
+from pixstep.machine import finding
+from pixstep.operations import longer_pixels
+from pixstep.operations import outputs as written
+from pixstep.operations.desk import Desk, Source
+from pixstep.operations.facts import Facts, named_by
+from pixstep.operations.field import Field
+from pixstep.operations.kinds import FindScale, no_scale
+from pixstep.operations.request import Request, fields
+from pixstep.operations.result import Result
+
+
+class FieldError(UserError):
+    """A value of a request that does not fit; each front end says the field in its own words."""
+
+    def __init__(self, field: Field, reason: str) -> None:
+        super().__init__(f"{field.name}: {reason}")
+        self.field, self.reason = field, reason
+
+
+class MissingError(FieldError):
+    """A value that a request needs and that nothing says."""
+
+    def __init__(self, field: Field) -> None:
+        super().__init__(field, "is missing")
+
+
+@dataclass(frozen=True)
+class Caller:
+    """What a caller says besides the values: the machine file, its motors, what may be replaced.
+
+    `machine` None looks for a file where `look` says so, as the command line does.
+    """
+
+    machine: str | None = None
+    motors: tuple[str, ...] = ()
+    force: bool = False
+    look: bool = False
+
+    def find(self, named: str | None) -> Path | None:
+        """Return the machine file in force, if there is one."""
+        return finding.find(named) if self.look or named else None
+
+
+def facts_of(request: type[Request], given: Mapping[str, Any], caller: Caller) -> Facts:
+    """Return the facts of a request, of which nothing has been looked up yet.
+
+    `given` are the values of fields that need no scale; the others are not looked at.
+    """
+    known = fields(request)
+    named = named_by(known, given, caller.machine, caller.motors, own=request.own_motor)
+    return Facts(known, named, caller.find)
+
+
+def resolve(
+    request: type[Request], given: Mapping[str, Any], facts: Facts, *, motors_named: bool = True
+) -> tuple[Request, dict[str, Source]]:
+    """Return the request, and where each of its values comes from.
+
+    Raises FieldError for a value that does not fit and for one that is missing, UserError for
+    motors that the file does not have.
+    """
+    if motors_named and facts.named.any:
+        _ = facts.found
+    sources: dict[str, Source] = {}
+    facts.values.update(given)
+    for name, one in facts.fields.items():
+        if name in given:
+            value, sources[name] = _read(one, given[name], facts.scale), Source.CALLER
+        else:
+            value, sources[name] = _not_given(one, facts)
+        facts.values[name] = value
+    if facts.named.machine not in (None, finding.NONE):
+        _ = facts.found  # a file that is named is refused also if nothing of it is used
+    return request(**{name: facts.values[name] for name in facts.fields}), sources
+
+
+def _read(field: Field, value: Any, scale: FindScale) -> Any:
+    try:
+        if field.many:
+            several = value if isinstance(value, (list, tuple)) else (value,)
+            return tuple(field.kind.read(one, scale) for one in several)
+        return field.kind.read(value, scale)
+    except UserError as error:
+        raise FieldError(field, str(error)) from None
+
+
+def _not_given(field: Field, facts: Facts) -> tuple[Any, Source]:
+    value = _of_machine(field, facts)
+    if value is not None:
+        return _read(field, value, facts.scale), Source.MACHINE
+    if field.required:
+        raise MissingError(field)
+    return field.default, Source.DEFAULT
+
+
+def _of_machine(field: Field, facts: Facts) -> Any:
+    if field.machine is None or facts.found is None:
+        return None
+    try:
+        return field.machine(facts)
+    except UserError:
+        if field.required or facts.named.any or field.name == "axis":
+            raise
+        return None
+
+
+def _without_scale(request: type[Request], given: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield what is given, read where that needs no motor: the motors depend on it."""
+    for name, one in fields(request).items():
+        if name in given:
+            known = one.kind.scaled
+            yield name, given[name] if known else _read(one, given[name], no_scale)
+
+
+def outputs(request: Request) -> list[tuple[Field, Path]]:
+    """Return the files and folders that a request writes, with their fields."""
+    return [(field, path) for field, path in _paths(request) if field.writes]
+
+
+def _paths(request: Request) -> list[tuple[Field, Path]]:
+    return [
+        (field, path)
+        for name, field in fields(type(request)).items()
+        for path in _several(getattr(request, name))
+        if isinstance(path, Path)
+    ]
+
+
+def _several(value: object) -> tuple[object, ...]:
+    return value if isinstance(value, tuple) else (value,)
+
+
+def rules(request: Request, *, force: bool) -> atomic.Rules:
+    """Return what the request may replace: existing files only with `force`, its inputs never."""
+    inputs = tuple(path for field, path in _paths(request) if not field.writes)
+    return atomic.Rules(force, inputs)
+
+
+def perform(
+    request: type[Request],
+    given: Mapping[str, Any],
+    caller: Caller,
+    make_desk: Callable[[Facts, dict[str, Source]], Desk] = Desk,
+) -> Result:
+    """Run an operation for a program.
+
+    Raises UserError for what does not fit, RefusedError for what a check refuses, BoardError for a
+    board that does not do as asked.
+    """
+    given = dict(_without_scale(request, given))
+    facts = facts_of(request, given, caller)
+    desk = make_desk(facts, {})
+    request.prepare(facts, desk.say)
+    made, desk.sources = resolve(request, given, facts)
+    with atomic.rules(rules(made, force=caller.force)):
+        written.refuse((field.name, path) for field, path in outputs(made))
+        return finish(made, desk)
+
+
+def finish(request: Request, desk: Desk) -> Result:
+    """Run a request that is whole; every front end does it here."""
+    try:
+        return request.run(desk)
+    except TooLittleError as error:
+        raise longer_pixels.advised(error, request, desk) from None

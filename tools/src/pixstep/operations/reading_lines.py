@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: MIT
+"""Lines of files: one of an operation, or several, one an axis, of fields given once or per line.
+
+Notes of what was tolerated, and of files that are for another motor or frequency, are said.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+from pixstep import formats
+from pixstep.errors import UserError
+from pixstep.lines.line import SMOOTH, Line
+from pixstep.operations import directions, machine_defaults, meant_for, shared
+from pixstep.operations.asked import AskedError
+from pixstep.operations.kinds import FILE, Steps
+from pixstep.operations.request import argument, flag, option
+from pixstep.profiles import madefor
+
+if TYPE_CHECKING:
+    from pixstep.operations.desk import Desk
+
+Value = TypeVar("Value")
+
+
+def line_files() -> Any:
+    """Return the field `csv` of several lines."""
+    return argument(FILE, shown="FILE...", many=True)
+
+
+def decodes() -> Any:
+    """Return the field `decode` of several lines."""
+    return shared.decode("Once, or per line.", many=True)
+
+
+def backlashes() -> Any:
+    """Return the field `backlash` of several lines."""
+    about = "Steps; once, or per line."
+    return option(Steps(0), about, many=True, machine=machine_defaults.backlash)
+
+
+def axes() -> Any:
+    """Return the field `axis` of several lines, or of a table of two axes."""
+    about = "Axis; of several lines or a table the first of a row, or once per line."
+    return option(
+        shared.AXIS, about, many=True, default_text="0", machine=machine_defaults.axis
+    )  # fmt: skip
+
+
+def negative() -> Any:
+    """Return the field `negative` of several lines."""
+    return flag(
+        "Run smooth lines in the negative direction.", off="--no-negative", default=None,
+        default_text="as their motors", machine=machine_defaults.negative,
+    )  # fmt: skip
+
+
+def line_numbers() -> Any:
+    """Return the field `line_number` of several lines."""
+    return shared.line_number("Line N of files of many lines; once, or per line file.", many=True)
+
+
+class SeveralLines(Protocol):
+    """The fields of an operation that reads several lines."""
+
+    @property
+    def csv(self) -> tuple[Path, ...]:
+        """The files."""
+
+    @property
+    def decode(self) -> tuple[str, ...]:
+        """How their counts are decoded."""
+
+    @property
+    def backlash(self) -> tuple[int, ...]:
+        """The play that each takes up, in steps."""
+
+    @property
+    def negative(self) -> bool | None:
+        """Whether smooth ones run backwards; None for as their motors do."""
+
+    @property
+    def line_number(self) -> tuple[int, ...]:
+        """Which line of its file each is."""
+
+    @property
+    def raw(self) -> bool:
+        """Whether headers are values."""
+
+
+def load_line(
+    desk: Desk,
+    path: Path,
+    decode: str,
+    backlash: int = 0,
+    *,
+    raw: bool = False,
+    negative: bool = False,
+    number: int | None = None,
+    read: Callable[..., formats.MotionFile] = formats.read_motion,
+    pixel_hz: Fraction | None = None,
+    refuse_faster: bool = False,
+    divider: int = 1,
+    index: int = 0,
+) -> Line:
+    """Read a line of a CSV or CSB file.
+
+    `number` chooses a line, from 1; without it the file must hold only one. A file that was made
+    for another frequency than `pixel_hz` gets a note, and is refused on `refuse_faster` if that is
+    higher. That is the frequency of pixels, each of `divider` edges of the clock. A file for
+    another motor than that of line `index` of the operation gets a note.
+    """
+    file = read(path, raw=raw)
+    chosen = file.line(number)
+    desk.say(file.notes)
+    desk.say(meant_for.line_notes(desk.facts, path, file.header, index))
+    desk.say(madefor.notes(path, file.header, pixel_hz, refuse=refuse_faster, divider=divider))
+    name = str(path) if number is None else f"{path} line {number}"
+    return Line(chosen.values, decode, backlash, negative, name=name)
+
+
+def read_lines(
+    desk: Desk,
+    asked: SeveralLines,
+    *,
+    pixel_hz: Fraction | None,
+    divider: int = 1,
+    refuse_faster: bool = False,
+) -> list[Line]:
+    """Read the lines of an operation, each with its decode rule and backlash."""
+    count = len(asked.csv)
+    rules = per_line("decode", asked.decode, count, "")  # of which there is one at least
+    plays = per_line("backlash", asked.backlash, count, 0)
+    backwards = directions.negatives(desk.facts, given=asked.negative, lines=count)
+    chosen: tuple[int | None, ...] = asked.line_number
+    numbers = per_line("line_number", chosen, count, None)
+    if len(asked.backlash) == 1 and count > 1:  # one figure for all means the smooth ones
+        plays = [play if rule == SMOOTH else 0 for play, rule in zip(plays, rules, strict=True)]
+    return [
+        load_line(
+            desk,
+            path,
+            rule,
+            play,
+            raw=asked.raw,
+            negative=backward and rule == SMOOTH,
+            number=number,
+            pixel_hz=pixel_hz,
+            divider=divider,
+            refuse_faster=refuse_faster,
+            index=index,
+        )
+        for index, (path, rule, play, number, backward) in enumerate(
+            zip(asked.csv, rules, plays, numbers, backwards, strict=True)
+        )
+    ]
+
+
+def per_line(field: str, values: Sequence[Value], count: int, default: Value) -> list[Value]:
+    """Spread the values of a field that is given never, once, or once per line."""
+    if len(values) == count:
+        return list(values)
+    if len(values) > 1:
+        raise AskedError(f"{{{field}}} is given {len(values)} times for {count} lines")
+    return [values[0] if values else default] * count
+
+
+def line_axes(axes: Sequence[int], count: int) -> list[int]:
+    """Return the axis of each line: one axis is the first of a row, several are one per line.
+
+    Raises UserError for another number of axes than lines, and for an axis with two lines.
+    """
+    first = axes[0] if axes else 0
+    row = tuple(range(first, first + count))
+    found = per_line("axis", row if len(axes) < 2 else axes, count, 0)
+    for axis in found:
+        if found.count(axis) > 1:
+            raise UserError(f"axis {axis}: has {found.count(axis)} lines, one is possible")
+    return found

@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: MIT
+"""Lines on a simulated board, judged."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from pixstep.board import boards, limits, settings
+from pixstep.board.port import BAUD
+from pixstep.errors import UserError
+from pixstep.lines.line import Line
+from pixstep.operations import judging, machine_defaults, reading_lines, shared, simulated
+from pixstep.operations.asked import AskedError
+from pixstep.operations.clocks import FlawFields
+from pixstep.operations.desk import Desk
+from pixstep.operations.kinds import FILE, TEXT, Choice, Whole
+from pixstep.operations.reading_lines import per_line
+from pixstep.operations.request import flag, operation, option
+from pixstep.operations.result import Page, Result
+from pixstep.simulation import report
+from pixstep.simulation.simrun import Job
+from pixstep.simulation.simtask import simulate
+from pixstep.simulation.summary import Summary
+
+
+class _Baud(Whole):
+    """A rate that the board's setting can hold."""
+
+    def _within(self, value: Any, shown: object = None) -> Any:
+        if super()._within(value, shown) % 100:
+            raise UserError(f"{value}: a multiple of 100 is wanted")
+        return value
+
+
+@operation("sim")
+class Sim(FlawFields):
+    """Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.
+
+    Any set of axes: of several files --axis is the first of a row, or given once for each.
+
+    Exit status 0 only if the verdict is pass, 1 if it is not, 2 for misuse, 3 for a refused line.
+    """
+
+    result = Summary
+
+    csv: tuple[Path, ...] = reading_lines.line_files()
+    board: str = shared.simulated_board()
+    decode: tuple[str, ...] = reading_lines.decodes()
+    pixel_hz: Fraction = shared.pixel_hz(machine=machine_defaults.clock_hz)
+    backlash: tuple[int, ...] = reading_lines.backlashes()
+    axis: tuple[int, ...] = reading_lines.axes()
+    sync: str = shared.sync()
+    divider: int = shared.divider()
+    gate_edges: int = shared.gate_edges()
+    serial_load: bool = flag("Saturate the serial line while moving.")
+    baud: int = option(
+        _Baud(9600, 1_000_000),
+        "Of the serial line, to which the board is set before its lines come.", default=BAUD,
+    )  # fmt: skip
+    seed: int = shared.seed()
+    out: Path = shared.out("run")
+    backlash_policy: str = option(
+        Choice(["always", "on_reversal"]), "When a line takes its play up.", default="always"
+    )
+    negative: bool | None = reading_lines.negative()
+    image: Path | None = shared.image()
+    check: bool = judging.no_check()
+    plot: bool = shared.plots()
+    details: bool = shared.details()
+    plant: tuple[str, ...] = option(
+        TEXT,
+        'Mechanics of the axis, as "play=40" (pixstep-sim --help lists the knobs); once, or per '
+        "line. Play starts taken up in the + direction, with taken_up=minus in the other.",
+        many=True, shown="KNOBS",
+    )  # fmt: skip
+    ideal: tuple[Path, ...] = option(
+        FILE, "CSV that the load should follow: a compensated line's original; per line.", many=True
+    )
+    vcd: bool = flag("Write run.vcd for GTKWave into the folder.")
+    raw: bool = shared.raw()
+    line_number: tuple[int, ...] = reading_lines.line_numbers()
+
+    def run(self, desk: Desk) -> Result:
+        """Run the lines in the simulator."""
+        line_hz = self.pixel_hz / self.divider
+        lines = reading_lines.read_lines(
+            desk, self, pixel_hz=line_hz, divider=self.divider, refuse_faster=self.check
+        )
+        axes = reading_lines.line_axes(self.axis, len(lines))
+        if max(axes) >= boards.load(self.board).axes:
+            raise UserError(f"axis {max(axes)}: the {boards.axes_text(self.board)}")
+        if self.check:
+            self._check(desk, lines, line_hz)
+        job = self._job(desk, dict(zip(axes, lines, strict=True)))
+        with desk.progress("simulating") as show:
+            judged = simulate(job, self.out, plots=self.plot, progress=show)
+
+        def write(page: Page, summary: Summary) -> None:
+            report.print_page(page, summary, details=self.details)
+
+        return simulated.result(judged.summary, self.out, write)
+
+    def _check(self, desk: Desk, lines: list[Line], line_hz: Fraction) -> None:
+        clock = settings.of_clock(self.sync, self.divider)
+        found = limits.named(self.board, line_hz, axes=len(lines), clock=clock)
+        motors = judging.motor_limits(desk.facts, lines, line_hz)
+        for line, motor in zip(lines, motors, strict=True):
+            judging.check(desk, line, found, motor)
+
+    def _job(self, desk: Desk, lines: dict[int, Line]) -> Job:
+        plants, ideals = self._plants(desk, lines)
+        return Job(
+            board=self.board,
+            lines=lines,
+            pixel_hz=self.pixel_hz,
+            pixel_ppm=self.pixel_ppm,
+            flaws=self.flaws,
+            sync=self.sync,
+            gate_edges=self.gate_edges,
+            divider=self.divider,
+            serial_load=self.serial_load,
+            baud=self.baud,
+            seed=self.seed,
+            backlash_policy=self.backlash_policy,
+            image=self.image,
+            vcd=self.vcd,
+            plants=plants,
+            ideals=ideals,
+            scales=desk.facts.scales() if self.plot else {},
+        )
+
+    def _plants(
+        self, desk: Desk, lines: dict[int, Line]
+    ) -> tuple[dict[int, str], dict[int, tuple[int, ...]]]:
+        """Return the plants and the ideal counts of a job, by axis."""
+        plant: tuple[str | None, ...] = self.plant
+        ideal: tuple[Path | None, ...] = self.ideal
+        knobs = per_line("plant", plant, len(lines), None)
+        paths = per_line("ideal", ideal, len(lines), None)
+        if any(paths) and not any(knobs):
+            raise AskedError("{ideal} says what the load should do: give the axis a {plant} too")
+        ideals = {}
+        for (axis, line), path in zip(lines.items(), paths, strict=True):
+            if path:
+                counts = reading_lines.load_line(desk, path, line.decode, raw=self.raw).counts
+                if len(counts) != line.pixels:
+                    raise UserError(f"{path}: {len(counts)} pixels, {line.name} has {line.pixels}")
+                ideals[axis] = counts
+        return {axis: text for axis, text in zip(lines, knobs, strict=True) if text}, ideals

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: MIT
+"""Fields that many requests have, each said once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pixstep.board import boards, gating
+from pixstep.board import registers as regs
+from pixstep.lines.line import PLAIN, SMOOTH
+from pixstep.operations import machine_defaults as machine
+from pixstep.operations.kinds import (
+    ACCELERATION_FIGURE,
+    FILE,
+    FOLDER,
+    HZ,
+    JERK_FIGURE,
+    PICTURE,
+    SPEED_FIGURE,
+    Choice,
+    Steps,
+    Whole,
+)
+from pixstep.operations.request import flag, option
+from pixstep.profiles.madefor import MOST_EDGES
+
+DECODE = Choice([SMOOTH, PLAIN])
+BOARD = Choice(boards.BOARD_NAMES)
+AXIS = Whole(0, 3)
+LINE_NUMBER = Whole(1)
+EDGES = Whole(1, MOST_EDGES)
+SYNC = Choice(list(regs.SYNCS))
+GATE_EDGES = Whole(0, gating.MOST_EDGES)
+
+
+def decode(about: str = "What the motor is.", **more: Any) -> Any:
+    """Return the field of how a motor's counts are decoded."""
+    return option(DECODE, about, **{"required": True, "machine": machine.decode, **more})
+
+
+def pixel_hz(about: str = "30, 29.97 or 30000/1001.", **more: Any) -> Any:
+    """Return the field of the frequency of pixels, or of clock edges beside a divider."""
+    return option(HZ, about, **{"required": True, "machine": machine.pixel_hz, **more})
+
+
+def backlash(about: str = "Steps of play, or 3um.", **more: Any) -> Any:
+    """Return the field of the play that a smooth line takes up, in steps."""
+    return option(Steps(0), about, **{"default": 0, "machine": machine.backlash, **more})
+
+
+def divider(**more: Any) -> Any:
+    """Return the field of the clock edges of a pixel."""
+    about = "Edges of the pixel clock in a pixel: --pixel-hz is the frequency of the edges."
+    given = {"default": 1, "shown": "M", "machine": machine.divider}
+    return option(EDGES, about, **{**given, **more})
+
+
+def sync(**more: Any) -> Any:
+    """Return the field of what lines are to the pixel clock."""
+    about = "Lines ignore the pixel clock, begin on an edge of it, or follow it to their end."
+    return option(SYNC, about, **{"default": "start", "machine": machine.sync, **more})
+
+
+def gate_edges(**more: Any) -> Any:
+    """Return the field of how far behind a burst's first edge lines begin."""
+    about = "The pixel clock is gated: line zero is N edges behind the first one of a burst."
+    given = {"default": 0, "shown": "N", "machine": machine.gate_edges}
+    return option(GATE_EDGES, about, **{**given, **more})
+
+
+def timer_of(about: str = "Whose timer ticks are counted.") -> Any:
+    """Return the field of a board that is not simulated, only reckoned with."""
+    return option(BOARD, about, default=boards.DEFAULT, machine=machine.of_board("kind"))
+
+
+def simulated_board() -> Any:
+    """Return the field of the board that is simulated."""
+    return option(BOARD, "", required=True, machine=machine.of_board("kind"))
+
+
+def image() -> Any:
+    """Return the field of another image for a simulated board."""
+    return option(FILE, "Another firmware image (ELF) for the board.")
+
+
+def seed() -> Any:
+    """Return the field of what a simulated run's chances come from."""
+    return option(Whole(0), "Of everything random.", default=1)
+
+
+def raw() -> Any:
+    """Return the flag of a CSV whose header is not looked at."""
+    return flag("Take every row after a CSV header as a value.")
+
+
+def line_number(about: str = "Line N of a file of many lines.", **more: Any) -> Any:
+    """Return the field of which line of a file is meant."""
+    return option(LINE_NUMBER, about, "--line", shown="N", **more)
+
+
+def out(folder: str) -> Any:
+    """Return the field of the folder for results; with a machine file it has a name."""
+    about = "Folder for the results; replaces only what an earlier run has left there."
+    return option(FOLDER, about, required=True, machine=machine.folder(folder))
+
+
+def plots() -> Any:
+    """Return the flag of pictures in the folder for results."""
+    return flag("Draw pictures (PNG) into the folder.")
+
+
+def details() -> Any:
+    """Return the flag of a longer page."""
+    return flag("Print every interrupt's count, cycles and latest start too.")
+
+
+def picture(*others: str, what: str = "Draw into a file") -> Any:
+    """Return the field of a drawing, of an operation without a folder for results."""
+    return option(PICTURE, f"{what}: .png, .svg or .pdf.", "--plot", *others, shown="FILE")
+
+
+def max_speed(about: str = "Largest speed, steps/px or steps/s.", **more: Any) -> Any:
+    """Return the field of the highest speed."""
+    return option(SPEED_FIGURE, about, **{"machine": machine.limit("max_speed"), **more})
+
+
+def max_acceleration(
+    about: str = "Largest acceleration, steps/px2 or steps/s2.", **more: Any
+) -> Any:
+    """Return the field of the highest acceleration."""
+    given = {"machine": machine.limit("max_acceleration")}
+    return option(ACCELERATION_FIGURE, about, **{**given, **more})
+
+
+def max_jerk(
+    about: str = "Largest change of the acceleration, steps/px3 or steps/s3.", **more: Any
+) -> Any:
+    """Return the field of the highest jerk."""
+    return option(JERK_FIGURE, about, **{"machine": machine.limit("max_jerk"), **more})
+
+
+def start_stop(about: str, **more: Any) -> Any:
+    """Return the field of the speed up to which a plain line needs no ramp."""
+    return option(SPEED_FIGURE, about, **{"machine": machine.limit("start_stop"), **more})

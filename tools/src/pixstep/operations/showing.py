@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: MIT
+"""A line or a profile shown: its figures as a table, and its drawing in a file."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+from typing import Protocol
+
+from pixstep.formats import ProfileHeader
+from pixstep.lines import units
+from pixstep.lines.units import ACCELERATION, JERK, SPEED, Quantity
+from pixstep.operations import meant_for
+from pixstep.operations.desk import Desk
+from pixstep.operations.result import Page, Result
+from pixstep.profiles import madefor, page
+from pixstep.profiles.drawing import Drawing
+from pixstep.profiles.page import MotionFigures
+
+
+class ShownMotion(MotionFigures):
+    """The figures of a line or profile; `image_pixel` is the pixel, from 1, of the image."""
+
+    file: str
+    drawing: str | None
+    decode: str
+    image_pixel: int | None
+
+
+class Limited(Protocol):
+    """The fields of an operation that has limits of a motor."""
+
+    @property
+    def max_speed(self) -> Quantity | None:
+        """The highest speed."""
+
+    @property
+    def max_acceleration(self) -> Quantity | None:
+        """The highest acceleration."""
+
+    @property
+    def max_jerk(self) -> Quantity | None:
+        """The highest jerk."""
+
+
+def limits(asked: Limited, hz: Fraction | None, *, least: int = 1) -> dict[int, int]:
+    """Return the limits that there are in whole steps and pixels, by order."""
+    given = {
+        SPEED: asked.max_speed,
+        ACCELERATION: asked.max_acceleration,
+        JERK: asked.max_jerk,
+    }
+    return {
+        order: units.whole_limit(limit, hz, least=least)
+        for order, limit in given.items()
+        if limit is not None
+    }
+
+
+def used_frequency(
+    desk: Desk,
+    clock_hz: Fraction | None,
+    path: Path,
+    header: ProfileHeader | None,
+    divider: int = 1,
+) -> Fraction | None:
+    """Return the frequency of pixels: the caller's, else that of the file, else the machine's.
+
+    A pixel has `divider` edges of the clock. A file that was made for another frequency than is
+    given gets a note.
+    """
+    desk.say(meant_for.motor_notes(desk.facts, path, header))
+    given = clock_hz and clock_hz / divider
+    own = madefor.frequency(path, header)
+    if own is None or (given and not desk.by_machine("pixel_hz")):
+        desk.say(madefor.notes(path, header, given, divider=divider))
+        return given
+    return own
+
+
+def shown(drawing: Drawing, output: Path | None) -> Result:
+    """Write the drawing if a file is given; return the figures."""
+    line, figures = drawing.line, drawing.figures
+    if output is not None:
+        from pixstep.profiles import figure  # matplotlib takes a second to load
+
+        figure.save(drawing, output)
+    data: ShownMotion = {
+        "file": line.name,
+        "drawing": str(output) if output else None,
+        "decode": line.decode,
+        "image_pixel": drawing.image_pixel,
+        **page.figures_json(figures, drawing.pixel_hz),
+    }
+
+    def write(to: Page) -> None:
+        to.tell(f"{line.name}: decoded as {line.decode}")
+        to.draw(page.figures_table(figures, drawing.pixel_hz))
+        if output is not None:
+            to.tell(f"{output}: drawn")
+
+    return Result(data, write, value=drawing)
