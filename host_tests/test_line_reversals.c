@@ -94,7 +94,7 @@ static void first_interval_of_each_smooth_count(void)
     uint16_t root = 1;
 
     for (int16_t count = 1; count <= 70; count++) {
-        while (root * root < count) {
+        while ((uint16_t)(root * root) < (uint16_t)count) {
             root++;
         }
         for (uint16_t more = 0; more <= 1; more++) {
