@@ -256,7 +256,7 @@ def _run(**_params: Any) -> None:
         if desk.so_far is not None and as_json:
             show_json(desk.so_far.data)
         raise
-    if not (as_json and request.json_rows):
+    if not (as_json and request.json_rows and result.told):
         _deliver(result, page, as_json=as_json)
     ctx.exit(result.status)
 

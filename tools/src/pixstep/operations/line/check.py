@@ -20,7 +20,7 @@ from pixstep.lines.linecheck import Finding, FindingFacts, Limits
 from pixstep.lines.units import Quantity
 from pixstep.operations import judging, shared
 from pixstep.operations import machine_defaults as machine
-from pixstep.operations.asked import AskedError
+from pixstep.operations.asked import AskedError, AskedRefusedError
 from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import FILE, JERK_FIGURE, OUTPUT, Whole, WholeHz
 from pixstep.operations.reading_lines import load_line
@@ -144,7 +144,7 @@ def _read_strictly(path: Path, *, raw: bool, lenient: bool) -> formats.MotionFil
     except RefusedError as error:
         if lenient or not _reads_leniently(path, raw=raw):
             raise
-        raise RefusedError(f"{error} (--lenient accepts it)") from None
+        raise AskedRefusedError("{reason} ({lenient} accepts it)", reason=error) from None
 
 
 def _reads_leniently(path: Path, *, raw: bool) -> bool:
