@@ -14,9 +14,8 @@ from pixstep import natives, ops
 from pixstep.cli.from_operation import OperationCommand, command_of
 from pixstep.errors import UserError
 from pixstep.operations import catalog, perform, python, schemas
-from pixstep.operations.asked import AskedError
+from pixstep.operations.asked import AskedError, FieldError, MissingError
 from pixstep.operations.kinds import Choice, Flag, Kind
-from pixstep.operations.perform import FieldError, MissingError
 from pixstep.operations.request import fields
 
 COMMANDS = own_commands()
@@ -122,7 +121,7 @@ def test_a_function_gives_what_the_command_prints(tmp_path, pixstep):
         ({"divider": 0}, FieldError, "divider: 0 is not in the range 1<=x<=1000"),
         ({"pixel_hz": "0"}, FieldError, "pixel_hz: pixel frequency '0': must be above 0 Hz"),
         ({"length": 5}, UserError, "pixels and length: a line has one of them"),
-        ({"spee": 1}, UserError, "spee: line_make takes prn, max_acceleration"),
+        ({"spee": 1}, UserError, "spee: line_make takes divider, prn"),
         ({"machine": "nowhere.toml"}, UserError, "nowhere.toml"),
         ({"motor": "M39"}, UserError, "M39: no machine file"),
     ],

@@ -7,8 +7,7 @@ import pytest
 
 from pixstep import formats, natives, ops
 from pixstep.errors import RefusedError, UserError
-from pixstep.operations.asked import AskedError
-from pixstep.operations.perform import FieldError
+from pixstep.operations.asked import AskedError, FieldError
 
 PRN = natives.example("AccProfM39-30Hz-1.PRN")
 LIMITS = {"max_acceleration": 10, "start_stop": 4}

@@ -8,9 +8,8 @@ import pytest
 from pixstep import formats, natives, ops
 from pixstep.errors import RefusedError, UserError
 from pixstep.operations import catalog, python
-from pixstep.operations.asked import AskedError
+from pixstep.operations.asked import AskedError, FieldError, MissingError
 from pixstep.operations.kinds import Flag
-from pixstep.operations.perform import FieldError, MissingError
 from pixstep.operations.request import fields
 from pixstep.simulation import simtask
 

@@ -20,11 +20,11 @@ from pixstep.cli.output import say, show_json, show_json_row, teller
 from pixstep.errors import RefusedError, UserError
 from pixstep.machine import finding
 from pixstep.operations import perform
-from pixstep.operations.asked import AskedError
+from pixstep.operations.asked import AskedError, FieldError, MissingError
 from pixstep.operations.desk import Desk, Source
 from pixstep.operations.field import Field
 from pixstep.operations.kinds import Flag
-from pixstep.operations.perform import Caller, FieldError, MissingError
+from pixstep.operations.perform import Caller
 from pixstep.operations.request import Request, fields
 from pixstep.operations.result import Result
 

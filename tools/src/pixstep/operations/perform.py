@@ -17,31 +17,13 @@ from pixstep.lines.units import TooLittleError
 from pixstep.machine import finding
 from pixstep.operations import longer_pixels
 from pixstep.operations import outputs as written
+from pixstep.operations.asked import FieldError, MissingError
 from pixstep.operations.desk import Desk, Source
 from pixstep.operations.facts import Facts, named_by
 from pixstep.operations.field import Field
 from pixstep.operations.kinds import FindScale, no_scale
 from pixstep.operations.request import Request, fields
 from pixstep.operations.result import Result
-
-
-class FieldError(UserError):
-    """A value of a request that does not fit; each front end says the field in its own words."""
-
-    def __init__(self, field: Field, reason: str) -> None:
-        super().__init__(f"{field.name}: {reason}")
-        self.field, self.reason = field, reason
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        again, (kind, texts, _) = super().__reduce__()
-        return again, (kind, texts, {})  # what a machine file gives a field stays in its process
-
-
-class MissingError(FieldError):
-    """A value that a request needs and that nothing says."""
-
-    def __init__(self, field: Field) -> None:
-        super().__init__(field, "is missing")
 
 
 @dataclass(frozen=True)
@@ -89,6 +71,7 @@ def resolve(
         else:
             value, sources[name] = _not_given(one, facts)
         facts.values[name] = value
+    request.complete(facts.values, sources)
     if facts.named.machine not in (None, finding.NONE):
         _ = facts.found  # a file that is named is refused also if nothing of it is used
     return request(**{name: facts.values[name] for name in facts.fields}), sources
