@@ -111,6 +111,7 @@ def serve_command(
         with signals.ignored():
             server.close()
             log.tell("ended", port=port.name)
+            log.close()
 
 
 def _listen(

@@ -1,8 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""What a server writes while it runs: a line for each event, as text or as JSON."""
+"""What a server writes while it runs: a line for each event, as text or as JSON.
+
+A thread of its own writes: whoever does not read the log must not stop the bus.
+"""
 
 import contextlib
 import json
+import os
+import queue
 import sys
 import threading
 import time
@@ -10,24 +15,43 @@ from typing import Any
 
 from pixstep.errors import one_line
 
+_KEPT = 10_000  # lines that nobody has read yet; more are lost
+_LAST_S = 1.0  # for the lines that are left at the end
+
 
 class Journal:
-    """The log on the standard output; threads write whole lines."""
+    """The log on the standard output."""
 
     def __init__(self, *, as_json: bool = False) -> None:
         self._as_json = as_json
-        self._lock = threading.Lock()
+        self._output = sys.stdout.fileno()
+        self._lines: queue.Queue[str | None] = queue.Queue(_KEPT)
+        self._writer = threading.Thread(target=self._write, name="journal", daemon=True)
+        self._writer.start()
 
     def tell(self, event: str, **facts: Any) -> None:
-        """Write what has happened; an output that was closed is not missed."""
+        """Write what has happened, some time soon."""
         if self._as_json:
             line = json.dumps({"time_s": round(time.time(), 3), "event": event, **facts})
         else:
             named = ", ".join(f"{key} {_said(value)}" for key, value in facts.items())
             line = f"{time.strftime('%H:%M:%S')} {event}{': ' if named else ''}{one_line(named)}"
-        with self._lock, contextlib.suppress(OSError, ValueError):
-            sys.stdout.write(line + "\n")
-            sys.stdout.flush()
+        with contextlib.suppress(queue.Full):
+            self._lines.put_nowait(line)
+
+    def close(self) -> None:
+        """Write what is left, if anybody reads it."""
+        with contextlib.suppress(queue.Full):
+            self._lines.put_nowait(None)
+            self._writer.join(_LAST_S)
+
+    def _write(self) -> None:
+        """Write lines to the end; an output that was closed is not missed."""
+        while (line := self._lines.get()) is not None:
+            data = f"{line}\n".encode(errors="replace")
+            with contextlib.suppress(OSError):
+                while data:  # past Python's own buffer, which is waited for at the end
+                    data = data[os.write(self._output, data) :]
 
 
 def _said(value: object) -> str:
