@@ -67,7 +67,8 @@ def test_python_and_the_command_line_give_the_same(here, invoke, name, places, g
     ("call", "kind", "said"),
     [
         (lambda: ops.line_show("s.csv", decode="smooth", pixel_hz=30, max_speed="10steps/s"),
-         AskedError, "max_speed: 10steps/s is 0.3333333 steps/px: at least 1 steps/px: divider 3 "
+         AskedError, "max_speed: 10steps/s is 0.3333333 steps/px: at least 1 steps/px: clock_hz 30 "
+         "divider 3 "
          "would do"),
         (lambda: ops.line_compensate("t.csv", play=4, start_stop=4, output="c.csv", pixel_hz=30,
                                      max_acceleration="9steps/s2"),

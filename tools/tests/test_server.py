@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: MIT
 """The server of a bus: who may write, what goes first, and what it does when a client dies."""
 
+import json
 import os
 import random
 import socket
 import struct
+import sys
 import threading
 import time
 from collections import Counter
@@ -19,10 +21,11 @@ from pixstep.board.errors import BusTakenError, OvertakenError
 from pixstep.board.link import WallClock
 from pixstep.board.port import Port, PortBusyError
 from pixstep.board.upload import Upload
+from pixstep.cli import views
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
-from pixstep.server import meaning, places, remote, sessions
+from pixstep.server import journal, meaning, places, remote, sessions
 from pixstep.server.meaning import Meaning
 from serverbench import Desk, Raw, beside, until
 
@@ -562,6 +565,7 @@ def test_answers_keep_the_numbers_of_their_requests(desk):
     [
         (b"hello", "not a line of JSON"),
         (b"[]", "not a JSON object"),
+        (b"[" * 4000, "not a line of JSON"),
         (b'{"id":1,"do":"dance"}', "'dance' is not known"),
         (b'{"id":1}', "do: a text is wanted"),
         (b'{"do":"ask"}', "id: a whole number"),
@@ -603,6 +607,19 @@ def test_another_version_of_the_protocol_is_refused(desk):
     answer = raw.hear()
     assert answer["text"] == "version 2 of the protocol: this server speaks version 1"
     assert raw.lines.readline() == b""
+
+
+def test_a_log_that_nobody_reads_keeps_nobody_waiting(monkeypatch):
+    end, output = os.pipe()
+    monkeypatch.setattr(sys, "stdout", os.fdopen(output, "w"))
+    log = journal.Journal(views.of("serve", as_json=True))
+    for number in range(20_000):  # far more than a pipe takes
+        log.tell("stop", number=number)
+    assert log._writer.is_alive()
+    with os.fdopen(end, "rb") as read:
+        first = [json.loads(read.readline())["number"] for _ in range(1000)]
+    assert first == [*range(1000)]
+    log.close()
 
 
 # The port

@@ -121,18 +121,25 @@ class Serve(OnPort):
             raise AskedError("{token_file}: the token is for {tcp}: add it")
         if self.allow_writes and not self.modbus_tcp:
             raise AskedError("{allow_writes}: it is about Modbus TCP: add {modbus_tcp}")
-        log = journal.Journal(desk.row, desk.tell)
+        if self.socket and self.socket.exists() and not self.socket.is_socket():
+            raise AskedError("{socket} {path}: there is something else of this name",
+                             path=self.socket)  # fmt: skip
+        log = journal.Journal(desk.view)
         server = serving.Server(self.bus, log)
+        serves = False
         try:
             with signals.until_ctrl_c():
                 server.open()
+                serves = True
                 self._listen(server, log)
                 self._listen_to_plcs(server, log)
                 server.wait()
         finally:
             with signals.ignored():
                 server.close()
-                log.tell("ended", port=self.port)
+                if serves:
+                    log.tell("ended", port=self.port)
+                log.close()
         return Result({"port": self.port}, f"{self.port}: ended", told=True)
 
     def _listen(self, server: serving.Server, log: journal.Journal) -> None:
