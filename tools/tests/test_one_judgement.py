@@ -256,7 +256,7 @@ def test_a_new_machine_is_fine_at_random_clocks():
 
 @pytest.mark.parametrize(("divider", "acceleration"), [(1, 5000), (2, 1300), (4, 500), (9, 500)])
 def test_a_divider_that_is_asked_for_stays(here, invoke, divider, acceleration):
-    words = ("machine", "new", "--board", "mega", "--pixel-hz", "1 kHz", "--divider", divider)
+    words = ("machine", "new", "--board", "mega", "--clock-hz", "1 kHz", "--divider", divider)
     invoke(*words, "--force")
     machine = px.Machine.load("machine.toml")
     assert machine.divider == divider

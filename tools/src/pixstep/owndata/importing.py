@@ -2,7 +2,7 @@
 """A line from a table: positions, speeds or steps of each pixel become counts.
 
 Positions are rounded to whole steps. A smooth motor's line has one direction, and either what was
-rounded or the nearest line to it that such a motor can make (`fit_counts`).
+rounded or the nearest line to it that such a motor can make (`fitting`).
 """
 
 from collections.abc import Callable, Sequence
@@ -28,39 +28,9 @@ from pixstep.owndata.columns import (
     factor_of,
     refuse_twins,
 )
+from pixstep.owndata.fitting import fit, largest_error
 from pixstep.owndata.readings import Asked, read
 from pixstep.owndata.table import Table
-
-
-def fit_counts(positions: Sequence[Fraction]) -> list[int]:
-    """Return counts of a smooth line that goes along positions at the pixel edges, rising from 0.
-
-    It begins and ends at rest; its steps may differ from those asked for by a few. The speeds of a
-    smooth line at the pixel edges are even, each count is the mean of two of them. Counts of
-    measured or rounded positions seldom are: an odd step is never forgotten, the speed swings
-    around it to the end. So the speeds are chosen anew, each near to that of the motion at its
-    edge, and half of the distance that is missing so far is made up for in the next one.
-    """
-    speeds, place = [0], Fraction(0)
-    for k in range(1, len(positions) - 1):
-        missing = positions[k - 1] - place
-        wanted = (positions[k + 1] - positions[k - 1]) / 2 + missing / 2
-        speeds.append(max(0, 2 * round(wanted / 2)))
-        place += Fraction(speeds[-2] + speeds[-1], 2)
-    speeds.append(0)
-    return [(before + after) // 2 for before, after in pairwise(speeds)]
-
-
-def largest_error(counts: Sequence[int], positions: Sequence[Fraction]) -> tuple[Fraction, int]:
-    """Return how far a line is from positions, the first 0, at the worst pixel edge, and which."""
-    place, worst, at = 0, Fraction(0), 0
-    for pixel, (count, wanted) in enumerate(zip(counts, positions[1:], strict=True), 1):
-        place += count
-        error = abs(wanted - place)
-        if error > worst:
-            worst, at = error, pixel
-    return worst, at
-
 
 Refuse = Callable[[int, str], UserError]  # takes a pixel, from 0, and what is wrong with it
 
@@ -87,7 +57,7 @@ def line_of(
     fitted = fitted and decode == SMOOTH
     sign = -1 if negative else 1
     if fitted:
-        counts = fit_counts([sign * place for place in positions])
+        counts = fit([sign * place for place in positions])
     elif negative:
         counts = [-count for count in counts]
     line = Line(tuple(counts), decode, negative=negative, name=name)
