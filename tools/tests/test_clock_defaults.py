@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pixstep import formats
-from pixstep.board import boards, capability, limits, settings
+from pixstep.board import boards, capability, settings
 from pixstep.lines import line_check
 from pixstep.lines.line import PLAIN, Line
 from pixstep.machine.files import Machine
@@ -146,7 +146,7 @@ def test_the_highest_speed_of_a_locked_line_is_accepted_and_the_next_is_not(boar
     assert able.pixel_ticks - able.shortest_ticks == able.lock_ticks > 0
     for speed, refused in ((top, False), (top + 1, True)):
         line = Line((speed,), PLAIN)
-        bounds = limits.named(board, Fraction(250), clock=clock).of(line)
+        bounds = capability.named_limits(board, Fraction(250), clock=clock).of(line)
         assert line_check.refused(line_check.check(line, bounds)) is refused
 
 

@@ -11,7 +11,7 @@ import pytest
 from effort import cases, only_long
 from pixstep import natives
 from pixstep.board import registers as regs
-from pixstep.board.boardrun import Watch
+from pixstep.board.handle import Watch
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.machine.files import Machine

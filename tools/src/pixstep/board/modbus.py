@@ -26,16 +26,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Protocol
 
 from pixstep.board import rtu
-from pixstep.board.port import (
-    NO_PARITY,
-    RETRIES,
-    TIMEOUT_S,
-    TROUBLE,
-    Port,
-    is_pty,
-)
+from pixstep.board.port import NO_PARITY, RETRIES, TIMEOUT_S, TROUBLE, Port, Turns, is_pty
 from pixstep.board.rtu import Reply, Request
-from pixstep.board.turns import Turns
 
 if TYPE_CHECKING:
     import serial

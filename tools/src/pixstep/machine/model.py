@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PrivateAttr
 
-from pixstep.board import boards, gating
+from pixstep.board import boards
 from pixstep.board.port import LAST_UNIT, LEAST_BAUD, MOST_BAUD
 from pixstep.errors import UserError
 from pixstep.lines import units
@@ -64,7 +64,7 @@ class Clock(_Table):
     pixel: Hz
     divider: Annotated[int, Field(ge=1, le=MOST_EDGES)] | None = None
     sync: Literal["free", "start", "lock"] | None = None
-    gate_edges: Annotated[int, Field(ge=0, le=gating.MOST_EDGES)] | None = None
+    gate_edges: Annotated[int, Field(ge=0, le=boards.MOST_GATE_EDGES)] | None = None
 
     @property
     def edges(self) -> int:

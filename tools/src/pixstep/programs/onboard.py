@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from pixstep.board import clockstate, limits, settings
+from pixstep.board import capability, settings, snapshot
 from pixstep.board import run as running
 from pixstep.board.device import Board
 from pixstep.board.link import World
@@ -44,7 +44,7 @@ class OnBoard:
         mistake in the program that shows only now: the motors are stopped then.
         """
         streaming.load(self.lines)
-        clockstate.await_lock(self.board, world)
+        snapshot.await_lock(self.board, world)
         running.arm_queued(self.lines)
         begun()
         streaming.follow(self.lines, world, self.pixels, progress)
@@ -87,7 +87,7 @@ def rehearse(board: Board, request: Request, progress: Progress = unseen) -> Reh
     Raises UserError for a mistake in the program, RefusedError for what the board would refuse.
     """
     setup = request.setup
-    bounds = limits.connected(board, setup.pixel_hz, len(setup.motors), setup.clock)
+    bounds = capability.connected_limits(board, setup.pixel_hz, len(setup.motors), setup.clock)
     with request.text() as text:
         plan = Plan(request.path, text, setup, request.options)
         return rehearsal.rehearse(plan, bounds, progress)

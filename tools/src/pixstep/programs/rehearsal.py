@@ -3,7 +3,7 @@
 
 from dataclasses import dataclass
 
-from pixstep.board.limits import BoardLimits
+from pixstep.board.capability import BoardLimits
 from pixstep.errors import RefusedError
 from pixstep.programs.plan import Plan
 from pixstep.programs.report import Report

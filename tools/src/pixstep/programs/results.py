@@ -11,7 +11,7 @@ from typing import BinaryIO
 import numpy as np
 
 from pixstep import atomic, outfolder
-from pixstep.board.limits import BoardLimits
+from pixstep.board.capability import BoardLimits
 from pixstep.formats.records import CSV_COLUMNS, LineEnds, join_records, number_texts
 from pixstep.lines import line_check
 from pixstep.lines.line import PLAIN, SMOOTH, Line

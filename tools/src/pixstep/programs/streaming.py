@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 from pixstep.board import orders
 from pixstep.board import run as running
-from pixstep.board.boardrun import BoardRun, Watch
 from pixstep.board.device import Board
+from pixstep.board.handle import BoardRun, Watch
 from pixstep.board.link import World
 from pixstep.board.upload import Upload, require_idle, said_divider
 from pixstep.errors import PlainError, UserError

@@ -3,7 +3,7 @@
 
 from collections.abc import Sequence
 
-from pixstep.board.limits import BoardLimits
+from pixstep.board.capability import BoardLimits
 from pixstep.lines.core import Checker, Code
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.line_check import IDLE_PIXEL

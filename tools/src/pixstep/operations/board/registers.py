@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import NotRequired, TypedDict
 
-from pixstep.board import features, settings, values
+from pixstep.board import boards, settings, values
 from pixstep.board import registers as regs
 from pixstep.board.device import Board
 from pixstep.board.link import World
@@ -138,7 +138,9 @@ class Set(ToBoards):
 
 def _require(board: Board, names: tuple[str, ...]) -> None:
     """Refuse a register asked for by its name that says nothing on this board."""
-    needed = {features.OF_REGISTERS[name] for name in names if name in features.OF_REGISTERS}
+    needed = {
+        boards.FEATURE_OF_REGISTERS[name] for name in names if name in boards.FEATURE_OF_REGISTERS
+    }
     if needed:
         board.require(*sorted(needed))
 
@@ -173,7 +175,9 @@ def _text(reading: Reading) -> str:
 
 def _set(board: Board, wanted: dict[str, int], world: World, *, store: bool) -> SetBoard:
     """Set one board; return what changed."""
-    needed = {features.OF_REGISTERS[name] for name in wanted if name in features.OF_REGISTERS}
+    needed = {
+        boards.FEATURE_OF_REGISTERS[name] for name in wanted if name in boards.FEATURE_OF_REGISTERS
+    }
     board.require(*sorted(needed | ({"store"} if store else set())))
     old = settings.read(board)
     found = settings.changes(old, wanted)
