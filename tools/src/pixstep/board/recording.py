@@ -9,7 +9,8 @@ known exactly.
 
 Files of records, CSV or Parquet by their ending, are written while the records come. How many
 records a host can read before they are overwritten depends on the pixel frequency, the axes and the
-baud rate: where that is not all of them, the board is told to keep every Nth (setting record_every), and every deviation besides.
+baud rate: where that is not all of them, the board is told to keep every Nth (setting
+record_every), and every deviation besides.
 """
 
 from __future__ import annotations
