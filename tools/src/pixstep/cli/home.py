@@ -44,7 +44,8 @@ class _SimOptions(HomeOptions):
     required=True,
     metavar="KNOBS",
     help="The load and its switches: home=2000,hyst=8,travel=-500..4000,start=123,delay=8000 "
-    "(steps of the motor; delay in ticks of the board); more: pixstep-sim --help (in a clone build/host/bin/pixstep-sim).",
+    "(steps of the motor; delay in ticks of the board); more: pixstep-sim --help (in a clone "
+    "build/host/bin/pixstep-sim).",
 )
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
 @out_option
