@@ -37,12 +37,15 @@ def exact_hz(given: Hz | None) -> Fraction | None:
     return legal_hz(exact, text)
 
 
-def seconds(name: str, given: float | str | None, low: float = 0) -> float | None:
-    """Return a time in seconds, or written as `"20 ms"`, if it is given."""
-    if given is None:
-        return None
+def time(name: str, given: float | str) -> float:
+    """Return a time in seconds: a number, or written as `"20 ms"`."""
     value = units.parse_seconds(given) if isinstance(given, str) else given
-    return arguments.finite(name, value, low)
+    return arguments.finite(name, value, 0)
+
+
+def seconds(name: str, given: float | str | None) -> float | None:
+    """Return the same, if it is given."""
+    return None if given is None else time(name, given)
 
 
 def scale(given: str | Scale | None, motor: Motor | None) -> Scale | None:
