@@ -40,7 +40,8 @@ def test_four_axes_locked(tmp_path):
 
 
 def test_records_of_a_simulated_board_as_a_table(tmp_path):
-    *seen, _ = run("records_table", tmp_path)
+    seen = run("records_table", tmp_path)
+    assert "<AxisRecords board 1 axis 0: " in "".join(seen)
     shown = [line for line in seen if line.startswith("pixel ")]
     places = [int(line.split()[1]) for line in shown if "of 500" in line]
     assert places == sorted(places) and 0 < places[len(places) // 2] < 500
