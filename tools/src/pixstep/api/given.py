@@ -52,7 +52,9 @@ def scale(given: str | Scale | None, motor: Motor | None) -> Scale | None:
     """Return the steps for a millimetre or a degree that are given, else the motor's."""
     if given is None:
         return motor.steps_per_unit if motor else None
-    return given if isinstance(given, Scale) else units.parse_scale(given)
+    if isinstance(given, Scale):
+        return given
+    return units.parse_scale(arguments.text("steps_per_unit", given))
 
 
 def steps(name: str, given: int | str, scale: Scale | None, low: int = 0, high: int = FAR) -> int:
