@@ -197,7 +197,7 @@ class Handle(Generic[Result]):
 
     def _outcome_in_time(self, in_time: bool, timeout_s: float | None) -> Result:
         if not in_time:
-            raise MotionTimeoutError(f"the motion is not over after {timeout_s:g} s: it goes on")
+            raise MotionTimeoutError(f"the motion takes longer than {timeout_s:g} s")
         return self._outcome()
 
     def _outcome(self) -> Result:
