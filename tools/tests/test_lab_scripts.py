@@ -28,7 +28,7 @@ def run(name, folder, *words):
 def test_own_positions_with_a_fit(tmp_path):
     stage, note, axis = run("fit_positions", tmp_path)
     assert stage == "<MotionLine stage: smooth, 120 pixels at 30 Hz, 10,000 steps>"
-    assert note.startswith("fitted: at most 1.") and "mm from the positions" in note
+    assert note.startswith("fitted: at most 0.") and "mm from the positions" in note
     assert axis.startswith("<AxisRun axis 0: pass, 10,000 of 10,000 steps, edges within 0.")
     assert (tmp_path / "stage.png").is_file()
 
