@@ -122,17 +122,19 @@ class Serve(OnPort):
         if self.allow_writes and not self.modbus_tcp:
             raise AskedError("{allow_writes}: it is about Modbus TCP: add {modbus_tcp}")
         log = journal.Journal(desk.row, desk.tell)
-        server = serving.Server(self.bus, log)
+        server, serves = serving.Server(self.bus, log), False
         try:
             with signals.until_ctrl_c():
                 server.open()
                 self._listen(server, log)
                 self._listen_to_plcs(server, log)
+                serves = True
                 server.wait()
         finally:
             with signals.ignored():
                 server.close()
-                log.tell("ended", port=self.port)
+                if serves:
+                    log.tell("ended", port=self.port)
         return Result({"port": self.port}, f"{self.port}: ended", told=True)
 
     def _listen(self, server: serving.Server, log: journal.Journal) -> None:
