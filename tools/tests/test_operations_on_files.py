@@ -44,6 +44,7 @@ def here(tmp_path, monkeypatch):
     }.items():
         formats.write_csv(tmp_path / name, counts)
     (tmp_path / "own.txt").write_text("1\n3\n4\n3\n1\n")
+    (tmp_path / "odd.txt").write_text("6\n6\n6\n6\n")
     return tmp_path
 
 
@@ -141,8 +142,12 @@ def test_notes_come_with_the_result(here):
     )
     text = (here / "s.csv").read_bytes().replace(b"\r\n", b"\n")
     (here / "s.csv").write_bytes(text)
-    with pytest.raises(RefusedError, match="ends with LF"):
+    with pytest.raises(RefusedError, match=r"ends with LF.* \(lenient accepts it\)$"):
         ops.line_check("s.csv", decode="smooth")
+    with pytest.raises(
+        RefusedError, match=r"^odd.txt: pixel 1: .* \(fit makes the nearest line\)$"
+    ):
+        ops.line_import("odd.txt", decode="smooth", output="made.csv", force=True)
     (note,) = ops.line_check("s.csv", decode="smooth", lenient=True).notes
     assert "LF instead of CR LF" in note
 

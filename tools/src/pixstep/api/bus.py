@@ -107,7 +107,8 @@ class Board:
         `"start"`, `"lock"`), `divider`, the clock edges of a pixel, and `gate_edges`, those from a
         burst's first one to line zero, are set as well if they are given or a machine file has
         them; otherwise the board's stay. To lock the board must have measured its clock: that is
-        waited for. When `start` returns the axes are armed.
+        waited for. When `start` returns the axes are armed. `progress` is called by the motion's
+        thread, with the share done.
         Raises RefusedError for a line that the board or its motor's limits refuse (nothing is sent
         then), unless `check` is False; UserError
         for a divider that is not that of the lines' machine, BoardError for a clock that

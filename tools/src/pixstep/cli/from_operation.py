@@ -270,6 +270,7 @@ def _explained(ctx: click.Context, request: type[Request]) -> Iterator[None]:
         text, cure = str(error), ""
         if isinstance(error, AskedError):
             names = {name: one.option for name, one in fields(request).items()}
+            names.setdefault("machine", "--machine")
             text, cure = error.told(names), error.cured(names)
         error.args = (f"{text}{origins.origin(ctx, text)}{cure}",)
         raise

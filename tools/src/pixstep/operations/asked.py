@@ -4,7 +4,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 
 
 class AskedError(UserError):
@@ -25,6 +25,10 @@ class AskedError(UserError):
     def cured(self, names: Mapping[str, str]) -> str:
         """Return what would do, in the same way."""
         return self.cure.format_map(_Names({**names, **self.values}))
+
+
+class AskedRefusedError(AskedError, RefusedError):
+    """What a check refuses, and which field would let it pass."""
 
 
 class _Names(dict[str, Any]):

@@ -32,6 +32,10 @@ class FieldError(UserError):
         super().__init__(f"{field.name}: {reason}")
         self.field, self.reason = field, reason
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        again, (kind, texts, _) = super().__reduce__()
+        return again, (kind, texts, {})  # what a machine file gives a field stays in its process
+
 
 class MissingError(FieldError):
     """A value that a request needs and that nothing says."""
@@ -94,8 +98,12 @@ def _read(field: Field, value: Any, scale: FindScale) -> Any:
     try:
         if field.many:
             several = value if isinstance(value, (list, tuple)) else (value,)
+            if field.required and not several:
+                raise MissingError(field)
             return tuple(field.kind.read(one, scale) for one in several)
         return field.kind.read(value, scale)
+    except MissingError:
+        raise
     except UserError as error:
         raise FieldError(field, str(error)) from None
 

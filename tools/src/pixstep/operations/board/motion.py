@@ -95,7 +95,7 @@ class BoardMove(MoveFields, BoardClock, ToBoard):
 
     result = MadeMove
 
-    axis: int = option(shared.AXIS, "", default=0, machine=machine.axis)
+    axis: int = option(shared.AXIS, "Axis of the board.", default=0, machine=machine.axis)
 
     def run(self, desk: Desk) -> Result:
         """Plan the move, check it, make it."""

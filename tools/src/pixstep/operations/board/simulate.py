@@ -17,7 +17,7 @@ from pixstep.operations import machine_defaults as machine
 from pixstep.operations import shared
 from pixstep.operations.clocks import pixel_gate
 from pixstep.operations.desk import Desk
-from pixstep.operations.kinds import FILE, PATH, Whole
+from pixstep.operations.kinds import FILE, PATH
 from pixstep.operations.request import Request, operation, option
 from pixstep.operations.result import Result
 from pixstep.simulation import benchscript, virtualbench
@@ -100,7 +100,7 @@ class Simulate(Request):
     )
     script: Path | None = option(FILE, "Commands to begin with; - is the standard input.")
     image: Path | None = option(FILE, "Another firmware image (ELF) for the board.")
-    seed: int = option(Whole(0), "", default=1)
+    seed: int = shared.seed()
 
     def run(self, desk: Desk) -> Result:
         """Simulate until somebody ends it."""

@@ -20,7 +20,7 @@ from pixstep.lines.linecheck import Finding, FindingFacts, Limits
 from pixstep.lines.units import Quantity
 from pixstep.operations import judging, shared
 from pixstep.operations import machine_defaults as machine
-from pixstep.operations.asked import AskedError
+from pixstep.operations.asked import AskedError, AskedRefusedError
 from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import FILE, JERK_FIGURE, OUTPUT, Whole, WholeHz
 from pixstep.operations.reading_lines import load_line
@@ -55,7 +55,7 @@ class LineCheck(Request):
     result = CheckedLine
 
     csv: Path = argument(FILE, shown="FILE")
-    decode: str = shared.decode("")
+    decode: str = shared.decode()
     backlash: int = shared.backlash()
     raw: bool = shared.raw()
     lenient: bool = flag("Accept LF and a missing final newline, as `file check` does.")
@@ -144,7 +144,7 @@ def _read_strictly(path: Path, *, raw: bool, lenient: bool) -> formats.MotionFil
     except RefusedError as error:
         if lenient or not _reads_leniently(path, raw=raw):
             raise
-        raise RefusedError(f"{error} (--lenient accepts it)") from None
+        raise AskedRefusedError("{reason} ({lenient} accepts it)", reason=error) from None
 
 
 def _reads_leniently(path: Path, *, raw: bool) -> bool:
@@ -184,7 +184,7 @@ class LinePlan(Request):
     result = PlannedLine
 
     csv: Path = argument(FILE, shown="FILE")
-    decode: str = shared.decode("")
+    decode: str = shared.decode()
     pixel_hz: Fraction = shared.pixel_hz(machine=machine.clock_hz)
     divider: int = shared.divider()
     backlash: int = shared.backlash()

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any, TypedDict
 
 from pixstep import atomic, formats, owndata
-from pixstep.errors import RefusedError
 from pixstep.formats.findings import counted
 from pixstep.lines import linecheck
 from pixstep.lines.line import SMOOTH
 from pixstep.lines.linecheck import FindingFacts
 from pixstep.operations import machine_defaults as machine
 from pixstep.operations import shared
+from pixstep.operations.asked import AskedRefusedError
 from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import FILE, OUTPUT, TEXT, Choice, Text, Whole
 from pixstep.operations.request import Request, argument, flag, operation, option
@@ -100,14 +100,13 @@ class LineImport(Request):
         )  # fmt: skip
         made = owndata.import_line(self.table, request)
         line = made.line
-        for item in made.findings:
-            if item.severity == linecheck.ERROR:
-                hint = (
-                    "" if self.fit or line.decode != SMOOTH else " (--fit makes the nearest line)"
-                )
-                raise RefusedError(
-                    f"{self.table}: pixel {item.pixel}: {item.name}: {item.message}{hint}"
-                )
+        wrong = next((item for item in made.findings if item.severity == linecheck.ERROR), None)
+        if wrong is not None:
+            fits = line.decode == SMOOTH and not self.fit
+            raise AskedRefusedError(
+                "{where}: {why}" + " ({fit} makes the nearest line)" * fits,
+                where=f"{self.table}: pixel {wrong.pixel}: {wrong.name}", why=wrong.message,
+            )  # fmt: skip
         header = madefor.of_pixels(self.output, 0, hz, self.divider) if hz else None
         formats.write_csv(self.output, list(line.counts), header)
         desk.say(made.assumed)

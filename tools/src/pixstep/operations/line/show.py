@@ -28,7 +28,7 @@ class LineShow(Request):
     result = ShownMotion
 
     csv: Path = argument(FILE)
-    decode: str = shared.decode("")
+    decode: str = shared.decode()
     backlash: int = shared.backlash()
     raw: bool = shared.raw()
     lead_in: int | None = option(
