@@ -230,7 +230,9 @@ _MAIN = {
         "flash:flash_command",
         "Write the firmware to a board by avrdude through its boot loader, then ask what it is.",
     ),
-    "serve": _late("serve:serve_command", "Own a bus, and let other programs reach it."),
+    "serve": _late(
+        "serve:serve_command", "Own a bus, and let other programs reach it: consoles, Python, PLCs."
+    ),
     "bench": _late("late:BENCH", "Measure cycles, rates, CPU share, edge errors, waits, sizes."),
     "completion": _late(
         "completion:completion", "Complete commands, options and files in the shell: install it."

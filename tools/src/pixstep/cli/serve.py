@@ -99,8 +99,9 @@ def serve_command(
         raise UserError("--token-file: the token is for --tcp: add it")
     if allow_writes and not modbus_tcp:
         raise UserError("--allow-writes: it is about Modbus TCP: add --modbus-tcp")
-    log = journal.Journal(as_json=as_json)
-    server = serving.Server(port, log)
+    if socket and socket.exists() and not socket.is_socket():
+        raise UserError(f"--socket {socket}: there is something else of this name")
+    server = serving.Server(port, log := journal.Journal(as_json=as_json))
     try:
         with signals.until_ctrl_c():
             server.open()
@@ -110,7 +111,6 @@ def serve_command(
     finally:
         with signals.ignored():
             server.close()
-            log.tell("ended", port=port.name)
             log.close()
 
 

@@ -24,7 +24,9 @@ class Journal:
 
     def __init__(self, *, as_json: bool = False) -> None:
         self._as_json = as_json
-        self._output = sys.stdout.fileno()
+        self._output: int | None = None
+        with contextlib.suppress(OSError):  # an output that is no file has none
+            self._output = sys.stdout.fileno()
         self._lines: queue.Queue[str | None] = queue.Queue(_KEPT)
         self._writer = threading.Thread(target=self._write, name="journal", daemon=True)
         self._writer.start()
@@ -48,10 +50,17 @@ class Journal:
     def _write(self) -> None:
         """Write lines to the end; an output that was closed is not missed."""
         while (line := self._lines.get()) is not None:
-            data = f"{line}\n".encode(errors="replace")
             with contextlib.suppress(OSError):
-                while data:  # past Python's own buffer, which is waited for at the end
-                    data = data[os.write(self._output, data) :]
+                self._put(f"{line}\n")
+
+    def _put(self, text: str) -> None:
+        """Write past Python's own buffer, for which a program would wait at its end."""
+        if self._output is None:
+            sys.stdout.write(text)
+            return
+        data = text.encode(errors="replace")
+        while data:
+            data = data[os.write(self._output, data) :]
 
 
 def _said(value: object) -> str:

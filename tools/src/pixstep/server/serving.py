@@ -135,6 +135,7 @@ class Server:
                 path.unlink()
         if self.bus.ident is not None:
             self.bus.close()
+            self.journal.tell("ended", port=self.port.name)
         self.line.close()
 
     def hello(self) -> Message:
