@@ -21,6 +21,7 @@ from pixstep.board.errors import (
     LineRefusedByBoardError,
     MapVersionError,
 )
+from pixstep.board.record_block import Read as ReadBlock
 from pixstep.board.state import (
     Event,
     Record,
@@ -178,7 +179,7 @@ class Board(Wire):
             self._block_reader(axis), self.record_capacity(), self.modbus.most_words
         )
 
-    def _block_reader(self, axis: int) -> record_block.Read:
+    def _block_reader(self, axis: int) -> ReadBlock:
         """Return what reads the block of an axis' records."""
         base = regs.RECORD_BASE + regs.RECORD_STRIDE * axis
 
