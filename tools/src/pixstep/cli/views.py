@@ -7,10 +7,12 @@ Each is what its operation calls `desk.view`; None where there is no terminal fo
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pixstep.operations.board import selftest, simulate, watch
+    from pixstep.server.journal import Log
 
 
 def of(words: str, *, as_json: bool) -> Any:
@@ -39,8 +41,15 @@ def _simulate(as_json: bool) -> simulate.Terminal:
     return Terminal(as_json=as_json)
 
 
+def _serve(as_json: bool) -> Callable[[], Log]:
+    from pixstep.server.journal import Journal  # which other commands do not need
+
+    return partial(Journal, as_json=as_json)
+
+
 _VIEWS: dict[str, Callable[[bool], Any]] = {
     "board watch": _watch,
     "board selftest": _selftest,
     "board simulate": _simulate,
+    "serve": _serve,
 }

@@ -39,7 +39,7 @@ def decode(line: bytes) -> Message:
     """Return the message of a line; raises MessageError."""
     try:
         found = json.loads(line)
-    except ValueError:
+    except (ValueError, RecursionError):
         raise MessageError("not a line of JSON") from None
     if not isinstance(found, dict):
         raise MessageError("not a JSON object")

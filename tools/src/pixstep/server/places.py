@@ -21,7 +21,7 @@ _SUFFIX = ".sock"
 def folder() -> Path:
     """Return where a server puts its socket: where systemd says, or in a folder of the user."""
     given = os.environ.get("RUNTIME_DIRECTORY")
-    return Path(given) if given else _own()
+    return Path(given.partition(":")[0]) if given else _own()
 
 
 def make_folder() -> Path:
