@@ -7,6 +7,7 @@ only guards against hanging.
 
 import csv
 import json
+import math
 import os
 import random
 import re
@@ -203,7 +204,7 @@ def test_a_stop_is_the_next_frame_while_another_client_streams_at_2_khz(shop):
         waits_ms.append(1000 * (frames[place - 1].end - frames[request].start) / HZ)
         gaps_ms.append(1000 * (stop.start - frames[place - 1].end) / HZ)
         arms = [one.start for one in frames[place:end] if is_arm(one)]
-        until_cycle = min(arms, default=float("inf"))
+        until_cycle = min([*arms, *(one.start for one in frames[end : end + 1])], default=math.inf)
         after = [cycle for cycle in made if stop.end < cycle < until_cycle]
         late_ms.append(1000 * (max(after, default=stop.end) - stop.end) / HZ)
     print(

@@ -136,13 +136,14 @@ class Connection:
         pdu = messages.pdu(request)
         patience = self._house.bus.line.patience
         if not tells:
-            patience = self._house.sessions.patience(
-                self.session,
+            patience = (
                 min(patience[0], messages.seconds(request, "timeout_s", *TIMEOUTS_S)),
                 min(patience[1], messages.whole(request, "retries", 0, _MOST_RETRIES)),
             )
         job = self._job(number, unit, pdu, meaning.of(pdu), tells=tells, patience=patience)
         job.more_follows = request.get("more") is True
+        if self._house.sessions.is_driven(self.session):
+            job.share()
         return job
 
     def _change(self, request: Message, number: int, what: str) -> None:

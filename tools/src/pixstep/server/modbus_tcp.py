@@ -119,8 +119,11 @@ class Door:
         number = next(self._numbers)
         session.open.add(number)
         rank = bus.FIRST if means.stops else bus.READER
-        patience = self._sessions.patience(session, *self._bus.line.patience)
-        self._bus.submit(Job(session.name, unit, pdu, means, finish, rank, tells, patience))
+        patience = self._bus.line.patience
+        job = Job(session.name, unit, pdu, means, finish, rank, tells, patience)
+        if self._sessions.is_driven(session):
+            job.share()
+        self._bus.submit(job)
         came.wait()
         session.open.discard(number)
         return answers[0]
