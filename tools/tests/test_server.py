@@ -647,7 +647,7 @@ def test_another_rate_to_look_for_boards_only_alone(desk):
     first.reconfigure(9600, "N")
     assert desk.server.line.port.baud == 9600
     second = desk.client(baud=9600)
-    with pytest.raises(BusTakenError, match="1 other client of its server"):
+    with pytest.raises(BusTakenError, match="a client that is alone, and 1 more use its server"):
         first.reconfigure(115_200, "N")
     second.close()
     first.close()

@@ -319,6 +319,20 @@ def test_a_server_that_ends_is_one_line_to_its_clients(shop, number):
     assert "at rest" in out
 
 
+def test_ctrl_c_in_a_console_stops_its_axes(shop):
+    formats.write_csv(shop.folder / "long.csv", ([9] * 8 + [11] * 8) * 2000)  # streamed
+    words = ("board", "upload", shop.folder / "long.csv", "--decode", "plain", "--arm")
+    runner = shop.console(*words)
+    board = Board(remote.find(Port(shop.port)))
+    until(lambda: board.axis(0)["pixel"] > 20, "the line")
+    runner.send_signal(signal.SIGINT)
+    _, errors = runner.communicate(timeout=HANG_S)
+    assert runner.returncode == 130
+    assert re.search(r"^pixstep: stopped by Ctrl-C: board 1 axis 0 at position \d+$", errors, re.M)
+    assert state_of(board) == "empty"
+    assert not [row for row in shop.rows() if row["event"] == "stopped"]
+
+
 def test_a_line_without_wait_goes_on_after_its_console(shop):
     formats.write_csv(shop.folder / "long.csv", [9] * 60_000)
     words = ("board", "upload", shop.folder / "long.csv", "--decode", "plain", "--arm", "--no-wait")

@@ -154,7 +154,7 @@ class Connection:
             raise MessageError(f"parity: one of {', '.join(PARITIES)}")
         others = len(self._house.sessions.present()) - 1
         if what == messages.RECONFIGURE and others:
-            text = f"{others} other client{'s' * (others > 1)} of its server talk at its rate"
+            text = f"another rate is for a client that is alone, and {others} more use its server"
             self._send({"id": number, "error": messages.TAKEN, "text": text})
             return
         job = self._job(number, 0, b"\0", meaning.Meaning())
