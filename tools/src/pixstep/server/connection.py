@@ -132,7 +132,7 @@ class Connection:
 
     def _request(self, request: Message, number: int, *, tells: bool) -> Job:
         """Return what a client wants to be sent."""
-        unit = messages.whole(request, "unit", 0, LAST_UNIT)
+        unit = messages.whole(request, "unit", 0 if tells else 1, LAST_UNIT)
         pdu = messages.pdu(request)
         patience = self._house.bus.line.patience
         if not tells:
