@@ -205,6 +205,7 @@ def test_a_stop_is_the_next_frame_while_another_client_streams_at_2_khz(shop):
             shop.run("board", "stop", "--no-look")
         else:
             stopper.stop_all()
+    cut_short = stopper.modbus.status()["bus"]["cut_short"]
     for process in (streamer, reader):
         process.end(signal.SIGKILL)
     rows = [row for row in shop.rows() if row["event"] == "stop" and row["unit"] == 0]
@@ -215,23 +216,28 @@ def test_a_stop_is_the_next_frame_while_another_client_streams_at_2_khz(shop):
     frames = wire(shop.folder / "serial.csv")
     at = [i for i, frame in enumerate(frames) if frame.data[: len(FIRST_STOP)] == FIRST_STOP]
     made = edges(shop.folder / "edges.csv")
-    waits_ms, gaps_ms, late_ms = [], [], []
+    waits_ms, gaps_ms, late_ms, again = [], [], [], 0
     for place, end in zip(at, [*at[1:], len(frames)], strict=True):
         request = next(i for i in range(place - 1, -1, -1) if not frames[i].sent)
         stop = frames[place]
         waits_ms.append(1000 * (frames[place - 1].end - frames[request].start) / HZ)
         gaps_ms.append(1000 * (stop.start - frames[place - 1].end) / HZ)
         arms = [one.start for one in frames[place:end] if is_arm(one)]
-        until_cycle = min([*arms, *(one.start for one in frames[end : end + 1])], default=math.inf)
+        if not arms and end < len(frames):
+            again += 1  # after a request without a reply: the stop that counts is the next one
+            continue
+        until_cycle = min(arms, default=math.inf)
         after = [cycle for cycle in made if stop.end < cycle < until_cycle]
         late_ms.append(1000 * (max(after, default=stop.end) - stop.end) / HZ)
     print(
-        f"{len(at)} stops: on the wire before each {min(waits_ms):.1f} to {max(waits_ms):.1f} ms, "
+        f"{len(at)} stops, {again} of them again: on the wire before each "
+        f"{min(waits_ms):.1f} to {max(waits_ms):.1f} ms, "
         f"then {min(gaps_ms):.1f} to {max(gaps_ms):.1f} ms of this computer's time; by the server "
         f"{max(row['ms'] for row in rows):.1f} ms; the last edge {max(late_ms):.2f} ms after it"
     )
     assert [row["frames_between"] for row in rows[::kinds]] == [0] * len(rows[::kinds])
     assert max(waits_ms) < MOST_MS
+    assert again <= cut_short  # on a computer that is too busy to simulate a board in time
     assert max(late_ms) < 6  # the board's round, and one step
 
 
