@@ -480,6 +480,19 @@ def test_what_a_client_has_started_goes_on_after_its_goodbye(desk, terminal):
     assert not desk.notes.of("stopped")
 
 
+def test_what_all_boards_were_told_to_do_is_stopped_on_all(desk, terminal):
+    for unit in (1, 2):
+        load(board := desk.board(unit))
+        board.modbus.close()
+        until(lambda: desk.server.sessions.writer is None, "the loader lets go")
+    raw = desk.raw()
+    raw.say({"id": 1, "do": "tell", "unit": 0, "pdu": command("arm").hex()})
+    assert "error" not in raw.hear()
+    until(lambda: [b.axes[0].state for b in terminal.boards] == ["running"] * 2, "both move")
+    raw.die()
+    until(lambda: [b.axes[0].state for b in terminal.boards] == ["empty"] * 2, "both rest")
+
+
 def test_a_line_that_another_client_has_started_since_goes_on(desk, terminal):
     raw = desk.raw()
     drive(desk, raw)
@@ -587,7 +600,7 @@ def test_answers_keep_the_numbers_of_their_requests(desk):
         (b'{"id":1}', "do: a text is wanted"),
         (b'{"do":"ask"}', "id: a whole number"),
         (b'{"id":true,"do":"ask"}', "id: a whole number"),
-        (b'{"id":1,"do":"ask","unit":248,"pdu":"00"}', "unit: a whole number from 0 to 247"),
+        (b'{"id":1,"do":"ask","unit":248,"pdu":"00"}', "unit: a whole number from 1 to 247"),
         (b'{"id":1,"do":"ask","unit":1,"pdu":"0"}', "pdu: 1 to 253 bytes"),
         (b'{"id":1,"do":"ask","unit":1,"pdu":""}', "pdu: 1 to 253 bytes"),
         (b'{"id":1,"do":"ask","unit":1,"pdu":"' + b"00" * 254 + b'"}', "pdu: 1 to 253 bytes"),
@@ -647,7 +660,7 @@ def test_another_rate_to_look_for_boards_only_alone(desk):
     first.reconfigure(9600, "N")
     assert desk.server.line.port.baud == 9600
     second = desk.client(baud=9600)
-    with pytest.raises(BusTakenError, match="1 other client of its server"):
+    with pytest.raises(BusTakenError, match="a client that is alone, and 1 more use its server"):
         first.reconfigure(115_200, "N")
     second.close()
     first.close()

@@ -97,6 +97,7 @@ class Door:
                 return _exception(pdu, _ILLEGAL_FUNCTION)
             if self._sessions.claim(session):
                 return _exception(pdu, _BUSY)
+            self._sessions.drive(session, unit, means)
         tells = unit == 0 and means.writes
         if not (1 <= unit <= LAST_UNIT or tells):
             return _exception(pdu, _NO_ANSWER)

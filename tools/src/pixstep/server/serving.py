@@ -211,6 +211,10 @@ class Server:
             board = Board(modbus, unit)
             mine = sorted(axis for other, axis in axes if other == unit)
             facts = {"client": session.name, "why": why, "unit": unit}
+            if unit == 0:  # it has told all boards at once
+                board.stop_all()
+                self.journal.tell("stopped", **facts, axes=mine)
+                continue
             try:
                 moving = _in_state(board, mine, states)
                 if moving:
@@ -237,7 +241,7 @@ class Server:
         silent_s = time.monotonic() - watch.since_s
         if silent_s < _LEAST_SILENCE_S:
             return
-        for unit in {unit for unit, _ in set(session.axes)}:
+        for unit in {unit for unit, _ in set(session.axes)} - {0}:
             limit_s = watch.limit_s(Board(LocalModbus(self.bus), unit))
             if limit_s and silent_s > limit_s and not session.open:
                 axes = self.sessions.disown(session, unit)
