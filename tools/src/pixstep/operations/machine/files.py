@@ -11,7 +11,7 @@ from pixstep import atomic
 from pixstep.errors import FINE, NEGATIVE, REFUSED, UserError
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.units import number_text
-from pixstep.machine import finding
+from pixstep.machine import FILE_NAME, VARIABLE, find_file
 from pixstep.operations import shared
 from pixstep.operations.asked import AskedError, MissingError
 from pixstep.operations.desk import Desk, Source
@@ -23,8 +23,8 @@ from pixstep.simulation.report import new_table
 if TYPE_CHECKING:
     import rich.table
 
+    from pixstep.machine.files import Machine
     from pixstep.machine.model import Clock
-    from pixstep.machine.reading import Machine
 
 _KINDS = (SMOOTH, PLAIN)
 _USUAL = ("M39:smooth",)
@@ -60,7 +60,7 @@ class MachineNew(Request):
         TEXT, "A motor, as M39:smooth or M40:plain; again for more.", "--motor", many=True,
         shown="NAME:KIND", default_text=_USUAL[0],
     )  # fmt: skip
-    output: Path = option(OUTPUT, "File to write.", "-o", "--output", default=Path(finding.NAME))
+    output: Path = option(OUTPUT, "File to write.", "-o", "--output", default=Path(FILE_NAME))
 
     @classmethod
     def complete(cls, values: dict[str, Any], sources: dict[str, Source]) -> None:
@@ -76,11 +76,11 @@ class MachineNew(Request):
     def run(self, desk: Desk) -> Result:
         """Write the file."""
         del desk
-        from pixstep.machine import template  # pydantic takes a while to load
+        from pixstep.machine import files  # pydantic takes a while to load
 
         assert self.clock_hz is not None
         kinds = _kinds(self.motors or _USUAL)
-        made = template.text(self.board, self.clock_hz, kinds, self.divider, self.sync)
+        made = files.new_text(self.board, self.clock_hz, kinds, self.divider, self.sync)
         atomic.write_text(self.output, made)
         text = f"{self.output}: edit it, then `pixstep machine check`"
         return Result({"machine": str(self.output)}, text)
@@ -90,16 +90,15 @@ class MachineNew(Request):
 class _OfFile(Request):
     """A request about the file in force."""
 
-    file: str | None = argument(TEXT, required=False, shown="[FILE]", variable=finding.VARIABLE)
+    file: str | None = argument(TEXT, required=False, shown="[FILE]", variable=VARIABLE)
 
     @property
     def path(self) -> Path:
         """The file. Raises UserError if there is none."""
-        path = finding.find(self.file)
+        path = find_file(self.file)
         if path is None:
             raise UserError(
-                f"no {finding.NAME} in this folder, and none named: `pixstep machine new` begins "
-                f"one"
+                f"no {FILE_NAME} in this folder, and none named: `pixstep machine new` begins one"
             )
         return path
 
@@ -127,11 +126,14 @@ class MachineCheck(_OfFile):
     def run(self, desk: Desk) -> Result:
         """Check the file."""
         path = self.path
-        from pixstep.machine import describe, reading  # pydantic takes a while to load
+        from pixstep.machine import (
+            describe,
+            files,  # pydantic takes a while to load
+        )
 
-        errors, warnings, notes = list(reading.problems(path)), [], []
+        errors, warnings, notes = list(files.problems(path)), [], []
         if not errors:
-            found = reading.Machine.load(path)
+            found = files.Machine.load(path)
             warnings, notes = list(describe.warnings(found)), list(describe.notes(found))
         verdict, status = ("warnings", NEGATIVE) if warnings else ("fine", FINE)
         if errors:
@@ -174,9 +176,12 @@ class MachineShow(_OfFile):
     def run(self, desk: Desk) -> Result:
         """Read the file."""
         del desk
-        from pixstep.machine import describe, reading  # pydantic takes a while to load
+        from pixstep.machine import (
+            describe,
+            files,  # pydantic takes a while to load
+        )
 
-        found = reading.Machine.load(self.path)
+        found = files.Machine.load(self.path)
 
         def write(page: Page) -> None:
             page.tell(
