@@ -189,7 +189,7 @@ def test_limits_are_those_of_the_pixels(pixstep):
 
 
 def test_a_new_file_has_them_and_shows_them(pixstep, invoke):
-    words = ("machine", "new", "--board", "uno", "--pixel-hz", "1kHz")
+    words = ("machine", "new", "--board", "uno", "--clock-hz", "1kHz")
     pixstep(*words, "--divider", "4", "--sync", "lock")
     assert pixstep("machine", "check") == "machine.toml: fine\n"
     page = pixstep("machine", "show")

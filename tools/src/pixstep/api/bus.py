@@ -304,7 +304,8 @@ class Board:
         command(self.device, "clear_fault", [*range(self.device.input("axis_count"))])
 
     def stop(self) -> tuple[AxisState, ...]:
-        """Stop all axes; return where they are."""
+        """Stop all axes, and the motions that move them; return where they are."""
+        self._motions.stop(self.unit)
         axes = [*range(self.device.input("axis_count"))]
         stop_axes(self.device, axes)
         rests(self.device, axes, self._link.world)

@@ -25,6 +25,7 @@ from pixstep.board.registers import places, read_by_name
 from pixstep.board.state import (
     CLOCK_FAULTS,
     Event,
+    ReadBlock,
     Record,
     Records,
     Switches,
@@ -33,6 +34,7 @@ from pixstep.board.state import (
     fault_hz,
     parse_events,
     read_records,
+    read_records_short,
     set_hz,
 )
 from pixstep.board.wire import Wire
@@ -173,6 +175,18 @@ class Board(Wire):
 
     def record_block(self, axis: int) -> Records:
         """Return the same, and how many the line has made so far."""
+        return read_records(
+            self._block_reader(axis), self.record_capacity(), self.modbus.most_words
+        )
+
+    def short_record_block(self, axis: int) -> Records | None:
+        """Return the same by short requests alone; None if too much is made between them."""
+        return read_records_short(
+            self._block_reader(axis), self.record_capacity(), self.modbus.most_words
+        )
+
+    def _block_reader(self, axis: int) -> ReadBlock:
+        """Return what reads the block of an axis' records."""
         base = regs.RECORD_BASE + regs.RECORD_STRIDE * axis
 
         def read(first: int, count: int, more: bool) -> list[int]:
@@ -182,7 +196,7 @@ class Board(Wire):
             finally:
                 self.modbus.more_follows = False
 
-        return read_records(read, self.record_capacity(), self.modbus.most_words)
+        return read
 
     def record_capacity(self) -> int:
         """Return how many per-pixel records the board keeps for each axis (asked once)."""
