@@ -11,7 +11,7 @@ from pixstep import formats
 from pixstep.board import boards, capability, settings
 from pixstep.lines import line_check
 from pixstep.lines.line import PLAIN, Line
-from pixstep.machine.files import Machine
+from pixstep.machine.files import MachineFile
 from test_machine_defaults import asked
 
 MACHINE = """\
@@ -79,10 +79,10 @@ def test_what_locks_lines_takes_that_too():
 
 
 def test_a_machine_without_them_is_as_before(here, put):
-    machine = Machine.load(put(MACHINE.replace('divider = 4\nsync = "lock"\n', "").encode()))
+    machine = MachineFile.load(put(MACHINE.replace('divider = 4\nsync = "lock"\n', "").encode()))
     assert (machine.clock.divider, machine.clock.sync) == (None, None)
     assert machine.pixel_hz == machine.clock_hz == 1000
-    machine = Machine.load(here / "machine.toml")
+    machine = MachineFile.load(here / "machine.toml")
     assert (machine.pixel_hz, machine.clock_hz) == (250, 1000)
     limit = machine["X"].limit("max_acceleration")
     assert limit.per_pixel(machine.pixel_hz) == Fraction(200_000, 250**2)

@@ -20,7 +20,7 @@ from pixstep import natives
 from pixstep.api.bus import Board
 from pixstep.errors import PlainError
 from pixstep.lines.runs import MARK_END, MARK_NEGATIVE, MARK_SMOOTH, MARK_START
-from pixstep.machine.files import Machine
+from pixstep.machine.files import MachineFile
 from pixstep.programs import sources, streaming
 from pixstep.programs.language import KNOWN
 from pixstep.programs.motors import of_machine
@@ -298,7 +298,7 @@ def test_a_smooth_line_begins_when_its_direction_is_known(ways, given):
 
 
 def test_the_planner_s_process_makes_the_same_plan(folder):
-    made = of_machine(Machine.load("machine.toml"))
+    made = of_machine(MachineFile.load("machine.toml"))
     request = Request("long.pmc", made, Options())
     with PlanProcess(request) as source:
         parts = []
@@ -312,7 +312,7 @@ def test_the_planner_s_process_makes_the_same_plan(folder):
 def test_a_planner_that_is_done_ends_without_a_word(folder, capfd):
     """Its pipe is still open then, and somebody waits for the end of it."""
     (folder / "corner.pmc").write_text(CORNER)
-    request = Request("corner.pmc", of_machine(Machine.load("machine.toml")), Options())
+    request = Request("corner.pmc", of_machine(MachineFile.load("machine.toml")), Options())
     with PlanProcess(request) as source:
         while source.more(wait=True) is not None:
             pass
@@ -322,7 +322,7 @@ def test_a_planner_that_is_done_ends_without_a_word(folder, capfd):
 
 def test_a_planner_that_is_not_needed_any_more_ends(folder):
     (folder / "long.pmc").write_text(LONG * 50)
-    request = Request("long.pmc", of_machine(Machine.load("machine.toml")), Options())
+    request = Request("long.pmc", of_machine(MachineFile.load("machine.toml")), Options())
     with PlanProcess(request) as source:
         assert source.more(wait=True) is not None
     assert source._process.returncode is not None
@@ -359,14 +359,14 @@ def test_a_planner_that_cannot_be_asked_ends(folder, monkeypatch):
     monkeypatch.setattr(
         sources.pickle, "dump", lambda *_: started.append(psutil.Process().children()) or 1 / 0
     )
-    request = Request("long.pmc", of_machine(Machine.load("machine.toml")), Options())
+    request = Request("long.pmc", of_machine(MachineFile.load("machine.toml")), Options())
     with pytest.raises(ZeroDivisionError), PlanProcess(request):
         pass
     assert started[0] and not any(child.is_running() for child in started[0])
 
 
 def test_a_planner_that_dies_is_an_error(folder):
-    request = Request("long.pmc", of_machine(Machine.load("machine.toml")), Options())
+    request = Request("long.pmc", of_machine(MachineFile.load("machine.toml")), Options())
     with PlanProcess(request) as source:
         source._process.kill()
         with pytest.raises(PlainError, match=r"long.pmc: the planner has ended"):

@@ -158,7 +158,9 @@ class Board:
         arguments.instance("program", program, MotionProgram, "a MotionProgram")
         arguments.function("progress", progress)
         check, request = arguments.flag("check", check), program.request
-        onboard.require_fitting(files.Machine.load(program.machine.path), request.setup, self.kind)
+        onboard.require_fitting(
+            files.MachineFile.load(program.machine.path), request.setup, self.kind
+        )
         known = onboard.rehearse(self.device, request) if check else None
         axes = [motor.axis for motor in request.setup.motors]
         group: list[Group] = []

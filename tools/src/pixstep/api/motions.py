@@ -416,7 +416,7 @@ def import_line(
     motor = given.motor(motor)
     hz = given.exact_hz(pixel_hz) or (motor.pixel_hz if motor else None)
     rule = given.decode(decode, motor)
-    request = owndata.Request(
+    request = owndata.ImportRequest(
         rule,
         pixel_hz=hz,
         quantity=_one_of("quantity", quantity, QUANTITIES),

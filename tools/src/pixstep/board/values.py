@@ -60,7 +60,7 @@ class Item:
 
 
 @dataclass(frozen=True)
-class Reading:
+class RegisterReading:
     """A register and its value."""
 
     item: Item
@@ -122,7 +122,7 @@ def select(patterns: Iterable[str], axes: int) -> list[Item]:
     return list(chosen.values())
 
 
-def read(board: Board, items: list[Item]) -> list[Reading]:
+def read(board: Board, items: list[Item]) -> list[RegisterReading]:
     """Read registers, those that adjoin in one request; in the order given."""
     found: dict[str, int] = {}
     for area, of_settings in ((board.read_holdings, True), (board.read_inputs, False)):
@@ -130,7 +130,7 @@ def read(board: Board, items: list[Item]) -> list[Reading]:
         found |= registers.read_by_name(
             [Place(item.name, item.address, item.register) for item in wanted], area
         )
-    return [Reading(item, found[item.name]) for item in items]
+    return [RegisterReading(item, found[item.name]) for item in items]
 
 
 def assignments(texts: Iterable[str]) -> dict[str, int]:

@@ -31,7 +31,7 @@ class HeaderChanges:
 
 
 @dataclass(frozen=True)
-class Request:
+class Conversion:
     """What to make, and what the user said may be lost or taken as the same."""
 
     to: str  # prn, csv or csb
@@ -42,7 +42,7 @@ class Request:
 
 
 def convert(
-    file: PrnFile | MotionFile, request: Request
+    file: PrnFile | MotionFile, request: Conversion
 ) -> tuple[PrnFile | MotionFile, tuple[str, ...]]:
     """Return the file in the format asked for and what is different in it, one sentence each.
 
@@ -70,7 +70,7 @@ class Written:
     notes: tuple[str, ...]
 
 
-def write(file: PrnFile | MotionFile, source: Path, target: Path, request: Request) -> Written:
+def write(file: PrnFile | MotionFile, source: Path, target: Path, request: Conversion) -> Written:
     """Write a file that was read from `source` in the format asked for; see `convert`."""
     try:
         made, notes = convert(file, request)
@@ -84,14 +84,14 @@ def write(file: PrnFile | MotionFile, source: Path, target: Path, request: Reque
     return Written(len(parts), sum(len(part.values) for part in parts), len(data), notes)
 
 
-def _from_prn(file: PrnFile, request: Request) -> tuple[PrnFile | MotionFile, tuple[str, ...]]:
+def _from_prn(file: PrnFile, request: Conversion) -> tuple[PrnFile | MotionFile, tuple[str, ...]]:
     """Return a profile's values in the format asked for."""
     if request.to == PRN_KIND:
         return PrnFile(file.values), ()
     return _to_motion(MotionFile((Block(file.values, len(file.values)),)), request)
 
 
-def _check_options(from_prn: bool, to_prn: bool, request: Request) -> None:
+def _check_options(from_prn: bool, to_prn: bool, request: Conversion) -> None:
     """Refuse what the options leave open or contradict."""
     if from_prn != to_prn and not request.plain:
         raise UserError(
@@ -105,7 +105,7 @@ def _check_options(from_prn: bool, to_prn: bool, request: Request) -> None:
         raise UserError("a PRN has neither a header nor lines: no --drop-header, no --line")
 
 
-def _chosen(file: MotionFile, request: Request) -> MotionFile:
+def _chosen(file: MotionFile, request: Conversion) -> MotionFile:
     """Return the file with the asked-for line alone, or the only one if it must be one."""
     to_bare = request.to == PRN_KIND or request.drop_header
     if file.header and to_bare and not request.drop_header:
@@ -117,7 +117,7 @@ def _chosen(file: MotionFile, request: Request) -> MotionFile:
     return replace(file, blocks=(block,), header=header)
 
 
-def _to_motion(file: MotionFile, request: Request) -> tuple[MotionFile, tuple[str, ...]]:
+def _to_motion(file: MotionFile, request: Conversion) -> tuple[MotionFile, tuple[str, ...]]:
     """Return a CSV or CSB with the header asked for."""
     made = replace(file, kind=request.to, ends=REGULAR, notes=())
     if request.drop_header:

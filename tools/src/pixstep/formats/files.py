@@ -18,7 +18,7 @@ from pixstep.formats.findings import (
     MAX_FINDINGS,
     STRICT,
     Findings,
-    Rules,
+    Tolerance,
     shown,
     shown_path,
 )
@@ -103,7 +103,7 @@ class Examined:
 
 
 def examine(
-    path: Path, rules: Rules = STRICT, *, raw: bool = False, kinds: tuple[str, ...] = KINDS
+    path: Path, rules: Tolerance = STRICT, *, raw: bool = False, kinds: tuple[str, ...] = KINDS
 ) -> Examined:
     """Read a file, collecting all findings; a file of none of `kinds` is refused by name.
 
@@ -115,7 +115,7 @@ def examine(
 def examine_bytes(
     path: Path,
     data: bytes,
-    rules: Rules = STRICT,
+    rules: Tolerance = STRICT,
     *,
     raw: bool = False,
     kinds: tuple[str, ...] = KINDS,
@@ -194,7 +194,7 @@ def _beginning(data: bytes) -> str:
 
 
 # A CSV that was edited and saved with LF is worth a note, not a refusal.
-_EDITED = Rules(line_ends=True)
+_EDITED = Tolerance(line_ends=True)
 
 
 def read_any(path: Path, *, lenient: bool = False, raw: bool = False) -> PrnFile | MotionFile:

@@ -7,6 +7,6 @@ and one mark of decimals, `readings` tries all of these and refuses what can be 
 that a smooth motor can make.
 """
 
-from pixstep.owndata.importing import Imported, Request, import_line
+from pixstep.owndata.importing import Imported, ImportRequest, import_line
 
-__all__ = ["Imported", "Request", "import_line"]
+__all__ = ["ImportRequest", "Imported", "import_line"]

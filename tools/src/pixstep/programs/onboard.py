@@ -11,7 +11,7 @@ from pixstep.board.device import Board
 from pixstep.board.link import World
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines.units import refuse_period
-from pixstep.machine.model import Tables
+from pixstep.machine.model import MachineTables
 from pixstep.programs import rehearsal, streaming
 from pixstep.programs.motors import Setup
 from pixstep.programs.plan import Plan
@@ -67,7 +67,7 @@ class OnBoard:
         ]
 
 
-def require_fitting(machine: Tables, setup: Setup, kind: str) -> None:
+def require_fitting(machine: MachineTables, setup: Setup, kind: str) -> None:
     """Raise UserError for motors on several boards, RefusedError for a board of another kind."""
     names = {motor.name: machine.board_name(machine.motors[motor.name]) for motor in setup.motors}
     boards = sorted(set(names.values()))

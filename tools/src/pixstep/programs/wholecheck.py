@@ -4,7 +4,7 @@
 from collections.abc import Sequence
 
 from pixstep.board.capability import BoardLimits
-from pixstep.lines.core import Checker, Code
+from pixstep.lines.core import Checker, CoreFinding
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.line_check import IDLE_PIXEL
 from pixstep.programs.entries import MotorEntries
@@ -26,7 +26,7 @@ class WholeCheck:
         for index, line in enumerate(self._lines):
             line.add(counts[:, index])
 
-    def end(self) -> list[list[Code]]:
+    def end(self) -> list[list[CoreFinding]]:
         """Return the first errors of each motor's line, which is over."""
         return [line.end() for line in self._lines]
 
@@ -36,14 +36,14 @@ class _LineCheck:
         self._entries = MotorEntries(motor, 0)
         limits = bounds.of(Line((), SMOOTH if motor.smooth else PLAIN))
         self._checker = Checker(limits.of_board())
-        self._errors: list[Code] = []
+        self._errors: list[CoreFinding] = []
 
     def add(self, counts: Counts) -> None:
         self._entries.add(counts)
         if not self._entries.unknown:
             self._check(over=False)
 
-    def end(self) -> list[Code]:
+    def end(self) -> list[CoreFinding]:
         self._entries.way = self._entries.way or 1  # one that never moves may have either
         self._check(over=True)
         return self._errors

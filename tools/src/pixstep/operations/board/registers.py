@@ -10,7 +10,7 @@ from pixstep.board import registers as regs
 from pixstep.board.device import Board
 from pixstep.board.link import World
 from pixstep.board.settings import ChangeData
-from pixstep.board.values import SETTING, Reading
+from pixstep.board.values import SETTING, RegisterReading
 from pixstep.errors import UserError
 from pixstep.operations import bus
 from pixstep.operations.bus import Known, ToBoards
@@ -99,7 +99,7 @@ class Get(ToBoards):
         ]
         return Result({"boards": rows}, lambda page: self._write(page, told))
 
-    def _write(self, page: Page, told: list[tuple[Known, list[Reading]]]) -> None:
+    def _write(self, page: Page, told: list[tuple[Known, list[RegisterReading]]]) -> None:
         for item, readings in told:
             if len(told) > 1:
                 page.tell(f"board {item.board.unit}:")
@@ -145,7 +145,7 @@ def _require(board: Board, names: tuple[str, ...]) -> None:
         board.require(*sorted(needed))
 
 
-def _write_table(page: Page, readings: list[Reading]) -> None:
+def _write_table(page: Page, readings: list[RegisterReading]) -> None:
     """Write values with their meanings."""
     table = report.new_table("name", "value", "in words", "range", "default", "meaning")
     for column in table.columns:
@@ -166,7 +166,7 @@ def _write_table(page: Page, readings: list[Reading]) -> None:
     page.draw(table, wide=True)
 
 
-def _text(reading: Reading) -> str:
+def _text(reading: RegisterReading) -> str:
     """Return a value as `name = value unit (words)`."""
     words = f" ({reading.words})" if reading.words else ""
     unit = values.unit_text(reading.item.register)
