@@ -25,7 +25,7 @@ _REASONS = {"missing": "is missing", "extra_forbidden": _UNKNOWN, "too_short": "
 
 
 class MachineFile(MachineTables):
-    """A machine that a file describes: Machine.load("machine.toml")["M39"]."""
+    """A machine that a file describes: MachineFile.load("machine.toml")["M39"]."""
 
     @classmethod
     def load(cls, path: str | Path) -> "MachineFile":
@@ -126,9 +126,7 @@ def set_backlash(path: Path, motor: str, steps: int) -> None:
 
     Raises UserError naming the mistake for a file that is wrong before.
     """
-    MachineFile.load(path)[
-        motor
-    ]  # names the mistake of a wrong file, and a motor that is not there
+    MachineFile.load(path)[motor]  # names the mistake of a wrong file, and a missing motor
     text, _ = tomltext.read(path)
     import tomlkit  # takes long to load
 

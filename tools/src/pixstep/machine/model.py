@@ -158,7 +158,7 @@ class ProgramTable(_Table):
 
 
 class MachineTables(_Table):
-    """A machine: `machine["M39"]` is a motor. `reading.Machine` is one that comes from a file."""
+    """A machine: `machine["M39"]` is a motor. `files.MachineFile` is one that comes from a file."""
 
     clock: ClockTable
     boards: dict[str, BoardTable] = Field(min_length=1)
