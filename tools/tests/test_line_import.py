@@ -15,7 +15,7 @@ from pixstep.errors import RefusedError, UserError
 from pixstep.lines import line_check
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.units import MM, Scale
-from pixstep.owndata import Request, import_line, importing
+from pixstep.owndata import Request, fitting, import_line
 
 SCALE = Scale(Fraction(400), MM)
 HZ = Fraction(30)
@@ -205,13 +205,13 @@ def test_a_fitted_line_is_one_that_a_smooth_motor_makes(pixels, steps, noise):
         return
     rough = [place + bump for place, bump in zip(soft, noise * 2, strict=False)]
     rough[0] = Fraction(0)
-    counts = importing.fit_counts(rough)
+    counts = fitting.fit(rough)
     errors = [item for item in line_check.check(Line(tuple(counts))) if item.severity == "error"]
     assert [item for item in errors if item.name != "oscillates"] == []
     assert len(counts) == pixels
     jump = max(abs(b - 2 * a + c) for a, b, c in zip(soft[1:], soft, soft[2:], strict=False)) \
         if pixels > 1 else 0  # fmt: skip
-    assert importing.largest_error(counts, rough)[0] <= 8 + 2 * jump + top / pixels
+    assert fitting.largest_error(counts, rough)[0] <= 8 + 2 * jump + top / pixels
 
 
 def test_the_command_writes_the_line_and_says_what_it_assumed(invoke, put, tmp_path):
