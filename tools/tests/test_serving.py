@@ -82,7 +82,7 @@ class Shop:
     def start(self):
         """Start the server."""
         self.server = Process(
-            "-m", "pixstep", "serve", "--port", self.port, "--json", "--timeout", "2s", *self.more,
+            "-m", "pixstep", "serve", "--port", self.port, "--json", *self.more,
             stderr=subprocess.PIPE,
         )  # fmt: skip
         self.serving = json.loads(self.server.line())
