@@ -66,7 +66,7 @@ class SharedLine(SerialClient):
         return self._waits
 
     def doubt(self, unit: int) -> None:
-        """Note that the reply of a unit may still come, as long as its request would have waited."""
+        """Note that a reply of a unit may still come, for as long as its request waited."""
         self._doubts.add(unit)
         self._doubt_s = max(self._doubt_s, self.patience[0])
 
