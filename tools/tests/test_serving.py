@@ -325,6 +325,19 @@ def test_a_server_that_ends_is_one_line_to_its_clients(shop, number):
     assert "at rest" in out
 
 
+def test_a_stop_goes_beside_a_server_that_hangs(shop):
+    formats.write_csv(shop.folder / "long.csv", [9] * 60_000)
+    words = ("board", "upload", shop.folder / "long.csv", "--decode", "plain", "--arm", "--no-wait")
+    shop.run(*words)
+    shop.server.send_signal(signal.SIGSTOP)
+    out, _ = shop.run("board", "stop", "--no-look")
+    assert out == f"{shop.port}: in use by another program: stop sent to all boards beside it\n"
+    _, errors = shop.run("board", "info", status=2)
+    assert errors == f"pixstep: the server of {shop.port} is gone: it does not answer\n"
+    shop.server.send_signal(signal.SIGCONT)
+    assert state_of(Board(remote.find(Port(shop.port)))) == "empty"
+
+
 def test_ctrl_c_in_a_console_stops_its_axes(shop):
     formats.write_csv(shop.folder / "long.csv", ([9] * 8 + [11] * 8) * 2000)  # streamed
     words = ("board", "upload", shop.folder / "long.csv", "--decode", "plain", "--arm")
