@@ -34,6 +34,7 @@ from serverbench import HANG_S, until
 
 HZ = 16_000_000
 BYTE_CYCLES = HZ * 11 // 115_200
+SILENCE_CYCLES = 2 * BYTE_CYCLES + HZ * 175 // 100_000
 FIRST_STOP = [0, 16, 1, 0, 0, 2, 4, 0, 1, 0, 3]  # of a broadcast: axis 0, which every board has
 MOST_MS = 20
 STREAM_HZ = 2000
@@ -156,6 +157,10 @@ def wire(path):
                 else:
                     frames.append(Frame(True, cycle, cycle + BYTE_CYCLES, [byte]))
                 continue
+            if (
+                starts and cycle - starts[-1] > SILENCE_CYCLES
+            ):  # the rest of a frame that met a reply
+                heard, starts = b"", []
             heard += bytes([byte])
             starts.append(cycle - BYTE_CYCLES)
             while size := whole(heard):
