@@ -21,11 +21,10 @@ from pixstep.api import words
 from pixstep.board import boards, port
 from pixstep.board import registers as regs
 from pixstep.board.errors import MapVersionError
-from pixstep.formats.recognise import KINDS
+from pixstep.formats.files import KINDS
 from pixstep.moves.inputs import INVERTED, SHARED
-from pixstep.owndata.naming import QUANTITIES
-from pixstep.owndata.numerals import DECIMALS
-from pixstep.owndata.table import BLANK, NONE, SEPARATORS
+from pixstep.owndata.columns import QUANTITIES
+from pixstep.owndata.table import BLANK, DECIMALS, NONE, SEPARATORS
 from pixstep.programs.options import MODES
 
 MACHINE = """\

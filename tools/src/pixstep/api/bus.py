@@ -41,10 +41,10 @@ from pixstep.progress import Progress, unseen
 from pixstep.server import remote
 
 if TYPE_CHECKING:
-    from pixstep.machine import reading
+    from pixstep.machine import files
     from pixstep.programs import onboard
 else:  # numpy and pydantic take a while to load
-    reading, onboard = lazy("pixstep.machine.reading"), lazy("pixstep.programs.onboard")
+    files, onboard = lazy("pixstep.machine.files"), lazy("pixstep.programs.onboard")
 
 
 class Board:
@@ -159,9 +159,7 @@ class Board:
         arguments.instance("program", program, MotionProgram, "a MotionProgram")
         arguments.function("progress", progress)
         check, request = arguments.flag("check", check), program.request
-        onboard.require_fitting(
-            reading.Machine.load(program.machine.path), request.setup, self.kind
-        )
+        onboard.require_fitting(files.Machine.load(program.machine.path), request.setup, self.kind)
         known = onboard.rehearse(self.device, request) if check else None
         axes = [motor.axis for motor in request.setup.motors]
         group: list[Group] = []

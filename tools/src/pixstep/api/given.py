@@ -15,8 +15,7 @@ from pixstep.board import registers as regs
 from pixstep.errors import UserError
 from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.lines.rational import legal_hz, parse_hz
-from pixstep.lines.units import Quantity, Scale
+from pixstep.lines.units import Quantity, Scale, legal_hz, parse_hz
 from pixstep.profiles.madefor import MOST_EDGES
 
 Hz = Fraction | Decimal | float | str

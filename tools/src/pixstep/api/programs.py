@@ -26,12 +26,12 @@ from pixstep.programs.options import (
 if TYPE_CHECKING:
     import numpy as np
 
-    from pixstep.machine import reading
+    from pixstep.machine import files
     from pixstep.programs import entries, length, motors, plan, sources
     from pixstep.programs.figures import PlanFigures
     from pixstep.programs.sources import Request
 else:  # numpy and pydantic take a while to load
-    np, reading = lazy("numpy"), lazy("pixstep.machine.reading")
+    np, files = lazy("numpy"), lazy("pixstep.machine.files")
     entries, length = lazy("pixstep.programs.entries"), lazy("pixstep.programs.length")
     motors, plan = lazy("pixstep.programs.motors"), lazy("pixstep.programs.plan")
     sources = lazy("pixstep.programs.sources")
@@ -147,7 +147,7 @@ def read_program(
             segment_ms = float(1000 * units.parse_seconds(segment_ms, "ms"))
         segment_ms = arguments.finite("segment_ms", segment_ms, *SEGMENT_MS)
     found = replace(
-        motors.of_machine(reading.Machine.load(machine.path)),
+        motors.of_machine(files.Machine.load(machine.path)),
         arc_tolerance=arguments.finite("arc_tolerance_steps", arc_tolerance_steps, 0),
     )
     setup = plan.with_segments(found, options.mode, segment_ms)

@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from pixstep.lines import linecheck
+from pixstep.lines import line_check
 from pixstep.lines.line import Line
 from pixstep.plotting import BOARD, INK
 from pixstep.profiles import phases
@@ -62,7 +62,7 @@ def lane(axes: Axes, line: Line) -> None:
 
 def _oscillation_marks(panels: tuple[Axes, ...], line: Line) -> list[Patch]:
     """Shade every oscillating run; name the first five."""
-    runs = list(linecheck.oscillations(line)) if line.smooth else []
+    runs = list(line_check.oscillations(line)) if line.smooth else []
     _shade(panels, [(run.pixel - 1, run.length) for run in runs], 0.12)
     texts = [
         f"pixels {run.pixel} to {run.pixel + run.length - 1} oscillate: {run.count} entered at "

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH
-from pixstep.lines.rational import parse_hz
+from pixstep.lines.units import parse_hz
 
 SMOOTH_MOTORS = ("M39",)
 _STEM = r"AccProf(.+)-(\d+(?:\.\d+)?)Hz-(\w+)"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from pixstep import plotting
-from pixstep.lines import linecheck
+from pixstep.lines import line_check
 from pixstep.lines.line import Line
 from pixstep.profiles import kinematics
 
@@ -41,7 +41,7 @@ def of(line: Line) -> list[Phase]:
 def _kinds(line: Line, motion: kinematics.Kinematics) -> Iterator[tuple[str, tuple[int, ...]]]:
     """Yield the kind of every piece, with the speeds that tell it from another of its kind."""
     swings: dict[int, tuple[int, int]] = {}
-    for run in linecheck.oscillations(line) if line.smooth else ():
+    for run in line_check.oscillations(line) if line.smooth else ():
         swings |= dict.fromkeys(range(run.pixel - 1, run.pixel - 1 + run.length), run.swing)
     changes = motion.accelerations if line.smooth else motion.speed_changes
     for piece, speed in enumerate(motion.begin_speeds.tolist()):

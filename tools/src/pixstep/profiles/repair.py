@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from pixstep.errors import RefusedError, UserError
-from pixstep.lines import linecheck
+from pixstep.lines import line_check
 from pixstep.lines.line import Line
 from pixstep.profiles import ramps
 from pixstep.profiles.generator import MAX_SPEED
@@ -207,8 +207,8 @@ def _prove(values: tuple[int, ...], counts: tuple[int, ...], wish: Wish) -> None
     """Refuse a result that no longer moves or that the line check would refuse."""
     if any(counts) and not any(values):
         raise RefusedError("too short to move: a smooth line needs 3 pixels from rest to rest")
-    limits = linecheck.Limits(max_acceleration=wish.max_acceleration)
+    limits = line_check.Limits(max_acceleration=wish.max_acceleration)
     line = Line(whole_line(values, wish.part))
-    found = linecheck.without_idle_pixel(linecheck.check(line, limits))
+    found = line_check.without_idle_pixel(line_check.check(line, limits))
     if found:
         raise RefusedError(f"no repair found: pixel {found[0].pixel}: {found[0].message}")

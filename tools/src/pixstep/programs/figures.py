@@ -3,7 +3,7 @@
 
 from typing import NotRequired, TypedDict
 
-from pixstep.lines.linecheck import FindingFacts
+from pixstep.lines.line_check import FindingFacts
 
 
 class MotorFigures(TypedDict):

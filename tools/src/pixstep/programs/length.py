@@ -7,8 +7,7 @@ from itertools import chain, pairwise
 import numpy as np
 
 from pixstep.errors import RefusedError
-from pixstep.formats.numbers import CSV_COLUMNS
-from pixstep.formats.records import CRLF, MAX_BYTES
+from pixstep.formats.records import CRLF, CSV_COLUMNS, MAX_BYTES
 from pixstep.programs import language
 from pixstep.programs.language import ProgramError
 from pixstep.programs.motors import Setup

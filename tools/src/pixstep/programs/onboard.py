@@ -10,7 +10,7 @@ from pixstep.board import run as running
 from pixstep.board.device import Board
 from pixstep.board.link import World
 from pixstep.errors import RefusedError, UserError
-from pixstep.lines.rational import refuse_period
+from pixstep.lines.units import refuse_period
 from pixstep.machine.model import Tables
 from pixstep.programs import rehearsal, streaming
 from pixstep.programs.motors import Setup

@@ -12,11 +12,10 @@ import numpy as np
 
 from pixstep import atomic, outfolder
 from pixstep.board.limits import BoardLimits
-from pixstep.formats.numbers import CSV_COLUMNS, number_texts
-from pixstep.formats.records import LineEnds, join_records
-from pixstep.lines import linecheck
+from pixstep.formats.records import CSV_COLUMNS, LineEnds, join_records, number_texts
+from pixstep.lines import line_check
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.lines.linecheck import Finding
+from pixstep.lines.line_check import Finding
 from pixstep.programs import length
 from pixstep.programs.entries import of_line
 from pixstep.programs.figures import PlannedMotor, PlannedProgram
@@ -129,8 +128,8 @@ def errors(motor: PlanMotor, counts: list[int], bounds: BoardLimits, name: str) 
         SMOOTH if motor.smooth else PLAIN,
         name=name,
     )
-    found = linecheck.without_idle_pixel(linecheck.check(line, bounds.of(line)))
-    return [item for item in found if item.severity == linecheck.ERROR]
+    found = line_check.without_idle_pixel(line_check.check(line, bounds.of(line)))
+    return [item for item in found if item.severity == line_check.ERROR]
 
 
 def as_json(
@@ -159,7 +158,7 @@ def _motor_json(motor: MotorReport, path: str, found: tuple[Finding, ...]) -> Pl
         **motor.as_json(),
         "file": path,
         "direction": "-" if motor.motor.smooth and backwards else "+",
-        "refused": linecheck.as_json(list(found[:MOST_FINDINGS])),
+        "refused": line_check.as_json(list(found[:MOST_FINDINGS])),
     }
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pixstep.board.limits import BoardLimits
 from pixstep.lines.core import Checker, Code
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.lines.linecheck import IDLE_PIXEL
+from pixstep.lines.line_check import IDLE_PIXEL
 from pixstep.programs.entries import MotorEntries
 from pixstep.programs.motors import PlanMotor
 from pixstep.programs.pixels import Counts

@@ -11,7 +11,7 @@ from itertools import accumulate, pairwise
 
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines.line import PLAIN, Line
-from pixstep.lines.linecheck import ERROR, Limits, check
+from pixstep.lines.line_check import ERROR, Limits, check
 from pixstep.reversals.play import Stroke, load_positions, strokes
 from pixstep.reversals.takeup import MotionLimits, Window
 

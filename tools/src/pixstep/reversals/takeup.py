@@ -10,7 +10,7 @@ and between two sequences, one above the other, there is always a pixel that may
 
 from dataclasses import dataclass
 
-from pixstep.lines.linecheck import MAX_COUNT
+from pixstep.lines.line_check import MAX_COUNT
 
 
 @dataclass(frozen=True)

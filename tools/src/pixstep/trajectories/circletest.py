@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import NotRequired, TypedDict
 
 from pixstep import atomic, outfolder
-from pixstep.lines.rational import hz_text
+from pixstep.lines.units import hz_text
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.summary import Axis
 from pixstep.trajectories import boardsim, files, transitions

@@ -17,9 +17,8 @@ from typing import TYPE_CHECKING, Any
 from pixstep import atomic
 from pixstep.errors import RefusedError, UserError
 from pixstep.lazy import lazy
-from pixstep.owndata.numerals import MINUS
-from pixstep.owndata.table import SEPARATORS
-from pixstep.owndata.text import LINE_END, decoded
+from pixstep.owndata.layout import LINE_END, decoded
+from pixstep.owndata.table import MINUS, SEPARATORS
 from pixstep.trajectories import table
 from pixstep.trajectories.table import COLUMNS, MOST_RECORDS, Table
 

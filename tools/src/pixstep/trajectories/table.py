@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from pixstep.errors import RefusedError
 from pixstep.lazy import lazy
-from pixstep.lines.linecheck import MAX_COUNT
+from pixstep.lines.line_check import MAX_COUNT
 
 if TYPE_CHECKING:
     import numpy as np
