@@ -2,7 +2,7 @@
 """A line from a table: positions, speeds or steps of each pixel become counts.
 
 Positions are rounded to whole steps. A smooth motor's line has one direction, and either what was
-rounded or the nearest line to it that such a motor can make (`fitting.fit`).
+rounded or the nearest line to it that such a motor can make (`fitting`).
 """
 
 from collections.abc import Callable, Sequence
@@ -16,7 +16,6 @@ from pixstep.lines import line_check
 from pixstep.lines.line import SMOOTH, Line
 from pixstep.lines.line_check import MAX_COUNT
 from pixstep.lines.units import LENGTH_UNITS, SECOND_UNITS, Scale, parse_seconds
-from pixstep.owndata import fitting
 from pixstep.owndata.columns import (
     INDEX,
     POSITION,
@@ -29,6 +28,7 @@ from pixstep.owndata.columns import (
     factor_of,
     refuse_twins,
 )
+from pixstep.owndata.fitting import fit, largest_error
 from pixstep.owndata.readings import Asked, read
 from pixstep.owndata.table import TextTable
 
@@ -57,11 +57,11 @@ def line_of(
     fitted = fitted and decode == SMOOTH
     sign = -1 if negative else 1
     if fitted:
-        counts = fitting.fit([sign * place for place in positions])
+        counts = fit([sign * place for place in positions])
     elif negative:
         counts = [-count for count in counts]
     line = Line(tuple(counts), decode, negative=negative, name=name)
-    error, worst = fitting.largest_error([sign * count for count in counts], positions)
+    error, worst = largest_error([sign * count for count in counts], positions)
     return Made(line, fitted, error, worst)
 
 
