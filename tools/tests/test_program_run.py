@@ -330,12 +330,13 @@ def test_a_planner_that_is_not_needed_any_more_ends(folder):
 
 KILLED = """\
 import time
-from pixstep.machine.files import Machine
+from pixstep.machine.files import MachineFile
 from pixstep.programs.motors import of_machine
 from pixstep.programs.options import Options
 from pixstep.programs.sources import PlanProcess, Request
 
-with PlanProcess(Request("silent", of_machine(Machine.load("machine.toml")), Options())) as source:
+machine = MachineFile.load("machine.toml")
+with PlanProcess(Request("silent", of_machine(machine), Options())) as source:
     print(source._process.pid, flush=True)
     time.sleep(60)
 """

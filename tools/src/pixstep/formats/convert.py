@@ -11,7 +11,7 @@ from pixstep.formats.files import encode
 from pixstep.formats.findings import shown_path
 from pixstep.formats.header import ProfileHeader
 from pixstep.formats.motion import BARE, BLOCKS, Block, MotionFile
-from pixstep.formats.records import PRN_KIND, REGULAR, LineEnds, PrnFile
+from pixstep.formats.records import PRN_KIND, REGULAR, PrnFile
 
 
 @dataclass(frozen=True)
@@ -50,14 +50,18 @@ def convert(
     """
     to_prn = request.to == PRN_KIND
     _check_options(isinstance(file, PrnFile), to_prn, request)
+    ends = () if file.ends == REGULAR else (f"line ends were {file.ends.words}",)
     if isinstance(file, PrnFile):
-        made, notes = _from_prn(file, request)
-    elif to_prn:
-        bare, notes = _without_header(_chosen(file, request), "a PRN has none")
-        made = PrnFile(bare.values)
+        if to_prn:
+            return PrnFile(file.values), ends
+        file = MotionFile((Block(file.values, len(file.values)),))
     else:
-        made, notes = _to_motion(_chosen(file, request), request)
-    return made, _ends_note(file.ends) + notes
+        file = _chosen(file, request)
+    if not to_prn:
+        made, notes = _to_motion(file, request)
+        return made, ends + notes
+    bare, notes = _without_header(file, "a PRN has none")
+    return PrnFile(bare.values), ends + notes
 
 
 @dataclass(frozen=True)
@@ -82,13 +86,6 @@ def write(file: PrnFile | MotionFile, source: Path, target: Path, request: Conve
     atomic.write_bytes(target, data)
     parts = (made,) if isinstance(made, PrnFile) else made.blocks
     return Written(len(parts), sum(len(part.values) for part in parts), len(data), notes)
-
-
-def _from_prn(file: PrnFile, request: Conversion) -> tuple[PrnFile | MotionFile, tuple[str, ...]]:
-    """Return a profile's values in the format asked for."""
-    if request.to == PRN_KIND:
-        return PrnFile(file.values), ()
-    return _to_motion(MotionFile((Block(file.values, len(file.values)),)), request)
 
 
 def _check_options(from_prn: bool, to_prn: bool, request: Conversion) -> None:
@@ -128,7 +125,17 @@ def _to_motion(file: MotionFile, request: Conversion) -> tuple[MotionFile, tuple
         header = ProfileHeader(**{**vars(made.header), **request.changes.given})
         changed = ", ".join(request.changes.given)
         return replace(made, header=header), (f"header: {changed} changed",)
-    header = _new_header(request.changes)
+    changes = request.changes
+    if changes.name is None or changes.pixel_hz is None:
+        raise UserError("a new header needs --header NAME and --pixel-hz")
+    header = ProfileHeader(
+        timestamp=changes.timestamp or time.ctime(),
+        name=changes.name,
+        lines=1,
+        haps=changes.haps or 0,
+        lead_in_px=changes.lead_in_px or 0,
+        pixel_hz=changes.pixel_hz,
+    )
     return replace(made, header=header, reading=BLOCKS), (f"header {header.name!r} added",)
 
 
@@ -145,22 +152,3 @@ def _without_header(file: MotionFile, why: str) -> tuple[MotionFile, tuple[str, 
         notes.append(f"{len(values)} values, that {announced} were announced is dropped with it")
     blocks = (Block(values, len(values)),)
     return replace(file, header=None, reading=BARE, blocks=blocks), tuple(notes)
-
-
-def _new_header(changes: HeaderChanges) -> ProfileHeader:
-    """Return a header of what was given; name and pixel frequency must be."""
-    if changes.name is None or changes.pixel_hz is None:
-        raise UserError("a new header needs --header NAME and --pixel-hz")
-    return ProfileHeader(
-        timestamp=changes.timestamp or time.ctime(),
-        name=changes.name,
-        lines=1,
-        haps=changes.haps or 0,
-        lead_in_px=changes.lead_in_px or 0,
-        pixel_hz=changes.pixel_hz,
-    )
-
-
-def _ends_note(ends: LineEnds) -> tuple[str, ...]:
-    """Say that line ends become regular ones."""
-    return () if ends == REGULAR else (f"line ends were {ends.words}",)

@@ -88,12 +88,12 @@ class ProfileHeader:
     @property
     def lines_place(self) -> tuple[int, int]:
         """Line and column where the number of lines is written."""
-        return _LINES.line, _LINES.end - len(str(self.lines)) + 1
+        return 3, _LINES.end - len(str(self.lines)) + 1
 
     @property
     def haps_place(self) -> tuple[int, int]:
         """Line and column where HAPs is written."""
-        return _HAPS.line, _HAPS.end - len(str(self.haps)) + 1
+        return 3, _HAPS.end - len(str(self.haps)) + 1
 
     @property
     def rows(self) -> list[str]:
@@ -217,13 +217,13 @@ def _check_date(header: ProfileHeader, findings: Findings) -> None:
     day_name, month, day, hour, *_, year = found.groups()
     try:
         date = datetime.datetime(int(year), _MONTHS.index(month) + 1, int(day), int(hour))
+        right = _DAYS[date.weekday()] == day_name
+        message = "" if right else f"that day was a {_WEEK[date.weekday()]}"
     except ValueError:
-        message = f"{shown(header.timestamp)}: no calendar has this date"
-        findings.warning("timestamp", 1, _TIMESTAMP.start + 1, message)
-        return
-    if _DAYS[date.weekday()] != day_name:
-        message = f"{shown(header.timestamp)}: that day was a {_WEEK[date.weekday()]}"
-        findings.warning("timestamp", 1, _TIMESTAMP.start + 1, message)
+        message = "no calendar has this date"
+    if message:
+        text = f"{shown(header.timestamp)}: {message}"
+        findings.warning("timestamp", 1, _TIMESTAMP.start + 1, text)
 
 
 def _complain(
