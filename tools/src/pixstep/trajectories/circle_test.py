@@ -17,12 +17,10 @@ from pixstep import atomic, outfolder
 from pixstep.lines.rational import hz_text
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.summary import Axis
-from pixstep.trajectories import boardsim, files, transitions
-from pixstep.trajectories.boardsim import BoardJob, BoardRun
-from pixstep.trajectories.circle import Circle
-from pixstep.trajectories.host import COMPENSATED, ORIGINAL
+from pixstep.trajectories import runs, table, transitions
+from pixstep.trajectories.circle import COUNTS, Circle, RoundnessData, TableRun, Unit
+from pixstep.trajectories.runs import COMPENSATED, ORIGINAL, BoardJob, SimulatedTable
 from pixstep.trajectories.table import Table
-from pixstep.trajectories.trace import COUNTS, RoundnessData, Trace, Unit
 from pixstep.trajectories.transitions import AxisPlay, Transition
 
 RUNS = (ORIGINAL, COMPENSATED)
@@ -110,19 +108,23 @@ def _part(progress: Progress, number: int, runs: int) -> Progress:
     return lambda share: progress((number + share) / runs)
 
 
-def _run(test: CircleTest, name: str, folder: Path, progress: Progress) -> BoardRun:
+def _run(test: CircleTest, name: str, folder: Path, progress: Progress) -> SimulatedTable:
     """Make one run and write its measurement record; its logs, of every step, are not kept."""
     logs = Path(tempfile.mkdtemp(prefix=".logs-", dir=folder))
     try:
-        done = boardsim.run(test.table, test.plays, name, test.job, logs, progress, test.circle)
+        done = runs.run_on_board(
+            test.table, test.plays, name, test.job, logs, progress, test.circle
+        )
     finally:
         shutil.rmtree(logs, ignore_errors=True)
     if done.trace:
-        files.write_columns(folder / (name + test.suffix), done.trace.columns(test.circle))
+        table.write_columns(folder / (name + test.suffix), done.trace.columns(test.circle))
     return done
 
 
-def _draw(test: CircleTest, runs: dict[str, BoardRun], traces: Sequence[Trace], path: Path) -> None:
+def _draw(
+    test: CircleTest, runs: dict[str, SimulatedTable], traces: Sequence[TableRun], path: Path
+) -> None:
     from pixstep.trajectories import picture  # matplotlib takes a second to load
 
     below = f"{test.table.name} on the simulated {test.job.board}, {_plays_text(test)}"
@@ -140,7 +142,7 @@ def _plays_text(test: CircleTest) -> str:
     return f"{hz:.6g} points a second, play {plays} steps, taken up in {steps} points"
 
 
-def _summary(test: CircleTest, runs: dict[str, BoardRun]) -> CircleSummary:
+def _summary(test: CircleTest, runs: dict[str, SimulatedTable]) -> CircleSummary:
     """Return summary.json."""
     reasons = [f"{name}: {text}" for name, run in runs.items() for text in run.summary["reasons"]]
     made = transitions.compensate(test.table, test.plays)
@@ -166,7 +168,7 @@ def transitions_as_json(found: Sequence[Transition]) -> list[dict[str, object]]:
     return [asdict(item) | {"axis": item.axis + 1, "record": item.record + 1} for item in found]
 
 
-def _run_summary(run: BoardRun, test: CircleTest) -> RunSummary:
+def _run_summary(run: SimulatedTable, test: CircleTest) -> RunSummary:
     """Return what is told of one run."""
     axes = sorted(run.summary["axes"], key=lambda axis: test.job.axes.index(axis["axis"]))
     found: RunSummary = {
