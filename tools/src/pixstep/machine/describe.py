@@ -9,7 +9,7 @@ from pixstep.errors import UserError
 from pixstep.lines.rational import refuse_period
 from pixstep.lines.units import ACCELERATION, JERK, SPEED, per_second, unit
 from pixstep.machine.model import Limits, Motor, Tables
-from pixstep.profiles.madefor import MOST_EDGES
+from pixstep.profiles.origin import MOST_EDGES
 
 LEAST = {"smooth": 2, "plain": 1}  # acceleration that counts can have, steps/px2
 ORDERS = {

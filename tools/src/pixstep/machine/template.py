@@ -9,7 +9,7 @@ from fractions import Fraction
 from pixstep.board import boards
 from pixstep.errors import UserError
 from pixstep.machine import describe, reading
-from pixstep.profiles import names
+from pixstep.profiles import origin
 
 _HEAD = """\
 # A machine: its pixel clock, its boards and its motors, for the commands of pixstep.
@@ -144,6 +144,6 @@ def _quoted(name: str) -> str:
 def _profile(name: str, pixel_hz: Fraction) -> str:
     """Return the name by which `profile make` writes a motor's profile."""
     try:
-        return names.conventional(name, pixel_hz, "1")
+        return origin.conventional_name(name, pixel_hz, "1")
     except UserError:  # a name that no file can have
         return "profile.PRN"

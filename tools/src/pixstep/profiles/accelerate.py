@@ -26,9 +26,9 @@ from pixstep.lines.units import (
     both_text,
     number_text,
 )
-from pixstep.profiles import generator, make
+from pixstep.profiles import generator
 from pixstep.profiles.generator import MAX_SPEED, GeneratedLine, LineRequest
-from pixstep.profiles.madefor import MOST_EDGES
+from pixstep.profiles.origin import MOST_EDGES
 
 _NEARLY = Fraction(19, 20)  # of the acceleration asked for, of which no more need be said
 _FASTEST_TIMER_HZ = 20_000_000
@@ -120,7 +120,7 @@ def speeds(wanted: Wanted, top: int, edges: int) -> list[int]:
         jerk = min(jerk, _legal(wanted, wanted.jerk, JERK, edges))
     if wanted.plain:
         return [*range(acceleration, top, acceleration), top]
-    return make.shortest_profile(make.ProfileLimits(top, acceleration, jerk))
+    return generator.shortest_profile(generator.ProfileLimits(top, acceleration, jerk))
 
 
 def line(
@@ -233,4 +233,4 @@ def _of_counts(wanted: Wanted, quantity: Quantity, order: int, edges: int) -> in
         if not limit:
             raise UserError(f"{quantity.text} is less than a step per pixel and pixel at {hz} Hz")
         return limit
-    return make.legal_limit(quantity.per_pixel(hz), order, hz)
+    return generator.legal_limit(quantity.per_pixel(hz), order, hz)

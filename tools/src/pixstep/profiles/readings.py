@@ -19,8 +19,7 @@ from pixstep.lines import linecheck
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.linecheck import ERROR, WARNING, Finding, Limits
 from pixstep.profiles import generator
-from pixstep.profiles.repair import whole_line
-from pixstep.profiles.stretches import START
+from pixstep.profiles.repair import START, whole_line
 
 PRN, BLOCK, ROWS = "prn", "block", "rows"
 

@@ -22,7 +22,7 @@ from pixstep.operations.result import Result
 from pixstep.owndata.naming import QUANTITIES
 from pixstep.owndata.numerals import DECIMALS
 from pixstep.owndata.table import BLANK, NONE, SEPARATORS
-from pixstep.profiles import madefor
+from pixstep.profiles import origin
 
 
 class _Column(Text):
@@ -108,7 +108,7 @@ class LineImport(Request):
                 raise RefusedError(
                     f"{self.table}: pixel {item.pixel}: {item.name}: {item.message}{hint}"
                 )
-        header = madefor.of_pixels(self.output, 0, hz, self.divider) if hz else None
+        header = origin.of_pixels(self.output, 0, hz, self.divider) if hz else None
         formats.write_csv(self.output, list(line.counts), header)
         desk.say(made.assumed)
         desk.say(f"pixel {item.pixel}: {item.name}: {item.message}" for item in made.findings)

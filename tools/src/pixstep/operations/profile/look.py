@@ -21,7 +21,7 @@ from pixstep.operations.request import Request, argument, flag, operation, optio
 from pixstep.operations.result import STATUSES, VERDICTS, Page, Result
 from pixstep.operations.showing import ShownMotion
 from pixstep.profiles import generator, page, readings
-from pixstep.profiles.drawing import Drawing
+from pixstep.profiles.kinematics import LineDrawing
 from pixstep.profiles.readings import ProfileFile, Reading
 
 _FORMS = {
@@ -153,7 +153,7 @@ class ProfileShow(Request):
         line = Line(_counts(read, decode, top), decode, name=str(self.file))
         bounds = showing.limits(self, hz)
         scale = desk.facts.scale_if_known()
-        drawing = Drawing(line, self.file.name, hz, bounds, scale=scale, going_on=True)
+        drawing = LineDrawing(line, self.file.name, hz, bounds, scale=scale, going_on=True)
         return showing.shown(drawing, self.plot)
 
 
