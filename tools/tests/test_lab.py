@@ -26,7 +26,7 @@ from pixstep.moves.inputs import INVERTED, SHARED
 from pixstep.owndata.naming import QUANTITIES
 from pixstep.owndata.numerals import DECIMALS
 from pixstep.owndata.table import BLANK, NONE, SEPARATORS
-from pixstep.programs.options import MODES
+from pixstep.programs.plan_data import MODES
 
 MACHINE = """\
 [clock]

@@ -9,11 +9,11 @@ import pytest
 
 import optimum
 from effort import cases
-from pixstep.programs.blends import Path, nominal
+from pixstep.programs.blends import NominalPath, nominal
 from pixstep.programs.language import ProgramError
-from pixstep.programs.timelaw import TimeLaw
-from pixstep.programs.timeline import timelines
-from pixstep.programs.twomoves import TwoMoves
+from pixstep.programs.pixels import timelines
+from pixstep.programs.time_law import TimeLaw
+from pixstep.programs.two_moves import TwoMoves
 from programbench import (
     CHORDS,
     RUN_IN,
@@ -174,7 +174,9 @@ def test_where_no_limit_is_near_the_program_is_run_as_it_is(ts):
 def dense_ratios(text, of, window):
     """Return the highest acceleration and speed over the limit, many times in each interval."""
     bound = limits(of)
-    runs = TimeLaw(bound, window).runs(Path(len(of.motors)).intervals(nominal(events(text, of))))
+    runs = TimeLaw(bound, window).runs(
+        NominalPath(len(of.motors)).intervals(nominal(events(text, of)))
+    )
     worst = np.zeros(2)
     for line in timelines(runs, bound):
         for share in np.linspace(0, 1, 17):

@@ -16,8 +16,8 @@ from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.machine.reading import Machine
 from pixstep.programs.motors import of_machine
-from pixstep.programs.options import Options
 from pixstep.programs.plan import Plan
+from pixstep.programs.plan_data import Options
 from pixstep.programs.streaming import stream
 from pixstep.simulation.simboard import SimulatedBoard
 from pixstep.simulation.simrun import Job

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from effort import cases
-from pixstep.programs.twomoves import TwoMoves
+from pixstep.programs.two_moves import TwoMoves
 from programbench import (
     CHORDS,
     RUN_IN,

@@ -308,7 +308,7 @@ def test_a_run_that_fails_leaves_nothing(tmp_path, monkeypatch):
     def fail(*_, **__):
         raise UserError("no simulator here")
 
-    monkeypatch.setattr(runs, "run", fail)
+    monkeypatch.setattr(runs, "run_on_board", fail)
     test = full_test(1600, PLAY, STEPS, HZ, 25_600)
     with pytest.raises(UserError, match="no simulator here"):
         circle_test.simulate(test, tmp_path / "out")

@@ -41,9 +41,9 @@ from pixstep.progress import Progress, unseen
 
 if TYPE_CHECKING:
     from pixstep.machine import reading
-    from pixstep.programs import onboard
+    from pixstep.programs import streaming
 else:  # numpy and pydantic take a while to load
-    reading, onboard = lazy("pixstep.machine.reading"), lazy("pixstep.programs.onboard")
+    reading, streaming = lazy("pixstep.machine.reading"), lazy("pixstep.programs.streaming")
 
 
 class Board:
@@ -156,10 +156,10 @@ class Board:
         arguments.instance("program", program, MotionProgram, "a MotionProgram")
         arguments.function("progress", progress)
         check, request = arguments.flag("check", check), program.request
-        onboard.require_fitting(
+        streaming.require_fitting(
             reading.Machine.load(program.machine.path), request.setup, self.kind
         )
-        known = onboard.rehearse(self.device, request) if check else None
+        known = streaming.rehearse(self.device, request) if check else None
         axes = [motor.axis for motor in request.setup.motors]
         group: list[Group] = []
         records = Recording(self.unit, axes)
@@ -167,7 +167,7 @@ class Board:
 
         def make(course: Course) -> tuple[AxisState, ...]:
             with (
-                onboard.prepared(self.device, request, known) as run,
+                streaming.prepared(self.device, request, known) as run,
                 recording.recorded(run.lines, records.take) as records.recorder,
                 stopped_on_failure([run.lines]),
             ):

@@ -22,7 +22,7 @@ ACCELERATION_TIME = "acceleration time"  # why a move takes longer: rule 2
 _NOTHING_MS = 1e-9  # shorter intervals are left out
 
 
-class Ramp(NamedTuple):
+class CornerRamp(NamedTuple):
     """Where a move's straight part changes from its own speed to that of a corner, or back.
 
     `share` is the corner's speed as a part of the move's own.
@@ -48,8 +48,8 @@ class Timed(NamedTuple):
     asked: float  # TM as programmed
     asked_ta: float  # TA as programmed
     why: str = ""
-    entry: Ramp = Ramp()
-    exit: Ramp = Ramp()
+    entry: CornerRamp = CornerRamp()
+    exit: CornerRamp = CornerRamp()
     clipped: bool = False  # rule 3 has shortened its blend
 
 
@@ -140,7 +140,7 @@ def _by_rules(move: Move, before: Timed | None) -> Timed:
     )  # fmt: skip
 
 
-class Path:
+class NominalPath:
     """Makes intervals of moves as they come; a stop is at whole counts."""
 
     def __init__(self, motors: int) -> None:

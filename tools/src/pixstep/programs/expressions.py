@@ -70,7 +70,7 @@ def value_of(expression: Expression, variables: Variables) -> float:
     return value
 
 
-class Reader:
+class ExpressionReader:
     """Reads expressions from a place of a text on; `place` is behind what was read."""
 
     def __init__(self, text: str, place: int) -> None:

@@ -17,12 +17,11 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from pixstep.errors import RefusedError
-from pixstep.programs import passes, timelaw
+from pixstep.programs import time_law
 from pixstep.programs.blends import Floats, Intervals
 from pixstep.programs.motors import Setup
-from pixstep.programs.pixels import Counts, Rounding, Track
-from pixstep.programs.timelaw import Limits, Run
-from pixstep.programs.timeline import Timeline, timelines
+from pixstep.programs.pixels import Counts, Rounding, Timeline, Track, timelines
+from pixstep.programs.time_law import MotorLimits, PacedPath
 
 MOST_PIXELS = 50_000  # between two stops: they are held in memory
 _MOST_PIECES = 500_000  # of a path
@@ -46,7 +45,9 @@ def limits_jerk(setup: Setup) -> bool:
     return any(motor.max_jerk is not None for motor in setup.motors)
 
 
-def smoothed(name: str, runs: Iterable[Run], limits: Limits, setup: Setup) -> Iterator[Timeline]:
+def smoothed(
+    name: str, runs: Iterable[PacedPath], limits: MotorLimits, setup: Setup
+) -> Iterator[Timeline]:
     """Yield runs in time so that every motor keeps its limit of the jerk, a section at a time.
 
     Sections begin on pixel edges: a dwell takes whole pixels, at least three. Raises RefusedError
@@ -68,16 +69,16 @@ def smoothed(name: str, runs: Iterable[Run], limits: Limits, setup: Setup) -> It
         yield made
 
 
-def _sections(name: str, runs: Iterable[Run], pixel_ms: float) -> Iterator[Run]:
+def _sections(name: str, runs: Iterable[PacedPath], pixel_ms: float) -> Iterator[PacedPath]:
     """Yield dwells, and all that lies between two of them in one piece."""
-    waiting: list[Run] = []
+    waiting: list[PacedPath] = []
     pixels, pieces = 0.0, 0
     for run in runs:
         places = np.flatnonzero(run.path.rest)
         for part in np.split(np.arange(len(run.path)), np.unique([*places, *(places + 1)])):
             if not len(part):
                 continue
-            found = Run(run.path.part(part), run.begin[part], run.end[part])
+            found = PacedPath(run.path.part(part), run.begin[part], run.end[part])
             if found.path.rest[0]:
                 if waiting:
                     yield _joined(waiting)
@@ -94,8 +95,8 @@ def _sections(name: str, runs: Iterable[Run], pixel_ms: float) -> Iterator[Run]:
         yield _joined(waiting)
 
 
-def _joined(runs: list[Run]) -> Run:
-    return Run(
+def _joined(runs: list[PacedPath]) -> PacedPath:
+    return PacedPath(
         Intervals.joined([run.path for run in runs]),
         np.concatenate([run.begin for run in runs]),
         np.concatenate([run.end for run in runs]),
@@ -112,7 +113,7 @@ def _too_long(name: str) -> RefusedError:
 class _Section:
     """What lies between two stops."""
 
-    def __init__(self, name: str, run: Run, limits: Limits, setup: Setup) -> None:
+    def __init__(self, name: str, run: PacedPath, limits: MotorLimits, setup: Setup) -> None:
         self.name, self.run, self.limits, self.setup = name, run, limits, setup
         self.pixel = setup.pixel_ms
         self.cell = self.pixel / _CELLS
@@ -163,7 +164,7 @@ class _Section:
             self.limits.acceleration, self.jerk * max(pixels, 1) / 2 / self.pixel**2
         ) * _ROOM  # fmt: skip
         law = _Law(self._fine(pixels), replace(self.limits, acceleration=own))
-        length = Length.of(law.path, 1 / self.limits.acceleration, floor)
+        length = PathLength.of(law.path, 1 / self.limits.acceleration, floor)
         cap = np.full(len(law.path), np.inf)
         line: Timeline | None = None
         for _ in range(_ROUNDS):
@@ -185,7 +186,7 @@ class _Section:
         return run.path.divided(np.maximum(np.ceil(ms / length), 1).astype(np.int64))
 
     def _smooth(
-        self, run: Run, length: "Length", window: int, most: float
+        self, run: PacedPath, length: "PathLength", window: int, most: float
     ) -> tuple[Timeline | None, Timeline]:
         """Return the mean of a run over a window; None if it takes longer than it may."""
         (before,) = timelines([run], self.limits, programmed=True)
@@ -211,12 +212,12 @@ class _Section:
         """Return by which factor w is to fall in each pixel; 1 where every limit is kept."""
         path, limits = line.path, self.limits
         cap = np.minimum(
-            timelaw.speed_cap(path, path.end_speed, limits),
-            timelaw.corner_cap(path, path.end_bend, limits),
+            time_law.speed_cap(path, path.end_speed, limits),
+            time_law.corner_cap(path, path.end_bend, limits),
         )
         fastest = np.maximum(line.rate, line.rate + line.gain * line.ms) ** 2
         acceleration = np.maximum(*(np.abs(one) for one in line.accelerations()))
-        most = timelaw.accelerations(path, path.end_speed, limits)
+        most = time_law.accelerations(path, path.end_speed, limits)
         ratio = np.maximum(fastest / cap, np.max(acceleration / most, axis=1))
         jerk = np.max(np.abs(jerks(line, self.setup)) / self.jerk, axis=1)
         slower = np.ones(max(len(jerk), int(line.end / self.pixel) + 1))
@@ -243,7 +244,7 @@ class _Section:
             if motor.smooth and motor.max_jerk is not None
         )
 
-    def _lowered(self, run: Run, before: Timeline, window: int, slower: Floats) -> Floats:
+    def _lowered(self, run: PacedPath, before: Timeline, window: int, slower: Floats) -> Floats:
         """Return new caps: w as it is, lower in all that the window of a pixel has seen."""
         first = (before.start / self.pixel).astype(np.int64)
         reach = window // _CELLS + _JERK_EDGES + 2
@@ -270,11 +271,11 @@ class _Section:
 class _Law:
     """The passes of the time law over a whole section, with caps of w that fall."""
 
-    def __init__(self, path: Intervals, limits: Limits) -> None:
+    def __init__(self, path: Intervals, limits: MotorLimits) -> None:
         self.path = path
-        self._block = timelaw.block(path, limits)
+        self._block = time_law.block(path, limits)
 
-    def run(self, cap: Floats) -> Run:
+    def run(self, cap: Floats) -> PacedPath:
         """Run the path as fast as the limits and the caps allow."""
         block = replace(
             self._block,
@@ -282,12 +283,12 @@ class _Law:
             end_cap=np.minimum(self._block.end_cap, cap),
         )
         block.backward(np.inf)
-        begin, end, _ = passes.forward([block], np.inf, np.inf)
-        return Run(self.path, begin, end)
+        begin, end, _ = time_law.run_forward([block], np.inf, np.inf)
+        return PacedPath(self.path, begin, end)
 
 
 @dataclass(frozen=True)
-class Length:
+class PathLength:
     """A length along the path as a function of the programmed time u: cubic between knots.
 
     Its derivative is the speed of the motors together, and at least a floor, so that it grows
@@ -300,7 +301,7 @@ class Length:
     slope: Floats
 
     @classmethod
-    def of(cls, path: Intervals, weight: Floats, floor: float) -> "Length":
+    def of(cls, path: Intervals, weight: Floats, floor: float) -> "PathLength":
         """Return the length with a floor, a share of the highest derivative."""
         du = path.du
         half = (du / 2)[:, None]

@@ -7,17 +7,16 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pixstep.programs.blends import Timed
-from pixstep.programs.figures import MotorFigures, PlanFigures
 from pixstep.programs.motors import (
     PLAIN_ROUNDING,
     SMOOTH_ROUNDING,
     PlanMotor,
     Setup,
 )
-from pixstep.programs.pixels import Counts
-from pixstep.programs.timelaw import Limits
-from pixstep.programs.timeline import Timeline
-from pixstep.programs.twomoves import Violation
+from pixstep.programs.pixels import Counts, Timeline
+from pixstep.programs.plan_data import MotorFigures, PlanFigures
+from pixstep.programs.time_law import MotorLimits
+from pixstep.programs.two_moves import Violation
 
 MOST_LISTED = 1000
 _AT_LIMIT = 0.99
@@ -212,7 +211,7 @@ class Report:
     """
 
     setup: Setup
-    limits: Limits
+    limits: MotorLimits
     motors: list[MotorReport]
     moves: int = 0
     pixels: int = 0
@@ -236,7 +235,7 @@ class Report:
     def of(cls, setup: Setup, *, keeps_jerk: bool = False) -> "Report":
         """Return the report of a plan that has not begun."""
         motors = [MotorReport(motor, setup.pixel_ms, keeps_jerk) for motor in setup.motors]
-        return cls(setup, Limits.of(setup), motors)
+        return cls(setup, MotorLimits.of(setup), motors)
 
     @property
     def keeps_jerk(self) -> bool:

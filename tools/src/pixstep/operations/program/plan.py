@@ -14,14 +14,14 @@ from pixstep.operations.kinds import FOLDER
 from pixstep.operations.program.fields import ProgramFields
 from pixstep.operations.request import operation, option
 from pixstep.operations.result import Page, Result
-from pixstep.programs.figures import PlannedProgram
+from pixstep.programs.plan_data import PlannedProgram
 from pixstep.simulation.report import new_table
 
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from pixstep.programs.plan_lines import PlannedFiles as Planned
     from pixstep.programs.report import MotorReport, Report
-    from pixstep.programs.results import Result as Planned
 
 _WORTH_SAYING = 0.01  # steps
 _SHOWN = 8  # slowed moves and violations that are printed
@@ -53,7 +53,7 @@ class ProgramPlan(ProgramFields):
     def run(self, desk: Desk) -> Result:
         """Plan the program and write its lines."""
         from pixstep.board import limits  # these take a while to load
-        from pixstep.programs import length, results
+        from pixstep.programs import plan, plan_lines
         from pixstep.programs.plan import Plan
 
         machine, setup, chosen = self.planned_for(desk)
@@ -69,13 +69,13 @@ class ProgramPlan(ProgramFields):
         name, path = str(self.program), self.program
         if path.is_file():  # a pipe is read once
             with path.open(encoding="utf-8", errors="replace") as text:
-                length.require(name, text, setup, chosen)
+                plan.require_length(name, text, setup, chosen)
         with (
             path.open(encoding="utf-8", errors="replace") as text,
             desk.progress("planning") as show,
         ):
             planned = Plan(name, text, setup, chosen)
-            done = results.write(planned, self.out, bounds, plot=self.plot, progress=show)
+            done = plan_lines.write(planned, self.out, bounds, plot=self.plot, progress=show)
         status = FINE if done.fine else NEGATIVE
         return Result(done.facts, lambda page: _write(page, done, self.out), status)
 

@@ -1,9 +1,25 @@
 # SPDX-License-Identifier: MIT
-"""What is known of a plan, as plain data."""
+"""What a planner is told and what it tells, as plain data; cheap to import."""
 
+from dataclasses import dataclass
 from typing import NotRequired, TypedDict
 
 from pixstep.lines.linecheck import FindingFacts
+
+MODE1, LOOKAHEAD = "mode1", "lookahead"
+MODES = (MODE1, LOOKAHEAD)
+WINDOW = 1024  # moves
+MOST_WINDOW = 1_000_000
+SEGMENT_MS = (0, 255)  # of a circle: the shortest, 0 for none, and the longest
+
+
+@dataclass(frozen=True)
+class Options:
+    """`window` is for lookahead, in moves; `assume_last` for mode1."""
+
+    mode: str = LOOKAHEAD
+    window: int = WINDOW
+    assume_last: bool = True
 
 
 class MotorFigures(TypedDict):
