@@ -25,7 +25,7 @@ PRN, BLOCK, ROWS = "prn", "block", "rows"
 
 
 @dataclass(frozen=True)
-class Rows:
+class ProfileRows:
     """One way to read the rows of a file: the values, or why they cannot be read so."""
 
     form: str
@@ -39,7 +39,7 @@ class ProfileFile:
     """A profile file with all readings of its rows, the adopted one first."""
 
     path: Path
-    rows: tuple[Rows, ...]
+    rows: tuple[ProfileRows, ...]
     header: formats.ProfileHeader | None = None
     notes: tuple[str, ...] = ()
 
@@ -57,13 +57,13 @@ class ProfileFile:
 
 
 @dataclass(frozen=True)
-class Reading:
+class ProfileReading:
     """A file read in one way: form of the rows, decode rule, and what was found.
 
     The decode rule is empty where the rows cannot be read in that form.
     """
 
-    rows: Rows
+    rows: ProfileRows
     decode: str
     findings: tuple[Finding, ...]
 
@@ -77,14 +77,14 @@ def load(path: Path, *, raw: bool = False, lenient: bool = False) -> ProfileFile
     """Read a PRN (by its width or suffix) or CSV profile. Raises UserError as the readers do."""
     if looks_like_prn(path):
         values, notes = formats.read_prn(path, lenient=lenient)
-        return ProfileFile(path, (Rows(PRN, tuple(values)),), notes=tuple(notes))
+        return ProfileFile(path, (ProfileRows(PRN, tuple(values)),), notes=tuple(notes))
     read = formats.read_motion(path, raw=True)
-    every = Rows(ROWS, read.values)
+    every = ProfileRows(ROWS, read.values)
     found = [every]
     if read.header:
         found = [_block(path), every]
     elif len(read.values) > 2 and read.values[:2] == (1, len(read.values) - 2):
-        found.append(Rows(BLOCK, read.values[2:]))
+        found.append(ProfileRows(BLOCK, read.values[2:]))
     if raw:
         found.sort(key=lambda rows: rows.form != ROWS)
     rows = tuple(replace(rows, adopted=number == 0) for number, rows in enumerate(found))
@@ -102,7 +102,7 @@ def looks_like_prn(path: Path) -> bool:
     return recognise(data).kind == PRN_KIND
 
 
-def check(profile: ProfileFile, motor: str | None, limits: Limits) -> list[Reading]:
+def check(profile: ProfileFile, motor: str | None, limits: Limits) -> list[ProfileReading]:
     """Return all readings with their findings.
 
     `motor` is smooth or plain; None if it is not known, then both rules count.
@@ -113,15 +113,15 @@ def check(profile: ProfileFile, motor: str | None, limits: Limits) -> list[Readi
     readings = []
     for rows in profile.rows:
         if rows.values is None:
-            readings.append(Reading(rows, "", ()))
+            readings.append(ProfileReading(rows, "", ()))
             continue
         for decode in decodes:
             findings = tuple(_findings(profile, rows.form, rows.values, decode, limits))
-            readings.append(Reading(rows, decode, findings))
+            readings.append(ProfileReading(rows, decode, findings))
     return readings
 
 
-def exit_status(readings: list[Reading]) -> int:
+def exit_status(readings: list[ProfileReading]) -> int:
     """Return 2 if no adopted reading is sound, 1 if one has findings or the form is ambiguous."""
     adopted = [reading for reading in readings if reading.rows.adopted]
     if not any(reading.sound for reading in adopted):
@@ -129,7 +129,7 @@ def exit_status(readings: list[Reading]) -> int:
     return int(ambiguous(readings) or any(reading.findings for reading in adopted))
 
 
-def ambiguous(readings: list[Reading]) -> bool:
+def ambiguous(readings: list[ProfileReading]) -> bool:
     """True if all rows are taken as values although they fit a block that is sound too."""
     return any(
         reading.sound and reading.rows.form == BLOCK and not reading.rows.adopted
@@ -137,12 +137,12 @@ def ambiguous(readings: list[Reading]) -> bool:
     )
 
 
-def _block(path: Path) -> Rows:
+def _block(path: Path) -> ProfileRows:
     """Read the block after a header."""
     try:
-        return Rows(BLOCK, formats.read_motion(path).values)
+        return ProfileRows(BLOCK, formats.read_motion(path).values)
     except UserError as error:
-        return Rows(BLOCK, None, str(error))
+        return ProfileRows(BLOCK, None, str(error))
 
 
 def _findings(

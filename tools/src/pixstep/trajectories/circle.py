@@ -153,7 +153,7 @@ COUNTS = Unit()
 
 
 @dataclass(frozen=True)
-class TableRun:
+class TableTrace:
     """One run: arrays of (records, 2) in counts, the time of each record in seconds."""
 
     name: str  # original or compensated
@@ -264,7 +264,7 @@ def radius_errors(places: np.ndarray, circle: Circle) -> np.ndarray:
     return errors
 
 
-def roundness_of(trace: TableRun, circle: Circle) -> Roundness:
+def roundness_of(trace: TableTrace, circle: Circle) -> Roundness:
     """Return the roundness at the points of a trace."""
     errors = radius_errors(trace.load[circle.start : circle.end + 1], circle)
     angles = np.arange(len(errors)) * 2 * np.pi / circle.points

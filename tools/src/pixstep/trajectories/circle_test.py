@@ -18,7 +18,7 @@ from pixstep.lines.rational import hz_text
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.summary import Axis
 from pixstep.trajectories import runs, table, transitions
-from pixstep.trajectories.circle import COUNTS, Circle, RoundnessData, TableRun, Unit
+from pixstep.trajectories.circle import COUNTS, Circle, RoundnessData, TableTrace, Unit
 from pixstep.trajectories.runs import COMPENSATED, ORIGINAL, BoardJob, SimulatedTable
 from pixstep.trajectories.table import Table
 from pixstep.trajectories.transitions import AxisPlay, Transition
@@ -123,7 +123,7 @@ def _run(test: CircleTest, name: str, folder: Path, progress: Progress) -> Simul
 
 
 def _draw(
-    test: CircleTest, runs: dict[str, SimulatedTable], traces: Sequence[TableRun], path: Path
+    test: CircleTest, runs: dict[str, SimulatedTable], traces: Sequence[TableTrace], path: Path
 ) -> None:
     from pixstep.trajectories import picture  # matplotlib takes a second to load
 

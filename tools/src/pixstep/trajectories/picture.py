@@ -15,7 +15,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from pixstep import plotting
 from pixstep.plotting import BOARD, FAINT, INK, MADE
-from pixstep.trajectories.circle import Roundness, TableRun, Unit
+from pixstep.trajectories.circle import Roundness, TableTrace, Unit
 from pixstep.trajectories.runs import ORIGINAL
 
 _PLACES = 3600  # drawn in a revolution: of those beside each other the one that is furthest off
@@ -30,7 +30,7 @@ def draw(runs: Sequence[Roundness], unit: Unit, below: str, path: Path) -> None:
 
 
 def draw_errors(
-    runs: Sequence[TableRun], unit: Unit, below: str, path: Path, along: str = "seconds"
+    runs: Sequence[TableTrace], unit: Unit, below: str, path: Path, along: str = "seconds"
 ) -> None:
     """Write the load errors of a table that is no circle, over time, or as `along` says."""
     with plotting.styled():

@@ -23,7 +23,7 @@ from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import run_and_judge
 from pixstep.simulation.summary import Summary
 from pixstep.trajectories import transitions
-from pixstep.trajectories.circle import Circle, Roundness, TableRun, roundness_of
+from pixstep.trajectories.circle import Circle, Roundness, TableTrace, roundness_of
 from pixstep.trajectories.table import AXES, Table
 from pixstep.trajectories.transitions import AxisPlay, Servo
 
@@ -54,7 +54,7 @@ def command(original: Table, plays: tuple[AxisPlay, ...], name: str) -> Table:
 
 def run_modelled(
     original: Table, plays: tuple[AxisPlay, ...], name: str, machine: ModelledMachine
-) -> TableRun:
+) -> TableTrace:
     """Return what a table does: `plays` are what is compensated, the machine has its own."""
     made = command(original, plays, name)
     motors, loads = [], []
@@ -62,7 +62,7 @@ def run_modelled(
         motor = transitions.follow(made.positions[:, axis], machine.point_s, machine.servo)
         motors.append(motor)
         loads.append(transitions.loads(motor, play, transitions.initial_direction(original, axis)))
-    return TableRun(
+    return TableTrace(
         name,
         made,
         original.positions,
@@ -93,7 +93,7 @@ class SimulatedTable:
     """What a run has left: the verdict on its edges, its loads, and how round its circle is."""
 
     summary: Summary
-    trace: TableRun | None  # None if the board did not run to the end
+    trace: TableTrace | None  # None if the board did not run to the end
     roundness: Roundness | None = None
 
 
@@ -199,7 +199,7 @@ def _job(job: BoardJob, made: Table, original: Table) -> Job:
 def _table_run(
     name: str, made: Table, original: Table, plants: list[AxisPlant], cycles: np.ndarray,
     job: BoardJob,
-) -> TableRun:  # fmt: skip
+) -> TableTrace:  # fmt: skip
     """Return what motors and loads were at every record."""
     motors, loads = [], []
     for axis, plant in enumerate(plants):
@@ -209,11 +209,11 @@ def _table_run(
         motors.append(first + way * (plant.motor[rows] - plant.motor[0]))
         loads.append(first + way * plant.load_at(cycles))
     motor, load = np.column_stack(motors), np.column_stack(loads)
-    return TableRun(name, made, original.positions, motor, load, float(1 / job.pixel_hz))
+    return TableTrace(name, made, original.positions, motor, load, float(1 / job.pixel_hz))
 
 
 def _roundness(
-    trace: TableRun,
+    trace: TableTrace,
     circle: Circle,
     plants: list[AxisPlant],
     ways: tuple[int, ...],

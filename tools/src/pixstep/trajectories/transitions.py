@@ -124,7 +124,7 @@ class Transition:
 
 
 @dataclass(frozen=True)
-class CompensatedTable:
+class MotorTable:
     """The motors' table, the offsets in it, and its transitions."""
 
     table: Table
@@ -141,7 +141,7 @@ def initial_direction(made: Table, axis: int) -> int:
     return int(np.sign(counts[moving[0]])) if len(moving) else 1
 
 
-def compensate(original: Table, plays: tuple[AxisPlay, ...]) -> CompensatedTable:
+def compensate(original: Table, plays: tuple[AxisPlay, ...]) -> MotorTable:
     """Return the motors' table for the load's.
 
     Raises UserError for a transition of less than a point, RefusedError naming the record in which
@@ -166,7 +166,7 @@ def compensate(original: Table, plays: tuple[AxisPlay, ...]) -> CompensatedTable
         original.positions + offsets, original.velocities + added, f"{original.name}, compensated"
     )
     ordered = sorted(transitions, key=lambda item: (item.record, item.axis))
-    return CompensatedTable(made, original, offsets, tuple(ordered), taken_up)
+    return MotorTable(made, original, offsets, tuple(ordered), taken_up)
 
 
 def _axis(

@@ -22,7 +22,7 @@ from pixstep.operations.result import STATUSES, VERDICTS, Page, Result
 from pixstep.operations.showing import ShownMotion
 from pixstep.profiles import generator, page, readings
 from pixstep.profiles.kinematics import LineDrawing
-from pixstep.profiles.readings import ProfileFile, Reading
+from pixstep.profiles.readings import ProfileFile, ProfileReading
 
 _FORMS = {
     readings.PRN: "PRN speeds",
@@ -177,7 +177,7 @@ def _counts(read: ProfileFile, decode: str, speed: int | None) -> tuple[int, ...
     return tuple(generator.acceleration_counts(values, speed or values[-1], str(read.path)))
 
 
-def _state(reading: Reading) -> str:
+def _state(reading: ProfileReading) -> str:
     """Return one word for a reading."""
     if reading.rows.values is None:
         return "unreadable"
@@ -186,7 +186,7 @@ def _state(reading: Reading) -> str:
     return "warnings" if reading.findings else "fine"
 
 
-def _name(reading: Reading) -> str:
+def _name(reading: ProfileReading) -> str:
     """Return what a reading takes the file for."""
     if reading.rows.values is None:
         return _FORMS[reading.rows.form]
@@ -201,7 +201,7 @@ def _finding_text(item: Finding) -> str:
     return f"{where}{item.severity} {item.name}: {item.message}"
 
 
-def _advice(found: list[Reading]) -> Iterator[str]:
+def _advice(found: list[ProfileReading]) -> Iterator[str]:
     """Yield what follows from readings that disagree."""
     adopted = [reading for reading in found if reading.rows.adopted]
     sound = {reading.decode for reading in adopted if reading.sound}

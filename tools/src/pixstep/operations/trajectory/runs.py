@@ -19,7 +19,7 @@ from pixstep.operations.trajectory import fields
 from pixstep.operations.trajectory.fields import BoardPlayFields, GivenScale, PlayFields
 from pixstep.simulation.report import new_table, print_verdict, ticks_text
 from pixstep.trajectories import circle_test, runs
-from pixstep.trajectories.circle import Circle, RoundnessData, TableRun, Unit, roundness_of
+from pixstep.trajectories.circle import Circle, RoundnessData, TableTrace, Unit, roundness_of
 from pixstep.trajectories.circle_test import RUNS, CircleSummary, CircleTest, RunSummary
 from pixstep.trajectories.runs import BoardJob
 from pixstep.trajectories.table import AXES, Table
@@ -90,7 +90,7 @@ class TrajectoryShow(PlayFields):
             _draw_model(traces, found, unit, below, along, self.plot)
         return Result(data, lambda page: _write_facts(page, data, unit))
 
-    def _modelled(self, original: Table) -> list[TableRun]:
+    def _modelled(self, original: Table) -> list[TableTrace]:
         """Return what the load of a modelled machine does."""
         hz = self.pixel_hz
         plays = self.axis_plays(original, hz)
@@ -103,7 +103,7 @@ class TrajectoryShow(PlayFields):
         return [runs.run_modelled(original, plays, name, machine) for name in _chosen(self.which)]
 
 
-def _model_summary(run: TableRun, found: Circle | None, unit: Unit) -> ModelledRun:
+def _model_summary(run: TableTrace, found: Circle | None, unit: Unit) -> ModelledRun:
     errors = abs(run.load_errors).max(axis=0).tolist()
     lags = abs(run.following_errors).max(axis=0).tolist()
     facts: ModelledRun = {
@@ -116,7 +116,7 @@ def _model_summary(run: TableRun, found: Circle | None, unit: Unit) -> ModelledR
 
 
 def _draw_model(
-    traces: list[TableRun], found: Circle | None, unit: Unit, below: str, along: str, path: Path
+    traces: list[TableTrace], found: Circle | None, unit: Unit, below: str, along: str, path: Path
 ) -> None:
     from pixstep.trajectories import picture  # matplotlib takes a second to load
 
