@@ -71,7 +71,7 @@ def test_the_ten_lines_run_as_they_stand(monkeypatch, mega):
     (code,) = re.findall(r"```python\n(import pixstep as px\n.*?)```", text, re.DOTALL)
     opened = []
 
-    def open_port(options):
+    def open_port(options, *_):
         opened.append(options.name)
         return mega._link
 

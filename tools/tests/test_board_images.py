@@ -77,7 +77,7 @@ def test_a_line_of_many_clock_edges_a_pixel(live, invoke, name):
     """A board with another divider is refused in one line; --divider sets the setting."""
     one = live(name, hz=1000, pixel_ppm=500)
     make = ("line", "make", "--speed", "4000steps/s", "--max-acceleration", "200000steps/s2")
-    invoke(*make, "--length", "400", "--pixel-hz", "1000", "-o", "l.csv")
+    invoke(*make, "--length", "400", "--clock-hz", "1000", "-o", "l.csv")
     one.out("set", "pixel_hz=1000", "sync=2")
     said = one.err("upload", "l.csv", "--decode", "smooth", status=3)
     assert "made for 250 Hz, used at 1000 Hz" in said and "--divider 4, not 1" in said

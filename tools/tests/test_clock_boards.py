@@ -100,5 +100,5 @@ def test_homing_counts_in_pixels_of_the_machine(live):
     one = live(hz=1000, plants={(0, 0): "home=900,hyst=8,travel=-2000..4000,start=100"})
     profile = natives.source("tools/data/AccProf-fast-move.csv")
     one.out("set", "divider=9")
-    found = one.json("home", profile, "--search", 3000, "--pixel-hz", 120, "--decode", "plain")
+    found = one.json("home", profile, "--search", 3000, "--clock-hz", 120, "--decode", "plain")
     assert found["found"] and settings(one) == [120, 4, 1]

@@ -88,7 +88,8 @@ STILL = {
     *("board settings diff", "board settings export", "board settings import"),
     *("board settings store", "board simulate", "board start", "board stop", "board watch"),
     *("flash", "limits", "line check", "line compensate", "line plan", "line show"),
-    *("machine new", "profile check", "profile make", "profile repair", "profile show", "ticks"),
+    *("machine new", "profile check", "profile make", "profile repair", "profile show", "serve"),
+    *("ticks",),
     *("trajectory circle", "trajectory compensate", "trajectory show"),
 }
 

@@ -102,20 +102,20 @@ def test_lengths_that_cannot_be(steps, jerk, says):
         accelerate.line_of_length(wanted(jerk=jerk), 160, 4, steps, LineRequest(0, 0, 0, 2))
 
 
-MAKE = ("line", "make", "--pixel-hz", "1000", "-o", "l.csv", "--speed", "40000steps/s")
+MAKE = ("line", "make", "--clock-hz", "1000", "-o", "l.csv", "--speed", "40000steps/s")
 BY_ACCELERATION = (*MAKE, "--max-acceleration", "200000steps/s2")
 
 
 def test_the_file_has_the_frequency_of_its_pixels(tmp_path, invoke):
     made = json.loads(invoke(*BY_ACCELERATION, "--pixels", "210", "--json").stdout)
-    assert (made["divider"], made["pixel_hz"], made["pixels"]) == (4, "1000/1", 210)
+    assert (made["divider"], made["pixel_hz"], made["pixels"]) == (4, "250/1", 210)
     assert formats.read_motion(Path("l.csv")).header.frequency == 250
     said = invoke(*BY_ACCELERATION, "--pixels", "210", "--divider", "3", "--force", status=2).stderr
     assert "is below 2" in said  # 1.8 steps/px2
     assert said.endswith("; --divider 4 has pixels that allow it\n")
     invoke(*MAKE, "--max-acceleration", "400000steps/s2", "--pixels", "300", "--force")
     assert formats.read_motion(Path("l.csv")).header.frequency == Fraction("333.3333333")
-    check = ("line", "check", "l.csv", "--decode", "smooth", "--pixel-hz", "1000")
+    check = ("line", "check", "l.csv", "--decode", "smooth", "--clock-hz", "1000")
     assert "made for" not in invoke(*check, "--divider", "3").stderr
     assert "--divider 3, not 2" in invoke(*check, "--divider", "2", status=3).stderr
 

@@ -96,8 +96,8 @@ def test_the_command_line_comes_first_then_the_environment(here, monkeypatch):
     monkeypatch.setenv("PIXSTEP_PORT", "/dev/mine")
     got = asked(["board", "move", PROFILE, "--steps", "0.5mm"])
     assert (got["port"], got["unit"], got["baud"], got["parity"]) == ("/dev/mine", 7, 9600, "O")
-    assert (got["axis"], got["steps"], got["max_speed"].per_pixel(got["pixel_hz"])) == (
-        1, 200, 20 * 400 / got["pixel_hz"],
+    assert (got["axis"], got["steps"], got["max_speed"].per_pixel(got["clock_hz"])) == (
+        1, 200, 20 * 400 / got["clock_hz"],
     )  # fmt: skip
 
 

@@ -2,6 +2,8 @@
 """A motion on a port, in real time: its thread feeds a kilohertz line while the program works."""
 
 import asyncio
+import os
+import random
 import signal
 import subprocess
 import sys
@@ -12,6 +14,7 @@ import numpy as np
 import pytest
 
 import pixstep as px
+from effort import cases
 from pixstep import natives
 
 HANG_S = 1800
@@ -19,6 +22,14 @@ HANG_S = 1800
 PATIENT_S = 2
 PIXEL_HZ = 500  # as much as a busy machine simulates in real time beside a program that computes
 COUNTS = np.random.default_rng(2).integers(1, 4, 2000)  # the Uno's queue holds some 130 of them
+
+
+PROCESSES = {}
+
+
+def simulator_of(port):
+    """Return the number of the process behind a terminal."""
+    return PROCESSES[port].pid
 
 
 @pytest.fixture
@@ -32,7 +43,9 @@ def port(simulator):
         stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
     try:
-        yield process.stdout.readline().strip()
+        name = process.stdout.readline().strip()
+        PROCESSES[name] = process
+        yield name
     finally:
         process.terminate()
         process.wait(timeout=HANG_S)
@@ -126,3 +139,44 @@ def test_a_program_that_ends_stops_its_axes(port, how):
     with px.connect(port, timeout_s=PATIENT_S) as bus:
         (state,) = bus.board().axes()
         assert state.state == "empty" and 0 < state.position_steps < 40_000
+
+
+@pytest.mark.parametrize("seed", range(cases(4, 60)))
+def test_a_stop_at_any_moment_leaves_nothing_that_moves_or_waits(board, seed):
+    rng = random.Random(seed)
+    line = px.line(COUNTS, decode="plain", pixel_hz=PIXEL_HZ)
+    motion = board.start({0: line})
+    time.sleep(rng.random() * 0.6)
+    how = rng.choice(["here", "beside requests", "by an exception"])
+    if how == "here":
+        motion.stop()
+    elif how == "beside requests":
+        other = threading.Thread(target=motion.stop)
+        other.start()
+        while other.is_alive():
+            board.axes()
+    else:
+        with pytest.raises(ZeroDivisionError), motion:
+            raise ZeroDivisionError
+    (before,) = board.axes()
+    time.sleep(0.05)
+    (after,) = board.axes()
+    assert before == after and after.state == "empty"
+    assert 0 < after.position_steps < line.total_steps
+    with pytest.raises(px.MotionStoppedError):
+        motion.wait()
+    (state,) = board.run(px.line([2] * 10, decode="plain", pixel_hz=PIXEL_HZ))
+    assert (state.state, state.position_steps) == ("done", after.position_steps + 20)
+
+
+def test_a_board_that_is_lost_is_told(port):
+    with px.connect(port, timeout_s=0.2) as bus:
+        board = bus.board()
+        board.device.write_setting("bus_timeout_ms", 0)
+        motion = board.start(px.line([2] * 5000, decode="plain", pixel_hz=PIXEL_HZ))
+        os.kill(simulator_of(port), signal.SIGKILL)
+        with pytest.raises(px.BoardError, match="NOT STOPPED as far as is known"):
+            motion.wait()
+        assert motion.over
+        with pytest.raises(px.BoardError):
+            motion.stop()

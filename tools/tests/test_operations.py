@@ -3,6 +3,7 @@
 
 import inspect
 import json
+import pickle
 
 import click
 import jsonschema
@@ -13,8 +14,8 @@ from pixstep import natives, ops
 from pixstep.cli.from_operation import OperationCommand, command_of
 from pixstep.errors import UserError
 from pixstep.operations import catalog, perform, python, schemas
+from pixstep.operations.asked import AskedError, FieldError, MissingError
 from pixstep.operations.kinds import Choice, Flag, Kind
-from pixstep.operations.perform import FieldError, MissingError
 from pixstep.operations.request import fields
 
 COMMANDS = own_commands()
@@ -47,6 +48,7 @@ def test_every_field_says_what_it_is_in_help(words):
     ctx = click.Context(command, info_name=words)
     for name, field in fields(catalog.load(words)).items():
         param = next(param for param in command.params if param.name == name)
+        assert field.about or field.argument or field.hidden, name
         if field.argument or field.hidden or isinstance(field.kind, Flag):
             continue
         spelled, told = param.get_help_record(ctx)
@@ -119,7 +121,7 @@ def test_a_function_gives_what_the_command_prints(tmp_path, pixstep):
         ({"divider": 0}, FieldError, "divider: 0 is not in the range 1<=x<=1000"),
         ({"pixel_hz": "0"}, FieldError, "pixel_hz: pixel frequency '0': must be above 0 Hz"),
         ({"length": 5}, UserError, "pixels and length: a line has one of them"),
-        ({"spee": 1}, UserError, "spee: line_make takes prn, max_acceleration"),
+        ({"spee": 1}, UserError, "spee: line_make takes divider, prn"),
         ({"machine": "nowhere.toml"}, UserError, "nowhere.toml"),
         ({"motor": "M39"}, UserError, "M39: no machine file"),
     ],
@@ -180,3 +182,37 @@ def test_every_front_end_runs_requests_in_one_place(monkeypatch, tmp_path, invok
            "--pixel-hz", 30, "-o", "b.csv")  # fmt: skip
     first, second = seen
     assert first.speed.value == second.speed.value and first.pixels == second.pixels == 60
+
+
+def test_an_empty_list_is_no_value(tmp_path):
+    with pytest.raises(MissingError, match=r"^csv: is missing$"):
+        ops.sim([], board="mega", decode="plain", pixel_hz=30, out=tmp_path / "run")
+
+
+def test_results_and_errors_go_through_a_pool():
+    move = {"profile": natives.root() / "tools/data/AccProf-fast-move.csv", "pixel_hz": 30}
+    made = ops.move_show(**move, steps=900)
+    copy = pickle.loads(pickle.dumps(made))
+    assert copy == made and copy.page() == made.page() and "position" in made.page()
+    wrong = (({"steps": 0.5}, FieldError), ({"profile": 5}, FieldError), ({}, MissingError))
+    for given, kind in wrong:
+        with pytest.raises(kind) as raised:
+            ops.move_show(**{**move, **given})
+        copied = pickle.loads(pickle.dumps(raised.value))
+        assert type(copied) is kind and str(copied) == str(raised.value)
+
+
+def test_an_error_that_quotes_braces_goes_through_a_pool(tmp_path):
+    table = tmp_path / "{x}.csv"
+    table.write_text("p1,p2\n0,0\n1,2\n5,3\n")
+    with pytest.raises(AskedError, match=r"\{x\}.*: is no circle, so transition is") as raised:
+        ops.trajectory_compensate(table, play=3, pixel_hz=30, output=tmp_path / "made.csv")
+    copied = pickle.loads(pickle.dumps(raised.value))
+    assert type(copied) is AskedError and str(copied) == str(raised.value)
+
+
+def test_what_needs_a_machine_file_says_so_in_the_words_of_its_caller(tmp_path, invoke):
+    with pytest.raises(AskedError, match=r"^no machine file: machine FILE, "):
+        ops.plan(tmp_path / "p.pmc", out=tmp_path / "plan")
+    done = invoke("plan", "p.pmc", "--machine", "none", status=2)
+    assert "no machine file: --machine FILE, " in done.stderr

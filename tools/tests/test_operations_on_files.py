@@ -7,8 +7,7 @@ import pytest
 
 from pixstep import formats, natives, ops
 from pixstep.errors import RefusedError, UserError
-from pixstep.operations.asked import AskedError
-from pixstep.operations.perform import FieldError
+from pixstep.operations.asked import AskedError, FieldError
 
 PRN = natives.example("AccProfM39-30Hz-1.PRN")
 LIMITS = {"max_acceleration": 10, "start_stop": 4}
@@ -44,6 +43,7 @@ def here(tmp_path, monkeypatch):
     }.items():
         formats.write_csv(tmp_path / name, counts)
     (tmp_path / "own.txt").write_text("1\n3\n4\n3\n1\n")
+    (tmp_path / "odd.txt").write_text("6\n6\n6\n6\n")
     return tmp_path
 
 
@@ -67,7 +67,8 @@ def test_python_and_the_command_line_give_the_same(here, invoke, name, places, g
     ("call", "kind", "said"),
     [
         (lambda: ops.line_show("s.csv", decode="smooth", pixel_hz=30, max_speed="10steps/s"),
-         AskedError, "max_speed: 10steps/s is 0.3333333 steps/px: at least 1 steps/px: divider 3 "
+         AskedError, "max_speed: 10steps/s is 0.3333333 steps/px: at least 1 steps/px: clock_hz 30 "
+         "divider 3 "
          "would do"),
         (lambda: ops.line_compensate("t.csv", play=4, start_stop=4, output="c.csv", pixel_hz=30,
                                      max_acceleration="9steps/s2"),
@@ -141,8 +142,12 @@ def test_notes_come_with_the_result(here):
     )
     text = (here / "s.csv").read_bytes().replace(b"\r\n", b"\n")
     (here / "s.csv").write_bytes(text)
-    with pytest.raises(RefusedError, match="ends with LF"):
+    with pytest.raises(RefusedError, match=r"ends with LF.* \(lenient accepts it\)$"):
         ops.line_check("s.csv", decode="smooth")
+    with pytest.raises(
+        RefusedError, match=r"^odd.txt: pixel 1: .* \(fit makes the nearest line\)$"
+    ):
+        ops.line_import("odd.txt", decode="smooth", output="made.csv", force=True)
     (note,) = ops.line_check("s.csv", decode="smooth", lenient=True).notes
     assert "LF instead of CR LF" in note
 

@@ -29,7 +29,7 @@ from pixstep.api.records import Recording
 from pixstep.api.running import Clock
 from pixstep.api.states import AxisState, states_of
 from pixstep.api.words import Decode, Direction, Parity, SharedLimit, Switches, Sync, Until
-from pixstep.board import limits, link, recording
+from pixstep.board import limits, recording
 from pixstep.board.device import Board as Device
 from pixstep.board.handle import Course
 from pixstep.board.link import Link
@@ -38,6 +38,7 @@ from pixstep.board.run import Lines as Group
 from pixstep.board.run import command, rests, stop_axes, stopped_on_failure
 from pixstep.lazy import lazy
 from pixstep.progress import Progress, unseen
+from pixstep.server import remote
 
 if TYPE_CHECKING:
     from pixstep.machine import reading
@@ -106,7 +107,8 @@ class Board:
         `"start"`, `"lock"`), `divider`, the clock edges of a pixel, and `gate_edges`, those from a
         burst's first one to line zero, are set as well if they are given or a machine file has
         them; otherwise the board's stay. To lock the board must have measured its clock: that is
-        waited for. When `start` returns the axes are armed.
+        waited for. When `start` returns the axes are armed. `progress` is called by the motion's
+        thread, with the share done.
         Raises RefusedError for a line that the board or its motor's limits refuse (nothing is sent
         then), unless `check` is False; UserError
         for a divider that is not that of the lines' machine, BoardError for a clock that
@@ -395,4 +397,4 @@ def connect(
         timeout_s = arguments.finite("timeout_s", timeout_s, *TIMEOUTS_S)
     name = str(arguments.path("port", port))
     rate = arguments.whole("baud", baud, LEAST_BAUD, MOST_BAUD)
-    return Bus(link.open_port(Port(name, rate, letter, timeout_s)))
+    return Bus(remote.open_bus(Port(name, rate, letter, timeout_s)))

@@ -159,9 +159,10 @@ def line_from_positions(
     positions at most, and its notes say where. Whether the motor's limits are kept `check` says.
 
     Example:
-        >>> made = line_from_positions([0, 0.5, 2, 3.5, 4], unit="mm", steps_per_unit="20 steps/mm")
+        >>> places_mm = [0, 0.5, 2, 4, 5.5, 6]
+        >>> made = line_from_positions(places_mm, unit="mm", steps_per_unit="20 steps/mm")
         >>> made.counts, made.deviation_steps
-        ((10, 30, 30, 10), 0.0)
+        ((10, 30, 40, 30, 10), 0.0)
     """
     motor = given.motor(motor)
     rule = given.decode(decode, motor)

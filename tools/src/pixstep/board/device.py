@@ -10,7 +10,7 @@ from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING
 
-from pixstep.board import boards, clock_hz, features
+from pixstep.board import boards, clock_hz, features, record_block
 from pixstep.board import registers as regs
 from pixstep.board.errors import (
     BUSY,
@@ -28,9 +28,8 @@ from pixstep.board.state import (
     Switches,
     Trip,
     parse_events,
-    parse_records,
 )
-from pixstep.board.stretches import MOST_WORDS, places, values
+from pixstep.board.stretches import places, values
 from pixstep.board.wire import Wire
 
 if TYPE_CHECKING:
@@ -169,11 +168,16 @@ class Board(Wire):
 
     def record_block(self, axis: int) -> Records:
         """Return the same, and how many the line has made so far."""
-        words = self.read_inputs(
-            regs.RECORD_BASE + regs.RECORD_STRIDE * axis,
-            regs.RECORD_HEAD + self.record_capacity() * regs.RECORD_REGISTERS,
-        )
-        return parse_records(words)
+        base = regs.RECORD_BASE + regs.RECORD_STRIDE * axis
+
+        def read(first: int, count: int, more: bool) -> list[int]:
+            self.modbus.more_follows = more
+            try:
+                return self.read_inputs(base + first, count)
+            finally:
+                self.modbus.more_follows = False
+
+        return record_block.read(read, self.record_capacity(), self.modbus.most_words)
 
     def record_capacity(self) -> int:
         """Return how many per-pixel records the board keeps for each axis (asked once)."""
@@ -308,7 +312,7 @@ class Board(Wire):
         if not capacity:
             return 0, []
         words: list[int] = []
-        most = MOST_WORDS // regs.EVENT_WORDS * regs.EVENT_WORDS
+        most = self.modbus.most_words // regs.EVENT_WORDS * regs.EVENT_WORDS
         (total,) = self.read_inputs(regs.EVENT_BASE, 1)
         for first in range(0, capacity * regs.EVENT_WORDS, most):
             count = min(most, capacity * regs.EVENT_WORDS - first)

@@ -4,7 +4,7 @@
 The exit status is 1, or 3 for what the board refuses.
 """
 
-from pixstep.errors import REFUSED, PlainError
+from pixstep.errors import REFUSED, PlainError, RefusedError
 
 ILLEGAL_FUNCTION, IMPOSSIBLE, BUSY = 1, 4, 6
 EXCEPTIONS = {
@@ -58,6 +58,17 @@ class ExceptionReplyError(BoardError):
     def __init__(self, unit: int, what: str, code: int) -> None:
         text = EXCEPTIONS.get(code, "unknown exception")
         super().__init__(f"board {unit}: {what} answered with exception {code}, {text}", code)
+
+
+class BusTakenError(RefusedError):
+    """Another program writes on the bus; the text names it. No board did anything wrong.
+
+    It is no BoardError: what moves is the other program's, and nobody stops it for this.
+    """
+
+
+class OvertakenError(BoardError):
+    """A request was not sent, because a stop that came after it went first."""
 
 
 class NotPossibleError(BoardError):

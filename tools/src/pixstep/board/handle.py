@@ -14,6 +14,7 @@ only while the caller waits or asks, never both (shared_time.py).
 
 import atexit
 import contextlib
+import os
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -69,7 +70,7 @@ class Handle(Generic[Result]):
 
     def begin(self) -> Self:
         """Start, and wait until the lines are armed; raises what keeps them from that."""
-        atexit.register(self.halt)
+        atexit.register(self._at_exit, os.getpid())
         self._thread.start()
         try:
             self._time.pass_until(self._begun, None)
@@ -160,6 +161,11 @@ class Handle(Generic[Result]):
         elif not self._stopped:
             await self.wait_async()
 
+    def _at_exit(self, process: int) -> None:
+        """Stop all axes at the end of the program, not of a process that it has forked."""
+        if os.getpid() == process:
+            self.halt()
+
     def _run(self) -> None:
         """Make the motion: this is the thread."""
         try:
@@ -169,7 +175,7 @@ class Handle(Generic[Result]):
         except BaseException as error:  # the caller gets it, of whatever kind
             self._error = error
         finally:
-            atexit.unregister(self.halt)
+            atexit.unregister(self._at_exit)
             self._begun.set()  # or it never will
             self._over.set()
             self._time.leave()  # the caller goes on now, and finds that all is over

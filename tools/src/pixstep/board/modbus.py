@@ -40,6 +40,7 @@ from pixstep.board.turns import Turns
 if TYPE_CHECKING:
     import serial
 
+MOST_WORDS = 125  # of one read, by Modbus
 REPLY_S = 0.025  # how long a simulated master waits for the first byte
 _POLL_S = 0.005  # the longest wait of one read of a port where it cannot be waited for else
 _QUIET_S = 0.03  # without a byte: the reply on its way has ended
@@ -71,9 +72,13 @@ class Client:
     """What requests go through. `place` is the bus's name for messages.
 
     `heard` is how many bytes came back for the last request, at most for one of its repetitions.
+    `most_words` is how many registers one read may ask for: a bus that is shared wants short ones.
+    `more_follows` says that another request follows at once, for which others should wait.
     """
 
     place = ""
+    most_words = MOST_WORDS
+    more_follows = False
 
     def __init__(self, timeout_s: float, retries: int) -> None:
         # How long a reply may take, seconds, and how often a request without one is repeated.

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from pixstep.board import features, modbus, rtu
 from pixstep.board.errors import (
     ILLEGAL_FUNCTION,
+    BusTakenError,
     ExceptionReplyError,
     LineLostError,
     NoReplyError,
@@ -247,6 +248,8 @@ class Wire:
         except modbus.LineGoneError:
             place = self.modbus.place or "the line"
             raise LineLostError(f"board {self.unit}: {place} is gone: was it unplugged?") from None
+        except BusTakenError:
+            raise
         except UserError as error:
             raise LineLostError(f"board {self.unit}: {error}") from None
 

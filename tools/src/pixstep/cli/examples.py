@@ -98,6 +98,7 @@ EXAMPLES = {
     ),
     "profile repair": ("profile repair tens.csv -o mended.csv",),
     "profile show": (f"profile show {_PRN} --speed 1000 --plot profile.png",),
+    "serve": (f"serve {_PORT}", f"serve {_PORT} --status"),
     "sim": (
         f"sim {_SMOOTH} --board mega --pixel-hz 30 --out run",
         "sim a.csv b.csv --board mega --decode smooth --decode plain --pixel-hz 30 --serial-load "

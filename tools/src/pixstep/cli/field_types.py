@@ -60,7 +60,7 @@ class OutType(command.OutFile):
 def click_type(kind: kinds.Kind) -> click.ParamType[Any, Any]:
     """Return what reads values of a kind on the command line."""
     for known, make in _TYPES.items():
-        if type(kind) is known:
+        if type(kind) is known or (known is kinds.Text and isinstance(kind, known)):
             found: click.ParamType[Any, Any] = make(kind)
             return found
     return OutType(kind) if isinstance(kind, kinds.OutFile) else KindType(kind)

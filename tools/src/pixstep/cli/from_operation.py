@@ -20,11 +20,11 @@ from pixstep.cli.output import say, show_json, show_json_row, teller
 from pixstep.errors import RefusedError, UserError
 from pixstep.machine import finding
 from pixstep.operations import perform
-from pixstep.operations.asked import AskedError
+from pixstep.operations.asked import AskedError, FieldError, MissingError
 from pixstep.operations.desk import Desk, Source
 from pixstep.operations.field import Field
 from pixstep.operations.kinds import Flag
-from pixstep.operations.perform import Caller, FieldError, MissingError
+from pixstep.operations.perform import Caller
 from pixstep.operations.request import Request, fields
 from pixstep.operations.result import Result
 
@@ -256,7 +256,7 @@ def _run(**_params: Any) -> None:
         if desk.so_far is not None and as_json:
             show_json(desk.so_far.data)
         raise
-    if not (as_json and request.json_rows):
+    if not (as_json and request.json_rows and result.told):
         _deliver(result, page, as_json=as_json)
     ctx.exit(result.status)
 
@@ -270,6 +270,7 @@ def _explained(ctx: click.Context, request: type[Request]) -> Iterator[None]:
         text, cure = str(error), ""
         if isinstance(error, AskedError):
             names = {name: one.option for name, one in fields(request).items()}
+            names.setdefault("machine", "--machine")
             text, cure = error.told(names), error.cured(names)
         error.args = (f"{text}{origins.origin(ctx, text)}{cure}",)
         raise

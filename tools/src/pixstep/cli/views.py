@@ -6,11 +6,17 @@ Each is what its operation calls `desk.view`; None where there is no terminal fo
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import json
+import os
+import sys
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
+
+from pixstep.cli import output
 
 if TYPE_CHECKING:
     from pixstep.operations.board import selftest, simulate, watch
+    from pixstep.server import journal
 
 
 def of(words: str, *, as_json: bool) -> Any:
@@ -39,8 +45,20 @@ def _simulate(as_json: bool) -> simulate.Terminal:
     return Terminal(as_json=as_json)
 
 
+def _serve(as_json: bool) -> journal.Write:
+    def write(data: Mapping[str, Any], line: str) -> None:
+        """Write an event past Python's own buffer, which is waited for at the end."""
+        text = json.dumps({"schema": output.SCHEMA, **data}) if as_json else line
+        left = f"{text}\n".encode(errors="replace")
+        while left:
+            left = left[os.write(sys.stdout.fileno(), left) :]
+
+    return write
+
+
 _VIEWS: dict[str, Callable[[bool], Any]] = {
     "board watch": _watch,
     "board selftest": _selftest,
     "board simulate": _simulate,
+    "serve": _serve,
 }

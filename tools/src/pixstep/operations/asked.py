@@ -4,7 +4,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
+from pixstep.operations.field import Field
 
 
 class AskedError(UserError):
@@ -27,6 +28,29 @@ class AskedError(UserError):
         return self.cure.format_map(_Names({**names, **self.values}))
 
 
+class AskedRefusedError(AskedError, RefusedError):
+    """What a check refuses, and which field would let it pass."""
+
+
 class _Names(dict[str, Any]):
     def __missing__(self, name: str) -> str:
         return name
+
+
+class FieldError(UserError):
+    """A value of a request that does not fit; each front end says the field in its own words."""
+
+    def __init__(self, field: Field, reason: str) -> None:
+        super().__init__(f"{field.name}: {reason}")
+        self.field, self.reason = field, reason
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        again, (kind, texts, _) = super().__reduce__()
+        return again, (kind, texts, {})  # what a machine file gives a field stays in its process
+
+
+class MissingError(FieldError):
+    """A value that a request needs and that nothing says."""
+
+    def __init__(self, field: Field) -> None:
+        super().__init__(field, "is missing")

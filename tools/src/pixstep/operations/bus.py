@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pixstep import signals
-from pixstep.board import link, run, scan, settings
+from pixstep.board import run, scan, settings
 from pixstep.board.device import Board, Identity
 from pixstep.board.errors import BoardError
 from pixstep.board.link import Link
@@ -30,6 +30,7 @@ from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import TEXT, Choice, Parsed, Time, Whole
 from pixstep.operations.request import Request, option, shared_fields
 from pixstep.operations.shared import AXIS
+from pixstep.server import remote
 
 ALL = "all"
 Units = tuple[int, ...] | str  # addresses, or ALL
@@ -159,7 +160,7 @@ def opened(
         first(desk.link)
         yield desk.link
         return
-    found = link.open_port(request.bus, lambda text: desk.say((text,)), first)
+    found = remote.open_bus(request.bus, lambda text: desk.say((text,)), first)
     try:
         yield found
     finally:

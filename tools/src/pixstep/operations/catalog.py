@@ -120,6 +120,7 @@ OPERATIONS: dict[str, tuple[str, str]] = {
         "board.flash:Flash",
         "Write the firmware to a board by avrdude through its boot loader, then ask what it is.",
     ),
+    "serve": ("serve:Serve", "Own a bus, and let other programs reach it: consoles, Python, PLCs."),
     "board arm": ("board.commands:Arm", "Arm loaded axes by hand, with a token if wanted."),
     "board disarm": ("board.commands:Disarm", "Disarm axes and discard their queues."),
     "board clear": ("board.commands:Clear", "Clear the latched fault."),

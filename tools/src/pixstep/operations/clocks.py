@@ -4,13 +4,17 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Any
+from typing import Any, ClassVar
 
 from pixstep import arguments
+from pixstep.board import settings
+from pixstep.board.device import Board
 from pixstep.errors import UserError
 from pixstep.operations import machine_defaults as machine
+from pixstep.operations.asked import AskedError, MissingError
+from pixstep.operations.desk import Source
 from pixstep.operations.kinds import HZ, Number, Parsed, Whole
-from pixstep.operations.request import Request, option, shared_fields
+from pixstep.operations.request import Request, fields, option, shared_fields
 from pixstep.operations.shared import EDGES, GATE_EDGES, SYNC
 from pixstep.simulation.clockflaws import MOST_JITTER_US, MOST_PPM, MOST_REST_MS, ClockFlaws
 
@@ -18,17 +22,91 @@ _THE_BOARDS = "the board's"
 
 
 @shared_fields
+class OfClock(Request):
+    """The pixel clock, by its edges or by the pixels of which each has `divider` edges.
+
+    Each frequency follows from the other; without any both are None, or one is missing.
+    """
+
+    needs_clock: ClassVar[bool] = True
+
+    clock_hz: Fraction | None = option(
+        HZ, "Frequency of the pixel clock's edges: 30, 29.97 or 30000/1001.",
+        machine=machine.clock_hz, default_text="that of pixels times the divider",
+    )  # fmt: skip
+    pixel_hz: Fraction | None = option(
+        HZ, "Frequency of pixels.", default_text="that of the clock by the divider"
+    )
+    divider: int | None = option(
+        EDGES, "Edges of the pixel clock in a pixel.", default=1, shown="M",
+        machine=machine.divider,
+    )  # fmt: skip
+
+    @classmethod
+    def complete(cls, values: dict[str, Any], sources: dict[str, Source]) -> None:
+        """Find the frequency that follows from the other."""
+        clock_hz, pixel_hz, edges = (values[name] for name in ("clock_hz", "pixel_hz", "divider"))
+        if pixel_hz is not None:
+            values["divider"] = edges = edges or 1
+            if sources["clock_hz"] is Source.CALLER and clock_hz != pixel_hz * edges:
+                raise AskedError(
+                    "{clock_hz} {clock} and {pixel_hz} {pixel}: pixels of {edges} are {follows}",
+                    clock=hz_words(clock_hz), pixel=hz_words(pixel_hz),
+                    edges="1 clock edge" if edges == 1 else f"{edges} clock edges",
+                    follows=hz_words(clock_hz / edges),
+                )  # fmt: skip
+            values["clock_hz"], sources["clock_hz"] = pixel_hz * edges, Source.DEFAULT
+        elif clock_hz is not None:
+            values["pixel_hz"] = clock_hz / (edges or 1)
+            sources["pixel_hz"] = sources["clock_hz"]
+        elif cls.needs_clock:
+            raise MissingError(fields(cls)["pixel_hz"])
+
+    @property
+    def edges_hz(self) -> Fraction:
+        """The frequency of the clock's edges, of a request that needs it."""
+        assert self.clock_hz is not None
+        return self.clock_hz
+
+    @property
+    def line_hz(self) -> Fraction:
+        """The frequency of pixels, of a request that needs it."""
+        assert self.pixel_hz is not None
+        return self.pixel_hz
+
+    @property
+    def edges(self) -> int:
+        """The clock edges of a pixel."""
+        return self.divider or 1
+
+
+def hz_words(hz: Fraction) -> str:
+    """Return a frequency as it is typed: 1000, 29.97 or 30000/1001."""
+    decimal = f"{float(hz):.10g}"
+    return decimal if Fraction(decimal) == hz else str(hz)
+
+
+@shared_fields
 class BoardClock(Request):
     """The pixel clock that a board is set to before something moves."""
 
-    pixel_hz: Fraction | None = option(
+    clock_hz: Fraction | None = option(
         HZ, "Set the frequency of the pixel clock's edges.", machine=machine.clock_hz,
         default_text=_THE_BOARDS,
     )  # fmt: skip
+    pixel_hz: Fraction | None = option(
+        HZ, "Set the same by the frequency of pixels.", default_text=_THE_BOARDS
+    )
     divider: int | None = option(
         EDGES, "Set the clock edges of a pixel.", shown="M", machine=machine.divider,
         default_text=_THE_BOARDS,
     )  # fmt: skip
+
+    def edges_hz(self, board: Board) -> Fraction | None:
+        """Return the frequency of edges that the board is to be set to; None leaves its own."""
+        if self.pixel_hz is None:
+            return self.clock_hz
+        return self.pixel_hz * (self.divider or settings.divider(board))
 
 
 @shared_fields

@@ -21,12 +21,13 @@ from pixstep.lines.units import (
     number_text,
     unit,
 )
-from pixstep.operations import machine_defaults as machine
 from pixstep.operations import shared, showing
 from pixstep.operations.asked import AskedError
+from pixstep.operations.clocks import OfClock
 from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import Time, Whole
-from pixstep.operations.request import Request, operation, option
+from pixstep.operations.longer_pixels import divider_words
+from pixstep.operations.request import operation, option
 from pixstep.operations.result import Page, Result
 from pixstep.profiles import generator
 from pixstep.profiles.generator import ProfileLimits
@@ -99,7 +100,7 @@ class BoardLimits(TypedDict):
 
 
 @operation("limits")
-class ShowLimits(Request):
+class ShowLimits(OfClock):
     """Show what a board can do: rates, accelerations, shortest lines, reversals.
 
     With limits of a motor (options, or those of the machine file) the shortest smooth line that
@@ -110,8 +111,6 @@ class ShowLimits(Request):
 
     board: str = shared.simulated_board()
     axes: int | None = option(Whole(1), "Axes that move at once.", default_text="all")
-    pixel_hz: Fraction = shared.pixel_hz(machine=machine.clock_hz)
-    divider: int = shared.divider()
     sync: str = shared.sync()
     driver_us: int = option(
         Time("us", 1, 1000, int), default=DRIVER_US,
@@ -125,10 +124,10 @@ class ShowLimits(Request):
         """Reckon what the board can do."""
         if self.axes and self.axes > boards.load(self.board).axes:
             raise AskedError(f"{{axes}} {self.axes}: {boards.axes_text(self.board)}")
-        clock = settings.of_clock(self.sync, self.divider)
-        hz = self.pixel_hz / self.divider
+        clock = settings.of_clock(self.sync, self.edges)
+        hz = self.line_hz
         able = capability.of(self.board, hz, self.driver_us, self.axes, clock)
-        shortest = _shortest(able, self)
+        shortest = _shortest(desk, able, self)
         low, high = able.clock_range_hz
         data: BoardLimits = {
             "board": able.board.name,
@@ -161,12 +160,12 @@ class ShowLimits(Request):
                 "max_direct_steps_px": able.direct_reversal_speed,
                 "rest_px": able.rest_px,
             },
-            "divider": self.divider,
+            "divider": self.edges,
             "sync": self.sync,
             "shortest_line": shortest,
         }
         scale = desk.facts.scale_if_known()
-        return Result(data, lambda page: _page(page, able, self.divider, shortest, scale))
+        return Result(data, lambda page: _page(page, able, self.edges, shortest, scale))
 
 
 def _enough_edges(able: Capability, divider: int) -> Iterator[int]:
@@ -181,7 +180,7 @@ def _enough_edges(able: Capability, divider: int) -> Iterator[int]:
             yield edges
 
 
-def _shortest(able: Capability, asked: ShowLimits) -> ShortestLine:
+def _shortest(desk: Desk, able: Capability, asked: ShowLimits) -> ShortestLine:
     """Return the shortest smooth line: by the board alone, or within limits that are given.
 
     A smooth line has a pixel up, one at speed and one down at least; backlash needs two more.
@@ -191,8 +190,8 @@ def _shortest(able: Capability, asked: ShowLimits) -> ShortestLine:
     most = able.top_speed(SMOOTH)
     speed = min(limits.get(SPEED, most), most) // 2 * 2
     if speed < _EVEN:
-        edges = next(_enough_edges(able, asked.divider), None)
-        cure = f": {{divider}} {edges} would do" if edges else ""
+        edges = next(_enough_edges(able, asked.edges), None)
+        cure = f": {divider_words(desk, asked.edges_hz, edges)} would do" if edges else ""
         raise AskedError(f"a smooth line needs {_EVEN} steps/px: {most} are the most", cure)
     bounds = ProfileLimits(
         speed,

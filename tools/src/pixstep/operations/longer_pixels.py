@@ -24,7 +24,7 @@ def advised(error: TooLittleError, request: Request, desk: Desk) -> AskedError:
     values = vars(request)
     name = field(error, values, desk.by_machine)
     told = "{reason}" if name is None else f"{{{name}}}: {{reason}}"
-    cured = cure(error, values, desk.by_machine, desk.facts.used)
+    cured = _cure(error, values, desk)
     return AskedError(told, cured, reason=str(error))
 
 
@@ -38,16 +38,16 @@ def field(
     return next((name for name in names if not by_machine(name)), None)
 
 
-def cure(
-    error: TooLittleError,
-    values: Mapping[str, Any],
-    by_machine: Callable[[str], bool],
-    machine: Machine | None,
-) -> str:
-    """Return which divider cures an error, as a template of `AskedError`; "" if none does.
+def divider_words(desk: Desk, clock_hz: Fraction, edges: int) -> str:
+    """Return the fields by which pixels have so many clock edges, as a template of `AskedError`."""
+    known = desk.given("clock_hz") or desk.by_machine("clock_hz")
+    clock = "" if known else f"{{clock_hz}} {_words(clock_hz)} "
+    return f"{clock}{{divider}} {edges}"
 
-    `machine` is the machine that is used.
-    """
+
+def _cure(error: TooLittleError, values: Mapping[str, Any], desk: Desk) -> str:
+    """Return which divider cures an error, as a template of `AskedError`; "" if none does."""
+    by_machine, machine = desk.by_machine, desk.facts.used
     clock_hz = _clock_hz(values, by_machine, machine)
     if error.quantity is None or clock_hz is None:
         return ""
@@ -58,7 +58,8 @@ def cure(
         return ""
     file = f"divider = {edges} in the table [clock] of {_plain(machine.path)}" if machine else ""
     if "divider" in values:
-        return f": {{divider}} {edges} would do" + (f", or {file}" if file else "")
+        would = f": {divider_words(desk, clock_hz, edges)} would do"
+        return would + (f", or {file}" if file else "")
     if file and by_machine("pixel_hz"):
         return f": {file} would do"
     hz = f"{float(clock_hz / edges):.10g}"
@@ -71,8 +72,13 @@ def _clock_hz(
     """Return the frequency of the clock's edges; of pixels where nothing says how many they are."""
     if "divider" not in values and by_machine("pixel_hz"):
         return machine.clock_hz if machine else None
-    hz = values.get("pixel_hz")
+    hz = values.get("clock_hz", values.get("pixel_hz"))
     return hz if isinstance(hz, Fraction) else None
+
+
+def _words(hz: Fraction) -> str:
+    decimal = f"{float(hz):.10g}"
+    return decimal if Fraction(decimal) == hz else str(hz)
 
 
 def _plain(text: object) -> str:

@@ -17,27 +17,13 @@ from pixstep.lines.units import TooLittleError
 from pixstep.machine import finding
 from pixstep.operations import longer_pixels
 from pixstep.operations import outputs as written
+from pixstep.operations.asked import FieldError, MissingError
 from pixstep.operations.desk import Desk, Source
 from pixstep.operations.facts import Facts, named_by
 from pixstep.operations.field import Field
 from pixstep.operations.kinds import FindScale, no_scale
 from pixstep.operations.request import Request, fields
 from pixstep.operations.result import Result
-
-
-class FieldError(UserError):
-    """A value of a request that does not fit; each front end says the field in its own words."""
-
-    def __init__(self, field: Field, reason: str) -> None:
-        super().__init__(f"{field.name}: {reason}")
-        self.field, self.reason = field, reason
-
-
-class MissingError(FieldError):
-    """A value that a request needs and that nothing says."""
-
-    def __init__(self, field: Field) -> None:
-        super().__init__(field, "is missing")
 
 
 @dataclass(frozen=True)
@@ -85,6 +71,7 @@ def resolve(
         else:
             value, sources[name] = _not_given(one, facts)
         facts.values[name] = value
+    request.complete(facts.values, sources)
     if facts.named.machine not in (None, finding.NONE):
         _ = facts.found  # a file that is named is refused also if nothing of it is used
     return request(**{name: facts.values[name] for name in facts.fields}), sources
@@ -94,8 +81,12 @@ def _read(field: Field, value: Any, scale: FindScale) -> Any:
     try:
         if field.many:
             several = value if isinstance(value, (list, tuple)) else (value,)
+            if field.required and not several:
+                raise MissingError(field)
             return tuple(field.kind.read(one, scale) for one in several)
         return field.kind.read(value, scale)
+    except MissingError:
+        raise
     except UserError as error:
         raise FieldError(field, str(error)) from None
 

@@ -30,7 +30,7 @@ from pixstep.operations.field import Field
 from pixstep.operations.kinds import FLAG, Kind
 
 if TYPE_CHECKING:
-    from pixstep.operations.desk import Desk
+    from pixstep.operations.desk import Desk, Source
     from pixstep.operations.facts import Facts
     from pixstep.operations.result import Result
 
@@ -50,6 +50,10 @@ class Request:
     @classmethod
     def prepare(cls, facts: Facts, say: Callable[[Iterable[str]], None]) -> None:
         """Say of the facts what is special to this request, before they are looked up."""
+
+    @classmethod
+    def complete(cls, values: dict[str, Any], sources: dict[str, Source]) -> None:
+        """Find the values that follow from others, once all are known."""
 
     def run(self, desk: Desk) -> Result:
         """Do it."""

@@ -73,6 +73,10 @@ class Result:
         self.text(lines)
         return "\n".join(lines.rows)
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is pickled: the page as it is, instead of what writes it."""
+        return {**self.__dict__, "text": self.page()}
+
     def __repr__(self) -> str:
         first = next(filter(str.strip, self.page().splitlines()), "").strip()
         return f"<Result {first[:100]!r}, status {self.status}>"

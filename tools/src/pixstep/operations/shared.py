@@ -74,8 +74,8 @@ def timer_of(about: str = "Whose timer ticks are counted.") -> Any:
 
 
 def simulated_board() -> Any:
-    """Return the field of the board that is simulated."""
-    return option(BOARD, "", required=True, machine=machine.of_board("kind"))
+    """Return the field of the board that is simulated, or told of."""
+    return option(BOARD, "Kind of the board.", required=True, machine=machine.of_board("kind"))
 
 
 def image() -> Any:

@@ -59,7 +59,7 @@ def limits(asked: Limited, hz: Fraction | None, *, least: int = 1) -> dict[int, 
 
 def used_frequency(
     desk: Desk,
-    clock_hz: Fraction | None,
+    given: Fraction | None,
     path: Path,
     header: ProfileHeader | None,
     divider: int = 1,
@@ -70,7 +70,6 @@ def used_frequency(
     given gets a note.
     """
     desk.say(meant_for.motor_notes(desk.facts, path, header))
-    given = clock_hz and clock_hz / divider
     own = origin.frequency_of(path, header)
     if own is None or (given and not desk.by_machine("pixel_hz")):
         desk.say(origin.frequency_notes(path, header, given, divider=divider))

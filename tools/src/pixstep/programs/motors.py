@@ -8,7 +8,6 @@ from fractions import Fraction
 from pixstep.board import capability, settings
 from pixstep.errors import RefusedError
 from pixstep.lines.linecheck import WHOLE_STEPS_PX2
-from pixstep.lines.units import number_text
 from pixstep.machine.model import Motor, Tables
 from pixstep.programs.language import AXIS_WORDS
 
@@ -214,12 +213,3 @@ def _max_jerk(machine: Tables, motor: Motor) -> float | None:
             f"more, or leave it out"
         )
     return found
-
-
-def limit_text(motor: PlanMotor, pixel_ms: float) -> str:
-    """Return a motor's limits as people read them."""
-    return (
-        f"{motor.name}: {number_text(motor.max_speed)} counts/ms, "
-        f"{number_text(motor.max_acceleration)} counts/ms2 = "
-        f"{number_text(motor.max_acceleration * pixel_ms**2)} steps/px2"
-    )

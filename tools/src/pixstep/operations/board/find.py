@@ -164,7 +164,7 @@ class Scan(OnPort):
         with bus.opened(desk, self) as found, scan.quickly(found.modbus, patience_s):
             answers, place = _search(desk, found, addresses, rates)
         if answers:
-            desk.say((f"{self.port}: {place['baud']} baud, parity {place['parity']}",))
+            desk.aside(f"note: {self.port}: {place['baud']} baud, parity {place['parity']}")
         else:
             desk.aside(f"{self.port}: nothing answers")
         data = {"port": self.port, **place, "boards": [item.as_json() for item in answers]}

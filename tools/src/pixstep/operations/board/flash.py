@@ -11,7 +11,6 @@ from pixstep.board import flash
 from pixstep.board.flash import FlashError, Image
 from pixstep.errors import UserError
 from pixstep.operations import bus, shared
-from pixstep.operations import machine_defaults as machine
 from pixstep.operations.bus import ToBoard
 from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import FILE
@@ -40,7 +39,7 @@ class Flash(ToBoard):
 
     result = FlashedBoard
 
-    board: str = option(shared.BOARD, "", required=True, machine=machine.of_board("kind"))
+    board: str = shared.simulated_board()
     hex_file: Path | None = option(
         FILE, "Image to write.", "--hex", default_text="the one built here"
     )

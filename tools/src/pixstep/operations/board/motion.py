@@ -95,13 +95,13 @@ class BoardMove(MoveFields, BoardClock, ToBoard):
 
     result = MadeMove
 
-    axis: int = option(shared.AXIS, "", default=0, machine=machine.axis)
+    axis: int = option(shared.AXIS, "Axis of the board.", default=0, machine=machine.axis)
 
     def run(self, desk: Desk) -> Result:
         """Plan the move, check it, make it."""
         with bus.one_board(desk, self) as (found, known):
             known.axes((self.axis,))
-            clock = Clock(self.pixel_hz, self.divider)
+            clock = Clock(self.edges_hz(known.board), self.divider)
             hz = clock.pixel_hz(known.board)
             _profile, move = self.plan(desk, hz, refuse=True)
             ready = onboard.prepare_move(known.board, self.axis, move, clock, str(self.profile))
@@ -124,7 +124,7 @@ class _Homing(HomeFields, BoardClock, ToBoard):
         """Check all that can be checked, then set and enable."""
         known.axes((self.axis,))
         known.board.require("homing")
-        clock = Clock(self.pixel_hz, self.divider)
+        clock = Clock(self.edges_hz(known.board), self.divider)
         plan = self.plan(desk, clock.pixel_hz(known.board), refuse=True)
         inputs = Inputs(self.inverted, self.filter_us, self.home_is_limit)
         return onboard.prepare_homing(known.board, plan, clock, inputs)

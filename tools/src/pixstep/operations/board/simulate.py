@@ -6,19 +6,17 @@ from __future__ import annotations
 import contextlib
 import sys
 from collections.abc import Iterator
-from fractions import Fraction
 from pathlib import Path
 from typing import Protocol, TypedDict
 
 from pixstep import atomic, signals
 from pixstep.board import boards
 from pixstep.errors import FINE, PlainError, RefusedError, UserError
-from pixstep.operations import machine_defaults as machine
 from pixstep.operations import shared
-from pixstep.operations.clocks import pixel_gate
+from pixstep.operations.clocks import OfClock, pixel_gate
 from pixstep.operations.desk import Desk
-from pixstep.operations.kinds import FILE, PATH, Whole
-from pixstep.operations.request import Request, operation, option
+from pixstep.operations.kinds import FILE, PATH
+from pixstep.operations.request import operation, option
 from pixstep.operations.result import Result
 from pixstep.simulation import benchscript, virtualbench
 from pixstep.simulation.benchscript import Order
@@ -80,7 +78,7 @@ class Terminal(Protocol):
 
 
 @operation("board simulate")
-class Simulate(Request):
+class Simulate(OfClock):
     """Simulate a board, and work its switches, clock and supply.
 
     Any Modbus client, `pixstep board` first of all, talks to it in real time by the port that it
@@ -93,20 +91,19 @@ class Simulate(Request):
     json_rows = "command"
 
     board: str = shared.simulated_board()
-    pixel_hz: Fraction = shared.pixel_hz(machine=machine.clock_hz)
     pixel_gate: tuple[int, float] | None = pixel_gate()
     link: Path | None = option(
         PATH, "A name for the port that stays the same: a symbolic link, taken away at the end."
     )
     script: Path | None = option(FILE, "Commands to begin with; - is the standard input.")
     image: Path | None = option(FILE, "Another firmware image (ELF) for the board.")
-    seed: int = option(Whole(0), "", default=1)
+    seed: int = shared.seed()
 
     def run(self, desk: Desk) -> Result:
         """Simulate until somebody ends it."""
         orders = self._orders()
         options = virtualbench.options(
-            self.board, self.pixel_hz, image=self.image, seed=self.seed, gate=self.pixel_gate
+            self.board, self.edges_hz, image=self.image, seed=self.seed, gate=self.pixel_gate
         )
         terminal: Terminal | None = desk.view
         typed = terminal.typed(scripted=self.script is not None) if terminal else None

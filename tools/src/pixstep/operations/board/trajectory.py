@@ -66,7 +66,7 @@ class BoardTrajectory(BoardPlayFields, RecordFields, BoardLineClock, ToBoard):
             board = known.board
             axes = reading_lines.line_axes(self.axis, AXES)
             known.axes(tuple(axes))
-            hz = settings.pixel_hz(board, self.pixel_hz, self.divider)
+            hz = settings.pixel_hz(board, self.edges_hz(board), self.divider)
             refuse_period(hz, board.tick_hz())
             clock = settings.of_clock(self.sync, self.divider)
             limits = connected(board, hz, AXES, clock)
@@ -79,7 +79,9 @@ class BoardTrajectory(BoardPlayFields, RecordFields, BoardLineClock, ToBoard):
             lines = dict(zip(axes, runs.turned(chosen, motor_ways), strict=True))
             check_lines(desk, known, lines, hz, clock)
             upload.require_idle(board, axes)
-            settings.set_clock(board, self.pixel_hz, self.sync, self.divider, self.gate_edges)
+            settings.set_clock(
+                board, self.edges_hz(board), self.sync, self.divider, self.gate_edges
+            )
             edges = self.divider or settings.divider(board)
             queues = Lines(board, axes)
             with recorded(desk, [queues], self.record_file, wanted=self.record) as records:

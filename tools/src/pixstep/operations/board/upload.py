@@ -118,7 +118,7 @@ class Upload(RecordFields, BoardLineClock, ToBoard):
 
     def _judge(self, desk: Desk, known: Known, lines: dict[int, Line], divider: int) -> None:
         """Refuse what the board or a motor cannot do, and files for a lower frequency."""
-        pixel_hz = settings.pixel_hz(known.board, self.pixel_hz, divider)
+        pixel_hz = settings.pixel_hz(known.board, self.edges_hz(known.board), divider)
         refuse_period(pixel_hz, known.board.tick_hz())
         for path in self.csv:
             header = formats.read_motion(path, raw=True).header
@@ -132,7 +132,7 @@ class Upload(RecordFields, BoardLineClock, ToBoard):
 
     def _set(self, board: Board) -> None:
         """Write the settings that were asked for."""
-        settings.set_clock(board, self.pixel_hz, self.sync, self.divider, self.gate_edges)
+        settings.set_clock(board, self.edges_hz(board), self.sync, self.divider, self.gate_edges)
         if self.backlash_policy:
             board.write_setting("backlash_policy", POLICIES[self.backlash_policy])
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, TypedDict
 
 from pixstep import formats
-from pixstep.errors import FINE, NEGATIVE, REFUSED, RefusedError, UserError
+from pixstep.errors import FINE, NEGATIVE, REFUSED, UserError
 from pixstep.formats import convert, prn
 from pixstep.formats.describe import Description, describe, table
 from pixstep.formats.examine import NAMES, Examined, check_name, examine
@@ -16,7 +16,7 @@ from pixstep.formats.findings import LENIENT, STRICT, shown_path
 from pixstep.formats.recognise import KINDS
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.operations import shared
-from pixstep.operations.asked import AskedError
+from pixstep.operations.asked import AskedError, AskedRefusedError
 from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import FILE, HZ, OUTPUT, TEXT, Choice, Pixels, Whole
 from pixstep.operations.request import Request, argument, flag, operation, option
@@ -226,4 +226,4 @@ class FileConvert(Request):
         except UserError as error:
             if self.lenient or examine(self.source, LENIENT, raw=self.raw).findings.refused:
                 raise
-            raise RefusedError(f"{error} (--lenient accepts it)") from None
+            raise AskedRefusedError("{reason} ({lenient} accepts it)", reason=error) from None

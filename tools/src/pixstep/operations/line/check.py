@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import functools
 from dataclasses import replace
-from fractions import Fraction
 from itertools import groupby
 from pathlib import Path
 from typing import TypedDict
@@ -19,12 +18,12 @@ from pixstep.lines.line import Line
 from pixstep.lines.linecheck import Finding, FindingFacts, Limits
 from pixstep.lines.units import Quantity
 from pixstep.operations import judging, shared
-from pixstep.operations import machine_defaults as machine
-from pixstep.operations.asked import AskedError
+from pixstep.operations.asked import AskedError, AskedRefusedError
+from pixstep.operations.clocks import OfClock
 from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import FILE, JERK_FIGURE, OUTPUT, Whole, WholeHz
 from pixstep.operations.reading_lines import load_line
-from pixstep.operations.request import Request, argument, flag, operation, option
+from pixstep.operations.request import argument, flag, operation, option
 from pixstep.operations.result import STATUSES, VERDICTS, Page, Result
 
 
@@ -44,7 +43,7 @@ class CheckedLine(TypedDict):
 
 
 @operation("line check")
-class LineCheck(Request):
+class LineCheck(OfClock):
     """Check a line of a CSV or CSB file, and the file's form as `file check` does.
 
     With a pixel frequency by the limits of the board too, and by those of the machine file's motor.
@@ -55,15 +54,13 @@ class LineCheck(Request):
     result = CheckedLine
 
     csv: Path = argument(FILE, shown="FILE")
-    decode: str = shared.decode("")
+    decode: str = shared.decode()
     backlash: int = shared.backlash()
     raw: bool = shared.raw()
     lenient: bool = flag("Accept LF and a missing final newline, as `file check` does.")
     line_number: int | None = shared.line_number()
-    pixel_hz: Fraction | None = shared.pixel_hz(
-        "Check the board's step rate and reversals too.", required=False, machine=machine.clock_hz
-    )
-    divider: int = shared.divider()
+    needs_clock = False  # with a frequency the board's step rate and reversals are checked too
+
     sync: str = shared.sync()
     board: str = shared.timer_of()
     axes: int = option(
@@ -88,9 +85,9 @@ class LineCheck(Request):
             raw=self.raw,
             number=self.line_number,
             read=functools.partial(_read_strictly, lenient=self.lenient),
-            pixel_hz=self.line_hz,
+            pixel_hz=self.pixel_hz,
             refuse_faster=True,
-            divider=self.divider,
+            divider=self.edges,
         )
         found = linecheck.check(line, self._bounds(line, desk))
         severity = linecheck.exit_status(found)
@@ -99,7 +96,7 @@ class LineCheck(Request):
             "line": self.line_number or 1,
             "decode": self.decode,
             "backlash": self.backlash,
-            "board": self.board if self.line_hz else None,
+            "board": self.board if self.pixel_hz else None,
             "verdict": VERDICTS[severity],
             "pixels": line.pixels,
             "steps": line.total_steps,
@@ -108,18 +105,13 @@ class LineCheck(Request):
         }
         return Result(data, functools.partial(_page, data, found), STATUSES[severity])
 
-    @property
-    def line_hz(self) -> Fraction | None:
-        """The frequency of pixels."""
-        return self.pixel_hz and self.pixel_hz / self.divider
-
     def _bounds(self, line: Line, desk: Desk) -> Limits:
         """Return what the board and the motor let the line do."""
-        hz, of_board = self.line_hz, Limits()
+        hz, of_board = self.pixel_hz, Limits()
         if self.axes > boards.load(self.board).axes:
             raise AskedError(f"{{axes}} {self.axes}: {boards.axes_text(self.board)}")
         if hz:
-            clock = settings.of_clock(self.sync, self.divider)
+            clock = settings.of_clock(self.sync, self.edges)
             of_board = named(self.board, hz, axes=self.axes, clock=clock).of(line)
             if not (desk.given("board") or desk.by_machine("board")):
                 label = boards.load(self.board).label
@@ -144,7 +136,7 @@ def _read_strictly(path: Path, *, raw: bool, lenient: bool) -> formats.MotionFil
     except RefusedError as error:
         if lenient or not _reads_leniently(path, raw=raw):
             raise
-        raise RefusedError(f"{error} (--lenient accepts it)") from None
+        raise AskedRefusedError("{reason} ({lenient} accepts it)", reason=error) from None
 
 
 def _reads_leniently(path: Path, *, raw: bool) -> bool:
@@ -178,15 +170,13 @@ class PlannedLine(TypedDict):
 
 
 @operation("line plan")
-class LinePlan(Request):
+class LinePlan(OfClock):
     """Plan the edges of a line of a CSV or CSB with the native build of the firmware's core."""
 
     result = PlannedLine
 
     csv: Path = argument(FILE, shown="FILE")
-    decode: str = shared.decode("")
-    pixel_hz: Fraction = shared.pixel_hz(machine=machine.clock_hz)
-    divider: int = shared.divider()
+    decode: str = shared.decode()
     backlash: int = shared.backlash()
     raw: bool = shared.raw()
     line_number: int | None = shared.line_number()
@@ -197,10 +187,10 @@ class LinePlan(Request):
 
     def run(self, desk: Desk) -> Result:
         """Plan the line and write its edges."""
-        hz = self.pixel_hz / self.divider
+        hz = self.line_hz
         line = load_line(
             desk, self.csv, self.decode, self.backlash, raw=self.raw, number=self.line_number,
-            pixel_hz=hz, divider=self.divider,
+            pixel_hz=hz, divider=self.edges,
         )  # fmt: skip
         tick_hz = self.timer_hz or boards.load(self.board).tick_hz
         limits = named(self.board, hz, tick_hz).of_core()

@@ -17,10 +17,11 @@ from pixstep.lines.units import Quantity
 from pixstep.operations import machine_defaults as machine
 from pixstep.operations import meant_for, shared
 from pixstep.operations.asked import AskedError
+from pixstep.operations.clocks import OfClock
 from pixstep.operations.desk import Desk
 from pixstep.operations.facts import Facts
 from pixstep.operations.kinds import FILE, JERK_FIGURE, OUTPUT, SPEED_FIGURE, TEXT, Pixels, Steps
-from pixstep.operations.request import Request, flag, operation, option
+from pixstep.operations.request import flag, operation, option
 from pixstep.operations.result import Result
 from pixstep.profiles import accelerate, generator, origin
 from pixstep.profiles.generator import MOST_PIXELS
@@ -36,12 +37,13 @@ class MadeLine(TypedDict):
     steps: int
     backlash_steps: int
     speed_steps_s: float
+    clock_hz: str
     pixel_hz: str
     divider: int
 
 
 @operation("line make")
-class LineMake(Request):
+class LineMake(OfClock):
     """Make a line: up, constant speed, down, by a profile or by an acceleration.
 
     A pixel has as many edges of the pixel clock as the acceleration needs, or as --divider says; a
@@ -70,7 +72,6 @@ class LineMake(Request):
         Steps(1),
         "With --max-acceleration: length of the whole line, steps or 20mm; a short one is slower.",
     )
-    pixel_hz: Fraction = shared.pixel_hz(machine=machine.clock_hz)
     divider: int | None = option(
         shared.EDGES, "Clock edges of a pixel.", shown="M", machine=machine.divider,
         default_text="1; with --max-acceleration the fewest that allow it",
@@ -98,7 +99,7 @@ class LineMake(Request):
         if self.plain and self.decode == SMOOTH:
             raise AskedError("{plain} and {decode} smooth contradict each other")
         line = _made(self, desk)
-        line_hz = self.pixel_hz / line.divider
+        line_hz = self.edges_hz / line.divider
         if desk.given("negative") and self.negative and not self.is_plain:
             desk.say(
                 ["counts of a smooth line have no sign: --negative for `sim` and `board upload`"]
@@ -113,7 +114,7 @@ class LineMake(Request):
         if self.jerk_warn is not None and not self.is_plain:
             status = _warn_of_jerk(desk, line, units.whole_limit(self.jerk_warn, line_hz, least=0))
         data = _data(self, line)
-        text = _text(data, self.pixel_hz) + _use_text(desk.facts, line.divider)
+        text = _text(data, line_hz) + _use_text(desk.facts, line.divider)
         return Result(data, text, status)
 
     @property
@@ -157,7 +158,7 @@ def _of_profile(asked: LineMake, desk: Desk, request: generator.LineRequest) -> 
     if desk.given("max_jerk"):
         raise AskedError("{max_jerk}: only with {max_acceleration}; a profile has its own")
     divider = asked.divider or 1
-    line_hz = asked.pixel_hz / divider
+    line_hz = asked.edges_hz / divider
     speeds, notes = formats.read_prn(profile, lenient=asked.lenient)
     desk.say([*notes, *meant_for.motor_notes(desk.facts, profile, None)])
     desk.say(origin.frequency_notes(profile, None, line_hz, refuse=True))
@@ -171,10 +172,10 @@ def _of_acceleration(asked: LineMake, desk: Desk, request: generator.LineRequest
     scale, acceleration = desk.facts.scale(), asked.max_acceleration
     assert acceleration is not None
     wanted = accelerate.Wanted(
-        asked.speed.in_steps(scale), acceleration, asked.max_jerk, asked.pixel_hz, asked.is_plain
+        asked.speed.in_steps(scale), acceleration, asked.max_jerk, asked.edges_hz, asked.is_plain
     )
     divider = asked.divider or accelerate.choose_divider(wanted)
-    line_hz = asked.pixel_hz / divider
+    line_hz = asked.edges_hz / divider
     top = units.whole_speed(asked.speed, line_hz, scale, smooth=not asked.is_plain)
     used = accelerate.note(wanted, divider)
     made, speed = accelerate.line(wanted, top, divider, asked.length, request)
@@ -192,8 +193,9 @@ def _data(asked: LineMake, line: _Made) -> MadeLine:
         "image_pixel": made.image_pixel,
         "steps": sum(made.counts) + asked.backlash,
         "backlash_steps": asked.backlash,
-        "speed_steps_s": float(line.speed * asked.pixel_hz / line.divider),
-        "pixel_hz": hz_text(asked.pixel_hz),
+        "speed_steps_s": float(line.speed * asked.edges_hz / line.divider),
+        "clock_hz": hz_text(asked.edges_hz),
+        "pixel_hz": hz_text(asked.edges_hz / line.divider),
         "divider": line.divider,
     }
 

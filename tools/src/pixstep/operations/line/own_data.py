@@ -3,21 +3,21 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
 from pathlib import Path
 from typing import Any, TypedDict
 
 from pixstep import atomic, formats, owndata
-from pixstep.errors import RefusedError
 from pixstep.formats.findings import counted
 from pixstep.lines import linecheck
 from pixstep.lines.line import SMOOTH
 from pixstep.lines.linecheck import FindingFacts
 from pixstep.operations import machine_defaults as machine
 from pixstep.operations import shared
+from pixstep.operations.asked import AskedRefusedError
+from pixstep.operations.clocks import OfClock
 from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import FILE, OUTPUT, TEXT, Choice, Text, Whole
-from pixstep.operations.request import Request, argument, flag, operation, option
+from pixstep.operations.request import argument, flag, operation, option
 from pixstep.operations.result import Result
 from pixstep.owndata.naming import QUANTITIES
 from pixstep.owndata.numerals import DECIMALS
@@ -50,7 +50,7 @@ class ImportedLine(TypedDict):
 
 
 @operation("line import")
-class LineImport(Request):
+class LineImport(OfClock):
     """Make a line of your own table: what a spreadsheet exports, or what numpy's savetxt writes.
 
     One row a pixel (positions: one more, the start). Lengths need a motor of the machine file. What
@@ -78,11 +78,8 @@ class LineImport(Request):
         Choice(tuple(DECIMALS)), "What divides the decimals; the other one thousands.",
         default_text="by the file",
     )  # fmt: skip
-    pixel_hz: Fraction | None = shared.pixel_hz(
-        "Pixel clock: for speeds per second, and to check times.", required=False,
-        machine=machine.clock_hz,
-    )  # fmt: skip
-    divider: int = shared.divider()
+    needs_clock = False  # only for speeds per second, and to check times
+
     negative: bool | None = flag(
         "Turn the direction round.", off="--no-negative", default=None,
         machine=machine.negative_of_motor,
@@ -92,7 +89,7 @@ class LineImport(Request):
 
     def run(self, desk: Desk) -> Result:
         """Read the table, make the line and write it."""
-        hz = self.pixel_hz and self.pixel_hz / self.divider
+        hz = self.pixel_hz
         request = owndata.Request(
             self.decode, hz, self.quantity, self.length_unit, self.column, desk.facts.scale(),
             negative=bool(self.negative), fit=self.fit,
@@ -100,15 +97,14 @@ class LineImport(Request):
         )  # fmt: skip
         made = owndata.import_line(self.table, request)
         line = made.line
-        for item in made.findings:
-            if item.severity == linecheck.ERROR:
-                hint = (
-                    "" if self.fit or line.decode != SMOOTH else " (--fit makes the nearest line)"
-                )
-                raise RefusedError(
-                    f"{self.table}: pixel {item.pixel}: {item.name}: {item.message}{hint}"
-                )
-        header = origin.of_pixels(self.output, 0, hz, self.divider) if hz else None
+        wrong = next((item for item in made.findings if item.severity == linecheck.ERROR), None)
+        if wrong is not None:
+            fits = line.decode == SMOOTH and not self.fit
+            raise AskedRefusedError(
+                "{where}: {why}" + " ({fit} makes the nearest line)" * fits,
+                where=f"{self.table}: pixel {wrong.pixel}: {wrong.name}", why=wrong.message,
+            )  # fmt: skip
+        header = origin.of_pixels(self.output, 0, hz, self.edges) if hz else None
         formats.write_csv(self.output, list(line.counts), header)
         desk.say(made.assumed)
         desk.say(f"pixel {item.pixel}: {item.name}: {item.message}" for item in made.findings)

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
 from pathlib import Path
 
 from pixstep import formats
@@ -11,34 +10,32 @@ from pixstep.errors import UserError
 from pixstep.lines import linecheck
 from pixstep.lines.line import Line
 from pixstep.lines.units import Quantity
-from pixstep.operations import machine_defaults as machine
 from pixstep.operations import shared, showing
+from pixstep.operations.clocks import OfClock
 from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import FILE, Pixels
-from pixstep.operations.request import Request, argument, operation, option
+from pixstep.operations.request import argument, operation, option
 from pixstep.operations.result import Result
 from pixstep.operations.showing import ShownMotion
 from pixstep.profiles.kinematics import LineDrawing
 
 
 @operation("line show")
-class LineShow(Request):
+class LineShow(OfClock):
     """Show speed, acceleration, jerk and position of a line: a table, with --plot a drawing."""
 
     result = ShownMotion
 
     csv: Path = argument(FILE)
-    decode: str = shared.decode("")
+    decode: str = shared.decode()
     backlash: int = shared.backlash()
     raw: bool = shared.raw()
     lead_in: int | None = option(
         Pixels(0),
         "Constant pixels before the image, to mark its start. Default: the header's.",
     )
-    pixel_hz: Fraction | None = shared.pixel_hz(
-        "Pixel frequency. Default: the header's.", required=False, machine=machine.clock_hz
-    )
-    divider: int = shared.divider()
+    needs_clock = False  # the header may say it
+
     max_speed: Quantity | None = shared.max_speed()
     max_acceleration: Quantity | None = shared.max_acceleration()
     max_jerk: Quantity | None = shared.max_jerk()
@@ -48,7 +45,7 @@ class LineShow(Request):
         """Read the line and show it."""
         read = formats.read_csv(self.csv, raw=self.raw)
         desk.say(read.notes)
-        hz = showing.used_frequency(desk, self.pixel_hz, self.csv, read.header, self.divider)
+        hz = showing.used_frequency(desk, self.pixel_hz, self.csv, read.header, self.edges)
         lead_in = self.lead_in
         if lead_in is None and read.header:
             lead_in = read.header.lead_in_px

@@ -26,7 +26,7 @@ class HomeFields(Request):
     """Homing by a profile: where the switch is sought, how fast, and what it is."""
 
     profile: Path = argument(FILE, machine=machine.profile("home"))
-    axis: int = option(shared.AXIS, "", default=0, machine=machine.axis)
+    axis: int = option(shared.AXIS, "Axis of the board.", default=0, machine=machine.axis)
     direction: str = option(
         Choice(list(DIRECTIONS)),
         "Where the switch is sought: closed from its place on, in this direction.", default="plus",

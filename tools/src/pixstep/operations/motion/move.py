@@ -83,7 +83,7 @@ class MoveSim(MoveFields):
 
     pixel_hz: Fraction = shared.pixel_hz()
     board: str = shared.simulated_board()
-    axis: int = option(shared.AXIS, "", default=0, machine=machine.axis)
+    axis: int = option(shared.AXIS, "Axis of the board.", default=0, machine=machine.axis)
     out: Path = shared.out("move")
     plot: bool = shared.plots()
     details: bool = shared.details()

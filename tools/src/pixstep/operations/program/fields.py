@@ -66,8 +66,8 @@ class ProgramFields(Request):
         """
         machine = desk.facts.found
         if machine is None:
-            raise UserError(
-                f"no machine file: --machine FILE, {finding.VARIABLE}, or {finding.NAME} in this "
+            raise AskedError(
+                f"no machine file: {{machine}} FILE, {finding.VARIABLE}, or {finding.NAME} in this "
                 f"folder (`pixstep machine new` begins one)"
             )
         setup = self._setup(machine)

@@ -11,9 +11,9 @@ from pixstep.board import boards, limits, settings
 from pixstep.board.port import BAUD
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
-from pixstep.operations import judging, machine_defaults, reading_lines, shared, simulated
+from pixstep.operations import judging, reading_lines, shared, simulated
 from pixstep.operations.asked import AskedError
-from pixstep.operations.clocks import FlawFields
+from pixstep.operations.clocks import FlawFields, OfClock
 from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import FILE, TEXT, Choice, Whole
 from pixstep.operations.reading_lines import per_line
@@ -35,7 +35,7 @@ class _Baud(Whole):
 
 
 @operation("sim")
-class Sim(FlawFields):
+class Sim(OfClock, FlawFields):
     """Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.
 
     Any set of axes: of several files --axis is the first of a row, or given once for each.
@@ -48,11 +48,9 @@ class Sim(FlawFields):
     csv: tuple[Path, ...] = reading_lines.line_files()
     board: str = shared.simulated_board()
     decode: tuple[str, ...] = reading_lines.decodes()
-    pixel_hz: Fraction = shared.pixel_hz(machine=machine_defaults.clock_hz)
     backlash: tuple[int, ...] = reading_lines.backlashes()
     axis: tuple[int, ...] = reading_lines.axes()
     sync: str = shared.sync()
-    divider: int = shared.divider()
     gate_edges: int = shared.gate_edges()
     serial_load: bool = flag("Saturate the serial line while moving.")
     baud: int = option(
@@ -84,9 +82,9 @@ class Sim(FlawFields):
 
     def run(self, desk: Desk) -> Result:
         """Run the lines in the simulator."""
-        line_hz = self.pixel_hz / self.divider
+        line_hz = self.line_hz
         lines = reading_lines.read_lines(
-            desk, self, pixel_hz=line_hz, divider=self.divider, refuse_faster=self.check
+            desk, self, pixel_hz=line_hz, divider=self.edges, refuse_faster=self.check
         )
         axes = reading_lines.line_axes(self.axis, len(lines))
         if max(axes) >= boards.load(self.board).axes:
@@ -103,7 +101,7 @@ class Sim(FlawFields):
         return simulated.result(judged.summary, self.out, write)
 
     def _check(self, desk: Desk, lines: list[Line], line_hz: Fraction) -> None:
-        clock = settings.of_clock(self.sync, self.divider)
+        clock = settings.of_clock(self.sync, self.edges)
         found = limits.named(self.board, line_hz, axes=len(lines), clock=clock)
         motors = judging.motor_limits(desk.facts, lines, line_hz)
         for line, motor in zip(lines, motors, strict=True):
@@ -114,12 +112,12 @@ class Sim(FlawFields):
         return Job(
             board=self.board,
             lines=lines,
-            pixel_hz=self.pixel_hz,
+            pixel_hz=self.edges_hz,
             pixel_ppm=self.pixel_ppm,
             flaws=self.flaws,
             sync=self.sync,
             gate_edges=self.gate_edges,
-            divider=self.divider,
+            divider=self.edges,
             serial_load=self.serial_load,
             baud=self.baud,
             seed=self.seed,

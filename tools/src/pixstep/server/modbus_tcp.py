@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: MIT
+"""Modbus TCP, the second door of a server: for PLCs, and whatever else speaks it.
+
+The library brings frames and threads; each request goes to the bus as it is, whatever its function.
+"""
+
+import itertools
+import threading
+import time
+from typing import Any
+
+from pixstep.board import rtu
+from pixstep.board.port import LAST_UNIT
+from pixstep.errors import UserError
+from pixstep.server import bus, meaning, messages
+from pixstep.server.bus import Bus, Job
+from pixstep.server.meaning import Meaning
+from pixstep.server.messages import Message
+from pixstep.server.sessions import Session, Sessions
+
+EXTRA = "pyModbusTCP is not installed: pip install 'pixstep[modbus-tcp]'"
+_ILLEGAL_FUNCTION, _BUSY = 1, 6
+_NO_PATH, _NO_ANSWER = 10, 11  # of a gateway: the port is gone; the unit does not answer
+_EXCEPTIONS = {
+    messages.TAKEN: _BUSY,
+    messages.OVERTAKEN: _BUSY,
+    messages.NO_REPLY: _NO_ANSWER,
+}
+_ECHO_BYTES = 5  # of the reply to a write: function, address, count or value
+
+
+class Door:
+    """The clients of Modbus TCP: each connection is one, named by its address."""
+
+    def __init__(self, owner: Bus, sessions: Sessions, *, writes: bool) -> None:
+        self._bus, self._sessions, self._writes = owner, sessions, writes
+        self._clients: dict[tuple[str, int], Session] = {}
+        self._numbers = itertools.count()
+
+    def listen(self, host: str, number: int) -> int:
+        """Serve in threads of the library and return the port's number, which is found for 0.
+
+        Raises UserError if that cannot be.
+        """
+        try:
+            from pyModbusTCP.server import ModbusServer
+        except ImportError:
+            raise UserError(f"--modbus-tcp: {EXTRA}") from None
+        door = self
+
+        class Server(ModbusServer):  # type: ignore[misc]
+            """The library's server; its clients are the door's."""
+
+            class ModbusService(ModbusServer.ModbusService):  # type: ignore[misc]
+                """One connection."""
+
+                def finish(self) -> None:
+                    """Let the client go."""
+                    door.leave(self.client_address[:2])
+
+        server = Server(host, number, no_block=True, ext_engine=self.answer)
+        try:
+            server.start()
+        except ModbusServer.NetworkError as error:
+            raise UserError(f"--modbus-tcp {host}:{number}: {_said(error)}") from None
+        found: int = server._service.server_address[1]
+        return found
+
+    def answer(self, data: Any) -> None:
+        """Answer the library's request of a client."""
+        session = self._session((data.client.address, data.client.port))
+        session.last_s = time.monotonic()
+        session.requests += 1
+        data.response.pdu.raw = self._answer(
+            session, data.request.mbap.unit_id, data.request.pdu.raw
+        )
+
+    def leave(self, address: tuple[str, int]) -> None:
+        """Let a client go. Its lines go on: a PLC may connect for each request anew."""
+        session = self._clients.pop(address, None)
+        if session:
+            self._sessions.leave(session)
+
+    def _session(self, address: tuple[str, int]) -> Session:
+        session = self._clients.get(address)
+        if not session:
+            session = Session("{}:{}".format(*address), "modbus tcp")
+            self._clients[address] = session
+            self._sessions.enter(session)
+        return session
+
+    def _answer(self, session: Session, unit: int, pdu: bytes) -> bytes:
+        """Return the PDU of the reply."""
+        means = meaning.of(pdu)
+        if means.writes and not means.stops:
+            if not self._writes:
+                return _exception(pdu, _ILLEGAL_FUNCTION)
+            if self._sessions.claim(session):
+                return _exception(pdu, _BUSY)
+        tells = unit == 0 and means.writes
+        if not (1 <= unit <= LAST_UNIT or tells):
+            return _exception(pdu, _NO_ANSWER)
+        answer = self._ask(session, unit, pdu, means, tells=tells)
+        if "error" in answer:
+            return _exception(pdu, _EXCEPTIONS.get(answer["error"], _NO_PATH))
+        return pdu[:_ECHO_BYTES] if tells else bytes.fromhex(answer["pdu"])
+
+    def _ask(
+        self, session: Session, unit: int, pdu: bytes, means: Meaning, *, tells: bool
+    ) -> Message:
+        """Put a request before the bus, and wait for its answer."""
+        came = threading.Event()
+        answers: list[Message] = []
+
+        def finish(answer: Message) -> None:
+            answers.append(answer)
+            came.set()
+
+        number = next(self._numbers)
+        session.open.add(number)
+        rank = bus.FIRST if means.stops else bus.READER
+        patience = self._sessions.patience(session, *self._bus.line.patience)
+        self._bus.submit(Job(session.name, unit, pdu, means, finish, rank, tells, patience))
+        came.wait()
+        session.open.discard(number)
+        return answers[0]
+
+
+def _exception(pdu: bytes, code: int) -> bytes:
+    return bytes([pdu[0] | rtu.EXCEPTION, code])
+
+
+def _said(error: Exception) -> str:
+    cause = error.args[0] if error.args else error
+    return getattr(cause, "strerror", None) or str(cause)
