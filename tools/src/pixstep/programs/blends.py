@@ -6,9 +6,9 @@ V of one move to V of the next by a trapezoid of acceleration whose flanks last 
 stay exact, as the blend is symmetric.
 """
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, fields
-from typing import NamedTuple
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -53,8 +53,33 @@ class Timed(NamedTuple):
     clipped: bool = False  # rule 3 has shortened its blend
 
 
+class Columns:
+    """A dataclass of arrays, or of such dataclasses, that have a row for each of some things."""
+
+    def part(self, choice: slice | npt.NDArray[np.bool_ | np.intp]) -> Self:
+        """Return some of the rows."""
+        return type(self)(
+            **{
+                name: one.part(choice) if isinstance(one, Columns) else one[choice]
+                for name, one in vars(self).items()
+            }
+        )
+
+    @classmethod
+    def joined(cls, parts: Sequence[Self]) -> Self:
+        """Return parts in a row."""
+        return cls(
+            **{
+                name: type(one).joined([getattr(part, name) for part in parts])
+                if isinstance(one, Columns)
+                else np.concatenate([getattr(part, name) for part in parts])
+                for name, one in vars(parts[0]).items()
+            }
+        )
+
+
 @dataclass(frozen=True)
-class Intervals:
+class Intervals(Columns):
     """Pieces of a path over programmed time; positions are cubic in each, one column a motor."""
 
     du: Floats
@@ -68,33 +93,22 @@ class Intervals:
     def __len__(self) -> int:
         return len(self.du)
 
-    def part(self, choice: slice | npt.NDArray[np.bool_ | np.intp]) -> "Intervals":
-        """Return some of the intervals."""
-        return Intervals(**{one.name: getattr(self, one.name)[choice] for one in fields(self)})
-
-    @staticmethod
-    def joined(parts: list["Intervals"]) -> "Intervals":
-        """Return parts in a row."""
-        names = [one.name for one in fields(Intervals)]
-        return Intervals(
-            **{name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
-        )
-
     def divided(self, pieces: npt.NDArray[np.int64]) -> "Intervals":
         """Return each interval in a number of equal pieces."""
         index = np.repeat(np.arange(len(self)), pieces)
         number = np.arange(len(index)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
         du = self.du[index] / pieces[index]
-        s = (number * du)[:, None]
-        speed, bend, twist = self.speed[index], self.bend[index], self.twist[index]
-        return Intervals(
-            du,
-            self.place[index] + s * (speed + s * (bend / 2 + s * twist / 6)),
-            speed + s * (bend + s * twist / 2),
-            bend + s * twist,
-            twist,
-            self.move[index],
-            self.rest[index],
+        return self.part(index).within(number * du, du)
+
+    def within(self, begin: Floats, du: Floats) -> "Intervals":
+        """Return of each interval what begins `begin` after its own beginning and is `du` long."""
+        s, speed, bend, twist = begin[:, None], self.speed, self.bend, self.twist
+        return replace(
+            self,
+            du=du,
+            place=self.place + s * (speed + s * (bend / 2 + s * twist / 6)),
+            speed=speed + s * (bend + s * twist / 2),
+            bend=bend + s * twist,
         )
 
     @property
@@ -206,7 +220,8 @@ class NominalPath:
             ),
             _ramps(fall, ts / ta, speed, last, level + speed * straight[:, None], numbers),
         ]  # fmt: skip
-        found = _by_move(parts)
+        joined = Intervals.joined(parts)
+        found = joined.part(np.argsort(joined.move, kind="stable"))  # a move's one after the other
         self._place, self._speed = target[-1], last[-1]
         self._count += len(moves)
         if stop is not None:
@@ -218,12 +233,6 @@ class NominalPath:
             found = Intervals.joined([found, end])
             self._speed = nought
         return found.part(found.du > _NOTHING_MS)
-
-
-def _by_move(parts: list[Intervals]) -> Intervals:
-    """Return for each move its intervals of each part, one part after the other."""
-    joined = Intervals.joined(parts)
-    return joined.part(np.argsort(joined.move, kind="stable"))
 
 
 def _ramps(

@@ -12,7 +12,7 @@ several is taken. The plan is not the fastest one possible.
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -78,29 +78,20 @@ def _sections(name: str, runs: Iterable[PacedPath], pixel_ms: float) -> Iterator
         for part in np.split(np.arange(len(run.path)), np.unique([*places, *(places + 1)])):
             if not len(part):
                 continue
-            found = PacedPath(run.path.part(part), run.begin[part], run.end[part])
+            found = run.part(part)
             if found.path.rest[0]:
                 if waiting:
-                    yield _joined(waiting)
+                    yield PacedPath.joined(waiting)
                 waiting, pixels, pieces = [], 0.0, 0
                 yield found
                 continue
             waiting.append(found)
-            ms = 2 * found.path.du / (np.sqrt(found.begin) + np.sqrt(found.end))
-            pixels += float(np.sum(ms[~found.path.straight])) / pixel_ms
+            pixels += float(np.sum(found.ms[~found.path.straight])) / pixel_ms
             pieces += len(part)
             if pixels > MOST_PIXELS or pieces > _MOST_PIECES:
                 raise _too_long(name)
     if waiting:
-        yield _joined(waiting)
-
-
-def _joined(runs: list[PacedPath]) -> PacedPath:
-    return PacedPath(
-        Intervals.joined([run.path for run in runs]),
-        np.concatenate([run.begin for run in runs]),
-        np.concatenate([run.end for run in runs]),
-    )
+        yield PacedPath.joined(waiting)
 
 
 def _too_long(name: str) -> RefusedError:
@@ -124,7 +115,7 @@ class _Section:
 
     def timeline(self) -> Timeline:
         """Return the section in time, from 0 on."""
-        plain = _one(list(timelines([self.run], self.limits)))
+        plain = Timeline.joined(list(timelines([self.run], self.limits)))
         if plain.end > MOST_PIXELS * self.pixel:
             raise _too_long(self.name)
         if self._keeps(plain):
@@ -180,10 +171,8 @@ class _Section:
 
     def _fine(self, pixels: float) -> Intervals:
         """Return the path in pieces that are short beside the window."""
-        run = self.run
-        ms = 2 * run.path.du / (np.sqrt(run.begin) + np.sqrt(run.end))
         length = max(pixels / _FINE, 1) * self.pixel
-        return run.path.divided(np.maximum(np.ceil(ms / length), 1).astype(np.int64))
+        return self.run.path.divided(np.maximum(np.ceil(self.run.ms / length), 1).astype(np.int64))
 
     def _smooth(
         self, run: PacedPath, length: "PathLength", window: int, most: float
@@ -211,13 +200,10 @@ class _Section:
     def _slower(self, line: Timeline) -> Floats:
         """Return by which factor w is to fall in each pixel; 1 where every limit is kept."""
         path, limits = line.path, self.limits
-        cap = np.minimum(
-            time_law.speed_cap(path, path.end_speed, limits),
-            time_law.corner_cap(path, path.end_bend, limits),
-        )
+        cap = time_law.highest(path, limits)
         fastest = np.maximum(line.rate, line.rate + line.gain * line.ms) ** 2
         acceleration = np.maximum(*(np.abs(one) for one in line.accelerations()))
-        most = time_law.accelerations(path, path.end_speed, limits)
+        most = time_law.accelerations(path, limits)
         ratio = np.maximum(fastest / cap, np.max(acceleration / most, axis=1))
         jerk = np.max(np.abs(jerks(line, self.setup)) / self.jerk, axis=1)
         slower = np.ones(max(len(jerk), int(line.end / self.pixel) + 1))
@@ -264,7 +250,10 @@ class _Section:
         while line.end < most:
             if self._keeps(line):
                 return line
-            line = _slow(line, _STRETCH)
+            line = replace(
+                line, start=line.start * _STRETCH, ms=line.ms * _STRETCH,
+                rate=line.rate / _STRETCH, gain=line.gain / _STRETCH**2,
+            )  # fmt: skip
         return None
 
 
@@ -385,23 +374,6 @@ def _factor(ratio: Floats) -> Floats:
     return np.clip(_ROOM / ratio, _LEAST, _MOST)
 
 
-def _one(lines: list[Timeline]) -> Timeline:
-    """Return timelines in a row as one."""
-    names = [one.name for one in fields(Timeline) if one.name != "path"]
-    path = Intervals.joined([line.path for line in lines])
-    return Timeline(
-        path, **{name: np.concatenate([getattr(line, name) for line in lines]) for name in names}
-    )
-
-
-def _slow(line: Timeline, factor: float) -> Timeline:
-    """Return a timeline that takes so many times as long."""
-    return replace(
-        line, start=line.start * factor, ms=line.ms * factor,
-        rate=line.rate / factor, gain=line.gain / factor**2,
-    )  # fmt: skip
-
-
 @dataclass(frozen=True)
 class _Cells:
     """Cells of equal time: u at the beginning of each, its rate there and how that grows."""
@@ -448,19 +420,5 @@ def _timed(path: Intervals, knots: Floats, rate: Floats, cell: float) -> Timelin
     s = cells.u[own] + cells.rate[own] * t + cells.gain[own] * t**2 / 2 - knots[interval]
     s = np.clip(s, 0, path.du[interval])
     last = first + cells.gain[own] * ms
-    part = _from(path.part(interval), s, (first + last) / 2 * ms)
+    part = path.part(interval).within(s, (first + last) / 2 * ms)
     return Timeline(part, times, ms, first, cells.gain[own])
-
-
-def _from(path: Intervals, s: Floats, du: Floats) -> Intervals:
-    """Return intervals from s on, du long."""
-    offset = s[:, None]
-    return Intervals(
-        du,
-        path.place + offset * (path.speed + offset * (path.bend / 2 + offset * path.twist / 6)),
-        path.speed + offset * (path.bend + offset * path.twist / 2),
-        path.bend + offset * path.twist,
-        path.twist,
-        path.move,
-        path.rest,
-    )

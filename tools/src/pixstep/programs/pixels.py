@@ -22,16 +22,16 @@ import numpy as np
 import numpy.typing as npt
 
 from pixstep.lines.runs import MAX_WORD
-from pixstep.programs.blends import Floats, Intervals
+from pixstep.programs.blends import Columns, Floats, Intervals
 from pixstep.programs.even_speeds import EvenLimits, EvenSpeeds
 from pixstep.programs.motors import PlanMotor, Setup
-from pixstep.programs.time_law import MotorLimits, PacedPath
+from pixstep.programs.time_law import MotorLimits, PacedPath, speed_cap
 
 _NO_SPEED = 1e-200  # instead of 0 below a fraction
 
 
 @dataclass(frozen=True)
-class Timeline:
+class Timeline(Columns):
     """Intervals in real time: each begins at `start` ms and lasts `ms`.
 
     Inside, u grows by rate t + gain t^2 / 2.
@@ -109,22 +109,21 @@ def timelines(
     for run in runs:
         if not len(run.path):
             continue
-        whole = (run.path, run.begin, run.end)
-        path, begin, end = whole if programmed else _with_ramps(run, limits)
-        ms = 2 * path.du / (np.sqrt(begin) + np.sqrt(end))
+        paced = run if programmed else _with_ramps(run, limits)
+        ms = paced.ms
         start = now + np.concatenate([[0.0], np.cumsum(ms)[:-1]])
-        made = Timeline(path, start, ms, np.sqrt(begin), (end - begin) / (2 * path.du))
+        gain = (paced.end - paced.begin) / (2 * paced.path.du)
+        made = Timeline(paced.path, start, ms, np.sqrt(paced.begin), gain)
         now = made.end
         yield made
 
 
-def _with_ramps(run: PacedPath, limits: MotorLimits) -> tuple[Intervals, Floats, Floats]:
+def _with_ramps(run: PacedPath, limits: MotorLimits) -> PacedPath:
     """Divide straight intervals: as fast as the motors can up, at the highest speed, and down."""
     path, begin, end = run.path, run.begin, run.end
     speed = np.abs(path.speed)
-    with np.errstate(divide="ignore"):
-        gain = np.min(limits.acceleration / np.maximum(speed, _NO_SPEED), axis=1)
-        cap = np.minimum(1.0, np.min((limits.speed / speed) ** 2, axis=1))
+    gain = np.min(limits.acceleration / np.maximum(speed, _NO_SPEED), axis=1)
+    cap = speed_cap(path, limits)
     slope = np.where(path.straight & ~path.rest, 2 * gain, 0.0)
     top = np.minimum(np.maximum(cap, np.maximum(begin, end)), (begin + end + slope * path.du) / 2)
     top = np.where(slope > 0, np.maximum(top, np.maximum(begin, end)), begin)
@@ -141,13 +140,8 @@ def _with_ramps(run: PacedPath, limits: MotorLimits) -> tuple[Intervals, Floats,
     offsets = np.stack([np.zeros_like(up), up, path.du - down], axis=1).ravel()
     chosen = lengths.ravel() > 1e-9 * np.repeat(path.du, 3)
     spread = path.part(np.repeat(np.arange(len(path)), 3)[chosen])
-    offset = offsets[chosen][:, None]
-    divided = Intervals(
-        lengths.ravel()[chosen],
-        spread.place + offset * spread.speed * spread.straight[:, None],
-        spread.speed, spread.bend, spread.twist, spread.move, spread.rest,
-    )  # fmt: skip
-    return divided, firsts.ravel()[chosen], lasts.ravel()[chosen]
+    divided = spread.within(offsets[chosen], lengths.ravel()[chosen])
+    return PacedPath(divided, firsts.ravel()[chosen], lasts.ravel()[chosen])
 
 
 _NEWTON = 4  # rounds that find the nearest place
@@ -223,7 +217,9 @@ class Rounding:
         self._motors = [_motor(motor, setup) for motor in setup.motors]
         self._mean = setup.smooth
         self._waiting: list[Counts] = [np.zeros(0, dtype=np.int64) for _ in setup.motors]
-        self._near = _Near.none(len(setup.motors))  # edges whose counts are not made yet
+        self._near = _Near(
+            np.zeros(0), np.zeros((0, len(setup.motors)))
+        )  # edges whose counts are not made yet
 
     def counts(self, track: Track) -> Iterator[Counts]:
         """Yield counts of whole pixels, a row each.
@@ -253,7 +249,7 @@ class Rounding:
         if self._mean:
             near = near.beside(before, middles, track)
             edges = (before + middles) / 2
-        self._near = self._near.with_more(near)
+        self._near = _Near.joined([self._near, near])
         made = [
             motor.counts(middles[:, index], near.place[:, index])
             if isinstance(motor, _Even)
@@ -281,26 +277,11 @@ class Rounding:
 
 
 @dataclass(frozen=True)
-class _Near:
+class _Near(Columns):
     """Pixel edges: when they are, and the place of the path beside which the motors are to be."""
 
     time: Floats
     place: Floats
-
-    @classmethod
-    def none(cls, motors: int) -> "_Near":
-        """Return no edges."""
-        return cls(np.zeros(0), np.zeros((0, motors)))
-
-    def with_more(self, more: "_Near") -> "_Near":
-        """Return these edges and more."""
-        return _Near(
-            np.concatenate([self.time, more.time]), np.concatenate([self.place, more.place])
-        )
-
-    def part(self, choice: slice | npt.NDArray[np.bool_]) -> "_Near":
-        """Return some of the edges."""
-        return _Near(self.time[choice], self.place[choice])
 
     def beside(self, before: Floats, behind: Floats, track: Track) -> "_Near":
         """Return the places that are nearest to the means of the middles beside edges.

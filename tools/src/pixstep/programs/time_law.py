@@ -24,16 +24,16 @@ import numpy as np
 import numpy.typing as npt
 
 from pixstep.lines.core import extension
-from pixstep.programs.blends import Floats, Intervals
+from pixstep.programs.blends import Columns, Floats, Intervals
 from pixstep.programs.motors import PlanMotor, Setup
 
 
 @dataclass
-class LawBlock:
+class LawBlock(Columns):
     """Intervals in a row: |a y - b x| <= most in each bound, x and y at most their caps.
 
     `a` and `b` have a row of bounds for each interval, `most` a row of motors; `highest` is the x
-    that the last pass backwards has found.
+    that the last pass backwards has found. A part of a block sees the same numbers as the block.
     """
 
     a: Floats
@@ -58,13 +58,6 @@ class LawBlock:
 
     def __len__(self) -> int:
         return len(self.cap)
-
-    def part(self, choice: slice) -> "LawBlock":
-        """Return some of the intervals; both see the same numbers."""
-        return LawBlock(
-            self.a[choice], self.b[choice], self.most[choice], self.cap[choice],
-            self.end_cap[choice], self.rest[choice], self.highest[choice],
-        )  # fmt: skip
 
     def backward(self, end: float) -> float:
         """Find the highest x of the intervals, the last y being at most `end`; return the first."""
@@ -128,12 +121,18 @@ _CURVED_BOUND = 8.0  # a pixel of constant acceleration a bends by a/8 from its 
 
 
 @dataclass(frozen=True)
-class PacedPath:
+class PacedPath(Columns):
     """Intervals with w at their ends; `straight` ones may be run faster in between."""
 
     path: Intervals
     begin: Floats
     end: Floats
+
+    @property
+    def ms(self) -> Floats:
+        """How long each interval takes."""
+        took: Floats = 2 * self.path.du / (np.sqrt(self.begin) + np.sqrt(self.end))
+        return took
 
 
 @dataclass(frozen=True)
@@ -265,12 +264,9 @@ def _pieces(run: PacedPath, limits: MotorLimits) -> npt.NDArray[np.int64]:
     gain = ((run.end - run.begin) / (2 * path.du))[:, None]
     first = np.abs(path.speed * gain + path.bend * run.begin[:, None])
     last = np.abs(path.end_speed * gain + path.end_bend * run.end[:, None])
-    most = accelerations(path, path.end_speed, limits)
+    most = accelerations(path, limits)
     used = np.minimum(np.max(first / most, axis=1), np.max(last / most, axis=1))
-    cap = np.minimum(
-        speed_cap(path, path.end_speed, limits), corner_cap(path, path.end_bend, limits)
-    )
-    slow = np.minimum(run.begin, run.end) < cap * _FAST
+    slow = np.minimum(run.begin, run.end) < highest(path, limits) * _FAST
     unused = np.where(_sharp(path), 1.0, 1 - used)
     unused = np.where(slow & ~path.straight & ~path.rest, unused, 0.0)
     padded = np.pad(unused, 1)
@@ -300,28 +296,24 @@ def block(part: Intervals, limits: MotorLimits) -> LawBlock:
         middle = first + 0.75 * part.bend
         a.append(middle)
         b.append(middle - part.bend - part.twist * du / 2)
-    flip = np.where(np.hstack(a) < 0, -1.0, 1.0)
-    a_all, b_all = _without_noise(np.hstack(a) * flip, np.hstack(b) * flip)
-    cap = np.minimum(speed_cap(part, end_speed, limits), corner_cap(part, end_bend, limits))
-    return LawBlock.of(a_all, b_all, accelerations(part, end_speed, limits), cap, part.rest)
+    a_all, b_all = np.hstack(a), np.hstack(b)
+    flip = np.where(a_all < 0, -1.0, 1.0)
+    # Coefficients that cancel are 0: a limit divided by what rounding leaves is any number.
+    return LawBlock.of(
+        np.where(np.abs(a_all) < _CANCELLED * np.abs(b_all), 0.0, a_all * flip),
+        np.where(np.abs(b_all) < _CANCELLED * np.abs(a_all), 0.0, b_all * flip),
+        accelerations(part, limits), highest(part, limits), part.rest,
+    )  # fmt: skip
 
 
-def _without_noise(a: Floats, b: Floats) -> tuple[Floats, Floats]:
-    """Return coefficients, 0 for those that cancel: a limit divided by rounding is any number."""
-    return (
-        np.where(np.abs(a) < _CANCELLED * np.abs(b), 0.0, a),
-        np.where(np.abs(b) < _CANCELLED * np.abs(a), 0.0, b),
-    )
-
-
-def accelerations(part: Intervals, end_speed: Floats, limits: MotorLimits) -> Floats:
+def accelerations(part: Intervals, limits: MotorLimits) -> Floats:
     """Return the limit of each interval and motor: lower in blends that turn a motor round."""
     first = int(part.move[0])
     group = part.move - first
     blended = ~part.straight
     low = np.zeros((int(group[-1]) + 1, part.speed.shape[1]))
     high = np.zeros_like(low)
-    for speeds in (part.speed[blended], end_speed[blended]):
+    for speeds in (part.speed[blended], part.end_speed[blended]):
         np.minimum.at(low, group[blended], speeds)
         np.maximum.at(high, group[blended], speeds)
     turns = (low < 0) & (high > 0)
@@ -329,22 +321,23 @@ def accelerations(part: Intervals, end_speed: Floats, limits: MotorLimits) -> Fl
     return np.where(turns[group] & blended[:, None], lowered, limits.acceleration)
 
 
-def speed_cap(part: Intervals, end_speed: Floats, limits: MotorLimits) -> Floats:
-    """Return the highest w by the speeds, never above the programmed one."""
-    fastest = np.maximum(np.abs(part.speed), np.abs(end_speed))
-    with np.errstate(divide="ignore"):
-        cap: Floats = np.minimum(1.0, np.min((limits.speed / fastest) ** 2, axis=1))
+def highest(part: Intervals, limits: MotorLimits) -> Floats:
+    """Return the highest w by the speeds, and by what turns the path aside: q'' beside q'."""
+    cap = speed_cap(part, limits)
+    if np.all(np.isinf(limits.corner)):
+        return cap
+    aside = np.maximum(
+        np.abs(_aside(part.speed, part.bend)), np.abs(_aside(part.end_speed, part.end_bend))
+    )
+    cap = np.minimum(cap, np.min(limits.corner / np.maximum(aside, _NOTHING), axis=1))
     return cap
 
 
-def corner_cap(part: Intervals, end_bend: Floats, limits: MotorLimits) -> Floats:
-    """Return the highest w by what turns the path aside: q'' without its part along q'."""
-    if np.all(np.isinf(limits.corner)):
-        return np.full(len(part), _FREE)
-    aside = np.maximum(
-        np.abs(_aside(part.speed, part.bend)), np.abs(_aside(part.end_speed, end_bend))
-    )
-    cap: Floats = np.min(limits.corner / np.maximum(aside, _NOTHING), axis=1)
+def speed_cap(part: Intervals, limits: MotorLimits) -> Floats:
+    """Return the highest w by the speeds, never above the programmed one."""
+    fastest = np.maximum(np.abs(part.speed), np.abs(part.end_speed))
+    with np.errstate(divide="ignore"):
+        cap: Floats = np.minimum(1.0, np.min((limits.speed / fastest) ** 2, axis=1))
     return cap
 
 
