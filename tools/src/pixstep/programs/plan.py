@@ -115,7 +115,7 @@ class Plan:
             if self._keeps_jerk:
                 self.report.add_jerks(jerk.jerks(line, self.setup))
             yield line
-        self.report.end()
+        self.report.note_move()
         self.report.arc_off_steps = program.arc_off_steps
         if two:
             self.report.violated = two.violated

@@ -113,7 +113,7 @@ class MotorEntries:
         return mark
 
 
-_MOST_KEPT = 20  # errors of a motor that are kept
+_MOST_KEPT = 20  # errors of a motor that are kept, findings that are told
 _ALL = 1 << 31  # more entries than there are
 
 
@@ -121,61 +121,37 @@ class WholeCheck:
     """The lines of all motors, each by the limits of its board; memory does not grow with them."""
 
     def __init__(self, motors: Sequence[PlanMotor], bounds: Sequence[BoardLimits]) -> None:
-        self._lines = [_LineCheck(*pair) for pair in zip(motors, bounds, strict=True)]
+        self._lines = [MotorEntries(motor, 0) for motor in motors]
+        self._checkers = [
+            Checker(bound.of(Line((), SMOOTH if motor.smooth else PLAIN)).of_board())
+            for motor, bound in zip(motors, bounds, strict=True)
+        ]
+        self._errors: list[list[Code]] = [[] for _ in motors]
 
     def add(self, counts: Counts) -> None:
         """Take the counts of some pixels, a column for each motor."""
         for index, line in enumerate(self._lines):
             line.add(counts[:, index])
+            if not line.unknown:
+                self._check(index, over=False)
 
     def end(self) -> list[list[Code]]:
         """Return the first errors of each motor's line, which is over."""
-        return [line.end() for line in self._lines]
-
-
-class _LineCheck:
-    def __init__(self, motor: PlanMotor, bounds: BoardLimits) -> None:
-        self._entries = MotorEntries(motor, 0)
-        limits = bounds.of(Line((), SMOOTH if motor.smooth else PLAIN))
-        self._checker = Checker(limits.of_board())
-        self._errors: list[Code] = []
-
-    def add(self, counts: Counts) -> None:
-        self._entries.add(counts)
-        if not self._entries.unknown:
-            self._check(over=False)
-
-    def end(self) -> list[Code]:
-        self._entries.way = self._entries.way or 1  # one that never moves may have either
-        self._check(over=True)
+        for index, line in enumerate(self._lines):
+            line.way = line.way or 1  # one that never moves may have either
+            self._check(index, over=True)
         return self._errors
 
-    def _check(self, *, over: bool) -> None:
-        found = self._checker.more(self._entries.take(_ALL, whole=True, over=over))
+    def _check(self, index: int, *, over: bool) -> None:
+        found = self._checkers[index].more(self._lines[index].take(_ALL, whole=True, over=over))
+        errors = self._errors[index]
         # A line of counts does not tell the backlash, which an idle pixel is about.
-        errors = [code for code in found if code.is_error and code.name != IDLE_PIXEL]
-        self._errors += errors[: _MOST_KEPT - len(self._errors)]
+        wrong = [code for code in found if code.is_error and code.name != IDLE_PIXEL]
+        errors += wrong[: _MOST_KEPT - len(errors)]
 
 
-@dataclass(frozen=True)
-class Rehearsal:
-    """What is known of a program once it has been planned to its end."""
-
-    report: Report
-
-    @property
-    def pixels(self) -> int:
-        """Length of the lines."""
-        return self.report.pixels
-
-    @property
-    def ways(self) -> list[int]:
-        """The direction in which each motor moves on the whole: all that a smooth one does."""
-        return [(one.steps > 0) - (one.steps < 0) for one in self.report.motors]
-
-
-def rehearse(plan: Plan, bounds: BoardLimits, progress: Progress = unseen) -> Rehearsal:
-    """Plan a program to its end, every pixel checked by a board's limits.
+def rehearse(plan: Plan, bounds: BoardLimits, progress: Progress = unseen) -> Report:
+    """Plan a program to its end, every pixel checked by a board's limits; return what is known.
 
     Raises UserError for a mistake in the program, RefusedError for what the board would refuse and
     for a plan that exceeds a limit.
@@ -196,7 +172,7 @@ def rehearse(plan: Plan, bounds: BoardLimits, progress: Progress = unseen) -> Re
                 f"{plan.name}: motor {motor.name}: line refused: {found.name} at pixel "
                 f"{found.pixel}: {found.text} (nothing was sent)"
             )
-    return Rehearsal(plan.report)
+    return plan.report
 
 
 REPORT, PATH_PICTURE, MOTION_PICTURE = "report.json", "path.png", "motion.png"
@@ -219,12 +195,6 @@ class PlannedFiles:
         return _fine(self.plan, self.findings)
 
 
-def file_name(motor: PlanMotor) -> str:
-    """Return the name of a motor's line file."""
-    name = motor.name if _PLAIN_NAME.fullmatch(motor.name) else motor.word
-    return f"{name}.csv"
-
-
 def write(
     plan: Plan,
     out: Path,
@@ -238,18 +208,18 @@ def write(
     `bounds` are what each motor's board allows. Raises UserError for a mistake in the program, and
     for a plan that is longer than a line file.
     """
-    names = [file_name(motor) for motor in plan.setup.motors]
+    names = [
+        f"{motor.name if _PLAIN_NAME.fullmatch(motor.name) else motor.word}.csv"
+        for motor in plan.setup.motors
+    ]
     pictures = [PATH_PICTURE, MOTION_PICTURE]
     with outfolder.of_run(out, [*names, REPORT, *pictures]) as folder:
         check = WholeCheck(plan.setup.motors, bounds)
         counts = _write_lines(plan, folder, names, check, progress)
+        columns = zip(plan.setup.motors, check.end(), counts.T, bounds, names, strict=True)
         found = tuple(
-            tuple(line_errors(motor, counts[:, index].tolist(), bounds[index], names[index]))
-            if refused
-            else ()
-            for index, (motor, refused) in enumerate(
-                zip(plan.setup.motors, check.end(), strict=True)
-            )
+            tuple(line_errors(motor, column.tolist(), bound, name)) if refused else ()
+            for motor, refused, column, bound, name in columns
         )
         files = [str(out / name) for name in names]
         facts = as_json(plan, files, found)
@@ -275,7 +245,9 @@ def _write_lines(
             check.add(part)
             for index, (file, motor) in enumerate(zip(files, plan.setup.motors, strict=True)):
                 with atomic.told_of(folder / names[index]):
-                    file.write(_records(of_line(part[:, index], motor), names[index], row))
+                    counts = of_line(part[:, index], motor).tolist()
+                    texts = number_texts(counts, CSV_COLUMNS, names[index], row)
+                    file.write(join_records(texts, LineEnds()))
                     file.flush()
             row += len(part)
             kept.append(part.astype(np.int32))
@@ -288,10 +260,6 @@ def _opened(path: Path) -> Iterator[BinaryIO]:
     """Open a line file. Closing it writes again what did not fit, so that may fail as well."""
     with atomic.told_of(path), path.open("wb") as file:
         yield file
-
-
-def _records(counts: Counts, name: str, first: int) -> bytes:
-    return join_records(number_texts(counts.tolist(), CSV_COLUMNS, name, first), LineEnds())
 
 
 def line_errors(
@@ -333,8 +301,5 @@ def _motor_json(motor: MotorReport, path: str, found: tuple[Finding, ...]) -> Pl
         **motor.as_json(),
         "file": path,
         "direction": "-" if motor.motor.smooth and backwards else "+",
-        "refused": linecheck.as_json(list(found[:MOST_FINDINGS])),
+        "refused": linecheck.as_json(list(found[:_MOST_KEPT])),
     }
-
-
-MOST_FINDINGS = 20

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pixstep.profiles.ramps import decoded
 from pixstep.programs.blends import Timed
 from pixstep.programs.motors import (
     PLAIN_ROUNDING,
@@ -152,16 +153,14 @@ class MotorReport:
         self.steps += int(counts.sum())
         self.travel += int(np.abs(counts).sum())
         if self.motor.smooth:
-            self._add_smooth(np.abs(counts).tolist())
+            self._add_smooth(tuple(np.abs(counts).tolist()))
             return
         self.counted_speed = max(self.counted_speed, int(np.abs(counts).max()))
         self._add_accelerations(np.diff(counts, prepend=self.last))
         self.last = int(counts[-1])
 
-    def _add_smooth(self, counts: list[int]) -> None:
-        speeds = [self.speed]
-        for count in counts:
-            speeds.append(2 * count - speeds[-1])
+    def _add_smooth(self, counts: tuple[int, ...]) -> None:
+        speeds = [self.speed, *decoded(self.speed, counts)]
         self._add_accelerations(np.diff(speeds))
         self.counted_speed = max(self.counted_speed, *speeds)
         self.speed = speeds[-1]
@@ -243,6 +242,11 @@ class Report:
         return any(motor.jerk_limit is not None for motor in self.motors)
 
     @property
+    def ways(self) -> list[int]:
+        """The direction in which each motor moves on the whole: all that a smooth one does."""
+        return [(motor.steps > 0) - (motor.steps < 0) for motor in self.motors]
+
+    @property
     def programmed_ms(self) -> float:
         """The time of the program without limits and without its rules."""
         return self.moves_ms + self.stops_ms + self.dwells_ms
@@ -283,11 +287,10 @@ class Report:
         """Take a part of the plan in time."""
         speed = np.maximum(*(np.abs(one) for one in line.speeds()))
         acceleration = np.maximum(*(np.abs(one) for one in line.accelerations()))
-        for index, motor in enumerate(self.motors):
-            motor.planned_speed = max(motor.planned_speed, float(speed[:, index].max()))
-            motor.planned_acceleration = max(
-                motor.planned_acceleration, float(acceleration[:, index].max())
-            )
+        tops = speed.max(axis=0).tolist(), acceleration.max(axis=0).tolist()
+        for motor, fastest, most in zip(self.motors, *tops, strict=True):
+            motor.planned_speed = max(motor.planned_speed, fastest)
+            motor.planned_acceleration = max(motor.planned_acceleration, most)
         self.total_ms = line.end
         self._note_moves(line, speed / self.limits.speed, acceleration / self.limits.acceleration)
 
@@ -304,14 +307,14 @@ class Report:
         for time, ratio in zip(ms.tolist(), worst, strict=True):
             begun = self._begun.popleft()
             if begun.segment == 0:
-                self._note_move()
+                self.note_move()
                 self._noted = _MoveTime(begun.move.line)
             assert self._noted is not None  # a circle has a first segment
             time += begun.shared(self._begun[0] if self._begun else None)
             self._noted.add(begun.move.asked, time, begun.move.why or self._reason(ratio))
 
-    def _note_move(self) -> None:
-        """Note the move whose parts are all known."""
+    def note_move(self) -> None:
+        """Note the move whose parts are all known: the last one at the plan's end."""
         move, self._noted = self._noted, None
         if move is None:
             return
@@ -322,10 +325,6 @@ class Report:
         self.reasons[move.why] += 1
         if len(self.slowed) < MOST_LISTED:
             self.slowed.append(Slowed(move.line, move.asked, move.ms, move.why))
-
-    def end(self) -> None:
-        """Note what is left at the plan's end."""
-        self._note_move()
 
     def _reason(self, ratio: np.ndarray) -> str:
         """Return what is nearest to its limit in a move."""

@@ -20,7 +20,8 @@ from pixstep.machine.model import Tables
 from pixstep.programs import plan_lines
 from pixstep.programs.motors import PlanMotor, Setup
 from pixstep.programs.plan import Here, Plan, PlanProcess, PlanRequest
-from pixstep.programs.plan_lines import Entry, MotorEntries, Rehearsal
+from pixstep.programs.plan_lines import Entry, MotorEntries
+from pixstep.programs.report import Report
 from pixstep.progress import Progress, unseen
 
 _AHEAD = 2048  # entries that wait for the board's queue
@@ -240,7 +241,7 @@ def require_fitting(machine: Tables, setup: Setup, kind: str) -> None:
         raise RefusedError(f"{machine.path} has boards.{boards[0]} as a {wanted}, it is a {kind}")
 
 
-def rehearse(board: Board, request: PlanRequest, progress: Progress = unseen) -> Rehearsal:
+def rehearse(board: Board, request: PlanRequest, progress: Progress = unseen) -> Report:
     """Plan a program to its end with the board's own limits; nothing is sent.
 
     Raises UserError for a mistake in the program, RefusedError for what the board would refuse.
@@ -253,9 +254,7 @@ def rehearse(board: Board, request: PlanRequest, progress: Progress = unseen) ->
 
 
 @contextmanager
-def prepared(
-    board: Board, request: PlanRequest, known: Rehearsal | None = None
-) -> Iterator[OnBoard]:
+def prepared(board: Board, request: PlanRequest, known: Report | None = None) -> Iterator[OnBoard]:
     """Set a board up for a program, its rehearsal being `known`; end the planner at the end.
 
     Sets the board's clock, and how many of its edges are a pixel, to those of the plan. Raises as

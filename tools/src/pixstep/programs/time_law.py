@@ -324,12 +324,11 @@ def accelerations(part: Intervals, limits: MotorLimits) -> Floats:
 def highest(part: Intervals, limits: MotorLimits) -> Floats:
     """Return the highest w by the speeds, and by what turns the path aside: q'' beside q'."""
     cap = speed_cap(part, limits)
-    if np.all(np.isinf(limits.corner)):
-        return cap
-    aside = np.maximum(
-        np.abs(_aside(part.speed, part.bend)), np.abs(_aside(part.end_speed, part.end_bend))
-    )
-    cap = np.minimum(cap, np.min(limits.corner / np.maximum(aside, _NOTHING), axis=1))
+    if not np.all(np.isinf(limits.corner)):
+        aside = np.maximum(
+            np.abs(_aside(part.speed, part.bend)), np.abs(_aside(part.end_speed, part.end_bend))
+        )
+        cap = np.minimum(cap, np.min(limits.corner / np.maximum(aside, _NOTHING), axis=1))
     return cap
 
 
