@@ -11,6 +11,7 @@ A length in steps that is no whole number of pixels at the line's speed has a pi
 deceleration: it divides the fall from one speed to the next into two.
 """
 
+from bisect import bisect_right
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
@@ -151,23 +152,20 @@ def line_of_length(
             f"length {steps} steps: a smooth line has an even number of them, nearest "
             f"{steps - 1} and {steps + 1}"
         )
-    low, high = 0, top // wanted.unit
-    while low < high:  # the highest speed whose shortest line is no longer than that
-        middle = (low + high + 1) // 2
-        fits = _shortest(wanted, middle * wanted.unit, edges, request) <= steps
-        low, high = (middle, high) if fits else (low, middle - 1)
-    if not low:
-        least = _shortest(wanted, wanted.unit, edges, request)
-        raise UserError(f"length {steps} steps: too short for a line, at least {least}")
-    speed = low * wanted.unit
-    made = _fill(wanted, speeds(wanted, speed, edges), speed, steps, request)
-    return made, speed
 
+    def shortest(speed: int) -> int:
+        """Return the steps of the shortest line at a speed: ramps, lead-in, an image pixel."""
+        ramp = _ramp(wanted, speeds(wanted, speed, edges), speed)
+        return 2 * sum(ramp) + speed * (request.lead_in + 1)
 
-def _shortest(wanted: Wanted, speed: int, edges: int, request: LineRequest) -> int:
-    """Return the steps of the shortest line at a speed: ramps, lead-in, a pixel of the image."""
-    ramp = _ramp(wanted, speeds(wanted, speed, edges), speed)
-    return 2 * sum(ramp) + speed * (request.lead_in + 1)
+    possible = range(wanted.unit, top + 1, wanted.unit)
+    slower = bisect_right(possible, steps, key=shortest)  # the speeds that the length allows
+    if not slower:
+        raise UserError(
+            f"length {steps} steps: too short for a line, at least {shortest(wanted.unit)}"
+        )
+    speed = possible[slower - 1]
+    return _fill(wanted, speeds(wanted, speed, edges), speed, steps, request), speed
 
 
 def _ramp(wanted: Wanted, ends: list[int], speed: int) -> list[int]:
@@ -218,19 +216,14 @@ def _with_rest(ramp: list[int], ends: list[int], rest: int, *, plain: bool) -> l
 
 def _legal(wanted: Wanted, quantity: Quantity, order: int, edges: int) -> int:
     """Return a limit in steps/px2 or steps/px3. Raises UserError for less than counts can have."""
+    hz = wanted.clock_hz / edges
     try:
-        return _of_counts(wanted, quantity, order, edges)
+        if not wanted.plain:
+            return generator.legal_limit(quantity.per_pixel(hz), order, hz)
+        if limit := wanted.limit(quantity, edges):
+            return limit
+        raise UserError(f"{quantity.text} is less than a step per pixel and pixel at {hz} Hz")
     except UserError as error:
         enough = _fewest_edges(wanted)
         hint = f"; --divider {enough} has pixels that allow it" if enough else ""
         raise UserError(f"{error}{hint}") from None
-
-
-def _of_counts(wanted: Wanted, quantity: Quantity, order: int, edges: int) -> int:
-    hz = wanted.clock_hz / edges
-    if wanted.plain:
-        limit = wanted.limit(quantity, edges)
-        if not limit:
-            raise UserError(f"{quantity.text} is less than a step per pixel and pixel at {hz} Hz")
-        return limit
-    return generator.legal_limit(quantity.per_pixel(hz), order, hz)

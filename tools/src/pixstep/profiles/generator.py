@@ -10,6 +10,7 @@ its neighbours or at most one unit below an equal one, so both limits stay kept.
 """
 
 import itertools
+from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -58,24 +59,26 @@ def acceleration_counts(speeds: list[int], speed: int, source: str = "profile") 
     odd, zero or falling speed, an odd `speed` (with the nearest legal ones) and a profile that
     tops out below it.
     """
-    _check_speeds(speeds, source)
+    for number, problem in speed_problems(speeds):
+        raise RefusedError(f"{source}:{number}: {problem}")
     if speed % 2:
         raise UserError(
             f"speed {speed} is odd: every boundary speed of a smooth line is even, "
             f"nearest legal {_even_neighbours(speed)}"
         )
-    if not speeds or speeds[-1] < speed:
-        last = speeds[-1] if speeds else 0
-        raise UserError(f"{source}: profile tops out at {last} below {speed}")
-    ends = [value for value in speeds if value < speed] + [speed]
-    starts = [0, *ends[:-1]]
-    return [(start + end) // 2 for start, end in zip(starts, ends, strict=True)]
+    ends = [*_slower(speeds, speed, source), speed]
+    return [(start + end) // 2 for start, end in itertools.pairwise([0, *ends])]
 
 
 def plain_counts(speeds: list[int], speed: int, source: str = "profile") -> list[int]:
     """Return the accelerating counts of a plain motor: each entry is a speed and a count."""
     if any(later < earlier for earlier, later in itertools.pairwise(speeds)):
         raise RefusedError(f"{source}: the speeds must not fall")
+    return _slower(speeds, speed, source)
+
+
+def _slower(speeds: list[int], speed: int, source: str) -> list[int]:
+    """Return the entries below a speed that the profile reaches."""
     if not speeds or speeds[-1] < speed:
         last = speeds[-1] if speeds else 0
         raise UserError(f"{source}: profile tops out at {last} below {speed}")
@@ -120,12 +123,6 @@ def speed_problems(speeds: Sequence[int]) -> Iterator[tuple[int, str]]:
 def _even_neighbours(value: int) -> str:
     """Return the even speeds above 0 beside an odd one, as text."""
     return " and ".join(str(even) for even in (value - 1, value + 1) if 0 < even <= MAX_SPEED)
-
-
-def _check_speeds(speeds: list[int], source: str) -> None:
-    """Refuse a smooth profile with an odd, zero or falling speed, naming the record."""
-    for number, problem in speed_problems(speeds):
-        raise RefusedError(f"{source}:{number}: {problem}")
 
 
 def _check_request(request: LineRequest) -> None:
@@ -198,12 +195,10 @@ def legal_limit(
 
 def shortest_pixels(limits: ProfileLimits) -> int:
     """Return the number of pixels of the shortest profile."""
-    target = limits.top_speed // 2
-    low, high = 0, target  # every pixel gains at least one unit
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (low, middle) if sum(_envelope(middle, limits)) >= target else (middle, high)
-    return high
+    target = limits.top_speed // 2  # every pixel gains at least one unit
+    return bisect_left(
+        range(target), target, lo=1, key=lambda pixels: sum(_envelope(pixels, limits))
+    )
 
 
 def shortest_profile(limits: ProfileLimits) -> list[int]:

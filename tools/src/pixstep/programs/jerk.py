@@ -21,7 +21,7 @@ from pixstep.programs import time_law
 from pixstep.programs.blends import Floats, Intervals
 from pixstep.programs.motors import Setup
 from pixstep.programs.pixels import Counts, Rounding, Timeline, Track, timelines
-from pixstep.programs.time_law import MotorLimits, PacedPath
+from pixstep.programs.time_law import LawBlock, MotorLimits, PacedPath
 
 MOST_PIXELS = 50_000  # between two stops: they are held in memory
 _MOST_PIECES = 500_000  # of a path
@@ -108,10 +108,8 @@ class _Section:
         self.name, self.run, self.limits, self.setup = name, run, limits, setup
         self.pixel = setup.pixel_ms
         self.cell = self.pixel / _CELLS
-        motors = setup.motors
-        self.jerk = np.array(
-            [np.inf if motor.max_jerk is None else motor.max_jerk for motor in motors]
-        )  # steps/px3
+        most = [np.inf if motor.max_jerk is None else motor.max_jerk for motor in setup.motors]
+        self.jerk = np.array(most)  # steps/px3
 
     def timeline(self) -> Timeline:
         """Return the section in time, from 0 on."""
@@ -154,12 +152,13 @@ class _Section:
         own = np.minimum(
             self.limits.acceleration, self.jerk * max(pixels, 1) / 2 / self.pixel**2
         ) * _ROOM  # fmt: skip
-        law = _Law(self._fine(pixels), replace(self.limits, acceleration=own))
-        length = PathLength.of(law.path, 1 / self.limits.acceleration, floor)
-        cap = np.full(len(law.path), np.inf)
+        path = self._fine(pixels)
+        bounds = time_law.block(path, replace(self.limits, acceleration=own))
+        length = PathLength.of(path, 1 / self.limits.acceleration, floor)
+        cap = np.full(len(path), np.inf)
         line: Timeline | None = None
         for _ in range(_ROUNDS):
-            run = law.run(cap)
+            run = _capped(path, bounds, cap)
             line, before = self._smooth(run, length, window, most)
             if line is None:
                 return best
@@ -257,23 +256,14 @@ class _Section:
         return None
 
 
-class _Law:
-    """The passes of the time law over a whole section, with caps of w that fall."""
-
-    def __init__(self, path: Intervals, limits: MotorLimits) -> None:
-        self.path = path
-        self._block = time_law.block(path, limits)
-
-    def run(self, cap: Floats) -> PacedPath:
-        """Run the path as fast as the limits and the caps allow."""
-        block = replace(
-            self._block,
-            cap=np.minimum(self._block.cap, cap),
-            end_cap=np.minimum(self._block.end_cap, cap),
-        )
-        block.backward(np.inf)
-        begin, end, _ = time_law.run_forward([block], np.inf, np.inf)
-        return PacedPath(self.path, begin, end)
+def _capped(path: Intervals, bounds: LawBlock, cap: Floats) -> PacedPath:
+    """Run a whole section as fast as its bounds and caps of w allow."""
+    block = replace(
+        bounds, cap=np.minimum(bounds.cap, cap), end_cap=np.minimum(bounds.end_cap, cap)
+    )
+    block.backward(np.inf)
+    begin, end, _ = time_law.run_forward([block], np.inf, np.inf)
+    return PacedPath(path, begin, end)
 
 
 @dataclass(frozen=True)
@@ -345,18 +335,14 @@ def jerks(line: Timeline, setup: Setup) -> Floats:
     Those of a smooth motor, and of plain ones beside it, are those of the middles of pixels: the
     speeds are means around edges.
     """
-    samples = _samples(line, setup)
+    samples = np.vstack(list(_track(line, setup).samples()))
     places = samples[0::2] if setup.smooth else samples[1::2]
     still = np.zeros((_JERK_EDGES, places.shape[1]))
     return np.diff(np.vstack([still, places, np.repeat(places[-1:], 3, axis=0)]), n=3, axis=0)
 
 
-def _samples(line: Timeline, setup: Setup) -> Floats:
-    """Return positions every half pixel of a section, as if it began at 0 and at time 0."""
-    return np.vstack(list(_track(line, setup).samples()))
-
-
 def _track(line: Timeline, setup: Setup) -> Track:
+    """Return where the motors are in a section, as if it began at 0 and at time 0."""
     path = replace(line.path, place=line.path.place - line.path.place[0])
     return Track([replace(line, path=path, start=line.start - line.start[0])], setup)
 
@@ -374,24 +360,6 @@ def _factor(ratio: Floats) -> Floats:
     return np.clip(_ROOM / ratio, _LEAST, _MOST)
 
 
-@dataclass(frozen=True)
-class _Cells:
-    """Cells of equal time: u at the beginning of each, its rate there and how that grows."""
-
-    u: Floats
-    rate: Floats
-    gain: Floats
-
-    def crossing(self, index: np.ndarray, u: Floats, cell: float) -> Floats:
-        """Return how long after the beginning of its cell u is reached."""
-        over = np.maximum(u - self.u[index], 0)
-        rate, gain = self.rate[index], self.gain[index]
-        root = np.sqrt(np.maximum(rate**2 + 2 * gain * over, 0))
-        with np.errstate(invalid="ignore", divide="ignore"):
-            t = np.where(over > 0, 2 * over / (rate + root), 0.0)
-        return np.clip(t, 0, cell)
-
-
 def _timed(path: Intervals, knots: Floats, rate: Floats, cell: float) -> Timeline:
     """Return a path in time by the rate of u at the ends of cells, in between linear.
 
@@ -399,10 +367,13 @@ def _timed(path: Intervals, knots: Floats, rate: Floats, cell: float) -> Timelin
     """
     gain = np.diff(rate) / cell
     u = np.concatenate([[0.0], np.cumsum((rate[:-1] + rate[1:]) / 2 * cell)])
-    cells = _Cells(u[:-1], rate[:-1], gain)
     inner = knots[1:-1]
     index = np.clip(np.searchsorted(u, inner, side="right") - 1, 0, len(gain) - 1)
-    reached = index * cell + cells.crossing(index, inner, cell)
+    over = np.maximum(inner - u[index], 0)
+    root = np.sqrt(np.maximum(rate[index] ** 2 + 2 * gain[index] * over, 0))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        since = np.where(over > 0, 2 * over / (rate[index] + root), 0.0)
+    reached = index * cell + np.clip(since, 0, cell)
     edge = np.arange(len(gain)) * cell
     times = np.concatenate([edge, reached])
     interval = np.concatenate(
@@ -416,9 +387,9 @@ def _timed(path: Intervals, knots: Floats, rate: Floats, cell: float) -> Timelin
     chosen = ms > 1e-9 * cell
     times, interval, own, ms = times[chosen], interval[chosen], own[chosen], ms[chosen]
     t = times - own * cell
-    first = cells.rate[own] + cells.gain[own] * t
-    s = cells.u[own] + cells.rate[own] * t + cells.gain[own] * t**2 / 2 - knots[interval]
+    first = rate[own] + gain[own] * t
+    s = u[own] + rate[own] * t + gain[own] * t**2 / 2 - knots[interval]
     s = np.clip(s, 0, path.du[interval])
-    last = first + cells.gain[own] * ms
+    last = first + gain[own] * ms
     part = path.part(interval).within(s, (first + last) / 2 * ms)
-    return Timeline(part, times, ms, first, cells.gain[own])
+    return Timeline(part, times, ms, first, gain[own])
