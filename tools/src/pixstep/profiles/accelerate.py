@@ -176,7 +176,6 @@ def _ramp(wanted: Wanted, ends: list[int], speed: int) -> list[int]:
 def _fill(
     wanted: Wanted, ends: list[int], speed: int, steps: int, request: LineRequest
 ) -> GeneratedLine:
-    """Return the line of so many steps at a speed."""
     ramp = _ramp(wanted, ends, speed)
     whole, rest = divmod(steps - 2 * sum(ramp), speed)
     pixels = 2 * len(ramp) + whole + (2 if request.backlash else 0)

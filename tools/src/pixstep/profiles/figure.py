@@ -82,7 +82,6 @@ def _kind(line: Line, change: int, begin: int, end: int) -> tuple[str, tuple[int
 
 
 def _texts(kind: str, speeds: tuple[int, ...]) -> tuple[str, str]:
-    """Return the name of a phase and a shorter one."""
     numbers = [plotting.number(speed) for speed in speeds]
     if kind == CONSTANT:
         return f"constant {numbers[0]}", numbers[0]
@@ -301,7 +300,6 @@ def _limit(axes: Axes, drawing: LineDrawing, order: int) -> None:
 
 
 def _is_far(drawing: LineDrawing, order: int) -> bool:
-    """True for a limit far above everything that the line does."""
     figures = drawing.figures
     peaks = {
         units.SPEED: figures.peak_speed,

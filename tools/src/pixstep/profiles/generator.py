@@ -126,7 +126,6 @@ def _even_neighbours(value: int) -> str:
 
 
 def _check_request(request: LineRequest) -> None:
-    """Refuse a request out of range."""
     if not 1 <= request.speed <= MAX_SPEED + 1:
         raise UserError(f"speed {request.speed} is outside 1..{MAX_SPEED} steps/pixel")
     if request.pixels > MOST_PIXELS:

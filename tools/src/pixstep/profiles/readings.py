@@ -138,7 +138,6 @@ def ambiguous(readings: list[ProfileReading]) -> bool:
 
 
 def _block(path: Path) -> ProfileRows:
-    """Read the block after a header."""
     try:
         return ProfileRows(BLOCK, formats.read_motion(path).values)
     except UserError as error:
@@ -148,7 +147,6 @@ def _block(path: Path) -> ProfileRows:
 def _findings(
     profile: ProfileFile, form: str, values: tuple[int, ...], decode: str, limits: Limits
 ) -> Iterator[Finding]:
-    """Yield what is wrong with one reading."""
     if decode == PLAIN:
         yield from _plain_findings(values, limits)
     elif form == PRN:

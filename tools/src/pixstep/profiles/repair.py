@@ -158,7 +158,6 @@ def _refuse_range(counts: tuple[int, ...]) -> None:
 
 
 def _ramp_blocks(stretches: list[Stretch], between: list[list[int]], wish: Wish) -> list[_Block]:
-    """Plan all ramps anew."""
     for stretch in stretches:
         stretch.first = stretch.last = 0
     joints = zip(stretches, between, stretches[1:], strict=False)
@@ -191,7 +190,6 @@ def _ramp_block(left: Stretch, inside: list[int], right: Stretch, wish: Wish) ->
 
 
 def _reason(left: Stretch, ramp: ramps.Ramp, right: Stretch) -> str:
-    """Say why a ramp does not do as it is."""
     limit = ramp.max_acceleration
     within = f" within {limit} steps/px2" if limit else ""
     if ramp.end is None:
@@ -222,7 +220,6 @@ def _refuse_consumed(stretch: Stretch, wish: Wish) -> None:
 
 
 def _stretch_block(stretch: Stretch) -> _Block:
-    """Return the constant pixels that are left."""
     kept = stretch.kept
     reason = ""
     if kept and kept[0] != stretch.speed:
@@ -265,7 +262,6 @@ def _flatten(speeds: list[int]) -> None:
 
 
 def _prove(values: tuple[int, ...], counts: tuple[int, ...], wish: Wish) -> None:
-    """Refuse a result that no longer moves or that the line check would refuse."""
     if any(counts) and not any(values):
         raise RefusedError("too short to move: a smooth line needs 3 pixels from rest to rest")
     limits = linecheck.Limits(max_acceleration=wish.max_acceleration)

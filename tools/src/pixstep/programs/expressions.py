@@ -78,7 +78,6 @@ class ExpressionReader:
         self._depth = 0
 
     def sum(self) -> Expression:
-        """Read a sum."""
         return self._chain(_SUM, self._product)
 
     def bracketed(self) -> Expression:
@@ -147,19 +146,14 @@ class ExpressionReader:
         )
 
     def _taken(self, sign: str) -> bool:
-        """Go behind a sign, if it is the next one."""
         place = self._next()
-        if self.text[place : place + 1] != sign:
-            return False
-        self.place = place + 1
-        return True
+        found = self.text[place : place + 1] == sign
+        self.place = place + 1 if found else self.place
+        return found
 
     def _next(self) -> int:
-        """Return the place of the next character that is no blank."""
-        place = self.place
-        while self.text[place : place + 1] in (" ", "\t"):
-            place += 1
-        return place
+        rest = self.text[self.place :]
+        return self.place + len(rest) - len(rest.lstrip(" \t"))
 
 
 def _whole(name: str, number: float) -> int:

@@ -176,7 +176,6 @@ class _Frame:
 
 @lru_cache(maxsize=4096)
 def _items(text: str) -> tuple[ProgramWord, ...]:
-    """Return what a line without comments says."""
     found, label = [], _LABEL.match(text)
     place = _blanks(text, label.end() if label else 0)
     while place < len(text):
@@ -249,7 +248,6 @@ def _with_axes(text: str, word: re.Match[str]) -> tuple[ProgramWord, int]:
 
 
 def _assignment(text: str, place: int) -> tuple[ProgramWord, int]:
-    """Return P1=... or Q1=..."""
     letter = text[place].upper()
     reader = ExpressionReader(text, _blanks(text, place + 1))
     index = _parsed(reader, lambda: reader.variable(letter))
@@ -311,7 +309,6 @@ def _no_number(text: str, word: re.Match[str], place: int) -> _MistakeError:
 
 
 def _unknown(text: str, place: int) -> _MistakeError:
-    """Return what is wrong with what begins no statement."""
     if _DECIMAL_COMMA.match(text, place):
         return _MistakeError(
             place + 1, f"{_cut(text[place:])!r}: a decimal point is expected, as in 12.5"

@@ -233,7 +233,6 @@ class Program:
         return ProgramError(f"{self.name}:{self._line}:{item.column}: {item.text}: {text}")
 
     def _valued(self, item: ProgramWord) -> ProgramWord:
-        """Return an item with the value that it has now."""
         try:
             return item.valued(self._variables)
         except ValueError as error:
@@ -242,7 +241,6 @@ class Program:
     # Modes
 
     def _set(self, item: ProgramWord) -> None:
-        """Give a variable its value."""
         assert item.variable is not None  # it is a SET
         letter, number = item.variable
         try:
@@ -338,8 +336,7 @@ class Program:
         if self._arc:
             yield from self._circular(words, target, ta)
         else:
-            length = [abs(end - begin) for end, begin in zip(target, self._units, strict=True)]
-            tm = self._move_time(first, length, None)
+            tm = self._move_time(first, target, None)
             yield Move(self._line, self._counts(target), tm, ta, ts)
         self._units = target
 
@@ -372,8 +369,7 @@ class Program:
             arc = request.solved()
         except ValueError as error:
             raise self._wrong(first, str(error)) from None
-        length = [abs(end - start) for end, start in zip(target, self._units, strict=True)]
-        tm = self._move_time(first, length, arc.length)
+        tm = self._move_time(first, target, arc.length)
         self.arc_off_steps = max(self.arc_off_steps, arc.off * scale)
         off = min(self.setup.path_tolerance, MOST_OFF_STEPS)
         segments = segments_of(arc, scale, off, tm / self.setup.segment_ms)
@@ -388,20 +384,20 @@ class Program:
             blend = min(ta, each) if number == 1 else each
             yield Move(self._line, self._counts(place), each, blend, 0.0, True, number - 1)
 
-    def _move_time(self, item: ProgramWord, length: list[float], arc: float | None) -> float:
+    def _move_time(self, item: ProgramWord, target: list[float], arc: float | None) -> float:
         """Return the time of a move, from TM or from F; `arc` is the length of a circle."""
         if self._time is not None:
             return max(self._time, _LEAST_MS)
-        units = self._time_units(item, length, arc)
-        tm = units * self.setup.feed_ms
+        tm = self._time_units(item, target, arc) * self.setup.feed_ms
         if tm > MOST_MS:
             raise self._wrong(item, f"takes {tm:.6g} ms, beyond {MOST_MS}")
         return max(tm, _LEAST_MS)
 
-    def _time_units(self, item: ProgramWord, length: list[float], arc: float | None) -> float:
+    def _time_units(self, item: ProgramWord, target: list[float], arc: float | None) -> float:
         """Return the time of a move by the feed rates, in their unit of time."""
         if self._feed is None:
             raise self._wrong(item, "neither TM nor F says how fast")
+        length = [abs(end - begin) for end, begin in zip(target, self._units, strict=True)]
         fed = math.hypot(*(length[index] for index in self._feed_axes)) if arc is None else arc
         rest = max((d for index, d in enumerate(length) if index not in self._feed_axes), default=0)
         other = self.setup.other_feed

@@ -259,7 +259,6 @@ class Rounding:
         yield from self._ready(track, made)
 
     def _ready(self, track: Track, made: list[Counts]) -> Iterator[Counts]:
-        """Yield the pixels that are made of all motors."""
         waiting = [
             np.concatenate([before, new]) for before, new in zip(self._waiting, made, strict=True)
         ]
@@ -359,7 +358,6 @@ class _Even:
 
 
 def _motor(motor: PlanMotor, setup: Setup) -> _Even | _Nearest:
-    """Return what makes a motor's counts."""
     pixel_ms = setup.pixel_ms
     if not motor.smooth:
         return _Nearest()

@@ -174,7 +174,6 @@ class TwoMoves:
         return new.slowed(fastest, f"speed of {self._name(new.distance, self._speeds)}")
 
     def _first(self, new: OpenMove) -> OpenMove:
-        """Return a move that begins at rest."""
         new = self._fitting([(self._still, new.flank)], new)
         return replace(new, ta=self._blend(self._still, new, new.k))
 

@@ -58,10 +58,10 @@ class Circle:
 def make(request: CircleRequest) -> Table:
     """Return the table of a circle. Raises UserError for one that no table or no pixel holds."""
     _refuse(request)
-    point = _path(request)
+    point, share = _path(request)
     angle = 2 * np.pi * point / request.points
     unit = np.column_stack([np.cos(angle), np.sin(angle)])
-    speed = _speeds(request) * 2 * np.pi / request.points
+    speed = share * 2 * np.pi / request.points
     along = np.column_stack([-unit[:, 1], unit[:, 0]]) * speed[:, None]
     positions, velocities = (_cut(request.radius * item) for item in (unit, along))
     still = np.zeros((request.holds, AXES), dtype=np.int64)
@@ -107,23 +107,19 @@ def _refuse(request: CircleRequest) -> None:
         )
 
 
-def _path(request: CircleRequest) -> np.ndarray:
-    """Return where on the circle each record is, in points from angle 0."""
+def _path(request: CircleRequest) -> tuple[np.ndarray, np.ndarray]:
+    """Return where each record is, in points from angle 0, and its share of the full speed."""
     whole = np.arange(request.points * request.revolutions + 1, dtype=np.float64)
+    full = np.ones(len(whole))
     if not request.lead_in:
-        return whole
+        return whole, full
     ramp = np.arange(request.lead_in, dtype=np.float64)
     rising = ramp**2 / (2 * request.lead_in) - request.lead_in / 2
-    return np.concatenate([rising, whole, whole[-1] - rising[::-1]])
-
-
-def _speeds(request: CircleRequest) -> np.ndarray:
-    """Return the share of the full speed at each record."""
-    full = np.ones(request.points * request.revolutions + 1)
-    if not request.lead_in:
-        return full
-    rising = np.arange(request.lead_in) / request.lead_in
-    return np.concatenate([rising, full, rising[::-1]])
+    share = ramp / request.lead_in
+    return (
+        np.concatenate([rising, whole, whole[-1] - rising[::-1]]),
+        np.concatenate([share, full, share[::-1]]),
+    )
 
 
 def _cut(values: np.ndarray) -> np.ndarray:

@@ -9,14 +9,12 @@ import shutil
 import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from fractions import Fraction
 from pathlib import Path
 from typing import NotRequired, TypedDict
 
 from pixstep import atomic, outfolder
 from pixstep.lines.rational import hz_text
 from pixstep.progress import Progress, unseen
-from pixstep.simulation.summary import Axis
 from pixstep.trajectories import runs, table, transitions
 from pixstep.trajectories.circle import COUNTS, Circle, RoundnessData, TableTrace, Unit
 from pixstep.trajectories.runs import COMPENSATED, ORIGINAL, BoardJob, SimulatedTable
@@ -127,7 +125,12 @@ def _draw(
 ) -> None:
     from pixstep.trajectories import picture  # matplotlib takes a second to load
 
-    below = f"{test.table.name} on the simulated {test.job.board}, {_plays_text(test)}"
+    plays = " and ".join(str(play) for play in test.job.plays)
+    steps = " and ".join(str(item.steps) for item in test.plays)
+    below = (
+        f"{test.table.name} on the simulated {test.job.board}, {float(test.job.pixel_hz):.6g} "
+        f"points a second, play {plays} steps, taken up in {steps} points"
+    )
     rounds = [run.roundness for run in runs.values() if run.roundness]
     if rounds:
         picture.draw(rounds, test.unit, below, path)
@@ -135,25 +138,16 @@ def _draw(
         picture.draw_errors(traces, test.unit, below, path)
 
 
-def _plays_text(test: CircleTest) -> str:
-    hz = float(test.job.pixel_hz)
-    plays = " and ".join(str(play) for play in test.job.plays)
-    steps = " and ".join(str(item.steps) for item in test.plays)
-    return f"{hz:.6g} points a second, play {plays} steps, taken up in {steps} points"
-
-
 def _summary(test: CircleTest, runs: dict[str, SimulatedTable]) -> CircleSummary:
-    """Return summary.json."""
     reasons = [f"{name}: {text}" for name, run in runs.items() for text in run.summary["reasons"]]
     made = transitions.compensate(test.table, test.plays)
-    hz: Fraction = test.job.pixel_hz
     return {
         "verdict": "fail" if reasons else "pass",
         "reasons": reasons,
         "table": test.table.name,
         "board": test.job.board,
         "axes": list(test.job.axes),
-        "pixel_hz": hz_text(hz).removesuffix("/1"),
+        "pixel_hz": hz_text(test.job.pixel_hz).removesuffix("/1"),
         "play_steps": list(test.job.plays),
         "compensated_play_steps": [item.play for item in test.plays],
         "transition_points": [item.steps for item in test.plays],
@@ -169,12 +163,20 @@ def transitions_as_json(found: Sequence[Transition]) -> list[dict[str, object]]:
 
 
 def _run_summary(run: SimulatedTable, test: CircleTest) -> RunSummary:
-    """Return what is told of one run."""
     axes = sorted(run.summary["axes"], key=lambda axis: test.job.axes.index(axis["axis"]))
     found: RunSummary = {
         "verdict": run.summary["verdict"],
         "cpu_share": run.summary["cpu_share"],
-        "edges": [_edges(axis) for axis in axes],
+        "edges": [
+            {
+                "steps": axis["steps"],
+                "expected_steps": axis["expected_steps"],
+                "max_edge_error_ticks": axis["max_edge_error_ticks"],
+                "rms_edge_error_us": axis["rms_edge_error_us"],
+                "pixels_equal": axis["pixels_equal"],
+            }
+            for axis in axes
+        ],
     }
     if run.trace:
         errors = abs(run.trace.load_errors).max(axis=0).tolist()
@@ -182,13 +184,3 @@ def _run_summary(run: SimulatedTable, test: CircleTest) -> RunSummary:
     if run.roundness:
         found["roundness"] = run.roundness.summary(test.unit)
     return found
-
-
-def _edges(axis: Axis) -> EdgeFigures:
-    return {
-        "steps": axis["steps"],
-        "expected_steps": axis["expected_steps"],
-        "max_edge_error_ticks": axis["max_edge_error_ticks"],
-        "rms_edge_error_us": axis["rms_edge_error_us"],
-        "pixels_equal": axis["pixels_equal"],
-    }

@@ -20,7 +20,6 @@ from pixstep.trajectories.runs import ORIGINAL
 
 _PLACES = 3600  # drawn in a revolution: of those beside each other the one that is furthest off
 _SHARE = 0.3  # of the circle's radius by which the largest error is drawn
-_COLOURS = {ORIGINAL: BOARD}
 
 
 def draw(runs: Sequence[Roundness], unit: Unit, below: str, path: Path) -> None:
@@ -84,7 +83,7 @@ def _title(run: Roundness, unit: Unit) -> str:
 
 
 def _colour(name: str) -> str:
-    return _COLOURS.get(name, MADE)
+    return BOARD if name == ORIGINAL else MADE
 
 
 def _passes(run: Roundness) -> Iterator[tuple[np.ndarray, np.ndarray]]:

@@ -23,7 +23,7 @@ from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import run_and_judge
 from pixstep.simulation.summary import Summary
 from pixstep.trajectories import transitions
-from pixstep.trajectories.circle import Circle, Roundness, TableTrace, roundness_of
+from pixstep.trajectories.circle import Circle, Roundness, TableTrace, radius_errors, roundness_of
 from pixstep.trajectories.table import AXES, Table
 from pixstep.trajectories.transitions import AxisPlay, Servo
 
@@ -62,14 +62,8 @@ def run_modelled(
         motor = transitions.follow(made.positions[:, axis], machine.point_s, machine.servo)
         motors.append(motor)
         loads.append(transitions.loads(motor, play, transitions.initial_direction(original, axis)))
-    return TableTrace(
-        name,
-        made,
-        original.positions,
-        np.column_stack(motors),
-        np.column_stack(loads),
-        machine.point_s,
-    )
+    motor, load = np.column_stack(motors), np.column_stack(loads)
+    return TableTrace(name, made, original.positions, motor, load, machine.point_s)
 
 
 _REST = 4  # pixels between directions: longer than any board's shortest reversal up to 1 kHz
@@ -229,7 +223,7 @@ def _roundness(
             for axis, (plant, way) in enumerate(zip(plants, ways, strict=True))
         ]
     )
-    errors = np.hypot(places[:, 0], places[:, 1]) - circle.radius
     turned = (events - window[0]) / (window[1] - window[0])
     angles = turned * 2 * np.pi * circle.revolutions
+    errors = radius_errors(places, circle)
     return Roundness(trace.name, circle, roundness_of(trace, circle).passes, angles, errors)

@@ -80,13 +80,11 @@ def made(positions: np.ndarray, velocities: np.ndarray, name: str) -> Table:
     for kind, values in (("p", positions), ("v", velocities)):
         _refuse(values, (values < LEAST_INT32) | (values > MOST_INT32), kind, name, _WIDE)
     _refuse(velocities, np.abs(velocities) > MAX_COUNT, "v", name, _FAST)
-    moves = np.vstack([np.zeros((1, AXES), dtype=np.int64), np.diff(positions, axis=0)])
-    far = np.abs(moves) > MAX_COUNT
-    if np.any(far):
-        row, axis = (int(value) for value in np.argwhere(far)[0])
+    moves = np.abs(np.diff(positions, axis=0, prepend=positions[:1]))
+    for row, axis in np.argwhere(moves > MAX_COUNT)[:1].tolist():
         raise RefusedError(
             f"{name}: record {row + 1}: p{axis + 1} = {positions[row, axis]} is "
-            f"{abs(int(moves[row, axis]))} counts from the record before: {_FAST}"
+            f"{moves[row, axis]} counts from the record before: {_FAST}"
         )
     return Table(positions, velocities, name)
 
@@ -96,9 +94,7 @@ _FAST = f"a pixel holds at most {MAX_COUNT}"
 
 
 def _refuse(values: np.ndarray, wrong: np.ndarray, kind: str, name: str, why: str) -> None:
-    """Raise RefusedError for the first value that is wrong."""
-    if np.any(wrong):
-        row, axis = (int(value) for value in np.argwhere(wrong)[0])
+    for row, axis in np.argwhere(wrong)[:1].tolist():
         raise RefusedError(
             f"{name}: record {row + 1}: {kind}{axis + 1} = {values[row, axis]}: {why}"
         )
@@ -179,7 +175,6 @@ def _bytes(path: Path) -> bytes:
 
 
 def _read_records(path: Path, data: bytes) -> tuple[Table, tuple[str, ...]]:
-    """Return the table of a file of 16-byte records."""
     whole, rest = divmod(len(data), RECORD_BYTES)
     if rest:
         raise RefusedError(
@@ -310,7 +305,6 @@ def _parquet_columns(path: Path, data: bytes) -> dict[str, np.ndarray]:
 
 
 def _whole_column(path: Path, name: str, column: Any) -> np.ndarray:
-    """Return a column of whole numbers."""
     values = column.to_numpy()
     if values.dtype.kind not in "iuf":
         raise RefusedError(f"{path}: {name}: expected whole numbers, not {column.type}")

@@ -65,9 +65,7 @@ def follow(command: np.ndarray, point_s: float, servo: Servo | None) -> np.ndarr
             f"of {point_s:g} s: above 0 and at most {_STABLE * SUBSTEPS / (2 * pi * point_s):g} Hz"
         )
     speeds = np.diff(command) / point_s
-    ahead = _one_point(1.0, 0.0, 0.0, point_s, servo)
-    fast = _one_point(0.0, 1.0, 0.0, point_s, servo)
-    pushed = _one_point(0.0, 0.0, 1.0, point_s, servo)
+    ahead, fast, pushed = (_one_point(point_s, servo, *unit) for unit in np.eye(3).tolist())
     lag, speed = 0.0, float(speeds[0])  # motor less command, motor's speed
     lags = [0.0]
     for wanted in speeds.tolist():
@@ -81,7 +79,7 @@ def follow(command: np.ndarray, point_s: float, servo: Servo | None) -> np.ndarr
 
 
 def _one_point(
-    lag: float, speed: float, wanted: float, point_s: float, servo: Servo
+    point_s: float, servo: Servo, lag: float, speed: float, wanted: float
 ) -> tuple[float, float]:
     """Return lag and speed of a motor one point on, the command moving at speed `wanted`."""
     rate, step = 2 * pi * servo.hz, point_s / SUBSTEPS
@@ -187,10 +185,9 @@ def _axis(
         ramp = _ramp(int(offsets[begin]), goal, item, end - begin)
         offsets[begin : end + 1] = ramp
         offsets[end + 1 :] = ramp[-1]
-        moved = int(ramp[-1] - ramp[0])
-        points = int(np.argmax(ramp == ramp[-1]))
-        missing = abs(goal - int(ramp[-1]))
-        found.append(Transition(axis, turn, int(ways[turn]), points, moved, missing))
+        last, points = int(ramp[-1]), int(np.argmax(ramp == ramp[-1]))
+        way, moved, missing = int(ways[turn]), last - int(ramp[0]), abs(goal - last)
+        found.append(Transition(axis, turn, way, points, moved, missing))
     return offsets, found
 
 
@@ -274,7 +271,6 @@ def least_steps(play: int, most_a_point: int) -> int:
 
 
 def _settling(crest: Crest) -> int:
-    """Return the points in which the servo comes to rest."""
     if crest.servo is None:
         return 0
     rate = 2 * pi * crest.servo.hz * max(crest.servo.damping, 0.05)
