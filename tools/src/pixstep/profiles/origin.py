@@ -154,19 +154,6 @@ def is_same(written: Fraction, used: Fraction) -> bool:
     return written in (used, Fraction(f"{float(used):.10g}"))
 
 
-def compare(
-    path: Path, header: ProfileHeader | None, used: Fraction | None, divider: int = 1
-) -> OtherFrequency | None:
-    """Return how the frequency that a file is used at differs from its own; None if it does not.
-
-    The frequencies are those of pixels, `used` is that of a clock by `divider`.
-    """
-    made_for = frequency_of(path, header)
-    if used is None or made_for is None or is_same(made_for, used):
-        return None
-    return OtherFrequency(str(path), made_for, used, header is None, divider)
-
-
 def frequency_notes(
     path: Path,
     header: ProfileHeader | None,
@@ -177,17 +164,14 @@ def frequency_notes(
 ) -> list[str]:
     """Return a warning if the frequencies differ; RefusedError for a faster one on `refuse`.
 
-    A file that does not say its own gets a note where a pixel is more than an edge of the clock.
+    The frequencies are those of pixels, `used` is that of a clock by `divider`. A file that does
+    not say its own gets a note where a pixel is more than an edge of the clock.
     """
-    other = compare(path, header, used, divider)
-    if other is None:
-        unknown = used is not None and divider > 1 and frequency_of(path, header) is None
-        return [_unknown_text(path, divider)] if unknown else []
+    made_for = frequency_of(path, header)
+    if used is None or (made_for is not None and is_same(made_for, used)):
+        return []
+    if made_for is None:
+        text = f"no header says how long its pixels are: each is taken as {divider} edges of the"
+        return [f"{path}: {text} clock"] if divider > 1 else []
+    other = OtherFrequency(str(path), made_for, used, header is None, divider)
     return [other.refuse_faster() if refuse else f"{other.source}: {other.text}"]
-
-
-def _unknown_text(path: Path, divider: int) -> str:
-    return (
-        f"{path}: no header says how long its pixels are: each is taken as {divider} edges of the "
-        f"clock"
-    )

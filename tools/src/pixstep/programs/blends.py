@@ -51,6 +51,7 @@ class Timed(NamedTuple):
     entry: CornerRamp = CornerRamp()
     exit: CornerRamp = CornerRamp()
     clipped: bool = False  # rule 3 has shortened its blend
+    segment: int = 0  # the move's
 
 
 class Columns:
@@ -150,7 +151,7 @@ def _by_rules(move: Move, before: Timed | None) -> Timed:
     ts = min(move.ts, ta / 2)
     return Timed(
         move.line, move.target, tm, ta, ts, move.ta, move.ts, move.tm, move.ta, why,
-        clipped=ta < move.ta,
+        clipped=ta < move.ta, segment=move.segment,
     )  # fmt: skip
 
 

@@ -12,7 +12,6 @@ import os
 import pickle
 import subprocess
 import sys
-from collections import deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import chain, pairwise
@@ -75,7 +74,6 @@ class Plan:
         self._keeps_jerk = self.options.mode != MODE1 and jerk.limits_jerk(setup)
         self.report = Report.of(setup, keeps_jerk=self._keeps_jerk)
         self._text = text
-        self._segments: deque[int] = deque()  # numbers in their circles of moves not timed yet
         self.corners: list[tuple[float, ...]] = []  # where the first moves end, in counts
 
     def counts(self) -> Iterator[Counts]:
@@ -92,7 +90,7 @@ class Plan:
     def timelines(self) -> Iterator[Timeline]:
         """Yield the plan in time, before it is rounded."""
         program = Program(self.name, self.setup, circles=self.options.mode != MODE1)
-        events = self._told(program.events(language.read(self.name, self._text)))
+        events = program.events(language.read(self.name, self._text))
         limits = self.report.limits
         if self.options.mode == MODE1:
             two = TwoMoves(self.setup, assume_last=self.options.assume_last)
@@ -120,13 +118,6 @@ class Plan:
         if two:
             self.report.violated = two.violated
 
-    def _told(self, events: Iterable[Move | Dwell]) -> Iterator[Move | Dwell]:
-        """Yield what happens; note which moves go on with the circle before."""
-        for event in events:
-            if isinstance(event, Move):
-                self._segments.append(event.segment)
-            yield event
-
     def _noted(self, moves: Iterable[Timed | Dwell]) -> Iterator[Timed | Dwell]:
         """Yield the moves, noted for the report; what a smooth motor cannot do is refused."""
         smooth = _SmoothRules(self.name, self.setup)
@@ -134,7 +125,7 @@ class Plan:
         for item in moves:
             if isinstance(item, Timed):
                 smooth.move(item)
-                self.report.add_move(item, self._segments.popleft())
+                self.report.add_move(item)
                 if len(self.corners) < _MOST_CORNERS:
                     self.corners.append(item.target)
                 last = item
@@ -248,24 +239,6 @@ _MESSAGES = 16  # that wait to be taken
 COUNTS, ERROR, ENDED = "counts", "error", "end"
 
 
-class Here:
-    """A plan that is made when its counts are asked for."""
-
-    def __init__(self, plan: Plan) -> None:
-        self.over = False  # True when all have been taken
-        self._parts = plan.counts()
-
-    def more(self, *, wait: bool) -> Counts | None:
-        """Return counts of some more pixels, a row each, which are planned now; None at the end.
-
-        Raises UserError for a mistake in the program.
-        """
-        del wait
-        part = next(self._parts, None)
-        self.over = part is None
-        return part
-
-
 @dataclass(frozen=True)
 class PlanRequest:
     """A program file and how it is to be planned."""
@@ -296,7 +269,7 @@ class PlanProcess:
     """A plan that another process makes: `with PlanProcess(request) as source:`."""
 
     def __init__(self, request: PlanRequest) -> None:
-        self.over = False
+        self.over = False  # True when all counts have been taken
         self._request = request
         self._messages: Queue[tuple[str, Any]] = Queue(_MESSAGES)
         self._closed = False
@@ -334,7 +307,11 @@ class PlanProcess:
             pipe.close()
 
     def more(self, *, wait: bool) -> Counts | None:
-        """Return counts as Here does; None without `wait` if none are planned yet."""
+        """Return counts of some more pixels, a row each; None at the end.
+
+        Without `wait` also None if none are planned yet. Raises UserError for a mistake in the
+        program.
+        """
         if self.over:
             return None
         try:

@@ -64,14 +64,10 @@ class _MoveTime:
 
 @dataclass
 class _Begun:
-    """A move whose time is not known yet; `first` begins at rest, `last` ends so.
-
-    `segment` is its number in its circle, 0 begins a line's move.
-    """
+    """A move whose time is not known yet; `first` begins at rest, `last` ends so."""
 
     move: Timed
     first: bool
-    segment: int = 0
     last: bool = False
 
     def shared(self, following: "_Begun | None") -> float:
@@ -251,12 +247,12 @@ class Report:
         """The time of the program without limits and without its rules."""
         return self.moves_ms + self.stops_ms + self.dwells_ms
 
-    def add_move(self, move: Timed, segment: int = 0) -> None:
-        """Take a move, or a circle's segment of that number, before it is planned."""
-        self._moving = _Begun(move, first=self._moving is None, segment=segment)
+    def add_move(self, move: Timed) -> None:
+        """Take a move, or a circle's segment, before it is planned."""
+        self._moving = _Begun(move, first=self._moving is None)
         self._begun.append(self._moving)
         self.moves_ms += move.asked
-        self.clipped += move.clipped and segment == 0
+        self.clipped += move.clipped and move.segment == 0
         if self._moving.first:
             self.stops_ms += move.asked_ta / 2
 
@@ -306,7 +302,7 @@ class Report:
         worst = np.maximum.reduceat(ratios, starts, axis=0)
         for time, ratio in zip(ms.tolist(), worst, strict=True):
             begun = self._begun.popleft()
-            if begun.segment == 0:
+            if begun.move.segment == 0:
                 self.note_move()
                 self._noted = _MoveTime(begun.move.line)
             assert self._noted is not None  # a circle has a first segment

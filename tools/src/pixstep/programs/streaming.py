@@ -8,9 +8,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from pixstep.board import clockstate, limits, orders, settings
+from pixstep.board import clockstate, limits, settings
 from pixstep.board import run as running
-from pixstep.board.boardrun import BoardRun, Watch
 from pixstep.board.device import Board
 from pixstep.board.link import World
 from pixstep.board.upload import Upload, require_idle, said_divider
@@ -19,7 +18,7 @@ from pixstep.lines.rational import refuse_period
 from pixstep.machine.model import Tables
 from pixstep.programs import plan_lines
 from pixstep.programs.motors import PlanMotor, Setup
-from pixstep.programs.plan import Here, Plan, PlanProcess, PlanRequest
+from pixstep.programs.plan import Plan, PlanProcess, PlanRequest
 from pixstep.programs.plan_lines import Entry, MotorEntries
 from pixstep.programs.report import Report
 from pixstep.progress import Progress, unseen
@@ -36,7 +35,7 @@ class Entries:
     """
 
     def __init__(
-        self, source: Here | PlanProcess, motors: Sequence[PlanMotor], ways: Sequence[int] = ()
+        self, source: PlanProcess, motors: Sequence[PlanMotor], ways: Sequence[int] = ()
     ) -> None:
         self._source = source
         self._motors = [
@@ -123,7 +122,9 @@ def prepare(
     `divider` is how many clock edges a pixel has, if the lines are to say it. Raises UserError for
     motors that share an axis, BoardError for an axis that has a line already.
     """
-    axes = _axes(motors)
+    axes = [motor.axis for motor in motors]
+    if len(set(axes)) < len(axes):
+        raise UserError(f"axes {', '.join(map(str, axes))}: a program streams to one board")
     require_idle(board, axes)
     entries.say(said_divider(board, divider))
     uploads = [StreamedUpload(board, axis, entries, index) for index, axis in enumerate(axes)]
@@ -155,29 +156,6 @@ def follow(lines: running.Lines, world: World, pixels: int = 0, go: Progress = u
     except UserError as error:
         told = running.stop([lines])
         raise type(error)(f"{error} (stopped: {told})") from None
-
-
-def stream(run: BoardRun, plan: Plan, watch: Watch | None = None) -> bool:
-    """Run a plan on one board while it is planned; return whether the board ended it.
-
-    The board is set up by the caller. Raises UserError for motors of several boards' axes, and
-    BoardError as the board does.
-    """
-    motors = plan.setup.motors
-    _axes(motors)
-    lines = prepare(run.board, Entries(Here(plan), motors), motors)
-    load(lines)
-    run.uploads = dict(zip(lines.axes, lines.uploads, strict=True))
-    orders.arm(run.board, sorted(lines.axes))
-    run.deadline_s = float("inf")
-    return run.follow(watch)
-
-
-def _axes(motors: Sequence[PlanMotor]) -> list[int]:
-    axes = [motor.axis for motor in motors]
-    if len(set(axes)) < len(axes):
-        raise UserError(f"axes {', '.join(map(str, axes))}: a program streams to one board")
-    return axes
 
 
 @dataclass(frozen=True)
