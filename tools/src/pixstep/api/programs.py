@@ -108,7 +108,8 @@ class MotionProgram(Shown):
         }  # fmt: skip
         report = planned.report
         exceeded = tuple(
-            f"{self.path}:{one.line}: {one.motor} {one.ratio:.4g} x" for one in report.violations
+            f"{self.path}:{one['line']}: {one['motor']} {one['ratio']:.4g} x"
+            for one in report.violations
         )
         return ProgramPlan(report.total_ms, report.pixels, lines, exceeded, report.as_json())
 

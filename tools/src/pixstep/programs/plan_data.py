@@ -51,7 +51,11 @@ class MotorFigures(TypedDict):
 
 
 class SlowedMove(TypedDict):
-    """A move that takes longer than programmed."""
+    """A move that takes longer than programmed, all segments of a circle together, and why.
+
+    Times are from the middle of its blend to the middle of the next one. What a start or a stop
+    takes more than programmed is its move's.
+    """
 
     line: int
     asked_ms: float
@@ -60,12 +64,18 @@ class SlowedMove(TypedDict):
 
 
 class ExceededLimit(TypedDict):
-    """A move that exceeds a limit."""
+    """A move that exceeds a motor's limit; `line` is that of the program."""
 
     line: int
     motor: str
     limit: str
     ratio: float
+
+
+def limit_text(exceeded: ExceededLimit) -> str:
+    """Return "line: what is exceeded", without the program."""
+    of, ratio = f"{exceeded['limit']} of {exceeded['motor']}", exceeded["ratio"]
+    return f"{exceeded['line']}: exceeds the {of}: {ratio:.4g} x"
 
 
 class _Figures(TypedDict):

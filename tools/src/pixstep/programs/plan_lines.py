@@ -37,7 +37,7 @@ from pixstep.lines.runs import (
 from pixstep.programs.motors import PlanMotor
 from pixstep.programs.pixels import Counts
 from pixstep.programs.plan import Plan, bounded
-from pixstep.programs.plan_data import PlannedMotor, PlannedProgram
+from pixstep.programs.plan_data import PlannedMotor, PlannedProgram, limit_text
 from pixstep.programs.report import MotorReport, Report
 from pixstep.progress import Progress, unseen
 
@@ -161,11 +161,8 @@ def rehearse(plan: Plan, bounds: BoardLimits, progress: Progress = unseen) -> Re
     for part in plan.counts():
         check.add(part)
         progress(0.0)
-    for violation in plan.report.violations[:1]:
-        raise RefusedError(
-            f"{plan.name}:{violation.line}: exceeds the {violation.limit} of {violation.motor}: "
-            f"{violation.ratio:.4g} x"
-        )
+    for bad in plan.report.violations[:1]:
+        raise RefusedError(f"{plan.name}:{limit_text(bad)}")
     for motor, errors in zip(motors, check.end(), strict=True):
         for found in errors[:1]:
             raise RefusedError(

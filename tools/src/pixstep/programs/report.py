@@ -15,33 +15,13 @@ from pixstep.programs.motors import (
     Setup,
 )
 from pixstep.programs.pixels import Counts, Timeline
-from pixstep.programs.plan_data import MotorFigures, PlanFigures
+from pixstep.programs.plan_data import ExceededLimit, MotorFigures, PlanFigures, SlowedMove
 from pixstep.programs.time_law import MotorLimits
-from pixstep.programs.two_moves import Violation
 
 MOST_LISTED = 1000
 _AT_LIMIT = 0.99
 _SAME_MS = 1e-6
 _SLOWER = 1.001  # as programmed, but for the last digits
-
-
-@dataclass(frozen=True)
-class Slowed:
-    """A move that takes longer than programmed, all segments of a circle together, and why.
-
-    Times are from the middle of its blend to the middle of the next one. What a start or a stop
-    takes more than programmed is its move's.
-    """
-
-    line: int
-    asked_ms: float
-    ms: float
-    why: str
-
-    @property
-    def text(self) -> str:
-        """What takes longer, and why."""
-        return f"{self.asked_ms:.6g} -> {self.ms:.6g} ms: {self.why}"
 
 
 @dataclass
@@ -215,10 +195,10 @@ class Report:
     stops_ms: float = 0.0  # half an acceleration time for each start and each stop
     dwells_ms: float = 0.0
     off_path: float = 0.0  # steps: positions at pixel edges from the path, at most
-    slowed: list[Slowed] = field(default_factory=list)
+    slowed: list[SlowedMove] = field(default_factory=list)
     slowed_moves: int = 0
     reasons: Counter[str] = field(default_factory=Counter)
-    violations: list[Violation] = field(default_factory=list)
+    violations: list[ExceededLimit] = field(default_factory=list)
     violated: int = 0
     clipped: int = 0  # blends that rule 3 shortens
     arc_off_steps: float = 0.0
@@ -320,7 +300,9 @@ class Report:
         self.slowed_moves += 1
         self.reasons[move.why] += 1
         if len(self.slowed) < MOST_LISTED:
-            self.slowed.append(Slowed(move.line, move.asked, move.ms, move.why))
+            self.slowed.append(
+                {"line": move.line, "asked_ms": move.asked, "ms": move.ms, "why": move.why}
+            )
 
     def _reason(self, ratio: np.ndarray) -> str:
         """Return what is nearest to its limit in a move."""
@@ -355,19 +337,8 @@ class Report:
             "slowed_moves": self.slowed_moves,
             "clipped_blends": self.clipped,
             "reasons": dict(self.reasons.most_common()),
-            "slowed": [
-                {"line": item.line, "asked_ms": item.asked_ms, "ms": item.ms, "why": item.why}
-                for item in self.slowed
-            ],
+            "slowed": self.slowed,
             "arc_off_steps": self.arc_off_steps,
             "violated": self.violated,
-            "violations": [
-                {
-                    "line": item.line,
-                    "motor": item.motor,
-                    "limit": item.limit,
-                    "ratio": item.ratio,
-                }
-                for item in self.violations
-            ],
+            "violations": self.violations,
         }

@@ -18,7 +18,6 @@ grid of their times.
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -34,6 +33,7 @@ from pixstep.programs.open_moves import (
     least_ta,
     least_time,
 )
+from pixstep.programs.plan_data import ExceededLimit
 
 _TIMES = 1.01 ** np.arange(500)  # times of a move that are tried, up to 140 of its own
 _LEAST_BLEND = 1e-3  # of a move's time
@@ -115,15 +115,6 @@ _ROUNDS = 50
 _TOLERANCE = 1 + 1e-6  # ratio to a limit that rounding explains
 
 
-class Violation(NamedTuple):
-    """A move that exceeds a motor's limit; `line` is that of the program."""
-
-    line: int
-    motor: str
-    ratio: float
-    limit: str = "acceleration"
-
-
 class TwoMoves:
     """Times moves as they come; `violations` grows meanwhile, up to `MOST`."""
 
@@ -132,7 +123,7 @@ class TwoMoves:
     def __init__(self, setup: Setup, *, assume_last: bool = True) -> None:
         self.setup = setup
         self.assume_last = assume_last
-        self.violations: list[Violation] = []
+        self.violations: list[ExceededLimit] = []
         self.violated = 0
         motors, pixel = setup.motors, setup.pixel_ms
         self._limits = tuple([motor.planned_acceleration(pixel) for motor in motors])
@@ -334,7 +325,9 @@ class TwoMoves:
         self.violated += 1
         if len(self.violations) < self.MOST:
             name = self._name(asked, self._speeds if limit == "speed" else self._limits)
-            self.violations.append(Violation(one.move.line, name, ratio, limit))
+            self.violations.append(
+                {"line": one.move.line, "motor": name, "limit": limit, "ratio": ratio}
+            )
 
     def _name(self, distance: tuple[float, ...], limits: tuple[float, ...]) -> str:
         """Return the motor that a distance asks most of."""

@@ -14,7 +14,7 @@ from pixstep.operations.kinds import FOLDER
 from pixstep.operations.program.fields import ProgramFields
 from pixstep.operations.request import operation, option
 from pixstep.operations.result import Page, Result
-from pixstep.programs.plan_data import PlannedProgram
+from pixstep.programs.plan_data import PlannedProgram, limit_text
 from pixstep.simulation.report import new_table
 
 if TYPE_CHECKING:
@@ -107,11 +107,13 @@ def _write(page: Page, done: Planned, out: Path) -> None:
         _write_limits(page, row)
     name = done.plan.name
     for item in report.slowed[:_SHOWN]:
-        page.tell(f"{name}:{item.line}: {item.text}")
+        page.tell(
+            f"{name}:{item['line']}: {item['asked_ms']:.6g} -> {item['ms']:.6g} ms: {item['why']}"
+        )
     if report.slowed_moves > _SHOWN:
         page.tell(f"... {report.slowed_moves - _SHOWN} more in report.json")
     for bad in report.violations[:_SHOWN]:
-        page.tell(f"{name}:{bad.line}: exceeds the {bad.limit} of {bad.motor}: {bad.ratio:.4g} x")
+        page.tell(f"{name}:{limit_text(bad)}")
     for path, findings in zip(done.files, done.findings, strict=True):
         for found in findings[:_SHOWN]:
             page.tell(
