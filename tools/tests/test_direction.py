@@ -17,7 +17,7 @@ from pixstep.lines.runs import MARK_NEGATIVE, MARK_SMOOTH
 from pixstep.moves import fasttask, hometask
 from pixstep.operations.run import sim
 from pixstep.trajectories import circle, circle_test, runs
-from pixstep.trajectories.transitions import AxisPlay
+from pixstep.trajectories.transitions import TablePlay
 
 FAST = natives.root() / "tools/data/AccProf-fast-move.csv"
 SMOOTH = natives.root() / "tools/data/AccProfM39-30Hz-1.PRN"
@@ -211,7 +211,7 @@ def test_without_a_motor_steps_are_the_board_s(turned, invoke):
 def test_a_table_runs_the_same_on_a_motor_that_is_turned_round(tmp_path):
     """The loads are where the table says, and play is taken up, whatever the motor's direction."""
     made = circle.make(circle.CircleRequest(200, points=256, revolutions=1, holds=0, lead_in=64))
-    plays = (AxisPlay(20, 4), AxisPlay(10, 4))
+    plays = (TablePlay(20, 4), TablePlay(10, 4))
     found = []
     for ways in ((1, 1), (-1, 1)):
         job = runs.BoardJob("mega", Fraction(100), (20, 10), ways=ways)

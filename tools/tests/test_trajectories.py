@@ -14,7 +14,7 @@ from effort import cases
 from pixstep.errors import RefusedError, UserError
 from pixstep.trajectories import circle, runs, table, transitions
 from pixstep.trajectories.circle import Circle, CircleRequest, roundness_of
-from pixstep.trajectories.transitions import AxisPlay, Servo
+from pixstep.trajectories.transitions import Servo, TablePlay
 
 COUNTS_PER_IN = 1_638_400
 PLAY = 7485
@@ -241,7 +241,7 @@ def recovered(positions, play, steps, first_way):
 
 def test_the_offsets_are_those_of_the_recovered_program():
     made = circle.make(CircleRequest(SMALL, revolutions=2, holds=4))
-    found = transitions.compensate(made, (AxisPlay(PLAY, 64), AxisPlay(5000, 100)))
+    found = transitions.compensate(made, (TablePlay(PLAY, 64), TablePlay(5000, 100)))
     assert found.taken_up == (-1, 1)
     for axis, (play, steps) in enumerate(((PLAY, 64), (5000, 100))):
         wanted = recovered(made.positions[:, axis], play, steps, found.taken_up[axis])
@@ -271,7 +271,7 @@ def test_offsets_of_any_motion(runs, play, steps):
     place = np.concatenate([[0], np.cumsum(moves)])
     positions = np.column_stack([place, np.zeros_like(place)])
     made = table.made(positions, np.zeros_like(positions), "t")
-    found = transitions.compensate(made, (AxisPlay(play, steps), AxisPlay(0, 1)))
+    found = transitions.compensate(made, (TablePlay(play, steps), TablePlay(0, 1)))
     offsets = found.offsets[:, 0]
     way = found.taken_up[0]
     assert offsets[0] == 0 and np.all((-way * offsets >= 0) & (-way * offsets <= play))
@@ -295,23 +295,23 @@ def test_offsets_of_any_motion(runs, play, steps):
 def test_a_second_reversal_turns_back_from_where_the_offset_is():
     place = np.array([0, 10, 20, 30, 29, 20, 10, 11, 20, 30, 40, 50, 60])
     made = table.made(np.column_stack([place, place]), np.zeros((13, 2)), "t")
-    found = transitions.compensate(made, (AxisPlay(40, 8), AxisPlay(0, 8)))
+    found = transitions.compensate(made, (TablePlay(40, 8), TablePlay(0, 8)))
     assert found.offsets[:, 0].tolist() == [0, 0, 0, 0, 0, -5, -10, -15, -10, -5, 0, 0, 0]
     assert [item.missing for item in found.transitions] == [25, 0]
 
 
 def test_an_axis_that_never_moves_and_no_play():
     made = table.made([[0, 0], [1, 0], [0, 0]], np.zeros((3, 2)), "t")
-    found = transitions.compensate(made, (AxisPlay(0, 4), AxisPlay(9, 4)))
+    found = transitions.compensate(made, (TablePlay(0, 4), TablePlay(9, 4)))
     assert not np.any(found.offsets) and found.transitions == ()
 
 
 def test_what_cannot_be_taken_up_is_said():
     made = a_table()
     with pytest.raises(UserError, match="axis 2: a transition of 0 points"):
-        transitions.compensate(made, (AxisPlay(1, 1), AxisPlay(1, 0)))
+        transitions.compensate(made, (TablePlay(1, 1), TablePlay(1, 0)))
     with pytest.raises(RefusedError, match=r"circle, compensated: record \d+: v1 = "):
-        transitions.compensate(made, (AxisPlay(10**6, 2), AxisPlay(1, 1)))
+        transitions.compensate(made, (TablePlay(10**6, 2), TablePlay(1, 1)))
 
 
 # The modelled machine: the cells of the published table and of its extension, in inches
@@ -321,7 +321,7 @@ def error_in(radius, steps, servo=None, point_s=1.0, set_to=PLAY):
     """The largest radius error over a revolution; 0 steps: not compensated."""
     made = circle.make(CircleRequest(radius, holds=0, revolutions=1))
     name = runs.COMPENSATED if steps else runs.ORIGINAL
-    plays = (AxisPlay(set_to, steps or 1),) * 2
+    plays = (TablePlay(set_to, steps or 1),) * 2
     trace = runs.run_modelled(made, plays, name, runs.ModelledMachine((PLAY, PLAY), point_s, servo))
     return abs(roundness_of(trace, circle.find(made)).worst) / COUNTS_PER_IN
 
@@ -342,7 +342,7 @@ def test_uncompensated_the_error_is_the_play(radius, play, wanted):
     counts = round(play * COUNTS_PER_IN)
     made = circle.make(CircleRequest(radius, holds=0, revolutions=1))
     trace = runs.run_modelled(
-        made, (AxisPlay(0),) * 2, "original", runs.ModelledMachine((counts, counts), 1.0)
+        made, (TablePlay(0),) * 2, "original", runs.ModelledMachine((counts, counts), 1.0)
     )
     errors = roundness_of(trace, circle.find(made)).errors
     assert abs(np.max(np.abs(errors)) / COUNTS_PER_IN - wanted) <= 1.5e-6

@@ -21,7 +21,7 @@ from pixstep.trajectories import circle, circle_test, runs, table, transitions
 from pixstep.trajectories.circle import CircleRequest, Unit
 from pixstep.trajectories.circle_test import CircleTest
 from pixstep.trajectories.runs import BoardJob
-from pixstep.trajectories.transitions import AxisPlay, Servo
+from pixstep.trajectories.transitions import Servo, TablePlay
 
 HZ = Fraction("100.13")
 INCH = ("--scale", "1638400 steps/in")
@@ -222,7 +222,7 @@ def host_names():
 @pytest.mark.usefixtures("simulator")
 def test_a_board_s_load_is_the_model_s_at_every_point(tmp_path):
     made = small_circle(1).without_holds()
-    plays = (AxisPlay(PLAY, STEPS), AxisPlay(PLAY - 20, STEPS + 3))
+    plays = (TablePlay(PLAY, STEPS), TablePlay(PLAY - 20, STEPS + 3))
     job = BoardJob("mega", HZ, (PLAY, PLAY - 20), axes=(2, 0))
     for name in host_names():
         done = runs.run_on_board(made, plays, name, job, tmp_path / name, circle=circle.find(made))
@@ -240,7 +240,7 @@ def test_a_board_s_load_is_the_model_s_at_every_point(tmp_path):
 def test_axes_that_begin_backwards_have_their_play_taken_up_so(tmp_path):
     made = small_circle(1, lead_in=0).without_holds()  # axis 1 goes down first, axis 2 up
     job = BoardJob("mega", HZ, (PLAY, PLAY))
-    done = runs.run_on_board(made, (AxisPlay(0),) * 2, runs.ORIGINAL, job, tmp_path)
+    done = runs.run_on_board(made, (TablePlay(0),) * 2, runs.ORIGINAL, job, tmp_path)
     first = done.trace.load_errors[: POINTS // 4]
     assert not np.any(first)  # neither axis has turned yet
     assert np.max(np.abs(done.trace.load_errors)) == PLAY
@@ -251,11 +251,11 @@ def test_what_a_board_would_refuse_is_named_before_anything_is_done(tmp_path):
     made = table.made(steep, np.zeros_like(steep), "steep")
     with pytest.raises(RefusedError, match="steep, axis 1: reversal_too_fast behind record 2"):
         runs.run_on_board(
-            made, (AxisPlay(0),) * 2, runs.ORIGINAL, BoardJob("mega", HZ, (0, 0)), tmp_path
+            made, (TablePlay(0),) * 2, runs.ORIGINAL, BoardJob("mega", HZ, (0, 0)), tmp_path
         )
     with pytest.raises(UserError, match="axis 1: the uno has"):
         runs.run_on_board(
-            made, (AxisPlay(0),) * 2, runs.ORIGINAL, BoardJob("uno", HZ, (0, 0)), tmp_path
+            made, (TablePlay(0),) * 2, runs.ORIGINAL, BoardJob("uno", HZ, (0, 0)), tmp_path
         )
     assert list(tmp_path.iterdir()) == []
 
@@ -264,7 +264,7 @@ def full_test(radius, play, steps, hz, counts_per_in):
     made = circle.make(CircleRequest(radius, lead_in=128)).without_holds()
     return CircleTest(
         made,
-        (AxisPlay(play, steps),) * 2,
+        (TablePlay(play, steps),) * 2,
         BoardJob("mega", hz, (play, play)),
         circle.find(made),
         Unit("in", Fraction(counts_per_in)),
@@ -318,7 +318,7 @@ def test_a_run_that_fails_leaves_nothing(tmp_path, monkeypatch):
 def test_measurement_records_as_parquet(tmp_path):
     made = small_circle(1).without_holds()
     trace = runs.run_modelled(
-        made, (AxisPlay(0),) * 2, runs.ORIGINAL, runs.ModelledMachine((0, 0), 0.01)
+        made, (TablePlay(0),) * 2, runs.ORIGINAL, runs.ModelledMachine((0, 0), 0.01)
     )
     table.write_columns(tmp_path / "t.parquet", trace.columns(circle.find(made)))
     import pyarrow.parquet
@@ -331,7 +331,7 @@ def test_measurement_records_as_parquet(tmp_path):
 @pytest.mark.parametrize("taken_up", ["plus", "minus"])
 def test_play_is_taken_up_before_a_table_whichever_way_it_stood(taken_up):
     made = small_circle(1).without_holds()
-    plays = (AxisPlay(PLAY, STEPS), AxisPlay(PLAY - 30, STEPS))
+    plays = (TablePlay(PLAY, STEPS), TablePlay(PLAY - 30, STEPS))
     ways = tuple(transitions.initial_direction(made, axis) for axis in (0, 1))
     found = runs.taking_up(made, plays, ways)
     assert {line.pixels for line in found} == {made.records - 1 + 2 * STEPS + 8}

@@ -126,7 +126,11 @@ def repair_counts(counts: tuple[int, ...], wish: Wish) -> Repair:
 
     Raises UserError for a count out of range, and if the pixels do not suffice.
     """
-    _refuse_range(counts)
+    for pixel, count in enumerate(counts, 1):
+        if not 0 <= count <= MAX_SPEED:
+            raise RefusedError(
+                f"pixel {pixel}: count {count} is outside 0..{MAX_SPEED}: no smooth motor makes it"
+            )
     stretches, between = split(counts, wish.part)
     blocks = _ramp_blocks(stretches, between, wish)
     while (pair := consumed_pair(stretches)) is not None:
@@ -147,14 +151,6 @@ def whole_line(values: tuple[int, ...], part: str) -> tuple[int, ...]:
         return tuple(values)
     top = ramps.decoded(0, values)[-1]
     return (*values, top, top, *reversed(values)) if top > 0 else tuple(values)
-
-
-def _refuse_range(counts: tuple[int, ...]) -> None:
-    for pixel, count in enumerate(counts, 1):
-        if not 0 <= count <= MAX_SPEED:
-            raise RefusedError(
-                f"pixel {pixel}: count {count} is outside 0..{MAX_SPEED}: no smooth motor makes it"
-            )
 
 
 def _ramp_blocks(stretches: list[Stretch], between: list[list[int]], wish: Wish) -> list[_Block]:
@@ -230,7 +226,9 @@ def _stretch_block(stretch: Stretch) -> _Block:
 def _assemble(blocks: list[_Block]) -> Repair:
     """Turn the speeds of all blocks into counts, and note where they differ from the original."""
     speeds = [0, *(speed for block in blocks for speed in block.speeds)]
-    _flatten(speeds)
+    for k in range(1, len(speeds) - 1):
+        if speeds[k - 1] == speeds[k + 1]:  # the two equal counts of a peak would oscillate
+            speeds[k] = speeds[k - 1]
     counts = [(low + high) // 2 for low, high in pairwise(speeds)]
     changes = []
     done = 0
@@ -252,13 +250,6 @@ def _trimmed(block: _Block, after: tuple[int, ...]) -> ValueChange:
         after = after[first:end]
     reason = block.reason or "two pixels of one count at a peak would swing"
     return ValueChange(block.pixel + first, before[first:end], after, reason)
-
-
-def _flatten(speeds: list[int]) -> None:
-    """Level every peak between two equal speeds: its two equal counts would be an oscillation."""
-    for k in range(1, len(speeds) - 1):
-        if speeds[k - 1] == speeds[k + 1]:
-            speeds[k] = speeds[k - 1]
 
 
 def _prove(values: tuple[int, ...], counts: tuple[int, ...], wish: Wish) -> None:

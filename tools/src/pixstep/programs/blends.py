@@ -13,7 +13,7 @@ from typing import NamedTuple, Self
 import numpy as np
 import numpy.typing as npt
 
-from pixstep.programs.moves import Dwell, Move
+from pixstep.programs.moves import Dwell, ProgramMove
 
 Floats = npt.NDArray[np.float64]
 _FLANK, _TOP = 6, 10  # intervals of a flank and of the top of a trapezoid of acceleration
@@ -54,14 +54,14 @@ class Timed(NamedTuple):
     segment: int = 0  # the move's
 
 
-class Columns:
+class ArrayRows:
     """A dataclass of arrays, or of such dataclasses, that have a row for each of some things."""
 
     def part(self, choice: slice | npt.NDArray[np.bool_ | np.intp]) -> Self:
         """Return some of the rows."""
         return type(self)(
             **{
-                name: one.part(choice) if isinstance(one, Columns) else one[choice]
+                name: one.part(choice) if isinstance(one, ArrayRows) else one[choice]
                 for name, one in vars(self).items()
             }
         )
@@ -72,7 +72,7 @@ class Columns:
         return cls(
             **{
                 name: type(one).joined([getattr(part, name) for part in parts])
-                if isinstance(one, Columns)
+                if isinstance(one, ArrayRows)
                 else np.concatenate([getattr(part, name) for part in parts])
                 for name, one in vars(parts[0]).items()
             }
@@ -80,7 +80,7 @@ class Columns:
 
 
 @dataclass(frozen=True)
-class Intervals(Columns):
+class Intervals(ArrayRows):
     """Pieces of a path over programmed time; positions are cubic in each, one column a motor."""
 
     du: Floats
@@ -130,7 +130,7 @@ class Intervals(Columns):
         return ~curved
 
 
-def nominal(events: Iterable[Move | Dwell]) -> Iterator[Timed | Dwell]:
+def nominal(events: Iterable[ProgramMove | Dwell]) -> Iterator[Timed | Dwell]:
     """Yield the moves with their times by the three rules of blending, no limit considered."""
     before: Timed | None = None
     for event in events:
@@ -142,7 +142,7 @@ def nominal(events: Iterable[Move | Dwell]) -> Iterator[Timed | Dwell]:
         yield before
 
 
-def _by_rules(move: Move, before: Timed | None) -> Timed:
+def _by_rules(move: ProgramMove, before: Timed | None) -> Timed:
     """Return a move with TM >= TA, and with a blend that leaves the one before it alone."""
     tm = move.tm if move.fixed else max(move.tm, move.ta)
     why = ACCELERATION_TIME if tm > move.tm else ""

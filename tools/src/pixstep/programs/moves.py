@@ -160,7 +160,7 @@ _DEFAULT_TS = 50.0
 _LEAST_MS = 0.5  # a move's time where segmentation takes the place of acceleration times
 
 
-class Move(NamedTuple):
+class ProgramMove(NamedTuple):
     """A move as programmed: where it ends in counts, its times in ms.
 
     `fixed` is a segment of a circle: the time of its blend is the segment's own, not the minimum
@@ -204,13 +204,13 @@ class Program:
         self.arc_off_steps = 0.0  # of the arc that leaves its circle the most
         self._variables = Variables()
 
-    def events(self, rows: Iterable[ProgramRow]) -> Iterator[Move | Dwell]:
+    def events(self, rows: Iterable[ProgramRow]) -> Iterator[ProgramMove | Dwell]:
         """Yield what happens. Raises ProgramError naming the first mistake."""
         for row in rows:
             self._line = row.number
             yield from self._row(row)
 
-    def _row(self, row: ProgramRow) -> Iterator[Move | Dwell]:
+    def _row(self, row: ProgramRow) -> Iterator[ProgramMove | Dwell]:
         """Yield what a line does: its words of motion together make one move."""
         words: dict[str, ProgramWord] = {}
         after: list[ProgramWord] = []
@@ -299,13 +299,15 @@ class Program:
 
     # Motion
 
-    def _pause(self, item: ProgramWord) -> Move | Dwell:
+    def _pause(self, item: ProgramWord) -> ProgramMove | Dwell:
         if not 0 <= item.value <= MOST_MS:
             raise self._wrong(item, f"is not in the range 0 to {MOST_MS} ms")
         if item.name == "DWELL":
             return Dwell(self._line, item.value)
         ta, ts = self._acceleration(item)
-        return Move(self._line, self._counts(self._units), max(item.value, _LEAST_MS), ta, ts)
+        return ProgramMove(
+            self._line, self._counts(self._units), max(item.value, _LEAST_MS), ta, ts
+        )
 
     def _acceleration(self, item: ProgramWord) -> tuple[float, float]:
         """Return TA and TS in force; TA is at least twice TS, and not 0."""
@@ -314,7 +316,7 @@ class Program:
             raise self._wrong(item, "TA and TS are 0: the acceleration would be infinite")
         return max(ta, _LEAST_MS), self._ts
 
-    def _motion(self, words: dict[str, ProgramWord]) -> Iterator[Move | Dwell]:
+    def _motion(self, words: dict[str, ProgramWord]) -> Iterator[ProgramMove | Dwell]:
         """Yield the move of a line, or the segments of its circle."""
         first = next(iter(words.values()))
         target = list(self._units)
@@ -337,10 +339,10 @@ class Program:
             yield from self._circular(words, target, ta)
         else:
             tm = self._move_time(first, target, None)
-            yield Move(self._line, self._counts(target), tm, ta, ts)
+            yield ProgramMove(self._line, self._counts(target), tm, ta, ts)
         self._units = target
 
-    def _rapidly(self, target: list[float]) -> Iterator[Move | Dwell]:
+    def _rapidly(self, target: list[float]) -> Iterator[ProgramMove | Dwell]:
         """Yield a straight move as fast as the motors can, from rest to rest."""
         here, end, pixel = self._counts(self._units), self._counts(target), self.setup.pixel_ms
         tm, gain = _LEAST_MS, 0.0
@@ -350,11 +352,11 @@ class Program:
             gain = max(gain, length / most)
         ta = max(gain / tm, _LEAST_MS)
         rest = Dwell(self._line, 0.0)
-        yield from (rest, Move(self._line, end, tm, ta, 0.0), rest)
+        yield from (rest, ProgramMove(self._line, end, tm, ta, 0.0), rest)
 
     def _circular(
         self, words: dict[str, ProgramWord], target: list[float], ta: float
-    ) -> Iterator[Move]:
+    ) -> Iterator[ProgramMove]:
         """Yield the segments of a circle; what is no X and no Y goes along in proportion."""
         x, y = self.setup.words["X"], self.setup.words["Y"]
         first = next(iter(words.values()))
@@ -382,7 +384,7 @@ class Program:
             ]
             place[x], place[y] = point
             blend = min(ta, each) if number == 1 else each
-            yield Move(self._line, self._counts(place), each, blend, 0.0, True, number - 1)
+            yield ProgramMove(self._line, self._counts(place), each, blend, 0.0, True, number - 1)
 
     def _move_time(self, item: ProgramWord, target: list[float], arc: float | None) -> float:
         """Return the time of a move, from TM or from F; `arc` is the length of a circle."""

@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pixstep.lines.runs import MAX_WORD
-from pixstep.programs.blends import Columns, Floats, Intervals
+from pixstep.programs.blends import ArrayRows, Floats, Intervals
 from pixstep.programs.even_speeds import EvenLimits, EvenSpeeds
 from pixstep.programs.motors import PlanMotor, Setup
 from pixstep.programs.time_law import MotorLimits, PacedPath, speed_cap
@@ -31,7 +31,7 @@ _NO_SPEED = 1e-200  # instead of 0 below a fraction
 
 
 @dataclass(frozen=True)
-class Timeline(Columns):
+class Timeline(ArrayRows):
     """Intervals in real time: each begins at `start` ms and lasts `ms`.
 
     Inside, u grows by rate t + gain t^2 / 2.
@@ -276,7 +276,7 @@ class Rounding:
 
 
 @dataclass(frozen=True)
-class _Near(Columns):
+class _Near(ArrayRows):
     """Pixel edges: when they are, and the place of the path beside which the motors are to be."""
 
     time: Floats

@@ -29,7 +29,7 @@ from pixstep.programs import jerk, language
 from pixstep.programs.blends import NominalPath, Timed, nominal
 from pixstep.programs.language import ProgramError
 from pixstep.programs.motors import Setup
-from pixstep.programs.moves import Dwell, Move, Program
+from pixstep.programs.moves import Dwell, Program, ProgramMove
 from pixstep.programs.pixels import (
     Counts,
     Rounding,
@@ -199,8 +199,8 @@ def require_length(name: str, text: Iterable[str], setup: Setup, options: Option
 
 
 def _least_times(
-    events: Iterable[Move | Dwell], setup: Setup
-) -> Iterator[tuple[Move | Dwell, float]]:
+    events: Iterable[ProgramMove | Dwell], setup: Setup
+) -> Iterator[tuple[ProgramMove | Dwell, float]]:
     """Yield what a program does with a time, ms, that each takes at least.
 
     A move is no faster than its motors in what is left of it between two blends.
@@ -208,13 +208,13 @@ def _least_times(
     places = np.zeros(len(setup.motors))
     fastest = np.array([motor.planned_speed(setup.pixel_ms) for motor in setup.motors])
     for event, following in pairwise(chain(events, (_END,))):
-        if not isinstance(event, Move):
+        if not isinstance(event, ProgramMove):
             yield event, event.ms
             continue
         target = np.array(event.target)
         least = float(np.max(np.abs(target - places) / fastest))
         places = target
-        blend = following.ta if isinstance(following, Move) else event.ta
+        blend = following.ta if isinstance(following, ProgramMove) else event.ta
         between = max(1 - (event.ta + blend) / 2 / event.tm, 0.0)
         yield event, event.tm + max(least - event.tm, 0.0) * between
 

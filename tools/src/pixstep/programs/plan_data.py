@@ -51,11 +51,10 @@ class MotorFigures(TypedDict):
 
 
 class SlowedMove(TypedDict):
-    """A move that takes longer than programmed, all segments of a circle together, and why.
+    """A move that takes longer than programmed."""
 
-    Times are from the middle of its blend to the middle of the next one. What a start or a stop
-    takes more than programmed is its move's.
-    """
+    # All segments of a circle together. Times are from the middle of the move's blend to the middle
+    # of the next one. What a start or a stop takes more than programmed is its move's.
 
     line: int
     asked_ms: float
@@ -64,7 +63,7 @@ class SlowedMove(TypedDict):
 
 
 class ExceededLimit(TypedDict):
-    """A move that exceeds a motor's limit; `line` is that of the program."""
+    """A move that exceeds a limit."""
 
     line: int
     motor: str

@@ -24,12 +24,12 @@ import numpy as np
 import numpy.typing as npt
 
 from pixstep.lines.core import extension
-from pixstep.programs.blends import Columns, Floats, Intervals
+from pixstep.programs.blends import ArrayRows, Floats, Intervals
 from pixstep.programs.motors import PlanMotor, Setup
 
 
 @dataclass
-class LawBlock(Columns):
+class LawBlock(ArrayRows):
     """Intervals in a row: |a y - b x| <= most in each bound, x and y at most their caps.
 
     `a` and `b` have a row of bounds for each interval, `most` a row of motors; `highest` is the x
@@ -121,7 +121,7 @@ _CURVED_BOUND = 8.0  # a pixel of constant acceleration a bends by a/8 from its 
 
 
 @dataclass(frozen=True)
-class PacedPath(Columns):
+class PacedPath(ArrayRows):
     """Intervals with w at their ends; `straight` ones may be run faster in between."""
 
     path: Intervals

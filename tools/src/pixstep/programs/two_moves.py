@@ -23,7 +23,7 @@ import numpy as np
 
 from pixstep.programs.blends import Floats, Timed, nominal
 from pixstep.programs.motors import Setup
-from pixstep.programs.moves import Dwell, Move
+from pixstep.programs.moves import Dwell, ProgramMove
 from pixstep.programs.open_moves import (
     SAME,
     OpenMove,
@@ -131,7 +131,7 @@ class TwoMoves:
         self._still = self._place = tuple([0.0] * len(motors))
         self._before: OpenMove | None = None  # the last one that is timed for good
 
-    def timed(self, events: Iterable[Move | Dwell]) -> Iterator[Timed | Dwell]:
+    def timed(self, events: Iterable[ProgramMove | Dwell]) -> Iterator[Timed | Dwell]:
         """Yield the moves, two behind those that come."""
         window: list[OpenMove] = []
         for event in nominal(events):

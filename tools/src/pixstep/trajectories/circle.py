@@ -16,7 +16,7 @@ from pixstep.errors import RefusedError, UserError
 from pixstep.lazy import lazy
 from pixstep.lines.linecheck import MAX_COUNT
 from pixstep.trajectories import table
-from pixstep.trajectories.table import AXES, MOST_RECORDS, Table
+from pixstep.trajectories.table import AXES, MOST_RECORDS, TwoAxisTable
 
 if TYPE_CHECKING:
     import numpy as np
@@ -55,7 +55,7 @@ class Circle:
         return self.start + self.points * self.revolutions
 
 
-def make(request: CircleRequest) -> Table:
+def make(request: CircleRequest) -> TwoAxisTable:
     """Return the table of a circle. Raises UserError for one that no table or no pixel holds."""
     _refuse(request)
     point, share = _path(request)
@@ -70,7 +70,7 @@ def make(request: CircleRequest) -> Table:
     )
 
 
-def find(made: Table) -> Circle:
+def find(made: TwoAxisTable) -> Circle:
     """Return the circle of a table. Raises UserError if it holds none around 0."""
     place = made.positions.astype(np.float64)
     distance = np.hypot(*place.T)
@@ -153,7 +153,7 @@ class TableTrace:
     """One run: arrays of (records, 2) in counts, the time of each record in seconds."""
 
     name: str  # original or compensated
-    command: Table
+    command: TwoAxisTable
     ideal: np.ndarray
     motor: np.ndarray
     load: np.ndarray

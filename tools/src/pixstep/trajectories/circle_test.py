@@ -18,8 +18,8 @@ from pixstep.progress import Progress, unseen
 from pixstep.trajectories import runs, table, transitions
 from pixstep.trajectories.circle import COUNTS, Circle, RoundnessData, TableTrace, Unit
 from pixstep.trajectories.runs import COMPENSATED, ORIGINAL, BoardJob, SimulatedTable
-from pixstep.trajectories.table import Table
-from pixstep.trajectories.transitions import AxisPlay, Transition
+from pixstep.trajectories.table import TwoAxisTable
+from pixstep.trajectories.transitions import TablePlay, Transition
 
 RUNS = (ORIGINAL, COMPENSATED)
 PICTURE = "circle.png"
@@ -68,8 +68,8 @@ class CircleSummary(TypedDict):
 class CircleTest:
     """What to run: a table without hold records, its circle if it is one, the play to take up."""
 
-    table: Table
-    plays: tuple[AxisPlay, ...]
+    table: TwoAxisTable
+    plays: tuple[TablePlay, ...]
     job: BoardJob
     circle: Circle | None = None
     unit: Unit = COUNTS

@@ -24,8 +24,8 @@ from pixstep.simulation.simtask import run_and_judge
 from pixstep.simulation.summary import Summary
 from pixstep.trajectories import transitions
 from pixstep.trajectories.circle import Circle, Roundness, TableTrace, radius_errors, roundness_of
-from pixstep.trajectories.table import AXES, Table
-from pixstep.trajectories.transitions import AxisPlay, Servo
+from pixstep.trajectories.table import AXES, TwoAxisTable
+from pixstep.trajectories.transitions import Servo, TablePlay
 
 if TYPE_CHECKING:
     import numpy as np
@@ -45,7 +45,7 @@ class ModelledMachine:
     servo: Servo | None = None
 
 
-def command(original: Table, plays: tuple[AxisPlay, ...], name: str) -> Table:
+def command(original: TwoAxisTable, plays: tuple[TablePlay, ...], name: str) -> TwoAxisTable:
     """Return the table that is run: the original, or the compensated one made now."""
     if name == ORIGINAL:
         return original
@@ -53,7 +53,7 @@ def command(original: Table, plays: tuple[AxisPlay, ...], name: str) -> Table:
 
 
 def run_modelled(
-    original: Table, plays: tuple[AxisPlay, ...], name: str, machine: ModelledMachine
+    original: TwoAxisTable, plays: tuple[TablePlay, ...], name: str, machine: ModelledMachine
 ) -> TableTrace:
     """Return what a table does: `plays` are what is compensated, the machine has its own."""
     made = command(original, plays, name)
@@ -91,7 +91,7 @@ class SimulatedTable:
     roundness: Roundness | None = None
 
 
-def lines(made: Table) -> list[Line]:
+def lines(made: TwoAxisTable) -> list[Line]:
     """Return the plain lines of a table's two axes: a pixel from each record to the next."""
     return [
         Line(tuple(made.counts(axis).tolist()), PLAIN, name=f"{made.name}, axis {axis + 1}")
@@ -110,7 +110,9 @@ def turned(found: list[Line], ways: tuple[int, ...]) -> list[Line]:
     ]
 
 
-def taking_up(made: Table, plays: tuple[AxisPlay, ...], ways: tuple[int, ...]) -> list[Line]:
+def taking_up(
+    made: TwoAxisTable, plays: tuple[TablePlay, ...], ways: tuple[int, ...]
+) -> list[Line]:
     """Return a table's lines behind pixels that take up the play in each axis' first direction.
 
     Each motor goes back by the play and forth again, as fast as a transition adds: it ends where it
@@ -127,7 +129,7 @@ def taking_up(made: Table, plays: tuple[AxisPlay, ...], ways: tuple[int, ...]) -
     return found
 
 
-def check(made: Table, found: limits.BoardLimits) -> None:
+def check(made: TwoAxisTable, found: limits.BoardLimits) -> None:
     """Raise RefusedError for the first pixel that a board would refuse."""
     for line in lines(made):
         for item in linecheck.check(line, found.of(line)):
@@ -138,8 +140,8 @@ def check(made: Table, found: limits.BoardLimits) -> None:
 
 
 def run_on_board(
-    original: Table,
-    plays: tuple[AxisPlay, ...],
+    original: TwoAxisTable,
+    plays: tuple[TablePlay, ...],
     name: str,
     job: BoardJob,
     folder: Path,
@@ -171,7 +173,7 @@ def run_on_board(
     )
 
 
-def _job(job: BoardJob, made: Table, original: Table) -> Job:
+def _job(job: BoardJob, made: TwoAxisTable, original: TwoAxisTable) -> Job:
     """Return the simulated run; each plant starts with its play taken up as the motion begins."""
     sides = [
         "minus" if way * transitions.initial_direction(original, index) < 0 else "plus"
@@ -191,8 +193,8 @@ def _job(job: BoardJob, made: Table, original: Table) -> Job:
 
 
 def _table_run(
-    name: str, made: Table, original: Table, plants: list[AxisPlant], cycles: np.ndarray,
-    job: BoardJob,
+    name: str, made: TwoAxisTable, original: TwoAxisTable, plants: list[AxisPlant],
+    cycles: np.ndarray, job: BoardJob,
 ) -> TableTrace:  # fmt: skip
     """Return what motors and loads were at every record."""
     motors, loads = [], []

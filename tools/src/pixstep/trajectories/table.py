@@ -39,7 +39,7 @@ LEAST_INT32, MOST_INT32 = -(2**31), 2**31 - 1
 
 
 @dataclass(frozen=True)
-class Table:
+class TwoAxisTable:
     """Positions (counts) and velocities (counts a point) of both axes: arrays of (records, 2)."""
 
     positions: np.ndarray
@@ -58,17 +58,17 @@ class Table:
         same &= np.all(self.velocities == 0, axis=1)
         return int(np.argmin(same)) if not np.all(same) else self.records
 
-    def without_holds(self) -> Table:
+    def without_holds(self) -> TwoAxisTable:
         """Return the table from where it stands last: a record at rest, then the motion."""
         first = max(self.holds - 1, 0)
-        return Table(self.positions[first:], self.velocities[first:], self.name)
+        return TwoAxisTable(self.positions[first:], self.velocities[first:], self.name)
 
     def counts(self, axis: int) -> np.ndarray:
         """Return the signed counts from each point to the next of an axis, 0 or 1."""
         return np.diff(self.positions[:, axis])
 
 
-def made(positions: np.ndarray, velocities: np.ndarray, name: str) -> Table:
+def made(positions: np.ndarray, velocities: np.ndarray, name: str) -> TwoAxisTable:
     """Return a table of whole numbers. Raises RefusedError naming the first record that is wrong.
 
     A record is wrong if a number is outside of 32 bits, or if it or its velocity is further from
@@ -86,7 +86,7 @@ def made(positions: np.ndarray, velocities: np.ndarray, name: str) -> Table:
             f"{name}: record {row + 1}: p{axis + 1} = {positions[row, axis]} is "
             f"{moves[row, axis]} counts from the record before: {_FAST}"
         )
-    return Table(positions, velocities, name)
+    return TwoAxisTable(positions, velocities, name)
 
 
 _WIDE = f"a record holds {LEAST_INT32} to {MOST_INT32}"
@@ -117,7 +117,7 @@ def kind_of_name(path: Path) -> str:
     return _SUFFIXES.get(path.suffix.lower(), RECORDS)
 
 
-def read(path: Path) -> tuple[Table, tuple[str, ...]]:
+def read(path: Path) -> tuple[TwoAxisTable, tuple[str, ...]]:
     """Read a table; return it and notes of what was assumed.
 
     Raises RefusedError naming the place of what is no table: byte, or line and column, or record.
@@ -132,7 +132,7 @@ def read(path: Path) -> tuple[Table, tuple[str, ...]]:
     return _read_records(path, data)
 
 
-def write(path: Path, made: Table, kind: str | None = None) -> None:
+def write(path: Path, made: TwoAxisTable, kind: str | None = None) -> None:
     """Write a table, whole or not at all, in the form that its name says."""
     columns = np.empty((made.records, 4), dtype=np.int64)
     columns[:, 0::2], columns[:, 1::2] = made.positions, made.velocities
@@ -174,7 +174,7 @@ def _bytes(path: Path) -> bytes:
         raise UserError(f"{path}: {error.strerror or error}") from None
 
 
-def _read_records(path: Path, data: bytes) -> tuple[Table, tuple[str, ...]]:
+def _read_records(path: Path, data: bytes) -> tuple[TwoAxisTable, tuple[str, ...]]:
     whole, rest = divmod(len(data), RECORD_BYTES)
     if rest:
         raise RefusedError(
@@ -187,7 +187,7 @@ def _read_records(path: Path, data: bytes) -> tuple[Table, tuple[str, ...]]:
 
 def _checked(
     positions: np.ndarray, velocities: np.ndarray, name: str
-) -> tuple[Table, tuple[str, ...]]:
+) -> tuple[TwoAxisTable, tuple[str, ...]]:
     """Return a table whose hold records are at rest, and a note if that had to be made so."""
     found = made(positions, velocities, name)
     still = np.all(found.positions == found.positions[0], axis=1)
@@ -198,17 +198,17 @@ def _checked(
     velocities = found.velocities.copy()
     velocities[: holds - 1] = 0
     note = f"{name}: {moving} hold records have a velocity: taken as 0, as they stand still"
-    return Table(found.positions, velocities, name), (note,)
+    return TwoAxisTable(found.positions, velocities, name), (note,)
 
 
-def _of_columns(columns: dict[str, np.ndarray], name: str) -> tuple[Table, tuple[str, ...]]:
+def _of_columns(columns: dict[str, np.ndarray], name: str) -> tuple[TwoAxisTable, tuple[str, ...]]:
     """Return the table of named columns; velocities that are missing are differences."""
     positions = np.column_stack([columns["p1"], columns["p2"]])
     if "v1" in columns:
         return _checked(positions, np.column_stack([columns["v1"], columns["v2"]]), name)
     found = made(positions, np.zeros_like(positions), name)
     note = f"{name}: no velocities: half the way from the record before to the one behind"
-    return Table(found.positions, _differences(found.positions), name), (note,)
+    return TwoAxisTable(found.positions, _differences(found.positions), name), (note,)
 
 
 def _differences(positions: np.ndarray) -> np.ndarray:

@@ -31,7 +31,7 @@ from pixstep.errors import UserError
 from pixstep.lazy import lazy
 from pixstep.reversals.compensate import directions
 from pixstep.trajectories import table
-from pixstep.trajectories.table import AXES, Table
+from pixstep.trajectories.table import AXES, TwoAxisTable
 
 if TYPE_CHECKING:
     import numpy as np
@@ -102,7 +102,7 @@ def loads(motor: np.ndarray, play: float, taken_up: int) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class AxisPlay:
+class TablePlay:
     """The play of an axis in counts, and the points of a transition."""
 
     play: int
@@ -125,21 +125,21 @@ class Transition:
 class MotorTable:
     """The motors' table, the offsets in it, and its transitions."""
 
-    table: Table
-    original: Table
+    table: TwoAxisTable
+    original: TwoAxisTable
     offsets: np.ndarray
     transitions: tuple[Transition, ...]
     taken_up: tuple[int, ...]  # by axis: the direction in which the play is taken up at the start
 
 
-def initial_direction(made: Table, axis: int) -> int:
+def initial_direction(made: TwoAxisTable, axis: int) -> int:
     """Return the direction of an axis' first motion; +1 for one that never moves."""
     counts = made.counts(axis)
     moving = np.flatnonzero(counts)
     return int(np.sign(counts[moving[0]])) if len(moving) else 1
 
 
-def compensate(original: Table, plays: tuple[AxisPlay, ...]) -> MotorTable:
+def compensate(original: TwoAxisTable, plays: tuple[TablePlay, ...]) -> MotorTable:
     """Return the motors' table for the load's.
 
     Raises UserError for a transition of less than a point, RefusedError naming the record in which
@@ -168,7 +168,7 @@ def compensate(original: Table, plays: tuple[AxisPlay, ...]) -> MotorTable:
 
 
 def _axis(
-    ways: np.ndarray, item: AxisPlay, taken_up: int, axis: int
+    ways: np.ndarray, item: TablePlay, taken_up: int, axis: int
 ) -> tuple[np.ndarray, list[Transition]]:
     """Return an axis' offsets at every record, and its transitions.
 
@@ -191,7 +191,7 @@ def _axis(
     return offsets, found
 
 
-def _ramp(start: int, goal: int, item: AxisPlay, points: int) -> np.ndarray:
+def _ramp(start: int, goal: int, item: TablePlay, points: int) -> np.ndarray:
     """Return the offsets of a record and of `points` behind it, on the way to a goal."""
     away = np.arange(points + 1, dtype=np.int64) * item.play // item.steps
     offsets: np.ndarray = start + np.sign(goal - start) * np.minimum(away, abs(goal - start))

@@ -22,8 +22,8 @@ from pixstep.operations.reading_lines import per_line
 from pixstep.operations.request import Request, argument, option, shared_fields
 from pixstep.trajectories import circle, table, transitions
 from pixstep.trajectories.circle import Circle, Unit
-from pixstep.trajectories.table import AXES, Table
-from pixstep.trajectories.transitions import AxisPlay, Servo
+from pixstep.trajectories.table import AXES, TwoAxisTable
+from pixstep.trajectories.transitions import Servo, TablePlay
 
 AUTO = "auto"
 NONE = "none"
@@ -144,8 +144,8 @@ class PlayFields(Request):
         return None if isinstance(hz, str) else Servo(hz, self.damping)
 
     def axis_plays(
-        self, made: Table, hz: Fraction | None, most_added: int | None = None
-    ) -> tuple[AxisPlay, ...]:
+        self, made: TwoAxisTable, hz: Fraction | None, most_added: int | None = None
+    ) -> tuple[TablePlay, ...]:
         """Return play and transition of each axis, as given or as chosen, as long as wanted.
 
         `most_added` is what the board allows. Raises UserError if they cannot be chosen.
@@ -162,7 +162,7 @@ class PlayFields(Request):
                     f"{{transition}} {points}: {play} counts add more than {min(limits)} in a "
                     f"point: at least {least} points"
                 )
-            made_of.append(AxisPlay(play, points))
+            made_of.append(TablePlay(play, points))
         return tuple(made_of)
 
     def crest(self, found: Circle, play: int, hz: Fraction | None) -> transitions.Crest:
@@ -174,7 +174,7 @@ class PlayFields(Request):
         point_s = float(1 / hz) if hz else 1.0
         return transitions.Crest(found.radius, found.points, play, point_s, self.servo)
 
-    def _chosen(self, made: Table, hz: Fraction | None, play: int, least: int) -> int:
+    def _chosen(self, made: TwoAxisTable, hz: Fraction | None, play: int, least: int) -> int:
         """Return the best number of points for a circle."""
         if not play:
             return 1
@@ -215,14 +215,14 @@ def counts_of(facts: Facts, length: Quantity, given: GivenScale | None) -> Fract
     return length.in_steps(known).value
 
 
-def read_table(desk: Desk, path: Path) -> Table:
+def read_table(desk: Desk, path: Path) -> TwoAxisTable:
     """Read a table; what was tolerated is noted."""
     found, notes = table.read(path)
     desk.say(notes)
     return found
 
 
-def find_circle(made: Table) -> Circle | None:
+def find_circle(made: TwoAxisTable) -> Circle | None:
     """Return the circle of a table; None if it is none."""
     try:
         return circle.find(made)

@@ -22,7 +22,7 @@ from pixstep.trajectories import circle_test, runs
 from pixstep.trajectories.circle import Circle, RoundnessData, TableTrace, Unit, roundness_of
 from pixstep.trajectories.circle_test import RUNS, CircleSummary, CircleTest, RunSummary
 from pixstep.trajectories.runs import BoardJob
-from pixstep.trajectories.table import AXES, Table
+from pixstep.trajectories.table import AXES, TwoAxisTable
 
 _BOTH = "both"
 
@@ -90,7 +90,7 @@ class TrajectoryShow(PlayFields):
             _draw_model(traces, found, unit, below, along, self.plot)
         return Result(data, lambda page: _write_facts(page, data, unit))
 
-    def _modelled(self, original: Table) -> list[TableTrace]:
+    def _modelled(self, original: TwoAxisTable) -> list[TableTrace]:
         """Return what the load of a modelled machine does."""
         hz = self.pixel_hz
         plays = self.axis_plays(original, hz)

@@ -21,8 +21,8 @@ from pixstep.operations.trajectory import fields
 from pixstep.operations.trajectory.fields import GivenScale, PlayFields
 from pixstep.trajectories import circle, circle_test, table, transitions
 from pixstep.trajectories.circle import HOLDS, CircleRequest
-from pixstep.trajectories.table import MOST_RECORDS, Table
-from pixstep.trajectories.transitions import AxisPlay
+from pixstep.trajectories.table import MOST_RECORDS, TwoAxisTable
+from pixstep.trajectories.transitions import TablePlay
 
 _COUNT = Whole(0, MOST_RECORDS)
 
@@ -208,7 +208,7 @@ class TrajectoryCompensate(_WritesTable, PlayFields):
         early = any(item.missing for item in made.transitions)
         return Result(data, write, NEGATIVE if early else FINE)
 
-    def _predicted(self, original: Table, plays: Sequence[AxisPlay]) -> list[float] | None:
+    def _predicted(self, original: TwoAxisTable, plays: Sequence[TablePlay]) -> list[float] | None:
         """Return the radius error of each axis' transitions; None without a circle, or time."""
         found = fields.find_circle(original)
         if found is None or (self.servo and self.pixel_hz is None):
