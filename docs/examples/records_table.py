@@ -12,6 +12,7 @@ with px.simulated_board("mega", pixel_hz=250) as board:
         while not motion.done:
             (axis,) = motion.status()
             print(f"pixel {axis.pixel} of {axis.pixels}, {axis.position_steps} steps")
-    (state,) = motion.wait()
-table = state.records.to_dataframe()
+    (records,) = motion.records()
+print(records)
+table = records.to_dataframe()
 print(table[["pixel", "actual_steps"]] if hasattr(table, "iloc") else table.schema)

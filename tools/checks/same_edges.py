@@ -133,7 +133,7 @@ class Outcome:
 
 def worked_example(board: str) -> Job:
     """The worked example on the board's first axis."""
-    speeds, _ = formats.read_prn(natives.source(demo.PROFILE))
+    speeds, _ = formats.read_prn(natives.example(demo.PROFILE))
     made = generator.generate(speeds, demo.REQUEST, demo.PROFILE)
     line = Line(tuple(made.counts), backlash=demo.REQUEST.backlash, name="worked example")
     return Job(board, {0: line}, demo.PIXEL_HZ)

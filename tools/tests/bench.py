@@ -7,8 +7,8 @@ from pathlib import Path
 
 from pixstep.board import registers as regs
 from pixstep.board.upload import Upload
-from pixstep.lines.rational import period_ticks
 from pixstep.lines.runs import queue_entries
+from pixstep.lines.units import period_ticks
 from pixstep.simulation import verdict
 from pixstep.simulation.edges import read_edges
 from pixstep.simulation.simboard import SimulatedBoard

@@ -12,7 +12,7 @@ from clock import TICK_HZ
 from fake_modbus import ADDRESS, BUSY, FAILURE, VALUE, FakeServer, RefusalError
 from pixstep.board import boards, features
 from pixstep.board import registers as regs
-from pixstep.lines import packing
+from pixstep.lines import runs
 from pixstep.lines.runs import MARK_DIVIDER
 from pixstep_trials.wire import crc16
 
@@ -191,7 +191,7 @@ class FakeBoard(FakeServer):
         if first >= regs.EVENT_BASE:
             return self.event_words()
         if regs.ROOM_BASE <= first < regs.RECORD_BASE:
-            free = [packing.MOST * (QUEUE - len(axis.entries)) for axis in self.axes]
+            free = [runs.MOST_BYTES * (QUEUE - len(axis.entries)) for axis in self.axes]
             return dict(enumerate(free, regs.ROOM_BASE))
         if first >= regs.RECORD_BASE:
             return self.record_words((first - regs.RECORD_BASE) // regs.RECORD_STRIDE)
@@ -332,7 +332,7 @@ class FakeBoard(FakeServer):
             raise RefusalError(VALUE)
         if packed:
             data = b"".join(word.to_bytes(2) for word in rest)
-            found = packing.unpack(data[:packed], axis.last)
+            found = runs.unpack(data[:packed], axis.last)
             entries = [(count & 0xFFFF, repeat) for count, repeat in found]
         else:
             entries = list(zip(rest[::2], rest[1::2], strict=True))

@@ -17,8 +17,8 @@ from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.lines import exact, runs
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.lines.linecheck import check, refused
-from pixstep.lines.rational import edge_tick, period_ticks
+from pixstep.lines.line_check import check, refused
+from pixstep.lines.units import edge_tick, period_ticks
 from pixstep_trials.wire import crc16, seal
 
 # PYTHONPATH of this program: what a test has on its own path, a child does not.

@@ -13,7 +13,7 @@ from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
 from pixstep.board.upload import Upload
 from pixstep.lines.line import Line
-from pixstep.lines.rational import period_ticks
+from pixstep.lines.units import period_ticks
 from pixstep.simulation import verdict
 from pixstep.simulation.edges import read_edges
 from pixstep_trials.cases import Bounds, smooth_case

@@ -10,7 +10,7 @@ from clock import TICK_HZ
 from effort import cases
 from pixstep import ops
 from pixstep.board import boards
-from pixstep.lines import planner
+from pixstep.lines import core
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.edges import read_edges
 from pixstep.simulation.simrun import Job
@@ -139,4 +139,4 @@ def test_planned_ticks_are_the_boards_edges(tmp_path):
     simulate(Job("uno", {0: line}, HZ), tmp_path)
     zero = json.loads((tmp_path / "summary.json").read_text())["line_zero_cycle"]
     made = read_edges(tmp_path / "edges.csv").axis(0, 0).rising - zero
-    assert made.tolist() == planner.plan(line, HZ, tick_hz=TICK_HZ).columns()[:, 1].tolist()
+    assert made.tolist() == core.plan(line, HZ, tick_hz=TICK_HZ).columns()[:, 1].tolist()

@@ -9,9 +9,9 @@ import pytest
 
 from pixstep import formats
 from pixstep.board import boards, capability, limits, settings
-from pixstep.lines import linecheck
+from pixstep.lines import line_check
 from pixstep.lines.line import PLAIN, Line
-from pixstep.machine.reading import Machine
+from pixstep.machine.files import Machine
 from test_machine_defaults import asked
 
 MACHINE = """\
@@ -147,7 +147,7 @@ def test_the_highest_speed_of_a_locked_line_is_accepted_and_the_next_is_not(boar
     for speed, refused in ((top, False), (top + 1, True)):
         line = Line((speed,), PLAIN)
         bounds = limits.named(board, Fraction(250), clock=clock).of(line)
-        assert linecheck.refused(linecheck.check(line, bounds)) is refused
+        assert line_check.refused(line_check.check(line, bounds)) is refused
 
 
 @pytest.mark.usefixtures("here")
@@ -189,7 +189,7 @@ def test_limits_are_those_of_the_pixels(pixstep):
 
 
 def test_a_new_file_has_them_and_shows_them(pixstep, invoke):
-    words = ("machine", "new", "--board", "uno", "--pixel-hz", "1kHz")
+    words = ("machine", "new", "--board", "uno", "--clock-hz", "1kHz")
     pixstep(*words, "--divider", "4", "--sync", "lock")
     assert pixstep("machine", "check") == "machine.toml: fine\n"
     page = pixstep("machine", "show")

@@ -12,7 +12,7 @@ from bench import Bench
 from clock import TICK_HZ
 from pixstep.board import registers as regs
 from pixstep.errors import UserError
-from pixstep.lines import exact, linecheck, planner
+from pixstep.lines import core, exact, line_check
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.runs import MARK_SMOOTH, queue_entries
 from pixstep.moves import accel, fast
@@ -25,7 +25,7 @@ ONE = Fraction(1)
 
 
 def names(line, **limits):
-    return [item.name for item in linecheck.check(line, linecheck.Limits(**limits))]
+    return [item.name for item in line_check.check(line, line_check.Limits(**limits))]
 
 
 def test_q3_the_decode_rule_travels_with_the_line():
@@ -42,7 +42,7 @@ def test_q3_a_fast_move_is_plain():
 def test_q3_a_profile_is_checked_under_both_rules(tmp_path):
     path = tmp_path / "AccProf.csv"
     path.write_bytes(b"".join(b"%6d\r\n" % value for value in (10, 10, 10)))
-    found = readings.check(readings.load(path), None, linecheck.Limits())
+    found = readings.check(readings.load(path), None, line_check.Limits())
     by_rule = {reading.decode: reading.sound for reading in found}
     assert by_rule == {PLAIN: True, SMOOTH: False}
     assert readings.exit_status(found) == 1
@@ -78,7 +78,7 @@ def test_q8_trailing_zero_if_and_only_if_there_is_a_leading_one(backlash):
 def test_q9_a_leading_zero_without_backlash_is_legal_with_a_warning():
     line = Line((0, 4, 8, 8, 4, 0))
     assert names(line) == ["idle_pixel"]
-    assert not linecheck.refused(linecheck.check(line))
+    assert not line_check.refused(line_check.check(line))
     assert names(Line((0, 4, 8, 8, 8, 4, 0), backlash=4)) == []
 
 
@@ -103,7 +103,7 @@ def test_q10_a_step_lies_at_the_end_of_its_interval(decode):
 def test_q11_plain_steps_are_evenly_spaced_by_the_same_rule():
     line = Line((3, 7), PLAIN)
     period = Fraction(TICK_HZ, 30)
-    planned = planner.plan(line, Fraction(30), tick_hz=TICK_HZ).columns()[:, 1].tolist()
+    planned = core.plan(line, Fraction(30), tick_hz=TICK_HZ).columns()[:, 1].tolist()
     first = [period * j / 3 for j in (1, 2, 3)]
     second = [period + period * j / 7 for j in range(1, 8)]
     wanted = first + second

@@ -12,8 +12,7 @@ from command_tree import commands
 from console import PORT, put
 from pixstep import formats, natives
 from pixstep.cli.main import main
-from pixstep.lines.packing import signed
-from pixstep.lines.runs import MARK_NEGATIVE, MARK_SMOOTH
+from pixstep.lines.runs import MARK_NEGATIVE, MARK_SMOOTH, signed
 from pixstep.moves import fasttask, hometask
 from pixstep.operations.run import sim
 from pixstep.trajectories import circle, circle_test, runs

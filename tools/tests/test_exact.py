@@ -10,7 +10,7 @@ import pytest
 from clock import TICK_HZ
 from pixstep.lines import exact
 from pixstep.lines.line import PLAIN, Line
-from pixstep.lines.rational import edge_tick, period_ticks
+from pixstep.lines.units import edge_tick, period_ticks
 from pixstep_trials.cases import plain_case, smooth_case
 from worked import ACCELERATING, EXPECTED, worked_line
 

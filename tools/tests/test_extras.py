@@ -9,7 +9,8 @@ import tomllib
 
 import pytest
 
-from pixstep import extras, lazy, natives
+from pixstep import natives
+from pixstep.lazy import lazy, missing_package
 
 PROFILE = natives.example("AccProfM39-30Hz-1.PRN")
 # A process in which some packages are not installed.
@@ -134,15 +135,15 @@ def test_a_call_says_what_is_missing(tmp_path, call, extra):
 
 
 def test_another_missing_module_is_an_error_as_ever(tmp_path):
-    assert extras.of_import(ModuleNotFoundError("No module", name="secrets")) is None
+    assert missing_package(ModuleNotFoundError("No module", name="secrets")) is None
     with pytest.raises(ModuleNotFoundError, match="no_such_module"):
-        _ = lazy.lazy("no_such_module").anything
+        _ = lazy("no_such_module").anything
 
 
 @pytest.mark.parametrize("package", ["numpy", "matplotlib", "pyarrow"])
 def test_the_extra_that_is_named_brings_the_package(package):
     project = tomllib.loads(natives.source("pyproject.toml").read_text())["project"]
-    error = extras.of_import(ModuleNotFoundError("No module", name=f"{package}.part"))
+    error = missing_package(ModuleNotFoundError("No module", name=f"{package}.part"))
     (extra,) = re.findall(r"pip install 'pixstep\[(\w+)\]'$", str(error))
     brought = project["optional-dependencies"][extra]
     assert package in {re.match(r"[\w-]+", text)[0] for text in brought}

@@ -19,8 +19,8 @@ from mutants import good_files, mutate
 from pixstep import formats
 from pixstep.cli.main import main
 from pixstep.errors import UserError
-from pixstep.formats import csb
-from pixstep.formats.examine import examine_bytes
+from pixstep.formats import motion
+from pixstep.formats.files import examine_bytes
 from pixstep.formats.findings import LENIENT, STRICT, Findings
 
 COUNT = cases(2_000, 10_000)
@@ -120,7 +120,7 @@ def test_checksum_catches_every_change_of_a_byte(name):
         for value in range(256):
             if value != data[at]:
                 findings = Findings()
-                made = csb.parse_csb(data[:at] + bytes([value]) + data[at + 1 :], findings)
+                made = motion.parse_csb(data[:at] + bytes([value]) + data[at + 1 :], findings)
                 refused += made is None and findings.found[0].name in ("crc", "magic")
     assert refused == len(data) * 255
 
@@ -130,7 +130,7 @@ def test_checksum_catches_every_truncation(name):
     data = good_files()[name]
     for length in range(len(data)):
         findings = Findings()
-        assert csb.parse_csb(data[:length], findings) is None
+        assert motion.parse_csb(data[:length], findings) is None
         assert findings.refused
 
 

@@ -13,10 +13,9 @@ from mutants import HEADER, LINES, sealed
 from pixstep import formats
 from pixstep.cli.main import main
 from pixstep.errors import UserError
-from pixstep.formats import describe, meaning
-from pixstep.formats.examine import examine
+from pixstep.formats import describe
+from pixstep.formats.files import examine, recognise
 from pixstep.formats.findings import LENIENT, MAX_FINDINGS, WARNING
-from pixstep.formats.recognise import recognise
 from pixstep.formats.records import MAX_BYTES
 from worked import ACCELERATING, DATA, MPOS, PRN, SAMPLE_CSV
 
@@ -68,19 +67,19 @@ def test_line_ends_are_kept_and_named(put, data, words):
 
 def test_1_2_first_prn_entry_8():
     """A smooth motor moves 4 steps and ends at speed 8, a plain one moves 8 steps."""
-    assert meaning.smooth_steps((8,)) == 4
+    assert describe.smooth_steps((8,)) == 4
     facts = describe.describe(PRN)
     assert facts["values_mean"]["smooth"] == "speed at the end of the pixel, steps/pixel"
     assert facts["values_mean"]["plain"] == "steps moved in the pixel, which is its speed"
     assert facts["lines"][0]["steps_plain"] == 7374
     # The worked example's 14 whole entries below 1000: its 15 counts without the last, partial one.
     speeds = formats.read_any(PRN).values
-    assert meaning.smooth_steps(speeds[:14]) == sum(ACCELERATING[:14])
+    assert describe.smooth_steps(speeds[:14]) == sum(ACCELERATING[:14])
 
 
 @pytest.mark.parametrize("kind", ["csv", "csb"])
 def test_1_2_csv_and_csb_hold_steps_for_every_motor(kind):
-    assert meaning.VALUES[kind] == ("steps moved in the pixel", "steps moved in the pixel")
+    assert describe.VALUES[kind] == ("steps moved in the pixel", "steps moved in the pixel")
 
 
 def test_1_2_no_meaning_is_converted_unasked(tmp_path):

@@ -9,7 +9,7 @@ import pytest
 
 from fake_home import FakeHome, Plant
 from pixstep.errors import UserError
-from pixstep.lines import linecheck, runs
+from pixstep.lines import line_check, runs
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.moves import accel, homing, legs, seeklines
 from pixstep.moves.homing import HomingError
@@ -38,7 +38,7 @@ def speeds_of(counts):
 
 def test_the_example_profile_is_sound_under_both_rules():
     """For homing smoothly, for fast moves plainly."""
-    found = readings.check(readings.load(PATH), None, linecheck.Limits())
+    found = readings.check(readings.load(PATH), None, line_check.Limits())
     adopted = [reading for reading in found if reading.rows.adopted]
     assert {reading.decode for reading in adopted} == {SMOOTH, PLAIN}
     assert [reading.findings for reading in adopted] == [(), ()]
@@ -81,7 +81,7 @@ def test_every_search_is_a_sound_smooth_line_within_its_distance(steps):
     assert entries < 10 or seek.steps > steps - seek.held
     counts = (*seek.rising, *(seek.held,) * seek.hold_px, *seek.falling)
     line = Line(counts, clocked=False)
-    assert linecheck.check(line) == []
+    assert line_check.check(line) == []
     assert line.total_steps == seek.steps and line.pixels == seek.pixels
     assert line.speeds == line.speeds[::-1]
 

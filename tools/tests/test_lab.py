@@ -21,11 +21,10 @@ from pixstep.api import words
 from pixstep.board import boards, port
 from pixstep.board import registers as regs
 from pixstep.board.errors import MapVersionError
-from pixstep.formats.recognise import KINDS
+from pixstep.formats.files import KINDS
 from pixstep.moves.inputs import INVERTED, SHARED
-from pixstep.owndata.naming import QUANTITIES
-from pixstep.owndata.numerals import DECIMALS
-from pixstep.owndata.table import BLANK, NONE, SEPARATORS
+from pixstep.owndata.columns import QUANTITIES
+from pixstep.owndata.table import BLANK, DECIMALS, NONE, SEPARATORS
 from pixstep.programs.plan_data import MODES
 
 MACHINE = """\
@@ -121,6 +120,8 @@ def test_a_fit_of_what_does_not_begin_at_rest_is_legal_and_says_how_far_it_is():
         (lambda: px.line_from_positions([1]), "expected two positions or more"),
         (lambda: px.line_from_positions([0, 1], unit="mm"), "needs steps per mm: give motor or st"),
         (lambda: px.line_from_positions([0, 1], unit="px"), "unit 'px': expected one of step, "),
+        (lambda: px.line_from_positions([0, 1], unit="mm", steps_per_unit=400),
+         "steps_per_unit 400: expected a text"),
         (lambda: px.line_from_positions([0, 2, 1]), "line: pixel 2: a smooth line has one direct"),
         (lambda: px.line_from_positions([0, 1e6], decode="plain"), "pixel 1: 1000000 steps in a p"),
         (lambda: px.line_from_positions([0, "a"]), "pixel 2: 'a': expected a number"),

@@ -28,7 +28,7 @@ def run(name, folder, *words):
 def test_own_positions_with_a_fit(tmp_path):
     stage, note, axis = run("fit_positions", tmp_path)
     assert stage == "<MotionLine stage: smooth, 120 pixels at 30 Hz, 10,000 steps>"
-    assert note.startswith("fitted: at most 1.") and "mm from the positions" in note
+    assert note.startswith("fitted: at most 0.") and "mm from the positions" in note
     assert axis.startswith("<AxisRun axis 0: pass, 10,000 of 10,000 steps, edges within 0.")
     assert (tmp_path / "stage.png").is_file()
 
@@ -40,7 +40,8 @@ def test_four_axes_locked(tmp_path):
 
 
 def test_records_of_a_simulated_board_as_a_table(tmp_path):
-    *seen, _ = run("records_table", tmp_path)
+    seen = run("records_table", tmp_path)
+    assert "<AxisRecords board 1 axis 0: " in "".join(seen)
     shown = [line for line in seen if line.startswith("pixel ")]
     places = [int(line.split()[1]) for line in shown if "of 500" in line]
     assert places == sorted(places) and 0 < places[len(places) // 2] < 500

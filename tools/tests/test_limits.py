@@ -10,9 +10,9 @@ import pytest
 from pixstep import natives
 from pixstep.board import boards, capability
 from pixstep.errors import UserError
-from pixstep.lines import linecheck
+from pixstep.lines import line_check
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.lines.rational import period_ticks
+from pixstep.lines.units import period_ticks
 
 _ROW = re.compile(r"\| (\w+) \| (\d) \| (constant|smooth|ramp) ?[a-z ]*\| (\d+) \| (\d+) \|")
 
@@ -27,14 +27,14 @@ def test_the_highest_speeds_are_accepted_and_the_next_ones_are_not(board, hz):
     able = capability.of(board, hz)
     period = period_ticks(hz, able.board.tick_hz)
     for kind, step in ((PLAIN, 1), (SMOOTH, 2)):
-        bounds = linecheck.Limits(
+        bounds = line_check.Limits(
             min_interval_ticks=able.interval_ticks(kind), period_ticks=Fraction(int(period))
         )
         top = able.top_speed(kind)
         for speed, refused in ((top, False), (top + step, True)):
             counts = (speed // 2, speed, speed // 2) if kind == SMOOTH else (speed,)
-            found = linecheck.check(Line(counts, kind), bounds)
-            assert linecheck.refused(found) is refused, (kind, speed)
+            found = line_check.check(Line(counts, kind), bounds)
+            assert line_check.refused(found) is refused, (kind, speed)
 
 
 def test_reversals_as_the_firmware_counts_them():

@@ -10,7 +10,7 @@ from bench import Bench
 from pixstep.board import registers as regs
 from pixstep.board.errors import BusyError, LineRefusedByBoardError
 from pixstep.board.upload import Upload
-from pixstep.lines import packing
+from pixstep.lines import runs
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.runs import MARK_DIVIDER, queue_entries
 from pixstep.simulation.edges import read_edges
@@ -89,7 +89,7 @@ def test_blocks_of_any_size(bench):
             block = bench.board.axis(0)["next_block"]
             for part in (entries[:size], entries[size:]):
                 if packed:
-                    data = b"".join(packing.pack(entry)[0] for entry in part)
+                    data = b"".join(runs.pack(entry)[0] for entry in part)
                     bench.board.write_packed(0, block, data)
                 else:
                     bench.board.write_block(0, block, part)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from effort import cases
 from pixstep import formats
 from pixstep.errors import RefusedError, UserError
-from pixstep.lines import linecheck
+from pixstep.lines import line_check
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.units import MM, Scale
 from pixstep.owndata import Request, fitting, import_line
@@ -201,12 +201,12 @@ def test_a_fitted_line_is_one_that_a_smooth_motor_makes(pixels, steps, noise):
     share = [Fraction(k, pixels) for k in range(pixels + 1)]
     soft = [steps * (3 * part**2 - 2 * part**3) for part in share]
     top = 3 * steps / (2 * pixels)
-    if top > linecheck.MAX_COUNT / 2:
+    if top > line_check.MAX_COUNT / 2:
         return
     rough = [place + bump for place, bump in zip(soft, noise * 2, strict=False)]
     rough[0] = Fraction(0)
     counts = fitting.fit(rough)
-    errors = [item for item in linecheck.check(Line(tuple(counts))) if item.severity == "error"]
+    errors = [item for item in line_check.check(Line(tuple(counts))) if item.severity == "error"]
     assert [item for item in errors if item.name != "oscillates"] == []
     assert len(counts) == pixels
     jump = max(abs(b - 2 * a + c) for a, b, c in zip(soft[1:], soft, soft[2:], strict=False)) \

@@ -11,7 +11,7 @@ from effort import cases
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN
 from pixstep.lines.units import DEGREE, LENGTH_UNITS, MM, Scale
-from pixstep.owndata import Request, import_line, naming
+from pixstep.owndata import Request, columns, import_line
 
 HZ = Fraction(1000)
 PER_MM, PER_DEGREE = Scale(Fraction(400), MM), Scale(Fraction(100), DEGREE)
@@ -194,7 +194,7 @@ def test_a_header_with_a_unit_is_as_the_option_or_refused(place, data):
     if unit not in KNOWN:
         assert taken is None, header
         return
-    quantity = naming.meaning_of(header).quantity
+    quantity = columns.meaning_of(header).quantity
     option = Request(PLAIN, HZ, quantity=quantity, unit=unit, scale=scale)
     wanted = _outcome(place, head or "a", option)
     assert taken in (None, wanted), header

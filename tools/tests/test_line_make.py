@@ -10,7 +10,7 @@ import pytest
 
 from pixstep import formats
 from pixstep.errors import UserError
-from pixstep.lines import linecheck, units
+from pixstep.lines import line_check, units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.units import ACCELERATION, JERK, SPEED
 from pixstep.profiles import accelerate
@@ -84,8 +84,8 @@ def test_a_line_has_exactly_its_length(plain, backlash, steps):
     assert sum(made.counts) == steps and max(made.counts) <= speed <= 160
     line = Line(tuple(made.counts), PLAIN if plain else SMOOTH, backlash)
     most = what.limit(what.acceleration, 4)
-    found = linecheck.check(line, linecheck.Limits(max_speed=160))
-    assert not linecheck.refused(found), found
+    found = line_check.check(line, line_check.Limits(max_speed=160))
+    assert not line_check.refused(found), found
     ends = line.counts if plain else line.speeds
     assert max(abs(after - before) for before, after in pairwise((0, *ends, 0))) <= most
     lead = made.counts[made.image_pixel - 3 : made.image_pixel]

@@ -7,7 +7,7 @@ import pytest
 
 from clock import TICK_HZ
 from pixstep.lines.line import PLAIN, Line
-from pixstep.lines.linecheck import Limits, check, exit_status, propose_repair
+from pixstep.lines.line_check import Limits, check, exit_status, propose_repair
 from worked import worked_line
 
 

@@ -9,8 +9,8 @@ import pytest
 from pixstep import tomltext
 from pixstep.board import boards
 from pixstep.errors import UserError
-from pixstep.machine import reading, template
-from pixstep.machine.reading import Machine
+from pixstep.machine import files
+from pixstep.machine.files import Machine
 
 GOOD = """\
 [clock]
@@ -102,7 +102,7 @@ def test_the_motor_of_lines_is_the_only_one_or_named(machine):
 )  # fmt: skip
 def test_a_mistake_is_named_by_line_key_and_value(put, old, new, message):
     path = put(GOOD.replace(old, new, 1).encode(), "m.toml")
-    assert any(text.startswith(f"{path}:{message}") for text in reading.problems(path))
+    assert any(text.startswith(f"{path}:{message}") for text in files.problems(path))
     with pytest.raises(UserError, match=r"^[^\n]*$"):
         Machine.load(path)
 
@@ -132,7 +132,7 @@ def test_two_boards_need_places_and_motors_say_which(machine, put):
     two = GOOD.replace(
         "[motors.M39]", '[boards.other]\nkind = "uno"\nport = "/dev/ttyACM0"\n[motors.M39]', 1
     )
-    problems = reading.problems(put(two.encode(), "two.toml"))
+    problems = files.problems(put(two.encode(), "two.toml"))
     assert [text.split(": ", 2)[1:] for text in problems] == [
         ["boards.other.unit", "board main has this address on this port"],
         ["motors.M39", "needs a key board, one of main, other"],
@@ -144,11 +144,11 @@ def test_two_boards_without_ports_cannot_have_one_address(put):
     text = '[clock]\npixel = 30\n[boards.a]\nkind = "mega"\n[boards.b]\nkind = "uno"\n'
     text += 'unit = UNIT\n[motors.X]\nboard = "a"\naxis = 0\nkind = "plain"\n'
     path = put(text.replace("UNIT", "1").encode(), "two.toml")
-    assert reading.problems(path) == [
+    assert files.problems(path) == [
         f"{path}:7: boards.b.unit = 1: board a has this address too, and neither "
         "has a port of its own"
     ]
-    assert not reading.problems(put(text.replace("UNIT", "2").encode(), "two.toml"))
+    assert not files.problems(put(text.replace("UNIT", "2").encode(), "two.toml"))
 
 
 NESTED = """\
@@ -185,14 +185,14 @@ def test_the_line_of_a_key(keys, line):
 def test_a_new_file_is_valid_with_all_its_comments_taken_in(put, board):
     kinds = dict(zip(("M39", "M40"), ("smooth", "plain"), strict=True))
     motors = dict(list(kinds.items())[: boards.load(board).axes])
-    text = template.text(board, Fraction(30000, 1001), motors)
-    assert reading.problems(put(text.encode())) == []
+    text = files.new_text(board, Fraction(30000, 1001), motors)
+    assert files.problems(put(text.encode())) == []
     lines = []
     for line in text.splitlines():
         bare = line.removeprefix("# ")
         lines.append(bare if line != bare and " = " in bare else line)
     full = put("\n".join(lines).encode())
-    assert reading.problems(full) == []
+    assert files.problems(full) == []
     motor = Machine.load(full)["M39"]
     assert motor.profiles.line and motor.limits.max_jerk and motor.limits.start_stop
     assert len(lines) == len(text.splitlines()) and max(map(len, lines)) <= 100

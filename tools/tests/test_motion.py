@@ -87,6 +87,15 @@ def test_a_stop_ends_the_motion_where_it_is(uno):
 SHORT_AT_1000 = px.line([2, 6, 8, 6, 2], pixel_hz=1000)
 
 
+def test_a_stop_of_the_board_stops_its_motion(uno):
+    motion = uno.start(LONG)
+    uno.let_pass(0.1)
+    (state,) = uno.stop()
+    assert motion._over and 0 < state.position_steps < LONG.total_steps
+    with pytest.raises(px.MotionStoppedError, match=rf"at position {state.position_steps}"):
+        motion.wait()
+
+
 def test_a_stop_when_all_is_over_changes_nothing(uno):
     motion = uno.start(SHORT_AT_1000)
     (state,) = motion.wait()
@@ -98,11 +107,11 @@ def test_a_stop_when_all_is_over_changes_nothing(uno):
 def test_leaving_the_block_waits_and_an_exception_stops(uno):
     with uno.start(SHORT_AT_1000) as motion:
         pass
-    assert motion.over and uno.axes()[0].state == "done"
+    assert motion._over and uno.axes()[0].state == "done"
     with pytest.raises(ZeroDivisionError) as error, uno.start(LONG) as motion:
         motion.status()
         _ = 1 / 0
-    assert motion.over and "board 1 axis 0 at position " in error.value.__notes__[0]
+    assert motion._over and "board 1 axis 0 at position " in error.value.__notes__[0]
     with uno.start(LONG) as motion:
         motion.stop()  # asked for: no error behind it
     assert uno.made_steps() < 24 + 2 * LONG.total_steps
@@ -111,7 +120,7 @@ def test_leaving_the_block_waits_and_an_exception_stops(uno):
 def test_waiting_is_limited_in_the_time_of_the_board(uno):
     motion = uno.start(LONG)
     before_s = uno.time_s
-    with pytest.raises(px.MotionTimeoutError, match="it goes on"):
+    with pytest.raises(px.MotionTimeoutError, match=r"takes longer than 0\.05 s"):
         motion.wait("50 ms")
     assert uno.time_s - before_s == pytest.approx(0.05, abs=0.03)
     with pytest.raises(px.UserError, match="timeout_s"):
@@ -159,6 +168,18 @@ def test_the_bus_waits_for_motions_at_its_end_and_stops_them_when_it_is_closed(t
         motion.wait()
 
 
+def test_a_failure_that_nobody_has_noticed_is_raised_at_the_end_of_the_bus():
+    with pytest.raises(px.FaultError), px.simulated_board("uno", pixel_hz=30) as board:
+        board.start(LONG)
+        board.let_pass(3)
+    with px.simulated_board("uno", pixel_hz=30) as board:
+        motion = board.start(LONG)
+        with pytest.raises(px.FaultError):
+            motion.wait()  # once is enough
+    with px.simulated_board("uno", pixel_hz=1000) as board:
+        board.start(LONG).stop()
+
+
 def test_two_boards_begin_on_one_edge(tmp_path):
     edges = tmp_path / "edges.csv"
     lines = {
@@ -175,6 +196,10 @@ def test_two_boards_begin_on_one_edge(tmp_path):
         }
         assert [(one.unit, one.axis) for one in motion.records()] == [(1, 0), (1, 1), (2, 0)]
         assert bus.made_steps(2, 0) == 1000
+        with pytest.raises(px.UserError, match="axis 1: the uno has 1 axis: 0"):
+            bus.made_steps(2, 1)
+        with pytest.raises(px.UserError, match="unit 3: expected a whole number, 1 to 2"):
+            bus.made_steps(3)
         with pytest.raises(px.UserError, match="one clock drives all boards"):
             bus.start({1: SHORT, 2: px.line([2, 2], pixel_hz=60)})
         with pytest.raises(px.UserError, match="expected lines by address"):
@@ -348,7 +373,7 @@ def test_a_simulator_that_ends_is_told_and_nothing_hangs(uno):
         motion.wait()
     with contextlib.suppress(px.PlainError):
         motion.stop()
-    assert motion.over
+    assert motion._over
     left = [one for one in threading.enumerate() if one.name == "pixstep motion" and one.is_alive()]
     end_s = time.monotonic() + 5
     while any(one.is_alive() for one in left) and time.monotonic() < end_s:

@@ -177,6 +177,6 @@ def test_a_board_that_is_lost_is_told(port):
         os.kill(simulator_of(port), signal.SIGKILL)
         with pytest.raises(px.BoardError, match="NOT STOPPED as far as is known"):
             motion.wait()
-        assert motion.over
+        assert motion._over
         with pytest.raises(px.BoardError):
             motion.stop()

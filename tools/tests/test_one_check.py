@@ -23,8 +23,8 @@ from pixstep.board.errors import BUSY, BoardError, LineRefusedByBoardError
 from pixstep.board.upload import Upload
 from pixstep.lines import core
 from pixstep.lines.line import PLAIN, Line
-from pixstep.lines.rational import period_ticks
 from pixstep.lines.runs import MARK_DIVIDER, queue_entries
+from pixstep.lines.units import period_ticks
 
 pytestmark = pytest.mark.usefixtures("simulator")
 

@@ -15,7 +15,7 @@ from pixstep import formats
 from pixstep.cli.main import main
 from pixstep.formats import ProfileHeader
 from pixstep.lines import units
-from pixstep.machine import describe, reading, template
+from pixstep.machine import describe, files
 
 MACHINE = f"""\
 [clock]
@@ -250,13 +250,13 @@ def test_a_new_machine_is_fine_at_random_clocks():
         hz = Fraction(round(10 ** chance.uniform(0, 4.19), 3)).limit_denominator(1000)
         board = chance.choice(["uno", "mega", "m1284"])
         sync = chance.choice([None, "start", "free"])
-        text = template.text(board, hz, {"A": chance.choice(["smooth", "plain"])}, None, sync)
-        assert not list(describe.warnings(reading.parse(text))), (board, hz, sync)
+        text = files.new_text(board, hz, {"A": chance.choice(["smooth", "plain"])}, None, sync)
+        assert not list(describe.warnings(files.parse(text))), (board, hz, sync)
 
 
 @pytest.mark.parametrize(("divider", "acceleration"), [(1, 5000), (2, 1300), (4, 500), (9, 500)])
 def test_a_divider_that_is_asked_for_stays(here, invoke, divider, acceleration):
-    words = ("machine", "new", "--board", "mega", "--pixel-hz", "1 kHz", "--divider", divider)
+    words = ("machine", "new", "--board", "mega", "--clock-hz", "1 kHz", "--divider", divider)
     invoke(*words, "--force")
     machine = px.Machine.load("machine.toml")
     assert machine.divider == divider

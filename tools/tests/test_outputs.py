@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from pixstep import atomic, formats, outfolder, unfinished
+from pixstep import atomic, formats, outfolder
 from pixstep.errors import MOST_CHARACTERS, UserError
 
 COUNTS = [2, 4, 4, 2]
@@ -320,7 +320,7 @@ def test_what_a_killed_run_leaves_is_removed_by_the_next(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert subprocess.run([sys.executable, "-c", KILLED], check=False).returncode == -9
     left = [path.name for path in (tmp_path / "out").iterdir()]
-    assert len(left) == 2 and all(name.startswith(unfinished.PREFIX) for name in left)
+    assert len(left) == 2 and all(name.startswith(atomic.UNFINISHED) for name in left)
     with outfolder.of_run(Path("out"), ("a",)) as folder:
         own = [path.name for path in (tmp_path / "out").iterdir()]
         assert own == [folder.name]

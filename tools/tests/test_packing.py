@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from pixstep.lines import packing
+from pixstep.lines import runs
 
 
 @pytest.mark.parametrize(
@@ -33,10 +33,10 @@ from pixstep.lines import packing
     ],
 )
 def test_forms(entry, last, data):
-    packed, base = packing.pack(entry, last)
+    packed, base = runs.pack(entry, last)
     assert packed.hex() == data
-    assert base == packing.signed(entry[0], 15)
-    assert packing.unpack(packed, last or 0) == [(base, entry[1])]
+    assert base == runs.signed(entry[0], 15)
+    assert runs.unpack(packed, last or 0) == [(base, entry[1])]
 
 
 def test_what_is_packed_is_unpacked():
@@ -48,18 +48,18 @@ def test_what_is_packed_is_unpacked():
         for _ in range(2000):
             count = max(-16383, min(16383, (last or 0) + rng.randint(-spread, spread)))
             entries.append((count, rng.choice([1, 1, 1, 2, 9, 300, 0])))
-            piece, last = packing.pack(entries[-1], last)
+            piece, last = runs.pack(entries[-1], last)
             data += piece
-        assert packing.unpack(data) == entries
+        assert runs.unpack(data) == entries
 
 
 @pytest.mark.parametrize("data", ["80", "806400", "7700", "71", "3878"])
 def test_bytes_that_end_inside_an_entry(data):
     with pytest.raises(ValueError, match="inside an entry"):
-        packing.unpack(bytes.fromhex(data))
+        runs.unpack(bytes.fromhex(data))
 
 
 def test_single_pixels_take_a_byte_each():
     rng = random.Random(6)
     entries = [(0x21, 0), (0, 0), *((rng.randint(10, 20), 1) for _ in range(1000)), (2, 0)]
-    assert packing.packed_size(entries) == 8 + 1000 + 4
+    assert runs.packed_size(entries) == 8 + 1000 + 4

@@ -17,7 +17,7 @@ from pixstep.board.device import Board
 from pixstep.cli.main import main
 from pixstep.lines import exact
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.lines.rational import period_ticks
+from pixstep.lines.units import period_ticks
 from pixstep.simulation import edges, plots, report
 from pixstep.simulation.clockflaws import ClockFlaws
 from worked import worked_line

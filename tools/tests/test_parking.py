@@ -14,7 +14,7 @@ from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError, LineRefusedByBoardError
 from pixstep.board.run import arm
 from pixstep.lines.line import PLAIN, Line
-from pixstep.lines.rational import period_ticks
+from pixstep.lines.units import period_ticks
 from pixstep.simulation import verdict
 from pixstep.simulation.edges import read_clock, read_edges
 from pixstep.simulation.simboard import SimulatedBoard

@@ -11,10 +11,10 @@ from clock import TICK_HZ
 from effort import cases
 from pixstep.board import boards
 from pixstep.errors import UserError
-from pixstep.lines import planner
+from pixstep.lines import core
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.lines.linecheck import check, refused
-from pixstep.lines.rational import edge_tick, period_ticks
+from pixstep.lines.line_check import check, refused
+from pixstep.lines.units import edge_tick, period_ticks
 from pixstep_trials.cases import PIXEL_HZ, Bounds, Case, case
 from plan_judge import judge
 from worked import EXPECTED, worked_line
@@ -45,13 +45,13 @@ def test_worked_example(hz, backlash, tick_hz):
 
 @pytest.mark.parametrize("backlash", sorted(EXPECTED))
 def test_worked_example_table(backlash):
-    rows = planner.plan(worked_line(backlash), Fraction(30), tick_hz=TICK_HZ, pixels=True).columns()
+    rows = core.plan(worked_line(backlash), Fraction(30), tick_hz=TICK_HZ, pixels=True).columns()
     assert rows[:17, 2].tolist() == EXPECTED[backlash]
 
 
 def test_other_timer_frequency():
     line = Line((4, 12, 16, 12, 4))
-    ticks = planner.plan(line, Fraction(30), tick_hz=8_000_000).columns()[:, 1].tolist()
+    ticks = core.plan(line, Fraction(30), tick_hz=8_000_000).columns()[:, 1].tolist()
     period = period_ticks(Fraction(30), 8_000_000)
     assert ticks[-1] == edge_tick(5, period)
 
@@ -79,8 +79,8 @@ def test_core_and_host_refuse_alike(counts, options, name):
     line = Line(tuple(counts), **options)
     found = check(line)
     assert refused(found) and name in [item.name for item in found]
-    with pytest.raises(planner.LineRefusedError, match=f"line refused: {name} at pixel"):
-        planner.plan(line, Fraction(30), tick_hz=TICK_HZ)
+    with pytest.raises(core.LineRefusedError, match=f"line refused: {name} at pixel"):
+        core.plan(line, Fraction(30), tick_hz=TICK_HZ)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -96,12 +96,12 @@ def test_core_and_host_agree_on_random_counts(seed):
         line = Line(tuple(counts), backlash=tested.line.backlash)
         host = refused(check(line))
         try:
-            planner.plan(line, tested.pixel_hz, tick_hz=tested.tick_hz)
-            core = False
-        except planner.LineRefusedError as error:
-            core = True
+            core.plan(line, tested.pixel_hz, tick_hz=tested.tick_hz)
+            core_refuses = False
+        except core.LineRefusedError as error:
+            core_refuses = True
             assert host, f"{counts}: only the core refuses: {error}"
-        assert host == core, f"{counts}: only the host refuses: {check(line)}"
+        assert host == core_refuses, f"{counts}: only the host refuses: {check(line)}"
         agreed[host] += 1
     assert all(agreed.values()), agreed
 
@@ -109,10 +109,10 @@ def test_core_and_host_agree_on_random_counts(seed):
 def test_ripple_is_a_warning_of_both():
     line = Line((501, 1000, 1000, 501))
     assert [item.name for item in check(line)] == ["ripple"]
-    warnings = planner.plan(line, Fraction(30), tick_hz=TICK_HZ).warnings
+    warnings = core.plan(line, Fraction(30), tick_hz=TICK_HZ).warnings
     assert len(warnings) == 1 and "warning: ripple at pixel 2" in warnings[0]
 
 
 def test_a_frequency_that_the_board_cannot_do_is_one_line():
     with pytest.raises(UserError, match="period must be 1024 to 16777215"):
-        planner.plan(Line((4, 4)), Fraction(1, 100), tick_hz=TICK_HZ)
+        core.plan(Line((4, 4)), Fraction(1, 100), tick_hz=TICK_HZ)

@@ -14,10 +14,10 @@ import pytest
 from clock import TICK_HZ
 from effort import cases
 from pixstep import signals
-from pixstep.lines import core, planner
+from pixstep.lines import core
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.lines.linecheck import check, refused
-from pixstep.lines.rational import edge_tick
+from pixstep.lines.line_check import check, refused
+from pixstep.lines.units import edge_tick
 from pixstep.simulation.edges import read_edges
 from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import simulate
@@ -65,7 +65,7 @@ def test_random_lines_with_rests(decode, seed):
 @pytest.mark.parametrize("hz", CLOCKS_HZ)
 @pytest.mark.parametrize("zeros", RESTS)
 def test_a_step_behind_a_rest(zeros, hz):
-    made = planner.plan(Line((0,) * zeros + (1,), PLAIN), Fraction(hz), tick_hz=TICK_HZ).columns()
+    made = core.plan(Line((0,) * zeros + (1,), PLAIN), Fraction(hz), tick_hz=TICK_HZ).columns()
     assert made.tolist() == [[1, edge_tick(zeros + 1, TICK_HZ / Fraction(hz))]]
 
 
@@ -88,7 +88,7 @@ def test_empty_time_costs_nothing(monkeypatch):
     lib = SimpleNamespace(**(names | {"plan_rows": counted}))
     monkeypatch.setattr(core, "extension", lambda: SimpleNamespace(ffi=real.ffi, lib=lib))
     line = Line((0,) * 20_000 + (1,), PLAIN)
-    assert planner.plan(line, Fraction(1), tick_hz=TICK_HZ).columns()[0, 1] == 20_001 * TICK_HZ
+    assert core.plan(line, Fraction(1), tick_hz=TICK_HZ).columns()[0, 1] == 20_001 * TICK_HZ
     assert len(calls) <= 6  # period by period: 150
 
 
@@ -103,7 +103,7 @@ def test_the_plan_is_what_the_board_makes(tmp_path, board, counts):
     assert judged.passed, judged.summary["reasons"]
     zero = judged.summary["line_zero_cycle"]
     made = read_edges(tmp_path / "edges.csv").axis(0, 0).rising - zero
-    assert made.tolist() == planner.plan(line, hz, tick_hz=TICK_HZ).columns()[:, 1].tolist()
+    assert made.tolist() == core.plan(line, hz, tick_hz=TICK_HZ).columns()[:, 1].tolist()
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
@@ -111,4 +111,4 @@ def test_a_signal_ends_a_long_plan(number):
     line = Line((3200,) * 60_000, PLAIN)  # 192 million steps
     with signals.caught(), pytest.raises(KeyboardInterrupt):
         threading.Timer(0.3, os.kill, (os.getpid(), number)).start()
-        planner.plan(line, Fraction(2), tick_hz=TICK_HZ)
+        core.plan(line, Fraction(2), tick_hz=TICK_HZ)

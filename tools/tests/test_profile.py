@@ -8,7 +8,7 @@ import pytest
 
 from pixstep import formats
 from pixstep.errors import UserError
-from pixstep.lines import linecheck
+from pixstep.lines import line_check
 from pixstep.lines.line import Line
 from pixstep.profiles import generator, ramps
 from worked import ACCELERATING, MPOS, PRN
@@ -116,7 +116,7 @@ def test_closed_form_of_the_decode_rule():
 
 def test_odd_counts_are_legal():
     assert [count for count in ACCELERATING if count % 2] == [35, 41]
-    assert linecheck.check(Line(tuple(make().counts))) == []
+    assert line_check.check(Line(tuple(make().counts))) == []
 
 
 def test_every_boundary_speed_from_rest_is_even():
@@ -129,7 +129,7 @@ def test_every_boundary_speed_from_rest_is_even():
 def test_an_odd_constant_speed_ripples_for_ever(last, swing):
     line = Line((*ACCELERATING[:-1], last, *[1001] * 6))
     assert list(line.speeds[15:]) == [*swing, *swing, *swing, swing[0]]
-    assert ("ripple", 16) in [(item.name, item.pixel) for item in linecheck.check(line)]
+    assert ("ripple", 16) in [(item.name, item.pixel) for item in line_check.check(line)]
 
 
 @pytest.mark.parametrize("speed", [1001, 897, 1023, 3])
@@ -160,7 +160,7 @@ def test_a_trailing_zero_iff_a_leading_one(backlash):
     line = make(backlash=backlash)
     assert (line.counts[0] == 0) == (line.counts[-1] == 0) == (backlash > 0)
     shifted = Line(tuple(line.counts), backlash=backlash)
-    assert linecheck.check(shifted) == []
+    assert line_check.check(shifted) == []
     assert shifted.total_steps == sum(line.counts) + backlash
 
 
@@ -181,4 +181,4 @@ def test_minimum_length_and_first_image_pixel(backlash, lead_in):
 def test_a_speed_below_the_first_entry_makes_a_line(speed):
     line = make(speed=speed, pixels=5)
     assert line.counts == [speed // 2, speed, speed, speed, speed // 2]
-    assert linecheck.check(Line(tuple(line.counts))) == []
+    assert line_check.check(Line(tuple(line.counts))) == []

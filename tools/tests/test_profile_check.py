@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from pixstep import formats
 from pixstep.cli.main import main
 from pixstep.lines.line import PLAIN, SMOOTH
-from pixstep.lines.linecheck import Limits
+from pixstep.lines.line_check import Limits
 from pixstep.profiles import origin, readings
 from worked import ACCELERATING, PRN, SAMPLE_CSV
 

@@ -14,7 +14,7 @@ from effort import cases
 from pixstep import formats
 from pixstep.cli.main import main
 from pixstep.errors import UserError
-from pixstep.lines import exact, linecheck, planner
+from pixstep.lines import core, exact, line_check
 from pixstep.lines.line import Line
 from pixstep.lines.units import ACCELERATION, JERK
 from pixstep.profiles import generator
@@ -36,8 +36,8 @@ def line_of(limits: ProfileLimits, constant: int = 3, backlash: int = 0) -> Line
     return Line(tuple(generator.generate(speeds, request).counts), backlash=backlash)
 
 
-def line_limits(limits: ProfileLimits) -> linecheck.Limits:
-    return linecheck.Limits(
+def line_limits(limits: ProfileLimits) -> line_check.Limits:
+    return line_check.Limits(
         max_speed=limits.top_speed,
         max_acceleration=limits.max_acceleration,
         jerk_warning=limits.max_jerk,
@@ -111,7 +111,7 @@ def test_random_limits_make_lines_without_findings():
         limits = random_limits(rng)
         backlash = rng.choice((0, 1, limits.top_speed))
         line = line_of(limits, rng.randint(1, 5), backlash)
-        assert linecheck.check(line, line_limits(limits)) == [], limits
+        assert line_check.check(line, line_limits(limits)) == [], limits
 
 
 @pytest.mark.usefixtures("plan_program")
@@ -121,11 +121,11 @@ def test_the_firmware_takes_the_lines():
         limits = random_limits(rng)
         line = line_of(limits, 2, rng.choice((0, limits.top_speed // 2)))
         hz = max(Fraction(1), Fraction(TICK_HZ, 2000 * limits.top_speed))
-        table = planner.plan(line, hz, tick_hz=TICK_HZ, pixels=True)
+        table = core.plan(line, hz, tick_hz=TICK_HZ, pixels=True)
         assert table.warnings == ()
         assert table.columns()[:, 2].tolist() == exact.expected_positions(line), limits
         if line.total_steps < 100_000:
-            assert len(planner.plan(line, hz, tick_hz=TICK_HZ).columns()) == line.total_steps
+            assert len(core.plan(line, hz, tick_hz=TICK_HZ).columns()) == line.total_steps
 
 
 def test_the_command_makes_what_line_check_accepts(tmp_path, monkeypatch):

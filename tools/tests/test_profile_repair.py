@@ -13,7 +13,7 @@ from effort import cases
 from pixstep import formats
 from pixstep.cli.main import main
 from pixstep.errors import UserError
-from pixstep.lines import linecheck
+from pixstep.lines import line_check
 from pixstep.lines.line import Line
 from pixstep.profiles import generator, ramps
 from pixstep.profiles.generator import MAX_SPEED
@@ -30,8 +30,8 @@ def values(counts, limit=None, part=LINE, *, insert=False):
 
 def findings(counts, limit=None, part=LINE):
     line = Line(whole_line(tuple(counts), part))
-    return linecheck.without_idle_pixel(
-        linecheck.check(line, linecheck.Limits(max_acceleration=limit))
+    return line_check.without_idle_pixel(
+        line_check.check(line, line_check.Limits(max_acceleration=limit))
     )
 
 

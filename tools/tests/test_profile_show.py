@@ -13,7 +13,7 @@ from effort import cases
 from pixstep import formats, plotting
 from pixstep.cli.main import main
 from pixstep.errors import UserError
-from pixstep.lines import exact, linecheck
+from pixstep.lines import exact, line_check
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.units import ACCELERATION, JERK, SPEED
 from pixstep.profiles import figure, kinematics
@@ -70,8 +70,8 @@ def test_jerk_counts_from_rest_and_to_rest():
 def test_peak_jerk_is_where_the_line_check_begins_to_warn():
     line = worked_line(0)
     peak = kinematics.figures(line).peak_jerk
-    assert linecheck.check(line, linecheck.Limits(jerk_warning=peak)) == []
-    assert linecheck.check(line, linecheck.Limits(jerk_warning=peak - 1)) != []
+    assert line_check.check(line, line_check.Limits(jerk_warning=peak)) == []
+    assert line_check.check(line, line_check.Limits(jerk_warning=peak - 1)) != []
 
 
 def test_plain_lines_jump_at_the_edges():

@@ -14,7 +14,7 @@ from pixstep.board import limits
 from pixstep.errors import RefusedError
 from pixstep.lines.core import Checker, CoreLimits, check
 from pixstep.lines.line import Line
-from pixstep.lines.linecheck import entries
+from pixstep.lines.runs import safe_entries
 from pixstep.programs import plan
 from pixstep.programs.pixels import Rounding, Track, in_pieces
 from pixstep.programs.plan import MOST_PIXELS, Plan
@@ -81,7 +81,7 @@ def test_a_check_in_parts_finds_what_a_check_of_the_whole_finds():
         counts = np.repeat(rng.integers(-2, 40, 20), rng.integers(1, 4, 20)).tolist()
         line = Line(tuple(counts), ("plain", "smooth")[int(rng.integers(2))])
         bounds = CoreLimits(1000, 30, 30, 30, 900, 12, 8)
-        rows = entries(line)
+        rows = safe_entries(line)
         whole = check(rows, bounds)
         checker, parts, place = Checker(bounds), [], 0
         while place < len(rows):

@@ -20,7 +20,7 @@ from pixstep import natives
 from pixstep.api.bus import Board
 from pixstep.errors import PlainError
 from pixstep.lines.runs import MARK_END, MARK_NEGATIVE, MARK_SMOOTH, MARK_START
-from pixstep.machine.reading import Machine
+from pixstep.machine.files import Machine
 from pixstep.programs import plan, streaming
 from pixstep.programs.language import KNOWN
 from pixstep.programs.motors import of_machine
@@ -330,7 +330,7 @@ def test_a_planner_that_is_not_needed_any_more_ends(folder):
 
 KILLED = """\
 import time
-from pixstep.machine.reading import Machine
+from pixstep.machine.files import Machine
 from pixstep.programs.motors import of_machine
 from pixstep.programs.plan import PlanProcess, PlanRequest
 from pixstep.programs.plan_data import Options

@@ -15,7 +15,7 @@ from pixstep.board import registers as regs
 from pixstep.board.boardrun import Watch
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.machine.reading import Machine
+from pixstep.machine.files import Machine
 from pixstep.programs import streaming
 from pixstep.programs.motors import of_machine
 from pixstep.programs.plan import Plan

@@ -8,7 +8,7 @@ import pytest
 
 from effort import cases
 from pixstep.errors import RefusedError
-from pixstep.lines import linecheck
+from pixstep.lines import line_check
 from pixstep.lines.line import Line
 from pixstep.programs.language import ProgramError
 from programbench import CHORDS, path, path_distance, planned, random_program, setup
@@ -35,8 +35,8 @@ def test_smooth_motors_stay_within_their_limits_as_the_board_decodes_them(seed):
         assert motor.counted_speed <= motor.motor.max_speed * pixel
         assert motor.speed == 0
         line = Line(tuple(counts[:, index].tolist()))
-        found = linecheck.without_idle_pixel(linecheck.check(line))
-        assert not [item for item in found if item.severity == linecheck.ERROR]
+        found = line_check.without_idle_pixel(line_check.check(line))
+        assert not [item for item in found if item.severity == line_check.ERROR]
     assert path_distance(counts, path(text, of)) <= 1 + CHORDS
     assert path_distance(counts, path(text, of)) - CHORDS <= report.off_path <= 1 + CHORDS
 

@@ -15,7 +15,7 @@ from pixstep import formats
 from pixstep.board import boards
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
-from pixstep.lines.rational import period_ticks
+from pixstep.lines.units import period_ticks
 from pixstep.reversals.compensate import MotionLimits, TakeUpRequest, compensate
 from pixstep.simulation import verdict
 from pixstep.simulation.edges import read_edges

@@ -10,7 +10,7 @@ import pytest
 
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
-from pixstep.lines.linecheck import Limits, check
+from pixstep.lines.line_check import Limits, check
 from pixstep.reversals.compensate import (
     MotionLimits,
     TakeUpRequest,

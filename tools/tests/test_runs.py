@@ -9,7 +9,7 @@ from pixstep.api.given import exact_hz
 from pixstep.errors import UserError
 from pixstep.lines import runs
 from pixstep.lines.line import PLAIN, Line
-from pixstep.lines.rational import hz_text, parse_hz
+from pixstep.lines.units import hz_text, parse_hz
 
 
 def test_round_trip():

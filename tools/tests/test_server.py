@@ -21,7 +21,6 @@ from pixstep.board.errors import BusTakenError, OvertakenError
 from pixstep.board.link import WallClock
 from pixstep.board.port import Port, PortBusyError
 from pixstep.board.upload import Upload
-from pixstep.cli import views
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
@@ -301,7 +300,8 @@ def test_an_order_that_waits_is_overtaken(slow_desk, terminal):
     reading()
     assert "error" not in stopper.hear()
     until(lambda: len(terminal.board.commands) > 1, "the stop")
-    assert [name for name, *_ in terminal.board.commands] == ["arm", "stop"]
+    assert [name for name, *_ in terminal.board.commands][:2] == ["arm", "stop"]
+    assert ("enable", 1, 0) not in terminal.board.commands
 
 
 def test_what_other_axes_are_told_is_not_overtaken(slow_desk, terminal):
@@ -385,12 +385,29 @@ def test_two_requests_that_belong_together_follow_each_other(desk, terminal):
 
 
 def test_a_board_that_is_not_there_keeps_no_stream(desk, terminal):
-    """While a client moves axes, another one's request is made once, and waits for little."""
+    """While a client moves axes, another one's request is made once, and waits for little.
+
+    One to a board that has replied before is made again, after what others ask.
+    """
     driver, raw = desk.board(), desk.raw()
     load(driver)
     run.arm(driver, [0])
     raw.asked(1, "0400000005", unit=99, retries=3)
     assert raw.hear() == {"id": 1, "error": "no_reply", "heard": 0}
+    lost = []
+
+    def plan(_number, frame, reply):
+        if is_read(frame, 7) and not lost:
+            lost.append(frame)
+            return []
+        return [(0, reply)]
+
+    terminal.plan = plan
+    raw.asked(3, "0400000007", unit=2, retries=1)
+    assert raw.hear()["error"] == "no_reply"  # it has never been heard
+    lost.clear()
+    raw.asked(4, "0400000007", retries=1)
+    assert raw.hear()["pdu"].startswith("040e")
     driver.modbus.close()
     until(lambda: not any(one.axes for one in desk.server.sessions.present()), "its end")
     raw.asked(2, "0400000005", unit=99, retries=3)
@@ -461,6 +478,19 @@ def test_what_a_client_has_started_goes_on_after_its_goodbye(desk, terminal):
     until(lambda: len(desk.notes.of("disconnected")) == 2, "its end")
     assert run.states(desk.board(), [0]) == {0: "running"}
     assert not desk.notes.of("stopped")
+
+
+def test_what_all_boards_were_told_to_do_is_stopped_on_all(desk, terminal):
+    for unit in (1, 2):
+        load(board := desk.board(unit))
+        board.modbus.close()
+        until(lambda: desk.server.sessions.writer is None, "the loader lets go")
+    raw = desk.raw()
+    raw.say({"id": 1, "do": "tell", "unit": 0, "pdu": command("arm").hex()})
+    assert "error" not in raw.hear()
+    until(lambda: [b.axes[0].state for b in terminal.boards] == ["running"] * 2, "both move")
+    raw.die()
+    until(lambda: [b.axes[0].state for b in terminal.boards] == ["empty"] * 2, "both rest")
 
 
 def test_a_line_that_another_client_has_started_since_goes_on(desk, terminal):
@@ -570,7 +600,7 @@ def test_answers_keep_the_numbers_of_their_requests(desk):
         (b'{"id":1}', "do: a text is wanted"),
         (b'{"do":"ask"}', "id: a whole number"),
         (b'{"id":true,"do":"ask"}', "id: a whole number"),
-        (b'{"id":1,"do":"ask","unit":248,"pdu":"00"}', "unit: a whole number from 0 to 247"),
+        (b'{"id":1,"do":"ask","unit":248,"pdu":"00"}', "unit: a whole number from 1 to 247"),
         (b'{"id":1,"do":"ask","unit":1,"pdu":"0"}', "pdu: 1 to 253 bytes"),
         (b'{"id":1,"do":"ask","unit":1,"pdu":""}', "pdu: 1 to 253 bytes"),
         (b'{"id":1,"do":"ask","unit":1,"pdu":"' + b"00" * 254 + b'"}', "pdu: 1 to 253 bytes"),
@@ -612,7 +642,7 @@ def test_another_version_of_the_protocol_is_refused(desk):
 def test_a_log_that_nobody_reads_keeps_nobody_waiting(monkeypatch):
     end, output = os.pipe()
     monkeypatch.setattr(sys, "stdout", os.fdopen(output, "w"))
-    log = journal.Journal(views.of("serve", as_json=True))
+    log = journal.Journal(as_json=True)
     for number in range(20_000):  # far more than a pipe takes
         log.tell("stop", number=number)
     assert log._writer.is_alive()
@@ -630,7 +660,7 @@ def test_another_rate_to_look_for_boards_only_alone(desk):
     first.reconfigure(9600, "N")
     assert desk.server.line.port.baud == 9600
     second = desk.client(baud=9600)
-    with pytest.raises(BusTakenError, match="1 other client of its server"):
+    with pytest.raises(BusTakenError, match="a client that is alone, and 1 more use its server"):
         first.reconfigure(115_200, "N")
     second.close()
     first.close()

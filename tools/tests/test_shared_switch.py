@@ -16,7 +16,7 @@ from pixstep.board.upload import Upload
 from pixstep.cli.main import main
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH
-from pixstep.machine import reading
+from pixstep.machine import files
 from pixstep.moves import hometask, homing
 from pixstep.moves.inputs import shared_limits
 from worked import DATA
@@ -212,7 +212,7 @@ def test_a_machine_file_with_another_word_is_refused(tmp_path):
     path = tmp_path / "machine.toml"
     path.write_text(MACHINE.replace('"minus"', '"both"'))
     with pytest.raises(UserError, match=r"motors\.X\.home_is_limit = 'both'"):
-        reading.Machine.load(path)
+        files.Machine.load(path)
 
 
 def test_the_bits_of_an_axis():

@@ -11,8 +11,8 @@ import pytest
 from effort import cases
 from homebench import PROFILE, HomeBench
 from pixstep.errors import UserError
-from pixstep.machine import writing
-from pixstep.machine.reading import Machine
+from pixstep.machine import files
+from pixstep.machine.files import Machine
 from pixstep.moves import encoders, playmeasure
 from pixstep.moves.homing import HomingError
 
@@ -126,17 +126,17 @@ kind = "plain"
 def test_the_machine_file_keeps_its_comments(tmp_path):
     path = tmp_path / "machine.toml"
     path.write_text(MACHINE)
-    writing.set_backlash(path, "M40", 37)
+    files.set_backlash(path, "M40", 37)
     assert path.read_text() == MACHINE.replace('"3 steps"', '"37 steps"')
-    writing.set_backlash(path, "M41", 4)
+    files.set_backlash(path, "M41", 4)
     machine = Machine.load(path)
     assert machine["M41"].backlash_steps == 4 and "# my machine" in path.read_text()
     with pytest.raises(UserError, match="there is no motor 'M42'"):
-        writing.set_backlash(path, "M42", 1)
+        files.set_backlash(path, "M42", 1)
     before = path.read_text() + "[nonsense\n"
     path.write_text(before)
     with pytest.raises(UserError, match=r"machine\.toml:\d+"):
-        writing.set_backlash(path, "M40", 1)
+        files.set_backlash(path, "M40", 1)
     assert path.read_text() == before
 
 

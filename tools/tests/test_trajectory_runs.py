@@ -14,7 +14,7 @@ from effort import only_long
 from pixstep import natives
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines.line import PLAIN, Line
-from pixstep.machine.reading import Machine
+from pixstep.machine.files import Machine
 from pixstep.simulation.simboard import SimLink
 from pixstep.simulation.simctl import SimOptions
 from pixstep.trajectories import circle, circle_test, runs, table, transitions

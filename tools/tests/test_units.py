@@ -7,8 +7,7 @@ import pytest
 
 from pixstep.errors import UserError
 from pixstep.lines import units
-from pixstep.lines.rational import parse_hz
-from pixstep.lines.units import ACCELERATION, DISTANCE, JERK, SPEED
+from pixstep.lines.units import ACCELERATION, DISTANCE, JERK, SPEED, parse_hz
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from clock import TICK_HZ
 from pixstep.errors import UserError
 from pixstep.lines import exact
 from pixstep.lines.line import PLAIN, Line
-from pixstep.lines.rational import edge_tick, period_ticks
+from pixstep.lines.units import edge_tick, period_ticks
 from pixstep.simulation import verdict
 from pixstep.simulation.edges import AxisEdges, read_edges
 from worked import worked_line

@@ -53,7 +53,11 @@ TEXTS = {
 }
 # Stopping needs no machine file: one that cannot be read is noted. `start` looks first at what is
 # loaded, and fake boards have nothing.
-GOES_ON = (("board stop", "--machine"), ("board start", "--records"))
+GOES_ON = (
+    ("board stop", "--machine"),
+    ("board start", "--records"),
+    ("serve", "--socket"),  # it is made
+)
 # A profile may be made for any motor.
 OWN_TEXTS = {("profile make", "--motor"): ("a/b",)}
 REFUSED_CONTENT = ("broken.toml",)  # what the file says is wrong, not the command line

@@ -8,8 +8,8 @@ from fractions import Fraction
 
 from pixstep.board import boards
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.lines.linecheck import check, refused
-from pixstep.lines.rational import period_ticks
+from pixstep.lines.line_check import check, refused
+from pixstep.lines.units import period_ticks
 
 # Frequencies whose period is whole, a short fraction and a long one.
 PIXEL_HZ = (

@@ -18,9 +18,9 @@ from pixstep import natives
 from pixstep.board import boards
 from pixstep.cli.main import main
 from pixstep.errors import UserError
-from pixstep.lines import linecheck
+from pixstep.lines import line_check
 from pixstep.lines.line import PLAIN, Line
-from pixstep.lines.rational import period_ticks
+from pixstep.lines.units import period_ticks
 from pixstep_dev.bench import (
     accuracy,
     clocks,
@@ -77,7 +77,7 @@ def test_no_line_of_a_search_is_refused_for_its_form(hz, motion):
     assert unit * hz <= lines.RESOLUTION_STEPS_PER_S < (unit + 2) * hz
     for count in range(unit, 9000, unit + 38):
         line = rates.line_of(motion, count, hz, 0.3)
-        assert not linecheck.refused(linecheck.check(line)), count
+        assert not line_check.refused(line_check.check(line)), count
         assert line.line_speed == count
 
 
@@ -85,7 +85,7 @@ def test_no_line_of_a_search_is_refused_for_its_form(hz, motion):
 @pytest.mark.parametrize("motion", clocks.MOTIONS)
 def test_lines_for_fast_clocks_are_what_they_are_called(motion, steps):
     line = clocks.line_of(motion, steps, 50)
-    assert not linecheck.refused(linecheck.check(line))
+    assert not line_check.refused(line_check.check(line))
     assert max(line.counts) == steps
     assert (line.backlash != 0) == (motion in ("smooth", "ramps"))
     assert (len(set(line.counts)) == 1) == (motion == "one count")
@@ -116,7 +116,7 @@ def test_kinds_of_pixels_are_what_they_are_called():
     assert not flat["smooth, steep"] and not flat["smooth, slow"]
     for kind in decode.KINDS:
         line, lead = kind.line()
-        assert not linecheck.refused(linecheck.check(line))
+        assert not line_check.refused(line_check.check(line))
         inner = line.speeds[lead : line.pixels - lead + 1]
         assert kind.plain or (min(inner), max(inner)) == (kind.low, kind.high)
 

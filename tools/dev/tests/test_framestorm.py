@@ -9,7 +9,7 @@ import pytest
 
 from clock import TICK_HZ
 from effort import cases
-from pixstep.lines.linecheck import check, refused
+from pixstep.lines.line_check import check, refused
 from pixstep_dev.robustness import framestorm, strikes
 from pixstep_trials import wire
 

@@ -83,9 +83,9 @@ def small_package(tmp_path_factory):
     root = tmp_path_factory.mktemp("types")
     (root / "checks").mkdir()
     shutil.copy(natives.source(TYPES), root / "checks")
-    (root / "src" / "pixstep" / "cli").mkdir(parents=True)
-    for place in ("", "cli"):
-        (root / "src" / "pixstep" / place / "__init__.py").touch()
+    for place in ("src/pixstep", "src/pixstep/cli", "dev/pixstep_dev", "dev/pixstep_trials"):
+        (root / place).mkdir(parents=True)
+        (root / place / "__init__.py").touch()
     return root
 
 

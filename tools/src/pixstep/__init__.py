@@ -47,7 +47,7 @@ if TYPE_CHECKING:
         NotPossibleError,
     )
     from pixstep.errors import PlainError, RefusedError, UserError
-    from pixstep.lines.linecheck import Finding, Limits
+    from pixstep.lines.line_check import Finding, Limits
     from pixstep.moves.homing import HomingError
     from pixstep.simulation.simpipe import SimulatorError
 
@@ -136,7 +136,7 @@ _MODULES = {
         "NotPossibleError",
     ),
     "errors": ("PlainError", "RefusedError", "UserError"),
-    "lines.linecheck": ("Finding", "Limits"),
+    "lines.line_check": ("Finding", "Limits"),
     "moves.homing": ("HomingError",),
     "simulation.simpipe": ("SimulatorError",),
 }  # fmt: skip

@@ -4,6 +4,10 @@
 A link stays and its file is replaced. A device, a FIFO and the standard output (also as "-") are
 written to. Everything that the system refuses is a UserError naming the file. Under `rules`, a file
 that exists is replaced only if the user says so, and an input never.
+
+The process that makes an unfinished file or folder holds a lock on it. A process that is killed
+cannot tidy up, but its lock ends with it: the next process that writes into the same folder finds
+and removes what is left.
 """
 
 import contextlib
@@ -19,9 +23,102 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
 
-from pixstep import unfinished
 from pixstep.errors import UserError
-from pixstep.unfinished import Part
+
+try:
+    import fcntl
+except ImportError:  # Windows: nothing is locked there, and nothing is removed for others
+    fcntl = None  # type: ignore[assignment]
+
+UNFINISHED = ".pixstep-part-"
+
+
+@dataclass(frozen=True)
+class Part:
+    """A file or folder in progress, and the descriptor that holds its lock."""
+
+    path: Path
+    lock: int | None
+
+    def release(self) -> None:
+        """Give the lock up."""
+        if self.lock is not None:
+            os.close(self.lock)
+
+    def remove(self) -> None:
+        """Remove what is still there, and give the lock up."""
+        if self.path.is_dir() and not self.path.is_symlink():
+            shutil.rmtree(self.path, ignore_errors=True)
+        else:
+            with contextlib.suppress(OSError):
+                self.path.unlink()
+        self.release()
+
+
+def unfinished_file(folder: Path, suffix: str = "") -> Part:
+    """Make an empty file in a folder."""
+    sweep(folder)
+    while True:
+        handle, name = tempfile.mkstemp(prefix=UNFINISHED, suffix=suffix, dir=folder)
+        os.close(handle)
+        part = _locked(Path(name))
+        if part:
+            return part
+
+
+def unfinished_folder(folder: Path) -> Part:
+    """Make an empty folder in a folder."""
+    sweep(folder)
+    while True:
+        part = _locked(Path(tempfile.mkdtemp(prefix=UNFINISHED, dir=folder)))
+        if part:
+            return part
+
+
+def sweep(folder: Path) -> None:
+    """Remove from a folder what processes that are gone have left."""
+    if fcntl is None:
+        return
+    with contextlib.suppress(OSError):
+        for path in [path for path in folder.iterdir() if path.name.startswith(UNFINISHED)]:
+            with contextlib.suppress(OSError):  # another process has the lock of this one
+                lock = _lock(path)
+                if lock is not None:
+                    Part(path, lock).remove()
+
+
+def _locked(path: Path) -> Part | None:
+    """Lock what was just made; None if a sweep was quicker than the lock."""
+    if fcntl is None:
+        return Part(path, None)
+    try:
+        lock = _lock(path)
+    except BlockingIOError:
+        return None
+    if lock is not None and not path.exists():
+        os.close(lock)
+        return None
+    return Part(path, lock)
+
+
+def _lock(path: Path) -> int | None:
+    """Return a descriptor that holds the lock, None where the file system has no locks.
+
+    Raises BlockingIOError if another process holds it.
+    """
+    try:
+        handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW)
+    except FileNotFoundError:
+        return None
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        os.close(handle)
+        if error.errno in (errno.EAGAIN, errno.EACCES):
+            raise
+        return None
+    return handle
+
 
 STDOUT = Path("-")
 _LONGEST_SUFFIX = 8  # of a name that says a format; a longer one could make the name too long
@@ -78,7 +175,7 @@ def replacing(target: Path) -> Iterator[Path]:
     target = Path(target)
     with told_of(target):
         place = _place(target)
-        part = _part(place) if place else _stream_part(target)
+        part = _part(target, place)
     try:
         with told_of(target, part.path):
             yield part.path
@@ -122,7 +219,7 @@ def told_of(target: Path, *instead: Path) -> Iterator[None]:
         if error.errno == errno.EPIPE:
             raise
         named = Path(os.fsdecode(error.filename or target))
-        mine = named in (target, *instead) or named.name.startswith(unfinished.PREFIX)
+        mine = named in (target, *instead) or named.name.startswith(UNFINISHED)
         where = "" if mine else f" ({named})"
         reason = error.strerror or str(error)
         if isinstance(error, FileExistsError):  # where a folder is to be made
@@ -215,16 +312,13 @@ def _is_sink(mode: int) -> bool:
     return stat.S_ISCHR(mode) or stat.S_ISFIFO(mode)
 
 
-def _part(place: Path) -> Part:
-    """Make an empty file beside a place; its suffix says the format as the place's does."""
+def _part(target: Path, place: Path | None) -> Part:
+    """Make an empty file beside a place, or for a stream; a format is told by its suffix."""
+    if place is None:  # a drawing takes its format from the suffix
+        suffix = target.suffix if target.suffix in (".svg", ".pdf") else ".png"
+        return unfinished_file(Path(tempfile.gettempdir()), suffix)
     suffix = place.suffix if len(os.fsencode(place.suffix)) <= _LONGEST_SUFFIX else ""
-    return unfinished.file(place.parent, suffix)
-
-
-def _stream_part(target: Path) -> Part:
-    """Make an empty file for what goes to a stream; a drawing takes its format from the suffix."""
-    suffix = target.suffix if target.suffix in (".svg", ".pdf") else ".png"
-    return unfinished.file(Path(tempfile.gettempdir()), suffix)
+    return unfinished_file(place.parent, suffix)
 
 
 def _rename(part: Part, target: Path, place: Path) -> None:
@@ -235,14 +329,9 @@ def _rename(part: Part, target: Path, place: Path) -> None:
         part.path.replace(place)
         part.release()
     else:
-        _refuse_name(place)
+        with contextlib.suppress(FileNotFoundError):
+            place.lstat()  # raises the system's error for a name that no file can have
         waiting.append((part, place))
-
-
-def _refuse_name(place: Path) -> None:
-    """Raise the system's error for a name that no file can have."""
-    with contextlib.suppress(FileNotFoundError):
-        place.lstat()
 
 
 def _pour(temporary: Path, target: Path) -> None:
@@ -262,10 +351,6 @@ def _mode(place: Path) -> int:
     """Return the access rights that a file has, or that a new one gets."""
     with contextlib.suppress(FileNotFoundError):
         return stat.S_IMODE(place.stat().st_mode)
-    return 0o666 & ~_umask()
-
-
-def _umask() -> int:
     mask = os.umask(0)
     os.umask(mask)
-    return mask
+    return 0o666 & ~mask

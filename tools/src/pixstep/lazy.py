@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Modules that take long to load: imported when something of them is first used.
+"""Packages that are loaded when they are first used, and what an installation may lack of them.
 
 A command's help, and a command that does without them, need not wait for numpy or rich:
 
@@ -10,13 +10,49 @@ A command's help, and a command that does without them, need not wait for numpy 
 """
 
 import importlib
+import importlib.util
 from types import ModuleType
 from typing import Any
 
-from pixstep import extras
+from pixstep.errors import UserError
 
 _LOADED = "__loaded__"
 _MISSING = object()
+# The package: what needs it, and the extra that brings it (pyproject.toml).
+_EXTRAS = {
+    "numpy": ("this needs numpy", "numpy"),
+    "matplotlib": ("drawings need matplotlib", "plot"),
+    "pyarrow": ("Parquet needs pyarrow", "parquet"),
+}
+
+
+class MissingPackageError(UserError):
+    """A package is not installed that an extra of pixstep brings."""
+
+
+def have_package(package: str) -> bool:
+    """True if a package of the extras is installed; it is not loaded."""
+    try:
+        return importlib.util.find_spec(package) is not None
+    except ValueError:  # its import is barred: there is no such module
+        return False
+
+
+def require_package(package: str) -> None:
+    """Raise MissingPackageError if a package of the extras is not installed."""
+    if not have_package(package):
+        raise _missing(package)
+
+
+def missing_package(error: ModuleNotFoundError) -> MissingPackageError | None:
+    """Return what an import's error means if it is a package of the extras that is missing."""
+    package = (error.name or "").partition(".")[0]
+    return _missing(package) if package in _EXTRAS else None
+
+
+def _missing(package: str) -> MissingPackageError:
+    need, extra = _EXTRAS[package]
+    return MissingPackageError(f"{need}: pip install 'pixstep[{extra}]'")
 
 
 class _Lazy(ModuleType):
@@ -26,7 +62,10 @@ class _Lazy(ModuleType):
         # Looked up here each time, as nothing of it is kept: only the module is.
         module = self.__dict__.get(_LOADED)
         if module is None:
-            module = self.__dict__[_LOADED] = self._load()
+            try:
+                module = self.__dict__[_LOADED] = importlib.import_module(self.__name__)
+            except ModuleNotFoundError as error:
+                raise missing_package(error) or error from None
         found = getattr(module, name, _MISSING)
         if found is not _MISSING:
             return found
@@ -34,12 +73,6 @@ class _Lazy(ModuleType):
             return importlib.import_module(f"{self.__name__}.{name}")  # a package's own module
         except ModuleNotFoundError:
             raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}") from None
-
-    def _load(self) -> ModuleType:
-        try:
-            return importlib.import_module(self.__name__)
-        except ModuleNotFoundError as error:
-            raise extras.of_import(error) or error from None
 
 
 def lazy(name: str) -> ModuleType:

@@ -6,13 +6,19 @@ tables, C core           build/host/python             pixstep/_built
 images of the boards     build/BOARD/firmware          pixstep/_built
 the demo's profile       tools/data                    pixstep/_built
 pixstep-sim              PIXSTEP_SIM, build/host/bin   PIXSTEP_SIM, package pixstep_sim, PATH
+
+The tables are the firmware's own, generated from its .def files: registers with the meanings of
+their values, faults, line errors, features, boards.
 """
 
 import importlib
+import json
 import os
 import shutil
 import subprocess
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 from pixstep.errors import UserError
 
@@ -140,3 +146,17 @@ def _built(path: Path) -> Path:
     raise UserError(
         f"{path} is not built: run tools/setup, then `cmake --workflow --preset default`"
     )
+
+
+@cache
+def tables() -> dict[str, Any]:
+    """Return the tables that the build has made, by name: rows of plain data.
+
+    Rows are lists of dicts, those of `registers` one list a kind; JSON's keys are texts.
+    """
+    path = made("tables.json")
+    try:
+        found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise UserError(f"{path}: not the tables that the build makes: {error}") from None
+    return found

@@ -12,7 +12,7 @@ import os
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from pixstep import atomic, unfinished
+from pixstep import atomic
 from pixstep.errors import UserError
 
 MARK = ".pixstep-results"
@@ -32,7 +32,7 @@ def of_run(out: Path, names: Iterable[str]) -> Iterator[Path]:
         fresh = not out.exists()
         atomic.make_folder(out)
         _refuse_others(out, wanted, _marked(out))
-        part = unfinished.directory(out)
+        part = atomic.unfinished_folder(out)
     try:
         yield part.path
         with atomic.told_of(out):

@@ -15,12 +15,13 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, Protocol
 
-from pixstep import atomic, extras
+from pixstep import atomic
+from pixstep.lazy import missing_package
 
 try:
     import matplotlib as mpl
 except ModuleNotFoundError as missing:
-    raise extras.of_import(missing) or missing from None
+    raise missing_package(missing) or missing from None
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis

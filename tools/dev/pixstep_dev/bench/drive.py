@@ -5,25 +5,28 @@ Unlike `simrun` it needs no records and no positions, goes on to the end of the 
 no longer answers, and checks nothing beforehand: lines that the host would refuse reach the board.
 """
 
+from __future__ import annotations
+
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.boardrun import BoardRun, Watch
 from pixstep.board.errors import BoardError, LineRefusedByBoardError
 from pixstep.lines.line import Line
-from pixstep.lines.rational import period_ticks
+from pixstep.lines.units import period_ticks
 from pixstep.simulation.edges import EdgeLog, no_cycles, read_clock, read_edges
 from pixstep.simulation.serialload import SerialLoad
 from pixstep.simulation.simboard import SimulatedBoard
 from pixstep.simulation.summary import Stats
+
+if TYPE_CHECKING:
+    import numpy as np
 
 SLICE_S = 0.001  # how exactly a window opens and shuts
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from pixstep.board import boards
 from pixstep.lines.line import Line
-from pixstep.lines.rational import period_ticks
+from pixstep.lines.units import period_ticks
 from pixstep.profiles.generator import MAX_SPEED
 from pixstep_dev.bench.drive import Run
 from pixstep_dev.bench.figure import Column, Figure, Task, key

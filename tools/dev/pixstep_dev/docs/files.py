@@ -16,8 +16,8 @@ from click.testing import CliRunner
 from pixstep import formats, natives
 from pixstep.cli.command import Group
 from pixstep.cli.main import file as file_group
-from pixstep.formats import meaning
-from pixstep.formats.examine import NAMES, check_name, examine_bytes
+from pixstep.formats import describe
+from pixstep.formats.files import NAMES, check_name, examine_bytes
 from pixstep.formats.findings import ERROR, LENIENT, STRICT, Rules
 from pixstep_dev.markdown import table
 
@@ -70,8 +70,8 @@ def files() -> str:
 
 def _meanings() -> str:
     """Return the table of meanings, and of the header's fields."""
-    rows = [(NAMES[kind], *both) for kind, both in meaning.VALUES.items()]
-    fields = list(meaning.FIELDS.items())
+    rows = [(NAMES[kind], *both) for kind, both in describe.VALUES.items()]
+    fields = list(describe.FIELDS.items())
     return "\n".join([
         table(("file", "smooth motor (M39)", "plain motor (all others)"), rows),
         "",

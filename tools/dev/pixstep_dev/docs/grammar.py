@@ -12,7 +12,9 @@ from pixstep_dev.markdown import table
 _PORT = {"--port", "--baud", "--parity", "--timeout", "--unit"}
 _SHARED = (
     ("--decode", "what the motor is: smooth or plain"),
-    ("--pixel-hz", "the pixel frequency: 30, 29.97 or 30000/1001"),
+    ("--clock-hz", "the frequency of the pixel clock's edges: 30, 29.97 or 30000/1001"),
+    ("--pixel-hz", "the frequency of pixels: that of the clock, where a pixel is one edge"),
+    ("--divider", "the clock edges of a pixel"),
     ("--backlash", "steps of play, of a smooth line"),
     ("--board", "the board: its clock, its limits, its image"),
     ("--axis", "the axis, its motor in the machine file; of several files the first, or one each"),

@@ -22,8 +22,8 @@ from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
 from pixstep.board.upload import Upload
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.lines.rational import period_ticks
 from pixstep.lines.runs import queue_entries
+from pixstep.lines.units import period_ticks
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simboard import SimulatedBoard
 from pixstep_trials.promises import ESTOP_CYCLES

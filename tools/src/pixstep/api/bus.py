@@ -41,10 +41,10 @@ from pixstep.progress import Progress, unseen
 from pixstep.server import remote
 
 if TYPE_CHECKING:
-    from pixstep.machine import reading
+    from pixstep.machine import files
     from pixstep.programs import streaming
 else:  # numpy and pydantic take a while to load
-    reading, streaming = lazy("pixstep.machine.reading"), lazy("pixstep.programs.streaming")
+    files, streaming = lazy("pixstep.machine.files"), lazy("pixstep.programs.streaming")
 
 
 class Board:
@@ -159,7 +159,7 @@ class Board:
         arguments.function("progress", progress)
         check, request = arguments.flag("check", check), program.request
         streaming.require_fitting(
-            reading.Machine.load(program.machine.path), request.setup, self.kind
+            files.Machine.load(program.machine.path), request.setup, self.kind
         )
         known = streaming.rehearse(self.device, request) if check else None
         axes = [motor.axis for motor in request.setup.motors]
@@ -306,7 +306,8 @@ class Board:
         command(self.device, "clear_fault", [*range(self.device.input("axis_count"))])
 
     def stop(self) -> tuple[AxisState, ...]:
-        """Stop all axes; return where they are."""
+        """Stop all axes, and the motions that move them; return where they are."""
+        self._motions.stop(self.unit)
         axes = [*range(self.device.input("axis_count"))]
         stop_axes(self.device, axes)
         rests(self.device, axes, self._link.world)

@@ -2,7 +2,7 @@
 """Exceptions of the interface that know more than their text."""
 
 from pixstep.errors import RefusedError
-from pixstep.lines.linecheck import Finding
+from pixstep.lines.line_check import Finding
 
 
 class LineRefusedError(RefusedError):

@@ -13,7 +13,7 @@ from pixstep.api.words import Decode, FileKind
 from pixstep.errors import UserError
 from pixstep.formats import convert
 from pixstep.formats.convert import HeaderChanges, Request
-from pixstep.formats.recognise import KINDS
+from pixstep.formats.files import KINDS
 from pixstep.lines.line import PLAIN
 
 

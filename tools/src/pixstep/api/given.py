@@ -15,8 +15,7 @@ from pixstep.board import registers as regs
 from pixstep.errors import UserError
 from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.lines.rational import legal_hz, parse_hz
-from pixstep.lines.units import Quantity, Scale
+from pixstep.lines.units import Quantity, Scale, legal_hz, parse_hz
 from pixstep.profiles.origin import MOST_EDGES
 
 Hz = Fraction | Decimal | float | str
@@ -37,19 +36,24 @@ def exact_hz(given: Hz | None) -> Fraction | None:
     return legal_hz(exact, text)
 
 
-def seconds(name: str, given: float | str | None, low: float = 0) -> float | None:
-    """Return a time in seconds, or written as `"20 ms"`, if it is given."""
-    if given is None:
-        return None
+def time(name: str, given: float | str) -> float:
+    """Return a time in seconds: a number, or written as `"20 ms"`."""
     value = units.parse_seconds(given) if isinstance(given, str) else given
-    return arguments.finite(name, value, low)
+    return arguments.finite(name, value, 0)
+
+
+def seconds(name: str, given: float | str | None) -> float | None:
+    """Return the same, if it is given."""
+    return None if given is None else time(name, given)
 
 
 def scale(given: str | Scale | None, motor: Motor | None) -> Scale | None:
     """Return the steps for a millimetre or a degree that are given, else the motor's."""
     if given is None:
         return motor.steps_per_unit if motor else None
-    return given if isinstance(given, Scale) else units.parse_scale(given)
+    if isinstance(given, Scale):
+        return given
+    return units.parse_scale(arguments.text("steps_per_unit", given))
 
 
 def steps(name: str, given: int | str, scale: Scale | None, low: int = 0, high: int = FAR) -> int:

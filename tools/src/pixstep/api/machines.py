@@ -14,14 +14,14 @@ from pixstep.api.shown import Facts, Shown
 from pixstep.api.words import BoardKind, Decode, Sync
 from pixstep.errors import UserError
 from pixstep.lazy import lazy
-from pixstep.lines.linecheck import Limits
+from pixstep.lines.line_check import Limits
 from pixstep.lines.units import Quantity, Scale
 
 if TYPE_CHECKING:
-    from pixstep.machine import reading
+    from pixstep.machine import files
     from pixstep.machine.model import Motor as MotorTable
 else:
-    reading = lazy("pixstep.machine.reading")  # pydantic takes a while to load
+    files = lazy("pixstep.machine.files")  # pydantic takes a while to load
 
 
 @dataclass(frozen=True, repr=False)
@@ -112,7 +112,7 @@ class Machine(Shown):
 
         Raises UserError naming file, line, key and value of the first mistake.
         """
-        read = reading.Machine.load(arguments.path("path", path))
+        read = files.Machine.load(arguments.path("path", path))
         motors = tuple(_motor(read, motor) for motor in read.motors.values())
         return cls(read.path, read.pixel_hz, read.clock.edges, read.clock.sync, motors)
 
@@ -133,7 +133,7 @@ class Machine(Shown):
             yield motor.name, motor._headline().partition(": ")[2]
 
 
-def _motor(read: reading.Machine, table: MotorTable) -> Motor:
+def _motor(read: files.Machine, table: MotorTable) -> Motor:
     board = read.board_of(table)
     return Motor(
         name=table.name,

@@ -19,7 +19,7 @@ from pixstep.errors import UserError
 from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.units import Scale
-from pixstep.owndata import positions as through
+from pixstep.owndata import importing as through
 from pixstep.profiles import accelerate, generator, origin
 from pixstep.profiles.generator import MOST_PIXELS, GeneratedLine, LineRequest
 

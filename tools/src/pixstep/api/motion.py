@@ -71,11 +71,16 @@ class Motion(Generic[Result]):
         )
 
     @property
-    def over(self) -> bool:
+    def _over(self) -> bool:
         """The same, of a simulated board without letting its time go on."""
         return self._handle.over
 
-    def halt(self) -> None:
+    @property
+    def _needs_care(self) -> bool:
+        """True until it is over and what has ended it, if anything has, was raised."""
+        return not self._handle.over or self._handle.failed_unnoticed
+
+    def _halt(self) -> None:
         """Stop all axes, and ask nothing more."""
         self._handle.halt()
 
@@ -170,18 +175,19 @@ class Motions:
         """Start a motion; raises what keeps its lines from being armed."""
         handle = Handle(link, group, make, progress)
         motion = Motion(handle, group, pixels, recordings)
-        self._known = [one for one in self._known if not one.over]
+        self._known = [one for one in self._known if one._needs_care]
         self._known.append(motion)
         handle.begin()
         return motion
 
     def wait(self) -> None:
-        """Wait for all of them; raises what goes wrong with one."""
+        """Wait for all of them; raises what goes wrong with one, or has gone in silence."""
         for motion in self._known:
-            if not motion.over:
+            if motion._needs_care:
                 motion.wait()
 
-    def stop(self) -> None:
-        """Stop all of them."""
+    def stop(self, unit: int | None = None) -> None:
+        """Stop all of them, or those that move axes of one board."""
         for motion in self._known:
-            motion.halt()
+            if unit is None or any(lines.board.unit == unit for lines in motion._group):
+                motion._halt()

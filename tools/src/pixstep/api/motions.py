@@ -20,12 +20,11 @@ from pixstep.api.words import BoardKind, Decimals, Decode, Quantity, Separator
 from pixstep.arguments import FAR
 from pixstep.board import limits, settings
 from pixstep.errors import RefusedError, UserError
-from pixstep.lines import linecheck
+from pixstep.lines import line_check
 from pixstep.lines.line import SMOOTH, Line
-from pixstep.lines.linecheck import Finding, Limits
-from pixstep.owndata.naming import QUANTITIES
-from pixstep.owndata.numerals import DECIMALS
-from pixstep.owndata.table import BLANK, NONE, SEPARATORS
+from pixstep.lines.line_check import Finding, Limits
+from pixstep.owndata.columns import QUANTITIES
+from pixstep.owndata.table import BLANK, DECIMALS, NONE, SEPARATORS
 from pixstep.profiles import origin, repair
 from pixstep.profiles.generator import MOST_PIXELS
 
@@ -117,7 +116,7 @@ class CheckResult(Shown):
     @property
     def errors(self) -> tuple[Finding, ...]:
         """The findings that refuse the line."""
-        return tuple(item for item in self.findings if item.severity == linecheck.ERROR)
+        return tuple(item for item in self.findings if item.severity == line_check.ERROR)
 
     @property
     def refused(self) -> bool:
@@ -127,7 +126,7 @@ class CheckResult(Shown):
     def raise_if_refused(self) -> Self:
         """Raise LineRefusedError naming the first error and its pixel; else return the result."""
         try:
-            linecheck.raise_if_refused(self.name, self.findings)
+            line_check.raise_if_refused(self.name, self.findings)
         except RefusedError as error:
             raise LineRefusedError(str(error), self.errors) from None
         return self
@@ -230,7 +229,7 @@ class MotionLine(Shown):
         board = given.board(board)
         if self.motor:
             bounds = bounds.lower(self.motor.limits.with_rounding(self.line))
-        found = linecheck.check(self.line, bounds)
+        found = line_check.check(self.line, bounds)
         return CheckResult(self.line.name, tuple(found), self.pixel_hz, board)
 
     def write(self, path: str | PathLike[str]) -> Path:

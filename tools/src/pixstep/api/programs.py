@@ -20,12 +20,12 @@ from pixstep.programs.plan_data import MODES, MOST_WINDOW, SEGMENT_MS, WINDOW, O
 if TYPE_CHECKING:
     import numpy as np
 
-    from pixstep.machine import reading
+    from pixstep.machine import files
     from pixstep.programs import motors, plan, plan_lines
     from pixstep.programs.plan import PlanRequest
     from pixstep.programs.plan_data import PlanFigures
 else:  # numpy and pydantic take a while to load
-    np, reading = lazy("numpy"), lazy("pixstep.machine.reading")
+    np, files = lazy("numpy"), lazy("pixstep.machine.files")
     motors, plan = lazy("pixstep.programs.motors"), lazy("pixstep.programs.plan")
     plan_lines = lazy("pixstep.programs.plan_lines")
 
@@ -141,7 +141,7 @@ def read_program(
             segment_ms = float(1000 * units.parse_seconds(segment_ms, "ms"))
         segment_ms = arguments.finite("segment_ms", segment_ms, *SEGMENT_MS)
     found = replace(
-        motors.of_machine(reading.Machine.load(machine.path)),
+        motors.of_machine(files.Machine.load(machine.path)),
         arc_tolerance=arguments.finite("arc_tolerance_steps", arc_tolerance_steps, 0),
     )
     setup = plan.with_segments(found, options.mode, segment_ms)

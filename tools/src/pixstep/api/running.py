@@ -20,7 +20,7 @@ from pixstep.board import run as running
 from pixstep.board.device import Board as Device
 from pixstep.board.handle import Course
 from pixstep.errors import RefusedError, UserError
-from pixstep.lines.rational import refuse_period
+from pixstep.lines.units import refuse_period
 
 
 @dataclass(frozen=True)

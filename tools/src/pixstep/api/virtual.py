@@ -15,7 +15,7 @@ from pixstep.api.bus import Board, Bus
 from pixstep.api.clocks import PixelClock
 from pixstep.api.given import Hz
 from pixstep.api.words import BoardKind
-from pixstep.board import settings, shared_time
+from pixstep.board import boards, settings, shared_time
 from pixstep.errors import UserError
 from pixstep.simulation.simboard import SimLink
 from pixstep.simulation.simctl import SimOptions, SimulatorError
@@ -58,9 +58,9 @@ class VirtualBoard(Board):
 class VirtualBus(Bus):
     """A bus with simulated boards, at the addresses 1, 2, 3 ...: `simulated_bus`."""
 
-    def __init__(self, link: SimLink) -> None:
+    def __init__(self, link: SimLink, kinds: Sequence[str]) -> None:
         super().__init__(link)
-        self._simulated = link
+        self._simulated, self._kinds = link, kinds
 
     @property
     def time_s(self) -> float:
@@ -69,15 +69,15 @@ class VirtualBus(Bus):
 
     def let_pass(self, seconds: float | str) -> None:
         """Let simulated time pass; motions go on meanwhile."""
-        found = given.seconds("seconds", seconds)
-        assert found is not None
-        shared_time.lender_of(self._simulated).pass_time(found)
+        shared_time.lender_of(self._simulated).pass_time(given.time("seconds", seconds))
 
     def made_steps(self, unit: int, axis: int = 0) -> int:
         """Return the signed steps that came out of the pins of an axis."""
-        return self._simulated.simulator.steps(
-            arguments.whole("unit", unit, 1) - 1, given.axis(axis)
-        )
+        place = arguments.whole("unit", unit, 1, len(self._kinds)) - 1
+        kind, number = self._kinds[place], given.axis(axis)
+        if number >= boards.load(kind).axes:
+            raise UserError(f"axis {number}: the {boards.axes_text(kind)}")
+        return self._simulated.simulator.steps(place, number)
 
     def close(self) -> None:
         """Stop what moves, and end the simulator: its files are complete then."""
@@ -122,7 +122,7 @@ def simulated_board(
 
 
 def simulated_bus(
-    boards: Sequence[BoardKind],
+    kinds: Sequence[BoardKind],
     *,
     pixel_hz: Hz,
     divider: int = 1,
@@ -133,10 +133,11 @@ def simulated_bus(
 ) -> VirtualBus:
     """Return a bus with simulated boards on one pixel clock: units 1, 2, 3 ... in this order.
 
-    `plants` are what axes move, by unit and axis; the rest is as `simulated_board` has it. Each
-    board has a little random time until its supply comes, by `seed`.
+    `kinds` are those of the boards, `["mega", "uno"]`. `plants` are what axes move, by unit and
+    axis; the rest is as `simulated_board` has it. Each board has a little random time until its
+    supply comes, by `seed`.
     """
-    names = _kinds(boards)
+    names = _kinds(kinds)
     hz = given.exact_hz(pixel_hz)
     if hz is None:
         raise UserError("pixel_hz None: expected the frequency of the pixels")
@@ -153,7 +154,7 @@ def simulated_bus(
     )
     if edges is not None:
         options = replace(options, edges=arguments.path("edges", edges))
-    bus = VirtualBus(SimLink(options))
+    bus = VirtualBus(SimLink(options), names)
     try:
         for unit in range(1, len(names) + 1):
             settings.set_clock(bus.board(unit).device, hz * edges_px, None, edges_px)
@@ -163,12 +164,12 @@ def simulated_bus(
     return bus
 
 
-def _kinds(boards: Sequence[str]) -> list[str]:
-    if isinstance(boards, str) or not isinstance(boards, Sequence) or not boards:
-        raise UserError(f"boards {arguments.shown(boards)}: expected a list of kinds of boards")
-    if len(boards) > _MOST_BOARDS:
-        raise UserError(f"boards: {len(boards)} are too many: {_MOST_BOARDS} at most")
-    return [given.board(one) or "" for one in boards]
+def _kinds(kinds: Sequence[str]) -> list[str]:
+    if isinstance(kinds, str) or not isinstance(kinds, Sequence) or not kinds:
+        raise UserError(f"kinds {arguments.shown(kinds)}: expected a list of kinds of boards")
+    if len(kinds) > _MOST_BOARDS:
+        raise UserError(f"kinds: {len(kinds)} are too many: {_MOST_BOARDS} at most")
+    return [given.board(one) or "" for one in kinds]
 
 
 def _plants(plant: str | Mapping[int, str] | None) -> dict[int, str]:

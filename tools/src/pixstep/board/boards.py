@@ -4,12 +4,12 @@
 The boards there are, are these files.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cache
+from typing import Any
 
-from pixstep import tables
+from pixstep import natives
 from pixstep.errors import UserError
-from pixstep.tables import BoardRow
 
 _MICROSECONDS = 1_000_000
 
@@ -107,33 +107,25 @@ def axes_text(name: str) -> str:
 @cache
 def _known() -> dict[str, Board]:
     """Return all boards by name."""
-    return {row["name"]: _board(row) for row in tables.load()["boards"]}
+    return {row["name"]: _board(row) for row in natives.tables()["boards"]}
 
 
-def _board(row: BoardRow) -> Board:
+def _board(row: dict[str, Any]) -> Board:
     """Return a board of its row in the tables."""
-    return Board(
-        name=row["name"],
-        label=row["label"],
-        id=row["id"],
-        part=row["part"],
-        mcu=row["mcu"],
-        tick_hz=row["cpu_hz"],
-        flash_bytes=row["flash_bytes"],
-        ram_bytes=row["ram_bytes"],
-        queue_entries=row["queue_entries"],
-        all_features=bool(row["all_features"]),
-        min_interval_ticks=row["min_interval_ticks"],
-        smooth_min_interval_ticks=row["smooth_min_interval_ticks"],
-        seek_min_interval_ticks=row["seek_min_interval_ticks"],
-        reversal_margin_ticks=row["reversal_margin_ticks"],
-        min_intervals_ticks=tuple(row["min_intervals_ticks"]),
-        smooth_min_intervals_ticks=tuple(row["smooth_min_intervals_ticks"]),
-        programmer=Programmer(row["avrdude_part"], row["avrdude_programmer"], row["avrdude_baud"]),
-        timers={int(axis): timer for axis, timer in row["timers"].items()},
-        pins=tuple(Pin(**pin) for pin in row["pins"]),
-    )
+    same = {one.name: row[one.name] for one in fields(Board) if one.name in row}
+    others = {
+        "tick_hz": row["cpu_hz"],
+        "all_features": bool(row["all_features"]),
+        "min_intervals_ticks": tuple(row["min_intervals_ticks"]),
+        "smooth_min_intervals_ticks": tuple(row["smooth_min_intervals_ticks"]),
+        "programmer": Programmer(
+            row["avrdude_part"], row["avrdude_programmer"], row["avrdude_baud"]
+        ),
+        "timers": {int(axis): timer for axis, timer in row["timers"].items()},
+        "pins": tuple(Pin(**pin) for pin in row["pins"]),
+    }
+    return Board(**same | others)
 
 
-BOARD_NAMES = tuple(row["name"] for row in tables.load()["boards"])
+BOARD_NAMES = tuple(row["name"] for row in natives.tables()["boards"])
 DEFAULT = "uno"  # where a command or a test asks for no board

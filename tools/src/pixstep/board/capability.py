@@ -14,8 +14,8 @@ from pathlib import Path
 
 from pixstep.board import boards, limits
 from pixstep.board.boards import Board
-from pixstep.lines.linecheck import MAX_COUNT
-from pixstep.lines.rational import PERIOD_TICKS
+from pixstep.lines.line_check import MAX_COUNT
+from pixstep.lines.units import PERIOD_TICKS
 
 PLAIN, SMOOTH, SEEK = "plain", "smooth", "seek"
 KINDS = (PLAIN, SMOOTH, SEEK)

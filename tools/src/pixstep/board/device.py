@@ -21,6 +21,7 @@ from pixstep.board.errors import (
     LineRefusedByBoardError,
     MapVersionError,
 )
+from pixstep.board.record_block import Read as ReadBlock
 from pixstep.board.state import (
     Event,
     Record,
@@ -168,6 +169,18 @@ class Board(Wire):
 
     def record_block(self, axis: int) -> Records:
         """Return the same, and how many the line has made so far."""
+        return record_block.read(
+            self._block_reader(axis), self.record_capacity(), self.modbus.most_words
+        )
+
+    def short_record_block(self, axis: int) -> Records | None:
+        """Return the same by short requests alone; None if too much is made between them."""
+        return record_block.read_short(
+            self._block_reader(axis), self.record_capacity(), self.modbus.most_words
+        )
+
+    def _block_reader(self, axis: int) -> ReadBlock:
+        """Return what reads the block of an axis' records."""
         base = regs.RECORD_BASE + regs.RECORD_STRIDE * axis
 
         def read(first: int, count: int, more: bool) -> list[int]:
@@ -177,7 +190,7 @@ class Board(Wire):
             finally:
                 self.modbus.more_follows = False
 
-        return record_block.read(read, self.record_capacity(), self.modbus.most_words)
+        return read
 
     def record_capacity(self) -> int:
         """Return how many per-pixel records the board keeps for each axis (asked once)."""

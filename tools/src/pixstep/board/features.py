@@ -8,7 +8,7 @@ refused before anything is sent.
 from dataclasses import dataclass
 from functools import cache
 
-from pixstep import tables
+from pixstep import natives
 from pixstep.board.errors import MissingFeatureError
 from pixstep.errors import UserError
 
@@ -44,7 +44,7 @@ class Feature:
 @cache
 def table() -> tuple[Feature, ...]:
     """Return all features, in the order of their bits."""
-    return tuple(Feature(**row) for row in tables.load()["features"])
+    return tuple(Feature(**row) for row in natives.tables()["features"])
 
 
 def named(name: str) -> Feature:

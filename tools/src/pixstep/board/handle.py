@@ -63,7 +63,7 @@ class Handle(Generic[Result]):
         self._turns, self._time = link.modbus.turns, shared_time.of_link(link)
         self._begun, self._over = threading.Event(), threading.Event()
         self.share = 0.0
-        self._stopped = self._armed = False
+        self._stopped = self._armed = self._noticed = False
         self._made: list[Result] = []
         self._error: BaseException | None = None
         self._thread = threading.Thread(target=self._run, name="pixstep motion", daemon=True)
@@ -91,6 +91,11 @@ class Handle(Generic[Result]):
     def over(self) -> bool:
         """True once nothing moves any more: at the end, or after a fault or a stop."""
         return self._over.is_set()
+
+    @property
+    def failed_unnoticed(self) -> bool:
+        """True if it was ended by what nobody has been told of yet."""
+        return self.over and bool(self._error) and not (self._noticed or self._stopped)
 
     def advance(self) -> None:
         """Let the thread look at its boards once, if their time waits for the caller."""
@@ -192,7 +197,7 @@ class Handle(Generic[Result]):
 
     def _outcome_in_time(self, in_time: bool, timeout_s: float | None) -> Result:
         if not in_time:
-            raise MotionTimeoutError(f"the motion is not over after {timeout_s:g} s: it goes on")
+            raise MotionTimeoutError(f"the motion takes longer than {timeout_s:g} s")
         return self._outcome()
 
     def _outcome(self) -> Result:
@@ -200,6 +205,7 @@ class Handle(Generic[Result]):
         error = self._error
         if error is None:
             return self._made[0]
+        self._noticed = True
         stopped = self._stopped and isinstance(error, BoardError)
         if stopped or isinstance(error, InterruptedBusError):
             raise MotionStoppedError(f"the motion was stopped: {self._told()}") from None

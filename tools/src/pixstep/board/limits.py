@@ -7,11 +7,11 @@ from fractions import Fraction
 
 from pixstep.board import boards, settings, values
 from pixstep.board.device import Board
-from pixstep.lines import linecheck
+from pixstep.lines import line_check
 from pixstep.lines.core import CoreLimits
 from pixstep.lines.line import Line
-from pixstep.lines.linecheck import Finding, Limits
-from pixstep.lines.rational import period_ticks, refuse_period
+from pixstep.lines.line_check import Finding, Limits
+from pixstep.lines.units import period_ticks, refuse_period
 
 _ADVICE = "nothing was sent; `pixstep line check` shows all"
 
@@ -132,8 +132,8 @@ def check(
 
     Raises RefusedError naming the first that refuses it, with `advice` behind.
     """
-    findings = linecheck.check(line, found.of(line).lower(motor or Limits()))
-    linecheck.raise_if_refused(line.name, findings, advice)
+    findings = line_check.check(line, found.of(line).lower(motor or Limits()))
+    line_check.raise_if_refused(line.name, findings, advice)
     return findings
 
 

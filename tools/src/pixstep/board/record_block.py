@@ -13,6 +13,7 @@ from pixstep.board.state import Records, parse_records
 
 _HEAD, _WIDTH = regs.RECORD_HEAD, regs.RECORD_REGISTERS
 _NUMBER = 2  # place in the head
+_TRIES = 3
 
 # From a place of the block, so many words; whether another request follows at once.
 Read = Callable[[int, int, bool], list[int]]
@@ -22,22 +23,29 @@ Row = list[int]
 def read(read_words: Read, capacity: int, most_words: int) -> Records:
     """Return the records of a block, no request for more than `most_words`.
 
-    Only if too many records were made between two requests, one asks for the whole block.
+    Only if they do not fit together time and again, one request asks for the whole block.
     """
+    found = read_short(read_words, capacity, most_words)
+    return found or parse_records(read_words(0, _HEAD + capacity * _WIDTH, False))
+
+
+def read_short(read_words: Read, capacity: int, most_words: int) -> Records | None:
+    """Return the same; None if too many records are made between two requests."""
     size = _HEAD + capacity * _WIDTH
     first, second = (most_words - _HEAD) // _WIDTH, most_words // _WIDTH
     begin = capacity - second
     if size <= most_words or begin >= first:
         return parse_records(read_words(0, size, False))
-    words = read_words(0, _HEAD + first * _WIDTH, True)
-    if words[_NUMBER] <= first:
-        return parse_records(words)
-    before = _rows(words[_HEAD:])
-    after = _rows(read_words(_HEAD + begin * _WIDTH, second * _WIDTH, False))
-    made = _made_between(before[begin:], after)
-    if made is None:
-        return parse_records(read_words(0, size, False))
-    return parse_records([*words[:_HEAD], *_flat(before[: begin + made]), *_flat(after)])
+    for _ in range(_TRIES):
+        words = read_words(0, _HEAD + first * _WIDTH, True)
+        if words[_NUMBER] <= first:
+            return parse_records(words)
+        before = _rows(words[_HEAD:])
+        after = _rows(read_words(_HEAD + begin * _WIDTH, second * _WIDTH, False))
+        made = _made_between(before[begin:], after)
+        if made is not None:
+            return parse_records([*words[:_HEAD], *_flat(before[: begin + made]), *_flat(after)])
+    return None
 
 
 def _made_between(before: list[Row], after: list[Row]) -> int | None:

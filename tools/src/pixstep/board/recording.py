@@ -69,7 +69,8 @@ class Recorder:
     def look(self, uploads: list[Upload], *, ended: bool = False) -> None:
         """Read what is new; `ended` if no line makes any more."""
         for log in self.logs:
-            for row in log.take(self._board.record_block(log.axis), ended=ended):
+            block = self._board.short_record_block(log.axis)
+            for row in log.take(block, ended=ended) if block else ():  # else at the next look
                 self._take(row)
             if not ended:
                 feed(uploads)

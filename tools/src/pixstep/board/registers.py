@@ -4,11 +4,11 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
+from typing import Any
 
-from pixstep import tables
+from pixstep import natives
 from pixstep.board import boards
 from pixstep.errors import UserError
-from pixstep.tables import RegisterRow
 
 AXIS_BASE = 0x20  # per-axis input registers
 AXIS_STRIDE = 0x10
@@ -152,7 +152,7 @@ class RegisterMap:
 @cache
 def register_map() -> RegisterMap:
     """Return the register map."""
-    groups = tables.load()["registers"]
+    groups = natives.tables()["registers"]
     return RegisterMap(
         tuple(map(_register, groups["inputs"])),
         tuple(map(_register, groups["axis_inputs"])),
@@ -163,13 +163,13 @@ def register_map() -> RegisterMap:
 @cache
 def faults() -> dict[int, Fault]:
     """Return the faults by code."""
-    return {row["code"]: Fault(**row) for row in tables.load()["faults"]}
+    return {row["code"]: Fault(**row) for row in natives.tables()["faults"]}
 
 
 @cache
 def line_errors() -> dict[int, Code]:
     """Return the line errors and warnings by code."""
-    return {row["code"]: Code(**row) for row in tables.load()["line_errors"]}
+    return {row["code"]: Code(**row) for row in natives.tables()["line_errors"]}
 
 
 def flags(status: int) -> dict[str, bool]:
@@ -243,18 +243,9 @@ def code_name(codes: Mapping[int, Code | Fault], code: int) -> str:
     return codes[code].name if code in codes else f"code {code}"
 
 
-def _register(row: RegisterRow) -> Register:
-    return Register(
-        address=row["address"],
-        name=row["name"],
-        type=row["type"],
-        unit=row["unit"],
-        meaning=row["meaning"],
-        minimum=row.get("minimum"),
-        maximum=row.get("maximum"),
-        default=row.get("default"),
-        values={int(value): text for value, text in row.get("values", {}).items()},
-    )
+def _register(row: dict[str, Any]) -> Register:
+    values = {int(value): text for value, text in row.get("values", {}).items()}
+    return Register(**row | {"values": values})
 
 
 def _named(registers: tuple[Register, ...], name: str) -> Register:

@@ -15,7 +15,7 @@ from pixstep.board.link import World
 from pixstep.board.port import PARITIES
 from pixstep.board.registers import Register
 from pixstep.errors import UserError
-from pixstep.lines.rational import refuse_period
+from pixstep.lines.units import refuse_period
 
 STORED, DIFFERS = 1, 2  # bits of settings_state
 _STORE_LIMIT_S = 5.0

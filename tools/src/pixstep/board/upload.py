@@ -13,7 +13,7 @@ from collections.abc import Iterable
 from pixstep.board import registers as regs
 from pixstep.board.device import Board
 from pixstep.board.errors import BUSY, BoardError
-from pixstep.lines import packing
+from pixstep.lines import runs
 from pixstep.lines.line import Line
 from pixstep.lines.runs import queue_entries
 
@@ -46,7 +46,7 @@ class Upload:
         state = state or board.axis(axis)
         self._block = self._first = state["next_block"]
         # Bytes that surely fit, a run being 4; None: to be asked for again.
-        self._queue_bytes = state["queue_free"] * packing.MOST
+        self._queue_bytes = state["queue_free"] * runs.MOST_BYTES
         self._free: int | None = self._queue_bytes
         self._open = 0  # entries of a block that may have been taken: its answer never came
         self.last: tuple[int, list[bytes]] | None = None
@@ -120,7 +120,7 @@ class Upload:
             self._count += 1
 
     def _encoded(self, entry: tuple[int, int]) -> bytes:
-        data, self._last = packing.pack(entry, self._last if self._count >= _HEAD else None)
+        data, self._last = runs.pack(entry, self._last if self._count >= _HEAD else None)
         return data
 
     def _step(self, room: int) -> tuple[int, bool]:
@@ -136,7 +136,7 @@ class Upload:
 
     def _fitting(self, room: int) -> int:
         """Return how many of the next entries fit the room, and a block."""
-        most = regs.MAX_PACKED if self._packed else regs.MAX_ENTRIES * packing.MOST
+        most = regs.MAX_PACKED if self._packed else regs.MAX_ENTRIES * runs.MOST_BYTES
         room = min(room, most)
         count = 0
         for data in self._left:
@@ -153,7 +153,7 @@ class Upload:
             return known
         if self._packed:
             return self.board.room(self.axis)[0]
-        return self.board.axis(self.axis)["queue_free"] * packing.MOST
+        return self.board.axis(self.axis)["queue_free"] * runs.MOST_BYTES
 
     def _write(self, block: int, entries: list[bytes]) -> None:
         data = b"".join(entries)
@@ -349,4 +349,4 @@ def _run(entry: tuple[int, int]) -> bytes:
 
 
 def _words(data: bytes) -> tuple[int, int]:
-    return packing.signed(int.from_bytes(data[:2]), 16), int.from_bytes(data[2:])
+    return runs.signed(int.from_bytes(data[:2]), 16), int.from_bytes(data[2:])

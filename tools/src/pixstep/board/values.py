@@ -18,7 +18,7 @@ from pixstep.board.port import PARITIES
 from pixstep.board.registers import Register
 from pixstep.board.stretches import Place
 from pixstep.errors import UserError
-from pixstep.lines.rational import parse_hz
+from pixstep.lines.units import parse_hz
 
 PIXEL_HZ, BAUD, PARITY = "pixel_hz", "baud", "parity"
 _PARITIES = {word: PARITIES[word[0]] for word in ("N", "NONE", "O", "ODD", "E", "EVEN")}

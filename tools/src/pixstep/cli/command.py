@@ -12,11 +12,12 @@ from typing import Any, NamedTuple
 import click
 from click.shell_completion import CompletionItem
 
-from pixstep import atomic, extras, signals
+from pixstep import atomic, signals
 from pixstep.cli import process
 from pixstep.cli.examples import EXAMPLES
 from pixstep.cli.failures import complain, complain_of_system, complain_of_usage
 from pixstep.errors import MISUSE, PlainError, UserError
+from pixstep.lazy import missing_package, require_package
 from pixstep.operations import outputs
 
 PICTURES = (".png", ".svg", ".pdf")
@@ -40,7 +41,7 @@ class OutPicture(OutFile):
         ctx: click.Context | None,
     ) -> Path:
         """Refuse a name that says no format."""
-        extras.require("matplotlib")  # before anything else is done
+        require_package("matplotlib")  # before anything else is done
         path = Path(os.fsdecode(super().convert(value, param, ctx)))
         if path.suffix.lower() not in PICTURES and not atomic.is_stream(path):
             raise UserError(f"{path}: a drawing ends with {', '.join(PICTURES)}")
@@ -98,7 +99,7 @@ class Command(click.Command):
             try:
                 return super().invoke(ctx)
             except ModuleNotFoundError as error:
-                raise extras.of_import(error) or error from None
+                raise missing_package(error) or error from None
 
 
 class Late(NamedTuple):

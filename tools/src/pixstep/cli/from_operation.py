@@ -18,7 +18,7 @@ from pixstep.cli.command import Command
 from pixstep.cli.field_types import click_type
 from pixstep.cli.output import say, show_json, show_json_row, teller
 from pixstep.errors import RefusedError, UserError
-from pixstep.machine import finding
+from pixstep.machine import FILE_NAME, VARIABLE
 from pixstep.operations import perform
 from pixstep.operations.asked import AskedError, FieldError, MissingError
 from pixstep.operations.desk import Desk, Source
@@ -90,9 +90,9 @@ class OperationCommand(Command):
         about = "with defaults, or `none`" if self.by_machine else "with motors and limits"
         self.params.append(
             click.Option(
-                ["--machine"], metavar="FILE", envvar=finding.VARIABLE, show_envvar=True,
+                ["--machine"], metavar="FILE", envvar=VARIABLE, show_envvar=True,
                 expose_value=False, callback=_note_machine,
-                help=f"Machine file {about}.  [default: {finding.NAME} in the current folder]",
+                help=f"Machine file {about}.  [default: {FILE_NAME} in the current folder]",
             )
         )  # fmt: skip
 

@@ -11,7 +11,7 @@ import click
 from click.core import ParameterSource
 
 if TYPE_CHECKING:
-    from pixstep.machine.reading import Machine
+    from pixstep.machine.files import Machine
     from pixstep.operations.facts import Facts
 
 _FACTS = "pixstep.machine"

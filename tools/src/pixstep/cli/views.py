@@ -6,17 +6,13 @@ Each is what its operation calls `desk.view`; None where there is no terminal fo
 
 from __future__ import annotations
 
-import json
-import os
-import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
-
-from pixstep.cli import output
 
 if TYPE_CHECKING:
     from pixstep.operations.board import selftest, simulate, watch
-    from pixstep.server import journal
+    from pixstep.server.journal import Log
 
 
 def of(words: str, *, as_json: bool) -> Any:
@@ -45,15 +41,10 @@ def _simulate(as_json: bool) -> simulate.Terminal:
     return Terminal(as_json=as_json)
 
 
-def _serve(as_json: bool) -> journal.Write:
-    def write(data: Mapping[str, Any], line: str) -> None:
-        """Write an event past Python's own buffer, which is waited for at the end."""
-        text = json.dumps({"schema": output.SCHEMA, **data}) if as_json else line
-        left = f"{text}\n".encode(errors="replace")
-        while left:
-            left = left[os.write(sys.stdout.fileno(), left) :]
+def _serve(as_json: bool) -> Callable[[], Log]:
+    from pixstep.server.journal import Journal  # which other commands do not need
 
-    return write
+    return partial(Journal, as_json=as_json)
 
 
 _VIEWS: dict[str, Callable[[bool], Any]] = {

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: MIT
 """File formats: PRN profiles, CSV and CSB profiles and motion files.
 
-`findings` collects what is wrong, `records` are bytes and line ends, `numbers` the columns,
-`header` the four lines, `motion` the blocks; `prn`, `csvtext` and `csb` are the formats,
-`recognise` tells them apart, `examine` reads any of them, `files` reads and writes whole files,
+`findings` collects what is wrong, `records` are bytes, line ends and columns, and the PRN,
+`header` the four lines, `motion` the CSV and the CSB, `files` reads and writes whole files,
 `convert` turns one into another, `describe` says what is in one.
 """
 
@@ -19,7 +18,7 @@ from pixstep.formats.files import (
 )
 from pixstep.formats.header import ProfileHeader, hz_text
 from pixstep.formats.motion import Block, MotionFile, of_lines
-from pixstep.formats.prn import PrnFile
+from pixstep.formats.records import PrnFile
 
 __all__ = [
     "Block",

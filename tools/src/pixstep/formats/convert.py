@@ -11,9 +11,7 @@ from pixstep.formats.files import encode
 from pixstep.formats.findings import shown_path
 from pixstep.formats.header import ProfileHeader
 from pixstep.formats.motion import BARE, BLOCKS, Block, MotionFile
-from pixstep.formats.prn import KIND as PRN_KIND
-from pixstep.formats.prn import PrnFile
-from pixstep.formats.records import REGULAR, LineEnds
+from pixstep.formats.records import PRN_KIND, REGULAR, LineEnds, PrnFile
 
 
 @dataclass(frozen=True)

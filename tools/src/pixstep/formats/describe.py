@@ -1,20 +1,16 @@
 # SPDX-License-Identifier: MIT
-"""What is in a file, as a table of words and as JSON."""
+"""What is in a file, as a table of words and as JSON, and what its numbers mean.
+
+What the numbers and header fields mean depends on the file and on the motor.
+"""
 
 import hashlib
 from pathlib import Path
-from typing import TypedDict
+from typing import NotRequired, TypedDict
 
-from pixstep.formats.examine import NAMES, Examined, examine
+from pixstep.formats.files import NAMES, Examined, examine
 from pixstep.formats.findings import LENIENT, counted
-from pixstep.formats.meaning import (
-    FIELDS,
-    VALUES,
-    LineFigures,
-    header_fields,
-    line_figures,
-    smooth_steps,
-)
+from pixstep.formats.header import ProfileHeader
 from pixstep.formats.motion import (
     BARE,
     BLOCKS,
@@ -25,7 +21,63 @@ from pixstep.formats.motion import (
     MotionFile,
     could_be_blocks,
 )
-from pixstep.formats.prn import PrnFile
+from pixstep.formats.records import PRN_KIND, PrnFile
+
+_STEPS = "steps moved in the pixel"
+
+# kind: meaning for a smooth motor (M39), for a plain one (all others)
+VALUES = {
+    PRN_KIND: ("speed at the end of the pixel, steps/pixel", f"{_STEPS}, which is its speed"),
+    CSV_KIND: (_STEPS, _STEPS),
+    CSB_KIND: (_STEPS, _STEPS),
+}
+
+FIELDS = {
+    "timestamp": "when the file was written",
+    "name": "profile name",
+    "Lines": "lines in the file",
+    "HAPs": "homing acceleration pixels: leading entries usable in homing",
+    "LeadIn": "constant-speed pixels before the first image pixel; 0: as configured",
+    "Pixel Frequency": "pixel clock, Hz",
+}
+
+
+class LineFigures(TypedDict):
+    """Figures of one line as plain data; the steps of a PRN's depend on the motor."""
+
+    line: int
+    values: int
+    announced: int
+    minimum: int
+    maximum: int
+    steps: NotRequired[int]
+    steps_smooth: NotRequired[int | None]
+    steps_plain: NotRequired[int]
+
+
+def header_fields(header: ProfileHeader) -> dict[str, str | int]:
+    """Return the fields of a header by the names of FIELDS."""
+    return dict(zip(FIELDS, vars(header).values(), strict=True))
+
+
+def smooth_steps(speeds: tuple[int, ...]) -> int | None:
+    """Return the steps that a smooth motor makes along a PRN; None if a speed is odd."""
+    if any(speed % 2 for speed in speeds):
+        return None
+    return sum((start + end) // 2 for start, end in zip((0, *speeds[:-1]), speeds, strict=True))
+
+
+def line_figures(number: int, block: Block) -> LineFigures:
+    """Return the figures of one line: number of values, extremes, steps in both directions."""
+    return {
+        "line": number,
+        "values": len(block.values),
+        "announced": block.declared,
+        "minimum": min(block.values),
+        "maximum": max(block.values),
+        "steps": sum(abs(value) for value in block.values),
+    }
+
 
 _LINES_SHOWN = 20
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pixstep.errors import RefusedError, UserError
 from pixstep.formats.findings import Findings, shown, shown_path
-from pixstep.formats.numbers import odd_byte
+from pixstep.formats.records import odd_byte
 
 HEADER_WIDTH = 40
 HEADER_LINES = 4

@@ -1,8 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""A text file as records: its bytes, its line ends, and the same bytes again."""
+"""Text files as records: their bytes, their line ends, the columns of their numbers.
+
+Numbers are decimal integers right-aligned in a fixed number of columns, read exactly as they are
+written. A PRN, an acceleration profile, is such records and nothing else: unsigned, 8 columns.
+"""
 
 import io
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -94,7 +99,11 @@ def check_line_ends(data: bytes, findings: Findings) -> None:
     ends = data.count(b"\n")
     bare = ends - data.count(b"\r\n")
     if bare:
-        number, record = _first_with_lf(data)
+        number, record = next(
+            (number, line[:-1])
+            for number, line in enumerate(io.BytesIO(data), 1)
+            if not line.endswith(b"\r\n")
+        )
         findings.quirk(
             "line_end",
             findings.rules.line_ends,
@@ -118,14 +127,6 @@ def check_line_ends(data: bytes, findings: Findings) -> None:
         )
 
 
-def _first_with_lf(data: bytes) -> tuple[int, bytes]:
-    """Return the number and text of the first record that ends with LF alone."""
-    for number, line in enumerate(io.BytesIO(data), 1):
-        if not line.endswith(b"\r\n"):
-            return number, line[:-1]
-    raise AssertionError("no record ends with LF")
-
-
 def join_records(texts: Sequence[str], ends: LineEnds) -> bytes:
     """Return the bytes of records with their line ends."""
     if not ends.others:
@@ -137,3 +138,189 @@ def join_records(texts: Sequence[str], ends: LineEnds) -> bytes:
     if ends.cut is not None:
         used[-1] = ends.cut
     return "".join(text + end for text, end in zip(texts, used, strict=True)).encode("ascii")
+
+
+@dataclass(frozen=True)
+class Columns:
+    """The columns of one format's records: how many, and whether a minus sign is legal."""
+
+    width: int
+    signed: bool
+    kind: str
+    hints: tuple[tuple[int, str], ...] = ()  # what another width looks like
+
+    @property
+    def largest(self) -> int:
+        """Largest value that fits."""
+        return int(10**self.width) - 1
+
+    @property
+    def smallest(self) -> int:
+        """Smallest value that fits."""
+        return -(10 ** (self.width - 1) - 1) if self.signed else 0
+
+    def column(self, value: int) -> int:
+        """Return the 1-based column where the text of a value that fits begins."""
+        return self.width - len(str(value)) + 1
+
+
+PRN_COLUMNS = Columns(8, False, "PRN", ((6, "CSV"),))
+CSV_COLUMNS = Columns(6, True, "CSV", ((8, "PRN"),))
+
+# What a writer would have written and nothing else, so that reading loses nothing.
+_CANONICAL = {
+    True: re.compile(rb" *(?:0|-?[1-9][0-9]*)"),
+    False: re.compile(rb" *(?:0|[1-9][0-9]*)"),
+}
+_ODD_BYTE = re.compile(rb"[^ -~]")
+_ODD_BYTES = {
+    0x09: ("tab", "holds a tab, only blanks may pad a record"),
+    0x0D: ("line_end", "holds a CR that no LF follows, CR LF expected"),
+    0x1A: ("control", "holds byte 0x1A, the end-of-file mark of DOS"),
+}
+
+
+def read_numbers(
+    rows: Iterable[bytes], columns: Columns, findings: Findings, first: int = 1
+) -> list[int]:
+    """Return the values of records, the first of them on line `first`; a bad one is a finding."""
+    match, width, values = _CANONICAL[columns.signed].fullmatch, columns.width, []
+    for number, text in enumerate(rows, first):
+        if len(text) == width and match(text):
+            values.append(int(text))
+            continue
+        name, column, message = _complaint(text, columns)
+        findings.error(name, number, column, message)
+        if findings.full:
+            break
+    return values
+
+
+def odd_byte(text: bytes) -> tuple[str, int, str] | None:
+    """Return name, column and message for the first byte that no record may hold, if any."""
+    found = _ODD_BYTE.search(text)
+    if not found:
+        return None
+    byte = text[found.start()]
+    reason = "is not ASCII" if byte > 0x7F else "is a control character"
+    name, message = _ODD_BYTES.get(byte, ("not_ascii", f"holds byte 0x{byte:02X}, which {reason}"))
+    return name, found.start() + 1, f"{shown(text)} {message}"
+
+
+def number_texts(
+    values: Iterable[int], columns: Columns, path: Path | str, first: int = 1
+) -> list[str]:
+    """Return the records of values. Raises UserError for one that does not fit its columns."""
+    rows = []
+    for number, value in enumerate(values, first):
+        if not columns.smallest <= value <= columns.largest:
+            raise UserError(
+                f"{shown_path(path)}:{number}:1: value {value} does not fit {columns.width} "
+                f"columns of a {columns.kind}: {columns.smallest}..{columns.largest}"
+            )
+        rows.append(f"{value:>{columns.width}d}")
+    return rows
+
+
+def _complaint(text: bytes, columns: Columns) -> tuple[str, int, str]:
+    """Return name, column and message of what is wrong with a record."""
+    odd = odd_byte(text)
+    if odd:
+        return odd
+    if not text.strip():
+        return "empty_record", 1, f"empty record {shown(text)}"
+    return _too_large(text, columns) or _wrong_width(text, columns) or _not_number(text, columns)
+
+
+def _too_large(text: bytes, columns: Columns) -> tuple[str, int, str] | None:
+    digits = text.strip(b" ").lstrip(b"0")
+    if not digits.isdigit() or len(digits) <= columns.width:
+        return None
+    column = len(text) - len(text.lstrip(b" ")) + 1
+    most = f"is above {columns.largest}, the most that {columns.width} columns hold"
+    hint = _hint(text, columns)
+    return "too_large", column, f"{shown(digits)} {most}{hint}"
+
+
+def _wrong_width(text: bytes, columns: Columns) -> tuple[str, int, str] | None:
+    if len(text) == columns.width:
+        return None
+    column = min(len(text), columns.width) + 1
+    message = f"{shown(text)} is {len(text)} columns wide, not {columns.width}"
+    return "width", column, message + _hint(text, columns)
+
+
+def _hint(text: bytes, columns: Columns) -> str:
+    kind = dict(columns.hints).get(len(text))
+    return f": looks like a {kind} profile" if kind else ""
+
+
+def _not_number(text: bytes, columns: Columns) -> tuple[str, int, str]:
+    """Say why a record of the right width and of printable characters is no number."""
+    start = len(text) - len(text.lstrip(b" "))
+    body = text[start:]
+    what = "an integer" if columns.signed else "an unsigned decimal integer"
+    if body[:1] in b"+-" and not (columns.signed and body[:1] == b"-"):
+        reason = "only a minus sign is legal" if columns.signed else "values are unsigned"
+        return "sign", start + 1, f"{shown(text)} has a sign, {reason}"
+    bad = re.search(rb"[^0-9]", body[1:] if body[:1] == b"-" else body)
+    if bad:
+        column = start + 1 + bad.start() + (body[:1] == b"-")
+        if not text[column - 1 :].strip(b" "):
+            return "alignment", column, f"{shown(text)} is not right-aligned"
+        message = f"{shown(text)} is not {what} right-aligned in {columns.width} columns"
+        return "not_a_number", column, message
+    if body == b"-":
+        return "not_a_number", start + 1, f"{shown(text)} is a sign without a number"
+    message = f"{shown(text)} has a leading zero, only blanks may pad a record"
+    return "leading_zero", start + 1, message
+
+
+PRN_KIND = "prn"
+
+
+@dataclass(frozen=True)
+class PrnFile:
+    """A profile: one value an entry, how its lines end, and what was tolerated.
+
+    A value is a speed at the end of the pixel (steps/pixel) for a smooth motor, and the steps made
+    in the pixel for a plain one; 0..99999999. The file does not say which.
+    """
+
+    values: tuple[int, ...]
+    ends: LineEnds = REGULAR
+    notes: tuple[str, ...] = ()
+
+    kind = PRN_KIND
+
+    def encode(self, path: Path | str = PRN_KIND) -> bytes:
+        """Return the bytes of the file. Raises UserError for a value that does not fit."""
+        return join_records(number_texts(self.values, PRN_COLUMNS, path), self.ends)
+
+
+def parse_prn(data: bytes, findings: Findings) -> PrnFile:
+    """Read a profile; the result is right only if nothing is refused."""
+    check_line_ends(data, findings)
+    values = read_numbers(split_records(data), PRN_COLUMNS, findings)
+    return PrnFile(tuple(values), find_line_ends(data))
+
+
+def check_smooth(values: tuple[int, ...], findings: Findings) -> None:
+    """Find what a smooth motor's profile may not have: an odd speed, zero, a decrease."""
+    for number, name, message in _smooth_faults(values):
+        column = PRN_COLUMNS.column(values[number - 1])
+        findings.error(name, number, column, message)
+
+
+def _smooth_faults(values: tuple[int, ...]) -> Iterator[tuple[int, str, str]]:
+    """Yield entry, name and message."""
+    previous = 0
+    for number, value in enumerate(values, 1):
+        if value == 0:
+            yield number, "zero_speed", "speed 0: the speeds of a smooth motor are above 0"
+        elif value % 2:
+            legal = f"nearest legal {value - 1} and {value + 1}"
+            yield number, "odd_speed", f"speed {value} of a smooth motor is odd, {legal}"
+        if value < previous:
+            yield number, "falling_speed", f"speed falls from {previous} to {value}"
+        previous = value

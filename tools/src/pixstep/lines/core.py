@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The firmware's motion core, bound into Python: its line check and the ticks that it plans."""
+"""The firmware's motion core, bound into Python: its line check, and the edges that it plans."""
 
 from __future__ import annotations
 
@@ -10,18 +10,28 @@ from array import array
 from collections.abc import Iterable
 from dataclasses import astuple, dataclass
 from fractions import Fraction
-from functools import cache
+from functools import cache, cached_property
+from itertools import count
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pixstep import natives, tables
-from pixstep.errors import UserError
-from pixstep.lines.runs import MAX_WORD
-from pixstep.tables import CodeRow
+from pixstep import natives
+from pixstep.errors import RefusedError, UserError
+from pixstep.lazy import lazy
+from pixstep.lines.line import Line
+from pixstep.lines.runs import MAX_WORD, safe_entries
+from pixstep.lines.units import refuse_period
 
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = lazy("numpy")
+
+EDGES, PIXELS = ("step", "tick"), ("pixel", "tick", "expected_steps")
 FIRST_WARNING = 32  # codes from here on are warnings: the line is taken
 LIBRARY = "_core.pyd" if sys.platform == "win32" else "_core.abi3.so"
 NO_LIMIT = 0xFFFFFFFF  # ticks of a pixel
+_SHORTEST_TICKS = 64  # below this the core's ring cannot be filled in time on any board
 _VALUES = 1 << 16  # planned at once
 _MOST_OF_ENTRY = 7  # findings: four limits, an oscillation, another error, a warning
 
@@ -82,21 +92,17 @@ class Checker:
         found = ffi.new("struct core_finding[]", max(room, 1))
         segments = ffi.new("struct segment[]", rows)
         count = lib.checker_more(self._checker, segments, len(rows), found, room)
-        return [_code(found[index].code, found[index].pixel) for index in range(count)]
+        rows_of, read = codes(), [(found[k].code, found[k].pixel) for k in range(count)]
+        return [
+            Code(rows_of[number]["name"], rows_of[number]["text"], pixel, number < FIRST_WARNING)
+            for number, pixel in read
+        ]
 
 
-def plan(
-    entries: Iterable[Entry],
-    hz: Fraction,
-    tick_hz: int,
-    limits: CoreLimits,
-    *,
-    pixels: bool = False,
+def _planned_rows(
+    entries: list[Entry], hz: Fraction, tick_hz: int, limits: CoreLimits, *, pixels: bool
 ) -> array[int]:
-    """Return the tick of each STEP edge, or with `pixels` tick and steps of each pixel's end.
-
-    The line must be one that `check` passes, the frequency one that `rational.refuse_period` does.
-    """
+    """Return the values of `plan`; the line is one that `check` passes."""
     ffi, lib = extension().ffi, extension().lib
     rows = _words(entries)
     segments = ffi.new("struct segment[]", rows)  # kept until the plan ends
@@ -126,15 +132,10 @@ def _limits(limits: CoreLimits) -> Any:  # of cffi, which has no types
     return extension().ffi.new("struct line_limits *", held)
 
 
-def _code(number: int, pixel: int) -> Code:
-    row = codes()[number]
-    return Code(row["name"], row["text"], pixel, number < FIRST_WARNING)
-
-
 @cache
-def codes() -> dict[int, CodeRow]:
+def codes() -> dict[int, dict[str, Any]]:
     """Return the rows of the firmware's table of line errors by number."""
-    return {row["code"]: row for row in tables.load()["line_errors"]}
+    return {row["code"]: row for row in natives.tables()["line_errors"]}
 
 
 @cache
@@ -150,3 +151,71 @@ def extension() -> ModuleType:
     except ImportError as error:
         raise UserError(f"{path}: {error}") from None
     return module
+
+
+class LineRefusedError(RefusedError):
+    """The core refused the line; the message names the error, the pixel and why."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The planned rows under their heads, numbered from 1, and the warnings that the core gave."""
+
+    heads: tuple[str, ...]
+    values: array[int]  # of all rows in turn, without their numbers
+    warnings: tuple[str, ...]
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return len(self.values) // (len(self.heads) - 1)
+
+    def columns(self) -> np.ndarray:
+        """Return the rows as an int64 array."""
+        values = np.array(self.values, dtype=np.int64).reshape(-1, len(self.heads) - 1)
+        return np.column_stack((np.arange(1, len(values) + 1, dtype=np.int64), values))
+
+    @cached_property
+    def csv(self) -> str:
+        """The rows as CSV text."""
+        wide = len(self.heads) - 1
+        columns = (self.values[first::wide] for first in range(wide))
+        rows = (",".join(map(str, row)) for row in zip(count(1), *columns, strict=False))
+        return "\n".join((",".join(self.heads), *rows)) + "\n"
+
+
+def plan(
+    line: Line,
+    hz: Fraction,
+    *,
+    tick_hz: int,
+    pixels: bool = False,
+    limits: CoreLimits | None = None,
+) -> Plan:
+    """Plan a line: the tick of each step, or with `pixels` ticks and positions of pixel edges.
+
+    `tick_hz` are the timer ticks a second. Without `limits` the line may do what no board allows.
+
+    Raises LineRefusedError if the core's line check refuses, UserError for a pixel frequency that
+    no board can carry.
+    """
+    refuse_period(hz, tick_hz)
+    limits = limits or loosest(hz, tick_hz)
+    entries = safe_entries(line)
+    found = check(entries, limits)
+    for code in found:
+        if code.is_error:
+            raise LineRefusedError(f"{line.name}: line refused: {_text(code)}")
+    values = _planned_rows(entries, hz, tick_hz, limits, pixels=pixels)
+    return Plan(
+        PIXELS if pixels else EDGES, values, tuple(f"warning: {_text(code)}" for code in found)
+    )
+
+
+def loosest(hz: Fraction, tick_hz: int) -> CoreLimits:
+    """Return limits that let every line pass that the core can plan."""
+    shortest = _SHORTEST_TICKS
+    return CoreLimits(int(tick_hz / hz), shortest, shortest, shortest, 4 * shortest)
+
+
+def _text(code: Code) -> str:
+    return f"{code.name} at pixel {code.pixel}: {code.text}"

@@ -14,7 +14,7 @@ class Line:
 
     A smooth line holds unsigned counts and may run in the negative direction as a whole; a plain
     line's counts are signed. A line that is not `clocked` starts as soon as it is armed, without
-    waiting for the pixel clock. Nothing is checked here: see `linecheck`.
+    waiting for the pixel clock. Nothing is checked here: see `line_check`.
     """
 
     counts: tuple[int, ...]

@@ -6,8 +6,7 @@ from fractions import Fraction
 
 from pixstep.board import boards, capability, settings
 from pixstep.errors import UserError
-from pixstep.lines.rational import refuse_period
-from pixstep.lines.units import ACCELERATION, JERK, SPEED, per_second, unit
+from pixstep.lines.units import ACCELERATION, JERK, SPEED, per_second, refuse_period, unit
 from pixstep.machine.model import Limits, Motor, Tables
 from pixstep.profiles.origin import MOST_EDGES
 

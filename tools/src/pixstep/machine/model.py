@@ -14,8 +14,7 @@ from pixstep.board.port import LAST_UNIT, LEAST_BAUD, MOST_BAUD
 from pixstep.errors import UserError
 from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH
-from pixstep.lines.rational import parse_hz
-from pixstep.lines.units import ACCELERATION, DISTANCE, JERK, SPEED, Quantity, Scale
+from pixstep.lines.units import ACCELERATION, DISTANCE, JERK, SPEED, Quantity, Scale, parse_hz
 from pixstep.profiles.origin import MOST_EDGES
 
 PARITIES = ("E", "O", "N")

@@ -11,7 +11,7 @@ from pixstep.errors import RefusedError, UserError
 from pixstep.formats.header import HEADER_LINES
 from pixstep.formats.motion import BLOCKS, CSB_KIND
 from pixstep.lines.line import SMOOTH, Line
-from pixstep.lines.linecheck import MAX_COUNT
+from pixstep.lines.line_check import MAX_COUNT
 from pixstep.profiles import origin
 
 CSV_WIDTH = 6

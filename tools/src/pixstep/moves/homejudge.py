@@ -6,7 +6,7 @@ from math import ceil
 from typing import NotRequired, TypedDict
 
 from pixstep.board.state import TRIP_CLOSED, Trip
-from pixstep.lines.rational import hz_text
+from pixstep.lines.units import hz_text
 from pixstep.moves.homesim import HomeRun
 from pixstep.moves.homing import Homed, Leg, LegData, legs_as_json
 from pixstep.moves.legjudge import judge_leg, leg_edges

@@ -9,7 +9,7 @@ from pixstep.board import boards
 from pixstep.board.errors import BoardError
 from pixstep.errors import UserError
 from pixstep.lines import units
-from pixstep.lines.rational import period_ticks
+from pixstep.lines.units import period_ticks
 from pixstep.moves.homing import Homed, HomingError, Leg, home
 from pixstep.moves.inputs import INVERTED, shared_limits
 from pixstep.moves.legs import HomingPlan

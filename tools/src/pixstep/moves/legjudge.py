@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from pixstep.lazy import lazy
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.lines.rational import edge_tick
+from pixstep.lines.units import edge_tick
 from pixstep.moves.homing import Leg
 from pixstep.moves.legs import HomingPlan
 from pixstep.simulation import verdict

@@ -8,8 +8,8 @@ from pixstep.board.limits import BoardLimits
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines import core
 from pixstep.lines.line import PLAIN, SMOOTH
-from pixstep.lines.rational import hz_text
 from pixstep.lines.runs import Seek, queue_entries, seek_entries
+from pixstep.lines.units import hz_text
 from pixstep.moves import fast
 from pixstep.moves.accel import Acceleration
 from pixstep.moves.seeklines import require_smooth, seek_line

@@ -13,7 +13,7 @@ from pixstep.board.device import Board
 from pixstep.board.errors import BoardError
 from pixstep.board.link import World
 from pixstep.lines.line import Line
-from pixstep.lines.rational import refuse_period
+from pixstep.lines.units import refuse_period
 from pixstep.moves import homing, legs
 from pixstep.moves.fast import FastMove
 from pixstep.moves.homing import Homed, Leg

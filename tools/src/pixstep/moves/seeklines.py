@@ -8,7 +8,7 @@ two highest pixels would be equal counts entered at another speed.
 from itertools import pairwise
 
 from pixstep.errors import RefusedError, UserError
-from pixstep.lines import linecheck
+from pixstep.lines import line_check
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.runs import Seek
 from pixstep.moves.accel import Acceleration
@@ -47,7 +47,7 @@ def require_smooth(ramp: Acceleration) -> None:
     speeds = ramp.speeds(SMOOTH)
     # Holding longer than two pixels changes nothing: the speed stays as it is.
     line = Line((*ramp.counts, speeds[-1], speeds[-1], *reversed(ramp.counts)))
-    errors = [item for item in linecheck.check(line) if item.severity == linecheck.ERROR]
+    errors = [item for item in line_check.check(line) if item.severity == line_check.ERROR]
     falls = [
         (entry, f"the speed falls from {low} to {high}")
         for entry, (low, high) in enumerate(pairwise((0, *speeds)), 1)

@@ -12,14 +12,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pixstep.errors import UserError
-from pixstep.machine import finding
+from pixstep.machine import FILE_NAME, VARIABLE
 from pixstep.operations import motor_choice
 from pixstep.operations.motor_choice import TABLE_AXES, Named
 
 if TYPE_CHECKING:
     from pixstep.lines.units import Scale
+    from pixstep.machine.files import Machine
     from pixstep.machine.model import MachineBoard, Motor
-    from pixstep.machine.reading import Machine
     from pixstep.operations.field import Field
 
 
@@ -53,7 +53,7 @@ class Facts:
         if path is None and self.named.motors:
             raise UserError(
                 f"--motor {self.named.motors[0]}: no machine file: --machine FILE, "
-                f"{finding.VARIABLE}, or {finding.NAME} in this folder "
+                f"{VARIABLE}, or {FILE_NAME} in this folder "
                 f"(`pixstep machine new` begins one)"
             )
         machine = None if path is None else self._load(path)
@@ -62,10 +62,10 @@ class Facts:
         return machine
 
     def _load(self, path: Path) -> Machine | None:
-        from pixstep.machine import reading  # pydantic takes a while to load
+        from pixstep.machine import files  # pydantic takes a while to load
 
         try:
-            return reading.Machine.load(path)
+            return files.Machine.load(path)
         except UserError as error:
             if self.on_mistake is None or self.named.motors:
                 raise

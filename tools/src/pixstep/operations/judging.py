@@ -10,7 +10,7 @@ from pixstep.board import limits
 from pixstep.board.limits import BoardLimits
 from pixstep.lines import units
 from pixstep.lines.line import Line
-from pixstep.lines.linecheck import Limits
+from pixstep.lines.line_check import Limits
 from pixstep.lines.units import Quantity
 from pixstep.operations.request import unless
 

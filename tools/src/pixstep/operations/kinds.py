@@ -15,8 +15,17 @@ from typing import Any
 from pixstep import arguments, atomic
 from pixstep.errors import UserError
 from pixstep.lines import units
-from pixstep.lines.rational import legal_hz, parse_hz
-from pixstep.lines.units import ACCELERATION, DISTANCE, JERK, SPEED, STEP, Quantity, Scale
+from pixstep.lines.units import (
+    ACCELERATION,
+    DISTANCE,
+    JERK,
+    SPEED,
+    STEP,
+    Quantity,
+    Scale,
+    legal_hz,
+    parse_hz,
+)
 
 PICTURES = (".png", ".svg", ".pdf")
 FindScale = Callable[[], Scale | None]  # raises UserError if motors are to be chosen first

@@ -12,7 +12,7 @@ from pixstep.operations.asked import AskedError
 from pixstep.profiles.origin import MOST_EDGES
 
 if TYPE_CHECKING:
-    from pixstep.machine.reading import Machine
+    from pixstep.machine.files import Machine
     from pixstep.operations.desk import Desk
     from pixstep.operations.request import Request
 

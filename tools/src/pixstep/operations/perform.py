@@ -14,7 +14,7 @@ from typing import Any
 from pixstep import atomic
 from pixstep.errors import UserError
 from pixstep.lines.units import TooLittleError
-from pixstep.machine import finding
+from pixstep.machine import NO_FILE, find_file
 from pixstep.operations import longer_pixels
 from pixstep.operations import outputs as written
 from pixstep.operations.asked import FieldError, MissingError
@@ -40,7 +40,7 @@ class Caller:
 
     def find(self, named: str | None) -> Path | None:
         """Return the machine file in force, if there is one."""
-        return finding.find(named) if self.look or named else None
+        return find_file(named) if self.look or named else None
 
 
 def facts_of(request: type[Request], given: Mapping[str, Any], caller: Caller) -> Facts:
@@ -72,7 +72,7 @@ def resolve(
             value, sources[name] = _not_given(one, facts)
         facts.values[name] = value
     request.complete(facts.values, sources)
-    if facts.named.machine not in (None, finding.NONE):
+    if facts.named.machine not in (None, NO_FILE):
         _ = facts.found  # a file that is named is refused also if nothing of it is used
     return request(**{name: facts.values[name] for name in facts.fields}), sources
 

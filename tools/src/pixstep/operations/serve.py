@@ -20,9 +20,9 @@ from pixstep.operations.result import Result
 from pixstep.server import messages, remote
 
 if TYPE_CHECKING:
-    from pixstep.server import journal, modbus_tcp, serving
+    from pixstep.server import modbus_tcp, serving
+    from pixstep.server.journal import Log
 else:
-    journal = lazy("pixstep.server.journal")
     modbus_tcp = lazy("pixstep.server.modbus_tcp")
     serving = lazy("pixstep.server.serving")
 
@@ -122,27 +122,24 @@ class Serve(OnPort):
         if self.allow_writes and not self.modbus_tcp:
             raise AskedError("{allow_writes}: it is about Modbus TCP: add {modbus_tcp}")
         if self.socket and self.socket.exists() and not self.socket.is_socket():
-            raise AskedError("{socket} {path}: there is something else of this name",
-                             path=self.socket)  # fmt: skip
-        log = journal.Journal(desk.view)
+            raise AskedError(
+                "{socket} {path}: there is something else of this name", path=self.socket
+            )
+        log: Log = desk.view() if desk.view else _Noted(desk)
         server = serving.Server(self.bus, log)
-        serves = False
         try:
             with signals.until_ctrl_c():
                 server.open()
-                serves = True
                 self._listen(server, log)
                 self._listen_to_plcs(server, log)
                 server.wait()
         finally:
             with signals.ignored():
                 server.close()
-                if serves:
-                    log.tell("ended", port=self.port)
                 log.close()
         return Result({"port": self.port}, f"{self.port}: ended", told=True)
 
-    def _listen(self, server: serving.Server, log: journal.Journal) -> None:
+    def _listen(self, server: serving.Server, log: Log) -> None:
         """Open the doors for pixstep's own clients."""
         path = server.listen_here(self.socket)
         log.tell("serving", port=server.port.text, socket=str(path), pid=os.getpid())
@@ -151,7 +148,7 @@ class Serve(OnPort):
             number = server.listen_tcp(*self.tcp, _token(place))
             log.tell("serving", tcp=f"{remote.TCP}{self.tcp[0]}:{number}", token_file=str(place))
 
-    def _listen_to_plcs(self, server: serving.Server, log: journal.Journal) -> None:
+    def _listen_to_plcs(self, server: serving.Server, log: Log) -> None:
         """Open the door for Modbus TCP."""
         if self.modbus_tcp:
             host, number = self.modbus_tcp
@@ -169,6 +166,20 @@ class Serve(OnPort):
         client.close()
         del found["id"]
         return Result(found, "\n".join(_status_lines(found)))
+
+
+class _Noted:
+    """The log of a server that a program runs: its notes."""
+
+    def __init__(self, desk: Desk):
+        self._desk = desk
+
+    def tell(self, event: str, **facts: Any) -> None:
+        """Note what has happened."""
+        self._desk.say((f"{event}: {', '.join(f'{key} {facts[key]}' for key in facts)}",))
+
+    def close(self) -> None:
+        """Keep what was noted."""
 
 
 def _token(place: Path) -> str:

@@ -39,20 +39,13 @@ def decode(about: str = "What the motor is.", **more: Any) -> Any:
 
 
 def pixel_hz(about: str = "30, 29.97 or 30000/1001.", **more: Any) -> Any:
-    """Return the field of the frequency of pixels, or of clock edges beside a divider."""
+    """Return the field of the frequency of pixels."""
     return option(HZ, about, **{"required": True, "machine": machine.pixel_hz, **more})
 
 
 def backlash(about: str = "Steps of play, or 3um.", **more: Any) -> Any:
     """Return the field of the play that a smooth line takes up, in steps."""
     return option(Steps(0), about, **{"default": 0, "machine": machine.backlash, **more})
-
-
-def divider(**more: Any) -> Any:
-    """Return the field of the clock edges of a pixel."""
-    about = "Edges of the pixel clock in a pixel: --pixel-hz is the frequency of the edges."
-    given = {"default": 1, "shown": "M", "machine": machine.divider}
-    return option(EDGES, about, **{**given, **more})
 
 
 def sync(**more: Any) -> Any:

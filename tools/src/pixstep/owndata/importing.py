@@ -1,26 +1,88 @@
 # SPDX-License-Identifier: MIT
-"""A line from a table: positions, speeds or steps of each pixel become counts."""
+"""A line from a table: positions, speeds or steps of each pixel become counts.
 
-from collections.abc import Sequence
+Positions are rounded to whole steps. A smooth motor's line has one direction, and either what was
+rounded or the nearest line to it that such a motor can make (`fitting`).
+"""
+
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import accumulate, pairwise
 from pathlib import Path
 
 from pixstep.errors import RefusedError, UserError
-from pixstep.lines import linecheck
+from pixstep.lines import line_check
 from pixstep.lines.line import SMOOTH, Line
+from pixstep.lines.line_check import MAX_COUNT
 from pixstep.lines.units import LENGTH_UNITS, SECOND_UNITS, Scale, parse_seconds
 from pixstep.owndata.columns import (
+    INDEX,
+    POSITION,
+    QUANTITIES,
+    SPEED,
+    STEPS,
+    TIME,
     Column,
     KnownColumn,
     factor_of,
     refuse_twins,
 )
-from pixstep.owndata.naming import INDEX, POSITION, QUANTITIES, SPEED, STEPS, TIME
-from pixstep.owndata.positions import Made, line_of
+from pixstep.owndata.fitting import fit, largest_error
 from pixstep.owndata.readings import Asked, read
 from pixstep.owndata.table import Table
+
+Refuse = Callable[[int, str], UserError]  # takes a pixel, from 0, and what is wrong with it
+
+
+@dataclass(frozen=True)
+class Made:
+    """A line, and how far it is from its positions at the worst pixel edge."""
+
+    line: Line
+    fitted: bool
+    largest_error_steps: Fraction
+    worst_pixel: int
+
+
+def line_of(
+    positions: Sequence[Fraction], decode: str, name: str, refuse: Refuse, *, fitted: bool
+) -> Made:
+    """Return the line through positions in steps, from 0: rounded, so that errors never add up.
+
+    `fitted` lets a smooth motor make the nearest line that it can; a plain one makes any counts.
+    """
+    counts = counts_of(positions, refuse)
+    negative = decode == SMOOTH and _is_negative(counts, refuse)
+    fitted = fitted and decode == SMOOTH
+    sign = -1 if negative else 1
+    if fitted:
+        counts = fit([sign * place for place in positions])
+    elif negative:
+        counts = [-count for count in counts]
+    line = Line(tuple(counts), decode, negative=negative, name=name)
+    error, worst = largest_error([sign * count for count in counts], positions)
+    return Made(line, fitted, error, worst)
+
+
+def counts_of(positions: Sequence[Fraction], refuse: Refuse) -> list[int]:
+    """Return the steps of each pixel by rounded positions. Raises UserError for too many."""
+    counts = [after - before for before, after in pairwise(map(round, positions))]
+    for pixel, count in enumerate(counts):
+        if abs(count) > MAX_COUNT:
+            raise refuse(pixel, f"{count} steps in a pixel, the most are {MAX_COUNT}")
+    return counts
+
+
+def _is_negative(counts: Sequence[int], refuse: Refuse) -> bool:
+    """Return whether a smooth line runs backwards; raise UserError if it goes both ways."""
+    signs = {1 if count > 0 else -1 for count in counts if count}
+    if len(signs) > 1:
+        first = next(1 if count > 0 else -1 for count in counts if count)
+        pixel = next(k for k, count in enumerate(counts) if count * first < 0)
+        raise refuse(pixel, "a smooth line has one direction: this pixel turns back")
+    return signs == {-1}
+
 
 _CLOCK_TOLERANCE = Fraction(1, 1000)
 _LENGTHS = "|".join(unit for unit in LENGTH_UNITS if unit != "step")
@@ -56,7 +118,7 @@ class Imported:
     line: Line
     assumed: tuple[str, ...]
     largest_error_steps: Fraction
-    findings: tuple[linecheck.Finding, ...] = ()
+    findings: tuple[line_check.Finding, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -83,19 +145,14 @@ def import_line(path: str | Path, request: Request) -> Imported:
     column, assumed = _meaning(found.table, found.column, request)
     assumed += _check_others(found.table, found.columns, column, request.pixel_hz)
     motion = _motion(found.table, column, request)
-    if column.quantity == STEPS:
-        _require_whole(motion)
+    for pixel, place in enumerate(motion.positions[1:] if column.quantity == STEPS else ()):
+        if place.denominator != 1:
+            raise motion.error(pixel, "not a whole number of steps")
     name = str(motion.table.path)
     made = line_of(motion.positions, request.decode, name, motion.error, fitted=request.fit)
-    line, more = made.line, _said(made, request)
-    error = made.largest_error_steps
-    if error:
-        more.append(
-            f"rounded to whole steps: at most {float(error):.3g} steps from the file's motion, "
-            f"behind pixel {made.worst_pixel}"
-        )
-    findings = tuple(linecheck.without_idle_pixel(linecheck.check(line)))
-    return Imported(line, (found.table.note, *assumed, *more), error, findings)
+    findings = tuple(line_check.without_idle_pixel(line_check.check(made.line)))
+    said = (found.table.note, *assumed, *_said(made, request))
+    return Imported(made.line, said, made.largest_error_steps, findings)
 
 
 def _meaning(read: Table, column: Column, request: Request) -> tuple[KnownColumn, list[str]]:
@@ -204,13 +261,6 @@ def _motion(read: Table, column: KnownColumn, request: Request) -> _Motion:
     return _Motion(read, column, tuple(value - start for value in values), 1)
 
 
-def _require_whole(motion: _Motion) -> None:
-    """Raise UserError for steps that are not whole."""
-    for pixel, place in enumerate(motion.positions[1:]):
-        if place.denominator != 1:
-            raise motion.error(pixel, "not a whole number of steps")
-
-
 def _said(made: Made, request: Request) -> list[str]:
     """Return what is to be said of a line."""
     said = []
@@ -222,5 +272,10 @@ def _said(made: Made, request: Request) -> list[str]:
     if made.fitted:
         said.append(
             "--fit: the nearest line with even speeds at the pixel edges, from rest to rest"
+        )
+    if error := made.largest_error_steps:
+        said.append(
+            f"rounded to whole steps: at most {float(error):.3g} steps from the file's motion, "
+            f"behind pixel {made.worst_pixel}"
         )
     return said

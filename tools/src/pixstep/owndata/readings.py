@@ -13,12 +13,20 @@ from fractions import Fraction
 from pathlib import Path
 
 from pixstep.errors import RefusedError, UserError
-from pixstep.owndata.columns import ChoiceError, Column, choose, of_table
-from pixstep.owndata.layout import Layout
-from pixstep.owndata.naming import INDEX, TIME
-from pixstep.owndata.numerals import COMMA, DECIMALS, POINT
-from pixstep.owndata.table import BLANK, NONE, SEPARATORS, STYLES, Table, Way, shown
-from pixstep.owndata.text import Text, read_text
+from pixstep.owndata.columns import INDEX, TIME, ChoiceError, Column, choose, of_table
+from pixstep.owndata.layout import Layout, Text, read_text
+from pixstep.owndata.table import (
+    BLANK,
+    COMMA,
+    DECIMALS,
+    NONE,
+    POINT,
+    SEPARATORS,
+    STYLES,
+    Table,
+    Way,
+    shown,
+)
 
 _STRONG = ("semicolon", "tab", "bar")  # these stand in no number
 _QUOTED = re.compile(r'"[^"]*"')

@@ -17,15 +17,16 @@ from fractions import Fraction
 from itertools import pairwise
 
 from pixstep.errors import UserError
-from pixstep.lines.rational import PERIOD_TICKS, period_ticks
 from pixstep.lines.units import (
     ACCELERATION,
     JERK,
+    PERIOD_TICKS,
     SPEED,
     Quantity,
     Scale,
     both_text,
     number_text,
+    period_ticks,
 )
 from pixstep.profiles import generator
 from pixstep.profiles.generator import MAX_SPEED, GeneratedLine, LineRequest

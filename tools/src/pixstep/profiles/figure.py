@@ -20,7 +20,7 @@ from matplotlib.ticker import MaxNLocator
 
 from pixstep import atomic, plotting, progress
 from pixstep.errors import UserError
-from pixstep.lines import linecheck, units
+from pixstep.lines import line_check, units
 from pixstep.lines.line import Line
 from pixstep.plotting import BOARD, FAINT, INK, MADE, QUIET, WARM
 from pixstep.profiles import kinematics
@@ -57,7 +57,7 @@ def phases(line: Line) -> list[Phase]:
 def _kinds(line: Line, motion: kinematics.Kinematics) -> Iterator[tuple[str, tuple[int, ...]]]:
     """Yield the kind of every piece, with the speeds that tell it from another of its kind."""
     swings: dict[int, tuple[int, int]] = {}
-    for run in linecheck.oscillations(line) if line.smooth else ():
+    for run in line_check.oscillations(line) if line.smooth else ():
         swings |= dict.fromkeys(range(run.pixel - 1, run.pixel - 1 + run.length), run.swing)
     changes = motion.accelerations if line.smooth else motion.speed_changes
     for piece, speed in enumerate(motion.begin_speeds.tolist()):
@@ -146,7 +146,7 @@ def _lane(axes: Axes, line: Line) -> None:
 
 def _oscillation_marks(panels: tuple[Axes, ...], line: Line) -> list[Patch]:
     """Shade every oscillating run; name the first five."""
-    runs = list(linecheck.oscillations(line)) if line.smooth else []
+    runs = list(line_check.oscillations(line)) if line.smooth else []
     _shade(panels, [(run.pixel - 1, run.length) for run in runs], 0.12)
     texts = [
         f"pixels {run.pixel} to {run.pixel + run.length - 1} oscillate: {run.count} entered at "

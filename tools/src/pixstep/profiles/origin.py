@@ -20,7 +20,7 @@ from pixstep.errors import RefusedError, UserError
 from pixstep.formats import ProfileHeader
 from pixstep.formats.header import NAME_WIDTH
 from pixstep.lines.line import PLAIN, SMOOTH
-from pixstep.lines.rational import parse_hz
+from pixstep.lines.units import parse_hz
 
 SMOOTH_MOTORS = ("M39",)
 _STEM = r"AccProf(.+)-(\d+(?:\.\d+)?)Hz-(\w+)"

@@ -13,11 +13,11 @@ from pathlib import Path
 
 from pixstep import formats
 from pixstep.errors import RefusedError, UserError
-from pixstep.formats.prn import KIND as PRN_KIND
-from pixstep.formats.recognise import recognise
-from pixstep.lines import linecheck
+from pixstep.formats.files import recognise
+from pixstep.formats.records import PRN_KIND
+from pixstep.lines import line_check
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.lines.linecheck import ERROR, WARNING, Finding, Limits
+from pixstep.lines.line_check import ERROR, WARNING, Finding, Limits
 from pixstep.profiles import generator
 from pixstep.profiles.repair import START, whole_line
 
@@ -70,7 +70,7 @@ class ProfileReading:
     @property
     def sound(self) -> bool:
         """True if a motor can follow it."""
-        return self.rows.values is not None and not linecheck.refused(list(self.findings))
+        return self.rows.values is not None and not line_check.refused(list(self.findings))
 
 
 def load(path: Path, *, raw: bool = False, lenient: bool = False) -> ProfileFile:
@@ -175,10 +175,10 @@ def _speed_findings(speeds: tuple[int, ...], limits: Limits) -> Iterator[Finding
 def _count_findings(counts: tuple[int, ...], limits: Limits) -> Iterator[Finding]:
     """Check counts decoded smoothly: up, then held; the mirrored end adds nothing new."""
     line = Line(whole_line(counts, START))
-    found = linecheck.without_idle_pixel(linecheck.check(line, limits))
+    found = line_check.without_idle_pixel(line_check.check(line, limits))
     found = [item for item in found if item.pixel <= len(counts) + 1]
     yield from found
-    if linecheck.refused(found):
+    if line_check.refused(found):
         return
     for pixel, (low, high) in enumerate(pairwise(line.speeds[: len(counts) + 1]), 1):
         if high < low and not any(item.pixel <= pixel for item in found):
@@ -190,7 +190,7 @@ def _count_findings(counts: tuple[int, ...], limits: Limits) -> Iterator[Finding
 def _plain_findings(counts: tuple[int, ...], limits: Limits) -> Iterator[Finding]:
     """Check counts decoded plainly: each is the speed of its pixel and may not fall."""
     # A profile goes on at its last speed: the stop that the line check would see is not there.
-    yield from linecheck.check(Line(counts, PLAIN), replace(limits, max_acceleration=None))
+    yield from line_check.check(Line(counts, PLAIN), replace(limits, max_acceleration=None))
     previous, change = 0, 0
     for pixel, count in enumerate(counts, 1):
         step = count - previous

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from itertools import groupby, pairwise
 
 from pixstep.errors import RefusedError, UserError
-from pixstep.lines import linecheck
+from pixstep.lines import line_check
 from pixstep.lines.line import Line
 from pixstep.profiles import ramps
 from pixstep.profiles.generator import MAX_SPEED
@@ -255,9 +255,9 @@ def _trimmed(block: _Block, after: tuple[int, ...]) -> ValueChange:
 def _prove(values: tuple[int, ...], counts: tuple[int, ...], wish: Wish) -> None:
     if any(counts) and not any(values):
         raise RefusedError("too short to move: a smooth line needs 3 pixels from rest to rest")
-    limits = linecheck.Limits(max_acceleration=wish.max_acceleration)
+    limits = line_check.Limits(max_acceleration=wish.max_acceleration)
     line = Line(whole_line(values, wish.part))
-    found = linecheck.without_idle_pixel(linecheck.check(line, limits))
+    found = line_check.without_idle_pixel(line_check.check(line, limits))
     if found:
         raise RefusedError(f"no repair found: pixel {found[0].pixel}: {found[0].message}")
 

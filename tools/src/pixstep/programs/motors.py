@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from pixstep.board import capability, settings
 from pixstep.errors import RefusedError
-from pixstep.lines.linecheck import WHOLE_STEPS_PX2
+from pixstep.lines.line_check import WHOLE_STEPS_PX2
 from pixstep.machine.model import Motor, Tables
 from pixstep.programs.language import AXIS_WORDS
 

@@ -23,8 +23,7 @@ from typing import Any, BinaryIO, Self, TextIO
 import numpy as np
 
 from pixstep.errors import PlainError, RefusedError, UserError
-from pixstep.formats.numbers import CSV_COLUMNS
-from pixstep.formats.records import CRLF, MAX_BYTES
+from pixstep.formats.records import CRLF, CSV_COLUMNS, MAX_BYTES
 from pixstep.programs import jerk, language
 from pixstep.programs.blends import NominalPath, Timed, nominal
 from pixstep.programs.language import ProgramError

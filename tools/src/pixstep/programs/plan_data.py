@@ -4,7 +4,7 @@
 from dataclasses import dataclass
 from typing import NotRequired, TypedDict
 
-from pixstep.lines.linecheck import FindingFacts
+from pixstep.lines.line_check import FindingFacts
 
 MODE1, LOOKAHEAD = "mode1", "lookahead"
 MODES = (MODE1, LOOKAHEAD)

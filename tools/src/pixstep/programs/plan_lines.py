@@ -19,12 +19,11 @@ import numpy as np
 from pixstep import atomic, outfolder
 from pixstep.board.limits import BoardLimits
 from pixstep.errors import RefusedError
-from pixstep.formats.numbers import CSV_COLUMNS, number_texts
-from pixstep.formats.records import LineEnds, join_records
-from pixstep.lines import linecheck
+from pixstep.formats.records import CSV_COLUMNS, LineEnds, join_records, number_texts
+from pixstep.lines import line_check
 from pixstep.lines.core import Checker, Code
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.lines.linecheck import IDLE_PIXEL, Finding
+from pixstep.lines.line_check import IDLE_PIXEL, Finding
 from pixstep.lines.runs import (
     MARK_END,
     MARK_NEGATIVE,
@@ -268,8 +267,8 @@ def line_errors(
         SMOOTH if motor.smooth else PLAIN,
         name=name,
     )
-    found = linecheck.without_idle_pixel(linecheck.check(line, bounds.of(line)))
-    return [item for item in found if item.severity == linecheck.ERROR]
+    found = line_check.without_idle_pixel(line_check.check(line, bounds.of(line)))
+    return [item for item in found if item.severity == line_check.ERROR]
 
 
 def as_json(
@@ -298,5 +297,5 @@ def _motor_json(motor: MotorReport, path: str, found: tuple[Finding, ...]) -> Pl
         **motor.as_json(),
         "file": path,
         "direction": "-" if motor.motor.smooth and backwards else "+",
-        "refused": linecheck.as_json(list(found[:_MOST_KEPT])),
+        "refused": line_check.as_json(list(found[:_MOST_KEPT])),
     }

@@ -14,7 +14,7 @@ from pixstep.board.device import Board
 from pixstep.board.link import World
 from pixstep.board.upload import Upload, require_idle, said_divider
 from pixstep.errors import PlainError, RefusedError, UserError
-from pixstep.lines.rational import refuse_period
+from pixstep.lines.units import refuse_period
 from pixstep.machine.model import Tables
 from pixstep.programs import plan_lines
 from pixstep.programs.motors import PlanMotor, Setup

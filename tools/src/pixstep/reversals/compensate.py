@@ -18,7 +18,7 @@ from itertools import accumulate, pairwise
 
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines.line import PLAIN, Line
-from pixstep.lines.linecheck import ERROR, MAX_COUNT, Limits, check
+from pixstep.lines.line_check import ERROR, MAX_COUNT, Limits, check
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ _MARK_S = 0.02  # after a mark: boards note when its frame ended
 _MORE_S = (
     0.005  # after a stop: another one of the same command may come; so after others that say so
 )
+SHARED_S = 0.1  # for a reply, while another client moves axes
 _AGAIN_S = 0.03  # a stop that went out where a reply may have begun is sent again after it
 
 Finish = Callable[[Message], None]
@@ -43,12 +44,18 @@ class Job:
     tells: bool = False  # nobody replies
     patience: tuple[float, int] = (0.5, 0)
     more_follows: bool = False  # another one of the same client: others wait for it a little
+    turns: int = 0  # how often it is made again without a reply, after what others ask
     act: Callable[[SharedLine], None] | None = None  # in place of a request
     is_gone: Callable[[], bool] = lambda: False
     overtaken_by: str = ""  # a stop that came later
     was_cut_short: bool = False  # once already
     frames: int = 0  # that the line had sent when a stop came,
     came_s: float = field(default_factory=time.monotonic)
+
+    def share(self) -> None:
+        """Keep the bus for little at a time: another client streams."""
+        timeout_s, retries = self.patience
+        self.patience, self.turns = (min(timeout_s, SHARED_S), 0), retries
 
     @property
     def urgent(self) -> bool:
@@ -86,6 +93,7 @@ class Bus(threading.Thread):
         self._now: Job | None = None
         self._quiet_s = 0.0  # until then only stops go out,
         self._kept_by = ""  # and what this client asks
+        self._there: set[int] = set()  # units that have replied
         self._in_doubt = False  # a request was cut short
         self._told: list[Job] = []  # stops that nobody acknowledges, since then
         self._over = self._ended = False
@@ -215,6 +223,9 @@ class Bus(threading.Thread):
             return {"error": messages.LINE_GONE}
         except RequestError:
             self.counts.no_replies += 1
+            if job.turns and not job.meaning.writes and job.unit in self._there:
+                job.turns -= 1
+                return self._put_back(job, next(self._numbers))
             return {"error": messages.NO_REPLY, "heard": self.line.heard}
         except UserError as error:
             return {"error": messages.PORT, "text": str(error)}
@@ -230,6 +241,7 @@ class Bus(threading.Thread):
             return {}
         with self.line.patient(*job.patience):
             reply = self.line.ask(job.unit, job.pdu, urgent=job.urgent)
+        self._there.add(job.unit)
         if job.more_follows:
             self._kept_by, self._quiet_s = job.by, time.monotonic() + _MORE_S
         return {"pdu": reply.pdu.hex(), "heard": self.line.heard}

@@ -132,17 +132,18 @@ class Connection:
 
     def _request(self, request: Message, number: int, *, tells: bool) -> Job:
         """Return what a client wants to be sent."""
-        unit = messages.whole(request, "unit", 0, LAST_UNIT)
+        unit = messages.whole(request, "unit", 0 if tells else 1, LAST_UNIT)
         pdu = messages.pdu(request)
         patience = self._house.bus.line.patience
         if not tells:
-            patience = self._house.sessions.patience(
-                self.session,
+            patience = (
                 min(patience[0], messages.seconds(request, "timeout_s", *TIMEOUTS_S)),
                 min(patience[1], messages.whole(request, "retries", 0, _MOST_RETRIES)),
             )
         job = self._job(number, unit, pdu, meaning.of(pdu), tells=tells, patience=patience)
         job.more_follows = request.get("more") is True
+        if self._house.sessions.is_driven(self.session):
+            job.share()
         return job
 
     def _change(self, request: Message, number: int, what: str) -> None:
@@ -153,7 +154,7 @@ class Connection:
             raise MessageError(f"parity: one of {', '.join(PARITIES)}")
         others = len(self._house.sessions.present()) - 1
         if what == messages.RECONFIGURE and others:
-            text = f"{others} other client{'s' * (others > 1)} of its server talk at its rate"
+            text = f"another rate is for a client that is alone, and {others} more use its server"
             self._send({"id": number, "error": messages.TAKEN, "text": text})
             return
         job = self._job(number, 0, b"\0", meaning.Meaning())

@@ -97,6 +97,7 @@ class Door:
                 return _exception(pdu, _ILLEGAL_FUNCTION)
             if self._sessions.claim(session):
                 return _exception(pdu, _BUSY)
+            self._sessions.drive(session, unit, means)
         tells = unit == 0 and means.writes
         if not (1 <= unit <= LAST_UNIT or tells):
             return _exception(pdu, _NO_ANSWER)
@@ -119,8 +120,11 @@ class Door:
         number = next(self._numbers)
         session.open.add(number)
         rank = bus.FIRST if means.stops else bus.READER
-        patience = self._sessions.patience(session, *self._bus.line.patience)
-        self._bus.submit(Job(session.name, unit, pdu, means, finish, rank, tells, patience))
+        patience = self._bus.line.patience
+        job = Job(session.name, unit, pdu, means, finish, rank, tells, patience)
+        if self._sessions.is_driven(session):
+            job.share()
+        self._bus.submit(job)
         came.wait()
         session.open.discard(number)
         return answers[0]

@@ -253,4 +253,6 @@ def _command() -> str:
     first, *others = sys.argv or [""]
     place = Path(first)
     name = place.parent.name if place.name == "__main__.py" else place.name
-    return one_line(" ".join([name or "python", *others]), 100)
+    if name in ("", "-", "-c"):
+        name = "python"
+    return one_line(" ".join([name, *others]), 100)

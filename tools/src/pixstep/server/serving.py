@@ -22,7 +22,7 @@ from pixstep.errors import UserError
 from pixstep.server import connection, messages, places, remote
 from pixstep.server.bus import Bus, Job
 from pixstep.server.connection import Connection, House
-from pixstep.server.journal import Journal
+from pixstep.server.journal import Log
 from pixstep.server.line import SharedLine
 from pixstep.server.local import LocalModbus
 from pixstep.server.messages import Message
@@ -54,7 +54,7 @@ class _Silence:
 class Server:
     """Owns a port; open it, let it listen, then wait until it is to end."""
 
-    def __init__(self, port: Port, journal: Journal) -> None:
+    def __init__(self, port: Port, journal: Log) -> None:
         self.port, self.journal = port, journal
         self.line = SharedLine(port)
         self.bus = Bus(self.line, self._note_stop)
@@ -135,6 +135,7 @@ class Server:
                 path.unlink()
         if self.bus.ident is not None:
             self.bus.close()
+            self.journal.tell("ended", port=self.port.name)
         self.line.close()
 
     def hello(self) -> Message:
@@ -210,6 +211,10 @@ class Server:
             board = Board(modbus, unit)
             mine = sorted(axis for other, axis in axes if other == unit)
             facts = {"client": session.name, "why": why, "unit": unit}
+            if unit == 0:  # it has told all boards at once
+                board.stop_all()
+                self.journal.tell("stopped", **facts, axes=mine)
+                continue
             try:
                 moving = _in_state(board, mine, states)
                 if moving:
@@ -236,7 +241,7 @@ class Server:
         silent_s = time.monotonic() - watch.since_s
         if silent_s < _LEAST_SILENCE_S:
             return
-        for unit in {unit for unit, _ in set(session.axes)}:
+        for unit in {unit for unit, _ in set(session.axes)} - {0}:
             limit_s = watch.limit_s(Board(LocalModbus(self.bus), unit))
             if limit_s and silent_s > limit_s and not session.open:
                 axes = self.sessions.disown(session, unit)

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 
 from pixstep.server.meaning import Meaning
 
-SHARED_S = 0.1  # for a reply, while another client moves axes
 LAPSE_S = 10.0  # without a request: another client may write
 
 Axes = set[tuple[int, int]]  # unit and axis
@@ -77,14 +76,10 @@ class Sessions:
         self._tell("writer", client=session.name)
         return ""
 
-    def patience(self, session: Session, timeout_s: float, retries: int) -> tuple[float, int]:
-        """Return how long a client's request may keep the bus.
-
-        While another client moves axes, a board that does not answer must not keep its stream.
-        """
+    def is_driven(self, session: Session) -> bool:
+        """Return whether another client moves axes, whose stream others must not keep waiting."""
         with self._lock:
-            driven = any(other.axes for other in self.all if other is not session)
-        return (min(timeout_s, SHARED_S), 0) if driven else (timeout_s, retries)
+            return any(other.axes for other in self.all if other is not session)
 
     def drive(self, session: Session, unit: int, meaning: Meaning) -> None:
         """Note whose lines the axes of a request carry from now on."""

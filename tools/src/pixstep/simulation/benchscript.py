@@ -19,8 +19,7 @@ from fractions import Fraction
 
 from pixstep.board import boards
 from pixstep.errors import RefusedError, UserError
-from pixstep.lines.rational import parse_hz
-from pixstep.lines.units import parse_seconds
+from pixstep.lines.units import parse_hz, parse_seconds
 from pixstep.simulation.virtualbench import (
     REST_S,
     SIGNALS,

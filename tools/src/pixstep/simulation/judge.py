@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from pixstep.lazy import lazy
 from pixstep.lines import exact
 from pixstep.lines.line import Line
-from pixstep.lines.rational import edge_tick, hz_text
+from pixstep.lines.units import edge_tick, hz_text
 from pixstep.simulation import clockjudge, pixelgrid, verdict
 from pixstep.simulation.pixelgrid import PixelGrid
 from pixstep.simulation.report import PixelRow

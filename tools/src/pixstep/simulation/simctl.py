@@ -10,7 +10,7 @@ from typing import NamedTuple, TypedDict
 
 from pixstep import natives
 from pixstep.board import boards
-from pixstep.lines.rational import hz_text
+from pixstep.lines.units import hz_text
 from pixstep.simulation.clockflaws import ClockFlaws
 from pixstep.simulation.simpipe import SimPipe, SimulatorError
 from pixstep.simulation.summary import Stats

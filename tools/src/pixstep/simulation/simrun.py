@@ -27,7 +27,7 @@ from pixstep.board.upload import feed
 from pixstep.errors import UserError
 from pixstep.lines import units
 from pixstep.lines.line import Line
-from pixstep.lines.rational import period_ticks, refuse_period
+from pixstep.lines.units import period_ticks, refuse_period
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.clockflaws import ClockFlaws
 from pixstep.simulation.edges import ClockLog, EdgeLog, read_clock_log, read_edges

@@ -5,9 +5,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pixstep import atomic, extras, natives, outfolder
+from pixstep import atomic, natives, outfolder
 from pixstep.board import registers as regs
-from pixstep.lines.rational import hz_text
+from pixstep.lazy import require_package
+from pixstep.lines.units import hz_text
 from pixstep.progress import Progress, unseen
 from pixstep.simulation import clockjudge, report
 from pixstep.simulation.judge import Judgement, judge
@@ -63,7 +64,7 @@ def simulate_into(
 def require_all() -> None:
     """Raise UserError if anything is not installed that a run or its verdict needs."""
     natives.program("pixstep-sim")
-    extras.require("numpy")
+    require_package("numpy")
 
 
 def run_and_judge(

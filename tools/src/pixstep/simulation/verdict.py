@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from pixstep.lazy import lazy
 from pixstep.lines import exact
 from pixstep.lines.line import Line
-from pixstep.lines.rational import edge_tick
+from pixstep.lines.units import edge_tick
 from pixstep.simulation import pixelgrid
 from pixstep.simulation.edges import AxisEdges
 from pixstep.simulation.pixelgrid import PixelGrid

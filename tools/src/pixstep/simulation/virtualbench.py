@@ -14,7 +14,7 @@ from typing import Self, TypedDict
 from pixstep import natives
 from pixstep.board import boards
 from pixstep.errors import PlainError
-from pixstep.lines.rational import hz_text
+from pixstep.lines.units import hz_text
 from pixstep.simulation.clockflaws import ClockFlaws
 from pixstep.simulation.simctl import SimOptions, Simulator
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, TypedDict
 
 from pixstep.errors import RefusedError, UserError
 from pixstep.lazy import lazy
-from pixstep.lines.linecheck import MAX_COUNT
+from pixstep.lines.line_check import MAX_COUNT
 from pixstep.trajectories import table
 from pixstep.trajectories.table import AXES, MOST_RECORDS, TwoAxisTable
 

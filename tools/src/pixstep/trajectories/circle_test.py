@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NotRequired, TypedDict
 
 from pixstep import atomic, outfolder
-from pixstep.lines.rational import hz_text
+from pixstep.lines.units import hz_text
 from pixstep.progress import Progress, unseen
 from pixstep.trajectories import runs, table, transitions
 from pixstep.trajectories.circle import COUNTS, Circle, RoundnessData, TableTrace, Unit

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 from pixstep.board import boards, limits
 from pixstep.errors import RefusedError, UserError
 from pixstep.lazy import lazy
-from pixstep.lines import linecheck
+from pixstep.lines import line_check
 from pixstep.lines.line import PLAIN, Line
-from pixstep.lines.rational import edge_tick
+from pixstep.lines.units import edge_tick
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.plantlog import AxisPlant
 from pixstep.simulation.simrun import Job
@@ -132,8 +132,8 @@ def taking_up(
 def check(made: TwoAxisTable, found: limits.BoardLimits) -> None:
     """Raise RefusedError for the first pixel that a board would refuse."""
     for line in lines(made):
-        for item in linecheck.check(line, found.of(line)):
-            if item.severity == linecheck.ERROR:
+        for item in line_check.check(line, found.of(line)):
+            if item.severity == line_check.ERROR:
                 raise RefusedError(
                     f"{line.name}: {item.name} behind record {item.pixel}: {item.message}"
                 )

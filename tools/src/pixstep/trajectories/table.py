@@ -19,10 +19,9 @@ from typing import TYPE_CHECKING, Any
 from pixstep import atomic
 from pixstep.errors import RefusedError, UserError
 from pixstep.lazy import lazy
-from pixstep.lines.linecheck import MAX_COUNT
-from pixstep.owndata.numerals import MINUS
-from pixstep.owndata.table import SEPARATORS
-from pixstep.owndata.text import LINE_END, decoded
+from pixstep.lines.line_check import MAX_COUNT
+from pixstep.owndata.layout import LINE_END, decoded
+from pixstep.owndata.table import MINUS, SEPARATORS
 
 if TYPE_CHECKING:
     from types import ModuleType

@@ -209,9 +209,9 @@ class MeasurePlay(_Homing):
                 raise BoardError(f"board {self.unit}: {error}") from None
         texts = [self._text(measured)]
         if motor:
-            from pixstep.machine import writing  # pydantic takes a while to load
+            from pixstep.machine import files  # pydantic takes a while to load
 
-            writing.set_backlash(*motor, measured.play)
+            files.set_backlash(*motor, measured.play)
             texts.append(f"{motor[0]}: motors.{motor[1]}.backlash = {measured.play} steps")
         saved = str(motor[0]) if motor else None
         data = {"unit": self.unit, "saved": saved} | measured.as_json()

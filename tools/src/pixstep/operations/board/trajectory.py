@@ -8,7 +8,7 @@ from pathlib import Path
 from pixstep.board import settings, upload
 from pixstep.board.limits import connected
 from pixstep.board.run import Lines
-from pixstep.lines.rational import refuse_period
+from pixstep.lines.units import refuse_period
 from pixstep.operations import bus, directions, reading_lines
 from pixstep.operations.board.records import RecordFields, recorded
 from pixstep.operations.board.upload import QueuedLines, check_lines, run_lines

@@ -15,8 +15,8 @@ from pixstep.board.device import Board
 from pixstep.board.link import World
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
-from pixstep.lines.linecheck import Limits
-from pixstep.lines.rational import hz_text, refuse_period
+from pixstep.lines.line_check import Limits
+from pixstep.lines.units import hz_text, refuse_period
 from pixstep.operations import bus, judging, reading_lines, shared
 from pixstep.operations.board.records import ReadRecords, RecordFields, Records, recorded
 from pixstep.operations.bus import Known, ToBoard

@@ -9,11 +9,10 @@ from typing import Any, TypedDict
 
 from pixstep import formats
 from pixstep.errors import FINE, NEGATIVE, REFUSED, UserError
-from pixstep.formats import convert, prn
+from pixstep.formats import convert, records
 from pixstep.formats.describe import Description, describe, table
-from pixstep.formats.examine import NAMES, Examined, check_name, examine
+from pixstep.formats.files import KINDS, NAMES, Examined, check_name, examine
 from pixstep.formats.findings import LENIENT, STRICT, shown_path
-from pixstep.formats.recognise import KINDS
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.operations import shared
 from pixstep.operations.asked import AskedError, AskedRefusedError
@@ -137,14 +136,14 @@ class FileCheck(Request):
         examined = examine(self.path, LENIENT if lenient else STRICT, raw=self.raw)
         check_name(examined)
         smooth = self.decode == SMOOTH
-        if smooth and examined.kind in NAMES and examined.kind != prn.KIND:
+        if smooth and examined.kind in NAMES and examined.kind != records.PRN_KIND:
             raise AskedError(
                 "{path}: {decode} smooth is for PRN profiles, this is a {kind}: "
                 "`pixstep line check` checks lines",
                 path=shown_path(self.path), kind=NAMES[examined.kind],
             )  # fmt: skip
         if smooth and not examined.findings.refused:
-            prn.check_smooth(examined.required().values, examined.findings)
+            records.check_smooth(examined.required().values, examined.findings)
         return examined
 
 

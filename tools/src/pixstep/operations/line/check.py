@@ -13,9 +13,9 @@ from pixstep import atomic, formats
 from pixstep.board import boards, settings
 from pixstep.board.limits import named
 from pixstep.errors import RefusedError, UserError
-from pixstep.lines import linecheck, planner, units
+from pixstep.lines import core, line_check, units
 from pixstep.lines.line import Line
-from pixstep.lines.linecheck import Finding, FindingFacts, Limits
+from pixstep.lines.line_check import Finding, FindingFacts, Limits
 from pixstep.lines.units import Quantity
 from pixstep.operations import judging, shared
 from pixstep.operations.asked import AskedError, AskedRefusedError
@@ -89,8 +89,8 @@ class LineCheck(OfClock):
             refuse_faster=True,
             divider=self.edges,
         )
-        found = linecheck.check(line, self._bounds(line, desk))
-        severity = linecheck.exit_status(found)
+        found = line_check.check(line, self._bounds(line, desk))
+        severity = line_check.exit_status(found)
         data: CheckedLine = {
             "file": str(self.csv),
             "line": self.line_number or 1,
@@ -101,7 +101,7 @@ class LineCheck(OfClock):
             "pixels": line.pixels,
             "steps": line.total_steps,
             "line_speed": line.line_speed if severity < 2 else None,
-            "findings": linecheck.as_json(found),
+            "findings": line_check.as_json(found),
         }
         return Result(data, functools.partial(_page, data, found), STATUSES[severity])
 
@@ -194,7 +194,7 @@ class LinePlan(OfClock):
         )  # fmt: skip
         tick_hz = self.timer_hz or boards.load(self.board).tick_hz
         limits = named(self.board, hz, tick_hz).of_core()
-        planned = planner.plan(line, hz, tick_hz=tick_hz, pixels=self.pixels, limits=limits)
+        planned = core.plan(line, hz, tick_hz=tick_hz, pixels=self.pixels, limits=limits)
         desk.say(planned.warnings)
         atomic.write_text(self.output, planned.csv)
         data: PlannedLine = {

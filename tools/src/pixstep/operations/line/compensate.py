@@ -13,7 +13,7 @@ from pixstep import atomic, formats
 from pixstep.errors import FINE, NEGATIVE, UserError
 from pixstep.lazy import lazy
 from pixstep.lines import units
-from pixstep.lines.linecheck import MAX_COUNT
+from pixstep.lines.line_check import MAX_COUNT
 from pixstep.lines.units import Quantity
 from pixstep.operations import machine_defaults as machine
 from pixstep.operations import shared

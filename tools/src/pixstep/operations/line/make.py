@@ -10,10 +10,9 @@ from typing import TypedDict
 
 from pixstep import formats
 from pixstep.errors import FINE, NEGATIVE
-from pixstep.lines import linecheck, units
+from pixstep.lines import line_check, units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.lines.rational import hz_text
-from pixstep.lines.units import Quantity
+from pixstep.lines.units import Quantity, hz_text
 from pixstep.operations import machine_defaults as machine
 from pixstep.operations import meant_for, shared
 from pixstep.operations.asked import AskedError
@@ -227,7 +226,7 @@ def _use_text(facts: Facts, edges: int) -> str:
 def _warn_of_jerk(desk: Desk, line: _Made, limit: int) -> int:
     """Say where the acceleration changes by more than `limit`; return the exit status."""
     counts = line.made.counts
-    found = linecheck.check(Line(tuple(counts)), linecheck.Limits(jerk_warning=limit))
+    found = line_check.check(Line(tuple(counts)), line_check.Limits(jerk_warning=limit))
     jerks = [item for item in found if item.name == "jerk"]
     rising = [item for item in jerks if item.pixel <= len(counts) // 2]
     if not rising:

@@ -8,9 +8,9 @@ from typing import Any, TypedDict
 
 from pixstep import atomic, formats, owndata
 from pixstep.formats.findings import counted
-from pixstep.lines import linecheck
+from pixstep.lines import line_check
 from pixstep.lines.line import SMOOTH
-from pixstep.lines.linecheck import FindingFacts
+from pixstep.lines.line_check import FindingFacts
 from pixstep.operations import machine_defaults as machine
 from pixstep.operations import shared
 from pixstep.operations.asked import AskedRefusedError
@@ -19,9 +19,8 @@ from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import FILE, OUTPUT, TEXT, Choice, Text, Whole
 from pixstep.operations.request import argument, flag, operation, option
 from pixstep.operations.result import Result
-from pixstep.owndata.naming import QUANTITIES
-from pixstep.owndata.numerals import DECIMALS
-from pixstep.owndata.table import BLANK, NONE, SEPARATORS
+from pixstep.owndata.columns import QUANTITIES
+from pixstep.owndata.table import BLANK, DECIMALS, NONE, SEPARATORS
 from pixstep.profiles import origin
 
 
@@ -97,7 +96,7 @@ class LineImport(OfClock):
         )  # fmt: skip
         made = owndata.import_line(self.table, request)
         line = made.line
-        wrong = next((item for item in made.findings if item.severity == linecheck.ERROR), None)
+        wrong = next((item for item in made.findings if item.severity == line_check.ERROR), None)
         if wrong is not None:
             fits = line.decode == SMOOTH and not self.fit
             raise AskedRefusedError(
@@ -117,7 +116,7 @@ class LineImport(OfClock):
             "steps": line.total_steps,
             "largest_error_steps": float(made.largest_error_steps),
             "assumed": list(made.assumed),
-            "findings": linecheck.as_json(made.findings),
+            "findings": line_check.as_json(made.findings),
         }
         size = f"{counted(line.pixels, 'pixel')}, {counted(line.total_steps, 'step')}"
         return Result(data, f"{self.output}: {size}, {line.decode}", value=made)

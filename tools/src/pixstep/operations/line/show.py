@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pixstep import formats
 from pixstep.errors import UserError
-from pixstep.lines import linecheck
+from pixstep.lines import line_check
 from pixstep.lines.line import Line
 from pixstep.lines.units import Quantity
 from pixstep.operations import shared, showing
@@ -58,7 +58,7 @@ class LineShow(OfClock):
 
 def _refuse_backlash(line: Line) -> None:
     """Refuse a backlash that the line cannot take up: there is nothing right to draw."""
-    for item in linecheck.check(line):
+    for item in line_check.check(line):
         if item.name.startswith("backlash"):
             raise UserError(f"{line.name}: {item.message}")
 

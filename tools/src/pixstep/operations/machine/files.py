@@ -11,20 +11,20 @@ from pixstep import atomic
 from pixstep.errors import FINE, NEGATIVE, REFUSED, UserError
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.units import number_text
-from pixstep.machine import finding
+from pixstep.machine import FILE_NAME, VARIABLE, find_file
 from pixstep.operations import shared
-from pixstep.operations.asked import AskedError
-from pixstep.operations.desk import Desk
+from pixstep.operations.asked import AskedError, MissingError
+from pixstep.operations.desk import Desk, Source
 from pixstep.operations.kinds import HZ, OUTPUT, TEXT
-from pixstep.operations.request import Request, argument, operation, option, shared_fields
+from pixstep.operations.request import Request, argument, fields, operation, option, shared_fields
 from pixstep.operations.result import Page, Result
 from pixstep.simulation.report import new_table
 
 if TYPE_CHECKING:
     import rich.table
 
+    from pixstep.machine.files import Machine
     from pixstep.machine.model import Clock
-    from pixstep.machine.reading import Machine
 
 _KINDS = (SMOOTH, PLAIN)
 _USUAL = ("M39:smooth",)
@@ -43,7 +43,13 @@ class MachineNew(Request):
     result = NewMachine
 
     board: str = option(shared.BOARD, "Of which kind the board is.", required=True)
-    pixel_hz: Fraction = option(HZ, "30, 29.97 or 30000/1001.", required=True)
+    clock_hz: Fraction | None = option(
+        HZ, "Frequency of the pixel clock's edges: 30, 29.97 or 30000/1001.",
+        default_text="that of pixels times the divider",
+    )  # fmt: skip
+    pixel_hz: Fraction | None = option(
+        HZ, "Frequency of pixels.", default_text="that of the clock by the divider"
+    )
     divider: int | None = option(
         shared.EDGES, "Edges of the pixel clock in a pixel.", shown="M", default_text="1"
     )
@@ -54,15 +60,27 @@ class MachineNew(Request):
         TEXT, "A motor, as M39:smooth or M40:plain; again for more.", "--motor", many=True,
         shown="NAME:KIND", default_text=_USUAL[0],
     )  # fmt: skip
-    output: Path = option(OUTPUT, "File to write.", "-o", "--output", default=Path(finding.NAME))
+    output: Path = option(OUTPUT, "File to write.", "-o", "--output", default=Path(FILE_NAME))
+
+    @classmethod
+    def complete(cls, values: dict[str, Any], sources: dict[str, Source]) -> None:
+        """Find the frequency of the clock; the divider that does for it is found later."""
+        del sources
+        clock_hz, pixel_hz = values["clock_hz"], values["pixel_hz"]
+        if clock_hz is None and pixel_hz is None:
+            raise MissingError(fields(cls)["pixel_hz"])
+        if clock_hz is not None and pixel_hz is not None:
+            raise AskedError("{clock_hz} and {pixel_hz}: one of them says the other")
+        values["clock_hz"] = clock_hz or pixel_hz * (values["divider"] or 1)
 
     def run(self, desk: Desk) -> Result:
         """Write the file."""
         del desk
-        from pixstep.machine import template  # pydantic takes a while to load
+        from pixstep.machine import files  # pydantic takes a while to load
 
+        assert self.clock_hz is not None
         kinds = _kinds(self.motors or _USUAL)
-        made = template.text(self.board, self.pixel_hz, kinds, self.divider, self.sync)
+        made = files.new_text(self.board, self.clock_hz, kinds, self.divider, self.sync)
         atomic.write_text(self.output, made)
         text = f"{self.output}: edit it, then `pixstep machine check`"
         return Result({"machine": str(self.output)}, text)
@@ -72,16 +90,15 @@ class MachineNew(Request):
 class _OfFile(Request):
     """A request about the file in force."""
 
-    file: str | None = argument(TEXT, required=False, shown="[FILE]", variable=finding.VARIABLE)
+    file: str | None = argument(TEXT, required=False, shown="[FILE]", variable=VARIABLE)
 
     @property
     def path(self) -> Path:
         """The file. Raises UserError if there is none."""
-        path = finding.find(self.file)
+        path = find_file(self.file)
         if path is None:
             raise UserError(
-                f"no {finding.NAME} in this folder, and none named: `pixstep machine new` begins "
-                f"one"
+                f"no {FILE_NAME} in this folder, and none named: `pixstep machine new` begins one"
             )
         return path
 
@@ -109,11 +126,14 @@ class MachineCheck(_OfFile):
     def run(self, desk: Desk) -> Result:
         """Check the file."""
         path = self.path
-        from pixstep.machine import describe, reading  # pydantic takes a while to load
+        from pixstep.machine import (
+            describe,
+            files,  # pydantic takes a while to load
+        )
 
-        errors, warnings, notes = list(reading.problems(path)), [], []
+        errors, warnings, notes = list(files.problems(path)), [], []
         if not errors:
-            found = reading.Machine.load(path)
+            found = files.Machine.load(path)
             warnings, notes = list(describe.warnings(found)), list(describe.notes(found))
         verdict, status = ("warnings", NEGATIVE) if warnings else ("fine", FINE)
         if errors:
@@ -156,9 +176,12 @@ class MachineShow(_OfFile):
     def run(self, desk: Desk) -> Result:
         """Read the file."""
         del desk
-        from pixstep.machine import describe, reading  # pydantic takes a while to load
+        from pixstep.machine import (
+            describe,
+            files,  # pydantic takes a while to load
+        )
 
-        found = reading.Machine.load(self.path)
+        found = files.Machine.load(self.path)
 
         def write(page: Page) -> None:
             page.tell(

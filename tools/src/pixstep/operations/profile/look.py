@@ -8,9 +8,9 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, TypedDict
 
-from pixstep.lines import linecheck, units
+from pixstep.lines import line_check, units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.lines.linecheck import Finding, FindingFacts
+from pixstep.lines.line_check import Finding, FindingFacts
 from pixstep.lines.units import ACCELERATION, JERK, SPEED, Quantity
 from pixstep.operations import machine_defaults as machine
 from pixstep.operations import meant_for, shared, showing
@@ -85,7 +85,7 @@ class ProfileCheck(Request):
         """Check every reading."""
         read, hz = _read(self, desk)
         limits = showing.limits(self, hz)
-        bounds = linecheck.Limits(
+        bounds = line_check.Limits(
             max_speed=limits.get(SPEED),
             max_acceleration=limits.get(ACCELERATION),
             jerk_warning=limits.get(JERK),
@@ -103,7 +103,7 @@ class ProfileCheck(Request):
                     "decode": reading.decode or None,
                     "state": _state(reading),
                     "problem": reading.rows.problem or None,
-                    "findings": linecheck.as_json(reading.findings),
+                    "findings": line_check.as_json(reading.findings),
                 }
                 for reading in found
             ],

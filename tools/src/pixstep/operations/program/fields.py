@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from pixstep.errors import UserError
 from pixstep.lines.units import Quantity
-from pixstep.machine import finding
+from pixstep.machine import FILE_NAME, VARIABLE
 from pixstep.operations.asked import AskedError
 from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import FILE, Choice, Length, Number, Time, Whole
@@ -25,7 +25,7 @@ from pixstep.programs.plan_data import (
 )
 
 if TYPE_CHECKING:
-    from pixstep.machine.reading import Machine
+    from pixstep.machine.files import Machine
     from pixstep.programs.motors import Setup
 
 
@@ -67,7 +67,7 @@ class ProgramFields(Request):
         machine = desk.facts.found
         if machine is None:
             raise AskedError(
-                f"no machine file: {{machine}} FILE, {finding.VARIABLE}, or {finding.NAME} in this "
+                f"no machine file: {{machine}} FILE, {VARIABLE}, or {FILE_NAME} in this "
                 f"folder (`pixstep machine new` begins one)"
             )
         setup = self._setup(machine)

@@ -9,11 +9,11 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pixstep import atomic, extras, formats, natives, outfolder
+from pixstep import atomic, formats, natives, outfolder
 from pixstep.board import boards
 from pixstep.errors import FINE, NEGATIVE
-from pixstep.lazy import lazy
-from pixstep.lines import exact, linecheck, planner
+from pixstep.lazy import have_package, lazy
+from pixstep.lines import core, exact, line_check
 from pixstep.lines.line import Line
 from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import FOLDER
@@ -60,7 +60,7 @@ class Demo(Request):
             host = _on_host(folder, source, speeds)
             job = Job(_BOARD, {0: host.line}, PIXEL_HZ, serial_load=self.serial_load, vcd=True)
             with desk.progress("simulating the Mega") as show:
-                drawn = extras.have("matplotlib")
+                drawn = have_package("matplotlib")
                 judged = simtask.simulate_into(job, folder, out, plots=drawn, progress=show)
         seconds = time.monotonic() - started
         fine = judged.passed and host.checked and host.planned
@@ -89,10 +89,10 @@ def _on_host(folder: Path, source: Path, speeds: list[int]) -> _Host:
     formats.write_csv(folder / "line.csv", made.counts)
     line = Line(tuple(made.counts), backlash=REQUEST.backlash, name="worked example")
     tick_hz = boards.load(_BOARD).tick_hz
-    plan = planner.plan(line, PIXEL_HZ, tick_hz=tick_hz)
+    plan = core.plan(line, PIXEL_HZ, tick_hz=tick_hz)
     atomic.write_text(folder / "ticks.csv", plan.csv)
-    table = planner.plan(line, PIXEL_HZ, tick_hz=tick_hz, pixels=True).columns()[:, 2]
-    return _Host(line, not linecheck.check(line), table.tolist() == exact.expected_positions(line))
+    table = core.plan(line, PIXEL_HZ, tick_hz=tick_hz, pixels=True).columns()[:, 2]
+    return _Host(line, not line_check.check(line), table.tolist() == exact.expected_positions(line))
 
 
 def _write(page: Page, host: _Host, judged: Judgement, out: Path, seconds: float) -> None:

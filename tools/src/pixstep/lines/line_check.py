@@ -8,18 +8,18 @@ want: a limit of the jerk, and of the acceleration of plain lines.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
 from itertools import groupby, islice, pairwise, takewhile
 from math import inf
-from typing import TypedDict
+from typing import Any, TypedDict, cast
 
 from pixstep import arguments
 from pixstep.errors import RefusedError
 from pixstep.lines import core
 from pixstep.lines.core import NO_LIMIT, Code, CoreLimits
 from pixstep.lines.line import Line
-from pixstep.lines.runs import COUNT_RANGE, queue_entries
+from pixstep.lines.runs import safe_entries
 
 ERROR = "error"
 WARNING = "warning"
@@ -59,17 +59,11 @@ class Limits:
     def lower(self, other: "Limits") -> "Limits":
         """Return the lower of both limits wherever both have one; times are this one's."""
 
-        def least(name: str) -> int | None:
+        least: dict[str, Any] = {}
+        for name in ("max_speed", "max_acceleration", "start_stop", "jerk_warning"):
             known = [value for limits in (self, other) if (value := getattr(limits, name))]
-            return min(known, default=None)
-
-        return replace(
-            self,
-            max_speed=least("max_speed"),
-            max_acceleration=least("max_acceleration"),
-            start_stop=least("start_stop"),
-            jerk_warning=least("jerk_warning"),
-        )
+            least[name] = min(known, default=None)
+        return replace(self, **least)
 
     def with_rounding(self, line: Line) -> "Limits":
         """Return limits of a motor's motion as limits of the whole steps of a line.
@@ -116,31 +110,16 @@ class Finding:
 def check(line: Line, limits: Limits | None = None) -> list[Finding]:
     """Return all findings of a line, in pixel order, errors first at the same pixel."""
     limits = limits or Limits()
-    codes = core.check(entries(_judged(line)), limits.of_board())
+    # A smooth line with negative counts has no line speed, by which the firmware judges a backlash
+    # before it sees the counts: it is judged without, so that the counts are what is found.
+    broken = line.smooth and line.backlash and any(count < 0 for count in line.counts)
+    judged = replace(line, backlash=0) if broken else line
+    codes = core.check(safe_entries(judged), limits.of_board())
     if line.backlash:
         codes = [code for code in codes if code.name != IDLE_PIXEL]
     found = [item for code in codes for item in _spread(line, _finding(line, code, limits))]
     found += [*_speed_findings(line, limits), *_motor_findings(line, codes, limits)]
     return sorted(found, key=lambda item: (item.pixel, item.severity))
-
-
-def _judged(line: Line) -> Line:
-    """Return the line that the firmware judges.
-
-    A smooth line with negative counts has no line speed, by which the firmware judges a backlash
-    before it sees the counts: it is judged without, so that the counts are what is found.
-    """
-    broken = line.smooth and line.backlash and any(count < 0 for count in line.counts)
-    return replace(line, backlash=0) if broken else line
-
-
-def entries(line: Line) -> list[tuple[int, int]]:
-    """Return the queue entries of a line; counts that no entry can hold are refused as well."""
-    low, high = COUNT_RANGE
-    if all(low <= count <= high for count in line.counts):
-        return queue_entries(line)
-    kept = tuple(min(max(count, low), high) for count in line.counts)
-    return queue_entries(replace(line, counts=kept))
 
 
 def without_idle_pixel(findings: list[Finding]) -> list[Finding]:
@@ -184,18 +163,7 @@ class FindingFacts(TypedDict):
 
 def as_json(findings: Iterable[Finding]) -> list[FindingFacts]:
     """Return the findings as plain data."""
-    return [
-        {
-            "name": one.name,
-            "severity": one.severity,
-            "pixel": one.pixel,
-            "message": one.message,
-            "amplitude": one.amplitude,
-            "replaces_pixels": one.replaces_pixels,
-            "repair": one.repair,
-        }
-        for one in findings
-    ]
+    return [cast("FindingFacts", asdict(one)) for one in findings]
 
 
 def propose_repair(entry_speed: int, count: int, max_acceleration: int | None = None) -> list[int]:
@@ -247,13 +215,6 @@ def oscillations(line: Line) -> Iterator[Oscillation]:
         pixel += run.length
 
 
-def _run_at(line: Line, pixel: int) -> Oscillation:
-    """Return the equal counts that begin at a pixel."""
-    return Oscillation(
-        pixel, _equal_counts(line, pixel), line.counts[pixel - 1], line.speeds[pixel - 1]
-    )
-
-
 def _equal_counts(line: Line, pixel: int) -> int:
     """Return how many equal counts begin at a pixel."""
     count, behind = line.counts[pixel - 1], islice(line.counts, pixel - 1, None)
@@ -272,8 +233,9 @@ def _spread(line: Line, item: Finding) -> Iterator[Finding]:
 def _finding(line: Line, code: Code, limits: Limits) -> Finding:
     """Return what the firmware's check found, with the figures behind it."""
     severity = ERROR if code.is_error else WARNING
-    if code.name in (_OSCILLATES, _RIPPLE):
-        run = _run_at(line, code.pixel)
+    if code.name in ("oscillates", "ripple"):
+        count, speed = line.counts[code.pixel - 1], line.speeds[code.pixel - 1]
+        run = Oscillation(code.pixel, _equal_counts(line, code.pixel), count, speed)
         repair = propose_repair(run.entry_speed, run.count, limits.max_acceleration)
         text = f"{code.text}: {_oscillation_text(run, repair)}"
         replaced = 0 if repair else None
@@ -342,7 +304,6 @@ def _ramp(line: Line, pixel: int, limits: Limits) -> str:
     return f"from {before} to {after}, the start/stop speed is {limits.start_stop}"
 
 
-_OSCILLATES, _RIPPLE = "oscillates", "ripple"
 _FIGURES: dict[str, Callable[[Line, int, Limits], str]] = {
     "reverses_inside_pixel": _entered,
     "zero_while_moving": lambda line, pixel, _: f"entered at speed {line.speeds[pixel - 1]}",
@@ -363,7 +324,7 @@ def _speed_findings(line: Line, limits: Limits) -> Iterator[Finding]:
     if not limits.max_speed:
         return
     ones = dict.fromkeys(("min_interval_ticks", "smooth_min_interval_ticks"), 1)
-    for code in core.check(entries(line), CoreLimits(min(limits.max_speed, NO_LIMIT), **ones)):
+    for code in core.check(safe_entries(line), CoreLimits(min(limits.max_speed, NO_LIMIT), **ones)):
         if code.name == "too_fast":
             speed = _top_speed(line, code.pixel)
             text = f"speed {speed} is above {limits.max_speed}"
