@@ -4,6 +4,8 @@
 import asyncio
 import contextlib
 import signal
+import subprocess
+import sys
 import threading
 import time
 
@@ -379,3 +381,30 @@ def test_a_simulator_that_ends_is_told_and_nothing_hangs(uno):
     while any(one.is_alive() for one in left) and time.monotonic() < end_s:
         time.sleep(0.01)
     assert not any(one.is_alive() for one in left)
+
+
+WITHOUT_NUMPY = """\
+import sys
+for name in ("numpy", "pandas", "pyarrow"):
+    sys.modules[name] = None
+import pixstep as px
+with px.simulated_board("uno", pixel_hz=100) as board:
+    motion = board.start(px.line([2, 6, 8, 6, 2], pixel_hz=100))
+    (state,) = motion.wait()
+    print(state, state.records, motion.status()[0].share)
+    print(board.move(5, profile=[2, 3]).wait().steps)
+    try:
+        motion.records()
+    except px.UserError as error:
+        print(error)
+"""
+
+
+def test_boards_move_without_numpy():
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT_NUMPY], capture_output=True, text=True, check=False
+    )
+    assert done.stderr == ""
+    moved, steps, records = done.stdout.splitlines()
+    assert "state='done', position_steps=24" in moved and moved.endswith(" None 1.0")
+    assert steps == "5" and records == "this needs numpy: pip install 'pixstep[numpy]'"

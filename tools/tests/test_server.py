@@ -416,6 +416,19 @@ def test_a_board_that_is_not_there_keeps_no_stream(desk, terminal):
     assert sum(is_read(frame, 5) for frame in asked[:1]) == 1 and len(asked) >= 4
 
 
+def test_a_lost_reply_of_one_client_costs_a_stream_little(slow_desk, terminal):
+    """After a lost reply the line is quiet for as long as that request waited: 0.1 s, not 2 s."""
+    driver, raw = slow_desk.board(), slow_desk.raw()
+    load(driver)
+    run.arm(driver, [0])
+    hold(terminal, lambda frame: is_read(frame, 9))
+    raw.asked(1, "0400000009")
+    assert raw.hear()["error"] == "no_reply"
+    begun_s = time.monotonic()
+    assert driver.room() == [508]
+    assert time.monotonic() - begun_s < 1.5
+
+
 def test_after_a_mark_nothing_follows_for_20_ms(desk, monkeypatch):
     sent = []  # (time, frame), as the line takes them
     write = desk.server.line.write

@@ -34,6 +34,7 @@ from serverbench import HANG_S, until
 
 HZ = 16_000_000
 BYTE_CYCLES = HZ * 11 // 115_200
+SILENCE_CYCLES = 2 * BYTE_CYCLES + HZ * 175 // 100_000
 FIRST_STOP = [0, 16, 1, 0, 0, 2, 4, 0, 1, 0, 3]  # of a broadcast: axis 0, which every board has
 MOST_MS = 20
 STREAM_HZ = 2000
@@ -82,7 +83,7 @@ class Shop:
     def start(self):
         """Start the server."""
         self.server = Process(
-            "-m", "pixstep", "serve", "--port", self.port, "--json", "--timeout", "2s", *self.more,
+            "-m", "pixstep", "serve", "--port", self.port, "--json", *self.more,
             stderr=subprocess.PIPE,
         )  # fmt: skip
         self.serving = json.loads(self.server.line())
@@ -156,6 +157,10 @@ def wire(path):
                 else:
                     frames.append(Frame(True, cycle, cycle + BYTE_CYCLES, [byte]))
                 continue
+            if (
+                starts and cycle - starts[-1] > SILENCE_CYCLES
+            ):  # the rest of a frame that met a reply
+                heard, starts = b"", []
             heard += bytes([byte])
             starts.append(cycle - BYTE_CYCLES)
             while size := whole(heard):
@@ -323,6 +328,19 @@ def test_a_server_that_ends_is_one_line_to_its_clients(shop, number):
     watcher.end(signal.SIGINT)
     out, _ = shop.run("board", "stop")
     assert "at rest" in out
+
+
+def test_a_stop_goes_beside_a_server_that_hangs(shop):
+    formats.write_csv(shop.folder / "long.csv", [9] * 60_000)
+    words = ("board", "upload", shop.folder / "long.csv", "--decode", "plain", "--arm", "--no-wait")
+    shop.run(*words)
+    shop.server.send_signal(signal.SIGSTOP)
+    out, _ = shop.run("board", "stop", "--no-look")
+    assert out == f"{shop.port}: in use by another program: stop sent to all boards beside it\n"
+    _, errors = shop.run("board", "info", status=2)
+    assert errors == f"pixstep: the server of {shop.port} is gone: it does not answer\n"
+    shop.server.send_signal(signal.SIGCONT)
+    assert state_of(Board(remote.find(Port(shop.port)))) == "empty"
 
 
 def test_ctrl_c_in_a_console_stops_its_axes(shop):

@@ -12,7 +12,8 @@ REFUSED = 3  # by a check, before anything is done, or by a board
 class PlainError(Exception):
     """Ends a command with its text as one line and with the exit status `status`."""
 
-    status = NEGATIVE
+    status: int = NEGATIVE
+    """Exit status of a command that it ends."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Let every kind pass from one process to another, whatever it is made of."""

@@ -53,7 +53,8 @@ class Board:
     def __init__(self, link: Link, unit: int, motions: Motions | None = None) -> None:
         self._link = link
         self._motions = motions or Motions()
-        self.unit = unit
+        self.unit: int = unit
+        """Its Modbus address."""
         self.device: Device = link.board(unit)
         """Registers, commands and settings one by one, below this interface."""
 

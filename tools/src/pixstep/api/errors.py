@@ -10,4 +10,5 @@ class LineRefusedError(RefusedError):
 
     def __init__(self, message: str, findings: tuple[Finding, ...] = ()) -> None:
         super().__init__(message)
-        self.findings = findings
+        self.findings: tuple[Finding, ...] = findings
+        """The errors of the check."""

@@ -22,7 +22,8 @@ class AxisState:
     play_known: bool = True
     """False if its newest line with backlash began without knowing the play, as after a reset."""
     records: AxisRecords | None = field(default=None, repr=False, compare=False)
-    """The per-pixel records of the line that `run` or `run_program` has run; else None."""
+    """The per-pixel records of the line that a run has made; None of an axis at rest, of a board
+    that keeps none, and without numpy."""
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,8 @@ class BoardError(PlainError):
 
     def __init__(self, message: str, code: int | None = None) -> None:
         super().__init__(message)
-        self.code = code
+        self.code: int | None = code
+        """Code of the Modbus exception, if the board has answered with one."""
 
 
 class NoReplyError(BoardError):
@@ -117,7 +118,8 @@ class FaultError(BoardError):
 
     def __init__(self, message: str, name: str) -> None:
         super().__init__(message)
-        self.name = name
+        self.name: str = name
+        """Name of the fault."""
 
 
 class MotionStoppedError(BoardError):

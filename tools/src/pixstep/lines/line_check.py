@@ -40,12 +40,19 @@ class Limits:
     """
 
     max_speed: int | None = None
+    """Highest speed, steps/pixel."""
     max_acceleration: int | None = None
+    """Largest change of the speed from pixel to pixel, steps/pixel2."""
     start_stop: int | None = None
+    """Speed up to which a plain line may start, stop and turn at once, steps/pixel."""
     jerk_warning: int | None = None
+    """Largest change of the acceleration without a warning, steps/pixel3."""
     min_interval_ticks: int | None = None
+    """Shortest interval between two steps, ticks."""
     period_ticks: Fraction | None = None
+    """Pixel period, ticks, exact; without it no interval is known."""
     reversal_ticks: int | None = None
+    """Shortest time from the last step to the first one the other way, ticks."""
 
     def __post_init__(self) -> None:
         """Raise UserError for what is no limit."""
@@ -99,12 +106,19 @@ class Finding:
     """
 
     name: str
+    """What it is called, as docs/FAULTS.md lists it: `"oscillates"`."""
     severity: str
+    """`"error"`, which refuses the line, or `"warning"`."""
     pixel: int
+    """Where it is, from 1."""
     message: str
+    """What is wrong, in words."""
     amplitude: int | None = None
+    """How far the speed swings around equal counts, steps/pixel; None of other findings."""
     replaces_pixels: int | None = None
+    """How many pixels `repair` takes the place of; None if there is no repair."""
     repair: list[int] = field(default_factory=list)
+    """Counts that mend it; empty if none are known."""
 
 
 def check(line: Line, limits: Limits | None = None) -> list[Finding]:

@@ -240,7 +240,11 @@ class Bus(threading.Thread):
             self._told_at(job)
             return {}
         with self.line.patient(*job.patience):
-            reply = self.line.ask(job.unit, job.pdu, urgent=job.urgent)
+            try:
+                reply = self.line.ask(job.unit, job.pdu, urgent=job.urgent)
+            except (RequestError, CutShortError):
+                self.line.doubt(job.unit)
+                raise
         self._there.add(job.unit)
         if job.more_follows:
             self._kept_by, self._quiet_s = job.by, time.monotonic() + _MORE_S
@@ -261,7 +265,6 @@ class Bus(threading.Thread):
     def _cut_short(self, job: Job, number: int) -> Message | None:
         """Let a request that gave way wait again, if it may be sent again."""
         self.counts.cut_short += 1
-        self.line.doubt(job.unit)
         self._in_doubt = True
         repeats = job.patience[1] or not job.meaning.writes
         if job.urgent or job.was_cut_short or job.overtaken_by or not repeats:

@@ -58,6 +58,7 @@ class Connection:
                 return
             self._house.sessions.enter(self.session)
             try:
+                self._send(self._house.hello())
                 self._serve(lines)
             finally:
                 left(self.session, self._orderly)
@@ -72,7 +73,7 @@ class Connection:
             self._link.shutdown(socket.SHUT_RDWR)
 
     def _greet(self, line: bytes) -> bool:
-        """Answer a client's first line; False if it is not let in."""
+        """Read a client's first line; False if it has gone. Raises MessageError to keep it out."""
         if not line:
             return False
         hello = messages.decode(line)
@@ -90,7 +91,6 @@ class Connection:
         command = one_line(str(hello.get("command", "a client")), _MOST_COMMAND)
         self.session.name = f"{command} (pid {self._pid(hello)})"
         self._link.settimeout(None)
-        self._send(self._house.hello())
         return True
 
     def _pid(self, hello: Message) -> int:

@@ -32,6 +32,7 @@ class SharedLine(SerialClient):
     def __init__(self, port: Port) -> None:
         super().__init__(port)
         self._home = port
+        self._doubt_s = 0.0  # the longest time that a lost request waited for its reply
         self.frames = 0
         self._lock = threading.Lock()
         self._wake, self._waker = os.pipe()
@@ -65,8 +66,17 @@ class SharedLine(SerialClient):
         return self._waits
 
     def doubt(self, unit: int) -> None:
-        """Note that a reply of a unit may still come."""
+        """Note that a reply of a unit may still come, for as long as its request waited."""
         self._doubts.add(unit)
+        self._doubt_s = max(self._doubt_s, self.patience[0])
+
+    def _quiet(self, seconds: float) -> None:
+        """Drop all that comes until the line has been quiet for as long as lost requests waited.
+
+        One client's short requests must not cost the others their longer time.
+        """
+        super()._quiet(min(seconds, self._doubt_s or seconds))
+        self._doubt_s = 0.0
 
     def go_to(self, baud: int, parity: str, *, stays: bool) -> None:
         """Go on at another rate; it `stays` because a board was set so."""

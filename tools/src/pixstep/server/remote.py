@@ -18,7 +18,7 @@ from pixstep.board import link
 from pixstep.board.errors import BusTakenError, OvertakenError
 from pixstep.board.link import Link, Say, SerialLink
 from pixstep.board.modbus import MOST_WORDS, Client
-from pixstep.board.port import BAUD, RETRIES, TIMEOUT_S, Port
+from pixstep.board.port import BAUD, RETRIES, TIMEOUT_S, Port, PortBusyError
 from pixstep.board.rtu import Reply
 from pixstep.errors import UserError, one_line
 from pixstep.server import messages, places
@@ -28,14 +28,14 @@ from pixstep.server.messages import Message, MessageError
 DIRECT, TOKEN = "PIXSTEP_DIRECT", "PIXSTEP_TOKEN"
 TCP, UNIX = "tcp://", "unix:"
 _ANSWER_S = 30.0  # beside a request's own time: others' requests may come first
-_HELLO_S = 10.0
+_HELLO_S = 3.0
 # Registers in one read, so that a stop need not wait for more than some 20 ms of the wire.
 _SHORT_WORDS, _FAST_BAUD = 76, 200_000
 _PIECE = 65_536
 
 
-class ServerGoneError(UserError):
-    """The server has ended, or does not answer."""
+class ServerGoneError(PortBusyError):
+    """The server has ended, or does not answer: it still has the port, and a stop goes beside."""
 
 
 class RemoteModbus(Client):

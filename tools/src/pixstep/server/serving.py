@@ -33,7 +33,7 @@ _LEAST_SILENCE_S = 0.5  # of a client, for which its board is not asked what it 
 _MOVING = ("armed", "running")
 _HELD = ("loading", "loaded", *_MOVING)  # an axis has a line of its owner
 _LEAVE_S, _POLL_S = 5.0, 0.005  # for clients to go when the server ends
-_BACKLOG = 16
+_BACKLOG = 128
 
 
 @dataclass
