@@ -199,14 +199,6 @@ def _rest(left: float, right: float) -> float:
     return left % right
 
 
-def _in_degrees(function: Callable[[float], float]) -> Callable[[float], float]:
-    return lambda value: function(math.radians(value))
-
-
-def _to_degrees(function: Callable[[float], float]) -> Callable[[float], float]:
-    return lambda value: math.degrees(function(value))
-
-
 _OPERATORS: dict[str, _Operator] = {
     "+": lambda left, right: left + right,
     "-": lambda left, right: left - right,
@@ -220,10 +212,10 @@ FUNCTIONS: dict[str, Callable[[float], float]] = {
     "SQRT": math.sqrt,
     "EXP": math.exp,
     "LN": math.log,
-    "SIN": _in_degrees(math.sin),
-    "COS": _in_degrees(math.cos),
-    "TAN": _in_degrees(math.tan),
-    "ASIN": _to_degrees(math.asin),
-    "ACOS": _to_degrees(math.acos),
-    "ATAN": _to_degrees(math.atan),
+    "SIN": lambda degrees: math.sin(math.radians(degrees)),
+    "COS": lambda degrees: math.cos(math.radians(degrees)),
+    "TAN": lambda degrees: math.tan(math.radians(degrees)),
+    "ASIN": lambda value: math.degrees(math.asin(value)),
+    "ACOS": lambda value: math.degrees(math.acos(value)),
+    "ATAN": lambda value: math.degrees(math.atan(value)),
 }
