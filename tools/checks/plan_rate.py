@@ -15,8 +15,8 @@ from fractions import Fraction
 import numpy as np
 
 from pixstep.programs.motors import PlanMotor, Setup
-from pixstep.programs.options import Options
 from pixstep.programs.plan import Plan
+from pixstep.programs.plan_data import Options
 
 PIXEL_HZ = 500
 MACHINE = Setup(

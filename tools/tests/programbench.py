@@ -6,13 +6,13 @@ from fractions import Fraction
 import numpy as np
 from scipy.spatial import cKDTree
 
-from pixstep.programs.blends import Intervals, Path, nominal
+from pixstep.programs.blends import Intervals, NominalPath, nominal
 from pixstep.programs.language import read
 from pixstep.programs.motors import PlanMotor, Setup
 from pixstep.programs.moves import Program
-from pixstep.programs.options import Options
 from pixstep.programs.plan import Plan
-from pixstep.programs.timelaw import Limits
+from pixstep.programs.plan_data import Options
+from pixstep.programs.time_law import MotorLimits
 
 WORDS = "XYZA"
 CHORDS = 1e-3  # steps by which the chords of path_distance may lie beside the path
@@ -51,13 +51,13 @@ def planned(text, of, **options):
 
 def path(text, of):
     """Return the nominal path, in intervals of programmed time."""
-    parts = Path(len(of.motors)).intervals(nominal(events(text, of)))
+    parts = NominalPath(len(of.motors)).intervals(nominal(events(text, of)))
     return Intervals.joined(list(parts))
 
 
 def limits(of):
     """Return the limits that a program is planned with."""
-    return Limits.of(of)
+    return MotorLimits.of(of)
 
 
 def random_program(rng, motors, moves, *, rising=False):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A plain line with four reversals, its limits and its play, shared by the tests."""
 
-from pixstep.reversals.takeup import MotionLimits
+from pixstep.reversals.compensate import MotionLimits
 
 LIMITS = MotionLimits(max_acceleration=10, start_stop=4)
 PLAY = 40

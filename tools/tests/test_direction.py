@@ -15,8 +15,8 @@ from pixstep.cli.main import main
 from pixstep.lines.runs import MARK_NEGATIVE, MARK_SMOOTH, signed
 from pixstep.moves import fasttask, hometask
 from pixstep.operations.run import sim
-from pixstep.trajectories import boardsim, circle, circletest, host
-from pixstep.trajectories.transitions import AxisPlay
+from pixstep.trajectories import circle, circle_test, runs
+from pixstep.trajectories.transitions import TablePlay
 
 FAST = natives.root() / "tools/data/AccProf-fast-move.csv"
 SMOOTH = natives.root() / "tools/data/AccProfM39-30Hz-1.PRN"
@@ -195,7 +195,7 @@ def test_what_is_simulated(turned, monkeypatch, way, sign):
     job = _begun(monkeypatch, sim, "simulate", *words)
     assert [line.negative for line in job.lines.values()] == [sign < 0]
     words = ("trajectory", "sim", "circle.csv", "--motor", "X", "--motor", "Y")
-    test = _begun(monkeypatch, circletest, "simulate", *words)
+    test = _begun(monkeypatch, circle_test, "simulate", *words)
     assert test.job.ways == (sign, 1)
 
 
@@ -210,14 +210,14 @@ def test_without_a_motor_steps_are_the_board_s(turned, invoke):
 def test_a_table_runs_the_same_on_a_motor_that_is_turned_round(tmp_path):
     """The loads are where the table says, and play is taken up, whatever the motor's direction."""
     made = circle.make(circle.CircleRequest(200, points=256, revolutions=1, holds=0, lead_in=64))
-    plays = (AxisPlay(20, 4), AxisPlay(10, 4))
+    plays = (TablePlay(20, 4), TablePlay(10, 4))
     found = []
     for ways in ((1, 1), (-1, 1)):
-        job = boardsim.BoardJob("mega", Fraction(100), (20, 10), ways=ways)
-        run = boardsim.run(made, plays, host.COMPENSATED, job, tmp_path / str(ways[0]))
+        job = runs.BoardJob("mega", Fraction(100), (20, 10), ways=ways)
+        run = runs.run_on_board(made, plays, runs.COMPENSATED, job, tmp_path / str(ways[0]))
         assert run.summary["verdict"] == "pass"
         found.append(run.trace)
     assert (found[0].load == found[1].load).all() and (found[0].motor == found[1].motor).all()
-    counts = [line.counts for line in boardsim.lines(made)]
-    turned = [line.counts for line in boardsim.turned(boardsim.lines(made), (-1, 1))]
+    counts = [line.counts for line in runs.lines(made)]
+    turned = [line.counts for line in runs.turned(runs.lines(made), (-1, 1))]
     assert turned == [tuple(-count for count in counts[0]), counts[1]]

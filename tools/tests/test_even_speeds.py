@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from effort import cases
-from pixstep.programs.evenspeeds import EvenLimits, EvenSpeeds, oscillates
+from pixstep.programs.even_speeds import EvenLimits, EvenSpeeds, oscillates
 
 ROUNDING = 1e-6
 FREE = EvenLimits(np.inf)

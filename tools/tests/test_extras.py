@@ -35,8 +35,8 @@ from pixstep.__main__ import run
 run()
 """
 DRAWINGS = {
-    "moves.fastplot", "moves.homeplot", "plotting", "profiles.figure", "profiles.marks",
-    "profiles.phases", "programs.figure", "reversals.picture", "simulation.clockplot",
+    "moves.fastplot", "moves.homeplot", "plotting", "profiles.figure",
+    "programs.figure", "reversals.picture", "simulation.clockplot",
     "simulation.load_plot", "simulation.overview", "simulation.plots", "trajectories.picture",
 }  # fmt: skip
 LINE = ("line.csv", "--decode", "smooth", "--pixel-hz", "30")

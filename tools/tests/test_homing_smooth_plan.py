@@ -13,7 +13,7 @@ from pixstep.lines import line_check, runs
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.moves import accel, homing, legs, seeklines
 from pixstep.moves.homing import HomingError
-from pixstep.profiles import names, readings
+from pixstep.profiles import origin, readings
 from worked import DATA
 
 PATH = DATA / "AccProf-fast-move.csv"
@@ -46,8 +46,8 @@ def test_the_example_profile_is_sound_under_both_rules():
 
 @pytest.mark.parametrize("suffix", ["PRN", "csv", "CSB"])
 def test_the_motor_is_known_by_the_name_of_its_file(suffix):
-    assert names.parse(Path(f"x/AccProfM39-30Hz-1.{suffix}")).decode == SMOOTH
-    assert names.parse(Path(f"x/AccProfM40-30Hz-1.{suffix}")).decode == PLAIN
+    assert origin.parse_name(Path(f"x/AccProfM39-30Hz-1.{suffix}")).decode == SMOOTH
+    assert origin.parse_name(Path(f"x/AccProfM40-30Hz-1.{suffix}")).decode == PLAIN
 
 
 def test_a_smooth_seek_holds_the_speed_behind_its_last_entry_and_mirrors_all():

@@ -25,7 +25,7 @@ from pixstep.formats.files import KINDS
 from pixstep.moves.inputs import INVERTED, SHARED
 from pixstep.owndata.columns import QUANTITIES
 from pixstep.owndata.table import BLANK, DECIMALS, NONE, SEPARATORS
-from pixstep.programs.options import MODES
+from pixstep.programs.plan_data import MODES
 
 MACHINE = """\
 [clock]

@@ -7,7 +7,7 @@ import pytest
 
 from pixstep import formats, natives
 from pixstep.errors import UserError
-from pixstep.profiles.madefor import OtherFrequency
+from pixstep.profiles.origin import OtherFrequency
 
 PROFILE = "AccProfM39-30Hz-1.PRN"
 WARNED = "made for 30 Hz, used at "

@@ -10,7 +10,7 @@ from pixstep import formats
 from pixstep.cli.main import main
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.line_check import Limits
-from pixstep.profiles import names, readings
+from pixstep.profiles import origin, readings
 from worked import ACCELERATING, PRN, SAMPLE_CSV
 
 HEADER = formats.ProfileHeader("Mon Oct 12 15:13:35 2009", "mine", 1, 3, 0, "30")
@@ -114,10 +114,10 @@ def test_haps_beyond_the_values(tmp_path):
 
 
 def test_names():
-    named = names.parse(PRN)
+    named = origin.parse_name(PRN)
     assert (named.motor, named.pixel_hz, named.variant, named.decode) == ("M39", 30, "1", SMOOTH)
-    assert names.parse(PRN.with_name("AccProfM40-29.97Hz-x2.csv")).decode == PLAIN
-    assert names.parse(SAMPLE_CSV) is None
+    assert origin.parse_name(PRN.with_name("AccProfM40-29.97Hz-x2.csv")).decode == PLAIN
+    assert origin.parse_name(SAMPLE_CSV) is None
 
 
 def run(*words, status=0):

@@ -17,8 +17,8 @@ from pixstep.errors import UserError
 from pixstep.lines import core, exact, line_check
 from pixstep.lines.line import Line
 from pixstep.lines.units import ACCELERATION, JERK
-from pixstep.profiles import generator, make
-from pixstep.profiles.make import ProfileLimits, shortest_pixels, shortest_profile
+from pixstep.profiles import generator
+from pixstep.profiles.generator import ProfileLimits, shortest_pixels, shortest_profile
 
 RANDOM_LIMITS = cases(300, 2000)
 
@@ -173,21 +173,21 @@ def run(*words, group="profile", status=0):
 )
 def test_illegal_top_speeds(value, message):
     with pytest.raises(UserError, match=message):
-        make.legal_speed(value)
+        generator.legal_speed(value)
 
 
 def test_limits_are_rounded_down_to_even():
-    assert make.legal_limit(Fraction(7), ACCELERATION) == 6
-    assert make.legal_limit(Fraction(17, 2), JERK) == 8
+    assert generator.legal_limit(Fraction(7), ACCELERATION) == 6
+    assert generator.legal_limit(Fraction(17, 2), JERK) == 8
     with pytest.raises(UserError, match=r"below 2.*nearest legal 2"):
-        make.legal_limit(Fraction(19, 10), JERK)
+        generator.legal_limit(Fraction(19, 10), JERK)
 
 
 def test_refusals_name_legal_values_per_second_too():
     with pytest.raises(UserError, match=r"= 30000 steps/s and 1002 .* 30060 steps/s$"):
-        make.legal_speed(Fraction(30_010, 30), Fraction(30))
+        generator.legal_speed(Fraction(30_010, 30), Fraction(30))
     with pytest.raises(UserError, match="nearest legal 2 steps/px2 = 1800 steps/s2"):
-        make.legal_limit(Fraction(1), ACCELERATION, Fraction(30))
+        generator.legal_limit(Fraction(1), ACCELERATION, Fraction(30))
 
 
 def test_conventional_name_and_si_units(tmp_path, monkeypatch):

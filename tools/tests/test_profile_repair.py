@@ -15,10 +15,9 @@ from pixstep.cli.main import main
 from pixstep.errors import UserError
 from pixstep.lines import line_check
 from pixstep.lines.line import Line
-from pixstep.profiles import generator, legal_prn, ramps
+from pixstep.profiles import generator, ramps
 from pixstep.profiles.generator import MAX_SPEED
-from pixstep.profiles.repair import Wish, repair_counts, whole_line
-from pixstep.profiles.stretches import LINE, START
+from pixstep.profiles.repair import LINE, START, Wish, repair_counts, repair_speeds, whole_line
 from worked import ACCELERATING, MPOS, worked_line
 
 TEN = (10, 10, 10, 10)
@@ -192,19 +191,19 @@ def nearest_by_search(speeds):
 
 
 def test_nearest_legal_prn():
-    repair = legal_prn.repair_speeds((8, 15, 24, 20, 32))
+    repair = repair_speeds((8, 15, 24, 20, 32))
     assert repair.values == (8, 14, 20, 20, 32)
     assert [(c.pixel, c.before, c.after) for c in repair.changes] == [
         (2, (15,), (14,)), (3, (24,), (20,)),
     ]  # fmt: skip
-    assert legal_prn.repair_speeds((0, 1, 99_999_999)).values == (2, 2, MAX_SPEED)
+    assert repair_speeds((0, 1, 99_999_999)).values == (2, 2, MAX_SPEED)
 
 
 def test_no_legal_prn_is_nearer():
     rng = random.Random(34)
     for _ in range(200):
         speeds = tuple(rng.randint(0, 14) for _ in range(rng.randint(1, 5)))
-        made = legal_prn.repair_speeds(speeds).values
+        made = repair_speeds(speeds).values
         assert all(value % 2 == 0 and value > 0 for value in made) and list(made) == sorted(made)
         changed = sum(abs(a - b) for a, b in zip(made, speeds, strict=True))
         assert changed == nearest_by_search(speeds), speeds

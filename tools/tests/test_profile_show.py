@@ -16,7 +16,7 @@ from pixstep.errors import UserError
 from pixstep.lines import exact, line_check
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.units import ACCELERATION, JERK, SPEED
-from pixstep.profiles import figure, kinematics, phases
+from pixstep.profiles import figure, kinematics
 from worked import ACCELERATING, MPOS, PRN, worked_line
 
 TURNING = Line((10, 20, 20, 10, 0, -10, -10), PLAIN)
@@ -27,7 +27,7 @@ def draw():
     """Return a function that builds a figure and returns its axes by label."""
 
     def build(line, **more):
-        made = figure.build(figure.Drawing(line, "title", **more))
+        made = figure.build(kinematics.LineDrawing(line, "title", **more))
         return {axes.get_label(): axes for axes in made.axes}
 
     return build
@@ -83,14 +83,14 @@ def test_plain_lines_jump_at_the_edges():
 
 
 def test_phases_of_the_worked_example():
-    found = [(p.kind, p.begin, p.end) for p in phases.of(worked_line(250))]
+    found = [(p.kind, p.begin, p.end) for p in figure.phases(worked_line(250))]
     assert found == [
-        (phases.REST, 0, 0.75), (phases.UP, 0.75, 15.75), (phases.TAKE_UP, 15.75, 16),
-        (phases.CONSTANT, 16, 44), (phases.DOWN, 44, 59), (phases.REST, 59, 60),
+        (figure.REST, 0, 0.75), (figure.UP, 0.75, 15.75), (figure.TAKE_UP, 15.75, 16),
+        (figure.CONSTANT, 16, 44), (figure.DOWN, 44, 59), (figure.REST, 59, 60),
     ]  # fmt: skip
-    (swing,) = phases.of(Line((10,) * 4))
+    (swing,) = figure.phases(Line((10,) * 4))
     assert swing.text == "oscillates between 0 and 20 steps/px"
-    assert [p.text for p in phases.of(TURNING)][-1] == "constant \N{MINUS SIGN}10"
+    assert [p.text for p in figure.phases(TURNING)][-1] == "constant \N{MINUS SIGN}10"
 
 
 @pytest.mark.parametrize("line", [worked_line(250), Line((10,) * 4), Line((5, 10, 10, 5))])
@@ -287,4 +287,4 @@ def test_misuse(tmp_path):
     assert "--speed is for a PRN" in text
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(UserError, match="a drawing ends with"):
-        figure.save(figure.Drawing(Line((0,)), "x"), tmp_path / "a")
+        figure.save(kinematics.LineDrawing(Line((0,)), "x"), tmp_path / "a")

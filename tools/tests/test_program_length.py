@@ -15,13 +15,11 @@ from pixstep.errors import RefusedError
 from pixstep.lines.core import Checker, CoreLimits, check
 from pixstep.lines.line import Line
 from pixstep.lines.runs import safe_entries
-from pixstep.programs import length
-from pixstep.programs.length import MOST_PIXELS
-from pixstep.programs.options import Options
-from pixstep.programs.pixels import Rounding, Track
-from pixstep.programs.plan import Plan
-from pixstep.programs.rehearsal import rehearse
-from pixstep.programs.timeline import in_pieces
+from pixstep.programs import plan
+from pixstep.programs.pixels import Rounding, Track, in_pieces
+from pixstep.programs.plan import MOST_PIXELS, Plan
+from pixstep.programs.plan_data import Options
+from pixstep.programs.plan_lines import rehearse
 from programbench import random_program, setup
 
 MACHINE = """\
@@ -146,7 +144,7 @@ def test_a_move_that_its_speed_makes_too_long_is_refused_before_the_work(
 
 def test_a_plan_that_its_limits_make_too_long_is_refused(folder, invoke, monkeypatch):
     (folder / "slow.pmc").write_text("INC TS0 TA1 TM1\n" + "X90\nX-90\n" * 500)
-    monkeypatch.setattr(length, "MOST_PIXELS", 700)
+    monkeypatch.setattr(plan, "MOST_PIXELS", 700)
     error = invoke("plan", "slow.pmc", status=3).stderr
     assert error.startswith("pixstep: slow.pmc: by its limits the plan takes more than 700 pixels")
     assert error.count("\n") == 1 and not (folder / "plan").exists()
@@ -163,8 +161,8 @@ def test_no_plan_is_shorter_than_what_the_quick_look_says(seed, mode, monkeypatc
     total = Plan("p.pmc", text.splitlines(), of, Options(mode))
     for _ in total.counts():
         pass
-    monkeypatch.setattr(length, "MOST_PIXELS", total.report.total_ms / of.pixel_ms + 1e-6)
-    length.require("p.pmc", text.splitlines(), of, Options(mode))
+    monkeypatch.setattr(plan, "MOST_PIXELS", total.report.total_ms / of.pixel_ms + 1e-6)
+    plan.require_length("p.pmc", text.splitlines(), of, Options(mode))
 
 
 @only_long

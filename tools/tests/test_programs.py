@@ -9,11 +9,11 @@ import pytest
 
 import optimum
 from effort import cases
-from pixstep.programs.blends import Path, nominal
+from pixstep.programs.blends import NominalPath, nominal
 from pixstep.programs.language import ProgramError
-from pixstep.programs.timelaw import TimeLaw
-from pixstep.programs.timeline import timelines
-from pixstep.programs.twomoves import TwoMoves
+from pixstep.programs.pixels import timelines
+from pixstep.programs.time_law import TimeLaw
+from pixstep.programs.two_moves import TwoMoves
 from programbench import (
     CHORDS,
     RUN_IN,
@@ -115,7 +115,7 @@ def test_the_run_in_does_not_help_two_moves():
 def test_without_the_last_assumed_a_stop_exceeds_the_limit():
     two = TwoMoves(setup(1), assume_last=False)
     list(two.timed(events(RUN_IN, setup(1))))
-    worst = max(item.ratio for item in two.violations)
+    worst = max(item["ratio"] for item in two.violations)
     assert two.violated and 5.02 <= worst <= 16.67
     counts, report = planned(RUN_IN, setup(1), mode="mode1", assume_last=False)
     assert not report.whole and counts.sum() == 10_000
@@ -131,7 +131,7 @@ def test_both_motors_are_stretched_and_the_path_stays():
         assert report.motors[0].planned_ratio == pytest.approx(1, abs=1e-6)
         assert report.total_ms > 1.04 * planned(text, free, mode=mode)[1].total_ms
         assert counts.sum(axis=0).tolist() == [1500, 50]
-        assert report.slowed and "X" in report.slowed[0].why
+        assert report.slowed and "X" in report.slowed[0]["why"]
     assert path_distance(planned(text, bound)[0], path(text, bound)) <= 0.5 + CHORDS
 
 
@@ -174,7 +174,9 @@ def test_where_no_limit_is_near_the_program_is_run_as_it_is(ts):
 def dense_ratios(text, of, window):
     """Return the highest acceleration and speed over the limit, many times in each interval."""
     bound = limits(of)
-    runs = TimeLaw(bound, window).runs(Path(len(of.motors)).intervals(nominal(events(text, of))))
+    runs = TimeLaw(bound, window).runs(
+        NominalPath(len(of.motors)).intervals(nominal(events(text, of)))
+    )
     worst = np.zeros(2)
     for line in timelines(runs, bound):
         for share in np.linspace(0, 1, 17):

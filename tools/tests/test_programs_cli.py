@@ -10,15 +10,16 @@ import pytest
 
 from effort import cases, only_long
 from pixstep import natives
+from pixstep.board import orders
 from pixstep.board import registers as regs
 from pixstep.board.handle import Watch
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.machine.files import MachineFile
+from pixstep.programs import streaming
 from pixstep.programs.motors import of_machine
-from pixstep.programs.options import Options
 from pixstep.programs.plan import Plan
-from pixstep.programs.streaming import stream
+from pixstep.programs.plan_data import Options
 from pixstep.simulation.simboard import SimulatedBoard
 from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import run_and_judge
@@ -377,6 +378,29 @@ def _endless(moves, motors):
         yield " ".join(f"{word}{length}" for word, length in words) + "\n"
 
 
+class _Here:
+    """A plan that is made when its counts are asked for."""
+
+    def __init__(self, plan):
+        self.over, self._parts = False, plan.counts()
+
+    def more(self, *, wait):
+        part = next(self._parts, None)
+        self.over = part is None
+        return part
+
+
+def _stream(run, plan, watch):
+    """Run a plan on one board while it is planned; return whether the board ended it."""
+    motors = plan.setup.motors
+    lines = streaming.prepare(run.board, streaming.Entries(_Here(plan), motors), motors)
+    streaming.load(lines)
+    run.uploads = dict(zip(lines.axes, lines.uploads, strict=True))
+    orders.arm(run.board, sorted(lines.axes))
+    run.deadline_s = float("inf")
+    return run.follow(watch)
+
+
 def _streamed(moves, pixels, hz, motors=2):
     of = setup(0.02, motors, hz, speed=5, reversal_steps=3)
     plan = Plan("p.pmc", _endless(moves, motors), of, Options())
@@ -385,7 +409,7 @@ def _streamed(moves, pixels, hz, motors=2):
         run.set_up(run.pixel_hz, list(range(motors)))
         over = False
         try:
-            over = stream(run, plan, watch)
+            over = _stream(run, plan, watch)
         except _EnoughError:
             run.board.command("stop", list(range(motors)))
         faults = run.board.fault_text()
@@ -412,7 +436,7 @@ def test_a_program_streams_to_one_board():
     motors = tuple(motor.__class__(**{**vars(motor), "axis": 0}) for motor in of.motors)
     plan = Plan("p", ["TM9 X1"], of.__class__(motors, of.pixel_hz))
     with pytest.raises(UserError, match="axes 0, 0: a program streams to one board"):
-        stream(None, plan)
+        streaming.prepare(None, None, plan.setup.motors)
 
 
 def test_memory_does_not_grow_with_the_program():

@@ -10,8 +10,8 @@ import pytest
 from effort import cases
 from pixstep.errors import RefusedError
 from pixstep.programs import figure, jerk
-from pixstep.programs.options import Options
 from pixstep.programs.plan import Plan
+from pixstep.programs.plan_data import Options
 from programbench import CHORDS, SHORT_MOVES, path, path_distance, planned, random_program, setup
 
 PIXEL_MS = 10  # at 100 Hz

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from effort import cases
-from pixstep.programs.twomoves import TwoMoves
+from pixstep.programs.two_moves import TwoMoves
 from programbench import (
     CHORDS,
     RUN_IN,
@@ -64,7 +64,7 @@ def test_a_limit_stretches_both_moves_and_the_corner_is_passed_as_without_it():
     first, second = TwoMoves(bound).timed(events(CORNER, bound))
     assert (first.tm, second.tm, second.ta) == (200, 200, 20)  # 20 counts/ms in 10 ms is 2
     report = mode1(CORNER, bound)[1]
-    assert [item.why for item in report.slowed] == ["acceleration of X"] * 2
+    assert [item["why"] for item in report.slowed] == ["acceleration of X"] * 2
     assert report.total_ms == pytest.approx(420)  # TA of the start and of the stop 20 as well
 
 
@@ -88,7 +88,7 @@ def test_without_the_last_assumed_what_exceeds_a_limit_is_said(seed):
     worst = max(max(motor.planned_ratio, motor.speed_ratio) for motor in report.motors)
     assert report.whole == (worst <= TOLERANCE)
     if not report.whole:
-        assert max(item.ratio for item in report.violations) == pytest.approx(worst, rel=0.02)
+        assert max(item["ratio"] for item in report.violations) == pytest.approx(worst, rel=0.02)
 
 
 def test_the_random_programs_need_the_limits():

@@ -25,7 +25,7 @@ def test_a_program_that_nothing_slows_takes_its_moves_its_stops_and_its_dwells(m
 def test_a_blend_that_rule_3_shortens_slows_nothing():
     report = planned("INC TS0 TM100 TA50 X1000\nTA300 X3000", setup(NO_LIMIT))[1]
     assert report.clipped == 1 == report.as_json()["clipped_blends"]
-    assert [(item.line, item.asked_ms, item.why) for item in report.slowed] == [
+    assert [(item["line"], item["asked_ms"], item["why"]) for item in report.slowed] == [
         (2, 100, "acceleration time")
     ]
 
@@ -39,9 +39,9 @@ def test_what_is_told_to_be_slower_is_slower_and_together_it_is_the_difference(s
     text, _ = random_program(rng, motors, int(rng.integers(2, 10)))
     report = planned(text, of, mode=mode)[1]
     for item in report.slowed:
-        assert f"{item.ms:.6g}" != f"{item.asked_ms:.6g}" and item.ms > item.asked_ms
-        assert item.why not in ("", "blend clipped")
-    slower = sum(item.ms - item.asked_ms for item in report.slowed)
+        assert f"{item['ms']:.6g}" != f"{item['asked_ms']:.6g}" and item["ms"] > item["asked_ms"]
+        assert item["why"] not in ("", "blend clipped")
+    slower = sum(item["ms"] - item["asked_ms"] for item in report.slowed)
     assert slower >= 0.9 * (report.total_ms - report.programmed_ms)
 
 
@@ -50,7 +50,7 @@ def test_a_start_that_takes_longer_than_ta_is_its_moves():
     report = planned("INC TS0 TA1 TM100 X5000", setup(1), mode="mode1")[1]
     assert report.total_ms == pytest.approx(150)
     (item,) = report.slowed
-    assert (item.asked_ms, item.ms) == (100, pytest.approx(149))
+    assert (item["asked_ms"], item["ms"]) == (100, pytest.approx(149))
     assert report.total_ms - report.programmed_ms == pytest.approx(49)
 
 

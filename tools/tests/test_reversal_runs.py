@@ -16,8 +16,7 @@ from pixstep.board import boards
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.units import period_ticks
-from pixstep.reversals.compensate import Request, compensate
-from pixstep.reversals.takeup import MotionLimits
+from pixstep.reversals.compensate import MotionLimits, TakeUpRequest, compensate
 from pixstep.simulation import verdict
 from pixstep.simulation.edges import read_edges
 from pixstep.simulation.plantlog import read_plant
@@ -33,7 +32,7 @@ BOARDS = TRIED_BOARDS
 
 
 def compensated(transition_px=TRANSITION_PX):
-    return compensate(IDEAL, Request(PLAY, LIMITS, transition_px))
+    return compensate(IDEAL, TakeUpRequest(PLAY, LIMITS, transition_px))
 
 
 def run(board, counts, out, axis=0, **more):
@@ -95,7 +94,7 @@ def test_with_four_zero_pixels_at_each_reversal_the_load_is_never_off(tmp_path):
     ideal = [
         count for start in range(0, 120, 24) for count in (*IDEAL[start : start + 24], *[0] * 4)
     ]
-    made = compensate(ideal, Request(PLAY, LIMITS))
+    made = compensate(ideal, TakeUpRequest(PLAY, LIMITS))
     run("mega", made.counts, tmp_path, ideals={0: tuple(ideal)})
     motor, load = columns(tmp_path)
     assert load == np.cumsum(ideal).tolist() != motor
@@ -105,7 +104,7 @@ def test_with_four_zero_pixels_at_each_reversal_the_load_is_never_off(tmp_path):
 def test_a_line_that_begins_in_the_minus_direction(tmp_path):
     # The simulated play is taken up in + at the start: the first motion is a reversal too.
     ideal = tuple(-count for count in IDEAL)
-    made = compensate(ideal, Request(PLAY, LIMITS, TRANSITION_PX, "+"))
+    made = compensate(ideal, TakeUpRequest(PLAY, LIMITS, TRANSITION_PX, "+"))
     run("mega", made.counts, tmp_path, axis=2, ideals={2: ideal})
     _, load = columns(tmp_path)
     assert len(made.transitions) == 5
@@ -125,7 +124,7 @@ def direction_gaps(edges, tick_hz):
 def fast_turns():
     """The counts of a line that turns with 278 us between the steps around DIR."""
     ideal = [way * 36 for way in (1, -1, 1, -1, 1) for _ in range(6)]
-    return compensate(ideal, Request(PLAY, MotionLimits(10, 36))).counts
+    return compensate(ideal, TakeUpRequest(PLAY, MotionLimits(10, 36))).counts
 
 
 @pytest.mark.usefixtures("simulator")

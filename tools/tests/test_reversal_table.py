@@ -7,9 +7,7 @@ from itertools import accumulate, pairwise
 
 import pytest
 
-from pixstep.reversals.compensate import Request, compensate
-from pixstep.reversals.play import load_positions
-from pixstep.reversals.takeup import MotionLimits
+from pixstep.reversals.compensate import MotionLimits, TakeUpRequest, compensate, load_positions
 
 # The published circle: 1 638 400 counts an inch, 8192 points a revolution, play 7485 counts.
 INCH = 1_638_400
@@ -86,7 +84,7 @@ def test_our_transitions_are_no_worse_than_the_published_ones(points, column):
     radius = (SMALL, LARGE)[column]
     counts = [b - a for a, b in pairwise(circle(radius))]
     free = MotionLimits(10_000, 10_000)
-    made = compensate(counts, Request(SLOP, free, points))
+    made = compensate(counts, TakeUpRequest(SLOP, free, points))
     assert [item.steps for item in made.transitions] == [SLOP, SLOP]
     assert made.worst_outside == 0
     motor = list(accumulate(made.counts, initial=radius))

@@ -11,9 +11,14 @@ import pytest
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.line_check import Limits, check
-from pixstep.reversals.compensate import Request, compensate
-from pixstep.reversals.play import directions, strokes
-from pixstep.reversals.takeup import MotionLimits, Window
+from pixstep.reversals.compensate import (
+    MotionLimits,
+    TakeUpRequest,
+    Window,
+    compensate,
+    directions,
+    strokes,
+)
 from strokes_line import LIMITS, PLAY, four_reversals
 
 LINES = 60
@@ -87,7 +92,7 @@ def test_the_random_lines_are_what_they_claim(case):
 
 def test_auto_transitions(case):
     counts, limits, play, rng = case
-    request = Request(play, limits, None, rng.choice(("first", "+", "-", "unknown")))
+    request = TakeUpRequest(play, limits, None, rng.choice(("first", "+", "-", "unknown")))
     made = compensate(counts, request)
     assert_sound(counts, made, request)
     for item in made.transitions:
@@ -99,17 +104,17 @@ def test_auto_transitions(case):
 def test_fixed_transitions_or_the_smallest_that_works(case):
     counts, limits, play, rng = case
     pixels = rng.choice((1, 2, 4, 8, 16, 32))
-    request = Request(play, limits, pixels)
+    request = TakeUpRequest(play, limits, pixels)
     try:
         made = compensate(counts, request)
     except UserError as error:
         pixel, smallest = map(int, re.search(r"pixel (\d+):.* is (\d+)$", str(error)).groups())
         assert smallest > pixels
         assert pixel - 1 in [stroke.start for stroke in strokes(counts)[1:]]
-        request = Request(play, limits, smallest)
+        request = TakeUpRequest(play, limits, smallest)
         assert_sound(counts, compensate(counts, request), request)
         with pytest.raises(UserError, match=f" is {smallest}$"):
-            compensate(counts, Request(play, limits, smallest - 1))
+            compensate(counts, TakeUpRequest(play, limits, smallest - 1))
     else:
         assert_sound(counts, made, request)
         assert all(item.window_px <= pixels for item in made.transitions)
@@ -167,7 +172,7 @@ def test_zero_pixels_belong_to_the_motion_that_follows():
 
 def test_play_taken_up_at_rest_moves_no_load():
     counts = [4, 10, 4] + [0] * 20 + [-4, -10, -4, 0]
-    made = compensate(counts, Request(PLAY, LIMITS))
+    made = compensate(counts, TakeUpRequest(PLAY, LIMITS))
     (item,) = made.transitions
     assert (item.pixel, item.steps, item.worst_error, item.worst_pixel) == (4, PLAY, 0, None)
     assert made.counts[3 + item.window_px :] == tuple(counts[3 + item.window_px :])
@@ -176,7 +181,7 @@ def test_play_taken_up_at_rest_moves_no_load():
 
 def test_second_reversal_inside_a_transition_goes_on_from_the_offset():
     counts = [4, 12, 4, -4, -12, -12, -4, 4, 12, *[20] * 8, 12, 4]
-    request = Request(PLAY, LIMITS, 6)
+    request = TakeUpRequest(PLAY, LIMITS, 6)
     made = compensate(counts, request)
     assert_sound(counts, made, request)
     first, second = made.transitions
@@ -187,7 +192,7 @@ def test_second_reversal_inside_a_transition_goes_on_from_the_offset():
 
 
 def test_unbroken_in_the_stroke_though_the_transition_is_longer():
-    made = compensate(four_reversals(), Request(PLAY, LIMITS, 1000))
+    made = compensate(four_reversals(), TakeUpRequest(PLAY, LIMITS, 1000))
     assert made.complete and [item.window_px for item in made.transitions] == [24] * 4
 
 
@@ -197,16 +202,16 @@ def test_unbroken_in_the_stroke_though_the_transition_is_longer():
 )
 def test_initial_direction(initial, steps):
     counts = [4, *[10] * 9, 4, -4, *[-10] * 9, -4, 4, *[10] * 9, 4]
-    made = compensate(counts, Request(PLAY, LIMITS, None, initial))
+    made = compensate(counts, TakeUpRequest(PLAY, LIMITS, None, initial))
     assert [item.direction * item.steps for item in made.transitions] == steps
-    down = compensate([-count for count in counts], Request(PLAY, LIMITS, None, "+"))
+    down = compensate([-count for count in counts], TakeUpRequest(PLAY, LIMITS, None, "+"))
     assert [item.direction * item.steps for item in down.transitions] == [-40, 40, -40]
     assert down.load_errors[-1] == 0
 
 
 def test_too_short_an_end_of_the_line():
     with pytest.raises(UserError, match=r"pixel 4: .* 3 pixels up to the end of the line"):
-        compensate([4, 10, 4, -4, -10, -4], Request(PLAY, LIMITS))
+        compensate([4, 10, 4, -4, -10, -4], TakeUpRequest(PLAY, LIMITS))
 
 
 @pytest.mark.parametrize(
@@ -219,12 +224,12 @@ def test_too_short_an_end_of_the_line():
 )
 def test_a_line_that_breaks_the_limits_itself(counts, text):
     with pytest.raises(UserError, match=f"^mine: {text}"):
-        compensate(counts, Request(PLAY, LIMITS), "mine")
+        compensate(counts, TakeUpRequest(PLAY, LIMITS), "mine")
 
 
 def test_nothing_to_do():
-    assert compensate([0, 0], Request(PLAY, LIMITS)).counts == (0, 0)
-    made = compensate([4, 10, 4], Request(PLAY, LIMITS))
+    assert compensate([0, 0], TakeUpRequest(PLAY, LIMITS)).counts == (0, 0)
+    made = compensate([4, 10, 4], TakeUpRequest(PLAY, LIMITS))
     assert made.counts == (4, 10, 4) and made.transitions == () and made.worst_outside == 0
 
 

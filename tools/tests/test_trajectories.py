@@ -12,11 +12,9 @@ from hypothesis import strategies as st
 
 from effort import cases
 from pixstep.errors import RefusedError, UserError
-from pixstep.trajectories import choose, circle, files, host, model, table, transitions
-from pixstep.trajectories.circle import Circle, CircleRequest
-from pixstep.trajectories.model import Servo
-from pixstep.trajectories.trace import of_points
-from pixstep.trajectories.transitions import AxisPlay
+from pixstep.trajectories import circle, runs, table, transitions
+from pixstep.trajectories.circle import Circle, CircleRequest, roundness_of
+from pixstep.trajectories.transitions import Servo, TablePlay
 
 COUNTS_PER_IN = 1_638_400
 PLAY = 7485
@@ -42,14 +40,14 @@ def equal(one, other):
 @pytest.mark.parametrize("name", ["t.trj", "t.csv", "t.parquet", "no-suffix"])
 def test_a_table_is_read_as_it_was_written(tmp_path, name):
     made = a_table()
-    files.write(tmp_path / name, made)
-    found, notes = files.read(tmp_path / name)
+    table.write(tmp_path / name, made)
+    found, notes = table.read(tmp_path / name)
     assert equal(made, found) and notes == ()
 
 
 def test_a_record_is_four_little_endian_numbers(tmp_path):
     made = table.made([[1, -2], [3, -5]], [[2, -3], [0, 7]], "t")
-    files.write(tmp_path / "t.trj", made)
+    table.write(tmp_path / "t.trj", made)
     data = (tmp_path / "t.trj").read_bytes()
     assert struct.unpack("<8i", data) == (1, 2, -2, -3, 3, 0, -5, 7)
 
@@ -59,7 +57,7 @@ def test_hold_records_that_move_are_at_rest_and_it_is_said(tmp_path):
     data = np.frombuffer(_records(made), dtype="<i4").reshape(-1, 4).copy()
     data[:1024, 3] = 78  # as the recovered program leaves it
     (tmp_path / "old.trj").write_bytes(data.tobytes())
-    found, notes = files.read(tmp_path / "old.trj")
+    found, notes = table.read(tmp_path / "old.trj")
     assert equal(found, made)
     assert "1024 hold records have a velocity" in notes[0]
 
@@ -81,12 +79,12 @@ def _records(made):
 )
 def test_what_a_spreadsheet_exports_is_read(tmp_path, data):
     (tmp_path / "own.csv").write_bytes(data)
-    assert files.read(tmp_path / "own.csv")[0].positions.tolist() == [[0, 0], [4, -3]]
+    assert table.read(tmp_path / "own.csv")[0].positions.tolist() == [[0, 0], [4, -3]]
 
 
 def test_velocities_are_taken_from_the_positions_around(tmp_path):
     (tmp_path / "own.csv").write_text("point,p2,p1\n0,0,0\n1,-3,4\n2,-6,10\n3,-7,12\n")
-    found, notes = files.read(tmp_path / "own.csv")
+    found, notes = table.read(tmp_path / "own.csv")
     assert found.positions.tolist() == [[0, 0], [4, -3], [10, -6], [12, -7]]
     assert found.velocities.tolist() == [[0, 0], [5, -3], [4, -2], [0, 0]]
     assert "no velocities" in notes[0]
@@ -120,10 +118,10 @@ def test_velocities_are_taken_from_the_positions_around(tmp_path):
 def test_what_is_no_table_is_refused_with_its_place(put, name, content, message):
     path = put(content, name)
     if message is None:  # all of it is -1: a motor that rests, its holds made so
-        assert files.read(path)[0].velocities[0].tolist() == [0, 0]
+        assert table.read(path)[0].velocities[0].tolist() == [0, 0]
         return
     with pytest.raises(RefusedError) as caught:
-        files.read(path)
+        table.read(path)
     assert message in str(caught.value) and "\n" not in str(caught.value)
 
 
@@ -134,19 +132,19 @@ def test_numbers_that_are_none_in_parquet(tmp_path):
         ([0.5, 1.0], "record 1: p1 = 0.5: expected a whole number"),
         ([0.0, 1e9], "record 2: p1 = 1000000000 is "),
     ):
-        files.write_columns(path, {"p1": np.array(values), "p2": np.zeros(2)})
+        table.write_columns(path, {"p1": np.array(values), "p2": np.zeros(2)})
         with pytest.raises(RefusedError, match=r"x\.parquet: ") as caught:
-            files.read(path)
+            table.read(path)
         assert message in str(caught.value)
-    files.write_columns(path, {"p1": np.array(["a", "b"]), "p2": np.zeros(2)})
+    table.write_columns(path, {"p1": np.array(["a", "b"]), "p2": np.zeros(2)})
     with pytest.raises(RefusedError, match="p1: expected whole numbers, not string"):
-        files.read(path)
+        table.read(path)
 
 
 def test_parquet_without_pyarrow_says_what_is_missing(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(UserError, match=r"t\.parquet: Parquet needs pyarrow: pip install"):
-        files.write(tmp_path / "t.parquet", a_table())
+        table.write(tmp_path / "t.parquet", a_table())
     assert list(tmp_path.iterdir()) == []
 
 
@@ -243,7 +241,7 @@ def recovered(positions, play, steps, first_way):
 
 def test_the_offsets_are_those_of_the_recovered_program():
     made = circle.make(CircleRequest(SMALL, revolutions=2, holds=4))
-    found = transitions.compensate(made, (AxisPlay(PLAY, 64), AxisPlay(5000, 100)))
+    found = transitions.compensate(made, (TablePlay(PLAY, 64), TablePlay(5000, 100)))
     assert found.taken_up == (-1, 1)
     for axis, (play, steps) in enumerate(((PLAY, 64), (5000, 100))):
         wanted = recovered(made.positions[:, axis], play, steps, found.taken_up[axis])
@@ -273,7 +271,7 @@ def test_offsets_of_any_motion(runs, play, steps):
     place = np.concatenate([[0], np.cumsum(moves)])
     positions = np.column_stack([place, np.zeros_like(place)])
     made = table.made(positions, np.zeros_like(positions), "t")
-    found = transitions.compensate(made, (AxisPlay(play, steps), AxisPlay(0, 1)))
+    found = transitions.compensate(made, (TablePlay(play, steps), TablePlay(0, 1)))
     offsets = found.offsets[:, 0]
     way = found.taken_up[0]
     assert offsets[0] == 0 and np.all((-way * offsets >= 0) & (-way * offsets <= play))
@@ -297,23 +295,23 @@ def test_offsets_of_any_motion(runs, play, steps):
 def test_a_second_reversal_turns_back_from_where_the_offset_is():
     place = np.array([0, 10, 20, 30, 29, 20, 10, 11, 20, 30, 40, 50, 60])
     made = table.made(np.column_stack([place, place]), np.zeros((13, 2)), "t")
-    found = transitions.compensate(made, (AxisPlay(40, 8), AxisPlay(0, 8)))
+    found = transitions.compensate(made, (TablePlay(40, 8), TablePlay(0, 8)))
     assert found.offsets[:, 0].tolist() == [0, 0, 0, 0, 0, -5, -10, -15, -10, -5, 0, 0, 0]
     assert [item.missing for item in found.transitions] == [25, 0]
 
 
 def test_an_axis_that_never_moves_and_no_play():
     made = table.made([[0, 0], [1, 0], [0, 0]], np.zeros((3, 2)), "t")
-    found = transitions.compensate(made, (AxisPlay(0, 4), AxisPlay(9, 4)))
+    found = transitions.compensate(made, (TablePlay(0, 4), TablePlay(9, 4)))
     assert not np.any(found.offsets) and found.transitions == ()
 
 
 def test_what_cannot_be_taken_up_is_said():
     made = a_table()
     with pytest.raises(UserError, match="axis 2: a transition of 0 points"):
-        transitions.compensate(made, (AxisPlay(1, 1), AxisPlay(1, 0)))
+        transitions.compensate(made, (TablePlay(1, 1), TablePlay(1, 0)))
     with pytest.raises(RefusedError, match=r"circle, compensated: record \d+: v1 = "):
-        transitions.compensate(made, (AxisPlay(10**6, 2), AxisPlay(1, 1)))
+        transitions.compensate(made, (TablePlay(10**6, 2), TablePlay(1, 1)))
 
 
 # The modelled machine: the cells of the published table and of its extension, in inches
@@ -322,10 +320,10 @@ def test_what_cannot_be_taken_up_is_said():
 def error_in(radius, steps, servo=None, point_s=1.0, set_to=PLAY):
     """The largest radius error over a revolution; 0 steps: not compensated."""
     made = circle.make(CircleRequest(radius, holds=0, revolutions=1))
-    name = host.COMPENSATED if steps else host.ORIGINAL
-    plays = (AxisPlay(set_to, steps or 1),) * 2
-    trace = host.run(made, plays, name, host.Machine((PLAY, PLAY), point_s, servo))
-    return abs(of_points(trace, circle.find(made)).worst) / COUNTS_PER_IN
+    name = runs.COMPENSATED if steps else runs.ORIGINAL
+    plays = (TablePlay(set_to, steps or 1),) * 2
+    trace = runs.run_modelled(made, plays, name, runs.ModelledMachine((PLAY, PLAY), point_s, servo))
+    return abs(roundness_of(trace, circle.find(made)).worst) / COUNTS_PER_IN
 
 
 def near(found, wanted):
@@ -343,8 +341,10 @@ def near(found, wanted):
 def test_uncompensated_the_error_is_the_play(radius, play, wanted):
     counts = round(play * COUNTS_PER_IN)
     made = circle.make(CircleRequest(radius, holds=0, revolutions=1))
-    trace = host.run(made, (AxisPlay(0),) * 2, "original", host.Machine((counts, counts), 1.0))
-    errors = of_points(trace, circle.find(made)).errors
+    trace = runs.run_modelled(
+        made, (TablePlay(0),) * 2, "original", runs.ModelledMachine((counts, counts), 1.0)
+    )
+    errors = roundness_of(trace, circle.find(made)).errors
     assert abs(np.max(np.abs(errors)) / COUNTS_PER_IN - wanted) <= 1.5e-6
     if counts == PLAY:
         highest = 0.004256 if radius == SMALL else 0.004558
@@ -398,19 +398,19 @@ def test_a_play_that_is_wrongly_known(share, wanted):
 
 def test_a_servo_follows_with_its_lag():
     ramp = np.arange(400) * 10.0
-    assert np.max(np.abs(model.follow(ramp, 0.01, STIFF) - ramp)) < 1e-9  # feed-forward
+    assert np.max(np.abs(transitions.follow(ramp, 0.01, STIFF) - ramp)) < 1e-9  # feed-forward
     step = np.concatenate([np.zeros(5), np.full(400, 100.0)])
-    followed = model.follow(step, 0.01, STIFF)
+    followed = transitions.follow(step, 0.01, STIFF)
     assert np.max(followed) > 110 and abs(followed[-1] - 100) < 0.01
     with pytest.raises(UserError, match=r"at most 159\.155 Hz"):
-        model.follow(ramp, 0.01, Servo(200))
+        transitions.follow(ramp, 0.01, Servo(200))
 
 
 # The number of points
 
 
 def crest(radius=SMALL, servo=STIFF, point_s=SMALL_POINT_S):
-    return choose.Crest(radius, POINTS, PLAY, point_s, servo)
+    return transitions.Crest(radius, POINTS, PLAY, point_s, servo)
 
 
 @pytest.mark.parametrize(
@@ -421,11 +421,11 @@ def crest(radius=SMALL, servo=STIFF, point_s=SMALL_POINT_S):
     ],
 )  # fmt: skip
 def test_the_chosen_number_is_as_good_as_the_best_published(radius, servo, point_s, published):
-    chosen = choose.choose(crest(radius, servo, point_s))
+    chosen = transitions.choose(crest(radius, servo, point_s))
     assert chosen.error / COUNTS_PER_IN <= published
     around = (chosen.steps - 1, chosen.steps + 1, 2 * chosen.steps, chosen.steps // 2)
     assert all(
-        chosen.error <= choose.predicted_error(crest(radius, servo, point_s), steps)
+        chosen.error <= transitions.predicted_error(crest(radius, servo, point_s), steps)
         for steps in around
     )
     reached = error_in(radius, chosen.steps, servo, point_s)
@@ -433,11 +433,11 @@ def test_the_chosen_number_is_as_good_as_the_best_published(radius, servo, point
 
 
 def test_without_a_servo_the_fewest_that_the_motor_can_do():
-    assert choose.choose(crest(servo=None), 15).steps == 15
-    assert choose.choose(crest(), 70).steps == 70
-    assert choose.least_steps(PLAY, 117) == 64 and choose.least_steps(PLAY, 10**6) == 1
+    assert transitions.choose(crest(servo=None), 15).steps == 15
+    assert transitions.choose(crest(), 70).steps == 70
+    assert transitions.least_steps(PLAY, 117) == 64 and transitions.least_steps(PLAY, 10**6) == 1
     with pytest.raises(UserError, match="longer than the 1024 points"):
-        choose.choose(crest(), 2000)
+        transitions.choose(crest(), 2000)
 
 
 def slack_in(radius, steps):
@@ -456,5 +456,5 @@ def slack_in(radius, steps):
 
 @pytest.mark.parametrize("steps", [32, 64, 150, 256])
 def test_the_slack_left_is_the_closed_form(steps):
-    found = choose.predicted_error(crest(servo=None), steps) / COUNTS_PER_IN
+    found = transitions.predicted_error(crest(servo=None), steps) / COUNTS_PER_IN
     assert abs(found - slack_in(SMALL, steps)) <= 0.01 * found

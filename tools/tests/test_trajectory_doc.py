@@ -9,8 +9,8 @@ from click.testing import CliRunner
 
 from pixstep import natives
 from pixstep.cli.main import main
-from pixstep.trajectories import choose
-from pixstep.trajectories.model import Servo
+from pixstep.trajectories import transitions
+from pixstep.trajectories.transitions import Servo
 
 TEXT = (natives.root() / "docs" / "TRAJECTORIES.md").read_text(encoding="utf-8")
 _BLOCK = re.compile(r"```console\n(.*?)```", re.DOTALL)
@@ -42,13 +42,13 @@ def test_the_table_of_transitions_is_the_model_s():
             if found is None:
                 assert servo is None and first.strip() == "`auto`"
                 continue
-            crest = choose.Crest(radius, 8192, 7485, point_s, servo)
+            crest = transitions.Crest(radius, 8192, 7485, point_s, servo)
             steps = int(found[1] or first)
-            places = choose.BETWEEN if found[1] else 1
-            error = choose.predicted_error(crest, steps, places) / IN
+            places = transitions.BETWEEN if found[1] else 1
+            error = transitions.predicted_error(crest, steps, places) / IN
             assert f"{error:.6f}" == found[2], (steps, servo)
             if found[1]:
-                assert choose.choose(crest).steps == steps
+                assert transitions.choose(crest).steps == steps
 
 
 def test_the_document_s_clock_is_the_published_one():

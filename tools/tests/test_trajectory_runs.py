@@ -17,22 +17,11 @@ from pixstep.lines.line import PLAIN, Line
 from pixstep.machine.files import MachineFile
 from pixstep.simulation.simboard import SimLink
 from pixstep.simulation.simctl import SimOptions
-from pixstep.trajectories import (
-    boardsim,
-    choose,
-    circle,
-    circletest,
-    files,
-    host,
-    table,
-    transitions,
-)
-from pixstep.trajectories.boardsim import BoardJob
-from pixstep.trajectories.circle import CircleRequest
-from pixstep.trajectories.circletest import CircleTest
-from pixstep.trajectories.model import Servo
-from pixstep.trajectories.trace import Unit
-from pixstep.trajectories.transitions import AxisPlay
+from pixstep.trajectories import circle, circle_test, runs, table, transitions
+from pixstep.trajectories.circle import CircleRequest, Unit
+from pixstep.trajectories.circle_test import CircleTest
+from pixstep.trajectories.runs import BoardJob
+from pixstep.trajectories.transitions import Servo, TablePlay
 
 HZ = Fraction("100.13")
 INCH = ("--scale", "1638400 steps/in")
@@ -227,18 +216,20 @@ def test_sim_command(pixstep, tmp_path):
 
 
 def host_names():
-    return (host.ORIGINAL, host.COMPENSATED)
+    return (runs.ORIGINAL, runs.COMPENSATED)
 
 
 @pytest.mark.usefixtures("simulator")
 def test_a_board_s_load_is_the_model_s_at_every_point(tmp_path):
     made = small_circle(1).without_holds()
-    plays = (AxisPlay(PLAY, STEPS), AxisPlay(PLAY - 20, STEPS + 3))
+    plays = (TablePlay(PLAY, STEPS), TablePlay(PLAY - 20, STEPS + 3))
     job = BoardJob("mega", HZ, (PLAY, PLAY - 20), axes=(2, 0))
     for name in host_names():
-        done = boardsim.run(made, plays, name, job, tmp_path / name, circle=circle.find(made))
+        done = runs.run_on_board(made, plays, name, job, tmp_path / name, circle=circle.find(made))
         assert done.summary["verdict"] == "pass"
-        modelled = host.run(made, plays, name, host.Machine(job.plays, float(1 / HZ)))
+        modelled = runs.run_modelled(
+            made, plays, name, runs.ModelledMachine(job.plays, float(1 / HZ))
+        )
         assert np.array_equal(done.trace.load, modelled.load)
         assert np.array_equal(done.trace.motor, modelled.command.positions)
         points = np.max(np.abs(done.roundness.passes))
@@ -249,7 +240,7 @@ def test_a_board_s_load_is_the_model_s_at_every_point(tmp_path):
 def test_axes_that_begin_backwards_have_their_play_taken_up_so(tmp_path):
     made = small_circle(1, lead_in=0).without_holds()  # axis 1 goes down first, axis 2 up
     job = BoardJob("mega", HZ, (PLAY, PLAY))
-    done = boardsim.run(made, (AxisPlay(0),) * 2, host.ORIGINAL, job, tmp_path)
+    done = runs.run_on_board(made, (TablePlay(0),) * 2, runs.ORIGINAL, job, tmp_path)
     first = done.trace.load_errors[: POINTS // 4]
     assert not np.any(first)  # neither axis has turned yet
     assert np.max(np.abs(done.trace.load_errors)) == PLAY
@@ -259,11 +250,13 @@ def test_what_a_board_would_refuse_is_named_before_anything_is_done(tmp_path):
     steep = np.array([[0, 0], [200, 0], [0, 0]])
     made = table.made(steep, np.zeros_like(steep), "steep")
     with pytest.raises(RefusedError, match="steep, axis 1: reversal_too_fast behind record 2"):
-        boardsim.run(
-            made, (AxisPlay(0),) * 2, host.ORIGINAL, BoardJob("mega", HZ, (0, 0)), tmp_path
+        runs.run_on_board(
+            made, (TablePlay(0),) * 2, runs.ORIGINAL, BoardJob("mega", HZ, (0, 0)), tmp_path
         )
     with pytest.raises(UserError, match="axis 1: the uno has"):
-        boardsim.run(made, (AxisPlay(0),) * 2, host.ORIGINAL, BoardJob("uno", HZ, (0, 0)), tmp_path)
+        runs.run_on_board(
+            made, (TablePlay(0),) * 2, runs.ORIGINAL, BoardJob("uno", HZ, (0, 0)), tmp_path
+        )
     assert list(tmp_path.iterdir()) == []
 
 
@@ -271,7 +264,7 @@ def full_test(radius, play, steps, hz, counts_per_in):
     made = circle.make(CircleRequest(radius, lead_in=128)).without_holds()
     return CircleTest(
         made,
-        (AxisPlay(play, steps),) * 2,
+        (TablePlay(play, steps),) * 2,
         BoardJob("mega", hz, (play, play)),
         circle.find(made),
         Unit("in", Fraction(counts_per_in)),
@@ -283,7 +276,7 @@ def full_test(radius, play, steps, hz, counts_per_in):
 @pytest.mark.parametrize(("steps", "below"), [(64, 0.0001), (45, 0.00005)])
 def test_the_published_circle(tmp_path, steps, below):
     """1/8 in at 1,638,400 counts/in, 7485 counts of play, three passes of 81.8 s."""
-    summary = circletest.simulate(full_test(102_400, 7485, steps, HZ, 1_638_400), tmp_path / "out")
+    summary = circle_test.simulate(full_test(102_400, 7485, steps, HZ, 1_638_400), tmp_path / "out")
     assert summary["verdict"] == "pass"
     original, compensated = (summary["runs"][name]["roundness"] for name in host_names())
     assert 0.0045 <= original["max_radius_error"] <= 0.0046
@@ -297,10 +290,10 @@ def test_the_published_circle(tmp_path, steps, below):
 def test_the_large_circle_at_a_quarter_of_the_counts(tmp_path):
     """4 in at 409,600 counts/in, three passes of 150.8 s."""
     hz = Fraction(20480, 377)
-    chosen = choose.choose(choose.Crest(819_200, 8192, 1871, float(1 / hz), Servo(20)))
+    chosen = transitions.choose(transitions.Crest(819_200, 8192, 1871, float(1 / hz), Servo(20)))
     assert chosen.steps == 9
     test = full_test(819_200, 1871, chosen.steps, hz, 409_600)
-    summary = circletest.simulate(test, tmp_path / "out")
+    summary = circle_test.simulate(test, tmp_path / "out")
     assert summary["verdict"] == "pass"
     original, compensated = (summary["runs"][name]["roundness"] for name in host_names())
     assert 0.0045 <= original["max_radius_error"] <= 0.0046
@@ -315,17 +308,19 @@ def test_a_run_that_fails_leaves_nothing(tmp_path, monkeypatch):
     def fail(*_, **__):
         raise UserError("no simulator here")
 
-    monkeypatch.setattr(boardsim, "run", fail)
+    monkeypatch.setattr(runs, "run_on_board", fail)
     test = full_test(1600, PLAY, STEPS, HZ, 25_600)
     with pytest.raises(UserError, match="no simulator here"):
-        circletest.simulate(test, tmp_path / "out")
+        circle_test.simulate(test, tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
 def test_measurement_records_as_parquet(tmp_path):
     made = small_circle(1).without_holds()
-    trace = host.run(made, (AxisPlay(0),) * 2, host.ORIGINAL, host.Machine((0, 0), 0.01))
-    files.write_columns(tmp_path / "t.parquet", trace.columns(circle.find(made)))
+    trace = runs.run_modelled(
+        made, (TablePlay(0),) * 2, runs.ORIGINAL, runs.ModelledMachine((0, 0), 0.01)
+    )
+    table.write_columns(tmp_path / "t.parquet", trace.columns(circle.find(made)))
     import pyarrow.parquet
 
     rows = pyarrow.parquet.read_table(tmp_path / "t.parquet")
@@ -336,9 +331,9 @@ def test_measurement_records_as_parquet(tmp_path):
 @pytest.mark.parametrize("taken_up", ["plus", "minus"])
 def test_play_is_taken_up_before_a_table_whichever_way_it_stood(taken_up):
     made = small_circle(1).without_holds()
-    plays = (AxisPlay(PLAY, STEPS), AxisPlay(PLAY - 30, STEPS))
+    plays = (TablePlay(PLAY, STEPS), TablePlay(PLAY - 30, STEPS))
     ways = tuple(transitions.initial_direction(made, axis) for axis in (0, 1))
-    found = boardsim.taking_up(made, plays, ways)
+    found = runs.taking_up(made, plays, ways)
     assert {line.pixels for line in found} == {made.records - 1 + 2 * STEPS + 8}
     knobs = {(0, axis): f"play={item.play},taken_up={taken_up}" for axis, item in enumerate(plays)}
     with Bench("mega", (0, 1), HZ, plants=knobs) as bench:

@@ -58,7 +58,7 @@ APART = "pixstep does not import what proves it"
     [
         ("pixstep/signals.py", "import pixstep_dev.markdown", APART),
         ("pixstep/lines/runs.py", "import pixstep.board.port", LAYERS),
-        ("pixstep/board/port.py", "import pixstep.profiles.names", LAYERS),
+        ("pixstep/board/port.py", "import pixstep.profiles.origin", LAYERS),
         ("pixstep/errors.py", "def late():\n    import pixstep.cli.main", LAYERS),
         ("pixstep/unheard_of.py", "VALUE = 1", LAYERS),
         ("pixstep_dev/unheard_of/__init__.py", "VALUE = 1", f"{LAYERS}-dev"),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The inner loops of the planner of motion programs, programs/timelaw.py: how fast a path may be
+// The inner loops of the planner of motion programs, programs/time_law.py: how fast a path may be
 // run. The unknown w = (du/dt)^2 is x at an interval's beginning and y at its end, and each bound j
 // of an interval says |a[j] y - b[j] x| <= most[j % motors] with a[j] >= 0.
 #pragma once

@@ -42,9 +42,9 @@ from pixstep.server import remote
 
 if TYPE_CHECKING:
     from pixstep.machine import files
-    from pixstep.programs import onboard
+    from pixstep.programs import streaming
 else:  # numpy and pydantic take a while to load
-    files, onboard = lazy("pixstep.machine.files"), lazy("pixstep.programs.onboard")
+    files, streaming = lazy("pixstep.machine.files"), lazy("pixstep.programs.streaming")
 
 
 class Board:
@@ -159,10 +159,10 @@ class Board:
         arguments.instance("program", program, MotionProgram, "a MotionProgram")
         arguments.function("progress", progress)
         check, request = arguments.flag("check", check), program.request
-        onboard.require_fitting(
+        streaming.require_fitting(
             files.MachineFile.load(program.machine.path), request.setup, self.kind
         )
-        known = onboard.rehearse(self.device, request) if check else None
+        known = streaming.rehearse(self.device, request) if check else None
         axes = [motor.axis for motor in request.setup.motors]
         group: list[Group] = []
         records = Recording(self.unit, axes)
@@ -170,7 +170,7 @@ class Board:
 
         def make(course: Course) -> tuple[AxisState, ...]:
             with (
-                onboard.prepared(self.device, request, known) as run,
+                streaming.prepared(self.device, request, known) as run,
                 recording.recorded(run.lines, records.take) as records.recorder,
                 stopped_on_failure([run.lines]),
             ):

@@ -16,7 +16,7 @@ from pixstep.errors import UserError
 from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.units import Quantity, Scale, legal_hz, parse_hz
-from pixstep.profiles.madefor import MOST_EDGES
+from pixstep.profiles.origin import MOST_EDGES
 
 Hz = Fraction | Decimal | float | str
 """A pixel frequency: `30`, `29.97`, `"30000/1001"`, `Fraction(30)`, a number of numpy."""

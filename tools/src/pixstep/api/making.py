@@ -20,7 +20,7 @@ from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.units import Scale
 from pixstep.owndata import importing as through
-from pixstep.profiles import accelerate, generator, madefor, make
+from pixstep.profiles import accelerate, generator, origin
 from pixstep.profiles.generator import MOST_PIXELS, GeneratedLine, LineRequest
 
 _FINE = 1_000_000  # parts of a step, to which positions are taken exactly
@@ -55,14 +55,14 @@ def make_profile(
         found = given.needs_hz(key, given.quantity(key, value, order, given.scale(None, motor)), hz)
         return found.per_pixel(hz) // 2 * Fraction(2)
 
-    bounds = make.ProfileLimits(
-        make.legal_speed(even("top_speed", top_speed, units.SPEED)),
-        make.legal_limit(
+    bounds = generator.ProfileLimits(
+        generator.legal_speed(even("top_speed", top_speed, units.SPEED)),
+        generator.legal_limit(
             even("max_acceleration", max_acceleration, units.ACCELERATION), units.ACCELERATION
         ),
-        make.legal_limit(even("max_jerk", max_jerk, units.JERK), units.JERK),
+        generator.legal_limit(even("max_jerk", max_jerk, units.JERK), units.JERK),
     )
-    return Profile(tuple(make.shortest_profile(bounds)), name, hz)
+    return Profile(tuple(generator.shortest_profile(bounds)), name, hz)
 
 
 def make_line(
@@ -331,5 +331,5 @@ def _other_frequency(profile: Profile, hz: Fraction | None) -> list[str]:
     """Return a note of a profile made for another frequency; refuse one for a lower one."""
     if hz is None or profile.pixel_hz is None or profile.pixel_hz == hz:
         return []
-    other = madefor.OtherFrequency(profile.name, profile.pixel_hz, hz)
+    other = origin.OtherFrequency(profile.name, profile.pixel_hz, hz)
     return [other.refuse_faster()]

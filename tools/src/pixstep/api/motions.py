@@ -25,7 +25,7 @@ from pixstep.lines.line import SMOOTH, Line
 from pixstep.lines.line_check import Finding, Limits
 from pixstep.owndata.columns import QUANTITIES
 from pixstep.owndata.table import BLANK, DECIMALS, NONE, SEPARATORS
-from pixstep.profiles import legal_prn, madefor, names
+from pixstep.profiles import origin, repair
 from pixstep.profiles.generator import MOST_PIXELS
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ class Profile(Shown):
         if not speeds:
             raise UserError(f"{name}: expected speeds of 0 or more, one a pixel")
         whole = tuple(map(round, speeds))
-        return cls(legal_prn.repair_speeds(whole).values, name, given.exact_hz(pixel_hz))
+        return cls(repair.repair_speeds(whole).values, name, given.exact_hz(pixel_hz))
 
     def to_dataframe(self) -> Any:
         """Return a pandas.DataFrame, or a pyarrow.Table where there is no pandas: a row a pixel."""
@@ -273,12 +273,12 @@ class MotionLine(Shown):
     def plot(self) -> "Figure":
         """Draw speed, acceleration, jerk and position over the pixels."""
         from pixstep import plotting
-        from pixstep.profiles import drawing, figure
+        from pixstep.profiles import figure, kinematics
 
         given.refuse_empty(self.line)
         with plotting.styled(**{"axes.axisbelow": True}):
             return figure.build(
-                drawing.Drawing(
+                kinematics.LineDrawing(
                     self.line, self.line.name, self.pixel_hz, image_pixel=self.image_pixel
                 )
             )
@@ -304,7 +304,7 @@ def read_profile(path: str | PathLike[str], *, lenient: bool = False) -> Profile
     """
     place = arguments.path("path", path)
     speeds, notes = formats.read_prn(place, lenient=arguments.flag("lenient", lenient))
-    named = names.parse(place)
+    named = origin.parse_name(place)
     hz = named.pixel_hz if named else None
     return Profile(tuple(speeds), fspath(path), hz, tuple(notes))
 
@@ -374,13 +374,13 @@ def read_line(
     read = formats.read_motion(place)
     chosen = read.line(number)
     hz = given.exact_hz(pixel_hz) or (
-        motor.pixel_hz if motor else madefor.frequency(place, read.header)
+        motor.pixel_hz if motor else origin.frequency_of(place, read.header)
     )
     refuse = arguments.flag("check", check)
     notes = (
         *read.notes,
         *other_motor(place, read.header, motor),
-        *madefor.notes(place, read.header, hz, refuse=refuse),
+        *origin.frequency_notes(place, read.header, hz, refuse=refuse),
     )
     made = line(
         chosen.values, motor=motor, pixel_hz=hz, decode=decode, backlash=backlash,
@@ -448,7 +448,7 @@ def _column(given: str | int | None) -> str | None:
 
 def other_motor(path: Path, header: formats.ProfileHeader | None, motor: Motor | None) -> list[str]:
     """Return a note of a file that is made for another motor."""
-    made_for = names.motor_of(path, header.name if header else None)
+    made_for = origin.motor_of(path, header.name if header else None)
     if motor is None or made_for in (None, motor.name):
         return []
     return [f"{path}: made for motor {made_for}, used for motor {motor.name}"]

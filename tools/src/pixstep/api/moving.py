@@ -32,7 +32,7 @@ from pixstep.moves.onboard import (
     prepare_homing,
     prepare_move,
 )
-from pixstep.profiles import generator, madefor
+from pixstep.profiles import generator, origin
 from pixstep.profiles.generator import MOST_PIXELS
 
 ProfileLike = str | PathLike[str] | Profile | Iterable[SupportsInt]
@@ -295,4 +295,4 @@ def _refuse_faster(ramp: Acceleration, hz: Fraction) -> None:
     """Raise RefusedError for a profile that was made for a lower pixel frequency."""
     if ramp.made_for_hz not in (None, hz):
         assert ramp.made_for_hz is not None
-        madefor.OtherFrequency(ramp.source, ramp.made_for_hz, hz).refuse_faster()
+        origin.OtherFrequency(ramp.source, ramp.made_for_hz, hz).refuse_faster()

@@ -15,26 +15,19 @@ from pixstep.api.shown import Facts, Shown, count, frame
 from pixstep.api.words import Mode
 from pixstep.lazy import lazy
 from pixstep.lines import units
-from pixstep.programs.options import (
-    MODES,
-    MOST_WINDOW,
-    SEGMENT_MS,
-    WINDOW,
-    Options,
-)
+from pixstep.programs.plan_data import MODES, MOST_WINDOW, SEGMENT_MS, WINDOW, Options
 
 if TYPE_CHECKING:
     import numpy as np
 
     from pixstep.machine import files
-    from pixstep.programs import entries, length, motors, plan, sources
-    from pixstep.programs.figures import PlanFigures
-    from pixstep.programs.sources import Request
+    from pixstep.programs import motors, plan, plan_lines
+    from pixstep.programs.plan import PlanRequest
+    from pixstep.programs.plan_data import PlanFigures
 else:  # numpy and pydantic take a while to load
     np, files = lazy("numpy"), lazy("pixstep.machine.files")
-    entries, length = lazy("pixstep.programs.entries"), lazy("pixstep.programs.length")
     motors, plan = lazy("pixstep.programs.motors"), lazy("pixstep.programs.plan")
-    sources = lazy("pixstep.programs.sources")
+    plan_lines = lazy("pixstep.programs.plan_lines")
 
 
 @dataclass(frozen=True, repr=False)
@@ -86,7 +79,7 @@ class MotionProgram(Shown):
     """The file."""
     machine: Machine
     """The machine whose motors it moves."""
-    request: Request
+    request: PlanRequest
     """How it is planned."""
 
     def _headline(self) -> str:
@@ -100,13 +93,13 @@ class MotionProgram(Shown):
         """
         request = self.request
         with request.text() as text:
-            length.require(self.path, text, request.setup, request.options)
+            plan.require_length(self.path, text, request.setup, request.options)
         with request.text() as text:
             planned = plan.Plan(self.path, text, request.setup, request.options)
-            counts = np.vstack(list(length.bounded(planned)))
+            counts = np.vstack(list(plan.bounded(planned)))
         lines = {
             motor.axis: line(
-                entries.of_line(counts[:, index], motor), pixel_hz=request.setup.pixel_hz,
+                plan_lines.of_line(counts[:, index], motor), pixel_hz=request.setup.pixel_hz,
                 decode="smooth" if motor.smooth else "plain",
                 name=f"{self.path}, motor {motor.name}",
                 negative=motor.smooth and (counts[:, index].sum() < 0) != motor.negative,
@@ -115,7 +108,8 @@ class MotionProgram(Shown):
         }  # fmt: skip
         report = planned.report
         exceeded = tuple(
-            f"{self.path}:{one.line}: {one.motor} {one.ratio:.4g} x" for one in report.violations
+            f"{self.path}:{one['line']}: {one['motor']} {one['ratio']:.4g} x"
+            for one in report.violations
         )
         return ProgramPlan(report.total_ms, report.pixels, lines, exceeded, report.as_json())
 
@@ -151,4 +145,4 @@ def read_program(
         arc_tolerance=arguments.finite("arc_tolerance_steps", arc_tolerance_steps, 0),
     )
     setup = plan.with_segments(found, options.mode, segment_ms)
-    return MotionProgram(name, machine, sources.Request(name, setup, options))
+    return MotionProgram(name, machine, plan.PlanRequest(name, setup, options))

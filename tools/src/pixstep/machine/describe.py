@@ -8,7 +8,7 @@ from pixstep.board import boards, capability, settings
 from pixstep.errors import UserError
 from pixstep.lines.units import ACCELERATION, JERK, SPEED, per_second, refuse_period, unit
 from pixstep.machine.model import LimitsTable, MachineTables, MotorTable
-from pixstep.profiles.madefor import MOST_EDGES
+from pixstep.profiles.origin import MOST_EDGES
 
 LEAST = {"smooth": 2, "plain": 1}  # acceleration that counts can have, steps/px2
 ORDERS = {

@@ -17,7 +17,7 @@ from pixstep.board import boards
 from pixstep.errors import RefusedError, UserError, one_line
 from pixstep.machine import describe, model
 from pixstep.machine.model import MachineTables, contradictions
-from pixstep.profiles import names
+from pixstep.profiles import origin
 
 _MOST_SHOWN = 40  # characters of a value in a message
 _UNKNOWN = "unknown key"
@@ -272,6 +272,6 @@ def _quoted(name: str) -> str:
 def _profile_name(name: str, pixel_hz: Fraction) -> str:
     """Return the name by which `profile make` writes a motor's profile."""
     try:
-        return names.conventional(name, pixel_hz, "1")
+        return origin.conventional_name(name, pixel_hz, "1")
     except UserError:  # a name that no file can have
         return "profile.PRN"

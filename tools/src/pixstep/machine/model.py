@@ -15,7 +15,7 @@ from pixstep.errors import UserError
 from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.units import ACCELERATION, DISTANCE, JERK, SPEED, Quantity, Scale, parse_hz
-from pixstep.profiles.madefor import MOST_EDGES
+from pixstep.profiles.origin import MOST_EDGES
 
 PARITIES = ("E", "O", "N")
 

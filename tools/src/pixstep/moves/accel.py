@@ -12,7 +12,7 @@ from pixstep.formats.header import HEADER_LINES
 from pixstep.formats.motion import BLOCKS, CSB_KIND
 from pixstep.lines.line import SMOOTH, Line
 from pixstep.lines.line_check import MAX_COUNT
-from pixstep.profiles import madefor
+from pixstep.profiles import origin
 
 CSV_WIDTH = 6
 BLOCK_ROWS = 2  # line number and number of values before the values of a block
@@ -75,7 +75,7 @@ class Acceleration:
 
         Raises UserError on `refuse` if that frequency is higher.
         """
-        other = madefor.notes(Path(self.source), self.header, pixel_hz, refuse=refuse)
+        other = origin.frequency_notes(Path(self.source), self.header, pixel_hz, refuse=refuse)
         return [*self.notes, *other]
 
 
@@ -91,7 +91,7 @@ def read(
     counts = found.line(number).values
     _check(counts, found, number or 1)
     haps = found.header.haps if found.header else 0
-    hz = madefor.frequency(path, found.header)
+    hz = origin.frequency_of(path, found.header)
     profile = Acceleration(counts, haps, str(path), hz, found.header, found.notes)
     profile = profile.limited(max_speed)
     _check_top(profile, found, number or 1)

@@ -29,9 +29,9 @@ from pixstep.operations.kinds import Time, Whole
 from pixstep.operations.longer_pixels import divider_words
 from pixstep.operations.request import operation, option
 from pixstep.operations.result import Page, Result
-from pixstep.profiles import make
-from pixstep.profiles.madefor import MOST_EDGES
-from pixstep.profiles.make import ProfileLimits
+from pixstep.profiles import generator
+from pixstep.profiles.generator import ProfileLimits
+from pixstep.profiles.origin import MOST_EDGES
 from pixstep.simulation.report import new_table
 
 if TYPE_CHECKING:
@@ -195,10 +195,10 @@ def _shortest(desk: Desk, able: Capability, asked: ShowLimits) -> ShortestLine:
         raise AskedError(f"a smooth line needs {_EVEN} steps/px: {most} are the most", cure)
     bounds = ProfileLimits(
         speed,
-        make.legal_limit(Fraction(limits.get(ACCELERATION, speed)), ACCELERATION, hz),
-        make.legal_limit(Fraction(limits.get(JERK, speed)), JERK, hz),
+        generator.legal_limit(Fraction(limits.get(ACCELERATION, speed)), ACCELERATION, hz),
+        generator.legal_limit(Fraction(limits.get(JERK, speed)), JERK, hz),
     )
-    ramp = make.shortest_pixels(bounds)
+    ramp = generator.shortest_pixels(bounds)
     return {
         "speed_steps_px": speed,
         "max_acceleration_steps_px2": bounds.max_acceleration,

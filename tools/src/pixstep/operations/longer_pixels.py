@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from pixstep.lines.units import Quantity, TooLittleError, enough_edges
 from pixstep.operations.asked import AskedError
-from pixstep.profiles.madefor import MOST_EDGES
+from pixstep.profiles.origin import MOST_EDGES
 
 if TYPE_CHECKING:
     from pixstep.machine.files import MachineFile

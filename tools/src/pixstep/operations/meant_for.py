@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pixstep.formats import ProfileHeader
 from pixstep.operations.facts import Facts
-from pixstep.profiles import names
+from pixstep.profiles import origin
 
 
 def motor_decode(facts: Facts, path: Path) -> str | None:
@@ -16,7 +16,7 @@ def motor_decode(facts: Facts, path: Path) -> str | None:
 
     The machine file knows its own motors, the printer's have their names.
     """
-    named = names.parse(path)
+    named = origin.parse_name(path)
     if named is None:
         return None
     machine = facts.used
@@ -36,7 +36,7 @@ def motor_notes(
     if not motors:
         return
     motor = motors[index] if index < len(motors) else motors[0]
-    made_for = names.motor_of(path, header.name if header else None)
+    made_for = origin.motor_of(path, header.name if header else None)
     if made_for is not None and made_for != motor.name:
         yield f"{path}: made for motor {made_for}, used for motor {motor.name}"
 

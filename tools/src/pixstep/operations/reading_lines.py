@@ -18,7 +18,7 @@ from pixstep.operations import directions, machine_defaults, meant_for, shared
 from pixstep.operations.asked import AskedError
 from pixstep.operations.kinds import FILE, Steps
 from pixstep.operations.request import argument, flag, option
-from pixstep.profiles import madefor
+from pixstep.profiles import origin
 
 if TYPE_CHECKING:
     from pixstep.operations.desk import Desk
@@ -117,7 +117,9 @@ def load_line(
     chosen = file.line(number)
     desk.say(file.notes)
     desk.say(meant_for.line_notes(desk.facts, path, file.header, index))
-    desk.say(madefor.notes(path, file.header, pixel_hz, refuse=refuse_faster, divider=divider))
+    desk.say(
+        origin.frequency_notes(path, file.header, pixel_hz, refuse=refuse_faster, divider=divider)
+    )
     name = str(path) if number is None else f"{path} line {number}"
     return Line(chosen.values, decode, backlash, negative, name=name)
 

@@ -22,7 +22,7 @@ from pixstep.operations.kinds import (
     Whole,
 )
 from pixstep.operations.request import flag, option
-from pixstep.profiles.madefor import MOST_EDGES
+from pixstep.profiles.origin import MOST_EDGES
 
 DECODE = Choice([SMOOTH, PLAIN])
 BOARD = Choice(boards.BOARD_NAMES)

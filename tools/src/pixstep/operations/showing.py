@@ -13,8 +13,8 @@ from pixstep.lines.units import ACCELERATION, JERK, SPEED, Quantity
 from pixstep.operations import meant_for
 from pixstep.operations.desk import Desk
 from pixstep.operations.result import Page, Result
-from pixstep.profiles import madefor, page
-from pixstep.profiles.drawing import Drawing
+from pixstep.profiles import origin, page
+from pixstep.profiles.kinematics import LineDrawing
 from pixstep.profiles.page import MotionFigures
 
 
@@ -70,14 +70,14 @@ def used_frequency(
     given gets a note.
     """
     desk.say(meant_for.motor_notes(desk.facts, path, header))
-    own = madefor.frequency(path, header)
+    own = origin.frequency_of(path, header)
     if own is None or (given and not desk.by_machine("pixel_hz")):
-        desk.say(madefor.notes(path, header, given, divider=divider))
+        desk.say(origin.frequency_notes(path, header, given, divider=divider))
         return given
     return own
 
 
-def shown(drawing: Drawing, output: Path | None) -> Result:
+def shown(drawing: LineDrawing, output: Path | None) -> Result:
     """Write the drawing if a file is given; return the figures."""
     line, figures = drawing.line, drawing.figures
     if output is not None:

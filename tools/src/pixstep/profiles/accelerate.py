@@ -11,6 +11,7 @@ A length in steps that is no whole number of pixels at the line's speed has a pi
 deceleration: it divides the fall from one speed to the next into two.
 """
 
+from bisect import bisect_right
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
@@ -27,9 +28,9 @@ from pixstep.lines.units import (
     number_text,
     period_ticks,
 )
-from pixstep.profiles import generator, make
+from pixstep.profiles import generator
 from pixstep.profiles.generator import MAX_SPEED, GeneratedLine, LineRequest
-from pixstep.profiles.madefor import MOST_EDGES
+from pixstep.profiles.origin import MOST_EDGES
 
 _NEARLY = Fraction(19, 20)  # of the acceleration asked for, of which no more need be said
 _FASTEST_TIMER_HZ = 20_000_000
@@ -121,7 +122,7 @@ def speeds(wanted: Wanted, top: int, edges: int) -> list[int]:
         jerk = min(jerk, _legal(wanted, wanted.jerk, JERK, edges))
     if wanted.plain:
         return [*range(acceleration, top, acceleration), top]
-    return make.shortest_profile(make.ProfileLimits(top, acceleration, jerk))
+    return generator.shortest_profile(generator.ProfileLimits(top, acceleration, jerk))
 
 
 def line(
@@ -152,23 +153,20 @@ def line_of_length(
             f"length {steps} steps: a smooth line has an even number of them, nearest "
             f"{steps - 1} and {steps + 1}"
         )
-    low, high = 0, top // wanted.unit
-    while low < high:  # the highest speed whose shortest line is no longer than that
-        middle = (low + high + 1) // 2
-        fits = _shortest(wanted, middle * wanted.unit, edges, request) <= steps
-        low, high = (middle, high) if fits else (low, middle - 1)
-    if not low:
-        least = _shortest(wanted, wanted.unit, edges, request)
-        raise UserError(f"length {steps} steps: too short for a line, at least {least}")
-    speed = low * wanted.unit
-    made = _fill(wanted, speeds(wanted, speed, edges), speed, steps, request)
-    return made, speed
 
+    def shortest(speed: int) -> int:
+        """Return the steps of the shortest line at a speed: ramps, lead-in, an image pixel."""
+        ramp = _ramp(wanted, speeds(wanted, speed, edges), speed)
+        return 2 * sum(ramp) + speed * (request.lead_in + 1)
 
-def _shortest(wanted: Wanted, speed: int, edges: int, request: LineRequest) -> int:
-    """Return the steps of the shortest line at a speed: ramps, lead-in, a pixel of the image."""
-    ramp = _ramp(wanted, speeds(wanted, speed, edges), speed)
-    return 2 * sum(ramp) + speed * (request.lead_in + 1)
+    possible = range(wanted.unit, top + 1, wanted.unit)
+    slower = bisect_right(possible, steps, key=shortest)  # the speeds that the length allows
+    if not slower:
+        raise UserError(
+            f"length {steps} steps: too short for a line, at least {shortest(wanted.unit)}"
+        )
+    speed = possible[slower - 1]
+    return _fill(wanted, speeds(wanted, speed, edges), speed, steps, request), speed
 
 
 def _ramp(wanted: Wanted, ends: list[int], speed: int) -> list[int]:
@@ -179,7 +177,6 @@ def _ramp(wanted: Wanted, ends: list[int], speed: int) -> list[int]:
 def _fill(
     wanted: Wanted, ends: list[int], speed: int, steps: int, request: LineRequest
 ) -> GeneratedLine:
-    """Return the line of so many steps at a speed."""
     ramp = _ramp(wanted, ends, speed)
     whole, rest = divmod(steps - 2 * sum(ramp), speed)
     pixels = 2 * len(ramp) + whole + (2 if request.backlash else 0)
@@ -219,19 +216,14 @@ def _with_rest(ramp: list[int], ends: list[int], rest: int, *, plain: bool) -> l
 
 def _legal(wanted: Wanted, quantity: Quantity, order: int, edges: int) -> int:
     """Return a limit in steps/px2 or steps/px3. Raises UserError for less than counts can have."""
+    hz = wanted.clock_hz / edges
     try:
-        return _of_counts(wanted, quantity, order, edges)
+        if not wanted.plain:
+            return generator.legal_limit(quantity.per_pixel(hz), order, hz)
+        if limit := wanted.limit(quantity, edges):
+            return limit
+        raise UserError(f"{quantity.text} is less than a step per pixel and pixel at {hz} Hz")
     except UserError as error:
         enough = _fewest_edges(wanted)
         hint = f"; --divider {enough} has pixels that allow it" if enough else ""
         raise UserError(f"{error}{hint}") from None
-
-
-def _of_counts(wanted: Wanted, quantity: Quantity, order: int, edges: int) -> int:
-    hz = wanted.clock_hz / edges
-    if wanted.plain:
-        limit = wanted.limit(quantity, edges)
-        if not limit:
-            raise UserError(f"{quantity.text} is less than a step per pixel and pixel at {hz} Hz")
-        return limit
-    return make.legal_limit(quantity.per_pixel(hz), order, hz)

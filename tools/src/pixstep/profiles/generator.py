@@ -1,11 +1,31 @@
 # SPDX-License-Identifier: MIT
-"""From an acceleration profile (speeds at pixel ends) to the counts of a whole line."""
+"""From limits to an acceleration profile (speeds at pixel ends), from a profile to a line.
+
+The shortest profile is counted in units of two steps, because every boundary speed of a smooth line
+is even. With accelerations a_1..a_m, a_0 = a_(m+1) = 0 and |a_k - a_(k-1)| <= J, no profile can
+have a_k > min(J k, J (m + 1 - k), A): the sum of these is the highest speed that m pixels reach, so
+the smallest m whose sum is at least the top speed is the shortest there is. The surplus is then
+taken from the largest accelerations, one unit at a time: lowering a largest one brings it nearer to
+its neighbours or at most one unit below an equal one, so both limits stay kept.
+"""
 
 import itertools
+from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
+from itertools import accumulate
 
 from pixstep.errors import RefusedError, UserError
+from pixstep.lines.units import (
+    ACCELERATION,
+    SPEED,
+    Quantity,
+    TooLittleError,
+    both_text,
+    number_text,
+    unit,
+)
 
 MOST_PIXELS = 2_000_000  # of a line: what a file can hold
 MAX_SPEED = 16_382  # steps/pixel: the largest even speed that the board takes as a count
@@ -39,24 +59,26 @@ def acceleration_counts(speeds: list[int], speed: int, source: str = "profile") 
     odd, zero or falling speed, an odd `speed` (with the nearest legal ones) and a profile that
     tops out below it.
     """
-    _check_speeds(speeds, source)
+    for number, problem in speed_problems(speeds):
+        raise RefusedError(f"{source}:{number}: {problem}")
     if speed % 2:
         raise UserError(
             f"speed {speed} is odd: every boundary speed of a smooth line is even, "
             f"nearest legal {_even_neighbours(speed)}"
         )
-    if not speeds or speeds[-1] < speed:
-        last = speeds[-1] if speeds else 0
-        raise UserError(f"{source}: profile tops out at {last} below {speed}")
-    ends = [value for value in speeds if value < speed] + [speed]
-    starts = [0, *ends[:-1]]
-    return [(start + end) // 2 for start, end in zip(starts, ends, strict=True)]
+    ends = [*_slower(speeds, speed, source), speed]
+    return [(start + end) // 2 for start, end in itertools.pairwise([0, *ends])]
 
 
 def plain_counts(speeds: list[int], speed: int, source: str = "profile") -> list[int]:
     """Return the accelerating counts of a plain motor: each entry is a speed and a count."""
     if any(later < earlier for earlier, later in itertools.pairwise(speeds)):
         raise RefusedError(f"{source}: the speeds must not fall")
+    return _slower(speeds, speed, source)
+
+
+def _slower(speeds: list[int], speed: int, source: str) -> list[int]:
+    """Return the entries below a speed that the profile reaches."""
     if not speeds or speeds[-1] < speed:
         last = speeds[-1] if speeds else 0
         raise UserError(f"{source}: profile tops out at {last} below {speed}")
@@ -103,14 +125,7 @@ def _even_neighbours(value: int) -> str:
     return " and ".join(str(even) for even in (value - 1, value + 1) if 0 < even <= MAX_SPEED)
 
 
-def _check_speeds(speeds: list[int], source: str) -> None:
-    """Refuse a smooth profile with an odd, zero or falling speed, naming the record."""
-    for number, problem in speed_problems(speeds):
-        raise RefusedError(f"{source}:{number}: {problem}")
-
-
 def _check_request(request: LineRequest) -> None:
-    """Refuse a request out of range."""
     if not 1 <= request.speed <= MAX_SPEED + 1:
         raise UserError(f"speed {request.speed} is outside 1..{MAX_SPEED} steps/pixel")
     if request.pixels > MOST_PIXELS:
@@ -125,3 +140,92 @@ def _check_request(request: LineRequest) -> None:
         raise UserError(
             f"backlash {request.backlash} does not fit one pixel at speed {request.speed}"
         )
+
+
+@dataclass(frozen=True)
+class ProfileLimits:
+    """Even whole numbers: steps/pixel, steps/pixel2, steps/pixel3 (change from pixel to pixel)."""
+
+    top_speed: int
+    max_acceleration: int
+    max_jerk: int
+
+
+def legal_speed(value: Fraction, hz: Fraction | None = None) -> int:
+    """Return a top speed as an even whole number of steps/pixel.
+
+    Raises UserError naming the nearest legal ones, per second too if `hz` is given, for a speed
+    that is odd, not whole, below 2 or above MAX_SPEED.
+    """
+    if value > MAX_SPEED:
+        raise UserError(
+            f"top speed {number_text(value)} steps/px is above the largest, nearest legal "
+            f"{both_text(MAX_SPEED, SPEED, hz)}"
+        )
+    if value.denominator == 1 and value >= 2 and value % 2 == 0:
+        return int(value)
+    below = int(value // 2) * 2
+    legal = [speed for speed in (below, below + 2) if 2 <= speed <= MAX_SPEED]
+    raise UserError(
+        f"top speed {number_text(value)} steps/px is not an even whole number: every boundary "
+        f"speed of a smooth line is even, nearest legal "
+        f"{' and '.join(both_text(speed, SPEED, hz) for speed in legal)}"
+    )
+
+
+def legal_limit(
+    value: Fraction, order: int, hz: Fraction | None = None, given: Quantity | None = None
+) -> int:
+    """Return the largest even whole number not above a limit: accelerations change by even ones.
+
+    `given` is the limit as it was written. Raises TooLittleError naming the nearest legal one for a
+    limit below 2.
+    """
+    if value < 2:
+        raise TooLittleError(
+            f"{'acceleration' if order == ACCELERATION else 'jerk'} limit {number_text(value)} "
+            f"{unit(order)} is below 2: boundary speeds are even, nearest legal "
+            f"{both_text(2, order, hz)}",
+            2,
+            given,
+        )
+    return int(value // 2) * 2
+
+
+def shortest_pixels(limits: ProfileLimits) -> int:
+    """Return the number of pixels of the shortest profile."""
+    target = limits.top_speed // 2  # every pixel gains at least one unit
+    return bisect_left(
+        range(target), target, lo=1, key=lambda pixels: sum(_envelope(pixels, limits))
+    )
+
+
+def shortest_profile(limits: ProfileLimits) -> list[int]:
+    """Return the speeds at the ends of the pixels: even, rising from pixel to pixel.
+
+    The last one is the top speed; after it the speed is held, and that last change of the
+    acceleration keeps the jerk limit too.
+    """
+    accelerations = _envelope(shortest_pixels(limits), limits)
+    _lower(accelerations, sum(accelerations) - limits.top_speed // 2)
+    return [2 * speed for speed in accumulate(accelerations)]
+
+
+def _envelope(pixels: int, limits: ProfileLimits) -> list[int]:
+    """Return the largest acceleration that each of `pixels` pixels can have, in units of two.
+
+    None is above the top speed, which it would exceed in one pixel.
+    """
+    jerk, top = limits.max_jerk // 2, min(limits.max_acceleration, limits.top_speed) // 2
+    return [min(jerk * (k + 1), jerk * (pixels - k), top) for k in range(pixels)]
+
+
+def _lower(accelerations: list[int], surplus: int) -> None:
+    """Take `surplus` units from the largest accelerations, a layer of the plateau at a time."""
+    while surplus:
+        largest = max(accelerations)
+        plateau = [k for k, value in enumerate(accelerations) if value == largest]
+        taken = min(surplus, len(plateau))
+        for k in plateau[len(plateau) - taken :]:
+            accelerations[k] -= 1
+        surplus -= taken

@@ -1,20 +1,22 @@
 # SPDX-License-Identifier: MIT
-"""Speed, acceleration, jerk and position of a line as arrays: what the drawings show.
+"""Speed, acceleration, jerk and position of a line as arrays, and what is to be drawn of them.
 
 Positions on the axis are pixel periods after line zero. Inside a smooth pixel the acceleration is
 constant, the speed linear and the position quadratic; inside a plain pixel the speed is constant.
 Changes at a boundary (all jerks, the accelerations of a plain line) are figures of that boundary.
+The figure itself is a module apart, because matplotlib is slow to load.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from pixstep.lazy import lazy
-from pixstep.lines import exact
+from pixstep.lines import exact, units
 from pixstep.lines.line import Line
 
 if TYPE_CHECKING:
@@ -132,3 +134,42 @@ def _changes(values: list[int]) -> list[int]:
 
 def _peak(values: list[int]) -> int:
     return max(map(abs, values), default=0)
+
+
+@dataclass(frozen=True)
+class LineDrawing:
+    """What to draw: limits in steps/px^order by order; `image_pixel` is 1-based, None: none."""
+
+    line: Line
+    title: str
+    pixel_hz: Fraction | None = None
+    limits: dict[int, int] = field(default_factory=dict)
+    image_pixel: int | None = None
+    scale: units.Scale | None = None  # of the motor, if a machine file gives it
+    going_on: bool = False  # a part of a line: it does not come to rest
+
+    @cached_property
+    def motion(self) -> Kinematics:
+        """The arrays drawn."""
+        return of(self.line, going_on=self.going_on)
+
+    @cached_property
+    def figures(self) -> Figures:
+        """Peaks and lengths."""
+        return figures(self.line, going_on=self.going_on)
+
+    @property
+    def subtitle(self) -> str:
+        """The figures in a line."""
+        from pixstep.plotting import number
+
+        figures, hz = self.figures, self.pixel_hz
+        time = f" = {float(figures.pixels / hz):.4g} s at {float(hz):.7g} Hz" if hz else ""
+        peaks = (
+            f"{number(figures.peak_speed)} steps/px, "
+            f"{number(figures.peak_acceleration)} steps/px², {number(figures.peak_jerk)} steps/px³"
+        )
+        return (
+            f"{self.line.decode}, {number(figures.pixels)} px{time}, "
+            f"{number(figures.steps)} steps; peak speed, acceleration, jerk: {peaks}"
+        )

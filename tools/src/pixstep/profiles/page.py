@@ -11,7 +11,7 @@ from pixstep.lazy import lazy
 from pixstep.lines import units
 from pixstep.lines.units import ACCELERATION, JERK, SPEED
 from pixstep.profiles.kinematics import Figures
-from pixstep.profiles.repair import Change
+from pixstep.profiles.repair import ValueChange
 
 if TYPE_CHECKING:
     import rich.table
@@ -82,7 +82,7 @@ def figures_json(figures: Figures, hz: Fraction | None) -> MotionFigures:
     return data
 
 
-def change_text(change: Change, place: str) -> str:
+def change_text(change: ValueChange, place: str) -> str:
     """Return one change as a line: 'pixel 1: 10 -> 5: why'."""
     after = _values(change.after)
     if not change.before:
@@ -101,7 +101,7 @@ class ChangeFacts(TypedDict):
     reason: str
 
 
-def changes_json(changes: tuple[Change, ...]) -> list[ChangeFacts]:
+def changes_json(changes: tuple[ValueChange, ...]) -> list[ChangeFacts]:
     """Return the changes as plain data."""
     return [
         {

@@ -19,14 +19,13 @@ from pixstep.lines import line_check
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.line_check import ERROR, WARNING, Finding, Limits
 from pixstep.profiles import generator
-from pixstep.profiles.repair import whole_line
-from pixstep.profiles.stretches import START
+from pixstep.profiles.repair import START, whole_line
 
 PRN, BLOCK, ROWS = "prn", "block", "rows"
 
 
 @dataclass(frozen=True)
-class Rows:
+class ProfileRows:
     """One way to read the rows of a file: the values, or why they cannot be read so."""
 
     form: str
@@ -40,7 +39,7 @@ class ProfileFile:
     """A profile file with all readings of its rows, the adopted one first."""
 
     path: Path
-    rows: tuple[Rows, ...]
+    rows: tuple[ProfileRows, ...]
     header: formats.ProfileHeader | None = None
     notes: tuple[str, ...] = ()
 
@@ -58,13 +57,13 @@ class ProfileFile:
 
 
 @dataclass(frozen=True)
-class Reading:
+class ProfileReading:
     """A file read in one way: form of the rows, decode rule, and what was found.
 
     The decode rule is empty where the rows cannot be read in that form.
     """
 
-    rows: Rows
+    rows: ProfileRows
     decode: str
     findings: tuple[Finding, ...]
 
@@ -78,14 +77,14 @@ def load(path: Path, *, raw: bool = False, lenient: bool = False) -> ProfileFile
     """Read a PRN (by its width or suffix) or CSV profile. Raises UserError as the readers do."""
     if looks_like_prn(path):
         values, notes = formats.read_prn(path, lenient=lenient)
-        return ProfileFile(path, (Rows(PRN, tuple(values)),), notes=tuple(notes))
+        return ProfileFile(path, (ProfileRows(PRN, tuple(values)),), notes=tuple(notes))
     read = formats.read_motion(path, raw=True)
-    every = Rows(ROWS, read.values)
+    every = ProfileRows(ROWS, read.values)
     found = [every]
     if read.header:
         found = [_block(path), every]
     elif len(read.values) > 2 and read.values[:2] == (1, len(read.values) - 2):
-        found.append(Rows(BLOCK, read.values[2:]))
+        found.append(ProfileRows(BLOCK, read.values[2:]))
     if raw:
         found.sort(key=lambda rows: rows.form != ROWS)
     rows = tuple(replace(rows, adopted=number == 0) for number, rows in enumerate(found))
@@ -103,7 +102,7 @@ def looks_like_prn(path: Path) -> bool:
     return recognise(data).kind == PRN_KIND
 
 
-def check(profile: ProfileFile, motor: str | None, limits: Limits) -> list[Reading]:
+def check(profile: ProfileFile, motor: str | None, limits: Limits) -> list[ProfileReading]:
     """Return all readings with their findings.
 
     `motor` is smooth or plain; None if it is not known, then both rules count.
@@ -114,15 +113,15 @@ def check(profile: ProfileFile, motor: str | None, limits: Limits) -> list[Readi
     readings = []
     for rows in profile.rows:
         if rows.values is None:
-            readings.append(Reading(rows, "", ()))
+            readings.append(ProfileReading(rows, "", ()))
             continue
         for decode in decodes:
             findings = tuple(_findings(profile, rows.form, rows.values, decode, limits))
-            readings.append(Reading(rows, decode, findings))
+            readings.append(ProfileReading(rows, decode, findings))
     return readings
 
 
-def exit_status(readings: list[Reading]) -> int:
+def exit_status(readings: list[ProfileReading]) -> int:
     """Return 2 if no adopted reading is sound, 1 if one has findings or the form is ambiguous."""
     adopted = [reading for reading in readings if reading.rows.adopted]
     if not any(reading.sound for reading in adopted):
@@ -130,7 +129,7 @@ def exit_status(readings: list[Reading]) -> int:
     return int(ambiguous(readings) or any(reading.findings for reading in adopted))
 
 
-def ambiguous(readings: list[Reading]) -> bool:
+def ambiguous(readings: list[ProfileReading]) -> bool:
     """True if all rows are taken as values although they fit a block that is sound too."""
     return any(
         reading.sound and reading.rows.form == BLOCK and not reading.rows.adopted
@@ -138,18 +137,16 @@ def ambiguous(readings: list[Reading]) -> bool:
     )
 
 
-def _block(path: Path) -> Rows:
-    """Read the block after a header."""
+def _block(path: Path) -> ProfileRows:
     try:
-        return Rows(BLOCK, formats.read_motion(path).values)
+        return ProfileRows(BLOCK, formats.read_motion(path).values)
     except UserError as error:
-        return Rows(BLOCK, None, str(error))
+        return ProfileRows(BLOCK, None, str(error))
 
 
 def _findings(
     profile: ProfileFile, form: str, values: tuple[int, ...], decode: str, limits: Limits
 ) -> Iterator[Finding]:
-    """Yield what is wrong with one reading."""
     if decode == PLAIN:
         yield from _plain_findings(values, limits)
     elif form == PRN:

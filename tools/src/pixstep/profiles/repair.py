@@ -1,26 +1,87 @@
 # SPDX-License-Identifier: MIT
-"""Repair counts that a smooth motor cannot follow, above all those that make it oscillate.
+"""Values that a smooth motor cannot follow, repaired: counts of a line, speeds of a PRN.
 
-The repair plans boundary speeds, not counts. Every run of equal counts is a stretch of constant
-speed (an odd one is lowered to the even speed below), zero pixels are rest, and what lies between
-two stretches is a ramp. A ramp that leads exactly from one speed to the other stays as it is;
-any other one is planned anew. A ramp with too few pixels takes them from the faster of the two
+Counts: the repair plans boundary speeds, not counts. Every run of equal counts is a stretch of
+constant speed (an odd one is lowered to the even speed below), zero pixels are rest, and what lies
+between two stretches is a ramp. A ramp that leads exactly from one speed to the other stays as it
+is; any other one is planned again. A ramp with too few pixels takes them from the faster of the two
 stretches, so that the line keeps its length, or they are inserted.
+
+Speeds: the nearest legal profile is taken, whose speeds are even, above 0 and never fall.
 """
 
+import heapq
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines import line_check
 from pixstep.lines.line import Line
 from pixstep.profiles import ramps
 from pixstep.profiles.generator import MAX_SPEED
-from pixstep.profiles.stretches import LINE, Stretch, consumed_pair, split
+
+LINE = "line"
+START = "start"
+
+
+@dataclass
+class Stretch:
+    """Pixels of constant speed; or the `free` end of an accelerating part, at any speed."""
+
+    speed: int
+    pixel: int
+    counts: tuple[int, ...] = ()
+    first: int = 0  # pixels that the ramp before takes
+    last: int = 0  # pixels that the ramp behind takes
+    free: bool = False
+
+    @property
+    def kept(self) -> tuple[int, ...]:
+        """The pixels left."""
+        return self.counts[self.first : len(self.counts) - self.last]
+
+    @property
+    def rests(self) -> bool:
+        """True for pixels at rest."""
+        return self.speed == 0 and not self.free
+
+
+def split(counts: tuple[int, ...], part: str) -> tuple[list[Stretch], list[list[int]]]:
+    """Return the stretches, rest at both ends included, and the counts between them."""
+    stretches = [Stretch(0, 1)]
+    between: list[list[int]] = [[]]
+    pixel = 1
+    for count, group in groupby(counts):
+        length = len(list(group))
+        if count == 0 and pixel == 1:
+            stretches[0].counts = (0,) * length
+        elif count == 0 or length > 1:
+            speed = 2 if count == 1 else count // 2 * 2
+            stretches.append(Stretch(speed, pixel, (count,) * length))
+            between.append([])
+        else:
+            between[-1].append(count)
+        pixel += length
+    if between[-1] or (part == LINE and stretches[-1].speed):
+        stretches.append(Stretch(0, pixel, free=part != LINE))
+    return stretches, between
+
+
+def consumed_pair(stretches: list[Stretch]) -> int | None:
+    """Return the index of two equal counts that the ramps took and that need not be a stretch.
+
+    Between moving stretches two equal counts are more likely an accident of a ramp.
+    """
+    for index in range(1, len(stretches) - 1):
+        pair = stretches[index]
+        beside_rest = stretches[index - 1].rests or stretches[index + 1].rests
+        if len(pair.counts) == 2 and not pair.kept and not beside_rest:
+            return index
+    return None
 
 
 @dataclass(frozen=True)
-class Change:
+class ValueChange:
     """Values replaced from a 1-based pixel (or record) of the original on, and why."""
 
     pixel: int
@@ -34,7 +95,7 @@ class Repair:
     """The repaired values and what was changed."""
 
     values: tuple[int, ...]
-    changes: tuple[Change, ...]
+    changes: tuple[ValueChange, ...]
 
 
 @dataclass(frozen=True)
@@ -65,7 +126,11 @@ def repair_counts(counts: tuple[int, ...], wish: Wish) -> Repair:
 
     Raises UserError for a count out of range, and if the pixels do not suffice.
     """
-    _refuse_range(counts)
+    for pixel, count in enumerate(counts, 1):
+        if not 0 <= count <= MAX_SPEED:
+            raise RefusedError(
+                f"pixel {pixel}: count {count} is outside 0..{MAX_SPEED}: no smooth motor makes it"
+            )
     stretches, between = split(counts, wish.part)
     blocks = _ramp_blocks(stretches, between, wish)
     while (pair := consumed_pair(stretches)) is not None:
@@ -88,16 +153,7 @@ def whole_line(values: tuple[int, ...], part: str) -> tuple[int, ...]:
     return (*values, top, top, *reversed(values)) if top > 0 else tuple(values)
 
 
-def _refuse_range(counts: tuple[int, ...]) -> None:
-    for pixel, count in enumerate(counts, 1):
-        if not 0 <= count <= MAX_SPEED:
-            raise RefusedError(
-                f"pixel {pixel}: count {count} is outside 0..{MAX_SPEED}: no smooth motor makes it"
-            )
-
-
 def _ramp_blocks(stretches: list[Stretch], between: list[list[int]], wish: Wish) -> list[_Block]:
-    """Plan all ramps anew."""
     for stretch in stretches:
         stretch.first = stretch.last = 0
     joints = zip(stretches, between, stretches[1:], strict=False)
@@ -130,7 +186,6 @@ def _ramp_block(left: Stretch, inside: list[int], right: Stretch, wish: Wish) ->
 
 
 def _reason(left: Stretch, ramp: ramps.Ramp, right: Stretch) -> str:
-    """Say why a ramp does not do as it is."""
     limit = ramp.max_acceleration
     within = f" within {limit} steps/px2" if limit else ""
     if ramp.end is None:
@@ -161,7 +216,6 @@ def _refuse_consumed(stretch: Stretch, wish: Wish) -> None:
 
 
 def _stretch_block(stretch: Stretch) -> _Block:
-    """Return the constant pixels that are left."""
     kept = stretch.kept
     reason = ""
     if kept and kept[0] != stretch.speed:
@@ -172,7 +226,9 @@ def _stretch_block(stretch: Stretch) -> _Block:
 def _assemble(blocks: list[_Block]) -> Repair:
     """Turn the speeds of all blocks into counts, and note where they differ from the original."""
     speeds = [0, *(speed for block in blocks for speed in block.speeds)]
-    _flatten(speeds)
+    for k in range(1, len(speeds) - 1):
+        if speeds[k - 1] == speeds[k + 1]:  # the two equal counts of a peak would oscillate
+            speeds[k] = speeds[k - 1]
     counts = [(low + high) // 2 for low, high in pairwise(speeds)]
     changes = []
     done = 0
@@ -184,7 +240,7 @@ def _assemble(blocks: list[_Block]) -> Repair:
     return Repair(tuple(counts), tuple(changes))
 
 
-def _trimmed(block: _Block, after: tuple[int, ...]) -> Change:
+def _trimmed(block: _Block, after: tuple[int, ...]) -> ValueChange:
     """Return the change of a block, without the equal counts at its ends if the length stays."""
     before = block.counts
     first, end = 0, len(before)
@@ -193,18 +249,10 @@ def _trimmed(block: _Block, after: tuple[int, ...]) -> Change:
         first, end = differ[0], differ[-1] + 1
         after = after[first:end]
     reason = block.reason or "two pixels of one count at a peak would swing"
-    return Change(block.pixel + first, before[first:end], after, reason)
-
-
-def _flatten(speeds: list[int]) -> None:
-    """Level every peak between two equal speeds: its two equal counts would be an oscillation."""
-    for k in range(1, len(speeds) - 1):
-        if speeds[k - 1] == speeds[k + 1]:
-            speeds[k] = speeds[k - 1]
+    return ValueChange(block.pixel + first, before[first:end], after, reason)
 
 
 def _prove(values: tuple[int, ...], counts: tuple[int, ...], wish: Wish) -> None:
-    """Refuse a result that no longer moves or that the line check would refuse."""
     if any(counts) and not any(values):
         raise RefusedError("too short to move: a smooth line needs 3 pixels from rest to rest")
     limits = line_check.Limits(max_acceleration=wish.max_acceleration)
@@ -212,3 +260,48 @@ def _prove(values: tuple[int, ...], counts: tuple[int, ...], wish: Wish) -> None
     found = line_check.without_idle_pixel(line_check.check(line, limits))
     if found:
         raise RefusedError(f"no repair found: pixel {found[0].pixel}: {found[0].message}")
+
+
+def repair_speeds(speeds: tuple[int, ...]) -> Repair:
+    """Return the legal profile with the least sum of changes, and the changes, one a record.
+
+    Of equally near ones the lowest is taken.
+    """
+    nearest = _nearest(speeds)
+    changes = []
+    highest = 0
+    for record, (old, new) in enumerate(zip(speeds, nearest, strict=True), 1):
+        if old != new:
+            changes.append(ValueChange(record, (old,), (new,), _speed_reason(old, highest)))
+        highest = max(highest, old)
+    return Repair(nearest, tuple(changes))
+
+
+def _nearest(speeds: tuple[int, ...]) -> tuple[int, ...]:
+    """Least-change non-decreasing even sequence, in units of two.
+
+    The cost of record i as a function of its value is convex with corners at the even neighbours
+    of the speed. The heap holds the corners left of the minimum of the cost so far, where a lower
+    value may be kept for a later record at no cost: its top is the lowest best value.
+    """
+    corners: list[int] = []  # negated: heapq keeps the smallest on top
+    best = []
+    for speed in speeds:
+        heapq.heappush(corners, -(speed // 2))
+        heapq.heappush(corners, -((speed + 1) // 2))
+        heapq.heappop(corners)
+        best.append(-corners[0])
+    for k in range(len(best) - 2, -1, -1):
+        best[k] = min(best[k], best[k + 1])
+    return tuple(min(max(2 * value, 2), MAX_SPEED) for value in best)
+
+
+def _speed_reason(speed: int, highest: int) -> str:
+    """Say what is wrong with a record, or that another one's neighbourhood moves it."""
+    if speed == 0:
+        return "a speed must be above 0"
+    if speed > MAX_SPEED:
+        return f"above {MAX_SPEED}, the largest speed that a board takes"
+    if speed < highest:
+        return f"falls below {highest}"
+    return "odd: every boundary speed is even" if speed % 2 else "a later record falls below it"

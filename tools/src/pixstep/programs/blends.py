@@ -6,14 +6,14 @@ V of one move to V of the next by a trapezoid of acceleration whose flanks last 
 stay exact, as the blend is symmetric.
 """
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, fields
-from typing import NamedTuple
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from pixstep.programs.moves import Dwell, Move
+from pixstep.programs.moves import Dwell, ProgramMove
 
 Floats = npt.NDArray[np.float64]
 _FLANK, _TOP = 6, 10  # intervals of a flank and of the top of a trapezoid of acceleration
@@ -22,7 +22,7 @@ ACCELERATION_TIME = "acceleration time"  # why a move takes longer: rule 2
 _NOTHING_MS = 1e-9  # shorter intervals are left out
 
 
-class Ramp(NamedTuple):
+class CornerRamp(NamedTuple):
     """Where a move's straight part changes from its own speed to that of a corner, or back.
 
     `share` is the corner's speed as a part of the move's own.
@@ -48,13 +48,39 @@ class Timed(NamedTuple):
     asked: float  # TM as programmed
     asked_ta: float  # TA as programmed
     why: str = ""
-    entry: Ramp = Ramp()
-    exit: Ramp = Ramp()
+    entry: CornerRamp = CornerRamp()
+    exit: CornerRamp = CornerRamp()
     clipped: bool = False  # rule 3 has shortened its blend
+    segment: int = 0  # the move's
+
+
+class ArrayRows:
+    """A dataclass of arrays, or of such dataclasses, that have a row for each of some things."""
+
+    def part(self, choice: slice | npt.NDArray[np.bool_ | np.intp]) -> Self:
+        """Return some of the rows."""
+        return type(self)(
+            **{
+                name: one.part(choice) if isinstance(one, ArrayRows) else one[choice]
+                for name, one in vars(self).items()
+            }
+        )
+
+    @classmethod
+    def joined(cls, parts: Sequence[Self]) -> Self:
+        """Return parts in a row."""
+        return cls(
+            **{
+                name: type(one).joined([getattr(part, name) for part in parts])
+                if isinstance(one, ArrayRows)
+                else np.concatenate([getattr(part, name) for part in parts])
+                for name, one in vars(parts[0]).items()
+            }
+        )
 
 
 @dataclass(frozen=True)
-class Intervals:
+class Intervals(ArrayRows):
     """Pieces of a path over programmed time; positions are cubic in each, one column a motor."""
 
     du: Floats
@@ -68,33 +94,22 @@ class Intervals:
     def __len__(self) -> int:
         return len(self.du)
 
-    def part(self, choice: slice | npt.NDArray[np.bool_ | np.intp]) -> "Intervals":
-        """Return some of the intervals."""
-        return Intervals(**{one.name: getattr(self, one.name)[choice] for one in fields(self)})
-
-    @staticmethod
-    def joined(parts: list["Intervals"]) -> "Intervals":
-        """Return parts in a row."""
-        names = [one.name for one in fields(Intervals)]
-        return Intervals(
-            **{name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
-        )
-
     def divided(self, pieces: npt.NDArray[np.int64]) -> "Intervals":
         """Return each interval in a number of equal pieces."""
         index = np.repeat(np.arange(len(self)), pieces)
         number = np.arange(len(index)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
         du = self.du[index] / pieces[index]
-        s = (number * du)[:, None]
-        speed, bend, twist = self.speed[index], self.bend[index], self.twist[index]
-        return Intervals(
-            du,
-            self.place[index] + s * (speed + s * (bend / 2 + s * twist / 6)),
-            speed + s * (bend + s * twist / 2),
-            bend + s * twist,
-            twist,
-            self.move[index],
-            self.rest[index],
+        return self.part(index).within(number * du, du)
+
+    def within(self, begin: Floats, du: Floats) -> "Intervals":
+        """Return of each interval what begins `begin` after its own beginning and is `du` long."""
+        s, speed, bend, twist = begin[:, None], self.speed, self.bend, self.twist
+        return replace(
+            self,
+            du=du,
+            place=self.place + s * (speed + s * (bend / 2 + s * twist / 6)),
+            speed=speed + s * (bend + s * twist / 2),
+            bend=bend + s * twist,
         )
 
     @property
@@ -115,7 +130,7 @@ class Intervals:
         return ~curved
 
 
-def nominal(events: Iterable[Move | Dwell]) -> Iterator[Timed | Dwell]:
+def nominal(events: Iterable[ProgramMove | Dwell]) -> Iterator[Timed | Dwell]:
     """Yield the moves with their times by the three rules of blending, no limit considered."""
     before: Timed | None = None
     for event in events:
@@ -127,7 +142,7 @@ def nominal(events: Iterable[Move | Dwell]) -> Iterator[Timed | Dwell]:
         yield before
 
 
-def _by_rules(move: Move, before: Timed | None) -> Timed:
+def _by_rules(move: ProgramMove, before: Timed | None) -> Timed:
     """Return a move with TM >= TA, and with a blend that leaves the one before it alone."""
     tm = move.tm if move.fixed else max(move.tm, move.ta)
     why = ACCELERATION_TIME if tm > move.tm else ""
@@ -136,11 +151,11 @@ def _by_rules(move: Move, before: Timed | None) -> Timed:
     ts = min(move.ts, ta / 2)
     return Timed(
         move.line, move.target, tm, ta, ts, move.ta, move.ts, move.tm, move.ta, why,
-        clipped=ta < move.ta,
+        clipped=ta < move.ta, segment=move.segment,
     )  # fmt: skip
 
 
-class Path:
+class NominalPath:
     """Makes intervals of moves as they come; a stop is at whole counts."""
 
     def __init__(self, motors: int) -> None:
@@ -206,7 +221,8 @@ class Path:
             ),
             _ramps(fall, ts / ta, speed, last, level + speed * straight[:, None], numbers),
         ]  # fmt: skip
-        found = _by_move(parts)
+        joined = Intervals.joined(parts)
+        found = joined.part(np.argsort(joined.move, kind="stable"))  # a move's one after the other
         self._place, self._speed = target[-1], last[-1]
         self._count += len(moves)
         if stop is not None:
@@ -218,12 +234,6 @@ class Path:
             found = Intervals.joined([found, end])
             self._speed = nought
         return found.part(found.du > _NOTHING_MS)
-
-
-def _by_move(parts: list[Intervals]) -> Intervals:
-    """Return for each move its intervals of each part, one part after the other."""
-    joined = Intervals.joined(parts)
-    return joined.part(np.argsort(joined.move, kind="stable"))
 
 
 def _ramps(

@@ -70,7 +70,7 @@ def value_of(expression: Expression, variables: Variables) -> float:
     return value
 
 
-class Reader:
+class ExpressionReader:
     """Reads expressions from a place of a text on; `place` is behind what was read."""
 
     def __init__(self, text: str, place: int) -> None:
@@ -78,7 +78,6 @@ class Reader:
         self._depth = 0
 
     def sum(self) -> Expression:
-        """Read a sum."""
         return self._chain(_SUM, self._product)
 
     def bracketed(self) -> Expression:
@@ -147,19 +146,14 @@ class Reader:
         )
 
     def _taken(self, sign: str) -> bool:
-        """Go behind a sign, if it is the next one."""
         place = self._next()
-        if self.text[place : place + 1] != sign:
-            return False
-        self.place = place + 1
-        return True
+        found = self.text[place : place + 1] == sign
+        self.place = place + 1 if found else self.place
+        return found
 
     def _next(self) -> int:
-        """Return the place of the next character that is no blank."""
-        place = self.place
-        while self.text[place : place + 1] in (" ", "\t"):
-            place += 1
-        return place
+        rest = self.text[self.place :]
+        return self.place + len(rest) - len(rest.lstrip(" \t"))
 
 
 def _whole(name: str, number: float) -> int:
@@ -205,14 +199,6 @@ def _rest(left: float, right: float) -> float:
     return left % right
 
 
-def _in_degrees(function: Callable[[float], float]) -> Callable[[float], float]:
-    return lambda value: function(math.radians(value))
-
-
-def _to_degrees(function: Callable[[float], float]) -> Callable[[float], float]:
-    return lambda value: math.degrees(function(value))
-
-
 _OPERATORS: dict[str, _Operator] = {
     "+": lambda left, right: left + right,
     "-": lambda left, right: left - right,
@@ -226,10 +212,10 @@ FUNCTIONS: dict[str, Callable[[float], float]] = {
     "SQRT": math.sqrt,
     "EXP": math.exp,
     "LN": math.log,
-    "SIN": _in_degrees(math.sin),
-    "COS": _in_degrees(math.cos),
-    "TAN": _in_degrees(math.tan),
-    "ASIN": _to_degrees(math.asin),
-    "ACOS": _to_degrees(math.acos),
-    "ATAN": _to_degrees(math.atan),
+    "SIN": lambda degrees: math.sin(math.radians(degrees)),
+    "COS": lambda degrees: math.cos(math.radians(degrees)),
+    "TAN": lambda degrees: math.tan(math.radians(degrees)),
+    "ASIN": lambda value: math.degrees(math.asin(value)),
+    "ACOS": lambda value: math.degrees(math.acos(value)),
+    "ATAN": lambda value: math.degrees(math.atan(value)),
 }

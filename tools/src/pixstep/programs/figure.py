@@ -11,6 +11,7 @@ from matplotlib.lines import Line2D
 
 from pixstep import plotting
 from pixstep.plotting import BOARD, IDEAL, INK, MADE, QUIET
+from pixstep.profiles.ramps import decoded
 from pixstep.programs.motors import PLAIN_ROUNDING, PlanMotor
 from pixstep.programs.pixels import Counts
 from pixstep.programs.plan import Plan
@@ -110,7 +111,7 @@ def _draw_motor(row: np.ndarray, result: Drawn, index: int, motor: PlanMotor) ->
     pixel = result.plan.setup.pixel_ms
     counts = result.counts[:, index]
     if motor.smooth:
-        speeds = _decoded(counts)
+        speeds = np.array([0, *decoded(0, tuple(counts.tolist()))])
         speed_times = _times(result, len(speeds))
         changes = np.diff(speeds)
     else:
@@ -168,14 +169,6 @@ def _limit(axes: Axes, limit: float, peak: float, rounding: float = 0) -> None:
         axes.axhline(side, color=BOARD, lw=0.9, ls="--")
     for side in (limit + rounding, -limit - rounding) if rounding else ():
         axes.axhline(side, color=QUIET, lw=0.8, ls=":")
-
-
-def _decoded(counts: np.ndarray) -> np.ndarray:
-    """Return the speeds at the pixel edges that the board finds."""
-    speeds = [0]
-    for count in counts.tolist():
-        speeds.append(2 * count - speeds[-1])
-    return np.array(speeds)
 
 
 def _times(result: Drawn, count: int) -> np.ndarray:

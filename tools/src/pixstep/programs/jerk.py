@@ -12,17 +12,16 @@ several is taken. The plan is not the fastest one possible.
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pixstep.errors import RefusedError
-from pixstep.programs import passes, timelaw
+from pixstep.programs import time_law
 from pixstep.programs.blends import Floats, Intervals
 from pixstep.programs.motors import Setup
-from pixstep.programs.pixels import Counts, Rounding, Track
-from pixstep.programs.timelaw import Limits, Run
-from pixstep.programs.timeline import Timeline, timelines
+from pixstep.programs.pixels import Counts, Rounding, Timeline, Track, timelines
+from pixstep.programs.time_law import LawBlock, MotorLimits, PacedPath
 
 MOST_PIXELS = 50_000  # between two stops: they are held in memory
 _MOST_PIECES = 500_000  # of a path
@@ -46,7 +45,9 @@ def limits_jerk(setup: Setup) -> bool:
     return any(motor.max_jerk is not None for motor in setup.motors)
 
 
-def smoothed(name: str, runs: Iterable[Run], limits: Limits, setup: Setup) -> Iterator[Timeline]:
+def smoothed(
+    name: str, runs: Iterable[PacedPath], limits: MotorLimits, setup: Setup
+) -> Iterator[Timeline]:
     """Yield runs in time so that every motor keeps its limit of the jerk, a section at a time.
 
     Sections begin on pixel edges: a dwell takes whole pixels, at least three. Raises RefusedError
@@ -68,38 +69,29 @@ def smoothed(name: str, runs: Iterable[Run], limits: Limits, setup: Setup) -> It
         yield made
 
 
-def _sections(name: str, runs: Iterable[Run], pixel_ms: float) -> Iterator[Run]:
+def _sections(name: str, runs: Iterable[PacedPath], pixel_ms: float) -> Iterator[PacedPath]:
     """Yield dwells, and all that lies between two of them in one piece."""
-    waiting: list[Run] = []
+    waiting: list[PacedPath] = []
     pixels, pieces = 0.0, 0
     for run in runs:
         places = np.flatnonzero(run.path.rest)
         for part in np.split(np.arange(len(run.path)), np.unique([*places, *(places + 1)])):
             if not len(part):
                 continue
-            found = Run(run.path.part(part), run.begin[part], run.end[part])
+            found = run.part(part)
             if found.path.rest[0]:
                 if waiting:
-                    yield _joined(waiting)
+                    yield PacedPath.joined(waiting)
                 waiting, pixels, pieces = [], 0.0, 0
                 yield found
                 continue
             waiting.append(found)
-            ms = 2 * found.path.du / (np.sqrt(found.begin) + np.sqrt(found.end))
-            pixels += float(np.sum(ms[~found.path.straight])) / pixel_ms
+            pixels += float(np.sum(found.ms[~found.path.straight])) / pixel_ms
             pieces += len(part)
             if pixels > MOST_PIXELS or pieces > _MOST_PIECES:
                 raise _too_long(name)
     if waiting:
-        yield _joined(waiting)
-
-
-def _joined(runs: list[Run]) -> Run:
-    return Run(
-        Intervals.joined([run.path for run in runs]),
-        np.concatenate([run.begin for run in runs]),
-        np.concatenate([run.end for run in runs]),
-    )
+        yield PacedPath.joined(waiting)
 
 
 def _too_long(name: str) -> RefusedError:
@@ -112,18 +104,16 @@ def _too_long(name: str) -> RefusedError:
 class _Section:
     """What lies between two stops."""
 
-    def __init__(self, name: str, run: Run, limits: Limits, setup: Setup) -> None:
+    def __init__(self, name: str, run: PacedPath, limits: MotorLimits, setup: Setup) -> None:
         self.name, self.run, self.limits, self.setup = name, run, limits, setup
         self.pixel = setup.pixel_ms
         self.cell = self.pixel / _CELLS
-        motors = setup.motors
-        self.jerk = np.array(
-            [np.inf if motor.max_jerk is None else motor.max_jerk for motor in motors]
-        )  # steps/px3
+        most = [np.inf if motor.max_jerk is None else motor.max_jerk for motor in setup.motors]
+        self.jerk = np.array(most)  # steps/px3
 
     def timeline(self) -> Timeline:
         """Return the section in time, from 0 on."""
-        plain = _one(list(timelines([self.run], self.limits)))
+        plain = Timeline.joined(list(timelines([self.run], self.limits)))
         if plain.end > MOST_PIXELS * self.pixel:
             raise _too_long(self.name)
         if self._keeps(plain):
@@ -162,12 +152,13 @@ class _Section:
         own = np.minimum(
             self.limits.acceleration, self.jerk * max(pixels, 1) / 2 / self.pixel**2
         ) * _ROOM  # fmt: skip
-        law = _Law(self._fine(pixels), replace(self.limits, acceleration=own))
-        length = Length.of(law.path, 1 / self.limits.acceleration, floor)
-        cap = np.full(len(law.path), np.inf)
+        path = self._fine(pixels)
+        bounds = time_law.block(path, replace(self.limits, acceleration=own))
+        length = PathLength.of(path, 1 / self.limits.acceleration, floor)
+        cap = np.full(len(path), np.inf)
         line: Timeline | None = None
         for _ in range(_ROUNDS):
-            run = law.run(cap)
+            run = _capped(path, bounds, cap)
             line, before = self._smooth(run, length, window, most)
             if line is None:
                 return best
@@ -179,13 +170,11 @@ class _Section:
 
     def _fine(self, pixels: float) -> Intervals:
         """Return the path in pieces that are short beside the window."""
-        run = self.run
-        ms = 2 * run.path.du / (np.sqrt(run.begin) + np.sqrt(run.end))
         length = max(pixels / _FINE, 1) * self.pixel
-        return run.path.divided(np.maximum(np.ceil(ms / length), 1).astype(np.int64))
+        return self.run.path.divided(np.maximum(np.ceil(self.run.ms / length), 1).astype(np.int64))
 
     def _smooth(
-        self, run: Run, length: "Length", window: int, most: float
+        self, run: PacedPath, length: "PathLength", window: int, most: float
     ) -> tuple[Timeline | None, Timeline]:
         """Return the mean of a run over a window; None if it takes longer than it may."""
         (before,) = timelines([run], self.limits, programmed=True)
@@ -210,13 +199,10 @@ class _Section:
     def _slower(self, line: Timeline) -> Floats:
         """Return by which factor w is to fall in each pixel; 1 where every limit is kept."""
         path, limits = line.path, self.limits
-        cap = np.minimum(
-            timelaw.speed_cap(path, path.end_speed, limits),
-            timelaw.corner_cap(path, path.end_bend, limits),
-        )
+        cap = time_law.highest(path, limits)
         fastest = np.maximum(line.rate, line.rate + line.gain * line.ms) ** 2
         acceleration = np.maximum(*(np.abs(one) for one in line.accelerations()))
-        most = timelaw.accelerations(path, path.end_speed, limits)
+        most = time_law.accelerations(path, limits)
         ratio = np.maximum(fastest / cap, np.max(acceleration / most, axis=1))
         jerk = np.max(np.abs(jerks(line, self.setup)) / self.jerk, axis=1)
         slower = np.ones(max(len(jerk), int(line.end / self.pixel) + 1))
@@ -243,7 +229,7 @@ class _Section:
             if motor.smooth and motor.max_jerk is not None
         )
 
-    def _lowered(self, run: Run, before: Timeline, window: int, slower: Floats) -> Floats:
+    def _lowered(self, run: PacedPath, before: Timeline, window: int, slower: Floats) -> Floats:
         """Return new caps: w as it is, lower in all that the window of a pixel has seen."""
         first = (before.start / self.pixel).astype(np.int64)
         reach = window // _CELLS + _JERK_EDGES + 2
@@ -263,31 +249,25 @@ class _Section:
         while line.end < most:
             if self._keeps(line):
                 return line
-            line = _slow(line, _STRETCH)
+            line = replace(
+                line, start=line.start * _STRETCH, ms=line.ms * _STRETCH,
+                rate=line.rate / _STRETCH, gain=line.gain / _STRETCH**2,
+            )  # fmt: skip
         return None
 
 
-class _Law:
-    """The passes of the time law over a whole section, with caps of w that fall."""
-
-    def __init__(self, path: Intervals, limits: Limits) -> None:
-        self.path = path
-        self._block = timelaw.block(path, limits)
-
-    def run(self, cap: Floats) -> Run:
-        """Run the path as fast as the limits and the caps allow."""
-        block = replace(
-            self._block,
-            cap=np.minimum(self._block.cap, cap),
-            end_cap=np.minimum(self._block.end_cap, cap),
-        )
-        block.backward(np.inf)
-        begin, end, _ = passes.forward([block], np.inf, np.inf)
-        return Run(self.path, begin, end)
+def _capped(path: Intervals, bounds: LawBlock, cap: Floats) -> PacedPath:
+    """Run a whole section as fast as its bounds and caps of w allow."""
+    block = replace(
+        bounds, cap=np.minimum(bounds.cap, cap), end_cap=np.minimum(bounds.end_cap, cap)
+    )
+    block.backward(np.inf)
+    begin, end, _ = time_law.run_forward([block], np.inf, np.inf)
+    return PacedPath(path, begin, end)
 
 
 @dataclass(frozen=True)
-class Length:
+class PathLength:
     """A length along the path as a function of the programmed time u: cubic between knots.
 
     Its derivative is the speed of the motors together, and at least a floor, so that it grows
@@ -300,7 +280,7 @@ class Length:
     slope: Floats
 
     @classmethod
-    def of(cls, path: Intervals, weight: Floats, floor: float) -> "Length":
+    def of(cls, path: Intervals, weight: Floats, floor: float) -> "PathLength":
         """Return the length with a floor, a share of the highest derivative."""
         du = path.du
         half = (du / 2)[:, None]
@@ -355,18 +335,14 @@ def jerks(line: Timeline, setup: Setup) -> Floats:
     Those of a smooth motor, and of plain ones beside it, are those of the middles of pixels: the
     speeds are means around edges.
     """
-    samples = _samples(line, setup)
+    samples = np.vstack(list(_track(line, setup).samples()))
     places = samples[0::2] if setup.smooth else samples[1::2]
     still = np.zeros((_JERK_EDGES, places.shape[1]))
     return np.diff(np.vstack([still, places, np.repeat(places[-1:], 3, axis=0)]), n=3, axis=0)
 
 
-def _samples(line: Timeline, setup: Setup) -> Floats:
-    """Return positions every half pixel of a section, as if it began at 0 and at time 0."""
-    return np.vstack(list(_track(line, setup).samples()))
-
-
 def _track(line: Timeline, setup: Setup) -> Track:
+    """Return where the motors are in a section, as if it began at 0 and at time 0."""
     path = replace(line.path, place=line.path.place - line.path.place[0])
     return Track([replace(line, path=path, start=line.start - line.start[0])], setup)
 
@@ -384,41 +360,6 @@ def _factor(ratio: Floats) -> Floats:
     return np.clip(_ROOM / ratio, _LEAST, _MOST)
 
 
-def _one(lines: list[Timeline]) -> Timeline:
-    """Return timelines in a row as one."""
-    names = [one.name for one in fields(Timeline) if one.name != "path"]
-    path = Intervals.joined([line.path for line in lines])
-    return Timeline(
-        path, **{name: np.concatenate([getattr(line, name) for line in lines]) for name in names}
-    )
-
-
-def _slow(line: Timeline, factor: float) -> Timeline:
-    """Return a timeline that takes so many times as long."""
-    return replace(
-        line, start=line.start * factor, ms=line.ms * factor,
-        rate=line.rate / factor, gain=line.gain / factor**2,
-    )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class _Cells:
-    """Cells of equal time: u at the beginning of each, its rate there and how that grows."""
-
-    u: Floats
-    rate: Floats
-    gain: Floats
-
-    def crossing(self, index: np.ndarray, u: Floats, cell: float) -> Floats:
-        """Return how long after the beginning of its cell u is reached."""
-        over = np.maximum(u - self.u[index], 0)
-        rate, gain = self.rate[index], self.gain[index]
-        root = np.sqrt(np.maximum(rate**2 + 2 * gain * over, 0))
-        with np.errstate(invalid="ignore", divide="ignore"):
-            t = np.where(over > 0, 2 * over / (rate + root), 0.0)
-        return np.clip(t, 0, cell)
-
-
 def _timed(path: Intervals, knots: Floats, rate: Floats, cell: float) -> Timeline:
     """Return a path in time by the rate of u at the ends of cells, in between linear.
 
@@ -426,10 +367,13 @@ def _timed(path: Intervals, knots: Floats, rate: Floats, cell: float) -> Timelin
     """
     gain = np.diff(rate) / cell
     u = np.concatenate([[0.0], np.cumsum((rate[:-1] + rate[1:]) / 2 * cell)])
-    cells = _Cells(u[:-1], rate[:-1], gain)
     inner = knots[1:-1]
     index = np.clip(np.searchsorted(u, inner, side="right") - 1, 0, len(gain) - 1)
-    reached = index * cell + cells.crossing(index, inner, cell)
+    over = np.maximum(inner - u[index], 0)
+    root = np.sqrt(np.maximum(rate[index] ** 2 + 2 * gain[index] * over, 0))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        since = np.where(over > 0, 2 * over / (rate[index] + root), 0.0)
+    reached = index * cell + np.clip(since, 0, cell)
     edge = np.arange(len(gain)) * cell
     times = np.concatenate([edge, reached])
     interval = np.concatenate(
@@ -443,23 +387,9 @@ def _timed(path: Intervals, knots: Floats, rate: Floats, cell: float) -> Timelin
     chosen = ms > 1e-9 * cell
     times, interval, own, ms = times[chosen], interval[chosen], own[chosen], ms[chosen]
     t = times - own * cell
-    first = cells.rate[own] + cells.gain[own] * t
-    s = cells.u[own] + cells.rate[own] * t + cells.gain[own] * t**2 / 2 - knots[interval]
+    first = rate[own] + gain[own] * t
+    s = u[own] + rate[own] * t + gain[own] * t**2 / 2 - knots[interval]
     s = np.clip(s, 0, path.du[interval])
-    last = first + cells.gain[own] * ms
-    part = _from(path.part(interval), s, (first + last) / 2 * ms)
-    return Timeline(part, times, ms, first, cells.gain[own])
-
-
-def _from(path: Intervals, s: Floats, du: Floats) -> Intervals:
-    """Return intervals from s on, du long."""
-    offset = s[:, None]
-    return Intervals(
-        du,
-        path.place + offset * (path.speed + offset * (path.bend / 2 + offset * path.twist / 6)),
-        path.speed + offset * (path.bend + offset * path.twist / 2),
-        path.bend + offset * path.twist,
-        path.twist,
-        path.move,
-        path.rest,
-    )
+    last = first + gain[own] * ms
+    part = path.part(interval).within(s, (first + last) / 2 * ms)
+    return Timeline(part, times, ms, first, gain[own])

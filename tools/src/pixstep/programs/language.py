@@ -9,7 +9,7 @@ from typing import NamedTuple
 from pixstep.errors import RefusedError
 from pixstep.programs.expressions import (
     Expression,
-    Reader,
+    ExpressionReader,
     SyntaxMistakeError,
     Variables,
     constant,
@@ -54,7 +54,7 @@ _LONGEST = 4096  # characters of a line
 _SHOWN = 24
 
 
-class Item(NamedTuple):
+class ProgramWord(NamedTuple):
     """One thing that a line says: X12.5, TA10, ABS, P1=5; `column` is from 1.
 
     `expression` is None where the value is a number. `variable` is the letter and the number of
@@ -69,25 +69,25 @@ class Item(NamedTuple):
     expression: Expression | None = None
     variable: tuple[str, Expression] | None = None
 
-    def valued(self, variables: Variables) -> "Item":
+    def valued(self, variables: Variables) -> "ProgramWord":
         """Return it with the value that its expression has now. Raises ValueError."""
         if self.expression is None:
             return self
         return self._replace(value=value_of(self.expression, variables), expression=None)
 
 
-class Row(NamedTuple):
+class ProgramRow(NamedTuple):
     """What a line of a program says, and its number from 1."""
 
     number: int
-    items: tuple[Item, ...]
+    items: tuple[ProgramWord, ...]
 
 
 class ProgramError(RefusedError):
     """A mistake in a program; its text begins with file, line and column."""
 
 
-def read(name: str, lines: Iterable[str]) -> Iterator[Row]:
+def read(name: str, lines: Iterable[str]) -> Iterator[ProgramRow]:
     """Yield the lines of a program that say anything.
 
     Raises ProgramError naming file, line and column of the first mistake.
@@ -98,7 +98,7 @@ def read(name: str, lines: Iterable[str]) -> Iterator[Row]:
             text = comments.without(number, line)
             items = frame.inside(text) if text else ()
             if items:
-                yield Row(number, items)
+                yield ProgramRow(number, items)
         except _MistakeError as mistake:
             raise ProgramError(f"{name}:{number}:{mistake.column}: {mistake}") from None
     if comments.begun:
@@ -156,7 +156,7 @@ class _Frame:
     def __init__(self) -> None:
         self._open = self._begun = self._closed = False
 
-    def inside(self, text: str) -> tuple[Item, ...]:
+    def inside(self, text: str) -> tuple[ProgramWord, ...]:
         """Return what a line says in the program."""
         if self._closed:
             raise _MistakeError(1, f"{_cut(text)!r}: the program ends at CLOSE, a file has one")
@@ -175,8 +175,7 @@ class _Frame:
 
 
 @lru_cache(maxsize=4096)
-def _items(text: str) -> tuple[Item, ...]:
-    """Return what a line without comments says."""
+def _items(text: str) -> tuple[ProgramWord, ...]:
     found, label = [], _LABEL.match(text)
     place = _blanks(text, label.end() if label else 0)
     while place < len(text):
@@ -192,7 +191,7 @@ def _blanks(text: str, place: int) -> int:
     return blanks.end() if blanks else place
 
 
-def _item(text: str, place: int) -> tuple[Item | None, int]:
+def _item(text: str, place: int) -> tuple[ProgramWord | None, int]:
     """Return what stands at a place, None for a comment, and the place behind it."""
     if text[place] == "(":
         return None, _bracket_end(text, place)
@@ -212,46 +211,45 @@ def _item(text: str, place: int) -> tuple[Item | None, int]:
         program = _OPEN.match(text, word.end())
         if program is None:
             raise _MistakeError(place + 1, "OPEN: expected OPEN PROG and a number")
-        return Item(name, 0, place + 1, name), program.end()
+        return ProgramWord(name, 0, place + 1, name), program.end()
     if name == "PROG":
         raise _unknown(text, place)
-    return Item(_MODES.get(name, name), 0, place + 1, word[0]), word.end()
+    return ProgramWord(_MODES.get(name, name), 0, place + 1, word[0]), word.end()
 
 
-def _with_value(text: str, word: re.Match[str]) -> tuple[Item, int]:
+def _with_value(text: str, word: re.Match[str]) -> tuple[ProgramWord, int]:
     """Return a word with its number or its expression in brackets."""
     name, column = _WITH_VALUE[word[0].upper()], word.start() + 1
     if number := _NUMBER.match(text, word.end()):
         shown = f"{word[0]}{number[1]}"
         try:
-            return Item(name, constant(number[1]), column, shown), number.end()
+            return ProgramWord(name, constant(number[1]), column, shown), number.end()
         except ValueError as error:
             raise _MistakeError(column, f"{_cut(shown)}: {error}") from None
     place = _blanks(text, word.end())
     if text[place : place + 1] != "(":
         raise _no_number(text, word, place)
-    reader = Reader(text, place + 1)
+    reader = ExpressionReader(text, place + 1)
     expression = _parsed(reader, reader.bracketed)
     shown = _cut(f"{word[0]}{text[place : reader.place]}")
-    return Item(name, 0, column, shown, (), expression), reader.place
+    return ProgramWord(name, 0, column, shown, (), expression), reader.place
 
 
-def _with_axes(text: str, word: re.Match[str]) -> tuple[Item, int]:
+def _with_axes(text: str, word: re.Match[str]) -> tuple[ProgramWord, int]:
     """Return ABS, INC or FRAX with the axes in brackets, if there are any."""
     name, column = word[0].upper(), word.start() + 1
     if axes := _AXES.match(text, word.end()):
         letters = tuple(letter.strip().upper() for letter in axes[1].split(","))
-        return Item(name, 0, column, word[0], letters), axes.end()
+        return ProgramWord(name, 0, column, word[0], letters), axes.end()
     place = _blanks(text, word.end())
     if text[place : place + 1] == "(" and not _TEXT.search(text[place:]):
         raise _MistakeError(place + 1, f"{_cut(text[place:])!r}: expected axes, as (X,Y)")
-    return Item(name, 0, column, word[0]), word.end()
+    return ProgramWord(name, 0, column, word[0]), word.end()
 
 
-def _assignment(text: str, place: int) -> tuple[Item, int]:
-    """Return P1=... or Q1=..."""
+def _assignment(text: str, place: int) -> tuple[ProgramWord, int]:
     letter = text[place].upper()
-    reader = Reader(text, _blanks(text, place + 1))
+    reader = ExpressionReader(text, _blanks(text, place + 1))
     index = _parsed(reader, lambda: reader.variable(letter))
     shown = text[place : reader.place]
     reader.place = _blanks(text, reader.place)
@@ -263,10 +261,10 @@ def _assignment(text: str, place: int) -> tuple[Item, int]:
     reader.place += 1
     expression = _parsed(reader, reader.sum)
     shown = _cut(text[place : reader.place])
-    return Item(SET, 0, place + 1, shown, (), expression, (letter, index)), reader.place
+    return ProgramWord(SET, 0, place + 1, shown, (), expression, (letter, index)), reader.place
 
 
-def _parsed(reader: Reader, part: Callable[[], Expression]) -> Expression:
+def _parsed(reader: ExpressionReader, part: Callable[[], Expression]) -> Expression:
     """Return an expression; what is none is a mistake of the line."""
     begin = reader.place
     try:
@@ -289,7 +287,7 @@ def _bracket_end(text: str, place: int) -> int:
         depth += (text[end] == "(") - (text[end] == ")")
         if depth == 0 and _TEXT.search(text[place:end]):
             try:
-                Reader(text, place + 1).bracketed()
+                ExpressionReader(text, place + 1).bracketed()
             except (SyntaxMistakeError, ValueError):
                 return end + 1
         if depth == 0:
@@ -311,7 +309,6 @@ def _no_number(text: str, word: re.Match[str], place: int) -> _MistakeError:
 
 
 def _unknown(text: str, place: int) -> _MistakeError:
-    """Return what is wrong with what begins no statement."""
     if _DECIMAL_COMMA.match(text, place):
         return _MistakeError(
             place + 1, f"{_cut(text[place:])!r}: a decimal point is expected, as in 12.5"

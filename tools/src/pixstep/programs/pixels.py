@@ -1,18 +1,19 @@
 # SPDX-License-Identifier: MIT
-"""From a plan in time to whole steps per pixel, as the board decodes them.
+"""From w to time, and from a plan in time to whole steps per pixel, as the board decodes them.
 
 A plain motor rounds its position at every pixel edge: never more than half a step off, no drift,
 and of two neighbouring counts the difference is at most 2 above A T^2.
 
 A smooth motor's pixels have constant acceleration. If v is the mean speed over the pixel around an
 edge, then v changes by at most A T^2 from edge to edge, and the trapezoids of v lie on the path
-wherever that is straight. The board's speeds are even (evenspeeds.py); at rest they are 0 and
+wherever that is straight. The board's speeds are even (even_speeds.py); at rest they are 0 and
 positions are even.
 
 Where a smooth motor is among them a plain one takes the mean of the middles beside an edge, too:
 all then lie at the same place along the path.
 """
 
+import math
 from collections import deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -21,10 +22,127 @@ import numpy as np
 import numpy.typing as npt
 
 from pixstep.lines.runs import MAX_WORD
-from pixstep.programs.blends import Floats
-from pixstep.programs.evenspeeds import EvenLimits, EvenSpeeds
+from pixstep.programs.blends import ArrayRows, Floats, Intervals
+from pixstep.programs.even_speeds import EvenLimits, EvenSpeeds
 from pixstep.programs.motors import PlanMotor, Setup
-from pixstep.programs.timeline import Timeline
+from pixstep.programs.time_law import MotorLimits, PacedPath, speed_cap
+
+_NO_SPEED = 1e-200  # instead of 0 below a fraction
+
+
+@dataclass(frozen=True)
+class Timeline(ArrayRows):
+    """Intervals in real time: each begins at `start` ms and lasts `ms`.
+
+    Inside, u grows by rate t + gain t^2 / 2.
+    """
+
+    path: Intervals
+    start: Floats
+    ms: Floats
+    rate: Floats
+    gain: Floats
+
+    @property
+    def end(self) -> float:
+        """When the last one ends."""
+        return float(self.start[-1] + self.ms[-1])
+
+    def places(self, times: Floats) -> Floats:
+        """Return the positions at some times within, one row each."""
+        index = np.clip(np.searchsorted(self.start, times, side="right") - 1, 0, None)
+        t = times - self.start[index]
+        u = np.clip(self.rate[index] * t + self.gain[index] * t**2 / 2, 0, self.path.du[index])
+        s = u[:, None]
+        path = self.path
+        cubic = path.bend[index] / 2 + path.twist[index] * s / 6
+        return path.place[index] + s * (path.speed[index] + s * cubic)
+
+    def speeds(self) -> tuple[Floats, Floats]:
+        """Return every motor's speed at the beginning and at the end of the intervals."""
+        last = self.rate + self.gain * self.ms
+        return self.path.speed * self.rate[:, None], self.path.end_speed * last[:, None]
+
+    def accelerations(self) -> tuple[Floats, Floats]:
+        """Return every motor's acceleration at the beginning and at the end of the intervals."""
+        path, gain = self.path, self.gain[:, None]
+        last = self.rate + self.gain * self.ms
+        return (
+            path.speed * gain + path.bend * self.rate[:, None] ** 2,
+            path.end_speed * gain + path.end_bend * last[:, None] ** 2,
+        )
+
+
+@dataclass(frozen=True)
+class _Piece(Timeline):
+    """A timeline up to a time: what its samples are does not depend on where pieces end."""
+
+    until: float
+
+    @property
+    def end(self) -> float:
+        return self.until
+
+
+def in_pieces(lines: Iterable[Timeline], most_ms: float) -> Iterator[Timeline]:
+    """Yield the same in pieces that end `most_ms` after each other, however long a move is."""
+    for line in lines:
+        begin = float(line.start[0])
+        count = math.ceil((line.end - begin) / most_ms)
+        for number in range(1, count):
+            until = begin + number * most_ms
+            yield _Piece(line.path, line.start, line.ms, line.rate, line.gain, until)
+        yield line
+
+
+def as_programmed(path: Iterable[Intervals]) -> Iterator[PacedPath]:
+    """Yield intervals that are run in the programmed time."""
+    for part in path:
+        yield PacedPath(part, np.ones(len(part)), np.ones(len(part)))
+
+
+def timelines(
+    runs: Iterable[PacedPath], limits: MotorLimits, *, programmed: bool = False
+) -> Iterator[Timeline]:
+    """Yield the runs in time; a straight interval gets its ramps, unless all is `programmed`."""
+    now = 0.0
+    for run in runs:
+        if not len(run.path):
+            continue
+        paced = run if programmed else _with_ramps(run, limits)
+        ms = paced.ms
+        start = now + np.concatenate([[0.0], np.cumsum(ms)[:-1]])
+        gain = (paced.end - paced.begin) / (2 * paced.path.du)
+        made = Timeline(paced.path, start, ms, np.sqrt(paced.begin), gain)
+        now = made.end
+        yield made
+
+
+def _with_ramps(run: PacedPath, limits: MotorLimits) -> PacedPath:
+    """Divide straight intervals: as fast as the motors can up, at the highest speed, and down."""
+    path, begin, end = run.path, run.begin, run.end
+    speed = np.abs(path.speed)
+    gain = np.min(limits.acceleration / np.maximum(speed, _NO_SPEED), axis=1)
+    cap = speed_cap(path, limits)
+    slope = np.where(path.straight & ~path.rest, 2 * gain, 0.0)
+    top = np.minimum(np.maximum(cap, np.maximum(begin, end)), (begin + end + slope * path.du) / 2)
+    top = np.where(slope > 0, np.maximum(top, np.maximum(begin, end)), begin)
+    with np.errstate(invalid="ignore"):
+        up = np.where(slope > 0, (top - begin) / np.maximum(slope, _NO_SPEED), 0.0)
+        down = np.where(slope > 0, (top - end) / np.maximum(slope, _NO_SPEED), 0.0)
+    over = np.maximum(up + down, _NO_SPEED)
+    shrink = np.minimum(1.0, path.du / over)
+    up, down = up * shrink, down * shrink
+    level = np.where(slope > 0, np.maximum(path.du - up - down, 0.0), path.du)
+    lengths = np.stack([up, level, down], axis=1)
+    firsts = np.stack([begin, np.where(slope > 0, top, begin), top], axis=1)
+    lasts = np.stack([top, np.where(slope > 0, top, end), end], axis=1)
+    offsets = np.stack([np.zeros_like(up), up, path.du - down], axis=1).ravel()
+    chosen = lengths.ravel() > 1e-9 * np.repeat(path.du, 3)
+    spread = path.part(np.repeat(np.arange(len(path)), 3)[chosen])
+    divided = spread.within(offsets[chosen], lengths.ravel()[chosen])
+    return PacedPath(divided, firsts.ravel()[chosen], lasts.ravel()[chosen])
+
 
 _NEWTON = 4  # rounds that find the nearest place
 _REACH = 4  # half pixels on either side in which the path is looked for
@@ -99,7 +217,9 @@ class Rounding:
         self._motors = [_motor(motor, setup) for motor in setup.motors]
         self._mean = setup.smooth
         self._waiting: list[Counts] = [np.zeros(0, dtype=np.int64) for _ in setup.motors]
-        self._near = _Near.none(len(setup.motors))  # edges whose counts are not made yet
+        self._near = _Near(
+            np.zeros(0), np.zeros((0, len(setup.motors)))
+        )  # edges whose counts are not made yet
 
     def counts(self, track: Track) -> Iterator[Counts]:
         """Yield counts of whole pixels, a row each.
@@ -129,7 +249,7 @@ class Rounding:
         if self._mean:
             near = near.beside(before, middles, track)
             edges = (before + middles) / 2
-        self._near = self._near.with_more(near)
+        self._near = _Near.joined([self._near, near])
         made = [
             motor.counts(middles[:, index], near.place[:, index])
             if isinstance(motor, _Even)
@@ -139,7 +259,6 @@ class Rounding:
         yield from self._ready(track, made)
 
     def _ready(self, track: Track, made: list[Counts]) -> Iterator[Counts]:
-        """Yield the pixels that are made of all motors."""
         waiting = [
             np.concatenate([before, new]) for before, new in zip(self._waiting, made, strict=True)
         ]
@@ -157,26 +276,11 @@ class Rounding:
 
 
 @dataclass(frozen=True)
-class _Near:
+class _Near(ArrayRows):
     """Pixel edges: when they are, and the place of the path beside which the motors are to be."""
 
     time: Floats
     place: Floats
-
-    @classmethod
-    def none(cls, motors: int) -> "_Near":
-        """Return no edges."""
-        return cls(np.zeros(0), np.zeros((0, motors)))
-
-    def with_more(self, more: "_Near") -> "_Near":
-        """Return these edges and more."""
-        return _Near(
-            np.concatenate([self.time, more.time]), np.concatenate([self.place, more.place])
-        )
-
-    def part(self, choice: slice | npt.NDArray[np.bool_]) -> "_Near":
-        """Return some of the edges."""
-        return _Near(self.time[choice], self.place[choice])
 
     def beside(self, before: Floats, behind: Floats, track: Track) -> "_Near":
         """Return the places that are nearest to the means of the middles beside edges.
@@ -254,7 +358,6 @@ class _Even:
 
 
 def _motor(motor: PlanMotor, setup: Setup) -> _Even | _Nearest:
-    """Return what makes a motor's counts."""
     pixel_ms = setup.pixel_ms
     if not motor.smooth:
         return _Nearest()

@@ -6,42 +6,22 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pixstep.profiles.ramps import decoded
 from pixstep.programs.blends import Timed
-from pixstep.programs.figures import MotorFigures, PlanFigures
 from pixstep.programs.motors import (
     PLAIN_ROUNDING,
     SMOOTH_ROUNDING,
     PlanMotor,
     Setup,
 )
-from pixstep.programs.pixels import Counts
-from pixstep.programs.timelaw import Limits
-from pixstep.programs.timeline import Timeline
-from pixstep.programs.twomoves import Violation
+from pixstep.programs.pixels import Counts, Timeline
+from pixstep.programs.plan_data import ExceededLimit, MotorFigures, PlanFigures, SlowedMove
+from pixstep.programs.time_law import MotorLimits
 
 MOST_LISTED = 1000
 _AT_LIMIT = 0.99
 _SAME_MS = 1e-6
 _SLOWER = 1.001  # as programmed, but for the last digits
-
-
-@dataclass(frozen=True)
-class Slowed:
-    """A move that takes longer than programmed, all segments of a circle together, and why.
-
-    Times are from the middle of its blend to the middle of the next one. What a start or a stop
-    takes more than programmed is its move's.
-    """
-
-    line: int
-    asked_ms: float
-    ms: float
-    why: str
-
-    @property
-    def text(self) -> str:
-        """What takes longer, and why."""
-        return f"{self.asked_ms:.6g} -> {self.ms:.6g} ms: {self.why}"
 
 
 @dataclass
@@ -64,14 +44,10 @@ class _MoveTime:
 
 @dataclass
 class _Begun:
-    """A move whose time is not known yet; `first` begins at rest, `last` ends so.
-
-    `segment` is its number in its circle, 0 begins a line's move.
-    """
+    """A move whose time is not known yet; `first` begins at rest, `last` ends so."""
 
     move: Timed
     first: bool
-    segment: int = 0
     last: bool = False
 
     def shared(self, following: "_Begun | None") -> float:
@@ -153,16 +129,14 @@ class MotorReport:
         self.steps += int(counts.sum())
         self.travel += int(np.abs(counts).sum())
         if self.motor.smooth:
-            self._add_smooth(np.abs(counts).tolist())
+            self._add_smooth(tuple(np.abs(counts).tolist()))
             return
         self.counted_speed = max(self.counted_speed, int(np.abs(counts).max()))
         self._add_accelerations(np.diff(counts, prepend=self.last))
         self.last = int(counts[-1])
 
-    def _add_smooth(self, counts: list[int]) -> None:
-        speeds = [self.speed]
-        for count in counts:
-            speeds.append(2 * count - speeds[-1])
+    def _add_smooth(self, counts: tuple[int, ...]) -> None:
+        speeds = [self.speed, *decoded(self.speed, counts)]
         self._add_accelerations(np.diff(speeds))
         self.counted_speed = max(self.counted_speed, *speeds)
         self.speed = speeds[-1]
@@ -212,7 +186,7 @@ class Report:
     """
 
     setup: Setup
-    limits: Limits
+    limits: MotorLimits
     motors: list[MotorReport]
     moves: int = 0
     pixels: int = 0
@@ -221,10 +195,10 @@ class Report:
     stops_ms: float = 0.0  # half an acceleration time for each start and each stop
     dwells_ms: float = 0.0
     off_path: float = 0.0  # steps: positions at pixel edges from the path, at most
-    slowed: list[Slowed] = field(default_factory=list)
+    slowed: list[SlowedMove] = field(default_factory=list)
     slowed_moves: int = 0
     reasons: Counter[str] = field(default_factory=Counter)
-    violations: list[Violation] = field(default_factory=list)
+    violations: list[ExceededLimit] = field(default_factory=list)
     violated: int = 0
     clipped: int = 0  # blends that rule 3 shortens
     arc_off_steps: float = 0.0
@@ -236,7 +210,7 @@ class Report:
     def of(cls, setup: Setup, *, keeps_jerk: bool = False) -> "Report":
         """Return the report of a plan that has not begun."""
         motors = [MotorReport(motor, setup.pixel_ms, keeps_jerk) for motor in setup.motors]
-        return cls(setup, Limits.of(setup), motors)
+        return cls(setup, MotorLimits.of(setup), motors)
 
     @property
     def keeps_jerk(self) -> bool:
@@ -244,16 +218,21 @@ class Report:
         return any(motor.jerk_limit is not None for motor in self.motors)
 
     @property
+    def ways(self) -> list[int]:
+        """The direction in which each motor moves on the whole: all that a smooth one does."""
+        return [(motor.steps > 0) - (motor.steps < 0) for motor in self.motors]
+
+    @property
     def programmed_ms(self) -> float:
         """The time of the program without limits and without its rules."""
         return self.moves_ms + self.stops_ms + self.dwells_ms
 
-    def add_move(self, move: Timed, segment: int = 0) -> None:
-        """Take a move, or a circle's segment of that number, before it is planned."""
-        self._moving = _Begun(move, first=self._moving is None, segment=segment)
+    def add_move(self, move: Timed) -> None:
+        """Take a move, or a circle's segment, before it is planned."""
+        self._moving = _Begun(move, first=self._moving is None)
         self._begun.append(self._moving)
         self.moves_ms += move.asked
-        self.clipped += move.clipped and segment == 0
+        self.clipped += move.clipped and move.segment == 0
         if self._moving.first:
             self.stops_ms += move.asked_ta / 2
 
@@ -284,11 +263,10 @@ class Report:
         """Take a part of the plan in time."""
         speed = np.maximum(*(np.abs(one) for one in line.speeds()))
         acceleration = np.maximum(*(np.abs(one) for one in line.accelerations()))
-        for index, motor in enumerate(self.motors):
-            motor.planned_speed = max(motor.planned_speed, float(speed[:, index].max()))
-            motor.planned_acceleration = max(
-                motor.planned_acceleration, float(acceleration[:, index].max())
-            )
+        tops = speed.max(axis=0).tolist(), acceleration.max(axis=0).tolist()
+        for motor, fastest, most in zip(self.motors, *tops, strict=True):
+            motor.planned_speed = max(motor.planned_speed, fastest)
+            motor.planned_acceleration = max(motor.planned_acceleration, most)
         self.total_ms = line.end
         self._note_moves(line, speed / self.limits.speed, acceleration / self.limits.acceleration)
 
@@ -304,15 +282,15 @@ class Report:
         worst = np.maximum.reduceat(ratios, starts, axis=0)
         for time, ratio in zip(ms.tolist(), worst, strict=True):
             begun = self._begun.popleft()
-            if begun.segment == 0:
-                self._note_move()
+            if begun.move.segment == 0:
+                self.note_move()
                 self._noted = _MoveTime(begun.move.line)
             assert self._noted is not None  # a circle has a first segment
             time += begun.shared(self._begun[0] if self._begun else None)
             self._noted.add(begun.move.asked, time, begun.move.why or self._reason(ratio))
 
-    def _note_move(self) -> None:
-        """Note the move whose parts are all known."""
+    def note_move(self) -> None:
+        """Note the move whose parts are all known: the last one at the plan's end."""
         move, self._noted = self._noted, None
         if move is None:
             return
@@ -322,11 +300,9 @@ class Report:
         self.slowed_moves += 1
         self.reasons[move.why] += 1
         if len(self.slowed) < MOST_LISTED:
-            self.slowed.append(Slowed(move.line, move.asked, move.ms, move.why))
-
-    def end(self) -> None:
-        """Note what is left at the plan's end."""
-        self._note_move()
+            self.slowed.append(
+                {"line": move.line, "asked_ms": move.asked, "ms": move.ms, "why": move.why}
+            )
 
     def _reason(self, ratio: np.ndarray) -> str:
         """Return what is nearest to its limit in a move."""
@@ -361,19 +337,8 @@ class Report:
             "slowed_moves": self.slowed_moves,
             "clipped_blends": self.clipped,
             "reasons": dict(self.reasons.most_common()),
-            "slowed": [
-                {"line": item.line, "asked_ms": item.asked_ms, "ms": item.ms, "why": item.why}
-                for item in self.slowed
-            ],
+            "slowed": self.slowed,
             "arc_off_steps": self.arc_off_steps,
             "violated": self.violated,
-            "violations": [
-                {
-                    "line": item.line,
-                    "motor": item.motor,
-                    "limit": item.limit,
-                    "ratio": item.ratio,
-                }
-                for item in self.violations
-            ],
+            "violations": self.violations,
         }

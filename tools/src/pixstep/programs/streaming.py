@@ -1,19 +1,26 @@
 # SPDX-License-Identifier: MIT
-"""A plan that is uploaded while it is planned and while it runs: no length needs memory."""
+"""A program on a board: rehearsed at rest, then uploaded while it is planned and while it runs.
 
-from collections.abc import Sequence
+No length of a program needs memory.
+"""
 
-from pixstep.board import orders
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from pixstep.board import capability, settings, snapshot
 from pixstep.board import run as running
 from pixstep.board.device import Board
-from pixstep.board.handle import BoardRun, Watch
 from pixstep.board.link import World
 from pixstep.board.upload import Upload, require_idle, said_divider
-from pixstep.errors import PlainError, UserError
-from pixstep.programs.entries import Entry, MotorEntries
-from pixstep.programs.motors import PlanMotor
-from pixstep.programs.plan import Plan
-from pixstep.programs.sources import Here, Source
+from pixstep.errors import PlainError, RefusedError, UserError
+from pixstep.lines.units import refuse_period
+from pixstep.machine.model import MachineTables
+from pixstep.programs import plan_lines
+from pixstep.programs.motors import PlanMotor, Setup
+from pixstep.programs.plan import Plan, PlanProcess, PlanRequest
+from pixstep.programs.plan_lines import Entry, MotorEntries
+from pixstep.programs.report import Report
 from pixstep.progress import Progress, unseen
 
 _AHEAD = 2048  # entries that wait for the board's queue
@@ -28,7 +35,7 @@ class Entries:
     """
 
     def __init__(
-        self, source: Source, motors: Sequence[PlanMotor], ways: Sequence[int] = ()
+        self, source: PlanProcess, motors: Sequence[PlanMotor], ways: Sequence[int] = ()
     ) -> None:
         self._source = source
         self._motors = [
@@ -115,7 +122,9 @@ def prepare(
     `divider` is how many clock edges a pixel has, if the lines are to say it. Raises UserError for
     motors that share an axis, BoardError for an axis that has a line already.
     """
-    axes = _axes(motors)
+    axes = [motor.axis for motor in motors]
+    if len(set(axes)) < len(axes):
+        raise UserError(f"axes {', '.join(map(str, axes))}: a program streams to one board")
     require_idle(board, axes)
     entries.say(said_divider(board, divider))
     uploads = [StreamedUpload(board, axis, entries, index) for index, axis in enumerate(axes)]
@@ -149,24 +158,94 @@ def follow(lines: running.Lines, world: World, pixels: int = 0, go: Progress = u
         raise type(error)(f"{error} (stopped: {told})") from None
 
 
-def stream(run: BoardRun, plan: Plan, watch: Watch | None = None) -> bool:
-    """Run a plan on one board while it is planned; return whether the board ended it.
+@dataclass(frozen=True)
+class OnBoard:
+    """A program that a board is set up for; `pixels` is its length, 0 if it is not known."""
 
-    The board is set up by the caller. Raises UserError for motors of several boards' axes, and
-    BoardError as the board does.
+    board: Board
+    setup: Setup
+    lines: running.Lines
+    entries: Entries
+    before: dict[int, int]
+    pixels: int
+
+    def run(
+        self,
+        world: World,
+        progress: Progress = unseen,
+        begun: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Queue its beginning, arm the motors, which start on one edge, and follow them to the end.
+
+        `begun` is called when they are armed. Call it where a signal stops the axes: a part of a
+        line in a queue keeps the next one out. Raises BoardError as a board does, UserError for a
+        mistake in the program that shows only now: the motors are stopped then.
+        """
+        load(self.lines)
+        snapshot.await_lock(self.board, world)
+        running.arm_queued(self.lines)
+        begun()
+        follow(self.lines, world, self.pixels, progress)
+
+    def rows(self) -> list[dict[str, object]]:
+        """Return what each motor has done as plain data, once all of them are done."""
+        axes = self.lines.axes
+        states, places = running.states(self.board, axes), running.positions(self.board, axes)
+        return [
+            {
+                "axis": motor.axis,
+                "motor": motor.name,
+                "state": states[motor.axis],
+                "made_steps": self.entries.steps(index),
+                "from_steps": self.before[motor.axis],
+                "moved_steps": places[motor.axis] - self.before[motor.axis],
+                "position_steps": places[motor.axis],
+            }
+            for index, motor in enumerate(self.setup.motors)
+        ]
+
+
+def require_fitting(machine: MachineTables, setup: Setup, kind: str) -> None:
+    """Raise UserError for motors on several boards, RefusedError for a board of another kind."""
+    names = {motor.name: machine.board_name(machine.motors[motor.name]) for motor in setup.motors}
+    boards = sorted(set(names.values()))
+    if len(boards) > 1:
+        raise UserError(
+            f"{machine.path}: motors on boards {' and '.join(boards)}: a program streams to one "
+            f"board"
+        )
+    wanted = machine.boards[boards[0]].kind
+    if wanted != kind:
+        raise RefusedError(f"{machine.path} has boards.{boards[0]} as a {wanted}, it is a {kind}")
+
+
+def rehearse(board: Board, request: PlanRequest, progress: Progress = unseen) -> Report:
+    """Plan a program to its end with the board's own limits; nothing is sent.
+
+    Raises UserError for a mistake in the program, RefusedError for what the board would refuse.
     """
-    motors = plan.setup.motors
-    _axes(motors)
-    lines = prepare(run.board, Entries(Here(plan), motors), motors)
-    load(lines)
-    run.uploads = dict(zip(lines.axes, lines.uploads, strict=True))
-    orders.arm(run.board, sorted(lines.axes))
-    run.deadline_s = float("inf")
-    return run.follow(watch)
+    setup = request.setup
+    bounds = capability.connected_limits(board, setup.pixel_hz, len(setup.motors), setup.clock)
+    with request.text() as text:
+        plan = Plan(request.path, text, setup, request.options)
+        return plan_lines.rehearse(plan, bounds, progress)
 
 
-def _axes(motors: Sequence[PlanMotor]) -> list[int]:
-    axes = [motor.axis for motor in motors]
-    if len(set(axes)) < len(axes):
-        raise UserError(f"axes {', '.join(map(str, axes))}: a program streams to one board")
-    return axes
+@contextmanager
+def prepared(board: Board, request: PlanRequest, known: Report | None = None) -> Iterator[OnBoard]:
+    """Set a board up for a program, its rehearsal being `known`; end the planner at the end.
+
+    Sets the board's clock, and how many of its edges are a pixel, to those of the plan. Raises as
+    `streaming.prepare` does.
+    """
+    setup = request.setup
+    refuse_period(setup.pixel_hz, board.tick_hz())
+    settings.set_clock(
+        board, setup.pixel_hz * setup.divider, setup.sync, setup.divider, setup.gate_edges
+    )
+    axes = [motor.axis for motor in setup.motors]
+    before = dict(running.positions(board, axes))
+    with PlanProcess(request) as source:
+        entries = Entries(source, setup.motors, known.ways if known else ())
+        lines = prepare(board, entries, setup.motors, setup.divider)
+        yield OnBoard(board, setup, lines, entries, before, known.pixels if known else 0)

@@ -12,13 +12,12 @@ from matplotlib.patches import Patch
 from pixstep import plotting
 from pixstep.lines import units
 from pixstep.plotting import BOARD, FAINT, IDEAL, INK, MADE, QUIET
-from pixstep.reversals.compensate import Compensated, Request
-from pixstep.reversals.play import load_positions
+from pixstep.reversals.compensate import MotorCounts, TakeUpRequest, load_positions
 
 
 def draw(
-    made: Compensated,
-    request: Request,
+    made: MotorCounts,
+    request: TakeUpRequest,
     name: str,
     hz: Fraction | None,
     path: Path,
@@ -34,7 +33,7 @@ def draw(
         plotting.write(plotting.write_numbers(figure), path)
 
 
-def _figure(made: Compensated, request: Request, name: str, hz: Fraction | None) -> Figure:
+def _figure(made: MotorCounts, request: TakeUpRequest, name: str, hz: Fraction | None) -> Figure:
     figure = plotting.figure((11, 8.2))
     title = "Reversals: play taken up over the motion"
     plotting.heading(figure, title, _subtitle(made, request, name), 0.954)
@@ -51,7 +50,7 @@ def _figure(made: Compensated, request: Request, name: str, hz: Fraction | None)
     return figure
 
 
-def _subtitle(made: Compensated, request: Request, name: str) -> str:
+def _subtitle(made: MotorCounts, request: TakeUpRequest, name: str) -> str:
     limits = request.limits
     length = f"{request.transition_px} pixels" if request.transition_px else "fewest pixels"
     return (
@@ -60,7 +59,7 @@ def _subtitle(made: Compensated, request: Request, name: str) -> str:
     )
 
 
-def _speeds(axes: Axes, made: Compensated) -> None:
+def _speeds(axes: Axes, made: MotorCounts) -> None:
     edges = np.arange(len(made.counts) + 1)
     axes.stairs(made.ideal, edges, baseline=None, color=IDEAL, lw=5, alpha=0.55, label="ideal")
     axes.stairs(made.counts, edges, baseline=None, color=MADE, lw=1.4, label="motor")
@@ -75,13 +74,13 @@ def _speeds(axes: Axes, made: Compensated) -> None:
     axes.set_title("Speed")
 
 
-def _offset(axes: Axes, made: Compensated) -> None:
+def _offset(axes: Axes, made: MotorCounts) -> None:
     axes.plot(range(len(made.offsets) + 1), (0, *made.offsets), color=MADE, lw=1.4)
     axes.set_ylabel("steps")
     axes.set_title("Offset taken up: motor minus ideal")
 
 
-def _error(axes: Axes, made: Compensated, request: Request) -> None:
+def _error(axes: Axes, made: MotorCounts, request: TakeUpRequest) -> None:
     edges = range(len(made.counts) + 1)
     ideal = np.cumsum(made.ideal)
     bare = np.array(load_positions(ideal.tolist(), request.play, made.taken_up)) - ideal

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from pixstep.lazy import lazy
 from pixstep.lines.line import Line
-from pixstep.reversals.play import strokes
+from pixstep.reversals.compensate import strokes
 from pixstep.simulation.plantlog import AxisPlant
 from pixstep.simulation.summary import Load
 

@@ -15,12 +15,11 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from pixstep import plotting
 from pixstep.plotting import BOARD, FAINT, INK, MADE
-from pixstep.trajectories.host import ORIGINAL
-from pixstep.trajectories.trace import Roundness, Trace, Unit
+from pixstep.trajectories.circle import Roundness, TableTrace, Unit
+from pixstep.trajectories.runs import ORIGINAL
 
 _PLACES = 3600  # drawn in a revolution: of those beside each other the one that is furthest off
 _SHARE = 0.3  # of the circle's radius by which the largest error is drawn
-_COLOURS = {ORIGINAL: BOARD}
 
 
 def draw(runs: Sequence[Roundness], unit: Unit, below: str, path: Path) -> None:
@@ -30,7 +29,7 @@ def draw(runs: Sequence[Roundness], unit: Unit, below: str, path: Path) -> None:
 
 
 def draw_errors(
-    runs: Sequence[Trace], unit: Unit, below: str, path: Path, along: str = "seconds"
+    runs: Sequence[TableTrace], unit: Unit, below: str, path: Path, along: str = "seconds"
 ) -> None:
     """Write the load errors of a table that is no circle, over time, or as `along` says."""
     with plotting.styled():
@@ -84,7 +83,7 @@ def _title(run: Roundness, unit: Unit) -> str:
 
 
 def _colour(name: str) -> str:
-    return _COLOURS.get(name, MADE)
+    return BOARD if name == ORIGINAL else MADE
 
 
 def _passes(run: Roundness) -> Iterator[tuple[np.ndarray, np.ndarray]]:

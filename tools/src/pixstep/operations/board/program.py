@@ -55,21 +55,21 @@ class RunProgram(ProgramFields, RecordFields, ToBoard):
 
     def run(self, desk: Desk) -> Result:
         """Rehearse the program, then run it."""
-        from pixstep.programs import onboard  # numpy takes a while to load
-        from pixstep.programs.sources import Request
+        from pixstep.programs import streaming  # numpy takes a while to load
+        from pixstep.programs.plan import PlanRequest
 
         self.refuse_file()
         machine, setup, options = self.planned_for(desk)
-        request = Request(str(self.program), setup, options)
+        request = PlanRequest(str(self.program), setup, options)
         with bus.one_board(desk, self) as (found, known):
             board = known.board
             known.axes(tuple(motor.axis for motor in setup.motors))
-            onboard.require_fitting(machine, setup, known.who.board)
+            streaming.require_fitting(machine, setup, known.who.board)
             rehearsed = None
             if self.check:
                 with desk.progress("planning") as show:
-                    rehearsed = onboard.rehearse(board, request, show)
-            with onboard.prepared(board, request, rehearsed) as run:
+                    rehearsed = streaming.rehearse(board, request, show)
+            with streaming.prepared(board, request, rehearsed) as run:
                 with (
                     recorded(desk, [run.lines], self.record_file, wanted=self.record) as records,
                     desk.progress("running") as show,

@@ -20,9 +20,9 @@ from pixstep.operations.request import flag, operation, option
 from pixstep.operations.result import Result
 from pixstep.operations.trajectory import fields
 from pixstep.operations.trajectory.fields import BoardPlayFields
-from pixstep.trajectories import boardsim, host, transitions
-from pixstep.trajectories.circletest import RUNS
-from pixstep.trajectories.host import COMPENSATED
+from pixstep.trajectories import runs, transitions
+from pixstep.trajectories.circle_test import RUNS
+from pixstep.trajectories.runs import COMPENSATED
 from pixstep.trajectories.table import AXES
 
 
@@ -73,10 +73,10 @@ class BoardTrajectory(BoardPlayFields, RecordFields, BoardLineClock, ToBoard):
             top = int(limits.shortest_ticks) // limits.min_interval_ticks
             most = top - int(abs(original.velocities).max()) - 1
             plays = self.axis_plays(original, hz, most)
-            made = host.command(original, plays, self.which)
+            made = runs.command(original, plays, self.which)
             taking_up = self.take_up
-            chosen = boardsim.taking_up(made, plays, ways) if taking_up else boardsim.lines(made)
-            lines = dict(zip(axes, boardsim.turned(chosen, motor_ways), strict=True))
+            chosen = runs.taking_up(made, plays, ways) if taking_up else runs.lines(made)
+            lines = dict(zip(axes, runs.turned(chosen, motor_ways), strict=True))
             check_lines(desk, known, lines, hz, clock)
             upload.require_idle(board, axes)
             settings.set_clock(

@@ -25,7 +25,7 @@ from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import Choice
 from pixstep.operations.request import flag, operation, option
 from pixstep.operations.result import Result
-from pixstep.profiles import madefor
+from pixstep.profiles import origin
 from pixstep.progress import unseen
 
 POLICIES = {"always": 0, "on_reversal": 1}
@@ -122,7 +122,9 @@ class Upload(RecordFields, BoardLineClock, ToBoard):
         refuse_period(pixel_hz, known.board.tick_hz())
         for path in self.csv:
             header = formats.read_motion(path, raw=True).header
-            desk.say(madefor.notes(path, header, pixel_hz, refuse=self.check, divider=divider))
+            desk.say(
+                origin.frequency_notes(path, header, pixel_hz, refuse=self.check, divider=divider)
+            )
         if self.check:
             motors = judging.motor_limits(desk.facts, list(lines.values()), pixel_hz)
             clock = settings.of_clock(self.sync, divider)

@@ -26,10 +26,10 @@ from pixstep.reversals.compensate import (
     FIRST,
     INITIAL_DIRECTIONS,
     UNKNOWN,
-    Compensated,
-    Transition,
+    LineTransition,
+    MotionLimits,
+    MotorCounts,
 )
-from pixstep.reversals.takeup import MotionLimits
 
 if TYPE_CHECKING:
     import rich.box
@@ -133,7 +133,7 @@ class LineCompensate(Request):
         """Take up the play, and write the line and the drawing."""
         read = formats.read_csv(self.csv, raw=self.raw)
         desk.say(read.notes)
-        request = compensate.Request(
+        request = compensate.TakeUpRequest(
             self.play, self._limits(), self.transition_px, self.initial_direction
         )
         made = compensate.compensate(read.values, request, str(self.csv))
@@ -156,7 +156,7 @@ class LineCompensate(Request):
             whole(self.max_acceleration), whole(self.start_stop), min(fast, MAX_COUNT)
         )
 
-    def _data(self, request: compensate.Request, made: Compensated) -> CompensatedLine:
+    def _data(self, request: compensate.TakeUpRequest, made: MotorCounts) -> CompensatedLine:
         limits = request.limits
         return {
             "file": str(self.csv),
@@ -175,7 +175,7 @@ class LineCompensate(Request):
         }
 
 
-def _page(asked: LineCompensate, made: Compensated, page: Page) -> None:
+def _page(asked: LineCompensate, made: MotorCounts, page: Page) -> None:
     """Write one row a reversal and the summary."""
     output, play = asked.output, asked.play
     if made.transitions:
@@ -200,7 +200,7 @@ def _page(asked: LineCompensate, made: Compensated, page: Page) -> None:
         )
 
 
-def _table(transitions: tuple[Transition, ...]) -> rich.table.Table:
+def _table(transitions: tuple[LineTransition, ...]) -> rich.table.Table:
     table = rich.table.Table(box=rich.box.SIMPLE_HEAD, pad_edge=False)
     names = ("from", "to", "way", "taken up", "extra", "speed", "accel", "load off", "right from")
     for name in names:

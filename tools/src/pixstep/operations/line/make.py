@@ -22,7 +22,7 @@ from pixstep.operations.facts import Facts
 from pixstep.operations.kinds import FILE, JERK_FIGURE, OUTPUT, SPEED_FIGURE, TEXT, Pixels, Steps
 from pixstep.operations.request import flag, operation, option
 from pixstep.operations.result import Result
-from pixstep.profiles import accelerate, generator, madefor
+from pixstep.profiles import accelerate, generator, origin
 from pixstep.profiles.generator import MOST_PIXELS
 
 
@@ -105,9 +105,9 @@ class LineMake(OfClock):
             )
         sign = -1 if self.is_plain and self.negative else 1
         if self.name is None:
-            header = madefor.of_pixels(self.output, self.lead_in, line_hz, line.divider)
+            header = origin.of_pixels(self.output, self.lead_in, line_hz, line.divider)
         else:
-            header = madefor.header(self.name, self.lead_in, line_hz)
+            header = origin.header(self.name, self.lead_in, line_hz)
         formats.write_csv(self.output, [sign * count for count in line.made.counts], header)
         status = FINE
         if self.jerk_warn is not None and not self.is_plain:
@@ -160,7 +160,7 @@ def _of_profile(asked: LineMake, desk: Desk, request: generator.LineRequest) -> 
     line_hz = asked.edges_hz / divider
     speeds, notes = formats.read_prn(profile, lenient=asked.lenient)
     desk.say([*notes, *meant_for.motor_notes(desk.facts, profile, None)])
-    desk.say(madefor.notes(profile, None, line_hz, refuse=True))
+    desk.say(origin.frequency_notes(profile, None, line_hz, refuse=True))
     speed = units.whole_speed(asked.speed, line_hz, desk.facts.scale(), smooth=not asked.is_plain)
     made = generator.generate(speeds, replace(request, speed=speed), str(profile))
     return _Made(made, speed, divider)

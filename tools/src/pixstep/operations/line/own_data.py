@@ -21,7 +21,7 @@ from pixstep.operations.request import argument, flag, operation, option
 from pixstep.operations.result import Result
 from pixstep.owndata.columns import QUANTITIES
 from pixstep.owndata.table import BLANK, DECIMALS, NONE, SEPARATORS
-from pixstep.profiles import madefor
+from pixstep.profiles import origin
 
 
 class _Column(Text):
@@ -103,7 +103,7 @@ class LineImport(OfClock):
                 "{where}: {why}" + " ({fit} makes the nearest line)" * fits,
                 where=f"{self.table}: pixel {wrong.pixel}: {wrong.name}", why=wrong.message,
             )  # fmt: skip
-        header = madefor.of_pixels(self.output, 0, hz, self.edges) if hz else None
+        header = origin.of_pixels(self.output, 0, hz, self.edges) if hz else None
         formats.write_csv(self.output, list(line.counts), header)
         desk.say(made.assumed)
         desk.say(f"pixel {item.pixel}: {item.name}: {item.message}" for item in made.findings)

@@ -17,7 +17,7 @@ from pixstep.operations.kinds import FILE, Pixels
 from pixstep.operations.request import argument, operation, option
 from pixstep.operations.result import Result
 from pixstep.operations.showing import ShownMotion
-from pixstep.profiles.drawing import Drawing
+from pixstep.profiles.kinematics import LineDrawing
 
 
 @operation("line show")
@@ -53,7 +53,7 @@ class LineShow(OfClock):
         _refuse_backlash(line)
         bounds = showing.limits(self, hz)
         image, scale = _image_pixel(line, lead_in), desk.facts.scale_if_known()
-        return showing.shown(Drawing(line, self.csv.name, hz, bounds, image, scale), self.plot)
+        return showing.shown(LineDrawing(line, self.csv.name, hz, bounds, image, scale), self.plot)
 
 
 def _refuse_backlash(line: Line) -> None:

@@ -15,7 +15,7 @@ from pixstep.operations import machine_defaults as machine
 from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import FILE, SPEED_FIGURE, Choice, Steps, Time, Whole
 from pixstep.operations.request import Request, argument, option, shared_fields
-from pixstep.profiles import names
+from pixstep.profiles import origin
 
 DIRECTIONS = {"plus": 1, "minus": -1}
 _AS_SET = "none; on a board as it is set"
@@ -86,7 +86,7 @@ class HomeFields(Request):
 
     def _motor_decode(self, desk: Desk) -> str:
         """Return how the motor in a conventional file name decodes; plain if it names none."""
-        named = names.parse(self.profile)
+        named = origin.parse_name(self.profile)
         decode = meant_for.motor_decode(desk.facts, self.profile)
         if named is None or decode is None:
             return PLAIN

@@ -21,8 +21,8 @@ from pixstep.operations.request import Request, argument, flag, operation, optio
 from pixstep.operations.result import STATUSES, VERDICTS, Page, Result
 from pixstep.operations.showing import ShownMotion
 from pixstep.profiles import generator, page, readings
-from pixstep.profiles.drawing import Drawing
-from pixstep.profiles.readings import ProfileFile, Reading
+from pixstep.profiles.kinematics import LineDrawing
+from pixstep.profiles.readings import ProfileFile, ProfileReading
 
 _FORMS = {
     readings.PRN: "PRN speeds",
@@ -153,7 +153,7 @@ class ProfileShow(Request):
         line = Line(_counts(read, decode, top), decode, name=str(self.file))
         bounds = showing.limits(self, hz)
         scale = desk.facts.scale_if_known()
-        drawing = Drawing(line, self.file.name, hz, bounds, scale=scale, going_on=True)
+        drawing = LineDrawing(line, self.file.name, hz, bounds, scale=scale, going_on=True)
         return showing.shown(drawing, self.plot)
 
 
@@ -177,7 +177,7 @@ def _counts(read: ProfileFile, decode: str, speed: int | None) -> tuple[int, ...
     return tuple(generator.acceleration_counts(values, speed or values[-1], str(read.path)))
 
 
-def _state(reading: Reading) -> str:
+def _state(reading: ProfileReading) -> str:
     """Return one word for a reading."""
     if reading.rows.values is None:
         return "unreadable"
@@ -186,7 +186,7 @@ def _state(reading: Reading) -> str:
     return "warnings" if reading.findings else "fine"
 
 
-def _name(reading: Reading) -> str:
+def _name(reading: ProfileReading) -> str:
     """Return what a reading takes the file for."""
     if reading.rows.values is None:
         return _FORMS[reading.rows.form]
@@ -201,7 +201,7 @@ def _finding_text(item: Finding) -> str:
     return f"{where}{item.severity} {item.name}: {item.message}"
 
 
-def _advice(found: list[Reading]) -> Iterator[str]:
+def _advice(found: list[ProfileReading]) -> Iterator[str]:
     """Yield what follows from readings that disagree."""
     adopted = [reading for reading in found if reading.rows.adopted]
     sound = {reading.decode for reading in adopted if reading.sound}

@@ -27,10 +27,9 @@ from pixstep.operations.kinds import (
 )
 from pixstep.operations.request import Request, operation, option
 from pixstep.operations.result import Page, Result
-from pixstep.profiles import generator, kinematics, make, names, page
+from pixstep.profiles import generator, kinematics, origin, page
 from pixstep.profiles.page import MotionFigures
-from pixstep.profiles.repair import whole_line
-from pixstep.profiles.stretches import START
+from pixstep.profiles.repair import START, whole_line
 
 
 class UsedLimits(TypedDict):
@@ -100,13 +99,13 @@ class ProfileMake(Request):
     def run(self, desk: Desk) -> Result:
         """Make the profile and write its files."""
         hz = self.pixel_hz
-        limits = make.ProfileLimits(
-            make.legal_speed(self.top_speed.per_pixel(hz), hz),
+        limits = generator.ProfileLimits(
+            generator.legal_speed(self.top_speed.per_pixel(hz), hz),
             _legal(self.max_acceleration, hz, desk),
             _legal(self.max_jerk, hz, desk),
         )
         path = self._prn_path()
-        speeds = make.shortest_profile(limits)
+        speeds = generator.shortest_profile(limits)
         parts = self._csv_parts(speeds)
         csv = [("csv", self.csv)] if self.csv else []
         outputs.refuse([("output", path), *csv])  # the path may be that of a name
@@ -156,7 +155,7 @@ class ProfileMake(Request):
             raise AskedError(
                 f"the conventional name needs {missing}; or give a file name: {{output}}"
             )
-        return (output or Path()) / names.conventional(motor, hz, variant)
+        return (output or Path()) / origin.conventional_name(motor, hz, variant)
 
     def _csv_parts(self, speeds: list[int]) -> tuple[list[int], ProfileHeader] | None:
         """Return counts and header of the CSV, None if none is wanted.
@@ -190,7 +189,7 @@ class ProfileMake(Request):
 def _legal(limit: Quantity, hz: Fraction | None, desk: Desk) -> int:
     """Return a limit as an even whole number; a note says if that is less than was given."""
     given = limit.per_pixel(hz)
-    legal = make.legal_limit(given, limit.order, hz, limit)
+    legal = generator.legal_limit(given, limit.order, hz, limit)
     if legal != given:
         unit = units.unit(limit.order)
         desk.say([

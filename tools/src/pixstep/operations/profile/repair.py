@@ -18,10 +18,9 @@ from pixstep.operations.kinds import FILE, OUTPUT, Choice
 from pixstep.operations.profile import look
 from pixstep.operations.request import Request, argument, flag, operation, option
 from pixstep.operations.result import Page, Result
-from pixstep.profiles import legal_prn, make, page, readings
+from pixstep.profiles import generator, page, readings
 from pixstep.profiles.page import ChangeFacts
-from pixstep.profiles.repair import Repair, Wish, repair_counts
-from pixstep.profiles.stretches import LINE, START
+from pixstep.profiles.repair import LINE, START, Repair, Wish, repair_counts, repair_speeds
 
 _PARTS = {LINE: "a line from rest to rest", START: "an accelerating start", None: "PRN speeds"}
 
@@ -71,7 +70,7 @@ class ProfileRepair(Request):
         part: str | None = None
         if read.is_prn:
             self._refuse_for_prn()
-            repair = legal_prn.repair_speeds(read.values)
+            repair = repair_speeds(read.values)
             formats.write_prn(self.output, list(repair.values))
         else:
             part = self.part or (START if read.header else LINE)
@@ -125,4 +124,4 @@ class ProfileRepair(Request):
         limit, hz = self.max_acceleration, self.pixel_hz
         if limit is None:
             return None
-        return make.legal_limit(limit.per_pixel(hz), limit.order, hz, limit)
+        return generator.legal_limit(limit.per_pixel(hz), limit.order, hz, limit)

@@ -14,7 +14,7 @@ from pixstep.operations.asked import AskedError
 from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import FILE, Choice, Length, Number, Time, Whole
 from pixstep.operations.request import Request, argument, option, shared_fields, unless
-from pixstep.programs.options import (
+from pixstep.programs.plan_data import (
     LOOKAHEAD,
     MODE1,
     MODES,

@@ -14,14 +14,14 @@ from pixstep.operations.kinds import FOLDER
 from pixstep.operations.program.fields import ProgramFields
 from pixstep.operations.request import operation, option
 from pixstep.operations.result import Page, Result
-from pixstep.programs.figures import PlannedProgram
+from pixstep.programs.plan_data import PlannedProgram, limit_text
 from pixstep.simulation.report import new_table
 
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from pixstep.programs.plan_lines import PlannedFiles as Planned
     from pixstep.programs.report import MotorReport, Report
-    from pixstep.programs.results import Result as Planned
 
 _WORTH_SAYING = 0.01  # steps
 _SHOWN = 8  # slowed moves and violations that are printed
@@ -53,7 +53,7 @@ class ProgramPlan(ProgramFields):
     def run(self, desk: Desk) -> Result:
         """Plan the program and write its lines."""
         from pixstep.board import capability  # these take a while to load
-        from pixstep.programs import length, results
+        from pixstep.programs import plan, plan_lines
         from pixstep.programs.plan import Plan
 
         machine, setup, chosen = self.planned_for(desk)
@@ -69,13 +69,13 @@ class ProgramPlan(ProgramFields):
         name, path = str(self.program), self.program
         if path.is_file():  # a pipe is read once
             with path.open(encoding="utf-8", errors="replace") as text:
-                length.require(name, text, setup, chosen)
+                plan.require_length(name, text, setup, chosen)
         with (
             path.open(encoding="utf-8", errors="replace") as text,
             desk.progress("planning") as show,
         ):
             planned = Plan(name, text, setup, chosen)
-            done = results.write(planned, self.out, bounds, plot=self.plot, progress=show)
+            done = plan_lines.write(planned, self.out, bounds, plot=self.plot, progress=show)
         status = FINE if done.fine else NEGATIVE
         return Result(done.facts, lambda page: _write(page, done, self.out), status)
 
@@ -107,11 +107,13 @@ def _write(page: Page, done: Planned, out: Path) -> None:
         _write_limits(page, row)
     name = done.plan.name
     for item in report.slowed[:_SHOWN]:
-        page.tell(f"{name}:{item.line}: {item.text}")
+        page.tell(
+            f"{name}:{item['line']}: {item['asked_ms']:.6g} -> {item['ms']:.6g} ms: {item['why']}"
+        )
     if report.slowed_moves > _SHOWN:
         page.tell(f"... {report.slowed_moves - _SHOWN} more in report.json")
     for bad in report.violations[:_SHOWN]:
-        page.tell(f"{name}:{bad.line}: exceeds the {bad.limit} of {bad.motor}: {bad.ratio:.4g} x")
+        page.tell(f"{name}:{limit_text(bad)}")
     for path, findings in zip(done.files, done.findings, strict=True):
         for found in findings[:_SHOWN]:
             page.tell(

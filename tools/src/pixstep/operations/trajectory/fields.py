@@ -20,12 +20,10 @@ from pixstep.operations.facts import Facts
 from pixstep.operations.kinds import FILE, Number, Parsed, Steps
 from pixstep.operations.reading_lines import per_line
 from pixstep.operations.request import Request, argument, option, shared_fields
-from pixstep.trajectories import choose, circle, files
-from pixstep.trajectories.circle import Circle
-from pixstep.trajectories.model import Servo
-from pixstep.trajectories.table import AXES, Table
-from pixstep.trajectories.trace import Unit
-from pixstep.trajectories.transitions import AxisPlay
+from pixstep.trajectories import circle, table, transitions
+from pixstep.trajectories.circle import Circle, Unit
+from pixstep.trajectories.table import AXES, TwoAxisTable
+from pixstep.trajectories.transitions import Servo, TablePlay
 
 AUTO = "auto"
 NONE = "none"
@@ -146,8 +144,8 @@ class PlayFields(Request):
         return None if isinstance(hz, str) else Servo(hz, self.damping)
 
     def axis_plays(
-        self, made: Table, hz: Fraction | None, most_added: int | None = None
-    ) -> tuple[AxisPlay, ...]:
+        self, made: TwoAxisTable, hz: Fraction | None, most_added: int | None = None
+    ) -> tuple[TablePlay, ...]:
         """Return play and transition of each axis, as given or as chosen, as long as wanted.
 
         `most_added` is what the board allows. Raises UserError if they cannot be chosen.
@@ -156,7 +154,7 @@ class PlayFields(Request):
         limits = [limit for limit in (self.max_added, most_added) if limit and limit > 0]
         made_of = []
         for play, points in zip(plays, steps, strict=True):
-            least = choose.least_steps(play, min(limits)) if limits and play else 1
+            least = transitions.least_steps(play, min(limits)) if limits and play else 1
             if isinstance(points, str):
                 points = self._chosen(made, hz, play, least)
             elif points < least:
@@ -164,19 +162,19 @@ class PlayFields(Request):
                     f"{{transition}} {points}: {play} counts add more than {min(limits)} in a "
                     f"point: at least {least} points"
                 )
-            made_of.append(AxisPlay(play, points))
+            made_of.append(TablePlay(play, points))
         return tuple(made_of)
 
-    def crest(self, found: Circle, play: int, hz: Fraction | None) -> choose.Crest:
+    def crest(self, found: Circle, play: int, hz: Fraction | None) -> transitions.Crest:
         """Return where an axis of a circle reverses. Raises UserError if points have no time."""
         if self.servo and hz is None:
             raise AskedError(
                 "a servo has a bandwidth in time: give {pixel_hz}, the points a second"
             )
         point_s = float(1 / hz) if hz else 1.0
-        return choose.Crest(found.radius, found.points, play, point_s, self.servo)
+        return transitions.Crest(found.radius, found.points, play, point_s, self.servo)
 
-    def _chosen(self, made: Table, hz: Fraction | None, play: int, least: int) -> int:
+    def _chosen(self, made: TwoAxisTable, hz: Fraction | None, play: int, least: int) -> int:
         """Return the best number of points for a circle."""
         if not play:
             return 1
@@ -185,7 +183,7 @@ class PlayFields(Request):
             raise AskedError(
                 "{name}: is no circle, so {transition} is needed as a number", name=made.name
             )
-        return choose.choose(self.crest(found, play, hz), least).steps
+        return transitions.choose(self.crest(found, play, hz), least).steps
 
 
 @shared_fields
@@ -217,14 +215,14 @@ def counts_of(facts: Facts, length: Quantity, given: GivenScale | None) -> Fract
     return length.in_steps(known).value
 
 
-def read_table(desk: Desk, path: Path) -> Table:
+def read_table(desk: Desk, path: Path) -> TwoAxisTable:
     """Read a table; what was tolerated is noted."""
-    found, notes = files.read(path)
+    found, notes = table.read(path)
     desk.say(notes)
     return found
 
 
-def find_circle(made: Table) -> Circle | None:
+def find_circle(made: TwoAxisTable) -> Circle | None:
     """Return the circle of a table; None if it is none."""
     try:
         return circle.find(made)

@@ -18,12 +18,11 @@ from pixstep.operations.result import Page, Result
 from pixstep.operations.trajectory import fields
 from pixstep.operations.trajectory.fields import BoardPlayFields, GivenScale, PlayFields
 from pixstep.simulation.report import new_table, print_verdict, ticks_text
-from pixstep.trajectories import circletest, host
-from pixstep.trajectories.boardsim import BoardJob
-from pixstep.trajectories.circle import Circle
-from pixstep.trajectories.circletest import RUNS, CircleSummary, CircleTest, RunSummary
-from pixstep.trajectories.table import AXES, Table
-from pixstep.trajectories.trace import RoundnessData, Trace, Unit, of_points
+from pixstep.trajectories import circle_test, runs
+from pixstep.trajectories.circle import Circle, RoundnessData, TableTrace, Unit, roundness_of
+from pixstep.trajectories.circle_test import RUNS, CircleSummary, CircleTest, RunSummary
+from pixstep.trajectories.runs import BoardJob
+from pixstep.trajectories.table import AXES, TwoAxisTable
 
 _BOTH = "both"
 
@@ -91,7 +90,7 @@ class TrajectoryShow(PlayFields):
             _draw_model(traces, found, unit, below, along, self.plot)
         return Result(data, lambda page: _write_facts(page, data, unit))
 
-    def _modelled(self, original: Table) -> list[Trace]:
+    def _modelled(self, original: TwoAxisTable) -> list[TableTrace]:
         """Return what the load of a modelled machine does."""
         hz = self.pixel_hz
         plays = self.axis_plays(original, hz)
@@ -100,11 +99,11 @@ class TrajectoryShow(PlayFields):
                 "a servo has a bandwidth in time: give {pixel_hz}, or {bandwidth} none"
             )
         point_s = float(1 / hz) if hz else 1.0
-        machine = host.Machine(tuple(item.play for item in plays), point_s, self.servo)
-        return [host.run(original, plays, name, machine) for name in _chosen(self.which)]
+        machine = runs.ModelledMachine(tuple(item.play for item in plays), point_s, self.servo)
+        return [runs.run_modelled(original, plays, name, machine) for name in _chosen(self.which)]
 
 
-def _model_summary(run: Trace, found: Circle | None, unit: Unit) -> ModelledRun:
+def _model_summary(run: TableTrace, found: Circle | None, unit: Unit) -> ModelledRun:
     errors = abs(run.load_errors).max(axis=0).tolist()
     lags = abs(run.following_errors).max(axis=0).tolist()
     facts: ModelledRun = {
@@ -112,17 +111,17 @@ def _model_summary(run: Trace, found: Circle | None, unit: Unit) -> ModelledRun:
         "max_following_error_counts": [round(value, 3) for value in lags],
     }
     if found:
-        facts["roundness"] = of_points(run, found).summary(unit)
+        facts["roundness"] = roundness_of(run, found).summary(unit)
     return facts
 
 
 def _draw_model(
-    traces: list[Trace], found: Circle | None, unit: Unit, below: str, along: str, path: Path
+    traces: list[TableTrace], found: Circle | None, unit: Unit, below: str, along: str, path: Path
 ) -> None:
     from pixstep.trajectories import picture  # matplotlib takes a second to load
 
     if found:
-        picture.draw([of_points(run, found) for run in traces], unit, below, path)
+        picture.draw([roundness_of(run, found) for run in traces], unit, below, path)
     else:
         picture.draw_errors(traces, unit, below, path, along)
 
@@ -199,7 +198,7 @@ class TrajectorySim(BoardPlayFields):
             ".parquet" if self.parquet else ".csv",
         )
         with desk.progress("simulating") as show:
-            summary = circletest.simulate(test, self.out, plot=self.plot, progress=show)
+            summary = circle_test.simulate(test, self.out, plot=self.plot, progress=show)
         return simulated.result(summary, self.out, _write_summary)
 
     def _job(self, desk: Desk) -> BoardJob:

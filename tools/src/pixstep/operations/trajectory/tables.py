@@ -19,10 +19,10 @@ from pixstep.operations.request import Request, operation, option, shared_fields
 from pixstep.operations.result import Page, Result
 from pixstep.operations.trajectory import fields
 from pixstep.operations.trajectory.fields import GivenScale, PlayFields
-from pixstep.trajectories import choose, circle, circletest, files, transitions
+from pixstep.trajectories import circle, circle_test, table, transitions
 from pixstep.trajectories.circle import HOLDS, CircleRequest
-from pixstep.trajectories.table import MOST_RECORDS, Table
-from pixstep.trajectories.transitions import AxisPlay
+from pixstep.trajectories.table import MOST_RECORDS, TwoAxisTable
+from pixstep.trajectories.transitions import TablePlay
 
 _COUNT = Whole(0, MOST_RECORDS)
 
@@ -78,7 +78,7 @@ class TrajectoryCircle(_WritesTable):
         counts = self._radius(desk)
         request = CircleRequest(counts, self.points, self.revolutions, self.holds, self.lead_in)
         made = circle.make(request)
-        files.write(self.output, made)
+        table.write(self.output, made)
         speed = int(abs(made.counts(1)).max())
         first = int(abs(made.without_holds().counts(1)[:2]).max())
         if first > 1 and 2 * first > speed:
@@ -124,7 +124,7 @@ class _Convert(_WritesTable):
     def run(self, desk: Desk) -> Result:
         """Read the table and write it."""
         made = fields.read_table(desk, self.table)
-        files.write(self.output, made)
+        table.write(self.output, made)
         data: ConvertedTable = {
             "file": str(self.table), "output": str(self.output), "records": made.records,
             "holds": made.holds,
@@ -176,7 +176,7 @@ class TrajectoryCompensate(_WritesTable, PlayFields):
         original = fields.read_table(desk, self.table)
         plays = self.axis_plays(original, self.pixel_hz)
         made = transitions.compensate(original, plays)
-        files.write(self.output, made.table)
+        table.write(self.output, made.table)
         predicted = self._predicted(original, plays)
 
         def write(page: Page) -> None:
@@ -203,18 +203,18 @@ class TrajectoryCompensate(_WritesTable, PlayFields):
             "play": [item.play for item in plays],
             "transition_points": [item.steps for item in plays],
             "predicted_radius_error_counts": predicted,
-            "transitions": circletest.transitions_as_json(made.transitions),
+            "transitions": circle_test.transitions_as_json(made.transitions),
         }
         early = any(item.missing for item in made.transitions)
         return Result(data, write, NEGATIVE if early else FINE)
 
-    def _predicted(self, original: Table, plays: Sequence[AxisPlay]) -> list[float] | None:
+    def _predicted(self, original: TwoAxisTable, plays: Sequence[TablePlay]) -> list[float] | None:
         """Return the radius error of each axis' transitions; None without a circle, or time."""
         found = fields.find_circle(original)
         if found is None or (self.servo and self.pixel_hz is None):
             return None
         return [
-            choose.predicted_error(self.crest(found, item.play, self.pixel_hz), item.steps)
+            transitions.predicted_error(self.crest(found, item.play, self.pixel_hz), item.steps)
             if item.play else 0.0
             for item in plays
         ]  # fmt: skip

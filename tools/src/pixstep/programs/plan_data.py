@@ -1,9 +1,25 @@
 # SPDX-License-Identifier: MIT
-"""What is known of a plan, as plain data."""
+"""What a planner is told and what it tells, as plain data; cheap to import."""
 
+from dataclasses import dataclass
 from typing import NotRequired, TypedDict
 
 from pixstep.lines.line_check import FindingFacts
+
+MODE1, LOOKAHEAD = "mode1", "lookahead"
+MODES = (MODE1, LOOKAHEAD)
+WINDOW = 1024  # moves
+MOST_WINDOW = 1_000_000
+SEGMENT_MS = (0, 255)  # of a circle: the shortest, 0 for none, and the longest
+
+
+@dataclass(frozen=True)
+class Options:
+    """`window` is for lookahead, in moves; `assume_last` for mode1."""
+
+    mode: str = LOOKAHEAD
+    window: int = WINDOW
+    assume_last: bool = True
 
 
 class MotorFigures(TypedDict):
@@ -37,6 +53,9 @@ class MotorFigures(TypedDict):
 class SlowedMove(TypedDict):
     """A move that takes longer than programmed."""
 
+    # All segments of a circle together. Times are from the middle of the move's blend to the middle
+    # of the next one. What a start or a stop takes more than programmed is its move's.
+
     line: int
     asked_ms: float
     ms: float
@@ -50,6 +69,12 @@ class ExceededLimit(TypedDict):
     motor: str
     limit: str
     ratio: float
+
+
+def limit_text(exceeded: ExceededLimit) -> str:
+    """Return "line: what is exceeded", without the program."""
+    of, ratio = f"{exceeded['limit']} of {exceeded['motor']}", exceeded["ratio"]
+    return f"{exceeded['line']}: exceeds the {of}: {ratio:.4g} x"
 
 
 class _Figures(TypedDict):

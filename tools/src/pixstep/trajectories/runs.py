@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""A table on a simulated board with its plants: run, judged by its edges, followed by its loads."""
+"""A table run: on the modelled machine, or on a simulated board with its plants.
+
+A run on a board is judged by its edges, and its loads are followed.
+"""
 
 from __future__ import annotations
 
@@ -19,16 +22,49 @@ from pixstep.simulation.plantlog import AxisPlant
 from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import run_and_judge
 from pixstep.simulation.summary import Summary
-from pixstep.trajectories import host, transitions
-from pixstep.trajectories.circle import Circle
-from pixstep.trajectories.table import AXES, Table
-from pixstep.trajectories.trace import Roundness, Trace, of_points
-from pixstep.trajectories.transitions import AxisPlay
+from pixstep.trajectories import transitions
+from pixstep.trajectories.circle import Circle, Roundness, TableTrace, radius_errors, roundness_of
+from pixstep.trajectories.table import AXES, TwoAxisTable
+from pixstep.trajectories.transitions import Servo, TablePlay
 
 if TYPE_CHECKING:
     import numpy as np
 else:
     np = lazy("numpy")
+
+
+ORIGINAL, COMPENSATED = "original", "compensated"
+
+
+@dataclass(frozen=True)
+class ModelledMachine:
+    """Play by axis in counts, length of a point, servo of both axes (None: ideal)."""
+
+    plays: tuple[int, ...]
+    point_s: float
+    servo: Servo | None = None
+
+
+def command(original: TwoAxisTable, plays: tuple[TablePlay, ...], name: str) -> TwoAxisTable:
+    """Return the table that is run: the original, or the compensated one made now."""
+    if name == ORIGINAL:
+        return original
+    return transitions.compensate(original, plays).table
+
+
+def run_modelled(
+    original: TwoAxisTable, plays: tuple[TablePlay, ...], name: str, machine: ModelledMachine
+) -> TableTrace:
+    """Return what a table does: `plays` are what is compensated, the machine has its own."""
+    made = command(original, plays, name)
+    motors, loads = [], []
+    for axis, play in zip(range(AXES), machine.plays, strict=True):
+        motor = transitions.follow(made.positions[:, axis], machine.point_s, machine.servo)
+        motors.append(motor)
+        loads.append(transitions.loads(motor, play, transitions.initial_direction(original, axis)))
+    motor, load = np.column_stack(motors), np.column_stack(loads)
+    return TableTrace(name, made, original.positions, motor, load, machine.point_s)
+
 
 _REST = 4  # pixels between directions: longer than any board's shortest reversal up to 1 kHz
 
@@ -47,15 +83,15 @@ class BoardJob:
 
 
 @dataclass(frozen=True)
-class BoardRun:
+class SimulatedTable:
     """What a run has left: the verdict on its edges, its loads, and how round its circle is."""
 
     summary: Summary
-    trace: Trace | None  # None if the board did not run to the end
+    trace: TableTrace | None  # None if the board did not run to the end
     roundness: Roundness | None = None
 
 
-def lines(made: Table) -> list[Line]:
+def lines(made: TwoAxisTable) -> list[Line]:
     """Return the plain lines of a table's two axes: a pixel from each record to the next."""
     return [
         Line(tuple(made.counts(axis).tolist()), PLAIN, name=f"{made.name}, axis {axis + 1}")
@@ -74,7 +110,9 @@ def turned(found: list[Line], ways: tuple[int, ...]) -> list[Line]:
     ]
 
 
-def taking_up(made: Table, plays: tuple[AxisPlay, ...], ways: tuple[int, ...]) -> list[Line]:
+def taking_up(
+    made: TwoAxisTable, plays: tuple[TablePlay, ...], ways: tuple[int, ...]
+) -> list[Line]:
     """Return a table's lines behind pixels that take up the play in each axis' first direction.
 
     Each motor goes back by the play and forth again, as fast as a transition adds: it ends where it
@@ -91,7 +129,7 @@ def taking_up(made: Table, plays: tuple[AxisPlay, ...], ways: tuple[int, ...]) -
     return found
 
 
-def check(made: Table, found: capability.BoardLimits) -> None:
+def check(made: TwoAxisTable, found: capability.BoardLimits) -> None:
     """Raise RefusedError for the first pixel that a board would refuse."""
     for line in lines(made):
         for item in line_check.check(line, found.of(line)):
@@ -101,15 +139,15 @@ def check(made: Table, found: capability.BoardLimits) -> None:
                 )
 
 
-def run(
-    original: Table,
-    plays: tuple[AxisPlay, ...],
+def run_on_board(
+    original: TwoAxisTable,
+    plays: tuple[TablePlay, ...],
     name: str,
     job: BoardJob,
     folder: Path,
     progress: Progress = unseen,
     circle: Circle | None = None,
-) -> BoardRun:
+) -> SimulatedTable:
     """Run a table, the original or compensated, leave the run's logs in `folder`, and judge it.
 
     Raises RefusedError for what the board would refuse, UserError for a board with too few axes.
@@ -117,23 +155,25 @@ def run(
     board = boards.load(job.board)
     if max(job.axes) >= board.axes:
         raise UserError(f"axis {max(job.axes)}: the {boards.axes_text(job.board)}")
-    made = host.command(original, plays, name)
+    made = command(original, plays, name)
     check(made, capability.named_limits(job.board, job.pixel_hz, axes=AXES))
     result, judged, _ = run_and_judge(_job(job, made, original), folder, progress)
     zero = judged.summary["line_zero_cycle"]
     if zero is None or judged.summary["verdict"] != "pass":
-        return BoardRun(judged.summary, None)
+        return SimulatedTable(judged.summary, None)
     period = result.job.period
     cycles = [zero + edge_tick(record, period) for record in range(made.records)]
     plants = [result.plants[0, axis] for axis in job.axes]
-    trace = _trace(name, made, original, plants, np.array(cycles), job)
+    trace = _table_run(name, made, original, plants, np.array(cycles), job)
     if circle is None:
-        return BoardRun(judged.summary, trace)
+        return SimulatedTable(judged.summary, trace)
     window = cycles[circle.start], cycles[circle.end]
-    return BoardRun(judged.summary, trace, _roundness(trace, circle, plants, job.ways, window))
+    return SimulatedTable(
+        judged.summary, trace, _roundness(trace, circle, plants, job.ways, window)
+    )
 
 
-def _job(job: BoardJob, made: Table, original: Table) -> Job:
+def _job(job: BoardJob, made: TwoAxisTable, original: TwoAxisTable) -> Job:
     """Return the simulated run; each plant starts with its play taken up as the motion begins."""
     sides = [
         "minus" if way * transitions.initial_direction(original, index) < 0 else "plus"
@@ -152,10 +192,10 @@ def _job(job: BoardJob, made: Table, original: Table) -> Job:
     )
 
 
-def _trace(
-    name: str, made: Table, original: Table, plants: list[AxisPlant], cycles: np.ndarray,
-    job: BoardJob,
-) -> Trace:  # fmt: skip
+def _table_run(
+    name: str, made: TwoAxisTable, original: TwoAxisTable, plants: list[AxisPlant],
+    cycles: np.ndarray, job: BoardJob,
+) -> TableTrace:  # fmt: skip
     """Return what motors and loads were at every record."""
     motors, loads = [], []
     for axis, plant in enumerate(plants):
@@ -165,11 +205,11 @@ def _trace(
         motors.append(first + way * (plant.motor[rows] - plant.motor[0]))
         loads.append(first + way * plant.load_at(cycles))
     motor, load = np.column_stack(motors), np.column_stack(loads)
-    return Trace(name, made, original.positions, motor, load, float(1 / job.pixel_hz))
+    return TableTrace(name, made, original.positions, motor, load, float(1 / job.pixel_hz))
 
 
 def _roundness(
-    trace: Trace,
+    trace: TableTrace,
     circle: Circle,
     plants: list[AxisPlant],
     ways: tuple[int, ...],
@@ -185,7 +225,7 @@ def _roundness(
             for axis, (plant, way) in enumerate(zip(plants, ways, strict=True))
         ]
     )
-    errors = np.hypot(places[:, 0], places[:, 1]) - circle.radius
     turned = (events - window[0]) / (window[1] - window[0])
     angles = turned * 2 * np.pi * circle.revolutions
-    return Roundness(trace.name, circle, of_points(trace, circle).passes, angles, errors)
+    errors = radius_errors(places, circle)
+    return Roundness(trace.name, circle, roundness_of(trace, circle).passes, angles, errors)

@@ -9,19 +9,22 @@ many times as long. Moves that take different times pass their corner as the slo
 the faster one changes its speed on its straight part. On a straight line, from rest and to rest no
 blend leaves the path, so there TA alone may grow.
 
-What two moves cannot do so exceeds a limit. With the last move assumed the time law (timelaw.py)
-then runs the path slower; without it the limit stays exceeded, which is said.
+What two moves cannot do so exceeds a limit. With the last move assumed the time law (time_law.py)
+then runs the path slower; without it the limit stays exceeded, which is said. Without it the end of
+a program shows when only two moves can be changed: if their stop exceeds a limit they are timed so
+that the highest acceleration of all blends from the committed move to rest is least, found on a
+grid of their times.
 """
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from typing import NamedTuple
 
-from pixstep.programs import laststop
-from pixstep.programs.blends import Timed, nominal
+import numpy as np
+
+from pixstep.programs.blends import Floats, Timed, nominal
 from pixstep.programs.motors import Setup
-from pixstep.programs.moves import Dwell, Move
-from pixstep.programs.openmoves import (
+from pixstep.programs.moves import Dwell, ProgramMove
+from pixstep.programs.open_moves import (
     SAME,
     OpenMove,
     Speeds,
@@ -30,18 +33,86 @@ from pixstep.programs.openmoves import (
     least_ta,
     least_time,
 )
+from pixstep.programs.plan_data import ExceededLimit
+
+_TIMES = 1.01 ** np.arange(500)  # times of a move that are tried, up to 140 of its own
+_LEAST_BLEND = 1e-3  # of a move's time
+
+
+def reshaped(before: OpenMove | None, window: list[OpenMove]) -> list[OpenMove]:
+    """Return the one or two moves of the window with times that stop best."""
+    *first, last = window
+    if first and last.entry is not None:
+        return _around_corner(first[0], last)
+    return _in_line(before, first[0] if first else None, last)
+
+
+def _in_line(before: OpenMove | None, first: OpenMove | None, last: OpenMove) -> list[OpenMove]:
+    """Return moves on a straight line: TA of each blend is what its change of speed needs."""
+    moves = [one for one in (first, last) if one is not None]
+    free = moves[0].entry is None
+    grids = [_TIMES * one.tm if one is last or free else np.array([one.tm]) for one in moves]
+    times = np.meshgrid(*grids, indexing="ij")
+    zero = np.zeros(len(last.limits))
+    speeds: list[Floats] = [np.array(before.speed) if before else zero]
+    speeds += [np.array(one.distance) / tm[..., None] for one, tm in zip(moves, times, strict=True)]
+    flanks = [*(one.flank for one in moves), last.stop_flank]
+    changes = [
+        np.max(np.abs(b - a) / np.array(last.limits), axis=-1) / (1 - flank)
+        for a, b, flank in zip(speeds, [*speeds[1:], zero], flanks, strict=True)
+    ]
+    if not free:  # its corner is as it is
+        changes[0] = np.zeros(1)
+    ratio = changes[0] / (before.room if before else np.inf)
+    for index, (one, tm) in enumerate(zip(moves, times, strict=True)):
+        used = 0.0 if one.entry is None else one.used
+        together = (changes[index] + changes[index + 1]) / (2 * (1 - used))
+        ratio = np.maximum(
+            ratio, np.maximum(together, np.maximum(*changes[index : index + 2])) / tm
+        )
+    slower = np.sum(times, axis=0)
+    best = np.unravel_index(np.lexsort((slower.ravel(), ratio.ravel()))[0], ratio.shape)
+    worst = max(float(ratio[best]), 1.0)
+    found = []
+    for index, (one, tm) in enumerate(zip(moves, times, strict=True)):
+        ta = max(float(np.broadcast_to(changes[index], ratio.shape)[best]) / worst,
+                 _LEAST_BLEND * float(tm[best]))  # fmt: skip
+        made = one.slowed(float(tm[best]), f"stop in {len(moves)} moves")
+        found.append(replace(made, ta=ta) if one.entry is None else made)
+    return found
+
+
+def _around_corner(first: OpenMove, last: OpenMove) -> list[OpenMove]:
+    """Return moves with a corner between them: it is passed slower, as far as the first can."""
+    best: tuple[float, list[OpenMove]] | None = None
+    for slowness in max(first.k, last.k) * _TIMES:
+        corner = last.move.ta / (2 * first.move.tm)
+        slower = replace(first, exit=float(slowness))
+        blend = replace(first, exit=None).used
+        change, left = slower.used - blend, 1 - blend - corner
+        if change > 0 and left <= 0:
+            break
+        hurry = first.hurry * (max(1.0, change / left) if change > 0 else 1.0)
+        made = replace(
+            last, tm=float(slowness) * last.move.tm, ta=float(slowness) * last.move.ta,
+            entry=float(slowness), hurry=hurry, why="stop in 2 moves",
+        )  # fmt: skip
+        ratio = max(hurry, (corner_slowness(first, made) / slowness) ** 2, _stop_ratio(made))
+        if best is None or ratio < best[0]:
+            best = (ratio, [replace(slower, hurry=hurry), made])
+    if best is None:  # no way is left to pass the corner more slowly
+        return [first, last.loose(last.k * last.move.stop_ta / (2 * last.tm))]
+    return best[1]
+
+
+def _stop_ratio(last: OpenMove) -> float:
+    """Return what the stop takes of the limits if it has all the room that is left."""
+    need = max(abs(v) / limit for v, limit in zip(last.speed, last.limits, strict=True))
+    return need / (1 - last.stop_flank) / last.room
+
 
 _ROUNDS = 50
 _TOLERANCE = 1 + 1e-6  # ratio to a limit that rounding explains
-
-
-class Violation(NamedTuple):
-    """A move that exceeds a motor's limit; `line` is that of the program."""
-
-    line: int
-    motor: str
-    ratio: float
-    limit: str = "acceleration"
 
 
 class TwoMoves:
@@ -52,7 +123,7 @@ class TwoMoves:
     def __init__(self, setup: Setup, *, assume_last: bool = True) -> None:
         self.setup = setup
         self.assume_last = assume_last
-        self.violations: list[Violation] = []
+        self.violations: list[ExceededLimit] = []
         self.violated = 0
         motors, pixel = setup.motors, setup.pixel_ms
         self._limits = tuple([motor.planned_acceleration(pixel) for motor in motors])
@@ -60,7 +131,7 @@ class TwoMoves:
         self._still = self._place = tuple([0.0] * len(motors))
         self._before: OpenMove | None = None  # the last one that is timed for good
 
-    def timed(self, events: Iterable[Move | Dwell]) -> Iterator[Timed | Dwell]:
+    def timed(self, events: Iterable[ProgramMove | Dwell]) -> Iterator[Timed | Dwell]:
         """Yield the moves, two behind those that come."""
         window: list[OpenMove] = []
         for event in nominal(events):
@@ -94,7 +165,6 @@ class TwoMoves:
         return new.slowed(fastest, f"speed of {self._name(new.distance, self._speeds)}")
 
     def _first(self, new: OpenMove) -> OpenMove:
-        """Return a move that begins at rest."""
         new = self._fitting([(self._still, new.flank)], new)
         return replace(new, ta=self._blend(self._still, new, new.k))
 
@@ -205,7 +275,7 @@ class TwoMoves:
                 last = last.loose(last.k * last.move.stop_ta / (2 * last.tm))
                 window = [*window[:-1], last]
             else:
-                window = laststop.reshaped(self._before, window)
+                window = reshaped(self._before, window)
                 last = window[-1]
             stop = min(max(last.k * last.move.stop_ta, self._least_stop(last)), last.room)
         for one in window[:-1]:
@@ -255,7 +325,9 @@ class TwoMoves:
         self.violated += 1
         if len(self.violations) < self.MOST:
             name = self._name(asked, self._speeds if limit == "speed" else self._limits)
-            self.violations.append(Violation(one.move.line, name, ratio, limit))
+            self.violations.append(
+                {"line": one.move.line, "motor": name, "limit": limit, "ratio": ratio}
+            )
 
     def _name(self, distance: tuple[float, ...], limits: tuple[float, ...]) -> str:
         """Return the motor that a distance asks most of."""

@@ -9,21 +9,17 @@ import shutil
 import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from fractions import Fraction
 from pathlib import Path
 from typing import NotRequired, TypedDict
 
 from pixstep import atomic, outfolder
 from pixstep.lines.units import hz_text
 from pixstep.progress import Progress, unseen
-from pixstep.simulation.summary import Axis
-from pixstep.trajectories import boardsim, files, transitions
-from pixstep.trajectories.boardsim import BoardJob, BoardRun
-from pixstep.trajectories.circle import Circle
-from pixstep.trajectories.host import COMPENSATED, ORIGINAL
-from pixstep.trajectories.table import Table
-from pixstep.trajectories.trace import COUNTS, RoundnessData, Trace, Unit
-from pixstep.trajectories.transitions import AxisPlay, Transition
+from pixstep.trajectories import runs, table, transitions
+from pixstep.trajectories.circle import COUNTS, Circle, RoundnessData, TableTrace, Unit
+from pixstep.trajectories.runs import COMPENSATED, ORIGINAL, BoardJob, SimulatedTable
+from pixstep.trajectories.table import TwoAxisTable
+from pixstep.trajectories.transitions import TablePlay, Transition
 
 RUNS = (ORIGINAL, COMPENSATED)
 PICTURE = "circle.png"
@@ -72,8 +68,8 @@ class CircleSummary(TypedDict):
 class CircleTest:
     """What to run: a table without hold records, its circle if it is one, the play to take up."""
 
-    table: Table
-    plays: tuple[AxisPlay, ...]
+    table: TwoAxisTable
+    plays: tuple[TablePlay, ...]
     job: BoardJob
     circle: Circle | None = None
     unit: Unit = COUNTS
@@ -110,22 +106,31 @@ def _part(progress: Progress, number: int, runs: int) -> Progress:
     return lambda share: progress((number + share) / runs)
 
 
-def _run(test: CircleTest, name: str, folder: Path, progress: Progress) -> BoardRun:
+def _run(test: CircleTest, name: str, folder: Path, progress: Progress) -> SimulatedTable:
     """Make one run and write its measurement record; its logs, of every step, are not kept."""
     logs = Path(tempfile.mkdtemp(prefix=".logs-", dir=folder))
     try:
-        done = boardsim.run(test.table, test.plays, name, test.job, logs, progress, test.circle)
+        done = runs.run_on_board(
+            test.table, test.plays, name, test.job, logs, progress, test.circle
+        )
     finally:
         shutil.rmtree(logs, ignore_errors=True)
     if done.trace:
-        files.write_columns(folder / (name + test.suffix), done.trace.columns(test.circle))
+        table.write_columns(folder / (name + test.suffix), done.trace.columns(test.circle))
     return done
 
 
-def _draw(test: CircleTest, runs: dict[str, BoardRun], traces: Sequence[Trace], path: Path) -> None:
+def _draw(
+    test: CircleTest, runs: dict[str, SimulatedTable], traces: Sequence[TableTrace], path: Path
+) -> None:
     from pixstep.trajectories import picture  # matplotlib takes a second to load
 
-    below = f"{test.table.name} on the simulated {test.job.board}, {_plays_text(test)}"
+    plays = " and ".join(str(play) for play in test.job.plays)
+    steps = " and ".join(str(item.steps) for item in test.plays)
+    below = (
+        f"{test.table.name} on the simulated {test.job.board}, {float(test.job.pixel_hz):.6g} "
+        f"points a second, play {plays} steps, taken up in {steps} points"
+    )
     rounds = [run.roundness for run in runs.values() if run.roundness]
     if rounds:
         picture.draw(rounds, test.unit, below, path)
@@ -133,25 +138,16 @@ def _draw(test: CircleTest, runs: dict[str, BoardRun], traces: Sequence[Trace], 
         picture.draw_errors(traces, test.unit, below, path)
 
 
-def _plays_text(test: CircleTest) -> str:
-    hz = float(test.job.pixel_hz)
-    plays = " and ".join(str(play) for play in test.job.plays)
-    steps = " and ".join(str(item.steps) for item in test.plays)
-    return f"{hz:.6g} points a second, play {plays} steps, taken up in {steps} points"
-
-
-def _summary(test: CircleTest, runs: dict[str, BoardRun]) -> CircleSummary:
-    """Return summary.json."""
+def _summary(test: CircleTest, runs: dict[str, SimulatedTable]) -> CircleSummary:
     reasons = [f"{name}: {text}" for name, run in runs.items() for text in run.summary["reasons"]]
     made = transitions.compensate(test.table, test.plays)
-    hz: Fraction = test.job.pixel_hz
     return {
         "verdict": "fail" if reasons else "pass",
         "reasons": reasons,
         "table": test.table.name,
         "board": test.job.board,
         "axes": list(test.job.axes),
-        "pixel_hz": hz_text(hz).removesuffix("/1"),
+        "pixel_hz": hz_text(test.job.pixel_hz).removesuffix("/1"),
         "play_steps": list(test.job.plays),
         "compensated_play_steps": [item.play for item in test.plays],
         "transition_points": [item.steps for item in test.plays],
@@ -166,13 +162,21 @@ def transitions_as_json(found: Sequence[Transition]) -> list[dict[str, object]]:
     return [asdict(item) | {"axis": item.axis + 1, "record": item.record + 1} for item in found]
 
 
-def _run_summary(run: BoardRun, test: CircleTest) -> RunSummary:
-    """Return what is told of one run."""
+def _run_summary(run: SimulatedTable, test: CircleTest) -> RunSummary:
     axes = sorted(run.summary["axes"], key=lambda axis: test.job.axes.index(axis["axis"]))
     found: RunSummary = {
         "verdict": run.summary["verdict"],
         "cpu_share": run.summary["cpu_share"],
-        "edges": [_edges(axis) for axis in axes],
+        "edges": [
+            {
+                "steps": axis["steps"],
+                "expected_steps": axis["expected_steps"],
+                "max_edge_error_ticks": axis["max_edge_error_ticks"],
+                "rms_edge_error_us": axis["rms_edge_error_us"],
+                "pixels_equal": axis["pixels_equal"],
+            }
+            for axis in axes
+        ],
     }
     if run.trace:
         errors = abs(run.trace.load_errors).max(axis=0).tolist()
@@ -180,13 +184,3 @@ def _run_summary(run: BoardRun, test: CircleTest) -> RunSummary:
     if run.roundness:
         found["roundness"] = run.roundness.summary(test.unit)
     return found
-
-
-def _edges(axis: Axis) -> EdgeFigures:
-    return {
-        "steps": axis["steps"],
-        "expected_steps": axis["expected_steps"],
-        "max_edge_error_ticks": axis["max_edge_error_ticks"],
-        "rms_edge_error_us": axis["rms_edge_error_us"],
-        "pixels_equal": axis["pixels_equal"],
-    }

@@ -1,11 +1,16 @@
 # SPDX-License-Identifier: MIT
-"""The pixel frequency that a file was made for, and what another one does to it.
+"""What a profile file was made for: its motor by the conventional name, its pixel frequency.
+
+A conventional name is AccProf<motor>-<f>Hz-<variant>.PRN. A motor may have any name that a file's
+name can hold. Of those of the printer, M and two digits, M39 is smooth and the others are plain;
+how another one decodes says its machine file.
 
 Counts and speeds in a file are per pixel. At k times the frequency the same file has k times the
 speed per second and k^2 times the acceleration: slower is safe for the motor and worth a warning,
 faster by more than FASTER is another motion than the file's maker meant.
 """
 
+import re
 import time
 from dataclasses import dataclass
 from fractions import Fraction
@@ -14,7 +19,64 @@ from pathlib import Path
 from pixstep.errors import RefusedError, UserError
 from pixstep.formats import ProfileHeader
 from pixstep.formats.header import NAME_WIDTH
-from pixstep.profiles import names
+from pixstep.lines.line import PLAIN, SMOOTH
+from pixstep.lines.units import parse_hz
+
+SMOOTH_MOTORS = ("M39",)
+_STEM = r"AccProf(.+)-(\d+(?:\.\d+)?)Hz-(\w+)"
+_FILE_NAME = re.compile(rf"{_STEM}\.(?:PRN|CSV|CSB)", re.IGNORECASE)
+_HEADER_NAME = re.compile(_STEM, re.IGNORECASE)
+_OF_PRINTER = re.compile(r"M\d{2}", re.IGNORECASE)
+_NO_NAME = re.compile(r"[/\\\x00-\x1f\x7f]")  # what no file's name should have
+
+
+@dataclass(frozen=True)
+class ProfileName:
+    """What a conventional name says."""
+
+    motor: str
+    pixel_hz: Fraction
+    variant: str
+
+    @property
+    def decode(self) -> str | None:
+        """How the motor decodes printing lines: smooth or plain; None if its name does not say."""
+        if not _OF_PRINTER.fullmatch(self.motor):
+            return None
+        return SMOOTH if self.motor in SMOOTH_MOTORS else PLAIN
+
+
+def parse_name(path: Path) -> ProfileName | None:
+    """Return what the name of a file says, None if it is not a conventional one."""
+    found = _FILE_NAME.fullmatch(path.name)
+    if not found:
+        return None
+    return ProfileName(_motor(found[1]), parse_hz(found[2]), found[3])
+
+
+def motor_of(path: Path, header_name: str | None = None) -> str | None:
+    """Return the motor that a file's header, else its own name, is for; None if neither says."""
+    found = _HEADER_NAME.fullmatch(header_name.strip()) if header_name else None
+    if found:
+        return _motor(found[1])
+    if header_name and _OF_PRINTER.fullmatch(header_name.strip()):
+        return _motor(header_name.strip())
+    named = parse_name(path)
+    return named.motor if named else None
+
+
+def _motor(name: str) -> str:
+    return name.upper() if _OF_PRINTER.fullmatch(name) else name
+
+
+def conventional_name(motor: str, hz: Fraction, variant: str, suffix: str = "PRN") -> str:
+    """Return the conventional name. Raises UserError for a motor or variant that does not fit."""
+    if not motor or _NO_NAME.search(motor):
+        raise UserError(f"motor {motor!r}: its name cannot be a part of a file's name")
+    if not re.fullmatch(r"\w+", variant):
+        raise UserError(f"variant {variant!r}: expected letters, digits or underscores")
+    return f"AccProf{motor}-{float(hz):.10g}Hz-{variant}.{suffix}"
+
 
 FASTER = Fraction(1, 100)
 MOST_EDGES = 1000  # of the clock in a pixel: the range of the board's setting `divider`
@@ -79,11 +141,11 @@ def of_pixels(path: Path, lead_in: int, hz: Fraction, divider: int) -> ProfileHe
     return header(name.strip(), lead_in, hz)
 
 
-def frequency(path: Path, header: ProfileHeader | None) -> Fraction | None:
+def frequency_of(path: Path, header: ProfileHeader | None) -> Fraction | None:
     """Return the frequency of a file's header, else of its conventional name, else None."""
     if header is not None:
         return header.frequency
-    named = names.parse(path)
+    named = parse_name(path)
     return named.pixel_hz if named else None
 
 
@@ -92,20 +154,7 @@ def is_same(written: Fraction, used: Fraction) -> bool:
     return written in (used, Fraction(f"{float(used):.10g}"))
 
 
-def compare(
-    path: Path, header: ProfileHeader | None, used: Fraction | None, divider: int = 1
-) -> OtherFrequency | None:
-    """Return how the frequency that a file is used at differs from its own; None if it does not.
-
-    The frequencies are those of pixels, `used` is that of a clock by `divider`.
-    """
-    made_for = frequency(path, header)
-    if used is None or made_for is None or is_same(made_for, used):
-        return None
-    return OtherFrequency(str(path), made_for, used, header is None, divider)
-
-
-def notes(
+def frequency_notes(
     path: Path,
     header: ProfileHeader | None,
     used: Fraction | None,
@@ -115,17 +164,14 @@ def notes(
 ) -> list[str]:
     """Return a warning if the frequencies differ; RefusedError for a faster one on `refuse`.
 
-    A file that does not say its own gets a note where a pixel is more than an edge of the clock.
+    The frequencies are those of pixels, `used` is that of a clock by `divider`. A file that does
+    not say its own gets a note where a pixel is more than an edge of the clock.
     """
-    other = compare(path, header, used, divider)
-    if other is None:
-        unknown = used is not None and divider > 1 and frequency(path, header) is None
-        return [_unknown_text(path, divider)] if unknown else []
+    made_for = frequency_of(path, header)
+    if used is None or (made_for is not None and is_same(made_for, used)):
+        return []
+    if made_for is None:
+        text = f"no header says how long its pixels are: each is taken as {divider} edges of the"
+        return [f"{path}: {text} clock"] if divider > 1 else []
+    other = OtherFrequency(str(path), made_for, used, header is None, divider)
     return [other.refuse_faster() if refuse else f"{other.source}: {other.text}"]
-
-
-def _unknown_text(path: Path, divider: int) -> str:
-    return (
-        f"{path}: no header says how long its pixels are: each is taken as {divider} edges of the "
-        f"clock"
-    )

@@ -8,7 +8,7 @@ blends and changes of speed take up parts of its way, together at most all of it
 import math
 from dataclasses import dataclass, replace
 
-from pixstep.programs.blends import Ramp, Timed
+from pixstep.programs.blends import CornerRamp, Timed
 
 Speeds = tuple[float, ...]  # counts/ms
 SAME = 1e-9
@@ -117,10 +117,10 @@ class OpenMove:
             entry=self._ramp(self.entry), exit=self._ramp(self.exit),
         )  # fmt: skip
 
-    def _ramp(self, corner: float | None) -> Ramp:
+    def _ramp(self, corner: float | None) -> CornerRamp:
         if corner is None:
-            return Ramp()
-        return Ramp(self.k / corner, self._change_ms() * abs(1 / self.k - 1 / corner))
+            return CornerRamp()
+        return CornerRamp(self.k / corner, self._change_ms() * abs(1 / self.k - 1 / corner))
 
 
 def is_corner(before: tuple[float, ...], after: tuple[float, ...]) -> bool:
