@@ -33,7 +33,7 @@ LENIENT = Tolerance(line_ends=True, truncated=True, names=True)
 
 
 @dataclass(frozen=True)
-class FileFinding:
+class RecordFinding:
     """One thing found; `name` is stable, for programs that read it."""
 
     name: str
@@ -58,7 +58,7 @@ class Findings:
     """
 
     rules: Tolerance = STRICT
-    found: list[FileFinding] = field(default_factory=list)
+    found: list[RecordFinding] = field(default_factory=list)
     place: Place = lambda line, column: (line, column)
 
     def placed(self, place: Place) -> "Findings":
@@ -85,7 +85,7 @@ class Findings:
 
     def _add(self, name: str, severity: str, line: int, column: int, message: str) -> None:
         if not self.full:
-            self.found.append(FileFinding(name, severity, *self.place(line, column), message))
+            self.found.append(RecordFinding(name, severity, *self.place(line, column), message))
 
     @property
     def full(self) -> bool:
@@ -101,7 +101,7 @@ class Findings:
         """True if any finding after the first `count` is an error."""
         return any(item.severity == ERROR for item in self.found[count:])
 
-    def in_order(self) -> list[FileFinding]:
+    def in_order(self) -> list[RecordFinding]:
         """Return all findings by line and column."""
         return sorted(self.found, key=lambda item: (item.line, item.column))
 
