@@ -39,8 +39,8 @@ from edge_trials import Trial, trials
 from pixstep import formats, natives, progress
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.boardrun import Watch
 from pixstep.board.errors import BoardError, LineRefusedByBoardError
+from pixstep.board.handle import Watch
 from pixstep.board.port import BAUD
 from pixstep.board.upload import Upload
 from pixstep.errors import UserError

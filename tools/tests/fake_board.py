@@ -10,7 +10,7 @@ from functools import partial
 
 from clock import TICK_HZ
 from fake_modbus import ADDRESS, BUSY, FAILURE, VALUE, FakeServer, RefusalError
-from pixstep.board import boards, features
+from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.lines import runs
 from pixstep.lines.runs import MARK_DIVIDER
@@ -112,7 +112,7 @@ class FakeBoard(FakeServer):
             "map_version": regs.MAP_VERSION, "firmware_version": 0x0001,
             "record_capacity": 10, "reset_cause": 1,
             **self.intervals(), "event_capacity": 4,
-            "features": (1 << len(features.table())) - 1,
+            "features": (1 << len(boards.features())) - 1,
         }  # fmt: skip
         self.inputs_bits = 0
         self.estop = self.clock = self.permit = False
@@ -153,12 +153,12 @@ class FakeBoard(FakeServer):
     def without(self, *names):
         """Take features away, and what goes with them."""
         for name in names:
-            self.values["features"] &= ~(1 << features.named(name).bit)
+            self.values["features"] &= ~(1 << boards.feature_named(name).bit)
         if "events" in names:
             self.values["event_capacity"] = 0
 
     def has(self, name):
-        return bool(self.values["features"] >> features.named(name).bit & 1)
+        return bool(self.values["features"] >> boards.feature_named(name).bit & 1)
 
     def latch(self, name, argument=0, axis=0, pixel=0):
         """Stop everything with a fault."""

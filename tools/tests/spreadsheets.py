@@ -5,7 +5,7 @@ import random
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from pixstep.owndata import Request
+from pixstep.owndata import ImportRequest
 
 STEPS_PER_MM = 400
 HZ = Fraction(1000)
@@ -36,12 +36,12 @@ class Sheet:
     traits: list[str] = field(default_factory=list)
     data: bytes = b""
 
-    def request(self, decode: str, scale: object, *, told: bool) -> Request:
+    def request(self, decode: str, scale: object, *, told: bool) -> ImportRequest:
         """Return what to ask for: nothing but the motor, or how the table is to be read."""
         if not told:
-            return Request(decode, HZ, scale=scale)
+            return ImportRequest(decode, HZ, scale=scale)
         alone = self.separator == " " and self.column == 1
-        return Request(
+        return ImportRequest(
             decode, HZ, scale=scale,
             separator="none" if alone else _MARKS[self.separator],
             decimal="comma" if self.decimal == "," else "point",

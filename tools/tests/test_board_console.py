@@ -9,7 +9,7 @@ from rich.console import Console
 
 from clock import TICK_HZ
 from console import put
-from pixstep.board import clockstate, snapshot
+from pixstep.board import snapshot
 from pixstep.board.device import Board
 from pixstep.board.errors import BoardError
 from pixstep.cli.board import watchview
@@ -150,9 +150,9 @@ def test_help_of_every_command(words):
 )  # fmt: skip
 def test_a_clock_that_is_awaited_is_counted(one, hz, text):
     one.board.clock, one.board.clock_hz = hz > 0, hz
-    assert clockstate.beside(Board(one.client), one.world) == text
+    assert snapshot.clock_beside(Board(one.client), one.world) == text
     with pytest.raises(BoardError, match=f"no steady pixel clock in 500 edges: {text}"):
-        clockstate.await_measured(Board(one.client), one.world, 1 / 30)
+        snapshot.await_measured(Board(one.client), one.world, 1 / 30)
 
 
 def of_another_clock(one):
@@ -164,7 +164,7 @@ def of_another_clock(one):
 def test_another_clock_than_the_one_set_is_named_wherever_it_is_awaited(one):
     of_another_clock(one)
     wanted = "measured 200.3 Hz, set to 30 Hz"
-    assert clockstate.beside(Board(one.client)) == wanted
+    assert snapshot.clock_beside(Board(one.client)) == wanted
     assert wanted in one.out("watch", "--once")
     board = Board(one.client)
     now = snapshot.take(board, board.who(), 0.0)
@@ -172,7 +172,7 @@ def test_another_clock_than_the_one_set_is_named_wherever_it_is_awaited(one):
     console.print(watchview.page(now, None))
     assert wanted in console.export_text()
     with pytest.raises(BoardError, match=f"the pixel clock is another one: {wanted}"):
-        clockstate.await_measured(board, one.world, 1 / 30)
+        snapshot.await_measured(board, one.world, 1 / 30)
 
 
 def test_boards_that_do_not_get_ready_for_the_clock_say_its_frequency(two):

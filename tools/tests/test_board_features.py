@@ -4,17 +4,17 @@
 import pytest
 
 from console import put
-from pixstep.board import features, run, together
+from pixstep.board import boards, run, together
 from pixstep.board.device import Board
 from pixstep.board.errors import MissingFeatureError
 from test_board_nonsense import PROFILE
 
 
 def test_the_table_has_each_bit_once():
-    bits = [item.bit for item in features.table()]
+    bits = [item.bit for item in boards.features()]
     assert bits == list(range(len(bits)))
-    assert features.names(0b101) == {"homing", "bits"}
-    assert set(features.OF_REGISTERS.values()) <= {item.name for item in features.table()}
+    assert boards.feature_names(0b101) == {"homing", "bits"}
+    assert set(boards.FEATURE_OF_REGISTERS.values()) <= {item.name for item in boards.features()}
 
 
 def test_features(two):
@@ -55,7 +55,7 @@ def test_what_a_board_lacks_is_refused_with_one_line(one, feature, words):
     one.board.without(feature)
     before, given = dict(one.board.holdings), len(one.board.commands)
     text = one.err(*words, status=3)
-    bit = features.named(feature).bit
+    bit = boards.feature_named(feature).bit
     assert text.startswith(
         f"board 1: its image is built without {feature} (bit {bit} of register features"
     )

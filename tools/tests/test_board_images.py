@@ -8,7 +8,7 @@ import pytest
 
 from console import put
 from pixstep import natives
-from pixstep.board import boards, features
+from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.device import Board
 from pixstep.board.errors import BoardError
@@ -136,7 +136,7 @@ def with_feature(name):
 @pytest.mark.parametrize("name", BOARDS)
 def test_a_board_says_what_it_has_by_default(live, name):
     has = Board(live(name).client).features()
-    for feature in features.table():
+    for feature in boards.features():
         if feature.name != "narrow_curves":
             assert (feature.name in has) == (name in with_feature(feature.name)), feature.name
 

@@ -6,8 +6,8 @@ from fractions import Fraction
 import pytest
 
 from fake_board import FakeBoard, FakeLine, FakeWorld
-from pixstep.board.boardrun import BoardRun, Watch
 from pixstep.board.errors import BoardError, LineRefusedByBoardError
+from pixstep.board.handle import BoardRun, Watch
 from pixstep.board.link import Link, SerialLink
 from pixstep.board.modbus import SimClient
 from pixstep.lines.line import PLAIN, Line

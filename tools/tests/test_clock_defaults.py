@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from pixstep import formats
-from pixstep.board import boards, capability, limits, settings
+from pixstep.board import boards, capability, settings
 from pixstep.lines import line_check
 from pixstep.lines.line import PLAIN, Line
-from pixstep.machine.files import Machine
+from pixstep.machine.files import MachineFile
 from test_machine_defaults import asked
 
 MACHINE = """\
@@ -79,10 +79,10 @@ def test_what_locks_lines_takes_that_too():
 
 
 def test_a_machine_without_them_is_as_before(here, put):
-    machine = Machine.load(put(MACHINE.replace('divider = 4\nsync = "lock"\n', "").encode()))
+    machine = MachineFile.load(put(MACHINE.replace('divider = 4\nsync = "lock"\n', "").encode()))
     assert (machine.clock.divider, machine.clock.sync) == (None, None)
     assert machine.pixel_hz == machine.clock_hz == 1000
-    machine = Machine.load(here / "machine.toml")
+    machine = MachineFile.load(here / "machine.toml")
     assert (machine.pixel_hz, machine.clock_hz) == (250, 1000)
     limit = machine["X"].limit("max_acceleration")
     assert limit.per_pixel(machine.pixel_hz) == Fraction(200_000, 250**2)
@@ -146,7 +146,7 @@ def test_the_highest_speed_of_a_locked_line_is_accepted_and_the_next_is_not(boar
     assert able.pixel_ticks - able.shortest_ticks == able.lock_ticks > 0
     for speed, refused in ((top, False), (top + 1, True)):
         line = Line((speed,), PLAIN)
-        bounds = limits.named(board, Fraction(250), clock=clock).of(line)
+        bounds = capability.named_limits(board, Fraction(250), clock=clock).of(line)
         assert line_check.refused(line_check.check(line, bounds)) is refused
 
 

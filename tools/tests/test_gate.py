@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pixstep import formats, natives
-from pixstep.board import clockstate, gating, run, settings, together
+from pixstep.board import boards, run, settings, snapshot, together
 from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError, NotPossibleError
 from pixstep.board.run import Lines
@@ -53,8 +53,8 @@ def here(tmp_path, monkeypatch):
      (2000, 20_000_000, 9, 12), (Fraction(1, 3), 16_000_000, 1, 4)],
 )  # fmt: skip
 def test_the_least_edges(hz, tick_hz, started, locked):
-    assert gating.least_edges(Fraction(hz), tick_hz, locked=False) == started
-    assert gating.least_edges(Fraction(hz), tick_hz, locked=True) == locked
+    assert boards.least_gate_edges(Fraction(hz), tick_hz, locked=False) == started
+    assert boards.least_gate_edges(Fraction(hz), tick_hz, locked=True) == locked
 
 
 def test_what_the_firmware_has():
@@ -274,5 +274,5 @@ def test_a_lock_is_awaited_over_rests(boards_of):
     one.world.wait(0.1)
     one.sim.clock("rest 3000000")
     settings.set_clock(one.boards[0], Fraction(500), "lock")
-    clockstate.await_measured(one.boards[0], one.world, 1 / 500)
+    snapshot.await_measured(one.boards[0], one.world, 1 / 500)
     assert one.world.now_s() > 3

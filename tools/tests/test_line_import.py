@@ -15,7 +15,7 @@ from pixstep.errors import RefusedError, UserError
 from pixstep.lines import line_check
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.units import MM, Scale
-from pixstep.owndata import Request, fitting, import_line
+from pixstep.owndata import ImportRequest, fitting, import_line
 
 SCALE = Scale(Fraction(400), MM)
 HZ = Fraction(30)
@@ -26,7 +26,7 @@ def load(put):
     """Return a function that imports a text for a plain motor of 400 steps/mm at 30 Hz."""
 
     def made(text: str, decode: str = PLAIN, **options):
-        request = Request(decode, **({"scale": SCALE, "pixel_hz": HZ} | options))
+        request = ImportRequest(decode, **({"scale": SCALE, "pixel_hz": HZ} | options))
         return import_line(put(text.encode(), "own.csv"), request)
 
     return made
@@ -77,9 +77,9 @@ def test_savetxt_of_numpy_with_and_without_a_header(tmp_path):
                header="t_s,pos_mm", comments="")  # fmt: skip
     np.savetxt(tmp_path / "c.txt", np.diff(place) * 400, fmt="%.3f")
     with pytest.raises(RefusedError, match=r"'40.000' can be read as 40 .* or as 40000 "):
-        import_line(tmp_path / "c.txt", Request(PLAIN))
+        import_line(tmp_path / "c.txt", ImportRequest(PLAIN))
     for name, decimal in (("a.txt", None), ("b.csv", None), ("c.txt", "point")):
-        made = import_line(tmp_path / name, Request(PLAIN, HZ, scale=SCALE, decimal=decimal))
+        made = import_line(tmp_path / name, ImportRequest(PLAIN, HZ, scale=SCALE, decimal=decimal))
         assert made.line.counts == (40,) * 10 and made.largest_error_steps < Fraction(1, 10**9)
 
 
@@ -185,9 +185,9 @@ def test_a_file_that_is_no_text(put, tmp_path):
         (b"1\n" * (9 << 20), "larger than"),
     ):
         with pytest.raises(UserError, match=message):
-            import_line(put(data, "x.csv"), Request(PLAIN))
+            import_line(put(data, "x.csv"), ImportRequest(PLAIN))
     with pytest.raises(UserError, match="No such file"):
-        import_line(tmp_path / "none.csv", Request(PLAIN))
+        import_line(tmp_path / "none.csv", ImportRequest(PLAIN))
 
 
 @settings(max_examples=cases(6, 60), deadline=None, derandomize=True)

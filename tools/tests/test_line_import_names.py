@@ -11,7 +11,7 @@ from effort import cases
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN
 from pixstep.lines.units import DEGREE, LENGTH_UNITS, MM, Scale
-from pixstep.owndata import Request, columns, import_line
+from pixstep.owndata import ImportRequest, columns, import_line
 
 HZ = Fraction(1000)
 PER_MM, PER_DEGREE = Scale(Fraction(400), MM), Scale(Fraction(100), DEGREE)
@@ -36,7 +36,9 @@ def load(put):
 
     def made(header: str, rows: str = "600\n600\n", **options):
         path = put(f"{header}\n{rows}".encode(), "own.csv")
-        return import_line(path, Request(PLAIN, **({"scale": PER_MM, "pixel_hz": HZ} | options)))
+        return import_line(
+            path, ImportRequest(PLAIN, **({"scale": PER_MM, "pixel_hz": HZ} | options))
+        )
 
     return made
 
@@ -190,12 +192,12 @@ def test_a_header_with_a_unit_is_as_the_option_or_refused(place, data):
         return
     scale = Scale(Fraction(3), data.draw(st.sampled_from([MM, DEGREE])))
     header = form.format(head, unit)
-    taken = _outcome(place, header, Request(PLAIN, HZ, scale=scale))
+    taken = _outcome(place, header, ImportRequest(PLAIN, HZ, scale=scale))
     if unit not in KNOWN:
         assert taken is None, header
         return
     quantity = columns.meaning_of(header).quantity
-    option = Request(PLAIN, HZ, quantity=quantity, unit=unit, scale=scale)
+    option = ImportRequest(PLAIN, HZ, quantity=quantity, unit=unit, scale=scale)
     wanted = _outcome(place, head or "a", option)
     assert taken in (None, wanted), header
     ambiguous = head in ("phi", "", "steps") or (unit == "in" and form == "{}_{}_x")

@@ -8,7 +8,7 @@ import pytest
 from pixstep.errors import RefusedError
 from pixstep.lines.line import PLAIN
 from pixstep.lines.units import MM, Scale
-from pixstep.owndata import Request, import_line
+from pixstep.owndata import ImportRequest, import_line
 
 SCALE, HZ = Scale(Fraction(400), MM), Fraction(30)
 STEPS = "pixel;steps\r\n0;4\r\n1;8\r\n"
@@ -20,7 +20,7 @@ def load(put):
 
     def made(data: bytes | str, **options):
         data = data if isinstance(data, bytes) else data.encode()
-        return import_line(put(data, "own.csv"), Request(PLAIN, HZ, scale=SCALE, **options))
+        return import_line(put(data, "own.csv"), ImportRequest(PLAIN, HZ, scale=SCALE, **options))
 
     return made
 

@@ -13,8 +13,8 @@ from rich.console import Console
 from effort import cases, only_long
 from pixstep import natives
 from pixstep.board import registers as regs
-from pixstep.board.boardrun import BoardRun
 from pixstep.board.errors import BoardError
+from pixstep.board.handle import BoardRun
 from pixstep.lines import exact
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.profiles import generator

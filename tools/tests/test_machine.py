@@ -10,7 +10,7 @@ from pixstep import tomltext
 from pixstep.board import boards
 from pixstep.errors import UserError
 from pixstep.machine import files
-from pixstep.machine.files import Machine
+from pixstep.machine.files import MachineFile
 
 GOOD = """\
 [clock]
@@ -42,7 +42,7 @@ kind = "plain"
 @pytest.fixture
 def machine(put):
     """Return a function that reads a machine file of a text."""
-    return lambda text: Machine.load(put(text.encode(), "machine.toml"))
+    return lambda text: MachineFile.load(put(text.encode(), "machine.toml"))
 
 
 def test_values_are_exact_and_in_steps(machine, tmp_path):
@@ -104,7 +104,7 @@ def test_a_mistake_is_named_by_line_key_and_value(put, old, new, message):
     path = put(GOOD.replace(old, new, 1).encode(), "m.toml")
     assert any(text.startswith(f"{path}:{message}") for text in files.problems(path))
     with pytest.raises(UserError, match=r"^[^\n]*$"):
-        Machine.load(path)
+        MachineFile.load(path)
 
 
 @pytest.mark.parametrize(
@@ -118,14 +118,14 @@ def test_a_mistake_is_named_by_line_key_and_value(put, old, new, message):
 )
 def test_what_is_no_machine_at_all(put, text, message):
     with pytest.raises(UserError, match=message):
-        Machine.load(put(text.encode(), "m.toml"))
+        MachineFile.load(put(text.encode(), "m.toml"))
 
 
 def test_a_missing_file_and_strange_bytes(put, tmp_path):
     with pytest.raises(UserError, match="No such file"):
-        Machine.load(tmp_path / "none.toml")
+        MachineFile.load(tmp_path / "none.toml")
     with pytest.raises(UserError, match="not UTF-8 at byte 2"):
-        Machine.load(put(b"a=\xff", "m.toml"))
+        MachineFile.load(put(b"a=\xff", "m.toml"))
 
 
 def test_two_boards_need_places_and_motors_say_which(machine, put):
@@ -193,7 +193,7 @@ def test_a_new_file_is_valid_with_all_its_comments_taken_in(put, board):
         lines.append(bare if line != bare and " = " in bare else line)
     full = put("\n".join(lines).encode())
     assert files.problems(full) == []
-    motor = Machine.load(full)["M39"]
+    motor = MachineFile.load(full)["M39"]
     assert motor.profiles.line and motor.limits.max_jerk and motor.limits.start_stop
     assert len(lines) == len(text.splitlines()) and max(map(len, lines)) <= 100
 

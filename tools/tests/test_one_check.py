@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from bench import Bench
 from checked_lines import WORLDS, World, entries, long_lines, pieces
 from effort import cases
-from pixstep.board import boards, limits
+from pixstep.board import boards, capability
 from pixstep.board import registers as regs
 from pixstep.board.errors import BUSY, BoardError, LineRefusedByBoardError
 from pixstep.board.upload import Upload
@@ -53,7 +53,7 @@ class Judge:
         self.board.write_settings(self.board.map.holding(FIRST_SETTING).address, words)
         self.board.write_setting("start_stop_steps", world.start_stop_steps)
         self.world = world
-        self.limits = limits.connected(self.board).of_core()
+        self.limits = capability.connected_limits(self.board).of_core()
 
     def verdict(self, blocks):
         """Return error and pixel that the board gives, None if it takes the line."""

@@ -267,7 +267,7 @@ def test_a_result_that_the_user_edited_stays(tmp_path):
     refusal = pytest.raises(UserError, match="not as an earlier run left it")
     with refusal, outfolder.of_run(tmp_path, ("a",)):
         raise AssertionError("not reached")
-    rules = atomic.rules(atomic.Rules(force=True))
+    rules = atomic.rules(atomic.WriteRules(force=True))
     with rules, outfolder.of_run(tmp_path, ("a",)) as folder:
         (folder / "a").write_text("new")
     assert (tmp_path / "a").read_text() == "new"

@@ -10,7 +10,7 @@ import pytest
 
 from effort import cases, only_long
 from pixstep import formats
-from pixstep.board import limits
+from pixstep.board import capability
 from pixstep.errors import RefusedError
 from pixstep.lines.core import Checker, CoreLimits, check
 from pixstep.lines.line import Line
@@ -98,7 +98,9 @@ def test_a_plan_is_checked_to_its_last_pixel():
     text = "TS0 TA5 TM90 X100\nDWELL2100000\nX50000\nX0"
     of = setup(1000, 1, 1000)  # without a limit of the speed
     with pytest.raises(RefusedError, match="motor X: line refused: too_fast at pixel 21000"):
-        rehearse(Plan("p.pmc", text.splitlines(), of), limits.named("mega", Fraction(1000)))
+        rehearse(
+            Plan("p.pmc", text.splitlines(), of), capability.named_limits("mega", Fraction(1000))
+        )
 
 
 @pytest.fixture

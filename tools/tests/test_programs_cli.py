@@ -12,10 +12,10 @@ from effort import cases, only_long
 from pixstep import natives
 from pixstep.board import orders
 from pixstep.board import registers as regs
-from pixstep.board.boardrun import Watch
+from pixstep.board.handle import Watch
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.machine.files import Machine
+from pixstep.machine.files import MachineFile
 from pixstep.programs import streaming
 from pixstep.programs.motors import of_machine
 from pixstep.programs.plan import Plan
@@ -263,7 +263,7 @@ def test_without_a_machine_file_there_is_nothing_to_plan_for(tmp_path, monkeypat
 
 
 def test_units_and_limits_come_from_the_machine_file(folder):
-    x, y = of_machine(Machine.load(folder / "machine.toml")).motors
+    x, y = of_machine(MachineFile.load(folder / "machine.toml")).motors
     assert (x.word, y.word, x.name, y.name) == ("X", "Y", "X", "stage")
     assert x.max_acceleration == pytest.approx(500 * 400 / 1e6)
     assert x.max_speed == pytest.approx(30 * 400 / 1e3)

@@ -5,8 +5,8 @@ import random
 
 import pytest
 
-from pixstep.board import record_block
 from pixstep.board import registers as regs
+from pixstep.board import state
 from pixstep.board.state import parse_records
 
 CAPACITY, SHORT = 20, 76
@@ -41,17 +41,17 @@ class Ring:
 def test_two_requests_give_the_block_of_the_first(made, more):
     ring = Ring(made, more)
     wanted = parse_records(ring.words())
-    assert record_block.read(ring.read, CAPACITY, SHORT) == wanted
+    assert state.read_records(ring.read, CAPACITY, SHORT) == wanted
     assert max(ring.sizes) <= SHORT and len(ring.sizes) == (1 if made <= 12 else 2)
 
 
 @pytest.mark.parametrize("more", [4, 7, 20, 1000])
 def test_what_does_not_fit_together_is_asked_for_as_a_whole(more):
     ring = Ring(60, more, start=65_500)
-    found = record_block.read(ring.read, CAPACITY, SHORT)
+    found = state.read_records(ring.read, CAPACITY, SHORT)
     assert found == parse_records(ring.words()) and len(ring.sizes) == 7
     ring.sizes.clear()
-    assert record_block.read_short(ring.read, CAPACITY, SHORT) is None
+    assert state.read_records_short(ring.read, CAPACITY, SHORT) is None
     assert max(ring.sizes) <= SHORT
 
 
@@ -62,7 +62,7 @@ def test_every_record_comes_once_however_fast_they_are_made():
     last, seen, missed = 0, 0, 0
     for _ in range(2000):
         ring.sizes, ring.more = [], rng.choice((0, 0, 1, 2, 3, 5, 30))
-        block = record_block.read(ring.read, CAPACITY, SHORT)
+        block = state.read_records(ring.read, CAPACITY, SHORT)
         new = [record.pixel for record in block.records if record.pixel > last]
         assert new == sorted(new) and all((pixel - 65_000) % 3 == 0 for pixel in new)
         seen += len(new)
@@ -82,11 +82,11 @@ def test_records_of_the_line_before_do_not_count():
         words = [0, 0, CAPACITY, 0, *(word for row in rows for word in row)]
         return words[first : first + count]
 
-    assert record_block.read(read, CAPACITY, SHORT).records == []
+    assert state.read_records(read, CAPACITY, SHORT).records == []
 
 
 @pytest.mark.parametrize("most", [124, 125])
 def test_one_request_where_it_may_be_long(most):
     ring = Ring(500, 9)
-    assert record_block.read(ring.read, CAPACITY, most).made == 500
+    assert state.read_records(ring.read, CAPACITY, most).made == 500
     assert ring.sizes == [regs.RECORD_HEAD + CAPACITY * regs.RECORD_REGISTERS]

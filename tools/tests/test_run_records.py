@@ -15,8 +15,7 @@ from console import PORT, put
 from pixstep import natives
 from pixstep.board import recording
 from pixstep.board import registers as regs
-from pixstep.board.logs import AxisLog
-from pixstep.board.recordfiles import COLUMNS
+from pixstep.board.recording import COLUMNS, AxisLog
 from pixstep.board.state import Record, Records
 from pixstep.simulation.simboard import SimLink
 from pixstep.simulation.simctl import SimOptions

@@ -212,7 +212,7 @@ def test_a_machine_file_with_another_word_is_refused(tmp_path):
     path = tmp_path / "machine.toml"
     path.write_text(MACHINE.replace('"minus"', '"both"'))
     with pytest.raises(UserError, match=r"motors\.X\.home_is_limit = 'both'"):
-        files.Machine.load(path)
+        files.MachineFile.load(path)
 
 
 def test_the_bits_of_an_axis():

@@ -12,7 +12,7 @@ from effort import cases
 from homebench import PROFILE, HomeBench
 from pixstep.errors import UserError
 from pixstep.machine import files
-from pixstep.machine.files import Machine
+from pixstep.machine.files import MachineFile
 from pixstep.moves import encoders, playmeasure
 from pixstep.moves.homing import HomingError
 
@@ -129,7 +129,7 @@ def test_the_machine_file_keeps_its_comments(tmp_path):
     files.set_backlash(path, "M40", 37)
     assert path.read_text() == MACHINE.replace('"3 steps"', '"37 steps"')
     files.set_backlash(path, "M41", 4)
-    machine = Machine.load(path)
+    machine = MachineFile.load(path)
     assert machine["M41"].backlash_steps == 4 and "# my machine" in path.read_text()
     with pytest.raises(UserError, match="there is no motor 'M42'"):
         files.set_backlash(path, "M42", 1)

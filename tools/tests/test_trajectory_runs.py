@@ -14,7 +14,7 @@ from effort import only_long
 from pixstep import natives
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines.line import PLAIN, Line
-from pixstep.machine.files import Machine
+from pixstep.machine.files import MachineFile
 from pixstep.simulation.simboard import SimLink
 from pixstep.simulation.simctl import SimOptions
 from pixstep.trajectories import circle, circle_test, runs, table, transitions
@@ -396,7 +396,7 @@ def test_measure_play_command(on_board, put, monkeypatch):
     text = console.out(*words, "--hysteresis", 6, "--save", "--motor", "X")
     assert "axis 2: play 41 steps, hysteresis of 6 steps taken off; 2 approaches" in text
     assert "machine.toml: motors.X.backlash = 41 steps" in text
-    assert Machine.load("machine.toml")["X"].backlash_steps == 41
+    assert MachineFile.load("machine.toml")["X"].backlash_steps == 41
     found = console.json(*words, "--hysteresis", 6, "--motor", "X")
     assert (found["play_steps"], found["spread_steps"], found["saved"]) == (41, 0, None)
 

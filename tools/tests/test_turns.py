@@ -8,8 +8,8 @@ import time
 import pytest
 
 from pixstep.board.handle import Handle
+from pixstep.board.port import InterruptedBusError, Turns
 from pixstep.board.shared_time import Lender, lender_of
-from pixstep.board.turns import InterruptedBusError, Turns
 
 SOON_S = 5
 

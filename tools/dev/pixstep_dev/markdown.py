@@ -36,7 +36,7 @@ def write(path: Path, name: str, content: str) -> bool:
     text = _read(path)
     fresh = between(text, name, content, path)
     if fresh != text:
-        with atomic.rules(atomic.Rules(force=True)):  # that is what was asked for
+        with atomic.rules(atomic.WriteRules(force=True)):  # that is what was asked for
             atomic.write_text(path, fresh)
     return fresh != text
 

@@ -6,7 +6,7 @@ import subprocess
 import pytest
 
 from pixstep import natives
-from pixstep.board import features
+from pixstep.board import boards
 from pixstep_dev import markdown
 from pixstep_dev.robustness.clients import by_libmodbus, by_mbpoll, cases, conformance
 
@@ -83,7 +83,7 @@ def test_a_case_without_its_feature_must_be_refused(code, has, result):
     ],
 )
 def test_the_program_too_must_find_a_missing_feature_refused(monkeypatch, text, has, result):
-    word = sum(1 << features.named(name).bit for name in has)
+    word = sum(1 << boards.feature_named(name).bit for name in has)
     done = subprocess.CompletedProcess([], 0, f"features\t{word}\nserver id\t{text}\n", "")
     monkeypatch.setattr(by_libmodbus.natives, "run", lambda _: done)
     assert by_libmodbus.run("port", "uno")["server id"] == result

@@ -6,7 +6,7 @@ import json
 import pytest
 
 from effort import cases
-from pixstep.board import clockmarks, together
+from pixstep.board import clock_marks, together
 from pixstep_dev.robustness import starts
 
 STARTS = cases(5, 400)
@@ -27,14 +27,14 @@ def test_no_board_begins_apart_in_silence(invoke, kinds):
 @pytest.mark.usefixtures("simulator")
 def test_a_board_that_is_told_another_edge_is_a_complaint(monkeypatch):
     """Neither the boards nor the host would notice: the judge looks at STEP edges alone."""
-    number = clockmarks.number
+    number = clock_marks.number
     told = []
 
     def another(first, mark, ahead):
         told.append(mark)
         return number(first, mark, ahead) + (mark is not first)
 
-    monkeypatch.setattr(clockmarks, "number", another)
+    monkeypatch.setattr(clock_marks, "number", another)
     monkeypatch.setattr(together.Together, "compare", lambda *_: None)
     monkeypatch.setattr(starts, "FLAWS", ("none",))
     outcome = starts.run_plan(starts.Plan(("mega",), 2, 4))

@@ -126,18 +126,18 @@ _waiting: ContextVar[list[tuple[Part, Path]] | None] = ContextVar("waiting", def
 
 
 @dataclass(frozen=True)
-class Rules:
+class WriteRules:
     """What may be replaced: existing files only with `force`, the command's inputs never."""
 
     force: bool = False
     inputs: tuple[Path, ...] = ()
 
 
-_rules: ContextVar[Rules | None] = ContextVar("rules", default=None)
+_rules: ContextVar[WriteRules | None] = ContextVar("rules", default=None)
 
 
 @contextlib.contextmanager
-def rules(new: Rules) -> Iterator[None]:
+def rules(new: WriteRules) -> Iterator[None]:
     """Hold the block to rules; without any a library's caller may write where it likes."""
     token = _rules.set(new)
     try:

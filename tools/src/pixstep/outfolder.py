@@ -106,5 +106,5 @@ def _mark(out: Path, sums: _Sums) -> None:
     if not rows:
         (out / MARK).unlink(missing_ok=True)
         return
-    with atomic.rules(atomic.Rules(force=True)):
+    with atomic.rules(atomic.WriteRules(force=True)):
         atomic.write_text(out / MARK, "".join(rows))

@@ -151,7 +151,7 @@ def time_axis(axes: Axes, hz: Fraction | float | None, origin: str = "line zero"
     )
 
 
-class Scale(Protocol):
+class LengthScale(Protocol):
     """How many steps are a millimetre or a degree, as `lines.units.Scale` says it."""
 
     @property
@@ -163,7 +163,7 @@ class Scale(Protocol):
         """The unit: mm or deg."""
 
 
-def lengths(axes: Axes, scale: Scale | None, per: str = "", factor: float = 1.0) -> None:
+def lengths(axes: Axes, scale: LengthScale | None, per: str = "", factor: float = 1.0) -> None:
     """Put lengths on the right of an axis in steps, where a motor's scale is known.
 
     They are in nm, µm, mm or m, as the axis' ends need it; `factor` makes the axis' unit steps

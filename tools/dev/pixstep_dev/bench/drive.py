@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.boardrun import BoardRun, Watch
 from pixstep.board.errors import BoardError, LineRefusedByBoardError
+from pixstep.board.handle import BoardRun, Watch
 from pixstep.lines.line import Line
 from pixstep.lines.units import period_ticks
 from pixstep.simulation.edges import EdgeLog, no_cycles, read_clock, read_edges

@@ -18,7 +18,7 @@ from pixstep.cli.command import Group
 from pixstep.cli.main import file as file_group
 from pixstep.formats import describe
 from pixstep.formats.files import NAMES, check_name, examine_bytes
-from pixstep.formats.findings import ERROR, LENIENT, STRICT, Rules
+from pixstep.formats.findings import ERROR, LENIENT, STRICT, Tolerance
 from pixstep_dev.markdown import table
 
 _SAMPLE = "tools/data/AccProf-sample.csv"
@@ -114,7 +114,7 @@ def _messages(quirks: tuple[tuple[str, bytes], ...], name: str) -> str:
     return table(("what", "strict", "lenient"), rows)
 
 
-def _said(data: bytes, name: str, rules: Rules) -> str:
+def _said(data: bytes, name: str, rules: Tolerance) -> str:
     """Return the findings of a reader, with their places."""
     examined = examine_bytes(Path(name), data, rules)
     check_name(examined)

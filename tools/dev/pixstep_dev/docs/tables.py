@@ -5,7 +5,7 @@ import shlex
 from collections.abc import Mapping
 
 from pixstep import natives
-from pixstep.board import boards, features, flash, registers
+from pixstep.board import boards, flash, registers
 from pixstep_dev.markdown import table
 
 _ACCESS_INPUT = "FC04"
@@ -88,11 +88,11 @@ def _boards() -> str:
 
 def _features() -> str:
     """Return a row for every feature that an image may be built without."""
-    rows = [(str(item.bit), f"`{item.name}`", item.meaning) for item in features.table()]
+    rows = [(str(item.bit), f"`{item.name}`", item.meaning) for item in boards.features()]
     return table(("bit of `features`", "name", "what"), rows)
 
 
-def _per_axis(board: boards.Board, pin: boards.Pin) -> bool:
+def _per_axis(board: boards.BoardKind, pin: boards.Pin) -> bool:
     """True if every axis has the pin's signal."""
     return len([other for other in board.pins if other.signal == pin.signal]) == board.axes and (
         pin.signal in ("STEP", "DIR", "ENABLE", "HOME", "LIMIT_MINUS", "LIMIT_PLUS")

@@ -16,8 +16,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from pixstep.board import clockstate
 from pixstep.board import registers as regs
+from pixstep.board import snapshot
 from pixstep.board.errors import BoardError
 from pixstep.board.upload import Upload
 from pixstep.lines.line import PLAIN, Line
@@ -152,7 +152,7 @@ class Bench:
         self.board.write_setting("sync", regs.SYNCS[trial.sync])
         self.world.wait(3 / trial.hz)
         if trial.sync == "lock":
-            clockstate.await_measured(self.board, self.world, 1 / trial.hz)
+            snapshot.await_measured(self.board, self.world, 1 / trial.hz)
         else:
             self.world.wait(3 / trial.hz)
         Upload(self.board, 0, queue_entries(Line((2,) * _LINE_PX, PLAIN))).push()

@@ -70,7 +70,7 @@ def line(rng: random.Random, board: str) -> Line:
     return Line(counts, SMOOTH, negative=rng.random() < 0.5)
 
 
-def steady_smooth_ticks(board: boards.Board) -> int:
+def steady_smooth_ticks(board: boards.BoardKind) -> int:
     """Return an interval of smooth lines that all axes of a board keep up with at once."""
     return 300 if board.axes == 1 else 400 * board.axes
 

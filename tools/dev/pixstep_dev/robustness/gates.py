@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import TextIO
 
 from pixstep import natives
-from pixstep.board import clockstate, gating, run
+from pixstep.board import boards, run, snapshot
 from pixstep.board import registers as regs
 from pixstep.board.device import Board
 from pixstep.board.errors import BoardError
@@ -134,7 +134,7 @@ def make(rng: random.Random, plan: Plan, axes: int, tick_hz: int) -> Trial:
     hz = round(_HZ[0] * (_HZ[1] / _HZ[0]) ** rng.random())
     divider = rng.choice([1, 1, 1] + [edges for edges in (2, 5) if hz / edges >= _HZ[0]])
     flaw = rng.choice(plan.flaws)
-    least = gating.least_edges(Fraction(hz), tick_hz, locked=sync == "lock")
+    least = boards.least_gate_edges(Fraction(hz), tick_hz, locked=sync == "lock")
     low, high = plan.rest_s
     rest_s = low * (high / low) ** rng.random()
     # A rest is seen that is longer than a sixteenth of the period.
@@ -206,7 +206,7 @@ class Bench:
         try:
             self.board: Board = self.link.board(1)
             self.axes = self.board.who().axis_count
-            self.board.require(gating.FEATURE)
+            self.board.require(boards.GATE_FEATURE)
         except BaseException:
             self.sim.kill()
             raise
@@ -244,7 +244,7 @@ class Bench:
 
     def _excuse(self, trial: Trial, fault: str, outcome: Outcome, where: str) -> None:
         """Complain of a fault that nothing explains."""
-        least = gating.least_edges(Fraction(trial.hz), self.sim.tick_hz, locked=False)
+        least = boards.least_gate_edges(Fraction(trial.hz), self.sim.tick_hz, locked=False)
         time_s = trial.rest_s + (1 + trial.spare_edges + trial.gate_edges - least) / trial.hz
         if fault == DRY:
             return
@@ -265,7 +265,7 @@ class Bench:
         board.write_setting("record_every", 10_000)
         board.write_setting("hold_over_edges", trial.hold_over)
         if trial.sync == "lock":
-            clockstate.await_measured(board, self.link.world, 1 / trial.hz, 3000)
+            snapshot.await_measured(board, self.link.world, 1 / trial.hz, 3000)
         self.sim.clock("off")
         self.link.world.wait(0.01 + 3 / trial.hz)
         self._queued = [0] * len(trial.lines)

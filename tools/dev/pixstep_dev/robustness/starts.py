@@ -19,8 +19,8 @@ from fractions import Fraction
 from pathlib import Path
 
 from pixstep import natives
-from pixstep.board import clockstate, run, together
 from pixstep.board import registers as regs
+from pixstep.board import run, snapshot, together
 from pixstep.board.device import Board
 from pixstep.board.errors import BoardError
 from pixstep.board.run import Lines
@@ -239,7 +239,7 @@ class Bench:
             group.append(Lines(board, axes))
         for board in self.boards:
             if trial.sync == "lock":
-                clockstate.await_measured(board, self.world, 1 / trial.hz)
+                snapshot.await_measured(board, self.world, 1 / trial.hz)
         return group
 
     def _upload(self, board: Board, axis: int, pixel_hz: float) -> None:

@@ -29,7 +29,7 @@ from pixstep.api.records import Recording
 from pixstep.api.running import Clock
 from pixstep.api.states import AxisState, states_of
 from pixstep.api.words import Decode, Direction, Parity, SharedLimit, Switches, Sync, Until
-from pixstep.board import limits, recording
+from pixstep.board import capability, recording
 from pixstep.board.device import Board as Device
 from pixstep.board.handle import Course
 from pixstep.board.link import Link
@@ -66,7 +66,7 @@ class Board:
     @property
     def pixel_hz(self) -> Fraction:
         """The frequency of pixels in Hz that it is set to."""
-        return limits.connected(self.device).pixel_hz
+        return capability.connected_limits(self.device).pixel_hz
 
     def axes(self) -> tuple[AxisState, ...]:
         """Return the state and the position of every axis."""
@@ -160,7 +160,7 @@ class Board:
         arguments.function("progress", progress)
         check, request = arguments.flag("check", check), program.request
         streaming.require_fitting(
-            files.Machine.load(program.machine.path), request.setup, self.kind
+            files.MachineFile.load(program.machine.path), request.setup, self.kind
         )
         known = streaming.rehearse(self.device, request) if check else None
         axes = [motor.axis for motor in request.setup.motors]

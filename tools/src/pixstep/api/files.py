@@ -12,7 +12,7 @@ from pixstep.api.shown import Facts, Shown, count
 from pixstep.api.words import Decode, FileKind
 from pixstep.errors import UserError
 from pixstep.formats import convert
-from pixstep.formats.convert import HeaderChanges, Request
+from pixstep.formats.convert import Conversion, HeaderChanges
 from pixstep.formats.files import KINDS
 from pixstep.lines.line import PLAIN
 
@@ -73,7 +73,7 @@ def convert_file(
         None if lead_in is None else arguments.whole("lead_in", lead_in, 0, 999_999),
         None if hz is None else formats.hz_text(hz),
     )
-    request = Request(
+    request = Conversion(
         _kind(out, to),
         None if number is None else arguments.whole("number", number, 1),
         plain=decode is not None and given.decode(decode, None) == PLAIN,

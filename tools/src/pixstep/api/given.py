@@ -10,7 +10,7 @@ from pixstep import arguments
 from pixstep.api.machines import Motor
 from pixstep.api.words import BoardKind, Decode, Sync
 from pixstep.arguments import FAR
-from pixstep.board import boards, gating
+from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.errors import UserError
 from pixstep.lines import units
@@ -142,7 +142,7 @@ def gate_edges(given: int | None) -> int | None:
     """Return how many edges behind a burst's first one lines begin, if it is given."""
     if given is None:
         return None
-    return arguments.whole("gate_edges", given, 0, gating.MOST_EDGES)
+    return arguments.whole("gate_edges", given, 0, boards.MOST_GATE_EDGES)
 
 
 def board(given: str | None) -> BoardKind | None:

@@ -19,7 +19,7 @@ from pixstep.lines.units import Quantity, Scale
 
 if TYPE_CHECKING:
     from pixstep.machine import files
-    from pixstep.machine.model import Motor as MotorTable
+    from pixstep.machine.model import MotorTable
 else:
     files = lazy("pixstep.machine.files")  # pydantic takes a while to load
 
@@ -112,7 +112,7 @@ class Machine(Shown):
 
         Raises UserError naming file, line, key and value of the first mistake.
         """
-        read = files.Machine.load(arguments.path("path", path))
+        read = files.MachineFile.load(arguments.path("path", path))
         motors = tuple(_motor(read, motor) for motor in read.motors.values())
         return cls(read.path, read.pixel_hz, read.clock.edges, read.clock.sync, motors)
 
@@ -133,7 +133,7 @@ class Machine(Shown):
             yield motor.name, motor._headline().partition(": ")[2]
 
 
-def _motor(read: files.Machine, table: MotorTable) -> Motor:
+def _motor(read: files.MachineFile, table: MotorTable) -> Motor:
     board = read.board_of(table)
     return Motor(
         name=table.name,

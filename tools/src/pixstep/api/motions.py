@@ -18,7 +18,7 @@ from pixstep.api.machines import Motor
 from pixstep.api.shown import Facts, Shown, count, frame
 from pixstep.api.words import BoardKind, Decimals, Decode, Quantity, Separator
 from pixstep.arguments import FAR
-from pixstep.board import limits, settings
+from pixstep.board import capability, settings
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines import line_check
 from pixstep.lines.line import SMOOTH, Line
@@ -220,7 +220,9 @@ class MotionLine(Shown):
                 sync or (motor.sync if motor else None),
                 divider or (motor.divider if motor else None),
             )
-            bounds = limits.named(kind, self.pixel_hz, axes=count, clock=clock).of(self.line)
+            bounds = capability.named_limits(kind, self.pixel_hz, axes=count, clock=clock).of(
+                self.line
+            )
         return self.check_by(bounds, kind if self.pixel_hz else None)
 
     def check_by(self, bounds: Limits, board: str | None = None) -> CheckResult:
@@ -414,7 +416,7 @@ def import_line(
     motor = given.motor(motor)
     hz = given.exact_hz(pixel_hz) or (motor.pixel_hz if motor else None)
     rule = given.decode(decode, motor)
-    request = owndata.Request(
+    request = owndata.ImportRequest(
         rule,
         pixel_hz=hz,
         quantity=_one_of("quantity", quantity, QUANTITIES),

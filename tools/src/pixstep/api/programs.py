@@ -141,7 +141,7 @@ def read_program(
             segment_ms = float(1000 * units.parse_seconds(segment_ms, "ms"))
         segment_ms = arguments.finite("segment_ms", segment_ms, *SEGMENT_MS)
     found = replace(
-        motors.of_machine(files.Machine.load(machine.path)),
+        motors.of_machine(files.MachineFile.load(machine.path)),
         arc_tolerance=arguments.finite("arc_tolerance_steps", arc_tolerance_steps, 0),
     )
     setup = plan.with_segments(found, options.mode, segment_ms)

@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from pixstep import arguments
 from pixstep.api.shown import Facts, Shown, count, frame
-from pixstep.board import recordfiles
-from pixstep.board.logs import Row
-from pixstep.board.recording import Recorder
+from pixstep.board import recording
+from pixstep.board.recording import Recorder, Row
 from pixstep.board.state import Record
 from pixstep.lazy import lazy
 from pixstep.simulation.small_pickle import SmallPickle
@@ -60,7 +59,7 @@ class AxisRecords(SmallPickle, Shown):
         An existing file is replaced.
         """
         target = arguments.path("path", path)
-        with recordfiles.writing(target) as rows:
+        with recording.writing(target) as rows:
             for line, *values in zip(*(column.tolist() for column in self._columns), strict=True):
                 rows.take(self.unit, Row(line, self.axis, Record(*values)))
         return target

@@ -15,7 +15,7 @@ from pixstep.api.clocking import Clocking
 from pixstep.api.motions import CheckResult, MotionLine
 from pixstep.api.records import Recording
 from pixstep.api.states import AxisState, states_of
-from pixstep.board import clockstate, limits, recording, settings, together, upload
+from pixstep.board import capability, recording, settings, snapshot, together, upload
 from pixstep.board import run as running
 from pixstep.board.device import Board as Device
 from pixstep.board.handle import Course
@@ -86,7 +86,7 @@ def with_records(device: Device, axes: Sequence[int], records: Recording) -> tup
 def check(device: Device, line: MotionLine, axes: int, clock: Clock) -> CheckResult:
     """Check a line by the limits that a board has now; `axes` move together."""
     known = settings.of_clock(given.sync(clock.sync), given.divider(clock.divider))
-    bounds = limits.connected(device, line.pixel_hz, given.axes(axes, None), known)
+    bounds = capability.connected_limits(device, line.pixel_hz, given.axes(axes, None), known)
     return line.check_by(bounds.of(line.line), device.who().board)
 
 
@@ -116,7 +116,7 @@ def make(prepared: Prepared, course: Course) -> tuple[AxisState, ...]:
     """Make the lines of one board, to their end."""
     lines = prepared.lines
     with prepared.recorded() as prepared.records.recorder, running.stopped_on_failure([lines]):
-        clockstate.await_lock(prepared.device, course.world)
+        snapshot.await_lock(prepared.device, course.world)
         prepared.queue()
         running.arm_queued(lines)
         course.begun()
@@ -132,7 +132,7 @@ def make_together(several: Sequence[Prepared], course: Course) -> dict[int, tupl
             one.records.recorder = stack.enter_context(one.recorded())
         stack.enter_context(running.stopped_on_failure(group))
         for one in several:
-            clockstate.await_lock(one.device, course.world)
+            snapshot.await_lock(one.device, course.world)
             one.queue()
         course.begun()
         started = together.start(group, course.world)

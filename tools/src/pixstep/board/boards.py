@@ -1,14 +1,22 @@
 # SPDX-License-Identifier: MIT
-"""Boards: all that differs between them, as firmware/hal/boards/*.def says it.
+"""Boards: all that differs between them, as firmware/hal/boards/*.def says; what images have.
 
-The boards there are, are these files.
+The boards there are, are these files. What an image was built with (firmware/build_features.def) a
+board says in its input register `features`; what needs a missing one is refused before anything is
+sent.
+
+A gated pixel clock has bursts of edges, one for each line, with rests between them. Line zero is
+`gate_edges` (a board's setting) behind a burst's first edge. The board needs some of them to give a
+line its place, so that there is a least number for each frequency.
 """
 
 from dataclasses import dataclass, fields
+from fractions import Fraction
 from functools import cache
 from typing import Any
 
 from pixstep import natives
+from pixstep.board.errors import MissingFeatureError
 from pixstep.errors import UserError
 
 _MICROSECONDS = 1_000_000
@@ -35,7 +43,7 @@ class Programmer:
 
 
 @dataclass(frozen=True)
-class Board:
+class BoardKind:
     """A board: its constants, the timer of each axis and its pins.
 
     `label` is the name for people, `part` the microcontroller as its maker writes it, `mcu` as the
@@ -86,14 +94,14 @@ class Board:
         return f"{self.tick_hz / 1e6:g} MHz"
 
 
-def load(name: str) -> Board:
+def load(name: str) -> BoardKind:
     """Return a board; raises UserError for an unknown one."""
     if name not in BOARD_NAMES:
         raise UserError(f"unknown board {name!r}: one of {', '.join(BOARD_NAMES)}")
     return _known()[name]
 
 
-def all_boards() -> tuple[Board, ...]:
+def all_boards() -> tuple[BoardKind, ...]:
     """Return every board, in the order of their numbers."""
     return tuple(load(name) for name in BOARD_NAMES)
 
@@ -105,14 +113,14 @@ def axes_text(name: str) -> str:
 
 
 @cache
-def _known() -> dict[str, Board]:
+def _known() -> dict[str, BoardKind]:
     """Return all boards by name."""
     return {row["name"]: _board(row) for row in natives.tables()["boards"]}
 
 
-def _board(row: dict[str, Any]) -> Board:
+def _board(row: dict[str, Any]) -> BoardKind:
     """Return a board of its row in the tables."""
-    same = {one.name: row[one.name] for one in fields(Board) if one.name in row}
+    same = {one.name: row[one.name] for one in fields(BoardKind) if one.name in row}
     others = {
         "tick_hz": row["cpu_hz"],
         "all_features": bool(row["all_features"]),
@@ -124,8 +132,91 @@ def _board(row: dict[str, Any]) -> Board:
         "timers": {int(axis): timer for axis, timer in row["timers"].items()},
         "pins": tuple(Pin(**pin) for pin in row["pins"]),
     }
-    return Board(**same | others)
+    return BoardKind(**same | others)
 
 
 BOARD_NAMES = tuple(row["name"] for row in natives.tables()["boards"])
 DEFAULT = "uno"  # where a command or a test asks for no board
+
+
+FEATURES = "features"
+
+# Registers that say nothing, and settings that change nothing, without a feature.
+FEATURE_OF_REGISTERS = {
+    "edge_error_ticks": "clock_statistics",
+    "edge_error_max_ticks": "clock_statistics",
+    "trip_code": "homing",
+    "trip_axis": "homing",
+    "trip_position_steps": "homing",
+    "trip_ticks": "homing",
+    "settings_serial": "store",
+    "settings_state": "store",
+    "idle_off_ms": "driver_timing",
+    "enable_settle_ms": "driver_timing",
+    "backlash_policy": "backlash",
+    "gate_edges": "gate",
+    "home_is_limit": "shared_switch",
+}
+
+
+@dataclass(frozen=True)
+class Feature:
+    """A row of the table: its bit in register `features`, its name, what it is."""
+
+    bit: int
+    name: str
+    meaning: str
+
+
+@cache
+def features() -> tuple[Feature, ...]:
+    """Return all features, in the order of their bits."""
+    return tuple(Feature(**row) for row in natives.tables()["features"])
+
+
+def feature_named(name: str) -> Feature:
+    """Return a feature by name; raises UserError if there is none."""
+    for feature in features():
+        if feature.name == name:
+            return feature
+    raise UserError(f"there is no feature {name!r}")
+
+
+def feature_names(word: int) -> frozenset[str]:
+    """Return the names of the features of a register's value."""
+    return frozenset(feature.name for feature in features() if word >> feature.bit & 1)
+
+
+def missing_feature(unit: int, name: str) -> MissingFeatureError:
+    """Return the error for a board without a feature."""
+    feature = feature_named(name)
+    return MissingFeatureError(unit, feature.name, feature.bit, feature.meaning)
+
+
+GATE_SETTING = "gate_edges"
+GATE_FEATURE = "gate"
+MOST_GATE_EDGES = 1000
+# What the firmware has: PLACE_TICKS of app/reference.c, CLOCK_FILTER_FRESH_EDGES of
+# motion/clock_filter.h.
+_PLACE_TICKS = 0x14000
+_FRESH_EDGES = 3
+
+
+def least_gate_edges(clock_hz: Fraction, tick_hz: int, *, locked: bool) -> int:
+    """Return the least `gate_edges` with which lines can be armed."""
+    return _PLACE_TICKS // int(tick_hz / clock_hz) + 1 + (_FRESH_EDGES if locked else 0)
+
+
+def refuse_gate(gate_edges: int, clock_hz: Fraction, tick_hz: int, *, locked: bool) -> None:
+    """Raise UserError for a number of edges with which a board arms no line; 0 is no gate."""
+    least = least_gate_edges(clock_hz, tick_hz, locked=locked)
+    if 0 < gate_edges < least:
+        raise UserError(gate_text(gate_edges, clock_hz, least, locked=locked))
+
+
+def gate_text(gate_edges: int, clock_hz: Fraction, least: int, *, locked: bool) -> str:
+    """Return what is wrong with too few edges."""
+    return (
+        f"gate_edges {gate_edges}: at {float(clock_hz):.10g} Hz a line{' that is locked' * locked} "
+        f"can begin {least} edges behind the first one of a burst at the earliest"
+    )

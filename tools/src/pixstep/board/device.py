@@ -10,7 +10,7 @@ from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING
 
-from pixstep.board import boards, clock_hz, features, record_block
+from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.errors import (
     BUSY,
@@ -21,16 +21,22 @@ from pixstep.board.errors import (
     LineRefusedByBoardError,
     MapVersionError,
 )
-from pixstep.board.record_block import Read as ReadBlock
+from pixstep.board.registers import places, read_by_name
 from pixstep.board.state import (
+    CLOCK_FAULTS,
     Event,
+    ReadBlock,
     Record,
     Records,
     Switches,
     Trip,
+    beside_set,
+    fault_hz,
     parse_events,
+    read_records,
+    read_records_short,
+    set_hz,
 )
-from pixstep.board.stretches import places, values
 from pixstep.board.wire import Wire
 
 if TYPE_CHECKING:
@@ -95,7 +101,7 @@ class Board(Wire):
     def features(self) -> frozenset[str]:
         """Return the names of what the board's image was built with (asked once)."""
         if self._features is None:
-            self._features = features.names(self.input(features.REGISTER))
+            self._features = boards.feature_names(self.input(boards.FEATURES))
         return self._features
 
     def has(self, feature: str) -> bool:
@@ -106,7 +112,7 @@ class Board(Wire):
         """Raise MissingFeatureError for the first of some features that the board has not."""
         for feature in wanted:
             if not self.has(feature):
-                raise features.missing(self.unit, feature)
+                raise boards.missing_feature(self.unit, feature)
 
     def require_no_reset(self, axis: int) -> None:
         """Raise BoardError if the board was reset since it took a line of an axis.
@@ -133,17 +139,17 @@ class Board(Wire):
 
     def clock_hz(self) -> Fraction:
         """Return the exact frequency of the pixel clock's edges that the board is set to."""
-        return clock_hz.set_hz(self.setting("pixel_hz_num"), self.setting("pixel_hz_den"))
+        return set_hz(self.setting("pixel_hz_num"), self.setting("pixel_hz_den"))
 
     def inputs(self) -> dict[str, int]:
         """Return all board-wide input registers by name."""
-        return values(places(self.map.inputs), self.read_inputs)
+        return read_by_name(places(self.map.inputs), self.read_inputs)
 
     def inputs_from(self, first: str, last: str) -> dict[str, int]:
         """Return the board-wide input registers from one to another, read in one request."""
         low, high = self.map.input(first).address, self.map.input(last).address
         wanted = [item for item in self.map.inputs if low <= item.address <= high]
-        return values(places(wanted), self.read_inputs)
+        return read_by_name(places(wanted), self.read_inputs)
 
     def packs(self) -> bool:
         """Return whether the board takes packed blocks (asked once)."""
@@ -158,7 +164,7 @@ class Board(Wire):
     def axis(self, axis: int) -> dict[str, int]:
         """Return the input registers of one axis by name."""
         base = regs.AXIS_BASE + regs.AXIS_STRIDE * axis
-        return values(
+        return read_by_name(
             places(self.map.axis_inputs),
             lambda first, count: self.read_inputs(base + first, count),
         )
@@ -169,13 +175,13 @@ class Board(Wire):
 
     def record_block(self, axis: int) -> Records:
         """Return the same, and how many the line has made so far."""
-        return record_block.read(
+        return read_records(
             self._block_reader(axis), self.record_capacity(), self.modbus.most_words
         )
 
     def short_record_block(self, axis: int) -> Records | None:
         """Return the same by short requests alone; None if too much is made between them."""
-        return record_block.read_short(
+        return read_records_short(
             self._block_reader(axis), self.record_capacity(), self.modbus.most_words
         )
 
@@ -202,7 +208,9 @@ class Board(Wire):
         """Return the input registers of the first `count` axes by name, in one request."""
         words = self.read_inputs(regs.AXIS_BASE, regs.AXIS_STRIDE * count)
         blocks = (words[regs.AXIS_STRIDE * axis :] for axis in range(count))
-        return [values(places(self.map.axis_inputs), partial(_part, block)) for block in blocks]
+        return [
+            read_by_name(places(self.map.axis_inputs), partial(_part, block)) for block in blocks
+        ]
 
     def moving(self) -> bool:
         """Return True while an axis is armed or runs, and no fault is latched: a short request.
@@ -375,9 +383,9 @@ class Board(Wire):
         state = self.inputs()
         name = regs.code_name(regs.faults(), state["fault_code"])
         beside = ""
-        if name in clock_hz.CLOCK_FAULTS:
-            measured = clock_hz.fault_hz(name, state["fault_argument"], self.tick_hz())
-            beside = clock_hz.beside(measured, float(self.clock_hz()))
+        if name in CLOCK_FAULTS:
+            measured = fault_hz(name, state["fault_argument"], self.tick_hz())
+            beside = beside_set(measured, float(self.clock_hz()))
         text = regs.fault_text(state, beside)
         return name if text else "", text
 

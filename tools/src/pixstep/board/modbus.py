@@ -26,16 +26,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Protocol
 
 from pixstep.board import rtu
-from pixstep.board.port import (
-    NO_PARITY,
-    RETRIES,
-    TIMEOUT_S,
-    TROUBLE,
-    Port,
-    is_pty,
-)
-from pixstep.board.rtu import Reply, Request
-from pixstep.board.turns import Turns
+from pixstep.board.port import NO_PARITY, RETRIES, TIMEOUT_S, TROUBLE, Port, Turns, is_pty
+from pixstep.board.rtu import Reply, RtuRequest
 
 if TYPE_CHECKING:
     import serial
@@ -160,7 +152,7 @@ class Master(Client):
 
     def ask(self, unit: int, pdu: bytes, *, urgent: bool = False) -> Reply:
         """Send a request, again if need be, and return its reply."""
-        request = Request(unit, pdu)
+        request = RtuRequest(unit, pdu)
         self.heard = 0
         self.connect()
         self._under_way = True
@@ -189,7 +181,7 @@ class Master(Client):
         """Send a request to which nobody replies."""
         self._forget_what_is()
         self._under_way = True
-        self.write(Request(unit, pdu).frame)
+        self.write(RtuRequest(unit, pdu).frame)
         self._under_way = False
 
     def forget(self) -> None:
@@ -202,7 +194,7 @@ class Master(Client):
         """Take what was read before for old: another request may change it."""
         self._late = {key: (when, b"") for key, (when, _) in self._late.items()}
 
-    def _ask(self, request: Request) -> Reply:
+    def _ask(self, request: RtuRequest) -> Reply:
         """Send a request until its reply comes."""
         for repetition in range(self.patience[1] + 1):
             if repetition:
@@ -214,7 +206,7 @@ class Master(Client):
                 return reply
         raise RequestError
 
-    def _attempt(self, request: Request) -> Reply | None:
+    def _attempt(self, request: RtuRequest) -> Reply | None:
         """Send a request once and return its reply, None if none comes that can be read."""
         frame = request.frame
         self.write(frame)
@@ -236,7 +228,7 @@ class Master(Client):
             end_s = min(last_s, max(end_s, self.now_s() + _GAP_S))
         return None
 
-    def _note(self, request: Request, reply: Reply) -> None:
+    def _note(self, request: RtuRequest, reply: Reply) -> None:
         """Keep what the reply looks like: should it come twice, no other request may take it."""
         now_s = self.now_s()
         if _changes(request):
@@ -244,7 +236,7 @@ class Master(Client):
         looks = request.shape if reply.exception is None else reply.pdu[:1]
         self._late[request.unit, looks] = (now_s, request.pdu)
 
-    def _is_like_another(self, request: Request) -> bool:
+    def _is_like_another(self, request: RtuRequest) -> bool:
         """True if the reply of another request of late would be taken for that of this one."""
         begin_s = self.now_s() - _LATE * self.patience[0]
         self._late = {key: item for key, item in self._late.items() if item[0] >= begin_s}
@@ -255,7 +247,7 @@ class Master(Client):
         same = not _changes(request) and found is not None and request.pdu == found[1]
         return refused or (found is not None and not same)
 
-    def _clear_up(self, request: Request) -> None:
+    def _clear_up(self, request: RtuRequest) -> None:
         """Let what may still come pass, so that the next reply is that to this request."""
         doubted = request.unit in self._doubts
         if doubted or self._loud:
@@ -287,7 +279,7 @@ class Master(Client):
                 return data
         return b""
 
-    def _fence(self, request: Request) -> None:
+    def _fence(self, request: RtuRequest) -> None:
         """Ask a unit what no request of late has asked, and not the next one; drop all before."""
         unit = request.unit
         for _ in range(min(self.patience[1] + 1, _FENCE_TRIES)):
@@ -303,11 +295,11 @@ class Master(Client):
             self._quiet(self.patience[0])
         raise RequestError
 
-    def _new_fence(self, request: Request) -> Request:
+    def _new_fence(self, request: RtuRequest) -> RtuRequest:
         """Return a fence that looks like no reply of late, and not like that to a request."""
         unit = request.unit
         for words in itertools.islice(self._fences, len(_FENCE_WORDS)):
-            fence = Request(unit, struct.pack(">BHH", rtu.READ_INPUTS, 0, words))
+            fence = RtuRequest(unit, struct.pack(">BHH", rtu.READ_INPUTS, 0, words))
             if fence.shape != request.shape and (unit, fence.shape) not in self._late:
                 break
         return fence
@@ -324,7 +316,7 @@ class Master(Client):
             self._loud = True
 
 
-def _changes(request: Request) -> bool:
+def _changes(request: RtuRequest) -> bool:
     """True if a request writes what readings depend on."""
     if request.function == rtu.WRITE:
         return not _is_block(request)
@@ -333,7 +325,7 @@ def _changes(request: Request) -> bool:
     )  # fmt: skip
 
 
-def _is_block(request: Request) -> bool:
+def _is_block(request: RtuRequest) -> bool:
     """True for a block to the queue window, which the board numbers."""
     return request.pdu[:3] == bytes([rtu.WRITE, 0x10, 0x00])
 
@@ -447,7 +439,7 @@ class Beside(Client):
 
     def tell(self, pdu: bytes, unit: int = 0) -> None:
         """Keep the frame of a request to which nobody replies."""
-        self.frames += Request(unit, pdu).frame
+        self.frames += RtuRequest(unit, pdu).frame
 
 
 class Pipe(Protocol):
@@ -483,7 +475,7 @@ class SimClient(Client):
     def ask(self, unit: int, pdu: bytes, *, urgent: bool = False) -> Reply:
         """Send a request, again if need be, and return its reply."""
         del urgent
-        request = Request(unit, pdu)
+        request = RtuRequest(unit, pdu)
         self.heard = 0
         for _ in range(self.patience[1] + 1):
             reply = request.reply(self._transmit(request.frame))
@@ -493,7 +485,7 @@ class SimClient(Client):
 
     def tell(self, pdu: bytes, unit: int = 0) -> None:
         """Send a request to which nobody replies."""
-        self._transmit(Request(unit, pdu).frame)
+        self._transmit(RtuRequest(unit, pdu).frame)
 
     def _transmit(self, frame: bytes) -> bytes:
         self.requests += 1

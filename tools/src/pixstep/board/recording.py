@@ -1,24 +1,278 @@
 # SPDX-License-Identifier: MIT
-"""The per-pixel records of lines, read along while they run.
+"""The per-pixel records of lines, read along while they run: each once, and how many were missed.
 
-A board keeps the newest records only. How many of them a host can read before they are overwritten
-depends on the pixel frequency, the axes and the baud rate: where that is not all of them, the board
-is told to keep every Nth (setting record_every), and every deviation besides.
+A board keeps only the newest records of each axis, of every pixel or thinned by the setting
+record_every. They are numbered by their pixel in the line, and which line it is follows from
+lines_done: the records of a line that moves or was stopped by a fault belong to the one behind
+those done. The board counts the records that a line has made, so what was overwritten unread is
+known exactly.
+
+Files of records, CSV or Parquet by their ending, are written while the records come. How many
+records a host can read before they are overwritten depends on the pixel frequency, the axes and the
+baud rate: where that is not all of them, the board is told to keep every Nth (setting
+record_every), and every deviation besides.
 """
+
+from __future__ import annotations
 
 import contextlib
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
 
+from pixstep import atomic
 from pixstep.board import registers as regs
 from pixstep.board import settings, values
 from pixstep.board.device import Board
 from pixstep.board.errors import BoardError
 from pixstep.board.link import World
-from pixstep.board.logs import AxisLog, Row
 from pixstep.board.run import Lines
+from pixstep.board.state import Record, Records
 from pixstep.board.upload import Upload, feed
+from pixstep.errors import UserError
+
+HEADER = "line,axis,pixel,expected_steps,actual_steps,edge_error_ticks"
+_TRIES = 4
+_WORD = 0xFFFF
+_UNFINISHED = ("running", "fault")
+_MOVING = ("armed", "running")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One record; `line` counts the axis' lines since reset, from 1."""
+
+    line: int
+    axis: int
+    record: Record
+
+    @property
+    def text(self) -> str:
+        """The row of the CSV file."""
+        found = self.record
+        return (
+            f"{self.line},{self.axis},{found.pixel},{found.expected_steps},"
+            f"{found.actual_steps},{found.edge_error_ticks}"
+        )
+
+
+class AxisLog:
+    """The records of one axis, read again and again.
+
+    The newest record of a line that moves is held back until the next look: the error of its clock
+    edge may not be known yet. `line` is the number of the line that is read from its beginning, 0
+    if that is to be found out.
+    """
+
+    def __init__(self, board: Board, axis: int, line: int = 0) -> None:
+        self._board, self.axis = board, axis
+        self._line = line
+        self._pixel = 0  # of the newest record that was given out
+        self._made = 0  # records of the line that were given out or missed
+        self._held: Record | None = None
+        self.rows = 0
+        self.missed = 0
+        self.state = ""
+
+    def poll(self) -> list[Row]:
+        """Return the records that have come since the last time.
+
+        Raises BoardError as the board does.
+        """
+        line, block = self._read()
+        return self.take(block, line, ended=self.state not in _MOVING)
+
+    def take(self, block: Records, line: int | None = None, *, ended: bool) -> list[Row]:
+        """Return the new records of a block; `ended` if the line makes no more.
+
+        Without the number of the line it is the same one, or the next if pixels count anew.
+        """
+        records = block.records
+        anew = bool(records) and records[-1].pixel < self._pixel
+        if line is None:
+            line = self._line + anew
+        before = []
+        if line != self._line or anew:
+            before = self._rows([self._held] if self._held else [])
+            self._line, self._pixel, self._made, self._held = line, 0, 0, None
+        fresh = [record for record in records if record.pixel > self._pixel]
+        if self._held and (not fresh or fresh[0].pixel > self._held.pixel):
+            fresh.insert(0, self._held)  # overwritten since
+        if not fresh:
+            return before
+        self.missed += (block.made - self._made - len(fresh)) & _WORD
+        self._made, self._held = block.made, None
+        if not ended:
+            self._held = fresh.pop()
+            self._made -= 1
+        return before + self._rows(fresh)
+
+    def _rows(self, records: list[Record]) -> list[Row]:
+        """Give records out."""
+        self.rows += len(records)
+        if records:
+            self._pixel = records[-1].pixel
+        return [Row(self._line, self.axis, record) for record in records]
+
+    def _read(self) -> tuple[int, Records]:
+        """Return the line and its records, of one moment."""
+        before = (self._number(), self.state)
+        for _ in range(_TRIES):
+            records = self._board.record_block(self.axis)
+            # A line that ended meanwhile may have made its last records behind those just read.
+            after = (self._number(), self.state)
+            if after == before:
+                break
+            before = after
+        return before[0], records
+
+    def _number(self) -> int:
+        """Return the number of the line that the records belong to."""
+        found = self._board.axis(self.axis)
+        self.state = regs.axis_state(found["axis_state"])
+        if self.state in _UNFINISHED:
+            return found["lines_done"] + 1
+        # Until the next line begins, the records are those of the last.
+        return max(self._line, found["lines_done"], 1)
+
+
+if TYPE_CHECKING:
+    import pyarrow
+
+    pass
+
+COLUMNS = (
+    "unit", "line", "axis", "pixel", "expected_steps", "actual_steps", "edge_error_ticks",
+)  # fmt: skip
+CSV, PARQUET = ".csv", ".parquet"
+_GROUP = 1 << 16  # rows of a Parquet file that are written at once
+
+
+class Rows(Protocol):
+    """What takes the records of boards."""
+
+    def take(self, unit: int, row: Row) -> None:
+        """Take a record of a board."""
+
+    def close(self) -> None:
+        """Write what is left."""
+
+
+def refuse_name(path: Path) -> None:
+    """Raise UserError for a name that does not say its form; a stream gets CSV."""
+    if path.suffix.lower() not in (CSV, PARQUET) and not atomic.is_stream(path):
+        raise UserError(f"{path}: a file of records ends with {CSV} or {PARQUET}")
+
+
+@contextlib.contextmanager
+def writing(path: Path) -> Iterator[Rows]:
+    """Yield what takes records; the file appears whole at the end.
+
+    What was read before an error is in it as well; if that was nothing there is no file. A file
+    that cannot be written further, as on a full disk, does not end the block. Raises UserError for
+    that at the end, at once for another ending, and where Parquet is wanted without pyarrow.
+    """
+    refuse_name(path)
+    failure: BaseException | None = None
+    with atomic.replacing(path) as place:
+        is_parquet = path.suffix.lower() == PARQUET
+        rows = _Patient(_Parquet(path, place) if is_parquet else _Csv(place))
+        try:
+            yield rows
+        except BaseException as error:
+            failure = error
+        rows.close()
+        if failure is not None and not rows.any:
+            raise failure  # and no file: the next try needs the name
+    if failure is not None:
+        raise failure
+
+
+class _Patient:
+    """Takes records on, whatever becomes of their file: motors move meanwhile."""
+
+    def __init__(self, rows: Rows) -> None:
+        self._rows = rows
+        self._failure: OSError | None = None
+        self.any = False
+
+    def take(self, unit: int, row: Row) -> None:
+        """Take a record of a board."""
+        self.any = True
+        if self._failure is None:
+            try:
+                self._rows.take(unit, row)
+            except OSError as error:
+                self._failure = error
+
+    def close(self) -> None:
+        """Write what is left. Raises what the system had against the file."""
+        if self._failure is not None:
+            raise self._failure
+        self._rows.close()
+
+
+def _values(unit: int, row: Row) -> tuple[int, ...]:
+    found = row.record
+    return (
+        unit, row.line, row.axis, found.pixel, found.expected_steps, found.actual_steps,
+        found.edge_error_ticks,
+    )  # fmt: skip
+
+
+class _Csv:
+    """A row for each record, as the boards' log has them, behind the address of the board."""
+
+    def __init__(self, place: Path) -> None:
+        self._file = place.open("w", encoding="ascii", newline="\n")
+        print(",".join(COLUMNS), file=self._file)
+
+    def take(self, unit: int, row: Row) -> None:
+        """Take a record of a board."""
+        print(",".join(map(str, _values(unit, row))), file=self._file)
+
+    def close(self) -> None:
+        """Write what is left."""
+        self._file.close()
+
+
+class _Parquet:
+    """Whole columns, a group of rows at a time, so that no length needs memory."""
+
+    def __init__(self, path: Path, place: Path) -> None:
+        try:
+            import pyarrow  # heavy, and wanted for Parquet only
+            import pyarrow.parquet
+        except ModuleNotFoundError:
+            raise UserError(
+                f"{path}: Parquet needs pyarrow: pip install 'pixstep[parquet]', or use .csv"
+            ) from None
+        self._arrow = pyarrow
+        self._schema: pyarrow.Schema = pyarrow.schema([(name, pyarrow.int32()) for name in COLUMNS])
+        self._writer = pyarrow.parquet.ParquetWriter(place, self._schema)
+        self._rows: list[tuple[int, ...]] = []
+
+    def take(self, unit: int, row: Row) -> None:
+        """Take a record of a board."""
+        self._rows.append(_values(unit, row))
+        if len(self._rows) >= _GROUP:
+            self._flush()
+
+    def close(self) -> None:
+        """Write what is left."""
+        self._flush()
+        self._writer.close()
+
+    def _flush(self) -> None:
+        columns = list(zip(*self._rows, strict=True)) or [()] * len(COLUMNS)
+        self._writer.write_table(
+            self._arrow.table(dict(zip(COLUMNS, columns, strict=True)), schema=self._schema)
+        )
+        self._rows = []
+
 
 EVERY = "record_every"
 _MOST_EVERY = 10_000  # of the setting

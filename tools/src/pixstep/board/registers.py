@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""The register map, the faults and the line errors, of the firmware's own tables."""
+"""The register map, the faults and the line errors, of the firmware's own tables.
 
-from collections.abc import Mapping
+`read_by_name` reads registers, those that adjoin in one request.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from pixstep import natives
 from pixstep.board import boards
@@ -256,3 +259,50 @@ def _named(registers: tuple[Register, ...], name: str) -> Register:
 
 
 AXIS_STATES = tuple(register_map().axis_input("axis_state").values.values())
+
+
+MOST_WORDS = 125  # of one request
+ReadWords = Callable[[int, int], list[int]]  # first address and number of words
+
+
+class Place(NamedTuple):
+    """A register of a board under the name and at the address that it has there."""
+
+    name: str
+    address: int
+    register: Register
+
+    @property
+    def end(self) -> int:
+        """The address behind it."""
+        return self.address + self.register.words
+
+
+def places(registers: Iterable[Register]) -> list[Place]:
+    """Return registers under their own names, where the map has them."""
+    return [Place(item.name, item.address, item) for item in registers]
+
+
+def read_by_name(wanted: Iterable[Place], read: ReadWords) -> dict[str, int]:
+    """Read registers of one area in one request per gapless stretch; return them by name."""
+    found = {}
+    for stretch in _stretches(wanted):
+        first = stretch[0].address
+        words = read(first, stretch[-1].end - first)
+        for place in stretch:
+            mine = words[place.address - first : place.end - first]
+            found[place.name] = place.register.decode(mine)
+    return found
+
+
+def _stretches(wanted: Iterable[Place]) -> list[list[Place]]:
+    """Group registers into gapless stretches, each fit for one request."""
+    groups: list[list[Place]] = []
+    for place in sorted(wanted, key=lambda item: item.address):
+        last = groups[-1] if groups else []
+        fits = last and place.address == last[-1].end
+        if fits and place.end - last[0].address <= MOST_WORDS:
+            last.append(place)
+        else:
+            groups.append([place])
+    return groups

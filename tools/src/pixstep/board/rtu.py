@@ -55,7 +55,7 @@ class Reply:
 
 
 @dataclass(frozen=True)
-class Request:
+class RtuRequest:
     """A request to one unit: the PDU is the function code and its data."""
 
     unit: int

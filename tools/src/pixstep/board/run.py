@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from pixstep import signals
-from pixstep.board import clockstate, gating, orders, settings, values
+from pixstep.board import boards, orders, settings, snapshot, values
 from pixstep.board import registers as regs
 from pixstep.board.device import Board
 from pixstep.board.errors import (
@@ -358,19 +358,19 @@ def _gate_too_near(board: Board) -> str:
     """Return that line zero is too near a burst's first edge; "" if it is not."""
     known = settings.read(board)
     clock_hz, locked = values.hz_of(known), settings.locks(known)
-    least = gating.least_edges(clock_hz, board.tick_hz(), locked=locked)
+    least = boards.least_gate_edges(clock_hz, board.tick_hz(), locked=locked)
     edges = settings.gate_of(known)
-    if not (0 < edges < least and board.has(gating.FEATURE)):
+    if not (0 < edges < least and board.has(boards.GATE_FEATURE)):
         return ""
-    return gating.text(edges, clock_hz, least, locked=locked)
+    return boards.gate_text(edges, clock_hz, least, locked=locked)
 
 
 def _not_now(board: Board, name: str, axes: list[int], state: Mapping[str, int]) -> str:
     """Return which state of a board without a fault speaks against a command."""
-    if name == "arm" and clockstate.is_awaited(board, state):
+    if name == "arm" and snapshot.is_awaited(board, state):
         return (
             f"lines are locked to the pixel clock (setting sync), which is not measured yet: "
-            f"{clockstate.beside(board)}"
+            f"{snapshot.clock_beside(board)}"
         )
     if name == "arm" and (found := _gate_too_near(board)):
         return found

@@ -7,7 +7,7 @@ from fractions import Fraction
 from functools import partial
 from typing import TypedDict
 
-from pixstep.board import gating, orders, stretches, values
+from pixstep.board import boards, orders, registers, values
 from pixstep.board import registers as regs
 from pixstep.board.device import STORING, Board
 from pixstep.board.errors import BoardError, ExceptionReplyError, NoReplyError
@@ -55,7 +55,7 @@ class Change:
 
 def read(board: Board) -> dict[str, int]:
     """Return all settings by name, read in one request."""
-    return stretches.values(stretches.places(regs.settings()), board.read_holdings)
+    return registers.read_by_name(registers.places(regs.settings()), board.read_holdings)
 
 
 def defaults() -> dict[str, int]:
@@ -224,7 +224,7 @@ def locks(known: Mapping[str, int]) -> bool:
 
 def gate_of(known: Mapping[str, int]) -> int:
     """Return how many edges behind a burst's first one lines begin; 0: the clock is not gated."""
-    return known.get(gating.SETTING, 0)
+    return known.get(boards.GATE_SETTING, 0)
 
 
 def of_clock(
@@ -234,7 +234,7 @@ def of_clock(
     given = {
         "sync": None if sync is None else regs.SYNCS[sync],
         "divider": divider,
-        gating.SETTING: gate_edges,
+        boards.GATE_SETTING: gate_edges,
     }
     return {name: value for name, value in given.items() if value is not None}
 
@@ -252,13 +252,13 @@ def set_clock(
     knows of no gate; nothing is written then.
     """
     if gate_edges:
-        board.require(gating.FEATURE)
+        board.require(boards.GATE_FEATURE)
     old = read(board)
     wanted = old | of_clock(sync, divider, gate_edges)
     if clock is not None and values.hz_of(old) != clock:
         wanted |= {"pixel_hz_num": clock.numerator, "pixel_hz_den": clock.denominator}
     if gate_edges:
-        gating.refuse(gate_edges, values.hz_of(wanted), board.tick_hz(), locked=locks(wanted))
+        boards.refuse_gate(gate_edges, values.hz_of(wanted), board.tick_hz(), locked=locks(wanted))
     write(board, old, changes(old, wanted))
 
 

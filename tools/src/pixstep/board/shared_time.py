@@ -12,7 +12,7 @@ from typing import Protocol
 from weakref import WeakKeyDictionary
 
 from pixstep.board.link import Link, WallClock, World
-from pixstep.board.turns import Turns
+from pixstep.board.port import Turns
 
 _CHANGES_S = 0.0005
 _SLICE_S = 0.2  # of a wait in which a signal may come: Windows lets none into a longer one

@@ -1,9 +1,18 @@
 # SPDX-License-Identifier: MIT
-"""What a board tells besides single registers: records, switches, a seek's end, its event log."""
+"""What a board tells besides single registers: records, switches, seeks, events, its clock.
 
+The block of an axis' newest records is read in one request or, on a shared bus, in two. Between the
+two the board may make records, and those in the block move forward by as many places. The second
+request therefore begins some records before the first one ends: by these the two fit together, and
+what comes out is the block as it was at the first request.
+"""
+
+from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
 
 from pixstep.board import registers as regs
+from pixstep.board.errors import BoardError
 
 EVENT_RESET = 0x0100  # codes of the event log from here on: a reset, its cause in the low byte
 
@@ -117,3 +126,87 @@ def parse_events(words: list[int], total: int) -> list[Event]:
 def _signed32(words: list[int]) -> int:
     value = words[0] << 16 | words[1]
     return value - (1 << 32) if value >> 31 else value
+
+
+_HEAD, _WIDTH = regs.RECORD_HEAD, regs.RECORD_REGISTERS
+_NUMBER = 2  # place in the head
+_TRIES = 3
+
+# From a place of the block, so many words; whether another request follows at once.
+ReadBlock = Callable[[int, int, bool], list[int]]
+_RecordWords = list[int]
+
+
+def read_records(read_words: ReadBlock, capacity: int, most_words: int) -> Records:
+    """Return the records of a block, no request for more than `most_words`.
+
+    Only if they do not fit together time and again, one request asks for the whole block.
+    """
+    found = read_records_short(read_words, capacity, most_words)
+    return found or parse_records(read_words(0, _HEAD + capacity * _WIDTH, False))
+
+
+def read_records_short(read_words: ReadBlock, capacity: int, most_words: int) -> Records | None:
+    """Return the same; None if too many records are made between two requests."""
+    size = _HEAD + capacity * _WIDTH
+    first, second = (most_words - _HEAD) // _WIDTH, most_words // _WIDTH
+    begin = capacity - second
+    if size <= most_words or begin >= first:
+        return parse_records(read_words(0, size, False))
+    for _ in range(_TRIES):
+        words = read_words(0, _HEAD + first * _WIDTH, True)
+        if words[_NUMBER] <= first:
+            return parse_records(words)
+        before = _rows(words[_HEAD:])
+        after = _rows(read_words(_HEAD + begin * _WIDTH, second * _WIDTH, False))
+        made = _made_between(before[begin:], after)
+        if made is not None:
+            return parse_records([*words[:_HEAD], *_flat(before[: begin + made]), *_flat(after)])
+    return None
+
+
+def _made_between(before: list[_RecordWords], after: list[_RecordWords]) -> int | None:
+    """Return by how many places records have moved between two requests; None for too many.
+
+    `before` is what the first one has of that with which the second one begins.
+    """
+    for made in range(len(before)):
+        if before[made:] == after[: len(before) - made]:
+            return made
+    return None
+
+
+def _rows(words: list[int]) -> list[_RecordWords]:
+    return [words[at : at + _WIDTH] for at in range(0, len(words), _WIDTH)]
+
+
+def _flat(rows: list[_RecordWords]) -> list[int]:
+    return [word for row in rows for word in row]
+
+
+_INTERVAL_TICKS = 256  # unit of register clock_interval and of the faults' arguments
+_TIMED_FAULTS = ("pixel_clock_off", "clock_drifted")
+CLOCK_FAULTS = (*_TIMED_FAULTS, "pixel_clock_missing", "clock_hold_over")
+
+
+def set_hz(numerator: int, denominator: int) -> Fraction:
+    """Return the frequency that a board is set to; raises BoardError if it is none."""
+    if not (numerator and denominator):
+        raise BoardError(f"the pixel frequency is set to {numerator}/{denominator} Hz")
+    return Fraction(numerator, denominator)
+
+
+def interval_hz(interval: int, tick_hz: int) -> float | None:
+    """Return the frequency of a clock by register clock_interval; None if it is the one set."""
+    return tick_hz / (_INTERVAL_TICKS * interval) if interval else None
+
+
+def fault_hz(name: str, argument: int, tick_hz: int) -> float | None:
+    """Return the frequency that the argument of a clock's fault tells, if it does."""
+    return interval_hz(argument, tick_hz) if name in _TIMED_FAULTS else None
+
+
+def beside_set(measured_hz: float | None, set_hz: float) -> str:
+    """Return in words what is measured beside what is set."""
+    measured = f"measured {measured_hz:.4g} Hz, " if measured_hz else ""
+    return f"{measured}set to {set_hz:.6g} Hz"

@@ -14,13 +14,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from pixstep import signals
-from pixstep.board import clockmarks, clockstate, orders, run, settings
+from pixstep.board import clock_marks, orders, run, settings, snapshot
 from pixstep.board import registers as regs
 from pixstep.board.device import Board
 from pixstep.board.errors import BoardError, ExceptionReplyError, LineLostError, NoReplyError
 from pixstep.board.link import World
+from pixstep.board.port import InterruptedBusError
 from pixstep.board.run import Lines
-from pixstep.board.turns import InterruptedBusError
 from pixstep.progress import Progress, unseen
 
 _LEAD_S, _LEAD_BOARD_S = 0.15, 0.1  # from the mark to line zero: go and a second mark come between
@@ -44,22 +44,22 @@ class Together:
         """
         boards = [lines.board for lines in self.group]
         if _gate_of(boards):
-            _same_counts(boards, [mark.counted for mark in clockmarks.resting(boards, world)])
+            _same_counts(boards, [mark.counted for mark in clock_marks.resting(boards, world)])
             return
-        for last in range(clockmarks.TRIES):
-            marks = clockmarks.take(boards, world)
+        for last in range(clock_marks.TRIES):
+            marks = clock_marks.take(boards, world)
             counts = [mark.counted for mark in marks]
-            if clockmarks.same_state(marks) and max(counts) - min(counts) <= clockmarks.AGREE:
+            if clock_marks.same_state(marks) and max(counts) - min(counts) <= clock_marks.AGREE:
                 return
-            if clockmarks.same_state(marks) and last >= 1:
+            if clock_marks.same_state(marks) and last >= 1:
                 break
-            world.wait(clockmarks.POLL_S)
+            world.wait(clock_marks.POLL_S)
         _same_counts(boards, counts)
 
 
 def _same_counts(boards: Sequence[Board], counts: Sequence[float]) -> None:
     """Raise BoardError if boards have counted different numbers of clock edges."""
-    if max(counts) - min(counts) <= clockmarks.AGREE:
+    if max(counts) - min(counts) <= clock_marks.AGREE:
         return
     said = ", ".join(
         f"board {board.unit} {count:.1f}" for board, count in zip(boards, counts, strict=True)
@@ -174,14 +174,14 @@ def _await_ready(group: list[Lines], world: World, *, clocked: bool) -> None:
                 f"{_what_is_not(lines.board, word, world)}"
             )
         else:
-            world.wait(clockmarks.POLL_S)
+            world.wait(clock_marks.POLL_S)
 
 
 def _what_is_not(board: Board, status: int, world: World) -> str:
     """Return in words what a board is not ready with."""
     if regs.is_measured(status):
         return "its decoder"
-    return f"its pixel clock is not measured: {clockstate.beside(board, world)}"
+    return f"its pixel clock is not measured: {snapshot.clock_beside(board, world)}"
 
 
 def _go_at_once(group: list[Lines], token: int) -> dict[int, int]:
@@ -201,14 +201,16 @@ def _agree_and_go(group: list[Lines], token: int, world: World) -> dict[int, int
     if gate_edges:
         # While the clock rests: line zero of the next burst.
         ahead = 1 + gate_edges
-        marks = clockmarks.resting(boards, world, ahead)
+        marks = clock_marks.resting(boards, world, ahead)
     else:
-        marks = clockmarks.agreed(boards, world)
+        marks = clock_marks.agreed(boards, world)
         ahead = _edges_ahead(boards, marks)
     for board, mark in zip(boards, marks, strict=True):
-        _go(board, token, clockmarks.number(marks[0], mark, ahead))
+        _go(board, token, clock_marks.number(marks[0], mark, ahead))
     again = (
-        clockmarks.in_rest(boards, world) if gate_edges else clockmarks.of_one_state(boards, world)
+        clock_marks.in_rest(boards, world)
+        if gate_edges
+        else clock_marks.of_one_state(boards, world)
     )
     # None: the burst has come, and compare() has the last word.
     if again is not None:
@@ -219,7 +221,7 @@ def _agree_and_go(group: list[Lines], token: int, world: World) -> dict[int, int
 
 
 def _check_again(
-    boards: Sequence[Board], marks: Sequence[clockmarks.Mark], again: Sequence[clockmarks.Mark]
+    boards: Sequence[Board], marks: Sequence[clock_marks.Mark], again: Sequence[clock_marks.Mark]
 ) -> None:
     """Raise BoardError if a board has lost an edge, or seen a false one, between two marks."""
     for board, mark in zip(boards, again, strict=True):
@@ -228,11 +230,11 @@ def _check_again(
                 f"board {board.unit}: its pixel clock was disturbed while the boards agreed on an "
                 f"edge: an edge at an odd distance, or a lost one"
             )
-    before, now = clockmarks.offsets(marks), clockmarks.offsets(again)
+    before, now = clock_marks.offsets(marks), clock_marks.offsets(again)
     for board, was, is_now in zip(boards, before, now, strict=True):
         if (
-            abs(is_now - was) > clockmarks.AGREE
-            and abs(abs(is_now - was) - clockmarks.COUNT) > clockmarks.AGREE
+            abs(is_now - was) > clock_marks.AGREE
+            and abs(abs(is_now - was) - clock_marks.COUNT) > clock_marks.AGREE
         ):
             raise BoardError(
                 f"boards {boards[0].unit} and {board.unit} have counted different numbers of clock "
@@ -264,13 +266,13 @@ def _go(board: Board, token: int, edge: int) -> None:
         raise BoardError(f"board {board.unit}: it refuses to go: none of its axes waits") from None
 
 
-def _edges_ahead(boards: Sequence[Board], marks: Sequence[clockmarks.Mark]) -> int:
+def _edges_ahead(boards: Sequence[Board], marks: Sequence[clock_marks.Mark]) -> int:
     """Return how many edges behind the mark all begin."""
     lead_s = _LEAD_S + _LEAD_BOARD_S * len(boards)
     clock_s = marks[0].period_ticks / boards[0].tick_hz()
     ahead = math.ceil(lead_s / clock_s) + _LEAD_EDGES
     # 0 names no edge.
-    while any(clockmarks.number(marks[0], mark, ahead) == 0 for mark in marks):
+    while any(clock_marks.number(marks[0], mark, ahead) == 0 for mark in marks):
         ahead += 1
     return ahead
 
@@ -285,7 +287,7 @@ def _await_start(
     although the clock has run for so long that it must have begun, and if the clock rests for
     minutes.
     """
-    rests_until_s = world.now_s() + clockmarks.REST_S
+    rests_until_s = world.now_s() + clock_marks.REST_S
     slowest_s = max(lines.board.pixel_period_s() for lines in group)
     end_s: float | None = None
     patience_s = _START_S + _LEAD_S + _LEAD_BOARD_S * len(group)
@@ -312,7 +314,7 @@ def _await_start(
             raise BoardError(f"board {unit}: axis {axis} is still armed while the clock runs")
         if end_s is None and world.now_s() > rests_until_s:
             raise BoardError(
-                f"the pixel clock has rested for {clockmarks.REST_S:g} s: nothing has moved"
+                f"the pixel clock has rested for {clock_marks.REST_S:g} s: nothing has moved"
             )
         progress(0.0)
-        world.wait(clockmarks.POLL_S)
+        world.wait(clock_marks.POLL_S)

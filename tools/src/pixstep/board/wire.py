@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from pixstep.board import features, modbus, rtu
+from pixstep.board import boards, modbus, rtu
 from pixstep.board.errors import (
     ILLEGAL_FUNCTION,
     BusTakenError,
@@ -232,7 +232,7 @@ class Wire:
         except ExceptionReplyError as error:
             if error.code != ILLEGAL_FUNCTION:
                 raise
-            raise features.missing(self.unit, feature) from None
+            raise boards.missing_feature(self.unit, feature) from None
 
     @contextlib.contextmanager
     def _line_kept(self) -> Iterator[None]:

@@ -94,7 +94,7 @@ class Command(click.Command):
         """Run the command under the rules for its files."""
         named = list(_paths(ctx, OutFile))
         inputs = tuple(path for _, path in _paths(ctx, click.Path, _is_input))
-        with atomic.rules(atomic.Rules(ctx.meta.get(_FORCE, False), inputs)):
+        with atomic.rules(atomic.WriteRules(ctx.meta.get(_FORCE, False), inputs)):
             refuse_outputs(ctx, named)
             try:
                 return super().invoke(ctx)

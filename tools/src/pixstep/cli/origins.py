@@ -11,7 +11,7 @@ import click
 from click.core import ParameterSource
 
 if TYPE_CHECKING:
-    from pixstep.machine.files import Machine
+    from pixstep.machine.files import MachineFile
     from pixstep.operations.facts import Facts
 
 _FACTS = "pixstep.machine"
@@ -35,7 +35,7 @@ def told(ctx: click.Context | None) -> dict[str, str | None]:
     return {"machine": str(machine.path) if machine else None}
 
 
-def _used(ctx: click.Context) -> Machine | None:
+def _used(ctx: click.Context) -> MachineFile | None:
     facts: Facts | None = ctx.meta.get(_FACTS)
     return None if facts is None else facts.used
 

@@ -11,7 +11,7 @@ from pixstep.formats.files import encode
 from pixstep.formats.findings import shown_path
 from pixstep.formats.header import ProfileHeader
 from pixstep.formats.motion import BARE, BLOCKS, Block, MotionFile
-from pixstep.formats.records import PRN_KIND, REGULAR, LineEnds, PrnFile
+from pixstep.formats.records import PRN_KIND, REGULAR, PrnFile
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class HeaderChanges:
 
 
 @dataclass(frozen=True)
-class Request:
+class Conversion:
     """What to make, and what the user said may be lost or taken as the same."""
 
     to: str  # prn, csv or csb
@@ -42,7 +42,7 @@ class Request:
 
 
 def convert(
-    file: PrnFile | MotionFile, request: Request
+    file: PrnFile | MotionFile, request: Conversion
 ) -> tuple[PrnFile | MotionFile, tuple[str, ...]]:
     """Return the file in the format asked for and what is different in it, one sentence each.
 
@@ -50,14 +50,18 @@ def convert(
     """
     to_prn = request.to == PRN_KIND
     _check_options(isinstance(file, PrnFile), to_prn, request)
+    ends = () if file.ends == REGULAR else (f"line ends were {file.ends.words}",)
     if isinstance(file, PrnFile):
-        made, notes = _from_prn(file, request)
-    elif to_prn:
-        bare, notes = _without_header(_chosen(file, request), "a PRN has none")
-        made = PrnFile(bare.values)
+        if to_prn:
+            return PrnFile(file.values), ends
+        file = MotionFile((Block(file.values, len(file.values)),))
     else:
-        made, notes = _to_motion(_chosen(file, request), request)
-    return made, _ends_note(file.ends) + notes
+        file = _chosen(file, request)
+    if not to_prn:
+        made, notes = _to_motion(file, request)
+        return made, ends + notes
+    bare, notes = _without_header(file, "a PRN has none")
+    return PrnFile(bare.values), ends + notes
 
 
 @dataclass(frozen=True)
@@ -70,7 +74,7 @@ class Written:
     notes: tuple[str, ...]
 
 
-def write(file: PrnFile | MotionFile, source: Path, target: Path, request: Request) -> Written:
+def write(file: PrnFile | MotionFile, source: Path, target: Path, request: Conversion) -> Written:
     """Write a file that was read from `source` in the format asked for; see `convert`."""
     try:
         made, notes = convert(file, request)
@@ -84,14 +88,7 @@ def write(file: PrnFile | MotionFile, source: Path, target: Path, request: Reque
     return Written(len(parts), sum(len(part.values) for part in parts), len(data), notes)
 
 
-def _from_prn(file: PrnFile, request: Request) -> tuple[PrnFile | MotionFile, tuple[str, ...]]:
-    """Return a profile's values in the format asked for."""
-    if request.to == PRN_KIND:
-        return PrnFile(file.values), ()
-    return _to_motion(MotionFile((Block(file.values, len(file.values)),)), request)
-
-
-def _check_options(from_prn: bool, to_prn: bool, request: Request) -> None:
+def _check_options(from_prn: bool, to_prn: bool, request: Conversion) -> None:
     """Refuse what the options leave open or contradict."""
     if from_prn != to_prn and not request.plain:
         raise UserError(
@@ -105,7 +102,7 @@ def _check_options(from_prn: bool, to_prn: bool, request: Request) -> None:
         raise UserError("a PRN has neither a header nor lines: no --drop-header, no --line")
 
 
-def _chosen(file: MotionFile, request: Request) -> MotionFile:
+def _chosen(file: MotionFile, request: Conversion) -> MotionFile:
     """Return the file with the asked-for line alone, or the only one if it must be one."""
     to_bare = request.to == PRN_KIND or request.drop_header
     if file.header and to_bare and not request.drop_header:
@@ -117,7 +114,7 @@ def _chosen(file: MotionFile, request: Request) -> MotionFile:
     return replace(file, blocks=(block,), header=header)
 
 
-def _to_motion(file: MotionFile, request: Request) -> tuple[MotionFile, tuple[str, ...]]:
+def _to_motion(file: MotionFile, request: Conversion) -> tuple[MotionFile, tuple[str, ...]]:
     """Return a CSV or CSB with the header asked for."""
     made = replace(file, kind=request.to, ends=REGULAR, notes=())
     if request.drop_header:
@@ -128,7 +125,17 @@ def _to_motion(file: MotionFile, request: Request) -> tuple[MotionFile, tuple[st
         header = ProfileHeader(**{**vars(made.header), **request.changes.given})
         changed = ", ".join(request.changes.given)
         return replace(made, header=header), (f"header: {changed} changed",)
-    header = _new_header(request.changes)
+    changes = request.changes
+    if changes.name is None or changes.pixel_hz is None:
+        raise UserError("a new header needs --header NAME and --pixel-hz")
+    header = ProfileHeader(
+        timestamp=changes.timestamp or time.ctime(),
+        name=changes.name,
+        lines=1,
+        haps=changes.haps or 0,
+        lead_in_px=changes.lead_in_px or 0,
+        pixel_hz=changes.pixel_hz,
+    )
     return replace(made, header=header, reading=BLOCKS), (f"header {header.name!r} added",)
 
 
@@ -145,22 +152,3 @@ def _without_header(file: MotionFile, why: str) -> tuple[MotionFile, tuple[str, 
         notes.append(f"{len(values)} values, that {announced} were announced is dropped with it")
     blocks = (Block(values, len(values)),)
     return replace(file, header=None, reading=BARE, blocks=blocks), tuple(notes)
-
-
-def _new_header(changes: HeaderChanges) -> ProfileHeader:
-    """Return a header of what was given; name and pixel frequency must be."""
-    if changes.name is None or changes.pixel_hz is None:
-        raise UserError("a new header needs --header NAME and --pixel-hz")
-    return ProfileHeader(
-        timestamp=changes.timestamp or time.ctime(),
-        name=changes.name,
-        lines=1,
-        haps=changes.haps or 0,
-        lead_in_px=changes.lead_in_px or 0,
-        pixel_hz=changes.pixel_hz,
-    )
-
-
-def _ends_note(ends: LineEnds) -> tuple[str, ...]:
-    """Say that line ends become regular ones."""
-    return () if ends == REGULAR else (f"line ends were {ends.words}",)

@@ -10,7 +10,6 @@ from typing import NotRequired, TypedDict
 
 from pixstep.formats.files import NAMES, Examined, examine
 from pixstep.formats.findings import LENIENT, counted
-from pixstep.formats.header import ProfileHeader
 from pixstep.formats.motion import (
     BARE,
     BLOCKS,
@@ -53,11 +52,6 @@ class LineFigures(TypedDict):
     steps: NotRequired[int]
     steps_smooth: NotRequired[int | None]
     steps_plain: NotRequired[int]
-
-
-def header_fields(header: ProfileHeader) -> dict[str, str | int]:
-    """Return the fields of a header by the names of FIELDS."""
-    return dict(zip(FIELDS, vars(header).values(), strict=True))
 
 
 def smooth_steps(speeds: tuple[int, ...]) -> int | None:
@@ -191,8 +185,12 @@ def _motion(file: MotionFile, read: Examined, blocks_refused: str | None) -> Con
     """Return what a CSV or CSB has: header, lines and the readings not taken."""
     header: dict[str, HeaderField] | None = None
     if file.header:
-        fields = header_fields(file.header)
-        header = {name: {"value": value, "meaning": FIELDS[name]} for name, value in fields.items()}
+        header = {
+            name: {"value": value, "meaning": meaning}
+            for (name, meaning), value in zip(
+                FIELDS.items(), vars(file.header).values(), strict=True
+            )
+        }
     return {
         "line_ends": file.ends.words if read.kind == CSV_KIND else None,
         "header": header,
@@ -226,10 +224,7 @@ def _line_rows(lines: list[LineFigures]) -> list[tuple[str, str]]:
     if len(lines) > _LINES_SHOWN:
         rows.append(("...", f"{len(lines) - _LINES_SHOWN} more lines (--json lists all)"))
     if len(lines) > 1:
-        values, steps = (
-            sum(line["values"] for line in lines),
-            sum(line["steps"] for line in lines),
-        )
+        values, steps = (sum(line[key] for line in lines) for key in ("values", "steps"))
         rows.append(("all lines", f"{len(lines)} lines, {values} values, {steps} steps"))
     return rows
 

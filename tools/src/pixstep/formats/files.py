@@ -18,7 +18,7 @@ from pixstep.formats.findings import (
     MAX_FINDINGS,
     STRICT,
     Findings,
-    Rules,
+    Tolerance,
     shown,
     shown_path,
 )
@@ -103,7 +103,7 @@ class Examined:
 
 
 def examine(
-    path: Path, rules: Rules = STRICT, *, raw: bool = False, kinds: tuple[str, ...] = KINDS
+    path: Path, rules: Tolerance = STRICT, *, raw: bool = False, kinds: tuple[str, ...] = KINDS
 ) -> Examined:
     """Read a file, collecting all findings; a file of none of `kinds` is refused by name.
 
@@ -115,7 +115,7 @@ def examine(
 def examine_bytes(
     path: Path,
     data: bytes,
-    rules: Rules = STRICT,
+    rules: Tolerance = STRICT,
     *,
     raw: bool = False,
     kinds: tuple[str, ...] = KINDS,
@@ -126,7 +126,10 @@ def examine_bytes(
     file: PrnFile | MotionFile | None = None
     kind = found.kind or _diagnosed_as(path, kinds)
     if kind not in kinds:
-        _refuse_kind(data, found.kind, found.why, kinds, findings)
+        wanted = " or ".join(NAMES[name] for name in kinds)
+        looks = f"{_beginning(data)} looks like a {_LOOKS.get(found.kind or '')}"
+        text = f"{looks}, not like a {wanted}: {found.why}" if found.kind else found.why
+        findings.error("kind", 1, 1, text)
     elif kind == PRN_KIND:
         file = parse_prn(data, findings)
     else:
@@ -151,27 +154,13 @@ def _diagnosed_as(path: Path, kinds: tuple[str, ...]) -> str | None:
 def _motion(file: MotionFile | None, path: Path, findings: Findings) -> MotionFile | None:
     """Name the file; point at rows without a header that could have been blocks."""
     if file and file.header is None and could_be_blocks(file.rows):
-        findings.warning(
-            "could_be_blocks",
-            1,
-            1,
+        text = (
             f"begins with 1, {file.rows[1]} and holds {file.rows[1]} more rows: read as "
             f"{len(file.rows)} values of a line, though it looks like a numbered block without "
-            "its header",
+            "its header"
         )
+        findings.warning("could_be_blocks", 1, 1, text)
     return file and replace(file, path=str(path))
-
-
-def _refuse_kind(
-    data: bytes, kind: str | None, why: str, kinds: tuple[str, ...], findings: Findings
-) -> None:
-    """Refuse a file of another format by the name of what it looks like."""
-    if kind is None:
-        findings.error("kind", 1, 1, why)
-        return
-    wanted = " or ".join(NAMES[name] for name in kinds)
-    message = f"{_beginning(data)} looks like a {_LOOKS[kind]}, not like a {wanted}: {why}"
-    findings.error("kind", 1, 1, message)
 
 
 def check_name(examined: Examined) -> None:
@@ -194,7 +183,7 @@ def _beginning(data: bytes) -> str:
 
 
 # A CSV that was edited and saved with LF is worth a note, not a refusal.
-_EDITED = Rules(line_ends=True)
+_EDITED = Tolerance(line_ends=True)
 
 
 def read_any(path: Path, *, lenient: bool = False, raw: bool = False) -> PrnFile | MotionFile:

@@ -20,7 +20,7 @@ _SHOWN_BYTES = 48
 
 
 @dataclass(frozen=True)
-class Rules:
+class Tolerance:
     """Which quirks are tolerated; whatever is not refuses the file."""
 
     line_ends: bool = False  # LF instead of CR LF, no newline at the end
@@ -28,12 +28,12 @@ class Rules:
     names: bool = False  # the file's name says another format than its content
 
 
-STRICT = Rules()
-LENIENT = Rules(line_ends=True, truncated=True, names=True)
+STRICT = Tolerance()
+LENIENT = Tolerance(line_ends=True, truncated=True, names=True)
 
 
 @dataclass(frozen=True)
-class Finding:
+class FileFinding:
     """One thing found; `name` is stable, for programs that read it."""
 
     name: str
@@ -57,8 +57,8 @@ class Findings:
     `place` maps a line and a column of the text to where they are in the file.
     """
 
-    rules: Rules = STRICT
-    found: list[Finding] = field(default_factory=list)
+    rules: Tolerance = STRICT
+    found: list[FileFinding] = field(default_factory=list)
     place: Place = lambda line, column: (line, column)
 
     def placed(self, place: Place) -> "Findings":
@@ -85,7 +85,7 @@ class Findings:
 
     def _add(self, name: str, severity: str, line: int, column: int, message: str) -> None:
         if not self.full:
-            self.found.append(Finding(name, severity, *self.place(line, column), message))
+            self.found.append(FileFinding(name, severity, *self.place(line, column), message))
 
     @property
     def full(self) -> bool:
@@ -101,7 +101,7 @@ class Findings:
         """True if any finding after the first `count` is an error."""
         return any(item.severity == ERROR for item in self.found[count:])
 
-    def in_order(self) -> list[Finding]:
+    def in_order(self) -> list[FileFinding]:
         """Return all findings by line and column."""
         return sorted(self.found, key=lambda item: (item.line, item.column))
 

@@ -37,7 +37,7 @@ def place_in_csb(line: int, column: int) -> tuple[int, int]:
 
 
 @dataclass(frozen=True)
-class Field:
+class HeaderColumns:
     """Columns of a header line, `start` counted from 0: a label, a number, or blanks."""
 
     line: int
@@ -51,18 +51,22 @@ class Field:
 
 
 _LABELS = (
-    Field(2, 0, 20, "ACCELERATION PROFILE"),
-    Field(3, 0, 6, "Lines:"),
-    Field(3, 14, 19, "HAPs:"),
-    Field(3, 27, 34, "LeadIn:"),
-    Field(4, 0, 15, "Pixel Frequency"),
+    HeaderColumns(2, 0, 20, "ACCELERATION PROFILE"),
+    HeaderColumns(3, 0, 6, "Lines:"),
+    HeaderColumns(3, 14, 19, "HAPs:"),
+    HeaderColumns(3, 27, 34, "LeadIn:"),
+    HeaderColumns(4, 0, 15, "Pixel Frequency"),
 )
-_BLANKS = (Field(1, 0, 16), Field(3, 11, 14), Field(3, 23, 27))
-_NUMBERS = (Field(3, 6, 11, "Lines"), Field(3, 19, 23, "HAPs"), Field(3, 34, 40, "LeadIn"))
+_BLANKS = (HeaderColumns(1, 0, 16), HeaderColumns(3, 11, 14), HeaderColumns(3, 23, 27))
+_NUMBERS = (
+    HeaderColumns(3, 6, 11, "Lines"),
+    HeaderColumns(3, 19, 23, "HAPs"),
+    HeaderColumns(3, 34, 40, "LeadIn"),
+)
 _LINES, _HAPS, _LEAD_IN = _NUMBERS
-_TIMESTAMP = Field(1, 16, 40)
-_NAME = Field(2, 20, 40)
-_FREQUENCY = Field(4, 15, 40)
+_TIMESTAMP = HeaderColumns(1, 16, 40)
+_NAME = HeaderColumns(2, 20, 40)
+_FREQUENCY = HeaderColumns(4, 15, 40)
 
 
 @dataclass(frozen=True)
@@ -84,12 +88,12 @@ class ProfileHeader:
     @property
     def lines_place(self) -> tuple[int, int]:
         """Line and column where the number of lines is written."""
-        return _LINES.line, _LINES.end - len(str(self.lines)) + 1
+        return 3, _LINES.end - len(str(self.lines)) + 1
 
     @property
     def haps_place(self) -> tuple[int, int]:
         """Line and column where HAPs is written."""
-        return _HAPS.line, _HAPS.end - len(str(self.haps)) + 1
+        return 3, _HAPS.end - len(str(self.haps)) + 1
 
     @property
     def rows(self) -> list[str]:
@@ -213,17 +217,17 @@ def _check_date(header: ProfileHeader, findings: Findings) -> None:
     day_name, month, day, hour, *_, year = found.groups()
     try:
         date = datetime.datetime(int(year), _MONTHS.index(month) + 1, int(day), int(hour))
+        right = _DAYS[date.weekday()] == day_name
+        message = "" if right else f"that day was a {_WEEK[date.weekday()]}"
     except ValueError:
-        message = f"{shown(header.timestamp)}: no calendar has this date"
-        findings.warning("timestamp", 1, _TIMESTAMP.start + 1, message)
-        return
-    if _DAYS[date.weekday()] != day_name:
-        message = f"{shown(header.timestamp)}: that day was a {_WEEK[date.weekday()]}"
-        findings.warning("timestamp", 1, _TIMESTAMP.start + 1, message)
+        message = "no calendar has this date"
+    if message:
+        text = f"{shown(header.timestamp)}: {message}"
+        findings.warning("timestamp", 1, _TIMESTAMP.start + 1, text)
 
 
 def _complain(
-    field: Field, name: str, message: str, rows: Sequence[str], findings: Findings
+    field: HeaderColumns, name: str, message: str, rows: Sequence[str], findings: Findings
 ) -> None:
     """Add an error at the first character of a field that is not blank, with its text."""
     text = field.of(rows)

@@ -57,7 +57,7 @@ class CoreLimits:
 
 
 @dataclass(frozen=True)
-class Code:
+class CoreFinding:
     """What the core found: its name, the board's words for it, and its 1-based pixel.
 
     The pixel of what is wrong with the end of a line is the one behind the last.
@@ -69,7 +69,7 @@ class Code:
     is_error: bool
 
 
-def check(entries: Iterable[Entry], limits: CoreLimits) -> list[Code]:
+def check(entries: Iterable[Entry], limits: CoreLimits) -> list[CoreFinding]:
     """Check a line as a board does; the first error is the one that the board gives."""
     return Checker(limits).more(entries)
 
@@ -84,7 +84,7 @@ class Checker:
             raise MemoryError
         self._checker = ffi.gc(begun, lib.checker_end)
 
-    def more(self, entries: Iterable[Entry]) -> list[Code]:
+    def more(self, entries: Iterable[Entry]) -> list[CoreFinding]:
         """Return what is found in the entries that follow."""
         ffi, lib = extension().ffi, extension().lib
         rows = _words(entries)
@@ -94,7 +94,9 @@ class Checker:
         count = lib.checker_more(self._checker, segments, len(rows), found, room)
         rows_of, read = codes(), [(found[k].code, found[k].pixel) for k in range(count)]
         return [
-            Code(rows_of[number]["name"], rows_of[number]["text"], pixel, number < FIRST_WARNING)
+            CoreFinding(
+                rows_of[number]["name"], rows_of[number]["text"], pixel, number < FIRST_WARNING
+            )
             for number, pixel in read
         ]
 
@@ -158,7 +160,7 @@ class LineRefusedError(RefusedError):
 
 
 @dataclass(frozen=True)
-class Plan:
+class EdgePlan:
     """The planned rows under their heads, numbered from 1, and the warnings that the core gave."""
 
     heads: tuple[str, ...]
@@ -190,7 +192,7 @@ def plan(
     tick_hz: int,
     pixels: bool = False,
     limits: CoreLimits | None = None,
-) -> Plan:
+) -> EdgePlan:
     """Plan a line: the tick of each step, or with `pixels` ticks and positions of pixel edges.
 
     `tick_hz` are the timer ticks a second. Without `limits` the line may do what no board allows.
@@ -206,7 +208,7 @@ def plan(
         if code.is_error:
             raise LineRefusedError(f"{line.name}: line refused: {_text(code)}")
     values = _planned_rows(entries, hz, tick_hz, limits, pixels=pixels)
-    return Plan(
+    return EdgePlan(
         PIXELS if pixels else EDGES, values, tuple(f"warning: {_text(code)}" for code in found)
     )
 
@@ -217,5 +219,5 @@ def loosest(hz: Fraction, tick_hz: int) -> CoreLimits:
     return CoreLimits(int(tick_hz / hz), shortest, shortest, shortest, 4 * shortest)
 
 
-def _text(code: Code) -> str:
+def _text(code: CoreFinding) -> str:
     return f"{code.name} at pixel {code.pixel}: {code.text}"

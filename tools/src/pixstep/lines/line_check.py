@@ -17,7 +17,7 @@ from typing import Any, TypedDict, cast
 from pixstep import arguments
 from pixstep.errors import RefusedError
 from pixstep.lines import core
-from pixstep.lines.core import NO_LIMIT, Code, CoreLimits
+from pixstep.lines.core import NO_LIMIT, CoreFinding, CoreLimits
 from pixstep.lines.line import Line
 from pixstep.lines.runs import safe_entries
 
@@ -244,7 +244,7 @@ def _spread(line: Line, item: Finding) -> Iterator[Finding]:
         yield replace(item, pixel=pixel)
 
 
-def _finding(line: Line, code: Code, limits: Limits) -> Finding:
+def _finding(line: Line, code: CoreFinding, limits: Limits) -> Finding:
     """Return what the firmware's check found, with the figures behind it."""
     severity = ERROR if code.is_error else WARNING
     if code.name in ("oscillates", "ripple"):
@@ -345,7 +345,7 @@ def _speed_findings(line: Line, limits: Limits) -> Iterator[Finding]:
             yield from _spread(line, Finding(code.name, ERROR, code.pixel, text))
 
 
-def _motor_findings(line: Line, codes: list[Code], limits: Limits) -> Iterator[Finding]:
+def _motor_findings(line: Line, codes: list[CoreFinding], limits: Limits) -> Iterator[Finding]:
     """Yield what exceeds limits that no board has."""
     if not line.smooth:
         yield from _change_findings(line, limits)

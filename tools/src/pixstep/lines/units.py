@@ -14,12 +14,7 @@ from fractions import Fraction
 from pixstep.errors import UserError
 
 DISTANCE, SPEED, ACCELERATION, JERK = 0, 1, 2, 3
-_NAMES = {
-    DISTANCE: "distance",
-    SPEED: "speed",
-    ACCELERATION: "acceleration",
-    JERK: "jerk",
-}
+_NAMES = ("distance", "speed", "acceleration", "jerk")  # by their order
 
 STEP, MM, DEGREE = "steps", "mm", "deg"
 _PIXEL, _SECOND = "px", "s"

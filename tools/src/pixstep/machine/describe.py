@@ -7,7 +7,7 @@ from fractions import Fraction
 from pixstep.board import boards, capability, settings
 from pixstep.errors import UserError
 from pixstep.lines.units import ACCELERATION, JERK, SPEED, per_second, refuse_period, unit
-from pixstep.machine.model import Limits, Motor, Tables
+from pixstep.machine.model import LimitsTable, MachineTables, MotorTable
 from pixstep.profiles.origin import MOST_EDGES
 
 LEAST = {"smooth": 2, "plain": 1}  # acceleration that counts can have, steps/px2
@@ -19,7 +19,7 @@ ORDERS = {
 }
 
 
-def as_json(machine: Tables) -> dict[str, object]:
+def as_json(machine: MachineTables) -> dict[str, object]:
     """Return everything that a machine file says, and what follows from it."""
     return {
         "machine": str(machine.path),
@@ -35,7 +35,7 @@ def as_json(machine: Tables) -> dict[str, object]:
     }
 
 
-def motor_json(machine: Tables, motor: Motor) -> dict[str, object]:
+def motor_json(machine: MachineTables, motor: MotorTable) -> dict[str, object]:
     """Return a motor: lengths in steps, limits per pixel and per second."""
     scale = motor.steps_per_unit
     return {
@@ -51,7 +51,7 @@ def motor_json(machine: Tables, motor: Motor) -> dict[str, object]:
         "home_is_limit": motor.home_is_limit,
         "limits": {
             key: limit_json(motor, key, machine.pixel_hz)
-            for key in Limits.model_fields
+            for key in LimitsTable.model_fields
             if motor.limit(key)
         },
         "profiles": {
@@ -61,7 +61,7 @@ def motor_json(machine: Tables, motor: Motor) -> dict[str, object]:
     }  # fmt: skip
 
 
-def limit_json(motor: Motor, key: str, hz: Fraction) -> dict[str, float]:
+def limit_json(motor: MotorTable, key: str, hz: Fraction) -> dict[str, float]:
     """Return a limit in steps per pixel and second, and in the motor's unit of length."""
     order, scale = ORDERS[key], motor.steps_per_unit
     limit = motor.limit(key)
@@ -76,7 +76,7 @@ def limit_json(motor: Motor, key: str, hz: Fraction) -> dict[str, float]:
     return told
 
 
-def warnings(machine: Tables) -> Iterator[str]:
+def warnings(machine: MachineTables) -> Iterator[str]:
     """Yield what the file asks of a board that it cannot do, and the divider that would do."""
     enough = None
     for motor in machine.motors.values():
@@ -95,7 +95,7 @@ def warnings(machine: Tables) -> Iterator[str]:
             yield slow
 
 
-def enough_divider(machine: Tables, faults: int | None = None) -> int | None:
+def enough_divider(machine: MachineTables, faults: int | None = None) -> int | None:
     """Return the fewest clock edges of a pixel by which the motors' accelerations are kept, if any.
 
     No more may be wrong then of clock and speeds than is now, or than `faults`: pixels have a
@@ -106,18 +106,18 @@ def enough_divider(machine: Tables, faults: int | None = None) -> int | None:
     return next((one for one in dividers if _keeps(with_divider(machine, one), allowed)), None)
 
 
-def with_divider(machine: Tables, edges: int) -> Tables:
+def with_divider(machine: MachineTables, edges: int) -> MachineTables:
     """Return a machine with other pixels of the same clock."""
     return machine.model_copy(update={"clock": machine.clock.model_copy(update={"divider": edges})})
 
 
-def _keeps(machine: Tables, allowed: int) -> bool:
+def _keeps(machine: MachineTables, allowed: int) -> bool:
     """True if no limit is too low for a machine's pixels, and no more of the rest is wrong."""
     motors = filter(_depends_on_pixels, machine.motors.values())
     return not any(_too_slow(machine, motor) for motor in motors) and _faults(machine) <= allowed
 
 
-def _faults(machine: Tables) -> int:
+def _faults(machine: MachineTables) -> int:
     """Return how much of a machine its boards cannot do, limits that are too low left out."""
     count = 0
     for motor in machine.motors.values():
@@ -128,13 +128,15 @@ def _faults(machine: Tables) -> int:
     return count
 
 
-def _able(machine: Tables, motor: Motor) -> capability.Capability:
+def _able(machine: MachineTables, motor: MotorTable) -> capability.Capability:
     """Return what a motor's board can do. Raises UserError for a clock that it cannot follow."""
     clock = settings.of_clock(machine.clock.sync, machine.clock.edges)
     return capability.of(machine.board_of(motor).kind, machine.pixel_hz, clock=clock)
 
 
-def _too_fast(machine: Tables, motor: Motor, able: capability.Capability) -> Iterator[str]:
+def _too_fast(
+    machine: MachineTables, motor: MotorTable, able: capability.Capability
+) -> Iterator[str]:
     speed, most = motor.limit("max_speed"), able.top_speed(motor.kind)
     if speed and speed.per_pixel(machine.pixel_hz) > most:
         yield (
@@ -143,7 +145,7 @@ def _too_fast(machine: Tables, motor: Motor, able: capability.Capability) -> Ite
         )
 
 
-def _too_slow(machine: Tables, motor: Motor) -> str:
+def _too_slow(machine: MachineTables, motor: MotorTable) -> str:
     """Return that an acceleration is less than the counts of a line can have; "" if it is not."""
     limit, order = motor.limit("max_acceleration"), ORDERS["max_acceleration"]
     least = LEAST[motor.kind]
@@ -156,12 +158,12 @@ def _too_slow(machine: Tables, motor: Motor) -> str:
     )
 
 
-def _depends_on_pixels(motor: Motor) -> bool:
+def _depends_on_pixels(motor: MotorTable) -> bool:
     limit = motor.limit("max_acceleration")
     return limit is not None and limit.per_second
 
 
-def _wrong_key(machine: Tables, kind: str) -> str:
+def _wrong_key(machine: MachineTables, kind: str) -> str:
     """Return which key of the clock a board cannot follow: its edges, or what is made of them."""
     if machine.clock.edges > 1:
         try:
@@ -172,7 +174,7 @@ def _wrong_key(machine: Tables, kind: str) -> str:
     return "pixel"
 
 
-def notes(machine: Tables) -> Iterator[str]:
+def notes(machine: MachineTables) -> Iterator[str]:
     """Yield the profiles that are not there yet: a machine file comes before its profiles."""
     for motor in machine.motors.values():
         for use in ("line", "move", "home"):

@@ -16,7 +16,7 @@ from pixstep import atomic, tomltext
 from pixstep.board import boards
 from pixstep.errors import RefusedError, UserError, one_line
 from pixstep.machine import describe, model
-from pixstep.machine.model import Tables, contradictions
+from pixstep.machine.model import MachineTables, contradictions
 from pixstep.profiles import origin
 
 _MOST_SHOWN = 40  # characters of a value in a message
@@ -24,11 +24,11 @@ _UNKNOWN = "unknown key"
 _REASONS = {"missing": "is missing", "extra_forbidden": _UNKNOWN, "too_short": "is empty"}
 
 
-class Machine(Tables):
-    """A machine that a file describes: Machine.load("machine.toml")["M39"]."""
+class MachineFile(MachineTables):
+    """A machine that a file describes: MachineFile.load("machine.toml")["M39"]."""
 
     @classmethod
-    def load(cls, path: str | Path) -> "Machine":
+    def load(cls, path: str | Path) -> "MachineFile":
         """Read a file. Raises UserError naming file, line, key and value of the first mistake."""
         machine, found = _read(Path(path))
         if machine is None or found:
@@ -36,9 +36,9 @@ class Machine(Tables):
         return machine
 
 
-def parse(text: str) -> Machine:
+def parse(text: str) -> MachineFile:
     """Return the machine of a text that is valid."""
-    return Machine.model_validate(_with_names(tomllib.loads(text)))
+    return MachineFile.model_validate(_with_names(tomllib.loads(text)))
 
 
 def problems(path: Path) -> list[str]:
@@ -49,13 +49,13 @@ def problems(path: Path) -> list[str]:
     return _read(path)[1]
 
 
-def _read(path: Path) -> tuple[Machine | None, list[str]]:
+def _read(path: Path) -> tuple[MachineFile | None, list[str]]:
     """Return the machine, None if a value is wrong, and the mistakes."""
     text, content = tomltext.read(path)
     found: list[tuple[Sequence[str | int], str, object]]
     machine = None
     try:
-        machine = Machine.model_validate(_with_names(content))
+        machine = MachineFile.model_validate(_with_names(content))
         machine._path = path
         found = [(keys, reason, _value(content, keys)) for keys, reason in contradictions(machine)]
     except ValidationError as error:
@@ -126,7 +126,7 @@ def set_backlash(path: Path, motor: str, steps: int) -> None:
 
     Raises UserError naming the mistake for a file that is wrong before.
     """
-    Machine.load(path)[motor]  # names the mistake of a wrong file, and a motor that is not there
+    MachineFile.load(path)[motor]  # names the mistake of a wrong file, and a missing motor
     text, _ = tomltext.read(path)
     import tomlkit  # takes long to load
 
@@ -135,7 +135,7 @@ def set_backlash(path: Path, motor: str, steps: int) -> None:
         document["motors"][motor]["backlash"] = f"{steps} steps"
     except (KeyError, TypeError):
         raise UserError(f"{path}: motors.{motor} is not a table of its own") from None
-    with atomic.rules(atomic.Rules(force=True)):
+    with atomic.rules(atomic.WriteRules(force=True)):
         atomic.write_text(path, document.as_string())
 
 

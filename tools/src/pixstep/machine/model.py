@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PrivateAttr
 
-from pixstep.board import boards, gating
+from pixstep.board import boards
 from pixstep.board.port import LAST_UNIT, LEAST_BAUD, MOST_BAUD
 from pixstep.errors import UserError
 from pixstep.lines import units
@@ -58,13 +58,13 @@ class _Table(BaseModel):
     )
 
 
-class Clock(_Table):
+class ClockTable(_Table):
     """The pixel clock: how often it has an edge, how many are a pixel, what lines are to it."""
 
     pixel: Hz
     divider: Annotated[int, Field(ge=1, le=MOST_EDGES)] | None = None
     sync: Literal["free", "start", "lock"] | None = None
-    gate_edges: Annotated[int, Field(ge=0, le=gating.MOST_EDGES)] | None = None
+    gate_edges: Annotated[int, Field(ge=0, le=boards.MOST_GATE_EDGES)] | None = None
 
     @property
     def edges(self) -> int:
@@ -72,7 +72,7 @@ class Clock(_Table):
         return self.divider or 1
 
 
-class MachineBoard(_Table):
+class BoardTable(_Table):
     """A board: what it is, and where on which port it answers."""
 
     kind: Annotated[str, _by(_board_kind)]
@@ -82,7 +82,7 @@ class MachineBoard(_Table):
     parity: Literal["E", "O", "N"] | None = None
 
 
-class Limits(_Table):
+class LimitsTable(_Table):
     """What a motor can do: none of them is needed."""
 
     max_speed: Speed | None = None
@@ -91,7 +91,7 @@ class Limits(_Table):
     start_stop: Speed | None = None
 
 
-class Profiles(_Table):
+class ProfilesTable(_Table):
     """Acceleration profiles: of lines (PRN), of fast moves and of homing (CSV or CSB)."""
 
     line: str | None = None
@@ -99,7 +99,7 @@ class Profiles(_Table):
     home: str | None = None
 
 
-class Motor(_Table):
+class MotorTable(_Table):
     """A motor: its place, its kind, its scale and its limits."""
 
     name: str
@@ -111,8 +111,8 @@ class Motor(_Table):
     direction: Literal["+", "-"] = "+"
     backlash: Distance = Quantity(Fraction(0), DISTANCE, False, "0")
     home_is_limit: Literal["none", "minus", "plus"] | None = None
-    limits: Limits = Limits()
-    profiles: Profiles = Profiles()
+    limits: LimitsTable = LimitsTable()
+    profiles: ProfilesTable = ProfilesTable()
 
     @property
     def decode(self) -> str:
@@ -157,12 +157,12 @@ class ProgramTable(_Table):
     segment_time: Annotated[Seconds, Field(ge=0, le=Fraction(255, 1000))] = Fraction(0)
 
 
-class Tables(_Table):
-    """A machine: `machine["M39"]` is a motor. `reading.Machine` is one that comes from a file."""
+class MachineTables(_Table):
+    """A machine: `machine["M39"]` is a motor. `files.MachineFile` is one that comes from a file."""
 
-    clock: Clock
-    boards: dict[str, MachineBoard] = Field(min_length=1)
-    motors: dict[str, Motor] = Field(min_length=1)
+    clock: ClockTable
+    boards: dict[str, BoardTable] = Field(min_length=1)
+    motors: dict[str, MotorTable] = Field(min_length=1)
     line: LineTable = LineTable()
     program: ProgramTable = ProgramTable()
     _path: Path = PrivateAttr(default=Path("machine.toml"))
@@ -182,12 +182,12 @@ class Tables(_Table):
         """The frequency of the clock's edges, of which `clock.divider` are a pixel, exact."""
         return self.clock.pixel
 
-    def __getitem__(self, name: str) -> Motor:
+    def __getitem__(self, name: str) -> MotorTable:
         if name not in self.motors:
             raise UserError(f"{self.path}: there is no motor {name!r}: {', '.join(self.motors)}")
         return self.motors[name]
 
-    def default_motor(self) -> Motor:
+    def default_motor(self) -> MotorTable:
         """Return the motor that a line is for when nothing else says so.
 
         Raises UserError if there are several and `line.motor` names none.
@@ -201,15 +201,15 @@ class Tables(_Table):
             )
         return next(iter(self.motors.values()))
 
-    def board_of(self, motor: Motor) -> MachineBoard:
+    def board_of(self, motor: MotorTable) -> BoardTable:
         """Return a motor's board."""
         return self.boards[motor.board] if motor.board else next(iter(self.boards.values()))
 
-    def board_name(self, motor: Motor) -> str:
+    def board_name(self, motor: MotorTable) -> str:
         """Return the name of a motor's board."""
         return motor.board or next(iter(self.boards))
 
-    def profile(self, motor: Motor, use: str) -> Path | None:
+    def profile(self, motor: MotorTable, use: str) -> Path | None:
         """Return the file of a profile (`line`, `move` or `home`), relative to the machine's."""
         name = getattr(motor.profiles, use)
         return self.path.parent / name if name else None
@@ -218,7 +218,7 @@ class Tables(_Table):
 Problem = tuple[tuple[str, ...], str]
 
 
-def contradictions(machine: Tables) -> Iterator[Problem]:
+def contradictions(machine: MachineTables) -> Iterator[Problem]:
     """Yield the keys and the reason of whatever does not fit the rest of the file."""
     if machine.line.motor and machine.line.motor not in machine.motors:
         yield ("line", "motor"), f"there is no motor of this name: {', '.join(machine.motors)}"
@@ -231,7 +231,7 @@ def contradictions(machine: Tables) -> Iterator[Problem]:
         yield from _length_problems(name, motor)
 
 
-def _places_of_boards(machine: Tables) -> Iterator[Problem]:
+def _places_of_boards(machine: MachineTables) -> Iterator[Problem]:
     """Yield every board whose address on its port another one has."""
     seen: dict[tuple[str, int], str] = {}
     for name, board in machine.boards.items():
@@ -242,7 +242,7 @@ def _places_of_boards(machine: Tables) -> Iterator[Problem]:
         seen.setdefault(place, name)
 
 
-def _board_problems(machine: Tables, motor: Motor) -> Iterator[Problem]:
+def _board_problems(machine: MachineTables, motor: MotorTable) -> Iterator[Problem]:
     if motor.board is None and len(machine.boards) > 1:
         yield (
             ("motors", motor.name),
@@ -253,7 +253,7 @@ def _board_problems(machine: Tables, motor: Motor) -> Iterator[Problem]:
         yield ("motors", motor.name, "board"), f"there is no board of this name: {known}"
 
 
-def _axis_problems(machine: Tables, motor: Motor) -> Iterator[Problem]:
+def _axis_problems(machine: MachineTables, motor: MotorTable) -> Iterator[Problem]:
     """Yield an axis that the board does not have, or that another motor has."""
     board = machine.board_of(motor)
     where = ("motors", motor.name, "axis")
@@ -266,13 +266,13 @@ def _axis_problems(machine: Tables, motor: Motor) -> Iterator[Problem]:
             yield where, f"motor {other.name} has this axis of this board"
 
 
-def _length_problems(name: str, motor: Motor) -> Iterator[Problem]:
+def _length_problems(name: str, motor: MotorTable) -> Iterator[Problem]:
     """Yield every length that needs another steps_per_unit, or comes out as a part of a step."""
     try:
         _ = motor.backlash_steps
     except UserError as error:
         yield ("motors", name, "backlash"), str(error)
-    for key in Limits.model_fields:
+    for key in LimitsTable.model_fields:
         try:
             motor.limit(key)
         except UserError as error:

@@ -4,7 +4,7 @@
 from dataclasses import dataclass
 from fractions import Fraction
 
-from pixstep.board.limits import BoardLimits
+from pixstep.board.capability import BoardLimits
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines import core
 from pixstep.lines.line import PLAIN, SMOOTH

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
-from pixstep.board import limits, run, settings, upload
+from pixstep.board import capability, run, settings, upload
 from pixstep.board.device import Board
 from pixstep.board.errors import BoardError
 from pixstep.board.link import World
@@ -92,7 +92,7 @@ class MoveOnBoard:
 def prepare_move(board: Board, axis: int, move: FastMove, clock: Clock, name: str) -> MoveOnBoard:
     """Check a move by the board's limits and set its clock; `name` is that of the profile."""
     hz, line = clock.pixel_hz(board), move.line(name)
-    limits.check(line, limits.connected(board, hz))
+    capability.check_line(line, capability.connected_limits(board, hz))
     upload.require_idle(board, [axis])
     settings.set_clock(board, clock.clock_hz, divider=clock.divider)
     before = run.positions(board, [axis])[axis]
@@ -126,7 +126,7 @@ def prepare_homing(board: Board, plan: HomingPlan, clock: Clock, inputs: Inputs)
     """Check the legs by the board's limits, set clock and inputs, enable the axis."""
     board.require("homing")
     hz = clock.pixel_hz(board)
-    legs.refuse(plan, limits.connected(board, hz))
+    legs.refuse(plan, capability.connected_limits(board, hz))
     upload.require_idle(board, [plan.axis])
     _set(board, plan.axis, clock, inputs)
     run.command(board, "enable", [plan.axis])

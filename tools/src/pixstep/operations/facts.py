@@ -18,8 +18,8 @@ from pixstep.operations.motor_choice import TABLE_AXES, Named
 
 if TYPE_CHECKING:
     from pixstep.lines.units import Scale
-    from pixstep.machine.files import Machine
-    from pixstep.machine.model import MachineBoard, Motor
+    from pixstep.machine.files import MachineFile
+    from pixstep.machine.model import BoardTable, MotorTable
     from pixstep.operations.field import Field
 
 
@@ -40,14 +40,14 @@ class Facts:
         self._find = find
 
     @property
-    def machine(self) -> Machine:
+    def machine(self) -> MachineFile:
         """The machine in force, where a fact of it is wanted: then there is one."""
         if self.found is None:
             raise UserError("no machine file")
         return self.found
 
     @cached_property
-    def found(self) -> Machine | None:
+    def found(self) -> MachineFile | None:
         """The machine in force, None if there is none."""
         path = self._find(self.named.machine)
         if path is None and self.named.motors:
@@ -61,18 +61,18 @@ class Facts:
             self._choose(machine)
         return machine
 
-    def _load(self, path: Path) -> Machine | None:
+    def _load(self, path: Path) -> MachineFile | None:
         from pixstep.machine import files  # pydantic takes a while to load
 
         try:
-            return files.Machine.load(path)
+            return files.MachineFile.load(path)
         except UserError as error:
             if self.on_mistake is None or self.named.motors:
                 raise
             self.on_mistake(error)
             return None
 
-    def _choose(self, machine: Machine) -> None:
+    def _choose(self, machine: MachineFile) -> None:
         """Take the motors that are named; one that the file does not have is refused."""
         if self.named.own in machine.motors:
             self.named.motors = (self.named.own,)
@@ -84,18 +84,18 @@ class Facts:
             self.motors = motor_choice.choose(machine, self.named)
 
     @property
-    def used(self) -> Machine | None:
+    def used(self) -> MachineFile | None:
         """The machine, if something of it was asked for; it is not read only for this."""
-        found: Machine | None = vars(self).get("found")
+        found: MachineFile | None = vars(self).get("found")
         return found
 
     @cached_property
-    def motors(self) -> list[Motor]:
+    def motors(self) -> list[MotorTable]:
         """The motors that are named, else the one that lines are for."""
         return motor_choice.choose(self.machine, self.named)
 
     @property
-    def motor(self) -> Motor:
+    def motor(self) -> MotorTable:
         """The only motor. Raises UserError if several are chosen."""
         if len(self.motors) > 1:
             names = " and ".join(motor.name for motor in self.motors)
@@ -103,7 +103,7 @@ class Facts:
         return self.motors[0]
 
     @property
-    def motors_in_force(self) -> list[Motor]:
+    def motors_in_force(self) -> list[MotorTable]:
         """The motors; none without a file that was used, or if nothing chooses one of several."""
         try:
             return [] if self.used is None else self.motors
@@ -111,7 +111,7 @@ class Facts:
             return []
 
     @property
-    def board(self) -> MachineBoard:
+    def board(self) -> BoardTable:
         """The board of all motors that are chosen."""
         boards = self.boards
         if len(boards) > 1:
@@ -119,7 +119,7 @@ class Facts:
         return next(iter(boards.values()))
 
     @property
-    def boards(self) -> dict[str, MachineBoard]:
+    def boards(self) -> dict[str, BoardTable]:
         """The boards of the motors that are chosen, by name."""
         machine = self.machine
         if not self.named.any:

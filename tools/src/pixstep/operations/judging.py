@@ -6,8 +6,8 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from pixstep.board import limits
-from pixstep.board.limits import BoardLimits
+from pixstep.board import capability
+from pixstep.board.capability import BoardLimits
 from pixstep.lines import units
 from pixstep.lines.line import Line
 from pixstep.lines.line_check import Limits
@@ -54,7 +54,7 @@ def check(desk: Desk, line: Line, board: BoardLimits, motor: Limits, advice: str
     """
     desk.say(
         f"{line.name}: {one.name} at pixel {one.pixel}: {one.message}"
-        for one in limits.check(line, board, motor, advice)
+        for one in capability.check_line(line, board, motor, advice)
     )
 
 

@@ -12,7 +12,7 @@ from pixstep.operations.asked import AskedError
 from pixstep.profiles.origin import MOST_EDGES
 
 if TYPE_CHECKING:
-    from pixstep.machine.files import Machine
+    from pixstep.machine.files import MachineFile
     from pixstep.operations.desk import Desk
     from pixstep.operations.request import Request
 
@@ -67,7 +67,7 @@ def _cure(error: TooLittleError, values: Mapping[str, Any], desk: Desk) -> str:
 
 
 def _clock_hz(
-    values: Mapping[str, Any], by_machine: Callable[[str], bool], machine: Machine | None
+    values: Mapping[str, Any], by_machine: Callable[[str], bool], machine: MachineFile | None
 ) -> Fraction | None:
     """Return the frequency of the clock's edges; of pixels where nothing says how many they are."""
     if "divider" not in values and by_machine("pixel_hz"):

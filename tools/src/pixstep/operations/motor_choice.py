@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from pixstep.errors import UserError
 
 if TYPE_CHECKING:
-    from pixstep.machine.model import MachineBoard, Motor, Tables
+    from pixstep.machine.model import BoardTable, MachineTables, MotorTable
 
 TABLE_AXES = 2
 
@@ -52,7 +52,7 @@ class Named:
         return f"--motor {self.motors[0]}" if self.motors else f"--axis {self.axes[0]}"
 
 
-def choose(machine: Tables, named: Named) -> list[Motor]:
+def choose(machine: MachineTables, named: Named) -> list[MotorTable]:
     """Return the motors that are meant, in the order of their lines.
 
     Raises UserError if an axis has no motor, if several boards have one there and nothing says
@@ -80,7 +80,9 @@ def choose(machine: Tables, named: Named) -> list[Motor]:
     return [motor]
 
 
-def _refuse_contradiction(machine: Tables, named: Named, motors: Sequence[Motor]) -> None:
+def _refuse_contradiction(
+    machine: MachineTables, named: Named, motors: Sequence[MotorTable]
+) -> None:
     """Raise UserError if --axis or --unit mean other motors than --motor."""
     for motor in motors:
         board = machine.board_of(motor)
@@ -105,7 +107,7 @@ def _refuse_contradiction(machine: Tables, named: Named, motors: Sequence[Motor]
         raise UserError(f"{axes}: in {machine.path} {said}: leave --axis or --motor out")
 
 
-def _on_axis(machine: Tables, named: Named, axis: int) -> list[Motor]:
+def _on_axis(machine: MachineTables, named: Named, axis: int) -> list[MotorTable]:
     """Return the motor of an axis; of commands for several boards that of each one given."""
     there = boards_at(machine, named.units) or machine.boards
     found = [
@@ -128,11 +130,11 @@ def _on_axis(machine: Tables, named: Named, axis: int) -> list[Motor]:
     return found
 
 
-def _of_board(machine: Tables, motor: Motor) -> str:
+def _of_board(machine: MachineTables, motor: MotorTable) -> str:
     return f" of board {machine.board_name(motor)}" if len(machine.boards) > 1 else ""
 
 
-def boards_at(machine: Tables, units: Sequence[int]) -> dict[str, MachineBoard]:
+def boards_at(machine: MachineTables, units: Sequence[int]) -> dict[str, BoardTable]:
     """Return the file's boards at some addresses, by name."""
     return {name: board for name, board in machine.boards.items() if board.unit in units}
 

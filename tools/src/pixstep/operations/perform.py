@@ -137,10 +137,10 @@ def _several(value: object) -> tuple[object, ...]:
     return value if isinstance(value, tuple) else (value,)
 
 
-def rules(request: Request, *, force: bool) -> atomic.Rules:
+def rules(request: Request, *, force: bool) -> atomic.WriteRules:
     """Return what the request may replace: existing files only with `force`, its inputs never."""
     inputs = tuple(path for field, path in _paths(request) if not field.writes)
-    return atomic.Rules(force, inputs)
+    return atomic.WriteRules(force, inputs)
 
 
 def perform(

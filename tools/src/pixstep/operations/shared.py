@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pixstep.board import boards, gating
+from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.operations import machine_defaults as machine
@@ -30,7 +30,7 @@ AXIS = Whole(0, 3)
 LINE_NUMBER = Whole(1)
 EDGES = Whole(1, MOST_EDGES)
 SYNC = Choice(list(regs.SYNCS))
-GATE_EDGES = Whole(0, gating.MOST_EDGES)
+GATE_EDGES = Whole(0, boards.MOST_GATE_EDGES)
 
 
 def decode(about: str = "What the motor is.", **more: Any) -> Any:

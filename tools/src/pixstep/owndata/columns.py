@@ -13,7 +13,7 @@ from fractions import Fraction
 from pixstep.errors import RefusedError, UserError
 from pixstep.formats.findings import counted
 from pixstep.lines import units
-from pixstep.owndata.table import Table
+from pixstep.owndata.table import TextTable
 
 POSITION, SPEED, STEPS = "position", "speed", "steps"
 QUANTITIES = (POSITION, SPEED, STEPS)
@@ -216,13 +216,13 @@ class KnownColumn(Column):
     unit: str
 
 
-def of_table(table: Table) -> list[Column]:
+def of_table(table: TextTable) -> list[Column]:
     """Return what the names of all columns say."""
     named = [meaning_of(name) for name in table.names or [""] * table.width]
     return [Column(number, **vars(said)) for number, said in enumerate(named)]
 
 
-def choose(table: Table, known: list[Column], wanted: str | None) -> Column:
+def choose(table: TextTable, known: list[Column], wanted: str | None) -> Column:
     """Return the column to import.
 
     `wanted` is a name or a number from 1. Raises ChoiceError if several columns could be meant.
@@ -245,7 +245,7 @@ def choose(table: Table, known: list[Column], wanted: str | None) -> Column:
     return left[0]
 
 
-def _asked_for(table: Table, wanted: str) -> int:
+def _asked_for(table: TextTable, wanted: str) -> int:
     """Return a column by its name or its number from 1."""
     if table.names and wanted in table.names:
         refuse_twins(table, table.names.index(wanted))
@@ -256,7 +256,7 @@ def _asked_for(table: Table, wanted: str) -> int:
     raise UserError(f"{table.path}: there is no column {wanted!r}: {has}")
 
 
-def refuse_twins(table: Table, column: int) -> None:
+def refuse_twins(table: TextTable, column: int) -> None:
     """Refuse a column that was found by its name if others have the same name."""
     names = table.names or ()
     twins = [str(k) for k, name in enumerate(names, 1) if name == names[column]]
@@ -267,7 +267,7 @@ def refuse_twins(table: Table, column: int) -> None:
         )
 
 
-def _counts_up(table: Table, column: int) -> bool:
+def _counts_up(table: TextTable, column: int) -> bool:
     """True for 0 1 2 ... or 1 2 3 ..."""
     values = table.numbers(column)
     return (

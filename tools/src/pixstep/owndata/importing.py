@@ -30,7 +30,7 @@ from pixstep.owndata.columns import (
 )
 from pixstep.owndata.fitting import fit, largest_error
 from pixstep.owndata.readings import Asked, read
-from pixstep.owndata.table import Table
+from pixstep.owndata.table import TextTable
 
 Refuse = Callable[[int, str], UserError]  # takes a pixel, from 0, and what is wrong with it
 
@@ -90,7 +90,7 @@ _UNITS = f"--unit {_LENGTHS}, of speeds also those per px|{'|'.join(SECOND_UNITS
 
 
 @dataclass(frozen=True)
-class Request:
+class ImportRequest:
     """What is known beside the file; None where the file has to say.
 
     `quantity` is position, speed or steps; `unit` that of a distance, of speeds also mm/s or um/px;
@@ -125,7 +125,7 @@ class Imported:
 class _Motion:
     """Exact positions at the pixel edges in steps, from 0 at the start; where each came from."""
 
-    table: Table
+    table: TextTable
     column: KnownColumn
     positions: tuple[Fraction, ...]
     first_row: int  # of the first pixel
@@ -135,7 +135,7 @@ class _Motion:
         return self.table.error(pixel + self.first_row, self.column.number, message)
 
 
-def import_line(path: str | Path, request: Request) -> Imported:
+def import_line(path: str | Path, request: ImportRequest) -> Imported:
     """Make a line of a user's own table.
 
     Raises UserError naming file, line, column and value of what cannot be a line of this motor, and
@@ -155,7 +155,9 @@ def import_line(path: str | Path, request: Request) -> Imported:
     return Imported(made.line, said, made.largest_error_steps, findings)
 
 
-def _meaning(read: Table, column: Column, request: Request) -> tuple[KnownColumn, list[str]]:
+def _meaning(
+    read: TextTable, column: Column, request: ImportRequest
+) -> tuple[KnownColumn, list[str]]:
     """Return the column with its quantity and unit, and what was assumed of them."""
     quantity = request.quantity or column.quantity
     unit = request.unit or column.unit
@@ -183,14 +185,14 @@ def _meaning(read: Table, column: Column, request: Request) -> tuple[KnownColumn
     return KnownColumn(column.number, quantity, unit), [text]
 
 
-def _are_steps(read: Table, column: Column) -> bool:
+def _are_steps(read: TextTable, column: Column) -> bool:
     """True for whole numbers whose column has no name, or one with a quantity and no unit."""
     plain = not read.names or column.quantity is not None
     return plain and all(value.denominator == 1 for value in read.values(column.number))
 
 
 def _check_others(
-    read: Table, columns: Sequence[Column], chosen: Column, hz: Fraction | None
+    read: TextTable, columns: Sequence[Column], chosen: Column, hz: Fraction | None
 ) -> list[str]:
     """Compare the pixel numbers and the times that are beside a column with its rows."""
     others = [column for column in columns if column.number != chosen.number]
@@ -204,7 +206,7 @@ def _check_others(
     return _check_clock(read, times, hz)
 
 
-def _check_numbers(read: Table, numbers: Column) -> None:
+def _check_numbers(read: TextTable, numbers: Column) -> None:
     """Refuse a gap, a repeat or disorder in the numbers of the rows."""
     values = read.values(numbers.number)
     if values[0].denominator != 1:
@@ -217,7 +219,7 @@ def _check_numbers(read: Table, numbers: Column) -> None:
             )  # fmt: skip
 
 
-def _check_clock(read: Table, times: Column, hz: Fraction | None) -> list[str]:
+def _check_clock(read: TextTable, times: Column, hz: Fraction | None) -> list[str]:
     """Compare a column of times with the pixel clock. Raises UserError where they differ."""
     if times.unclear is not None:
         raise RefusedError(
@@ -245,7 +247,7 @@ def _check_clock(read: Table, times: Column, hz: Fraction | None) -> list[str]:
     return [f"{read.title(times.number)} agrees with {float(hz):.10g} Hz"]
 
 
-def _motion(read: Table, column: KnownColumn, request: Request) -> _Motion:
+def _motion(read: TextTable, column: KnownColumn, request: ImportRequest) -> _Motion:
     """Return the motion in steps of the motor, as exact as the numbers are."""
     try:
         factor = factor_of(column.unit, column.quantity, request.scale, request.pixel_hz)
@@ -261,7 +263,7 @@ def _motion(read: Table, column: KnownColumn, request: Request) -> _Motion:
     return _Motion(read, column, tuple(value - start for value in values), 1)
 
 
-def _said(made: Made, request: Request) -> list[str]:
+def _said(made: Made, request: ImportRequest) -> list[str]:
     """Return what is to be said of a line."""
     said = []
     if made.line.decode == SMOOTH and (made.line.negative or request.negative):

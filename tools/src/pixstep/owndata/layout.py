@@ -16,7 +16,7 @@ from pathlib import Path
 from pixstep.errors import RefusedError, UserError
 from pixstep.formats.records import MAX_BYTES
 from pixstep.owndata.columns import is_name
-from pixstep.owndata.table import BLANK, NONE, SEPARATORS, STYLES, Row, Table, Way, shown
+from pixstep.owndata.table import BLANK, NONE, SEPARATORS, STYLES, Row, TextTable, Way, shown
 
 _MARKS = (  # UTF-32 first: its mark begins with that of UTF-16
     (codecs.BOM_UTF32_LE, "utf-32-le"),
@@ -38,7 +38,7 @@ _BLANKS = " \u00a0\u2009\u202f"
 
 
 @dataclass(frozen=True)
-class Text:
+class SourceText:
     """Lines and their numbers in the file, the separator that the file names, the encoding."""
 
     path: Path
@@ -57,7 +57,7 @@ def is_comment(text: str) -> bool:
     return text.startswith("#") and not _NO_NUMBER.match(text)
 
 
-def read_text(path: Path) -> Text:
+def read_text(path: Path) -> SourceText:
     """Read the lines of a file. Raises UserError if that fails, or for what is no text."""
     try:
         if path.stat().st_size > MAX_BYTES:
@@ -71,7 +71,7 @@ def read_text(path: Path) -> Text:
     if lines and (named := _SEPARATOR_LINE.fullmatch(lines[0][1].lstrip())):
         separator = named[1]
         del lines[0]
-    return Text(path, tuple(lines), separator, _NAMES.get(encoding, encoding.upper()))
+    return SourceText(path, tuple(lines), separator, _NAMES.get(encoding, encoding.upper()))
 
 
 def decoded(path: Path, data: bytes) -> tuple[str, str]:
@@ -134,7 +134,7 @@ class Layout:
     columns behind that are empty; `most` is with these.
     """
 
-    def __init__(self, text: Text, separator: str) -> None:
+    def __init__(self, text: SourceText, separator: str) -> None:
         """Divide the lines of a text that has some."""
         self.text, self.separator = text, separator
         self.refusal: RefusedError | None = None
@@ -154,11 +154,11 @@ class Layout:
         """True if the header has as many names as the rows have fields, several."""
         return self.names is not None and self.width > 1 and _filled([*self.names]) == self.width
 
-    def table(self, decimal: str, *, chosen: bool) -> Table:
+    def table(self, decimal: str, *, chosen: bool) -> TextTable:
         """Return the table as a style of numbers reads it."""
         way = Way(self.separator, decimal)
         names = None if self.names is None else tuple(self.names)
-        return Table(self.text.path, tuple(self.rows), names, way, self.text.encoding, chosen)
+        return TextTable(self.text.path, tuple(self.rows), names, way, self.text.encoding, chosen)
 
     def _nothing(self) -> RefusedError:
         if self.names is None:
@@ -213,7 +213,7 @@ class Layout:
         return None
 
 
-def _divided(text: Text, separator: str) -> list[Row]:
+def _divided(text: SourceText, separator: str) -> list[Row]:
     lines = text.data
     if separator == NONE:
         return [(line, [content.strip().strip('"')]) for line, content in lines]
@@ -225,7 +225,7 @@ def _divided(text: Text, separator: str) -> list[Row]:
     return list(zip((line for line, _ in lines), _fields(text, separator), strict=True))
 
 
-def _fields(text: Text, separator: str) -> list[list[str]]:
+def _fields(text: SourceText, separator: str) -> list[list[str]]:
     """Return the fields of all lines, quotes taken off."""
     reader = csv.reader(
         (content for _, content in text.data),
@@ -292,7 +292,7 @@ def _without_empty_ends(rows: list[Row]) -> list[Row]:
     return rows[full[0] : full[-1] + 1] if full else []
 
 
-def _names_in_comment(text: Text, first: int, separator: str, width: int) -> list[str] | None:
+def _names_in_comment(text: SourceText, first: int, separator: str, width: int) -> list[str] | None:
     """Return names from the comment above the data, as numpy's savetxt writes a header."""
     above = ""
     for line, content in text.lines:
@@ -306,6 +306,6 @@ def _names_in_comment(text: Text, first: int, separator: str, width: int) -> lis
         name = words.rstrip(f"{SEPARATORS.get(separator, '')} ")
         return [name] if is_name(name) else None
     lines = ((first, words),)
-    names = _divided(Text(text.path, lines, None, text.encoding), separator)[0][1]
+    names = _divided(SourceText(text.path, lines, None, text.encoding), separator)[0][1]
     names = _with_units(names) if separator == BLANK else names
     return names if _filled(names) == width else None

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from pixstep.errors import RefusedError, UserError
 from pixstep.owndata.columns import INDEX, TIME, ChoiceError, Column, choose, of_table
-from pixstep.owndata.layout import Layout, Text, read_text
+from pixstep.owndata.layout import Layout, SourceText, read_text
 from pixstep.owndata.table import (
     BLANK,
     COMMA,
@@ -23,7 +23,7 @@ from pixstep.owndata.table import (
     POINT,
     SEPARATORS,
     STYLES,
-    Table,
+    TextTable,
     Way,
     shown,
 )
@@ -43,10 +43,10 @@ class Asked:
 
 
 @dataclass(frozen=True)
-class Reading:
+class TableReading:
     """A table, what its columns hold, and the column to import."""
 
-    table: Table
+    table: TextTable
     columns: Sequence[Column]
     column: Column
 
@@ -57,14 +57,14 @@ class _Trial:
 
     way: Way
     layout: Layout
-    table: Table | None = None
+    table: TextTable | None = None
     words: frozenset[tuple[int, int]] = frozenset()
-    reading: Reading | None = None
+    reading: TableReading | None = None
     refusal: UserError | None = None
     meaning: object = None  # equal where two ways say the same; None: the file is not like that
 
 
-def read(path: Path, asked: Asked) -> Reading:
+def read(path: Path, asked: Asked) -> TableReading:
     """Read a table in the one way that is possible.
 
     Raises RefusedError naming the place of what is no table of numbers, or what it may mean.
@@ -88,7 +88,7 @@ def read(path: Path, asked: Asked) -> Reading:
     raise _why(trials)
 
 
-def _unquoted(text: Text) -> Text:
+def _unquoted(text: SourceText) -> SourceText:
     """Return a text whose lines are all in quotes as a whole without these."""
     if not text.data or not all(_QUOTED.fullmatch(line) for _, line in text.data):
         return text
@@ -96,7 +96,7 @@ def _unquoted(text: Text) -> Text:
     return replace(text, lines=lines)
 
 
-def _trials(text: Text, asked: Asked) -> Iterator[_Trial]:
+def _trials(text: SourceText, asked: Asked) -> Iterator[_Trial]:
     """Yield every way to read a text, the likeliest separator first."""
     separators = _separators(text, asked)
     for separator in separators:
@@ -116,7 +116,7 @@ def _takes_decimals(layout: Layout, asked: Asked) -> bool:
     return layout.separator == asked.decimal == COMMA and not _has_marks(layout)
 
 
-def _separators(text: Text, asked: Asked) -> list[str]:
+def _separators(text: SourceText, asked: Asked) -> list[str]:
     """Return what may divide the fields: what is said, else what stands in most lines."""
     if asked.separator is not None:
         return [asked.separator]
@@ -203,11 +203,11 @@ def _try(trial: _Trial, asked: Asked) -> None:
     except UserError as error:
         trial.refusal = error
         return
-    trial.reading = Reading(trial.table, columns, column)
+    trial.reading = TableReading(trial.table, columns, column)
     trial.meaning = (column.number, *values.items())
 
 
-def _has_numbers(table: Table, words: frozenset[tuple[int, int]]) -> bool:
+def _has_numbers(table: TextTable, words: frozenset[tuple[int, int]]) -> bool:
     """True if a column has numbers alone."""
     return len({column for _, column in words}) < table.width
 
@@ -223,7 +223,7 @@ def _why(trials: list[_Trial]) -> UserError:
     return refusal
 
 
-def _ambiguous(text: Text, groups: list[list[_Trial]]) -> RefusedError:
+def _ambiguous(text: SourceText, groups: list[list[_Trial]]) -> RefusedError:
     """Return the refusal of a file that can be read in several ways."""
     line, seen = _difference(groups)
     raw = dict(text.lines)[line]

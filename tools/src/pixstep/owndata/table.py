@@ -101,7 +101,7 @@ class Way:
 
 
 @dataclass(frozen=True)
-class Table:
+class TextTable:
     """Rows of fields; `names` are those of the header, None without one."""
 
     path: Path

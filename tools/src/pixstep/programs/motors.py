@@ -8,7 +8,7 @@ from fractions import Fraction
 from pixstep.board import capability, settings
 from pixstep.errors import RefusedError
 from pixstep.lines.line_check import WHOLE_STEPS_PX2
-from pixstep.machine.model import Motor, Tables
+from pixstep.machine.model import MachineTables, MotorTable
 from pixstep.programs.language import AXIS_WORDS
 
 SMOOTH_ROUNDING = 4  # steps/px2 that whole steps add to a smooth motor's planned acceleration
@@ -119,7 +119,7 @@ class Setup:
         return float(MS / self.pixel_hz)
 
 
-def of_machine(machine: Tables) -> Setup:
+def of_machine(machine: MachineTables) -> Setup:
     """Return the setup of a machine file.
 
     Raises UserError naming the file and the key of what is missing.
@@ -155,13 +155,13 @@ def of_machine(machine: Tables) -> Setup:
     )
 
 
-def _word(motor: Motor) -> str | None:
+def _word(motor: MotorTable) -> str | None:
     """Return the word that moves a motor: its own key, else its name, if that is a word."""
     name = motor.name.upper()
     return motor.word or (name if len(name) == 1 and name in AXIS_WORDS else None)
 
 
-def _motor(machine: Tables, motor: Motor, together: int) -> PlanMotor:
+def _motor(machine: MachineTables, motor: MotorTable, together: int) -> PlanMotor:
     hz = machine.pixel_hz
     clock = settings.of_clock(machine.clock.sync, machine.clock.edges)
     able = capability.of(machine.board_of(motor).kind, hz, axes=together, clock=clock)
@@ -184,13 +184,13 @@ def _motor(machine: Tables, motor: Motor, together: int) -> PlanMotor:
     )
 
 
-def _per_ms(machine: Tables, motor: Motor, key: str) -> float | None:
+def _per_ms(machine: MachineTables, motor: MotorTable, key: str) -> float | None:
     """Return a motor's limit in counts and milliseconds; None if it has none."""
     limit, hz = motor.limit(key), machine.pixel_hz
     return None if limit is None else float(limit.per_pixel(hz) * (hz / MS) ** limit.order)
 
 
-def _max_acceleration(machine: Tables, motor: Motor) -> float:
+def _max_acceleration(machine: MachineTables, motor: MotorTable) -> float:
     """Return a motor's limit of the acceleration. Raises UserError if it has none."""
     found = _per_ms(machine, motor, "max_acceleration")
     if not found:
@@ -201,7 +201,7 @@ def _max_acceleration(machine: Tables, motor: Motor) -> float:
     return found
 
 
-def _max_jerk(machine: Tables, motor: Motor) -> float | None:
+def _max_jerk(machine: MachineTables, motor: MotorTable) -> float | None:
     """Return a motor's limit of the jerk in steps/px3. Raises UserError if it is 0."""
     jerk = motor.limit("max_jerk")
     if jerk is None:

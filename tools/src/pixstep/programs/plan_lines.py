@@ -17,11 +17,11 @@ from typing import BinaryIO
 import numpy as np
 
 from pixstep import atomic, outfolder
-from pixstep.board.limits import BoardLimits
+from pixstep.board.capability import BoardLimits
 from pixstep.errors import RefusedError
 from pixstep.formats.records import CSV_COLUMNS, LineEnds, join_records, number_texts
 from pixstep.lines import line_check
-from pixstep.lines.core import Checker, Code
+from pixstep.lines.core import Checker, CoreFinding
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.line_check import IDLE_PIXEL, Finding
 from pixstep.lines.runs import (
@@ -125,7 +125,7 @@ class WholeCheck:
             Checker(bound.of(Line((), SMOOTH if motor.smooth else PLAIN)).of_board())
             for motor, bound in zip(motors, bounds, strict=True)
         ]
-        self._errors: list[list[Code]] = [[] for _ in motors]
+        self._errors: list[list[CoreFinding]] = [[] for _ in motors]
 
     def add(self, counts: Counts) -> None:
         """Take the counts of some pixels, a column for each motor."""
@@ -134,7 +134,7 @@ class WholeCheck:
             if not line.unknown:
                 self._check(index, over=False)
 
-    def end(self) -> list[list[Code]]:
+    def end(self) -> list[list[CoreFinding]]:
         """Return the first errors of each motor's line, which is over."""
         for index, line in enumerate(self._lines):
             line.way = line.way or 1  # one that never moves may have either

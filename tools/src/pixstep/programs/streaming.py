@@ -8,14 +8,14 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from pixstep.board import clockstate, limits, settings
+from pixstep.board import capability, settings, snapshot
 from pixstep.board import run as running
 from pixstep.board.device import Board
 from pixstep.board.link import World
 from pixstep.board.upload import Upload, require_idle, said_divider
 from pixstep.errors import PlainError, RefusedError, UserError
 from pixstep.lines.units import refuse_period
-from pixstep.machine.model import Tables
+from pixstep.machine.model import MachineTables
 from pixstep.programs import plan_lines
 from pixstep.programs.motors import PlanMotor, Setup
 from pixstep.programs.plan import Plan, PlanProcess, PlanRequest
@@ -182,7 +182,7 @@ class OnBoard:
         mistake in the program that shows only now: the motors are stopped then.
         """
         load(self.lines)
-        clockstate.await_lock(self.board, world)
+        snapshot.await_lock(self.board, world)
         running.arm_queued(self.lines)
         begun()
         follow(self.lines, world, self.pixels, progress)
@@ -205,7 +205,7 @@ class OnBoard:
         ]
 
 
-def require_fitting(machine: Tables, setup: Setup, kind: str) -> None:
+def require_fitting(machine: MachineTables, setup: Setup, kind: str) -> None:
     """Raise UserError for motors on several boards, RefusedError for a board of another kind."""
     names = {motor.name: machine.board_name(machine.motors[motor.name]) for motor in setup.motors}
     boards = sorted(set(names.values()))
@@ -225,7 +225,7 @@ def rehearse(board: Board, request: PlanRequest, progress: Progress = unseen) ->
     Raises UserError for a mistake in the program, RefusedError for what the board would refuse.
     """
     setup = request.setup
-    bounds = limits.connected(board, setup.pixel_hz, len(setup.motors), setup.clock)
+    bounds = capability.connected_limits(board, setup.pixel_hz, len(setup.motors), setup.clock)
     with request.text() as text:
         plan = Plan(request.path, text, setup, request.options)
         return plan_lines.rehearse(plan, bounds, progress)

@@ -12,7 +12,7 @@ import threading
 
 from pixstep.board.modbus import SerialClient, WriteTimeoutError
 from pixstep.board.port import Port
-from pixstep.board.rtu import Reply, Request
+from pixstep.board.rtu import Reply, RtuRequest
 
 _BEGIN_S = 0.008  # after a request: a board that replies has begun, also one with much to do
 _PAUSE_S = 0.02  # in a reply: adapters pass bytes on in pieces, at most so far apart
@@ -112,7 +112,7 @@ class SharedLine(SerialClient):
             self._free_s = self.now_s() + _PAUSE_S
         return data
 
-    def _attempt(self, request: Request) -> Reply | None:
+    def _attempt(self, request: RtuRequest) -> Reply | None:
         """Send a request once; its reply leaves the line free."""
         reply = super()._attempt(request)
         if reply:

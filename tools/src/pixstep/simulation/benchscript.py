@@ -71,7 +71,7 @@ class Order:
             raise NotInTimeError(f"{self.place}: {error}") from None
 
 
-def parse(text: str, kind: boards.Board, place: str) -> Order | None:
+def parse(text: str, kind: boards.BoardKind, place: str) -> Order | None:
     """Return a command for a board, None for an empty line. Raises UserError with the place."""
     words = text.partition("#")[0].split()
     if not words:
@@ -84,7 +84,7 @@ def parse(text: str, kind: boards.Board, place: str) -> Order | None:
         raise UserError(f"{place}: {error}") from None
 
 
-def parse_all(lines: Iterable[str], kind: boards.Board, name: str) -> list[Order]:
+def parse_all(lines: Iterable[str], kind: boards.BoardKind, name: str) -> list[Order]:
     """Return the commands of a script. Raises RefusedError for the first wrong line."""
     places = ((f"{name}: line {number}", text) for number, text in enumerate(lines, start=1))
     try:
@@ -104,7 +104,7 @@ def _word(words: list[str], table: dict[str, Act]) -> Act:
     return table[words[1]]
 
 
-def _axis(words: list[str], word: str, kind: boards.Board) -> int:
+def _axis(words: list[str], word: str, kind: boards.BoardKind) -> int:
     if not (word.isascii() and word.isdecimal()):
         raise _wrong(words)
     if len(word) > 3 or int(word) >= kind.axes:
@@ -128,7 +128,7 @@ def _seconds(words: list[str], word: str, most_s: float = _MOST_S) -> float:
     return float(seconds)
 
 
-def _switch(words: list[str], kind: boards.Board) -> Act:
+def _switch(words: list[str], kind: boards.BoardKind) -> Act:
     if len(words) != 3 or words[1] not in SIGNALS:
         raise _wrong(words)
     switch, axis = words[1], _axis(words, words[2], kind)
@@ -138,14 +138,14 @@ def _switch(words: list[str], kind: boards.Board) -> Act:
     return lambda bench: bench.turn_switch(switch, axis, closed=closed)
 
 
-def _estop(words: list[str], _: boards.Board) -> Act:
+def _estop(words: list[str], _: boards.BoardKind) -> Act:
     return _word(words, {
         "press": lambda bench: bench.turn_estop(pressed=True),
         "release": lambda bench: bench.turn_estop(pressed=False),
     })  # fmt: skip
 
 
-def _clock(words: list[str], _: boards.Board) -> Act:
+def _clock(words: list[str], _: boards.BoardKind) -> Act:
     if len(words) > 2:
         return _clock_change(words)
     if len(words) != 2:
@@ -196,14 +196,14 @@ def _hz(words: list[str]) -> Fraction:
     return hz
 
 
-def _load(words: list[str], kind: boards.Board) -> Act:
+def _load(words: list[str], kind: boards.BoardKind) -> Act:
     if len(words) != 3 or not _PARAMETERS.fullmatch(words[2]):
         raise _wrong(words)
     axis, parameters = _axis(words, words[1], kind), words[2]
     return lambda bench: bench.set_load(axis, parameters)
 
 
-def _supply(words: list[str], _: boards.Board) -> Act:
+def _supply(words: list[str], _: boards.BoardKind) -> Act:
     return _word(words, {
         "5V": lambda bench: bench.switch_supply(powered=True),
         "off": lambda bench: bench.switch_supply(powered=False),
@@ -211,8 +211,8 @@ def _supply(words: list[str], _: boards.Board) -> Act:
     })  # fmt: skip
 
 
-def _alone(act: Act) -> Callable[[list[str], boards.Board], Act]:
-    def read(words: list[str], _: boards.Board) -> Act:
+def _alone(act: Act) -> Callable[[list[str], boards.BoardKind], Act]:
+    def read(words: list[str], _: boards.BoardKind) -> Act:
         if len(words) != 1:
             raise _wrong(words)
         return act
@@ -220,14 +220,14 @@ def _alone(act: Act) -> Callable[[list[str], boards.Board], Act]:
     return read
 
 
-def _wait(words: list[str], _: boards.Board) -> Act:
+def _wait(words: list[str], _: boards.BoardKind) -> Act:
     if len(words) != 2:
         raise _wrong(words)
     seconds = _seconds(words, words[1])
     return lambda bench: bench.wait(seconds)
 
 
-def _until(words: list[str], kind: boards.Board) -> Act:
+def _until(words: list[str], kind: boards.BoardKind) -> Act:
     takes = {"moves": 3, "rests": 3, "edges": 4, "permit": 3}.get(words[1] if words[1:] else "", 0)
     if not takes or len(words) not in (takes, takes + 1):
         raise _wrong(words)
@@ -238,7 +238,7 @@ def _until(words: list[str], kind: boards.Board) -> Act:
 
 
 def _condition(
-    words: list[str], kind: boards.Board
+    words: list[str], kind: boards.BoardKind
 ) -> Callable[[VirtualBench], Callable[[], bool]]:
     """Return what makes the condition of a bench, from when the command begins."""
     if words[1] == "permit":
@@ -278,7 +278,7 @@ def _quit(bench: VirtualBench) -> None:
     bench.ended = True
 
 
-_READERS: dict[str, Callable[[list[str], boards.Board], Act]] = {
+_READERS: dict[str, Callable[[list[str], boards.BoardKind], Act]] = {
     "press": _switch,
     "release": _switch,
     "estop": _estop,

@@ -19,9 +19,9 @@ from pathlib import Path
 from typing import Self, Unpack
 
 from pixstep import natives
-from pixstep.board.boardrun import BoardRun
 from pixstep.board.device import Board
 from pixstep.board.errors import BoardError
+from pixstep.board.handle import BoardRun
 from pixstep.board.modbus import SimClient
 from pixstep.errors import UserError
 from pixstep.simulation.simctl import MoreOptions, SimOptions, Simulator

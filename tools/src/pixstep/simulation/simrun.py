@@ -16,11 +16,11 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep.board import boards, features, gating
+from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.boardrun import BoardRun, Watch
 from pixstep.board.device import Board
 from pixstep.board.errors import BoardError, LineRefusedByBoardError
+from pixstep.board.handle import BoardRun, Watch
 from pixstep.board.port import BAUD
 from pixstep.board.state import Record
 from pixstep.board.upload import feed
@@ -115,7 +115,7 @@ class Job:
         if self.divider != 1:
             found["divider"] = self.divider
         if self.gate_edges:
-            found[gating.SETTING] = self.gate_edges
+            found[boards.GATE_SETTING] = self.gate_edges
         return found
 
     @property
@@ -160,7 +160,7 @@ def run_job(job: Job, out: Path, progress: Progress = unseen) -> RunResult:
     """
     refuse_period(job.line_hz, job.tick_hz, locked=job.locked)
     refuse_period(job.pixel_hz, job.tick_hz)
-    gating.refuse(job.gate_edges, job.pixel_hz, job.tick_hz, locked=job.locked)
+    boards.refuse_gate(job.gate_edges, job.pixel_hz, job.tick_hz, locked=job.locked)
     out.mkdir(parents=True, exist_ok=True)
     result = RunResult(job)
     with scratch_folder(out) as scratch:
@@ -206,8 +206,10 @@ def _go(run: SimulatedBoard, result: RunResult, progress: Progress) -> None:
     try:
         if max(job.lines) >= run.board.input("axis_count"):
             raise UserError(f"axis {max(job.lines)}: the {boards.axes_text(job.board)}")
-        if job.gate_edges and not run.board.has(gating.FEATURE):
-            raise UserError(f"gate_edges: {features.missing(run.board.unit, gating.FEATURE)}")
+        if job.gate_edges and not run.board.has(boards.GATE_FEATURE):
+            raise UserError(
+                f"gate_edges: {boards.missing_feature(run.board.unit, boards.GATE_FEATURE)}"
+            )
         result.record_every = _record_every(job, run.board.record_capacity())
         settings = job.settings()
         if result.record_every > 1:

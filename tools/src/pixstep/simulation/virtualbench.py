@@ -261,7 +261,7 @@ class VirtualBench:
         self.simulator.pin(0, pin.port, pin.bit, 0 if closed else 1)
 
 
-def wired(kind: boards.Board, switch: str, axis: int) -> bool:
+def wired(kind: boards.BoardKind, switch: str, axis: int) -> bool:
     """True if the board has an input for this switch."""
     return any((pin.signal, pin.axis) == (SIGNALS[switch], axis) for pin in kind.pins)
 

@@ -11,7 +11,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pixstep.board import boards, limits
+from pixstep.board import boards, capability
 from pixstep.errors import RefusedError, UserError
 from pixstep.lazy import lazy
 from pixstep.lines import line_check
@@ -129,7 +129,7 @@ def taking_up(
     return found
 
 
-def check(made: TwoAxisTable, found: limits.BoardLimits) -> None:
+def check(made: TwoAxisTable, found: capability.BoardLimits) -> None:
     """Raise RefusedError for the first pixel that a board would refuse."""
     for line in lines(made):
         for item in line_check.check(line, found.of(line)):
@@ -156,7 +156,7 @@ def run_on_board(
     if max(job.axes) >= board.axes:
         raise UserError(f"axis {max(job.axes)}: the {boards.axes_text(job.board)}")
     made = command(original, plays, name)
-    check(made, limits.named(job.board, job.pixel_hz, axes=AXES))
+    check(made, capability.named_limits(job.board, job.pixel_hz, axes=AXES))
     result, judged, _ = run_and_judge(_job(job, made, original), folder, progress)
     zero = judged.summary["line_zero_cycle"]
     if zero is None or judged.summary["verdict"] != "pass":

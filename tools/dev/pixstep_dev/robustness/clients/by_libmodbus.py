@@ -2,7 +2,7 @@
 """The conformance list by libmodbus: a C program that runs it and prints a line a case."""
 
 from pixstep import natives
-from pixstep.board import boards, features
+from pixstep.board import boards
 from pixstep.errors import UserError
 from pixstep_dev.robustness.clients import cases
 
@@ -35,7 +35,7 @@ def _features(text: str) -> frozenset[str]:
     """Return the features of the board from the program's first row."""
     if not text.isdecimal():
         raise UserError(f"pixstep-libmodbus: register features: {text or 'not read'}")
-    return features.names(int(text))
+    return boards.feature_names(int(text))
 
 
 def _result(text: str, served: bool) -> str:

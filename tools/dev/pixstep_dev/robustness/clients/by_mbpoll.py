@@ -7,7 +7,7 @@ import re
 import shutil
 import subprocess
 
-from pixstep.board import boards, features
+from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.errors import UserError
 from pixstep_dev.robustness.clients import cases
@@ -29,7 +29,9 @@ def run(port: str, board: str) -> dict[str, str]:
     if shutil.which("mbpoll") is None:
         raise UserError("mbpoll is missing: tools/setup installs it")
     poll = _Poll(port)
-    return cases.run_list(_List(poll, board), features.names(poll.read(INPUT, cases.FEATURES)[0]))
+    return cases.run_list(
+        _List(poll, board), boards.feature_names(poll.read(INPUT, cases.FEATURES)[0])
+    )
 
 
 class _Poll:

@@ -8,7 +8,7 @@ from pymodbus.client import ModbusSerialClient
 from pymodbus.pdu import ModbusPDU
 from pymodbus.pdu.file_message import FileRecord
 
-from pixstep.board import boards, features
+from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep_dev.robustness.clients import cases
 from pixstep_dev.robustness.clients.cases import AnsweredError, ConformanceError, same
@@ -35,7 +35,7 @@ def run(port: str, board: str) -> dict[str, str]:
         raise ConformanceError(f"{port}: cannot be opened")
     try:
         checks = _List(client, board)
-        return cases.run_list(checks, features.names(checks.inputs(cases.FEATURES)[0]))
+        return cases.run_list(checks, boards.feature_names(checks.inputs(cases.FEATURES)[0]))
     finally:
         client.close()  # type: ignore[no-untyped-call]
 

@@ -59,7 +59,7 @@ def go_ahead(tick_hz: int, hz: int) -> int:
     return place_edges(tick_hz, hz) + int(_GO_S * hz) + 2
 
 
-def shortest_ticks(board: boards.Board, *, smooth: bool) -> int:
+def shortest_ticks(board: boards.BoardKind, *, smooth: bool) -> int:
     """Return the shortest interval of lines that every axis of a board makes at once."""
     if smooth:
         return steady_smooth_ticks(board)

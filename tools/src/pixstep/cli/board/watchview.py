@@ -13,9 +13,9 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from pixstep.board import clock_hz
 from pixstep.board import registers as regs
 from pixstep.board.snapshot import Snapshot
+from pixstep.board.state import beside_set
 from pixstep.operations.board.watch import AXIS_COLUMNS, NONE, Pair, Show
 
 _HEADS = (  # and widths that hold any value, so that nothing jumps
@@ -111,7 +111,7 @@ def _clock(now: Snapshot, before: Snapshot | None) -> str:
     rate = f"{rates['pixel_edges']:.2f} Hz, " if rates else ""
     text = f"{rate}{now.inputs['pixel_edges']:,} edges"
     if now.off_hz is not None:
-        return f"{text}, {clock_hz.beside(now.off_hz, now.set_hz)}: another clock"
+        return f"{text}, {beside_set(now.off_hz, now.set_hz)}: another clock"
     return text
 
 

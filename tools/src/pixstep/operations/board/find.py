@@ -6,14 +6,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any, TypedDict
 
-from pixstep.board import clockstate, features, scan, settings
+from pixstep.board import boards, scan, settings, snapshot
 from pixstep.board import registers as regs
-from pixstep.board.clockstate import ClockData
 from pixstep.board.errors import BoardError
 from pixstep.board.link import Link
 from pixstep.board.port import LEAST_BAUD, MOST_BAUD, PARITIES
 from pixstep.board.scan import BAUDS, Found
-from pixstep.board.snapshot import LINE_COUNTERS
+from pixstep.board.snapshot import LINE_COUNTERS, ClockData
 from pixstep.errors import FINE, NEGATIVE, UserError
 from pixstep.operations import bus
 from pixstep.operations import machine_defaults as machine
@@ -281,7 +280,7 @@ def _info(known: Known) -> BoardInfo:
     state, axes = board.inputs(), board.axes(who.axis_count)
     names = board.map.input
     told = settings.read(board)
-    clock = clockstate.read(board, state)
+    clock = snapshot.read_clock(board, state)
     return {
         "unit": board.unit,
         "board": who.board,
@@ -289,7 +288,7 @@ def _info(known: Known) -> BoardInfo:
         "map_version": who.map_version,
         "server_id": server_id(known),
         "identification": _identification(known),
-        "features": [item.name for item in features.table() if board.has(item.name)],
+        "features": [item.name for item in boards.features() if board.has(item.name)],
         "status": regs.words(names("status"), state["status"]),
         "reset_cause": regs.words(names("reset_cause"), state["reset_cause"]),
         "fault": board.fault_text(),
@@ -298,7 +297,7 @@ def _info(known: Known) -> BoardInfo:
             "edges": state["pixel_edges"],
             "set_hz": f"{told['pixel_hz_num']}/{told['pixel_hz_den']}",
             "divider": settings.divider_of(told),
-            "measured_hz": clockstate.measured_hz(clock, state, board.tick_hz()),
+            "measured_hz": snapshot.measured_hz(clock, state, board.tick_hz()),
             "measured": clock.as_json() if clock else None,
         },
         "outputs": regs.words(names("outputs"), state["outputs"]),
@@ -340,7 +339,7 @@ def _features(known: Known) -> list[Feature]:
             "has": known.board.has(item.name),
             "meaning": item.meaning,
         }
-        for item in features.table()
+        for item in boards.features()
     ]
 
 

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TypedDict
 
 from pixstep import atomic, signals
-from pixstep.board import features, logs
-from pixstep.board.logs import AxisLog, Row
+from pixstep.board import boards, recording
+from pixstep.board.recording import AxisLog, Row
 from pixstep.board.state import Event
 from pixstep.errors import FINE, NEGATIVE
 from pixstep.operations import bus
@@ -98,9 +98,9 @@ class LogRecords(ToBoard):
         kept: list[RecordRow] = []
         with bus.one_board(desk, self) as (found, known), self._rows_to(desk) as put:
             if not known.board.has("clock_statistics"):
-                note = features.missing(known.board.unit, "clock_statistics")
+                note = boards.missing_feature(known.board.unit, "clock_statistics")
                 desk.say((f"edge_error_ticks is always 0: {note}",))
-            put(logs.HEADER)
+            put(recording.HEADER)
             followed = [AxisLog(known.board, axis) for axis in known.axes(self.axes)]
             wait_s = _wait_s(known)
             ended = FINE

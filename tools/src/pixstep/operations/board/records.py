@@ -10,9 +10,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypedDict
 
-from pixstep.board import recordfiles, recording
-from pixstep.board.logs import Row
-from pixstep.board.recording import Recorder
+from pixstep.board import recording
+from pixstep.board.recording import Recorder, Row
 from pixstep.board.run import Lines
 from pixstep.errors import FINE, NEGATIVE
 from pixstep.operations.asked import AskedError
@@ -28,7 +27,7 @@ class _RecordFile(OutFile):
     def judge(self, value: Any) -> Path:
         """Refuse a name that says no form."""
         path = super().judge(value)
-        recordfiles.refuse(path)
+        recording.refuse_name(path)
         return path
 
 
@@ -66,7 +65,7 @@ class Records:
     """The records of an operation's lines."""
 
     path: Path | None
-    rows: recordfiles.Rows | None
+    rows: recording.Rows | None
     recorders: dict[int, Recorder] = field(default_factory=dict)
     worst: dict[tuple[int, int], int] = field(default_factory=dict)
 
@@ -132,7 +131,7 @@ def recorded(
     is said.
     """
     with contextlib.ExitStack() as stack:
-        rows = stack.enter_context(recordfiles.writing(path)) if path else None
+        rows = stack.enter_context(recording.writing(path)) if path else None
         found = Records(path, rows)
         for lines in group if wanted or path else ():
             unit = lines.board.unit

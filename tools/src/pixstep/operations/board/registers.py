@@ -5,12 +5,12 @@ from __future__ import annotations
 
 from typing import NotRequired, TypedDict
 
-from pixstep.board import features, settings, values
+from pixstep.board import boards, settings, values
 from pixstep.board import registers as regs
 from pixstep.board.device import Board
 from pixstep.board.link import World
 from pixstep.board.settings import ChangeData
-from pixstep.board.values import SETTING, Reading
+from pixstep.board.values import SETTING, RegisterReading
 from pixstep.errors import UserError
 from pixstep.operations import bus
 from pixstep.operations.bus import Known, ToBoards
@@ -99,7 +99,7 @@ class Get(ToBoards):
         ]
         return Result({"boards": rows}, lambda page: self._write(page, told))
 
-    def _write(self, page: Page, told: list[tuple[Known, list[Reading]]]) -> None:
+    def _write(self, page: Page, told: list[tuple[Known, list[RegisterReading]]]) -> None:
         for item, readings in told:
             if len(told) > 1:
                 page.tell(f"board {item.board.unit}:")
@@ -138,12 +138,14 @@ class Set(ToBoards):
 
 def _require(board: Board, names: tuple[str, ...]) -> None:
     """Refuse a register asked for by its name that says nothing on this board."""
-    needed = {features.OF_REGISTERS[name] for name in names if name in features.OF_REGISTERS}
+    needed = {
+        boards.FEATURE_OF_REGISTERS[name] for name in names if name in boards.FEATURE_OF_REGISTERS
+    }
     if needed:
         board.require(*sorted(needed))
 
 
-def _write_table(page: Page, readings: list[Reading]) -> None:
+def _write_table(page: Page, readings: list[RegisterReading]) -> None:
     """Write values with their meanings."""
     table = report.new_table("name", "value", "in words", "range", "default", "meaning")
     for column in table.columns:
@@ -164,7 +166,7 @@ def _write_table(page: Page, readings: list[Reading]) -> None:
     page.draw(table, wide=True)
 
 
-def _text(reading: Reading) -> str:
+def _text(reading: RegisterReading) -> str:
     """Return a value as `name = value unit (words)`."""
     words = f" ({reading.words})" if reading.words else ""
     unit = values.unit_text(reading.item.register)
@@ -173,7 +175,9 @@ def _text(reading: Reading) -> str:
 
 def _set(board: Board, wanted: dict[str, int], world: World, *, store: bool) -> SetBoard:
     """Set one board; return what changed."""
-    needed = {features.OF_REGISTERS[name] for name in wanted if name in features.OF_REGISTERS}
+    needed = {
+        boards.FEATURE_OF_REGISTERS[name] for name in wanted if name in boards.FEATURE_OF_REGISTERS
+    }
     board.require(*sorted(needed | ({"store"} if store else set())))
     old = settings.read(board)
     found = settings.changes(old, wanted)

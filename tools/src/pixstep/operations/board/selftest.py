@@ -6,8 +6,7 @@ from __future__ import annotations
 from typing import Protocol, TypedDict
 
 from pixstep.board import selftest
-from pixstep.board.atmachine import Person
-from pixstep.board.selftest import FAILED, OK, SKIPPED, SelfTest
+from pixstep.board.selftest import FAILED, OK, SKIPPED, Person, SelfTest
 from pixstep.errors import FINE, NEGATIVE
 from pixstep.operations import bus
 from pixstep.operations.bus import ToBoard, some_axes

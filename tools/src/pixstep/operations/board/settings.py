@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import NotRequired, TypedDict
 
 from pixstep import atomic
-from pixstep.board import settings, settingsfile
-from pixstep.board.settingsfile import SettingsFile
+from pixstep.board import settings, values
+from pixstep.board.values import SettingsFile
 from pixstep.errors import FINE, NEGATIVE, RefusedError, UserError
 from pixstep.operations import bus
 from pixstep.operations.asked import AskedError
@@ -92,7 +92,7 @@ class Export(ToBoard):
         """Read the settings and write them."""
         with bus.one_board(desk, self) as (_found, known):
             found = settings.read(known.board)
-        settingsfile.write(self.file, known.who, found)
+        values.write_file(self.file, known.who, found)
         facts = {
             "file": str(self.file), "unit": self.unit, "board": known.who.board,
             "settings": len(found),
@@ -122,7 +122,7 @@ class Import(ToBoards):
 
     def run(self, desk: Desk) -> Result:
         """Set each board, once all of them may be."""
-        read = settingsfile.read(self.file)
+        read = values.read_file(self.file)
         wanted = self._wanted(read)
         with bus.boards(desk, self) as (found, known):
             if _ADDRESS in wanted and len(known) > 1:
@@ -234,7 +234,7 @@ class Diff(ToBoard):
 
     def run(self, desk: Desk) -> Result:
         """Read the settings and compare them."""
-        wanted = settingsfile.read(self.file).settings if self.file else settings.defaults()
+        wanted = values.read_file(self.file).settings if self.file else settings.defaults()
         with bus.one_board(desk, self) as (_found, known):
             there = settings.read(known.board)
         found = settings.changes(wanted, {name: there[name] for name in wanted})

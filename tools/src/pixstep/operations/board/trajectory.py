@@ -6,7 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from pixstep.board import settings, upload
-from pixstep.board.limits import connected
+from pixstep.board.capability import connected_limits
 from pixstep.board.run import Lines
 from pixstep.lines.units import refuse_period
 from pixstep.operations import bus, directions, reading_lines
@@ -69,7 +69,7 @@ class BoardTrajectory(BoardPlayFields, RecordFields, BoardLineClock, ToBoard):
             hz = settings.pixel_hz(board, self.edges_hz(board), self.divider)
             refuse_period(hz, board.tick_hz())
             clock = settings.of_clock(self.sync, self.divider)
-            limits = connected(board, hz, AXES, clock)
+            limits = connected_limits(board, hz, AXES, clock)
             top = int(limits.shortest_ticks) // limits.min_interval_ticks
             most = top - int(abs(original.velocities).max()) - 1
             plays = self.axis_plays(original, hz, most)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TypedDict
 
 from pixstep import formats
-from pixstep.board import clockstate, limits, run, settings, upload
+from pixstep.board import capability, run, settings, snapshot, upload
 from pixstep.board.device import Board
 from pixstep.board.link import World
 from pixstep.errors import UserError
@@ -152,7 +152,7 @@ def check_lines(
     """
     if any(item.backlash for item in lines.values()):
         known.board.require("backlash")
-    found = limits.connected(known.board, hz, len(lines), clock)
+    found = capability.connected_limits(known.board, hz, len(lines), clock)
     bounds = motors or [Limits()] * len(lines)
     for item, motor in zip(lines.values(), bounds, strict=True):
         judging.check(desk, item, found, motor, f"nothing was sent; {judging.ADVICE}")
@@ -185,7 +185,7 @@ def run_lines(
     board, axes = queues.board, queues.axes
     pixels = max(item.pixels for item in lines.values())
     if arm:
-        clockstate.await_lock(board, world)
+        snapshot.await_lock(board, world)
     shown = desk.progress("running") if arm and wait else contextlib.nullcontext(unseen)
     with shown as show, bus.stopping([queues]):
         queues.uploads += upload.begin(board, lines, divider)
@@ -197,7 +197,7 @@ def run_lines(
     if arm and not wait:
         bus.note_unattended(desk, board)
     state, where = run.states(board, axes), run.positions(board, axes)
-    hz = limits.connected(board).pixel_hz
+    hz = capability.connected_limits(board).pixel_hz
     return {
         "unit": board.unit,
         "pixel_hz": hz_text(hz),

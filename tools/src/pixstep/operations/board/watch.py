@@ -9,12 +9,12 @@ from collections.abc import Callable, Iterator
 from typing import NotRequired, Protocol, TypedDict
 
 from pixstep import signals
-from pixstep.board import clock_hz, settings, snapshot
 from pixstep.board import registers as regs
-from pixstep.board.clockstate import ClockData
+from pixstep.board import settings, snapshot
 from pixstep.board.errors import BoardError
 from pixstep.board.link import Link
-from pixstep.board.snapshot import LINE_COUNTERS, Snapshot
+from pixstep.board.snapshot import LINE_COUNTERS, ClockData, Snapshot
+from pixstep.board.state import beside_set
 from pixstep.operations import bus
 from pixstep.operations.bus import Known, ToBoards
 from pixstep.operations.desk import Desk
@@ -186,7 +186,7 @@ def _clock_text(now: Snapshot, before: Snapshot | None) -> str:
     rates = now.rates(before)
     text = f"{text}, {rates['pixel_edges']:.2f} Hz" if rates else text
     if now.off_hz is not None:
-        return f"{text}, {clock_hz.beside(now.off_hz, now.set_hz)}: another clock"
+        return f"{text}, {beside_set(now.off_hz, now.set_hz)}: another clock"
     return f"{text}, {now.clock.text}" if now.clock else text
 
 

@@ -191,7 +191,9 @@ class FileConvert(Request):
         hz, kind = self.pixel_hz, self._kind()
         text = None if hz is None else formats.hz_text(hz)
         header = convert.HeaderChanges(self.name, self.haps, self.lead_in, text, self.date)
-        request = convert.Request(kind, self.line, self.decode == PLAIN, self.drop_header, header)
+        request = convert.Conversion(
+            kind, self.line, self.decode == PLAIN, self.drop_header, header
+        )
         read = self._read()
         made = convert.write(read, self.source, self.target, request)
         desk.say([*read.notes, *(f"{shown_path(self.source)}: {note}" for note in made.notes)])

@@ -11,7 +11,7 @@ from typing import TypedDict
 
 from pixstep import atomic, formats
 from pixstep.board import boards, settings
-from pixstep.board.limits import named
+from pixstep.board.capability import named_limits
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines import core, line_check, units
 from pixstep.lines.line import Line
@@ -112,7 +112,7 @@ class LineCheck(OfClock):
             raise AskedError(f"{{axes}} {self.axes}: {boards.axes_text(self.board)}")
         if hz:
             clock = settings.of_clock(self.sync, self.edges)
-            of_board = named(self.board, hz, axes=self.axes, clock=clock).of(line)
+            of_board = named_limits(self.board, hz, axes=self.axes, clock=clock).of(line)
             if not (desk.given("board") or desk.by_machine("board")):
                 label = boards.load(self.board).label
                 desk.say([f"{self.csv}: checked by what the {label} can do (--board)"])
@@ -193,7 +193,7 @@ class LinePlan(OfClock):
             pixel_hz=hz, divider=self.edges,
         )  # fmt: skip
         tick_hz = self.timer_hz or boards.load(self.board).tick_hz
-        limits = named(self.board, hz, tick_hz).of_core()
+        limits = named_limits(self.board, hz, tick_hz).of_core()
         planned = core.plan(line, hz, tick_hz=tick_hz, pixels=self.pixels, limits=limits)
         desk.say(planned.warnings)
         atomic.write_text(self.output, planned.csv)

@@ -89,7 +89,7 @@ class LineImport(OfClock):
     def run(self, desk: Desk) -> Result:
         """Read the table, make the line and write it."""
         hz = self.pixel_hz
-        request = owndata.Request(
+        request = owndata.ImportRequest(
             self.decode, hz, self.quantity, self.length_unit, self.column, desk.facts.scale(),
             negative=bool(self.negative), fit=self.fit,
             separator=self.separator, decimal=self.decimal,

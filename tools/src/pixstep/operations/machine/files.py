@@ -23,8 +23,8 @@ from pixstep.simulation.report import new_table
 if TYPE_CHECKING:
     import rich.table
 
-    from pixstep.machine.files import Machine
-    from pixstep.machine.model import Clock
+    from pixstep.machine.files import MachineFile
+    from pixstep.machine.model import ClockTable
 
 _KINDS = (SMOOTH, PLAIN)
 _USUAL = ("M39:smooth",)
@@ -126,14 +126,11 @@ class MachineCheck(_OfFile):
     def run(self, desk: Desk) -> Result:
         """Check the file."""
         path = self.path
-        from pixstep.machine import (
-            describe,
-            files,  # pydantic takes a while to load
-        )
+        from pixstep.machine import describe, files
 
         errors, warnings, notes = list(files.problems(path)), [], []
         if not errors:
-            found = files.Machine.load(path)
+            found = files.MachineFile.load(path)
             warnings, notes = list(describe.warnings(found)), list(describe.notes(found))
         verdict, status = ("warnings", NEGATIVE) if warnings else ("fine", FINE)
         if errors:
@@ -176,12 +173,9 @@ class MachineShow(_OfFile):
     def run(self, desk: Desk) -> Result:
         """Read the file."""
         del desk
-        from pixstep.machine import (
-            describe,
-            files,  # pydantic takes a while to load
-        )
+        from pixstep.machine import describe, files
 
-        found = files.Machine.load(self.path)
+        found = files.MachineFile.load(self.path)
 
         def write(page: Page) -> None:
             page.tell(
@@ -195,7 +189,7 @@ class MachineShow(_OfFile):
         return Result(describe.as_json(found), write)
 
 
-def _clock_text(clock: Clock) -> str:
+def _clock_text(clock: ClockTable) -> str:
     """Return the clock, and what pixels and lines are to it where the file says so."""
     text = f"{float(clock.pixel):.10g} Hz"
     if clock.edges > 1:
@@ -221,7 +215,7 @@ def _kinds(texts: tuple[str, ...]) -> dict[str, str]:
     return kinds
 
 
-def _boards_table(found: Machine) -> rich.table.Table:
+def _boards_table(found: MachineFile) -> rich.table.Table:
     table = new_table("board", "kind", "port", "unit", "baud", "parity")
     for name, board in found.boards.items():
         values = board.model_dump().values()
@@ -229,7 +223,7 @@ def _boards_table(found: Machine) -> rich.table.Table:
     return table
 
 
-def _motors_table(found: Machine) -> rich.table.Table:
+def _motors_table(found: MachineFile) -> rich.table.Table:
     """Return a row a motor; limits per pixel, as operations use them."""
     table = new_table(
         "motor", "board", "axis", "kind", "dir", "steps per", "play", "speed", "accel"

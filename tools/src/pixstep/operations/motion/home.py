@@ -7,7 +7,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pixstep.board import limits
+from pixstep.board import capability
 from pixstep.moves import homesim, hometask, legs
 from pixstep.moves.homejudge import HomeSummary
 from pixstep.operations import shared, simulated
@@ -48,7 +48,7 @@ class HomeSim(HomeFields):
     def run(self, desk: Desk) -> Result:
         """Home the axis in the simulator."""
         plan = self.plan(desk, self.pixel_hz)
-        legs.refuse(plan, limits.named(self.board, self.pixel_hz))
+        legs.refuse(plan, capability.named_limits(self.board, self.pixel_hz))
         job = homesim.HomeJob(
             plan=plan,
             board=self.board,

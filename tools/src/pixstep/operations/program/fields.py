@@ -25,7 +25,7 @@ from pixstep.programs.plan_data import (
 )
 
 if TYPE_CHECKING:
-    from pixstep.machine.files import Machine
+    from pixstep.machine.files import MachineFile
     from pixstep.programs.motors import Setup
 
 
@@ -59,7 +59,7 @@ class ProgramFields(Request):
         default_text="a step of the finer motor",
     )  # fmt: skip
 
-    def planned_for(self, desk: Desk) -> tuple[Machine, Setup, Options]:
+    def planned_for(self, desk: Desk) -> tuple[MachineFile, Setup, Options]:
         """Return the machine file, its motors, and how the program is to be planned.
 
         Raises UserError without a machine file, and for what the mode does not have.
@@ -75,7 +75,7 @@ class ProgramFields(Request):
             raise AskedError(f"{{assume_last}}: only with {{mode}} {MODE1}")
         return machine, setup, Options(self.mode, self.window, self.assume_last)
 
-    def _setup(self, machine: Machine) -> Setup:
+    def _setup(self, machine: MachineFile) -> Setup:
         from pixstep.programs.motors import of_machine  # numpy takes a while to load
         from pixstep.programs.plan import with_segments
 
@@ -86,7 +86,7 @@ class ProgramFields(Request):
         return with_segments(setup, self.mode, self.segment)
 
 
-def _finer_steps(machine: Machine, setup: Setup, length: Quantity) -> float:
+def _finer_steps(machine: MachineFile, setup: Setup, length: Quantity) -> float:
     """Return a length in steps of the finer motor of a circle.
 
     Raises UserError for a length in mm or deg where no such motor has a scale for it.

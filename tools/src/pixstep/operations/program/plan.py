@@ -52,13 +52,13 @@ class ProgramPlan(ProgramFields):
 
     def run(self, desk: Desk) -> Result:
         """Plan the program and write its lines."""
-        from pixstep.board import limits  # these take a while to load
+        from pixstep.board import capability  # these take a while to load
         from pixstep.programs import plan, plan_lines
         from pixstep.programs.plan import Plan
 
         machine, setup, chosen = self.planned_for(desk)
         bounds = [
-            limits.named(
+            capability.named_limits(
                 machine.board_of(machine[motor.name]).kind,
                 machine.pixel_hz,
                 axes=motor.together,

@@ -7,7 +7,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from pixstep.board import boards, limits, settings
+from pixstep.board import boards, capability, settings
 from pixstep.board.port import BAUD
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
@@ -102,7 +102,7 @@ class Sim(OfClock, FlawFields):
 
     def _check(self, desk: Desk, lines: list[Line], line_hz: Fraction) -> None:
         clock = settings.of_clock(self.sync, self.edges)
-        found = limits.named(self.board, line_hz, axes=len(lines), clock=clock)
+        found = capability.named_limits(self.board, line_hz, axes=len(lines), clock=clock)
         motors = judging.motor_limits(desk.facts, lines, line_hz)
         for line, motor in zip(lines, motors, strict=True):
             judging.check(desk, line, found, motor)
