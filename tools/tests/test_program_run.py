@@ -213,7 +213,7 @@ def test_a_program_runs_on_the_simulated_mega(mega, make_console, folder):
 
 @pytest.mark.usefixtures("simulator")
 def test_a_program_by_the_library(mega, folder):
-    machine = px.MachineFile.load("machine.toml")
+    machine = px.Machine.load("machine.toml")
     program = px.read_program("corner.pmc", machine)
     made = program.plan()
     assert made.exceeded == () and made.report["moves"] == 3
