@@ -122,7 +122,7 @@ class Transition:
 
 
 @dataclass(frozen=True)
-class MotorTable:
+class TakenUpTable:
     """The motors' table, the offsets in it, and its transitions."""
 
     table: TwoAxisTable
@@ -139,7 +139,7 @@ def initial_direction(made: TwoAxisTable, axis: int) -> int:
     return int(np.sign(counts[moving[0]])) if len(moving) else 1
 
 
-def compensate(original: TwoAxisTable, plays: tuple[TablePlay, ...]) -> MotorTable:
+def compensate(original: TwoAxisTable, plays: tuple[TablePlay, ...]) -> TakenUpTable:
     """Return the motors' table for the load's.
 
     Raises UserError for a transition of less than a point, RefusedError naming the record in which
@@ -164,7 +164,7 @@ def compensate(original: TwoAxisTable, plays: tuple[TablePlay, ...]) -> MotorTab
         original.positions + offsets, original.velocities + added, f"{original.name}, compensated"
     )
     ordered = sorted(transitions, key=lambda item: (item.record, item.axis))
-    return MotorTable(made, original, offsets, tuple(ordered), taken_up)
+    return TakenUpTable(made, original, offsets, tuple(ordered), taken_up)
 
 
 def _axis(
