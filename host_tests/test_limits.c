@@ -58,30 +58,41 @@ static uint8_t number_in(uint8_t mask)
     return number;
 }
 
+static void load_set(uint8_t mask)
+{
+    for (uint8_t axis = 0; axis < CONFIG_AXES; axis++) {
+        if ((mask & BENCH_MASK_OF(axis)) != 0) {
+            bench_plain_line(axis, 10, 2000);
+        }
+    }
+    TEST_ASSERT_EQUAL(MODBUS_OK, mask ? bench_command(mask, COMMAND_ARM) : MODBUS_OK);
+}
+
+static void check_set(uint8_t mask)
+{
+    for (uint8_t axis = 0; axis < CONFIG_AXES; axis++) {
+        bool moves = (mask & BENCH_MASK_OF(axis)) != 0;
+        check_limits(limits_of(axis), moves ? number_in(mask) : 1u);
+    }
+}
+
+static void until_set_runs(uint8_t mask)
+{
+    for (uint8_t axis = 0; axis < CONFIG_AXES; axis++) {
+        bool moves = (mask & BENCH_MASK_OF(axis)) != 0;
+        TEST_ASSERT_TRUE(!moves || bench_until(axis, AXIS_RUNNING));
+    }
+}
+
 static void every_set_of_axes_that_move(void)
 {
-    for (uint8_t mask = 0; mask <= BENCH_ALL_AXES; mask++) {
+    for (uint16_t set = 0; set <= BENCH_ALL_AXES; set++) {
+        uint8_t mask = (uint8_t)set;
         setUp();
-        for (uint8_t axis = 0; axis < CONFIG_AXES; axis++) {
-            if ((mask & BENCH_MASK_OF(axis)) != 0) {
-                bench_plain_line(axis, 10, 2000);
-            }
-        }
-        if (mask != 0) {
-            TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(mask, COMMAND_ARM));
-        }
-        for (uint8_t axis = 0; axis < CONFIG_AXES; axis++) {
-            bool moves = (mask & BENCH_MASK_OF(axis)) != 0;
-            check_limits(limits_of(axis), moves ? number_in(mask) : 1u);
-        }
-        for (uint8_t axis = 0; mask != 0 && axis < CONFIG_AXES; axis++) {
-            TEST_ASSERT_TRUE((mask & BENCH_MASK_OF(axis)) == 0 ||
-                             bench_until(axis, AXIS_RUNNING));
-        }
-        for (uint8_t axis = 0; axis < CONFIG_AXES; axis++) {
-            bool moves = (mask & BENCH_MASK_OF(axis)) != 0;
-            check_limits(limits_of(axis), moves ? number_in(mask) : 1u);
-        }
+        load_set(mask);
+        check_set(mask);
+        until_set_runs(mask);
+        check_set(mask);
     }
 }
 

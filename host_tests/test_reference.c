@@ -82,7 +82,7 @@ static uint16_t edges_longer(uint32_t ticks, uint16_t divider)
 
 static void edges_ahead_are_time(void)
 {
-    for (uint8_t i = 0; i < RATES; i++) {
+    for (size_t i = 0; i < RATES; i++) {
         for (uint16_t divider = 1; divider <= 5; divider++) {
             set_up_clock(SYNC_LOCK, rates_hz[i], divider);
             const struct lock_grid *grid = lock_grid_now();
@@ -139,7 +139,7 @@ static void give_edge(uint32_t edge_ticks)
 // Of a lock 11/8 of a period and one more for each missing edge; else 12/8.
 static void an_edge_is_overdue(void)
 {
-    for (uint8_t i = 0; i < RATES; i++) {
+    for (size_t i = 0; i < RATES; i++) {
         set_up_clock(SYNC_START, rates_hz[i], 1);
         uint32_t eighth = whole_ticks / 512u;
         reference_await_edge();
@@ -163,22 +163,27 @@ static void an_edge_is_overdue(void)
 }
 
 // Of an unlocked clock the time-out begins anew when somebody looks, of a lock with the edge.
+static void an_edge_restarts(uint16_t sync)
+{
+    set_up_clock(sync, 1000, 1);
+    reference_await_edge();
+    uint32_t most_units = overdue_after_units();
+    TEST_ASSERT_TRUE(reference_overdue());
+    give_edge(fake_now_ticks());
+    TEST_ASSERT_FALSE(reference_overdue());
+    TEST_ASSERT_EQUAL_UINT32(most_units, overdue_after_units());
+    give_edge(fake_now_ticks() + whole_ticks);
+    fake_pass(whole_ticks);
+    TEST_ASSERT_FALSE(reference_overdue());
+    TEST_ASSERT_EQUAL_UINT32(
+        sync == SYNC_LOCK ? most_units - whole_ticks / CLOCK_UNIT_TICKS : most_units,
+        overdue_after_units());
+}
+
 static void an_edge_restarts_the_time_out(void)
 {
     for (uint16_t sync = SYNC_START; sync <= SYNC_LOCK; sync++) {
-        set_up_clock(sync, 1000, 1);
-        reference_await_edge();
-        uint32_t most_units = overdue_after_units();
-        TEST_ASSERT_TRUE(reference_overdue());
-        give_edge(fake_now_ticks());
-        TEST_ASSERT_FALSE(reference_overdue());
-        TEST_ASSERT_EQUAL_UINT32(most_units, overdue_after_units());
-        give_edge(fake_now_ticks() + whole_ticks);
-        fake_pass(whole_ticks);
-        TEST_ASSERT_FALSE(reference_overdue());
-        TEST_ASSERT_EQUAL_UINT32(
-            sync == SYNC_LOCK ? most_units - whole_ticks / CLOCK_UNIT_TICKS : most_units,
-            overdue_after_units());
+        an_edge_restarts(sync);
     }
 }
 
@@ -270,26 +275,28 @@ static void let_axis_run(uint16_t hz)
 }
 
 // All edges at rest. While an axis runs, those of a slow clock and those that are asked for.
+static void measured_where_there_is_time(uint16_t clock_hz)
+{
+    set_up_clock(SYNC_START, clock_hz, 1);
+#if SEVERAL_AXES
+    reference_measure(false);
+    TEST_ASSERT_TRUE(edges_are_measured());
+    let_axis_run(clock_hz);
+    bench_clock_off();
+    bench_rounds(2);
+    reference_measure(false);
+    TEST_ASSERT_EQUAL(whole_ticks > FAST_TICKS, edges_are_measured());
+    reference_measure(true);
+#endif
+    TEST_ASSERT_TRUE(edges_are_measured());
+}
+
 static void fast_edges_are_measured_where_there_is_time(void)
 {
-    for (uint8_t i = 0; i < RATES; i++) {
-        if (rates_hz[i] < 100 || rates_hz[i] > 1000) {
-            continue;
+    for (size_t i = 0; i < RATES; i++) {
+        if (rates_hz[i] >= 100 && rates_hz[i] <= 1000) {
+            measured_where_there_is_time(rates_hz[i]);
         }
-        set_up_clock(SYNC_START, rates_hz[i], 1);
-#if SEVERAL_AXES
-        reference_measure(false);
-        TEST_ASSERT_TRUE(edges_are_measured());
-        let_axis_run(rates_hz[i]);
-        bench_clock_off();
-        bench_rounds(2);
-        reference_measure(false);
-        TEST_ASSERT_EQUAL(whole_ticks > FAST_TICKS, edges_are_measured());
-        reference_measure(true);
-        TEST_ASSERT_TRUE(edges_are_measured());
-#else
-        TEST_ASSERT_TRUE(edges_are_measured());
-#endif
     }
 }
 

@@ -32,30 +32,40 @@ static void no_fault(void)
     TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
 }
 
+static void all_axes_pass(void)
+{
+    for (uint8_t axis = 0; axis < CONFIG_AXES; axis++) {
+        TEST_ASSERT_FALSE(time_check_lags(axis));
+        TEST_ASSERT_TRUE(time_check_passes(axis));
+    }
+}
+
 static void an_axis_at_rest_passes_whenever_it_is_asked(void)
 {
     for (uint16_t i = 0; i < 2000; i++) {
         fake_pass(37u + i % 101u);
-        for (uint8_t axis = 0; axis < CONFIG_AXES; axis++) {
-            TEST_ASSERT_FALSE(time_check_lags(axis));
-            TEST_ASSERT_TRUE(time_check_passes(axis));
-        }
+        all_axes_pass();
     }
     no_fault();
 }
 
 // The start of all timers may lie anywhere between two counts of the clock.
+static void start_is_found(uint16_t phase)
+{
+    fake_power_on();
+    fake_pass(10000u + phase);
+    time_check_start();
+    for (uint8_t i = 0; i < 40; i++) {
+        fake_pass(997u);
+        TEST_ASSERT_FALSE(time_check_lags(0));
+        TEST_ASSERT_FALSE(time_check_lags(BENCH_LAST));
+    }
+}
+
 static void any_start_of_the_timers_is_found(void)
 {
     for (uint16_t phase = 0; phase < 2u * CLOCK_UNIT_TICKS; phase++) {
-        fake_power_on();
-        fake_pass(10000u + phase);
-        time_check_start();
-        for (uint8_t i = 0; i < 40; i++) {
-            fake_pass(997u);
-            TEST_ASSERT_FALSE(time_check_lags(0));
-            TEST_ASSERT_FALSE(time_check_lags(BENCH_LAST));
-        }
+        start_is_found(phase);
     }
 }
 
@@ -86,18 +96,23 @@ static void each_axis_that_missed_a_period_is_named(void)
 }
 
 // One axis after the other, each within its turn.
+static void until_a_fault(uint32_t most_units)
+{
+    uint32_t began_units = clock_now_units();
+
+    while (faults_record()->code == FAULT_none) {
+        TEST_ASSERT_TRUE(clock_now_units() - began_units < most_units);
+        bench_rounds(1);
+    }
+}
+
 static void the_round_asks_each_axis_in_time(void)
 {
     for (uint8_t axis = 0; axis < CONFIG_AXES; axis++) {
         setUp();
         run_line(axis, 16);
         fake_missed_period(axis);
-        uint32_t began_units = clock_now_units();
-        while (faults_record()->code == FAULT_none) {
-            TEST_ASSERT_TRUE(clock_now_units() - began_units <
-                             (CONFIG_AXES + 1u) * CHECK_EVERY_UNITS);
-            bench_rounds(1);
-        }
+        until_a_fault((CONFIG_AXES + 1u) * CHECK_EVERY_UNITS);
         TEST_ASSERT_EQUAL(FAULT_underrun, faults_record()->code);
         TEST_ASSERT_EQUAL_UINT8(axis, faults_record()->axis);
     }
@@ -119,21 +134,24 @@ static void a_check_is_not_made_in_every_round(void)
     TEST_ASSERT_TRUE(asked < 20);
 }
 
+static void passes_while_it_runs(int16_t count)
+{
+    setUp();
+    run_line(BENCH_LAST, count);
+    for (uint16_t k = 0; k < 300; k++) {
+        fake_pass(53u + k % 89u);
+        TEST_ASSERT_FALSE(time_check_lags(BENCH_LAST));
+        bench_rounds(k % 8u == 0 ? 1 : 0);
+    }
+    no_fault();
+}
+
 static void a_running_axis_passes_at_every_speed(void)
 {
     static const int16_t counts[] = {1, 7, 16, 40, 100};
 
     for (uint8_t i = 0; i < 5; i++) {
-        setUp();
-        run_line(BENCH_LAST, counts[i]);
-        for (uint16_t k = 0; k < 300; k++) {
-            fake_pass(53u + k % 89u);
-            TEST_ASSERT_FALSE(time_check_lags(BENCH_LAST));
-            if (k % 8u == 0) {
-                bench_rounds(1);
-            }
-        }
-        no_fault();
+        passes_while_it_runs(counts[i]);
     }
 }
 

@@ -118,12 +118,13 @@ def assert_exact(bench, counts, period):
 
 # All step interrupts and the clock's come at once: one of them comes late now and then, and makes
 # up for it (step_catch_up.inc). Counts of which both intervals of a train are frequent, and of
-# which one is rare; two axes that begin their trains together, and at different steps.
+# which one is rare; two axes that begin their trains together, and at different steps. Nearer to the
+# limit a line in fifty ends in `underrun`, by the phase of the clock alone.
 @pytest.mark.parametrize(
     ("counts", "offset"),
     [
         (dict.fromkeys(range(4), 592), -20),
-        (dict.fromkeys(range(4), 594), -300),
+        (dict.fromkeys(range(4), 588), -300),
         (dict.fromkeys(range(4), 586), 100),
         (dict.fromkeys(range(4), 577), 300),
         ({1: 2470}, 0),
@@ -163,7 +164,7 @@ def test_a_clock_edge_that_comes_with_a_step_interrupt_is_placed_in_its_own_peri
     [
         ("mega", {1: 2470}, 0, 45),
         ("mega", {2: 1500}, 40, 45),
-        ("mega", {0: 1188, 3: 1182}, 0, 45),
+        ("mega", {0: 1188, 3: 1182}, 0, 25),
         ("mega", {1: 1100, 2: 1100}, -50, 40),
         ("mega", dict.fromkeys(range(4), 590), 30, 60),
         ("mega", {0: 630, 1: 609, 3: 611}, 30, 80),

@@ -84,6 +84,7 @@ static void serve_overflow(uint8_t axis, bool on)
 
 // The same as on, unless a period has begun whose overflow nobody has served: then false. 14 cycles
 // with interrupts off.
+// NOLINTNEXTLINE(readability-function-*): one block for each timer of the board file
 static bool serve_from_here(uint8_t axis)
 {
     uint8_t train_high = step_engines[axis].train_high;
