@@ -118,8 +118,8 @@ def assert_exact(bench, counts, period):
 
 # All step interrupts and the clock's come at once: one of them comes late now and then, and makes
 # up for it (step_catch_up.inc). Counts of which both intervals of a train are frequent, and of
-# which one is rare; two axes that begin their trains together, and at different steps. Nearer to the
-# limit a line in fifty ends in `underrun`, by the phase of the clock alone.
+# which one is rare; two axes that begin their trains together, and at different steps. Nearer to
+# the limit a line in fifty ends in `underrun`, by the phase of the clock alone.
 @pytest.mark.parametrize(
     ("counts", "offset"),
     [
