@@ -6,6 +6,7 @@ from fractions import Fraction
 
 import pytest
 
+import pixstep as px
 from console import Console
 from pixstep import formats, natives, ops
 from pixstep.board.errors import BoardError
@@ -145,3 +146,25 @@ def test_a_board_that_is_not_there_is_a_board_s_error(mega):
     link, _ = mega
     with pytest.raises(BoardError, match="board 9: no reply"):
         ops.board_info(units=9, link=link)
+
+
+def test_an_open_bus_or_a_board_of_it_is_taken():
+    with px.simulated_bus(["uno", "mega"], pixel_hz=HZ) as bus:
+        kinds = [
+            ops.board_info(link=place)["boards"][0]["board"]
+            for place in (bus, bus.board(1), bus.board(2))
+        ]
+        assert kinds == ["uno", "uno", "mega"]
+        ops.board_set(["dir_setup_us=21"], link=bus.board(2))
+        read = [bus.board(unit).device.setting("dir_setup_us") for unit in (1, 2)]
+        assert read[1] == 21 != read[0]
+        both = ops.board_info(units=(1, 2), link=bus.board(2))["boards"]
+        assert [one["unit"] for one in both] == [1, 2]
+
+
+def test_the_document_s_example_runs(tmp_path, monkeypatch, capsys, simulator):
+    monkeypatch.chdir(tmp_path)
+    text = (natives.root() / "docs" / "OPERATIONS.md").read_text(encoding="utf-8")
+    exec(text.partition("```python\n")[2].partition("```")[0], {})
+    printed = capsys.readouterr().out.splitlines()
+    assert printed[0].startswith("720 line.csv: 40 pixels, 4 accelerating") and printed[1] == "done"

@@ -59,6 +59,11 @@ class Board:
         """Registers, commands and settings one by one, below this interface."""
 
     @property
+    def link(self) -> Link:
+        """The open bus, below this interface. Operations take the board itself: `link=board`."""
+        return self._link
+
+    @property
     def kind(self) -> str:
         """What board it says it is: `"uno"`, `"mega"` or `"m1284"`."""
         return self.device.who().board
@@ -335,6 +340,11 @@ class Bus:
                 self._motions.wait()
         finally:
             self.close()
+
+    @property
+    def link(self) -> Link:
+        """The open bus, below this interface. Operations take the bus itself: `link=bus`."""
+        return self._link
 
     @property
     def port(self) -> str:

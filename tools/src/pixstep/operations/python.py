@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import cache
 from os import PathLike, fspath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from pixstep import arguments
 from pixstep.errors import UserError
@@ -27,6 +27,15 @@ _BESIDE = ("machine", "motor", "force", "link", "progress")
 """What every function takes besides the fields of its request."""
 
 
+@runtime_checkable
+class HasLink(Protocol):
+    """A px.Bus, or a px.Board, whose address is then meant."""
+
+    @property
+    def link(self) -> Link:
+        """The open bus."""
+
+
 def name_of(words: str) -> str:
     """Return the function that stands for a command: `line_make` of "line make"."""
     return words.replace(" ", "_").replace("-", "_")
@@ -39,13 +48,14 @@ def run(
     machine: str | PathLike[str] | None = None,
     motor: str | Iterable[str] = (),
     force: bool = True,
-    link: Link | None = None,
+    link: Link | HasLink | None = None,
     progress: Shown = nobody_watches,
 ) -> Result:
     """Run an operation for a program; see `perform.perform`.
 
     `machine` is a machine file, `motor` the motors of it that are meant, one for each line; `link`
-    is an open bus; with `force` False no file is replaced. Notes come with the result.
+    is an open bus, as px.connect or px.simulated_bus opens it, or a board of one; with `force`
+    False no file is replaced. Notes come with the result.
     """
     known = fields(request)
     for name in given:
@@ -56,9 +66,14 @@ def run(
         None if machine is None else fspath(machine), motors, arguments.flag("force", force)
     )
     notes: list[str] = []
-    if link is not None and "port" in known:
-        given = {"port": link.port, **given}
-    result = perform(request, given, caller, desk_of(notes, link, progress))
+    found = link.link if isinstance(link, HasLink) else link
+    if found is not None and "port" in known:
+        unit = getattr(link, "unit", None)
+        named: dict[str, Any] = {
+            name: unit for name in ("unit", "units") if unit is not None and name in known
+        }
+        given = {"port": found.port, **named, **given}
+    result = perform(request, given, caller, desk_of(notes, found, progress))
     return replace(result, notes=tuple(notes))
 
 
