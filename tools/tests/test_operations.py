@@ -15,7 +15,7 @@ from pixstep.cli.from_operation import OperationCommand, command_of
 from pixstep.errors import UserError
 from pixstep.operations import catalog, perform, python, schemas
 from pixstep.operations.asked import AskedError, FieldError, MissingError
-from pixstep.operations.kinds import Choice, Flag, Kind
+from pixstep.operations.kinds import Choice, Flag, Kind, Time
 from pixstep.operations.request import fields
 
 COMMANDS = own_commands()
@@ -161,6 +161,14 @@ def test_no_machine_file_is_looked_for(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "machine.toml").write_text("nonsense")
     assert ops.line_make(**LINE, output="a.csv").fine
+
+
+def test_the_ends_of_a_range_of_times_are_in_it():
+    kind = Time("s", 0.05, 3600)
+    assert [kind.read(text) for text in ("0.05s", "50ms", "60min")] == [0.05, 0.05, 3600]
+    assert kind.read(0.05) == 0.05
+    with pytest.raises(UserError, match=r"0.0499s is not in the range 0.05 to 3600 s"):
+        kind.read("0.0499s")
 
 
 def test_names_that_are_not_there():

@@ -372,7 +372,8 @@ class Time(Kind):
 
     def _judged(self, seconds: Fraction, text: str) -> float:
         value = seconds / units.parse_seconds("1", self.bare)
-        if not self.least <= value <= self.most:
+        low, high = Fraction(str(self.least)), Fraction(str(self.most))  # 0.05 is a twentieth
+        if not low <= value <= high:
             raise UserError(f"{text} is not in the range {self.least} to {self.most} {self.bare}")
         if self.kind is int and value.denominator != 1:
             raise UserError(f"{text} is not a whole number of {self.bare}")
