@@ -87,6 +87,8 @@ class Shop:
             stderr=subprocess.PIPE,
         )  # fmt: skip
         self.serving = json.loads(self.server.line())
+        while self.serving["event"] == "connected":  # a client that waited for a server was quicker
+            self.serving = json.loads(self.server.line())
         assert self.serving["event"] == "serving", self.serving
 
     def client(self, what, *more):
