@@ -171,6 +171,20 @@ def test_the_ends_of_a_range_of_times_are_in_it():
         kind.read("0.0499s")
 
 
+@pytest.mark.parametrize("words", ["board_move", "board_upload", "board_home"])
+def test_two_frequencies_for_a_board_are_refused(words, tmp_path):
+    """The board's own divider is not known before it is asked: one would win in silence."""
+    place = tmp_path / "x.csv"
+    given = {"steps": 9} if words == "board_move" else {"decode": "plain"}
+    both = {"clock_hz": 100, "pixel_hz": 30}
+    with pytest.raises(UserError, match=r"^clock_hz and pixel_hz: one of them says the other$"):
+        getattr(ops, words)(place, port="/dev/none", **given, **both)
+
+
+def test_functions_pass_between_processes():
+    assert pickle.loads(pickle.dumps(ops.line_make)) is ops.line_make
+
+
 def test_names_that_are_not_there():
     assert "line_make" in dir(ops) and not hasattr(ops, "line_unmake")
 

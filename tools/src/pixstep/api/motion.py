@@ -119,7 +119,7 @@ class Motion(Generic[Result]):
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._handle.__exit__(kind, error, trace)
+        self._handle.leave(error)
 
     async def __aenter__(self) -> Self:
         return self
@@ -130,7 +130,7 @@ class Motion(Generic[Result]):
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        await self._handle.__aexit__(kind, error, trace)
+        await self._handle.leave_async(error)
 
     def __repr__(self) -> str:
         axes = ", ".join(

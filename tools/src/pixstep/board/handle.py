@@ -26,7 +26,6 @@ import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from types import TracebackType
 from typing import Generic, Self, TypeVar
 
 from pixstep import signals
@@ -286,29 +285,15 @@ class Handle(Generic[Result]):
                 self._time.pass_until(self._over, _ENDS_S)
             self._turns.forget(thread)
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def leave(self, error: BaseException | None) -> None:
+        """Wait for the end; after an error of the caller's stop all axes instead."""
         if error is not None:
             self._halted(error)
         elif not self._stopped:
             self.wait()
 
-    async def __aenter__(self) -> Self:
-        return self
-
-    async def __aexit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    async def leave_async(self, error: BaseException | None) -> None:
+        """Do the same while other tasks go on."""
         if error is not None:
             self._halted(error)
         elif not self._stopped:

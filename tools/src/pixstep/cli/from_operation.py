@@ -38,8 +38,8 @@ FACTS_HELP = "Print facts as JSON, for programs."
 _GIVEN = (ParameterSource.COMMANDLINE, ParameterSource.ENVIRONMENT)
 
 
-class _Option(click.Option):
-    """An option whose value may come from the machine file, which is asked later."""
+class _Later:
+    """A parameter whose value may come from the machine file, which is asked later."""
 
     def value_is_missing(self, value: Any) -> bool:
         """Leave that to the request."""
@@ -47,13 +47,12 @@ class _Option(click.Option):
         return False
 
 
-class _Argument(click.Argument):
-    """An argument whose value may come from the machine file."""
+class _Option(_Later, click.Option):
+    """An option of an operation."""
 
-    def value_is_missing(self, value: Any) -> bool:
-        """Leave that to the request."""
-        del value
-        return False
+
+class _Argument(_Later, click.Argument):
+    """An argument of an operation."""
 
 
 class OperationCommand(Command):

@@ -351,6 +351,12 @@ def legal_hz(hz: Fraction, text: str, what: str = "pixel frequency") -> Fraction
     return hz
 
 
+def hz_words(hz: Fraction) -> str:
+    """Return a frequency as it is typed: 1000, 29.97 or 30000/1001."""
+    decimal = f"{float(hz):.10g}"
+    return decimal if Fraction(decimal) == hz else str(hz)
+
+
 def hz_text(hz: Fraction) -> str:
     """Return the exact `N/D` text that the native programs read."""
     return f"{hz.numerator}/{hz.denominator}"

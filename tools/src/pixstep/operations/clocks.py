@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any, ClassVar
 
@@ -10,6 +11,7 @@ from pixstep import arguments
 from pixstep.board import settings
 from pixstep.board.device import Board
 from pixstep.errors import UserError
+from pixstep.lines.units import hz_words
 from pixstep.operations import machine_defaults as machine
 from pixstep.operations.asked import AskedError, MissingError
 from pixstep.operations.desk import Source
@@ -80,10 +82,10 @@ class OfClock(Request):
         return self.divider or 1
 
 
-def hz_words(hz: Fraction) -> str:
-    """Return a frequency as it is typed: 1000, 29.97 or 30000/1001."""
-    decimal = f"{float(hz):.10g}"
-    return decimal if Fraction(decimal) == hz else str(hz)
+def refuse_both(values: Mapping[str, Any], sources: Mapping[str, Source]) -> None:
+    """Refuse both frequencies of a caller, where what a pixel has of the clock is not known yet."""
+    if Source.CALLER is sources["clock_hz"] is sources["pixel_hz"]:
+        raise AskedError("{clock_hz} and {pixel_hz}: one of them says the other")
 
 
 @shared_fields
@@ -101,6 +103,11 @@ class BoardClock(Request):
         EDGES, "Set the clock edges of a pixel.", shown="M", machine=machine.divider,
         default_text=_THE_BOARDS,
     )  # fmt: skip
+
+    @classmethod
+    def complete(cls, values: dict[str, Any], sources: dict[str, Source]) -> None:
+        """Refuse two frequencies: the board may have another divider."""
+        refuse_both(values, sources)
 
     def edges_hz(self, board: Board) -> Fraction | None:
         """Return the frequency of edges that the board is to be set to; None leaves its own."""

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from pixstep.lines.units import Quantity, TooLittleError, enough_edges
+from pixstep.lines.units import Quantity, TooLittleError, enough_edges, hz_words
 from pixstep.operations.asked import AskedError
 from pixstep.profiles.origin import MOST_EDGES
 
@@ -41,7 +41,7 @@ def field(
 def divider_words(desk: Desk, clock_hz: Fraction, edges: int) -> str:
     """Return the fields by which pixels have so many clock edges, as a template of `AskedError`."""
     known = desk.given("clock_hz") or desk.by_machine("clock_hz")
-    clock = "" if known else f"{{clock_hz}} {_words(clock_hz)} "
+    clock = "" if known else f"{{clock_hz}} {hz_words(clock_hz)} "
     return f"{clock}{{divider}} {edges}"
 
 
@@ -74,11 +74,6 @@ def _clock_hz(
         return machine.clock_hz if machine else None
     hz = values.get("clock_hz", values.get("pixel_hz"))
     return hz if isinstance(hz, Fraction) else None
-
-
-def _words(hz: Fraction) -> str:
-    decimal = f"{float(hz):.10g}"
-    return decimal if Fraction(decimal) == hz else str(hz)
 
 
 def _plain(text: object) -> str:

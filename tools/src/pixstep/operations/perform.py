@@ -54,14 +54,14 @@ def facts_of(request: type[Request], given: Mapping[str, Any], caller: Caller) -
 
 
 def resolve(
-    request: type[Request], given: Mapping[str, Any], facts: Facts, *, motors_named: bool = True
+    request: type[Request], given: Mapping[str, Any], facts: Facts
 ) -> tuple[Request, dict[str, Source]]:
     """Return the request, and where each of its values comes from.
 
     Raises FieldError for a value that does not fit and for one that is missing, UserError for
     motors that the file does not have.
     """
-    if motors_named and facts.named.any:
+    if facts.named.any:
         _ = facts.found
     sources: dict[str, Source] = {}
     facts.values.update(given)
@@ -78,15 +78,13 @@ def resolve(
 
 
 def _read(field: Field, value: Any, scale: FindScale) -> Any:
+    several = value if isinstance(value, (list, tuple)) else (value,)
+    if field.many and field.required and not several:
+        raise MissingError(field)
     try:
         if field.many:
-            several = value if isinstance(value, (list, tuple)) else (value,)
-            if field.required and not several:
-                raise MissingError(field)
             return tuple(field.kind.read(one, scale) for one in several)
         return field.kind.read(value, scale)
-    except MissingError:
-        raise
     except UserError as error:
         raise FieldError(field, str(error)) from None
 
@@ -115,8 +113,8 @@ def _without_scale(request: type[Request], given: Mapping[str, Any]) -> Iterator
     """Yield what is given, read where that needs no motor: the motors depend on it."""
     for name, one in fields(request).items():
         if name in given:
-            known = one.kind.scaled
-            yield name, given[name] if known else _read(one, given[name], no_scale)
+            scaled = one.kind.scaled
+            yield name, given[name] if scaled else _read(one, given[name], no_scale)
 
 
 def outputs(request: Request) -> list[tuple[Field, Path]]:

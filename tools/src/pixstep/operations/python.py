@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Operations as functions of Python: `operations.line_make(speed="12mm/s", ...)`."""
+"""Operations as functions of Python, which `pixstep.ops` has."""
 
 from __future__ import annotations
 
@@ -69,9 +69,7 @@ def run(
     found = link.link if isinstance(link, HasLink) else link
     if found is not None and "port" in known:
         unit = getattr(link, "unit", None)
-        named: dict[str, Any] = {
-            name: unit for name in ("unit", "units") if unit is not None and name in known
-        }
+        named = {} if unit is None else dict.fromkeys({"unit", "units"} & known.keys(), unit)
         given = {"port": found.port, **named, **given}
     result = perform(request, given, caller, desk_of(notes, found, progress))
     return replace(result, notes=tuple(notes))
@@ -112,7 +110,7 @@ def function(name: str) -> Callable[..., Result]:
     own = fields(request)
     positional = [(key, one) for key, one in own.items() if one.argument]
     call.__name__ = call.__qualname__ = name
-    call.__module__ = "pixstep.operations"
+    call.__module__ = "pixstep.ops"
     call.__doc__ = _doc(request)
     call.__signature__ = signature  # type: ignore[attr-defined]  # what help() shows
     return call

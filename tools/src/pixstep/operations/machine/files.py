@@ -14,6 +14,7 @@ from pixstep.lines.units import number_text
 from pixstep.machine import FILE_NAME, VARIABLE, find_file
 from pixstep.operations import shared
 from pixstep.operations.asked import AskedError, MissingError
+from pixstep.operations.clocks import refuse_both
 from pixstep.operations.desk import Desk, Source
 from pixstep.operations.kinds import HZ, OUTPUT, TEXT
 from pixstep.operations.request import Request, argument, fields, operation, option, shared_fields
@@ -65,12 +66,10 @@ class MachineNew(Request):
     @classmethod
     def complete(cls, values: dict[str, Any], sources: dict[str, Source]) -> None:
         """Find the frequency of the clock; the divider that does for it is found later."""
-        del sources
+        refuse_both(values, sources)
         clock_hz, pixel_hz = values["clock_hz"], values["pixel_hz"]
         if clock_hz is None and pixel_hz is None:
             raise MissingError(fields(cls)["pixel_hz"])
-        if clock_hz is not None and pixel_hz is not None:
-            raise AskedError("{clock_hz} and {pixel_hz}: one of them says the other")
         values["clock_hz"] = clock_hz or pixel_hz * (values["divider"] or 1)
 
     def run(self, desk: Desk) -> Result:
