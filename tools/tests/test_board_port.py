@@ -15,11 +15,12 @@ from pathlib import Path
 
 import pytest
 
-from pixstep import formats, natives
+from pixstep import formats
 from pixstep.board import link
 from pixstep.board.modbus import SerialClient
 from pixstep.board.port import Port
 from pixstep.errors import UserError
+from sim_terminal import on_terminal
 
 HANG_S = 1800
 # Of the console, which asks four times: a guard for a busy machine. A request that runs into the
@@ -33,20 +34,8 @@ SETTINGS = ("board", "set", "pixel_hz=100", "bus_timeout_ms=0", *PATIENT)
 @pytest.fixture
 def sim_port(simulator):
     """Start a simulated Mega behind a pseudo terminal; yield the terminal's name."""
-    process = subprocess.Popen(
-        [
-            natives.program("pixstep-sim"), "--board", f"mega={natives.image('mega')}",
-            "--pixel-hz", "100", "--pty",
-        ],
-        stdout=subprocess.PIPE, text=True,
-    )  # fmt: skip
-    try:
-        name = process.stdout.readline().strip()
+    with on_terminal("mega", 100) as (name, _process):
         yield name
-    finally:
-        process.terminate()
-        process.wait(timeout=HANG_S)
-        process.stdout.close()
 
 
 @pytest.fixture

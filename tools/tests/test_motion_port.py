@@ -15,7 +15,7 @@ import pytest
 
 import pixstep as px
 from effort import cases
-from pixstep import natives
+from sim_terminal import on_terminal
 
 HANG_S = 1800
 # A host that gets no processor for a while is not taken for a dead one.
@@ -35,21 +35,9 @@ def simulator_of(port):
 @pytest.fixture
 def port(simulator):
     """Start a simulated Uno behind a pseudo terminal; yield the terminal's name."""
-    process = subprocess.Popen(
-        [
-            natives.program("pixstep-sim"), "--board", f"uno={natives.image('uno')}",
-            "--pixel-hz", str(PIXEL_HZ), "--pty",
-        ],
-        stdout=subprocess.PIPE, text=True,
-    )  # fmt: skip
-    try:
-        name = process.stdout.readline().strip()
+    with on_terminal("uno", PIXEL_HZ) as (name, process):
         PROCESSES[name] = process
         yield name
-    finally:
-        process.terminate()
-        process.wait(timeout=HANG_S)
-        process.stdout.close()
 
 
 @pytest.fixture
