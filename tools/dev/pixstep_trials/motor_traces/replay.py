@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A trace is replayed: the same operations on our record, and what differs from what was recorded."""
+"""A trace is replayed: the same operations on our record, and what differs from the recording."""
 
 import json
 import lzma
@@ -9,13 +9,11 @@ from pathlib import Path
 from typing import Any, Final
 
 from pixstep.errors import RefusedError
-from pixstep.motor_record import Command, MotorRecord, Outcome, PutRefusedError, Verb
+from pixstep.motor_record import FIELDS, Command, MotorRecord, Outcome, PutRefusedError, Verb
 from pixstep_trials.motor_traces.stepper import TICK_S, Stepper
 
 SETTLE_TICKS: Final = 3000
 QUIET_TICKS: Final = 3
-DELAY_TICKS: Final = 0
-"""Ticks of the motor that pass while a delay runs: none, it is real time."""
 
 Trace = dict[str, Any]
 Step = dict[str, Any]
@@ -48,8 +46,12 @@ class Bench:
     stepper: Stepper
     commands: list[Command] = field(default_factory=list)
     dmov: list[int] = field(default_factory=list)
-    delays: int = 0
-    """Delays that run."""
+    delay_s: float | None = None
+    """The delay that runs."""
+    waited: bool = False
+    """A delay has begun. It ends in real time: how many ticks went by is chance."""
+    late: list[Command] = field(default_factory=list)
+    """Asked for when a delay of 0 s ended: the recording has that or not, it is a race."""
 
     def take(self, outcome: Outcome) -> Outcome:
         """Carry out what the record asks for."""
@@ -57,36 +59,50 @@ class Bench:
         self.dmov.extend(int(post.value) for post in outcome.posts if post.field == "DMOV")
         self.stepper.obey(outcome.commands)
         if outcome.delay_s is not None:
-            self.delays += 1
+            self.delay_s = outcome.delay_s
+            self.waited = True
         return outcome
 
     def put(self, name: str, value: float | str) -> None:
-        """Write as a client does. What the record does not take changes nothing."""
+        """Write as a client does. What the record does not take changes nothing.
+
+        A pending status is not delivered before the write: the record reads it as it processes.
+        """
+        pending = self.stepper.status() if self.stepper.status_wanted else None
         try:
-            outcome = self.record.put(name, value)
+            outcome = self.record.put(name, value, pending)
         except PutRefusedError:
             return
+        if FIELDS[name].processes:
+            self.stepper.status_wanted = False
         self.take(outcome)
 
     def tick(self) -> None:
-        """Let 20 ms pass."""
-        self._end_delays()
+        """Let 20 ms of the motor's time pass."""
         status = self.stepper.tick()
         if status is not None:
             self.take(self.record.update(status))
 
-    def _end_delays(self) -> None:
-        """End the delays that run, if the motor rests: they are over before its next tick."""
-        if self.stepper.motion.name != "REST" or self.record["DMOV"]:
-            return
-        while self.delays:
-            self.delays -= 1
+    def end_delay(self) -> None:
+        """Let the delay be over, if one runs."""
+        if self.delay_s is not None:
+            self.delay_s = None
             self.take(self.record.delay_over())
+
+    def end_zero_delay(self) -> None:
+        """Let a delay of 0 s be over: that is after the step which began it."""
+        if self.delay_s == 0:
+            begun = len(self.commands)
+            self.end_delay()
+            self.late = self.commands[begun:]
+            del self.commands[begun:]
 
     def settle(self) -> tuple[int, bool]:
         """Let time pass until all is at rest. Return the ticks, and whether that came."""
         quiet = 0
         for ticks in range(1, SETTLE_TICKS + 1):
+            if self.stepper.at_rest and not self.record["DMOV"]:
+                self.end_delay()  # more time than that passes before the next tick
             self.tick()
             quiet = quiet + 1 if self.record["DMOV"] and self.stepper.quiet else 0
             if quiet == QUIET_TICKS:
@@ -96,8 +112,7 @@ class Bench:
 
 def read(path: Path) -> Iterator[Trace]:
     """Yield the traces of a file of JSON lines, packed by xz where its name says so."""
-    opened = lzma.open(path, "rt") if path.suffix == ".xz" else path.open()
-    with opened as stream:
+    with lzma.open(path, "rt") if path.suffix == ".xz" else path.open() as stream:
         for number, line in enumerate(stream, 1):
             try:
                 trace = json.loads(line)
@@ -162,10 +177,11 @@ def _step(bench: Bench, number: int, step: Step) -> Difference | None:
     elif name in ("link", "dol"):
         bench.take(bench.record.set_link("RDBL" if name == "link" else "DOL", arguments[0]))
     elif name == "settle":
+        bench.waited = bench.delay_s is not None
         ticks, settled = bench.settle()
         if settled != step["settled"]:
             return Difference(number, step["op"], "settled", step["settled"], settled)
-        if ticks != step["ticks"]:
+        if ticks != step["ticks"] and not bench.waited:
             return Difference(number, step["op"], "ticks", step["ticks"], ticks)
     else:
         raise RefusedError(f"step {number}: {name!r} is no operation of a trace")
@@ -177,10 +193,12 @@ def _seen(bench: Bench, number: int, step: Step, expected: dict[str, float]) -> 
     operation = step["op"]
     before = int(expected["DMOV"])
     expected.update(step.get("changed", {}))
+    bench.late = []
+    bench.end_zero_delay()
     commands, bench.commands = bench.commands, []
     dmov, bench.dmov = bench.dmov, []
     wanted = step.get("commands", [])
-    if not same_commands(wanted, commands):
+    if not (same_commands(wanted, commands) or same_commands(wanted, commands + bench.late)):
         return Difference(number, operation, "commands", wanted, [str(one) for one in commands])
     changes = [_changes(before, step.get("dmov", [])), _changes(before, dmov)]
     if changes[0] != changes[1]:

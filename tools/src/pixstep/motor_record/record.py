@@ -43,8 +43,11 @@ class MotorRecord:
         start.initialise(self._r, status)
         return self._outcome()
 
-    def put(self, field: str, value: float | str) -> Outcome:
-        """Take a client's write. PutRefusedError: it is not taken, and nothing has changed."""
+    def put(self, field: str, value: float | str, status: Status | None = None) -> Outcome:
+        """Take a client's write. PutRefusedError: it is not taken, and nothing has changed.
+
+        `status`: a status that came while this write waited; one processing takes both.
+        """
         r = self._r
         taken = _writable(field, value).taken(value)
         writes.refuse(r.v, field, value)
@@ -56,7 +59,7 @@ class MotorRecord:
         if field != "VAL":
             r.journal.post(field)
         if writes.act(r, field) and not disabled:
-            process(r)
+            process(r, status)
         else:
             r.journal.post_changes()
         return self._outcome()
