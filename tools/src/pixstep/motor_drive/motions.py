@@ -259,9 +259,20 @@ class Move(Motion):
         return line_entries(chain(rest, self._second().runs()))
 
     def _rest_px(self) -> int:
-        """Return how long the motor rests between the legs, to turn."""
-        leg = self._second()
-        return self._pixels.rest_px if leg.steps * self._steps < 0 else 0
+        """Return how long the motor rests between the legs, to turn at a speed that needs it."""
+        assert self.second is not None
+        ends = (self.first.kinematics, self.second.kinematics)
+        fastest = max(_end_steps_px(one, self._pixels.hz) for one in ends)
+        turns = (self.second.target_steps - self.first.target_steps) * self._steps < 0
+        return self._pixels.rest_px if turns and fastest > self._pixels.turns_below_steps_px else 0
+
+
+def _end_steps_px(wanted: Kinematics, hz: float) -> int:
+    """Return the most steps in the first or the last pixel of a leg."""
+    acceleration, speed = wanted.acceleration_steps_s2, wanted.speed_steps_s
+    if acceleration:
+        speed = min(speed, wanted.base_steps_s + acceleration / hz)
+    return math.ceil(speed / hz) + 1
 
 
 class Jog(Motion):
