@@ -13,7 +13,7 @@ set(PIXSTEP_LONG_RUNNING
 # after the other they run beside the rest, on the job that the presets have beyond the cores.
 set(PIXSTEP_REAL_TIME
     board_port board_trouble conformance console_doc late_replies motion_port server serving
-    tutorial virtual_bench
+    tutorial virtual_bench motor_drive_port
 )
 set(PIXSTEP_SHORT_TOGETHER 12)
 # The longest of the long check, minutes each: they begin first.

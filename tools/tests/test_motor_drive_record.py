@@ -161,9 +161,9 @@ def test_a_line_beside_is_external_motion():
 
 
 def test_delays_retries_and_pause():
-    with recorded(DLY=0.1, RTRY=5) as above:
+    with recorded(DLY=0.1, RTRY=5, BDST=0) as above:
         above.put("VAL", 4.0)
-        above.let_pass(0.3)
+        above.let_pass(0.15)
         above.put("SPMG", 1)
         above.let_pass(1)
         stopped = above.edges()
