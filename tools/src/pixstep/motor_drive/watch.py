@@ -28,6 +28,7 @@ _PATIENCE_S = 0.15  # for the reply to a look; other requests have the bus's pat
 _RETRIES = 1
 _PAUSES_S = (0.2, 0.5, 1.0, 2.0, 4.0)  # between two questions to a board that does not answer
 _FIRST, _LAST = "status", "inputs"
+_SURE_S = 60.0
 _HALF_WORD, _HALF = 0x8000, 0x80000000
 MOVING_STATES = ("armed", "running")
 
@@ -71,6 +72,8 @@ class Look:
         """True if the board was reset since an earlier look: what only counts up is lower."""
         if self.fresh and not before.fresh:
             return True
+        if self.time_s - before.time_s > _SURE_S:  # so many frames may have come that it wraps
+            return False
         frames = (self.frames - before.frames) % 0x10000
         edges = (self.edges - before.edges) % 0x100000000
         return frames >= _HALF_WORD or edges >= _HALF
