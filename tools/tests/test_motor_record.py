@@ -2,8 +2,8 @@
 """The motor record where no recording reaches, or where a rule is worth a test of its own."""
 
 import pytest
-from motor_bench import commands, motor, posted, settled
 
+from motor_bench import commands, motor, posted, settled
 from pixstep.motor_record import Mip, MotorRecord, Msta, PutRefusedError, Status
 from pixstep_trials.motor_traces.stepper import Stepper
 
