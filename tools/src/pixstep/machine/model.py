@@ -99,6 +99,19 @@ class ProfilesTable(_Table):
     home: str | None = None
 
 
+class MotorEpicsTable(_Table):
+    """A motor as a record of EPICS: the record's name, and fields in place of what follows."""
+
+    name: str | None = None
+    fields: dict[str, str | int | float] = {}
+
+
+class EpicsTable(_Table):
+    """What the records of all motors have in common."""
+
+    prefix: str | None = None
+
+
 class MotorTable(_Table):
     """A motor: its place, its kind, its scale and its limits."""
 
@@ -113,6 +126,7 @@ class MotorTable(_Table):
     home_is_limit: Literal["none", "minus", "plus"] | None = None
     limits: LimitsTable = LimitsTable()
     profiles: ProfilesTable = ProfilesTable()
+    epics: MotorEpicsTable = MotorEpicsTable()
 
     @property
     def decode(self) -> str:
@@ -165,6 +179,7 @@ class MachineTables(_Table):
     motors: dict[str, MotorTable] = Field(min_length=1)
     line: LineTable = LineTable()
     program: ProgramTable = ProgramTable()
+    epics: EpicsTable = EpicsTable()
     _path: Path = PrivateAttr(default=Path("machine.toml"))
 
     @property
