@@ -79,6 +79,8 @@ class IdealDrive:
         self._lock = threading.Lock()
         self._over = threading.Event()
         self._wants_status = False
+        self._orders = 0
+        self._reported: dict[int, int] = {}
         self._noted: tuple[int, float] = (REST, 0.0)
         self._report = None
         self._thread = threading.Thread(target=self._run, daemon=True)
@@ -92,8 +94,14 @@ class IdealDrive:
         """Take commands."""
         del second_leg
         with self._lock:
+            self._orders += 1
             for command in commands:
                 self._obey(command.verb, command.argument)
+
+    def overtaken(self, status):
+        """Whether a status is older than the newest commands."""
+        with self._lock:
+            return self._reported.pop(id(status), self._orders) < self._orders
 
     def close(self):
         """Stop the motor and leave."""
@@ -155,6 +163,8 @@ class IdealDrive:
                 tells = moved or self._wants_status
                 self._wants_status = False
                 status = self.motor.status()
+                if tells:
+                    self._reported[id(status)] = self._orders
             last_s = now_s
             if tells:
                 with contextlib.suppress(RuntimeError):

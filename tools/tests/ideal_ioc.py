@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: MIT
 """`pixstep ioc` with ideal steppers in place of boards: python ideal_ioc.py FOLDER ioc ...
 
-Each step of each motor goes to FOLDER/MOTOR.edges, a line `time_s position` each, at the end.
+IDEAL_HOME is where the home switches are, in steps; far away unless it says so. Each step of each motor goes to FOLDER/MOTOR.edges, a line `time_s position` each, at the end.
 """
 
 import contextlib
+import os
 import sys
 from pathlib import Path
 
-from ideal_drive import IdealDrive
+from ideal_drive import IdealDrive, Stepper
 
 from pixstep.__main__ import run
 from pixstep.operations import motor_drives
@@ -18,7 +19,8 @@ from pixstep.operations import motor_drives
 def ideal(folder, machine, port, log, *, simulate):
     """Yield ideal drives."""
     del port, log, simulate
-    drives = {name: IdealDrive() for name in machine.motors}
+    home = float(os.environ.get("IDEAL_HOME", "1e8"))
+    drives = {name: IdealDrive(Stepper(home=home)) for name in machine.motors}
     try:
         yield drives
     finally:

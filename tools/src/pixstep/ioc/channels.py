@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 MAX_ENUM_STATES = 16
 ENCODING = "utf-8"
 _STRING_BYTES = 39  # of a text that is no long string: one more is the zero
+_UNIT_BYTES = 7
 _ALARMED = ("VAL", "RBV", "DVAL")
 _ON_CHANGE = SubscriptionType.DBE_VALUE | SubscriptionType.DBE_LOG
 # What a field's units, precision and limits come from, apart from its own limits.
@@ -109,7 +110,7 @@ class FieldChannel(caproto.ChannelData):  # type: ignore[misc]  # caproto has no
             text = f"{value:.{max(0, int(self._owner['PREC']))}f}"
         elif self.field.menu:
             text = self.field.menu[int(value)]
-        return text.encode(ENCODING)[:_STRING_BYTES].decode(ENCODING, errors="ignore")
+        return _cut(text, _STRING_BYTES)
 
     def _read_metadata(self, dbr_metadata: Any) -> None:
         if hasattr(dbr_metadata, "units"):
@@ -119,7 +120,7 @@ class FieldChannel(caproto.ChannelData):  # type: ignore[misc]  # caproto has no
     def _shape(self) -> dict[str, Any]:
         """Return units, precision and limits."""
         shape: dict[str, Any] = {
-            "units": self.field.unit.replace("EGU", str(self._owner["EGU"])),
+            "units": _cut(self.field.unit.replace("EGU", str(self._owner["EGU"])), _UNIT_BYTES),
             "precision": int(self._owner["PREC"]),
         }
         if self.field.limits:
@@ -152,6 +153,11 @@ class FieldChannel(caproto.ChannelData):  # type: ignore[misc]  # caproto has no
             return await super().write_from_dbr(data, data_type, metadata, flags=flags)
         await self._owner.put(self.field.name, _written(data, data_type))
         return None
+
+
+def _cut(text: str, most_bytes: int) -> str:
+    """Return as much of a text as Channel Access has room for."""
+    return text.encode(ENCODING)[:most_bytes].decode(ENCODING, errors="ignore")
 
 
 def _is_string(data_type: Any) -> bool:

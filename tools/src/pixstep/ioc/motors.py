@@ -23,6 +23,13 @@ Tell = Callable[..., None]
 LINKS = ("DOL", "RDBL")  # fields that name another PV, whose value the record takes
 _UDF, _INVALID = 17, 3  # alarm of a record that knows nothing of its motor yet
 
+
+def _never(status: Status) -> bool:
+    """Say of a driver that knows no such status that its statuses are always newer than commands."""
+    del status
+    return False
+
+
 FindPv = Callable[[str], "FieldChannel | None"]
 
 
@@ -41,6 +48,8 @@ class ServedMotor:
         self._turn = asyncio.Lock()
         self._waiting: list[asyncio.Future[None]] = []
         self._alarm = caproto.ChannelAlarm(status=_UDF, severity=_INVALID)
+        self._overtaken = getattr(drive, "overtaken", _never)
+        self._announced = False
         self._shape: tuple[Value, ...] = ()
         self._linked: dict[str, float | None] = dict.fromkeys(LINKS)
         self._tasks: set[asyncio.Future[None]] = set()
@@ -80,10 +89,15 @@ class ServedMotor:
             self._loop.call_soon_threadsafe(self._statuses.put_nowait, status)
 
     async def _take(self, status: Status) -> None:
+        if self._overtaken(status):
+            return
         self._note_loss(bool(status.flags & Msta.COMM_ERR))
         if self.is_ready:
             await self._take_links()
-            await self._act(self.record.update(status))
+            outcome = self.record.update(status)
+            if self._announced and status.flags & Msta.DONE and not outcome.commands:
+                self._drive.obey(())  # what was announced is not wanted
+            await self._act(outcome)
         elif not status.flags & Msta.COMM_ERR:
             self.is_ready = True
             await self._act(self.record.initialise(status))
@@ -128,6 +142,7 @@ class ServedMotor:
         """Do what an event has brought about: the motor first, then the clients."""
         if outcome.commands:
             self._drive.obey(outcome.commands, outcome.second_leg)
+            self._announced = bool(outcome.second_leg)
         now_s = time.time()
         status, severity = int(self.record["STAT"]), int(self.record["SEVR"])
         alarmed = await channels.raise_alarm(self._alarm, status, severity)

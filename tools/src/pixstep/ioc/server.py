@@ -207,12 +207,19 @@ def _reason(error: BaseException) -> str:
     return one_line(f"{error}{f': {_reason(cause)}' if cause else ''}") or type(error).__name__
 
 
+_ONCE = (
+    "Failed to send beacon to %r. Try setting EPICS_CAS_AUTO_BEACON_ADDR_LIST=no and "
+    "EPICS_CAS_BEACON_ADDR_LIST=<addresses>.",
+)
+
+
 class _Told(logging.Handler):
     """Turns what caproto logs into lines of our log: a line each, without a traceback."""
 
     def __init__(self, log: Log) -> None:
         super().__init__(logging.WARNING)
         self._log = log
+        self._told: set[str] = set()
 
     def emit(self, record: logging.LogRecord) -> None:
         """Tell one thing."""
@@ -221,6 +228,10 @@ class _Told(logging.Handler):
             self._log.tell("refused", client=_client(record), reason=str(error))
             return
         text = one_line(record.getMessage())
+        if record.msg in _ONCE:  # it comes again each 15 s, with nobody there who listens
+            if text in self._told:
+                return
+            self._told.add(text)
         self._log.tell("channel access", text=f"{text}: {_reason(error)}" if error else text)
 
 

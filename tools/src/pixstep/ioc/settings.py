@@ -48,9 +48,9 @@ def fields_of(machine: MachineTables, motor: MotorTable) -> dict[str, Value]:
 
 def _speeds(machine: MachineTables, motor: MotorTable, step: float) -> dict[str, Value]:
     """Return the fields of speeds and ramps, per second."""
-    most = _limit(machine, motor, "max_speed", step)
-    base = _limit(machine, motor, "start_stop", step) or 0.0
-    ramp = _limit(machine, motor, "max_acceleration", step)
+    most = limit_steps_s(machine, motor, "max_speed", step)
+    base = limit_steps_s(machine, motor, "start_stop", step) or 0.0
+    ramp = limit_steps_s(machine, motor, "max_acceleration", step)
     speed = most or _USUAL_SPEED_STEPS_S * step
     base = min(base, speed)
     ramp_s = (speed - base) / ramp if ramp else _USUAL_RAMP_S
@@ -68,8 +68,13 @@ def _speeds(machine: MachineTables, motor: MotorTable, step: float) -> dict[str,
     }
 
 
-def _limit(machine: MachineTables, motor: MotorTable, key: str, step: float) -> float | None:
-    """Return a limit of the file in units per second, None if there is none."""
+def limit_steps_s(
+    machine: MachineTables, motor: MotorTable, key: str, step: float = 1.0
+) -> float | None:
+    """Return a limit of the file in steps per second, None if there is none.
+
+    `step` is the length of one, for a limit in units of length per second.
+    """
     found = motor.limit(key)
     if found is None:
         return None
