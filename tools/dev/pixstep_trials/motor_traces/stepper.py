@@ -76,9 +76,14 @@ class Stepper:
         return self.status()
 
     @property
+    def at_rest(self) -> bool:
+        """True if the motor rests."""
+        return self.motion is Motion.REST
+
+    @property
     def quiet(self) -> bool:
         """True if the motor rests and no status is pending."""
-        return self.motion is Motion.REST and not self.status_wanted
+        return self.at_rest and not self.status_wanted
 
     def status(self) -> Status:
         """Return what the driver would say now."""

@@ -56,15 +56,15 @@ def home(r: State) -> None:
     v = r.v
     set_speed(r, raw(v, v.hvel), slew_acceleration(v, v.hvel))
     forwards = bool(v.mip & Mip.HOMF) == (v.mres > 0)
-    r.ask(Verb.HOME_FOR if forwards else Verb.HOME_REV, 0.0)
+    r.ask(Verb.HOME_FOR if forwards else Verb.HOME_REV)
     r.ask(Verb.GO)
     v.cdir = int(forwards)
 
 
-def jog_speed(v: Values) -> float:
+def jog_speed(v: Values, *, backwards: bool) -> float:
     """Return the raw speed of a jog, with its sign."""
     speed = v.jvel * direction(v) / v.mres
-    return -speed if v.jogr else speed
+    return -speed if backwards else speed
 
 
 def jog(r: State) -> None:
@@ -73,10 +73,10 @@ def jog(r: State) -> None:
     v.cdir = int(bool(v.jogf) == user_is_raw(v))
     r.ask(Verb.SET_VEL_BASE, raw(v, v.vbas))
     r.ask(Verb.SET_ACCEL, raw(v, v.jar))
-    r.ask(Verb.JOG, jog_speed(v))
+    r.ask(Verb.JOG, jog_speed(v, backwards=not v.jogf))
 
 
 def change_jog(r: State) -> None:
     """Change the speed of a jog under way."""
     r.ask(Verb.SET_ACCEL, raw(r.v, r.v.jar))
-    r.ask(Verb.JOG_VELOCITY, jog_speed(r.v))
+    r.ask(Verb.JOG_VELOCITY, jog_speed(r.v, backwards=bool(r.v.jogr)))

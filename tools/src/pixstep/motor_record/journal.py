@@ -26,10 +26,9 @@ class Journal:
     def post_changes(self) -> None:
         """Tell all that changed since the last time, in the order of the record."""
         now, known = vars(self._values), self._known
-        if now == known:
-            return
-        for name, attribute in _ORDER:
-            if now[attribute] != known[attribute] and (name != "RBV" or self._worth_telling()):
+        changed = [name for name, attribute in _ORDER if now[attribute] != known[attribute]]
+        for name in changed:
+            if name != "RBV" or self._worth_telling():
                 self.post(name)
 
     def take(self) -> tuple[Post, ...]:

@@ -82,13 +82,19 @@ def _at_rest(r: State) -> Next:
         return Next.LEAVE
     if v.pp:
         if v.val != v.lval and not r.has(Mip.STOP, Mip.JOG_STOP):
-            v.mip = Mip.DONE  # a new target came meanwhile: go there
+            _new_target_came(v)
             return Next.WORK
         follow_up(r)
     if at_switch_ahead(v) or v.mip == Mip.LOAD_P:
         v.mip = Mip.DONE
         return Next.WORK
     return _settle(r, stopped_now) if v.dmov else Next.WORK
+
+
+def _new_target_came(v: Values) -> None:
+    """Forget what was in progress: the target that came meanwhile is next, before all buttons."""
+    v.mip = Mip.DONE
+    v.homf = v.homr = 0
 
 
 def _jog_ended_by_itself(v: Values) -> None:

@@ -13,6 +13,7 @@ from pixstep.motor_record.processing import process
 from pixstep.motor_record.state import Link, State
 from pixstep.motor_record.traffic import Outcome, Status
 
+LinkName = Literal["RDBL", "DOL"]
 _NO_FIELDS: Mapping[str, float | str] = {}
 
 
@@ -43,8 +44,11 @@ class MotorRecord:
         start.initialise(self._r, status)
         return self._outcome()
 
-    def put(self, field: str, value: float | str) -> Outcome:
-        """Take a client's write. PutRefusedError: it is not taken, and nothing has changed."""
+    def put(self, field: str, value: float | str, status: Status | None = None) -> Outcome:
+        """Take a client's write. PutRefusedError: it is not taken, and nothing has changed.
+
+        `status`: a status that came while this write waited; one processing takes both.
+        """
         r = self._r
         taken = _writable(field, value).taken(value)
         writes.refuse(r.v, field, value)
@@ -56,7 +60,7 @@ class MotorRecord:
         if field != "VAL":
             r.journal.post(field)
         if writes.act(r, field) and not disabled:
-            process(r)
+            process(r, status)
         else:
             r.journal.post_changes()
         return self._outcome()
@@ -74,7 +78,7 @@ class MotorRecord:
             process(self._r)
         return self._outcome()
 
-    def set_link(self, link: Literal["RDBL", "DOL"], value: float | None) -> Outcome:
+    def set_link(self, link: LinkName, value: float | None) -> Outcome:
         """Say what a link gives from now on; None: what it reads is dead. Nothing is processed."""
         known: Link = self._r.rdbl if link == "RDBL" else self._r.dol
         known.value, known.exists = value, True
@@ -87,7 +91,7 @@ class MotorRecord:
         return Outcome(
             commands=commands,
             posts=r.journal.take(),
-            second_leg=second_leg(r.v, commands),
+            second_leg=second_leg(r, commands),
             delay_s=delay_s,
             complete=bool(r.v.dmov),
         )

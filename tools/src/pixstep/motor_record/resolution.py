@@ -19,19 +19,18 @@ def keep_dead_bands(v: Values) -> None:
 def step_written(r: State) -> None:
     """Act on MRES."""
     r.v.urev = r.v.mres * r.v.srev
-    _step_changed(r)
+    speeds.all_egu_follow(r.v)
+    limits.dial_limits_from_raw(r.v)
+    r.resolution_written = True
 
 
 def revolution_written(r: State) -> None:
     """Act on UREV."""
-    r.v.mres = r.v.urev / r.v.srev
-    _step_changed(r)
-
-
-def _step_changed(r: State) -> None:
     speeds.all_egu_follow(r.v)
-    limits.dial_limits_from_raw(r.v)
-    r.resolution_written = True
+    step = r.v.mres
+    _step_from_revolution(r)
+    if r.v.mres != step:
+        limits.dial_limits_from_raw(r.v)
 
 
 def steps_written(r: State) -> None:
@@ -39,10 +38,14 @@ def steps_written(r: State) -> None:
     v = r.v
     if v.srev <= 0:
         v.srev = STEPS_PER_REVOLUTION
+    _step_from_revolution(r)
+
+
+def _step_from_revolution(r: State) -> None:
+    v = r.v
     step = v.urev / v.srev
     if v.mres != step:
         v.mres = step
-        limits.dial_limits_from_raw(v)
         r.resolution_written = True
 
 

@@ -70,6 +70,7 @@ def lowest_written(v: Values, *, in_turns: bool) -> None:
     if v.vmax != 0 and v.vbas > v.vmax:
         v.vmax, v.smax = v.vbas, v.sbas
     recheck(v)
+    acceleration_follows(v)
 
 
 def highest_written(v: Values, *, in_turns: bool) -> None:
@@ -95,7 +96,6 @@ def recheck(v: Values) -> None:
     egu_written(v, BACKLASH)
     into_range(v, "jvel")
     into_range(v, "hvel")
-    acceleration_follows(v)
 
 
 # --- accelerations -----------------------------------------------------------------------------

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 """One record at work: its values, and what one event has brought about so far."""
 
-from dataclasses import dataclass, field
+from copy import copy
+from dataclasses import dataclass, field, replace
 
 from pixstep.motor_record.journal import Journal
 from pixstep.motor_record.traffic import Command, Verb
@@ -32,6 +33,10 @@ class State:
 
     def __post_init__(self) -> None:
         self.journal = Journal(self.v)
+
+    def twin(self) -> "State":
+        """Return a record in the same state, which what happens to this one does not touch."""
+        return State(v=copy(self.v), rdbl=replace(self.rdbl), dol=replace(self.dol))
 
     def ask(self, verb: Verb, argument: float | None = None) -> None:
         """Ask the motor for one thing."""

@@ -82,13 +82,11 @@ def _use_link(r: State) -> None:
 # --- buttons -----------------------------------------------------------------------------------
 
 
-def _jog(r: State, button: str, other: str, switch: str) -> None:
+def _jog(r: State, button: str, switch: str) -> None:
     v = r.v
     if not getattr(v, button):
         v.mip &= ~Mip.JOG_REQ
-        return
-    setattr(v, other, 0)
-    if v.mip == Mip.DONE and not getattr(v, switch):
+    elif v.mip == Mip.DONE and not getattr(v, switch):
         v.mip |= Mip.JOG_REQ
 
 
@@ -181,8 +179,8 @@ ACTIONS: Final[Mapping[str, Callable[[State], None]]] = {
     "BACC": _backlash_time,
     "JVEL": _jog_speed,
     "JAR": _jog_acceleration,
-    "JOGF": partial(_jog, button="jogf", other="jogr", switch="hls"),
-    "JOGR": partial(_jog, button="jogr", other="jogf", switch="lls"),
+    "JOGF": partial(_jog, button="jogf", switch="hls"),
+    "JOGR": partial(_jog, button="jogr", switch="lls"),
     "STUP": _status_update,
     "CNEN": _closed_loop,
     "PCOF": partial(_gain, attribute="pcof", verb=Verb.SET_PGAIN),
