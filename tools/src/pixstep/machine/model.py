@@ -244,6 +244,7 @@ def contradictions(machine: MachineTables) -> Iterator[Problem]:
         wrong_board = [*_board_problems(machine, motor)]
         yield from wrong_board or _axis_problems(machine, motor)
         yield from _length_problems(name, motor)
+        yield from _field_problems(name, motor)
 
 
 def _places_of_boards(machine: MachineTables) -> Iterator[Problem]:
@@ -292,3 +293,23 @@ def _length_problems(name: str, motor: MotorTable) -> Iterator[Problem]:
             motor.limit(key)
         except UserError as error:
             yield ("motors", name, "limits", key), str(error)
+
+
+def _field_problems(name: str, motor: MotorTable) -> Iterator[Problem]:
+    """Yield every field that no motor record has or takes, and every value that it refuses."""
+    if not motor.epics.fields:
+        return
+    from pixstep import motor_record  # which files without records do not need
+
+    for field, value in motor.epics.fields.items():
+        known = motor_record.FIELDS.get(field)
+        where = ("motors", name, "epics", "fields", field)
+        if known is None:
+            yield where, "a motor record has no such field"
+        elif not known.writable:
+            yield where, "only the record itself writes this field"
+        else:
+            try:
+                known.taken(value)
+            except motor_record.PutRefusedError as error:
+                yield where, error.reason

@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NotRequired, TypedDict
 
 from pixstep import signals
+from pixstep.errors import UserError
 from pixstep.ioc import names, saved, settings
 from pixstep.lazy import lazy
+from pixstep.machine import FILE_NAME, VARIABLE
 from pixstep.operations import motor_drives
 from pixstep.operations.desk import Desk
 from pixstep.operations.desk_log import log_of
@@ -62,7 +64,12 @@ class Ioc(Request):
 
     def run(self, desk: Desk) -> Result:
         """Serve until a signal comes."""
-        machine = desk.facts.machine
+        machine = desk.facts.found
+        if machine is None:
+            raise UserError(
+                f"no machine file: --machine FILE, {VARIABLE}, or {FILE_NAME} in this folder "
+                f"(`pixstep machine new` begins one)"
+            )
         prefix = self.prefix if self.prefix is not None else machine.epics.prefix or ""
         records = settings.record_names(machine, prefix)
         data: dict[str, Any] = {"machine": str(machine.path), "records": records}

@@ -11,17 +11,20 @@ from pixstep import natives
 from pixstep.board.port import BAUD, Port
 from pixstep.errors import UserError
 from pixstep.ioc.settings import limit_steps_s
-from pixstep.motor_drive import BusDrives, DrivenMotor, Pacer
+from pixstep.lazy import lazy
 from pixstep.server import remote
 
 if TYPE_CHECKING:
     from pixstep.board.link import Link
     from pixstep.machine.files import MachineFile
     from pixstep.machine.model import BoardTable
+    from pixstep.motor_drive import BusDrives
     from pixstep.motor_record import Drive
     from pixstep.server.journal import Log
 
-_SEARCH_UNITS = "home=-2000,hyst=8,play={}"  # a simulated load: its home switch, its play in steps
+motor_drive = lazy("pixstep.motor_drive")
+
+_LOAD = "home=2000,hyst=8,play={}"  # a simulated load: its home switch, its play in steps
 
 
 @contextlib.contextmanager
@@ -82,13 +85,13 @@ def _simulated(machine: MachineFile) -> Iterator[Mapping[str, Drive]]:
     places = {name: place for place, name in enumerate(machine.boards)}
     kinds = [board.kind for board in machine.boards.values()]
     plants = {
-        (places[machine.board_name(motor)], motor.axis): _SEARCH_UNITS.format(motor.backlash_steps)
+        (places[machine.board_name(motor)], motor.axis): _LOAD.format(motor.backlash_steps)
         for motor in machine.motors.values()
     }
     options = SimOptions(
         [(kind, natives.image(kind)) for kind in kinds], machine.clock_hz, plants=plants
     )
-    with SimLink(options) as link, Pacer(link):
+    with SimLink(options) as link, motor_drive.Pacer(link):
         units = {name: place + 1 for name, place in places.items()}
         with _drives(machine, link, units) as found:
             yield found
@@ -97,7 +100,7 @@ def _simulated(machine: MachineFile) -> Iterator[Mapping[str, Drive]]:
 def _drives(machine: MachineFile, link: Link, units: Mapping[str, int]) -> BusDrives:
     """Return the drives of the motors of some boards; `units` are their addresses by name."""
     motors = [
-        DrivenMotor(
+        motor_drive.DrivenMotor(
             name,
             units[machine.board_name(motor)],
             motor.axis,
@@ -107,4 +110,4 @@ def _drives(machine: MachineFile, link: Link, units: Mapping[str, int]) -> BusDr
         for name, motor in machine.motors.items()
         if machine.board_name(motor) in units
     ]
-    return BusDrives(link, motors, clock_hz=machine.clock_hz, divider=machine.clock.edges)
+    return motor_drive.BusDrives(link, motors, clock_hz=machine.clock_hz, divider=machine.clock.edges)
