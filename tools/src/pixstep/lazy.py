@@ -23,6 +23,8 @@ _EXTRAS = {
     "numpy": ("this needs numpy", "numpy"),
     "matplotlib": ("drawings need matplotlib", "plot"),
     "pyarrow": ("Parquet needs pyarrow", "parquet"),
+    "bluesky": ("fly scans need bluesky", "bluesky"),
+    "scanspec": ("scans need scanspec", "bluesky"),
 }
 
 
