@@ -55,11 +55,11 @@ class ClockTimes:
 
     def armed(self) -> None:
         """Take what the lines have set; those that wait for no clock begin now."""
+        self._begun_s = self._world.now_s()
         known = settings.read(self._device)
         self._hz = float(values.hz_of(known))
         self._edges_px = settings.divider_of(known)
         self._follows = known.get("sync") != regs.SYNCS["free"]
-        self._begun_s = self._world.now_s()
 
     def look(self) -> None:
         """Note the newest edge, while a line runs or after it."""
