@@ -1,14 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""The records of a flight as rows of documents, a row a pixel.
-
-A board that cannot send the record of each pixel in time keeps every Nth, and each besides whose
-position is not the expected one. In a row that has the record of one axis only, the others are
-where they were expected to be: else they would have one too.
-"""
+"""The records of a flight as rows of documents, a row a pixel, and what their columns are."""
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -16,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from pixstep.api.records import AxisRecords
 from pixstep.fly.places import Place
 from pixstep.fly.scan_line import ScanLine
+from pixstep.fly.tracks import Track
 from pixstep.lazy import lazy
 
 if TYPE_CHECKING:
@@ -54,6 +49,7 @@ class Layout:
         found = {
             self.key("pixel"): _whole(clock, "px"),
             self.key("time"): number_key(clock, "s"),
+            self.key("records"): _whole(clock, "1"),
         }
         if self.scan:
             found[self.key("point")] = _whole(f"scanspec:{self.scan.scan_axis}", "1")
@@ -85,87 +81,57 @@ def _data_key(source: str, dtype: str, numpy_dtype: str, unit: str) -> DataKey:
 class Rows:
     """The rows of one flight: given out once each, in the order of the pixels.
 
-    `origins` is where the load of each place was at line zero, `tick_hz` the first board's ticks.
+    Each pixel has a row whose position is known of all axes (tracks.py); `records` is how many of
+    them have a record of their own.
+    `tracks` are the axes', in the order of the layout's places; `tick_hz` the first board's ticks.
     """
 
-    def __init__(self, layout: Layout, origins: Sequence[float], tick_hz: int) -> None:
-        self._layout, self._origins, self._tick_hz = layout, origins, tick_hz
-        self._expected = [place.expected_steps() for place in layout.places]
-        self._lengths = [place.line.pixels for place in layout.places]
+    def __init__(self, layout: Layout, tracks: Sequence[Track], tick_hz: int) -> None:
+        self._layout, self._tracks, self._tick_hz = layout, tracks, tick_hz
+        self._length = max(track.length for track in tracks)
         self._last = 0  # pixel of the newest row that was given out
 
-    def take(self, records: Sequence[AxisRecords]) -> Columns | None:
+    def take(self, records: Sequence[AxisRecords], *, over: bool, ended: bool) -> Columns | None:
         """Return the columns of the rows that are complete and new, without times; None of none.
 
-        A line that has ended stays at its end.
+        `over` says that no more records come, `ended` that all lines have come to their end.
         """
-        found = [self._of(place, records) for place in self._layout.places]
-        known = [one for one in found if one is not None]
-        if len(known) < len(found):
+        found = [one for track in self._tracks if (one := track.of(records)) is not None]
+        if len(found) < len(self._tracks):
             return None
-        pixels = self._complete(known)
-        if not len(pixels):
-            return None
-        self._last = int(pixels[-1])
-        return self._columns(pixels, known)
+        for track, one in zip(self._tracks, found, strict=True):
+            if not track.learn(one, over=over):
+                return None
+        last = self._length if ended else self._reached(found)
+        pixels = np.arange(self._last + 1, last + 1)
+        known = [track.knows(pixels, one) for track, one in zip(self._tracks, found, strict=True)]
+        pixels = pixels[np.logical_and.reduce(known)]
+        self._last = max(self._last, last)
+        return self._columns(pixels, found) if len(pixels) else None
 
-    def _of(self, place: Place, records: Sequence[AxisRecords]) -> AxisRecords | None:
-        """Return the records of a place, if it has any yet."""
-        for one in records:
-            if (one.unit, one.axis) == (place.unit, place.axis) and len(one):
-                return one
-        return None
-
-    def _complete(self, records: Sequence[AxisRecords]) -> Whole:
-        """Return the new pixels that are known of all axes."""
-        ends = [
-            int(one.pixel[-1])
-            for one, length in zip(records, self._lengths, strict=True)
-            if int(one.pixel[-1]) < length
-        ]
-        last = min(ends, default=max(self._lengths))
-        known = [one.pixel.astype(np.int64) for one in records]
-        if any(one.missed for one in records):  # what is not recorded is not known
-            pixels = functools.reduce(np.intersect1d, map(self._with_rest, known, self._lengths))
-        else:
-            pixels = functools.reduce(np.union1d, known)
-        return pixels[(pixels > self._last) & (pixels <= last)]
-
-    def _with_rest(self, pixels: Whole, length: int) -> Whole:
-        """Return the pixels of records and those behind the end of their line."""
-        return np.concatenate([pixels, np.arange(length + 1, max(self._lengths) + 1)])
+    def _reached(self, records: Sequence[AxisRecords]) -> int:
+        """Return the last pixel up to which all axes are known; those that have ended stay."""
+        found = [track.reached(one) for track, one in zip(self._tracks, records, strict=True)]
+        return min(self._length, *found)
 
     def _columns(self, pixels: Whole, records: Sequence[AxisRecords]) -> Columns:
         layout = self._layout
-        columns: Columns = {layout.key("pixel"): pixels}
+        recorded = [np.isin(pixels, one.pixel) for one in records]
+        columns: Columns = {
+            layout.key("pixel"): pixels, layout.key("records"): np.sum(recorded, axis=0),
+        }  # fmt: skip
         if layout.scan:
             columns[layout.key("point")] = layout.scan.points_of(pixels)
         if layout.clock_errors:
             ticks = _held(pixels, records[0].pixel, records[0].edge_error_ticks)
             columns[layout.key("clock_error")] = ticks * (1e6 / self._tick_hz)
-        for place, one, origin, line in zip(
-            layout.places, records, self._origins, self._expected, strict=True
-        ):
-            expected, actual = _positions(pixels, one, line)
-            columns[layout.key(place.name, "expected")] = place.positions(expected, origin)
-            columns[layout.key(place.name, "actual")] = place.positions(actual, origin)
-            columns[layout.key(place.name, "deviation")] = actual - expected
+        for track, one in zip(self._tracks, records, strict=True):
+            name = track.place.name
+            expected, actual = track.steps(pixels, one)
+            columns[layout.key(name, "expected")] = track.positions(expected)
+            columns[layout.key(name, "actual")] = track.positions(actual)
+            columns[layout.key(name, "deviation")] = actual - expected
         return columns
-
-
-def _positions(pixels: Whole, records: AxisRecords, line: Whole) -> tuple[Whole, Whole]:
-    """Return where an axis was expected and where it was behind some pixels, steps."""
-    expected = line[np.minimum(pixels, len(line) - 1)]
-    actual = expected.copy()
-    found = np.searchsorted(records.pixel, pixels)
-    found[found == len(records)] = 0
-    recorded = records.pixel[found] == pixels
-    expected[recorded] = records.expected_steps[found[recorded]]
-    actual[recorded] = records.actual_steps[found[recorded]]
-    ended = pixels > len(line) - 1
-    if ended.any():  # it rests where its last record has it
-        actual[ended] = records.actual_steps[-1]
-    return expected, actual
 
 
 def _held(pixels: Whole, known: npt.NDArray[Any], values: npt.NDArray[Any]) -> npt.NDArray[Any]:

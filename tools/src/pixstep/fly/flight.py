@@ -15,6 +15,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from pixstep.api.motion import Motion
+from pixstep.api.records import AxisRecords
 from pixstep.board import snapshot
 from pixstep.board.device import Board as Device
 from pixstep.board.errors import BoardError, MotionStoppedError, MotionTimeoutError
@@ -24,6 +25,7 @@ from pixstep.fly.clock_times import ClockTimes
 from pixstep.fly.documents import Columns, Layout, Rows
 from pixstep.fly.places import Place
 from pixstep.fly.status import FlightStatus
+from pixstep.fly.tracks import Track
 from pixstep.lazy import lazy
 
 if TYPE_CHECKING:
@@ -54,11 +56,15 @@ class Flight:
         self.over = FlightStatus(f"{layout.name}: complete")
         self._motion: Motion[Any] | None = None
         self._rows: Rows | None = None
+        self._seen: tuple[AxisRecords, ...] = ()
         self._clock: ClockTimes | None = None
         self._epoch_s = 0.0  # of the world's second 0
         self._lock = threading.Lock()  # of rows and clock, which both sides use
         self._awaited_s: float | None = None  # since when the end is waited for
+        self._stopping = threading.Lock()  # held until a stop has read the last records
         self._reason = ""  # why it was stopped
+        self._ended = False  # all lines came to their end
+        self._well = False  # it was stopped, and that is no failure
         self._thread = threading.Thread(
             target=self._fly, name=f"pixstep flight {layout.name}", daemon=True
         )
@@ -75,15 +81,23 @@ class Flight:
         """True once the end is waited for."""
         return self._awaited_s is not None
 
-    def stop(self, reason: str) -> None:
-        """Stop the axes unless they are at their end, and wait until the flight is over."""
+    @property
+    def pixel(self) -> int:
+        """The newest pixel that any axis has a record of; 0 before the first."""
+        return max((int(one.pixel[-1]) for one in self._seen if len(one)), default=0)
+
+    def stop(self, reason: str, *, well: bool = False) -> None:
+        """Stop the axes unless they are at their end, and wait until the flight is over.
+
+        `well`: the flight does not fail by that.
+        """
         if self.over.done:
             return
-        self._reason = self._reason or reason
-        motion = self._motion
-        if motion is not None:
-            with contextlib.suppress(BoardError):  # the motion's own end says more
-                motion.stop()
+        with self._stopping:
+            self._reason, self._well = self._reason or reason, self._well or well
+            if self._motion is not None:
+                with contextlib.suppress(PlainError):  # the motion's own end says more
+                    self._motion.stop()
         if threading.current_thread() is not self._thread:
             with contextlib.suppress(TimeoutError):
                 self.over.wait(_ENDS_S)
@@ -93,7 +107,7 @@ class Flight:
         with self._lock:
             if self._rows is None or self._clock is None or self._motion is None:
                 return None
-            found = self._rows.take(self._seen)
+            found = self._rows.take(self._seen, over=self.over.done, ended=self._ended)
             if found is None:
                 return None
             pixels = found[self._layout.key("pixel")]
@@ -116,20 +130,17 @@ class Flight:
     def _arm(self) -> None:
         """Start the lines; return when the axes are armed."""
         places = self._layout.places
-        origins = [place.origin(self._position(place)) for place in places]
+        tracks = [Track(place, place.origin(self._position(place))) for place in places]
         clock = ClockTimes(self._devices[0], self._world)
-        if self._reason:
-            raise MotionStoppedError("nothing has moved")
-        self._motion = self._begin()
+        with self._stopping:
+            if self._reason:
+                raise MotionStoppedError("nothing has moved")
+            self._motion = self._begin()
         clock.armed()
         with self._lock:
             self._epoch_s = time.time() - self._world.now_s()
             self._clock = clock
-            self._rows = Rows(self._layout, origins, self._devices[0].tick_hz())
-            self._seen = self._motion.records()
-        if self._reason:  # asked for meanwhile
-            self._motion.stop()
-
+            self._rows = Rows(self._layout, tracks, self._devices[0].tick_hz())
     def _position(self, place: Place) -> int:
         """Return where the motor of a place is, steps."""
         device = next(one for one in self._devices if one.unit == place.unit)
@@ -140,12 +151,14 @@ class Flight:
         motion = self._motion
         assert motion is not None
         try:
-            while not self._ended(motion):
+            while not self._waited(motion):
                 self._look(motion)
         finally:
-            self._look(motion)
+            with self._stopping:
+                self._look(motion)
+        self._ended = True
 
-    def _ended(self, motion: Motion[Any]) -> bool:
+    def _waited(self, motion: Motion[Any]) -> bool:
         """Wait a little; return True at the end. Raises what has ended it before."""
         try:
             motion.wait(_LOOK_S)
@@ -181,8 +194,10 @@ class Flight:
                 f"moved: {said}"
             )
 
-    def _explained(self, error: BaseException) -> BaseException:
-        """Return an error that says why the flight was stopped, if it was."""
+    def _explained(self, error: BaseException) -> BaseException | None:
+        """Return an error that says why the flight was stopped, if it was; None if it is none."""
         if self._reason and isinstance(error, MotionStoppedError):
+            if self._well:
+                return None
             return MotionStoppedError(f"{self._layout.name}: {self._reason}: {error}")
         return error

@@ -33,10 +33,11 @@ class LineFlyer:
     `where` is a Board and `lines` are as `Board.start` takes them, or a Bus with several boards and
     `lines` by the addresses of boards, as `Bus.start` takes them. `kickoff` checks and arms them;
     they begin on the clock. `complete` ends with the lines. Each pixel is an event: number of the
-    pixel, time since line zero, and of each axis where it was expected, where it was, and the
+    pixel, time since line zero, how many axes have a record of it, and of each axis where it was expected, where it was, and the
     difference in steps; of a scanspec's line also the number of the point. Timestamps are those of
-    the clock's edges. `clock_timeout` is how long `complete` waits for the clock. The same flyer
-    flies again and again.
+    the clock's edges. `clock_timeout` is how long `complete` waits for a clock that rests. A plan
+    that declares the stream (`bps.declare_stream`, for `collect_while_completing`) needs a flyer
+    that is told so: `declared`. The same flyer flies again and again.
     """
 
     parent = None
@@ -52,6 +53,7 @@ class LineFlyer:
         gate_edges: int | None = None,
         check: bool = True,
         clock_timeout: float | str = CLOCK_TIMEOUT_S,
+        declared: bool = False,
     ) -> None:
         lazy.require_package("bluesky")
         self.name: str = arguments.text("name", name)
@@ -64,6 +66,7 @@ class LineFlyer:
             where.start, lines, sync=sync, divider=divider, gate_edges=gate_edges, check=check
         )
         self._clock_timeout_s = given.time("clock_timeout", clock_timeout)
+        self._declared = arguments.flag("declared", declared)
         self._flight: Flight | None = None
         self._task: asyncio.Task[Any] | None = None
         self._cancelled = 0  # how often the task had been when the flight began
@@ -92,9 +95,13 @@ class LineFlyer:
             raise UserError(f"{self.name}: nothing flies: kickoff comes before complete")
         return self._flight.await_end()
 
-    def describe_collect(self) -> dict[str, dict[str, DataKey]]:
-        """Return the data keys of the stream, with their units."""
-        return {self.name: self._layout.data_keys()}
+    def describe_collect(self) -> dict[str, Any]:
+        """Return the data keys of the stream, with their units: by its name, or as it is declared.
+
+        bluesky has it by names where a plan does not declare the stream, as `fly` does not.
+        """
+        found = self._layout.data_keys()
+        return found if self._declared else {self.name: found}
 
     def collect_pages(self) -> Iterator[Page]:
         """Give out a page of events: the pixels that are complete and were not collected yet.
@@ -116,9 +123,12 @@ class LineFlyer:
         yield {"time": times, "data": data, "timestamps": dict.fromkeys(data, times)}
 
     def stop(self, *, success: bool = False) -> None:
-        """Stop the axes: `complete` fails and says where they are. Nothing if nothing flies."""
+        """Stop the axes if they fly: `complete` fails and says where they are.
+
+        With `success` the flight ends well, and its documents end where it was stopped.
+        """
         if self._flight is not None:
-            self._flight.stop("stopped")
+            self._flight.stop("stopped", well=success)
 
     def pause(self) -> None:
         """Stop the axes because the RunEngine pauses: a line cannot go on in its middle."""
@@ -149,6 +159,17 @@ class LineFlyer:
             key: {"value": value[0], "timestamp": now}
             for key, value in self._configuration().items()
         }
+
+    @property
+    def hints(self) -> dict[str, list[str]]:
+        """What a plot of the run shows: where each axis was."""
+        key = self._layout.key
+        return {"fields": [key(place.name, "actual") for place in self._places]}
+
+    @property
+    def pixel(self) -> int:
+        """The newest pixel of which there are records, from 1; 0 before the first."""
+        return 0 if self._flight is None else self._flight.pixel
 
     def __repr__(self) -> str:
         names = ", ".join(place.name for place in self._places)

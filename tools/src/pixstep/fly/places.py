@@ -5,25 +5,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import accumulate
-from typing import TYPE_CHECKING
 
 from pixstep.api.axes import Lines, by_axis
 from pixstep.api.motions import MotionLine
 from pixstep.errors import RefusedError
 from pixstep.fly.scan_line import ScanLine
-from pixstep.lazy import lazy
-
-if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-else:
-    np, npt = lazy("numpy"), lazy("numpy.typing")
 
 
 @dataclass(frozen=True)
 class Place:
-    """An axis of a board with its line; positions are those of its load."""
+    """An axis of a board with its line."""
 
     unit: int
     """Address of the board."""
@@ -57,21 +48,11 @@ class Place:
         scale = motor.steps_per_unit if motor else None
         return scale.length if scale else "steps"
 
-    def positions(self, steps: npt.NDArray[np.int64], origin: float) -> npt.NDArray[np.float64]:
-        """Return positions in the unit; `steps` are the motor's from line zero, at `origin`."""
-        return origin + steps / self.steps_per_unit
-
-    def expected_steps(self) -> npt.NDArray[np.int64]:
-        """Return where the motor is to be behind each pixel; the first is line zero."""
-        direction = self.line.line.direction
-        counts = (direction * count for count in self.line.counts)
-        return np.array([*accumulate(counts, initial=0)], dtype=np.int64)
-
     def origin(self, position_steps: int) -> float:
-        """Return where the load is, by the motor's position before it flies.
+        """Return where an axis begins, by the motor's position before it flies.
 
-        Raises RefusedError for the line of a scan that begins elsewhere, farther away than the
-        play in which the motor may be beside its load.
+        Of a scan's line that is where the load is to begin. Raises RefusedError if the motor is
+        elsewhere, farther away than the play in which it may be beside its load.
         """
         here = position_steps / self.steps_per_unit
         if not isinstance(self.line, ScanLine):
