@@ -23,15 +23,15 @@ sys.exit(pytest.main(sys.argv[3:]))
 """
 
 
-def run_tests(name, *options):
-    """Run a file of with_clients; fail with what it says if a test in it fails."""
+def run_tests(*names):
+    """Run files of with_clients; fail with what they say if a test in them fails."""
     if not CLIENTS.exists():
         missing = f"{CLIENTS} is not there: run tools/setup"
         pytest.fail(missing) if os.environ.get("PIXSTEP_REQUIRE_BUILT") else pytest.skip(missing)
-    file = ROOT / "tools" / "tests" / "with_clients" / name
+    files = [ROOT / "tools" / "tests" / "with_clients" / name for name in names]
     done = subprocess.run(
         [CLIENTS, "-c", _RUN, ROOT / "tools" / "src", sysconfig.get_path("purelib"),
-         "-q", "-p", "no:cacheprovider", "-c", ROOT / "tools" / "pyproject.toml", file, *options],
+         "-q", "-p", "no:cacheprovider", "-c", ROOT / "tools" / "pyproject.toml", *files],
         cwd=ROOT, capture_output=True, text=True, check=False,
     )  # fmt: skip
     if done.returncode:

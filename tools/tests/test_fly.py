@@ -8,12 +8,8 @@ from client_runs import run_tests
 from pixstep.fly.flyer import LineFlyer
 
 
-def test_flyer_with_bluesky():
-    assert " passed" in run_tests("fly_scans.py")
-
-
-def test_lines_from_scanspecs():
-    assert " passed" in run_tests("fly_scanspecs.py")
+def test_with_bluesky_and_scanspec():
+    assert " passed" in run_tests("fly_scanspecs.py", "fly_scans.py")
 
 
 @pytest.mark.usefixtures("simulator")

@@ -270,7 +270,7 @@ def test_the_same_flyer_again_and_again(engine, documents):
 
 
 def test_pages_come_while_it_flies(engine, documents):
-    line = px.make_line(speed=40, max_acceleration=4, length=60_000, pixel_hz=HZ)
+    line = px.make_line(speed=40, max_acceleration=4, length=20_000, pixel_hz=HZ)
 
     @bpp.run_decorator()
     def live(flyer):

@@ -41,11 +41,11 @@ else:
     np, npt = lazy("numpy"), lazy("numpy.typing")
 
 DEVIATION_STEPS = 1.0
-_TRIES = 8  # run-ups that are tried, each a quarter longer than the one before
+_MOST_TRIED = 20_000  # pixels of a slower scan, for that
+_TRIES = 4  # run-ups that are tried, each half as long again as the one before
 _WHOLE = 1e-6  # of a pixel: a point's time may be off by so much
 _SAME = 1e-9  # of a scan's size: bounds that differ by less are the same
-_MOST_TRIED = 50_000  # pixels
-_SLOWER = (2, 3, 4, 6, 8, 12, 16, 24, 32)  # times as many pixels a point, to say what fits
+_SLOWER = (2, 4, 8, 16, 32)  # times as many pixels a point, to say what fits
 
 
 @dataclass(frozen=True)
@@ -82,6 +82,12 @@ class Points:
             parts = np.arange(1, count + 1) / count
             found.append(np.interp(parts, (0.0, 0.5, 1.0), (low, mid, high)))
         return np.concatenate(found)
+
+    @property
+    def moving(self) -> list[str]:
+        """The axes that do not stand still in all points."""
+        bounds = {axis: np.concatenate([self.lower[axis], self.upper[axis]]) for axis in self.lower}
+        return [axis for axis, found in bounds.items() if np.any(found != found[0])]
 
     def slower(self, times: int) -> Points:
         """Return the same points with so many times as many pixels."""
@@ -125,7 +131,8 @@ def line_from_scanspec(
         raise UserError(f"axis {arguments.shown(axis)}: the spec has {', '.join(names)}")
     hz = given.exact_hz(pixel_hz) or (given.motor(motor).pixel_hz if motor else None)
     drive = _drive(axis, motor, unit, steps_per_unit, decode, backlash, max_acceleration, hz)
-    return _lines(spec, [drive], hz, run_up, max_deviation, check=check)[axis]
+    making = _making(spec, [drive], hz, run_up, max_deviation, check=check)
+    return making.lines_that_fit()[axis]
 
 
 def lines_from_scanspec(
@@ -158,7 +165,11 @@ def lines_from_scanspec(
         _drive(name, motor, None, None, None, None, limits.get(name), hz)
         for name, motor in motors.items()
     ]
-    return _lines(spec, drives, hz, run_up, max_deviation, check=check)
+    making = _making(spec, drives, hz, run_up, max_deviation, check=check)
+    for name in making.points.moving:
+        if name not in motors:
+            raise UserError(f"axis {name}: moves in the spec, and has no motor: give it one")
+    return making.lines_that_fit()
 
 
 def _axes_of(spec: Any) -> list[str]:
@@ -198,7 +209,7 @@ def _drive(
     )
 
 
-def _lines(
+def _making(
     spec: Any,
     drives: Sequence[Drive],
     hz: Fraction | None,
@@ -206,21 +217,16 @@ def _lines(
     max_deviation: float,
     *,
     check: bool,
-) -> dict[str, ScanLine]:
-    """Make the lines of some axes, with the shortest run-up that is tried and fits."""
+) -> _Making:
+    """Return what makes the lines of some axes."""
     if hz is None:
         raise UserError("a scan's line needs a pixel frequency: pixel_hz or motor")
-    tolerance = arguments.finite("max_deviation", max_deviation, 0)
-    making = _Making(
+    return _Making(
         _points(spec, hz, drives), drives, hz,
         None if run_up is None else given.pixels("run_up", run_up),
-        tolerance, check=arguments.flag("check", check),
+        arguments.finite("max_deviation", max_deviation, 0),
+        check=arguments.flag("check", check),
     )  # fmt: skip
-    try:
-        return making.lines()
-    except TooFastError as error:
-        fits = making.what_fits()
-        raise RefusedError(f"{error}; what fits: {fits}") from None
 
 
 class TooFastError(RefusedError):
@@ -237,6 +243,14 @@ class _Making:
     run_up: int | None
     tolerance: float
     check: bool
+    tries: int = _TRIES
+
+    def lines_that_fit(self) -> dict[str, ScanLine]:
+        """Return the lines by axis. Raises RefusedError saying what fits."""
+        try:
+            return self.lines()
+        except TooFastError as error:
+            raise RefusedError(f"{error}; what fits: {self.what_fits()}") from None
 
     def lines(self) -> dict[str, ScanLine]:
         """Return the lines by axis, with the shortest run-up that is tried and fits."""
@@ -252,7 +266,7 @@ class _Making:
     def what_fits(self) -> str:
         """Return in words how slow the points have to be."""
         for times in _SLOWER:
-            slower = replace(self, points=self.points.slower(times))
+            slower = replace(self, points=self.points.slower(times), tries=2)
             if sum(slower.points.pixels) > _MOST_TRIED:
                 break
             with contextlib.suppress(RefusedError):
@@ -265,8 +279,8 @@ class _Making:
         """Return the pixels of run-ups that are tried, the shortest first."""
         least = max(_run_up(self.points.edges(drive.axis), drive) for drive in self.drives)
         found = [least]
-        while len(found) < _TRIES and least:
-            found.append(max(found[-1] + 1, found[-1] * 5 // 4))
+        while len(found) < self.tries and least:
+            found.append(max(found[-1] + 1, found[-1] * 3 // 2))
         return found
 
     def _line(self, drive: Drive, run_up: int) -> ScanLine:
@@ -288,6 +302,7 @@ class _Making:
             point_pixels=self.points.pixels, run_up=first,
         )  # fmt: skip
         _refuse_deviation(line, edges, self.tolerance)
+        _refuse_late_play(line, self.tolerance)
         if self.check:
             _refuse_findings(line, drive, len(self.drives))
         return line
@@ -356,6 +371,24 @@ def _refuse_deviation(line: ScanLine, edges: Places, most: float) -> None:
         )
 
 
+def _refuse_late_play(line: ScanLine, most: float) -> None:
+    """Raise RefusedError where play is still taken up in the points.
+
+    A board takes it up while the line gains speed, in proportion, and is done with it at the
+    highest speed.
+    """
+    motion = line.line
+    behind = line.run_up + sum(line.point_pixels)
+    for pixel in range(line.run_up, min(motion.shifted_pixels, behind)):
+        lacking = motion.backlash * (1 - motion.speeds[pixel] / motion.line_speed)
+        if lacking > most:
+            raise RefusedError(
+                f"axis {line.scan_axis}: {_where(line, pixel + 1)}: {lacking:.3g} of "
+                f"{motion.backlash} steps of play are not taken up before the highest speed, in "
+                f"pixel {motion.shifted_pixels}: what fits: one speed in all points"
+            )
+
+
 def _refuse_findings(line: ScanLine, drive: Drive, axes: int) -> None:
     """Raise RefusedError for what the motor or its board cannot make."""
     found = list(line.check(axes=axes).errors)
@@ -385,17 +418,14 @@ def _points(spec: Any, hz: Fraction, drives: Sequence[Drive]) -> Points:
                 f"ends at {before[first]:.6g}: a line has no gaps; what fits: points that join, "
                 f"and a line of its own for each row of a scan of several dimensions"
             )
-    driven = {drive.axis for drive in drives}
-    for axis in lower:
-        moves = np.any(lower[axis] != lower[axis][0]) or np.any(upper[axis] != lower[axis][0])
-        if axis in driven and not moves:
+    points = Points(lower, middle, upper, _pixels(frames, len(frames), hz))
+    for drive in drives:
+        if drive.axis not in points.moving:
             raise RefusedError(
-                f"axis {axis}: stands still at {lower[axis][0]:.6g} in all points: what fits: move "
-                f"it there before, and leave it out"
+                f"axis {drive.axis}: stands still at {lower[drive.axis][0]:.6g} in all points: "
+                f"what fits: move it there before, and leave it out"
             )
-        if axis not in driven and moves and len(drives) > 1:
-            raise UserError(f"axis {axis}: moves in the spec, and has no motor: give motors all")
-    return Points(lower, middle, upper, _pixels(frames, len(frames), hz))
+    return points
 
 
 def _pixels(frames: Any, count: int, hz: Fraction) -> tuple[int, ...]:

@@ -43,7 +43,7 @@ class Track:
         counts = (direction * count for count in line.counts)
         self._line = np.array([*accumulate(counts, initial=0)], dtype=np.int64)
         # From this pixel on all play is taken up that the line lacks.
-        self._free = line.counts.index(line.line_speed) + 2 if line.backlash else 0
+        self._free = line.shifted_pixels
         self._all_play = direction * line.backlash
         self._play: int | None = None if line.backlash else 0
 
