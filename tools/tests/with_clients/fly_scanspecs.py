@@ -65,7 +65,7 @@ def test_the_run_up_keeps_the_motors_acceleration(machine):  # noqa: F811
     slow = make(0.05 @ Linspace("x", 0, 10, 51), motor=machine["X"], max_acceleration=2)
     assert slow.run_up > line.run_up
     fixed = make(0.05 @ Linspace("x", 0, 10, 51), motor=machine["X"], run_up="30 px")
-    assert fixed.run_up == 31
+    assert fixed.run_up == 1 + 30 + 2
 
 
 @pytest.mark.parametrize(
@@ -136,7 +136,7 @@ def test_a_scan_from_its_start(engine, documents, machine):  # noqa: F811
     with px.simulated_board("mega", pixel_hz=100) as board:
         flyer = px.fly.LineFlyer(board, [x, y])
         with pytest.raises(
-            FailedStatus, match=r"X: is at 0 mm, the scan's line begins at 0\.9 mm: move it there"
+            FailedStatus, match=r"X: is at 0 mm, the scan's line begins at 0\.875 mm: move it there"
         ):
             engine(bp.fly([flyer]))
         at_rest(board)

@@ -40,9 +40,10 @@ if TYPE_CHECKING:
 else:
     np, npt = lazy("numpy"), lazy("numpy.typing")
 
-DEVIATION_STEPS = 1.0
+DEVIATION_STEPS = 2.0
 _MOST_TRIED = 20_000  # pixels of a slower scan, for that
 _TRIES = 4  # run-ups that are tried, each half as long again as the one before
+_EVEN_PIXELS = 2  # in which the speed swings in, so that all play is taken up
 _WHOLE = 1e-6  # of a pixel: a point's time may be off by so much
 _SAME = 1e-9  # of a scan's size: bounds that differ by less are the same
 _SLOWER = (2, 4, 8, 16, 32)  # times as many pixels a point, to say what fits
@@ -233,6 +234,10 @@ class TooFastError(RefusedError):
     """A line that might be made if its points took longer."""
 
 
+class LatePlayError(RefusedError):
+    """A line whose run-up does not take up the play."""
+
+
 @dataclass(frozen=True)
 class _Making:
     """Lines of some axes over the same points."""
@@ -258,7 +263,7 @@ class _Making:
         for count in [self.run_up] if self.run_up is not None else self._run_ups():
             try:
                 return {drive.axis: self._line(drive, count) for drive in self.drives}
-            except TooFastError as error:
+            except (TooFastError, LatePlayError) as error:
                 refusal = error
         assert refusal is not None
         raise refusal
@@ -266,7 +271,7 @@ class _Making:
     def what_fits(self) -> str:
         """Return in words how slow the points have to be."""
         for times in _SLOWER:
-            slower = replace(self, points=self.points.slower(times), tries=2)
+            slower = replace(self, points=self.points.slower(times), tries=3)
             if sum(slower.points.pixels) > _MOST_TRIED:
                 break
             with contextlib.suppress(RefusedError):
@@ -288,13 +293,14 @@ class _Making:
         edges = self.points.edges(drive.axis)
         if drive.rule == SMOOTH:
             _refuse_turns(edges, drive, self.points)
-        rest = int(any(one.backlash for one in self.drives))  # a pixel to take up play in
-        ways = _with_run_up(edges, run_up, rest)
+        play = any(one.backlash for one in self.drives)
+        before = _Before(int(play), run_up, _EVEN_PIXELS if play else 0)
+        ways = _with_run_up(edges, before)
         made = line_from_positions(
             ways, unit=drive.unit, motor=drive.motor, pixel_hz=self.hz, decode=drive.rule,
             steps_per_unit=drive.scale, backlash=drive.backlash, name=f"axis {drive.axis}",
         )  # fmt: skip
-        first = rest + run_up
+        first = before.pixels
         line = ScanLine(
             made.line, made.pixel_hz, made.motor, made.notes, first + 1, made.divider,
             made.deviation_steps, scan_axis=drive.axis, unit=drive.unit,
@@ -323,14 +329,31 @@ def _run_up(edges: Places, drive: Drive) -> int:
     return math.ceil(speed / drive.acceleration)
 
 
-def _with_run_up(edges: Places, pixels: int, rest: int) -> Places:
-    """Return positions with pixels before, of which the first ones rest, and behind."""
-    if not pixels:
-        return np.concatenate([edges[:1]] * rest + [edges])
-    ramp = np.arange(pixels + 1) ** 2 / (2 * pixels)  # from rest, by the speed at its end
-    before = edges[0] + (edges[1] - edges[0]) * (ramp - ramp[-1])
-    behind = edges[-1] + (edges[-1] - edges[-2]) * (ramp[-1] - ramp[::-1])
-    return np.concatenate([before[:1]] * rest + [before[:-1], edges, behind[1:]])
+@dataclass(frozen=True)
+class _Before:
+    """Pixels before the first point: at rest, where play is taken up; gaining speed; at speed."""
+
+    rest: int
+    ramp: int
+    even: int
+
+    @property
+    def pixels(self) -> int:
+        """All of them."""
+        return self.rest + self.ramp + self.even
+
+
+def _with_run_up(edges: Places, before: _Before) -> Places:
+    """Return positions with those of the run-up before and of the run-down behind."""
+    first, last = edges[1] - edges[0], edges[-1] - edges[-2]
+    even = edges[0] - first * np.arange(before.even, 0, -1)
+    edges = np.concatenate([even, edges])
+    if before.ramp:
+        ramp = np.arange(before.ramp + 1) ** 2 / (2 * before.ramp)  # from rest to the speed 1
+        faster = edges[0] + first * (ramp - ramp[-1])
+        slower = edges[-1] + last * (ramp[-1] - ramp[::-1])
+        edges = np.concatenate([faster[:-1], edges, slower[1:]])
+    return np.concatenate([edges[:1]] * before.rest + [edges])
 
 
 def _where(line: ScanLine, pixel: int) -> str:
@@ -382,7 +405,7 @@ def _refuse_late_play(line: ScanLine, most: float) -> None:
     for pixel in range(line.run_up, min(motion.shifted_pixels, behind)):
         lacking = motion.backlash * (1 - motion.speeds[pixel] / motion.line_speed)
         if lacking > most:
-            raise RefusedError(
+            raise LatePlayError(
                 f"axis {line.scan_axis}: {_where(line, pixel + 1)}: {lacking:.3g} of "
                 f"{motion.backlash} steps of play are not taken up before the highest speed, in "
                 f"pixel {motion.shifted_pixels}: what fits: one speed in all points"
