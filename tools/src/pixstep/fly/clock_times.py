@@ -116,6 +116,8 @@ class ClockTimes:
             return now_s
         since_s = ((ticks - self._mark.ticks) % _TICKS) / self._tick_hz
         wrap_s = _TICKS / self._tick_hz
-        return self._mark.sent_s + since_s + wrap_s * round(
-            (now_s - self._mark.sent_s - since_s) / wrap_s
+        return (
+            self._mark.sent_s
+            + since_s
+            + wrap_s * round((now_s - self._mark.sent_s - since_s) / wrap_s)
         )

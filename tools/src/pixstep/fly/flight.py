@@ -141,6 +141,7 @@ class Flight:
             self._epoch_s = time.time() - self._world.now_s()
             self._clock = clock
             self._rows = Rows(self._layout, tracks, self._devices[0].tick_hz())
+
     def _position(self, place: Place) -> int:
         """Return where the motor of a place is, steps."""
         device = next(one for one in self._devices if one.unit == place.unit)

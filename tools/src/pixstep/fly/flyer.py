@@ -8,7 +8,7 @@ import importlib
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, cast
 
 from pixstep import arguments, lazy
 from pixstep.api import given
@@ -32,12 +32,13 @@ class LineFlyer:
 
     `where` is a Board and `lines` are as `Board.start` takes them, or a Bus with several boards and
     `lines` by the addresses of boards, as `Bus.start` takes them. `kickoff` checks and arms them;
-    they begin on the clock. `complete` ends with the lines. Each pixel is an event: number of the
-    pixel, time since line zero, how many axes have a record of it, and of each axis where it was expected, where it was, and the
-    difference in steps; of a scanspec's line also the number of the point. Timestamps are those of
-    the clock's edges. `clock_timeout` is how long `complete` waits for a clock that rests. A plan
-    that declares the stream (`bps.declare_stream`, for `collect_while_completing`) needs a flyer
-    that is told so: `declared`. The same flyer flies again and again.
+    they begin on the clock. `complete` ends with the lines. Each pixel is an event: the number of
+    the pixel, the time since line zero, how many axes have a record of it, and of each axis where
+    it was expected, where it was, and the difference in steps; of a scanspec's line also the number
+    of the point. Timestamps are those of the clock's edges. `clock_timeout` is how long `complete`
+    waits for a clock that rests. A plan that declares the stream (`bps.declare_stream`, for
+    `collect_while_completing`) needs a flyer that is told so: `declared`. The same flyer flies
+    again and again.
     """
 
     parent = None
@@ -62,8 +63,9 @@ class LineFlyer:
         self._link = where.link
         self._devices = _devices(where, by_unit)
         self._places = places_of(by_unit)
+        start: Callable[..., Motion[Any]] = where.start
         self._begin: Callable[[], Motion[Any]] = partial(
-            where.start, lines, sync=sync, divider=divider, gate_edges=gate_edges, check=check
+            start, lines, sync=sync, divider=divider, gate_edges=gate_edges, check=check
         )
         self._clock_timeout_s = given.time("clock_timeout", clock_timeout)
         self._declared = arguments.flag("declared", declared)
@@ -79,9 +81,7 @@ class LineFlyer:
         """
         if self._flying:
             raise UserError(f"{self.name}: flies already: complete comes before another kickoff")
-        flight = Flight(
-            self._layout, self._link, self._devices, self._begin, self._clock_timeout_s
-        )
+        flight = Flight(self._layout, self._link, self._devices, self._begin, self._clock_timeout_s)
         self._flight = flight
         self._watch_run(flight)
         return flight.armed
@@ -220,7 +220,7 @@ class LineFlyer:
 def _by_unit(where: Board | Bus, lines: Lines | Mapping[int, Lines]) -> Mapping[int, Lines]:
     """Return lines by the addresses of their boards."""
     if isinstance(where, Board):
-        return {where.unit: lines}
+        return {where.unit: cast(Lines, lines)}
     arguments.instance("where", where, Bus, "a Board or a Bus")
     if not isinstance(lines, Mapping) or not lines:
         raise UserError(f"lines {arguments.shown(lines)}: expected lines by address of a board")
