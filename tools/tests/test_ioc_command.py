@@ -11,9 +11,9 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import pytest
+
 from ca_wire import Wire
 from iocbench import free_port, loopback, until
-
 from pixstep import natives
 from pixstep.ioc import names
 
