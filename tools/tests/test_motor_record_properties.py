@@ -138,7 +138,7 @@ def tried(count):
     )
 
 
-@tried(cases(60, 30_000))
+@tried(cases(60, 26_000))
 @given(
     fields=started,
     ratio=st.sampled_from((None, None, 1.0, -2.0)),
