@@ -20,6 +20,10 @@ from pixstep.plotting import BAND, BOARD, FAINT, IDEAL, MADE, QUIET
 
 Document = tuple[str, Mapping[str, Any]]
 _LEAST_STEPS = 1.5  # of a panel of deviations, so that none is seen as none
+_LOOKS: dict[str, dict[str, Any]] = {
+    "expected": {"color": IDEAL, "lw": 6, "alpha": 0.55, "solid_capstyle": "round"},
+    "actual": {"color": MADE, "lw": 1.4},
+}
 _CLOSE_POINTS = 3  # of a scan that are drawn large
 _WIDTH_IN, _ROW_IN = 11.0, 1.85
 
@@ -137,9 +141,8 @@ def _below(flown: Flown) -> str:
 
 def _position(axes: Axes, flown: Flown, axis: str) -> None:
     time_s = flown.columns["time"]
-    axes.plot(time_s, flown.columns[f"{axis}_expected"], color=IDEAL, lw=6, alpha=0.55,
-              solid_capstyle="round", label="expected")  # fmt: skip
-    axes.plot(time_s, flown.columns[f"{axis}_actual"], color=MADE, lw=1.4, label="actual")
+    for key, look in _LOOKS.items():
+        axes.plot(time_s, flown.columns[f"{axis}_{key}"], label=key, **look)
     axes.set_ylabel(flown.units[f"{axis}_actual"])
     axes.set_title(f"{axis}: position")
     axes.legend(loc="upper left")
@@ -177,10 +180,7 @@ def _speed(axes: Axes, flown: Flown, axis: str) -> None:
     """Draw the mean speed of each pixel; of pixels that lie beside each other only."""
     unit = flown.units[f"{axis}_actual"]
     pixels, time_s = flown.columns["pixel"], flown.columns["time"]
-    for key, look in (
-        ("expected", {"color": IDEAL, "lw": 6, "alpha": 0.55}),
-        ("actual", {"color": MADE, "lw": 1.4}),
-    ):
+    for key, look in _LOOKS.items():
         made = np.diff(flown.columns[f"{axis}_{key}"]) / np.diff(time_s)
         made[np.diff(pixels) != 1] = np.nan
         axes.plot((time_s[:-1] + time_s[1:]) / 2, made, **look)
