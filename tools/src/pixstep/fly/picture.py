@@ -165,8 +165,8 @@ def _close_up(axes: Axes, flown: Flown, axis: str) -> None:
     before = time_s[inside[0] - 1] if inside[0] else 0.0
     for number, (left, right) in enumerate(pairwise([before, *time_s[bounds]]), 1):
         inset.axvspan(left, right, color="white" if number % 2 else "#f4f6f8", lw=0, zorder=0)
-        inset.text((left + right) / 2, high + 0.13 * (high - low), str(number), ha="center", va="top", fontsize=8,
-                   color=QUIET)  # fmt: skip
+        place = ((left + right) / 2, high + 0.13 * (high - low))
+        inset.text(*place, str(number), ha="center", va="top", fontsize=8, color=QUIET)
     inset.set_ylim(low, high + 0.18 * (high - low))
     inset.axvspan(time_s[shown][0], before, color=BAND, lw=0, zorder=0)
     inset.set_xlim(time_s[shown][0], time_s[shown][-1])
