@@ -21,7 +21,7 @@ class Wire:
         self._names = {}
         self._puts = {}
         self.seen = []
-        self.times_s = []
+        self.stamps_s = []
         self._send(ca.VersionRequest(0, 13), ca.HostNameRequest("test"))
         self._send(ca.ClientNameRequest("test"))
 
@@ -133,7 +133,8 @@ class Wire:
             name = self._names[command.subscriptionid]
             value = command.data[0]
             self.seen.append((name, value.decode() if isinstance(value, bytes) else value))
-            self.times_s.append(time.time())
+            stamp = getattr(command.metadata, "stamp", None)
+            self.stamps_s.append(stamp.as_datetime().timestamp() if stamp else 0.0)
         elif isinstance(command, ca.WriteNotifyResponse):
             self.seen.append(("end", self._puts[command.ioid]))
-            self.times_s.append(time.time())
+            self.stamps_s.append(0.0)

@@ -140,10 +140,10 @@ class ServedMotor:
 
     async def _act(self, outcome: Outcome) -> None:
         """Do what an event has brought about: the motor first, then the clients."""
+        now_s = time.time()
         if outcome.commands:
             self._drive.obey(outcome.commands, outcome.second_leg)
             self._announced = bool(outcome.second_leg)
-        now_s = time.time()
         status, severity = int(self.record["STAT"]), int(self.record["SEVR"])
         alarmed = await channels.raise_alarm(self._alarm, status, severity)
         for post in outcome.posts:
