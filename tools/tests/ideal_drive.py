@@ -48,9 +48,11 @@ class Stepper:
         position = self.position + self.direction * distance
         if self.state == TO_TARGET and abs(self.target - self.position) <= distance:
             position, self.state = self.target, REST
-        if self.state == HOME and min(self.position, position) <= self.home <= max(
-            self.position, position
-        ) and self.position != self.home:
+        if (
+            self.state == HOME
+            and min(self.position, position) <= self.home <= max(self.position, position)
+            and self.position != self.home
+        ):
             position, self.state = self.home, REST
         if self.direction > 0 and position >= self.highest:
             position, self.state = self.highest, REST

@@ -10,7 +10,6 @@ import sys
 from pathlib import Path
 
 from ideal_drive import IdealDrive, Stepper
-
 from pixstep.__main__ import run
 from pixstep.operations import motor_drives
 

@@ -8,7 +8,6 @@ import time
 
 from ca_wire import HOST, Wire
 from ideal_drive import IdealDrive, Stepper
-
 from pixstep.ioc.saved import Saved
 from pixstep.ioc.server import Motor, Server
 
@@ -72,8 +71,7 @@ class Bench:
         self.log = Noted()
         fields = fields or {}
         motors = [
-            Motor(name, FIELDS | fields.get(name, {}), drive)
-            for name, drive in self.drives.items()
+            Motor(name, FIELDS | fields.get(name, {}), drive) for name, drive in self.drives.items()
         ]
         self.server = Server(motors, prefix, Saved(state), self.log)
         self.wires = []

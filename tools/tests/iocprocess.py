@@ -9,7 +9,6 @@ from pathlib import Path
 
 from ca_wire import Wire
 from iocbench import free_port, loopback, until
-
 from pixstep import natives
 
 HERE = Path(__file__).parent

@@ -4,10 +4,10 @@
 import caproto as ca
 import pytest
 from caproto import ChannelType
+
 from ideal_drive import IdealDrive, Stepper
 from iocbench import FIELDS as GIVEN
 from iocbench import served, until
-
 from pixstep.ioc import common, names
 from pixstep.motor_record import FIELDS, FieldType, Msta
 

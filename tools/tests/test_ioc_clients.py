@@ -8,9 +8,9 @@ import signal
 
 import pytest
 from caproto import ChannelType
+
 from effort import LONG, only_long
 from iocprocess import MACHINE, Command
-
 from pixstep import natives
 
 PV = "T:m1"

@@ -10,11 +10,12 @@ import sys
 import xml.etree.ElementTree as ElementTree
 
 import pytest
+
 from iocbench import free_port, loopback, until
 from iocprocess import HERE, MACHINE, Command
-
 from pixstep import natives
 from pixstep.ioc import names
+
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):

@@ -4,9 +4,9 @@
 import json
 
 import pytest
+
 from ideal_drive import IdealDrive, Stepper
 from iocbench import Noted, served, until
-
 from pixstep import UserError
 from pixstep.ioc.saved import Saved
 

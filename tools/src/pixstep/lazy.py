@@ -24,6 +24,8 @@ _EXTRAS = {
     "matplotlib": ("drawings need matplotlib", "plot"),
     "pyarrow": ("Parquet needs pyarrow", "parquet"),
     "caproto": ("EPICS needs caproto", "epics"),
+    "bluesky": ("fly scans need bluesky", "bluesky"),
+    "scanspec": ("scans need scanspec", "bluesky"),
 }
 
 

@@ -57,7 +57,7 @@ def begin(trace: Trace) -> Bench:
     bench.take(record.initialise(bench.stepper.status()))
     bench.ticks(2)
     if "UEIP" in initial:
-        bench.put("UEIP", initial["UEIP"])
+        bench.put_as_recorded("UEIP", initial["UEIP"])
         bench.ticks(2)
     bench.forget()
     return bench
@@ -69,7 +69,7 @@ def operate(bench: Bench, operation: Sequence[Any]) -> tuple[int, bool] | None:
     if name == "settle":
         return bench.settle()
     if name == "put" and arguments[0] in FIELDS:
-        bench.put(*arguments)
+        bench.put_as_recorded(*arguments)
     elif name == "adv":
         bench.ticks(arguments[0])
     elif name == "sim" and arguments[0] in KNOBS:

@@ -235,7 +235,9 @@ def of_field(owner: Owner, field: Field, alarm: caproto.ChannelAlarm) -> FieldCh
     """Return the PV of a field; all PVs of a record share its alarm."""
     more: dict[str, Any] = {}
     if field.type in (FieldType.STRING, FieldType.LINK):
-        more["long_string_max_length"] = max(field.size, 1024 if field.type is FieldType.LINK else 0)
+        more["long_string_max_length"] = max(
+            field.size, 1024 if field.type is FieldType.LINK else 0
+        )
     return _CLASSES[field.type](owner, field, alarm, **more)
 
 
@@ -243,7 +245,5 @@ async def raise_alarm(alarm: caproto.ChannelAlarm, status: int, severity: int) -
     """Set the alarm of a record; return whether it was another."""
     if (int(alarm.status), int(alarm.severity)) == (status, severity):
         return False
-    await alarm.write(
-        status=AlarmStatus(status), severity=AlarmSeverity(severity), publish=False
-    )
+    await alarm.write(status=AlarmStatus(status), severity=AlarmSeverity(severity), publish=False)
     return True

@@ -20,12 +20,7 @@ STATUS = {
     "RECORDS": "the names of its records, one a line (a long text)",
 }
 # What EPICS has standard PVs for and the boards can't do yet.
-NOT_SERVED = {
-    name: "position compare: the boards have no triggers"
-    for name in (
-        "PCO_START_POSITION", "PCO_END_POSITION", "PCO_INCREMENT", "PCO_PULSE_WIDTH", "PCO_ENABLE",
-    )
-}  # fmt: skip
+NOT_SERVED = dict.fromkeys(("PCO_START_POSITION", "PCO_END_POSITION", "PCO_INCREMENT", "PCO_PULSE_WIDTH", "PCO_ENABLE"), "position compare: the boards have no triggers")  # fmt: skip
 
 
 def all_names(prefix: str, records: Iterable[str]) -> list[str]:

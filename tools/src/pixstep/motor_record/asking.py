@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What the record asks of the motor for each kind of motion: the commands and their order."""
 
+from pixstep.motor_record.arithmetic import share
 from pixstep.motor_record.coordinates import direction, user_is_raw
 from pixstep.motor_record.decision import Way
 from pixstep.motor_record.mip import Mip
@@ -17,7 +18,7 @@ def raw(v: Values, egu: float) -> float:
 
 def slew_acceleration(v: Values, speed: float) -> float:
     """Return the acceleration of a move to a speed, both in EGU: ACCS, or ACCL's."""
-    return v.accs if v.accu else gain(v, speed) / v.accl
+    return v.accs if v.accu else share(gain(v, speed), v.accl)
 
 
 def backlash_acceleration(v: Values) -> float:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """User, dial and raw coordinates: user = dial x direction + OFF, dial = raw x MRES."""
 
-from pixstep.motor_record.arithmetic import nearest
+from pixstep.motor_record.arithmetic import HIGHEST_LONG, LOWEST_LONG, nearest_long
 from pixstep.motor_record.values import Values
 
 
@@ -30,10 +30,15 @@ def setting_position(v: Values) -> bool:
     return bool(v.set) and not v.igset
 
 
+def countable(v: Values, dial_position: float) -> bool:
+    """True for a dial position that a raw counter of 32 bits can hold."""
+    return LOWEST_LONG <= dial_position / v.mres <= HIGHEST_LONG
+
+
 def difference(v: Values) -> None:
     """Make DIFF and RDIF the way from the position to the target."""
     v.diff = v.dval - v.drbv
-    v.rdif = nearest(v.diff / v.mres)
+    v.rdif = nearest_long(v.diff / v.mres)
 
 
 def keep_as_last(v: Values) -> None:
@@ -49,4 +54,4 @@ def back_to_last(v: Values) -> None:
 def targets_from_readback(v: Values) -> None:
     """Make the targets what the position is."""
     v.val, v.dval = v.rbv, v.drbv
-    v.rval = nearest(v.dval / v.mres)
+    v.rval = nearest_long(v.dval / v.mres)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The decisions about a move, from the fields alone: is there one, which leg, how far."""
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -34,7 +35,7 @@ def too_small(v: Values, *, retry: bool) -> bool:
     steps = abs(nearest(v.dval / v.mres) - nearest(v.drbv / v.mres))
     if retry:
         return steps < nearest(v.rdbd / abs(v.mres))
-    return steps < 1 or (v.spdb > 0 and abs(v.dval - v.drbv) < v.spdb)
+    return steps < 1 or (v.spdb > 0 and v.dval - v.spdb < v.drbv < v.dval + v.spdb)
 
 
 def preferred(v: Values) -> bool:
@@ -110,7 +111,7 @@ def retry_share(v: Values) -> float | None:
     if v.rmod == RetryMode.ARITHMETIC:
         return (v.rtry - v.rcnt + 1.0) / v.rtry
     if v.rmod == RetryMode.GEOMETRIC:
-        return 1.0 / 2.0 ** (v.rcnt - 1)
+        return math.ldexp(1.0, 1 - v.rcnt)
     return None
 
 

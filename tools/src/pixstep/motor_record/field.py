@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """What there is to know about one field of the record, and how a client's value becomes its own."""
 
-import math
 import struct
 from dataclasses import dataclass
 from enum import StrEnum
@@ -38,6 +37,9 @@ class FieldType(StrEnum):
     STRING = "string"
     LINK = "link"
 
+
+HIGHEST = 1e100
+"""Of any number: sums and products of a few of them are still numbers."""
 
 TEXTS = (FieldType.STRING, FieldType.LINK)
 BITS = {
@@ -109,8 +111,8 @@ class Field:
             number = float(value)
         except ValueError:
             raise PutRefusedError(self.name, value, f"{wanted} is wanted") from None
-        if not math.isfinite(number):
-            raise PutRefusedError(self.name, value, "a finite number is wanted")
+        if not abs(number) <= HIGHEST:
+            raise PutRefusedError(self.name, value, f"at most {HIGHEST:g} is wanted")
         return number
 
     def _single(self, number: float) -> float:

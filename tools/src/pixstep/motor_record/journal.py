@@ -23,10 +23,14 @@ class Journal:
         self._known[FIELDS[name].attribute] = value
         self._posts.append(Post(name, value))
 
+    def doubt(self, name: str) -> None:
+        """Forget what clients know of a field: it is told with the next changes."""
+        del self._known[FIELDS[name].attribute]
+
     def post_changes(self) -> None:
         """Tell all that changed since the last time, in the order of the record."""
         now, known = vars(self._values), self._known
-        changed = [name for name, attribute in _ORDER if now[attribute] != known[attribute]]
+        changed = [name for name, attribute in _ORDER if now[attribute] != known.get(attribute)]
         for name in changed:
             if name != "RBV" or self._worth_telling():
                 self.post(name)

@@ -5,7 +5,7 @@ The order of the questions is that of `toward_target`; each of them may end the 
 """
 
 from pixstep.motor_record import asking, coordinates, decision, limits
-from pixstep.motor_record.arithmetic import nearest
+from pixstep.motor_record.arithmetic import nearest_long
 from pixstep.motor_record.decision import Leg, Way
 from pixstep.motor_record.menus import RetryMode
 from pixstep.motor_record.mip import Mip
@@ -35,7 +35,7 @@ def toward_target(r: State) -> None:
 def _other_coordinates(v: Values) -> None:
     """Make VAL and RVAL agree with DVAL."""
     v.val = coordinates.user(v, v.dval)
-    v.rval = nearest(v.dval / v.mres)
+    v.rval = nearest_long(v.dval / v.mres)
 
 
 def _end_without_move(v: Values) -> None:
@@ -45,11 +45,12 @@ def _end_without_move(v: Values) -> None:
 
 
 def _forbidden(r: State) -> bool:
-    """True if a limit or a dead link forbids the move."""
+    """True if a limit, a dead link or the motor's counter forbids the move."""
     v = r.v
     v.lvio = int(limits.move_violates(v, preferred=decision.preferred(v)))
     dead_link = bool(v.urip) and r.rdbl.value is None
-    return bool(v.lvio) or dead_link
+    far = not (coordinates.countable(v, v.dval) and coordinates.countable(v, v.dval - v.bdst))
+    return bool(v.lvio) or dead_link or far
 
 
 def _refuse(v: Values) -> None:
@@ -96,5 +97,5 @@ def second_leg(r: State, way: Way) -> None:
     speed = asking.faster_than_base(v, v.bvel)
     asking.set_speed(r, speed, asking.backlash_acceleration(v), base=False)
     if not way.relative:
-        v.rval = nearest(way.steps)
+        v.rval = nearest_long(way.steps)
     asking.go(r, way)

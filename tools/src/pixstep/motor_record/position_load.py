@@ -2,7 +2,7 @@
 """The axis is told where it is: nothing moves, the controller takes a new position."""
 
 from pixstep.motor_record import coordinates, limits
-from pixstep.motor_record.arithmetic import nearest
+from pixstep.motor_record.arithmetic import nearest_long
 from pixstep.motor_record.mip import Mip
 from pixstep.motor_record.state import State
 from pixstep.motor_record.traffic import Verb
@@ -11,8 +11,12 @@ from pixstep.motor_record.traffic import Verb
 def load_position(r: State) -> None:
     """Set the controller's position to DVAL; OFF or VAL follows, as FOFF says."""
     v = r.v
+    if not coordinates.countable(v, v.dval):
+        coordinates.back_to_last(v)
+        v.dmov = 1
+        return
     raw = v.dval / v.mres
-    v.rval = nearest(raw)
+    v.rval = nearest_long(raw)
     if v.foff:
         v.val = coordinates.user(v, v.dval)
     else:

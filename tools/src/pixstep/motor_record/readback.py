@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A status of the motor becomes fields: positions, switches, states."""
 
-from pixstep.motor_record.arithmetic import nearest
+from pixstep.motor_record.arithmetic import nearest_long
 from pixstep.motor_record.coordinates import difference, user, user_is_raw
 from pixstep.motor_record.menus import RetryMode
 from pixstep.motor_record.mip import Mip
@@ -19,8 +19,10 @@ def take(v: Values, status: Status) -> None:
     """Copy what the driver says."""
     v.rmp = status.position_steps
     v.rep = status.encoder_counts
-    v.msta = int(status.flags)
-    v.rvel = nearest(status.speed_steps_per_s)
+    known, v.msta = v.msta, int(status.flags)
+    if v.msta != known and shows(v, Msta.GAIN_SUPPORT):
+        v.cnen = int(shows(v, Msta.EA_POSITION))
+    v.rvel = nearest_long(status.speed_steps_per_s)
 
 
 def work_out(r: State, *, first: bool = False) -> None:
@@ -56,7 +58,7 @@ def set_raw(v: Values, raw: int, resolution: float) -> None:
 def _position_from_link(r: State) -> None:
     v = r.v
     if r.rdbl.value is not None:
-        set_raw(v, nearest(r.rdbl.value * v.rres / v.mres), v.mres)
+        set_raw(v, nearest_long(r.rdbl.value * v.rres / v.mres), v.mres)
     elif v.mip != Mip.DONE:
         release_buttons(v)
         v.stop = 1

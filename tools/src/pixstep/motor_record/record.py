@@ -57,7 +57,9 @@ class MotorRecord:
             r.v.dmov = 0
             r.journal.post("DMOV")
         r.v.write(field, taken)
-        if field != "VAL":
+        if field == "VAL":
+            r.journal.doubt(field)  # the value that it has in the end is told
+        else:
             r.journal.post(field)
         if writes.act(r, field) and not disabled:
             process(r, status)

@@ -10,6 +10,9 @@ from pixstep.motor_record.values import Values
 STEPS_PER_REVOLUTION: Final = 200
 """What SREV becomes where it is 0 or less."""
 
+LEAST_STEP: Final = 1e-12
+"""Below this a step counts as none."""
+
 
 def keep_dead_bands(v: Values) -> None:
     """Lift RDBD to one step: no move could come nearer."""
@@ -62,6 +65,6 @@ def settle(v: Values) -> None:
         v.srev = STEPS_PER_REVOLUTION
     if v.urev != 0:
         v.mres = v.urev / v.srev
-    if v.mres == 0:
+    if abs(v.mres) < LEAST_STEP:
         v.mres = 1.0
     v.urev = v.mres * v.srev

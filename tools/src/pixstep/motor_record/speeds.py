@@ -4,7 +4,7 @@
 from dataclasses import dataclass
 from typing import Final
 
-from pixstep.motor_record.arithmetic import within
+from pixstep.motor_record.arithmetic import share, within
 from pixstep.motor_record.values import Values
 
 LEAST_TIME_S: Final = 0.1
@@ -116,7 +116,7 @@ def acceleration_follows(v: Values) -> None:
 
 def rate_follows(v: Values) -> None:
     """Make ACCS agree with ACCL."""
-    v.accs = gain(v, v.velo) / v.accl
+    v.accs = share(gain(v, v.velo), v.accl)
 
 
 def time_follows(v: Values) -> None:
@@ -156,7 +156,7 @@ def settle(v: Values) -> None:
     v.bacc = v.bacc if v.bacc > 0 else LEAST_TIME_S
     _settle_rate(v)
     v.jvel = within(v.jvel, v.vbas, v.vmax) if v.jvel != 0 else v.velo
-    v.jar = v.jar if v.jar != 0 else v.velo / v.accl
+    v.jar = v.jar if v.jar != 0 else share(v.velo, v.accl)
     v.hvel = within(v.hvel, v.vbas, v.vmax) if v.hvel != 0 else v.vbas
 
 

@@ -4,7 +4,7 @@
 from dataclasses import replace
 
 from pixstep.motor_record import coordinates, limits, readback, resolution, speeds
-from pixstep.motor_record.arithmetic import nearest
+from pixstep.motor_record.arithmetic import nearest_long
 from pixstep.motor_record.menus import Restore, Spmg
 from pixstep.motor_record.mip import Mip
 from pixstep.motor_record.state import State
@@ -38,7 +38,7 @@ def _restored(r: State, status: Status) -> Status:
         return status
     raw = v.dval / v.mres
     r.ask(Verb.LOAD_POS, raw)
-    return replace(status, position_steps=nearest(raw))
+    return replace(status, position_steps=nearest_long(raw))
 
 
 def _restores(v: Values, status: Status) -> bool:

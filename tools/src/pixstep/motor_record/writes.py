@@ -32,6 +32,8 @@ def refuse(v: Values, name: str, value: Value) -> None:
         raise PutRefusedError(name, value, "the motor looks for the home switch already")
     if name == "STUP" and v.stup != StatusUpdate.OFF:
         raise PutRefusedError(name, value, "a status is awaited already")
+    if name in ("MRES", "UREV") and abs(float(value)) < resolution.LEAST_STEP:
+        raise PutRefusedError(name, value, f"at least {resolution.LEAST_STEP:g} is wanted")
 
 
 def act(r: State, name: str) -> bool:

@@ -110,4 +110,6 @@ def _drives(machine: MachineFile, link: Link, units: Mapping[str, int]) -> BusDr
         for name, motor in machine.motors.items()
         if machine.board_name(motor) in units
     ]
-    return motor_drive.BusDrives(link, motors, clock_hz=machine.clock_hz, divider=machine.clock.edges)
+    return motor_drive.BusDrives(
+        link, motors, clock_hz=machine.clock_hz, divider=machine.clock.edges
+    )
