@@ -20,6 +20,7 @@ class Wire:
         self._channels = {}
         self._names = {}
         self._puts = {}
+        self._answers = []
         self.seen = []
         self.stamps_s = []
         self._send(ca.VersionRequest(0, 13), ca.HostNameRequest("test"))
@@ -100,8 +101,6 @@ class Wire:
         """Return the values of a PV in their order."""
         return [value for one, value in self.seen if one == name]
 
-    _answers: list = []
-
     def _answer(self, kind, ioid):
         return next(
             (one for one in self._answers if isinstance(one, kind) and one.ioid == ioid), None
@@ -128,7 +127,7 @@ class Wire:
             self._note(command)
 
     def _note(self, command):
-        self._answers = [*self._answers, command]
+        self._answers.append(command)
         if isinstance(command, ca.EventAddResponse):
             name = self._names[command.subscriptionid]
             value = command.data[0]

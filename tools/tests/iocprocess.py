@@ -68,7 +68,7 @@ class Command:
 
     def client(self, program, *words, seconds=120):
         """Run a client by the environment of clients; return the rows of JSON that it prints."""
-        done = self.run_client(HERE / "clients" / program, *words, seconds=seconds)
+        done = self.run_client(HERE / "with_clients" / program, *words, seconds=seconds)
         assert done.returncode == 0, done.stdout + done.stderr
         return [json.loads(row) for row in done.stdout.splitlines() if row.startswith("[")]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A motor record that is served: its model, what drives its motor, its PVs, and who waits for it."""
+"""A motor record that is served: its model, its motor's drive, its PVs, and who waits for it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import asyncio
 import contextlib
 import time
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import caproto
 
@@ -20,12 +20,13 @@ if TYPE_CHECKING:
     from pixstep.motor_record.field import Value
 
 Tell = Callable[..., None]
-LINKS = ("DOL", "RDBL")  # fields that name another PV, whose value the record takes
+# Fields that name another PV, whose value the record takes.
+LINKS: tuple[Literal["DOL", "RDBL"], ...] = ("DOL", "RDBL")
 _UDF, _INVALID = 17, 3  # alarm of a record that knows nothing of its motor yet
 
 
 def _never(status: Status) -> bool:
-    """Say of a driver that knows no such status that its statuses are always newer than commands."""
+    """Say that no status is older than the newest commands, of a drive that cannot tell."""
     del status
     return False
 
