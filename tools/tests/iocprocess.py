@@ -39,12 +39,13 @@ epics.name = "second"
 
 
 class Command:
-    """`pixstep ioc` in a process of its own: with ideal steppers, or with boards."""
+    """`pixstep ioc` in a process of its own: with ideal steppers, or simulated boards."""
 
-    def __init__(self, folder, *words, ideal=True):
+    def __init__(self, folder, *words, ideal=True, program=()):
         self.folder, self.log = folder, folder / "log"
         self.env = os.environ | loopback(free_port())
-        program = [HERE / "ideal_ioc.py", folder] if ideal else ["-m", "pixstep"]
+        words = words if ideal else ("--simulate", *words)
+        program = program or [HERE / ("ideal_ioc.py" if ideal else "sim_ioc.py"), folder]
         with self.log.open("wb") as out:
             self.process = subprocess.Popen(
                 [sys.executable, *program, "ioc", "--json", *words],

@@ -6,18 +6,24 @@ import os
 import re
 import signal
 
+import numpy as np
 import pytest
 from caproto import ChannelType
 
-from effort import LONG, only_long
+from effort import LONG, cases, only_long
 from iocprocess import MACHINE, Command
 from pixstep import natives
+from pixstep.simulation import edges
 
 PV = "T:m1"
 QUICK = MACHINE.replace("DHLM = 100,", "VELO = 400, VMAX = 400, BVEL = 400, DHLM = 100,").replace(
     'backlash = "8 steps"', ""
 )
-MOVES = 2500 if LONG else 25
+MOVES, BOARD_MOVES = cases((10, 5), (2500, 100))
+PROGRAMS = ("pyepics_motor.py", "ophyd_motor.py", "ophyd_async_motor.py", "caproto_motor.py")
+BOARD = MACHINE.replace("5 mm/s", "40 mm/s").replace("50 mm/s2", "400 mm/s2").replace(
+    'backlash = "8 steps"', ""
+)
 OPHYDS = """
 [clock]
 pixel = "30 Hz"
@@ -81,15 +87,10 @@ def ioc(tmp_path):
     command.process.kill()
 
 
-@pytest.mark.parametrize(
-    "program",
-    ["pyepics_motor.py", "ophyd_motor.py", "ophyd_async_motor.py", "caproto_motor.py"],
-)
-def test_moves_of_a_client(ioc, program):
-    judge = Judge(ioc)
-    rows = ioc.client(program, PV, MOVES, 7, seconds=900)
+def check_rows(rows, moves_wanted):
+    """Assert what a client has seen."""
     moves = [row for row in rows if row[0] == "move"]
-    assert len(moves) == MOVES
+    assert len(moves) == moves_wanted
     for _, target, code, position in moves:
         assert (code, position) == (0, pytest.approx(target, abs=1e-9))
     others = {row[0]: row[1:] for row in rows if row[0] != "move"}
@@ -103,7 +104,46 @@ def test_moves_of_a_client(ioc, program):
     if "plans" in others:
         wanted = [0, 0.25, 0.5, 0.75, 1, 0.5, 1, 1.5]
         assert others["plans"][3:] == pytest.approx(wanted, abs=1e-9)
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_moves_of_a_client(ioc, program):
+    judge = Judge(ioc)
+    check_rows(ioc.client(program, PV, MOVES, 7, seconds=900), MOVES)
     assert judge.judge() >= MOVES
+
+
+def judge_board(folder):
+    """Assert by a simulated board's edges what `Judge` does; return how many moves there were."""
+    axis = edges.read_edges(folder / "edges.csv").axis(0, 0)
+    steps_s = axis.rising / 16e6
+    made = np.concatenate(([0], np.cumsum(axis.directions())))
+    last_s, rests = None, 0
+    for row in (folder / "dmov.csv").read_text().split():
+        name, value, time_s, raw = row.split(",")
+        if name != PV:
+            continue
+        at = int(np.searchsorted(steps_s, float(time_s)))
+        if value == "1":
+            assert made[at] == int(raw), f"{raw} at {time_s} s"
+            rests += 1
+            last = at
+        elif last_s is not None:
+            assert at == last, f"{at - last} steps at rest, before {time_s} s"
+        last_s = time_s if value == "1" else None
+    return rests
+
+
+@pytest.mark.parametrize("program", PROGRAMS if LONG else PROGRAMS[:1])
+def test_moves_of_a_client_on_a_simulated_board(tmp_path, simulator, program):
+    (tmp_path / "machine.toml").write_text(BOARD)
+    command = Command(tmp_path, ideal=False)
+    command.wire().close()
+    rows = command.client(program, PV, BOARD_MOVES, 7, seconds=900)
+    assert command.end(signal.SIGINT) == 0
+    check_rows(rows, BOARD_MOVES)
+    assert judge_board(tmp_path) >= BOARD_MOVES
+    assert "Traceback" not in command.log.read_text()
 
 
 @only_long

@@ -43,6 +43,8 @@ class ServedMotor:
         self.name, self.record = name, MotorRecord(fields)
         self.is_ready = False
         self.is_lost = False
+        self._problem = ""
+        self._last: Status | None = None
         self._drive, self._tell, self._find = drive, tell, find
         self._loop: asyncio.AbstractEventLoop | None = None
         self._statuses: asyncio.Queue[Status] = asyncio.Queue()
@@ -93,6 +95,8 @@ class ServedMotor:
         if self._overtaken(status):
             return
         self._note_loss(bool(status.flags & Msta.COMM_ERR))
+        self._note_problem(bool(status.flags & Msta.PROBLEM))
+        self._last = status
         if self.is_ready:
             await self._take_links()
             outcome = self.record.update(status)
@@ -110,6 +114,13 @@ class ServedMotor:
             self.is_lost = lost
             self._tell("connection lost" if lost else "connection back", motor=self.name)
 
+    def _note_problem(self, there: bool) -> None:
+        """Tell once why the motor has a problem, where its drive can say that."""
+        why = str(getattr(self._drive, "problem", "")) if there else ""
+        if there and not self.is_lost and why != self._problem:
+            self._tell("problem", motor=self.name, why=why)
+        self._problem = why
+
     async def put(self, field: str, value: Value) -> None:
         """Write a field for a client; return when the motion that follows is over."""
         if field in common.COMMON:
@@ -120,6 +131,9 @@ class ServedMotor:
             await self._take_links()
             outcome = self.record.put(field, value)
             await self._act(outcome)
+            if self.is_lost and self._last is not None and not outcome.commands:
+                # The record drops COMM_ERR once it has seen it: the motor is as lost as before.
+                await self._act(self.record.update(self._last))
             if field in LINKS:
                 self._judge_link(field)
             is_over = outcome.complete or self.record["DMOV"] != 0

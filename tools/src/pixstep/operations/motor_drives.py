@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from pixstep.machine.model import BoardTable
     from pixstep.motor_record import Drive
     from pixstep.server.journal import Log
+    from pixstep.simulation.simctl import SimOptions
 
 _LOAD = "home=2000,hyst=8,play={}"  # a simulated load: its home switch, its play in steps
 
@@ -78,6 +79,19 @@ def _on_port(
 def _simulated(machine: MachineFile) -> Iterator[Mapping[str, Drive]]:
     """Yield the drives of simulated boards, whose time passes as the wall clock's."""
     from pixstep.simulation.simboard import SimLink  # which those without a simulator do not need
+    from pixstep.simulation.simctl import SimulatorError
+
+    places = {name: place for place, name in enumerate(machine.boards)}
+    units = {name: place + 1 for name, place in places.items()}
+    with SimLink(sim_options(machine)) as link:
+        with Pacer(link), _drives(machine, link, units) as found:
+            yield found
+        with contextlib.suppress(SimulatorError):
+            link.simulator.quit()
+
+
+def sim_options(machine: MachineFile) -> SimOptions:
+    """Return what the simulator of a machine is started with."""
     from pixstep.simulation.simctl import SimOptions
 
     places = {name: place for place, name in enumerate(machine.boards)}
@@ -86,13 +100,8 @@ def _simulated(machine: MachineFile) -> Iterator[Mapping[str, Drive]]:
         (places[machine.board_name(motor)], motor.axis): _LOAD.format(motor.backlash_steps)
         for motor in machine.motors.values()
     }
-    options = SimOptions(
-        [(kind, natives.image(kind)) for kind in kinds], machine.clock_hz, plants=plants
-    )
-    with SimLink(options) as link, Pacer(link):
-        units = {name: place + 1 for name, place in places.items()}
-        with _drives(machine, link, units) as found:
-            yield found
+    boards = [(kind, natives.image(kind)) for kind in kinds]
+    return SimOptions(boards, machine.clock_hz, plants=plants)
 
 
 def _drives(machine: MachineFile, link: Link, units: Mapping[str, int]) -> BusDrives:
