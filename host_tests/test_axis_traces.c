@@ -18,7 +18,7 @@
 #include "unity.h"
 
 #define LEAD_EDGES  3u
-#define LINES       24u    // of a kind
+#define LINES       16u    // of a kind
 #define MANY        600u   // and so many more on the PC, which has the time
 #define LEAST_TICKS 64u    // interval of a line, by the bench's limits
 #define DONE_AFTER  30000u // rounds of a line
@@ -109,6 +109,12 @@ static void see_line(const struct axis *axis)
     see((uint16_t)(axis->phase << 8 | axis->life.state));
     see(decode_is_ahead(axis));
     see_long(decode_ahead_ticks(axis));
+    see((uint16_t)axis->line.curve_half);
+    see(axis->line.edge_open);
+    if (axis->phase == DECODE_STEPS) {
+        see(axis->walk.until);
+        see_long(axis->walk.exact_ticks);
+    }
 }
 
 static void see_records(const struct records *records)
@@ -150,11 +156,11 @@ static void see_capture(const struct engine_sample *sample)
 {
     struct axis *axis = &bench.axis;
 
-    see_long(ledger_advance_to_capture(&axis->ledger,
-                                       &axis->feed.stream,
-                                       sample,
-                                       (uint8_t)chance_between(0, 2),
-                                       (uint16_t)chance_between(0, 200)));
+    uint8_t back = (uint8_t)chance_between(0, 2);
+    uint16_t ticks = (uint16_t)chance_between(0, 200);
+
+    see_long(ledger_advance_to_capture(
+        &axis->ledger, &axis->feed.stream, sample, back, ticks));
 }
 
 // The account lags, comes up, or places an edge.
@@ -206,7 +212,7 @@ static void clock_edges(void)
 
 static void load_periods(void)
 {
-    for (uint8_t left = (uint8_t)chance_between(0, 12); left != 0; left--) {
+    for (uint8_t left = (uint8_t)chance_between(0, 7); left != 0; left--) {
         struct step_load load = step_engine_next(&bench.engine, &bench.ring);
         see(load.top_ticks);
         see(load.pulse);
@@ -454,6 +460,14 @@ static void open_any(void)
               den);
 }
 
+// Pixels of a whole number of these ticks for each step, or a tick beside that.
+static void open_limit(uint32_t interval_ticks, uint16_t steps)
+{
+    uint32_t ticks = interval_ticks * steps + chance_between(0, 2) - 1u;
+
+    open_axis(16000000, ticks < PIXEL_PERIOD_MIN_TICKS ? PIXEL_PERIOD_MIN_TICKS : ticks);
+}
+
 static void check(uint32_t wanted)
 {
     TEST_ASSERT_EQUAL_HEX32(wanted, (uint32_t)turned << 16 | sum);
@@ -466,7 +480,7 @@ static void lines(void (*line)(void), uint32_t seed, uint32_t wanted, uint32_t m
     for (uint8_t left = LINES; left != 0; left--) {
         line();
     }
-    TEST_ASSERT_TRUE(ended >= LINES / 2u);
+    TEST_ASSERT_TRUE(ended >= LINES / 3u);
     TEST_ASSERT_TRUE(edges > 100u * LINES);
     check(wanted);
 #if defined(__AVR__)
@@ -488,7 +502,7 @@ static void plain_few(void)
 
 static void plain_pixels_of_few_steps(void)
 {
-    lines(plain_few, 0x51A1uL, 0x41CE4578uL, 0x587536D9uL);
+    lines(plain_few, 0x51A1uL, 0x6B009394uL, 0x2AD8C797uL);
 }
 
 static void plain_many(void)
@@ -500,7 +514,38 @@ static void plain_many(void)
 
 static void plain_pixels_of_many_steps(void)
 {
-    lines(plain_many, 0x51A2uL, 0xC6C994EFuL, 0xEF799A53uL);
+    lines(plain_many, 0x51A2uL, 0xC9AA871FuL, 0xF706948BuL);
+}
+
+// Intervals and counts around those at which a pixel goes another way.
+static void at_limit(void)
+{
+    static const uint32_t intervals[] = {64,     100,    127,    128,    129,    159,
+                                         160,    161,    255,    256,    257,    8192,
+                                         16384,  32767,  32768,  0x6FFF, 0x7000, 0xFBFE,
+                                         0xFBFF, 0xFC00, 0xFCFF, 0xFD00, 0xFD01, 0x10000};
+    static const uint8_t counts[] = {1,  2,   4,   8,   15,  16,  17,  32,  59,  60, 61,
+                                     64, 119, 120, 121, 126, 127, 128, 129, 254, 255};
+    uint32_t interval =
+        intervals[chance_between(0, sizeof intervals / sizeof intervals[0] - 1u)];
+    int16_t count =
+        (int16_t)counts[chance_between(0, interval > 1000u ? 13u : sizeof counts - 1u)];
+
+    open_limit(interval, (uint16_t)count);
+    queue(start_word(0), 0);
+    queue(0, 0);
+    if (chance_between(0, 1) == 0) {
+        queue(count, (uint16_t)chance_between(1, 3));
+        queue((int16_t)(count + 1 - (int16_t)chance_between(0, 2)), 1);
+    }
+    queue(count, (uint16_t)chance_between(4, 9));
+    queue((int16_t)LINE_MARK_END, 0);
+    run();
+}
+
+static void pixels_at_every_limit(void)
+{
+    lines(at_limit, 0x51ABuL, 0xC2E38905uL, 0xD08E375BuL);
 }
 
 static void plain_turns(void)
@@ -514,7 +559,7 @@ static void plain_turns(void)
 
 static void plain_pixels_that_turn(void)
 {
-    lines(plain_turns, 0x51A3uL, 0x42BBE1D1uL, 0xF2695288uL);
+    lines(plain_turns, 0x51A3uL, 0x338958B2uL, 0xC45F0A3FuL);
 }
 
 static void smooth_few(void)
@@ -526,7 +571,7 @@ static void smooth_few(void)
 
 static void smooth_pixels_of_few_steps(void)
 {
-    lines(smooth_few, 0x51A4uL, 0x0235CB95uL, 0x19A7DFCFuL);
+    lines(smooth_few, 0x51A4uL, 0x65E5D223uL, 0x2C547793uL);
 }
 
 static void smooth_many(void)
@@ -538,7 +583,48 @@ static void smooth_many(void)
 
 static void smooth_pixels_of_many_steps(void)
 {
-    lines(smooth_many, 0x51A5uL, 0xAC5C7767uL, 0xF4E78663uL);
+    lines(smooth_many, 0x51A5uL, 0x8D0F65AFuL, 0x1C1122E2uL);
+}
+
+// Speeds that come back, so that one pixel's acceleration is that of the one before it, or of one
+// some pixels ago.
+static void like_before(void)
+{
+    static const uint8_t speeds[] = {
+        8, 16, 24, 32, 32, 16, 150, 150, 16, 32, 48, 64, 200, 190, 180};
+    uint16_t speed = 0;
+    uint16_t most = 0;
+
+    open_any();
+    most = most_steps(150, 200);
+    queue(start_word(LINE_START_SMOOTH), 0);
+    queue(0, 0);
+    for (uint8_t i = (uint8_t)chance_between(0, 5); i < sizeof speeds; i++) {
+        uint16_t next = speeds[i] <= most ? speeds[i] : (uint16_t)(most & 0xFFFEu);
+        queue((int16_t)((speed + next) / 2u), 1);
+        speed = next;
+    }
+    queue((int16_t)(speed / 2u), 1);
+    queue((int16_t)LINE_MARK_END, 0);
+    run();
+}
+
+static void accelerations_that_come_back(void)
+{
+    lines(like_before, 0x51ACuL, 0xD428AA5BuL, 0x1407FEEEuL);
+}
+
+static void play_quickly(void)
+{
+    open_any();
+    bench.limits.smooth_min_interval_ticks = LEAST_TICKS;
+    queue_backlash(most_steps((uint16_t)chance_between(66, 190), 700), 4);
+    run();
+}
+
+static void lines_with_play_at_short_intervals(void)
+{
+    lines(play_quickly, 0x51ADuL, 0x98930E28uL, 0xD45F305DuL);
 }
 
 static void with_play(void)
@@ -553,7 +639,7 @@ static void with_play(void)
 
 static void lines_with_play(void)
 {
-    lines(with_play, 0x51A6uL, 0x357DB9A0uL, 0x6953F79EuL);
+    lines(with_play, 0x51A6uL, 0x96C9C7EAuL, 0x01873826uL);
 }
 
 static void one_seek(void)
@@ -565,7 +651,7 @@ static void one_seek(void)
 
 static void seeks(void)
 {
-    lines(one_seek, 0x51A7uL, 0x53210D0CuL, 0x4B427DCCuL);
+    lines(one_seek, 0x51A7uL, 0x790165DFuL, 0xCD8F6BF5uL);
 }
 
 // Lines that follow each other without a pause, of both kinds.
@@ -581,7 +667,7 @@ static void chained(void)
 
 static void chained_lines(void)
 {
-    lines(chained, 0x51A8uL, 0x375B496FuL, 0xAC06CC6CuL);
+    lines(chained, 0x51A8uL, 0xBB9A4B4BuL, 0xFABACE22uL);
 }
 
 static void open_clock(uint16_t divider)
@@ -619,7 +705,7 @@ static void one_locked(void)
 
 static void locked_lines(void)
 {
-    lines(one_locked, 0x51A9uL, 0x044090B8uL, 0x651AEF6AuL);
+    lines(one_locked, 0x51A9uL, 0xDC5D497FuL, 0x8138472AuL);
 }
 
 static void locked_with_play(void)
@@ -632,7 +718,7 @@ static void locked_with_play(void)
 
 static void locked_lines_with_play(void)
 {
-    lines(locked_with_play, 0x51AAuL, 0xDFD50C98uL, 0x6398BE95uL);
+    lines(locked_with_play, 0x51AAuL, 0x258B98DDuL, 0x2D0B90B8uL);
 }
 
 int main(void)
@@ -640,10 +726,13 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(plain_pixels_of_few_steps);
     RUN_TEST(plain_pixels_of_many_steps);
+    RUN_TEST(pixels_at_every_limit);
     RUN_TEST(plain_pixels_that_turn);
     RUN_TEST(smooth_pixels_of_few_steps);
     RUN_TEST(smooth_pixels_of_many_steps);
+    RUN_TEST(accelerations_that_come_back);
     RUN_TEST(lines_with_play);
+    RUN_TEST(lines_with_play_at_short_intervals);
     RUN_TEST(seeks);
     RUN_TEST(chained_lines);
     RUN_TEST(locked_lines);

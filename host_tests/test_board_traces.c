@@ -222,7 +222,8 @@ static void divided(uint8_t axis)
     queue(axis, (int16_t)(LINE_MARK_START | LINE_START_WAIT | LINE_START_DIVIDER), 0);
     queue(axis, 0, 0);
     queue(axis, (int16_t)chance_between(1, 3), 0);
-    queue(axis, (int16_t)chance_between(1, 30), (uint16_t)chance_between(1, 5));
+    int16_t count = (int16_t)chance_between(1, 30);
+    queue(axis, count, (uint16_t)chance_between(1, 5));
     queue(axis, LINE_MARK_END, 0);
 }
 
@@ -309,8 +310,8 @@ static void any_order(void)
         (command == COMMAND_DEFAULTS && chance_between(0, 7) == 0)) {
         argument = COMMANDS_KEY;
     }
-    order(
-        some_axes(), command, argument, bench_edge_ahead((uint16_t)chance_between(0, 9)));
+    uint16_t mask = some_axes();
+    order(mask, command, argument, bench_edge_ahead((uint16_t)chance_between(0, 9)));
 }
 
 static void go(void)
@@ -326,7 +327,8 @@ static void any_coils(void)
 {
     uint16_t address = (uint16_t)chance_between(0, 13);
     uint16_t count = (uint16_t)chance_between(1, 4);
-    uint8_t bits[2] = {(uint8_t)chance(), (uint8_t)chance()};
+    uint16_t values = (uint16_t)chance();
+    uint8_t bits[2] = {(uint8_t)values, (uint8_t)(values >> 8)};
 
     if (data_bits_mapped(address, count, SERVER_COILS)) {
         see((uint16_t)data_write_coils(address, count, bits));
@@ -397,9 +399,10 @@ static void switch_any(void)
     static const uint8_t which[] = {
         SWITCH_HOME, SWITCH_HOME, SWITCH_LIMIT_MINUS, SWITCH_LIMIT_PLUS};
 
-    fake_switch((uint8_t)chance_between(0, CONFIG_AXES - 1u),
-                which[chance_between(0, 3)],
-                chance_between(0, 2) != 0);
+    uint8_t axis = (uint8_t)chance_between(0, CONFIG_AXES - 1u);
+    uint8_t one = which[chance_between(0, 3)];
+
+    fake_switch(axis, one, chance_between(0, 2) != 0);
 }
 
 static void break_something(void)
@@ -554,7 +557,7 @@ static void lines_begin_on_the_clock(void)
     static const struct scenario scenario = {
         .sync = SYNC_START, .divider = 1, .clock_hz = 2500, .orders = 60};
 
-    play(&scenario, 0xB0A1uL, 0x385262FBuL, 0x401431FDuL, 0x7E9794FDuL);
+    play(&scenario, 0xB0A1uL, 0xFFF2D1BCuL, 0xABC8A926uL, 0xD98DD618uL);
 }
 
 static void the_clock_is_poor(void)
@@ -562,7 +565,7 @@ static void the_clock_is_poor(void)
     static const struct scenario scenario = {
         .sync = SYNC_START, .divider = 1, .clock_hz = 2000, .disturbs = 40, .orders = 80};
 
-    play(&scenario, 0xB0A2uL, 0x2980D231uL, 0x98482911uL, 0xC3A32AD9uL);
+    play(&scenario, 0xB0A2uL, 0x616F2BA6uL, 0x5134A83FuL, 0x79DABB59uL);
 }
 
 static void several_edges_a_pixel(void)
@@ -570,7 +573,7 @@ static void several_edges_a_pixel(void)
     static const struct scenario scenario = {
         .sync = SYNC_START, .divider = 3, .clock_hz = 3000, .disturbs = 90, .orders = 80};
 
-    play(&scenario, 0xB0A3uL, 0x700C606BuL, 0x015C70D8uL, 0x6B2F311DuL);
+    play(&scenario, 0xB0A3uL, 0x31E9F8C8uL, 0xD5087E28uL, 0x06CEA4FDuL);
 }
 
 static void lines_are_locked(void)
@@ -578,7 +581,7 @@ static void lines_are_locked(void)
     static const struct scenario scenario = {
         .sync = SYNC_LOCK, .divider = 1, .clock_hz = 2500, .disturbs = 120, .orders = 90};
 
-    play(&scenario, 0xB0A4uL, 0xFCFF0E49uL, 0xA5F1C806uL, 0x2DF40907uL);
+    play(&scenario, 0xB0A4uL, 0x6193F532uL, 0xA5F1C806uL, 0x784467F8uL);
 }
 
 static void locked_to_a_divided_clock(void)
@@ -586,7 +589,7 @@ static void locked_to_a_divided_clock(void)
     static const struct scenario scenario = {
         .sync = SYNC_LOCK, .divider = 4, .clock_hz = 4000, .disturbs = 120, .orders = 90};
 
-    play(&scenario, 0xB0A5uL, 0xA1DC5A7DuL, 0xEDDD0092uL, 0x80424C3AuL);
+    play(&scenario, 0xB0A5uL, 0xD6B8E887uL, 0x71444130uL, 0x4B5E4C8DuL);
 }
 
 static void the_clock_is_gated(void)
@@ -598,7 +601,7 @@ static void the_clock_is_gated(void)
                                              .disturbs = 25,
                                              .orders = 90};
 
-    play(&scenario, 0xB0A6uL, 0x23A737BCuL, 0x8A85B943uL, 0x43F39B05uL);
+    play(&scenario, 0xB0A6uL, 0x1D4C3E03uL, 0xD4F1DE64uL, 0xA4B331A4uL);
 }
 
 static void locked_to_a_gated_clock(void)
@@ -610,7 +613,7 @@ static void locked_to_a_gated_clock(void)
                                              .disturbs = 40,
                                              .orders = 90};
 
-    play(&scenario, 0xB0A7uL, 0x49F1FF28uL, 0xF99A9827uL, 0xC972191EuL);
+    play(&scenario, 0xB0A7uL, 0x22BF9E93uL, 0xF99A9827uL, 0x8A5E0EABuL);
 }
 
 static void nobody_follows_the_clock(void)
@@ -618,7 +621,7 @@ static void nobody_follows_the_clock(void)
     static const struct scenario scenario = {
         .sync = SYNC_FREE, .divider = 1, .clock_hz = 1500, .disturbs = 60, .orders = 50};
 
-    play(&scenario, 0xB0A8uL, 0xA3F14EBBuL, 0xDD0FCEA8uL, 0x3DF2F02AuL);
+    play(&scenario, 0xB0A8uL, 0x52DDEB04uL, 0x0FCC3EFCuL, 0xAE3DE0D2uL);
 }
 
 static void switches_trip(void)
@@ -626,7 +629,7 @@ static void switches_trip(void)
     static const struct scenario scenario = {
         .sync = SYNC_START, .divider = 1, .clock_hz = 2500, .switches = 25, .orders = 60};
 
-    play(&scenario, 0xB0A9uL, 0xD57F2516uL, 0x3E97A6ACuL, 0xC6F52C17uL);
+    play(&scenario, 0xB0A9uL, 0x6E0D24BEuL, 0x807C61BFuL, 0x05824F72uL);
 }
 
 static void things_break(void)
@@ -639,7 +642,7 @@ static void things_break(void)
                                              .breaks = 60,
                                              .orders = 60};
 
-    play(&scenario, 0xB0AAuL, 0x0E9397ACuL, 0xD335DA0CuL, 0x91BC1634uL);
+    play(&scenario, 0xB0AAuL, 0x53A005F0uL, 0x82B1A2A8uL, 0x6102967CuL);
 }
 
 // Parts of the firmware remember what was before a scenario, so that the order counts.
