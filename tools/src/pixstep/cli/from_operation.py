@@ -20,9 +20,8 @@ from pixstep.cli.output import say, show_json, show_json_row, teller
 from pixstep.errors import RefusedError, UserError
 from pixstep.machine import FILE_NAME, VARIABLE
 from pixstep.operations import perform
-from pixstep.operations.asked import AskedError, FieldError, MissingError
+from pixstep.operations.asked import AskedError, Field, FieldError, MissingError
 from pixstep.operations.desk import Desk, Source
-from pixstep.operations.field import Field
 from pixstep.operations.kinds import Flag
 from pixstep.operations.perform import Caller
 from pixstep.operations.request import Request, fields

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from pixstep.machine.files import MachineFile
     from pixstep.machine.model import ClockTable
 
+
 _KINDS = (SMOOTH, PLAIN)
 _USUAL = ("M39:smooth",)
 
