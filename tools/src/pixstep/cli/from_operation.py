@@ -251,8 +251,8 @@ def _run(**_params: Any) -> None:
     try:
         result = perform.finish(request, desk)
     except BaseException:
-        if desk.so_far is not None and as_json:
-            show_json(desk.so_far.data)
+        if desk.so_far is not None:
+            _deliver(desk.so_far, page, as_json=as_json)
         raise
     if not (as_json and request.json_rows and result.told):
         _deliver(result, page, as_json=as_json)

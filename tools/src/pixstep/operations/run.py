@@ -56,8 +56,8 @@ def simulated_result(
 class _Baud(Whole):
     """A rate that the board's setting can hold."""
 
-    def _within(self, value: Any, shown: object = None) -> Any:
-        if super()._within(value, shown) % 100:
+    def _within(self, value: Any) -> Any:
+        if super()._within(value) % 100:
             raise UserError(f"{value}: a multiple of 100 is wanted")
         return value
 

@@ -86,10 +86,10 @@ class LineMake(OfClock):
         Steps(1),
         "With --max-acceleration: length of the whole line, steps or 20mm; a short one is slower.",
     )
-    divider: int | None = option(
-        shared.EDGES, "Clock edges of a pixel.", shown="M", machine=machine.divider,
+    divider: int | None = shared.divider(
+        "Clock edges of a pixel.",
         default_text="1; with --max-acceleration the fewest that allow it",
-    )  # fmt: skip
+    )
     backlash: int = shared.backlash()
     lead_in: int = option(
         Pixels(), "Constant pixels before the image.", default=0,
