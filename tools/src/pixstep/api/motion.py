@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from array import array
 from collections.abc import Callable, Mapping, Sequence
@@ -19,6 +20,7 @@ from pixstep.board import recording
 from pixstep.board import registers as regs
 from pixstep.board import run as running
 from pixstep.board.device import Board as Device
+from pixstep.board.errors import BoardError
 from pixstep.board.handle import Course, Handle
 from pixstep.board.link import Link
 from pixstep.board.recording import Recorder, Row
@@ -114,6 +116,12 @@ class Recording:
                 row.line, found.pixel, found.expected_steps, found.actual_steps,
                 found.edge_error_ticks,
             ))  # fmt: skip
+
+    def read_last(self) -> None:
+        """Read what lines that were stopped have left on the board, if it still answers."""
+        if self.recorder is not None:
+            with contextlib.suppress(BoardError):
+                self.recorder.look([], ended=True)
 
     def of(self, axis: int) -> AxisRecords | None:
         """Return the records of an axis so far; None of a board that keeps none."""
@@ -255,11 +263,14 @@ class Motion(Generic[Result]):
         return tuple(found for one in self._recordings for found in one.records())
 
     def stop(self) -> tuple[AxisState, ...]:
-        """Stop all axes and return where they are.
+        """Stop all axes and return where they are; `records` has all that they have made.
 
         `wait` raises MotionStoppedError then, unless the motion was over.
         """
-        self._handle.halt()
+        if not self._handle.over:
+            self._handle.halt()
+            for one in self._recordings:
+                one.read_last()
         return tuple(state for lines in self._group for state in states_of(lines.board, lines.axes))
 
     def wait(self, timeout_s: float | str | None = None) -> Result:
