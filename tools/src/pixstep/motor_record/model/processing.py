@@ -3,14 +3,14 @@
 
 from enum import Enum, auto
 
-from pixstep.motor_record import alarms, asking, limits, readback, work
-from pixstep.motor_record.after_motion import follow_up, retry_or_end
 from pixstep.motor_record.menus import RetryMode, StatusUpdate
 from pixstep.motor_record.mip import Mip
-from pixstep.motor_record.readback import at_switch_ahead
-from pixstep.motor_record.state import State
+from pixstep.motor_record.model import alarms, asking, limits, readback, work
+from pixstep.motor_record.model.after_motion import follow_up, retry_or_end
+from pixstep.motor_record.model.readback import at_switch_ahead
+from pixstep.motor_record.model.state import State
+from pixstep.motor_record.model.values import Values
 from pixstep.motor_record.traffic import Status, Verb
-from pixstep.motor_record.values import Values
 
 
 class Next(Enum):

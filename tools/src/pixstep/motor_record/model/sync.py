@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Targets become readbacks: SYNC, and a stop of a motor that rests already."""
 
-from pixstep.motor_record import coordinates
-from pixstep.motor_record.readback import set_raw
-from pixstep.motor_record.values import Values
+from pixstep.motor_record.model import coordinates
+from pixstep.motor_record.model.readback import set_raw
+from pixstep.motor_record.model.values import Values
 
 
 def targets_become_readbacks(v: Values) -> None:

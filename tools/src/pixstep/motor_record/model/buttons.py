@@ -4,13 +4,13 @@
 A function that returns True has settled what this processing does.
 """
 
-from pixstep.motor_record import asking, coordinates, limits
 from pixstep.motor_record.menus import Spmg
 from pixstep.motor_record.mip import Mip
-from pixstep.motor_record.readback import release_buttons
-from pixstep.motor_record.state import State
-from pixstep.motor_record.sync import targets_become_readbacks
-from pixstep.motor_record.values import Values
+from pixstep.motor_record.model import asking, coordinates, limits
+from pixstep.motor_record.model.readback import release_buttons
+from pixstep.motor_record.model.state import State
+from pixstep.motor_record.model.sync import targets_become_readbacks
+from pixstep.motor_record.model.values import Values
 
 
 def held(v: Values) -> bool:

@@ -4,15 +4,15 @@
 Status, stop, resolution, buttons, targets: the first that is there settles this processing.
 """
 
-from pixstep.motor_record import buttons, coordinates, moving
 from pixstep.motor_record.menus import StatusUpdate
 from pixstep.motor_record.mip import Mip
-from pixstep.motor_record.position_load import load_position, redefine_user_position
-from pixstep.motor_record.resolution import keep_dead_bands
-from pixstep.motor_record.state import State
-from pixstep.motor_record.sync import targets_become_readbacks
+from pixstep.motor_record.model import buttons, coordinates, moving
+from pixstep.motor_record.model.position_load import load_position, redefine_user_position
+from pixstep.motor_record.model.resolution import keep_dead_bands
+from pixstep.motor_record.model.state import State
+from pixstep.motor_record.model.sync import targets_become_readbacks
+from pixstep.motor_record.model.values import Values
 from pixstep.motor_record.traffic import Verb
-from pixstep.motor_record.values import Values
 
 
 def do_work(r: State, *, from_motor: bool) -> None:

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: MIT
 """A status of the motor becomes fields: positions, switches, states."""
 
-from pixstep.motor_record.arithmetic import nearest_long
-from pixstep.motor_record.coordinates import difference, user, user_is_raw
 from pixstep.motor_record.menus import RetryMode
 from pixstep.motor_record.mip import Mip
-from pixstep.motor_record.state import State
+from pixstep.motor_record.model.arithmetic import nearest_long
+from pixstep.motor_record.model.coordinates import difference, user, user_is_raw
+from pixstep.motor_record.model.state import State
+from pixstep.motor_record.model.values import Values
 from pixstep.motor_record.traffic import Msta, Status
-from pixstep.motor_record.values import Values
 
 
 def shows(v: Values, flag: Msta) -> bool:
