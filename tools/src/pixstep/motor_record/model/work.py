@@ -20,12 +20,20 @@ def do_work(r: State, *, from_motor: bool) -> None:
     v = r.v
     if v.stup == StatusUpdate.ON:
         ask_for_status(r, for_client=True)
-    if buttons.stop_or_spmg(r) or _new_resolution(r):
-        return
-    if not (_target_from_link(r) if closed_loop(r) else _wishes(r)):
-        return
-    if not _user_target(r) or buttons.held(v):
-        return
+    settled = buttons.stop_or_spmg(r) or _new_resolution(r)
+    if not settled and _targets(r) and not buttons.held(v):
+        _act(r, from_motor=from_motor)
+
+
+def _targets(r: State) -> bool:
+    """Gather what changes DVAL. False if something on the way settled this processing."""
+    gathered = _target_from_link(r) if closed_loop(r) else _wishes(r)
+    return gathered and _user_target(r)
+
+
+def _act(r: State, *, from_motor: bool) -> None:
+    """Act on DVAL, else on SYNC; if there is nothing to do, ask for a status."""
+    v = r.v
     if v.dval != v.ldvl or not v.dmov:
         _dial_target(r)
     elif v.sync and v.mip == Mip.DONE:
