@@ -53,7 +53,7 @@ def _stop(r: State, *, for_good: bool) -> None:
             v.pp = 1
             release_buttons(v)
         else:
-            targets_become_readbacks(v)
+            targets_become_readbacks(r)
     if v.mip & Mip.HOME:
         release_buttons(v)
     if not v.mip & Mip.DELAY_REQ:

@@ -56,12 +56,17 @@ def set_raw(v: Values, raw: int, resolution: float) -> None:
 
 
 def _position_from_link(r: State) -> None:
-    v = r.v
-    if r.rdbl.value is not None:
-        set_raw(v, nearest_long(r.rdbl.value * v.rres / v.mres), v.mres)
-    elif v.mip != Mip.DONE:
-        release_buttons(v)
-        v.stop = 1
+    if not read_link(r) and r.v.mip != Mip.DONE:
+        release_buttons(r.v)
+        r.v.stop = 1
+
+
+def read_link(r: State) -> bool:
+    """Take the position from RDBL. False if that is dead: the position stays what it was."""
+    if r.rdbl.value is None:
+        return False
+    set_raw(r.v, nearest_long(r.rdbl.value * r.v.rres / r.v.mres), r.v.mres)
+    return True
 
 
 def _switches(v: Values) -> None:

@@ -37,7 +37,7 @@ def _act(r: State, *, from_motor: bool) -> None:
     if v.dval != v.ldvl or not v.dmov:
         _dial_target(r)
     elif v.sync and v.mip == Mip.DONE:
-        targets_become_readbacks(v)
+        targets_become_readbacks(r)
         v.sync = 0
     elif not from_motor and v.stup == StatusUpdate.OFF:
         ask_for_status(r)

@@ -67,11 +67,13 @@ def _offset(r: State) -> None:
 
 def _use_encoder(r: State) -> None:
     v = r.v
-    if v.ueip and shows(v, Msta.EA_PRESENT):
+    if not v.ueip:
+        return
+    if shows(v, Msta.EA_PRESENT):
         v.urip = 0
     else:
         v.ueip = 0
-    r.resolution_written = True
+        r.resolution_written = True
 
 
 def _use_link(r: State) -> None:
