@@ -119,6 +119,11 @@ def test_play_is_taken_up_before_the_first_point(machine):
     assert make(0.02 @ faster, motor=machine["X"], backlash=0).points == 90
 
 
+def test_play_needs_speed(machine):  # the board's rule: all of it fits one pixel at line speed
+    with pytest.raises(px.RefusedError, match=r"B > V.*; what fits: 12 steps a pixel or more"):
+        make(0.1 @ Linspace("x", 0, 2, 101), motor=machine["X"])
+
+
 def test_what_fits_is_true():
     two = Linspace.bounded("x", 0, 1, 5).concat(Linspace.bounded("x", 1, 2, 50))
     with pytest.raises(px.RefusedError, match=r"what fits: 8 times as many pixels, 0\.08 s"):
