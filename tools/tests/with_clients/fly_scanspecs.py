@@ -168,6 +168,23 @@ def test_a_scan_from_its_start(engine, documents, machine):
     assert descriptor["data_keys"]["fly_point"]["dtype"] == "integer"
 
 
+@pytest.mark.parametrize("there", [-4.0, 4.0])
+def test_positions_of_a_scan_are_the_loads(engine, documents, there):
+    spec = Linspace.bounded("x", 2.0, 2.0 + there, 50)
+    line = make(spec, backlash=20, **SCALE)
+    with px.simulated_board("mega", pixel_hz=100, plant="play=20") as board:
+        # Approached in the direction in which the load follows at position 0.
+        for steps in (line.start_steps - 200, 200):
+            board.move(steps, profile=px.Profile((4, 8, 12)), axis=0).wait()
+        motor, load = board._bus._simulated.simulator.plant(0, 0)
+        assert motor == load == line.start_steps
+        engine(bp.fly([px.fly.LineFlyer(board, line)]))
+        motor, load = board._bus._simulated.simulator.plant(0, 0)
+    assert load == motor + (20 if there < 0 else 0)
+    assert round(400 * documents.column("fly_x_actual")[-1]) == load
+    assert abs(load - 400 * line.end) <= 1
+
+
 def test_axes_without_motors_are_named(machine):
     spec = Zip(Linspace("x", 1, 5, 41), Linspace("y", 0, 2, 41))
     with pytest.raises(px.UserError, match="motors 7: expected motors by axis of the spec"):
