@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from pixstep.api.axes import Lines, by_axis
 from pixstep.api.motions import MotionLine
+from pixstep.api.running import Lines, by_axis
 from pixstep.errors import RefusedError
 from pixstep.fly.scan_line import ScanLine
 
