@@ -8,7 +8,7 @@ describes each. A name loads what it needs when it is first used, so that the im
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+from pixstep.version import __version__ as __version__
 
 if TYPE_CHECKING:
     from pixstep.api.bus import Board, Bus, connect

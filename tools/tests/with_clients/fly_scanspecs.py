@@ -88,7 +88,11 @@ def test_the_run_up_keeps_the_motors_acceleration(machine):  # noqa: F811
             {},
             r"axis x: point [3-7] \(pixel \d+\): .*; what fits: \d+ times as many pixels, 0\.\d+ s",
         ),
-        (0.015 @ Linspace("x", 0, 1, 5), {}, r"point 1: 0\.015 s are 1\.5 pixels at 100 Hz: what fits"),
+        (
+            0.015 @ Linspace("x", 0, 1, 5),
+            {},
+            r"point 1: 0\.015 s are 1\.5 pixels at 100 Hz: what fits",
+        ),
         (0.004 @ Linspace("x", 0, 1, 5), {}, r"0\.004 s are 0\.4 pixels .*: 0\.01 s or 0\.02 s"),
         (Linspace("x", 0, 1, 5), {"axis": "z"}, r"axis 'z': the spec has x"),
         (Zip(Linspace("x", 0, 1, 5), Linspace("y", 0, 1, 5)), {}, r"axis: the spec has x, y"),

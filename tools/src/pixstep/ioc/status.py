@@ -9,8 +9,8 @@ from typing import Any
 
 import caproto
 
-from pixstep import __version__
 from pixstep.ioc.names import GROUP
+from pixstep.version import __version__
 
 _NAMES_BYTES = 65_536
 
