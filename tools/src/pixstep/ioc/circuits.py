@@ -28,11 +28,7 @@ class _Marker:
         self.passed = asyncio.Event()
 
 
-<<<<<<< HEAD
 class Circuit(_VirtualCircuit):  # type: ignore[misc]  # caproto has no types
-=======
-class Circuit(_VirtualCircuit):  # type: ignore[misc] # caproto has no types
->>>>>>> main
     """One client's connection."""
 
     async def send(self, *commands: Any) -> None:
@@ -77,11 +73,7 @@ class Circuit(_VirtualCircuit):  # type: ignore[misc] # caproto has no types
                 marker.passed.set()
 
 
-<<<<<<< HEAD
 class Context(_Context):  # type: ignore[misc]
-=======
-class Context(_Context):  # type: ignore[misc] # caproto has no types
->>>>>>> main
     """The server of all PVs of one process."""
 
     CircuitClass = Circuit

@@ -16,19 +16,12 @@ from pixstep.ioc.channels import SHAPE, FieldChannel
 from pixstep.motor_record import FIELDS, Command, MotorRecord, Msta, PutRefusedError, Verb
 
 if TYPE_CHECKING:
-    from pixstep.motor_record import Drive, LinkName, Outcome, Status
+    from pixstep.motor_record import Drive, Outcome, Status
     from pixstep.motor_record.field import Value
 
 Tell = Callable[..., None]
-<<<<<<< HEAD
 # Fields that name another PV, whose value the record takes.
 LINKS: tuple[Literal["DOL", "RDBL"], ...] = ("DOL", "RDBL")
-=======
-LINKS: tuple[LinkName, ...] = (
-    "DOL",
-    "RDBL",
-)  # fields that name another PV, whose value the record takes
->>>>>>> main
 _UDF, _INVALID = 17, 3  # alarm of a record that knows nothing of its motor yet
 
 
@@ -61,7 +54,7 @@ class ServedMotor:
         self._overtaken = getattr(drive, "overtaken", _never)
         self._announced = False
         self._shape: tuple[Value, ...] = ()
-        self._linked: dict[LinkName, float | None] = dict.fromkeys(LINKS)
+        self._linked: dict[str, float | None] = dict.fromkeys(LINKS)
         self._tasks: set[asyncio.Future[None]] = set()
         self.ready = asyncio.Event()
         self.pvs: dict[str, FieldChannel] = {
