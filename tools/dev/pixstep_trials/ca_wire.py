@@ -19,8 +19,8 @@ Found = TypeVar("Found")
 class Wire:
     """One connection: `get`, `put`, `monitor`.
 
-    `seen` is what came, (name, value) each, and ("end", name) for the end of a write; `stamps_s` are
-    the server's times of the values that have one.
+    `seen` is what came, (name, value) each, and ("end", name) for the end of a write; `stamps_s`
+    are the server's times of the values that have one.
     """
 
     def __init__(self, port: int) -> None:
@@ -112,7 +112,7 @@ class Wire:
         """Return the values of a PV in their order."""
         return [value for one, value in self.seen if one == name]
 
-    def _answer(self, kind: type, ioid: int) -> Any:
+    def _answer(self, kind: type[Any], ioid: int) -> Any:
         fits = (one for one in self._answers if isinstance(one, kind) and one.ioid == ioid)
         return next(fits, None)
 
