@@ -14,8 +14,7 @@ import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from pixstep.api.motion import Motion
-from pixstep.api.records import AxisRecords
+from pixstep.api.motion import AxisRecords, Motion
 from pixstep.board import snapshot
 from pixstep.board.device import Board as Device
 from pixstep.board.errors import BoardError, MotionStoppedError, MotionTimeoutError

@@ -112,15 +112,15 @@ class Field:
         except ValueError:
             raise PutRefusedError(self.name, value, f"{wanted} is wanted") from None
         if not abs(number) <= HIGHEST:
-            raise PutRefusedError(self.name, value, f"at most {HIGHEST:g} is wanted")
+            raise PutRefusedError(self.name, value, f"a number of at most {HIGHEST:g} is wanted")
         return number
 
     def _single(self, number: float) -> float:
         try:
-            packed = struct.pack("f", number)
+            packed = struct.pack("<f", number)
         except OverflowError:
             raise PutRefusedError(self.name, number, "at most 3.4e38") from None
-        single: float = struct.unpack("f", packed)[0]
+        single: float = struct.unpack("<f", packed)[0]
         return single
 
     def _whole(self, number: float) -> int:

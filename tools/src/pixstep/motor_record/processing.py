@@ -22,9 +22,10 @@ class Next(Enum):
     """Nothing: a status or a delay is awaited."""
 
 
-def process(r: State, status: Status | None = None) -> None:
-    """Process the record: because of a status, or of a write or a delay (None)."""
+def process(r: State, status: Status | None = None, *, by_write: bool = False) -> None:
+    """Process the record: because of a write, a status or both, or of a delay (neither)."""
     v = r.v
+    r.by_write = by_write
     violated = v.lvio
     if status is not None:
         readback.take(v, status)
@@ -46,9 +47,14 @@ def _follow(r: State) -> Next:
     if r.v.movn:
         _while_moving(r)
         return Next.WORK
-    if r.v.stup == StatusUpdate.BUSY:
+    if r.v.stup == StatusUpdate.BUSY and not _ends_motion(r):
         return Next.WORK
     return _at_rest(r)
+
+
+def _ends_motion(r: State) -> bool:
+    """True if a status that was awaited ends a motion as well: else DMOV would stay 0 for good."""
+    return not (r.v.dmov or r.status_for_client or r.by_write)
 
 
 def _while_moving(r: State) -> None:

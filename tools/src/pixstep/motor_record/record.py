@@ -62,7 +62,7 @@ class MotorRecord:
         else:
             r.journal.post(field)
         if writes.act(r, field) and not disabled:
-            process(r, status)
+            process(r, status, by_write=True)
         else:
             r.journal.post_changes()
         return self._outcome()

@@ -28,6 +28,10 @@ class State:
     """The settling time that this event has begun."""
     rdbl: Link = field(default_factory=Link)
     dol: Link = field(default_factory=Link)
+    by_write: bool = False
+    """A client's write made the record process."""
+    status_for_client: bool = False
+    """The status that STUP awaits was asked for by a client."""
     resolution_written: bool = False
     """MRES, ERES or UEIP changed, and the record has not acted on that yet."""
 

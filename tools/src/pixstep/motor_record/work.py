@@ -19,7 +19,7 @@ def do_work(r: State, *, from_motor: bool) -> None:
     """Look at all wishes once. `from_motor`: this processing began with a status or a delay."""
     v = r.v
     if v.stup == StatusUpdate.ON:
-        ask_for_status(r)
+        ask_for_status(r, for_client=True)
     if buttons.stop_or_spmg(r) or _new_resolution(r):
         return
     if not (_target_from_link(r) if closed_loop(r) else _wishes(r)):
@@ -35,8 +35,9 @@ def do_work(r: State, *, from_motor: bool) -> None:
         ask_for_status(r)
 
 
-def ask_for_status(r: State) -> None:
+def ask_for_status(r: State, *, for_client: bool = False) -> None:
     """Ask for a status, and note that one is awaited."""
+    r.status_for_client = for_client
     r.v.stup = StatusUpdate.BUSY
     r.ask(Verb.GET_INFO)
 

@@ -16,7 +16,7 @@ from pixstep.operations import shared
 from pixstep.operations.asked import AskedError, MissingError
 from pixstep.operations.clocks import refuse_both
 from pixstep.operations.desk import Desk, Source
-from pixstep.operations.kinds import HZ, OUTPUT, TEXT
+from pixstep.operations.kinds import OUTPUT, TEXT
 from pixstep.operations.request import Request, argument, fields, operation, option, shared_fields
 from pixstep.operations.result import Page, Result
 from pixstep.simulation.report import new_table
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     from pixstep.machine.files import MachineFile
     from pixstep.machine.model import ClockTable
+
 
 _KINDS = (SMOOTH, PLAIN)
 _USUAL = ("M39:smooth",)
@@ -44,18 +45,11 @@ class MachineNew(Request):
     result = NewMachine
 
     board: str = option(shared.BOARD, "Of which kind the board is.", required=True)
-    clock_hz: Fraction | None = option(
-        HZ, "Frequency of the pixel clock's edges: 30, 29.97 or 30000/1001.",
-        default_text="that of pixels times the divider",
-    )  # fmt: skip
-    pixel_hz: Fraction | None = option(
-        HZ, "Frequency of pixels.", default_text="that of the clock by the divider"
-    )
-    divider: int | None = option(
-        shared.EDGES, "Edges of the pixel clock in a pixel.", shown="M", default_text="1"
-    )
-    sync: str | None = option(
-        shared.SYNC, "What lines are to the pixel clock.", default_text="start"
+    clock_hz: Fraction | None = shared.clock_hz(machine=None)
+    pixel_hz: Fraction | None = shared.hz_of_pixels()
+    divider: int | None = shared.divider(machine=None, default_text="1")
+    sync: str | None = shared.sync(
+        "What lines are to the pixel clock.", machine=None, default=None, default_text="start"
     )
     motors: tuple[str, ...] = option(
         TEXT, "A motor, as M39:smooth or M40:plain; again for more.", "--motor", many=True,
