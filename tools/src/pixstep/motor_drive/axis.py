@@ -161,6 +161,11 @@ class AxisDrive:
             return getattr(status, "_order", self._orders) < self._orders
 
     @property
+    def offset_steps(self) -> int:
+        """What the drive adds to the board's register; gone with the process, see `seam.py`."""
+        return self._offset_steps
+
+    @property
     def problem(self) -> str:
         """Why PROBLEM or COMM_ERR is set, in words; "" if neither is."""
         return self._watch.trouble or self._problem
