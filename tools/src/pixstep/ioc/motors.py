@@ -39,9 +39,7 @@ FindPv = Callable[[str], "FieldChannel | None"]
 class ServedMotor:
     """One record. Everything but `_report` runs in the loop of the server."""
 
-    def __init__(
-        self, name: str, kept: Kept, drive: Drive, tell: Tell, find: FindPv
-    ) -> None:
+    def __init__(self, name: str, kept: Kept, drive: Drive, tell: Tell, find: FindPv) -> None:
         self.name, self.record, self._kept = name, MotorRecord(kept.fields), kept
         self.is_ready = False
         self.is_lost = False

@@ -114,9 +114,7 @@ def _read(path: Path) -> dict[str, dict[str, Any]]:
     try:
         motors = content["motors"]
         is_right = content["pixstep_ioc"] == _FORM and all(
-            isinstance(one[key], kind)
-            for one in motors.values()
-            for key, kind in _KINDS.items()
+            isinstance(one[key], kind) for one in motors.values() for key, kind in _KINDS.items()
         )
     except (TypeError, KeyError, AttributeError):
         is_right = False
