@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from caproto import ChannelType
 
-from effort import LONG, cases, only_long
+from effort import cases, only_long
 from iocprocess import MACHINE, Command
 from pixstep import natives
 from pixstep.simulation import edges
@@ -108,7 +108,7 @@ def check_rows(rows, moves_wanted):
         assert others["plans"][3:] == pytest.approx(wanted, abs=1e-9)
 
 
-@pytest.mark.parametrize("program", PROGRAMS)
+@pytest.mark.parametrize("program", cases(PROGRAMS[:2], PROGRAMS))
 def test_moves_of_a_client(ioc, program):
     judge = Judge(ioc)
     check_rows(ioc.client(program, PV, MOVES, 7, seconds=900), MOVES)
@@ -136,7 +136,7 @@ def judge_board(folder):
     return rests
 
 
-@pytest.mark.parametrize("program", PROGRAMS if LONG else PROGRAMS[:1])
+@pytest.mark.parametrize("program", cases(PROGRAMS[-1:], PROGRAMS))
 def test_moves_of_a_client_on_a_simulated_board(tmp_path, simulator, program):
     (tmp_path / "machine.toml").write_text(BOARD)
     command = Command(tmp_path, ideal=False)
