@@ -21,11 +21,8 @@ QUICK = MACHINE.replace("DHLM = 100,", "VELO = 400, VMAX = 400, BVEL = 400, DHLM
 )
 MOVES, BOARD_MOVES = cases((10, 5), (2500, 100))
 PROGRAMS = ("pyepics_motor.py", "ophyd_motor.py", "ophyd_async_motor.py", "caproto_motor.py")
-BOARD = (
-    MACHINE.replace("5 mm/s", "40 mm/s")
-    .replace("50 mm/s2", "400 mm/s2")
-    .replace('backlash = "8 steps"', "")
-)
+BACKLASH = MACHINE.replace("5 mm/s", "40 mm/s").replace("50 mm/s2", "400 mm/s2")
+BOARD = BACKLASH.replace('backlash = "8 steps"', "")
 OPHYDS = """
 [clock]
 pixel = "30 Hz"
@@ -138,7 +135,17 @@ def judge_board(folder):
 
 @pytest.mark.parametrize("program", cases(PROGRAMS[-1:], PROGRAMS))
 def test_moves_of_a_client_on_a_simulated_board(tmp_path, simulator, program):
-    (tmp_path / "machine.toml").write_text(BOARD)
+    move_on_a_board(tmp_path, BOARD, program)
+
+
+@only_long
+def test_moves_against_backlash_on_a_simulated_board(tmp_path, simulator):
+    move_on_a_board(tmp_path, BACKLASH, PROGRAMS[0])
+
+
+def move_on_a_board(tmp_path, machine, program):
+    """Let a client move a simulated board, and judge both."""
+    (tmp_path / "machine.toml").write_text(machine)
     command = Command(tmp_path, ideal=False)
     command.wire().close()
     rows = command.client(program, PV, BOARD_MOVES, 7, seconds=900)
