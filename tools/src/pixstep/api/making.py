@@ -307,7 +307,7 @@ def _by_acceleration(acceleration: float | str, jerk: float | str | None, asked:
     edges, divider = _edges(wanted, asked)
     hz = clock_hz / edges
     top = asked.steps_px(hz)
-    notes = [accelerate.note(wanted, edges).partition(": --divider")[0]]
+    notes = [accelerate.note(wanted, edges).partition(": divider")[0]]
     made, speed = accelerate.line(wanted, top, edges, asked.length, asked.request)
     notes += accelerate.slower_notes(speed, top, hz, scale)
     return _Made(made, "line", hz, divider, tuple(filter(None, notes)))

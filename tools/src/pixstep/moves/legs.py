@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from pixstep.board.capability import BoardLimits
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.lines import core
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.runs import Seek, queue_entries, seek_entries
@@ -159,9 +159,10 @@ def _haps(profile: Acceleration, request: HomingRequest) -> int:
     if request.haps is not None:
         return request.haps
     if not profile.haps:
-        raise UserError(
-            f"{profile.source}: does not say how many entries homing may use (HAPs): give --haps"
-        )
+        raise UserError(AskedText(
+            "{source}: does not say how many entries homing may use (HAPs): give {haps}",
+            source=profile.source,
+        ))  # fmt: skip
     return profile.haps
 
 

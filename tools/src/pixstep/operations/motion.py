@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from pixstep import formats
 from pixstep.board import boards, capability
-from pixstep.errors import UserError
+from pixstep.errors import AskedText, UserError
 from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.units import Quantity
@@ -250,7 +250,10 @@ class HomeFields(Request):
         decode = reading_lines.motor_decode(desk.facts, self.profile)
         if named is None or decode is None:
             return PLAIN
-        desk.say((f"{self.profile}: named for {named.motor}, so homing is {decode} (--decode)",))
+        desk.say([AskedText(
+            "{path}: named for {motor}, so homing is {rule} ({decode})",
+            path=self.profile, motor=named.motor, rule=decode,
+        )])  # fmt: skip
         return decode
 
 

@@ -59,7 +59,7 @@ def ways(facts: Facts, axes: int) -> tuple[int, ...]:
         return (1,) * axes
     found = [-1 if motor.negative else 1 for motor in facts.motors]
     if len(found) not in (1, axes):
-        raise UserError(f"--motor is given {len(found)} times for {axes} axes")
+        raise AskedError(f"{{motor}} is given {len(found)} times for {axes} axes")
     return tuple(found * (axes // len(found)))
 
 

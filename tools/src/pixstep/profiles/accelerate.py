@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
 
-from pixstep.errors import UserError
+from pixstep.errors import AskedText, UserError
 from pixstep.lines.units import (
     ACCELERATION,
     JERK,
@@ -110,8 +110,11 @@ def note(wanted: Wanted, edges: int) -> str:
         ),
         None,
     )
-    text = f"{number_text(round(100 * share, 1))} % of the acceleration {wanted.acceleration.text}"
-    return f"uses {text}" + (f": --divider {better} uses more" if better else "")
+    more = f": {{divider}} {better} uses more" if better else ""
+    return AskedText(
+        "uses {share} % of the acceleration {text}" + more,
+        share=number_text(round(100 * share, 1)), text=wanted.acceleration.text,
+    )  # fmt: skip
 
 
 def speeds(wanted: Wanted, top: int, edges: int) -> list[int]:
@@ -225,5 +228,5 @@ def _legal(wanted: Wanted, quantity: Quantity, order: int, edges: int) -> int:
         raise UserError(f"{quantity.text} is less than a step per pixel and pixel at {hz} Hz")
     except UserError as error:
         enough = _fewest_edges(wanted)
-        hint = f"; --divider {enough} has pixels that allow it" if enough else ""
-        raise UserError(f"{error}{hint}") from None
+        hint = f"; {{divider}} {enough} has pixels that allow it" if enough else ""
+        raise UserError(AskedText("{error}" + hint, error=error)) from None

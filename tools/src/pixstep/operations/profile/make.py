@@ -315,7 +315,7 @@ class ProfileRepair(Request):
         try:
             return repair_counts(counts, wish)
         except UserError as error:
-            raise UserError(f"{self.file}: {error}") from None
+            raise AskedError("{path}: {error}", path=self.file, error=error) from None
 
     def _limit(self) -> int | None:
         """Return the limit of the acceleration as an even number."""
