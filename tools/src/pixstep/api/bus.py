@@ -24,7 +24,7 @@ from pixstep.api.moving import (
     Which,
 )
 from pixstep.api.programs import MotionProgram
-from pixstep.api.running import Clock, Lines
+from pixstep.api.running import Clocking, Lines
 from pixstep.api.words import Decode, Direction, Parity, SharedLimit, Switches, Sync, Until
 from pixstep.board import capability, recording
 from pixstep.board.device import Board as Device
@@ -88,7 +88,7 @@ class Board:
         those that `run` is to set.
         """
         arguments.instance("line", line, MotionLine, "a MotionLine")
-        return running.check(self.device, line, axes, Clock(sync, divider))
+        return running.check(self.device, line, axes, Clocking(sync, divider))
 
     def start(
         self,
@@ -118,7 +118,7 @@ class Board:
         cannot be measured and a board that does not answer. A fault later on is raised by `wait`.
         """
         arguments.function("progress", progress)
-        clock = Clock(sync, divider, gate_edges)
+        clock = Clocking(sync, divider, gate_edges)
         prepared = running.prepare(self.device, lines, axis, clock, checked=check)
         prepared.set_clock()
         return self._motions.begin(
@@ -370,7 +370,7 @@ class Bus:
         end the boards' counts of clock edges are compared. `wait` returns the states by address.
         """
         arguments.function("progress", progress)
-        clock = Clock(sync, divider, gate_edges)
+        clock = Clocking(sync, divider, gate_edges)
         several = running.prepare_several(
             lines, lambda unit: self.board(unit).device, clock, checked=check
         )

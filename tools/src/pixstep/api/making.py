@@ -305,12 +305,9 @@ def _by_acceleration(acceleration: float | str, jerk: float | str | None, asked:
         plain=asked.rule == PLAIN,
     )
     edges, divider = _edges(wanted, asked)
-    hz = clock_hz / edges
-    top = asked.steps_px(hz)
-    notes = [accelerate.note(wanted, edges).partition(": divider")[0]]
-    made, speed = accelerate.line(wanted, top, edges, asked.length, asked.request)
-    notes += accelerate.slower_notes(speed, top, hz, scale)
-    return _Made(made, "line", hz, divider, tuple(filter(None, notes)))
+    made, _, notes = accelerate.line(wanted, edges, asked.length, asked.request, scale)
+    notes = [note.partition(": divider")[0] for note in notes]
+    return _Made(made, "line", clock_hz / edges, divider, tuple(notes))
 
 
 def _edges(wanted: accelerate.Wanted, asked: _Asked) -> tuple[int, int | None]:

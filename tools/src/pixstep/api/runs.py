@@ -280,7 +280,7 @@ def simulate(
     hz = given.exact_hz(pixel_hz) or first.hz
     clock = PixelClock() if clock is None else clock
     clock = arguments.instance("clock", clock, PixelClock, "a PixelClock")
-    clocking = Clocking.of(by_axis, sync, divider, gate_edges)
+    clocking = Clocking(sync, divider, gate_edges).of_lines(by_axis)
     arguments.function("progress", progress)
     _refuse(by_axis, kind, hz, clocking, check=arguments.flag("check", check))
     if arguments.flag("vcd", vcd) and out is None:

@@ -27,6 +27,7 @@ from pixstep.lines.units import (
     both_text,
     number_text,
     period_ticks,
+    whole_speed,
 )
 from pixstep.profiles import generator
 from pixstep.profiles.generator import MAX_SPEED, GeneratedLine, LineRequest
@@ -129,19 +130,22 @@ def speeds(wanted: Wanted, top: int, edges: int) -> list[int]:
 
 
 def line(
-    wanted: Wanted, top: int, edges: int, steps: int | None, request: LineRequest
-) -> tuple[GeneratedLine, int]:
-    """Return a line of so many steps, else of the pixels that `request` has, and its speed."""
-    if steps is not None:
-        return line_of_length(wanted, top, edges, steps, request)
-    return generator.generate(speeds(wanted, top, edges), replace(request, speed=top)), top
+    wanted: Wanted, edges: int, steps: int | None, request: LineRequest, scale: Scale | None
+) -> tuple[GeneratedLine, int, list[str]]:
+    """Return a line of so many steps, else of the pixels that `request` has, its speed, and notes.
 
-
-def slower_notes(speed: int, top: int, hz: Fraction, scale: Scale | None) -> list[str]:
-    """Return a note of a length that allows less than the speed asked for."""
-    if speed >= top:
-        return []
-    return [f"the length allows a speed of {both_text(speed, SPEED, hz, scale)}"]
+    The notes say what it makes of acceleration and speed, if that is not nearly all.
+    """
+    hz = wanted.clock_hz / edges
+    top = whole_speed(wanted.speed, hz, scale, smooth=not wanted.plain)
+    notes = [text for text in (note(wanted, edges),) if text]
+    if steps is None:
+        made = generator.generate(speeds(wanted, top, edges), replace(request, speed=top))
+        return made, top, notes
+    made, speed = line_of_length(wanted, top, edges, steps, request)
+    if speed < top:
+        notes.append(f"the length allows a speed of {both_text(speed, SPEED, hz, scale)}")
+    return made, speed, notes
 
 
 def line_of_length(

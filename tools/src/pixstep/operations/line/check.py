@@ -242,7 +242,7 @@ class LineShow(OfClock):
             lead_in = read.header.lead_in_px
         line = Line(read.values, self.decode, self.backlash, name=str(self.csv))
         _refuse_backlash(line)
-        bounds = showing.limits(self, hz)
+        bounds = showing.limits(hz, self.max_speed, self.max_acceleration, self.max_jerk)
         image, scale = _image_pixel(line, lead_in), desk.facts.scale_if_known()
         return showing.shown(LineDrawing(line, self.csv.name, hz, bounds, image, scale), self.plot)
 

@@ -189,12 +189,8 @@ def _of_acceleration(asked: LineMake, desk: Desk, request: generator.LineRequest
         asked.speed.in_steps(scale), acceleration, asked.max_jerk, asked.edges_hz, asked.is_plain
     )
     divider = asked.divider or accelerate.choose_divider(wanted)
-    line_hz = asked.edges_hz / divider
-    top = units.whole_speed(asked.speed, line_hz, scale, smooth=not asked.is_plain)
-    used = accelerate.note(wanted, divider)
-    made, speed = accelerate.line(wanted, top, divider, asked.length, request)
-    desk.say([used] if used else [])
-    desk.say(accelerate.slower_notes(speed, top, line_hz, scale))
+    made, speed, notes = accelerate.line(wanted, divider, asked.length, request, scale)
+    desk.say(notes)
     return _Made(made, speed, divider)
 
 
