@@ -113,7 +113,7 @@ def make_line(
         raise UserError("a line has pixels or length: give one of them")
     asked = _Asked(
         speed=speed,
-        length=None if length is None else given.steps("length", length, scale, 1),
+        length=given.maybe(given.steps, "length", length, scale, 1),
         hz=given.exact_hz(pixel_hz),
         divider=given.divider(divider),
         motor=motor,
@@ -300,7 +300,7 @@ def _by_acceleration(acceleration: float | str, jerk: float | str | None, asked:
     wanted = accelerate.Wanted(
         given.quantity("speed", asked.speed, units.SPEED, scale),
         given.quantity("max_acceleration", acceleration, units.ACCELERATION, scale),
-        None if jerk is None else given.quantity("max_jerk", jerk, units.JERK, scale),
+        given.maybe(given.quantity, "max_jerk", jerk, units.JERK, scale),
         clock_hz,
         plain=asked.rule == PLAIN,
     )

@@ -46,7 +46,6 @@ else:
     np, npt = lazy("numpy"), lazy("numpy.typing")
 
 _Drawn = TypeVar("_Drawn")
-MOST_SEED = 0xFFFFFFFF
 
 
 class RunFailedError(PlainError):
@@ -295,7 +294,7 @@ def simulate(
         divider=clocking.divider or 1,
         gate_edges=clocking.gate_edges or 0,
         serial_load=arguments.flag("serial_load", serial_load),
-        seed=arguments.whole("seed", seed, high=MOST_SEED),
+        seed=arguments.whole("seed", seed, high=given.MOST_SEED),
         plants=_plants(plant, by_axis),
         vcd=vcd,
     )

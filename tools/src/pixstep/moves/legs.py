@@ -14,7 +14,8 @@ from pixstep.moves import fast
 from pixstep.moves.accel import Acceleration
 from pixstep.moves.seeklines import require_smooth, seek_line
 
-MAX_SEARCH_STEPS = 10_000_000
+DIRECTIONS = {"plus": 1, "minus": -1}
+SEARCH_STEPS, MAX_SEARCH_STEPS = 20_000, 10_000_000
 REACTION_S = Fraction(10, 1000)  # the board decodes 8 ms ahead, and the switch is filtered
 
 
@@ -34,7 +35,7 @@ class HomingRequest:
     direction: int
     haps: int | None = None
     slow: int | None = None
-    search_steps: int = 20_000
+    search_steps: int = SEARCH_STEPS
     clear_steps: int | None = None
     decode: str = PLAIN
     turned: bool = False

@@ -26,7 +26,7 @@ from pixstep.operations.asked import AskedError
 from pixstep.operations.clocks import OfClock
 from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import Time, Whole
-from pixstep.operations.longer_pixels import divider_words
+from pixstep.operations.perform import divider_words
 from pixstep.operations.request import operation, option
 from pixstep.operations.result import Page, Result
 from pixstep.profiles import generator
