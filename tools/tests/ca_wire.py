@@ -20,8 +20,9 @@ class Wire:
         self._channels = {}
         self._names = {}
         self._puts = {}
+        self._answers = []
         self.seen = []
-        self.times_s = []
+        self.stamps_s = []
         self._send(ca.VersionRequest(0, 13), ca.HostNameRequest("test"))
         self._send(ca.ClientNameRequest("test"))
 
@@ -100,8 +101,6 @@ class Wire:
         """Return the values of a PV in their order."""
         return [value for one, value in self.seen if one == name]
 
-    _answers: list = []
-
     def _answer(self, kind, ioid):
         return next(
             (one for one in self._answers if isinstance(one, kind) and one.ioid == ioid), None
@@ -128,12 +127,13 @@ class Wire:
             self._note(command)
 
     def _note(self, command):
-        self._answers = [*self._answers, command]
+        self._answers.append(command)
         if isinstance(command, ca.EventAddResponse):
             name = self._names[command.subscriptionid]
             value = command.data[0]
             self.seen.append((name, value.decode() if isinstance(value, bytes) else value))
-            self.times_s.append(time.time())
+            stamp = getattr(command.metadata, "stamp", None)
+            self.stamps_s.append(stamp.as_datetime().timestamp() if stamp else 0.0)
         elif isinstance(command, ca.WriteNotifyResponse):
             self.seen.append(("end", self._puts[command.ioid]))
-            self.times_s.append(time.time())
+            self.stamps_s.append(0.0)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from pixstep.motor_record import Msta, Status, Verb
 
 TICK_S = 0.005
+NO_FAULTS = Msta(0)
 REST, TO_TARGET, JOG, HOME = range(4)
 
 
@@ -28,7 +29,7 @@ class Stepper:
     lowest: float = -1e9
     highest: float = 1e9
     home: float = 0.0
-    faults: Msta = Msta(0)
+    faults: Msta = NO_FAULTS
     edges: list[tuple[float, int]] = field(default_factory=list)
 
     @property

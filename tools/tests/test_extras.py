@@ -35,7 +35,7 @@ from pixstep.__main__ import run
 run()
 """
 DRAWINGS = {
-    "moves.fastplot", "moves.homeplot", "plotting", "profiles.figure",
+    "fly.picture", "moves.fastplot", "moves.homeplot", "plotting", "profiles.figure",
     "programs.figure", "reversals.picture", "simulation.clockplot",
     "simulation.load_plot", "simulation.overview", "simulation.plots", "trajectories.picture",
 }  # fmt: skip

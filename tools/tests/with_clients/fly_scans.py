@@ -235,6 +235,25 @@ def test_two_boards_begin_on_one_edge(engine, documents, tmp_path):
     assert documents.column("fly_board2_axis0_actual")[-1] == 3000
 
 
+def test_four_axes_at_a_kilohertz(engine, documents):
+    axes = range(4)
+    lines = {
+        axis: px.make_line(speed=8, max_acceleration=2, length=4000 + 2 * axis, pixel_hz=1000)
+        for axis in axes
+    }
+    with px.simulated_board("mega", pixel_hz=1000) as board:
+        engine(bp.fly([px.fly.LineFlyer(board, lines)]))
+        made = [board.made_steps(axis) for axis in axes]
+    assert made == [4000, 4002, 4004, 4006]
+    longest = max(line.pixels for line in lines.values())
+    assert list(documents.column("fly_pixel")) == list(range(1, longest + 1))
+    for axis, line in lines.items():
+        actual = documents.column(f"fly_axis{axis}_actual")
+        assert list(actual[: line.pixels]) == list(np.cumsum(line.counts))
+        assert actual[-1] == made[axis]
+    assert 0 < np.count_nonzero(documents.column("fly_records")) < longest // 10
+
+
 def test_beside_a_detector(engine, documents):
     detector = Detector()
     with px.simulated_board("mega", pixel_hz=HZ) as board:
@@ -364,6 +383,25 @@ def test_a_pause(engine, documents, then):
             getattr(engine, then)()
         status = {"resume": "fail", "abort": "abort", "stop": "success"}[then]
         check_stopped(documents, board, status)
+
+
+@pytest.mark.parametrize("closes", [True, False])
+def test_a_plan_that_forgets_its_flyer(engine, documents, closes):
+    def forgetful():
+        yield from bps.open_run()
+        yield from bps.kickoff(flyer, wait=True)
+        reached(flyer, 100)
+        if closes:
+            yield from bps.close_run()
+
+    with px.simulated_board("mega", pixel_hz=HZ) as board:
+        flyer = px.fly.LineFlyer(board, LONG)
+        engine(forgetful())
+        flyer.complete().wait(10)
+        at_rest(board)
+        assert flyer.pixel < LONG.pixels
+        if not closes:
+            check_stopped(documents, board, "success")
 
 
 def test_a_detector_that_fails(engine, documents):

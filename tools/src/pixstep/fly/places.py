@@ -60,12 +60,12 @@ class Place:
         start = self.line.start
         motor = self.line.motor
         play = max(self.line.line.backlash, motor.backlash_steps if motor else 0)
-        off_steps = abs(here - start) * abs(self.steps_per_unit)
-        if off_steps > play + 1:
+        off_steps = round((start - here) * abs(self.steps_per_unit))
+        if abs(off_steps) > play:
             unit = self.length_unit
             raise RefusedError(
                 f"{self.name}: is at {here:.6g} {unit}, the scan's line begins at {start:.6g} "
-                f"{unit}: move it there first, by {start - here:+.6g} {unit}"
+                f"{unit}: move it there first, by {off_steps:+d} steps"
             )
         return start
 

@@ -128,6 +128,9 @@ class ScanLines:
         play = any(one.backlash for one in self.drives)
         before = _Before(int(play), run_up, _EVEN_PIXELS if play else 0)
         ways = _with_run_up(edges, before)
+        # A motor stands on whole steps: so does the line's beginning.
+        begins = round(ways[0] * drive.factor) / drive.factor
+        ways[: before.rest + 1] = begins
         made = line_from_positions(
             ways, unit=drive.unit, motor=drive.motor, pixel_hz=self.hz, decode=drive.rule,
             steps_per_unit=drive.scale, backlash=drive.backlash, name=f"axis {drive.axis}",

@@ -207,6 +207,11 @@ def _reason(error: BaseException) -> str:
     return one_line(f"{error}{f': {_reason(cause)}' if cause else ''}") or type(error).__name__
 
 
+def _is_unheard(error: BaseException | None) -> bool:
+    """True for a beacon that nobody listens to: clients find the server without."""
+    return error is not None and isinstance(error.__cause__, ConnectionRefusedError)
+
+
 _ONCE = (
     "Failed to send beacon to %r. Try setting EPICS_CAS_AUTO_BEACON_ADDR_LIST=no and "
     "EPICS_CAS_BEACON_ADDR_LIST=<addresses>.",
@@ -228,8 +233,8 @@ class _Told(logging.Handler):
             self._log.tell("refused", client=_client(record), reason=str(error))
             return
         text = one_line(record.getMessage())
-        if record.msg in _ONCE:  # it comes again each 15 s, with nobody there who listens
-            if text in self._told:
+        if record.msg in _ONCE:  # it comes again each 15 s
+            if text in self._told or _is_unheard(error):
                 return
             self._told.add(text)
         self._log.tell("channel access", text=f"{text}: {_reason(error)}" if error else text)

@@ -38,6 +38,7 @@ from typing import Protocol
 from pixstep.board.errors import BoardError, LineLostError, NoReplyError
 from pixstep.motor_drive import seam
 from pixstep.motor_drive.feed import Feed, Steps, lines_since, require_idle
+from pixstep.motor_drive.homing import Home, plan_of
 from pixstep.motor_drive.motions import (
     Jog,
     Leg,
@@ -54,8 +55,10 @@ from pixstep.motor_record.traffic import Command, Msta, Status, Verb
 from pixstep.moves.trapezoid import Kinematics
 
 OnStatus = Callable[[Status], None]
+_SEEKS_S = 0.05  # between two looks whether another axis of the board seeks its switch
 _GRACE_S = 1.0  # for the record to answer the end of a first leg
 _TARGETS = (Verb.MOVE_ABS, Verb.MOVE_REL, Verb.HOME_FOR, Verb.HOME_REV)
+_ANSWERED = (Verb.GO, Verb.JOG, Verb.STOP_AXIS, Verb.LOAD_POS)  # a status follows each
 _LIMITS = {"limit_minus": -1, "limit_plus": 1}
 _log = logging.getLogger(__name__)
 
@@ -136,11 +139,12 @@ class AxisDrive:
     def obey(self, commands: Sequence[Command], second_leg: Sequence[Command] = ()) -> None:
         """Take the commands of one Outcome, in order.
 
-        No commands at all, while the end of a first leg was reported last, say that the second leg
-        is not wanted.
+        Give it the Outcome of each status, also one without commands: at the end of a first leg
+        that says that the second leg is not wanted. The motor is stopped at once then, and not only
+        when a second is over.
         """
         with self._lock:
-            self._orders += 1
+            self._orders += any(one.verb in _ANSWERED for one in commands)
             self._inbox.append((tuple(commands), tuple(second_leg), self._orders))
             if any(one.verb is Verb.STOP_AXIS for one in commands):
                 self._stop_asked = True
@@ -188,7 +192,9 @@ class AxisDrive:
     def launches(self) -> bool:
         """True while a motion has not begun: its requests come before looks and streams."""
         motion = self._motion
-        return self._work is not None and motion is not None and motion.armed_s is None
+        waits = self._work_due_s > self._owner.now_s()
+        begins = self._work is not None and motion is not None and motion.armed_s is None
+        return begins and not waits
 
     @property
     def due_s(self) -> float:
@@ -202,7 +208,7 @@ class AxisDrive:
     def look_due_s(self) -> float:
         """When a motion is expected to end, or its first leg: the board is to be looked at then."""
         motion = self._motion
-        if motion is None or motion.armed_s is None or isinstance(motion, Jog):
+        if motion is None or motion.armed_s is None or isinstance(motion, (Jog, Home)):
             return math.inf
         if isinstance(motion, Move) and motion.holding:
             return motion.hold_until_s
@@ -235,6 +241,8 @@ class AxisDrive:
     def send_stop(self) -> None:
         """Send a stop: one request, and more only if it is not acknowledged."""
         self.take()
+        if isinstance(self._motion, Home):
+            self._motion.interrupt()
         with self._watch.guarded():
             seam.stop(self._watch.board, self.motor.axis)
         self._stop_wanted = False
@@ -274,6 +282,8 @@ class AxisDrive:
         if motion is None:
             self._show(axis, moves=axis.moves)
             self._advance()
+        elif isinstance(motion, Home) and motion.armed_s is not None:
+            self._judge_home(motion, axis)
         elif motion.stopping:
             if axis.moves:
                 self._show(axis, moves=True)
@@ -288,7 +298,7 @@ class AxisDrive:
         """Take that the board does not answer."""
         motion = self._motion
         if motion is not None and self._owner.now_s() > motion.ends_s():
-            self._motion, self._work = None, None
+            self._forget_motion()
             self._problem = "the board did not answer to the end of a motion"
         moves = self._motion is not None
         if self._report or self._status(moves=moves) != self._last:
@@ -341,7 +351,7 @@ class AxisDrive:
             self._stop_wanted = True
         elif verb is Verb.LOAD_POS:
             self._todo.append(float(command.argument or 0.0))
-        else:
+        elif verb is Verb.GET_INFO:
             self._asked = True
             self._watch.look_soon()
 
@@ -414,7 +424,8 @@ class AxisDrive:
         axis = self._axis()
         self._motion, self._plus = motion, motion.direction > 0
         motion.began_steps, motion.lines_before = axis.position_steps, axis.lines_done
-        self._work, self._work_due_s = self._launch(motion), 0.0
+        work = self._launch_home(motion) if isinstance(motion, Home) else self._launch(motion)
+        self._work, self._work_due_s = work, 0.0
 
     def _made(self, start: _Start) -> Motion | None:
         """Return the motion; None for one of no steps, or against a limit switch."""
@@ -426,7 +437,7 @@ class AxisDrive:
                 return None
             return Jog(value, self._kinematics(abs(value)), self._pixels())
         if verb is not Verb.MOVE_ABS:
-            raise BoardError("homing is not there yet")
+            return Home(1 if verb is Verb.HOME_FOR else -1)
         if self._unknown:
             raise BoardError(self._lost_position())
         here, target = axis.position_steps + self._offset_steps, whole(value)
@@ -466,6 +477,27 @@ class AxisDrive:
         if motion.feed is not None:
             yield from motion.feed.stream(1 / self._watch.pixel_hz)
 
+    def _launch_home(self, motion: Home) -> Steps:
+        """Begin a homing, when no other axis of the board seeks a switch."""
+        while self._watch.seeks not in (None, self):
+            yield _SEEKS_S
+        self._watch.seeks = self
+        yield from self._clear()
+        kinematics, room = self._kinematics(), self._axis().registers["queue_free"]
+        plan = plan_of(
+            self._watch, self.motor.axis, motion.direction, kinematics, self.motor.search_steps,
+            room,
+        )  # fmt: skip
+        yield 0.0
+        motion.start(self._watch, plan, self._home_over)
+        motion.armed(self._owner.now_s())
+        self._watch.look_soon()
+
+    def _home_over(self) -> None:
+        """The thread of a homing has ended; it calls this."""
+        self._watch.look_soon()
+        self._owner.wake()
+
     def _clear(self) -> Steps:
         look = self._look
         if look is not None and look.fault:
@@ -496,18 +528,27 @@ class AxisDrive:
         else:
             self._show(axis, moves=True)
 
+    def _judge_home(self, motion: Home, axis: AxisLook) -> None:
+        if not motion.over or axis.moves:
+            self._show(axis, moves=True)
+            return
+        motion.forget()
+        if motion.homed:
+            self._offset_steps, self._unknown, self._homed = 0, False, True
+        self._end(motion.text)
+
     def _judge_move(self, motion: Move, axis: AxisLook, made: int) -> None:
         over = axis.state in ("done", "loaded")
         now_s = self._owner.now_s()
         if motion.second and motion.queued_second and not motion.confirmed:
-            past = made >= 1 and motion.armed_s is not None
+            past = made >= motion.first_lines and motion.armed_s is not None
             if past and (over or now_s >= (motion.armed_s or 0.0) + motion.first_s):
                 self._first_over(motion, now_s)
                 return
         elif over and made >= motion.lines:
             self._end(self._misplaced(motion, axis))
             return
-        if over and made >= 1 and motion.confirmed:
+        if over and made >= motion.first_lines and motion.confirmed:
             self._again(motion, axis)
         elif over:
             self._end("the motion was ended by another program")
@@ -575,7 +616,7 @@ class AxisDrive:
 
     def _end(self, text: str) -> None:
         """The motor rests."""
-        self._motion = self._work = None
+        self._forget_motion()
         if text:
             self._problem = text
         follows = any(isinstance(one, _Start) for one in self._todo)
@@ -584,12 +625,19 @@ class AxisDrive:
             self._tell(moves=False)
         self._advance()
 
+    def _forget_motion(self) -> None:
+        if isinstance(self._motion, Home):
+            self._motion.interrupt()
+        if self._watch.seeks is self:
+            self._watch.seeks = None
+        self._motion = self._work = None
+
     def _was_reset(self, look: Look) -> None:
         """A board that was reset counts from 0: the last position is shown, and is not to trust."""
         here = look.axes[self.motor.axis].position_steps
         self._offset_steps = self._shown_steps - here
         self._unknown, self._homed = True, False
-        self._motion = self._work = None
+        self._forget_motion()
         self._todo.clear()
         self._problem = self._lost_position()
         self._report = True

@@ -205,6 +205,7 @@ class BusDrives(Mapping[str, AxisDrive]):
         return min(watch.due_s, max(earliest, expected))
 
     def _due_s(self) -> float:
+        """Return when something is due at the latest."""
         return min(
             *(drive.due_s for drive in self._drives.values()),
             *(self._look_due_s(unit) for unit in self._watches),

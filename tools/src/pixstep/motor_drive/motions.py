@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import chain
+from itertools import chain, islice
 
 from pixstep.motor_drive.feed import Feed
 from pixstep.motor_record.traffic import Command, Verb
@@ -26,6 +26,7 @@ _SEGMENT_S, _SEGMENT_PX = 0.08, 2  # of a jog: a line of its own, at least
 _SEGMENTS = 4  # so many are queued
 _LATE_S = 0.05  # from arming to the first step, at most
 _DRIFT = 1.01  # the board's oscillator against the host's clock, at most
+_FIRST_RUNS = 12  # of a long leg: a line of their own
 _SAME = 1e-9
 
 
@@ -174,6 +175,7 @@ class Move(Motion):
         self._steps = steps
         self._leg = Trapezoid(steps, first.kinematics, pixels.hz)
         self.queued_s = self.first_s = self._leg.lasts_s
+        self._parted = any(True for _ in islice(self._leg.runs(), _FIRST_RUNS, _FIRST_RUNS + 1))
 
     @property
     def target_steps(self) -> int:
@@ -185,13 +187,25 @@ class Move(Motion):
         )
 
     @property
+    def first_lines(self) -> int:
+        """How many lines the first leg has."""
+        return 1 + self._parted
+
+    @property
     def lines(self) -> int:
         """How many lines were queued."""
-        return 1 + self.queued_second
+        return self.first_lines + self.queued_second
 
     def entries(self) -> Iterator[Run]:
-        """Return the queue entries to begin with: of a short first leg, those of both legs."""
-        yield from line_entries(self._leg.runs())
+        """Return the queue entries to begin with: of a short first leg, those of both legs.
+
+        A board begins a line that is not there to its end only when three quarters of its queue are
+        full. A long leg therefore has its first runs as a line of their own.
+        """
+        runs = self._leg.runs()
+        if self._parted:
+            yield from line_entries(islice(runs, _FIRST_RUNS))
+        yield from line_entries(runs)
         if self.second and self.first_s <= self._lead_s:
             yield from self._second_entries()
 

@@ -104,8 +104,8 @@ class BoardWatch:
         self.resets = 0
         self.due_s = 0.0
         """When it is to be looked at next."""
-        self.homes = False
-        """Whether its image can seek a switch."""
+        self.seeks: object = None
+        """Whose switch is sought: one axis of a board at a time."""
         self._axes, self._together = axes, axes_together or axes
         self._wanted_hz, self._divider = wanted_hz, divider
         self._period_ticks = 0
@@ -191,7 +191,6 @@ class BoardWatch:
     def _learn(self) -> None:
         """Ask for what the board can do; set its clock if it is another one and can be set now."""
         self.board.who()
-        self.homes = self.board.has("homing")
         with contextlib.suppress(BusyError):  # something runs: motions go by the board's clock
             settings.set_clock(self.board, self._wanted_hz, divider=self._divider)
         self.limits = capability.connected_limits(self.board, axes=self._together)

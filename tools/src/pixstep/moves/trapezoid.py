@@ -168,6 +168,20 @@ class JogLaw:
         return math.copysign(base, target) if abs(speed) < base else speed
 
 
+def ramp_counts(wanted: Kinematics, pixel_hz: float) -> list[int]:
+    """Return the steps in each pixel of an acceleration to a speed: whole, 1 or more, not falling.
+
+    It is what a seek speeds up by, and slows down by mirrored.
+    """
+    top = max(1, math.floor(wanted.speed_steps_s / pixel_hz + _NEARLY))
+    counts: list[int] = []
+    speed, change = wanted.base_steps_s / pixel_hz, wanted.acceleration_steps_s2 / pixel_hz**2
+    while change > 0 and speed + change / 2 < top:
+        counts.append(max(1, math.floor(speed + change / 2)))
+        speed += change
+    return [*counts, top]
+
+
 def spread(steps: int, pixels: int) -> Iterator[Run]:
     """Return steps that are spread over pixels as evenly as their number allows."""
     low, more = divmod(steps, pixels)
