@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from effort import cases
-from motor_bench import STOP, driven, home, jog, move, rising_s, speeds
+from drive_bench import STOP, driven, home, jog, move, rising_s, speeds
 from pixstep.motor_record.traffic import Command, Msta, Verb
 from pixstep.moves.trapezoid import Kinematics, Trapezoid
 

@@ -6,7 +6,7 @@ import time
 import pytest
 
 import pixstep as px
-from motor_bench import STOP, Watched, move
+from drive_bench import STOP, Watched, move
 from pixstep.board.port import Port
 from pixstep.motor_drive import BusDrives, DrivenMotor, Pacer
 from pixstep.motor_record.traffic import Msta

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from effort import cases
-from motor_bench import RecordAbove, driven, rising_s
+from drive_bench import RecordAbove, driven, rising_s
 from pixstep.motor_record.traffic import Verb
 
 pytestmark = pytest.mark.usefixtures("simulator")

@@ -3,8 +3,8 @@
 
 import click
 
-from pixstep import __version__
 from pixstep.cli.command import Group
+from pixstep.version import __version__
 from pixstep_dev.cli import bench, campaign, docs, fuzz, motor_record, mutants, robustness, wheels
 
 

@@ -38,18 +38,22 @@ class Bench:
         return outcome
 
     def put(self, name: str, value: float | str) -> Outcome | None:
-        """Write as a client does; None if the record does not take that.
+        """Write as a client does; None if the record does not take that."""
+        try:
+            return self.take(self.record.put(name, value))
+        except PutRefusedError:
+            return None
 
-        A pending status is not delivered before the write: the record reads it as it processes.
-        """
+    def put_as_recorded(self, name: str, value: float | str) -> None:
+        """Write, and let the record read a pending status as it processes, as the real one does."""
         pending = self.stepper.status() if self.stepper.status_wanted else None
         try:
             outcome = self.record.put(name, value, pending)
         except PutRefusedError:
-            return None
+            return
         if FIELDS[name].processes:
             self.stepper.status_wanted = False
-        return self.take(outcome)
+        self.take(outcome)
 
     def tick(self) -> Outcome | None:
         """Let 20 ms of the motor's time pass."""

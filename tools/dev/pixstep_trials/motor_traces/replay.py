@@ -22,15 +22,28 @@ LINKS: Final[dict[str, LinkName]] = {"link": "RDBL", "dol": "DOL"}
 
 def read(path: Path) -> Iterator[Trace]:
     """Yield the traces of a file of JSON lines, packed by xz where its name says so."""
-    with lzma.open(path, "rt") if path.suffix == ".xz" else path.open() as stream:
-        for number, line in enumerate(stream, 1):
-            try:
-                trace = json.loads(line)
-            except ValueError:
-                raise RefusedError(f"{path}:{number}: no JSON") from None
-            if not isinstance(trace, dict) or not trace.keys() >= KEYS:
-                raise RefusedError(f"{path}:{number}: a trace has {', '.join(sorted(KEYS))}")
-            yield trace
+    number = 0
+    for number, line in enumerate(_lines(path), 1):
+        try:
+            trace = json.loads(line)
+        except ValueError:
+            raise RefusedError(f"{path}:{number}: no JSON") from None
+        if not isinstance(trace, dict) or not trace.keys() >= KEYS:
+            raise RefusedError(f"{path}:{number}: a trace has {', '.join(sorted(KEYS))}")
+        yield trace
+    if not number:
+        raise RefusedError(f"{path}: there is no trace in it")
+
+
+def _lines(path: Path) -> Iterator[str]:
+    """Yield the lines of a text, packed or not."""
+    try:
+        with lzma.open(path, "rt") if path.suffix == ".xz" else path.open() as stream:
+            yield from stream
+    except (lzma.LZMAError, EOFError):
+        raise RefusedError(f"{path}: not packed by xz, or cut off") from None
+    except UnicodeDecodeError:
+        raise RefusedError(f"{path}: no text in UTF-8") from None
 
 
 def replay(trace: Trace) -> Difference | None:
@@ -57,7 +70,7 @@ def begin(trace: Trace) -> Bench:
     bench.take(record.initialise(bench.stepper.status()))
     bench.ticks(2)
     if "UEIP" in initial:
-        bench.put("UEIP", initial["UEIP"])
+        bench.put_as_recorded("UEIP", initial["UEIP"])
         bench.ticks(2)
     bench.forget()
     return bench
@@ -69,7 +82,7 @@ def operate(bench: Bench, operation: Sequence[Any]) -> tuple[int, bool] | None:
     if name == "settle":
         return bench.settle()
     if name == "put" and arguments[0] in FIELDS:
-        bench.put(*arguments)
+        bench.put_as_recorded(*arguments)
     elif name == "adv":
         bench.ticks(arguments[0])
     elif name == "sim" and arguments[0] in KNOBS:

@@ -15,14 +15,12 @@ from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from pixstep import arguments, outfolder
 from pixstep.api import given
-from pixstep.api.axes import Lines
-from pixstep.api.axes import by_axis as axes_of
-from pixstep.api.clocking import Clocking
 from pixstep.api.clocks import ClockErrors, ClockFigures, PixelClock
 from pixstep.api.given import Hz
 from pixstep.api.motions import MotionLine
-from pixstep.api.shown import Facts, Shown, count, frame
-from pixstep.api.ticks import Ticks
+from pixstep.api.running import Clocking, Lines
+from pixstep.api.running import by_axis as axes_of
+from pixstep.api.shown import Facts, Shown, Ticks, count, frame
 from pixstep.api.words import BoardKind, Sync
 from pixstep.board import boards
 from pixstep.errors import PlainError, UserError
@@ -48,7 +46,6 @@ else:
     np, npt = lazy("numpy"), lazy("numpy.typing")
 
 _Drawn = TypeVar("_Drawn")
-MOST_SEED = 0xFFFFFFFF
 
 
 class RunFailedError(PlainError):
@@ -282,7 +279,7 @@ def simulate(
     hz = given.exact_hz(pixel_hz) or first.hz
     clock = PixelClock() if clock is None else clock
     clock = arguments.instance("clock", clock, PixelClock, "a PixelClock")
-    clocking = Clocking.of(by_axis, sync, divider, gate_edges)
+    clocking = Clocking(sync, divider, gate_edges).of_lines(by_axis)
     arguments.function("progress", progress)
     _refuse(by_axis, kind, hz, clocking, check=arguments.flag("check", check))
     if arguments.flag("vcd", vcd) and out is None:
@@ -297,7 +294,7 @@ def simulate(
         divider=clocking.divider or 1,
         gate_edges=clocking.gate_edges or 0,
         serial_load=arguments.flag("serial_load", serial_load),
-        seed=arguments.whole("seed", seed, high=MOST_SEED),
+        seed=arguments.whole("seed", seed, high=given.MOST_SEED),
         plants=_plants(plant, by_axis),
         vcd=vcd,
     )

@@ -14,7 +14,7 @@ from pydantic import BaseModel, ValidationError
 
 from pixstep import atomic, tomltext
 from pixstep.board import boards
-from pixstep.errors import RefusedError, UserError, one_line
+from pixstep.errors import AskedText, RefusedError, UserError, one_line
 from pixstep.machine import describe, model
 from pixstep.machine.model import MachineTables, contradictions
 from pixstep.profiles import origin
@@ -172,6 +172,7 @@ steps_per_unit = "400 steps/mm" # or "2.5 um/step", "12.5 steps/deg"
 direction = "+" # "-": the load's positive direction is the motor's negative one
 backlash = "0 um" # play between motor and load
 # home_is_limit = "plus" # its home switch is the motor's plus limit switch, too
+# epics.fields = {{ DLLM = 0, DHLM = 100 }} # of its motor record, for `pixstep ioc`
 # profiles.line = {profile} # beside this file; for `line make`
 # profiles.move = "AccProf-fast-move.csv" # for `move` and `home`: profiles.home
 
@@ -220,7 +221,8 @@ def new_text(
         found = parse(made)
     wrong = next(describe.warnings(found), None)
     if wrong:
-        raise UserError(wrong + (f": --divider {enough} would do" if enough else ""))
+        would = f": {{divider}} {enough} would do" if enough else ""
+        raise UserError(AskedText("{wrong}" + would, wrong=wrong))
     return made
 
 

@@ -70,6 +70,11 @@ class AxisDrive:
         return self._inbox.overtaken(status)
 
     @property
+    def offset_steps(self) -> int:
+        """What the drive adds to the board's register; gone with the process, see `seam.py`."""
+        return self._offset_steps
+
+    @property
     def problem(self) -> str:
         """Why PROBLEM or COMM_ERR is set, in words; "" if neither is."""
         return self._watch.trouble or self.work.statuses.problem

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
 """What there is to know about one field of the record, and how a client's value becomes its own."""
 
-import math
 import struct
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cached_property
 
 from pixstep.errors import MISUSE, PlainError
 from pixstep.motor_record.menus import OTHER_TEXTS
@@ -39,6 +39,9 @@ class FieldType(StrEnum):
     LINK = "link"
 
 
+HIGHEST = 1e100
+"""Of any number: sums and products of a few of them are still numbers."""
+
 TEXTS = (FieldType.STRING, FieldType.LINK)
 BITS = {
     FieldType.LONG: 32,
@@ -70,7 +73,7 @@ class Field:
     size: int = 40
     """Of a text: how many bytes the record has for it, with the zero at the end."""
 
-    @property
+    @cached_property
     def attribute(self) -> str:
         """The name of the field among the values of the model."""
         return self.name.lower()
@@ -109,16 +112,16 @@ class Field:
             number = float(value)
         except ValueError:
             raise PutRefusedError(self.name, value, f"{wanted} is wanted") from None
-        if not math.isfinite(number):
-            raise PutRefusedError(self.name, value, "a finite number is wanted")
+        if not abs(number) <= HIGHEST:
+            raise PutRefusedError(self.name, value, f"a number of at most {HIGHEST:g} is wanted")
         return number
 
     def _single(self, number: float) -> float:
         try:
-            packed = struct.pack("f", number)
+            packed = struct.pack("<f", number)
         except OverflowError:
             raise PutRefusedError(self.name, number, "at most 3.4e38") from None
-        single: float = struct.unpack("f", packed)[0]
+        single: float = struct.unpack("<f", packed)[0]
         return single
 
     def _whole(self, number: float) -> int:
