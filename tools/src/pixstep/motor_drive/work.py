@@ -52,7 +52,8 @@ class AxisWork:
         self._work: Steps | None = None
         self._work_due_s = 0.0
         self._stop_wanted = False
-        self._offset_steps = 0
+        self.offset_steps = 0
+        """What is added to the board's register: see `seam.py`."""
         self._unknown = False  # the position, since a reset of the board
         self._resets = 0
         self._left = False  # a part of a line that this drive has queued and that will not run
@@ -282,7 +283,7 @@ class AxisWork:
 
     def _load(self, position: float) -> None:
         """Make a position that of the motor where it is."""
-        self._offset_steps = set_position(whole(position), self._axis.position_steps)
+        self.offset_steps = set_position(whole(position), self._axis.position_steps)
         self._unknown, self.statuses.problem = False, ""
         self.statuses.position_steps = self._position_steps
         self.statuses.at_once = True
@@ -296,7 +297,7 @@ class AxisWork:
             if self._unknown and start.command.verb is Verb.MOVE_ABS:
                 raise BoardError(self._lost_position)
             wanted = self._wanted.kinematics
-            motion = self._starting.motion(start, self._axis, self._offset_steps, wanted)
+            motion = self._starting.motion(start, self._axis, self.offset_steps, wanted)
         except BoardError as error:
             self.statuses.problem = str(error)
             return
@@ -393,7 +394,7 @@ class AxisWork:
             return
         motion.forget()
         if motion.homed:
-            self._offset_steps, self._unknown, self.statuses.homed = 0, False, True
+            self.offset_steps, self._unknown, self.statuses.homed = 0, False, True
         self._end(motion.text)
 
     def _first_over(self, motion: Move) -> None:
@@ -467,7 +468,7 @@ class AxisWork:
 
     def _was_reset(self) -> None:
         """A board that was reset counts from 0: the last position is shown, and is not to trust."""
-        self._offset_steps = self.statuses.position_steps - self._axis.position_steps
+        self.offset_steps = self.statuses.position_steps - self._axis.position_steps
         self._unknown, self.statuses.homed = True, False
         self._forget_motion()
         self._todo.clear()
@@ -499,7 +500,7 @@ class AxisWork:
     @property
     def _position_steps(self) -> int:
         """The record's raw position."""
-        return self._axis.position_steps + self._offset_steps
+        return self._axis.position_steps + self.offset_steps
 
     def _show(self, *, moves: bool) -> None:
         """Tell a look at the axis: each one that moves, another one if it says something new."""
