@@ -7,8 +7,8 @@ import time
 import numpy as np
 import pytest
 
-from effort import cases
 from drive_bench import STOP, driven, home, jog, move, rising_s, speeds
+from effort import cases
 from pixstep.motor_record.traffic import Command, Msta, Verb
 from pixstep.moves.trapezoid import Kinematics, Trapezoid
 

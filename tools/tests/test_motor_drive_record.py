@@ -7,8 +7,8 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from effort import cases
 from drive_bench import RecordAbove, driven, rising_s
+from effort import cases
 from pixstep.motor_record.traffic import Verb
 
 pytestmark = pytest.mark.usefixtures("simulator")
