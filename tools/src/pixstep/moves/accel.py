@@ -7,7 +7,7 @@ from itertools import accumulate
 from pathlib import Path
 
 from pixstep import formats
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.formats.header import HEADER_LINES
 from pixstep.formats.motion import BLOCKS, CSB_KIND
 from pixstep.lines.line import SMOOTH, Line
@@ -119,10 +119,11 @@ def _check_top(profile: Acceleration, file: formats.MotionFile, number: int) -> 
     """Refuse an entry beyond what a pixel can hold."""
     for index, count in enumerate(profile.counts):
         if count > MAX_COUNT:
-            raise RefusedError(
-                f"{_place(file, number, index)}: {count} steps in a pixel, the board takes at most "
-                f"{MAX_COUNT} (--max-speed limits it)"
-            )
+            raise RefusedError(AskedText(
+                "{place}: {count} steps in a pixel, the board takes at most {most} ({max_speed} "
+                "limits it)",
+                place=_place(file, number, index), count=count, most=MAX_COUNT,
+            ))  # fmt: skip
 
 
 def _place(file: formats.MotionFile, number: int, index: int) -> str:

@@ -4,6 +4,7 @@
 from dataclasses import dataclass
 
 INVERTED = {"none": 0, "home": 1, "limits": 2, "both": 3}
+FILTER_US = (100, 20_000)  # the range of the setting
 SHARED = {"none": 0, "minus": 1, "plus": 2}  # the limit that the home switch is too
 _ESTOP = 4  # bit of inputs_inverted
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from pixstep.board.capability import BoardLimits
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.lines import core
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.runs import Seek, queue_entries, seek_entries
@@ -14,7 +14,8 @@ from pixstep.moves import fast
 from pixstep.moves.accel import Acceleration
 from pixstep.moves.seeklines import require_smooth, seek_line
 
-MAX_SEARCH_STEPS = 10_000_000
+DIRECTIONS = {"plus": 1, "minus": -1}
+SEARCH_STEPS, MAX_SEARCH_STEPS = 20_000, 10_000_000
 REACTION_S = Fraction(10, 1000)  # the board decodes 8 ms ahead, and the switch is filtered
 
 
@@ -34,7 +35,7 @@ class HomingRequest:
     direction: int
     haps: int | None = None
     slow: int | None = None
-    search_steps: int = 20_000
+    search_steps: int = SEARCH_STEPS
     clear_steps: int | None = None
     decode: str = PLAIN
     turned: bool = False
@@ -159,9 +160,10 @@ def _haps(profile: Acceleration, request: HomingRequest) -> int:
     if request.haps is not None:
         return request.haps
     if not profile.haps:
-        raise UserError(
-            f"{profile.source}: does not say how many entries homing may use (HAPs): give --haps"
-        )
+        raise UserError(AskedText(
+            "{source}: does not say how many entries homing may use (HAPs): give {haps}",
+            source=profile.source,
+        ))  # fmt: skip
     return profile.haps
 
 

@@ -7,7 +7,7 @@ two highest pixels would be equal counts entered at another speed.
 
 from itertools import pairwise
 
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.lines import line_check
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.runs import Seek
@@ -57,7 +57,8 @@ def require_smooth(ramp: Acceleration) -> None:
     found = [*((min(item.pixel, last), item.message) for item in errors), *falls]
     if found:
         entry, why = min(found, key=lambda item: item[0])
-        raise RefusedError(
-            f"{ramp.source}: entry {entry}, decoded as smooth: {why}; `pixstep profile check` "
-            f"shows all, `pixstep profile repair` mends, --decode plain takes it as it is"
-        )
+        raise RefusedError(AskedText(
+            "{source}: entry {entry}, decoded as smooth: {why}; `pixstep profile check` "
+            "shows all, `pixstep profile repair` mends, {decode} plain takes it as it is",
+            source=ramp.source, entry=entry, why=why,
+        ))  # fmt: skip
