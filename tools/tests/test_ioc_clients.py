@@ -21,8 +21,10 @@ QUICK = MACHINE.replace("DHLM = 100,", "VELO = 400, VMAX = 400, BVEL = 400, DHLM
 )
 MOVES, BOARD_MOVES = cases((10, 5), (2500, 100))
 PROGRAMS = ("pyepics_motor.py", "ophyd_motor.py", "ophyd_async_motor.py", "caproto_motor.py")
-BOARD = MACHINE.replace("5 mm/s", "40 mm/s").replace("50 mm/s2", "400 mm/s2").replace(
-    'backlash = "8 steps"', ""
+BOARD = (
+    MACHINE.replace("5 mm/s", "40 mm/s")
+    .replace("50 mm/s2", "400 mm/s2")
+    .replace('backlash = "8 steps"', "")
 )
 OPHYDS = """
 [clock]
