@@ -35,9 +35,8 @@ from pixstep.__main__ import run
 run()
 """
 DRAWINGS = {
-    "moves.fastplot", "moves.homeplot", "plotting", "profiles.figure",
-    "programs.figure", "reversals.picture", "simulation.clockplot",
-    "simulation.load_plot", "simulation.overview", "simulation.plots", "trajectories.picture",
+    "moves.plots", "plotting", "profiles.figure",
+    "programs.figure", "reversals.picture", "simulation.plots", "trajectories.picture",
 }  # fmt: skip
 LINE = ("line.csv", "--decode", "smooth", "--pixel-hz", "30")
 MAKE = (

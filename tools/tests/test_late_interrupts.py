@@ -13,7 +13,7 @@ import pytest
 from lockbench import LockBench
 from pixstep.board import boards
 from pixstep.lines.line import PLAIN, Line
-from pixstep.simulation.edges import read_edges
+from pixstep.simulation.logs import read_edges
 from test_lock import errors, ppm
 
 HZ = 100

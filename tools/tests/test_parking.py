@@ -16,8 +16,8 @@ from pixstep.board.run import arm
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.units import period_ticks
 from pixstep.simulation import verdict
-from pixstep.simulation.edges import read_clock, read_edges
-from pixstep.simulation.simboard import SimulatedBoard
+from pixstep.simulation.logs import read_clock, read_edges
+from pixstep.simulation.simulated_board import SimulatedBoard
 
 pytestmark = pytest.mark.usefixtures("simulator")
 

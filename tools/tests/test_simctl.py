@@ -14,9 +14,9 @@ from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
-from pixstep.simulation.edges import read_edges
-from pixstep.simulation.simboard import SimLink
-from pixstep.simulation.simctl import SimOptions, SimulatorError
+from pixstep.simulation.logs import read_edges
+from pixstep.simulation.simulated_board import SimLink
+from pixstep.simulation.simulator import SimOptions, SimulatorError
 
 pytestmark = pytest.mark.usefixtures("simulator")
 BOARDS = boards.BOARD_NAMES

@@ -12,7 +12,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, rule, run_sta
 from clock import TICK_HZ
 from effort import TRIED_BOARDS, cases
 from pixstep.board import registers as regs
-from pixstep.simulation.simctl import Permit, Simulator
+from pixstep.simulation.simulator import Permit, Simulator
 from pixstep_dev.robustness.orders import actions, campaign
 from pixstep_dev.robustness.orders.guard import Guard
 from pixstep_dev.robustness.orders.world import Outcome, World

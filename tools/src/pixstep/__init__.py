@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from pixstep.errors import PlainError, RefusedError, UserError
     from pixstep.lines.line_check import Finding, Limits
     from pixstep.moves.homing import HomingError
-    from pixstep.simulation.simpipe import SimulatorError
+    from pixstep.simulation.simulator import SimulatorError
 
 __all__ = [
     "AxisProgress",

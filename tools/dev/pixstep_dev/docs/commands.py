@@ -19,7 +19,7 @@ from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.progress import Progress, unseen
-from pixstep.simulation.simboard import SimulatedBoard
+from pixstep.simulation.simulated_board import SimulatedBoard
 from pixstep_dev.markdown import table
 from pixstep_trials.wire import seal
 

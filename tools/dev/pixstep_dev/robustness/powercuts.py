@@ -13,8 +13,8 @@ from pixstep.board import settings
 from pixstep.board.device import Board
 from pixstep.board.errors import BoardError
 from pixstep.progress import Progress, unseen
-from pixstep.simulation.simboard import SimulatedBoard
-from pixstep.simulation.simctl import Simulator
+from pixstep.simulation.simulated_board import SimulatedBoard
+from pixstep.simulation.simulator import Simulator
 
 _STORE_S = 0.22  # of which 53 bytes take 3.4 ms each
 _COMMAND_S = 0.004  # the request that begins it is on the line for 2 ms

@@ -28,8 +28,8 @@ from pixstep.board.upload import Upload
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.progress import Progress, unseen
-from pixstep.simulation.simboard import SimLink
-from pixstep.simulation.simctl import SimOptions, Simulator
+from pixstep.simulation.simulated_board import SimLink
+from pixstep.simulation.simulator import SimOptions, Simulator
 
 SYNCS = ("start", "lock")
 FLAWS = ("none", "none", "none", "miss", "false", "double")

@@ -22,9 +22,8 @@ from pixstep.lines.line import PLAIN
 from pixstep.moves import accel, fast, legs
 from pixstep.moves.accel import Acceleration
 from pixstep.moves.homing import Homed, Leg
-from pixstep.moves.inputs import INVERTED, SHARED, Inputs
-from pixstep.moves.legs import HomingPlan, HomingRequest
-from pixstep.moves.onboard import (
+from pixstep.moves.legs import INVERTED, SHARED, HomingPlan, HomingRequest, Inputs
+from pixstep.moves.on_board import (
     Clock,
     HomingOnBoard,
     Moved,

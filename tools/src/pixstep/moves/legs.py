@@ -1,21 +1,30 @@
 # SPDX-License-Identifier: MIT
-"""What homing is to do: speeds, distances and the seek lines of its legs."""
+"""What homing is to do: speeds, distances, the seek lines of its legs, the switches.
+
+A seek line goes up the first entries of a profile, holds its speed, and goes down mirrored. A
+smooth one holds the boundary speed behind its last entry, at least for a pixel: without it the two
+highest pixels would be equal counts entered at another speed.
+"""
 
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import pairwise
 
 from pixstep.board.capability import BoardLimits
 from pixstep.errors import RefusedError, UserError
-from pixstep.lines import core
-from pixstep.lines.line import PLAIN, SMOOTH
+from pixstep.lines import core, line_check
+from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.runs import Seek, queue_entries, seek_entries
 from pixstep.lines.units import hz_text
 from pixstep.moves import fast
 from pixstep.moves.accel import Acceleration
-from pixstep.moves.seeklines import require_smooth, seek_line
 
 MAX_SEARCH_STEPS = 10_000_000
 REACTION_S = Fraction(10, 1000)  # the board decodes 8 ms ahead, and the switch is filtered
+
+INVERTED = {"none": 0, "home": 1, "limits": 2, "both": 3}
+SHARED = {"none": 0, "minus": 1, "plus": 2}  # the limit that the home switch is too
+_ESTOP = 4  # bit of inputs_inverted
 
 
 @dataclass(frozen=True)
@@ -187,3 +196,81 @@ def _slow(ramp: Acceleration, request: HomingRequest) -> int:
             f"{ramp.source}, because it starts from rest"
         )
     return slow
+
+
+def seek_line(
+    ramp: Acceleration, direction: int, steps: int, *, opens: bool = False, decode: str = PLAIN
+) -> Seek:
+    """Return the longest line of at most `steps` steps: up the ramp, held, down mirrored.
+
+    Of a short distance the ramp's upper entries stay unused. Raises UserError if not even the line
+    through the first entry fits.
+    """
+    least_px = int(decode == SMOOTH)  # held at least
+    sums, speeds = ramp.stopping_sums(), ramp.speeds(decode)
+    # One held pixel counts in either; the last entry of a plain ramp is the first one held.
+    least = [2 * sums[index + least_px] + speed for index, speed in enumerate(speeds)]
+    fitting = [index for index, length in enumerate(least) if length <= steps]
+    if not fitting:
+        what = f"the first entry of {ramp.source}, {least[0]} steps"
+        if decode == SMOOTH:
+            what = f"a smooth line needs by the first entry of {ramp.source}, {least[0]} steps"
+        raise UserError(f"search distance {steps} is less than {what}")
+    last = fitting[-1]
+    rising = tuple(direction * count for count in ramp.counts[: last + 1])
+    hold = least_px + (steps - least[last]) // speeds[last]
+    return Seek(rising, hold, opens, smooth=decode == SMOOTH)
+
+
+def require_smooth(ramp: Acceleration) -> None:
+    """Refuse a ramp that a smooth axis cannot follow, or not back from any of its pixels.
+
+    The line check's errors count, and every speed that falls: the stop goes down the ramp from
+    wherever the switch comes, so each speed must lie above those before it. Raises UserError.
+    """
+    speeds = ramp.speeds(SMOOTH)
+    # Holding longer than two pixels changes nothing: the speed stays as it is.
+    line = Line((*ramp.counts, speeds[-1], speeds[-1], *reversed(ramp.counts)))
+    errors = [item for item in line_check.check(line) if item.severity == line_check.ERROR]
+    falls = [
+        (entry, f"the speed falls from {low} to {high}")
+        for entry, (low, high) in enumerate(pairwise((0, *speeds)), 1)
+        if high < low
+    ]
+    last = len(ramp.counts)  # what is wrong with the held speed is its entry's fault
+    found = [*((min(item.pixel, last), item.message) for item in errors), *falls]
+    if found:
+        entry, why = min(found, key=lambda item: item[0])
+        raise RefusedError(
+            f"{ramp.source}: entry {entry}, decoded as smooth: {why}; `pixstep profile check` "
+            f"shows all, `pixstep profile repair` mends, --decode plain takes it as it is"
+        )
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """Settings of the inputs; None leaves the board's.
+
+    `inverted` are the switches that are tripped when their pin is high, a key of INVERTED;
+    `home_is_limit` is the limit switch that an axis' home switch is too, a key of SHARED.
+    """
+
+    inverted: str | None = None
+    filter_us: int | None = None
+    home_is_limit: str | None = None
+
+    def settings(self, old: dict[str, int], axis: int) -> dict[str, int]:
+        """Return the settings for an axis; what is another axis' or another switch's stays."""
+        wanted: dict[str, int] = {}
+        if self.inverted is not None:
+            wanted["inputs_inverted"] = old["inputs_inverted"] & _ESTOP | INVERTED[self.inverted]
+        if self.filter_us is not None:
+            wanted["input_filter_us"] = self.filter_us
+        if self.home_is_limit is not None:
+            wanted["home_is_limit"] = shared_limits(old["home_is_limit"], axis, self.home_is_limit)
+        return wanted
+
+
+def shared_limits(word: int, axis: int, limit: str) -> int:
+    """Return setting `home_is_limit` with another limit for one axis: none, minus or plus."""
+    return word & ~(3 << 2 * axis) | SHARED[limit] << 2 * axis

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""From what a run left behind to its verdict: summary.json and the rows of pixels.csv."""
+"""From what a run left behind to its verdict: summary.json, the rows of pixels.csv, the loads."""
 
 from __future__ import annotations
 
@@ -11,11 +11,13 @@ from pixstep.lazy import lazy
 from pixstep.lines import exact
 from pixstep.lines.line import Line
 from pixstep.lines.units import edge_tick, hz_text
-from pixstep.simulation import clockjudge, pixelgrid, verdict
-from pixstep.simulation.pixelgrid import PixelGrid
+from pixstep.reversals.compensate import strokes
+from pixstep.simulation import clock_judge, pixel_clock, verdict
+from pixstep.simulation.job import FREE, START, Job, RunResult
+from pixstep.simulation.logs import AxisPlant
+from pixstep.simulation.pixel_clock import PixelGrid
 from pixstep.simulation.report import PixelRow
-from pixstep.simulation.simrun import FREE, START, Job, RunResult
-from pixstep.simulation.summary import Refusal, Shares, Summary
+from pixstep.simulation.summary import Load, Refusal, Shares, Summary
 
 if TYPE_CHECKING:
     import numpy as np
@@ -34,7 +36,7 @@ class Judgement:
     pixels: list[PixelRow]
     axes: list[verdict.AxisVerdict]
     grids: dict[int, PixelGrid] = field(default_factory=dict)  # of the axes that made a step
-    kept: dict[int, clockjudge.Kept] = field(default_factory=dict)  # of those that the clock starts
+    kept: dict[int, clock_judge.Kept] = field(default_factory=dict)  # of those on the clock
 
     @property
     def passed(self) -> bool:
@@ -92,7 +94,7 @@ def _judge_axis(result: RunResult, axis: int) -> tuple[verdict.AxisVerdict, Pixe
     else:
         found = verdict.judge_axis(line, job.period, edges, *of, tick_hz=job.tick_hz)
         if found.line_zero_cycle is not None:
-            grid = pixelgrid.nominal(line, job.period, found.line_zero_cycle)
+            grid = pixel_clock.nominal(line, job.period, found.line_zero_cycle)
     state = result.axis_states.get(axis, {})
     found.underruns = state.get("underruns", 0)
     if found.underruns:
@@ -110,7 +112,7 @@ def _stopped_at(result: RunResult, found: verdict.AxisVerdict) -> float:
 
 def _judge_clock(
     result: RunResult, axes: list[verdict.AxisVerdict], grids: dict[int, PixelGrid]
-) -> dict[int, clockjudge.Kept]:
+) -> dict[int, clock_judge.Kept]:
     """Return how each axis kept to the clock, unless lines ignore it; note what is wrong."""
     job, found = result.job, {}
     for of in axes:
@@ -119,11 +121,13 @@ def _judge_clock(
             continue
         edges = result.edges.axis(_BOARD, of.axis)
         grid, stopped_at = grids[of.axis], _stopped_at(result, of)
-        kept = clockjudge.keep(job, of.axis, line, edges, grid, result.clock, stopped_at=stopped_at)
+        kept = clock_judge.keep(
+            job, of.axis, line, edges, grid, result.clock, stopped_at=stopped_at
+        )
         if kept is None:
             continue
         found[of.axis] = kept
-        of.reasons += clockjudge.reasons(job, kept) + clockjudge.gate_reasons(job, kept)
+        of.reasons += clock_judge.reasons(job, kept) + clock_judge.gate_reasons(job, kept)
         if job.locked:
             of.last_steps_on_edge = int(kept.on_edge)
             of.last_steps_off_edge = len(kept.pixels) - of.last_steps_on_edge
@@ -146,7 +150,7 @@ def _common_zero(
     }
     waited = sorted({zero for axis, zero in zeros.items() if job.lines[axis].clocked})
     if job.locked:
-        reasons += clockjudge.apart(job, grids)
+        reasons += clock_judge.apart(job, grids)
     elif job.sync != FREE and len(waited) > 1:
         reasons.append(f"the axes do not share one line zero: cycles {waited}")
     return min(zeros.values(), default=None)
@@ -199,8 +203,8 @@ def _positions(result: RunResult, axis: int, bounds: np.ndarray) -> list[int]:
     made: list[int] = verdict.actual_positions(edges, bounds).tolist()
     if not result.job.locked:
         return made
-    before = verdict.actual_positions(edges, bounds - clockjudge.EDGE_TICKS).tolist()
-    after = verdict.actual_positions(edges, bounds + clockjudge.EDGE_TICKS).tolist()
+    before = verdict.actual_positions(edges, bounds - clock_judge.EDGE_TICKS).tolist()
+    after = verdict.actual_positions(edges, bounds + clock_judge.EDGE_TICKS).tolist()
     records = result.records.get(axis, {})
     for index, ends in enumerate(zip(before, after, strict=True)):
         record = records.get(index + 1)
@@ -293,7 +297,7 @@ def _summary(
         else "mixed",
         "pixel_hz": hz_text(job.pixel_hz).removesuffix("/1"),
         "pixel_ppm": job.pixel_ppm,
-        "clock": clockjudge.clock_summary(result),
+        "clock": clock_judge.clock_summary(result),
         "tick_hz": job.tick_hz,
         "seed": job.seed,
         "record_every": result.record_every,
@@ -343,3 +347,79 @@ def _shares(result: RunResult) -> Shares:
         "interrupt_share": round(interrupts / cycles, 6),
         "section_cycles": sections,
     }
+
+
+@dataclass(frozen=True)
+class AxisLoad:
+    """The load of one axis at the pixel edges 1..N, in steps from its start.
+
+    `spans` are the transitions of a compensated line, as (first, last) 1-based pixels.
+    """
+
+    axis: int
+    ideal_steps: np.ndarray
+    load_steps: np.ndarray
+    spans: tuple[tuple[int, int], ...]
+
+    @property
+    def errors(self) -> np.ndarray:
+        """Load minus ideal at each pixel edge."""
+        errors: np.ndarray = self.load_steps - self.ideal_steps
+        return errors
+
+    @property
+    def outside(self) -> np.ndarray:
+        """True for each pixel edge that lies in no transition."""
+        away = np.ones(len(self.load_steps), dtype=bool)
+        for first, last in self.spans:
+            away[first - 1 : last] = False
+        return away
+
+    def summary(self) -> Load:
+        """Return the largest errors and where they are, as plain data of summary.json."""
+        worst, pixel = _worst(self.errors)
+        outside, outside_pixel = _worst(np.where(self.outside, self.errors, 0))
+        return {
+            "max_load_error_steps": worst,
+            "max_load_error_pixel": pixel,
+            "max_load_error_outside_steps": outside,
+            "max_load_error_outside_pixel": outside_pixel,
+            "transitions": [list(span) for span in self.spans],
+        }
+
+
+def axis_load(
+    axis: int, line: Line, ideal: tuple[int, ...] | None, plant: AxisPlant, edge_cycles: list[int]
+) -> AxisLoad:
+    """Return an axis' load at the cycles of its pixel edges.
+
+    `ideal` are the counts that the load should follow, one a pixel; None: those of the line.
+    """
+    wanted = [line.direction * count for count in line.counts] if ideal is None else list(ideal)
+    return AxisLoad(
+        axis,
+        np.cumsum(wanted),
+        plant.load_at(np.array(edge_cycles, dtype=np.int64)),
+        tuple(transition_spans(wanted, line.counts) if ideal is not None else ()),
+    )
+
+
+def transition_spans(ideal: list[int], made: tuple[int, ...]) -> list[tuple[int, int]]:
+    """Return (first, last) 1-based pixels of each stroke's transition.
+
+    It begins with the stroke and ends with the last pixel whose count is not the ideal one.
+    """
+    spans = []
+    for stroke in strokes(ideal):
+        changed = [k for k in range(stroke.start, stroke.end) if ideal[k] != made[k]]
+        if changed:
+            spans.append((stroke.start + 1, changed[-1] + 1))
+    return spans
+
+
+def _worst(errors: np.ndarray) -> tuple[int, int | None]:
+    """Return the error of the largest magnitude and its 1-based pixel; (0, None) if all are 0."""
+    if not np.any(errors):
+        return 0, None
+    index = int(np.argmax(np.abs(errors)))
+    return int(errors[index]), index + 1

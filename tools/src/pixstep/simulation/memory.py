@@ -15,7 +15,7 @@ from functools import cache
 from pathlib import Path
 
 from pixstep import natives
-from pixstep.simulation.simctl import Simulator
+from pixstep.simulation.simulator import Simulator
 
 _SOURCE = "app/axes.c"  # every source of core and app is built with its options
 _PROBE = """

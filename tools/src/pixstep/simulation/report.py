@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypedDict
 from pixstep import atomic
 from pixstep.errors import FINE, NEGATIVE, REFUSED
 from pixstep.lazy import lazy
-from pixstep.simulation import clockjudge
+from pixstep.simulation import clock_judge
 from pixstep.simulation.summary import Load, Summary
 
 if TYPE_CHECKING:
@@ -110,7 +110,7 @@ def print_files(console: Printer, out: Path) -> None:
 
 def _headline(summary: Summary) -> str:
     parts = [f"{summary['board']}, {summary['decode']} decoding, {summary['pixel_hz']} Hz"]
-    parts += clockjudge.parts(summary)
+    parts += clock_judge.parts(summary)
     if summary["record_every"] > 1:
         parts.append(f"records of every {summary['record_every']} pixels")
     if summary["serial_load"]:
@@ -154,9 +154,9 @@ def _edges_meaning(summary: Summary) -> str:
     """
     if summary["clock"]["sync"] != "lock":
         return "last steps of pixels on their edge, "
-    if not clockjudge.even(summary):
+    if not clock_judge.even(summary):
         return ""
-    return f"last steps of pixels within {clockjudge.EDGE_TICKS} ticks of the clock's true edge, "
+    return f"last steps of pixels within {clock_judge.EDGE_TICKS} ticks of the clock's true edge, "
 
 
 def _of(made: int, wanted: int) -> str:
@@ -199,8 +199,8 @@ def new_table(*names: str) -> rich.table.Table:
 
 def _footer(summary: Summary) -> str:
     lines = [_load_text(axis["axis"], axis["load"]) for axis in summary["axes"] if "load" in axis]
-    if clockjudge.parts(summary):
-        lines += clockjudge.texts(summary)
+    if clock_judge.parts(summary):
+        lines += clock_judge.texts(summary)
     if summary.get("clock_edge_cycle") is not None:
         lines.append(
             f"line zero at cycle {summary['line_zero_cycle']}, {_periods_text(summary)} after the "

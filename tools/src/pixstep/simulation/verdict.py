@@ -18,9 +18,9 @@ from pixstep.lazy import lazy
 from pixstep.lines import exact
 from pixstep.lines.line import Line
 from pixstep.lines.units import edge_tick
-from pixstep.simulation import pixelgrid
-from pixstep.simulation.edges import AxisEdges
-from pixstep.simulation.pixelgrid import PixelGrid
+from pixstep.simulation import pixel_clock
+from pixstep.simulation.logs import AxisEdges
+from pixstep.simulation.pixel_clock import PixelGrid
 from pixstep.simulation.summary import Axis
 
 if TYPE_CHECKING:
@@ -144,7 +144,7 @@ def judge_locked_axis(
     verdict = AxisVerdict(axis, board, len(edges.rising), line.total_steps)
     _judge_number(verdict, edges)
     rising = edges.rising[: line.total_steps]
-    grid = pixelgrid.of_steps(line, period, rising)
+    grid = pixel_clock.of_steps(line, period, rising)
     if grid is None:
         return verdict, None
     units = exact.instants(line, Fraction(1))[: len(rising)]

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from pixstep.board import registers as regs
-from pixstep.simulation.simctl import Permit
+from pixstep.simulation.simulator import Permit
 from pixstep_dev.robustness.orders import actions
 from pixstep_dev.robustness.orders.actions import ASK, Action, Order
 from pixstep_dev.robustness.orders.model import ESTOP_ENTRY_CYCLES, HELD_CYCLES, AxisModel, Model

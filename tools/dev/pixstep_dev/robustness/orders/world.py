@@ -9,8 +9,8 @@ from pixstep import natives
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.simulation.memory import Memory
-from pixstep.simulation.simboard import SimLink
-from pixstep.simulation.simctl import Permit, SimOptions, SimulatorError
+from pixstep.simulation.simulated_board import SimLink
+from pixstep.simulation.simulator import Permit, SimOptions, SimulatorError
 from pixstep_dev.robustness.orders import actions, state
 from pixstep_dev.robustness.orders.state import Edges, State
 from pixstep_trials import frames

@@ -10,11 +10,11 @@ from typing import NotRequired, TypedDict
 from pixstep.board.errors import BoardError
 from pixstep.lines.line import SMOOTH
 from pixstep.lines.units import SPEED, parse
-from pixstep.moves import encoders, homing, onboard, playmeasure
+from pixstep.moves import homing, on_board, play_measurement
 from pixstep.moves.homing import Homed, HomingError, LegData
-from pixstep.moves.inputs import Inputs
-from pixstep.moves.onboard import Clock, HomingOnBoard
-from pixstep.moves.playmeasure import MeasuredPlay
+from pixstep.moves.legs import Inputs
+from pixstep.moves.on_board import Clock, HomingOnBoard
+from pixstep.moves.play_measurement import MeasuredPlay
 from pixstep.operations import bus, shared
 from pixstep.operations import machine_defaults as machine
 from pixstep.operations.asked import AskedError
@@ -104,7 +104,7 @@ class BoardMove(MoveFields, BoardClock, ToBoard):
             clock = Clock(self.edges_hz(known.board), self.divider)
             hz = clock.pixel_hz(known.board)
             _profile, move = self.plan(desk, hz, refuse=True)
-            ready = onboard.prepare_move(known.board, self.axis, move, clock, str(self.profile))
+            ready = on_board.prepare_move(known.board, self.axis, move, clock, str(self.profile))
             with desk.progress("moving") as show, bus.stopping([ready.lines]):
                 made = ready.make(found.world, show)
         data: MadeMove = {
@@ -127,7 +127,7 @@ class _Homing(HomeFields, BoardClock, ToBoard):
         clock = Clock(self.edges_hz(known.board), self.divider)
         plan = self.plan(desk, clock.pixel_hz(known.board), refuse=True)
         inputs = Inputs(self.inverted, self.filter_us, self.home_is_limit)
-        return onboard.prepare_homing(known.board, plan, clock, inputs)
+        return on_board.prepare_homing(known.board, plan, clock, inputs)
 
 
 @operation("board home")
@@ -195,13 +195,13 @@ class MeasurePlay(_Homing):
         motor = self.motor_to_save(desk) if self.save else None
         if self.encoder is not None and self.hysteresis is not None:
             raise AskedError("{encoder} finds the hysteresis itself: leave {hysteresis} out")
-        read = encoders.of_command(self.encoder) if self.encoder is not None else None
+        read = play_measurement.of_command(self.encoder) if self.encoder is not None else None
         slow = self.slow or parse("2" if self.decode == SMOOTH else "1", SPEED)
         with bus.one_board(desk, self) as (found, known):
             ready = replace(self, slow=slow).prepare_axis(desk, known)
             try:
                 with desk.progress("measuring") as show, bus.stopping([ready.lines]):
-                    measured = playmeasure.measure(
+                    measured = play_measurement.measure(
                         known.board, ready.plan, ready.pixel_hz, found.world, repeat=self.repeat,
                         hysteresis=self.hysteresis, encoder=read, progress=show,
                     )  # fmt: skip

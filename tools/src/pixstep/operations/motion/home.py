@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pixstep.board import capability
-from pixstep.moves import homesim, hometask, legs
-from pixstep.moves.homejudge import HomeSummary
+from pixstep.moves import experiments, legs
+from pixstep.moves.homing_judge import HomeJob, HomeSummary
 from pixstep.operations import shared, simulated
 from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import TEXT
@@ -49,7 +49,7 @@ class HomeSim(HomeFields):
         """Home the axis in the simulator."""
         plan = self.plan(desk, self.pixel_hz)
         legs.refuse(plan, capability.named_limits(self.board, self.pixel_hz))
-        job = homesim.HomeJob(
+        job = HomeJob(
             plan=plan,
             board=self.board,
             pixel_hz=self.pixel_hz,
@@ -61,7 +61,7 @@ class HomeSim(HomeFields):
             scale=desk.facts.scales().get(plan.axis) if self.plot else None,
         )
         with desk.progress("homing") as show:
-            summary = hometask.simulate(job, self.out, plot=self.plot, progress=show)
+            summary = experiments.simulate_homing(job, self.out, plot=self.plot, progress=show)
         return simulated.result(summary, self.out, _write)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.units import Quantity
-from pixstep.moves import accel, inputs, legs
+from pixstep.moves import accel, legs
 from pixstep.operations import directions, meant_for, shared
 from pixstep.operations import machine_defaults as machine
 from pixstep.operations.desk import Desk
@@ -46,11 +46,11 @@ class HomeFields(Request):
     clear: int | None = option(Steps(), "Second approach from at least so many steps away.")
     filter_us: int | None = option(Time("us", 100, 20_000, int), "Filter of the switches.")
     inverted: str | None = option(
-        Choice(list(inputs.INVERTED)), "Switches that are tripped when their pin is high.",
+        Choice(list(legs.INVERTED)), "Switches that are tripped when their pin is high.",
         default_text=_AS_SET,
     )  # fmt: skip
     home_is_limit: str | None = option(
-        Choice(list(inputs.SHARED)), "The motor's limit switch that the home switch is, too.",
+        Choice(list(legs.SHARED)), "The motor's limit switch that the home switch is, too.",
         machine=machine.home_is_limit, default_text=_AS_SET,
     )  # fmt: skip
     raw: bool = shared.raw()

@@ -9,8 +9,8 @@ from pathlib import Path
 from pixstep import formats
 from pixstep.board import boards
 from pixstep.errors import UserError
-from pixstep.moves import fastsim, fasttask
-from pixstep.moves.fastsim import MoveJob
+from pixstep.moves import experiments
+from pixstep.moves.move_judge import MoveJob
 from pixstep.operations import machine_defaults as machine
 from pixstep.operations import shared, simulated
 from pixstep.operations.desk import Desk
@@ -43,7 +43,7 @@ class MoveMake(MoveFields):
         """Plan the move and write it."""
         job = MoveJob(*self.plan(desk, self.pixel_hz, refuse=True), "", 0, self.pixel_hz)
         formats.write_csv(self.output, list(job.move.counts))
-        data: WrittenMove = {"file": str(self.output), **fastsim.plan_summary(job)}
+        data: WrittenMove = {"file": str(self.output), **job.plan_summary()}
         return Result(data, f"{self.output}: {headline(job.move, self.pixel_hz)}")
 
 
@@ -61,15 +61,15 @@ class MoveShow(MoveFields):
         scale = desk.facts.scales().get(0) if self.plot else None
         job = MoveJob(*self.plan(desk, self.pixel_hz), "", 0, self.pixel_hz, scale)
         if self.plot:
-            from pixstep.moves import fastplot  # matplotlib takes a second to load
+            from pixstep.moves import plots  # matplotlib takes a second to load
 
-            fastplot.draw_plan(job, self.plot)
+            plots.draw_move(job, self.plot)
 
         def write(page: Page) -> None:
             page.tell(headline(job.move, job.pixel_hz))
             _print_runs(page, job)
 
-        return Result(fastsim.plan_summary(job), write)
+        return Result(job.plan_summary(), write)
 
 
 @operation("move sim")
@@ -96,7 +96,7 @@ class MoveSim(MoveFields):
         scale = desk.facts.scales().get(self.axis) if self.plot else None
         job = MoveJob(*planned, self.board, self.axis, self.pixel_hz, scale)
         with desk.progress("moving") as show:
-            done = fasttask.simulate(job, self.out, plot=self.plot, progress=show)
+            done = experiments.simulate_move(job, self.out, plot=self.plot, progress=show)
 
         def write(page: Page, summary: Summary) -> None:
             report.print_page(page, summary, details=self.details)

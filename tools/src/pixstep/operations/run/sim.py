@@ -20,8 +20,8 @@ from pixstep.operations.reading_lines import per_line
 from pixstep.operations.request import flag, operation, option
 from pixstep.operations.result import Page, Result
 from pixstep.simulation import report
-from pixstep.simulation.simrun import Job
-from pixstep.simulation.simtask import simulate
+from pixstep.simulation.experiment import simulate
+from pixstep.simulation.job import Job
 from pixstep.simulation.summary import Summary
 
 

@@ -17,10 +17,9 @@ from typing import TYPE_CHECKING
 from pixstep.lazy import lazy
 from pixstep.lines import exact
 from pixstep.lines.line import Line
-from pixstep.simulation.clockflaws import ClockFlaws
-from pixstep.simulation.edges import AxisEdges, ClockLog
-from pixstep.simulation.pixelgrid import PixelGrid
-from pixstep.simulation.simrun import LOCK, Job, RunResult
+from pixstep.simulation.job import LOCK, Job, RunResult
+from pixstep.simulation.logs import AxisEdges, ClockLog
+from pixstep.simulation.pixel_clock import ClockFlaws, PixelGrid
 from pixstep.simulation.summary import AxisClock, Clock, Summary
 
 if TYPE_CHECKING:

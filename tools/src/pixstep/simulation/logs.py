@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The runner's edge list and clock log, as arrays."""
+"""The runner's logs as arrays: edges, pixel clock, plants."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ else:
 
 HEADER = "cycle,board,axis,signal,level"
 _SIGNALS = ("STEP", "DIR", "ENABLE", "PERMIT")
+PLANT_HEADER = "cycle,board,axis,motor,load"
 CLOCK_HEADER = "cycle,true_cycle_x1000,edge"
 _CLOCK_EDGES = ("true", "missing", "false")
 _MISSING, _FALSE = 1, 2
@@ -31,6 +32,7 @@ _LETTERS = "".join(sorted({*"".join(_SIGNALS)})).encode()
 _OWN = b"SDNM"
 _PLACES = bytes.maketrans(_OWN, b"0123")
 _SHARED = bytes(letter for letter in _LETTERS if letter not in _OWN)
+_PLANT_ROW = re.compile(r"\d+,\d+,\d+,-?\d+,-?\d+")
 _ROW = re.compile(rf"\d+,\d+,\d+,({'|'.join(_SIGNALS)}),[01]")
 
 
@@ -190,3 +192,43 @@ def _axis_edges(table: np.ndarray) -> AxisEdges:
         chosen = table[table[:, 3] == _SIGNALS.index(name)]
         columns += [chosen[:, 0], chosen[:, 4]]
     return AxisEdges(*columns)
+
+
+@dataclass(frozen=True)
+class AxisPlant:
+    """One axis, in cycle order, as int64: cycles, and motor and load (steps) from then on.
+
+    The first row is where both are at reset.
+    """
+
+    cycles: np.ndarray
+    motor: np.ndarray
+    load: np.ndarray
+
+    def load_at(self, cycles: np.ndarray) -> np.ndarray:
+        """Return the load's steps from its start, moves at exactly a cycle included."""
+        index = np.searchsorted(self.cycles, cycles, side="right") - 1
+        moved: np.ndarray = self.load[np.maximum(index, 0)] - self.load[0]
+        return moved
+
+
+def read_plant(path: Path) -> dict[tuple[int, int], AxisPlant]:
+    """Read a plant log by (board, axis); raises UserError naming the line of a malformed one."""
+    parts: dict[tuple[int, int], list[np.ndarray]] = {}
+    for first, body in blocks(path, PLANT_HEADER):
+        rows = numbers(body, 5)
+        if rows is None:
+            raise _malformed(path, first, body)
+        places = rows[:, 1] * _AXES + rows[:, 2]
+        for place in np.unique(places).tolist():
+            mine = rows[places == place][:, [0, 3, 4]]
+            parts.setdefault(divmod(place, _AXES), []).append(mine)
+    return {key: AxisPlant(*np.concatenate(tables).T) for key, tables in parts.items()}
+
+
+def _malformed(path: Path, first: int, body: bytes) -> UserError:
+    """Return the refusal of the first row that is none; `first` is the number of its first line."""
+    for number, row in enumerate(body.decode("ascii", "replace").splitlines(), first):
+        if not _PLANT_ROW.fullmatch(row):
+            return RefusedError(f"{path}:{number}: {row!r} is not a row of a plant log")
+    return RefusedError(f"{path}: not a plant log")

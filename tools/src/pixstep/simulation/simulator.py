@@ -1,24 +1,150 @@
 # SPDX-License-Identifier: MIT
-"""The runner's control pipe: one command a line in, one line out; time moves only by commands."""
+"""The runner, pixstep-sim, as a process: one command a line in, one answer a line out.
 
+Simulated time moves only by commands.
+"""
+
+import contextlib
 import json
+import os
+import re
+import selectors
+import signal
+import subprocess
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
-from typing import NamedTuple, TypedDict
+from typing import NamedTuple, Self
 
 from pixstep import natives
 from pixstep.board import boards
+from pixstep.errors import UserError
 from pixstep.lines.units import hz_text
-from pixstep.simulation.clockflaws import ClockFlaws
-from pixstep.simulation.simpipe import SimPipe, SimulatorError
+from pixstep.simulation.pixel_clock import ClockFlaws
 from pixstep.simulation.summary import Stats
 
-__all__ = ["BOOT_S", "EepromState", "Permit", "SimOptions", "Simulator", "SimulatorError", "Symbol"]
-
+_ANSWER_LIMIT_S = 300  # wall-clock seconds; a longer silence means that the runner hangs
+_ARGUMENT = re.compile(r"pixstep-sim: (--plant) [0-9]+\.([0-9]+): ")  # of a board's axis
+_READ_BYTES = 65_536  # at once, and as much of the runner's error output is kept
+_LOGS = ("edges", "clock_log", "pin_log", "serial_log", "vcd", "plant_log", "switch_log")
 BOOT_S = 0.05  # from the supply or a reset to a board that answers
 POWER_UP_MS = 20  # several boards get their supply within this time, each at a cycle of its own
+
+
+class SimulatorError(UserError):
+    """The runner refused a command, ended or hung."""
+
+
+class SimPipe:
+    """A running pixstep-sim in control mode; use as a context manager.
+
+    Every method raises SimulatorError with the runner's own text if it refuses or ends. After an
+    exception the process is ended, never left behind.
+    """
+
+    def __init__(self, command: Sequence[object]) -> None:
+        try:
+            self._process = subprocess.Popen(
+                [str(word) for word in command],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+            )
+        except OSError as error:
+            raise UserError(f"{command[0]}: {error.strerror or error}") from None
+        assert self._process.stdin and self._process.stdout and self._process.stderr
+        self._in, self._out = self._process.stdin, self._process.stdout
+        self._errors = self._process.stderr
+        self._pending, self._said, self._ended = b"", b"", ""
+        self._ready = selectors.DefaultSelector()
+        for pipe in (self._out, self._errors):
+            self._ready.register(pipe, selectors.EVENT_READ, pipe)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.kill()
+
+    def command(self, text: str) -> str:
+        """Send one command and return its answer."""
+        if self._ended:
+            raise SimulatorError(self._ended)
+        try:
+            self._in.write(text.encode() + b"\n")
+            self._in.flush()
+        except OSError:
+            raise SimulatorError(self._last_words()) from None
+        answer = self._answer(text)
+        if answer.startswith("error"):
+            raise SimulatorError(f"simulator: {text.split(' ')[0]}: {answer[5:].strip(' :')}")
+        return answer
+
+    def quit(self) -> None:
+        """End the run; all output files are complete afterwards."""
+        self.command("quit")
+        try:
+            status = self._process.wait(timeout=60)
+        except subprocess.TimeoutExpired:
+            raise SimulatorError("simulator: does not end after quit") from None
+        if status:
+            raise SimulatorError(f"simulator: ended with status {status}")
+
+    def kill(self) -> None:
+        """End the process if it still runs, and close its pipes."""
+        self._ended = self._ended or "simulator: has been ended"
+        if self._process.poll() is None:
+            self._process.kill()
+            self._process.wait()
+        self._ready.close()
+        for pipe in (self._in, self._out, self._errors):
+            with contextlib.suppress(OSError):
+                pipe.close()
+
+    def _answer(self, text: str) -> str:
+        """Return the next line of the runner."""
+        while b"\n" not in self._pending:
+            ready = self._ready.select(_ANSWER_LIMIT_S)
+            if not ready:
+                raise SimulatorError(f"simulator: no answer to {text[:40]!r}")
+            for pipe in (key.data for key, _ in ready):
+                self._take(pipe is self._out, os.read(pipe.fileno(), _READ_BYTES))
+        line, self._pending = self._pending.split(b"\n", 1)
+        return line.decode()
+
+    def _take(self, answers: bool, data: bytes) -> None:
+        """Take what the runner has written: answers, or the error output.
+
+        Nobody looks at the error output of a runner that goes on, but a full pipe would stop it.
+        """
+        if answers and not data:
+            raise SimulatorError(self._last_words())
+        if answers:
+            self._pending += data
+        elif data:
+            self._said = (self._said + data)[-_READ_BYTES:]
+        else:
+            self._ready.unregister(self._errors)
+
+    def _last_words(self) -> str:
+        """Return why the process ended, from its error output."""
+        self._process.kill()
+        _, errors = self._process.communicate()
+        lines = (self._said + errors).decode(errors="replace").strip().splitlines()
+        last = lines[-1] if lines else self._status()
+        refused = _ARGUMENT.match(last)
+        self._ended = (
+            f"{refused[1]}: axis {refused[2]}: {last[refused.end() :]}"
+            if refused
+            else f"simulator: ended: {last}"
+        )
+        return self._ended
+
+    def _status(self) -> str:
+        """Return in words how the process ended: its exit status, or the signal's description."""
+        status = self._process.returncode
+        return f"exit status {status}" if status >= 0 else signal.strsignal(-status) or str(status)
 
 
 @dataclass(frozen=True)
@@ -64,17 +190,9 @@ class SimOptions:
         if self.pixel_jitter_ns:
             words += ["--pixel-jitter-ns", repr(self.pixel_jitter_ns)]
         words += self.flaws.arguments()
-        for option, path in (
-            ("--edges", self.edges),
-            ("--clock-log", self.clock_log),
-            ("--pin-log", self.pin_log),
-            ("--serial-log", self.serial_log),
-            ("--vcd", self.vcd),
-            ("--plant-log", self.plant_log),
-            ("--switch-log", self.switch_log),
-        ):
-            if path:
-                words += [option, str(path)]
+        for name in _LOGS:
+            if path := getattr(self, name):
+                words += [f"--{name.replace('_', '-')}", str(path)]
         for (board, axis), knobs in self.plants.items():
             words += ["--plant", f"{board}.{axis}:{knobs}"]
         for board, ppm in self.oscillators_ppm.items():
@@ -82,27 +200,6 @@ class SimOptions:
         for board, path in self.eeproms.items():
             words += ["--eeprom", f"{board}={path}"]
         return [*words, *self.extra, "--control"]
-
-
-class MoreOptions(TypedDict, total=False):
-    """The fields of SimOptions that may be left out."""
-
-    pixel_ppm: float
-    pixel_jitter_ns: float
-    flaws: ClockFlaws
-    seed: int
-    power_up_ms: int | None
-    oscillators_ppm: Mapping[int, float]
-    edges: Path | None
-    clock_log: Path | None
-    pin_log: Path | None
-    serial_log: Path | None
-    vcd: Path | None
-    plants: Mapping[tuple[int, int], str]
-    eeproms: Mapping[int, Path]
-    plant_log: Path | None
-    switch_log: Path | None
-    extra: Sequence[str]
 
 
 class Permit(NamedTuple):
@@ -134,12 +231,11 @@ class Symbol(NamedTuple):
 
 
 class Simulator(SimPipe):
-    """A running pixstep-sim in control mode; use as a context manager.
+    """A running pixstep-sim with its boards.
 
-    Every method raises SimulatorError with the runner's own text if it refuses or ends. After an
-    exception the process is ended, never left behind. Boards and axes count from 0. Where a method
-    takes `at`, it happens at this cycle to come instead of now. All cycles are those of the first
-    board's oscillator; `tick_hz` of them are a second.
+    Boards and axes count from 0. Where a method takes `at`, it happens at this cycle to come
+    instead of now. All cycles are those of the first board's oscillator; `tick_hz` of them are a
+    second.
     """
 
     def __init__(self, options: SimOptions, program: Sequence[str | Path] | None = None) -> None:

@@ -15,8 +15,8 @@ from pixstep import natives
 from pixstep.board import boards
 from pixstep.errors import PlainError
 from pixstep.lines.units import hz_text
-from pixstep.simulation.clockflaws import ClockFlaws
-from pixstep.simulation.simctl import SimOptions, Simulator
+from pixstep.simulation.pixel_clock import ClockFlaws
+from pixstep.simulation.simulator import SimOptions, Simulator
 
 SIGNALS = {"home": "HOME", "minus": "LIMIT_MINUS", "plus": "LIMIT_PLUS"}
 START_S = 0.3  # what is sent to a board while it starts is lost

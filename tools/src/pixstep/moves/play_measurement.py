@@ -12,6 +12,10 @@ and again and again: at the slow speed a step takes longer than the contact's de
 captured position is the very step.
 """
 
+import math
+import shlex
+import subprocess
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil
@@ -21,11 +25,12 @@ from pixstep.board.device import Board
 from pixstep.board.link import World
 from pixstep.errors import UserError
 from pixstep.lines.runs import Seek
-from pixstep.moves.encoders import Encoder
 from pixstep.moves.homing import HomingError, Legs
 from pixstep.moves.legs import HomingPlan
 from pixstep.progress import Progress, unseen
 
+Encoder = Callable[[], float]
+_TIMEOUT_S = 10.0
 LEGS = ("leave the switch", "find where it closes", "find where it opens", "go below",
         "close slowly", "go above", "open slowly")  # fmt: skip
 _LEAVE, _CLOSES, _OPENS, _BELOW, _CLOSE, _ABOVE, _OPEN = LEGS
@@ -90,6 +95,39 @@ class MeasuredPlay:
                 for item in self.approaches
             ],
         }
+
+
+def of_command(text: str) -> Encoder:
+    """Return what runs a command and takes the number that it prints: the load's position, steps.
+
+    Raises UserError for a text that is no command; so does a call if the command fails, takes more
+    than 10 s, or prints something else.
+    """
+    try:
+        words = shlex.split(text)
+    except ValueError as error:
+        raise UserError(f"encoder {text!r}: {error}") from None
+    if not words:
+        raise UserError(f"encoder {text!r}: expected a command")
+
+    def read() -> float:
+        try:
+            done = subprocess.run(
+                words, capture_output=True, text=True, timeout=_TIMEOUT_S, check=False
+            )
+        except (OSError, subprocess.TimeoutExpired, UnicodeDecodeError) as error:
+            raise UserError(f"encoder {text!r}: {error}") from None
+        if done.returncode:
+            raise UserError(f"encoder {text!r}: ended with status {done.returncode}")
+        try:
+            value = float(done.stdout)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise UserError(f"encoder {text!r}: printed {done.stdout[:40]!r}, expected a number")
+        return value
+
+    return read
 
 
 def measure(

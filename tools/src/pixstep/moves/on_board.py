@@ -17,8 +17,7 @@ from pixstep.lines.units import refuse_period
 from pixstep.moves import homing, legs
 from pixstep.moves.fast import FastMove
 from pixstep.moves.homing import Homed, Leg
-from pixstep.moves.inputs import Inputs
-from pixstep.moves.legs import HomingPlan
+from pixstep.moves.legs import HomingPlan, Inputs
 from pixstep.progress import Progress, unseen
 
 

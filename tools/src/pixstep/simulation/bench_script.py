@@ -20,7 +20,7 @@ from fractions import Fraction
 from pixstep.board import boards
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines.units import parse_hz, parse_seconds
-from pixstep.simulation.virtualbench import (
+from pixstep.simulation.virtual_bench import (
     REST_S,
     SIGNALS,
     NotInTimeError,

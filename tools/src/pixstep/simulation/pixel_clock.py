@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""When the pixel edges of a line were on the board that ran it.
+"""How a simulated pixel clock strays, and when a line on it had its pixel edges.
 
 A line that keeps to the board's own time has its pixel edges at whole multiples of the nominal
 period. A line that is locked to the pixel clock has them where the board predicted the clock's
@@ -14,21 +14,86 @@ backlash is taken up the pieces of a line run ahead of its pixels; each piece en
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
 from fractions import Fraction
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from pixstep.lazy import lazy
 from pixstep.lines import exact
 from pixstep.lines.line import Line
+from pixstep.simulation.summary import Flaws
 
 if TYPE_CHECKING:
     import numpy as np
 else:
     np = lazy("numpy")
 
+MOST_PPM = 100_000
+MOST_JITTER_US = 10_000
+MOST_REST_MS = 3_600_000
 _ROUNDING = 1e-6  # cycles that floating point may lack
+
+
+@dataclass(frozen=True)
+class ClockFlaws:
+    """What is wrong with a clock; none by default.
+
+    `jitter_us` is the standard deviation of each edge's own displacement. The frequency swings by
+    `wander_ppm` to either side, once in 1,000 edges, and from edge `step_edge` on, counted from 0,
+    it is `step_ppm` higher. One edge of `drop` is missing, and one edge of `double` is followed by
+    a false one; 0 is none. A gate lets `gate_edges` edges pass and rests for `gate_rest_ms` besides
+    the period, again and again; 0 edges are no gate.
+    """
+
+    jitter_us: float = 0.0
+    wander_ppm: float = 0.0
+    step_ppm: float = 0.0
+    step_edge: int = 0
+    drop: int = 0
+    double: int = 0
+    gate_edges: int = 0
+    gate_rest_ms: float = 0.0
+
+    @property
+    def even(self) -> bool:
+        """True if all edges but false ones are where an even clock with such rests has them."""
+        return not (self.jitter_us or self.wander_ppm or self.step_ppm)
+
+    def arguments(self) -> list[str]:
+        """Return the runner's options."""
+        words = []
+        if self.jitter_us:
+            words += ["--pixel-jitter-rms-ns", str(round(1000 * self.jitter_us))]
+        if self.wander_ppm:
+            words += ["--pixel-wander-ppm", repr(self.wander_ppm)]
+        if self.step_ppm:
+            words += ["--pixel-step", f"{self.step_ppm!r}@{self.step_edge}"]
+        for option, every in (("--pixel-drop", self.drop), ("--pixel-double", self.double)):
+            words += [option, str(every)] if every else []
+        if self.gate_edges:
+            words += ["--pixel-gate", f"{self.gate_edges},{self.gate_rest_ms!r}"]
+        return words
+
+    def texts(self) -> Iterator[str]:
+        """Yield each flaw in words."""
+        if self.jitter_us:
+            yield f"jitter {self.jitter_us:g} us rms"
+        if self.wander_ppm:
+            yield f"wander {self.wander_ppm:g} ppm"
+        if self.step_ppm:
+            yield f"{self.step_ppm:+g} ppm from edge {self.step_edge} on"
+        if self.drop:
+            yield f"1 edge of {self.drop} missing"
+        if self.double:
+            yield f"1 edge of {self.double} doubled"
+        if self.gate_edges:
+            yield f"gate of {self.gate_edges} edges, rests of {self.gate_rest_ms:g} ms"
+
+    def as_json(self) -> Flaws:
+        """Return plain data."""
+        return cast("Flaws", asdict(self))
 
 
 @dataclass(frozen=True)
