@@ -108,7 +108,7 @@ def test_a_run_says_where_its_files_are(tmp_path, monkeypatch):
         (folder / name).touch()
     console = Console(width=80, record=True)
     report.print_files(console, folder)
-    assert console.export_text() == "files in run: logs.csv, summary.json\n"
+    assert console.export_text() == "files in run: edges.csv, summary.json\n"
 
 
 def test_a_fault_is_said_with_its_meaning_and_its_cure(monkeypatch):

@@ -197,10 +197,7 @@ class Run(Shown):
 
     def plot_clock(self, axis: int | None = None) -> Figure:
         """Draw how far the pixel edges of an axis were from the clock's true edges."""
-        from pixstep import plotting
-
-        with plotting.styled():
-            return experiment.clock_figure(*_chosen(self._kept, axis, "moved and was not free"))
+        return experiment.clock_figure(*_chosen(self._kept, axis, "moved and was not free"))
 
     def to_dataframe(self) -> Any:
         """Return a pandas.DataFrame, or a pyarrow.Table where there is no pandas: a row a pixel.

@@ -20,21 +20,14 @@ from fractions import Fraction
 from pixstep.board import boards
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines.units import parse_hz, parse_seconds
-from pixstep.simulation.virtual_bench import (
-    REST_S,
-    SIGNALS,
-    NotInTimeError,
-    VirtualBench,
-    wired,
-)
+from pixstep.simulation.virtual_bench import REST_S, SIGNALS, NotInTimeError, VirtualBench, wired
 
 Act = Callable[[VirtualBench], object]
 _MOST_HZ = 60_000  # of the simulator's clock
 _MOST_PPM = 100_000
-_MOST_S = 86_400
-_MOST_REST_S = 3600
-_MOST_JITTER_S = 0.01
-_LIMIT_S = 60.0  # of `until`, in simulated time
+# Of a time, by its word in the patterns; LIMIT is in simulated time, and may be left out.
+_MOST_S = {"TIME": 86_400, "LIMIT": 86_400, "REST": 3600, "JITTER": 0.01}
+_LIMIT = "60s"
 _PPM = re.compile(r"([+-]?[0-9]+(?:\.[0-9]+)?)ppm")
 _PARAMETERS = re.compile(r"[a-z_]+=[-+.:a-z0-9]+(,[a-z_]+=[-+.:a-z0-9]+)*")
 FORMS = {
@@ -65,10 +58,9 @@ class Order:
         """Do it. Raises UserError or NotInTimeError with the place."""
         try:
             self.act(bench)
-        except UserError as error:
-            raise UserError(f"{self.place}: {error}") from None
-        except NotInTimeError as error:
-            raise NotInTimeError(f"{self.place}: {error}") from None
+        except (UserError, NotInTimeError) as error:
+            kind = NotInTimeError if isinstance(error, NotInTimeError) else UserError
+            raise kind(f"{self.place}: {error}") from None
 
 
 def parse(text: str, kind: boards.BoardKind, place: str) -> Order | None:
@@ -79,7 +71,7 @@ def parse(text: str, kind: boards.BoardKind, place: str) -> Order | None:
     try:
         if words[0] not in FORMS:
             raise UserError(f"there is no command {words[0]!r}: one of {', '.join(FORMS)}")
-        return Order(" ".join(words), place, _READERS[words[0]](words, kind))
+        return Order(" ".join(words), place, _read(words, kind))
     except UserError as error:
         raise UserError(f"{place}: {error}") from None
 
@@ -93,166 +85,87 @@ def parse_all(lines: Iterable[str], kind: boards.BoardKind, name: str) -> list[O
         raise RefusedError(str(error)) from None
 
 
-def _wrong(words: list[str]) -> UserError:
-    return UserError(f"{' '.join(words)!r}: expected {FORMS[words[0]]}")
-
-
-def _word(words: list[str], table: dict[str, Act]) -> Act:
-    """Return what the only word behind a command's name means."""
-    if len(words) != 2 or words[1] not in table:
-        raise _wrong(words)
-    return table[words[1]]
-
-
-def _axis(words: list[str], word: str, kind: boards.BoardKind) -> int:
-    if not (word.isascii() and word.isdecimal()):
-        raise _wrong(words)
-    if len(word) > 3 or int(word) >= kind.axes:
-        raise UserError(f"{' '.join(words)!r}: axis {word}: the {boards.axes_text(kind.name)}")
-    return int(word)
-
-
-def _number(words: list[str], word: str) -> int:
-    if not (word.isascii() and word.isdecimal() and len(word) < 10):
-        raise _wrong(words)
-    return int(word)
-
-
-def _seconds(words: list[str], word: str, most_s: float = _MOST_S) -> float:
-    try:
-        seconds = parse_seconds(word)
-    except UserError as error:
-        raise UserError(f"{' '.join(words)!r}: {error}") from None
-    if seconds > most_s:
-        raise UserError(f"{' '.join(words)!r}: at most {most_s:g} s")
-    return float(seconds)
-
-
-def _switch(words: list[str], kind: boards.BoardKind) -> Act:
-    if len(words) != 3 or words[1] not in SIGNALS:
-        raise _wrong(words)
-    switch, axis = words[1], _axis(words, words[2], kind)
-    if not wired(kind, switch, axis):
-        raise UserError(f"{' '.join(words)!r}: the {kind.name} has no such input")
-    closed = words[0] == "press"
-    return lambda bench: bench.turn_switch(switch, axis, closed=closed)
-
-
-def _estop(words: list[str], _: boards.BoardKind) -> Act:
-    return _word(words, {
-        "press": lambda bench: bench.turn_estop(pressed=True),
-        "release": lambda bench: bench.turn_estop(pressed=False),
-    })  # fmt: skip
-
-
-def _clock(words: list[str], _: boards.BoardKind) -> Act:
-    if len(words) > 2:
-        return _clock_change(words)
-    if len(words) != 2:
-        raise _wrong(words)
-    if words[1] == "false":
-        return lambda bench: bench.false_edge()
-    if words[1] in ("stop", "start"):
-        runs = words[1] == "start"
-        return lambda bench: bench.run_clock(runs)
-    error = _PPM.fullmatch(words[1])
-    if error:
-        ppm = float(error[1])
-        if abs(ppm) >= _MOST_PPM:
-            raise UserError(f"{' '.join(words)!r}: less than {_MOST_PPM} ppm")
-        return lambda bench: bench.set_clock_ppm(ppm)
-    hz = _hz(words)
-    return lambda bench: bench.set_clock_hz(hz)
-
-
-def _clock_change(words: list[str]) -> Act:
-    """Return what a word with a number or a time behind it does to the clock."""
-    if words[1:] == ["gate", "off"]:
-        return lambda bench: bench.gate_clock(0, 0.0)
-    if len(words) == 4 and words[1] == "gate":
-        edges, gate_s = _number(words, words[2]), _seconds(words, words[3], _MOST_REST_S)
-        return lambda bench: bench.gate_clock(edges, gate_s)
-    if len(words) != 3:
-        raise _wrong(words)
-    if words[1] == "drop":
-        count = _number(words, words[2])
-        return lambda bench: bench.drop_pulses(count)
-    if words[1] == "rest":
-        rest_s = _seconds(words, words[2], _MOST_REST_S)
-        return lambda bench: bench.rest_clock(rest_s)
-    if words[1] == "jitter":
-        jitter_s = _seconds(words, words[2], _MOST_JITTER_S)
-        return lambda bench: bench.jitter_clock(jitter_s)
+def _read(words: list[str], kind: boards.BoardKind) -> Act:
+    """Return what a command does, by the first of its patterns that fits."""
+    for pattern, act in _READERS[words[0]].items():
+        wanted = pattern.split()
+        said = [*words, _LIMIT] if wanted[-1] == "LIMIT" and len(words) < len(wanted) else words
+        if len(said) == len(wanted) and all(map(_fits, wanted, said)):
+            values = [
+                _value(words, name, word, kind)
+                for name, word in zip(wanted, said, strict=True)
+                if name.isupper()
+            ]
+            return lambda bench: act(bench, *values)
     raise _wrong(words)
 
 
-def _hz(words: list[str]) -> Fraction:
+def _fits(name: str, word: str) -> bool:
+    """Whether a word may stand where a pattern has a word, or in capitals the name of a value."""
+    if name == "PPM":
+        return _PPM.fullmatch(word) is not None
+    return name.isupper() or name == word
+
+
+def _wrong(words: list[str], why: object = "") -> UserError:
+    return UserError(f"{' '.join(words)!r}: {why or f'expected {FORMS[words[0]]}'}")
+
+
+def _value(words: list[str], name: str, word: str, kind: boards.BoardKind) -> object:
+    """Return a value of a command. Raises UserError saying what is wrong with it."""
+    if name in ("AXIS", "N") and not (word.isascii() and word.isdecimal() and len(word) < 10):
+        raise _wrong(words)
+    if name == "N":
+        return int(word)
+    if name == "AXIS":
+        return _axis(words, word, kind)
+    if name in _MOST_S:
+        return _seconds(words, word, _MOST_S[name])
+    if name == "PPM":
+        ppm = float(word.removesuffix("ppm"))
+        if abs(ppm) >= _MOST_PPM:
+            raise _wrong(words, f"less than {_MOST_PPM} ppm")
+        return ppm
+    if name == "HZ":
+        return _hz(words, word)
+    if not _PARAMETERS.fullmatch(word):
+        raise _wrong(words)
+    return word
+
+
+def _axis(words: list[str], word: str, kind: boards.BoardKind) -> int:
+    if len(word) > 3 or int(word) >= kind.axes:
+        raise _wrong(words, f"axis {word}: the {boards.axes_text(kind.name)}")
+    if words[1] in SIGNALS and not wired(kind, words[1], int(word)):
+        raise _wrong(words, f"the {kind.name} has no such input")
+    return int(word)
+
+
+def _seconds(words: list[str], word: str, most_s: float) -> float:
     try:
-        hz = parse_hz(words[1])
+        seconds = parse_seconds(word)
+    except UserError as error:
+        raise _wrong(words, error) from None
+    if seconds > most_s:
+        raise _wrong(words, f"at most {most_s:g} s")
+    return float(seconds)
+
+
+def _hz(words: list[str], word: str) -> Fraction:
+    try:
+        hz = parse_hz(word)
     except UserError:
         raise _wrong(words) from None
     if hz > _MOST_HZ:
-        raise UserError(f"{' '.join(words)!r}: at most {_MOST_HZ} Hz")
+        raise _wrong(words, f"at most {_MOST_HZ} Hz")
     return hz
 
 
-def _load(words: list[str], kind: boards.BoardKind) -> Act:
-    if len(words) != 3 or not _PARAMETERS.fullmatch(words[2]):
-        raise _wrong(words)
-    axis, parameters = _axis(words, words[1], kind), words[2]
-    return lambda bench: bench.set_load(axis, parameters)
+def _turned(word: str, *, closed: bool) -> dict[str, Callable[..., object]]:
+    def act(switch: str) -> Callable[..., object]:
+        return lambda bench, axis: bench.turn_switch(switch, axis, closed=closed)
 
-
-def _supply(words: list[str], _: boards.BoardKind) -> Act:
-    return _word(words, {
-        "5V": lambda bench: bench.switch_supply(powered=True),
-        "off": lambda bench: bench.switch_supply(powered=False),
-        "brownout": lambda bench: bench.reset("brownout"),
-    })  # fmt: skip
-
-
-def _alone(act: Act) -> Callable[[list[str], boards.BoardKind], Act]:
-    def read(words: list[str], _: boards.BoardKind) -> Act:
-        if len(words) != 1:
-            raise _wrong(words)
-        return act
-
-    return read
-
-
-def _wait(words: list[str], _: boards.BoardKind) -> Act:
-    if len(words) != 2:
-        raise _wrong(words)
-    seconds = _seconds(words, words[1])
-    return lambda bench: bench.wait(seconds)
-
-
-def _until(words: list[str], kind: boards.BoardKind) -> Act:
-    takes = {"moves": 3, "rests": 3, "edges": 4, "permit": 3}.get(words[1] if words[1:] else "", 0)
-    if not takes or len(words) not in (takes, takes + 1):
-        raise _wrong(words)
-    limit_s = _seconds(words, words[takes]) if words[takes:] else _LIMIT_S
-    holds = _condition(words, kind)
-    text = " ".join(words[:takes])
-    return lambda bench: bench.wait_until(holds(bench), limit_s, text)
-
-
-def _condition(
-    words: list[str], kind: boards.BoardKind
-) -> Callable[[VirtualBench], Callable[[], bool]]:
-    """Return what makes the condition of a bench, from when the command begins."""
-    if words[1] == "permit":
-        if words[2] not in ("on", "off"):
-            raise _wrong(words)
-        level = int(words[2] == "on")
-        return lambda bench: lambda: bench.permit() == level
-    axis = _axis(words, words[2], kind)
-    if words[1] == "rests":
-        return lambda bench: _Rest(bench, axis)
-    if words[1] == "edges":
-        wanted = _number(words, words[3])
-        return lambda bench: lambda: bench.edges(axis) >= wanted
-    return lambda bench: _moves(bench, axis)
+    return {f"{word} {switch} AXIS": act(switch) for switch in SIGNALS}
 
 
 def _moves(bench: VirtualBench, axis: int) -> Callable[[], bool]:
@@ -260,34 +173,75 @@ def _moves(bench: VirtualBench, axis: int) -> Callable[[], bool]:
     return lambda: bench.edges(axis) != before
 
 
-class _Rest:
-    """True when called once an axis has made no edge for a while."""
+def _rests(bench: VirtualBench, axis: int) -> Callable[[], bool]:
+    """Return what is true once an axis has made no edge for a while."""
+    edges, since_s = bench.edges(axis), bench.time_s
 
-    def __init__(self, bench: VirtualBench, axis: int) -> None:
-        self.bench, self.axis = bench, axis
-        self.edges, self.since_s = bench.edges(axis), bench.time_s
+    def rests() -> bool:
+        nonlocal edges, since_s
+        now = bench.edges(axis)
+        if now != edges:
+            edges, since_s = now, bench.time_s
+        return bench.time_s - since_s >= REST_S
 
-    def __call__(self) -> bool:
-        now = self.bench.edges(self.axis)
-        if now != self.edges:
-            self.edges, self.since_s = now, self.bench.time_s
-        return self.bench.time_s - self.since_s >= REST_S
-
-
-def _quit(bench: VirtualBench) -> None:
-    bench.ended = True
+    return rests
 
 
-_READERS: dict[str, Callable[[list[str], boards.BoardKind], Act]] = {
-    "press": _switch,
-    "release": _switch,
-    "estop": _estop,
-    "clock": _clock,
-    "load": _load,
-    "supply": _supply,
-    "reset": _alone(lambda bench: bench.reset("external")),
-    "wait": _wait,
-    "until": _until,
-    "status": _alone(lambda _: None),
-    "quit": _alone(_quit),
+def _permit(level: int) -> Callable[..., object]:
+    text = f"until permit {'on' if level else 'off'}"
+    return lambda bench, limit_s: bench.wait_until(lambda: bench.permit() == level, limit_s, text)
+
+
+def _until_edges(bench: VirtualBench, axis: int, wanted: int, limit_s: float) -> None:
+    text = f"until edges {axis} {wanted}"
+    bench.wait_until(lambda: bench.edges(axis) >= wanted, limit_s, text)
+
+
+# What each command does: patterns in their order, with the names of values in capitals.
+_READERS: dict[str, dict[str, Callable[..., object]]] = {
+    "press": _turned("press", closed=True),
+    "release": _turned("release", closed=False),
+    "estop": {
+        "estop press": lambda bench: bench.turn_estop(pressed=True),
+        "estop release": lambda bench: bench.turn_estop(pressed=False),
+    },
+    "clock": {
+        "clock stop": lambda bench: bench.run_clock(False),
+        "clock start": lambda bench: bench.run_clock(True),
+        "clock false": lambda bench: bench.simulator.false_edge(0),
+        "clock gate off": lambda bench: bench.simulator.clock("gate 0 0"),
+        "clock gate N REST": lambda bench, edges, rest_s: bench.simulator.clock(
+            f"gate {edges} {round(1e6 * rest_s)}"
+        ),
+        "clock drop N": lambda bench, count: bench.simulator.clock(f"drop {count}"),
+        "clock rest REST": lambda bench, rest_s: bench.simulator.clock(
+            f"rest {round(1e6 * rest_s)}"
+        ),
+        "clock jitter JITTER": lambda bench, jitter_s: bench.simulator.clock(
+            f"jitter {round(1e9 * jitter_s)}"
+        ),
+        "clock PPM": lambda bench, ppm: bench.set_clock_ppm(ppm),
+        "clock HZ": lambda bench, hz: bench.set_clock_hz(hz),
+    },
+    "load": {"load AXIS PARAMETERS": lambda bench, axis, text: bench.set_load(axis, text)},
+    "supply": {
+        "supply 5V": lambda bench: bench.switch_supply(powered=True),
+        "supply off": lambda bench: bench.switch_supply(powered=False),
+        "supply brownout": lambda bench: bench.simulator.reset(0, "brownout"),
+    },
+    "reset": {"reset": lambda bench: bench.simulator.reset(0, "external")},
+    "wait": {"wait TIME": lambda bench, seconds: bench.wait(seconds)},
+    "until": {
+        "until moves AXIS LIMIT": lambda bench, axis, limit_s: bench.wait_until(
+            _moves(bench, axis), limit_s, f"until moves {axis}"
+        ),
+        "until rests AXIS LIMIT": lambda bench, axis, limit_s: bench.wait_until(
+            _rests(bench, axis), limit_s, f"until rests {axis}"
+        ),
+        "until edges AXIS N LIMIT": _until_edges,
+        "until permit on LIMIT": _permit(1),
+        "until permit off LIMIT": _permit(0),
+    },
+    "status": {"status": lambda _: None},
+    "quit": {"quit": lambda bench: setattr(bench, "ended", True)},
 }

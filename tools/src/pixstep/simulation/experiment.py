@@ -3,9 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -107,27 +105,30 @@ def draw_plots(
 
     job, found = result.job, traces(result, judged)
     prefix = {axis: "" if len(job.lines) == 1 else f"axis{axis}-" for axis in job.lines}
-    drawn: list[tuple[str, Callable[[], Figure]]] = [
-        (f"{prefix[axis]}{name}.png", partial(make, trace))
-        for axis, trace in found.items()
-        for name, make in plots.OF_TRACE.items()
-    ]
-    if len(found) > 1:
-        drawn.append((_TOGETHER, partial(plots.together, [*found.values()])))
-    if clock_judge.parts(judged.summary):
-        for axis, kept in judged.kept.items():
-            drawn.append((f"{prefix[axis]}clock.png", partial(clock_figure, job, kept)))
-    for load in loads:
-        drawn.append((f"{prefix[load.axis]}load.png", partial(load_figure, job, load)))
     with plotting.styled():
-        return [plotting.write(make(), out / name) for name, make in drawn]
+        paths = [
+            plotting.write(make(trace), out / f"{prefix[axis]}{name}.png")
+            for axis, trace in found.items()
+            for name, make in plots.OF_TRACE.items()
+        ]
+        if len(found) > 1:
+            paths.append(plotting.write(plots.together([*found.values()]), out / _TOGETHER))
+    for axis, kept in judged.kept.items() if clock_judge.parts(judged.summary) else ():
+        paths.append(plotting.write(clock_figure(job, kept), out / f"{prefix[axis]}clock.png"))
+    with plotting.styled():
+        for load in loads:
+            path = out / f"{prefix[load.axis]}load.png"
+            paths.append(plotting.write(load_figure(job, load), path))
+    return paths
 
 
 def clock_figure(job: Job, kept: clock_judge.Kept) -> Figure:
     """Return the drawing of how an axis kept to the clock."""
+    from pixstep import plotting
     from pixstep.simulation import plots
 
-    return plots.clock(kept, job, _title(job, kept.axis))
+    with plotting.styled():
+        return plots.clock(kept, job, _title(job, kept.axis))
 
 
 def load_figure(job: Job, load: AxisLoad) -> Figure:

@@ -89,21 +89,15 @@ def find_zero(line: Line, period: Fraction, rising: np.ndarray) -> int | None:
 
 
 def judge_axis(
-    line: Line,
-    period: Fraction,
-    edges: AxisEdges,
-    axis: int = 0,
-    board: int = 0,
-    *,
-    tick_hz: int,
+    line: Line, period: Fraction, edges: AxisEdges, axis: int = 0, *, tick_hz: int,
     stopped: bool = False,
-) -> AxisVerdict:
+) -> AxisVerdict:  # fmt: skip
     """Return the verdict on one axis' edges against the exact instants of its line.
 
     A second has `tick_hz` ticks. Of a line that a fault `stopped` the edges may end early; those
     made must be right.
     """
-    verdict = AxisVerdict(axis, board, len(edges.rising), line.total_steps)
+    verdict = AxisVerdict(axis, 0, len(edges.rising), line.total_steps)
     _judge_number(verdict, edges, stopped)
     rising = edges.rising
     count = min(len(rising), line.total_steps)
@@ -119,29 +113,22 @@ def judge_axis(
         )
     verdict.line_zero_cycle = zero
     errors = (rising[:count] - zero) - ideal
-    verdict.errors_ticks = errors
+    _note_errors(verdict, errors, tick_hz)
     _judge_errors(verdict, line, period, rising[:count] - zero, errors)
-    verdict.rms_edge_error_us = _rms_us(errors, tick_hz)
     _judge_rates(verdict, ideal, rising[:count], errors)
     _judge_edge_ends(verdict, line, period, rising, zero)
-    _judge_directions(verdict, line, edges, round(DIRECTION_SETUP_S * tick_hz))
+    _judge_directions(verdict, line, edges, tick_hz)
     return verdict
 
 
 def judge_locked_axis(
-    line: Line,
-    period: Fraction,
-    edges: AxisEdges,
-    axis: int = 0,
-    board: int = 0,
-    *,
-    tick_hz: int,
+    line: Line, period: Fraction, edges: AxisEdges, axis: int = 0, *, tick_hz: int
 ) -> tuple[AxisVerdict, PixelGrid | None]:
     """Return the verdict on edges that follow the pixel clock, and the grid that they show.
 
     Errors are those against the board's own grid; `clockjudge` compares the grid with the clock.
     """
-    verdict = AxisVerdict(axis, board, len(edges.rising), line.total_steps)
+    verdict = AxisVerdict(axis, 0, len(edges.rising), line.total_steps)
     _judge_number(verdict, edges)
     rising = edges.rising[: line.total_steps]
     grid = pixel_clock.of_steps(line, period, rising)
@@ -150,34 +137,8 @@ def judge_locked_axis(
     units = exact.instants(line, Fraction(1))[: len(rising)]
     verdict.line_zero_cycle = round(float(grid.at(np.array([0.0]))[0]))
     errors = rising - grid.at(units)
-    verdict.errors_ticks = errors
-    verdict.max_edge_error_ticks = float(np.max(np.abs(errors)))
-    verdict.rms_edge_error_us = _rms_us(errors, tick_hz)
-    _judge_own_grid(verdict, line, units, errors)
-    _judge_rates(verdict, units * float(period), rising, rising - units * float(period))
-    _judge_directions(verdict, line, edges, round(DIRECTION_SETUP_S * tick_hz))
-    return verdict, grid
-
-
-def _judge_number(verdict: AxisVerdict, edges: AxisEdges, stopped: bool = False) -> None:
-    """Judge the pulses and their number, which may be less for a line that was stopped."""
-    _judge_pulses(verdict, edges)
-    made, wanted = len(edges.rising), verdict.expected_steps
-    if made > wanted or (made < wanted and not stopped):
-        verdict.reasons.append(f"{made} steps instead of {wanted}")
-
-
-def _rms_us(errors: np.ndarray, tick_hz: int) -> float:
-    return float(np.sqrt(np.mean(errors**2))) / tick_hz * 1e6
-
-
-def _judge_own_grid(
-    verdict: AxisVerdict, line: Line, units: np.ndarray, errors: np.ndarray
-) -> None:
-    """Require every edge within a tick of its place between the ends of its piece.
-
-    The ends of pieces that run ahead of the pixels are no whole ticks: one more may be between.
-    """
+    _note_errors(verdict, errors, tick_hz)
+    # Ends of pieces that run ahead of the pixels are no whole ticks: one more may be between.
     most = np.where(units > line.shifted_pixels, 1 + NEAR_ONE, 2 + NEAR_ONE)
     far = np.flatnonzero(np.abs(errors) > most)
     if len(far):
@@ -185,6 +146,20 @@ def _judge_own_grid(
             f"{len(far)} edges are a tick or more off the board's own grid, first step "
             f"{far[0] + 1} by {errors[far[0]]:.3f} ticks"
         )
+    _judge_rates(verdict, units * float(period), rising, rising - units * float(period))
+    _judge_directions(verdict, line, edges, tick_hz)
+    return verdict, grid
+
+
+def _judge_number(verdict: AxisVerdict, edges: AxisEdges, stopped: bool = False) -> None:
+    """Require strictly increasing edges of alternating level, and their number; less if stopped."""
+    if np.any(np.diff(edges.step_cycles) <= 0):
+        verdict.reasons.append("STEP edges are not in order")
+    if np.any(np.diff(edges.step_levels) == 0):
+        verdict.reasons.append("a STEP pulse is doubled or has no end")
+    made, wanted = len(edges.rising), verdict.expected_steps
+    if made > wanted or (made < wanted and not stopped):
+        verdict.reasons.append(f"{made} steps instead of {wanted}")
 
 
 def judge_clock(zero: int, period: Fraction, clock: np.ndarray) -> tuple[int | None, str]:
@@ -195,15 +170,12 @@ def judge_clock(zero: int, period: Fraction, clock: np.ndarray) -> tuple[int | N
     """
     if not len(clock):
         return None, "the pixel clock has no edges"
-    off, edge = min((_off_edge(zero, period, clock, n) for n in _PERIODS_TO_ZERO), key=_distance)
+    offs = (_off_edge(zero, period, clock, count) for count in _PERIODS_TO_ZERO)
+    off, edge = min(offs, key=lambda found: abs(found[0]))
     if abs(off) > CLOCK_TOLERANCE:
         off, edge = _off_edge(zero, period, clock, 1)
         return edge, f"line zero is {off} cycles off one pixel period after a clock edge"
     return edge, ""
-
-
-def _distance(found: tuple[int, int]) -> int:
-    return abs(found[0])
 
 
 def _off_edge(zero: int, period: Fraction, clock: np.ndarray, count: int) -> tuple[int, int]:
@@ -225,44 +197,31 @@ def actual_positions(edges: AxisEdges, bounds: np.ndarray) -> np.ndarray:
     return made[np.searchsorted(edges.rising, bounds, side="right")]
 
 
-def _judge_pulses(verdict: AxisVerdict, edges: AxisEdges) -> None:
-    """Require strictly increasing edges of alternating level."""
-    if np.any(np.diff(edges.step_cycles) <= 0):
-        verdict.reasons.append("STEP edges are not in order")
-    if np.any(np.diff(edges.step_levels) == 0):
-        verdict.reasons.append("a STEP pulse is doubled or has no end")
+def _note_errors(verdict: AxisVerdict, errors: np.ndarray, tick_hz: int) -> None:
+    verdict.errors_ticks = errors
+    verdict.max_edge_error_ticks = float(np.max(np.abs(errors)))
+    verdict.rms_edge_error_us = float(np.sqrt(np.mean(errors**2))) / tick_hz * 1e6
 
 
 def _judge_errors(
     verdict: AxisVerdict, line: Line, period: Fraction, ticks: np.ndarray, errors: np.ndarray
 ) -> None:
     """Require every edge strictly within one tick of its exact instant."""
-    verdict.max_edge_error_ticks = float(np.max(np.abs(errors)))
-    doubtful = np.flatnonzero(np.abs(errors) > 1 - NEAR_ONE)
-    far = [int(i) for i in doubtful if abs(errors[i]) > 1 + NEAR_ONE]
-    close = {int(i) for i in doubtful} - set(far)
-    far += _outside_exactly(line, period, ticks, close)
+    doubtful = np.flatnonzero(np.abs(errors) > 1 - NEAR_ONE).tolist()
+    far = [step for step in doubtful if abs(errors[step]) > 1 + NEAR_ONE]
+    close = sorted({*doubtful} - {*far})
+    instants = exact.instants_of(line, period, close) if close else []
+    far += [
+        step
+        for step, when in zip(close, instants, strict=True)
+        if not when.strictly_within_one(int(ticks[step]))
+    ]
     if far:
         first = min(far)
         verdict.reasons.append(
             f"{len(far)} edges are a tick or more off, first step {first + 1} "
             f"by {errors[first]:.3f} ticks"
         )
-
-
-def _outside_exactly(
-    line: Line, period: Fraction, ticks: np.ndarray, indices: set[int]
-) -> list[int]:
-    """Return those of the step indices that exact arithmetic puts a tick or more off."""
-    if not indices:
-        return []
-    chosen = sorted(indices)
-    instants = exact.instants_of(line, period, chosen)
-    return [
-        index
-        for index, when in zip(chosen, instants, strict=True)
-        if not when.strictly_within_one(int(ticks[index]))
-    ]
 
 
 def _judge_rates(
@@ -297,18 +256,17 @@ def _judge_edge_ends(
         )
 
 
-def _judge_directions(verdict: AxisVerdict, line: Line, edges: AxisEdges, setup_ticks: int) -> None:
+def _judge_directions(verdict: AxisVerdict, line: Line, edges: AxisEdges, tick_hz: int) -> None:
     """Require the direction of every step, and the driver's set-up and hold times around DIR."""
     made, wanted = edges.directions(), exact.directions(line)
     count = min(len(made), len(wanted))
     wrong = np.flatnonzero(made[:count] != wanted[:count])
     if len(wrong):
         verdict.reasons.append(f"{len(wrong)} steps in the wrong direction, first {wrong[0] + 1}")
-    rising = edges.rising
+    rising, setup_ticks = edges.rising, round(DIRECTION_SETUP_S * tick_hz)
     for cycle in edges.direction_cycles:
         index = int(np.searchsorted(rising, cycle))
-        after = rising[index] - cycle if index < len(rising) else setup_ticks
-        before = cycle - rising[index - 1] if index else setup_ticks
-        if min(after, before) < setup_ticks:
+        near = np.abs(rising[max(0, index - 1) : index + 1] - cycle)
+        if np.any(near < setup_ticks):
             verdict.reasons.append(f"DIR changes at cycle {cycle}, too close to a step")
             return

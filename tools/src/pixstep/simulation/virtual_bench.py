@@ -182,26 +182,6 @@ class VirtualBench:
         self.simulator.command(f"clock {'on' if runs else 'off'}")
         self.wiring.clock_runs = runs
 
-    def gate_clock(self, edges: int, rest_s: float) -> None:
-        """Let the pixel clock rest after every so many edges; 0 edges end that."""
-        self.simulator.clock(f"gate {edges} {round(1e6 * rest_s)}")
-
-    def rest_clock(self, rest_s: float) -> None:
-        """Let the pixel clock stand still for so long."""
-        self.simulator.clock(f"rest {round(1e6 * rest_s)}")
-
-    def jitter_clock(self, jitter_s: float) -> None:
-        """Displace each edge of the pixel clock by at most so much."""
-        self.simulator.clock(f"jitter {round(1e9 * jitter_s)}")
-
-    def false_edge(self) -> None:
-        """Make a false edge at the board's pin now."""
-        self.simulator.false_edge(0)
-
-    def drop_pulses(self, count: int) -> None:
-        """Leave out the next pulses of the pixel clock."""
-        self.simulator.command(f"clock drop {count}")
-
     def set_load(self, axis: int, parameters: str) -> None:
         """Change the mechanics of an axis, in the words of the simulator's --plant."""
         self.simulator.knobs(0, axis, parameters)
@@ -216,10 +196,6 @@ class VirtualBench:
         """Cut the board's 5 V, or give them back."""
         (self.simulator.power_on if powered else self.simulator.power_off)(0)
         self.wiring.powered = powered
-
-    def reset(self, cause: str) -> None:
-        """Reset the board: "external" is the button, "brownout" a supply that breaks down."""
-        self.simulator.reset(0, cause)
 
     def status(self) -> BenchStatus:
         """Return what can be seen from outside, as plain data."""

@@ -8,12 +8,12 @@ from pathlib import Path
 from pixstep import natives
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.simulation.memory import Memory
 from pixstep.simulation.simulated_board import SimLink
 from pixstep.simulation.simulator import Permit, SimOptions, SimulatorError
 from pixstep_dev.robustness.orders import actions, state
 from pixstep_dev.robustness.orders.state import Edges, State
 from pixstep_trials import frames
+from pixstep_trials.memory import Memory
 
 FAST_BAUD, SLOW_BAUD = 250_000, 115_200  # the fastest at which no byte is lost, whatever moves
 BITS = 11  # of a byte on the line, even parity
