@@ -28,6 +28,7 @@ _MOST_PPM = 100_000
 # Of a time, by its word in the patterns; LIMIT is in simulated time, and may be left out.
 _MOST_S = {"TIME": 86_400, "LIMIT": 86_400, "REST": 3600, "JITTER": 0.01}
 _LIMIT = "60s"
+_VALUES = ("AXIS", "N", "PPM", "HZ", "PARAMETERS", *_MOST_S)
 _PPM = re.compile(r"([+-]?[0-9]+(?:\.[0-9]+)?)ppm")
 _PARAMETERS = re.compile(r"[a-z_]+=[-+.:a-z0-9]+(,[a-z_]+=[-+.:a-z0-9]+)*")
 FORMS = {
@@ -94,7 +95,7 @@ def _read(words: list[str], kind: boards.BoardKind) -> Act:
             values = [
                 _value(words, name, word, kind)
                 for name, word in zip(wanted, said, strict=True)
-                if name.isupper()
+                if name in _VALUES
             ]
             return lambda bench: act(bench, *values)
     raise _wrong(words)
@@ -104,7 +105,7 @@ def _fits(name: str, word: str) -> bool:
     """Whether a word may stand where a pattern has a word, or in capitals the name of a value."""
     if name == "PPM":
         return _PPM.fullmatch(word) is not None
-    return name.isupper() or name == word
+    return name in _VALUES or name == word
 
 
 def _wrong(words: list[str], why: object = "") -> UserError:
