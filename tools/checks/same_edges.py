@@ -203,7 +203,7 @@ def run(trial: Trial, board: SimulatedBoard) -> tuple[str, int | None]:
             board.simulator.wait_s(STOPPED_S)
             in_time = True
         else:
-            in_time = board.follow((lambda: Records(board)) if trial.records else None)
+            in_time = board.make((lambda: Records(board)) if trial.records else None, armed=True)
         board.settle()
         if trial.seek:
             event = switched(board)

@@ -22,18 +22,29 @@ LONG = Line(tuple(1 + pixel % 7 for pixel in range(300)), PLAIN)  # more entries
 
 
 class Seen:
-    """Reads no records: notes when it was asked to, and how far the board was at the end."""
+    """Reads no records; notes when each poll began, and how far the board was at the end."""
 
     def __init__(self, run):
-        self.run, self.asked_s, self.pixels = run, [], 0
+        self.run, self.world, self.begun_s, self.pixels = run, None, [], 0
 
     def look_if_due(self, world, uploads):
         assert uploads == self.run.lines.uploads
-        self.asked_s.append(world.now_s())
 
     def look(self, uploads, *, ended=False):
         assert ended and not uploads
         self.pixels = self.run.lines.seen[0]["pixel"]
+
+    def timed(self, world):
+        """Return itself as the time, which ends each wait with another poll."""
+        self.world = world
+        return self
+
+    def now_s(self):
+        return self.world.now_s()
+
+    def wait(self, seconds):
+        self.world.wait(seconds)
+        self.begun_s.append(self.world.now_s())
 
 
 def connected():
@@ -61,13 +72,13 @@ def test_a_line_to_its_end(run, line):
     run.set_up(HZ, [0], dir_setup_us=30)
     run.load({0: line})
     assert run.states() == {0: "loaded"}
-    assert run.make(lambda: seen)
+    assert run.make(lambda: seen, seen.timed)
     assert run.states() == {0: "done"}
     assert run.uploads[0].done
     assert run.board.axis(0)["position_steps"] == line.total_steps
     assert run.board.read_holdings(run.board.map.holding("dir_setup_us").address, 1) == [30]
     assert seen.pixels == line.pixels
-    gaps = [b - a for a, b in pairwise(seen.asked_s)]
+    gaps = [b - a for a, b in pairwise(seen.begun_s)]
     assert (line is LINE or len(gaps) > 1) and all(gap >= 0.999 * REST_S for gap in gaps)
 
 
@@ -113,7 +124,7 @@ def test_a_line_that_never_starts_is_not_waited_for_forever():
     fake.start = lambda _: None
     run.arm()
     begun_s = link.world.now_s()
-    assert not run.follow()
+    assert not run.make(armed=True)
     assert run.states() == {0: "armed"}
     assert 0.1 < link.world.now_s() - begun_s < 1
 

@@ -12,6 +12,7 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -116,7 +117,8 @@ def _go(board: SimulatedBoard, outcome: Outcome) -> None:
         board.arm()
         ends_s = world.now_s() + board.lasts_s
         records = (lambda: _Records(board)) if run.records else None
-        if not board.follow(records, lambda world: _Windows(world, board, outcome)):
+        windows = partial(_Windows, board, outcome)
+        if not board.make(records, windows, armed=True):
             outcome.trouble = "not done in time"
     except LineRefusedByBoardError as refusal:
         outcome.refused = refusal.name
@@ -154,7 +156,7 @@ class _Records:
 class _Windows:
     """Time in which the windows of a run are looked through, the line loaded if asked."""
 
-    def __init__(self, world: World, board: SimulatedBoard, outcome: Outcome) -> None:
+    def __init__(self, board: SimulatedBoard, outcome: Outcome, world: World) -> None:
         run = outcome.run
         self._world, self._period_s = world, float(1 / run.hz)
         self._board, self._simulator, self._outcome = board, board.simulator, outcome

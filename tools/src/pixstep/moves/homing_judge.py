@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
 from itertools import pairwise
 from math import ceil, sqrt
@@ -217,9 +217,9 @@ def switch_edges(run: HomeRun, leg: Leg, trip: Trip) -> list[int]:
 def _capture_offset(run: HomeRun, reasons: list[str]) -> int | None:
     """Return the simulator's edges less the captured ticks, the same for all: the timers' start."""
     offsets = [
-        {(edge - trip.ticks) % _TICKS for edge in switch_edges(run, leg, trip)}
-        for leg, trip in ((leg, leg.trip) for leg in run.legs)
-        if trip
+        {(edge - leg.trip.ticks) % _TICKS for edge in switch_edges(run, leg, leg.trip)}
+        for leg in run.legs
+        if leg.trip
     ]
     if not offsets:
         return None
@@ -235,49 +235,33 @@ def _judge_leg(run: HomeRun, leg: Leg, offset: int | None, reasons: list[str]) -
     """Judge one leg: its steps, its speeds, its captured edge; return its plain data."""
     in_vain = getattr(run.error, "name", "") in IN_VAIN
     stopped = run.error is not None and leg is run.legs[-1] and not in_vain
-    edges = leg_edges(run.edges, leg, run.job.tick_hz)
-    judged = judge_leg(
-        run.job.plan, leg, edges, run.job.period, tick_hz=run.job.tick_hz, stopped=stopped
+    edges, job, edge = leg_edges(run.edges, leg, run.job.tick_hz), run.job, None
+    counts, fastest, error_ticks, found = judge_leg(
+        job.plan, leg, edges, job.period, tick_hz=job.tick_hz, stopped=stopped
     )
-    found = list(judged.reasons)
-    edge = _captured_edge(run, leg, offset)
-    if leg.trip:
-        found += _position_findings(run, leg, leg.trip, edge)
+    if leg.trip and offset is None:
+        found.append("captured an edge of the home switch that the simulator does not know")
+    elif leg.trip and offset is not None:
+        captured, caught = leg.trip.ticks + offset, switch_edges(run, leg, leg.trip)
+        (edge,) = [edge for edge in caught if (edge - captured) % _TICKS == 0]
+        # The steps made at or before the simulator's edge must be the captured position.
+        made = leg.start_steps + int(edges.directions()[edges.rising <= edge].sum())
+        if made != leg.trip.position_steps:
+            found.append(f"captured at position {leg.trip.position_steps}, the edges say {made}")
     reasons += [f"{leg.name}: {text}" for text in found]
     (data,) = legs_as_json((leg,))
     return {
         **data,
-        "pixel_counts": judged.counts,
-        "fastest_steps_s": judged.fastest_steps_s,
-        "max_edge_error_ticks": judged.max_edge_error_ticks,
+        "pixel_counts": counts,
+        "fastest_steps_s": fastest,
+        "max_edge_error_ticks": error_ticks,
         "switch_edge_cycle": edge,
     }
 
 
-def _captured_edge(run: HomeRun, leg: Leg, offset: int | None) -> int | None:
-    """Return the cycle of the switch's edge that was captured; None if there was none."""
-    if not leg.trip or offset is None:
-        return None
-    captured = leg.trip.ticks + offset
-    edges = switch_edges(run, leg, leg.trip)
-    (edge,) = [edge for edge in edges if (edge - captured) % _TICKS == 0]
-    return edge
-
-
-def _position_findings(run: HomeRun, leg: Leg, trip: Trip, edge: int | None) -> list[str]:
-    """Require the captured position to be the steps made at or before the simulator's edge."""
-    if edge is None:
-        return ["captured an edge of the home switch that the simulator does not know"]
-    edges = leg_edges(run.edges, leg, run.job.tick_hz)
-    made = leg.start_steps + int(edges.directions()[edges.rising <= edge].sum())
-    if made == trip.position_steps:
-        return []
-    return [f"captured at position {trip.position_steps}, the edges say {made}"]
-
-
 def _note_found(run: HomeRun, homed: Homed, summary: HomeSummary) -> None:
     """Judge where homing ended; note what was found."""
-    edge, reasons = homed.edge, summary["reasons"]
+    job, edge, reasons = run.job, homed.edge, summary["reasons"]
     if homed.position_steps:
         reasons.append(f"ends at position {homed.position_steps}, not 0")
     if run.counted_steps != edge.position_steps + homed.position_steps:
@@ -285,41 +269,23 @@ def _note_found(run: HomeRun, homed: Homed, summary: HomeSummary) -> None:
             f"{run.counted_steps} steps counted from reset, the switch's edge was at "
             f"{edge.position_steps}"
         )
+    beyond = None
+    if job.closes_at is not None:
+        beyond = job.plan.direction * (run.load_steps - job.closes_at)
+        most = ceil(job.knob("delay") * job.plan.slow * job.pixel_hz / job.tick_hz)
+        # With play between motor and load the load need not follow the last move back.
+        if not job.knob("play") and not 0 <= beyond <= most:
+            reasons.append(
+                f"the load rests {beyond} steps beyond the place where its switch closes, its "
+                f"delay explains 0 to {most}"
+            )
     summary["found"] = True
     summary["edge"] = asdict(edge)
     summary["position_steps"] = homed.position_steps
     summary["beyond_edge_steps"] = homed.zeroed_steps
-    summary["switch_closes_at_steps"] = run.job.closes_at
-    summary["load_beyond_switch_steps"] = _load_beyond(run, reasons)
+    summary["switch_closes_at_steps"] = job.closes_at
+    summary["load_beyond_switch_steps"] = beyond
     summary["home_s"] = round(run.legs[-1].ended_s - run.legs[0].began_s, 6)
-
-
-def _load_beyond(run: HomeRun, reasons: list[str]) -> int | None:
-    """Require the load at rest where its switch closes, but for the switch's delay; how far off.
-
-    With play between motor and load the load need not follow the last move back.
-    """
-    job = run.job
-    if job.closes_at is None:
-        return None
-    beyond = job.plan.direction * (run.load_steps - job.closes_at)
-    most = ceil(job.knob("delay") * job.plan.slow * job.pixel_hz / job.tick_hz)
-    if not job.knob("play") and not 0 <= beyond <= most:
-        reasons.append(
-            f"the load rests {beyond} steps beyond the place where its switch closes, its delay "
-            f"explains 0 to {most}"
-        )
-    return beyond
-
-
-@dataclass(frozen=True)
-class JudgedLeg:
-    """What the edges of a leg say: steps in each pixel, steps/s, ticks off the exact instants."""
-
-    counts: list[int]
-    fastest_steps_s: float
-    max_edge_error_ticks: float | None  # None where the speeds alone are wrong
-    reasons: list[str]
 
 
 def leg_edges(edges: AxisEdges, leg: Leg, tick_hz: int) -> AxisEdges:
@@ -328,23 +294,19 @@ def leg_edges(edges: AxisEdges, leg: Leg, tick_hz: int) -> AxisEdges:
     steps = (edges.step_cycles > low) & (edges.step_cycles <= high)
     turns = edges.direction_cycles <= high
     return AxisEdges(
-        edges.step_cycles[steps],
-        edges.step_levels[steps],
-        edges.direction_cycles[turns],
+        edges.step_cycles[steps], edges.step_levels[steps], edges.direction_cycles[turns],
         edges.direction_levels[turns],
-    )
+    )  # fmt: skip
 
 
 def judge_leg(
-    plan: HomingPlan,
-    leg: Leg,
-    edges: AxisEdges,
-    period: Fraction,
-    *,
-    tick_hz: int,
-    stopped: bool,
-) -> JudgedLeg:
-    """Judge the edges of one leg; one that a fault has `stopped` ends at once, inside a pixel."""
+    plan: HomingPlan, leg: Leg, edges: AxisEdges, period: Fraction, *, tick_hz: int, stopped: bool
+) -> tuple[list[int], float, float | None, list[str]]:
+    """Judge the edges of one leg; one that a fault has `stopped` ends at once, inside a pixel.
+
+    Return the steps in each pixel, the fastest speed in steps/s, how far off the exact instants its
+    edges are at most, in ticks (None where the speeds alone are wrong), and what is wrong.
+    """
     rising, signs = edges.rising, edges.directions()
     counts = pixel_counts(rising, leg, period)
     reasons = []
@@ -359,8 +321,11 @@ def judge_leg(
         error_ticks, reasons = _exact_findings(
             leg, counts[: len(counts) - stopped], edges, period, tick_hz
         )
-    fastest = _fastest(rising, boundary_speeds(leg, counts), period, tick_hz)
-    return JudgedLeg(counts, fastest, error_ticks, reasons)
+    fastest = 0.0  # by the pixels, or by the shortest interval if that is slower
+    if len(rising) > 1:
+        by_pixels = float(max(boundary_speeds(leg, counts)) * (tick_hz / period))
+        fastest = min(float(tick_hz / np.diff(rising).min()), by_pixels)
+    return counts, fastest, error_ticks, reasons
 
 
 def pixel_counts(rising: np.ndarray, leg: Leg, period: Fraction) -> list[int]:
@@ -383,13 +348,6 @@ def boundary_speeds(leg: Leg, counts: list[int]) -> tuple[int, ...]:
     return Line(tuple(counts)).speeds if leg.decode == SMOOTH else (0, *counts, 0)
 
 
-def _fastest(rising: np.ndarray, speeds: tuple[int, ...], period: Fraction, tick_hz: int) -> float:
-    """Return the fastest speed, steps/s: by the pixels, or by the shortest interval if slower."""
-    if len(rising) < 2:
-        return 0.0
-    return min(float(tick_hz / np.diff(rising).min()), float(max(speeds) * (tick_hz / period)))
-
-
 def _within(entries: tuple[int, ...], before: int, after: int) -> bool:
     """True if a change of speed lies within one of the profile's own."""
     low, high = sorted((before, after))
@@ -405,10 +363,11 @@ def _plain_findings(plan: HomingPlan, counts: list[int], *, stopped: bool) -> li
     found = []
     if counts and max(counts) > entries[-1]:
         found.append(f"{max(counts)} steps in a pixel, HAPs allow {entries[-1]}")
-    for before, after in pairwise((0, *counts[:-1]) if stopped else (0, *counts, 0)):
-        if not _within(entries, before, after):
-            found.append(f"the speed jumps from {before} to {after} steps/pixel")
-    return found
+    return found + [
+        f"the speed jumps from {before} to {after} steps/pixel"
+        for before, after in pairwise((0, *counts[:-1]) if stopped else (0, *counts, 0))
+        if not _within(entries, before, after)
+    ]
 
 
 def _smooth_findings(plan: HomingPlan, counts: list[int], *, stopped: bool) -> list[str]:
@@ -442,11 +401,8 @@ def _exact_findings(
     signed = tuple(-count for count in counts) if negative and leg.decode == PLAIN else counts
     line = Line(tuple(signed), leg.decode, negative=negative, clocked=False)
     whole = edges.step_cycles <= edges.rising[steps - 1]
-    made = AxisEdges(
-        edges.step_cycles[whole],
-        edges.step_levels[whole],
-        edges.direction_cycles,
-        edges.direction_levels,
+    made = replace(
+        edges, step_cycles=edges.step_cycles[whole], step_levels=edges.step_levels[whole]
     )
     judged = verdict.judge_axis(line, period, made, tick_hz=tick_hz)
     return round(judged.max_edge_error_ticks, 6), judged.reasons

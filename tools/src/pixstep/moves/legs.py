@@ -96,14 +96,16 @@ class HomingPlan:
 
     def slow_approach(self) -> Seek:
         """Towards the switch until it closes, at one slow speed."""
-        first = self.slow // 2 if self.smooth else self.slow
-        return self._seek(Acceleration((first,), source=self.ramp.source), self.direction)
+        return self._seek(self._slow_ramp(), self.direction)
 
     def slow_back_off(self) -> Seek:
         """Away from the switch until it opens, at the slow speed."""
-        first = self.slow // 2 if self.smooth else self.slow
-        ramp = Acceleration((first,), source=self.ramp.source)
-        return self._seek(ramp, -self.direction, opens=True)
+        return self._seek(self._slow_ramp(), -self.direction, opens=True)
+
+    def _slow_ramp(self) -> Acceleration:
+        return Acceleration(
+            (self.slow // 2 if self.smooth else self.slow,), source=self.ramp.source
+        )
 
     def _seek(self, ramp: Acceleration, direction: int, *, opens: bool = False) -> Seek:
         return seek_line(ramp, direction, self.search_steps, opens=opens, decode=self.decode)
@@ -115,7 +117,11 @@ def plan(profile: Acceleration, request: HomingRequest, pixel_hz: Fraction) -> H
     The slow approach begins at least as far away as it moves in two pixels and the board's
     reaction time, so that it has its speed when the switch comes.
     """
-    ramp = profile.leading(_haps(profile, request))
+    if request.haps is None and not profile.haps:
+        raise UserError(
+            f"{profile.source}: does not say how many entries homing may use (HAPs): give --haps"
+        )
+    ramp = profile.leading(profile.haps if request.haps is None else request.haps)
     if request.decode == SMOOTH:
         require_smooth(ramp)
     slow = _slow(ramp, request)
@@ -127,15 +133,9 @@ def plan(profile: Acceleration, request: HomingRequest, pixel_hz: Fraction) -> H
     elif clear < 0:
         raise UserError(f"clear distance {clear} must not be negative")
     made = HomingPlan(
-        request.axis,
-        request.direction,
-        ramp,
-        slow,
-        request.search_steps,
-        clear,
-        request.decode,
+        request.axis, request.direction, ramp, slow, request.search_steps, clear, request.decode,
         request.turned,
-    )
+    )  # fmt: skip
     made.approach()  # refuses a search too short for a single pixel
     return made
 
@@ -161,17 +161,6 @@ def refuse(homing: HomingPlan, board: BoardLimits) -> None:
                 f"{homing.ramp.source}: homing at {hz_text(board.pixel_hz)} Hz: {name}: line "
                 f"refused: {first.name} at pixel {first.pixel}: {first.text} (nothing was sent)"
             )
-
-
-def _haps(profile: Acceleration, request: HomingRequest) -> int:
-    """Return how many leading entries homing may use: as asked, else as the file's header says."""
-    if request.haps is not None:
-        return request.haps
-    if not profile.haps:
-        raise UserError(
-            f"{profile.source}: does not say how many entries homing may use (HAPs): give --haps"
-        )
-    return profile.haps
 
 
 def _slow(ramp: Acceleration, request: HomingRequest) -> int:

@@ -65,10 +65,7 @@ class MoveOnBoard:
     before: int
 
     def make(
-        self,
-        world: World,
-        progress: Progress = unseen,
-        begun: Callable[[], None] = lambda: None,
+        self, world: World, progress: Progress = unseen, begun: Callable[[], None] = lambda: None
     ) -> Moved:
         """Move to the end. Raises BoardError for a fault, and if the steps are not those planned.
 
@@ -127,18 +124,13 @@ def prepare_homing(board: Board, plan: HomingPlan, clock: Clock, inputs: Inputs)
     hz = clock.pixel_hz(board)
     legs.refuse(plan, capability.connected_limits(board, hz))
     upload.require_idle(board, [plan.axis])
-    _set(board, plan.axis, clock, inputs)
-    run.command(board, "enable", [plan.axis])
-    return HomingOnBoard(plan, run.Lines(board, [plan.axis]), hz)
-
-
-def _set(board: Board, axis: int, clock: Clock, inputs: Inputs) -> None:
-    """Write the settings that are given, in one request."""
-    old = settings.read(board)
-    wanted = settings.of_clock(None, clock.divider) | inputs.settings(old, axis)
+    old = settings.read(board)  # all are written in one request
+    wanted = settings.of_clock(None, clock.divider) | inputs.settings(old, plan.axis)
     if clock.clock_hz:
         wanted["pixel_hz_num"] = clock.clock_hz.numerator
         wanted["pixel_hz_den"] = clock.clock_hz.denominator
     if wanted.get("home_is_limit") and inputs.home_is_limit is not None:
         board.require("shared_switch")
     settings.write(board, old, settings.changes(old, wanted))
+    run.command(board, "enable", [plan.axis])
+    return HomingOnBoard(plan, run.Lines(board, [plan.axis]), hz)

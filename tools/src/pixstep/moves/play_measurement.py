@@ -12,13 +12,13 @@ and again and again: at the slow speed a step takes longer than the contact's de
 captured position is the very step.
 """
 
+import contextlib
 import math
 import shlex
 import subprocess
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from math import ceil
 from statistics import median_low
 
 from pixstep.board.device import Board
@@ -119,28 +119,18 @@ def of_command(text: str) -> Encoder:
             raise UserError(f"encoder {text!r}: {error}") from None
         if done.returncode:
             raise UserError(f"encoder {text!r}: ended with status {done.returncode}")
-        try:
-            value = float(done.stdout)
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
-            raise UserError(f"encoder {text!r}: printed {done.stdout[:40]!r}, expected a number")
-        return value
+        with contextlib.suppress(ValueError):
+            if math.isfinite(value := float(done.stdout)):
+                return value
+        raise UserError(f"encoder {text!r}: printed {done.stdout[:40]!r}, expected a number")
 
     return read
 
 
 def measure(
-    board: Board,
-    plan: HomingPlan,
-    pixel_hz: Fraction,
-    world: World,
-    *,
-    repeat: int = 3,
-    hysteresis: float | None = None,
-    encoder: Encoder | None = None,
-    progress: Progress = unseen,
-) -> MeasuredPlay:
+    board: Board, plan: HomingPlan, pixel_hz: Fraction, world: World, *, repeat: int = 3,
+    hysteresis: float | None = None, encoder: Encoder | None = None, progress: Progress = unseen,
+) -> MeasuredPlay:  # fmt: skip
     """Measure the play of one axis, at rest and enabled, `repeat` times.
 
     `encoder` returns the load's position in the motor's steps; it is asked at rest. Raises
@@ -205,7 +195,7 @@ class _Measuring(Legs):
         from where the switch has changed already is repeated from further away.
         """
         away = self.plan.direction * (1 if seek.opens else -1)
-        margin = self.plan.clear_steps + ceil(self.plan.top * self.pixel_hz * _CONTACT_S)
+        margin = self.plan.clear_steps + math.ceil(self.plan.top * self.pixel_hz * _CONTACT_S)
         for _ in range(_TRIES):
             distance = edge + away * margin - self.position()
             if distance and not (distance * self.plan.direction > 0 and self._at_limit()):

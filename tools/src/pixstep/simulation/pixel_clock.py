@@ -14,7 +14,6 @@ backlash is taken up the pieces of a line run ahead of its pixels; each piece en
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from fractions import Fraction
 from itertools import pairwise
@@ -63,33 +62,28 @@ class ClockFlaws:
 
     def arguments(self) -> list[str]:
         """Return the runner's options."""
-        words = []
-        if self.jitter_us:
-            words += ["--pixel-jitter-rms-ns", str(round(1000 * self.jitter_us))]
-        if self.wander_ppm:
-            words += ["--pixel-wander-ppm", repr(self.wander_ppm)]
-        if self.step_ppm:
-            words += ["--pixel-step", f"{self.step_ppm!r}@{self.step_edge}"]
-        for option, every in (("--pixel-drop", self.drop), ("--pixel-double", self.double)):
-            words += [option, str(every)] if every else []
-        if self.gate_edges:
-            words += ["--pixel-gate", f"{self.gate_edges},{self.gate_rest_ms!r}"]
-        return words
+        options = {
+            "--pixel-jitter-rms-ns": self.jitter_us and str(round(1000 * self.jitter_us)),
+            "--pixel-wander-ppm": self.wander_ppm and repr(self.wander_ppm),
+            "--pixel-step": self.step_ppm and f"{self.step_ppm!r}@{self.step_edge}",
+            "--pixel-drop": self.drop and str(self.drop),
+            "--pixel-double": self.double and str(self.double),
+            "--pixel-gate": self.gate_edges and f"{self.gate_edges},{self.gate_rest_ms!r}",
+        }
+        return [word for option, value in options.items() if value for word in (option, str(value))]
 
-    def texts(self) -> Iterator[str]:
-        """Yield each flaw in words."""
-        if self.jitter_us:
-            yield f"jitter {self.jitter_us:g} us rms"
-        if self.wander_ppm:
-            yield f"wander {self.wander_ppm:g} ppm"
-        if self.step_ppm:
-            yield f"{self.step_ppm:+g} ppm from edge {self.step_edge} on"
-        if self.drop:
-            yield f"1 edge of {self.drop} missing"
-        if self.double:
-            yield f"1 edge of {self.double} doubled"
-        if self.gate_edges:
-            yield f"gate of {self.gate_edges} edges, rests of {self.gate_rest_ms:g} ms"
+    def texts(self) -> list[str]:
+        """Return each flaw in words."""
+        texts = (
+            self.jitter_us and f"jitter {self.jitter_us:g} us rms",
+            self.wander_ppm and f"wander {self.wander_ppm:g} ppm",
+            self.step_ppm and f"{self.step_ppm:+g} ppm from edge {self.step_edge} on",
+            self.drop and f"1 edge of {self.drop} missing",
+            self.double and f"1 edge of {self.double} doubled",
+            self.gate_edges
+            and f"gate of {self.gate_edges} edges, rests of {self.gate_rest_ms:g} ms",
+        )
+        return [text for text in texts if isinstance(text, str)]
 
     def as_json(self) -> Flaws:
         """Return plain data."""
@@ -139,47 +133,33 @@ def nominal(line: Line, period: Fraction, zero: int) -> PixelGrid:
 
 def of_steps(line: Line, period: Fraction, rising: np.ndarray) -> PixelGrid | None:
     """Return the grid that the steps of a line show; None if no piece was made to its end."""
-    table = _Pieces.of(line)
+    pieces = exact.PieceTable.of(line)
+    begin_px, steps, done_by = pieces.begin, pieces.steps, np.cumsum(pieces.steps)
+    end_px = np.append(begin_px[1:], float(line.pixels))
     units = exact.instants(line, Fraction(1))
-    whole = np.flatnonzero((table.steps > 0) & (table.done <= len(rising)))
+    whole = np.flatnonzero((steps > 0) & (done_by <= len(rising)))
     if not len(whole):
         return None
     knots: dict[float, float] = {}
-    begins, ends = table.begin[whole], table.end[whole]
-    made = rising[table.done[whole] - 1].astype(float)
+    begins, ends = begin_px[whole], end_px[whole]
+    made = rising[done_by[whole] - 1].astype(float)
     gaps = [0, *(1 + np.flatnonzero(begins[1:] != ends[:-1])).tolist(), len(whole)]
     for place, following in pairwise(gaps):  # whole pieces without a gap between
         begin, end = float(begins[place]), float(ends[place])
-        last = int(table.done[whole[place]]) - 1
-        first = last + 1 - int(table.steps[whole[place]])
+        last = int(done_by[whole[place]]) - 1
+        first = last + 1 - int(steps[whole[place]])
         parts = (units[first:last] - begin) / (end - begin)
         knots[begin] = _begin(parts, rising[first : last + 1], (end - begin) * float(period))
         together = slice(place, following)
         knots.update(zip(ends[together].tolist(), made[together].tolist(), strict=True))
     known = max(knots)
-    done = int(table.done[whole[-1]])
+    done = int(done_by[whole[-1]])
     if done < len(rising):
-        index = int(np.searchsorted(table.done, done, side="right"))
-        begin, end = float(table.begin[index]), float(table.end[index])
+        index = int(np.searchsorted(done_by, done, side="right"))
+        begin, end = float(begin_px[index]), float(end_px[index])
         parts = (units[done : len(rising)] - begin) / (end - begin)
         knots |= _cut_off(knots.get(begin), parts, rising[done:], begin, end)
     return PixelGrid(float(period), np.array([*knots]), np.array([*knots.values()]), known)
-
-
-@dataclass(frozen=True)
-class _Pieces:
-    """The pieces of a line: begin and end in pixels, their steps, the steps made by their end."""
-
-    begin: np.ndarray
-    end: np.ndarray
-    steps: np.ndarray
-    done: np.ndarray
-
-    @classmethod
-    def of(cls, line: Line) -> _Pieces:
-        table = exact.PieceTable.of(line)
-        begin, steps = table.begin, table.steps
-        return cls(begin, np.append(begin[1:], float(line.pixels)), steps, np.cumsum(steps))
 
 
 def _cut_off(

@@ -20,7 +20,7 @@ from fractions import Fraction
 from functools import partial
 from itertools import cycle, islice
 from pathlib import Path
-from typing import Any, Self, TypeVar
+from typing import Any, Self
 
 from pixstep import natives
 from pixstep.board import registers as regs
@@ -44,7 +44,6 @@ _SLOWEST = 1.06  # the longest pixel that a lock to the clock may make, and a li
 _START_PIXELS, _START_S = 10, 0.5  # from arming to the last pixel there is this much to spare
 _BURST = 4  # requests of a load between two looks at the time
 _MAX_READ = 125  # registers in one read
-Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
@@ -174,44 +173,25 @@ class BoardUnderTest:
         return run.states(self.board, self.axes)
 
     def make(
-        self,
-        reader: Callable[[], Reader] | None = None,
-        world: Callable[[World], World] | None = None,
-        progress: Progress = unseen,
-    ) -> bool:
+        self, reader: Callable[[], Reader] | None = None,
+        world: Callable[[World], World] | None = None, progress: Progress = unseen, *,
+        armed: bool = False,
+    ) -> bool:  # fmt: skip
         """Arm the loaded lines and follow them to their end, or to a fault; False if it is late.
 
         `reader` returns what reads their records, once they are armed, and `world` the time they
-        are followed in, by that of the thread that follows them.
+        are followed in, by that of the thread that follows them. Lines may be `armed` already.
         """
 
-        def made(course: Course) -> None:
-            self.arm()
-            self._follow(course, reader, world)
+        def make(course: Course) -> None:
+            if not armed:
+                self.arm()
+            course.begun()
+            self.lines.recorder = reader() if reader else None
+            lived = world(course.world) if world else course.world
+            with contextlib.suppress(FaultError):  # whoever wants to know it asks the board
+                run.follow([self.lines], lived, self._pixels, course.progress)
 
-        return self._in_time(made, progress)
-
-    def follow(
-        self,
-        reader: Callable[[], Reader] | None = None,
-        world: Callable[[World], World] | None = None,
-    ) -> bool:
-        """Follow lines that are armed: `make` without arming."""
-        return self._in_time(lambda course: self._follow(course, reader, world), unseen)
-
-    def _follow(
-        self,
-        course: Course,
-        reader: Callable[[], Reader] | None,
-        world: Callable[[World], World] | None,
-    ) -> None:
-        course.begun()
-        self.lines.recorder = reader() if reader else None
-        lived = world(course.world) if world else course.world
-        with contextlib.suppress(FaultError):  # whoever wants to know it asks the board
-            run.follow([self.lines], lived, self._pixels, course.progress)
-
-    def _in_time(self, make: Callable[[Course], None], progress: Progress) -> bool:
         handle = Handle(self.link, [self.lines], make, progress).begin()
         try:
             handle.wait(self.lasts_s)

@@ -47,10 +47,8 @@ class SimPipe:
         try:
             self._process = subprocess.Popen(
                 [str(word) for word in command],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
-            )
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            )  # fmt: skip
         except OSError as error:
             raise UserError(f"{command[0]}: {error.strerror or error}") from None
         assert self._process.stdin and self._process.stdout and self._process.stderr
@@ -132,19 +130,14 @@ class SimPipe:
         self._process.kill()
         _, errors = self._process.communicate()
         lines = (self._said + errors).decode(errors="replace").strip().splitlines()
-        last = lines[-1] if lines else self._status()
-        refused = _ARGUMENT.match(last)
-        self._ended = (
-            f"{refused[1]}: axis {refused[2]}: {last[refused.end() :]}"
-            if refused
-            else f"simulator: ended: {last}"
-        )
-        return self._ended
-
-    def _status(self) -> str:
-        """Return in words how the process ended: its exit status, or the signal's description."""
         status = self._process.returncode
-        return f"exit status {status}" if status >= 0 else signal.strsignal(-status) or str(status)
+        signalled = signal.strsignal(-status) if status < 0 else f"exit status {status}"
+        last = lines[-1] if lines else signalled or str(status)
+        refused = _ARGUMENT.match(last)
+        self._ended = f"simulator: ended: {last}"
+        if refused:
+            self._ended = f"{refused[1]}: axis {refused[2]}: {last[refused.end() :]}"
+        return self._ended
 
 
 @dataclass(frozen=True)
@@ -183,12 +176,10 @@ class SimOptions:
         """Return the runner's command line after the program."""
         words = [part for name, image in self.boards for part in ("--board", f"{name}={image}")]
         words += ["--pixel-hz", hz_text(self.pixel_hz), "--seed", str(self.seed)]
-        if self.powered_ms:
-            words += ["--power-up-ms", str(self.powered_ms)]
-        if self.pixel_ppm:
-            words += ["--pixel-ppm", repr(self.pixel_ppm)]
-        if self.pixel_jitter_ns:
-            words += ["--pixel-jitter-ns", repr(self.pixel_jitter_ns)]
+        words += ["--power-up-ms", str(self.powered_ms)] if self.powered_ms else []
+        words += ["--pixel-ppm", repr(self.pixel_ppm)] if self.pixel_ppm else []
+        jitter_ns = self.pixel_jitter_ns
+        words += ["--pixel-jitter-ns", repr(jitter_ns)] if jitter_ns else []
         words += self.flaws.arguments()
         for name in _LOGS:
             if path := getattr(self, name):

@@ -100,11 +100,8 @@ class VirtualBench:
         self.kind = boards.load(self.name)
         self.look = look
         self.ended = False
-        self.wiring = Wiring(
-            options.pixel_hz,
-            options.pixel_ppm,
-            axes=[AxisWiring() for _ in range(self.kind.axes)],
-        )
+        axes = [AxisWiring() for _ in range(self.kind.axes)]
+        self.wiring = Wiring(options.pixel_hz, options.pixel_ppm, axes=axes)
         self._pins = {(pin.signal, pin.axis): pin for pin in self.kind.pins}
         self.simulator = Simulator(options)
         try:
@@ -209,21 +206,20 @@ class VirtualBench:
             "estop_pressed": wiring.estop_pressed,
             "permit": self.permit(),
             "clock": {
-                "hz": float(wiring.clock_hz),
-                "ppm": wiring.clock_ppm,
-                "runs": wiring.clock_runs,
+                "hz": float(wiring.clock_hz), "ppm": wiring.clock_ppm, "runs": wiring.clock_runs,
             },
             "lost_s": self.lost_s,
             "axes": [self._axis_status(axis) for axis in range(self.kind.axes)],
-        }
+        }  # fmt: skip
 
     def _axis_status(self, axis: int) -> AxisStatus:
-        words = self.simulator.command(f"switches 0 {axis}").split()[1:]
-        closed = []
-        for place, switch in enumerate(SIGNALS):
-            level = self.wiring.axes[axis].closed_level(switch)
-            if wired(self.kind, switch, axis) and int(words[2 * place + 1]) == level:
-                closed.append(switch)
+        levels = self.simulator.command(f"switches 0 {axis}").split()[2::2]
+        wiring = self.wiring.axes[axis]
+        closed = [
+            switch
+            for switch, level in zip(SIGNALS, levels, strict=False)
+            if wired(self.kind, switch, axis) and int(level) == wiring.closed_level(switch)
+        ]
         return {
             "steps": self.simulator.steps(0, axis),
             "edges": self.edges(axis),
