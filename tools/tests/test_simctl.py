@@ -47,8 +47,8 @@ def test_reset_causes(board):
         assert bench.board.input("reset_cause") == POWER_ON
         assert cause_after(bench, lambda: sim.reset(0)) == EXTERNAL
         assert cause_after(bench, lambda: sim.reset(0, "brownout")) == BROWN_OUT
-        assert cause_after(bench, lambda: sim.power_cycle(0)) == POWER_ON
-        assert cause_after(bench, lambda: sim.power_cycle(0, at=sim.cycle + 100)) == POWER_ON
+        assert cause_after(bench, lambda: sim.supply(0, "cycle")) == POWER_ON
+        assert cause_after(bench, lambda: sim.supply(0, "cycle", at=sim.cycle + 100)) == POWER_ON
         sim.hang(0, "main")
         sim.run(200 * MS)
         assert bench.board.input("reset_cause") == WATCHDOG
@@ -60,19 +60,19 @@ def test_a_kept_hang_resets_again_and_again():
         bench.sim.run(500 * MS)
         with pytest.raises(BoardError):
             bench.board.input("reset_cause")
-        bench.sim.unhang(0)
+        bench.sim.hang(0, "off")
         bench.sim.run(200 * MS)
         assert bench.board.input("reset_cause") == WATCHDOG
 
 
 def test_no_power():
     with Bench("mega") as bench:
-        bench.sim.power_off(0)
+        bench.sim.supply(0, "off")
         with pytest.raises(BoardError):
             bench.board.input("reset_cause")
         with pytest.raises(SimulatorError, match="the board has no power"):
             bench.sim.reset(0)
-        bench.sim.power_on(0)
+        bench.sim.supply(0, "on")
         bench.sim.boot()
         assert bench.board.input("reset_cause") == POWER_ON
 
@@ -191,14 +191,14 @@ def test_flaws_of_one_boards_pin(tmp_path):
     log = tmp_path / "pins.csv"
     with SimLink(SimOptions(images, Fraction(100), pin_log=log)) as link:
         sim = link.simulator
-        sim.miss_edge(0, 2)
-        sim.add_edge(1, 3, 0.4)
-        sim.double_edge(1, 5)
+        sim.edge(0, "miss 2")
+        sim.edge(1, "add 3 400")
+        sim.edge(1, "double 5")
         sim.wait_s(0.205)
         sim.clock("rest 300000")
-        sim.false_edge(0)
-        sim.false_edge(1, at=sim.cycle + 1000)
-        sim.pin_jitter(1, 20_000)
+        sim.edge(0, "pulse")
+        sim.edge(1, "pulse", at=sim.cycle + 1000)
+        sim.edge(1, "jitter 20000")
         sim.wait_s(0.5)
         sim.flush()
     rows = [text.split(",") for text in log.read_text().splitlines()[1:]]

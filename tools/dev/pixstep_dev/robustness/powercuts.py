@@ -80,7 +80,7 @@ def _cut_once(rng: random.Random, simulator: Simulator, board: Board, outcome: O
     if cut > simulator.cycle:
         simulator.run(cut - simulator.cycle)
     outcome.in_a_byte += simulator.eeprom_state(0).address is not None
-    simulator.power_cycle(0)
+    simulator.supply(0, "cycle")
     simulator.boot()
     found = settings.read(board)
     if found == new:

@@ -91,13 +91,10 @@ class Homed:
     def as_json(self) -> dict[str, object]:
         """Return plain data."""
         return {
-            "axis": self.plan.axis,
-            "direction": self.plan.towards,
-            "edge": asdict(self.edge),
-            "beyond_edge_steps": self.zeroed_steps,
-            "position_steps": self.position_steps,
+            "axis": self.plan.axis, "direction": self.plan.towards, "edge": asdict(self.edge),
+            "beyond_edge_steps": self.zeroed_steps, "position_steps": self.position_steps,
             "legs": legs_as_json(self.legs),
-        }
+        }  # fmt: skip
 
 
 class HomingError(BoardError):
@@ -180,17 +177,12 @@ class Legs:
         state = self._follow(name, sum(repeat for _, repeat in runs))
         trip = self.board.trip() if wanted else None
         leg = Leg(
-            name=name,
-            first_steps_px=runs[0][0],
-            top_steps_px=max(count for count, _ in runs),
-            start_steps=start,
-            end_steps=state["position_steps"],
-            pixels=state["pixel"],
-            began_s=began,
-            ended_s=self.world.now_s(),
+            name=name, first_steps_px=runs[0][0], top_steps_px=max(count for count, _ in runs),
+            start_steps=start, end_steps=state["position_steps"], pixels=state["pixel"],
+            began_s=began, ended_s=self.world.now_s(),
             trip=trip if trip and trip.code == wanted and trip.axis == self.plan.axis else None,
             decode=SMOOTH if entries[0][0] & MARK_SMOOTH else PLAIN,
-        )
+        )  # fmt: skip
         self.legs.append(leg)
         in_vain = trip is not None and trip.code == TRIP_NONE
         if in_vain or state["axis_state"] != _state("done"):

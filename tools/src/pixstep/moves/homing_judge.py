@@ -171,28 +171,16 @@ def judge(run: HomeRun) -> HomeSummary:
     legs = [_judge_leg(run, leg, offset, reasons) for leg in run.legs]
     fastest = max((leg["fastest_steps_s"] for leg in legs), default=0.0)
     summary: HomeSummary = {
-        "verdict": "fail",
-        "reasons": reasons,
-        "fault": getattr(run.error, "name", ""),
-        "board": job.board,
-        "axis": job.plan.axis,
-        "direction": job.plan.towards,
-        "decode": job.plan.decode,
-        "pixel_hz": hz_text(job.pixel_hz).removesuffix("/1"),
-        "haps": len(job.plan.ramp.counts),
-        "haps_entry_steps_px": job.plan.top,
+        "verdict": "fail", "reasons": reasons, "fault": getattr(run.error, "name", ""),
+        "board": job.board, "axis": job.plan.axis, "direction": job.plan.towards,
+        "decode": job.plan.decode, "pixel_hz": hz_text(job.pixel_hz).removesuffix("/1"),
+        "haps": len(job.plan.ramp.counts), "haps_entry_steps_px": job.plan.top,
         "haps_entry_steps_s": float(job.plan.top * job.pixel_hz),
-        "fastest_steps_s": round(fastest, 3),
-        "plant": job.plant,
-        "captures": sum(leg.trip is not None for leg in run.legs),
-        "capture_offset_ticks": offset,
-        "counted_steps": run.counted_steps,
-        "load_at_rest_steps": run.load_steps,
-        "legs": legs,
-        "found": False,
-        "edge": None,
-        "position_steps": None,
-    }
+        "fastest_steps_s": round(fastest, 3), "plant": job.plant,
+        "captures": sum(leg.trip is not None for leg in run.legs), "capture_offset_ticks": offset,
+        "counted_steps": run.counted_steps, "load_at_rest_steps": run.load_steps, "legs": legs,
+        "found": False, "edge": None, "position_steps": None,
+    }  # fmt: skip
     if run.homed:
         _note_found(run, run.homed, summary)
     if not reasons:

@@ -29,13 +29,11 @@ class MoveJob:
         """Return the plan as plain data."""
         move = self.move
         return {
-            "steps": move.steps,
-            "pixels": move.pixels,
-            "seconds": round(move.seconds(self.pixel_hz), 6),
-            "top_steps_px": move.top,
+            "steps": move.steps, "pixels": move.pixels,
+            "seconds": round(move.seconds(self.pixel_hz), 6), "top_steps_px": move.top,
             "top_steps_s": round(float(move.top * self.pixel_hz), 3),
             "runs": [list(run) for run in move.runs],
-        }
+        }  # fmt: skip
 
 
 @dataclass(frozen=True)

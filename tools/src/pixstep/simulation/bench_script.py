@@ -209,7 +209,7 @@ _READERS: dict[str, dict[str, Callable[..., object]]] = {
     "clock": {
         "clock stop": lambda bench: bench.run_clock(False),
         "clock start": lambda bench: bench.run_clock(True),
-        "clock false": lambda bench: bench.simulator.false_edge(0),
+        "clock false": lambda bench: bench.simulator.edge(0, "pulse"),
         "clock gate off": lambda bench: bench.simulator.clock("gate 0 0"),
         "clock gate N REST": lambda bench, edges, rest_s: bench.simulator.clock(
             f"gate {edges} {round(1e6 * rest_s)}"

@@ -90,19 +90,16 @@ class Kept:
         worst = int(np.argmax(np.abs(self.errors_ticks)))
         ripple = self.ripple_ticks / self.period
         return {
-            "pixels": len(self.pixels),
-            "line_zero_edge": self.first_edge,
+            "pixels": len(self.pixels), "line_zero_edge": self.first_edge,
             "max_error_ticks": round(float(np.abs(self.errors_ticks[worst])), 3),
-            "max_error_pixel": int(self.pixels[worst]),
-            "rms_error_ticks": round(self.rms_ticks, 3),
+            "max_error_pixel": int(self.pixels[worst]), "rms_error_ticks": round(self.rms_ticks, 3),
             "drift_ticks": round(self.drift_ticks, 3) + 0.0,
             "drift_pixels": round(self.drift_ticks / self.period, 6) + 0.0,
             "drift_steps": round(self.drift_steps, 3) + 0.0,
             "max_position_error_steps": self.max_off_steps,
-            "ripple_ticks": round(self.ripple_ticks, 3),
-            "ripple_ppm": round(1e6 * ripple, 1),
+            "ripple_ticks": round(self.ripple_ticks, 3), "ripple_ppm": round(1e6 * ripple, 1),
             "ripple_steps_s": round(ripple * self.line_speed * self.speed_hz, 3),
-        }
+        }  # fmt: skip
 
 
 def keep(
@@ -129,17 +126,13 @@ def keep(
     follows = np.flatnonzero(np.diff(pixels) == 1)
     due = true[zero : zero + line.pixels * job.divider + 1]
     return Kept(
-        axis=axis,
-        pixels=pixels,
+        axis=axis, pixels=pixels,
         free_ticks=true[zero] + pixels * float(job.period) - true[zero + pixels * job.divider],
         errors_ticks=made - true[zero + pixels * job.divider],
-        off_steps=_off_steps(job, line, edges, due[due < stopped_at]),
-        period=float(job.period),
-        line_speed=line.line_speed,
-        speed_hz=float(job.line_hz),
-        first_edge=zero,
+        off_steps=_off_steps(job, line, edges, due[due < stopped_at]), period=float(job.period),
+        line_speed=line.line_speed, speed_hz=float(job.line_hz), first_edge=zero,
         lasts_ticks=(made[follows + 1] - made[follows]).astype(float),
-    )
+    )  # fmt: skip
 
 
 def _off_steps(job: Job, line: Line, edges: AxisEdges, true: np.ndarray) -> np.ndarray:
@@ -216,13 +209,9 @@ def clock_summary(result: RunResult) -> Clock:
     job, clock = result.job, result.clock
     before, after = result.clock_armed, result.clock_seen
     told: Clock = {
-        "sync": job.sync,
-        "divider": job.divider,
-        "flaws": job.flaws.as_json(),
-        "true_edges": len(clock.true),
-        "missing_edges": clock.missing,
-        "false_edges": clock.false,
-    }
+        "sync": job.sync, "divider": job.divider, "flaws": job.flaws.as_json(),
+        "true_edges": len(clock.true), "missing_edges": clock.missing, "false_edges": clock.false,
+    }  # fmt: skip
     if "clock_missing" in after and before:
         told["board_missing"] = (after["clock_missing"] - before["clock_missing"]) % 0x10000
         told["board_glitches"] = (after["clock_glitches"] - before["clock_glitches"]) % 0x10000

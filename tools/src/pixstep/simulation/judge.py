@@ -331,12 +331,10 @@ class AxisLoad:
         worst, pixel = _worst(self.errors)
         outside, outside_pixel = _worst(np.where(self.outside, self.errors, 0))
         return {
-            "max_load_error_steps": worst,
-            "max_load_error_pixel": pixel,
-            "max_load_error_outside_steps": outside,
-            "max_load_error_outside_pixel": outside_pixel,
+            "max_load_error_steps": worst, "max_load_error_pixel": pixel,
+            "max_load_error_outside_steps": outside, "max_load_error_outside_pixel": outside_pixel,
             "transitions": [list(span) for span in self.spans],
-        }
+        }  # fmt: skip
 
 
 def axis_load(

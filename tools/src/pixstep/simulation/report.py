@@ -129,15 +129,12 @@ def _axes_table(summary: Summary) -> rich.table.Table:
     for axis in summary["axes"]:
         ends = axis["last_steps_on_edge"] + axis["last_steps_off_edge"]
         table.add_row(
-            str(axis["axis"]),
-            _of(axis["steps"], axis["expected_steps"]),
-            ticks_text(axis["max_edge_error_ticks"]),
-            f"{1000 * axis['rms_edge_error_us']:.1f}",
+            str(axis["axis"]), _of(axis["steps"], axis["expected_steps"]),
+            ticks_text(axis["max_edge_error_ticks"]), f"{1000 * axis['rms_edge_error_us']:.1f}",
             f"{axis['rate_error_ppm']:.3f}",
             *((f"{axis['last_steps_on_edge']}/{ends}",) if edges else ()),
-            f"{axis['pixels_equal']}/{axis['pixels']}",
-            str(axis["underruns"]),
-        )
+            f"{axis['pixels_equal']}/{axis['pixels']}", str(axis["underruns"]),
+        )  # fmt: skip
     table.caption = (
         f"edge minus exact instant (max, rms), rate error, {edges}pixels whose expected and "
         f"counted positions equal the reference, underruns"
@@ -169,13 +166,9 @@ def _handlers_table(summary: Summary) -> rich.table.Table:
     table.columns[0].justify = "left"
     for row in summary["handlers"]:
         table.add_row(
-            row["name"],
-            str(row["count"]),
-            str(row["cycles_min"]),
-            f"{row['cycles_mean']:.1f}",
-            str(row["cycles_max"]),
-            str(row["latency_max"]),
-        )
+            row["name"], str(row["count"]), str(row["cycles_min"]), f"{row['cycles_mean']:.1f}",
+            str(row["cycles_max"]), str(row["latency_max"]),
+        )  # fmt: skip
     return table
 
 

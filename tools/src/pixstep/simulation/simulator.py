@@ -270,25 +270,14 @@ class Simulator(SimPipe):
         """
         self.command(f"clock {change}")
 
-    def miss_edge(self, board: int, nth: int = 1) -> None:
-        """Let the nth edge to come be missing at this board's pin alone."""
-        self.command(f"edge {board} miss {nth}")
+    def edge(self, board: int, change: str, at: int | None = None) -> None:
+        """Change an edge of the pixel clock at this board's pin alone, in the runner's words.
 
-    def add_edge(self, board: int, nth: int = 1, phase: float = 0.5) -> None:
-        """Let a false edge follow the nth to come, `phase` of a period later, at this pin alone."""
-        self.command(f"edge {board} add {nth} {round(1000 * phase)}")
-
-    def double_edge(self, board: int, nth: int = 1) -> None:
-        """Add a false edge as `add_edge` does, at a random 5 to 70 % of the period."""
-        self.command(f"edge {board} double {nth}")
-
-    def false_edge(self, board: int, at: int | None = None) -> None:
-        """Make a false edge at this board's pin alone, now or at a cycle to come."""
-        self.command(f"edge {board} pulse{_at(at)}")
-
-    def pin_jitter(self, board: int, ns: int) -> None:
-        """Displace each edge at this board's pin by at most so much, evenly distributed."""
-        self.command(f"edge {board} jitter {ns}")
+        "miss N" (the Nth to come), "add N THOUSANDTHS" (a false edge follows it so far into the
+        period), "double N" (the same at a random 5 to 70 %), "pulse" (a false edge now, or at a
+        cycle to come), "jitter NS" (each is displaced by at most so much, evenly distributed).
+        """
+        self.command(f"edge {board} {change}{_at(at)}")
 
     def steps(self, board: int, axis: int) -> int:
         """Return the signed steps that an axis has made."""
@@ -358,17 +347,14 @@ class Simulator(SimPipe):
         """Return the permit output's level and edges."""
         return Permit(*map(int, self.command(f"permit {board}").split()[1:]))
 
-    def power_off(self, board: int, at: int | None = None) -> None:
-        """Cut a board's supply: the byte of EEPROM on its way becomes anything, pins float."""
-        self.command(f"power {board} off{_at(at)}")
+    def supply(self, board: int, change: str, at: int | None = None) -> None:
+        """Cut a board's supply, "off", or give it back, "on"; "cycle" does both within a cycle.
 
-    def power_on(self, board: int, at: int | None = None) -> None:
-        """Give a board its supply back: RAM is noise, the program begins; hangs have ended."""
-        self.command(f"power {board} on{_at(at)}")
-
-    def power_cycle(self, board: int, at: int | None = None) -> None:
-        """Cut the supply and give it back within the same cycle."""
-        self.command(f"cycle {board}{_at(at)}")
+        The byte of EEPROM on its way becomes anything, pins float; then RAM is noise and the
+        program begins; hangs have ended.
+        """
+        words = f"cycle {board}" if change == "cycle" else f"power {board} {change}"
+        self.command(f"{words}{_at(at)}")
 
     def reset(self, board: int, cause: str = "external", at: int | None = None) -> None:
         """Reset a board: "external" (the reset pin) or "brownout". RAM and EEPROM are kept."""
@@ -379,13 +365,10 @@ class Simulator(SimPipe):
 
         `what` is "main" (the main loop stands still, interrupts go on), "interrupts" (a loop with
         interrupts off), "for CYCLES" (the processor stands still once, timers go on), "axis N" (its
-        step interrupt returns at once) or "at SYMBOL" (the instruction there jumps to itself).
+        step interrupt returns at once), "at SYMBOL" (the instruction there jumps to itself) or
+        "off" (every hang ends, the program goes on from where it stands).
         """
         self.command(f"hang {board} {what}{' kept' if kept else ''}")
-
-    def unhang(self, board: int) -> None:
-        """End every hang of a board: its program goes on from where it stands."""
-        self.command(f"hang {board} off")
 
 
 def _words(*words: object) -> str:

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from pixstep.lazy import lazy
 from pixstep.lines import exact
@@ -30,6 +30,10 @@ else:
 
 CLOCK_TOLERANCE = 4  # cycles
 _PERIODS_TO_ZERO = range(1, 65)  # of the clock, from its edge to line zero
+_DIGITS = {
+    "max_edge_error_ticks": 6, "rms_edge_error_us": 6, "rate_error_ppm": 3,
+    "max_interval_error_ticks": 6,
+}  # fmt: skip
 NEAR_ONE = 1e-3  # ticks from the limit where floating point hands over to exact arithmetic
 DIRECTION_SETUP_S = 20e-6  # the default setting
 
@@ -58,24 +62,17 @@ class AxisVerdict:
         """True if nothing was found."""
         return not self.reasons
 
+    @property
+    def verdict(self) -> str:
+        """pass or fail."""
+        return "pass" if self.passed else "fail"
+
     def summary(self) -> Axis:
         """Return the plain data of summary.json."""
-        return {
-            "board": self.board,
-            "axis": self.axis,
-            "verdict": "pass" if self.passed else "fail",
-            "reasons": self.reasons,
-            "steps": self.steps,
-            "expected_steps": self.expected_steps,
-            "underruns": self.underruns,
-            "line_zero_cycle": self.line_zero_cycle,
-            "max_edge_error_ticks": round(self.max_edge_error_ticks, 6),
-            "rms_edge_error_us": round(self.rms_edge_error_us, 6),
-            "rate_error_ppm": round(self.rate_error_ppm, 3) + 0.0,
-            "max_interval_error_ticks": round(self.max_interval_error_ticks, 6),
-            "last_steps_on_edge": self.last_steps_on_edge,
-            "last_steps_off_edge": self.last_steps_off_edge,
-        }
+        found = {name: getattr(self, name) for name in Axis.__annotations__ if hasattr(self, name)}
+        for name, digits in _DIGITS.items():
+            found[name] = round(found[name], digits) + 0.0
+        return cast("Axis", found)
 
 
 def find_zero(line: Line, period: Fraction, rising: np.ndarray) -> int | None:

@@ -191,7 +191,7 @@ class VirtualBench:
 
     def switch_supply(self, *, powered: bool) -> None:
         """Cut the board's 5 V, or give them back."""
-        (self.simulator.power_on if powered else self.simulator.power_off)(0)
+        self.simulator.supply(0, "on" if powered else "off")
         self.wiring.powered = powered
 
     def status(self) -> BenchStatus:

@@ -237,7 +237,7 @@ class World:
 
     def _interrupt_supply(self, what: str) -> None:
         if what == "cycle":
-            self.sim.power_cycle(0)
+            self.sim.supply(0, "cycle")
         else:
             self.sim.reset(0, what)
         self.start()
