@@ -138,7 +138,7 @@ _MODULES = {
     "errors": ("PlainError", "RefusedError", "UserError"),
     "lines.line_check": ("Finding", "Limits"),
     "moves.homing": ("HomingError",),
-    "simulation.simpipe": ("SimulatorError",),
+    "simulation.simulator": ("SimulatorError",),
 }  # fmt: skip
 _PLACES = {name: module for module, names in _MODULES.items() for name in names}
 

@@ -123,7 +123,7 @@ def judge_locked_axis(
 ) -> tuple[AxisVerdict, PixelGrid | None]:
     """Return the verdict on edges that follow the pixel clock, and the grid that they show.
 
-    Errors are those against the board's own grid; `clockjudge` compares the grid with the clock.
+    Errors are those against the board's own grid; `clock_judge` compares the grid with the clock.
     """
     verdict = AxisVerdict(axis, 0, len(edges.rising), line.total_steps)
     _judge_number(verdict, edges)
