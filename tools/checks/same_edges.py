@@ -46,7 +46,7 @@ from pixstep.board.upload import Upload
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
 from pixstep.lines.runs import queue_entries, seek_entries
-from pixstep.operations.run import demo
+from pixstep.operations import run as demo
 from pixstep.profiles import generator
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.job import Job

@@ -14,7 +14,7 @@ from pixstep import formats, natives
 from pixstep.cli.main import main
 from pixstep.lines.runs import MARK_NEGATIVE, MARK_SMOOTH, signed
 from pixstep.moves import experiments
-from pixstep.operations.run import sim
+from pixstep.operations import run
 from pixstep.trajectories import circle, circle_test, runs
 from pixstep.trajectories.transitions import TablePlay
 
@@ -192,7 +192,7 @@ def test_what_is_simulated(turned, monkeypatch, way, sign):
         job = _begun(monkeypatch, experiments, "simulate_homing", *words, "--direction", asked)
         assert (job.plan.direction, job.plan.towards) == (towards, asked)
     words = ("sim", "smooth.csv", "--motor", "S")
-    job = _begun(monkeypatch, sim, "simulate", *words)
+    job = _begun(monkeypatch, run, "simulate", *words)
     assert [line.negative for line in job.lines.values()] == [sign < 0]
     words = ("trajectory", "sim", "circle.csv", "--motor", "X", "--motor", "Y")
     test = _begun(monkeypatch, circle_test, "simulate", *words)

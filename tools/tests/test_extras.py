@@ -35,7 +35,7 @@ from pixstep.__main__ import run
 run()
 """
 DRAWINGS = {
-    "moves.plots", "plotting", "profiles.figure",
+    "fly.picture", "moves.plots", "plotting", "profiles.figure",
     "programs.figure", "reversals.picture", "simulation.plots", "trajectories.picture",
 }  # fmt: skip
 LINE = ("line.csv", "--decode", "smooth", "--pixel-hz", "30")
@@ -125,7 +125,7 @@ except px.UserError as error:
     [
         ("px.line((2, 4, 4, 2)).plot()", "plot"),
         ("px.simulate(px.line((2, 4, 4, 2)), board='mega', pixel_hz=30)", "numpy"),
-        ("from pixstep.api import records; records.np.zeros(1)", "numpy"),
+        ("from pixstep.api import motion; motion.np.zeros(1)", "numpy"),
     ],
 )  # fmt: skip
 def test_a_call_says_what_is_missing(tmp_path, call, extra):

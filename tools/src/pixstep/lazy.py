@@ -23,6 +23,9 @@ _EXTRAS = {
     "numpy": ("this needs numpy", "numpy"),
     "matplotlib": ("drawings need matplotlib", "plot"),
     "pyarrow": ("Parquet needs pyarrow", "parquet"),
+    "caproto": ("EPICS needs caproto", "epics"),
+    "bluesky": ("fly scans need bluesky", "bluesky"),
+    "scanspec": ("scans need scanspec", "bluesky"),
 }
 
 

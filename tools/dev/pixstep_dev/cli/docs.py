@@ -90,6 +90,15 @@ _add_table(
 )
 
 
+def _epics() -> str:
+    from pixstep_dev.docs import epics  # which other documents do not need
+
+    return epics.epics()
+
+
+_add_table("epics", _epics, "The PVs of motors and of their server, for docs/EPICS.md.")
+
+
 def _grammar() -> str:
     from pixstep_dev.docs import grammar  # loads every command
 
@@ -115,9 +124,9 @@ _add_table(
 @docs_group.command("schemas")
 def schemas_command() -> None:
     """Print the JSON schemas of all results, for docs/schemas.json."""
-    from pixstep.operations import schemas  # loads every operation
+    from pixstep.operations import catalog  # loads every operation
 
-    click.echo(json.dumps(schemas.all_schemas(), indent=1, sort_keys=True))
+    click.echo(json.dumps(catalog.all_schemas(), indent=1, sort_keys=True))
 
 
 def _commands() -> str:

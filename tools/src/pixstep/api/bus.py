@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Self
 
 from pixstep import arguments
 from pixstep.api import moving, running
-from pixstep.api.axes import Lines
 from pixstep.api.given import Hz
 from pixstep.api.machines import Motor
-from pixstep.api.motion import Motion, Motions
+from pixstep.api.motion import AxisState, Motion, Motions, Recording, states_of
 from pixstep.api.motions import CheckResult, MotionLine
 from pixstep.api.moving import (
     SEARCH_STEPS,
@@ -25,9 +24,7 @@ from pixstep.api.moving import (
     Which,
 )
 from pixstep.api.programs import MotionProgram
-from pixstep.api.records import Recording
-from pixstep.api.running import Clock
-from pixstep.api.states import AxisState, states_of
+from pixstep.api.running import Clock, Lines
 from pixstep.api.words import Decode, Direction, Parity, SharedLimit, Switches, Sync, Until
 from pixstep.board import capability, recording
 from pixstep.board.device import Board as Device

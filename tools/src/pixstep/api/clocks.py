@@ -9,8 +9,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Self
 
 from pixstep import arguments
-from pixstep.api.shown import Facts, Shown, count, frame
-from pixstep.api.ticks import Ticks
+from pixstep.api.shown import Facts, Shown, Ticks, count, frame
 from pixstep.errors import UserError
 from pixstep.lazy import lazy
 from pixstep.simulation.pixel_clock import (

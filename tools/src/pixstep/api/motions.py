@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Any, Self, SupportsInt
 
 from pixstep import arguments, formats, owndata
 from pixstep.api import given
-from pixstep.api.errors import LineRefusedError
 from pixstep.api.given import Hz
 from pixstep.api.machines import Motor
-from pixstep.api.shown import Facts, Shown, count, frame
+from pixstep.api.shown import Facts, LineRefusedError, Shown, count, frame
 from pixstep.api.words import BoardKind, Decimals, Decode, Quantity, Separator
 from pixstep.arguments import FAR
 from pixstep.board import capability, settings

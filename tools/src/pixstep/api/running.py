@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Lines of one or several boards: checked while nothing moves, then made by a Motion."""
+"""Lines of one or several boards: on which axis, by which clock; checked, then made by a Motion."""
 
 from __future__ import annotations
 
@@ -7,20 +7,123 @@ import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from typing import Self
 
 from pixstep import arguments, lazy
 from pixstep.api import given
-from pixstep.api.axes import Lines, by_axis
-from pixstep.api.clocking import Clocking
+from pixstep.api.machines import Motor
+from pixstep.api.motion import AxisState, Recording, states_of
 from pixstep.api.motions import CheckResult, MotionLine
-from pixstep.api.records import Recording
-from pixstep.api.states import AxisState, states_of
+from pixstep.api.words import Sync
 from pixstep.board import capability, recording, settings, snapshot, together, upload
 from pixstep.board import run as running
 from pixstep.board.device import Board as Device
 from pixstep.board.handle import Course
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines.units import refuse_period
+
+Lines = MotionLine | Sequence[MotionLine] | Mapping[int, MotionLine]
+"""One line, several, or lines by axis."""
+
+
+def by_axis(lines: Lines, axis: int | None = None) -> dict[int, MotionLine]:
+    """Return lines by axis.
+
+    One line goes to `axis`, else to the axis of its motor, else to axis 0; several to those of
+    their motors, or to axes 0, 1, 2 ... if none has a motor. Raises UserError for no line at all,
+    for two lines of one axis, and where an axis that is named is not that of the line's motor.
+    """
+    if isinstance(lines, MotionLine):
+        chosen = lines.axis if axis is None else given.axis(axis)
+        return _agreed({chosen: lines})
+    if axis is not None:
+        raise UserError(f"axis {arguments.shown(axis)}: only one line has an axis by it")
+    if isinstance(lines, Sequence) and not isinstance(lines, str):
+        return _in_order(lines)
+    return _agreed(_checked(given.by_axis("lines", lines)))
+
+
+def _in_order(lines: Sequence[MotionLine]) -> dict[int, MotionLine]:
+    """Return lines that are given without axes."""
+    found = _checked(dict(enumerate(lines)))
+    if not any(item.motor for item in found.values()):
+        return found
+    placed: dict[int, MotionLine] = {}
+    for item in found.values():
+        if item.motor is None:
+            raise UserError(f"{item.line.name}: has no motor, the others have: give lines by axis")
+        if item.axis in placed:
+            raise UserError(f"axis {item.axis}: has two lines, of motor {item.motor.name}")
+        placed[item.axis] = item
+    return placed
+
+
+def _checked(lines: Mapping[int, MotionLine]) -> dict[int, MotionLine]:
+    if not lines:
+        raise UserError("no line is given")
+    for axis, item in lines.items():
+        arguments.instance(f"line of axis {axis}:", item, MotionLine, "a MotionLine")
+    return dict(lines)
+
+
+def _agreed(lines: dict[int, MotionLine]) -> dict[int, MotionLine]:
+    """Return lines by axis; raises UserError for the line of another axis' motor."""
+    for axis, item in lines.items():
+        if item.motor and item.motor.axis != axis:
+            raise UserError(
+                f"{item.line.name}: is for motor {item.motor.name}, axis {item.motor.axis}, not "
+                f"for axis {axis}"
+            )
+    return lines
+
+
+@dataclass(frozen=True)
+class Clocking:
+    """What the lines of a run are to the pixel clock; None where nothing says so."""
+
+    sync: Sync | None
+    divider: int | None
+    gate_edges: int | None = None
+
+    @classmethod
+    def of(
+        cls,
+        lines: Mapping[int, MotionLine],
+        sync: str | None,
+        divider: int | None,
+        gate_edges: int | None = None,
+    ) -> Self:
+        """Return what is given, else what the machine of the lines has.
+
+        Raises UserError for what no board knows, and for a divider by which the pixels of a line
+        would not be edges of its machine's clock.
+        """
+        wanted, divider = given.sync(sync), given.divider(divider)
+        gate_edges = given.gate_edges(gate_edges)
+        for item in lines.values():
+            motor = item.motor
+            if item.divider is not None:
+                divider = _agreed_divider(item, item.divider, divider, "the clock")
+            if motor is None:
+                continue
+            wanted = wanted or motor.sync
+            gate_edges = motor.gate_edges if gate_edges is None else gate_edges
+            if item.divider is None and _has_own_pixels(item, motor):
+                divider = _agreed_divider(item, motor.divider, divider, "its machine's clock")
+        return cls(wanted, divider, gate_edges)
+
+
+def _has_own_pixels(item: MotionLine, motor: Motor) -> bool:
+    """True if the pixels of a line are those of its machine's clock."""
+    return item.hz == motor.pixel_hz
+
+
+def _agreed_divider(item: MotionLine, own: int, other: int | None, clock: str) -> int:
+    """Return the divider of a line. Raises UserError if the run has another one."""
+    if other not in (None, own):
+        edges = "one edge" if own == 1 else f"{own} edges"
+        raise UserError(f"{item.line.name}: its pixels are {edges} of {clock}, the run has {other}")
+    return own
 
 
 @dataclass(frozen=True)
@@ -61,9 +164,11 @@ class Prepared:
             self.device, self.clock_hz, wanted.sync, wanted.divider, wanted.gate_edges
         )
 
-    def recorded(self) -> contextlib.AbstractContextManager[recording.Recorder | None]:
-        """Let the records of the lines be read along."""
-        return recording.recorded(self.lines, self.records.take)
+    def recorded(
+        self, axes_together: int
+    ) -> contextlib.AbstractContextManager[recording.Recorder | None]:
+        """Let the records of the lines be read along, those of so many axes on the bus."""
+        return recording.recorded(self.lines, self.records.take, axes_together=axes_together)
 
     def queue(self) -> None:
         """Queue the lines, or as much of them as the queues hold."""
@@ -115,7 +220,8 @@ def prepare(
 def make(prepared: Prepared, course: Course) -> tuple[AxisState, ...]:
     """Make the lines of one board, to their end."""
     lines = prepared.lines
-    with prepared.recorded() as prepared.records.recorder, running.stopped_on_failure([lines]):
+    recorded = prepared.recorded(len(lines.axes))
+    with recorded as prepared.records.recorder, running.stopped_on_failure([lines]):
         snapshot.await_lock(prepared.device, course.world)
         prepared.queue()
         running.arm_queued(lines)
@@ -127,9 +233,10 @@ def make(prepared: Prepared, course: Course) -> tuple[AxisState, ...]:
 def make_together(several: Sequence[Prepared], course: Course) -> dict[int, tuple[AxisState, ...]]:
     """Make the lines of several boards, which begin on one edge of their clock, to their end."""
     group = [one.lines for one in several]
+    axes_together = sum(len(lines.axes) for lines in group)
     with contextlib.ExitStack() as stack:
         for one in several:
-            one.records.recorder = stack.enter_context(one.recorded())
+            one.records.recorder = stack.enter_context(one.recorded(axes_together))
         stack.enter_context(running.stopped_on_failure(group))
         for one in several:
             snapshot.await_lock(one.device, course.world)

@@ -15,14 +15,12 @@ from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from pixstep import arguments, outfolder
 from pixstep.api import given
-from pixstep.api.axes import Lines
-from pixstep.api.axes import by_axis as axes_of
-from pixstep.api.clocking import Clocking
 from pixstep.api.clocks import ClockErrors, ClockFigures, PixelClock
 from pixstep.api.given import Hz
 from pixstep.api.motions import MotionLine
-from pixstep.api.shown import Facts, Shown, count, frame
-from pixstep.api.ticks import Ticks
+from pixstep.api.running import Clocking, Lines
+from pixstep.api.running import by_axis as axes_of
+from pixstep.api.shown import Facts, Shown, Ticks, count, frame
 from pixstep.api.words import BoardKind, Sync
 from pixstep.board import boards
 from pixstep.errors import PlainError, UserError

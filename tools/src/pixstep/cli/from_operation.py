@@ -20,9 +20,8 @@ from pixstep.cli.output import say, show_json, show_json_row, teller
 from pixstep.errors import RefusedError, UserError
 from pixstep.machine import FILE_NAME, VARIABLE
 from pixstep.operations import perform
-from pixstep.operations.asked import AskedError, FieldError, MissingError
+from pixstep.operations.asked import AskedError, Field, FieldError, MissingError
 from pixstep.operations.desk import Desk, Source
-from pixstep.operations.field import Field
 from pixstep.operations.kinds import Flag
 from pixstep.operations.perform import Caller
 from pixstep.operations.request import Request, fields
@@ -252,8 +251,8 @@ def _run(**_params: Any) -> None:
     try:
         result = perform.finish(request, desk)
     except BaseException:
-        if desk.so_far is not None and as_json:
-            show_json(desk.so_far.data)
+        if desk.so_far is not None:
+            _deliver(desk.so_far, page, as_json=as_json)
         raise
     if not (as_json and request.json_rows and result.told):
         _deliver(result, page, as_json=as_json)

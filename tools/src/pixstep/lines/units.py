@@ -304,7 +304,7 @@ def _unit_of(name: str, order: int, text: str) -> tuple[str, Fraction, bool]:
     return length, factor / _SECONDS[found[2]] ** order, True
 
 
-_DECIMAL = re.compile(r"[0-9]{1,10}(\.[0-9]{1,20})?")
+_DECIMAL = re.compile(r"[0-9]{1,10}(\.[0-9]{1,20})?([eE][+-]?[0-9]{1,2})?")
 _FRACTION = re.compile(r"[0-9]{1,10}/[0-9]{1,10}")
 _UNIT = re.compile(r" *(k|M|m)?Hz$")
 _PREFIXES: dict[str | None, Fraction] = {
@@ -319,7 +319,7 @@ PERIOD_TICKS = (1024, 0xFFFFFF)  # what the pixel grid of a board can carry
 
 
 def parse_hz(text: str, what: str = "pixel frequency") -> Fraction:
-    """Return the frequency written as a decimal or a fraction, exactly, in Hz: 29.97, 30000/1001Hz.
+    """Return the frequency written as a decimal or a fraction, exactly, in Hz: 1e3, 30000/1001Hz.
 
     Both numerator and denominator of the reduced fraction must fit 32 bits, as the board takes
     them so. Raises UserError naming the text otherwise, or if the frequency is not above zero;

@@ -16,11 +16,9 @@ from pixstep.errors import UserError
 from pixstep.lines.units import TooLittleError
 from pixstep.machine import NO_FILE, find_file
 from pixstep.operations import longer_pixels
-from pixstep.operations import outputs as written
-from pixstep.operations.asked import FieldError, MissingError
+from pixstep.operations.asked import Field, FieldError, MissingError, refuse_outputs
 from pixstep.operations.desk import Desk, Source
 from pixstep.operations.facts import Facts, named_by
-from pixstep.operations.field import Field
 from pixstep.operations.kinds import FindScale, no_scale
 from pixstep.operations.request import Request, fields
 from pixstep.operations.result import Result
@@ -158,7 +156,7 @@ def perform(
     request.prepare(facts, desk.say)
     made, desk.sources = resolve(request, given, facts)
     with atomic.rules(rules(made, force=caller.force)):
-        written.refuse((field.name, path) for field, path in outputs(made))
+        refuse_outputs((field.name, path) for field, path in outputs(made))
         return finish(made, desk)
 
 

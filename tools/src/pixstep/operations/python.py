@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 from pixstep import arguments
 from pixstep.errors import UserError
 from pixstep.operations import catalog
+from pixstep.operations.asked import Field
 from pixstep.operations.desk import Desk, nobody_watches
-from pixstep.operations.field import Field
 from pixstep.operations.perform import Caller, perform
 from pixstep.operations.request import Request, fields
 from pixstep.operations.result import Result

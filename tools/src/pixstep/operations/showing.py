@@ -10,7 +10,7 @@ from typing import Protocol
 from pixstep.formats import ProfileHeader
 from pixstep.lines import units
 from pixstep.lines.units import ACCELERATION, JERK, SPEED, Quantity
-from pixstep.operations import meant_for
+from pixstep.operations import reading_lines
 from pixstep.operations.desk import Desk
 from pixstep.operations.result import Page, Result
 from pixstep.profiles import origin, page
@@ -69,7 +69,7 @@ def used_frequency(
     A pixel has `divider` edges of the clock. A file that was made for another frequency than is
     given gets a note.
     """
-    desk.say(meant_for.motor_notes(desk.facts, path, header))
+    desk.say(reading_lines.motor_notes(desk.facts, path, header))
     own = origin.frequency_of(path, header)
     if own is None or (given and not desk.by_machine("pixel_hz")):
         desk.say(origin.frequency_notes(path, header, given, divider=divider))

@@ -11,6 +11,7 @@ import re
 import selectors
 import signal
 import subprocess
+import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -44,6 +45,7 @@ class SimPipe:
     """
 
     def __init__(self, command: Sequence[object]) -> None:
+        self._turn = threading.Lock()
         try:
             self._process = subprocess.Popen(
                 [str(word) for word in command],
@@ -66,7 +68,11 @@ class SimPipe:
         self.kill()
 
     def command(self, text: str) -> str:
-        """Send one command and return its answer."""
+        """Send one command and return its answer; of several threads one after the other."""
+        with self._turn:
+            return self._command(text)
+
+    def _command(self, text: str) -> str:
         if self._ended:
             raise SimulatorError(self._ended)
         try:

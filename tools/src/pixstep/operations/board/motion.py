@@ -22,8 +22,7 @@ from pixstep.operations.bus import Known, ToBoard
 from pixstep.operations.clocks import BoardClock
 from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import TEXT, Steps, Whole
-from pixstep.operations.motion.home_fields import HomeFields
-from pixstep.operations.motion.move_fields import MoveFields, headline
+from pixstep.operations.motion import HomeFields, MoveFields, headline
 from pixstep.operations.request import flag, operation, option, shared_fields
 from pixstep.operations.result import Result
 
