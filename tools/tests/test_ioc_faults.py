@@ -11,10 +11,10 @@ import sys
 
 import pytest
 from caproto import AlarmStatus, ChannelType
-
 from effort import only_long
 from iocbench import until
 from iocprocess import Command
+
 from pixstep.motor_record import Msta
 
 MACHINE = """
@@ -212,3 +212,4 @@ def test_homing_finds_the_switch_and_one_without_a_switch_fails_with_its_flag(wo
     assert wire.put("T:b.HOMF", 1) == ""
     assert Msta.HOMED not in world.flags("b")
     assert wire.value("T:b.HLS") == 1 or Msta.PROBLEM in world.flags("b")
+

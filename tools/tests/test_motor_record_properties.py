@@ -3,11 +3,12 @@
 
 import time
 
+import motor_invariants as holds
+import pytest
+from effort import LONG, cases, only_long
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-import motor_invariants as holds
-from effort import LONG, cases, only_long
 from pixstep.motor_record import FIELDS, MotorRecord
 from pixstep_trials.motor_traces.bench import Bench
 from pixstep_trials.motor_traces.stepper import Stepper

@@ -202,7 +202,7 @@ class _Measuring(Legs):
                 self.move(before, distance)
             if self.board.switches(self.plan.axis).home == seek.opens:
                 found = self._edge(name, seek)
-                return found, self._gap()
+                return found, self.position() - self.encoder() if self.encoder else None
             margin *= 2
         raise HomingError(
             f"axis {self.plan.axis}: the switch is {'open' if seek.opens else 'closed'} "
@@ -214,6 +214,3 @@ class _Measuring(Legs):
         bit = 2 * self.plan.axis + (self.plan.direction > 0)
         shared = self.board.setting("home_is_limit") >> bit & 1
         return bool(shared) and self.board.switches(self.plan.axis).home
-
-    def _gap(self) -> float | None:
-        return self.position() - self.encoder() if self.encoder else None

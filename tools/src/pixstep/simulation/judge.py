@@ -132,10 +132,7 @@ def _judge_clock(
 
 
 def _common_zero(
-    result: RunResult,
-    axes: list[AxisVerdict],
-    grids: dict[int, PixelGrid],
-    reasons: list[str],
+    result: RunResult, axes: list[AxisVerdict], grids: dict[int, PixelGrid], reasons: list[str]
 ) -> int | None:
     """Return the line zero of the axes, the first of several, noting if they differ and must not.
 
@@ -143,15 +140,13 @@ def _common_zero(
     Lines that wait for no edge of the clock begin one after the other.
     """
     job = result.job
-    zeros = {
-        found.axis: found.line_zero_cycle for found in axes if found.line_zero_cycle is not None
-    }
-    waited = sorted({zero for axis, zero in zeros.items() if job.lines[axis].clocked})
+    known = [(of.axis, of.line_zero_cycle) for of in axes if of.line_zero_cycle is not None]
+    waited = sorted({zero for axis, zero in known if job.lines[axis].clocked})
     if job.locked:
         reasons += clock_judge.apart(job, grids)
     elif job.sync != FREE and len(waited) > 1:
         reasons.append(f"the axes do not share one line zero: cycles {waited}")
-    return min(zeros.values(), default=None)
+    return min((zero for _, zero in known), default=None)
 
 
 def _pixel_rows(result: RunResult, axis: int, grid: PixelGrid | None) -> list[PixelRow]:

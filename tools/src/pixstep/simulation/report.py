@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypedDict
 
@@ -39,9 +39,7 @@ class PixelRow:
 
     def text(self, *, loads: bool = False) -> str:
         """Return the row, with the load's column if asked; an unknown value is empty."""
-        values: list[int | None] = [self.board, self.axis, self.pixel]
-        values += [self.edge_cycle, self.expected_steps, self.actual_steps]
-        values += [self.load_steps] if loads else []
+        values = astuple(self)[: None if loads else -1]
         return ",".join("" if value is None else str(value) for value in values)
 
 
@@ -128,8 +126,9 @@ def _axes_table(summary: Summary) -> rich.table.Table:
     )  # fmt: skip
     for axis in summary["axes"]:
         ends = axis["last_steps_on_edge"] + axis["last_steps_off_edge"]
+        made, wanted = axis["steps"], axis["expected_steps"]  # a long move's line stays short
         table.add_row(
-            str(axis["axis"]), _of(axis["steps"], axis["expected_steps"]),
+            str(axis["axis"]), str(made) if made == wanted else f"{made}/{wanted}",
             ticks_text(axis["max_edge_error_ticks"]), f"{1000 * axis['rms_edge_error_us']:.1f}",
             f"{axis['rate_error_ppm']:.3f}",
             *((f"{axis['last_steps_on_edge']}/{ends}",) if edges else ()),
@@ -154,11 +153,6 @@ def _edges_meaning(summary: Summary) -> str:
     if not clock_judge.even(summary):
         return ""
     return f"last steps of pixels within {clock_judge.EDGE_TICKS} ticks of the clock's true edge, "
-
-
-def _of(made: int, wanted: int) -> str:
-    """Return "made/wanted", or one number if they agree: a long move's line stays short."""
-    return str(made) if made == wanted else f"{made}/{wanted}"
 
 
 def _handlers_table(summary: Summary) -> rich.table.Table:
@@ -195,8 +189,10 @@ def _footer(summary: Summary) -> str:
     if clock_judge.parts(summary):
         lines += clock_judge.texts(summary)
     if summary.get("clock_edge_cycle") is not None:
+        periods = summary.get("line_zero_periods", 1)
+        text = "one pixel period" if periods == 1 else f"{periods} periods of the clock"
         lines.append(
-            f"line zero at cycle {summary['line_zero_cycle']}, {_periods_text(summary)} after the "
+            f"line zero at cycle {summary['line_zero_cycle']}, {text} after the "
             f"clock edge at {summary['clock_edge_cycle']}"
         )
     cpu, interrupts = summary["cpu_share"], summary["interrupt_share"]
@@ -208,12 +204,6 @@ def _footer(summary: Summary) -> str:
             f"{summary['realtime_factor']:.2f} times as fast as real time"
         )
     return "\n".join(lines)
-
-
-def _periods_text(summary: Summary) -> str:
-    """Return how long line zero lay behind the clock's edge that began the line."""
-    periods = summary.get("line_zero_periods", 1)
-    return "one pixel period" if periods == 1 else f"{periods} periods of the clock"
 
 
 def _load_text(axis: int, load: Load) -> str:

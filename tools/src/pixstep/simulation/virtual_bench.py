@@ -239,18 +239,13 @@ def wired(kind: boards.BoardKind, switch: str, axis: int) -> bool:
 
 
 def options(
-    name: str,
-    pixel_hz: Fraction,
-    *,
-    image: Path | None = None,
-    seed: int = 1,
+    name: str, pixel_hz: Fraction, *, image: Path | None = None, seed: int = 1,
     gate: tuple[int, float] | None = None,
-) -> SimOptions:
+) -> SimOptions:  # fmt: skip
     """Return the options of a bench; `gate` is edges and the rest after them in ms.
 
     Raises UserError if simulator or image is not there.
     """
     natives.program("pixstep-sim")
-    edges, rest_ms = gate or (0, 0.0)
-    flaws = ClockFlaws(gate_edges=edges, gate_rest_ms=rest_ms)
+    flaws = ClockFlaws(0.0, 0.0, 0.0, 0, 0, 0, *(gate or ()))
     return SimOptions([(name, image or natives.image(name))], pixel_hz, flaws=flaws, seed=seed)
