@@ -27,7 +27,7 @@ from pixstep.simulation.summary import Stats
 
 _ANSWER_LIMIT_S = 300  # wall-clock seconds; a longer silence means that the runner hangs
 _ARGUMENT = re.compile(r"pixstep-sim: (--plant) [0-9]+\.([0-9]+): ")  # of a board's axis
-_READ_BYTES = 65_536  # at once, and as much of the runner's error output is kept
+_READ_BYTES = 65_536  # at once
 _LOGS = ("edges", "clock_log", "pin_log", "serial_log", "vcd", "plant_log", "switch_log")
 BOOT_S = 0.05  # from the supply or a reset to a board that answers
 POWER_UP_MS = 20  # several boards get their supply within this time, each at a cycle of its own
@@ -46,20 +46,19 @@ class SimPipe:
 
     def __init__(self, command: Sequence[object]) -> None:
         self._turn = threading.Lock()
+        self._errors = os.fdopen(os.memfd_create("pixstep-sim errors"), "r+b")
         try:
             self._process = subprocess.Popen(
                 [str(word) for word in command],
-                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors,
             )  # fmt: skip
         except OSError as error:
             raise UserError(f"{command[0]}: {error.strerror or error}") from None
-        assert self._process.stdin and self._process.stdout and self._process.stderr
+        assert self._process.stdin and self._process.stdout
         self._in, self._out = self._process.stdin, self._process.stdout
-        self._errors = self._process.stderr
-        self._pending, self._said, self._ended = b"", b"", ""
+        self._pending, self._ended = b"", ""
         self._ready = selectors.DefaultSelector()
-        for pipe in (self._out, self._errors):
-            self._ready.register(pipe, selectors.EVENT_READ, pipe)
+        self._ready.register(self._out, selectors.EVENT_READ)
 
     def __enter__(self) -> Self:
         return self
@@ -109,33 +108,21 @@ class SimPipe:
     def _answer(self, text: str) -> str:
         """Return the next line of the runner."""
         while b"\n" not in self._pending:
-            ready = self._ready.select(_ANSWER_LIMIT_S)
-            if not ready:
+            if not self._ready.select(_ANSWER_LIMIT_S):
                 raise SimulatorError(f"simulator: no answer to {text[:40]!r}")
-            for pipe in (key.data for key, _ in ready):
-                self._take(pipe is self._out, os.read(pipe.fileno(), _READ_BYTES))
+            data = os.read(self._out.fileno(), _READ_BYTES)
+            if not data:
+                raise SimulatorError(self._last_words())
+            self._pending += data
         line, self._pending = self._pending.split(b"\n", 1)
         return line.decode()
-
-    def _take(self, answers: bool, data: bytes) -> None:
-        """Take what the runner has written: answers, or the error output.
-
-        Nobody looks at the error output of a runner that goes on, but a full pipe would stop it.
-        """
-        if answers and not data:
-            raise SimulatorError(self._last_words())
-        if answers:
-            self._pending += data
-        elif data:
-            self._said = (self._said + data)[-_READ_BYTES:]
-        else:
-            self._ready.unregister(self._errors)
 
     def _last_words(self) -> str:
         """Return why the process ended, from its error output."""
         self._process.kill()
-        _, errors = self._process.communicate()
-        lines = (self._said + errors).decode(errors="replace").strip().splitlines()
+        self._process.wait()
+        self._errors.seek(0)
+        lines = self._errors.read().decode(errors="replace").strip().splitlines()
         status = self._process.returncode
         signalled = signal.strsignal(-status) if status < 0 else f"exit status {status}"
         last = lines[-1] if lines else signalled or str(status)
@@ -209,22 +196,6 @@ class Permit(NamedTuple):
     changes: int
     cycle: int
     rise: int
-
-
-class EepromState(NamedTuple):
-    """Writes of EEPROM bytes begun so far, and the one on its way."""
-
-    writes: int
-    address: int | None  # None: no byte is being written
-    left_cycles: int
-
-
-class Symbol(NamedTuple):
-    """A place in a board's image: "flash", "ram" or "eeprom", byte address, bytes (0: unknown)."""
-
-    space: str
-    address: int
-    size: int
 
 
 class Simulator(SimPipe):
@@ -315,36 +286,6 @@ class Simulator(SimPipe):
         """Complete all output files, and write the EEPROM files, up to now."""
         self.command("flush")
 
-    def peek(self, board: int, place: int | str, count: int | None = None) -> bytes:
-        """Return RAM or registers as they stand, without a read's side effects.
-
-        `place` is an address or a symbol of the image, "name" or "name+2"; without `count` to the
-        symbol's end.
-        """
-        return _bytes(self.command(_words("peek", board, place, count)))
-
-    def poke(self, board: int, place: int | str, data: bytes) -> None:
-        """Put bytes into RAM at an address or symbol."""
-        self.command(_words("poke", board, place, data.hex()))
-
-    def symbol(self, board: int, name: str) -> Symbol:
-        """Return where a symbol of the board's image is."""
-        space, address, size = self.command(f"symbol {board} {name}").split()[1:]
-        return Symbol(space, int(address, 0), int(size))
-
-    def eeprom_read(self, board: int, place: int | str, count: int | None = None) -> bytes:
-        """Return bytes of the EEPROM; a byte that is being written is still the old one."""
-        return _bytes(self.command(_words("eeprom", board, "read", place, count)))
-
-    def eeprom_write(self, board: int, place: int | str, data: bytes) -> None:
-        """Put bytes into the EEPROM, at once and from outside."""
-        self.command(_words("eeprom", board, "write", place, data.hex()))
-
-    def eeprom_state(self, board: int) -> EepromState:
-        """Return how many bytes the program has written, and which one is on its way."""
-        writes, address, left = self.command(f"eeprom {board} state").split()[1:]
-        return EepromState(int(writes), None if address == "-" else int(address), int(left))
-
     def pin(self, board: int, port: str, bit: int, level: int, at: int | None = None) -> None:
         """Drive an input pin, port "A" to "L", from outside."""
         self.command(f"pin {board} {port} {bit} {level}{_at(at)}")
@@ -366,24 +307,6 @@ class Simulator(SimPipe):
         """Reset a board: "external" (the reset pin) or "brownout". RAM and EEPROM are kept."""
         self.command(f"reset {board} {cause}{_at(at)}")
 
-    def hang(self, board: int, what: str, *, kept: bool = False) -> None:
-        """Make a board's program go astray until it is reset, or `kept` through resets too.
-
-        `what` is "main" (the main loop stands still, interrupts go on), "interrupts" (a loop with
-        interrupts off), "for CYCLES" (the processor stands still once, timers go on), "axis N" (its
-        step interrupt returns at once), "at SYMBOL" (the instruction there jumps to itself) or
-        "off" (every hang ends, the program goes on from where it stands).
-        """
-        self.command(f"hang {board} {what}{' kept' if kept else ''}")
-
-
-def _words(*words: object) -> str:
-    return " ".join(str(word) for word in words if word is not None)
-
 
 def _at(cycle: int | None) -> str:
     return "" if cycle is None else f" at {cycle}"
-
-
-def _bytes(answer: str) -> bytes:
-    return bytes.fromhex(answer.split()[1].replace("-", ""))
