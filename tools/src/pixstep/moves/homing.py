@@ -119,7 +119,7 @@ def home(
     Raises HomingError naming the fault (home_not_found, home_stuck, limit_minus, limit_plus or
     any other), BoardError if the board does not answer or refuses a leg. The fault stays latched.
     """
-    return _Homing(board, plan, pixel_hz, world, progress, lines).go()
+    return _HomingLegs(board, plan, pixel_hz, world, progress, lines).go()
 
 
 def seek(
@@ -244,7 +244,7 @@ class Legs:
         return HomingError(text, name, tuple(self.legs))
 
 
-class _Homing(Legs):
+class _HomingLegs(Legs):
     """The legs of one homing."""
 
     def go(self) -> Homed:

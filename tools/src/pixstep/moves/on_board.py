@@ -22,7 +22,7 @@ from pixstep.progress import Progress, unseen
 
 
 @dataclass(frozen=True)
-class Clock:
+class MotionClock:
     """What the board is told of its pixel clock; None leaves the board's.
 
     `clock_hz` is the frequency of its edges, of which `divider` are a pixel.
@@ -85,7 +85,9 @@ class MoveOnBoard:
         return Moved(self.move, self.pixel_hz, self.before, after)
 
 
-def prepare_move(board: Board, axis: int, move: FastMove, clock: Clock, name: str) -> MoveOnBoard:
+def prepare_move(
+    board: Board, axis: int, move: FastMove, clock: MotionClock, name: str
+) -> MoveOnBoard:
     """Check a move by the board's limits and set its clock; `name` is that of the profile."""
     hz, line = clock.pixel_hz(board), move.line(name)
     capability.check_line(line, capability.connected_limits(board, hz))
@@ -118,7 +120,9 @@ class HomingOnBoard:
         )  # fmt: skip
 
 
-def prepare_homing(board: Board, plan: HomingPlan, clock: Clock, inputs: Inputs) -> HomingOnBoard:
+def prepare_homing(
+    board: Board, plan: HomingPlan, clock: MotionClock, inputs: Inputs
+) -> HomingOnBoard:
     """Check the legs by the board's limits, set clock and inputs, enable the axis."""
     board.require("homing")
     hz = clock.pixel_hz(board)

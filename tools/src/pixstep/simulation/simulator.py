@@ -186,7 +186,7 @@ class SimOptions:
         return [*words, *self.extra, "--control"]
 
 
-class Permit(NamedTuple):
+class PermitOutput(NamedTuple):
     """The permit output of a board: its level, edges so far, cycles of the last and the last rise.
 
     0 where there was none.
@@ -290,9 +290,9 @@ class Simulator(SimPipe):
         """Drive an input pin, port "A" to "L", from outside."""
         self.command(f"pin {board} {port} {bit} {level}{_at(at)}")
 
-    def permit(self, board: int) -> Permit:
+    def permit(self, board: int) -> PermitOutput:
         """Return the permit output's level and edges."""
-        return Permit(*map(int, self.command(f"permit {board}").split()[1:]))
+        return PermitOutput(*map(int, self.command(f"permit {board}").split()[1:]))
 
     def supply(self, board: int, change: str, at: int | None = None) -> None:
         """Cut a board's supply, "off", or give it back, "on"; "cycle" does both within a cycle.

@@ -9,7 +9,7 @@ from pixstep import natives
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.simulation.simulated_board import SimLink
-from pixstep.simulation.simulator import Permit, SimOptions, SimulatorError
+from pixstep.simulation.simulator import PermitOutput, SimOptions, SimulatorError
 from pixstep_dev.robustness.orders import actions, state
 from pixstep_dev.robustness.orders.state import Edges, State
 from pixstep_trials import frames
@@ -168,7 +168,7 @@ class World:
             0, address, ((old + amount) % (1 << 8 * size)).to_bytes(size, "little")
         )
 
-    def permit(self) -> Permit:
+    def permit(self) -> PermitOutput:
         """Return the permit output's level and edges."""
         return self.sim.permit(0)
 

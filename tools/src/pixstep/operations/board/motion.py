@@ -13,7 +13,7 @@ from pixstep.lines.units import SPEED, parse
 from pixstep.moves import homing, on_board, play_measurement
 from pixstep.moves.homing import Homed, HomingError, LegData
 from pixstep.moves.legs import Inputs
-from pixstep.moves.on_board import Clock, HomingOnBoard
+from pixstep.moves.on_board import HomingOnBoard, MotionClock
 from pixstep.moves.play_measurement import MeasuredPlay
 from pixstep.operations import bus, shared
 from pixstep.operations import machine_defaults as machine
@@ -100,7 +100,7 @@ class BoardMove(MoveFields, BoardClock, ToBoard):
         """Plan the move, check it, make it."""
         with bus.one_board(desk, self) as (found, known):
             known.axes((self.axis,))
-            clock = Clock(self.edges_hz(known.board), self.divider)
+            clock = MotionClock(self.edges_hz(known.board), self.divider)
             hz = clock.pixel_hz(known.board)
             _profile, move = self.plan(desk, hz, refuse=True)
             ready = on_board.prepare_move(known.board, self.axis, move, clock, str(self.profile))
@@ -123,7 +123,7 @@ class _Homing(HomeFields, BoardClock, ToBoard):
         """Check all that can be checked, then set and enable."""
         known.axes((self.axis,))
         known.board.require("homing")
-        clock = Clock(self.edges_hz(known.board), self.divider)
+        clock = MotionClock(self.edges_hz(known.board), self.divider)
         plan = self.plan(desk, clock.pixel_hz(known.board), refuse=True)
         inputs = Inputs(self.inverted, self.filter_us, self.home_is_limit)
         return on_board.prepare_homing(known.board, plan, clock, inputs)
