@@ -83,6 +83,7 @@ class IdealDrive:
         self._over = threading.Event()
         self._wants_status = False
         self._orders = 0
+        self.offset_steps = 0
         self._reported: dict[int, int] = {}
         self._noted: tuple[int, float] = (REST, 0.0)
         self._report = None
@@ -154,6 +155,7 @@ class IdealDrive:
         elif verb is Verb.STOP_AXIS:
             motor.state, motor.position = REST, motor.steps
         elif verb is Verb.LOAD_POS:
+            self.offset_steps += math.floor(argument + 0.5) - motor.steps
             motor.position = argument
 
     def _run(self):

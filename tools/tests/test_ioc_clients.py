@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from caproto import ChannelType
 
-from effort import LONG, cases, only_long
+from effort import cases, only_long
 from iocprocess import MACHINE, Command
 from pixstep import natives
 from pixstep.simulation import logs
@@ -21,11 +21,8 @@ QUICK = MACHINE.replace("DHLM = 100,", "VELO = 400, VMAX = 400, BVEL = 400, DHLM
 )
 MOVES, BOARD_MOVES = cases((10, 5), (2500, 100))
 PROGRAMS = ("pyepics_motor.py", "ophyd_motor.py", "ophyd_async_motor.py", "caproto_motor.py")
-BOARD = (
-    MACHINE.replace("5 mm/s", "40 mm/s")
-    .replace("50 mm/s2", "400 mm/s2")
-    .replace('backlash = "8 steps"', "")
-)
+BACKLASH = MACHINE.replace("5 mm/s", "40 mm/s").replace("50 mm/s2", "400 mm/s2")
+BOARD = BACKLASH.replace('backlash = "8 steps"', "")
 OPHYDS = """
 [clock]
 pixel = "30 Hz"
@@ -108,7 +105,7 @@ def check_rows(rows, moves_wanted):
         assert others["plans"][3:] == pytest.approx(wanted, abs=1e-9)
 
 
-@pytest.mark.parametrize("program", PROGRAMS)
+@pytest.mark.parametrize("program", cases(PROGRAMS[:2], PROGRAMS))
 def test_moves_of_a_client(ioc, program):
     judge = Judge(ioc)
     check_rows(ioc.client(program, PV, MOVES, 7, seconds=900), MOVES)
@@ -136,9 +133,19 @@ def judge_board(folder):
     return rests
 
 
-@pytest.mark.parametrize("program", PROGRAMS if LONG else PROGRAMS[:1])
+@pytest.mark.parametrize("program", cases(PROGRAMS[-1:], PROGRAMS))
 def test_moves_of_a_client_on_a_simulated_board(tmp_path, simulator, program):
-    (tmp_path / "machine.toml").write_text(BOARD)
+    move_on_a_board(tmp_path, BOARD, program)
+
+
+@only_long
+def test_moves_against_backlash_on_a_simulated_board(tmp_path, simulator):
+    move_on_a_board(tmp_path, BACKLASH, PROGRAMS[0])
+
+
+def move_on_a_board(tmp_path, machine, program):
+    """Let a client move a simulated board, and judge both."""
+    (tmp_path / "machine.toml").write_text(machine)
     command = Command(tmp_path, ideal=False)
     command.wire().close()
     rows = command.client(program, PV, BOARD_MOVES, 7, seconds=900)

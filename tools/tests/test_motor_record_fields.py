@@ -4,24 +4,26 @@
 import typing
 
 import pytest
-from motor_bench import motor
 
+from motor_bench import motor
 from pixstep.motor_record import FIELDS, MONITOR_ORDER, NOT_SERVED, MotorRecord, PutRefusedError
 from pixstep.motor_record.field import FieldType
-from pixstep.motor_record.values import Values
+from pixstep.motor_record.model.values import Values
 
 # The record's own fields by its database definition (R7-4), but those that NOT_SERVED names.
-RECORD = set(
-    """
-    VERS OFF FOFF FOF VOF DIR SET SSET SUSE VELO VBAS VMAX S SBAS SMAX ACCL ACCS ACCU BDST BVEL
-    SBAK BACC FRAC OUT CARD RDBL DOL OMSL RLNK SREV UREV MRES ERES RRES UEIP URIP PREC EGU RHLM
-    RLLM HLM LLM DHLM DLLM HOPR LOPR HLS LLS RHLS RLLS HIHI LOLO HIGH LOW HHSV LLSV HSV LSV HLSV
-    RDBD SPDB RCNT RTRY MISS SPMG LSPG STOP HOMF HOMR JOGF JOGR TWF TWR TWV VAL LVAL DVAL LDVL
-    RVAL LRVL RLV LRLV RBV DRBV DIFF RDIF CDIR RRBV RMP REP RVEL DMOV MOVN MSTA LVIO TDIR ATHM PP
-    MIP DLY PCOF ICOF DCOF CNEN INIT PREM POST STOO DINP RINP JVEL JAR LOCK NTM NTMF HVEL STUP
-    RMOD ADEL MDEL ALST MLST SYNC IGSET RSTM
-    """.split()
-)
+RECORD = {
+    *("VERS", "OFF", "FOFF", "FOF", "VOF", "DIR", "SET", "SSET", "SUSE", "VELO", "VBAS", "VMAX"),
+    *("S", "SBAS", "SMAX", "ACCL", "ACCS", "ACCU", "BDST", "BVEL", "SBAK", "BACC", "FRAC", "OUT"),
+    *("CARD", "RDBL", "DOL", "OMSL", "RLNK", "SREV", "UREV", "MRES", "ERES", "RRES", "UEIP"),
+    *("URIP", "PREC", "EGU", "RHLM", "RLLM", "HLM", "LLM", "DHLM", "DLLM", "HOPR", "LOPR", "HLS"),
+    *("LLS", "RHLS", "RLLS", "HIHI", "LOLO", "HIGH", "LOW", "HHSV", "LLSV", "HSV", "LSV", "HLSV"),
+    *("RDBD", "SPDB", "RCNT", "RTRY", "MISS", "SPMG", "LSPG", "STOP", "HOMF", "HOMR", "JOGF"),
+    *("JOGR", "TWF", "TWR", "TWV", "VAL", "LVAL", "DVAL", "LDVL", "RVAL", "LRVL", "RLV", "LRLV"),
+    *("RBV", "DRBV", "DIFF", "RDIF", "CDIR", "RRBV", "RMP", "REP", "RVEL", "DMOV", "MOVN"),
+    *("MSTA", "LVIO", "TDIR", "ATHM", "PP", "MIP", "DLY", "PCOF", "ICOF", "DCOF", "CNEN", "INIT"),
+    *("PREM", "POST", "STOO", "DINP", "RINP", "JVEL", "JAR", "LOCK", "NTM", "NTMF", "HVEL"),
+    *("STUP", "RMOD", "ADEL", "MDEL", "ALST", "MLST", "SYNC", "IGSET", "RSTM"),
+}
 OF_EVERY_RECORD = {"DESC", "STAT", "SEVR", "UDF", "PROC", "DISP", "DISA", "DISV"}
 PYTHON = {FieldType.DOUBLE: float, FieldType.FLOAT: float, FieldType.STRING: str}
 PYTHON[FieldType.LINK] = str

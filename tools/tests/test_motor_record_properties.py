@@ -3,12 +3,11 @@
 
 import time
 
-import motor_invariants as holds
-import pytest
-from effort import LONG, cases, only_long
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+import motor_invariants as holds
+from effort import LONG, cases, only_long
 from pixstep.motor_record import FIELDS, MotorRecord
 from pixstep_trials.motor_traces.bench import Bench
 from pixstep_trials.motor_traces.stepper import Stepper
@@ -176,6 +175,33 @@ def test_no_value_of_any_field_breaks_the_record(fields, chosen):
             holds.told(trial.bench.record, trial.known)
         holds.types(trial.bench.record)
         trial.bench.forget()
+
+
+@tried(cases(40, 3000))
+@given(
+    step=steps,
+    distance=st.sampled_from((0.0, 0.5, -0.5, 0.07, -0.02)),
+    direction=flags,
+    offset=positions,
+    ratio=st.sampled_from((None, 1.0, 2.0, -1.0)),
+    retries=st.sampled_from((0, 3)),
+    targets=st.lists(st.floats(-3, 3), min_size=1, max_size=8),
+)
+def test_a_move_ends_at_its_target_and_from_the_side_of_the_approach(
+    step, distance, direction, offset, ratio, retries, targets
+):
+    fields = {"MRES": step, "DIR": direction, "OFF": offset, "BDST": distance, "RTRY": retries}
+    fields |= {"VELO": 20, "BVEL": 5, "ERES": step / (ratio or 1)}
+    bench = Trial(fields, ratio).bench
+    if ratio:
+        bench.put("UEIP", 1)
+    for target in targets:
+        before = bench.stepper.position
+        bench.put("VAL", offset + target)
+        assert bench.settle()[1]
+        assert abs(bench.record["RBV"] - offset - target) <= abs(step) * 0.501
+        if bench.stepper.position != before and abs(distance) >= abs(step):
+            assert bench.stepper.forwards == (distance * step > 0)
 
 
 @only_long

@@ -280,11 +280,11 @@ class Motion(Generic[Result]):
         raised then, and the motion goes on. Raises MotionStoppedError if it was stopped, and what
         ended it: FaultError for a fault of the board, other BoardErrors.
         """
-        return self._handle.wait(given.seconds("timeout_s", timeout_s))
+        return self._handle.wait(given.maybe(given.time, "timeout_s", timeout_s))
 
     async def wait_async(self, timeout_s: float | str | None = None) -> Result:
         """Wait in the same way while other tasks go on. To cancel it stops the axes."""
-        return await self._handle.wait_async(given.seconds("timeout_s", timeout_s))
+        return await self._handle.wait_async(given.maybe(given.time, "timeout_s", timeout_s))
 
     def __enter__(self) -> Self:
         return self

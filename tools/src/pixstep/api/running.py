@@ -11,10 +11,8 @@ from typing import Self
 
 from pixstep import arguments, lazy
 from pixstep.api import given
-from pixstep.api.machines import Motor
 from pixstep.api.motion import AxisState, Recording, states_of
 from pixstep.api.motions import CheckResult, MotionLine
-from pixstep.api.words import Sync
 from pixstep.board import capability, recording, settings, snapshot, together, upload
 from pixstep.board import run as running
 from pixstep.board.device import Board as Device
@@ -79,27 +77,20 @@ def _agreed(lines: dict[int, MotionLine]) -> dict[int, MotionLine]:
 
 @dataclass(frozen=True)
 class Clocking:
-    """What the lines of a run are to the pixel clock; None where nothing says so."""
+    """What lines are to the pixel clock: None is as the machine has it, else as the board has it."""
 
-    sync: Sync | None
-    divider: int | None
+    sync: str | None = None
+    divider: int | None = None
     gate_edges: int | None = None
 
-    @classmethod
-    def of(
-        cls,
-        lines: Mapping[int, MotionLine],
-        sync: str | None,
-        divider: int | None,
-        gate_edges: int | None = None,
-    ) -> Self:
+    def of_lines(self, lines: Mapping[int, MotionLine]) -> Self:
         """Return what is given, else what the machine of the lines has.
 
         Raises UserError for what no board knows, and for a divider by which the pixels of a line
         would not be edges of its machine's clock.
         """
-        wanted, divider = given.sync(sync), given.divider(divider)
-        gate_edges = given.gate_edges(gate_edges)
+        wanted: str | None = given.sync(self.sync)
+        divider, gate_edges = given.divider(self.divider), given.gate_edges(self.gate_edges)
         for item in lines.values():
             motor = item.motor
             if item.divider is not None:
@@ -108,14 +99,9 @@ class Clocking:
                 continue
             wanted = wanted or motor.sync
             gate_edges = motor.gate_edges if gate_edges is None else gate_edges
-            if item.divider is None and _has_own_pixels(item, motor):
+            if item.divider is None and item.hz == motor.pixel_hz:
                 divider = _agreed_divider(item, motor.divider, divider, "its machine's clock")
-        return cls(wanted, divider, gate_edges)
-
-
-def _has_own_pixels(item: MotionLine, motor: Motor) -> bool:
-    """True if the pixels of a line are those of its machine's clock."""
-    return item.hz == motor.pixel_hz
+        return type(self)(wanted, divider, gate_edges)
 
 
 def _agreed_divider(item: MotionLine, own: int, other: int | None, clock: str) -> int:
@@ -124,15 +110,6 @@ def _agreed_divider(item: MotionLine, own: int, other: int | None, clock: str) -
         edges = "one edge" if own == 1 else f"{own} edges"
         raise UserError(f"{item.line.name}: its pixels are {edges} of {clock}, the run has {other}")
     return own
-
-
-@dataclass(frozen=True)
-class Clock:
-    """What a caller says of the pixel clock of lines; None is the machine's, else the board's."""
-
-    sync: str | None = None
-    divider: int | None = None
-    gate_edges: int | None = None
 
 
 @dataclass(frozen=True)
@@ -188,7 +165,7 @@ def with_records(device: Device, axes: Sequence[int], records: Recording) -> tup
     return tuple(replace(state, records=records.of(state.axis)) for state in states)
 
 
-def check(device: Device, line: MotionLine, axes: int, clock: Clock) -> CheckResult:
+def check(device: Device, line: MotionLine, axes: int, clock: Clocking) -> CheckResult:
     """Check a line by the limits that a board has now; `axes` move together."""
     known = settings.of_clock(given.sync(clock.sync), given.divider(clock.divider))
     bounds = capability.connected_limits(device, line.pixel_hz, given.axes(axes, None), known)
@@ -196,18 +173,18 @@ def check(device: Device, line: MotionLine, axes: int, clock: Clock) -> CheckRes
 
 
 def prepare(
-    device: Device, lines: Lines, axis: int | None, clock: Clock, *, checked: bool
+    device: Device, lines: Lines, axis: int | None, clock: Clocking, *, checked: bool
 ) -> Prepared:
     """Check lines for a board; nothing is sent."""
     found = by_axis(lines, axis)
     checked = arguments.flag("check", checked)
     hz = _one_frequency(found)
-    wanted = Clocking.of(found, clock.sync, clock.divider, clock.gate_edges)
+    wanted = clock.of_lines(found)
     refuse_period(hz, device.tick_hz())
     _refuse(device, found)
     if checked:
         for item in found.values():
-            check(device, item, len(found), Clock(wanted.sync, wanted.divider)).raise_if_refused()
+            check(device, item, len(found), wanted).raise_if_refused()
     edges = wanted.divider or settings.divider(device)
     axes = list(found)
     upload.require_idle(device, axes)
@@ -252,7 +229,7 @@ def make_together(several: Sequence[Prepared], course: Course) -> dict[int, tupl
 def prepare_several(
     lines: Mapping[int, Lines],
     device_of: Callable[[int], Device],
-    clock: Clock,
+    clock: Clocking,
     *,
     checked: bool,
 ) -> list[Prepared]:

@@ -45,7 +45,6 @@ else:
     np, npt = lazy("numpy"), lazy("numpy.typing")
 
 _Drawn = TypeVar("_Drawn")
-MOST_SEED = 0xFFFFFFFF
 
 
 class RunFailedError(PlainError):
@@ -277,7 +276,7 @@ def simulate(
     hz = given.exact_hz(pixel_hz) or first.hz
     clock = PixelClock() if clock is None else clock
     clock = arguments.instance("clock", clock, PixelClock, "a PixelClock")
-    clocking = Clocking.of(by_axis, sync, divider, gate_edges)
+    clocking = Clocking(sync, divider, gate_edges).of_lines(by_axis)
     arguments.function("progress", progress)
     _refuse(by_axis, kind, hz, clocking, check=arguments.flag("check", check))
     if arguments.flag("vcd", vcd) and out is None:
@@ -292,7 +291,7 @@ def simulate(
         divider=clocking.divider or 1,
         gate_edges=clocking.gate_edges or 0,
         serial_load=arguments.flag("serial_load", serial_load),
-        seed=arguments.whole("seed", seed, high=MOST_SEED),
+        seed=arguments.whole("seed", seed, high=given.MOST_SEED),
         plants=_plants(plant, by_axis),
         vcd=vcd,
     )

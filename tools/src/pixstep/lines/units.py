@@ -11,7 +11,7 @@ import re
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from pixstep.errors import UserError
+from pixstep.errors import AskedText, UserError
 
 DISTANCE, SPEED, ACCELERATION, JERK = 0, 1, 2, 3
 _NAMES = ("distance", "speed", "acceleration", "jerk")  # by their order
@@ -92,7 +92,10 @@ class Quantity:
         if not self.per_second:
             return steps
         if hz is None:
-            raise UserError(f"{_NAMES[self.order]} {self.text}: per second needs --pixel-hz")
+            raise UserError(AskedText(
+                "{what} {text}: per second needs {pixel_hz}",
+                what=_NAMES[self.order], text=self.text,
+            ))  # fmt: skip
         return steps / hz**self.order
 
     def whole_steps(self) -> int:

@@ -4,6 +4,7 @@
 import struct
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cached_property
 
 from pixstep.errors import MISUSE, PlainError
 from pixstep.motor_record.menus import OTHER_TEXTS
@@ -72,7 +73,7 @@ class Field:
     size: int = 40
     """Of a text: how many bytes the record has for it, with the zero at the end."""
 
-    @property
+    @cached_property
     def attribute(self) -> str:
         """The name of the field among the values of the model."""
         return self.name.lower()

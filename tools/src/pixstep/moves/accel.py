@@ -7,7 +7,7 @@ from itertools import accumulate, pairwise
 from pathlib import Path
 
 from pixstep import formats
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.formats.header import HEADER_LINES
 from pixstep.formats.motion import BLOCKS, CSB_KIND
 from pixstep.lines.line import SMOOTH, Line
@@ -103,10 +103,11 @@ def read(
     profile = profile.limited(max_speed)
     for index, count in enumerate(profile.counts):
         if count > MAX_COUNT:
-            raise RefusedError(
-                f"{_place(found, number or 1, index)}: {count} steps in a pixel, the board takes "
-                f"at most {MAX_COUNT} (--max-speed limits it)"
-            )
+            raise RefusedError(AskedText(
+                "{place}: {count} steps in a pixel, the board takes at most {most} ({max_speed} "
+                "limits it)",
+                place=_place(found, number or 1, index), count=count, most=MAX_COUNT,
+            ))  # fmt: skip
     return profile
 
 

@@ -11,7 +11,7 @@ from fractions import Fraction
 from itertools import pairwise
 
 from pixstep.board.capability import BoardLimits
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.lines import core, line_check
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.runs import Seek, queue_entries, seek_entries
@@ -19,10 +19,12 @@ from pixstep.lines.units import hz_text
 from pixstep.moves import fast
 from pixstep.moves.accel import Acceleration
 
-MAX_SEARCH_STEPS = 10_000_000
+DIRECTIONS = {"plus": 1, "minus": -1}
+SEARCH_STEPS, MAX_SEARCH_STEPS = 20_000, 10_000_000
 REACTION_S = Fraction(10, 1000)  # the board decodes 8 ms ahead, and the switch is filtered
 
 INVERTED = {"none": 0, "home": 1, "limits": 2, "both": 3}
+FILTER_US = (100, 20_000)  # the range of the setting
 SHARED = {"none": 0, "minus": 1, "plus": 2}  # the limit that the home switch is too
 _ESTOP = 4  # bit of inputs_inverted
 
@@ -43,7 +45,7 @@ class HomingRequest:
     direction: int
     haps: int | None = None
     slow: int | None = None
-    search_steps: int = 20_000
+    search_steps: int = SEARCH_STEPS
     clear_steps: int | None = None
     decode: str = PLAIN
     turned: bool = False
@@ -118,9 +120,10 @@ def plan(profile: Acceleration, request: HomingRequest, pixel_hz: Fraction) -> H
     reaction time, so that it has its speed when the switch comes.
     """
     if request.haps is None and not profile.haps:
-        raise UserError(
-            f"{profile.source}: does not say how many entries homing may use (HAPs): give --haps"
-        )
+        raise UserError(AskedText(
+            "{source}: does not say how many entries homing may use (HAPs): give {haps}",
+            source=profile.source,
+        ))  # fmt: skip
     ramp = profile.leading(profile.haps if request.haps is None else request.haps)
     if request.decode == SMOOTH:
         require_smooth(ramp)
@@ -230,10 +233,11 @@ def require_smooth(ramp: Acceleration) -> None:
     found = [*((min(item.pixel, last), item.message) for item in errors), *falls]
     if found:
         entry, why = min(found, key=lambda item: item[0])
-        raise RefusedError(
-            f"{ramp.source}: entry {entry}, decoded as smooth: {why}; `pixstep profile check` "
-            f"shows all, `pixstep profile repair` mends, --decode plain takes it as it is"
-        )
+        raise RefusedError(AskedText(
+            "{source}: entry {entry}, decoded as smooth: {why}; `pixstep profile check` "
+            "shows all, `pixstep profile repair` mends, {decode} plain takes it as it is",
+            source=ramp.source, entry=entry, why=why,
+        ))  # fmt: skip
 
 
 @dataclass(frozen=True)

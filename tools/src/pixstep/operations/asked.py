@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from pixstep import atomic
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.operations.kinds import Kind, OutFile, OutFolder
 
 FromMachine = Callable[[Any], object]  # takes Facts; None: the file does not say it
@@ -67,32 +67,28 @@ class AskedError(UserError):
     """
 
     def __init__(self, template: str, cure: str = "", **values: Any) -> None:
-        self.template, self.cure, self.values = template, cure, values
-        super().__init__(self.told({}) + self.cured({}))
+        self.cure = AskedText(cure, **values)
+        super().__init__(AskedText(template + cure, **values))
+        self.plain = AskedText(template, **values)
 
-    def told(self, names: Mapping[str, str]) -> str:
-        """Return the text with names for fields; a field without one keeps its own."""
-        return self.template.format_map(_Names({**names, **self.values}))
+    def told(self, words: Mapping[str, str]) -> str:
+        """Return the text with words for fields; a field without one keeps its name."""
+        return self.plain.told(words)
 
-    def cured(self, names: Mapping[str, str]) -> str:
+    def cured(self, words: Mapping[str, str]) -> str:
         """Return what would do, in the same way."""
-        return self.cure.format_map(_Names({**names, **self.values}))
+        return self.cure.told(words)
 
 
 class AskedRefusedError(AskedError, RefusedError):
     """What a check refuses, and which field would let it pass."""
 
 
-class _Names(dict[str, Any]):
-    def __missing__(self, name: str) -> str:
-        return name
-
-
 class FieldError(UserError):
     """A value of a request that does not fit; each front end says the field in its own words."""
 
     def __init__(self, field: Field, reason: str) -> None:
-        super().__init__(f"{field.name}: {reason}")
+        super().__init__(AskedText("{name}: {reason}", name=field.name, reason=reason))
         self.field, self.reason = field, reason
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from pixstep.errors import UserError
 from pixstep.machine import FILE_NAME, VARIABLE
+from pixstep.operations.asked import AskedError
 
 if TYPE_CHECKING:
     from pixstep.lines.units import Scale
@@ -26,6 +27,10 @@ if TYPE_CHECKING:
 
 
 TABLE_AXES = 2
+NO_MACHINE = (
+    f"no machine file: {{machine}} FILE, {VARIABLE}, or {FILE_NAME} in this folder "
+    f"(`pixstep machine new` begins one)"
+)  # a template of `AskedError`
 
 
 @dataclass
@@ -75,18 +80,20 @@ def choose(machine: MachineTables, named: Named) -> list[MotorTable]:
     if named.axes:
         return [motor for axis in named.wanted for motor in _on_axis(machine, named, axis)]
     if named.lines > 1 and not named.table:
-        raise UserError(
-            f"{named.lines} lines for 1 motor of {machine.path}: give --motor or --axis once for "
-            f"each line, in their order (--machine none does without the file)"
-        )
+        raise AskedError(
+            "{lines} lines for 1 motor of {path}: give {motor} or {axis} once for each line, in "
+            "their order ({machine} none does without the file)",
+            lines=named.lines, path=machine.path,
+        )  # fmt: skip
     motor = machine.default_motor()
     there = boards_at(machine, named.units)
     if there and machine.board_name(motor) not in there:
-        raise UserError(
-            f"--unit {_text(named.units)}: in {machine.path} that is board {' and '.join(there)}, "
-            f"motor {motor.name}, which lines are for, is on board {machine.board_name(motor)}: "
-            f"choose by --motor or --axis"
-        )
+        raise AskedError(
+            "{unit} {units}: in {path} that is board {there}, motor {name}, which lines are for, "
+            "is on board {board}: choose by {motor} or {axis}",
+            units=_text(named.units), path=machine.path, there=" and ".join(there),
+            name=motor.name, board=machine.board_name(motor),
+        )  # fmt: skip
     return [motor]
 
 
@@ -98,23 +105,26 @@ def _refuse_contradiction(
         board = machine.board_of(motor)
         others = boards_at(machine, named.units)
         if others and machine.board_name(motor) not in others:
-            raise UserError(
-                f"--unit {_text(named.units)}: in {machine.path} motor {motor.name} "
-                f"is on board {machine.board_name(motor)}, unit {board.unit}: leave --unit or "
-                f"--motor out"
-            )
+            raise AskedError(
+                "{unit} {units}: in {path} motor {name} is on board {board}, unit {its}: leave "
+                "{unit} or {motor} out",
+                units=_text(named.units), path=machine.path, name=motor.name,
+                board=machine.board_name(motor), its=board.unit,
+            )  # fmt: skip
     if named.lines > 1 and len(motors) != named.lines:
-        raise UserError(
+        raise AskedError(
             f"{named.lines} lines for {len(motors)} motor{'s' if len(motors) > 1 else ''}: give "
-            f"--motor once for each line, in their order"
+            f"{{motor}} once for each line, in their order"
         )
     mine, asked = [motor.axis for motor in motors], list(named.wanted)
     if asked and (mine if named.lines else sorted(mine)) != (
         asked if named.lines else sorted(set(asked))
     ):
         said = ", ".join(f"motor {motor.name} is axis {motor.axis}" for motor in motors)
-        axes = " ".join(f"--axis {axis}" for axis in named.axes)
-        raise UserError(f"{axes}: in {machine.path} {said}: leave --axis or --motor out")
+        axes = " ".join(f"{{axis}} {axis}" for axis in named.axes)
+        raise AskedError(
+            axes + ": in {path} {said}: leave {axis} or {motor} out", path=machine.path, said=said
+        )
 
 
 def _on_axis(machine: MachineTables, named: Named, axis: int) -> list[MotorTable]:
@@ -130,13 +140,17 @@ def _on_axis(machine: MachineTables, named: Named, axis: int) -> list[MotorTable
             f"{motor.name} is axis {motor.axis}{_of_board(machine, motor)}"
             for motor in machine.motors.values()
         )
-        raise UserError(
-            f"axis {axis}: {machine.path} has no motor on this axis: {have} (--machine none does "
-            f"without the file)"
-        )
+        raise AskedError(
+            "axis {number}: {path} has no motor on this axis: {have} ({machine} none does without "
+            "the file)",
+            number=axis, path=machine.path, have=have,
+        )  # fmt: skip
     if len(found) > 1 and (named.lines or not named.units):
         have = ", ".join(f"{motor.name}{_of_board(machine, motor)}" for motor in found)
-        raise UserError(f"axis {axis}: {machine.path} has motors {have}: choose by --motor")
+        raise AskedError(
+            "axis {number}: {path} has motors {have}: choose by {motor}",
+            number=axis, path=machine.path, have=have,
+        )  # fmt: skip
     return found
 
 
@@ -181,11 +195,7 @@ class Facts:
         """The machine in force, None if there is none."""
         path = self._find(self.named.machine)
         if path is None and self.named.motors:
-            raise UserError(
-                f"--motor {self.named.motors[0]}: no machine file: --machine FILE, "
-                f"{VARIABLE}, or {FILE_NAME} in this folder "
-                f"(`pixstep machine new` begins one)"
-            )
+            raise AskedError("{motor} {name}: " + NO_MACHINE, name=self.named.motors[0])
         machine = None if path is None else self._load(path)
         if machine is not None:
             self._choose(machine)

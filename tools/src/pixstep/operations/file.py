@@ -13,6 +13,7 @@ from pixstep.formats import convert, records
 from pixstep.formats.describe import Description, describe, table
 from pixstep.formats.files import KINDS, NAMES, Examined, check_name, examine
 from pixstep.formats.findings import LENIENT, STRICT, shown_path
+from pixstep.formats.header import MOST_HAPS, MOST_LEAD_IN
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.operations import shared
 from pixstep.operations.asked import AskedError, AskedRefusedError
@@ -177,8 +178,8 @@ class FileConvert(Request):
     name: str | None = option(
         TEXT, "Profile name, at most 20 characters.", "--header", shown="NAME"
     )
-    haps: int | None = option(Whole(0, 9999), "Entries usable in homing.")
-    lead_in: int | None = option(Pixels(0, 999_999), "Constant pixels before image.")
+    haps: int | None = option(Whole(0, MOST_HAPS), "Entries usable in homing.")
+    lead_in: int | None = option(Pixels(0, MOST_LEAD_IN), "Constant pixels before image.")
     pixel_hz: Fraction | None = option(HZ, "Pixel frequency: 30, 29.97 or 30000/1001.")
     date: str | None = option(
         TEXT, "As 'Mon Oct 12 15:13:35 2009'.", shown="CTIME", default_text="now"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pixstep.board import capability
 from pixstep.board.capability import BoardLimits
+from pixstep.errors import AskedText
 from pixstep.lines import units
 from pixstep.lines.line import Line
 from pixstep.lines.line_check import Limits
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from pixstep.operations.desk import Desk
     from pixstep.operations.facts import Facts
 
-ADVICE = "`pixstep line check` shows all; --no-check lets the board judge it"
+ADVICE = AskedText("`pixstep line check` shows all; {no_check} lets the board judge it")
 
 
 def no_check() -> Any:

@@ -166,24 +166,6 @@ class Text(Kind):
     """Any text."""
 
 
-class InFile(Kind):
-    """A file that is read."""
-
-    name = "FILE"
-    python = "str | PathLike"
-
-    def parse(self, text: str) -> Path:
-        """Return the path of a text."""
-        return self.judge(Path(text)) if text else self.judge(text)
-
-    def judge(self, value: Any) -> Path:
-        """Return a path of Python's."""
-        path = arguments.path("path", value)
-        if path.is_dir():
-            raise UserError(f"File {os.fspath(path)!r} is a directory.")
-        return path
-
-
 class Place(Kind):
     """A path that may be anything."""
 
@@ -197,6 +179,19 @@ class Place(Kind):
     def judge(self, value: Any) -> Path:
         """Return a path of Python's."""
         return arguments.path("path", value)
+
+
+class InFile(Place):
+    """A file that is read."""
+
+    name = "FILE"
+
+    def judge(self, value: Any) -> Path:
+        """Return a path of Python's."""
+        path = super().judge(value)
+        if path.is_dir():
+            raise UserError(f"File {os.fspath(path)!r} is a directory.")
+        return path
 
 
 class OutFile(InFile):
@@ -222,14 +217,14 @@ class OutPicture(OutFile):
         return path
 
 
-class OutFolder(InFile):
+class OutFolder(Place):
     """A folder for the results of a run."""
 
     name = "DIRECTORY"
 
     def judge(self, value: Any) -> Path:
         """Return a path of Python's."""
-        path = arguments.path("path", value)
+        path = super().judge(value)
         if path.is_file():
             raise UserError(f"Directory {os.fspath(path)!r} is a file.")
         return path

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from pixstep import formats
 from pixstep.board import boards, capability
-from pixstep.errors import UserError
+from pixstep.errors import AskedText, UserError
 from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.units import Quantity
@@ -177,7 +177,6 @@ def _known(value: int | None) -> str:
     return "no position" if value is None else str(value)
 
 
-DIRECTIONS = {"plus": 1, "minus": -1}
 _AS_SET = "none; on a board as it is set"
 
 
@@ -188,7 +187,7 @@ class HomeFields(Request):
     profile: Path = argument(FILE, machine=machine.profile("home"))
     axis: int = option(shared.AXIS, "Axis of the board.", default=0, machine=machine.axis)
     direction: str = option(
-        Choice(list(DIRECTIONS)),
+        Choice(list(legs.DIRECTIONS)),
         "Where the switch is sought: closed from its place on, in this direction.", default="plus",
     )  # fmt: skip
     decode: str | None = shared.decode(
@@ -202,9 +201,9 @@ class HomeFields(Request):
         SPEED_FIGURE, "Second approach, steps/px or steps/s, even if smooth.",
         default_text="first entry, or the even number below",
     )  # fmt: skip
-    search: int = option(Steps(), "Give a leg up after so many steps.", default=20_000)
+    search: int = option(Steps(), "Give a leg up after so many steps.", default=legs.SEARCH_STEPS)
     clear: int | None = option(Steps(), "Second approach from at least so many steps away.")
-    filter_us: int | None = option(Time("us", 100, 20_000, int), "Filter of the switches.")
+    filter_us: int | None = option(Time("us", *legs.FILTER_US, int), "Filter of the switches.")
     inverted: str | None = option(
         Choice(list(legs.INVERTED)), "Switches that are tripped when their pin is high.",
         default_text=_AS_SET,
@@ -234,7 +233,7 @@ class HomeFields(Request):
             slow = units.whole_speed(self.slow, pixel_hz, None, smooth=smooth)
         request = legs.HomingRequest(
             axis=self.axis,
-            direction=way * DIRECTIONS[self.direction],
+            direction=way * legs.DIRECTIONS[self.direction],
             turned=way < 0,
             haps=self.haps,
             slow=slow,
@@ -250,7 +249,10 @@ class HomeFields(Request):
         decode = reading_lines.motor_decode(desk.facts, self.profile)
         if named is None or decode is None:
             return PLAIN
-        desk.say((f"{self.profile}: named for {named.motor}, so homing is {decode} (--decode)",))
+        desk.say([AskedText(
+            "{path}: named for {motor}, so homing is {rule} ({decode})",
+            path=self.profile, motor=named.motor, rule=decode,
+        )])  # fmt: skip
         return decode
 
 

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, ClassVar, TypedDict
 from pixstep.errors import FINE, NEGATIVE, UserError
 from pixstep.formats.findings import counted
 from pixstep.lines.units import Quantity
-from pixstep.machine import FILE_NAME, VARIABLE
 from pixstep.operations import bus, shared
 from pixstep.operations.asked import AskedError
 from pixstep.operations.board.records import ReadRecords, RecordFields, recorded
 from pixstep.operations.bus import ToBoard
 from pixstep.operations.desk import Desk
+from pixstep.operations.facts import NO_MACHINE
 from pixstep.operations.kinds import FILE, FOLDER, Choice, Length, Number, Time, Whole
 from pixstep.operations.request import Request, argument, operation, option, shared_fields, unless
 from pixstep.operations.result import Page, Result
@@ -78,10 +78,7 @@ class ProgramFields(Request):
         """
         machine = desk.facts.found
         if machine is None:
-            raise AskedError(
-                f"no machine file: {{machine}} FILE, {VARIABLE}, or {FILE_NAME} in this "
-                f"folder (`pixstep machine new` begins one)"
-            )
+            raise AskedError(NO_MACHINE)
         setup = self._setup(machine)
         if not self.assume_last and self.mode != MODE1:
             raise AskedError(f"{{assume_last}}: only with {{mode}} {MODE1}")

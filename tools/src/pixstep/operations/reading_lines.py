@@ -59,7 +59,7 @@ def ways(facts: Facts, axes: int) -> tuple[int, ...]:
         return (1,) * axes
     found = [-1 if motor.negative else 1 for motor in facts.motors]
     if len(found) not in (1, axes):
-        raise UserError(f"--motor is given {len(found)} times for {axes} axes")
+        raise AskedError(f"{{motor}} is given {len(found)} times for {axes} axes")
     return tuple(found * (axes // len(found)))
 
 
@@ -148,32 +148,21 @@ def line_numbers() -> Any:
     return shared.line_number("Line N of files of many lines; once, or per line file.", many=True)
 
 
-class SeveralLines(Protocol):
+class _SeveralLines(Protocol):
     """The fields of an operation that reads several lines."""
 
     @property
-    def csv(self) -> tuple[Path, ...]:
-        """The files."""
-
+    def csv(self) -> tuple[Path, ...]: ...
     @property
-    def decode(self) -> tuple[str, ...]:
-        """How their counts are decoded."""
-
+    def decode(self) -> tuple[str, ...]: ...
     @property
-    def backlash(self) -> tuple[int, ...]:
-        """The play that each takes up, in steps."""
-
+    def backlash(self) -> tuple[int, ...]: ...
     @property
-    def negative(self) -> bool | None:
-        """Whether smooth ones run backwards; None for as their motors do."""
-
+    def negative(self) -> bool | None: ...
     @property
-    def line_number(self) -> tuple[int, ...]:
-        """Which line of its file each is."""
-
+    def line_number(self) -> tuple[int, ...]: ...
     @property
-    def raw(self) -> bool:
-        """Whether headers are values."""
+    def raw(self) -> bool: ...
 
 
 def load_line(
@@ -211,7 +200,7 @@ def load_line(
 
 def read_lines(
     desk: Desk,
-    asked: SeveralLines,
+    asked: _SeveralLines,
     *,
     pixel_hz: Fraction | None,
     divider: int = 1,

@@ -15,11 +15,12 @@ from pixstep.board.device import Board
 from pixstep.board.link import World
 from pixstep.board.run import Lines
 from pixstep.board.together import Together
-from pixstep.errors import UserError
+from pixstep.errors import AskedText, UserError
 from pixstep.lines.line import Line
 from pixstep.lines.line_check import Limits
 from pixstep.lines.units import hz_text, refuse_period
 from pixstep.operations import bus, judging, reading_lines, shared
+from pixstep.operations.asked import AskedError
 from pixstep.operations.board.records import ReadRecords, RecordFields, Records, recorded
 from pixstep.operations.bus import Known, ToBoard, ToBoards, some_axes
 from pixstep.operations.clocks import BoardLineClock
@@ -90,7 +91,7 @@ class Upload(RecordFields, BoardLineClock, ToBoard):
 
     def run(self, desk: Desk) -> Result:
         """Check the lines, queue them, and run them if asked."""
-        self.refuse_file(followed=self.followed, instead="add --arm, without --no-wait")
+        self.refuse_file(followed=self.followed, instead="add {arm}, without {no_wait}")
         read = reading_lines.read_lines(desk, self, pixel_hz=None)
         lines = dict(zip(reading_lines.line_axes(self.axis, len(read)), read, strict=True))
         with bus.one_board(desk, self) as (found, known):
@@ -102,8 +103,9 @@ class Upload(RecordFields, BoardLineClock, ToBoard):
             upload.forget_refused(known.board, lines)
             streamed = _streamed(known.board, lines, divider)
             if streamed and not self.followed:
-                raise UserError(
-                    f"{streamed}: it is streamed while it moves: add --arm, without --no-wait"
+                raise AskedError(
+                    "{what}: it is streamed while it moves: add {arm}, without {no_wait}",
+                    what=streamed,
                 )
             if self.arm:
                 upload.require_idle(known.board, lines)
@@ -157,7 +159,9 @@ def check_lines(
     found = capability.connected_limits(known.board, hz, len(lines), clock)
     bounds = motors or [Limits()] * len(lines)
     for item, motor in zip(lines.values(), bounds, strict=True):
-        judging.check(desk, item, found, motor, f"nothing was sent; {judging.ADVICE}")
+        judging.check(
+            desk, item, found, motor, AskedText("nothing was sent; {advice}", advice=judging.ADVICE)
+        )
 
 
 def _streamed(board: Board, lines: dict[int, Line], divider: int) -> str:
@@ -274,7 +278,7 @@ class Start(RecordFields, ToBoards):
 
     def run(self, desk: Desk) -> Result:
         """Start them, and follow them if asked."""
-        self.refuse_file(followed=self.wait, instead="add --wait")
+        self.refuse_file(followed=self.wait, instead="add {wait}")
         with bus.boards(desk, self) as (found, known):
             group = [self._lines(item) for item in known]
             group = [item for item in group if item.axes]

@@ -221,7 +221,7 @@ class MeasurePlay(_Homing):
         found = desk.facts.found
         if found is None:
             raise AskedError(
-                "{save}: no machine file: --machine FILE and --motor NAME say which motor"
+                "{save}: no machine file: {machine} FILE and {motor} NAME say which motor"
             )
         return found.path, desk.facts.motor.name
 

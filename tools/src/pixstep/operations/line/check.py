@@ -12,7 +12,7 @@ from typing import TypedDict
 from pixstep import atomic, formats
 from pixstep.board import boards, settings
 from pixstep.board.capability import named_limits
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.lines import core, line_check, units
 from pixstep.lines.line import Line
 from pixstep.lines.line_check import Finding, FindingFacts, Limits
@@ -117,7 +117,10 @@ class LineCheck(OfClock):
             of_board = named_limits(self.board, hz, axes=self.axes, clock=clock).of(line)
             if not (desk.given("board") or desk.by_machine("board")):
                 label = boards.load(self.board).label
-                desk.say([f"{self.csv}: checked by what the {label} can do (--board)"])
+                desk.say([AskedText(
+                    "{path}: checked by what the {label} can do ({board})",
+                    path=self.csv, label=label,
+                )])  # fmt: skip
         motor = judging.of_quantities(
             line, hz, self.max_speed, self.max_acceleration, self.start_stop
         )
@@ -239,7 +242,7 @@ class LineShow(OfClock):
             lead_in = read.header.lead_in_px
         line = Line(read.values, self.decode, self.backlash, name=str(self.csv))
         _refuse_backlash(line)
-        bounds = showing.limits(self, hz)
+        bounds = showing.limits(hz, self.max_speed, self.max_acceleration, self.max_jerk)
         image, scale = _image_pixel(line, lead_in), desk.facts.scale_if_known()
         return showing.shown(LineDrawing(line, self.csv.name, hz, bounds, image, scale), self.plot)
 

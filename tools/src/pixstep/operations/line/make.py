@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, TypedDict
 
 from pixstep import atomic, formats, owndata
-from pixstep.errors import FINE, NEGATIVE
+from pixstep.errors import FINE, NEGATIVE, AskedText
 from pixstep.formats.findings import counted
 from pixstep.lines import line_check, units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
@@ -115,9 +115,9 @@ class LineMake(OfClock):
         line = _made(self, desk)
         line_hz = self.edges_hz / line.divider
         if desk.given("negative") and self.negative and not self.is_plain:
-            desk.say(
-                ["counts of a smooth line have no sign: --negative for `sim` and `board upload`"]
-            )
+            desk.say([AskedText(
+                "counts of a smooth line have no sign: {negative} for `sim` and `board upload`"
+            )])  # fmt: skip
         sign = -1 if self.is_plain and self.negative else 1
         if self.name is None:
             header = origin.of_pixels(self.output, self.lead_in, line_hz, line.divider)
@@ -189,12 +189,8 @@ def _of_acceleration(asked: LineMake, desk: Desk, request: generator.LineRequest
         asked.speed.in_steps(scale), acceleration, asked.max_jerk, asked.edges_hz, asked.is_plain
     )
     divider = asked.divider or accelerate.choose_divider(wanted)
-    line_hz = asked.edges_hz / divider
-    top = units.whole_speed(asked.speed, line_hz, scale, smooth=not asked.is_plain)
-    used = accelerate.note(wanted, divider)
-    made, speed = accelerate.line(wanted, top, divider, asked.length, request)
-    desk.say([used] if used else [])
-    desk.say(accelerate.slower_notes(speed, top, line_hz, scale))
+    made, speed, notes = accelerate.line(wanted, divider, asked.length, request, scale)
+    desk.say(notes)
     return _Made(made, speed, divider)
 
 

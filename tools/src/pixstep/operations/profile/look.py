@@ -84,7 +84,7 @@ class ProfileCheck(Request):
     def run(self, desk: Desk) -> Result:
         """Check every reading."""
         read, hz = _read(self, desk)
-        limits = showing.limits(self, hz)
+        limits = showing.limits(hz, self.max_speed, self.max_acceleration, self.max_jerk)
         bounds = line_check.Limits(
             max_speed=limits.get(SPEED),
             max_acceleration=limits.get(ACCELERATION),
@@ -151,7 +151,7 @@ class ProfileShow(Request):
             top = units.whole_speed(self.speed, hz, desk.facts.scale(), smooth=smooth)
         decode = self.decode or reading_lines.motor_decode(desk.facts, self.file) or SMOOTH
         line = Line(_counts(read, decode, top), decode, name=str(self.file))
-        bounds = showing.limits(self, hz)
+        bounds = showing.limits(hz, self.max_speed, self.max_acceleration, self.max_jerk)
         scale = desk.facts.scale_if_known()
         drawing = LineDrawing(line, self.file.name, hz, bounds, scale=scale, going_on=True)
         return showing.shown(drawing, self.plot)

@@ -11,7 +11,7 @@ from typing import TypedDict
 
 from pixstep import atomic, formats
 from pixstep.errors import UserError
-from pixstep.formats.header import NAME_WIDTH, ProfileHeader
+from pixstep.formats.header import MOST_HAPS, MOST_LEAD_IN, NAME_WIDTH, ProfileHeader
 from pixstep.lines import units
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.units import ACCELERATION, JERK, SPEED, Quantity
@@ -103,10 +103,10 @@ class ProfileMake(Request):
         TEXT, f"Name in the CSV's header, up to {NAME_WIDTH} characters.", shown="TEXT"
     )
     haps: int | None = option(
-        Whole(0, 9999), "HAPs of the CSV: entries used in homing. Default: all."
+        Whole(0, MOST_HAPS), "HAPs of the CSV: entries used in homing. Default: all."
     )
     lead_in: int = option(
-        Pixels(0, 999_999), "LeadIn of the CSV: constant pixels before the image.", default=0
+        Pixels(0, MOST_LEAD_IN), "LeadIn of the CSV: constant pixels before the image.", default=0
     )
 
     def run(self, desk: Desk) -> Result:
@@ -315,7 +315,7 @@ class ProfileRepair(Request):
         try:
             return repair_counts(counts, wish)
         except UserError as error:
-            raise UserError(f"{self.file}: {error}") from None
+            raise AskedError("{path}: {error}", path=self.file, error=error) from None
 
     def _limit(self) -> int | None:
         """Return the limit of the acceleration as an even number."""

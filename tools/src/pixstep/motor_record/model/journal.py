@@ -3,8 +3,8 @@
 
 from pixstep.motor_record.field import Value
 from pixstep.motor_record.fields import FIELDS, MONITOR_ORDER
+from pixstep.motor_record.model.values import Values
 from pixstep.motor_record.traffic import Post
-from pixstep.motor_record.values import Values
 
 _ORDER = tuple((name, FIELDS[name].attribute) for name in MONITOR_ORDER)
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """User, dial and raw coordinates: user = dial x direction + OFF, dial = raw x MRES."""
 
-from pixstep.motor_record.arithmetic import HIGHEST_LONG, LOWEST_LONG, nearest_long
-from pixstep.motor_record.values import Values
+from pixstep.motor_record.model.arithmetic import HIGHEST_LONG, LOWEST_LONG, nearest_long
+from pixstep.motor_record.model.values import Values
 
 
 def direction(v: Values) -> int:

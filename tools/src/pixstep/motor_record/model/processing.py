@@ -3,14 +3,14 @@
 
 from enum import Enum, auto
 
-from pixstep.motor_record import alarms, asking, limits, readback, work
-from pixstep.motor_record.after_motion import follow_up, retry_or_end
 from pixstep.motor_record.menus import RetryMode, StatusUpdate
 from pixstep.motor_record.mip import Mip
-from pixstep.motor_record.readback import at_switch_ahead
-from pixstep.motor_record.state import State
+from pixstep.motor_record.model import alarms, asking, limits, readback, work
+from pixstep.motor_record.model.after_motion import follow_up, retry_or_end
+from pixstep.motor_record.model.readback import at_switch_ahead
+from pixstep.motor_record.model.state import State
+from pixstep.motor_record.model.values import Values
 from pixstep.motor_record.traffic import Status, Verb
-from pixstep.motor_record.values import Values
 
 
 class Next(Enum):
@@ -122,16 +122,27 @@ def _settle(r: State, stopped_now: bool) -> Next:
     if v.dly > 0 and not v.mip & Mip.DELAY_ACK:
         return _wait(r) if stopped_now else Next.WORK
     if v.mip & Mip.DELAY == Mip.DELAY_ACK:
-        v.mip |= Mip.DELAY
-        v.dmov = 0
-        r.ask(Verb.GET_INFO)
-        return Next.LEAVE
+        return _look_after_delay(r)
     if v.stup != StatusUpdate.ON and v.mip != Mip.DONE:
-        v.mip &= ~Mip.DELAY
-        retry_or_end(r)
-        if v.mip == Mip.RETRY and v.rmod == RetryMode.IN_POSITION:
-            _begin_delay(r)
+        _judge(r)
     return Next.WORK
+
+
+def _look_after_delay(r: State) -> Next:
+    """Ask where the motor is, now that it has settled."""
+    r.v.mip |= Mip.DELAY
+    r.v.dmov = 0
+    r.ask(Verb.GET_INFO)
+    return Next.LEAVE
+
+
+def _judge(r: State) -> None:
+    """Decide on a retry. A controller that servoes gets another DLY instead."""
+    v = r.v
+    v.mip &= ~Mip.DELAY
+    retry_or_end(r)
+    if v.mip == Mip.RETRY and v.rmod == RetryMode.IN_POSITION:
+        _begin_delay(r)
 
 
 def _wait(r: State) -> Next:

@@ -4,13 +4,13 @@
 A function that returns True has settled what this processing does.
 """
 
-from pixstep.motor_record import asking, coordinates, limits
 from pixstep.motor_record.menus import Spmg
 from pixstep.motor_record.mip import Mip
-from pixstep.motor_record.readback import release_buttons
-from pixstep.motor_record.state import State
-from pixstep.motor_record.sync import targets_become_readbacks
-from pixstep.motor_record.values import Values
+from pixstep.motor_record.model import asking, coordinates, limits
+from pixstep.motor_record.model.readback import release_buttons
+from pixstep.motor_record.model.state import State
+from pixstep.motor_record.model.sync import targets_become_readbacks
+from pixstep.motor_record.model.values import Values
 
 
 def held(v: Values) -> bool:
@@ -53,7 +53,7 @@ def _stop(r: State, *, for_good: bool) -> None:
             v.pp = 1
             release_buttons(v)
         else:
-            targets_become_readbacks(v)
+            targets_become_readbacks(r)
     if v.mip & Mip.HOME:
         release_buttons(v)
     if not v.mip & Mip.DELAY_REQ:

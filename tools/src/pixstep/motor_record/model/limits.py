@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Soft limits in their three coordinates, and what violates them."""
 
-from pixstep.motor_record.state import State
+from pixstep.motor_record.model.state import State
+from pixstep.motor_record.model.values import Values
 from pixstep.motor_record.traffic import Verb
-from pixstep.motor_record.values import Values
 
 
 def enabled(v: Values) -> bool:

@@ -4,15 +4,15 @@
 Status, stop, resolution, buttons, targets: the first that is there settles this processing.
 """
 
-from pixstep.motor_record import buttons, coordinates, moving
 from pixstep.motor_record.menus import StatusUpdate
 from pixstep.motor_record.mip import Mip
-from pixstep.motor_record.position_load import load_position, redefine_user_position
-from pixstep.motor_record.resolution import keep_dead_bands
-from pixstep.motor_record.state import State
-from pixstep.motor_record.sync import targets_become_readbacks
+from pixstep.motor_record.model import buttons, coordinates, moving
+from pixstep.motor_record.model.position_load import load_position, redefine_user_position
+from pixstep.motor_record.model.resolution import keep_dead_bands
+from pixstep.motor_record.model.state import State
+from pixstep.motor_record.model.sync import targets_become_readbacks
+from pixstep.motor_record.model.values import Values
 from pixstep.motor_record.traffic import Verb
-from pixstep.motor_record.values import Values
 
 
 def do_work(r: State, *, from_motor: bool) -> None:
@@ -20,16 +20,24 @@ def do_work(r: State, *, from_motor: bool) -> None:
     v = r.v
     if v.stup == StatusUpdate.ON:
         ask_for_status(r, for_client=True)
-    if buttons.stop_or_spmg(r) or _new_resolution(r):
-        return
-    if not (_target_from_link(r) if closed_loop(r) else _wishes(r)):
-        return
-    if not _user_target(r) or buttons.held(v):
-        return
+    settled = buttons.stop_or_spmg(r) or _new_resolution(r)
+    if not settled and _targets(r) and not buttons.held(v):
+        _act(r, from_motor=from_motor)
+
+
+def _targets(r: State) -> bool:
+    """Gather what changes DVAL. False if something on the way settled this processing."""
+    gathered = _target_from_link(r) if closed_loop(r) else _wishes(r)
+    return gathered and _user_target(r)
+
+
+def _act(r: State, *, from_motor: bool) -> None:
+    """Act on DVAL, else on SYNC; if there is nothing to do, ask for a status."""
+    v = r.v
     if v.dval != v.ldvl or not v.dmov:
         _dial_target(r)
     elif v.sync and v.mip == Mip.DONE:
-        targets_become_readbacks(v)
+        targets_become_readbacks(r)
         v.sync = 0
     elif not from_motor and v.stup == StatusUpdate.OFF:
         ask_for_status(r)

@@ -5,10 +5,10 @@ import math
 from dataclasses import dataclass
 from enum import StrEnum
 
-from pixstep.motor_record.arithmetic import nearest
 from pixstep.motor_record.menus import RetryMode
-from pixstep.motor_record.readback import relative
-from pixstep.motor_record.values import Values
+from pixstep.motor_record.model.arithmetic import nearest
+from pixstep.motor_record.model.readback import relative
+from pixstep.motor_record.model.values import Values
 
 
 class Leg(StrEnum):

@@ -3,9 +3,9 @@
 
 from typing import Final
 
-from pixstep.motor_record import limits, speeds
-from pixstep.motor_record.state import State
-from pixstep.motor_record.values import Values
+from pixstep.motor_record.model import limits, speeds
+from pixstep.motor_record.model.state import State
+from pixstep.motor_record.model.values import Values
 
 STEPS_PER_REVOLUTION: Final = 200
 """What SREV becomes where it is 0 or less."""

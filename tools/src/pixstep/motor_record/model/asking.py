@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: MIT
 """What the record asks of the motor for each kind of motion: the commands and their order."""
 
-from pixstep.motor_record.arithmetic import share
-from pixstep.motor_record.coordinates import direction, user_is_raw
-from pixstep.motor_record.decision import Way
 from pixstep.motor_record.mip import Mip
-from pixstep.motor_record.speeds import gain
-from pixstep.motor_record.state import State
+from pixstep.motor_record.model.arithmetic import share
+from pixstep.motor_record.model.coordinates import direction, user_is_raw
+from pixstep.motor_record.model.decision import Way
+from pixstep.motor_record.model.speeds import gain
+from pixstep.motor_record.model.state import State
+from pixstep.motor_record.model.values import Values
 from pixstep.motor_record.traffic import Verb
-from pixstep.motor_record.values import Values
 
 
 def raw(v: Values, egu: float) -> float:

@@ -9,8 +9,8 @@ import math
 from collections.abc import Iterable
 
 from pixstep.motor_record.mip import Mip
-from pixstep.motor_record.processing import process
-from pixstep.motor_record.state import State
+from pixstep.motor_record.model.processing import process
+from pixstep.motor_record.model.state import State
 from pixstep.motor_record.traffic import Command, Msta, Status, Verb
 
 _FIRST_LEGS = Mip.MOVE | Mip.JOG_BL1

@@ -4,13 +4,13 @@
 from collections.abc import Mapping
 from typing import Literal
 
-from pixstep.motor_record import start, writes
 from pixstep.motor_record.field import Field, PutRefusedError, Value
 from pixstep.motor_record.fields import FIELDS
-from pixstep.motor_record.foresight import second_leg
 from pixstep.motor_record.mip import Mip
-from pixstep.motor_record.processing import process
-from pixstep.motor_record.state import Link, State
+from pixstep.motor_record.model import start, writes
+from pixstep.motor_record.model.foresight import second_leg
+from pixstep.motor_record.model.processing import process
+from pixstep.motor_record.model.state import Link, State
 from pixstep.motor_record.traffic import Outcome, Status
 
 LinkName = Literal["RDBL", "DOL"]

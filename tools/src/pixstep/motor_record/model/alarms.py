@@ -2,9 +2,9 @@
 """The alarm of the record: the first in this order, since a limit hides what the motor reports."""
 
 from pixstep.motor_record.menus import Alarm, Severity
-from pixstep.motor_record.readback import shows
+from pixstep.motor_record.model.readback import shows
+from pixstep.motor_record.model.values import Values
 from pixstep.motor_record.traffic import Msta
-from pixstep.motor_record.values import Values
 
 
 def raise_alarm(v: Values) -> None:

@@ -4,9 +4,9 @@
 from copy import copy
 from dataclasses import dataclass, field, replace
 
-from pixstep.motor_record.journal import Journal
+from pixstep.motor_record.model.journal import Journal
+from pixstep.motor_record.model.values import Values
 from pixstep.motor_record.traffic import Command, Verb
-from pixstep.motor_record.values import Values
 
 
 @dataclass

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
 """The axis is told where it is: nothing moves, the controller takes a new position."""
 
-from pixstep.motor_record import coordinates, limits
-from pixstep.motor_record.arithmetic import nearest_long
 from pixstep.motor_record.mip import Mip
-from pixstep.motor_record.state import State
+from pixstep.motor_record.model import coordinates, limits
+from pixstep.motor_record.model.arithmetic import nearest_long
+from pixstep.motor_record.model.state import State
 from pixstep.motor_record.traffic import Verb
 
 

@@ -5,16 +5,16 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Final
 
-from pixstep.motor_record import asking, coordinates, limits, resolution, speeds
-from pixstep.motor_record.arithmetic import within
 from pixstep.motor_record.field import PutRefusedError, Value
 from pixstep.motor_record.fields import FIELDS
 from pixstep.motor_record.menus import StatusUpdate
 from pixstep.motor_record.mip import Mip
-from pixstep.motor_record.readback import shows
-from pixstep.motor_record.state import State
+from pixstep.motor_record.model import asking, coordinates, limits, resolution, speeds
+from pixstep.motor_record.model.arithmetic import within
+from pixstep.motor_record.model.readback import shows
+from pixstep.motor_record.model.state import State
+from pixstep.motor_record.model.values import Values
 from pixstep.motor_record.traffic import Msta, Verb
-from pixstep.motor_record.values import Values
 
 TARGETS: Final = frozenset({"VAL", "DVAL", "RVAL", "RLV", "TWF", "TWR"})
 """A write of one of these makes DMOV 0 at once, whatever comes of it."""
@@ -67,11 +67,13 @@ def _offset(r: State) -> None:
 
 def _use_encoder(r: State) -> None:
     v = r.v
-    if v.ueip and shows(v, Msta.EA_PRESENT):
+    if not v.ueip:
+        return
+    if shows(v, Msta.EA_PRESENT):
         v.urip = 0
     else:
         v.ueip = 0
-    r.resolution_written = True
+        r.resolution_written = True
 
 
 def _use_link(r: State) -> None:

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: MIT
 """A status of the motor becomes fields: positions, switches, states."""
 
-from pixstep.motor_record.arithmetic import nearest_long
-from pixstep.motor_record.coordinates import difference, user, user_is_raw
 from pixstep.motor_record.menus import RetryMode
 from pixstep.motor_record.mip import Mip
-from pixstep.motor_record.state import State
+from pixstep.motor_record.model.arithmetic import nearest_long
+from pixstep.motor_record.model.coordinates import difference, user, user_is_raw
+from pixstep.motor_record.model.state import State
+from pixstep.motor_record.model.values import Values
 from pixstep.motor_record.traffic import Msta, Status
-from pixstep.motor_record.values import Values
 
 
 def shows(v: Values, flag: Msta) -> bool:
@@ -56,12 +56,17 @@ def set_raw(v: Values, raw: int, resolution: float) -> None:
 
 
 def _position_from_link(r: State) -> None:
-    v = r.v
-    if r.rdbl.value is not None:
-        set_raw(v, nearest_long(r.rdbl.value * v.rres / v.mres), v.mres)
-    elif v.mip != Mip.DONE:
-        release_buttons(v)
-        v.stop = 1
+    if not read_link(r) and r.v.mip != Mip.DONE:
+        release_buttons(r.v)
+        r.v.stop = 1
+
+
+def read_link(r: State) -> bool:
+    """Take the position from RDBL. False if that is dead: the position stays what it was."""
+    if r.rdbl.value is None:
+        return False
+    set_raw(r.v, nearest_long(r.rdbl.value * r.v.rres / r.v.mres), r.v.mres)
+    return True
 
 
 def _switches(v: Values) -> None:

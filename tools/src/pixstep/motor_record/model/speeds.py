@@ -4,8 +4,8 @@
 from dataclasses import dataclass
 from typing import Final
 
-from pixstep.motor_record.arithmetic import share, within
-from pixstep.motor_record.values import Values
+from pixstep.motor_record.model.arithmetic import share, within
+from pixstep.motor_record.model.values import Values
 
 LEAST_TIME_S: Final = 0.1
 """What an acceleration time of 0 or less becomes."""

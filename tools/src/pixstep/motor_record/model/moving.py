@@ -4,13 +4,13 @@
 The order of the questions is that of `toward_target`; each of them may end the decision.
 """
 
-from pixstep.motor_record import asking, coordinates, decision, limits
-from pixstep.motor_record.arithmetic import nearest_long
-from pixstep.motor_record.decision import Leg, Way
 from pixstep.motor_record.menus import RetryMode
 from pixstep.motor_record.mip import Mip
-from pixstep.motor_record.state import State
-from pixstep.motor_record.values import Values
+from pixstep.motor_record.model import asking, coordinates, decision, limits
+from pixstep.motor_record.model.arithmetic import nearest_long
+from pixstep.motor_record.model.decision import Leg, Way
+from pixstep.motor_record.model.state import State
+from pixstep.motor_record.model.values import Values
 
 
 def toward_target(r: State) -> None:
