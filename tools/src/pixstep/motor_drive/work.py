@@ -60,6 +60,11 @@ class AxisWork:
     # When it wants a turn.
 
     @property
+    def offset_steps(self) -> int:
+        """What is added to the board's register."""
+        return self._offset_steps
+
+    @property
     def stop_due(self) -> bool:
         """True if a stop is to go out now, before all else."""
         return self._stop_wanted or self._inbox.has_stop
