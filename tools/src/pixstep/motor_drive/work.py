@@ -64,6 +64,11 @@ class AxisWork:
         """What is added to the board's register."""
         return self._offset_steps
 
+    def add_offset(self, steps: int) -> None:
+        """Count from elsewhere; from any thread, before the first command."""
+        self._offset_steps += steps
+        self.statuses.position_steps += steps
+
     @property
     def stop_due(self) -> bool:
         """True if a stop is to go out now, before all else."""
