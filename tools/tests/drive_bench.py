@@ -8,7 +8,7 @@ import pixstep as px
 from pixstep.motor_drive import BusDrives, DrivenMotor
 from pixstep.motor_record import MotorRecord
 from pixstep.motor_record.traffic import Command, Msta, Verb
-from pixstep.simulation.edges import read_edges
+from pixstep.simulation.logs import read_edges
 
 NEAR_S = 1e-6  # simulated time passes in cycles
 

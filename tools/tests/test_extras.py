@@ -35,9 +35,8 @@ from pixstep.__main__ import run
 run()
 """
 DRAWINGS = {
-    "fly.picture", "moves.fastplot", "moves.homeplot", "plotting", "profiles.figure",
-    "programs.figure", "reversals.picture", "simulation.clockplot",
-    "simulation.load_plot", "simulation.overview", "simulation.plots", "trajectories.picture",
+    "fly.picture", "moves.plots", "plotting", "profiles.figure",
+    "programs.figure", "reversals.picture", "simulation.plots", "trajectories.picture",
 }  # fmt: skip
 MACHINE = """
 clock.pixel = "30 Hz"

@@ -14,7 +14,7 @@ from caproto import ChannelType
 from effort import cases, only_long
 from iocprocess import MACHINE, Command
 from pixstep import natives
-from pixstep.simulation import edges
+from pixstep.simulation import logs
 
 PV = "T:m1"
 QUICK = MACHINE.replace("DHLM = 100,", "VELO = 400, VMAX = 400, BVEL = 400, DHLM = 100,").replace(
@@ -131,7 +131,7 @@ def test_moves_of_a_client(ioc, program):
 
 def judge_board(folder):
     """Assert by a simulated board's edges what `Judge` does; return how many moves there were."""
-    axis = edges.read_edges(folder / "edges.csv").axis(0, 0)
+    axis = logs.read_edges(folder / "edges.csv").axis(0, 0)
     steps_s = axis.rising / 16e6
     made = np.concatenate(([0], np.cumsum(axis.directions())))
     last_s, rests = None, 0

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import pixstep as px
-from pixstep.simulation.edges import read_edges
+from pixstep.simulation.logs import read_edges
 
 pytestmark = pytest.mark.usefixtures("simulator")
 SHORT = px.line([2, 6, 8, 6, 2], pixel_hz=100)

@@ -23,8 +23,8 @@ from pixstep.machine import files
 from pixstep.motor_drive import BusDrives, Pacer
 from pixstep.motor_drive.of_machine import motors_of
 from pixstep.operations import motor_drives
-from pixstep.simulation.edges import read_edges
-from pixstep.simulation.simboard import SimLink
+from pixstep.simulation.logs import read_edges
+from pixstep.simulation.simulated_board import SimLink
 from pixstep_trials.ca_wire import HOST, Wire
 
 _HEAD = """

@@ -15,7 +15,8 @@ from functools import cache
 from pathlib import Path
 
 from pixstep import natives
-from pixstep.simulation.simctl import Simulator
+from pixstep.simulation.simulator import Simulator
+from pixstep_trials.probe import Probe
 
 _SOURCE = "app/axes.c"  # every source of core and app is built with its options
 _PROBE = """
@@ -113,7 +114,7 @@ class Memory:
     def address(self, path: str) -> int:
         """Return the address of a member in RAM."""
         found = self.place(path)
-        return self._simulator.symbol(0, found.symbol).address + found.offset
+        return Probe(self._simulator).symbol(0, found.symbol).address + found.offset
 
     def read(self, path: str) -> int:
         """Return a member as a number."""

@@ -15,8 +15,8 @@ from pixstep import natives
 from pixstep.board import boards
 from pixstep.errors import PlainError
 from pixstep.lines.units import hz_text
-from pixstep.simulation.clockflaws import ClockFlaws
-from pixstep.simulation.simctl import SimOptions, Simulator
+from pixstep.simulation.pixel_clock import ClockFlaws
+from pixstep.simulation.simulator import SimOptions, Simulator
 
 SIGNALS = {"home": "HOME", "minus": "LIMIT_MINUS", "plus": "LIMIT_PLUS"}
 START_S = 0.3  # what is sent to a board while it starts is lost
@@ -100,11 +100,8 @@ class VirtualBench:
         self.kind = boards.load(self.name)
         self.look = look
         self.ended = False
-        self.wiring = Wiring(
-            options.pixel_hz,
-            options.pixel_ppm,
-            axes=[AxisWiring() for _ in range(self.kind.axes)],
-        )
+        axes = [AxisWiring() for _ in range(self.kind.axes)]
+        self.wiring = Wiring(options.pixel_hz, options.pixel_ppm, axes=axes)
         self._pins = {(pin.signal, pin.axis): pin for pin in self.kind.pins}
         self.simulator = Simulator(options)
         try:
@@ -182,26 +179,6 @@ class VirtualBench:
         self.simulator.command(f"clock {'on' if runs else 'off'}")
         self.wiring.clock_runs = runs
 
-    def gate_clock(self, edges: int, rest_s: float) -> None:
-        """Let the pixel clock rest after every so many edges; 0 edges end that."""
-        self.simulator.clock(f"gate {edges} {round(1e6 * rest_s)}")
-
-    def rest_clock(self, rest_s: float) -> None:
-        """Let the pixel clock stand still for so long."""
-        self.simulator.clock(f"rest {round(1e6 * rest_s)}")
-
-    def jitter_clock(self, jitter_s: float) -> None:
-        """Displace each edge of the pixel clock by at most so much."""
-        self.simulator.clock(f"jitter {round(1e9 * jitter_s)}")
-
-    def false_edge(self) -> None:
-        """Make a false edge at the board's pin now."""
-        self.simulator.false_edge(0)
-
-    def drop_pulses(self, count: int) -> None:
-        """Leave out the next pulses of the pixel clock."""
-        self.simulator.command(f"clock drop {count}")
-
     def set_load(self, axis: int, parameters: str) -> None:
         """Change the mechanics of an axis, in the words of the simulator's --plant."""
         self.simulator.knobs(0, axis, parameters)
@@ -214,12 +191,8 @@ class VirtualBench:
 
     def switch_supply(self, *, powered: bool) -> None:
         """Cut the board's 5 V, or give them back."""
-        (self.simulator.power_on if powered else self.simulator.power_off)(0)
+        self.simulator.supply(0, "on" if powered else "off")
         self.wiring.powered = powered
-
-    def reset(self, cause: str) -> None:
-        """Reset the board: "external" is the button, "brownout" a supply that breaks down."""
-        self.simulator.reset(0, cause)
 
     def status(self) -> BenchStatus:
         """Return what can be seen from outside, as plain data."""
@@ -233,21 +206,20 @@ class VirtualBench:
             "estop_pressed": wiring.estop_pressed,
             "permit": self.permit(),
             "clock": {
-                "hz": float(wiring.clock_hz),
-                "ppm": wiring.clock_ppm,
-                "runs": wiring.clock_runs,
+                "hz": float(wiring.clock_hz), "ppm": wiring.clock_ppm, "runs": wiring.clock_runs,
             },
             "lost_s": self.lost_s,
             "axes": [self._axis_status(axis) for axis in range(self.kind.axes)],
-        }
+        }  # fmt: skip
 
     def _axis_status(self, axis: int) -> AxisStatus:
-        words = self.simulator.command(f"switches 0 {axis}").split()[1:]
-        closed = []
-        for place, switch in enumerate(SIGNALS):
-            level = self.wiring.axes[axis].closed_level(switch)
-            if wired(self.kind, switch, axis) and int(words[2 * place + 1]) == level:
-                closed.append(switch)
+        levels = self.simulator.command(f"switches 0 {axis}").split()[2::2]
+        wiring = self.wiring.axes[axis]
+        closed = [
+            switch
+            for switch, level in zip(SIGNALS, levels, strict=False)
+            if wired(self.kind, switch, axis) and int(level) == wiring.closed_level(switch)
+        ]
         return {
             "steps": self.simulator.steps(0, axis),
             "edges": self.edges(axis),
@@ -267,18 +239,13 @@ def wired(kind: boards.BoardKind, switch: str, axis: int) -> bool:
 
 
 def options(
-    name: str,
-    pixel_hz: Fraction,
-    *,
-    image: Path | None = None,
-    seed: int = 1,
+    name: str, pixel_hz: Fraction, *, image: Path | None = None, seed: int = 1,
     gate: tuple[int, float] | None = None,
-) -> SimOptions:
+) -> SimOptions:  # fmt: skip
     """Return the options of a bench; `gate` is edges and the rest after them in ms.
 
     Raises UserError if simulator or image is not there.
     """
     natives.program("pixstep-sim")
-    edges, rest_ms = gate or (0, 0.0)
-    flaws = ClockFlaws(gate_edges=edges, gate_rest_ms=rest_ms)
+    flaws = ClockFlaws(0.0, 0.0, 0.0, 0, 0, 0, *(gate or ()))
     return SimOptions([(name, image or natives.image(name))], pixel_hz, flaws=flaws, seed=seed)

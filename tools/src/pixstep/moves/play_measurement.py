@@ -12,20 +12,25 @@ and again and again: at the slow speed a step takes longer than the contact's de
 captured position is the very step.
 """
 
+import contextlib
+import math
+import shlex
+import subprocess
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from math import ceil
 from statistics import median_low
 
 from pixstep.board.device import Board
 from pixstep.board.link import World
 from pixstep.errors import UserError
 from pixstep.lines.runs import Seek
-from pixstep.moves.encoders import Encoder
 from pixstep.moves.homing import HomingError, Legs
 from pixstep.moves.legs import HomingPlan
 from pixstep.progress import Progress, unseen
 
+Encoder = Callable[[], float]
+_TIMEOUT_S = 10.0
 LEGS = ("leave the switch", "find where it closes", "find where it opens", "go below",
         "close slowly", "go above", "open slowly")  # fmt: skip
 _LEAVE, _CLOSES, _OPENS, _BELOW, _CLOSE, _ABOVE, _OPEN = LEGS
@@ -92,17 +97,40 @@ class MeasuredPlay:
         }
 
 
+def of_command(text: str) -> Encoder:
+    """Return what runs a command and takes the number that it prints: the load's position, steps.
+
+    Raises UserError for a text that is no command; so does a call if the command fails, takes more
+    than 10 s, or prints something else.
+    """
+    try:
+        words = shlex.split(text)
+    except ValueError as error:
+        raise UserError(f"encoder {text!r}: {error}") from None
+    if not words:
+        raise UserError(f"encoder {text!r}: expected a command")
+
+    def read() -> float:
+        try:
+            done = subprocess.run(
+                words, capture_output=True, text=True, timeout=_TIMEOUT_S, check=False
+            )
+        except (OSError, subprocess.TimeoutExpired, UnicodeDecodeError) as error:
+            raise UserError(f"encoder {text!r}: {error}") from None
+        if done.returncode:
+            raise UserError(f"encoder {text!r}: ended with status {done.returncode}")
+        with contextlib.suppress(ValueError):
+            if math.isfinite(value := float(done.stdout)):
+                return value
+        raise UserError(f"encoder {text!r}: printed {done.stdout[:40]!r}, expected a number")
+
+    return read
+
+
 def measure(
-    board: Board,
-    plan: HomingPlan,
-    pixel_hz: Fraction,
-    world: World,
-    *,
-    repeat: int = 3,
-    hysteresis: float | None = None,
-    encoder: Encoder | None = None,
-    progress: Progress = unseen,
-) -> MeasuredPlay:
+    board: Board, plan: HomingPlan, pixel_hz: Fraction, world: World, *, repeat: int = 3,
+    hysteresis: float | None = None, encoder: Encoder | None = None, progress: Progress = unseen,
+) -> MeasuredPlay:  # fmt: skip
     """Measure the play of one axis, at rest and enabled, `repeat` times.
 
     `encoder` returns the load's position in the motor's steps; it is asked at rest. Raises
@@ -167,14 +195,14 @@ class _Measuring(Legs):
         from where the switch has changed already is repeated from further away.
         """
         away = self.plan.direction * (1 if seek.opens else -1)
-        margin = self.plan.clear_steps + ceil(self.plan.top * self.pixel_hz * _CONTACT_S)
+        margin = self.plan.clear_steps + math.ceil(self.plan.top * self.pixel_hz * _CONTACT_S)
         for _ in range(_TRIES):
             distance = edge + away * margin - self.position()
             if distance and not (distance * self.plan.direction > 0 and self._at_limit()):
                 self.move(before, distance)
             if self.board.switches(self.plan.axis).home == seek.opens:
                 found = self._edge(name, seek)
-                return found, self._gap()
+                return found, self.position() - self.encoder() if self.encoder else None
             margin *= 2
         raise HomingError(
             f"axis {self.plan.axis}: the switch is {'open' if seek.opens else 'closed'} "
@@ -186,6 +214,3 @@ class _Measuring(Legs):
         bit = 2 * self.plan.axis + (self.plan.direction > 0)
         shared = self.board.setting("home_is_limit") >> bit & 1
         return bool(shared) and self.board.switches(self.plan.axis).home
-
-    def _gap(self) -> float | None:
-        return self.position() - self.encoder() if self.encoder else None

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""One simulated run from lines to files on disk: run, judge, write, plot."""
+"""One experiment from what is run to files on disk: run, judge, write, draw."""
+
+from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
@@ -10,10 +12,9 @@ from pixstep.board import registers as regs
 from pixstep.lazy import require_package
 from pixstep.lines.units import hz_text
 from pixstep.progress import Progress, unseen
-from pixstep.simulation import clockjudge, report
-from pixstep.simulation.judge import Judgement, judge
-from pixstep.simulation.load import AxisLoad, axis_load
-from pixstep.simulation.simrun import Job, RunResult, run_job
+from pixstep.simulation import clock_judge, report
+from pixstep.simulation.job import Job, RunResult, run_job
+from pixstep.simulation.judge import AxisLoad, Judgement, axis_load, judge
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,17 +23,10 @@ if TYPE_CHECKING:
 
 # What a run may leave in its folder; an earlier run's must not pass for this one's.
 OUTPUTS = (
-    "edges.csv",
-    "clock.csv",
-    "serial.csv",
-    "plant.csv",
-    "pixels.csv",
-    "summary.json",
-    "run.vcd",
-)
+    "edges.csv", "clock.csv", "serial.csv", "plant.csv", "pixels.csv", "summary.json", "run.vcd",
+)  # fmt: skip
 _TOGETHER = "motion.png"  # of one axis its own, of several all in one
-_CLOCK = "clock.png"
-_PLOTS = (_TOGETHER, "edge-error.png", "positions.png", "load.png", _CLOCK)
+_PLOTS = (_TOGETHER, "edge-error.png", "positions.png", "load.png", "clock.png")
 
 
 def names() -> list[str]:
@@ -56,12 +50,12 @@ def simulate_into(
     """Run a job and leave the files in `folder`; the summary names them by their place in `out`."""
     result, judged, loads = run_and_judge(job, folder, progress)
     if plots:
-        drawn = [*draw_plots(result, judged, folder), *_draw_loads(job, loads, folder)]
+        drawn = draw_plots(result, judged, loads, folder)
         judged.summary["plots"] = [str(out / path.name) for path in drawn]
     return judged
 
 
-def require_all() -> None:
+def require_installed() -> None:
     """Raise UserError if anything is not installed that a run or its verdict needs."""
     natives.program("pixstep-sim")
     require_package("numpy")
@@ -71,7 +65,7 @@ def run_and_judge(
     job: Job, folder: Path, progress: Progress = unseen
 ) -> tuple[RunResult, Judgement, list[AxisLoad]]:
     """Run a job, leave the files in `folder`; return what it left, its verdict and its loads."""
-    require_all()
+    require_installed()
     result = run_job(job, folder, progress)
     judged = judge(result)
     loads = follow_loads(result, judged)
@@ -102,59 +96,50 @@ def follow_loads(result: RunResult, judged: Judgement) -> list[AxisLoad]:
     return loads
 
 
-def _draw_loads(job: Job, loads: list[AxisLoad], out: Path) -> list[Path]:
-    """Draw every axis' load; return the paths."""
-    from pixstep.simulation import load_plot
-
-    paths = []
-    for found in loads:
-        prefix = "" if len(job.lines) == 1 else f"axis{found.axis}-"
-        load_plot.draw(
-            found, load_title(job, found.axis), job.line_hz, out / f"{prefix}load.png",
-            job.scales.get(found.axis),
-        )  # fmt: skip
-        paths.append(out / f"{prefix}load.png")
-    return paths
-
-
-def draw_plots(result: RunResult, judged: Judgement, out: Path) -> list[Path]:
+def draw_plots(
+    result: RunResult, judged: Judgement, loads: list[AxisLoad], out: Path
+) -> list[Path]:
     """Draw the plots of every axis that moved, and one of several together; return their paths."""
     from pixstep import plotting
-    from pixstep.simulation import overview, plots
+    from pixstep.simulation import plots
 
-    found, paths = traces(result, judged), []
-    for axis, trace in found.items():
-        prefix = "" if len(result.job.lines) == 1 else f"axis{axis}-"
-        paths += plots.draw(trace, out, prefix)
-    if len(found) > 1:
-        with plotting.styled():
-            paths.append(plotting.write(overview.build([*found.values()]), out / _TOGETHER))
-    if clockjudge.parts(judged.summary):
-        paths += _draw_clocks(result.job, judged, out)
+    job, found = result.job, traces(result, judged)
+    prefix = {axis: "" if len(job.lines) == 1 else f"axis{axis}-" for axis in job.lines}
+    with plotting.styled():
+        paths = [
+            plotting.write(make(trace), out / f"{prefix[axis]}{name}.png")
+            for axis, trace in found.items()
+            for name, make in plots.OF_TRACE.items()
+        ]
+        if len(found) > 1:
+            paths.append(plotting.write(plots.together([*found.values()]), out / _TOGETHER))
+    for axis, kept in judged.kept.items() if clock_judge.parts(judged.summary) else ():
+        paths.append(plotting.write(clock_figure(job, kept), out / f"{prefix[axis]}clock.png"))
+    with plotting.styled():
+        for load in loads:
+            path = out / f"{prefix[load.axis]}load.png"
+            paths.append(plotting.write(load_figure(job, load), path))
     return paths
 
 
-def _draw_clocks(job: Job, judged: Judgement, out: Path) -> list[Path]:
-    """Draw how each axis kept to the clock."""
-    from pixstep import plotting
-
-    paths = []
-    for axis, kept in judged.kept.items():
-        prefix = "" if len(job.lines) == 1 else f"axis{axis}-"
-        paths.append(plotting.write(clock_figure(job, kept), out / f"{prefix}{_CLOCK}"))
-    return paths
-
-
-def clock_figure(job: Job, kept: clockjudge.Kept) -> "Figure":
+def clock_figure(job: Job, kept: clock_judge.Kept) -> Figure:
     """Return the drawing of how an axis kept to the clock."""
     from pixstep import plotting
-    from pixstep.simulation import clockplot
+    from pixstep.simulation import plots
 
     with plotting.styled():
-        return clockplot.build(kept, job, _title(job, kept.axis))
+        return plots.clock(kept, job, _title(job, kept.axis))
 
 
-def traces(result: RunResult, judged: Judgement) -> "dict[int, plots.Trace]":
+def load_figure(job: Job, load: AxisLoad) -> Figure:
+    """Return the drawing of an axis' load."""
+    from pixstep.simulation import plots
+
+    title = f"{_title(job, load.axis)}, plant {job.plants[load.axis]}"
+    return plots.load(load, title, job.line_hz, job.scales.get(load.axis))
+
+
+def traces(result: RunResult, judged: Judgement) -> dict[int, plots.Trace]:
     """Return what there is to draw, by axis: those that moved."""
     from pixstep.simulation import plots
 
@@ -174,11 +159,6 @@ def traces(result: RunResult, judged: Judgement) -> "dict[int, plots.Trace]":
         for found in judged.axes
         if found.line_zero_cycle is not None and found.errors_ticks is not None
     }
-
-
-def load_title(job: Job, axis: int) -> str:
-    """Return the title of the drawing of an axis' load."""
-    return f"{_title(job, axis)}, plant {job.plants[axis]}"
 
 
 def _title(job: Job, axis: int) -> str:

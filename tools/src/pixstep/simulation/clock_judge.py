@@ -17,10 +17,9 @@ from typing import TYPE_CHECKING
 from pixstep.lazy import lazy
 from pixstep.lines import exact
 from pixstep.lines.line import Line
-from pixstep.simulation.clockflaws import ClockFlaws
-from pixstep.simulation.edges import AxisEdges, ClockLog
-from pixstep.simulation.pixelgrid import PixelGrid
-from pixstep.simulation.simrun import LOCK, Job, RunResult
+from pixstep.simulation.job import Job, RunResult
+from pixstep.simulation.logs import AxisEdges, ClockLog
+from pixstep.simulation.pixel_clock import ClockFlaws, PixelGrid
 from pixstep.simulation.summary import AxisClock, Clock, Summary
 
 if TYPE_CHECKING:
@@ -91,31 +90,22 @@ class Kept:
         worst = int(np.argmax(np.abs(self.errors_ticks)))
         ripple = self.ripple_ticks / self.period
         return {
-            "pixels": len(self.pixels),
-            "line_zero_edge": self.first_edge,
+            "pixels": len(self.pixels), "line_zero_edge": self.first_edge,
             "max_error_ticks": round(float(np.abs(self.errors_ticks[worst])), 3),
-            "max_error_pixel": int(self.pixels[worst]),
-            "rms_error_ticks": round(self.rms_ticks, 3),
+            "max_error_pixel": int(self.pixels[worst]), "rms_error_ticks": round(self.rms_ticks, 3),
             "drift_ticks": round(self.drift_ticks, 3) + 0.0,
             "drift_pixels": round(self.drift_ticks / self.period, 6) + 0.0,
             "drift_steps": round(self.drift_steps, 3) + 0.0,
             "max_position_error_steps": self.max_off_steps,
-            "ripple_ticks": round(self.ripple_ticks, 3),
-            "ripple_ppm": round(1e6 * ripple, 1),
+            "ripple_ticks": round(self.ripple_ticks, 3), "ripple_ppm": round(1e6 * ripple, 1),
             "ripple_steps_s": round(ripple * self.line_speed * self.speed_hz, 3),
-        }
+        }  # fmt: skip
 
 
 def keep(
-    job: Job,
-    axis: int,
-    line: Line,
-    edges: AxisEdges,
-    grid: PixelGrid,
-    clock: ClockLog,
-    *,
+    job: Job, axis: int, line: Line, edges: AxisEdges, grid: PixelGrid, clock: ClockLog, *,
     stopped_at: float = math.inf,
-) -> Kept | None:
+) -> Kept | None:  # fmt: skip
     """Return how an axis kept to the clock; None if its line or the clock has too few edges.
 
     No step was due from cycle `stopped_at` on.
@@ -124,38 +114,25 @@ def keep(
     ends = [(pixel, done) for pixel, done in exact.edge_ends(line) if done <= len(rising)]
     if not ends or not len(true):
         return None
-    zero = _zero_edge(job, grid, ends[0][0], true)
-    if zero < 0:
-        return None
+    # Line zero is found by a pixel that ends with a step: a locked line's pixels without a step
+    # before it are as long as the clock's; all others are of the board's own time.
+    place = ends[0][0] if job.locked else 0
+    zero = int(np.argmin(np.abs(true - grid.at(np.array([float(place)]))[0]))) - place * job.divider
     ends = [(pixel, done) for pixel, done in ends if zero + pixel * job.divider < len(true)]
-    if not ends:
+    if zero < 0 or not ends:
         return None
     pixels = np.array([pixel for pixel, _ in ends])
     made = rising[np.array([done for _, done in ends]) - 1]
     follows = np.flatnonzero(np.diff(pixels) == 1)
     due = true[zero : zero + line.pixels * job.divider + 1]
     return Kept(
-        axis=axis,
-        pixels=pixels,
+        axis=axis, pixels=pixels,
         free_ticks=true[zero] + pixels * float(job.period) - true[zero + pixels * job.divider],
         errors_ticks=made - true[zero + pixels * job.divider],
-        off_steps=_off_steps(job, line, edges, due[due < stopped_at]),
-        period=float(job.period),
-        line_speed=line.line_speed,
-        speed_hz=float(job.line_hz),
-        first_edge=zero,
+        off_steps=_off_steps(job, line, edges, due[due < stopped_at]), period=float(job.period),
+        line_speed=line.line_speed, speed_hz=float(job.line_hz), first_edge=zero,
         lasts_ticks=(made[follows + 1] - made[follows]).astype(float),
-    )
-
-
-def _zero_edge(job: Job, grid: PixelGrid, pixel: int, true: np.ndarray) -> int:
-    """Return which of the clock's true edges is line zero, by a pixel that ends with a step.
-
-    A locked line's pixels without a step before it are as long as the clock's; all others are of
-    the board's own time.
-    """
-    place, edges = (pixel, pixel * job.divider) if job.sync == LOCK else (0, 0)
-    return int(np.argmin(np.abs(true - grid.at(np.array([float(place)]))[0]))) - edges
+    )  # fmt: skip
 
 
 def _off_steps(job: Job, line: Line, edges: AxisEdges, true: np.ndarray) -> np.ndarray:
@@ -175,15 +152,11 @@ def apart(job: Job, grids: Mapping[int, PixelGrid]) -> list[str]:
     """Return a reason if pixels of locked axes that end with a step do not end together."""
     ends: dict[int, dict[int, int]] = {}
     for axis, grid in grids.items():
-        line = job.lines[axis]
-        behind = [
-            pixel
-            for pixel, _ in (exact.edge_ends(line) if line.clocked else [])
-            if pixel <= grid.known_px
-        ]
-        places = np.floor(grid.at(np.array(behind)) + 0.5).astype(np.int64) if behind else ()
-        for pixel, cycle in zip(behind, places, strict=True):
-            ends.setdefault(pixel, {})[axis] = int(cycle)
+        steps = exact.edge_ends(job.lines[axis]) if job.lines[axis].clocked else []
+        pixels = [pixel for pixel, _ in steps if pixel <= grid.known_px]
+        places = np.floor(grid.at(np.array(pixels, dtype=float)) + 0.5).astype(np.int64)
+        for pixel, cycle in zip(pixels, places.tolist(), strict=True):
+            ends.setdefault(pixel, {})[axis] = cycle
     wrong = [pixel for pixel, of in ends.items() if len(set(of.values())) > 1]
     if not wrong:
         return []
@@ -195,11 +168,17 @@ def apart(job: Job, grids: Mapping[int, PixelGrid]) -> list[str]:
 
 def reasons(job: Job, kept: Kept) -> list[str]:
     """Return what a locked line did that the clock it had does not excuse."""
-    if job.sync != LOCK:
+    flaws, found = job.flaws, []
+    if not job.locked:
         return []
-    if not job.flaws.even:
-        return _too_much_jitter(job, kept)
-    found = []
+    if not flaws.even:
+        # Of nothing but jitter it is known how much may be let through.
+        jitter = flaws.jitter_us * job.tick_hz / 1e6
+        alone = not (flaws.wander_ppm or flaws.step_ppm) and len(kept.pixels) >= _JUDGED_JITTER
+        rms = kept.rms_ticks
+        if not alone or rms <= jitter:
+            return []
+        return [f"pixel edges are {rms:.1f} ticks rms off, the jitter is {jitter:.1f} rms"]
     far = np.flatnonzero(np.abs(kept.errors_ticks) > EDGE_TICKS)
     if len(far):
         found.append(
@@ -225,32 +204,17 @@ def gate_reasons(job: Job, kept: Kept) -> list[str]:
     return [f"line zero is {behind} edges behind the first one of its burst, not {job.gate_edges}"]
 
 
-def _too_much_jitter(job: Job, kept: Kept) -> list[str]:
-    """Return a reason if a clock with nothing but jitter is followed worse than it is itself."""
-    flaws = job.flaws
-    if flaws.wander_ppm or flaws.step_ppm or len(kept.pixels) < _JUDGED_JITTER:
-        return []
-    jitter = flaws.jitter_us * job.tick_hz / 1e6
-    if kept.rms_ticks <= jitter:
-        return []
-    return [f"pixel edges are {kept.rms_ticks:.1f} ticks rms off, the jitter is {jitter:.1f} rms"]
-
-
 def clock_summary(result: RunResult) -> Clock:
     """Return what the clock did, and what the board says of it."""
     job, clock = result.job, result.clock
     before, after = result.clock_armed, result.clock_seen
     told: Clock = {
-        "sync": job.sync,
-        "divider": job.divider,
-        "flaws": job.flaws.as_json(),
-        "true_edges": len(clock.true),
-        "missing_edges": clock.missing,
-        "false_edges": clock.false,
-    }
+        "sync": job.sync, "divider": job.divider, "flaws": job.flaws.as_json(),
+        "true_edges": len(clock.true), "missing_edges": clock.missing, "false_edges": clock.false,
+    }  # fmt: skip
     if "clock_missing" in after and before:
-        told["board_missing"] = _since("clock_missing", before, after)
-        told["board_glitches"] = _since("clock_glitches", before, after)
+        told["board_missing"] = (after["clock_missing"] - before["clock_missing"]) % 0x10000
+        told["board_glitches"] = (after["clock_glitches"] - before["clock_glitches"]) % 0x10000
     if "clock_period_ticks" in after:
         period = after["clock_period_ticks"] + after["clock_period_fraction"] / 0x10000
         told["board_period_ticks"] = round(period, 4)
@@ -258,10 +222,6 @@ def clock_summary(result: RunResult) -> Clock:
             told["board_offset_ppm"] = round(1e6 * (float(job.clock_period) / period - 1), 3)
         told["board_jitter_ticks"] = after["clock_jitter"] / 16
     return told
-
-
-def _since(name: str, before: Mapping[str, int], after: Mapping[str, int]) -> int:
-    return (after[name] - before[name]) % 0x10000
 
 
 def even(summary: Summary) -> bool:
@@ -284,10 +244,8 @@ def parts(summary: Summary) -> list[str]:
 
 def texts(summary: Summary) -> list[str]:
     """Return how a run kept to its clock, a line each, for the page."""
-    clock = summary["clock"]
-    tick_us = 1e6 / summary["tick_hz"]
+    clock, tick_us = summary["clock"], 1e6 / summary["tick_hz"]
     kept = {row["axis"]: row.get("clock") for row in summary["axes"]}
-    lines = [_kept_text(axis, of, tick_us) for axis, of in kept.items() if of]
     text = (
         f"clock: {_counted(clock['true_edges'], 'true edge')}, {clock['missing_edges']} missing, "
         f"{clock['false_edges']} false"
@@ -302,35 +260,29 @@ def texts(summary: Summary) -> list[str]:
             f"\n  and measured {clock['board_offset_ppm']:+.1f} ppm, mean jitter "
             f"{clock['board_jitter_ticks'] * tick_us:.2f} us"
         )
-    return [*lines, text]
+    return [*(_kept_text(axis, of, tick_us) for axis, of in kept.items() if of), text]
 
 
 def _kept_text(axis: int, kept: AxisClock, tick_us: float) -> str:
     """Return one line on an axis, or several: what is too much for one has a line of its own."""
+    off = kept["max_position_error_steps"]
+    position = "at every true edge of the clock exactly the steps made that were due by then"
+    if off:
+        position = (
+            f"at the clock's true edges at most {_counted(off, 'step')} made too early or too late"
+        )
     return (
         f"axis {axis}: {_counted(kept['pixels'], 'pixel edge')} at most "
         f"{kept['max_error_ticks']:.1f} ticks ({kept['max_error_ticks'] * tick_us:.3g} us) off the "
         f"clock's true ones (pixel {kept['max_error_pixel']}), rms {kept['rms_error_ticks']:.2f} "
         f"ticks ({kept['rms_error_ticks'] * tick_us:.3g} us)\n"
-        f"  drift from the first to the last {_number(kept['drift_ticks'], 1)} ticks = "
-        f"{kept['drift_pixels']:.4g} px = {_number(kept['drift_steps'], 2)} steps\n"
-        f"  {_position_text(kept['max_position_error_steps'])}\n"
+        f"  drift from the first to the last {round(kept['drift_ticks'], 1) + 0.0:.1f} ticks = "
+        f"{kept['drift_pixels']:.4g} px = {round(kept['drift_steps'], 2) + 0.0:.2f} steps\n"
+        f"  {position}\n"
         f"  ripple from pixel to pixel at most {kept['ripple_ticks']:.0f} ticks = "
         f"{kept['ripple_ppm']:.0f} ppm = {kept['ripple_steps_s']:.3g} steps/s"
     )
 
 
-def _position_text(steps: int) -> str:
-    """Return by how many steps the position was off whenever the clock truly had an edge."""
-    if not steps:
-        return "at every true edge of the clock exactly the steps made that were due by then"
-    return f"at the clock's true edges at most {_counted(steps, 'step')} made too early or too late"
-
-
 def _counted(count: int, noun: str) -> str:
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
-
-
-def _number(value: float, decimals: int) -> str:
-    """Return a rounded number that is never -0."""
-    return f"{round(value, decimals) + 0.0:.{decimals}f}"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""When the pixel edges of a line were on the board that ran it.
+"""How a simulated pixel clock strays, and when a line on it had its pixel edges.
 
 A line that keeps to the board's own time has its pixel edges at whole multiples of the nominal
 period. A line that is locked to the pixel clock has them where the board predicted the clock's
@@ -14,21 +14,80 @@ backlash is taken up the pieces of a line run ahead of its pixels; each piece en
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from fractions import Fraction
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from pixstep.lazy import lazy
 from pixstep.lines import exact
 from pixstep.lines.line import Line
+from pixstep.simulation.summary import Flaws
 
 if TYPE_CHECKING:
     import numpy as np
 else:
     np = lazy("numpy")
 
+MOST_PPM = 100_000
+MOST_JITTER_US = 10_000
+MOST_REST_MS = 3_600_000
 _ROUNDING = 1e-6  # cycles that floating point may lack
+
+
+@dataclass(frozen=True)
+class ClockFlaws:
+    """What is wrong with a clock; none by default.
+
+    `jitter_us` is the standard deviation of each edge's own displacement. The frequency swings by
+    `wander_ppm` to either side, once in 1,000 edges, and from edge `step_edge` on, counted from 0,
+    it is `step_ppm` higher. One edge of `drop` is missing, and one edge of `double` is followed by
+    a false one; 0 is none. A gate lets `gate_edges` edges pass and rests for `gate_rest_ms` besides
+    the period, again and again; 0 edges are no gate.
+    """
+
+    jitter_us: float = 0.0
+    wander_ppm: float = 0.0
+    step_ppm: float = 0.0
+    step_edge: int = 0
+    drop: int = 0
+    double: int = 0
+    gate_edges: int = 0
+    gate_rest_ms: float = 0.0
+
+    @property
+    def even(self) -> bool:
+        """True if all edges but false ones are where an even clock with such rests has them."""
+        return not (self.jitter_us or self.wander_ppm or self.step_ppm)
+
+    def arguments(self) -> list[str]:
+        """Return the runner's options."""
+        options = {
+            "--pixel-jitter-rms-ns": self.jitter_us and str(round(1000 * self.jitter_us)),
+            "--pixel-wander-ppm": self.wander_ppm and repr(self.wander_ppm),
+            "--pixel-step": self.step_ppm and f"{self.step_ppm!r}@{self.step_edge}",
+            "--pixel-drop": self.drop and str(self.drop),
+            "--pixel-double": self.double and str(self.double),
+            "--pixel-gate": self.gate_edges and f"{self.gate_edges},{self.gate_rest_ms!r}",
+        }
+        return [word for option, value in options.items() if value for word in (option, str(value))]
+
+    def texts(self) -> list[str]:
+        """Return each flaw in words."""
+        texts = (
+            self.jitter_us and f"jitter {self.jitter_us:g} us rms",
+            self.wander_ppm and f"wander {self.wander_ppm:g} ppm",
+            self.step_ppm and f"{self.step_ppm:+g} ppm from edge {self.step_edge} on",
+            self.drop and f"1 edge of {self.drop} missing",
+            self.double and f"1 edge of {self.double} doubled",
+            self.gate_edges
+            and f"gate of {self.gate_edges} edges, rests of {self.gate_rest_ms:g} ms",
+        )
+        return [text for text in texts if isinstance(text, str)]
+
+    def as_json(self) -> Flaws:
+        """Return plain data."""
+        return cast("Flaws", asdict(self))
 
 
 @dataclass(frozen=True)
@@ -74,47 +133,33 @@ def nominal(line: Line, period: Fraction, zero: int) -> PixelGrid:
 
 def of_steps(line: Line, period: Fraction, rising: np.ndarray) -> PixelGrid | None:
     """Return the grid that the steps of a line show; None if no piece was made to its end."""
-    table = _Pieces.of(line)
+    pieces = exact.PieceTable.of(line)
+    begin_px, steps, done_by = pieces.begin, pieces.steps, np.cumsum(pieces.steps)
+    end_px = np.append(begin_px[1:], float(line.pixels))
     units = exact.instants(line, Fraction(1))
-    whole = np.flatnonzero((table.steps > 0) & (table.done <= len(rising)))
+    whole = np.flatnonzero((steps > 0) & (done_by <= len(rising)))
     if not len(whole):
         return None
     knots: dict[float, float] = {}
-    begins, ends = table.begin[whole], table.end[whole]
-    made = rising[table.done[whole] - 1].astype(float)
+    begins, ends = begin_px[whole], end_px[whole]
+    made = rising[done_by[whole] - 1].astype(float)
     gaps = [0, *(1 + np.flatnonzero(begins[1:] != ends[:-1])).tolist(), len(whole)]
     for place, following in pairwise(gaps):  # whole pieces without a gap between
         begin, end = float(begins[place]), float(ends[place])
-        last = int(table.done[whole[place]]) - 1
-        first = last + 1 - int(table.steps[whole[place]])
+        last = int(done_by[whole[place]]) - 1
+        first = last + 1 - int(steps[whole[place]])
         parts = (units[first:last] - begin) / (end - begin)
         knots[begin] = _begin(parts, rising[first : last + 1], (end - begin) * float(period))
         together = slice(place, following)
         knots.update(zip(ends[together].tolist(), made[together].tolist(), strict=True))
     known = max(knots)
-    done = int(table.done[whole[-1]])
+    done = int(done_by[whole[-1]])
     if done < len(rising):
-        index = int(np.searchsorted(table.done, done, side="right"))
-        begin, end = float(table.begin[index]), float(table.end[index])
+        index = int(np.searchsorted(done_by, done, side="right"))
+        begin, end = float(begin_px[index]), float(end_px[index])
         parts = (units[done : len(rising)] - begin) / (end - begin)
         knots |= _cut_off(knots.get(begin), parts, rising[done:], begin, end)
     return PixelGrid(float(period), np.array([*knots]), np.array([*knots.values()]), known)
-
-
-@dataclass(frozen=True)
-class _Pieces:
-    """The pieces of a line: begin and end in pixels, their steps, the steps made by their end."""
-
-    begin: np.ndarray
-    end: np.ndarray
-    steps: np.ndarray
-    done: np.ndarray
-
-    @classmethod
-    def of(cls, line: Line) -> _Pieces:
-        table = exact.PieceTable.of(line)
-        begin, steps = table.begin, table.steps
-        return cls(begin, np.append(begin[1:], float(line.pixels)), steps, np.cumsum(steps))
 
 
 def _cut_off(

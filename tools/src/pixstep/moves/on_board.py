@@ -17,13 +17,12 @@ from pixstep.lines.units import refuse_period
 from pixstep.moves import homing, legs
 from pixstep.moves.fast import FastMove
 from pixstep.moves.homing import Homed, Leg
-from pixstep.moves.inputs import Inputs
-from pixstep.moves.legs import HomingPlan
+from pixstep.moves.legs import HomingPlan, Inputs
 from pixstep.progress import Progress, unseen
 
 
 @dataclass(frozen=True)
-class Clock:
+class MotionClock:
     """What the board is told of its pixel clock; None leaves the board's.
 
     `clock_hz` is the frequency of its edges, of which `divider` are a pixel.
@@ -66,10 +65,7 @@ class MoveOnBoard:
     before: int
 
     def make(
-        self,
-        world: World,
-        progress: Progress = unseen,
-        begun: Callable[[], None] = lambda: None,
+        self, world: World, progress: Progress = unseen, begun: Callable[[], None] = lambda: None
     ) -> Moved:
         """Move to the end. Raises BoardError for a fault, and if the steps are not those planned.
 
@@ -89,7 +85,9 @@ class MoveOnBoard:
         return Moved(self.move, self.pixel_hz, self.before, after)
 
 
-def prepare_move(board: Board, axis: int, move: FastMove, clock: Clock, name: str) -> MoveOnBoard:
+def prepare_move(
+    board: Board, axis: int, move: FastMove, clock: MotionClock, name: str
+) -> MoveOnBoard:
     """Check a move by the board's limits and set its clock; `name` is that of the profile."""
     hz, line = clock.pixel_hz(board), move.line(name)
     capability.check_line(line, capability.connected_limits(board, hz))
@@ -122,24 +120,21 @@ class HomingOnBoard:
         )  # fmt: skip
 
 
-def prepare_homing(board: Board, plan: HomingPlan, clock: Clock, inputs: Inputs) -> HomingOnBoard:
+def prepare_homing(
+    board: Board, plan: HomingPlan, clock: MotionClock, inputs: Inputs
+) -> HomingOnBoard:
     """Check the legs by the board's limits, set clock and inputs, enable the axis."""
     board.require("homing")
     hz = clock.pixel_hz(board)
     legs.refuse(plan, capability.connected_limits(board, hz))
     upload.require_idle(board, [plan.axis])
-    _set(board, plan.axis, clock, inputs)
-    run.command(board, "enable", [plan.axis])
-    return HomingOnBoard(plan, run.Lines(board, [plan.axis]), hz)
-
-
-def _set(board: Board, axis: int, clock: Clock, inputs: Inputs) -> None:
-    """Write the settings that are given, in one request."""
-    old = settings.read(board)
-    wanted = settings.of_clock(None, clock.divider) | inputs.settings(old, axis)
+    old = settings.read(board)  # all are written in one request
+    wanted = settings.of_clock(None, clock.divider) | inputs.settings(old, plan.axis)
     if clock.clock_hz:
         wanted["pixel_hz_num"] = clock.clock_hz.numerator
         wanted["pixel_hz_den"] = clock.clock_hz.denominator
     if wanted.get("home_is_limit") and inputs.home_is_limit is not None:
         board.require("shared_switch")
     settings.write(board, old, settings.changes(old, wanted))
+    run.command(board, "enable", [plan.axis])
+    return HomingOnBoard(plan, run.Lines(board, [plan.axis]), hz)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The runner's edge list and clock log, as arrays."""
+"""The runner's logs as arrays: edges, pixel clock, plants."""
 
 from __future__ import annotations
 
@@ -21,16 +21,13 @@ else:
 
 HEADER = "cycle,board,axis,signal,level"
 _SIGNALS = ("STEP", "DIR", "ENABLE", "PERMIT")
+PLANT_HEADER = "cycle,board,axis,motor,load"
 CLOCK_HEADER = "cycle,true_cycle_x1000,edge"
 _CLOCK_EDGES = ("true", "missing", "false")
 _MISSING, _FALSE = 1, 2
 _BLOCK_BYTES = 1 << 26
 _AXES = 256  # more than a board has
-# Each signal has a letter of its own, which stands for its place; the others are left out.
-_LETTERS = "".join(sorted({*"".join(_SIGNALS)})).encode()
-_OWN = b"SDNM"
-_PLACES = bytes.maketrans(_OWN, b"0123")
-_SHARED = bytes(letter for letter in _LETTERS if letter not in _OWN)
+_PLANT_ROW = re.compile(r"\d+,\d+,\d+,-?\d+,-?\d+")
 _ROW = re.compile(rf"\d+,\d+,\d+,({'|'.join(_SIGNALS)}),[01]")
 
 
@@ -99,10 +96,7 @@ def read_edges(path: Path) -> EdgeLog:
     for first, body in blocks(path, HEADER):
         found_rows = _table(body)
         if found_rows is None:
-            for number, line in enumerate(body.decode("ascii", "replace").splitlines(), first):
-                if not _ROW.fullmatch(line):
-                    raise RefusedError(f"{path}:{number}: {line!r} is not an edge")
-            raise RefusedError(f"{path}: not an edge list")
+            raise _malformed(path, first, body, _ROW, "an edge", "an edge list")
         parts.append(found_rows)
     table = np.concatenate([np.zeros((0, 5), dtype=np.int64), *parts])
     keys = table[:, 1] * _AXES + table[:, 2]
@@ -172,12 +166,11 @@ def numbers(body: bytes, columns: int) -> np.ndarray | None:
 
 def _table(body: bytes) -> np.ndarray | None:
     """Return the rows as integers, the signal by its place in _SIGNALS; None if one is wrong."""
-    rows = body.count(b"\n")
-    named = [body.count(f",{name},".encode()) for name in _SIGNALS]
-    letters = sum(number * len(name) for number, name in zip(named, _SIGNALS, strict=True))
-    found = body.translate(_PLACES, _SHARED)
-    removed = len(body) - len(body.translate(None, _LETTERS))
-    table = numbers(found, 5) if sum(named) == rows and removed == letters else None
+    rows, named = body.count(b"\n"), 0
+    for index, name in enumerate(_SIGNALS):
+        named += body.count(f",{name},".encode())
+        body = body.replace(f",{name},".encode(), f",{index},".encode())
+    table = numbers(body, 5) if named == rows else None
     if table is None:
         return None
     fine = np.all(table >= 0) and np.all(table[:, 2] < _AXES) and np.all(table[:, 4] <= 1)
@@ -190,3 +183,45 @@ def _axis_edges(table: np.ndarray) -> AxisEdges:
         chosen = table[table[:, 3] == _SIGNALS.index(name)]
         columns += [chosen[:, 0], chosen[:, 4]]
     return AxisEdges(*columns)
+
+
+@dataclass(frozen=True)
+class AxisPlant:
+    """One axis, in cycle order, as int64: cycles, and motor and load (steps) from then on.
+
+    The first row is where both are at reset.
+    """
+
+    cycles: np.ndarray
+    motor: np.ndarray
+    load: np.ndarray
+
+    def load_at(self, cycles: np.ndarray) -> np.ndarray:
+        """Return the load's steps from its start, moves at exactly a cycle included."""
+        index = np.searchsorted(self.cycles, cycles, side="right") - 1
+        moved: np.ndarray = self.load[np.maximum(index, 0)] - self.load[0]
+        return moved
+
+
+def read_plant(path: Path) -> dict[tuple[int, int], AxisPlant]:
+    """Read a plant log by (board, axis); raises UserError naming the line of a malformed one."""
+    parts: dict[tuple[int, int], list[np.ndarray]] = {}
+    for first, body in blocks(path, PLANT_HEADER):
+        rows = numbers(body, 5)
+        if rows is None:
+            raise _malformed(path, first, body, _PLANT_ROW, "a row of a plant log", "a plant log")
+        places = rows[:, 1] * _AXES + rows[:, 2]
+        for place in np.unique(places).tolist():
+            mine = rows[places == place][:, [0, 3, 4]]
+            parts.setdefault(divmod(place, _AXES), []).append(mine)
+    return {key: AxisPlant(*np.concatenate(tables).T) for key, tables in parts.items()}
+
+
+def _malformed(
+    path: Path, first: int, body: bytes, form: re.Pattern[str], row: str, log: str
+) -> RefusedError:
+    """Return the refusal of the first row that is none; `first` is the number of its first line."""
+    for number, text in enumerate(body.decode("ascii", "replace").splitlines(), first):
+        if not form.fullmatch(text):
+            return RefusedError(f"{path}:{number}: {text!r} is not {row}")
+    return RefusedError(f"{path}: not {log}")
