@@ -64,7 +64,7 @@ def types(r):
 def target_within_limits(r, last, commands):
     """No leg that a write begins goes beyond a limit, or farther beyond than where it begins.
 
-    A target outside is taken where the last one was farther outside.
+    A target outside is taken where the last one was as far outside, or farther.
     """
     low, high, target = r["DLLM"], r["DHLM"], r["DVAL"]
     ways = [one for one in commands if one.verb in ("MOVE_ABS", "MOVE_REL")]
@@ -72,7 +72,7 @@ def target_within_limits(r, last, commands):
         return
     assert low <= high
     if not low <= target <= high:
-        assert high < target < last or last < target < low, (target, last, low, high)
+        assert high < target <= last or last <= target < low, (target, last, low, high)
         return
     lowest, highest = min(low, last, r["DRBV"]), max(high, last, r["DRBV"])
     for way in ways:
