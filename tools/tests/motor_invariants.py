@@ -106,7 +106,7 @@ def ends(bench, ended):
     r = bench.record
     if not ended:
         waits = r["SPMG"] in (Spmg.STOP, Spmg.PAUSE) or bench.stepper.problem
-        waits = waits or r["MIP"] == Mip.JOG_REQ
+        waits = waits or r["MIP"] == Mip.JOG_REQ or bench.delay_s is not None
         assert waits or not bench.stepper.at_rest, (r["MIP"], r["DMOV"])
         return
     assert r["MIP"] in (Mip.DONE, Mip.JOG_REQ, Mip.STOP), r["MIP"]
