@@ -309,7 +309,7 @@ def test_a_client_that_does_not_read_is_let_go_and_the_others_go_on(monkeypatch)
         until(lambda: host.log.facts("channel access"))
         (facts,) = host.log.facts("channel access")
         assert "does not read: disconnected" in facts["text"]
-        with pytest.raises(AssertionError, match="closed|nothing came"):
+        with pytest.raises(AssertionError, match=r"closed|nothing came"):
             other.get(f"{REC}.RBV")
         assert wire.put(REC, 1.0) == ""
         assert wire.value(f"{REC}.RBV") == 1.0

@@ -31,7 +31,7 @@ class _Marker:
 
 
 class _Backlog(asyncio.Queue[Any]):
-    """Monitors of one client. A client that lets it become full must not keep the others waiting."""
+    """Monitors of one client; one that lets it become full must not keep the others waiting."""
 
     def __init__(self, overflow: Callable[[], None]) -> None:
         super().__init__(MOST_MONITORS)
