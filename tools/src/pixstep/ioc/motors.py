@@ -33,6 +33,15 @@ def _never(status: Status) -> bool:
     return False
 
 
+def _is_number(text: str) -> bool:
+    """True for a constant in place of a link."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
 FindPv = Callable[[str], "FieldChannel | None"]
 
 
@@ -245,5 +254,5 @@ class ServedMotor:
     def _judge_link(self, link: str) -> None:
         """Tell of a link that names no PV of this server."""
         text = str(self.record[link])
-        if text and self._linked_pv(link) is None:
+        if text and not _is_number(text) and self._linked_pv(link) is None:
             self._tell("dead link", motor=self.name, field=link, names=text)
