@@ -57,7 +57,11 @@ static void see_state(const struct curve *curve)
     see(curve->kind);
     if (curve->kind == CURVE_FLAT_NOT) {
         see(curve->state.steep.good);
+        see(curve->state.steep.seen);
         see_long(curve->state.steep.last_ticks);
+        if (curve->state.steep.seen == 2) {
+            see_long((uint32_t)curve->state.steep.change);
+        }
     } else {
         see(curve->stays);
         see(curve->state.flat.flat.top);
@@ -195,6 +199,17 @@ static void piece_of_long_intervals(void)
     }
 }
 
+// A piece that slows down, whose interval changes by less than two ticks from step to step at its
+// start and by more than four at its end: flat at first, then steep.
+static void steepening_piece(void)
+{
+    uint32_t interval = chance_between(300, 1500);
+    uint32_t ticks = interval * interval / chance_between(6, 8);
+    uint32_t speed = ticks / interval;
+
+    see_speeds(ticks, speed, speed * chance_between(60, 72) / 100u);
+}
+
 static void check(uint32_t wanted)
 {
     TEST_ASSERT_EQUAL_HEX32(wanted, (uint32_t)turned << 16 | sum);
@@ -220,30 +235,36 @@ static void pieces(void (*piece)(void), uint32_t seed, uint32_t wanted, uint32_t
 
 static void any_pieces(void)
 {
-    pieces(any_piece, 0xC0A1uL, 0x3F4749A0uL, 0x81C88949uL);
+    pieces(any_piece, 0xC0A1uL, 0xBFC84EB3uL, 0x858AD00DuL);
 }
 
 static void flat_pieces(void)
 {
-    pieces(flat_piece, 0xC0A2uL, 0x15B61007uL, 0x8AD0962BuL);
+    pieces(flat_piece, 0xC0A2uL, 0x6FDCC2A1uL, 0x88076EE3uL);
     TEST_ASSERT_TRUE((kinds & 1u << CURVE_FLAT_NARROW) != 0);
     TEST_ASSERT_TRUE((kinds & 1u << CURVE_FLAT_WIDE) != 0);
 }
 
 static void pieces_that_begin_or_end_at_rest(void)
 {
-    pieces(piece_at_rest, 0xC0A3uL, 0x01D3E7A3uL, 0x5F3C818FuL);
+    pieces(piece_at_rest, 0xC0A3uL, 0x232E285DuL, 0x8099C5A6uL);
     TEST_ASSERT_TRUE((kinds & 1u << CURVE_FLAT_NOT) != 0);
 }
 
 static void pieces_at_every_limit(void)
 {
-    pieces(piece_at_a_limit, 0xC0A4uL, 0xBFAC80B4uL, 0x6650111AuL);
+    pieces(piece_at_a_limit, 0xC0A4uL, 0x492073E4uL, 0xDAA9B4BCuL);
 }
 
 static void pieces_of_long_intervals(void)
 {
-    pieces(piece_of_long_intervals, 0xC0A5uL, 0xE45BE86EuL, 0x3B0388B3uL);
+    pieces(piece_of_long_intervals, 0xC0A5uL, 0xB601714CuL, 0x345C79EBuL);
+}
+
+static void pieces_that_become_steep(void)
+{
+    pieces(steepening_piece, 0xC0A6uL, 0x21EAEC73uL, 0xA1373BE5uL);
+    TEST_ASSERT_TRUE((kinds & 1u << CURVE_FLAT_NOT) != 0);
 }
 
 // The limits of the flat decoders, one by one: speed times ticks in units of 2^8, and the speed.
@@ -330,6 +351,7 @@ int main(void)
     RUN_TEST(pieces_that_begin_or_end_at_rest);
     RUN_TEST(pieces_at_every_limit);
     RUN_TEST(pieces_of_long_intervals);
+    RUN_TEST(pieces_that_become_steep);
     RUN_TEST(flat_kinds_by_their_limits);
     RUN_TEST(flat_only_where_intervals_fit);
     RUN_TEST(flat_as_long_as_the_change_is_small);

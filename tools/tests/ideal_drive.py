@@ -83,6 +83,7 @@ class IdealDrive:
         self._over = threading.Event()
         self._wants_status = False
         self._orders = 0
+        self.offset_steps = 0
         self._reported: dict[int, int] = {}
         self._noted: tuple[int, float] = (REST, 0.0)
         self._report = None
@@ -105,6 +106,13 @@ class IdealDrive:
         """Whether a status is older than the newest commands."""
         with self._lock:
             return self._reported.pop(id(status), self._orders) < self._orders
+
+    def add_offset(self, steps):
+        """Count from elsewhere."""
+        with self._lock:
+            self.offset_steps += steps
+            self.motor.position += steps
+            self.motor.target += steps
 
     def close(self):
         """Stop the motor and leave."""
@@ -154,6 +162,7 @@ class IdealDrive:
         elif verb is Verb.STOP_AXIS:
             motor.state, motor.position = REST, motor.steps
         elif verb is Verb.LOAD_POS:
+            self.offset_steps += math.floor(argument + 0.5) - motor.steps
             motor.position = argument
 
     def _run(self):

@@ -7,9 +7,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-from ca_wire import Wire
 from iocbench import free_port, loopback, until
 from pixstep import natives
+from pixstep_trials.ca_wire import Wire
 
 HERE = Path(__file__).parent
 MACHINE = """

@@ -212,3 +212,40 @@ def test_homing_finds_the_switch_and_one_without_a_switch_fails_with_its_flag(wo
     assert wire.put("T:b.HOMF", 1) == ""
     assert Msta.HOMED not in world.flags("b")
     assert wire.value("T:b.HLS") == 1 or Msta.PROBLEM in world.flags("b")
+
+
+@only_long
+@pytest.mark.parametrize("by_server", [False, True])
+def test_records_that_are_killed_in_a_move_know_the_position_afterwards(world, by_server):
+    if by_server:
+        world.begin_server()
+    wire = world.begin()
+    wire.put("T:a.FOFF", 1)
+    wire.put("T:a.SET", 1)
+    wire.put("T:a.VAL", 7000.0)  # an offset to the board's count that only the drive knows
+    wire.put("T:a.SET", 0)
+    moving(world)
+    until(lambda: world.steps() > 8000, HANG_S)
+    state = world.folder / "machine.ioc.json"
+    until(lambda: state.exists() and '"moving": true' in state.read_text(), HANG_S)
+    world.command.process.kill()
+    world.command.process.wait()
+    wire = world.begin()
+    assert world.command.events("was moving when the last IOC ended")
+    wire.begin("T:a.STOP", 1)
+    until(lambda: wire.value("T:a.MOVN") == 0 and wire.value("T:a.DMOV") == 1, HANG_S)
+    made = made_steps(world)
+    assert world.steps() == made + 7000
+    assert made > 1000
+    assert wire.put("T:a.VAL", float(made + 6900)) == ""
+    assert made_steps(world) == made - 100
+
+
+def made_steps(world):
+    """Return the steps of axis 0 that the bench has seen on the board's pins."""
+    world.do("status")
+    for text in world.board.stdout:
+        row = json.loads(text)
+        if row["event"] == "status":
+            return row["axes"][0]["steps"]
+    raise AssertionError("the bench has ended")

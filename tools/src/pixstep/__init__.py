@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from pixstep.errors import PlainError, RefusedError, UserError
     from pixstep.lines.line_check import Finding, Limits
     from pixstep.moves.homing import HomingError
-    from pixstep.simulation.simpipe import SimulatorError
+    from pixstep.simulation.simulator import SimulatorError
 
 __all__ = [
     "AxisProgress",
@@ -132,7 +132,7 @@ _MODULES = {
     "errors": ("PlainError", "RefusedError", "UserError"),
     "lines.line_check": ("Finding", "Limits"),
     "moves.homing": ("HomingError",),
-    "simulation.simpipe": ("SimulatorError",),
+    "simulation.simulator": ("SimulatorError",),
 }  # fmt: skip
 _PLACES = {name: module for module, names in _MODULES.items() for name in names}
 

@@ -11,10 +11,9 @@ import bluesky.plans as bp
 import bluesky.preprocessors as bpp
 import numpy as np
 import pytest
-from bluesky import RunEngine
 from bluesky.protocols import Collectable, EventPageCollectable, Flyable, Pausable, Stoppable
 from bluesky.utils import FailedStatus, RunEngineInterrupted
-from event_model import DocumentNames, schema_validators
+from flying import at_rest
 
 import pixstep as px
 
@@ -23,47 +22,6 @@ pytestmark = pytest.mark.usefixtures("simulator")
 HZ = 100
 SCAN = px.make_line(speed=40, max_acceleration=4, length=3000, pixel_hz=HZ)
 LONG = px.make_line(speed=40, max_acceleration=4, length=400_000, pixel_hz=HZ)
-MACHINE = """
-[clock]
-pixel = 100
-[boards.mega]
-kind = "mega"
-[motors.X]
-board = "mega"
-axis = 0
-kind = "smooth"
-steps_per_unit = "400 steps/mm"
-backlash = 12
-limits = { max_speed = "60 steps/px", max_acceleration = "8 steps/px2" }
-[motors.Y]
-board = "mega"
-axis = 1
-kind = "plain"
-steps_per_unit = "50 steps/deg"
-direction = "-"
-limits = { max_acceleration = "8 steps/px2" }
-"""
-
-
-class Documents:
-    """All documents of runs, each valid by its schema."""
-
-    def __init__(self):
-        self.all = []
-
-    def __call__(self, name, document):
-        schema_validators[DocumentNames[name]].validate(document)
-        self.all.append((name, document))
-
-    def of(self, name):
-        return [document for kind, document in self.all if kind == name]
-
-    def column(self, key, what="data"):
-        return np.concatenate([page[what][key] for page in self.of("event_page")])
-
-    @property
-    def stop(self):
-        return self.of("stop")[-1]
 
 
 class Detector:
@@ -81,25 +39,6 @@ class Detector:
 
     def describe(self):
         return {"detector": {"source": "test", "dtype": "integer", "shape": []}}
-
-
-@pytest.fixture
-def documents():
-    return Documents()
-
-
-@pytest.fixture
-def engine(documents):
-    engine = RunEngine(context_managers=[])
-    engine.subscribe(documents)
-    return engine
-
-
-@pytest.fixture
-def machine(tmp_path):
-    path = tmp_path / "machine.toml"
-    path.write_text(MACHINE)
-    return px.Machine.load(path)
 
 
 def steps_at(file, seconds, hz, board=0, axis=0):
@@ -123,15 +62,6 @@ def reached(flyer, pixel):
     while flyer.pixel < pixel:
         assert time.monotonic() < end_s
         time.sleep(0.002)
-
-
-def at_rest(board):
-    """Assert that nothing moves any more."""
-    states = [axis.state for axis in board.axes()]
-    before = [axis.position_steps for axis in board.axes()]
-    board.let_pass(0.5)
-    assert not {"armed", "running"} & set(states)
-    assert [axis.position_steps for axis in board.axes()] == before
 
 
 def test_a_flyer_has_what_bluesky_asks_for():

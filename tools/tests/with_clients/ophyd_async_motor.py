@@ -32,6 +32,8 @@ async def try_moves(motor, moves):
     await motor.stop()
     with contextlib.suppress(RuntimeError):  # it was stopped
         await status
+    while not await motor.motor_done_move.get_value():
+        await asyncio.sleep(0.01)
     tell("stopped", await motor.user_readback.get_value(), await motor.user_setpoint.get_value())
     before = await motor.user_readback.get_value()
     try:

@@ -22,11 +22,10 @@ from pixstep.lines.line import PLAIN
 from pixstep.moves import accel, fast, legs
 from pixstep.moves.accel import Acceleration
 from pixstep.moves.homing import Homed, Leg
-from pixstep.moves.inputs import FILTER_US, INVERTED, SHARED, Inputs
-from pixstep.moves.legs import HomingPlan, HomingRequest
-from pixstep.moves.onboard import (
-    Clock,
+from pixstep.moves.legs import FILTER_US, INVERTED, SHARED, HomingPlan, HomingRequest, Inputs
+from pixstep.moves.on_board import (
     HomingOnBoard,
+    MotionClock,
     Moved,
     MoveOnBoard,
     prepare_homing,
@@ -125,14 +124,14 @@ class Which:
             raise UserError(f"axis {axis}: board {device.unit} has {has}: 0 to {has - 1}")
         return axis
 
-    def clock(self, device: Device) -> Clock:
+    def clock(self, device: Device) -> MotionClock:
         """Return what the board is to be told of its clock."""
         motor = self.motor
         hz = given.exact_hz(self.pixel_hz) or (motor.pixel_hz if motor else None)
         divider = given.divider(self.divider) or (motor.divider if motor else None)
         if hz is None:
-            return Clock(None, divider)
-        return Clock(hz * (divider or settings.divider(device)), divider)
+            return MotionClock(None, divider)
+        return MotionClock(hz * (divider or settings.divider(device)), divider)
 
     @property
     def way(self) -> int:

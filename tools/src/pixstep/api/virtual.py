@@ -17,8 +17,8 @@ from pixstep.api.given import Hz
 from pixstep.api.words import BoardKind
 from pixstep.board import boards, settings, shared_time
 from pixstep.errors import UserError
-from pixstep.simulation.simboard import SimLink
-from pixstep.simulation.simctl import SimOptions, SimulatorError
+from pixstep.simulation.simulated_board import SimLink
+from pixstep.simulation.simulator import SimOptions, SimulatorError
 
 _MOST_BOARDS = 8
 

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import GridSpec
 
 from pixstep import plotting
-from pixstep.errors import UserError
+from pixstep.errors import UserError, one_line
 from pixstep.plotting import BAND, BOARD, FAINT, IDEAL, MADE, QUIET
 
 Document = tuple[str, Mapping[str, Any]]
@@ -24,7 +24,9 @@ _LOOKS: dict[str, dict[str, Any]] = {
     "expected": {"color": IDEAL, "lw": 6, "alpha": 0.55, "solid_capstyle": "round"},
     "actual": {"color": MADE, "lw": 1.4},
 }
+_MOST_WORDS = 140  # characters of why a run ended early
 _CLOSE_POINTS = 3  # of a scan that are drawn large
+_LEAST_US = 1.0  # of the panel of the clock
 _WIDTH_IN, _ROW_IN = 11.0, 1.85
 
 
@@ -96,8 +98,12 @@ def _flown(documents: list[Document], name: str) -> Flown:
 def _build(flown: Flown) -> Figure:
     """Return the figure."""
     has_clock = "clock_error" in flown.columns
-    figure = plotting.figure((_WIDTH_IN, 1.0 + _ROW_IN * (3 + 0.8 * has_clock)))
-    plotting.heading(figure, f"Fly scan of {' and '.join(flown.axes)}", _below(flown), 0.955)
+    below = _below(flown)
+    figure = plotting.figure(
+        (_WIDTH_IN, 1.0 + 0.2 * below.count("\n") + _ROW_IN * (3 + 0.8 * has_clock))
+    )
+    title = f"Fly scan of {' and '.join(flown.axes)}" + "\n" * below.count("\n")
+    plotting.heading(figure, title, below, 0.955)
     grid = GridSpec(
         3 + has_clock, len(flown.axes), figure=figure,
         height_ratios=[1.7, 0.9, 0.6] + [0.6] * has_clock,
@@ -134,9 +140,12 @@ def _below(flown: Flown) -> str:
         else f"up to {off} steps beside the expected position"
     )
     ended = flown.stop.get("exit_status", "success")
-    if ended != "success":
-        said.append(f"ended early: {ended}")
-    return ", ".join(said)
+    below = ", ".join(said)
+    if ended == "success":
+        return below
+    first, _, _ = (flown.stop.get("reason") or ended).partition(". ")
+    reason = one_line(first.removeprefix(f"{flown.name}: complete: "), _MOST_WORDS)
+    return f"{below}\nended early: {reason}"
 
 
 def _position(axes: Axes, flown: Flown, axis: str) -> None:
@@ -145,7 +154,8 @@ def _position(axes: Axes, flown: Flown, axis: str) -> None:
         axes.plot(time_s, flown.columns[f"{axis}_{key}"], label=key, **look)
     axes.set_ylabel(flown.units[f"{axis}_actual"])
     axes.set_title(f"{axis}: position")
-    axes.legend(loc="upper left")
+    places = flown.columns[f"{axis}_expected"]
+    axes.legend(loc="upper left" if places[-1] >= places[0] else "lower left")
     if "point" in flown.columns:
         _close_up(axes, flown, axis)
 
@@ -154,6 +164,8 @@ def _close_up(axes: Axes, flown: Flown, axis: str) -> None:
     """Draw the first points of a scan large, in the corner that the line leaves free."""
     point, time_s = flown.columns["point"], flown.columns["time"]
     inside = np.flatnonzero((point > 0) & (point <= _CLOSE_POINTS))
+    if not len(inside):  # stopped in the run-up
+        return
     shown = slice(max(0, inside[0] - 4), inside[-1] + 2)
     expected, actual = flown.columns[f"{axis}_expected"], flown.columns[f"{axis}_actual"]
     corner = (0.61, 0.1, 0.38, 0.34) if expected[-1] > expected[0] else (0.61, 0.55, 0.38, 0.34)
@@ -202,17 +214,19 @@ def _clock(axes: Axes, flown: Flown) -> None:
     time_s, errors = flown.columns["time"][known], flown.columns["clock_error"][known]
     axes.plot(time_s, errors, ".-", ms=3, lw=0.7, color=QUIET)
     axes.axhline(0, color=FAINT, lw=0.6)
+    most = max(_LEAST_US, 1.2 * float(np.abs(errors).max(initial=0)))
+    axes.set_ylim(-most, most)
     axes.set_ylabel("µs")
     axes.set_title("pixel clock: edge minus planned edge")
 
 
 def _shade_ramps(axes: Axes, flown: Flown) -> None:
     """Shade what lies before the first point and behind the last."""
+    time_s = flown.time_s
+    axes.set_xlim(0.0, time_s[-1])
     if "point" not in flown.columns:
         return
     inside = np.flatnonzero(flown.columns["point"])
-    time_s = flown.time_s
     if len(inside):
         axes.axvspan(0.0, time_s[inside[0]], color=BAND, lw=0, zorder=0)
         axes.axvspan(time_s[inside[-1] + 1], time_s[-1], color=BAND, lw=0, zorder=0)
-    axes.set_xlim(0.0, time_s[-1])

@@ -73,13 +73,16 @@ class Place:
 def places_of(lines: Mapping[int, Lines]) -> list[Place]:
     """Return the axes of lines by the addresses of their boards.
 
-    An axis is called by its motor, else `axis0`; with several boards `board1_axis0`.
+    An axis is called by its motor, else by the axis of its scan, else `axis0`; with several boards
+    `board1_axis0`.
     """
     found = []
     for unit, ours in lines.items():
         for axis, line in by_axis(ours).items():
-            plain = f"axis{axis}" if len(lines) == 1 else f"board{unit}_axis{axis}"
-            found.append(Place(unit, axis, line.motor.name if line.motor else plain, line))
+            name = f"axis{axis}" if len(lines) == 1 else f"board{unit}_axis{axis}"
+            if isinstance(line, ScanLine):
+                name = line.scan_axis
+            found.append(Place(unit, axis, line.motor.name if line.motor else name, line))
     names = [place.name for place in found]
     return [
         place

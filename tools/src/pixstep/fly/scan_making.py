@@ -255,4 +255,10 @@ def _refuse_findings(line: ScanLine, drive: Drive, axes: int) -> None:
         found += line.check_by(limits).errors
     if found:
         first = min(found, key=lambda one: one.pixel)
-        raise TooFastError(f"axis {line.scan_axis}: {_where(line, first.pixel)}: {first.message}")
+        said = f"axis {line.scan_axis}: {_where(line, first.pixel)}: {first.message}"
+        if first.name == "backlash_over_speed":
+            raise RefusedError(
+                f"{said}; what fits: {line.line.backlash} steps a pixel or more: faster points, or "
+                f"a pixel clock of a lower frequency"
+            )
+        raise TooFastError(said)

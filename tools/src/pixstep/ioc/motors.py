@@ -6,7 +6,8 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
 import caproto
@@ -16,6 +17,7 @@ from pixstep.ioc.channels import SHAPE, FieldChannel
 from pixstep.motor_record import FIELDS, Command, MotorRecord, Msta, PutRefusedError, Verb
 
 if TYPE_CHECKING:
+    from pixstep.ioc.saved import Kept
     from pixstep.motor_record import Drive, Outcome, Status
     from pixstep.motor_record.field import Value
 
@@ -37,10 +39,8 @@ FindPv = Callable[[str], "FieldChannel | None"]
 class ServedMotor:
     """One record. Everything but `_report` runs in the loop of the server."""
 
-    def __init__(
-        self, name: str, fields: Mapping[str, Value], drive: Drive, tell: Tell, find: FindPv
-    ) -> None:
-        self.name, self.record = name, MotorRecord(fields)
+    def __init__(self, name: str, kept: Kept, drive: Drive, tell: Tell, find: FindPv) -> None:
+        self.name, self.record, self._kept = name, MotorRecord(kept.fields), kept
         self.is_ready = False
         self.is_lost = False
         self._problem = ""
@@ -66,6 +66,11 @@ class ServedMotor:
         if field == "NAME":
             return self.name
         return common.VALUES[field] if field in common.COMMON else self.record[field]
+
+    @property
+    def offset_steps(self) -> int:
+        """What the drive adds to the board's register, where it does."""
+        return int(getattr(self._drive, "offset_steps", 0))
 
     @property
     def is_moving(self) -> bool:
@@ -102,12 +107,26 @@ class ServedMotor:
             outcome = self.record.update(status)
             if self._announced and status.flags & Msta.DONE and not outcome.commands:
                 self._drive.obey(())  # what was announced is not wanted
+                self._announced = False
             await self._act(outcome)
         elif not status.flags & Msta.COMM_ERR:
             self.is_ready = True
-            await self._act(self.record.initialise(status))
+            await self._act(self.record.initialise(self._with_offset(status)))
             await self._show_all()
             self.ready.set()
+
+    def _with_offset(self, status: Status) -> Status:
+        """Return the first status with the offset of the last server's positions, if it holds."""
+        register = status.position_steps - self.offset_steps
+        offset = self._kept.offset_at(register) - self.offset_steps
+        if not offset:
+            return status
+        add: Callable[[int], None] | None = getattr(self._drive, "add_offset", None)
+        if add is None:
+            return status
+        add(offset)
+        self._drive.obey([Command(Verb.GET_INFO)])  # what was reported before lacks the offset
+        return replace(status, position_steps=status.position_steps + offset)
 
     def _note_loss(self, lost: bool) -> None:
         if lost != self.is_lost:
@@ -115,11 +134,12 @@ class ServedMotor:
             self._tell("connection lost" if lost else "connection back", motor=self.name)
 
     def _note_problem(self, there: bool) -> None:
-        """Tell once why the motor has a problem, where its drive can say that."""
+        """Tell once why the motor has a problem, if its drive can say that."""
         why = str(getattr(self._drive, "problem", "")) if there else ""
-        if there and not self.is_lost and why != self._problem:
+        if why and not self.is_lost and why != self._problem:
             self._tell("problem", motor=self.name, why=why)
-        self._problem = why
+        if why or not there:
+            self._problem = why
 
     async def put(self, field: str, value: Value) -> None:
         """Write a field for a client; return when the motion that follows is over."""

@@ -129,10 +129,10 @@ class Server:
             self._log.tell("ended", motors=len(self._motors))
 
     def _made(self, spec: Motor) -> ServedMotor:
-        fields, was_moving = self._saved.fields(spec.record, spec.fields)
-        if was_moving:
+        kept = self._saved.kept(spec.record, spec.fields)
+        if kept.is_moving:
             self._log.tell("was moving when the last IOC ended", motor=spec.record)
-        return ServedMotor(spec.record, fields, spec.drive, self._log.tell, self._fields.get)
+        return ServedMotor(spec.record, kept, spec.drive, self._log.tell, self._fields.get)
 
     async def _first_statuses(self) -> None:
         """Wait a while for all boards, so that clients never see positions that nobody knows."""
@@ -176,8 +176,10 @@ class Server:
     def _note(self) -> None:
         for motor in self._motors:
             if motor.is_ready:
-                given = self._given[motor.name]
-                self._saved.note(motor.name, given, motor.record, motor.is_moving)
+                self._saved.note(
+                    motor.name, self._given[motor.name], motor.record,
+                    is_moving=motor.is_moving, offset_steps=motor.offset_steps,
+                )  # fmt: skip
 
     def _keep(self) -> None:
         """Keep the last state."""

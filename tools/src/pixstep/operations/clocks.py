@@ -17,7 +17,7 @@ from pixstep.operations.asked import AskedError, MissingError
 from pixstep.operations.desk import Source
 from pixstep.operations.kinds import Number, Parsed, Whole
 from pixstep.operations.request import Request, fields, option, shared_fields
-from pixstep.simulation.clockflaws import MOST_JITTER_US, MOST_PPM, MOST_REST_MS, ClockFlaws
+from pixstep.simulation.pixel_clock import MOST_JITTER_US, MOST_PPM, MOST_REST_MS, ClockFlaws
 
 _THE_BOARDS = "the board's"
 

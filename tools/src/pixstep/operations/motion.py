@@ -13,11 +13,11 @@ from pixstep.errors import AskedText, UserError
 from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.units import Quantity
-from pixstep.moves import accel, fast, fastsim, fasttask, homesim, hometask, inputs, legs
+from pixstep.moves import accel, experiments, fast, legs
 from pixstep.moves.accel import Acceleration
 from pixstep.moves.fast import FastMove
-from pixstep.moves.fastsim import MoveJob
-from pixstep.moves.homejudge import HomeSummary
+from pixstep.moves.homing_judge import HomeJob, HomeSummary
+from pixstep.moves.move_judge import MoveJob
 from pixstep.operations import machine_defaults as machine
 from pixstep.operations import reading_lines, shared
 from pixstep.operations.desk import Desk
@@ -91,7 +91,7 @@ class MoveMake(MoveFields):
         """Plan the move and write it."""
         job = MoveJob(*self.plan(desk, self.pixel_hz, refuse=True), "", 0, self.pixel_hz)
         formats.write_csv(self.output, list(job.move.counts))
-        data: WrittenMove = {"file": str(self.output), **fastsim.plan_summary(job)}
+        data: WrittenMove = {"file": str(self.output), **job.plan_summary()}
         return Result(data, f"{self.output}: {headline(job.move, self.pixel_hz)}")
 
 
@@ -109,15 +109,15 @@ class MoveShow(MoveFields):
         scale = desk.facts.scales().get(0) if self.plot else None
         job = MoveJob(*self.plan(desk, self.pixel_hz), "", 0, self.pixel_hz, scale)
         if self.plot:
-            from pixstep.moves import fastplot  # matplotlib takes a second to load
+            from pixstep.moves import plots  # matplotlib takes a second to load
 
-            fastplot.draw_plan(job, self.plot)
+            plots.draw_move(job, self.plot)
 
         def write(page: Page) -> None:
             page.tell(headline(job.move, job.pixel_hz))
             _print_runs(page, job)
 
-        return Result(fastsim.plan_summary(job), write)
+        return Result(job.plan_summary(), write)
 
 
 @operation("move sim")
@@ -144,7 +144,7 @@ class MoveSim(MoveFields):
         scale = desk.facts.scales().get(self.axis) if self.plot else None
         job = MoveJob(*planned, self.board, self.axis, self.pixel_hz, scale)
         with desk.progress("moving") as show:
-            done = fasttask.simulate(job, self.out, plot=self.plot, progress=show)
+            done = experiments.simulate_move(job, self.out, plot=self.plot, progress=show)
 
         def write(page: Page, summary: Summary) -> None:
             report.print_page(page, summary, details=self.details)
@@ -203,13 +203,13 @@ class HomeFields(Request):
     )  # fmt: skip
     search: int = option(Steps(), "Give a leg up after so many steps.", default=legs.SEARCH_STEPS)
     clear: int | None = option(Steps(), "Second approach from at least so many steps away.")
-    filter_us: int | None = option(Time("us", *inputs.FILTER_US, int), "Filter of the switches.")
+    filter_us: int | None = option(Time("us", *legs.FILTER_US, int), "Filter of the switches.")
     inverted: str | None = option(
-        Choice(list(inputs.INVERTED)), "Switches that are tripped when their pin is high.",
+        Choice(list(legs.INVERTED)), "Switches that are tripped when their pin is high.",
         default_text=_AS_SET,
     )  # fmt: skip
     home_is_limit: str | None = option(
-        Choice(list(inputs.SHARED)), "The motor's limit switch that the home switch is, too.",
+        Choice(list(legs.SHARED)), "The motor's limit switch that the home switch is, too.",
         machine=machine.home_is_limit, default_text=_AS_SET,
     )  # fmt: skip
     raw: bool = shared.raw()
@@ -283,7 +283,7 @@ class HomeSim(HomeFields):
         """Home the axis in the simulator."""
         plan = self.plan(desk, self.pixel_hz)
         legs.refuse(plan, capability.named_limits(self.board, self.pixel_hz))
-        job = homesim.HomeJob(
+        job = HomeJob(
             plan=plan,
             board=self.board,
             pixel_hz=self.pixel_hz,
@@ -295,7 +295,7 @@ class HomeSim(HomeFields):
             scale=desk.facts.scales().get(plan.axis) if self.plot else None,
         )
         with desk.progress("homing") as show:
-            summary = hometask.simulate(job, self.out, plot=self.plot, progress=show)
+            summary = experiments.simulate_homing(job, self.out, plot=self.plot, progress=show)
         return simulated_result(summary, self.out, _write)
 
 

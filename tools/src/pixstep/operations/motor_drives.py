@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from pixstep.machine.model import BoardTable
     from pixstep.motor_record import Drive
     from pixstep.server.journal import Log
-    from pixstep.simulation.simctl import SimOptions
+    from pixstep.simulation.simulator import SimOptions
 
 _LOAD = "home=2000,hyst=8,play={}"  # a simulated load: its home switch, its play in steps
 
@@ -78,8 +78,10 @@ def _on_port(
 @contextlib.contextmanager
 def _simulated(machine: MachineFile) -> Iterator[Mapping[str, Drive]]:
     """Yield the drives of simulated boards, whose time passes as the wall clock's."""
-    from pixstep.simulation.simboard import SimLink  # which those without a simulator do not need
-    from pixstep.simulation.simctl import SimulatorError
+    from pixstep.simulation.simulated_board import (
+        SimLink,  # which those without a simulator do not need
+    )
+    from pixstep.simulation.simulator import SimulatorError
 
     places = {name: place for place, name in enumerate(machine.boards)}
     units = {name: place + 1 for name, place in places.items()}
@@ -92,7 +94,7 @@ def _simulated(machine: MachineFile) -> Iterator[Mapping[str, Drive]]:
 
 def sim_options(machine: MachineFile) -> SimOptions:
     """Return what the simulator of a machine is started with."""
-    from pixstep.simulation.simctl import SimOptions
+    from pixstep.simulation.simulator import SimOptions
 
     places = {name: place for place, name in enumerate(machine.boards)}
     kinds = [board.kind for board in machine.boards.values()]

@@ -26,10 +26,10 @@ from pixstep.operations.reading_lines import per_line
 from pixstep.operations.request import Request, flag, operation, option
 from pixstep.operations.result import Page, Result
 from pixstep.profiles import generator
-from pixstep.simulation import report, simtask
+from pixstep.simulation import experiment, report
+from pixstep.simulation.experiment import simulate
+from pixstep.simulation.job import Job
 from pixstep.simulation.judge import Judgement
-from pixstep.simulation.simrun import Job
-from pixstep.simulation.simtask import simulate
 from pixstep.simulation.summary import Summary
 
 if TYPE_CHECKING:
@@ -198,17 +198,17 @@ class Demo(Request):
 
     def run(self, desk: Desk) -> Result:
         """Go from profile to verdict."""
-        simtask.require_all()
+        experiment.require_installed()
         started = time.monotonic()
         out = self.out or _default_folder()
         source = natives.example(PROFILE)
         speeds, _ = formats.read_prn(source)
-        with outfolder.of_run(out, (*_OWN, *simtask.names())) as folder:
+        with outfolder.of_run(out, (*_OWN, *experiment.names())) as folder:
             host = _on_host(folder, source, speeds)
             job = Job(_BOARD, {0: host.line}, PIXEL_HZ, serial_load=self.serial_load, vcd=True)
             with desk.progress("simulating the Mega") as show:
                 drawn = have_package("matplotlib")
-                judged = simtask.simulate_into(job, folder, out, plots=drawn, progress=show)
+                judged = experiment.simulate_into(job, folder, out, plots=drawn, progress=show)
         seconds = time.monotonic() - started
         fine = judged.passed and host.checked and host.planned
         return Result(
