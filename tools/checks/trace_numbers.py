@@ -23,13 +23,15 @@ DIFFERS = re.compile(r"Expected (0x[0-9A-F]{8}) Was (0x[0-9A-F]{8})")
 
 
 def programs(build: Path, suite: str) -> Iterator[list[str]]:
-    """Yield the commands that run a suite."""
-    yield [str(build / "bin" / suite)]
-    for board in BOARDS:
-        image = build.parent / board / "host_tests" / f"{suite}.elf"
-        if image.is_file():
-            words = [build / "bin/pixstep-sim", "--unit", "--board", f"{board}={image}"]
-            yield [str(word) for word in words]
+    """Yield the commands that run a suite, and the same with the core of a single axis."""
+    for program in (suite, f"{suite}_one"):
+        if (native := build / "bin" / program).is_file():
+            yield [str(native)]
+        for board in BOARDS:
+            image = build.parent / board / "host_tests" / f"{program}.elf"
+            if image.is_file():
+                words = [build / "bin/pixstep-sim", "--unit", "--board", f"{board}={image}"]
+                yield [str(word) for word in words]
 
 
 def changes(build: Path, suite: str) -> Iterator[tuple[str, str]]:

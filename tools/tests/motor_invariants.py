@@ -71,7 +71,8 @@ def target_within_limits(r, last, commands):
             continue
         here = r["DRBV"] if command.verb == "MOVE_REL" else 0.0
         there = here + command.argument * r["MRES"]
-        comes_back = high < there < last or last < there < low
+        comes_back = high < last and min(r["DVAL"], there) < last
+        comes_back = comes_back or (last < low and max(r["DVAL"], there) > last)
         slack = 1e-9 * max(1.0, abs(there)) + abs(r["MRES"])
         assert low <= high
         assert comes_back or low - slack <= there <= high + slack, (there, low, high)

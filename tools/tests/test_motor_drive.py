@@ -7,8 +7,8 @@ import time
 import numpy as np
 import pytest
 
-from effort import cases
 from drive_bench import STOP, driven, home, jog, move, rising_s, speeds
+from effort import cases
 from pixstep.motor_record.traffic import Command, Msta, Verb
 from pixstep.moves.trapezoid import Kinematics, Trapezoid
 
@@ -30,7 +30,7 @@ def test_moves_end_where_they_should(kind):
     hz = 30
     with driven([kind], [(1, 0)], pixel_hz=hz) as (_, drives, watched):
         motor, here = watched["1.0"], 0
-        for _ in range(cases(16, 400)):
+        for _ in range(cases(8, 400)):
             speed, acceleration = 10 ** chosen.uniform(1.5, 4), 10 ** chosen.uniform(3, 6)
             base = chosen.choice([0, chosen.uniform(0, speed)])
             steps = int(chosen.choice([1, -1, 5, -30, 300, 3000]) * chosen.uniform(1, 3))
@@ -56,7 +56,7 @@ def test_no_edge_comes_after_done(tmp_path):
     done_s, asked_s = [], []
     with driven(["mega"], [(1, 0)], pixel_hz=100, edges=path) as (bus, _, watched):
         motor = watched["1.0"]
-        for _ in range(cases(20, 300)):
+        for _ in range(cases(12, 300)):
             asked_s.append(bus.time_s)
             steps = chosen.randint(-900, 900) or 1
             motor.obey(move(steps, chosen.uniform(300, 6000), verb=Verb.MOVE_REL))
@@ -77,12 +77,12 @@ def test_a_long_move_begins_at_once_and_is_stopped_in_its_middle(tmp_path):
         motor = watched["1.0"]
         asked_s = bus.time_s
         motor.obey(move(1_000_000, 1234.5))
-        bus.let_pass(8)
+        bus.let_pass(5)
         moving = motor.last
         assert Msta.MOVING in moving.flags
         motor.obey(STOP)
         made = motor.settle().position_steps
-        assert 9000 < made == motor.edges() < 10_000
+        assert 5500 < made == motor.edges() < 6300
         assert at_rest(motor, made)
     edges = rising_s(path)
     assert 0 < edges[0] - asked_s < 0.05
@@ -109,7 +109,7 @@ def legs(motor, first, second, wait_s=0.0):
     return then
 
 
-@pytest.mark.parametrize("first", [-40, -400, -4000, 400, 4000])
+@pytest.mark.parametrize("first", [-40, -4000, 400])
 def test_the_board_goes_from_leg_to_leg_by_itself(first, tmp_path):
     path = tmp_path / "edges.csv"
     answer_s = 0.05  # the host thinks so long, and the board does not wait for it
@@ -154,7 +154,7 @@ def test_another_answer_at_the_end_of_the_first_leg():
             assert motor.edges() == position and 500 <= position < 2500
 
 
-@pytest.mark.parametrize("stop_s", [0.05, 0.3, 0.62, 0.7, 0.8])
+@pytest.mark.parametrize("stop_s", [0.3, 0.62, 0.7])
 def test_a_stop_in_either_leg(stop_s):
     with driven(["mega"], [(1, 0)], pixel_hz=100) as (bus, _, watched):
         motor = watched["1.0"]
@@ -179,11 +179,11 @@ def test_a_jog_keeps_its_speed_without_a_gap(kind, hz, velocity, tmp_path):
     with driven([kind], [(1, 0)], pixel_hz=hz, edges=path) as (bus, _, watched):
         motor = watched["1.0"]
         motor.obey(jog(velocity, base=abs(velocity)))
-        bus.let_pass(4)
+        bus.let_pass(2.5)
         motor.obey(STOP)
         position = motor.settle().position_steps
         assert at_rest(motor, position) and motor.edges() == position
-        assert position == pytest.approx(4 * velocity, rel=0.05, abs=2)
+        assert position == pytest.approx(2.5 * velocity, rel=0.05, abs=2)
     spacing = np.diff(rising_s(path))
     even_s = 1 / abs(velocity)
     assert np.max(spacing) < even_s + 1.1 / hz if abs(velocity) < hz else 1.3 * even_s
@@ -302,6 +302,49 @@ def test_a_board_that_is_switched_off_and_back():
         assert at_rest(other, 20_000) and other.edges() == 20_000
 
 
+def test_a_bus_that_loses_requests_and_replies():
+    chosen = random.Random(2)
+    with driven(["mega"], [(1, 0)], pixel_hz=100) as (bus, drives, watched):
+        motor, here, simulator = watched["1.0"], 0, bus._simulated.simulator
+        transmit, lost = simulator.transmit, []
+
+        def losing(data, timeout_cycles=None):
+            kind = chosen.random()
+            reply = transmit(data, timeout_cycles) if kind > 0.03 else b""
+            if kind > 0.06:
+                return reply
+            lost.append(kind)
+            simulator.run(timeout_cycles or 0)
+            return b""
+
+        simulator.transmit = losing
+        for _ in range(cases(12, 200)):
+            steps = chosen.choice([1, -40, 300, -900]) * chosen.randint(1, 3)
+            then = legs(motor, here + steps, here + steps + 20)
+            assert motor.settle().position_steps == here + steps
+            motor.obey(then)
+            here += steps + 20
+            assert at_rest(motor, here) and motor.edges() == here
+        assert len(lost) > 5 and not drives["1.0"].problem
+        simulator.transmit = transmit
+
+
+def test_what_no_motor_can_do_is_a_problem_in_words():
+    with driven(["uno"], [(1, 0)]) as (_, drives, watched):
+        motor = watched["1.0"]
+        for commands, said in (
+            (move(float("nan")), "nan"),
+            (move(float("inf")), "inf"),
+            (move(3e9), "counts to"),
+            (move(100, speed=0), "speed of 0"),
+        ):
+            motor.obey(commands)
+            motor.settle()
+            assert Msta.PROBLEM in motor.last.flags and said in drives["1.0"].problem
+        motor.obey(move(50))
+        assert at_rest(motor, 50) and motor.edges() == 50 and not drives["1.0"].problem
+
+
 def test_a_line_that_others_run_is_seen():
     import pixstep as px
 
@@ -357,7 +400,7 @@ def test_a_command_waits_for_one_request_of_others():
         watched["2.0"].obey(jog(700))
         bus.let_pass(2)
         waits = []
-        for _ in range(20):
+        for _ in range(cases(8, 40)):
             bus.let_pass(0.033)
             requests.clear()
             watched["1.0"].obey(move(30, verb=Verb.MOVE_REL))
@@ -390,18 +433,25 @@ def test_latency_and_share_of_processor_time(tmp_path):
             asked_s.append(bus.time_s)
             motor.obey(move(100, 5000, 5000, verb=Verb.MOVE_REL))
             motor.settle()
-        resting = processor_share(bus, cases(4, 20))
+        motor.obey(jog(5000, 5000))
+        bus.let_pass(0.5)
+        stopped_s = bus.time_s
+        motor.obey(STOP)
+        motor.settle()
+        resting = processor_share(bus, cases(2, 20))
         for one in watched.values():
             one.obey(move(20_000, 2000))
-        moving = processor_share(bus, cases(3, 8))
+        moving = processor_share(bus, cases(1.5, 8))
     edges = rising_s(path)
     waits = [1000 * (edges[edges > one][0] - one) for one in asked_s]
+    after = edges[(edges > stopped_s) & (edges < stopped_s + 0.5)]
+    stop_ms = 1000 * (after[-1] - stopped_s)
     print(
-        f"from obey() to the first STEP edge, Mega at 115200 baud: {np.mean(waits):.1f} ms, at "
-        f"most {max(waits):.1f} ms; processor's share of 8 axes: {100 * resting:.2f} % at rest, "
-        f"{100 * moving:.2f} % moving"
+        f"Mega, 115200 baud: from obey() to the first STEP edge {np.mean(waits):.1f} ms, at most "
+        f"{max(waits):.1f} ms; from a stop to the last one {stop_ms:.1f} ms; processor's share of "
+        f"8 axes {100 * resting:.2f} % at rest, {100 * moving:.2f} % moving"
     )
-    assert max(waits) < 45
+    assert max(waits) < 45 and stop_ms < 35
 
 
 def test_each_command_twice():
@@ -432,7 +482,7 @@ def test_commands_in_any_order(seed):
     kind = chosen.choice(["mega", "uno"])
     with driven([kind], [(1, 0)], pixel_hz=chosen.choice([30, 200])) as (bus, drives, watched):
         motor, zero, target = watched["1.0"], 0, 0  # position = edges - zero
-        for _ in range(30):
+        for _ in range(24):
             what = chosen.choice(["move", "rel", "jog", "velocity", "stop", "load", "info", "wait"])
             if what == "move":
                 target = chosen.randint(-800, 800)

@@ -7,8 +7,8 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from effort import cases
 from drive_bench import RecordAbove, driven, rising_s
+from effort import cases
 from pixstep.motor_record.traffic import Verb
 
 pytestmark = pytest.mark.usefixtures("simulator")
@@ -47,7 +47,7 @@ def required(above, target=None):
 def test_random_moves_some_stopped_some_with_another_target(kind, hz):
     chosen = random.Random(hz)
     with recorded(kind, hz) as above:
-        for nth in range(cases(24, 500)):
+        for nth in range(cases(16, 500)):
             if nth % 8 == 0:
                 above.put("BDST", chosen.choice([0.3, -0.3, 0.5, -1, 0]))
                 above.put("BVEL", chosen.choice([2, 5, 30]))
@@ -99,7 +99,7 @@ def test_the_load_ends_in_the_same_place_whatever_the_way(bdst):
         above.settle()
         above.put("VAL", 0.0)
         above.settle()
-        for nth in range(cases(15, 500)):
+        for nth in range(cases(10, 500)):
             target = round(chosen.uniform(-4, 4), 2)
             above.put("VAL", target)
             if nth % 5 == 4:  # stopped somewhere: the next whole move makes it good

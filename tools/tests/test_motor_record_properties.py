@@ -104,9 +104,9 @@ class Trial:
 
     def put(self, name, value):
         last = self.bench.record["LDVL"]
-        before = {field: self.bench.record[field] for field in FIELDS}
+        before = self.bench.record.values()
         if self.bench.put(name, value) is None:
-            assert before == {field: self.bench.record[field] for field in FIELDS}
+            assert before == self.bench.record.values()
         elif self.bench.record["FRAC"] <= 1:
             holds.target_within_limits(self.bench.record, last, self.bench.commands)
 

@@ -241,8 +241,8 @@ def _run(**_params: Any) -> None:
     outputs = [path for _, path in perform.outputs(request)]
     page = _ConsolePage(next(filter(atomic.is_stdout, outputs), None))
     desk = Desk(
-        facts, sources, _sayer(type(request)), warn=_warn, progress=progress.shown, complain=failures.complain,
-        view=views.of(request.words, as_json=as_json), keeps=False,
+        facts, sources, _sayer(type(request)), warn=_warn, progress=progress.shown,
+        complain=failures.complain, view=views.of(request.words, as_json=as_json), keeps=False,
     )  # fmt: skip
     if as_json:
         desk.row = show_json_row

@@ -72,7 +72,7 @@ class AxisDrive:
     @property
     def offset_steps(self) -> int:
         """What the drive adds to the board's register; gone with the process, see `seam.py`."""
-        return self._offset_steps
+        return self.work.offset_steps
 
     @property
     def problem(self) -> str:

@@ -145,6 +145,8 @@ class BusDrives(Mapping[str, AxisDrive]):
         drives = list(self._drives.values())
         for drive in drives:
             self._shielded(drive, drive.work.take)
+            if drive.work.gives_up_s <= self.now_s():
+                self._shielded(drive, drive.work.lost)
         if self._stop(drives) or self._launch(drives):
             return True
         now_s = self.now_s()
@@ -220,6 +222,7 @@ class BusDrives(Mapping[str, AxisDrive]):
         """Return when something is due at the latest."""
         return min(
             *(drive.work.due_s for drive in self._drives.values()),
+            *(drive.work.gives_up_s for drive in self._drives.values()),
             *(self._look_due_s(unit) for unit in self._watches),
             self.now_s() + RESTING_S,
         )

@@ -153,6 +153,10 @@ class Motion:
         """Note that it was armed just now, or again after lines that were over too early."""
         self.armed_s = now_s
 
+    def look_due_s(self) -> float:
+        """Return when it is expected to end, or its first leg."""
+        return math.inf
+
     def queue_more(self, now_s: float) -> bool:
         """Queue what follows if it is time for that; return whether there is something new."""
         del now_s
@@ -229,6 +233,15 @@ class Move(Motion):
         if self.armed_s is None or self.second is None or self.queued_second:
             return math.inf
         return self.armed_s + self.first_s - self._lead_s
+
+    def look_due_s(self) -> float:
+        """Return when it is expected to end, its first leg, or the wait for the record's answer."""
+        if self.armed_s is None:
+            return math.inf
+        if self.holding:
+            return self.hold_until_s
+        waits = self.second is not None and not self.confirmed
+        return self.armed_s + (self.first_s if waits else self.queued_s)
 
     def queue_more(self, now_s: float) -> bool:
         """Queue the second leg before the board decodes the end of the first one.

@@ -10,18 +10,19 @@ from dataclasses import replace
 from typing import Protocol
 
 from pixstep.board.errors import BoardError, LineLostError, NoReplyError
-from pixstep.motor_drive import seam
 from pixstep.motor_drive.feed import Feed, Steps, require_idle
 from pixstep.motor_drive.homing import Home, plan_of
 from pixstep.motor_drive.inbox import Batch, Inbox
 from pixstep.motor_drive.judging import Verdict, broken_text, judge, misplaced_text
 from pixstep.motor_drive.motions import Jog, Motion, Move, Wanted, same, whole
+from pixstep.motor_drive.seam import clear_fault, discard, set_position, stop
 from pixstep.motor_drive.starting import DrivenMotor, Start, Starting
 from pixstep.motor_drive.statuses import Statuses
 from pixstep.motor_drive.watch import AxisLook, BoardWatch, Look
 from pixstep.motor_record.traffic import Command, Verb
 
 _SEEKS_S = 0.05  # between two looks whether another axis of the board seeks its switch
+_SILENT_S = 2.0  # a board that does not answer for less has not had its last word
 _GRACE_S = 1.0  # for the record to answer the end of a first leg
 _TARGETS = (Verb.MOVE_ABS, Verb.MOVE_REL, Verb.HOME_FOR, Verb.HOME_REV)
 _log = logging.getLogger(__name__)
@@ -51,7 +52,8 @@ class AxisWork:
         self._work: Steps | None = None
         self._work_due_s = 0.0
         self._stop_wanted = False
-        self._offset_steps = 0
+        self.offset_steps = 0
+        """What is added to the board's register: see `seam.py`."""
         self._unknown = False  # the position, since a reset of the board
         self._resets = 0
         self._left = False  # a part of a line that this drive has queued and that will not run
@@ -82,14 +84,14 @@ class AxisWork:
     @property
     def look_due_s(self) -> float:
         """When a motion is expected to end, or its first leg: the board is to be looked at then."""
-        motion = self._motion
-        if motion is None or motion.armed_s is None or isinstance(motion, (Jog, Home)):
+        return math.inf if self._motion is None else self._motion.look_due_s()
+
+    @property
+    def gives_up_s(self) -> float:
+        """When a motion must be over of a board that does not answer."""
+        if self._motion is None or self._look is None or not self._watch.failures:
             return math.inf
-        if isinstance(motion, Move) and motion.holding:
-            return motion.hold_until_s
-        if isinstance(motion, Move) and motion.second and not motion.confirmed:
-            return motion.armed_s + motion.first_s
-        return motion.armed_s + motion.queued_s
+        return max(self._motion.ends_s(), self._look.time_s + _SILENT_S)
 
     @property
     def busy(self) -> bool:
@@ -121,7 +123,7 @@ class AxisWork:
         if isinstance(self._motion, Home):
             self._motion.interrupt()
         with self._watch.guarded():
-            seam.stop(self._watch.board, self._motor.axis)
+            stop(self._watch.board, self._motor.axis)
         self._stop_wanted, self._work = False, None
         if self._motion is not None:
             self._motion.stopping = True
@@ -168,8 +170,7 @@ class AxisWork:
 
     def lost(self) -> None:
         """Take that the board does not answer."""
-        motion = self._motion
-        if motion is not None and self._owner.now_s() > motion.ends_s():
+        if self._owner.now_s() >= self.gives_up_s:
             self._forget_motion()
             self.statuses.problem = "the board did not answer to the end of a motion"
         self.statuses.tell_news(self._look, moves=self._motion is not None)
@@ -282,7 +283,7 @@ class AxisWork:
 
     def _load(self, position: float) -> None:
         """Make a position that of the motor where it is."""
-        self._offset_steps = seam.set_position(whole(position), self._axis.position_steps)
+        self.offset_steps = set_position(whole(position), self._axis.position_steps)
         self._unknown, self.statuses.problem = False, ""
         self.statuses.position_steps = self._position_steps
         self.statuses.at_once = True
@@ -296,7 +297,7 @@ class AxisWork:
             if self._unknown and start.command.verb is Verb.MOVE_ABS:
                 raise BoardError(self._lost_position)
             wanted = self._wanted.kinematics
-            motion = self._starting.motion(start, self._axis, self._offset_steps, wanted)
+            motion = self._starting.motion(start, self._axis, self.offset_steps, wanted)
         except BoardError as error:
             self.statuses.problem = str(error)
             return
@@ -327,7 +328,7 @@ class AxisWork:
             except BoardError:
                 if last:
                     raise
-            yield from seam.discard(self._watch.board, self._motor.axis)
+            yield from discard(self._watch.board, self._motor.axis)
             self._look = self._watch.look()  # another program was here since the last look
             yield 0.0
         yield from self._stream(motion)
@@ -363,10 +364,10 @@ class AxisWork:
     def _clear(self) -> Steps:
         """Clear a fault, or discard a part of a line that will not run."""
         if self._look and self._look.fault:
-            seam.clear_fault(self._watch.board, len(self._look.axes))
+            clear_fault(self._watch.board, len(self._look.axes))
             yield 0.0
         elif self._left or self._axis.state in ("refused", "loading"):
-            yield from seam.discard(self._watch.board, self._motor.axis)
+            yield from discard(self._watch.board, self._motor.axis)
         else:
             return
         self._left = False
@@ -393,7 +394,7 @@ class AxisWork:
             return
         motion.forget()
         if motion.homed:
-            self._offset_steps, self._unknown, self.statuses.homed = 0, False, True
+            self.offset_steps, self._unknown, self.statuses.homed = 0, False, True
         self._end(motion.text)
 
     def _first_over(self, motion: Move) -> None:
@@ -467,7 +468,7 @@ class AxisWork:
 
     def _was_reset(self) -> None:
         """A board that was reset counts from 0: the last position is shown, and is not to trust."""
-        self._offset_steps = self.statuses.position_steps - self._axis.position_steps
+        self.offset_steps = self.statuses.position_steps - self._axis.position_steps
         self._unknown, self.statuses.homed = True, False
         self._forget_motion()
         self._todo.clear()
@@ -499,7 +500,7 @@ class AxisWork:
     @property
     def _position_steps(self) -> int:
         """The record's raw position."""
-        return self._axis.position_steps + self._offset_steps
+        return self._axis.position_steps + self.offset_steps
 
     def _show(self, *, moves: bool) -> None:
         """Tell a look at the axis: each one that moves, another one if it says something new."""

@@ -6,15 +6,20 @@ from pixstep.motor_record.fields import FIELDS, MONITOR_ORDER
 from pixstep.motor_record.model.values import Values
 from pixstep.motor_record.traffic import Post
 
-_ORDER = tuple((name, FIELDS[name].attribute) for name in MONITOR_ORDER)
+_NAMES = tuple(FIELDS)
+_RANK = {name: rank for rank, name in enumerate(MONITOR_ORDER)}
 
 
 class Journal:
-    """Compares the values with those last posted. RBV has dead bands of its own."""
+    """Compares the values with those last told. RBV has dead bands of its own.
+
+    This is done after every processing, so that it must be quick: what is known has the order of
+    the values, and the two are compared in one pass.
+    """
 
     def __init__(self, values: Values) -> None:
         self._values = values
-        self._known: dict[str, Value] = dict(vars(values))
+        self._known: dict[str, Value | None] = dict(vars(values))
         self._posts: list[Post] = []
 
     def post(self, name: str) -> None:
@@ -25,13 +30,11 @@ class Journal:
 
     def doubt(self, name: str) -> None:
         """Forget what clients know of a field: it is told with the next changes."""
-        del self._known[FIELDS[name].attribute]
+        self._known[FIELDS[name].attribute] = None
 
     def post_changes(self) -> None:
         """Tell all that changed since the last time, in the order of the record."""
-        now, known = vars(self._values), self._known
-        changed = [name for name, attribute in _ORDER if now[attribute] != known.get(attribute)]
-        for name in changed:
+        for name in sorted(filter(_RANK.__contains__, self._changed()), key=_RANK.__getitem__):
             if name != "RBV" or self._worth_telling():
                 self.post(name)
 
@@ -39,6 +42,10 @@ class Journal:
         """Return what was told since the last time, and forget it."""
         taken, self._posts = tuple(self._posts), []
         return taken
+
+    def _changed(self) -> list[str]:
+        pairs = zip(_NAMES, vars(self._values).values(), self._known.values(), strict=True)
+        return [name for name, now, known in pairs if now != known]
 
     def _worth_telling(self) -> bool:
         """True if RBV left one of its dead bands, or has none."""

@@ -39,6 +39,10 @@ class MotorRecord:
         """Return any field of FIELDS: menus, buttons and flags as numbers."""
         return self._r.v.read(field)
 
+    def values(self) -> dict[str, Value]:
+        """Return all fields with their values."""
+        return dict(zip(FIELDS, vars(self._r.v).values(), strict=True))
+
     def initialise(self, status: Status) -> Outcome:
         """Begin, with the motor as `status` says: once, before all else."""
         start.initialise(self._r, status)
