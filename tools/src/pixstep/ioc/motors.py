@@ -121,9 +121,12 @@ class ServedMotor:
         offset = self._kept.offset_at(register) - self.offset_steps
         if not offset:
             return status
-        position = status.position_steps + offset
-        self._drive.obey([Command(Verb.LOAD_POS, float(position))])
-        return replace(status, position_steps=position)
+        add: Callable[[int], None] | None = getattr(self._drive, "add_offset", None)
+        if add is None:
+            return status
+        add(offset)
+        self._drive.obey([Command(Verb.GET_INFO)])  # what was reported before lacks the offset
+        return replace(status, position_steps=status.position_steps + offset)
 
     def _note_loss(self, lost: bool) -> None:
         if lost != self.is_lost:
