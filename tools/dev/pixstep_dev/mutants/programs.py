@@ -2,8 +2,8 @@
 """What is built from the firmware, object by object, and how to build a part of it again.
 
 Compiler commands and dependencies are those of the builds that are there (build/host, build/uno,
-build/mega), as ninja knows them. A workshop builds changed objects and what is linked from them in a folder of its own;
-nothing is written anywhere else.
+build/mega), as ninja knows them. A workshop builds changed objects and what is linked from them in
+a folder of its own; nothing is written anywhere else.
 """
 
 import json
