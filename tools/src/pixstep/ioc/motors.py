@@ -14,7 +14,15 @@ import caproto
 
 from pixstep.ioc import channels, common
 from pixstep.ioc.channels import SHAPE, FieldChannel
-from pixstep.motor_record import FIELDS, Command, MotorRecord, Msta, PutRefusedError, Verb
+from pixstep.motor_record import (
+    FIELDS,
+    Command,
+    Mip,
+    MotorRecord,
+    Msta,
+    PutRefusedError,
+    Verb,
+)
 
 if TYPE_CHECKING:
     from pixstep.ioc.saved import Kept
@@ -201,6 +209,10 @@ class ServedMotor:
             asyncio.get_running_loop().call_later(outcome.delay_s, self._end_delay)
         if outcome.complete or self.record["DMOV"] != 0:
             self._let_go()
+        if self.record["MIP"] == Mip.JOG_REQ and self.record["LVIO"]:
+            # A jog was refused at a limit. The record would begin it at its next processing, with
+            # its button released and no limit to end it; STOP makes it forget.
+            await self._act(self.record.put("STOP", 1))
 
     def _let_go(self) -> None:
         for end in self._waiting:
