@@ -41,6 +41,13 @@ def parse(text: str) -> MachineFile:
     return MachineFile.model_validate(_with_names(tomllib.loads(text)))
 
 
+def of_content(content: dict[str, object], path: Path) -> MachineFile:
+    """Return the machine of what a file says. Raises pydantic's ValidationError for a mistake."""
+    machine = MachineFile.model_validate(_with_names(content))
+    machine._path = path
+    return machine
+
+
 def problems(path: Path) -> list[str]:
     """Return every mistake of a file, a line of text each, in the order of the file.
 
@@ -55,8 +62,7 @@ def _read(path: Path) -> tuple[MachineFile | None, list[str]]:
     found: list[tuple[Sequence[str | int], str, object]]
     machine = None
     try:
-        machine = MachineFile.model_validate(_with_names(content))
-        machine._path = path
+        machine = of_content(content, path)
         found = [(keys, reason, _value(content, keys)) for keys, reason in contradictions(machine)]
     except ValidationError as error:
         found = [

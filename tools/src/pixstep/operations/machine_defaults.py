@@ -11,6 +11,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pixstep.errors import UserError
 from pixstep.lines.units import SPEED, Quantity
 
 if TYPE_CHECKING:
@@ -150,6 +151,20 @@ def profile(use: str) -> Default:
 def of_line(key: str) -> Default:
     """Return a key of the file's table [line]."""
     return _of(f"line.{key}")(lambda facts: getattr(facts.machine.line, key))
+
+
+@_of("line.lead_in, or LeadIn of motors.NAME.profiles.move")
+def lead_in(facts: Facts) -> int:
+    """The constant pixels before the image: those of the motor's CSV profile before the file's."""
+    from pixstep.formats import read_motion
+
+    found = facts.machine
+    try:
+        path = found.profile(facts.motor, "move")
+        header = read_motion(path).header if path and path.is_file() else None
+    except UserError:
+        header = None
+    return (header.lead_in_px if header else 0) or found.line.lead_in
 
 
 def of_board(key: str) -> Default:

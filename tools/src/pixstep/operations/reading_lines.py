@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 from pixstep import formats
 from pixstep.errors import UserError
 from pixstep.lines.line import SMOOTH, Line
-from pixstep.operations import directions, machine_defaults, meant_for, shared
+from pixstep.operations import directions, machine_defaults, meant_for, own_backlash, shared
 from pixstep.operations.asked import AskedError
 from pixstep.operations.kinds import FILE, Steps
 from pixstep.operations.request import argument, flag, option
@@ -106,7 +106,7 @@ def load_line(
     divider: int = 1,
     index: int = 0,
 ) -> Line:
-    """Read a line of a CSV or CSB file.
+    """Read a line of a CSV or CSB file; the backlash of its header comes before a machine file's.
 
     `number` chooses a line, from 1; without it the file must hold only one. A file that was made
     for another frequency than `pixel_hz` gets a note, and is refused on `refuse_faster` if that is
@@ -121,7 +121,8 @@ def load_line(
         origin.frequency_notes(path, file.header, pixel_hz, refuse=refuse_faster, divider=divider)
     )
     name = str(path) if number is None else f"{path} line {number}"
-    return Line(chosen.values, decode, backlash, negative, name=name)
+    play = own_backlash.taken(desk, name, file.header, chosen.values, decode, backlash)
+    return Line(chosen.values, decode, play, negative, name=name)
 
 
 def read_lines(

@@ -95,7 +95,7 @@ class LineCheck(OfClock):
             "file": str(self.csv),
             "line": self.line_number or 1,
             "decode": self.decode,
-            "backlash": self.backlash,
+            "backlash": line.backlash,
             "board": self.board if self.pixel_hz else None,
             "verdict": VERDICTS[severity],
             "pixels": line.pixels,

@@ -46,7 +46,8 @@ class LineMake(OfClock):
     """Make a line: up, constant speed, down, by a profile or by an acceleration.
 
     A pixel has as many edges of the pixel clock as the acceleration needs, or as --divider says; a
-    file with more than one gets a header with the frequency of its pixels. Exit status 1 if the
+    file with more than one, or of a line that takes up backlash, gets a header with the frequency
+    of its pixels and that backlash. Exit status 1 if the
     line is written but its acceleration changes by more than --jerk-warn.
     """
 
@@ -77,8 +78,7 @@ class LineMake(OfClock):
     )  # fmt: skip
     backlash: int = shared.backlash()
     lead_in: int = option(
-        Pixels(), "Constant pixels before the image.", default=0,
-        machine=machine.of_line("lead_in"),
+        Pixels(), "Constant pixels before the image.", default=0, machine=machine.lead_in,
     )  # fmt: skip
     decode: str | None = shared.decode(required=False, default_text="smooth")
     plain: bool = flag("", hidden=True)  # an older spelling of --decode plain
@@ -104,10 +104,11 @@ class LineMake(OfClock):
                 ["counts of a smooth line have no sign: --negative for `sim` and `board upload`"]
             )
         sign = -1 if self.is_plain and self.negative else 1
+        play = None if self.is_plain else self.backlash
         if self.name is None:
-            header = origin.of_pixels(self.output, self.lead_in, line_hz, line.divider)
+            header = origin.of_pixels(self.output, self.lead_in, line_hz, line.divider, play)
         else:
-            header = origin.header(self.name, self.lead_in, line_hz)
+            header = origin.header(self.name, self.lead_in, line_hz, play)
         formats.write_csv(self.output, [sign * count for count in line.made.counts], header)
         status = FINE
         if self.jerk_warn is not None and not self.is_plain:

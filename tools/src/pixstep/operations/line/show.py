@@ -10,7 +10,7 @@ from pixstep.errors import UserError
 from pixstep.lines import line_check
 from pixstep.lines.line import Line
 from pixstep.lines.units import Quantity
-from pixstep.operations import shared, showing
+from pixstep.operations import own_backlash, shared, showing
 from pixstep.operations.clocks import OfClock
 from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import FILE, Pixels
@@ -49,7 +49,11 @@ class LineShow(OfClock):
         lead_in = self.lead_in
         if lead_in is None and read.header:
             lead_in = read.header.lead_in_px
-        line = Line(read.values, self.decode, self.backlash, name=str(self.csv))
+        name = str(self.csv)
+        play = own_backlash.taken(
+            desk, name, read.header, read.values, self.decode, self.backlash
+        )
+        line = Line(read.values, self.decode, play, name=name)
         _refuse_backlash(line)
         bounds = showing.limits(self, hz)
         image, scale = _image_pixel(line, lead_in), desk.facts.scale_if_known()

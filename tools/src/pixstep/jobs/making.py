@@ -1,0 +1,281 @@
+# SPDX-License-Identifier: MIT
+"""Make a job: of an image, or of lines that are there already."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from pixstep import formats
+from pixstep.board import capability
+from pixstep.errors import UserError
+from pixstep.formats import MotionFile
+from pixstep.jobs import image, ramps
+from pixstep.jobs.assembly import Common, Copies, MotorPart, Place, Stroke, assemble
+from pixstep.jobs.header import LineTable, MotorTable, SourceTable, sums
+from pixstep.jobs.image import Image, Layout, Move, Scan
+from pixstep.jobs.job import SETTINGS, Job
+from pixstep.jobs.ramps import LINE, MOVE
+from pixstep.lines.line import PLAIN, Line
+from pixstep.lines.units import Quantity, whole_speed
+from pixstep.machine.files import MachineFile
+from pixstep.machine.model import MotorTable as MachineMotor
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What every job is asked for beside its lines. All distances and positions are in steps.
+
+    `profiles` and `backlash` replace those of the machine file; `starts` are the motors' positions
+    at the first line; `settings` are exported settings of boards, by the board's name.
+    """
+
+    profiles: Mapping[str, Path] = field(default_factory=dict)
+    backlash: Mapping[str, int] = field(default_factory=dict)
+    starts: Mapping[str, int] = field(default_factory=dict)
+    settings: Mapping[str, Path] = field(default_factory=dict)
+    resumable: bool = True
+
+    def play(self, motor: MachineMotor) -> int:
+        """Return the play that a motor's smooth lines take up."""
+        return self.backlash.get(motor.name, motor.backlash_steps) if motor.smooth else 0
+
+
+@dataclass(frozen=True)
+class AskedImage:
+    """An image: how fast motors scan, how far others step or turn, in the load's direction."""
+
+    image: Image
+    scans: Mapping[str, Quantity]
+    steps: Mapping[str, int] = field(default_factory=dict)
+    turns: Mapping[str, int] = field(default_factory=dict)
+    still: Sequence[str] = ()
+    source: SourceTable = SourceTable(kind="image")  # noqa: RUF009 (frozen)
+
+
+@dataclass(frozen=True)
+class Made:
+    """A job that was made, and what is to be said of it."""
+
+    job: Job
+    notes: tuple[str, ...] = ()
+
+
+def of_image(machine: MachineFile, wanted: AskedImage, asked: Asked) -> Made:
+    """Return the job of an image. Raises UserError for what a motor cannot do."""
+    _refuse_twice(machine, wanted)
+    copies = Copies.of_machine(machine)
+    scans = [_scan(machine, name, speed, asked) for name, speed in wanted.scans.items()]
+    steps = [_move(machine, name, far, (MOVE, LINE)) for name, far in wanted.steps.items()]
+    turns = {name: _turn(machine, name, far) for name, far in wanted.turns.items()}
+    first = image.layout(wanted.image, scans)
+    found = image.roomy(first, steps)
+    strokes = image.strokes_of(found, scans, steps, turns, _rest_px(machine, turns), wanted.still)
+    abouts = {name: _about(machine, name, wanted, asked, copies) for name in strokes}
+    parts = {
+        name: MotorPart(abouts[name], strokes[name], _start(machine, name, wanted, asked))
+        for name in machine.motors
+        if name in strokes
+    }
+    common = _common(_line_table(found), wanted.source, copies, asked)
+    notes = [note for scan in scans for note in scan.ramp.notes]
+    notes += _notes(machine, first, found, turns)
+    return Made(assemble(parts, image.places(found), common), tuple(notes))
+
+
+def of_lines(
+    machine: MachineFile, strokes: Mapping[str, Sequence[Stroke]], places: Sequence[Place],
+    source: SourceTable, asked: Asked,
+) -> Made:  # fmt: skip
+    """Return the job of lines that are there already, one a motor and place."""
+    copies = Copies.of_machine(machine)
+    parts = {
+        name: MotorPart(
+            MotorTable(
+                role="lines", decode=machine[name].kind, backlash=asked.play(machine[name]),
+                profiles=copies.profiles(machine, name, asked.profiles.get(name)),
+            ),
+            strokes[name],
+            asked.starts.get(name, 0),
+        )
+        for name in machine.motors
+        if name in strokes
+    }  # fmt: skip
+    common = _common(LineTable(lines=0, pixels=0), source, copies, asked)
+    return Made(assemble(parts, places, common))
+
+
+def of_files(machine: MachineFile, paths: Mapping[str, Path], asked: Asked) -> Made:
+    """Return the job of files of lines, one a motor; a file of one line is that line each time.
+
+    The image begins as the header of a file says that has a lead-in.
+    """
+    read = {machine[name].name: formats.read_motion(path) for name, path in paths.items()}
+    count = max(len(file.blocks) for file in read.values())
+    strokes = {name: _strokes(machine[name], read[name], count) for name in read}
+    own, notes = _own_backlash(machine, read, asked)
+    images = [_image_pixels(machine[name], file, own) for name, file in read.items()]
+    places = [Place(max(one[k % len(one)] for one in images)) for k in range(count)]
+    source = SourceTable(kind="lines", files=source_files(paths.values()))
+    made = of_lines(machine, strokes, places, source, own)
+    return replace(made, notes=(*notes, *(note for file in read.values() for note in file.notes)))
+
+
+def source_files(paths: Iterable[Path]) -> dict[str, str]:
+    """Return the files that lines come from, with their sums."""
+    return sums({path.name: path.read_bytes() for path in paths})
+
+
+def _refuse_twice(machine: MachineFile, wanted: AskedImage) -> None:
+    """Refuse a motor that is to do two things, and a job in which nothing scans or turns."""
+    seen: set[str] = set()
+    for name in (*wanted.scans, *wanted.steps, *wanted.turns, *wanted.still):
+        _ = machine[name]  # names the motors that there are
+        if name in seen:
+            raise UserError(f"motor {name}: scans, steps, turns or stands still: one of them")
+        seen.add(name)
+    if not (wanted.scans or wanted.turns):
+        raise UserError("an image needs a motor that scans, or one that turns")
+
+
+def _scan(machine: MachineFile, name: str, speed: Quantity, asked: Asked) -> Scan:
+    motor = machine[name]
+    hz, scale = machine.pixel_hz, motor.steps_per_unit
+    top = whole_speed(speed, hz, scale, smooth=motor.smooth)
+    play = asked.play(motor)
+    if play > top:
+        raise UserError(f"motor {name}: backlash {play} does not fit one pixel at speed {top}")
+    ramp = ramps.scanning(machine, motor, top, asked.profiles.get(name))
+    return Scan(name, ramp, not motor.smooth, play, motor.negative)
+
+
+def _move(machine: MachineFile, name: str, distance: int, uses: Sequence[str]) -> Move:
+    """Return a move of the load as the motor's."""
+    motor = machine[name]
+    steps = -distance if motor.negative else distance
+    if not steps:
+        raise UserError(f"motor {name}: a move of 0 steps: --still is a motor that does not move")
+    made = ramps.move(machine, motor, steps, uses)
+    return Move(name, made.counts, motor.smooth and steps < 0)
+
+
+def _turn(machine: MachineFile, name: str, distance: int) -> Move:
+    if machine[name].smooth:
+        raise UserError(f"motor {name} is smooth: only a plain motor turns inside a line")
+    return _move(machine, name, distance, (LINE, MOVE))
+
+
+def _rest_px(machine: MachineFile, turns: Mapping[str, Move]) -> int:
+    """Return the pixels that turning motors rest in: one, or as long as their drivers need."""
+    hz = machine.pixel_hz
+    kinds = {machine.board_of(machine[name]).kind for name in turns}
+    return max((capability.of(kind, hz).rest_px for kind in kinds), default=1)
+
+
+def _start(machine: MachineFile, name: str, wanted: AskedImage, asked: Asked) -> int:
+    offset = wanted.image.offset_forward if name in wanted.scans else 0
+    return asked.starts.get(name, 0) + (-offset if machine[name].negative else offset)
+
+
+def _about(
+    machine: MachineFile, name: str, wanted: AskedImage, asked: Asked, copies: Copies
+) -> MotorTable:
+    motor = machine[name]
+    role, distance = _role(name, wanted)
+    speed = 0
+    if name in wanted.scans:
+        scale = motor.steps_per_unit
+        speed = whole_speed(wanted.scans[name], machine.pixel_hz, scale, smooth=motor.smooth)
+    return MotorTable.model_validate({
+        "role": role, "decode": motor.decode, "speed": speed, "distance": distance,
+        "backlash": asked.play(motor) if name in wanted.scans else 0,
+        "profiles": copies.profiles(machine, name, asked.profiles.get(name)),
+    })  # fmt: skip
+
+
+def _role(name: str, wanted: AskedImage) -> tuple[str, int]:
+    if name in wanted.scans:
+        return "scan", 0
+    if name in wanted.steps:
+        return "step", wanted.steps[name]
+    return ("turn", wanted.turns[name]) if name in wanted.turns else ("still", 0)
+
+
+def _line_table(found: Layout) -> LineTable:
+    of = found.image
+    return LineTable(
+        lines=0, pixels=0, image_pixels=of.pixels, lead_in=of.lead_in, lead_out=of.lead_out,
+        alternate=of.alternate, scan_offset_forward=of.offset_forward,
+        scan_offset_back=of.offset_back,
+    )  # fmt: skip
+
+
+def _common(line: LineTable, source: SourceTable, copies: Copies, asked: Asked) -> Common:
+    settings = {
+        board: copies.add(SETTINGS, path, f"{board}.toml")
+        for board, path in asked.settings.items()
+    }
+    return Common(line, source, copies, asked.resumable, settings)
+
+
+def _notes(
+    machine: MachineFile, first: Layout, found: Layout, turns: Mapping[str, Move]
+) -> Iterator[str]:
+    before, after = first.image, found.image
+    for words, was, now in (
+        ("lead-in", before.lead_in, after.lead_in), ("lead-out", before.lead_out, after.lead_out),
+    ):  # fmt: skip
+        if was != now:
+            yield f"{words} {now} pixels instead of {was}: so long do the motors that step take"
+    for name, move in turns.items():
+        if advice := ramps.slow_first_pixels(name, move.counts):
+            yield advice
+        if play := machine[name].backlash_steps:
+            yield (
+                f"motor {name} has a play of {play} steps, which no plain line takes up by itself "
+                f"(`pixstep line compensate`)"
+            )
+
+
+def _strokes(motor: MachineMotor, file: MotionFile, count: int) -> list[Stroke]:
+    if len(file.blocks) not in (1, count):
+        raise UserError(
+            f"{file.path}: holds {len(file.blocks)} lines, others have {count}: equally many are "
+            f"wanted, or one that is used for all"
+        )
+    blocks = file.blocks * count if len(file.blocks) == 1 else file.blocks
+    backwards = motor.negative and motor.smooth
+    return [Stroke(tuple(block.values), backwards) for block in blocks]
+
+
+def _own_backlash(
+    machine: MachineFile, read: Mapping[str, MotionFile], asked: Asked
+) -> tuple[Asked, list[str]]:
+    """Return the play that files say for themselves, and where that is not the machine's."""
+    own = dict(asked.backlash)
+    notes = []
+    for name, file in read.items():
+        written = file.header.backlash if file.header else None
+        if written is None or name in own or not machine[name].smooth:
+            continue
+        own[name] = written
+        if written != machine[name].backlash_steps:
+            notes.append(
+                f"{file.path}: its own backlash of {written} steps is taken; {machine.path} has "
+                f"{machine[name].backlash_steps}"
+            )
+    return replace(asked, backlash=own), notes
+
+
+def _image_pixels(motor: MachineMotor, file: MotionFile, asked: Asked) -> list[int]:
+    """Return the first pixel of the image in each line of a file; 0 where nothing says it."""
+    lead_in = file.header.lead_in_px if file.header else 0
+    if not lead_in or motor.decode == PLAIN:
+        return [0] * len(file.blocks)
+    found = []
+    for block in file.blocks:
+        line = Line(tuple(block.values), motor.decode, asked.play(motor))
+        first = line.speeds.index(line.line_speed) + 1 if line.line_speed else 0
+        found.append(first + lead_in if first else 0)
+    return found
