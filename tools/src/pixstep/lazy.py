@@ -23,6 +23,8 @@ _EXTRAS = {
     "numpy": ("this needs numpy", "numpy"),
     "matplotlib": ("drawings need matplotlib", "plot"),
     "pyarrow": ("Parquet needs pyarrow", "parquet"),
+    "useq": ("a useq-schema sequence needs useq-schema", "scans"),
+    "scanspec": ("a scanspec specification needs scanspec", "scans"),
 }
 
 

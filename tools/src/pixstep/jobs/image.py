@@ -56,6 +56,10 @@ class Scan:
         """Pixels before it has its speed."""
         return self.ramp.pixels + len(self.zeros)
 
+    def travel(self, pixels: int) -> int:
+        """Return the steps of the load from line zero to where it has made so many pixels."""
+        return sum(self.ramp.counts) + (pixels - self.head) * self.ramp.speed
+
     def stroke(self, total: int, rest: int, *, back: bool) -> Stroke:
         """Return a line of `total` pixels, `rest` steps of which are part of a pixel's."""
         down = self.ramp.falling(rest, plain=self.plain)

@@ -44,14 +44,20 @@ class Asked:
 
 @dataclass(frozen=True)
 class AskedImage:
-    """An image: how fast motors scan, how far others step or turn, in the load's direction."""
+    """An image: how fast motors scan, how far others step or turn, in the load's direction.
+
+    `image_at` is where the load is when the first line's image begins, in steps, by the motor;
+    `backwards`: the first line runs in the negative direction.
+    """
 
     image: Image
     scans: Mapping[str, Quantity]
     steps: Mapping[str, int] = field(default_factory=dict)
     turns: Mapping[str, int] = field(default_factory=dict)
     still: Sequence[str] = ()
-    source: SourceTable = SourceTable(kind="image")  # noqa: RUF009 (frozen)
+    source: SourceTable = field(default_factory=lambda: SourceTable(kind="image"))
+    image_at: Mapping[str, int] = field(default_factory=dict)
+    backwards: bool = False
 
 
 @dataclass(frozen=True)
@@ -66,15 +72,16 @@ def of_image(machine: MachineFile, wanted: AskedImage, asked: Asked) -> Made:
     """Return the job of an image. Raises UserError for what a motor cannot do."""
     _refuse_twice(machine, wanted)
     copies = Copies.of_machine(machine)
-    scans = [_scan(machine, name, speed, asked) for name, speed in wanted.scans.items()]
+    scans = [_scan(machine, name, wanted, asked) for name in wanted.scans]
     steps = [_move(machine, name, far, (MOVE, LINE)) for name, far in wanted.steps.items()]
     turns = {name: _turn(machine, name, far) for name, far in wanted.turns.items()}
     first = image.layout(wanted.image, scans)
     found = image.roomy(first, steps)
     strokes = image.strokes_of(found, scans, steps, turns, _rest_px(machine, turns), wanted.still)
     abouts = {name: _about(machine, name, wanted, asked, copies) for name in strokes}
+    starts = _starts(machine, wanted, asked, found, scans)
     parts = {
-        name: MotorPart(abouts[name], strokes[name], _start(machine, name, wanted, asked))
+        name: MotorPart(abouts[name], strokes[name], starts.get(name, 0))
         for name in machine.motors
         if name in strokes
     }
@@ -139,15 +146,22 @@ def _refuse_twice(machine: MachineFile, wanted: AskedImage) -> None:
         raise UserError("an image needs a motor that scans, or one that turns")
 
 
-def _scan(machine: MachineFile, name: str, speed: Quantity, asked: Asked) -> Scan:
+def _scan(machine: MachineFile, name: str, wanted: AskedImage, asked: Asked) -> Scan:
     motor = machine[name]
-    hz, scale = machine.pixel_hz, motor.steps_per_unit
-    top = whole_speed(speed, hz, scale, smooth=motor.smooth)
+    top = _speed(machine, motor, wanted.scans[name])
     play = asked.play(motor)
     if play > top:
         raise UserError(f"motor {name}: backlash {play} does not fit one pixel at speed {top}")
     ramp = ramps.scanning(machine, motor, top, asked.profiles.get(name))
-    return Scan(name, ramp, not motor.smooth, play, motor.negative)
+    return Scan(name, ramp, not motor.smooth, play, motor.negative != wanted.backwards)
+
+
+def _speed(machine: MachineFile, motor: MachineMotor, speed: Quantity) -> int:
+    """Return a speed in steps/pixel. Raises UserError naming the motor and the nearest legal."""
+    try:
+        return whole_speed(speed, machine.pixel_hz, motor.steps_per_unit, smooth=motor.smooth)
+    except UserError as error:
+        raise UserError(f"motor {motor.name}: {error}") from None
 
 
 def _move(machine: MachineFile, name: str, distance: int, uses: Sequence[str]) -> Move:
@@ -173,9 +187,22 @@ def _rest_px(machine: MachineFile, turns: Mapping[str, Move]) -> int:
     return max((capability.of(kind, hz).rest_px for kind in kinds), default=1)
 
 
-def _start(machine: MachineFile, name: str, wanted: AskedImage, asked: Asked) -> int:
-    offset = wanted.image.offset_forward if name in wanted.scans else 0
-    return asked.starts.get(name, 0) + (-offset if machine[name].negative else offset)
+def _starts(
+    machine: MachineFile, wanted: AskedImage, asked: Asked, found: Layout, scans: Sequence[Scan]
+) -> dict[str, int]:
+    """Return where each motor is at the first line, in its own steps."""
+    scanning = {scan.motor: scan for scan in scans}
+    starts = {}
+    for name in machine.motors:
+        sign = -1 if machine[name].negative else 1
+        place = asked.starts.get(name, sign * wanted.image_at.get(name, 0))
+        if scan := scanning.get(name):
+            way = -1 if scan.negative else 1
+            if name in wanted.image_at and name not in asked.starts:
+                place -= way * scan.travel(found.begin(back=False))
+            place += way * wanted.image.offset_forward
+        starts[name] = place
+    return starts
 
 
 def _about(
@@ -183,10 +210,7 @@ def _about(
 ) -> MotorTable:
     motor = machine[name]
     role, distance = _role(name, wanted)
-    speed = 0
-    if name in wanted.scans:
-        scale = motor.steps_per_unit
-        speed = whole_speed(wanted.scans[name], machine.pixel_hz, scale, smooth=motor.smooth)
+    speed = _speed(machine, motor, wanted.scans[name]) if name in wanted.scans else 0
     return MotorTable.model_validate({
         "role": role, "decode": motor.decode, "speed": speed, "distance": distance,
         "backlash": asked.play(motor) if name in wanted.scans else 0,

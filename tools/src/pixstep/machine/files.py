@@ -12,11 +12,11 @@ from pathlib import Path
 
 from pydantic import BaseModel, ValidationError
 
-from pixstep import atomic, tomltext
+from pixstep import atomic, formats, tomltext
 from pixstep.board import boards
 from pixstep.errors import RefusedError, UserError, one_line
 from pixstep.machine import describe, model
-from pixstep.machine.model import MachineTables, contradictions
+from pixstep.machine.model import MachineTables, MotorTable, contradictions
 from pixstep.profiles import origin
 
 _MOST_SHOWN = 40  # characters of a value in a message
@@ -34,6 +34,15 @@ class MachineFile(MachineTables):
         if machine is None or found:
             raise RefusedError(found[0])
         return machine
+
+    def lead_in_of(self, motor: MotorTable | None) -> int:
+        """Return the constant pixels before an image of a motor's lines.
+
+        They are those of the header of its move profile if that has some, else `line.lead_in`.
+        """
+        path = self.profile(motor, "move") if motor else None
+        header = formats.read_motion(path).header if path and path.is_file() else None
+        return (header.lead_in_px if header else 0) or self.line.lead_in
 
 
 def parse(text: str) -> MachineFile:

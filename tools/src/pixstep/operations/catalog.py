@@ -182,6 +182,11 @@ OPERATIONS: dict[str, tuple[str, str]] = {
         "trajectory.runs:TrajectorySim",
         "Run a table on two axes of a simulated board, and measure the circle that its loads make.",
     ),
+    "job make": (
+        "job.make:JobMake",
+        "Make a job: the lines of several motors, and the configuration they were made by, in a "
+        "file.",
+    ),
     "machine new": (
         "machine.files:MachineNew",
         "Begin a machine file: valid as it is, with a comment for every key.",

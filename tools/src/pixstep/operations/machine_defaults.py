@@ -11,7 +11,6 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pixstep.errors import UserError
 from pixstep.lines.units import SPEED, Quantity
 
 if TYPE_CHECKING:
@@ -156,15 +155,7 @@ def of_line(key: str) -> Default:
 @_of("line.lead_in, or LeadIn of motors.NAME.profiles.move")
 def lead_in(facts: Facts) -> int:
     """The constant pixels before the image: those of the motor's CSV profile before the file's."""
-    from pixstep.formats import read_motion
-
-    found = facts.machine
-    try:
-        path = found.profile(facts.motor, "move")
-        header = read_motion(path).header if path and path.is_file() else None
-    except UserError:
-        header = None
-    return (header.lead_in_px if header else 0) or found.line.lead_in
+    return facts.machine.lead_in_of(facts.motor)
 
 
 def of_board(key: str) -> Default:

@@ -107,6 +107,8 @@ class LineCheck(OfClock):
 
     def _bounds(self, line: Line, desk: Desk) -> Limits:
         """Return what the board and the motor let the line do."""
+        from pixstep.machine import line_limits  # pydantic takes a while to load
+
         hz, of_board = self.pixel_hz, Limits()
         if self.axes > boards.load(self.board).axes:
             raise AskedError(f"{{axes}} {self.axes}: {boards.axes_text(self.board)}")
@@ -116,7 +118,7 @@ class LineCheck(OfClock):
             if not (desk.given("board") or desk.by_machine("board")):
                 label = boards.load(self.board).label
                 desk.say([f"{self.csv}: checked by what the {label} can do (--board)"])
-        motor = judging.of_quantities(
+        motor = line_limits.of_quantities(
             line, hz, self.max_speed, self.max_acceleration, self.start_stop
         )
         if desk.by_machine("max_acceleration"):
