@@ -24,6 +24,7 @@ _EXTRAS = {
     "matplotlib": ("drawings need matplotlib", "plot"),
     "pyarrow": ("Parquet needs pyarrow", "parquet"),
     "useq": ("a useq-schema sequence needs useq-schema", "scans"),
+    "yaml": ("a useq-schema sequence in YAML needs PyYAML", "scans"),
     "scanspec": ("a scanspec specification needs scanspec", "scans"),
 }
 

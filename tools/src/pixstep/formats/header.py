@@ -213,7 +213,9 @@ def _check_fields(rows: Sequence[str], findings: Findings) -> None:
 def _check_play(rows: Sequence[str], findings: Findings) -> None:
     """Require a backlash where the columns before the date are not blank."""
     text = _BEFORE_DATE.of(rows)
-    right = text.startswith(_PLAY_LABEL) and text.endswith(" ") and _NUMBER.fullmatch(_PLAY.of(rows))
+    right = (
+        text.startswith(_PLAY_LABEL) and text.endswith(" ") and _NUMBER.fullmatch(_PLAY.of(rows))
+    )
     if text.strip(" ") and not right:
         message = f"columns 1 to 16 must be blank, or have {_PLAY_LABEL!r} and a number in 10 to 15"
         _complain(_BEFORE_DATE, "header_blanks", message, rows, findings)

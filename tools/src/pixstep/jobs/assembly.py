@@ -68,13 +68,13 @@ class Copies:
                 return member
         raise AssertionError("one of so many names is free")
 
-    def profiles(self, machine: MachineFile, name: str, line: Path | None = None) -> dict[str, str]:
-        """Copy the profiles of a motor, `line` instead of the file's; return members by use.
+    def profiles(self, machine: MachineFile, name: str, own: Path | None = None) -> dict[str, str]:
+        """Copy the profiles of a motor, and one of its `own` for lines; return members by use.
 
         One that is not there yet is left out.
         """
         paths = {use: machine.profile(machine[name], use) for use in ("line", "move", "home")}
-        paths["line"] = line or paths["line"]
+        paths["own"] = own
         return {
             use: self.add(job.PROFILES, path)
             for use, path in paths.items()
@@ -103,7 +103,7 @@ def assemble(parts: Mapping[str, MotorPart], places: Sequence[Place], common: Co
         update={"lines": len(places), "pixels": runs[0].pixels if runs else 0}
     )
     about = JobHeader(
-        version=header.SCHEMA,
+        schema=header.SCHEMA,
         id=job.id_of(runs),
         resumable=common.resumable,
         made=header.made_now(_now()),

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import datetime
 import hashlib
+import sys
 import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -17,11 +18,10 @@ from typing import Annotated, Any, Literal
 import tomlkit
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from pixstep import __version__
 from pixstep.errors import RefusedError, one_line
 
 NAME = "job.toml"
-SCHEMA = 1
+SCHEMA: Literal[1] = 1
 _SEAL = "\n[seal]\n"
 Count = Annotated[int, Field(ge=0)]
 
@@ -62,7 +62,8 @@ class LineTable(_Table):
 class MotorTable(_Table):
     """What a motor's lines were made with: steps, and steps/pixel.
 
-    `profiles` are the members with its profiles, by use: line, move, home.
+    `profiles` are the members with its profiles, by use: line, move, home, and own, a line profile
+    that was named when the job was made. `used` is the one that the lines were made by.
     """
 
     role: Literal["scan", "step", "turn", "still", "lines"]
@@ -70,13 +71,14 @@ class MotorTable(_Table):
     backlash: Count = 0
     speed: Count = 0
     distance: int = 0
+    used: Literal["", "line", "move", "own"] = ""
     profiles: dict[str, str] = {}
 
 
 class JobHeader(_Table):
     """What job.toml says."""
 
-    version: Literal[1] = Field(SCHEMA, alias="schema")
+    schema_version: Literal[1] = Field(1, alias="schema")
     id: str
     resumable: bool = True
     made: MadeTable
@@ -94,12 +96,17 @@ class JobHeader(_Table):
         for key, value in content.items():
             document[key] = value
         body = tomlkit.dumps(document)
-        return f"{body}{_SEAL}sha256 = \"{_sum(body.encode())}\"\n"
+        return f'{body}{_SEAL}sha256 = "{_sum(body.encode())}"\n'
 
 
 def made_now(at: datetime.datetime) -> MadeTable:
     """Return who makes a job."""
-    return MadeTable(at=at.astimezone(datetime.UTC).replace(microsecond=0), by=__version__)
+    return MadeTable(at=at.astimezone(datetime.UTC).replace(microsecond=0), by=_version())
+
+
+def _version() -> str:
+    """Return the version of this pixstep, which its package has: no layer below may import it."""
+    return str(vars(sys.modules[__name__.partition(".")[0]])["__version__"])
 
 
 def sums(members: dict[str, bytes]) -> dict[str, str]:
@@ -142,7 +149,7 @@ def _refuse_newer(path: Path, content: dict[str, Any]) -> None:
         by = made.get("by", "?") if isinstance(made, dict) else "?"
         raise RefusedError(
             f"{path}: {NAME}: schema = {version}: made by pixstep {one_line(str(by))}; this one, "
-            f"{__version__}, reads schema {SCHEMA}: take a newer pixstep"
+            f"{_version()}, reads schema {SCHEMA}: take a newer pixstep"
         )
 
 

@@ -74,11 +74,19 @@ class Scan:
 
 @dataclass(frozen=True)
 class Move:
-    """A motor's move of exactly so many steps: between lines, or forth and back inside each."""
+    """A motor's move of exactly so many steps: between lines, or forth and back inside each.
+
+    The counts of a smooth motor have no sign: `negative` says its direction.
+    """
 
     motor: str
-    counts: tuple[int, ...]
-    negative: bool = False  # of a smooth motor, whose counts have no sign
+    ramp: Ramp
+    negative: bool = False
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """Steps of each pixel."""
+        return self.ramp.counts
 
 
 @dataclass(frozen=True)
@@ -159,9 +167,7 @@ def places(found: Layout) -> list[Place]:
 
 def scan_strokes(found: Layout, scan: Scan) -> list[Stroke]:
     """Return the lines of a motor that scans."""
-    made = {
-        back: scan.stroke(found.total, found.rest, back=back) for back in (False, True)
-    }
+    made = {back: scan.stroke(found.total, found.rest, back=back) for back in (False, True)}
     return [made[back] for back, _ in _order(found.image)]
 
 
@@ -180,9 +186,7 @@ def step_strokes(found: Layout, move: Move) -> list[Stroke]:
 
 def turn_strokes(found: Layout, move: Move, rest_px: int) -> list[Stroke]:
     """Return the lines of a motor that goes forth and back around the middle of each image."""
-    made = {
-        back: _turning(found, move, rest_px, back=back) for back in (False, True)
-    }
+    made = {back: _turning(found, move, rest_px, back=back) for back in (False, True)}
     still = Stroke((0,) * found.total)
     return [still if is_return else made[back] for back, is_return in _order(found.image)]
 

@@ -26,9 +26,7 @@ ENTRY_BYTES = 4  # of the queue: BOARD_QUEUE_ENTRIES entries of the longest kind
 
 @dataclass(frozen=True)
 class Judged:
-    """What is said of a motor's lines: the first that is refused, and all that gets a warning.
-
-    """
+    """What is said of a motor's lines: the first that is refused, and all that gets a warning."""
 
     lines: int
     refusal: str = ""

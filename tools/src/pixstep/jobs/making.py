@@ -78,7 +78,11 @@ def of_image(machine: MachineFile, wanted: AskedImage, asked: Asked) -> Made:
     first = image.layout(wanted.image, scans)
     found = image.roomy(first, steps)
     strokes = image.strokes_of(found, scans, steps, turns, _rest_px(machine, turns), wanted.still)
-    abouts = {name: _about(machine, name, wanted, asked, copies) for name in strokes}
+    uses = {one.motor: one.ramp.use for one in scans}
+    uses |= {one.motor: one.ramp.use for one in (*steps, *turns.values())}
+    abouts = {
+        name: _about(machine, name, wanted, asked, copies, uses.get(name, "")) for name in strokes
+    }
     starts = _starts(machine, wanted, asked, found, scans)
     parts = {
         name: MotorPart(abouts[name], strokes[name], starts.get(name, 0))
@@ -171,7 +175,7 @@ def _move(machine: MachineFile, name: str, distance: int, uses: Sequence[str]) -
     if not steps:
         raise UserError(f"motor {name}: a move of 0 steps: --still is a motor that does not move")
     made = ramps.move(machine, motor, steps, uses)
-    return Move(name, made.counts, motor.smooth and steps < 0)
+    return Move(name, made, motor.smooth and steps < 0)
 
 
 def _turn(machine: MachineFile, name: str, distance: int) -> Move:
@@ -206,7 +210,7 @@ def _starts(
 
 
 def _about(
-    machine: MachineFile, name: str, wanted: AskedImage, asked: Asked, copies: Copies
+    machine: MachineFile, name: str, wanted: AskedImage, asked: Asked, copies: Copies, used: str
 ) -> MotorTable:
     motor = machine[name]
     role, distance = _role(name, wanted)
@@ -214,7 +218,7 @@ def _about(
     return MotorTable.model_validate({
         "role": role, "decode": motor.decode, "speed": speed, "distance": distance,
         "backlash": asked.play(motor) if name in wanted.scans else 0,
-        "profiles": copies.profiles(machine, name, asked.profiles.get(name)),
+        "used": used, "profiles": copies.profiles(machine, name, asked.profiles.get(name)),
     })  # fmt: skip
 
 
@@ -237,8 +241,7 @@ def _line_table(found: Layout) -> LineTable:
 
 def _common(line: LineTable, source: SourceTable, copies: Copies, asked: Asked) -> Common:
     settings = {
-        board: copies.add(SETTINGS, path, f"{board}.toml")
-        for board, path in asked.settings.items()
+        board: copies.add(SETTINGS, path, f"{board}.toml") for board, path in asked.settings.items()
     }
     return Common(line, source, copies, asked.resumable, settings)
 

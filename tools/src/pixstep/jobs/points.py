@@ -96,5 +96,3 @@ def _places(made: Raster) -> list[Point]:
             pair = (made.first[0] + pixel * made.pixel, made.first[1] + line * made.pitch)
             found.append(pair if made.fast == 0 else (pair[1], pair[0]))
     return found
-
-

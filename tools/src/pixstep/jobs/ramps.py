@@ -24,15 +24,20 @@ from pixstep.profiles.accelerate import Wanted
 from pixstep.profiles.generator import LineRequest
 
 LINE, MOVE = "line", "move"
+OWN = "own"  # a line profile that was named, instead of the machine file's
 
 
 @dataclass(frozen=True)
 class Ramp:
-    """An acceleration from rest: speeds at the ends of its pixels, and the steps of each."""
+    """An acceleration from rest: speeds at the ends of its pixels, and the steps of each.
+
+    `use` is the profile that it comes from; "" for limits.
+    """
 
     ends: tuple[int, ...]
     counts: tuple[int, ...]
     notes: tuple[str, ...] = ()
+    use: str = ""
 
     @property
     def pixels(self) -> int:
@@ -58,19 +63,20 @@ def scanning(machine: MachineFile, motor: MotorTable, speed: int, profile: Path 
     Raises UserError for a motor that has neither a profile nor a limit of the acceleration.
     """
     path = profile or machine.profile(motor, LINE)
-    if path is not None:
-        speeds, notes = formats.read_prn(path)
-        said = (*notes, *origin.frequency_notes(path, None, machine.pixel_hz, refuse=True))
-    else:
+    use = OWN if profile else LINE
+    said: tuple[str, ...] = ()
+    if path is None:
         wanted = _wanted(machine, motor)
-        speeds, path, said = (
-            accelerate.speeds(wanted, speed, machine.clock.edges), Path(motor.name), (),
-        )  # fmt: skip
+        speeds = accelerate.speeds(wanted, speed, machine.clock.edges)
+        path, use = Path(motor.name), ""
+    else:
+        speeds, notes = formats.read_prn(path)
+        other = origin.frequency_notes(path, None, machine.pixel_hz, refuse=True)
+        said = (*notes, *other)
     make = generator.acceleration_counts if motor.smooth else generator.plain_counts
     counts = make(speeds, speed, str(path))
-    below = [one for one in speeds if one < speed]
-    ends = (*below, speed)
-    return Ramp(ends, tuple(counts), said)
+    ends = (*(one for one in speeds if one < speed), speed)
+    return Ramp(ends, tuple(counts), said, use)
 
 
 def move(machine: MachineFile, motor: MotorTable, steps: int, uses: Sequence[str]) -> Ramp:
@@ -80,11 +86,12 @@ def move(machine: MachineFile, motor: MotorTable, steps: int, uses: Sequence[str
     """
     if motor.smooth:
         return _smooth_move(machine, motor, steps)
-    profile = _acceleration(machine, motor, uses)
+    profile, use = _acceleration(machine, motor, uses)
     limit = motor.limit("max_speed")
     top = None if limit is None else int(limit.per_pixel(machine.pixel_hz))
     made = fast.plan(profile.limited(top), steps)
-    return Ramp((made.top,), made.counts, tuple(profile.notes_at(machine.pixel_hz, refuse=True)))
+    notes = profile.notes_at(machine.pixel_hz, refuse=True)
+    return Ramp((made.top,), made.counts, tuple(notes), use)
 
 
 def slow_first_pixels(name: str, counts: Sequence[int]) -> str:
@@ -101,21 +108,24 @@ def slow_first_pixels(name: str, counts: Sequence[int]) -> str:
     )
 
 
-def _acceleration(machine: MachineFile, motor: MotorTable, uses: Sequence[str]) -> Acceleration:
-    """Return the acceleration of a plain motor; the numbers of its PRN are counts."""
+def _acceleration(
+    machine: MachineFile, motor: MotorTable, uses: Sequence[str]
+) -> tuple[Acceleration, str]:
+    """Return the acceleration of a plain motor and what it comes from; of a PRN counts."""
     for use in uses:
         path = machine.profile(motor, use)
         if path is None:
             continue
         if use == MOVE:
-            return accel.read(path)
+            return accel.read(path), use
         speeds, notes = formats.read_prn(path)
         named = origin.frequency_of(path, None)
-        return Acceleration(tuple(speeds), source=str(path), made_for_hz=named, notes=notes)
+        made = Acceleration(tuple(speeds), source=str(path), made_for_hz=named, notes=tuple(notes))
+        return made, use
     wanted = _wanted(machine, motor)
     top = int(wanted.speed.per_pixel(machine.pixel_hz))
     counts = accelerate.speeds(wanted, top, machine.clock.edges)
-    return Acceleration(tuple(counts), source=f"motor {motor.name}")
+    return Acceleration(tuple(counts), source=f"motor {motor.name}"), ""
 
 
 def _smooth_move(machine: MachineFile, motor: MotorTable, steps: int) -> Ramp:

@@ -20,7 +20,7 @@ from pixstep.jobs.header import SourceTable
 from pixstep.jobs.image import Image
 from pixstep.jobs.making import AskedImage, source_files
 from pixstep.jobs.points import Point, Raster, exact, raster
-from pixstep.lazy import require_package
+from pixstep.lazy import missing_package, require_package
 from pixstep.lines.units import MM, SPEED, Quantity
 from pixstep.machine.files import MachineFile
 from pixstep.machine.model import MotorTable
@@ -55,7 +55,7 @@ def read_useq(path: Path) -> Places:
 def read_scanspec(path: Path) -> Places:
     """Return the places of a scanspec specification, of two axes."""
     require_package("scanspec")
-    from scanspec.specs import Spec
+    from scanspec.specs import Spec  # type: ignore[import-untyped]
 
     spec: Any = _loaded(path, lambda: Spec.deserialize(json.loads(path.read_text())))
     axes = [str(axis) for axis in spec.axes() if str(axis) != "DURATION"]
@@ -66,13 +66,11 @@ def read_scanspec(path: Path) -> Places:
     return Places((first, second), points)
 
 
-def image_of(
-    machine: MachineFile, kind: Kind, path: Path, motors: Mapping[str, str], image: Image
-) -> AskedImage:
-    """Return the image that a specification describes.
+def image_of(machine: MachineFile, kind: Kind, path: Path, motors: Mapping[str, str]) -> AskedImage:
+    """Return the image that a specification describes, without lead-ins and offsets.
 
-    `motors` are those of its axes, by the axis; `image` has what no specification says: lead-in,
-    lead-out, offsets. Raises UserError for what is no raster, or not a whole number of steps.
+    `motors` are those of its axes, by the axis. Raises UserError for what is no raster, or not a
+    whole number of steps.
     """
     places = read_useq(path) if kind == "useq" else read_scanspec(path)
     found = raster(places.points, str(path))
@@ -80,12 +78,8 @@ def image_of(
     fast, slow = (machine[names[axis]] for axis in (found.fast, 1 - found.fast))
     pixel = _in_steps(fast, found.pixel, places.unit)
     first = _in_steps(fast, found.first[0], places.unit) - pixel / 2
-    made = Image(
-        found.lines, found.pixels, image.lead_in, image.lead_out, found.alternate,
-        image.offset_forward, image.offset_back,
-    )  # fmt: skip
     return AskedImage(
-        made,
+        Image(found.lines, found.pixels, alternate=found.alternate),
         {fast.name: Quantity(abs(pixel), SPEED, False, f"of {_text(found)} a pixel")},
         _steps(slow, found, places.unit),
         still=() if found.pitch else (slow.name,),
@@ -131,5 +125,7 @@ def _loaded(path: Path, load: Any) -> Any:
         return load()
     except OSError as error:
         raise UserError(f"{path}: {error.strerror or error}") from None
+    except ModuleNotFoundError as error:
+        raise missing_package(error) or error from None
     except Exception as error:  # whatever the library raises for what it does not take
         raise RefusedError(f"{path}: {one_line(str(error))}") from None

@@ -187,6 +187,22 @@ OPERATIONS: dict[str, tuple[str, str]] = {
         "Make a job: the lines of several motors, and the configuration they were made by, in a "
         "file.",
     ),
+    "job show": (
+        "job.show:JobShow",
+        "Show what is in a job: lines, motors, times, shapes; with --line one line of it.",
+    ),
+    "job show-config": (
+        "job.show:JobShowConfig",
+        "Show what a job was made with: its parameters, the machine file and the profiles in it.",
+    ),
+    "job check": (
+        "job.check:JobCheck",
+        "Compare a job with the machine file of today, and with what the boards hold.",
+    ),
+    "job export": (
+        "job.show:JobExport",
+        "Write the lines of a job as files again: a CSV a motor, with all lines or with one.",
+    ),
     "machine new": (
         "machine.files:MachineNew",
         "Begin a machine file: valid as it is, with a comment for every key.",

@@ -197,9 +197,7 @@ def _fill(
     return GeneratedLine(counts, made.accelerating_pixels, made.image_pixel)
 
 
-def falling_with_rest(
-    ramp: list[int], ends: list[int], rest: int, *, plain: bool
-) -> list[int]:
+def falling_with_rest(ramp: list[int], ends: list[int], rest: int, *, plain: bool) -> list[int]:
     """Return the falling counts of a ramp with a pixel more, which has `rest` steps on the whole.
 
     `ends` are the speeds at the ends of the ramp's pixels. Of a smooth ramp a fall from one speed

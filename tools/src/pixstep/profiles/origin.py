@@ -126,9 +126,7 @@ class OtherFrequency:
         return f"{self.source}: {self.text}"
 
 
-def header(
-    name: str, lead_in: int, hz: Fraction, backlash: int | None = None
-) -> ProfileHeader:
+def header(name: str, lead_in: int, hz: Fraction, backlash: int | None = None) -> ProfileHeader:
     """Return a header stamped now. Raises UserError for a name that is too long for it."""
     if len(name) > NAME_WIDTH:
         raise UserError(f"header name {name!r} is longer than {NAME_WIDTH} characters")

@@ -17,7 +17,7 @@ from pixstep.lines import core, line_check, units
 from pixstep.lines.line import Line
 from pixstep.lines.line_check import Finding, FindingFacts, Limits
 from pixstep.lines.units import Quantity
-from pixstep.operations import judging, shared
+from pixstep.operations import shared
 from pixstep.operations.asked import AskedError, AskedRefusedError
 from pixstep.operations.clocks import OfClock
 from pixstep.operations.desk import Desk

@@ -50,9 +50,7 @@ class LineShow(OfClock):
         if lead_in is None and read.header:
             lead_in = read.header.lead_in_px
         name = str(self.csv)
-        play = own_backlash.taken(
-            desk, name, read.header, read.values, self.decode, self.backlash
-        )
+        play = own_backlash.taken(desk, name, read.header, read.values, self.decode, self.backlash)
         line = Line(read.values, self.decode, play, name=name)
         _refuse_backlash(line)
         bounds = showing.limits(self, hz)
