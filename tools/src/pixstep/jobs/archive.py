@@ -116,5 +116,5 @@ def _what_is_wrong(places: list[_Place], right: bytes, data: bytes) -> str:
     if at == len(data):
         return f"cut short in {_DIRECTORY}"
     inside = (place.name for place in places if place.begin <= at < place.end)
-    named = next((f"member {name}" for name in inside), _DIRECTORY)
-    return f"damaged in {named}"
+    named = next(inside, None)
+    return f"damaged in member {named}" if named else f"damaged or cut short in {_DIRECTORY}"

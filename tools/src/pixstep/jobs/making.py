@@ -194,7 +194,11 @@ def _rest_px(machine: MachineFile, turns: Mapping[str, Move]) -> int:
 def _starts(
     machine: MachineFile, wanted: AskedImage, asked: Asked, found: Layout, scans: Sequence[Scan]
 ) -> dict[str, int]:
-    """Return where each motor is at the first line, in its own steps."""
+    """Return where each motor is at the first line, in its own steps.
+
+    A motor's position is that of its load after a move in the motor's negative direction; after one
+    in the other direction the load is the play behind.
+    """
     scanning = {scan.motor: scan for scan in scans}
     starts = {}
     for name in machine.motors:
@@ -204,6 +208,7 @@ def _starts(
             way = -1 if scan.negative else 1
             if name in wanted.image_at and name not in asked.starts:
                 place -= way * scan.travel(found.begin(back=False))
+                place += scan.backlash if scan.negative else 0
             place += way * wanted.image.offset_forward
         starts[name] = place
     return starts

@@ -16,6 +16,7 @@ from pixstep.errors import RefusedError
 
 Point = tuple[Fraction, Fraction]
 _DIGITS = 9  # of a coordinate that count
+_NEAR = Fraction(1, 10_000)  # of a pixel
 
 
 @dataclass(frozen=True)
@@ -52,8 +53,8 @@ def raster(points: Sequence[Point], where: str) -> Raster:
     slow = 1 - fast
     rows = [[*row] for _, row in groupby(points, key=lambda point: point[slow])]
     signs = _signs(rows, fast, where)
-    pixel = second[fast] - first[fast]
-    pitch = rows[1][0][slow] - first[slow] if len(rows) > 1 else Fraction(0)
+    pixel = _apart([point[fast] for point in rows[0]])
+    pitch = _apart([row[0][slow] for row in rows])
     made = Raster(
         fast, len(rows), len(rows[0]), (first[fast], first[slow]), pixel, pitch,
         alternate=len(signs) > 1 and signs[1] < 0,
@@ -77,14 +78,21 @@ def _signs(rows: Sequence[Sequence[Point]], fast: int, where: str) -> list[int]:
 def _compare(points: Sequence[Point], made: Raster, where: str) -> None:
     """Refuse the first place that is not where the raster has it."""
     for index, (point, right) in enumerate(zip(points, _places(made), strict=True)):
-        if point != right:
+        off = max(abs(found - wanted) for found, wanted in zip(point, right, strict=True))
+        if off > _NEAR * abs(made.pixel):
             line, pixel = divmod(index, made.pixels)
-            told = ", ".join(f"{float(value):g}" for value in point)
-            wanted = ", ".join(f"{float(value):g}" for value in right)
-            raise RefusedError(
-                f"{where}: line {line + 1}, pixel {pixel + 1} at {told}: {wanted} expected: lines "
-                f"and pixels of a job are evenly apart"
+            told, expected = (
+                ", ".join(f"{float(value):g}" for value in place) for place in (point, right)
             )
+            raise RefusedError(
+                f"{where}: line {line + 1}, pixel {pixel + 1} at {told}: {expected} expected: "
+                f"lines and pixels of a job are evenly apart"
+            )
+
+
+def _apart(places: Sequence[Fraction]) -> Fraction:
+    """Return how far places are apart on average, 0 of one alone."""
+    return (places[-1] - places[0]) / (len(places) - 1) if len(places) > 1 else Fraction(0)
 
 
 def _places(made: Raster) -> list[Point]:

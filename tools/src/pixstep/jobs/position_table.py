@@ -106,6 +106,8 @@ def _lines(read: TableReading) -> list[range]:
             raise read.table.error(
                 row[0], names.index(_LINE), f"lines are numbered one by one: {len(found) + 1}"
             )
+        if len(row) < 2:
+            raise read.table.error(row[0], names.index(_LINE), "a line has two rows at least")
         found.append(range(row[0], row[-1] + 1))
     return found
 

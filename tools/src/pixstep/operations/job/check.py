@@ -87,9 +87,7 @@ class JobCheck(Request):
 
     job: Path = job_file()
     boards: bool = flag("Compare with the boards too, at the ports of the machine file.")
-    port: str | None = option(
-        TEXT, "Compare with the boards on this port, too.", variable="PIXSTEP_PORT"
-    )
+    port: str | None = option(TEXT, "Compare with the boards on this port, too.")
     timeout: float | None = option(
         Time("s", *TIMEOUTS_S), "Time to wait for a reply, s.", shown="TIME",
         variable="PIXSTEP_TIMEOUT", default_text=f"{TIMEOUT_S}",
