@@ -4,6 +4,7 @@
 import math
 import random
 import shutil
+from itertools import pairwise
 from pathlib import Path
 
 from pixstep import formats, natives
@@ -112,4 +113,4 @@ def _swing(chance, pixels):
         round(far * math.sin(phase + pixel / 30) * math.sin(math.pi * pixel / pixels) ** 2)
         for pixel in range(pixels + 1)
     ]
-    return tuple(after - before for before, after in zip(places, places[1:], strict=False))
+    return tuple(after - before for before, after in pairwise(places))

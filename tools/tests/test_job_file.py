@@ -177,7 +177,7 @@ def test_a_wrong_value_is_one_line(made, tmp_path, old, new, said):
 def test_what_is_no_job(tmp_path):
     for data in (b"", b"PK", b"1,2\r\n" * 50, archive.pack({"machine.toml": b""}), bytes(99)):
         assert "no job file: job.toml is not its first member" in refusal(tmp_path / "x", data)
-    with pytest.raises(UserError, match="nowhere.pxjob: No such file"):
+    with pytest.raises(UserError, match=r"nowhere\.pxjob: No such file"):
         Job.read(tmp_path / "nowhere.pxjob")
 
 

@@ -12,10 +12,11 @@ import jobbench
 from jobbench import image, make, speed
 from pixstep import formats, ops
 from pixstep.errors import UserError
-from pixstep.jobs import judging, making, ramps
+from pixstep.jobs import judging, making
 from pixstep.jobs.job import Job
 from pixstep.jobs.making import Asked, AskedImage
 from pixstep.lines.line import SMOOTH
+from pixstep.profiles import turning
 
 BACKLASH = 250
 
@@ -122,7 +123,7 @@ def test_a_motor_turns_in_the_middle_of_the_image(machine):
 
 
 def test_a_turning_motor_with_a_hard_first_pixel_gets_advice(machine):
-    slow = ramps.slow_first_pixels
+    slow = turning.slow_first_pixels
     assert slow("M40", [10, 25, 60, 110, 110, 60]) == ""
     assert "its first pixel accelerates by 60 steps/px2" in slow("M40", [60, 110, 160, 110, 60])
     assert slow("M40", [60]) == slow("M40", []) == ""
@@ -194,7 +195,7 @@ def test_make_says_what_it_made(in_folder, machine):
         (("--image-size", "30x4", "--scan", "M39=10", "--scan", "M39=12"), "named twice"),
         (("--image-size", "30x4", "--turn", "M39=10"), "only a plain motor turns"),
         (("--image-size", "30x4", "--scan", "M39=1000", "--step", "M41=0"), "a move of 0 steps"),
-        (("--image-size", "30x4", "--scan", "M39=1000", "--step", "M41=1deg"), "motor M41: distance"),
+        (("--image-size", "30x4", "--scan", "M39=1000", "--step", "M41=1deg"), "motor M41: dist"),
         (("--image-size", "30x4", "--scan", "M39=10", "--backlash", "M40=3"), "of a smooth motor"),
         (("--image-size", "30x4", "--scan", "M39=10", "--axis-of", "M40=x"), "not with"),
         (("--table", "t.csv", "--scan", "M39=10"), "--scan: not with --table"),
@@ -344,8 +345,8 @@ def test_a_scanspec_specification(in_folder, machine):
     [
         (specs.Linspace("M39", 0, 5, 6), "two are wanted, as motors are called"),
         (specs.Linspace("M41", 0, 2, 3) * specs.Linspace("M7", 0, 5, 6), "there is no motor 'M7'"),
-        (specs.Linspace("M41", 0, 2, 3).zip(specs.Linspace("M39", 0, 5, 3)), "place 2: one axis"),
-        (specs.Linspace("M41", 0, 0.0001, 3) * specs.Linspace("M39", 0, 5, 6), "not a whole number"),
+        (specs.Linspace("M41", 0, 2, 3).zip(specs.Linspace("M39", 0, 5, 3)), "place 2: one"),
+        (specs.Linspace("M41", 0, 0.0001, 3) * specs.Linspace("M39", 0, 5, 6), "not a whole"),
         (specs.Linspace("M41", 0, 2, 3) * specs.Linspace("M39", 0, 1, 7), "speed of .* a pixel"),
     ],
 )  # fmt: skip

@@ -15,6 +15,7 @@ from pixstep.formats.records import odd_byte
 HEADER_WIDTH = 40
 HEADER_LINES = 4
 NAME_WIDTH = 20
+MOST_LINES = 99_999
 
 _WEEK = ("Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday")
 _DAYS = tuple(day[:3] for day in _WEEK)

@@ -21,6 +21,7 @@ from pixstep.errors import UserError
 from pixstep.jobs.assembly import Place, Stroke
 from pixstep.jobs.ramps import Ramp
 from pixstep.jobs.shapes import RETURN
+from pixstep.profiles import turning
 
 
 @dataclass(frozen=True)
@@ -210,8 +211,7 @@ def _stepping(found: Layout, move: Move, *, back: bool, is_return: bool) -> Stro
 
 def _turning(found: Layout, move: Move, rest_px: int, *, back: bool) -> Stroke:
     forth = move.counts
-    turned = tuple(-count for count in reversed(forth))
-    counts = (*forth, *(0,) * rest_px, *turned)
+    counts = turning.forth_and_back(forth, rest_px)
     middle = found.begin(back=back) + found.image.pixels // 2
     begin = middle - len(forth) - rest_px // 2
     if begin < 0 or begin + len(counts) > found.total:

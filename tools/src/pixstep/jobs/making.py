@@ -21,6 +21,7 @@ from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.units import Quantity, whole_speed
 from pixstep.machine.files import MachineFile
 from pixstep.machine.model import MotorTable as MachineMotor
+from pixstep.profiles import turning
 
 
 @dataclass(frozen=True)
@@ -261,7 +262,7 @@ def _notes(
         if was != now:
             yield f"{words} {now} pixels instead of {was}: so long do the motors that step take"
     for name, move in turns.items():
-        if advice := ramps.slow_first_pixels(name, move.counts):
+        if advice := turning.slow_first_pixels(f"motor {name}", move.counts):
             yield advice
         if play := machine[name].backlash_steps:
             yield (

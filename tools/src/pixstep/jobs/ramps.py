@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 
 from pixstep import formats
@@ -92,20 +91,6 @@ def move(machine: MachineFile, motor: MotorTable, steps: int, uses: Sequence[str
     made = fast.plan(profile.limited(top), steps)
     notes = profile.notes_at(machine.pixel_hz, refuse=True)
     return Ramp((made.top,), made.counts, tuple(notes), use)
-
-
-def slow_first_pixels(name: str, counts: Sequence[int]) -> str:
-    """Return the advice for a turning motor whose first pixels accelerate as hard as any other."""
-    speeds = [abs(count) for count in counts]
-    rising = speeds[: speeds.index(max(speeds, default=0)) + 1] if speeds else []
-    gains = [after - before for before, after in pairwise([0, *rising])]
-    if len(gains) < 2 or gains[0] < max(gains):
-        return ""
-    return (
-        f"motor {name} turns inside a line, and its first pixel accelerates by {gains[0]} "
-        f"steps/px2, as hard as any other: a motor that turns runs better by a profile whose "
-        f"first pixel or two are slower"
-    )
 
 
 def _acceleration(

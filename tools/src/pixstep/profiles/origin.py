@@ -142,8 +142,13 @@ def of_pixels(
     """
     if divider == 1 and not backlash:
         return None
+    return header(plain_name(path), lead_in, hz, backlash)
+
+
+def plain_name(path: Path) -> str:
+    """Return the name that a header gets from its file's."""
     name = "".join(sign if " " <= sign <= "~" else "_" for sign in path.stem[:NAME_WIDTH])
-    return header(name.strip(), lead_in, hz, backlash)
+    return name.strip()
 
 
 def frequency_of(path: Path, header: ProfileHeader | None) -> Fraction | None:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import TypedDict
 
 from pixstep import formats
 from pixstep.errors import FINE, NEGATIVE
+from pixstep.formats.header import MOST_LINES
 from pixstep.lines import line_check, units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.units import Quantity, hz_text
@@ -19,10 +21,19 @@ from pixstep.operations.asked import AskedError
 from pixstep.operations.clocks import OfClock
 from pixstep.operations.desk import Desk
 from pixstep.operations.facts import Facts
-from pixstep.operations.kinds import FILE, JERK_FIGURE, OUTPUT, SPEED_FIGURE, TEXT, Pixels, Steps
+from pixstep.operations.kinds import (
+    FILE,
+    JERK_FIGURE,
+    OUTPUT,
+    SPEED_FIGURE,
+    TEXT,
+    Pixels,
+    Steps,
+    Whole,
+)
 from pixstep.operations.request import flag, operation, option
 from pixstep.operations.result import Result
-from pixstep.profiles import accelerate, generator, origin
+from pixstep.profiles import accelerate, generator, origin, turning
 from pixstep.profiles.generator import MOST_PIXELS
 
 
@@ -86,6 +97,13 @@ class LineMake(OfClock):
         "Plain lines: negative counts.", off="--no-negative", default=None,
         machine=machine.negative_of_motor,
     )  # fmt: skip
+    turn: bool = flag(
+        "Plain lines: go half of the line, turn, and come back; --length is that of the way out."
+    )
+    lines: int = option(
+        Whole(1, MOST_LINES), "Lines of the file, all alike: one of many is used by --line N.",
+        default=1,
+    )  # fmt: skip
     lenient: bool = flag("Accept LF and a missing final newline in the PRN.")
     jerk_warn: Quantity | None = option(JERK_FIGURE, "Warn of larger acceleration changes.")
     name: str | None = option(
@@ -105,11 +123,13 @@ class LineMake(OfClock):
             )
         sign = -1 if self.is_plain and self.negative else 1
         play = None if self.is_plain else self.backlash
-        if self.name is None:
+        if self.name is None and self.lines == 1:
             header = origin.of_pixels(self.output, self.lead_in, line_hz, line.divider, play)
         else:
-            header = origin.header(self.name, self.lead_in, line_hz, play)
-        formats.write_csv(self.output, [sign * count for count in line.made.counts], header)
+            name = self.name or origin.plain_name(self.output)
+            header = origin.header(name, self.lead_in, line_hz, play)
+        counts = [sign * count for count in line.made.counts]
+        formats.write_motion(self.output, formats.of_lines([counts] * self.lines, header))
         status = FINE
         if self.jerk_warn is not None and not self.is_plain:
             status = _warn_of_jerk(desk, line, units.whole_limit(self.jerk_warn, line_hz, least=0))
@@ -132,6 +152,9 @@ class _Made:
     divider: int
 
 
+Make = Callable[[LineMake, Desk, generator.LineRequest], _Made]
+
+
 def _made(asked: LineMake, desk: Desk) -> _Made:
     request = generator.LineRequest(
         0, asked.pixels or 0, asked.backlash, asked.lead_in, asked.is_plain
@@ -146,7 +169,21 @@ def _made(asked: LineMake, desk: Desk) -> _Made:
     if asked.pixels is None and asked.length is None:
         raise AskedError("a line needs {pixels} or {length}")
     make = _of_profile if by_profile else _of_acceleration
-    return make(asked, desk, request)
+    return _turned(asked, desk, make, request) if asked.turn else make(asked, desk, request)
+
+
+def _turned(asked: LineMake, desk: Desk, make: Make, request: generator.LineRequest) -> _Made:
+    """Make a line that turns: a way out, a rest, and the way back."""
+    if not asked.is_plain:
+        raise AskedError("{turn}: only a plain line turns: {decode} plain")
+    way, rest = turning.way_of(request.pixels)
+    if asked.pixels is not None and way < 1:
+        raise AskedError("{turn}: {pixels} 3 at least")
+    made = make(asked, desk, replace(request, pixels=way))
+    advice = turning.slow_first_pixels("a motor that makes this line", made.made.counts)
+    desk.say([f"{asked.output}: {advice}"] if advice else [])
+    counts = turning.forth_and_back(made.made.counts, 1 if asked.pixels is None else rest)
+    return replace(made, made=replace(made.made, counts=list(counts)))
 
 
 def _of_profile(asked: LineMake, desk: Desk, request: generator.LineRequest) -> _Made:
@@ -191,7 +228,7 @@ def _data(asked: LineMake, line: _Made) -> MadeLine:
         "pixels": len(made.counts),
         "accelerating_pixels": made.accelerating_pixels,
         "image_pixel": made.image_pixel,
-        "steps": sum(made.counts) + asked.backlash,
+        "steps": sum(map(abs, made.counts)) + asked.backlash,
         "backlash_steps": asked.backlash,
         "speed_steps_s": float(line.speed * asked.edges_hz / line.divider),
         "clock_hz": hz_text(asked.edges_hz),
