@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 from pixstep import formats
 from pixstep.errors import UserError
 from pixstep.lines.line import SMOOTH, Line
-from pixstep.operations import directions, machine_defaults, meant_for, own_backlash, shared
+from pixstep.operations import directions, machine_defaults, meant_for, shared
 from pixstep.operations.asked import AskedError
 from pixstep.operations.kinds import FILE, Steps
 from pixstep.operations.request import argument, flag, option
-from pixstep.profiles import origin
+from pixstep.profiles import origin, own_backlash
 
 if TYPE_CHECKING:
     from pixstep.operations.desk import Desk
@@ -121,8 +121,23 @@ def load_line(
         origin.frequency_notes(path, file.header, pixel_hz, refuse=refuse_faster, divider=divider)
     )
     name = str(path) if number is None else f"{path} line {number}"
-    play = own_backlash.taken(desk, name, file.header, chosen.values, decode, backlash)
+    play = backlash_of(desk, name, file.header, chosen.values, decode, backlash)
     return Line(chosen.values, decode, play, negative, name=name)
+
+
+def backlash_of(
+    desk: Desk, name: str, header: formats.ProfileHeader | None, counts: Sequence[int],
+    decode: str, backlash: int,
+) -> int:  # fmt: skip
+    """Return the play that a line takes up: the caller's, its own, or the machine file's.
+
+    What differs, and what nothing says, is said.
+    """
+    machine = str(desk.facts.machine.path) if desk.by_machine("backlash") else ""
+    asked = own_backlash.AskedBacklash(backlash, desk.given("backlash"), machine)
+    play, notes = own_backlash.taken(name, header, counts, decode, asked)
+    desk.say(notes)
+    return play
 
 
 def read_lines(

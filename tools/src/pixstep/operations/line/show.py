@@ -10,10 +10,11 @@ from pixstep.errors import UserError
 from pixstep.lines import line_check
 from pixstep.lines.line import Line
 from pixstep.lines.units import Quantity
-from pixstep.operations import own_backlash, shared, showing
+from pixstep.operations import shared, showing
 from pixstep.operations.clocks import OfClock
 from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import FILE, Pixels
+from pixstep.operations.reading_lines import backlash_of
 from pixstep.operations.request import argument, operation, option
 from pixstep.operations.result import Result
 from pixstep.operations.showing import ShownMotion
@@ -50,7 +51,7 @@ class LineShow(OfClock):
         if lead_in is None and read.header:
             lead_in = read.header.lead_in_px
         name = str(self.csv)
-        play = own_backlash.taken(desk, name, read.header, read.values, self.decode, self.backlash)
+        play = backlash_of(desk, name, read.header, read.values, self.decode, self.backlash)
         line = Line(read.values, self.decode, play, name=name)
         _refuse_backlash(line)
         bounds = showing.limits(self, hz)
