@@ -309,9 +309,8 @@ def test_a_damaged_job_is_status_3(in_folder, tmp_path):
 def test_show_config_gives_the_files_back(in_folder, tmp_path):
     text = in_folder("job", "show-config", "a.pxjob", "--out", "files")
     assert 'backlash = "250 steps"' in text and "lead_in = 8" in text
-    for name in ("machine.toml", "profiles/turn.PRN", "profiles/home.csv"):
-        same = tmp_path / name.removeprefix("profiles/")
-        assert (tmp_path / "files" / name).read_bytes() == same.read_bytes()
+    for name in ("machine.toml", "turn.PRN", "home.csv"):
+        assert (tmp_path / "files" / name).read_bytes() == (tmp_path / name).read_bytes()
     data = json.loads(in_folder("job", "show-config", "a.pxjob", "--json"))
     assert data["header"]["schema"] == 1 and data["files"][0]["name"] == "machine.toml"
 

@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
 
 from pixstep import formats
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN
+from pixstep.lines.units import SPEED, Quantity
 from pixstep.machine.files import MachineFile
 from pixstep.machine.model import MotorTable
 from pixstep.moves import accel, fast
@@ -65,7 +67,8 @@ def scanning(machine: MachineFile, motor: MotorTable, speed: int, profile: Path 
     use = OWN if profile else LINE
     said: tuple[str, ...] = ()
     if path is None:
-        wanted = _wanted(machine, motor)
+        top = Quantity(Fraction(speed), SPEED, False, f"{speed}")
+        wanted = _wanted(machine, motor, top)
         speeds = accelerate.speeds(wanted, speed, machine.clock.edges)
         path, use = Path(motor.name), ""
     else:
@@ -121,9 +124,9 @@ def _smooth_move(machine: MachineFile, motor: MotorTable, steps: int) -> Ramp:
     return Ramp((speed,), tuple(made.counts))
 
 
-def _wanted(machine: MachineFile, motor: MotorTable) -> Wanted:
-    """Return what a motor's limits want of a line."""
-    speed, acceleration = motor.limit("max_speed"), motor.limit("max_acceleration")
+def _wanted(machine: MachineFile, motor: MotorTable, speed: Quantity | None = None) -> Wanted:
+    """Return what a motor's limits want of a line, at its highest speed if no other is given."""
+    speed, acceleration = speed or motor.limit("max_speed"), motor.limit("max_acceleration")
     if speed is None or acceleration is None:
         raise UserError(
             f"{machine.path}: motor {motor.name} has no profile for this, and no limits.max_speed "

@@ -142,7 +142,7 @@ class JobMake(Request):
     profile: tuple[tuple[str, Path], ...] = of_motors(
         FILE_OF, "Line profile (PRN) of a motor.", default_text="motors.NAME.profiles.line"
     )
-    backlash: tuple[tuple[str, Any], ...] = of_motors(
+    backlash_of: tuple[tuple[str, Any], ...] = of_motors(
         DISTANCE_OF, "Play that a smooth motor's lines take up.",
         default_text="motors.NAME.backlash",
     )  # fmt: skip
@@ -205,7 +205,7 @@ class JobMake(Request):
     def _asked(self, machine: MachineFile) -> Asked:
         signs = {name: -1 if motor.negative else 1 for name, motor in machine.motors.items()}
         starts = in_steps(machine, pairs("start", self.start))
-        plays = in_steps(machine, pairs("backlash", self.backlash))
+        plays = in_steps(machine, pairs("backlash_of", self.backlash_of))
         for name, steps in plays.items():
             if steps < 0 or not machine[name].smooth:
                 raise UserError(f"motor {name}: backlash {steps}: 0 or more, of a smooth motor")

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NotRequired, TypedDict
 
-from pixstep import atomic, formats
+from pixstep import formats, outfolder
 from pixstep.errors import UserError
 from pixstep.formats.header import NAME_WIDTH
 from pixstep.lines.line import PLAIN
@@ -128,7 +128,8 @@ class JobConfiguration(TypedDict):
 class JobShowConfig(Request):
     """Show what a job was made with: its parameters, the machine file and the profiles in it.
 
-    With --out these files are written into a folder as they were, byte for byte.
+    With --out these files are written into a folder as they were, byte for byte, the profiles beside
+    the machine file.
     """
 
     result = JobConfiguration
@@ -146,9 +147,10 @@ class JobShowConfig(Request):
             "files": files,
         }
         if self.out is not None:
-            with atomic.together():
-                for name, data in found.copies.items():
-                    atomic.write_bytes(self.out / name, data)
+            written = {_flat(name): data for name, data in found.copies.items()}
+            with outfolder.of_run(self.out, written) as folder:
+                for name, data in written.items():
+                    (folder / name).write_bytes(data)
         return Result(told, partial(_write_configuration, found, self.out), value=found)
 
 
@@ -182,13 +184,19 @@ class JobExport(Request):
         found = read(self.job)
         chosen = self.motors or found.motors
         numbers = range(1, found.lines + 1) if self.line_number is None else [self.line_number]
-        paths = {name: self.out / f"{_plain(name)}.csv" for name in chosen}
-        with atomic.together():
-            for name, path in paths.items():
-                formats.write_motion(path, _motion(found, name, numbers))
-        files = [str(path) for path in paths.values()]
+        names = {name: f"{_plain(name)}.csv" for name in chosen}
+        with outfolder.of_run(self.out, names.values()) as folder:
+            for name, file in names.items():
+                formats.write_motion(folder / file, _motion(found, name, numbers))
+        files = [str(self.out / file) for file in names.values()]
         data = {"job": str(self.job), "lines": len(numbers), "files": files}
         return Result(data, "\n".join(f"{path}: {len(numbers)} lines" for path in files))
+
+
+def _flat(name: str) -> str:
+    """Return a member's name in a folder: the machine file and its profiles beside each other."""
+    folder, _, file = name.rpartition("/")
+    return f"{folder}-{file}" if folder == "settings" else file
 
 
 def _plain(name: str) -> str:
