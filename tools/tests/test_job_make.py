@@ -196,7 +196,7 @@ def test_make_says_what_it_made(in_folder, machine):
         (("--image-size", "30x4", "--turn", "M39=10"), "only a plain motor turns"),
         (("--image-size", "30x4", "--scan", "M39=1000", "--step", "M41=0"), "a move of 0 steps"),
         (("--image-size", "30x4", "--scan", "M39=1000", "--step", "M41=1deg"), "motor M41: dist"),
-        (("--image-size", "30x4", "--scan", "M39=10", "--backlash-of", "M40=3"), "of a smooth motor"),
+        (("--image-size", "30x4", "--scan", "M39=10", "--backlash-of", "M40=3"), "of a smooth"),
         (("--image-size", "30x4", "--scan", "M39=10", "--axis-of", "M40=x"), "not with"),
         (("--table", "t.csv", "--scan", "M39=10"), "--scan: not with --table"),
         (("--image-size", "30x4", "--scan", "M39=1000", "--settings", "x=turn.PRN"),

@@ -128,8 +128,7 @@ class JobConfiguration(TypedDict):
 class JobShowConfig(Request):
     """Show what a job was made with: its parameters, the machine file and the profiles in it.
 
-    With --out these files are written into a folder as they were, byte for byte, the profiles beside
-    the machine file.
+    With --out these files are written into a folder as they were, byte for byte.
     """
 
     result = JobConfiguration
