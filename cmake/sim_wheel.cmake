@@ -10,7 +10,7 @@ file(
 add_custom_command(
     OUTPUT "${wheel_sources}"
     COMMAND "${CMAKE_COMMAND}" -E tar czf "${wheel_sources}" --format=gnutar -- CMakeLists.txt
-            CMakePresets.json LICENSE cmake sim firmware tools/src/pixstep/__init__.py
+            CMakePresets.json LICENSE cmake sim firmware tools/src/pixstep/version.py
     DEPENDS ${archived}
     WORKING_DIRECTORY "${PROJECT_SOURCE_DIR}"
     COMMENT "Sources of the simulator"

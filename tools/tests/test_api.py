@@ -105,7 +105,7 @@ def test_importing_loads_next_to_nothing():
         "sys.modules.keys() & {'numpy', 'click', 'pymodbus', 'pydantic', 'matplotlib'})"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == "[] True set()\n"
+    assert done.stdout == "['pixstep.version'] True set()\n"
 
 
 def test_every_name_is_there_and_no_other():

@@ -8,7 +8,7 @@ describes each. A name loads what it needs when it is first used, so that the im
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+from pixstep.version import __version__ as __version__
 
 if TYPE_CHECKING:
     from pixstep.api.bus import Board, Bus, connect
@@ -145,8 +145,8 @@ _PLACES = {name: module for module, names in _MODULES.items() for name in names}
 
 def __getattr__(name: str) -> Any:
     """Load a name of the interface when it is first asked for."""
-    if name == "ops":
-        return import_module(f"{__name__}.ops")
+    if name in ("fly", "ops"):
+        return import_module(f"{__name__}.{name}")
     if name not in _PLACES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value = getattr(import_module(f"{__name__}.{_PLACES[name]}"), name)

@@ -25,7 +25,9 @@ _EXTRAS = {
     "pyarrow": ("Parquet needs pyarrow", "parquet"),
     "useq": ("a useq-schema sequence needs useq-schema", "scans"),
     "yaml": ("a useq-schema sequence in YAML needs PyYAML", "scans"),
-    "scanspec": ("a scanspec specification needs scanspec", "scans"),
+    "caproto": ("EPICS needs caproto", "epics"),
+    "bluesky": ("fly scans need bluesky", "bluesky"),
+    "scanspec": ("scans need scanspec", "bluesky"),
 }
 
 

@@ -90,6 +90,15 @@ _add_table(
 )
 
 
+def _epics() -> str:
+    from pixstep_dev.docs import epics  # which other documents do not need
+
+    return epics.epics()
+
+
+_add_table("epics", _epics, "The PVs of motors and of their server, for docs/EPICS.md.")
+
+
 def _grammar() -> str:
     from pixstep_dev.docs import grammar  # loads every command
 

@@ -3,9 +3,9 @@
 
 import click
 
-from pixstep import __version__
 from pixstep.cli.command import Group
-from pixstep_dev.cli import bench, campaign, docs, fuzz, mutants, robustness, wheels
+from pixstep.version import __version__
+from pixstep_dev.cli import bench, campaign, docs, fuzz, motor_record, mutants, robustness, wheels
 
 
 @click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
@@ -14,6 +14,6 @@ def main() -> None:
     """Prove pixstep: measure, inject faults, fuzz, mutate, keep the documents true."""
 
 
-for group in (bench, campaign, robustness, fuzz, mutants, docs, wheels):
+for group in (bench, campaign, robustness, fuzz, motor_record, mutants, docs, wheels):
     for command in group.COMMANDS:
         main.add_command(command)

@@ -167,7 +167,7 @@ def line_from_positions(
     motor = given.motor(motor)
     rule = given.decode(decode, motor)
     name = arguments.text("name", name)
-    factor = _steps_of(arguments.text("unit", unit), given.scale(steps_per_unit, motor))
+    factor = steps_of(arguments.text("unit", unit), given.scale(steps_per_unit, motor))
     if motor and motor.negative:
         factor = -factor
     values = arguments.finites(name, positions, -FAR, FAR, MOST_PIXELS + 1)
@@ -204,7 +204,7 @@ def _fine(steps: float) -> Fraction:
     return Fraction(round(steps * _FINE), _FINE)
 
 
-def _steps_of(unit: str, scale: Scale | None) -> float:
+def steps_of(unit: str, scale: Scale | None) -> float:
     """Return how many steps a unit of length is."""
     found = units.parse_length_unit(unit)
     if found is None:

@@ -90,11 +90,14 @@ class Motion(Generic[Result]):
         return tuple(found for one in self._recordings for found in one.records())
 
     def stop(self) -> tuple[AxisState, ...]:
-        """Stop all axes and return where they are.
+        """Stop all axes and return where they are; `records` has all that they have made.
 
         `wait` raises MotionStoppedError then, unless the motion was over.
         """
-        self._handle.halt()
+        if not self._handle.over:
+            self._handle.halt()
+            for one in self._recordings:
+                one.read_last()
         return tuple(state for lines in self._group for state in states_of(lines.board, lines.axes))
 
     def wait(self, timeout_s: float | str | None = None) -> Result:

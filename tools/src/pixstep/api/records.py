@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from array import array
 from collections.abc import Sequence
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from pixstep import arguments
 from pixstep.api.shown import Facts, Shown, count, frame
 from pixstep.board import recording
+from pixstep.board.errors import BoardError
 from pixstep.board.recording import Recorder, Row
 from pixstep.board.state import Record
 from pixstep.lazy import lazy
@@ -105,6 +107,12 @@ class Recording:
                 row.line, found.pixel, found.expected_steps, found.actual_steps,
                 found.edge_error_ticks,
             ))  # fmt: skip
+
+    def read_last(self) -> None:
+        """Read what lines that were stopped have left on the board, if it still answers."""
+        if self.recorder is not None:
+            with contextlib.suppress(BoardError):
+                self.recorder.look([], ended=True)
 
     def of(self, axis: int) -> AxisRecords | None:
         """Return the records of an axis so far; None of a board that keeps none."""

@@ -61,9 +61,11 @@ class Prepared:
             self.device, self.clock_hz, wanted.sync, wanted.divider, wanted.gate_edges
         )
 
-    def recorded(self) -> contextlib.AbstractContextManager[recording.Recorder | None]:
-        """Let the records of the lines be read along."""
-        return recording.recorded(self.lines, self.records.take)
+    def recorded(
+        self, axes_together: int
+    ) -> contextlib.AbstractContextManager[recording.Recorder | None]:
+        """Let the records of the lines be read along, those of so many axes on the bus."""
+        return recording.recorded(self.lines, self.records.take, axes_together=axes_together)
 
     def queue(self) -> None:
         """Queue the lines, or as much of them as the queues hold."""
@@ -115,7 +117,8 @@ def prepare(
 def make(prepared: Prepared, course: Course) -> tuple[AxisState, ...]:
     """Make the lines of one board, to their end."""
     lines = prepared.lines
-    with prepared.recorded() as prepared.records.recorder, running.stopped_on_failure([lines]):
+    recorded = prepared.recorded(len(lines.axes))
+    with recorded as prepared.records.recorder, running.stopped_on_failure([lines]):
         snapshot.await_lock(prepared.device, course.world)
         prepared.queue()
         running.arm_queued(lines)
@@ -127,9 +130,10 @@ def make(prepared: Prepared, course: Course) -> tuple[AxisState, ...]:
 def make_together(several: Sequence[Prepared], course: Course) -> dict[int, tuple[AxisState, ...]]:
     """Make the lines of several boards, which begin on one edge of their clock, to their end."""
     group = [one.lines for one in several]
+    axes_together = sum(len(lines.axes) for lines in group)
     with contextlib.ExitStack() as stack:
         for one in several:
-            one.records.recorder = stack.enter_context(one.recorded())
+            one.records.recorder = stack.enter_context(one.recorded(axes_together))
         stack.enter_context(running.stopped_on_failure(group))
         for one in several:
             snapshot.await_lock(one.device, course.world)

@@ -5,7 +5,7 @@ The board carries out what it hears in turn, and the master drops what comes lat
 says of itself afterwards tells whether it has carried out the order.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from pixstep.board import registers as regs
 from pixstep.board.device import STORING, Board
@@ -16,9 +16,14 @@ _BEGUN = ("armed", "running", "done")
 _FAULT = ("fault_code", "fault_argument", "fault_axis", "fault_pixel")
 
 
-def arm(board: Board, axes: list[int], token: int = 0) -> None:
-    """Arm axes. A line that has begun since, or is over already, was armed."""
-    before = _lines(board, axes)
+def arm(
+    board: Board, axes: list[int], token: int = 0, known: Sequence[tuple[int, int]] | None = None
+) -> None:
+    """Arm axes. A line that has begun since, or is over already, was armed.
+
+    `known` are the states of the axes and their lines done, from who has just asked for them.
+    """
+    before = _lines(board, axes) if known is None else list(known)
     _give(lambda: board.command("arm", axes, token), lambda: _lines(board, axes) != before)
 
 

@@ -348,13 +348,18 @@ def every_of(hz: Fraction, axes: int, capacity: int, baud: int, *, streamed: boo
 
 @contextlib.contextmanager
 def recorded(
-    lines: Lines, take: Take, *, streamed: bool = True, queued: bool = False
+    lines: Lines,
+    take: Take,
+    *,
+    streamed: bool = True,
+    queued: bool = False,
+    axes_together: int | None = None,
 ) -> Iterator[Recorder | None]:
     """Let `run.follow` read the records of lines; yield what does, None of a board without any.
 
     Enter it when the board's clock is set and before the lines are queued; once they are `queued`
     the board keeps as many records as it was set to. `streamed` says that lines may be longer than
-    a queue. The board is set back after the lines, if no fault forbids that; not where they are
+    a queue, `axes_together` how many axes of all boards on the bus are read meanwhile. The board is set back after the lines, if no fault forbids that; not where they are
     locked to the clock or the clock is gated, because a board measures its clock anew after every
     change of a setting.
     """
@@ -368,7 +373,8 @@ def recorded(
     before = wanted = known[EVERY]
     if not queued:
         baud = 100 * known["baud_100"]
-        wanted = max(before, every_of(hz, len(lines.axes), capacity, baud, streamed=streamed))
+        axes = axes_together or len(lines.axes)
+        wanted = max(before, every_of(hz, axes, capacity, baud, streamed=streamed))
     if wanted != before:
         board.write_setting(EVERY, wanted)
     lines.recorder = Recorder(board, lines.axes, take, float(1 / hz))

@@ -2,7 +2,7 @@
 """Lines of real boards: armed, started together, streamed and followed to their end."""
 
 import contextlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -89,15 +89,18 @@ def loaded(board: Board, count: int) -> list[int]:
     return [axis for axis, state in states(board, list(range(count))).items() if state == "loaded"]
 
 
-def arm(board: Board, axes: list[int], token: int = 0) -> None:
+def arm(
+    board: Board, axes: list[int], token: int = 0, known: Sequence[tuple[int, int]] | None = None
+) -> None:
     """Arm axes; raises BoardError saying why the board would not.
 
-    If the reply is lost, the axes are looked at: no line begins twice.
+    If the reply is lost, the axes are looked at: no line begins twice. `known` is as for
+    `orders.arm`: the first of its requests is not needed then.
     """
     if token:
         board.require("tokens")
     with _explained(board, "arm", axes):
-        orders.arm(board, axes, token)
+        orders.arm(board, axes, token, known)
 
 
 def arm_queued(lines: Lines) -> None:

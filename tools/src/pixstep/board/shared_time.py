@@ -196,6 +196,7 @@ class _Lent:
         self._lender, self._turns = lender, turns
         self.thread = 0
         self.wakes_s = lender.world.now_s()
+        self._woken = False
         lender.waiting.append(self)
 
     def now_s(self) -> float:
@@ -208,9 +209,10 @@ class _Lent:
             self._lender.world.wait(seconds)
             return
         with self._lender.changed:
-            self.wakes_s = self.now_s() + seconds
+            self.wakes_s = self.now_s() + (0.0 if self._woken else seconds)
             self._give_back()
             self._await()
+            self._woken = False
         self._turns.raise_if_interrupted()
 
     def enter(self) -> None:
@@ -226,8 +228,10 @@ class _Lent:
             self._give_back()
 
     def wake(self) -> None:
-        """Let the thread be the next one."""
-        self.wakes_s = self.now_s()
+        """Let the thread be the next one; one that does not wait yet will not wait long."""
+        with self._lender.changed:
+            self._woken = True
+            self.wakes_s = self.now_s()
 
     def advance(self) -> None:
         """Let the next thread go on until it waits again."""

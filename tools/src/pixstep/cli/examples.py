@@ -78,6 +78,7 @@ EXAMPLES = {
     "line compensate": (
         "line compensate ideal.csv --play 40 --max-acceleration 10 --start-stop 4 -o made.csv",
     ),
+    "ioc": ("ioc --prefix LAB:", "ioc --prefix LAB: --list", "ioc --simulate"),
     "limits": ("limits --board mega --axes 2 --pixel-hz 200",),
     "line import": (
         "line import positions.csv --decode plain --column 2 -o line.csv",

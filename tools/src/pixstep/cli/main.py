@@ -5,10 +5,10 @@ import os
 
 import click
 
-from pixstep import __version__
 from pixstep.cli import late
 from pixstep.cli.command import Group, Late, group
 from pixstep.operations import catalog
+from pixstep.version import __version__
 
 
 def _operation(words: str) -> Late:

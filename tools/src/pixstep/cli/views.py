@@ -52,4 +52,5 @@ _VIEWS: dict[str, Callable[[bool], Any]] = {
     "board selftest": _selftest,
     "board simulate": _simulate,
     "serve": _serve,
+    "ioc": _serve,
 }

@@ -30,6 +30,7 @@ def as_json(machine: MachineTables) -> dict[str, object]:
         "gate_edges": machine.clock.gate_edges,
         "line": _line_json(machine.line),
         "program": machine.program.model_dump(mode="json"),
+        "epics": machine.epics.model_dump(),
         "boards": {name: board.model_dump() for name, board in machine.boards.items()},
         "motors": {name: motor_json(machine, motor) for name, motor in machine.motors.items()},
     }
@@ -57,6 +58,7 @@ def motor_json(machine: MachineTables, motor: MotorTable) -> dict[str, object]:
         ),
         "backlash_steps": motor.backlash_steps,
         "home_is_limit": motor.home_is_limit,
+        "epics": motor.epics.model_dump(),
         "limits": {
             key: limit_json(motor, key, machine.pixel_hz)
             for key in LimitsTable.model_fields

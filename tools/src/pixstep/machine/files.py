@@ -187,6 +187,7 @@ steps_per_unit = "400 steps/mm" # or "2.5 um/step", "12.5 steps/deg"
 direction = "+" # "-": the load's positive direction is the motor's negative one
 backlash = "0 um" # play between motor and load
 # home_is_limit = "plus" # its home switch is the motor's plus limit switch, too
+# epics.fields = {{ DLLM = 0, DHLM = 100 }} # of its motor record, for `pixstep ioc`
 # profiles.line = {profile} # beside this file; for `line make`
 # profiles.move = "AccProf-fast-move.csv" # for `move` and `home`: profiles.home
 

@@ -100,6 +100,19 @@ class ProfilesTable(_Table):
     home: str | None = None
 
 
+class MotorEpicsTable(_Table):
+    """A motor as a record of EPICS: the record's name, and fields in place of what follows."""
+
+    name: str | None = None
+    fields: dict[str, str | int | float] = {}
+
+
+class EpicsTable(_Table):
+    """What the records of all motors have in common."""
+
+    prefix: str | None = None
+
+
 class MotorTable(_Table):
     """A motor: its place, its kind, its scale and its limits."""
 
@@ -114,6 +127,7 @@ class MotorTable(_Table):
     home_is_limit: Literal["none", "minus", "plus"] | None = None
     limits: LimitsTable = LimitsTable()
     profiles: ProfilesTable = ProfilesTable()
+    epics: MotorEpicsTable = MotorEpicsTable()
 
     @property
     def decode(self) -> str:
@@ -169,6 +183,7 @@ class MachineTables(_Table):
     motors: dict[str, MotorTable] = Field(min_length=1)
     line: LineTable = LineTable()
     program: ProgramTable = ProgramTable()
+    epics: EpicsTable = EpicsTable()
     _path: Path = PrivateAttr(default=Path("machine.toml"))
 
     @property
@@ -233,6 +248,7 @@ def contradictions(machine: MachineTables) -> Iterator[Problem]:
         wrong_board = [*_board_problems(machine, motor)]
         yield from wrong_board or _axis_problems(machine, motor)
         yield from _length_problems(name, motor)
+        yield from _field_problems(name, motor)
 
 
 def _places_of_boards(machine: MachineTables) -> Iterator[Problem]:
@@ -281,3 +297,23 @@ def _length_problems(name: str, motor: MotorTable) -> Iterator[Problem]:
             motor.limit(key)
         except UserError as error:
             yield ("motors", name, "limits", key), str(error)
+
+
+def _field_problems(name: str, motor: MotorTable) -> Iterator[Problem]:
+    """Yield every field that no motor record has or takes, and every value that it refuses."""
+    if not motor.epics.fields:
+        return
+    from pixstep import motor_record  # which files without records do not need
+
+    for field, value in motor.epics.fields.items():
+        known = motor_record.FIELDS.get(field)
+        where = ("motors", name, "epics", "fields", field)
+        if known is None:
+            yield where, "a motor record has no such field"
+        elif not known.writable:
+            yield where, "only the record itself writes this field"
+        else:
+            try:
+                known.taken(value)
+            except motor_record.PutRefusedError as error:
+                yield where, error.reason

@@ -5,6 +5,28 @@ A client's writes and the motor's status go in, commands to the motor and change
 Nothing here knows a board, a bus or EPICS' protocol, so that others can use the model alone.
 """
 
+from pixstep.motor_record.catalogue.general import NOT_SERVED
+from pixstep.motor_record.field import Field, FieldType, PutRefusedError
+from pixstep.motor_record.fields import FIELDS, MONITOR_ORDER
+from pixstep.motor_record.mip import Mip
+from pixstep.motor_record.record import LinkName, MotorRecord
 from pixstep.motor_record.traffic import Command, Drive, Msta, Outcome, Post, Status, Verb
 
-__all__ = ["Command", "Drive", "Msta", "Outcome", "Post", "Status", "Verb"]
+__all__ = [
+    "FIELDS",
+    "MONITOR_ORDER",
+    "NOT_SERVED",
+    "Command",
+    "Drive",
+    "Field",
+    "FieldType",
+    "LinkName",
+    "Mip",
+    "MotorRecord",
+    "Msta",
+    "Outcome",
+    "Post",
+    "PutRefusedError",
+    "Status",
+    "Verb",
+]

@@ -69,6 +69,16 @@ class Verb(StrEnum):
     """The position where the motor is becomes the argument; nothing moves."""
     GET_INFO = "GET_INFO"
     """A new status is wanted, although nothing moves."""
+    SET_HIGH_LIMIT = "SET_HIGH_LIMIT"
+    """The highest raw position that soft limits allow. A driver may know limits of its own."""
+    SET_LOW_LIMIT = "SET_LOW_LIMIT"
+    ENABLE_TORQUE = "ENABLE_TORQUE"
+    """Hold the position in a closed loop. Asked only of a driver with GAIN_SUPPORT."""
+    DISABL_TORQUE = "DISABL_TORQUE"
+    SET_PGAIN = "SET_PGAIN"
+    """A gain of the closed loop, 0 to 1. Asked only of a driver with GAIN_SUPPORT."""
+    SET_IGAIN = "SET_IGAIN"
+    SET_DGAIN = "SET_DGAIN"
 
 
 @dataclass(frozen=True)

@@ -121,6 +121,10 @@ OPERATIONS: dict[str, tuple[str, str]] = {
         "Write the firmware to a board by avrdude through its boot loader, then ask what it is.",
     ),
     "serve": ("serve:Serve", "Own a bus, and let other programs reach it: consoles, Python, PLCs."),
+    "ioc": (
+        "ioc:Ioc",
+        "Serve the motors of a machine file as motor records of EPICS (Channel Access).",
+    ),
     "board arm": ("board.commands:Arm", "Arm loaded axes by hand, with a token if wanted."),
     "board disarm": ("board.commands:Disarm", "Disarm axes and discard their queues."),
     "board clear": ("board.commands:Clear", "Clear the latched fault."),

@@ -14,6 +14,7 @@ from pixstep.lazy import lazy
 from pixstep.operations.asked import AskedError
 from pixstep.operations.bus import OnPort
 from pixstep.operations.desk import Desk
+from pixstep.operations.desk_log import log_of
 from pixstep.operations.kinds import PATH, Parsed
 from pixstep.operations.request import flag, operation, option
 from pixstep.operations.result import Result
@@ -125,7 +126,7 @@ class Serve(OnPort):
             raise AskedError(
                 "{socket} {path}: there is something else of this name", path=self.socket
             )
-        log: Log = desk.view() if desk.view else _Noted(desk)
+        log = log_of(desk)
         server = serving.Server(self.bus, log)
         try:
             with signals.until_ctrl_c():
@@ -166,20 +167,6 @@ class Serve(OnPort):
         client.close()
         del found["id"]
         return Result(found, "\n".join(_status_lines(found)))
-
-
-class _Noted:
-    """The log of a server that a program runs: its notes."""
-
-    def __init__(self, desk: Desk):
-        self._desk = desk
-
-    def tell(self, event: str, **facts: Any) -> None:
-        """Note what has happened."""
-        self._desk.say((f"{event}: {', '.join(f'{key} {facts[key]}' for key in facts)}",))
-
-    def close(self) -> None:
-        """Keep what was noted."""
 
 
 def _token(place: Path) -> str:

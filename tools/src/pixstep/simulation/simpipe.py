@@ -7,6 +7,7 @@ import re
 import selectors
 import signal
 import subprocess
+import threading
 from collections.abc import Sequence
 from typing import Self
 
@@ -29,6 +30,7 @@ class SimPipe:
     """
 
     def __init__(self, command: Sequence[object]) -> None:
+        self._turn = threading.Lock()
         try:
             self._process = subprocess.Popen(
                 [str(word) for word in command],
@@ -53,18 +55,9 @@ class SimPipe:
         self.kill()
 
     def command(self, text: str) -> str:
-        """Send one command and return its answer."""
-        if self._ended:
-            raise SimulatorError(self._ended)
-        try:
-            self._in.write(text.encode() + b"\n")
-            self._in.flush()
-        except OSError:
-            raise SimulatorError(self._last_words()) from None
-        answer = self._answer(text)
-        if answer.startswith("error"):
-            raise SimulatorError(f"simulator: {text.split(' ')[0]}: {answer[5:].strip(' :')}")
-        return answer
+        """Send one command and return its answer; of several threads one after the other."""
+        with self._turn:
+            return self._command(text)
 
     def quit(self) -> None:
         """End the run; all output files are complete afterwards."""
@@ -86,6 +79,19 @@ class SimPipe:
         for pipe in (self._in, self._out, self._errors):
             with contextlib.suppress(OSError):
                 pipe.close()
+
+    def _command(self, text: str) -> str:
+        if self._ended:
+            raise SimulatorError(self._ended)
+        try:
+            self._in.write(text.encode() + b"\n")
+            self._in.flush()
+        except OSError:
+            raise SimulatorError(self._last_words()) from None
+        answer = self._answer(text)
+        if answer.startswith("error"):
+            raise SimulatorError(f"simulator: {text.split(' ')[0]}: {answer[5:].strip(' :')}")
+        return answer
 
     def _answer(self, text: str) -> str:
         """Return the next line of the runner."""

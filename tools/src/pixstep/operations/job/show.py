@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NotRequired, TypedDict
 
-from pixstep import formats, outfolder
+from pixstep import atomic, formats, outfolder
 from pixstep.errors import UserError
 from pixstep.formats.header import NAME_WIDTH
 from pixstep.lines.line import PLAIN
@@ -149,7 +149,7 @@ class JobShowConfig(Request):
             written = {_flat(name): data for name, data in found.copies.items()}
             with outfolder.of_run(self.out, written) as folder:
                 for name, data in written.items():
-                    (folder / name).write_bytes(data)
+                    atomic.write_bytes(folder / name, data)
         return Result(told, partial(_write_configuration, found, self.out), value=found)
 
 

@@ -159,6 +159,7 @@ class ShownMachine(TypedDict):
     gate_edges: int | None
     line: dict[str, Any]
     program: dict[str, Any]
+    epics: dict[str, Any]
     boards: dict[str, dict[str, Any]]
     motors: dict[str, dict[str, Any]]
 

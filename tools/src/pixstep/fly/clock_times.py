@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: MIT
+"""When the edges of the pixel clock came, by the host's clock.
+
+A board knows when an edge came by its own timer. A broadcast `mark`, which the board notes by a
+coarse clock of its own, ties that timer to the host's time before the flight, while nothing else is
+on the bus. Looks at the newest edge during the flight then say when it came; edges between two
+looks lie evenly. How exact that is: the time that the mark's frame takes on its way, some
+milliseconds behind a USB adapter, the same for all pixels of a flight; between pixels the distance
+of single edges from an even clock.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from pixstep.board import registers as regs
+from pixstep.board import settings, values
+from pixstep.board.device import Board as Device
+from pixstep.board.link import World
+from pixstep.lazy import lazy
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+else:
+    np, npt = lazy("numpy"), lazy("numpy.typing")
+
+_MARK_BITS = 15 * 11  # of the frame that carries it: bytes, each with start, parity and stop
+_MARK_S = 0.02  # nothing may follow it for so long
+_EDGES, _TICKS = 1 << 16, 1 << 32  # modulo which a board counts
+_UNIT_TICKS = 64  # of mark_units and started_units
+
+
+@dataclass(frozen=True)
+class _Mark:
+    """One instant: when the host sent a mark, and when the board heard it by its coarse clock."""
+
+    sent_s: float
+    ticks: int
+
+
+class ClockTimes:
+    """The times of one board's pixel clock. Make it before the lines are sent."""
+
+    def __init__(self, device: Device, world: World) -> None:
+        self._device, self._world = device, world
+        self._tick_hz = device.tick_hz()
+        self._mark = self._marked()
+        self._begun_s = world.now_s()
+        self._hz, self._edges_px, self._follows = 1.0, 1, True
+        self._edges: list[int] = []  # since line zero, at each look
+        self._seconds: list[float] = []  # when they came
+
+    def armed(self) -> None:
+        """Take what the lines have set; those that wait for no clock begin now."""
+        self._begun_s = self._world.now_s()
+        known = settings.read(self._device)
+        self._hz = float(values.hz_of(known))
+        self._edges_px = settings.divider_of(known)
+        self._follows = known.get("sync") != regs.SYNCS["free"]
+
+    def look(self) -> None:
+        """Note the newest edge, while a line runs or after it."""
+        if not self._follows:
+            return
+        found = self._device.inputs_from("mark_units", "clock_edge_ticks")
+        edges = (found["clock_edge"] - found["zero_edge"]) % _EDGES
+        if self._edges:
+            edges = self._edges[-1] + (edges - self._edges[-1]) % _EDGES
+            if edges == self._edges[-1]:  # the clock rests
+                return
+        ticks = _UNIT_TICKS * found["started_units"] + found["clock_edge_ticks"]
+        self._edges.append(edges)
+        self._seconds.append(self._instant_s(ticks))
+
+    def of_pixels(self, pixels: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
+        """Return when the edges behind some pixels came, in the world's seconds; 0 is line zero."""
+        edges = pixels * self._edges_px
+        if not self._edges:
+            return self._begun_s + edges / self._hz
+        known, seconds = self._within(int(edges.max(initial=0)))
+        if len(known) == 1:
+            return seconds[0] + (edges - known[0]) / self._hz
+        first = (seconds[1] - seconds[0]) / (known[1] - known[0])
+        last = (seconds[-1] - seconds[-2]) / (known[-1] - known[-2])
+        found = np.interp(edges, known, seconds)
+        found = np.where(edges < known[0], seconds[0] + (edges - known[0]) * first, found)
+        return np.where(edges > known[-1], seconds[-1] + (edges - known[-1]) * last, found)
+
+    def _within(self, last: int) -> tuple[Sequence[int], Sequence[float]]:
+        """Return the looks at a line: behind it a gated clock rests, and goes on."""
+        count = max(1, sum(edge <= last for edge in self._edges))
+        return self._edges[:count], self._seconds[:count]
+
+    def _marked(self) -> _Mark | None:
+        """Make a mark; None of a board that knows none."""
+        device, world = self._device, self._world
+        if not device.has("tokens"):
+            return None
+        baud = 100 * device.setting("baud_100")
+        with device.modbus.turns:
+            sent_s = world.now_s() + _MARK_BITS / baud
+            device.mark()
+            world.wait(_MARK_S)
+        return _Mark(sent_s, _UNIT_TICKS * device.input("mark_units"))
+
+    def _instant_s(self, ticks: int) -> float:
+        """Return an instant by the board's coarse clock as one by the host's.
+
+        The clocks wrap after minutes: of all instants that it may be the one nearest to now is.
+        """
+        now_s = self._world.now_s()
+        if self._mark is None:
+            return now_s
+        since_s = ((ticks - self._mark.ticks) % _TICKS) / self._tick_hz
+        wrap_s = _TICKS / self._tick_hz
+        return (
+            self._mark.sent_s
+            + since_s
+            + wrap_s * round((now_s - self._mark.sent_s - since_s) / wrap_s)
+        )

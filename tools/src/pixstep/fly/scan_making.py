@@ -1,0 +1,255 @@
+# SPDX-License-Identifier: MIT
+"""Lines over the points of a scan, with a run-up before the first and a run-down behind the last.
+
+Run-up and run-down have as many pixels for all axes as the slowest of them needs. Where play has to
+be taken up, the line begins with a pixel at rest, and reaches its speed two pixels before the first
+point. What the motors cannot make is refused with axis, point and what fits.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from pixstep.api.machines import Motor
+from pixstep.api.making import line_from_positions
+from pixstep.api.words import Decode
+from pixstep.errors import RefusedError, UserError
+from pixstep.fly.scan_line import ScanLine
+from pixstep.fly.scan_points import Points
+from pixstep.lazy import lazy
+from pixstep.lines.line import PLAIN, SMOOTH
+from pixstep.lines.line_check import Limits
+from pixstep.lines.units import Scale
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    Places = npt.NDArray[np.float64]
+else:
+    np, npt = lazy("numpy"), lazy("numpy.typing")
+
+_SLOWER = (2, 4, 8, 16, 32)  # times as many pixels a point, to say what fits
+_MOST_TRIED = 20_000  # pixels of a slower scan, for that
+_TRIES = 4  # run-ups that are tried, each half as long again as the one before
+_EVEN_PIXELS = 2  # in which the speed swings in, so that all play is taken up
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What moves an axis of a scan, and how it is to fly."""
+
+    axis: str
+    motor: Motor | None
+    rule: Decode
+    unit: str
+    scale: Scale | None
+    factor: float
+    """The motor's steps for one unit, signed."""
+    backlash: int
+    acceleration: float
+    """Largest, steps/pixel2; 0 if none is known."""
+
+
+class TooFastError(RefusedError):
+    """A line that might be made if its points took longer."""
+
+
+class LatePlayError(RefusedError):
+    """A line whose run-up does not take up the play."""
+
+
+@dataclass(frozen=True)
+class ScanLines:
+    """The lines of some axes over the same points, as they are asked for."""
+
+    points: Points
+    drives: Sequence[Drive]
+    hz: Fraction
+    run_up: int | None
+    tolerance: float
+    check: bool
+    tries: int = _TRIES
+
+    def that_fit(self) -> dict[str, ScanLine]:
+        """Return the lines by axis. Raises RefusedError saying what fits."""
+        for drive in self.drives:
+            if drive.axis not in self.points.moving:
+                raise RefusedError(
+                    f"axis {drive.axis}: stands still at {self.points.lower[drive.axis][0]:.6g} in "
+                    f"all points: what fits: move it there before, and leave it out"
+                )
+        try:
+            return self._shortest()
+        except TooFastError as error:
+            raise RefusedError(f"{error}; what fits: {self._what_fits()}") from None
+
+    def _shortest(self) -> dict[str, ScanLine]:
+        """Return the lines by axis, with the shortest run-up that is tried and fits."""
+        refusal: RefusedError | None = None
+        for count in [self.run_up] if self.run_up is not None else self._run_ups():
+            try:
+                return {drive.axis: self._line(drive, count) for drive in self.drives}
+            except (TooFastError, LatePlayError) as error:
+                refusal = error
+        assert refusal is not None
+        raise refusal
+
+    def _what_fits(self) -> str:
+        """Return in words how slow the points have to be."""
+        for times in _SLOWER:
+            slower = replace(self, points=self.points.slower(times), tries=3)
+            if sum(slower.points.pixels) > _MOST_TRIED:
+                break
+            with contextlib.suppress(RefusedError):
+                slower._shortest()
+                seconds = slower.points.pixels[0] / float(self.hz)
+                return f"{times} times as many pixels, {seconds:.6g} s in the first point"
+        return "slower points, or changes of speed spread over more of them"
+
+    def _run_ups(self) -> list[int]:
+        """Return the pixels of run-ups that are tried, the shortest first."""
+        least = max(_run_up(self.points.edges(drive.axis), drive) for drive in self.drives)
+        found = [least]
+        while len(found) < self.tries and least:
+            found.append(max(found[-1] + 1, found[-1] * 3 // 2))
+        return found
+
+    def _line(self, drive: Drive, run_up: int) -> ScanLine:
+        """Make the line of an axis with a run-up of so many pixels."""
+        edges = self.points.edges(drive.axis)
+        if drive.rule == SMOOTH:
+            _refuse_turns(edges, drive, self.points)
+        play = any(one.backlash for one in self.drives)
+        before = _Before(int(play), run_up, _EVEN_PIXELS if play else 0)
+        ways = _with_run_up(edges, before)
+        made = line_from_positions(
+            ways, unit=drive.unit, motor=drive.motor, pixel_hz=self.hz, decode=drive.rule,
+            steps_per_unit=drive.scale, backlash=drive.backlash, name=f"axis {drive.axis}",
+        )  # fmt: skip
+        first = before.pixels
+        line = ScanLine(
+            made.line, made.pixel_hz, made.motor, made.notes, first + 1, made.divider,
+            made.deviation_steps, scan_axis=drive.axis, unit=drive.unit,
+            steps_per_unit=drive.factor, start=float(ways[0]), end=float(ways[-1]),
+            point_pixels=self.points.pixels, run_up=first,
+        )  # fmt: skip
+        _refuse_deviation(line, edges, self.tolerance)
+        _refuse_late_play(line, self.tolerance)
+        if self.check:
+            _refuse_findings(line, drive, len(self.drives))
+        return line
+
+
+def _run_up(edges: Places, drive: Drive) -> int:
+    """Return the pixels that an axis needs to its speed in the first point, or from the last."""
+    steps = edges * drive.factor
+    speed = max(abs(steps[1] - steps[0]), abs(steps[-1] - steps[-2]))
+    at_once = (drive.motor.limits.start_stop or 0) if drive.motor else 0
+    if not speed or (drive.rule == PLAIN and speed <= at_once):
+        return 0
+    if not drive.acceleration:
+        raise UserError(
+            f"axis {drive.axis}: give max_acceleration, or run_up in pixels: no machine file says "
+            f"its motor's max_acceleration"
+        )
+    return math.ceil(float(speed) / drive.acceleration)
+
+
+@dataclass(frozen=True)
+class _Before:
+    """Pixels before the first point: at rest, where play is taken up; gaining speed; at speed."""
+
+    rest: int
+    ramp: int
+    even: int
+
+    @property
+    def pixels(self) -> int:
+        """All of them."""
+        return self.rest + self.ramp + self.even
+
+
+def _with_run_up(edges: Places, before: _Before) -> Places:
+    """Return positions with those of the run-up before and of the run-down behind."""
+    first, last = edges[1] - edges[0], edges[-1] - edges[-2]
+    even = edges[0] - first * np.arange(before.even, 0, -1)
+    edges = np.concatenate([even, edges])
+    if before.ramp:
+        ramp = np.arange(before.ramp + 1) ** 2 / (2 * before.ramp)  # from rest to the speed 1
+        faster = edges[0] + first * (ramp - ramp[-1])
+        slower = edges[-1] + last * (ramp[-1] - ramp[::-1])
+        edges = np.concatenate([faster[:-1], edges, slower[1:]])
+    return np.concatenate([edges[:1]] * before.rest + [edges])
+
+
+def _where(line: ScanLine, pixel: int) -> str:
+    """Return the point of a pixel, from 1, in words."""
+    point = int(line.points_of([pixel])[0])
+    if point:
+        return f"point {point} (pixel {pixel})"
+    return f"{'run-up' if pixel <= line.run_up else 'run-down'} (pixel {pixel})"
+
+
+def _refuse_turns(edges: Places, drive: Drive, points: Points) -> None:
+    """Raise RefusedError where a smooth motor would turn back."""
+    moves = np.sign(np.diff(edges))
+    first = moves[np.flatnonzero(moves)[0]]
+    back = np.flatnonzero(moves == -first)
+    if len(back):
+        point = int(np.searchsorted(np.cumsum(points.pixels), back[0], side="right")) + 1
+        raise RefusedError(
+            f"axis {drive.axis}: point {point}: turns back at {edges[back[0]]:.6g} {drive.unit}, "
+            f"the line of a smooth motor has one direction: what fits: a line for each direction"
+        )
+
+
+def _refuse_deviation(line: ScanLine, edges: Places, most: float) -> None:
+    """Raise RefusedError where a line is too far from its points."""
+    steps = line.line.direction * np.cumsum((0, *line.counts))
+    at = steps[line.run_up : line.run_up + len(edges)]
+    wanted = (edges - line.start) * line.steps_per_unit
+    off = np.abs(at - wanted)
+    worst = int(np.argmax(off))
+    if off[worst] > most:
+        pixel = line.run_up + max(1, worst)
+        in_unit = off[worst] / abs(line.steps_per_unit)
+        raise TooFastError(
+            f"axis {line.scan_axis}: {_where(line, pixel)}: the nearest line of the motor is "
+            f"{off[worst]:.3g} steps ({in_unit:.3g} {line.unit}) beside the scan, max_deviation is "
+            f"{most:g}"
+        )
+
+
+def _refuse_late_play(line: ScanLine, most: float) -> None:
+    """Raise RefusedError where play is still taken up in the points.
+
+    A board takes it up while the line gains speed, in proportion, and is done with it at the
+    highest speed.
+    """
+    motion = line.line
+    behind = line.run_up + sum(line.point_pixels)
+    for pixel in range(line.run_up, min(motion.shifted_pixels, behind)):
+        lacking = motion.backlash * (1 - motion.speeds[pixel] / motion.line_speed)
+        if lacking > most:
+            raise LatePlayError(
+                f"axis {line.scan_axis}: {_where(line, pixel + 1)}: {lacking:.3g} of "
+                f"{motion.backlash} steps of play are not taken up before the highest speed, in "
+                f"pixel {motion.shifted_pixels}: what fits: one speed in all points"
+            )
+
+
+def _refuse_findings(line: ScanLine, drive: Drive, axes: int) -> None:
+    """Raise RefusedError for what the motor or its board cannot make."""
+    found = list(line.check(axes=axes).errors)
+    if drive.acceleration:
+        limits = Limits(max_acceleration=int(drive.acceleration)).with_rounding(line.line)
+        found += line.check_by(limits).errors
+    if found:
+        first = min(found, key=lambda one: one.pixel)
+        raise TooFastError(f"axis {line.scan_axis}: {_where(line, first.pixel)}: {first.message}")

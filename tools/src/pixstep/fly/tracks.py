@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: MIT
+"""Where one axis was expected and was, pixel by pixel, by its records.
+
+A board that cannot send the record of each pixel in time keeps every Nth, and besides each whose
+position is not the expected one. So an axis without the record of a pixel was where it was expected
+to be, unless records were overwritten before they were read; and where it was expected its line
+says.
+
+The records are the motor's, with the steps that take up play. Positions of a scan's line are those
+of its load, so that the play is left out: how much a line takes up shows once it has its full
+speed. Positions of other lines are the board's count of the motor's steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import accumulate
+from typing import TYPE_CHECKING
+
+from pixstep.api.records import AxisRecords
+from pixstep.fly.places import Place
+from pixstep.fly.scan_line import ScanLine
+from pixstep.lazy import lazy
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    Whole = npt.NDArray[np.int64]
+    Known = npt.NDArray[np.bool_]
+else:
+    np, npt = lazy("numpy"), lazy("numpy.typing")
+
+
+class Track:
+    """An axis on its way; `origin` is where it is at line zero, in its unit."""
+
+    def __init__(self, place: Place, origin: float) -> None:
+        self.place, self._origin = place, origin
+        line = place.line.line
+        self.length = line.pixels
+        direction = line.direction
+        counts = (direction * count for count in line.counts)
+        self._line = np.array([*accumulate(counts, initial=0)], dtype=np.int64)
+        # From this pixel on all play is taken up that the line lacks.
+        self._free = line.shifted_pixels
+        self._all_play = direction * line.backlash
+        self._play: int | None = None if line.backlash else 0
+
+    def of(self, records: Sequence[AxisRecords]) -> AxisRecords | None:
+        """Return this axis' records, if there are any yet."""
+        for one in records:
+            if (one.unit, one.axis) == (self.place.unit, self.place.axis) and len(one):
+                return one
+        return None
+
+    def learn(self, records: AxisRecords, *, over: bool) -> bool:
+        """Learn how much play the line takes up; True if positions can be told.
+
+        Of a line that is over before its full speed all play is taken to be taken up.
+        """
+        if self._play is None:
+            pixel = int(records.pixel[-1])
+            if pixel >= self._free:
+                self._play = int(records.expected_steps[-1]) - int(self._line[pixel])
+            elif over:
+                self._play = self._all_play
+        return self._play is not None or not isinstance(self.place.line, ScanLine)
+
+    def reached(self, records: AxisRecords) -> int:
+        """Return the last pixel up to which the axis is known; one that has ended stays."""
+        last = int(records.pixel[-1])
+        return last if last < self.length else np.iinfo(np.int64).max
+
+    def knows(self, pixels: Whole, records: AxisRecords) -> Known:
+        """Return of which pixels the position is known."""
+        recorded = np.isin(pixels, records.pixel)
+        if records.missed:
+            return recorded | (pixels > self.length)
+        if self._play is None:
+            return recorded
+        # Until then the play that is taken up is known by records alone.
+        return recorded | (pixels >= self._free)
+
+    def steps(self, pixels: Whole, records: AxisRecords) -> tuple[Whole, Whole]:
+        """Return where the motor was expected and was behind some pixels, from line zero."""
+        expected = self._line[np.minimum(pixels, self.length)] + (self._play or 0)
+        actual = expected.copy()
+        found = np.searchsorted(records.pixel, pixels)
+        found[found == len(records)] = 0
+        recorded = records.pixel[found] == pixels
+        expected[recorded] = records.expected_steps[found[recorded]]
+        actual[recorded] = records.actual_steps[found[recorded]]
+        ended = pixels > self.length  # it rests where its last pixel has it
+        if ended.any() and records.pixel[-1] == self.length:
+            actual[ended] = records.actual_steps[-1]
+        return expected, actual
+
+    def positions(self, steps: Whole) -> npt.NDArray[np.float64]:
+        """Return positions in the axis' unit."""
+        if isinstance(self.place.line, ScanLine):
+            steps = steps - (self._play or 0)
+        return self._origin + steps / self.place.steps_per_unit

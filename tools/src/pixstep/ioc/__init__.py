@@ -1,0 +1,7 @@
+# SPDX-License-Identifier: MIT
+"""Motor records of EPICS over Channel Access: a server whose records drive the motors of a machine.
+
+`settings`: what a machine file says as fields of a record; `saved`: what a record keeps over a
+restart; `motors`: a record, what drives it and who waits for it; `channels`: fields as PVs;
+`circuits`: monitors in their order; `server`: all of them together. The last three need caproto.
+"""

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: MIT
+"""Fields that every record of EPICS has, whatever it is for: here none of them can be written."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import TYPE_CHECKING
+
+from pixstep.motor_record import FIELDS, Field, FieldType
+
+if TYPE_CHECKING:
+    from pixstep.motor_record.field import Value
+
+_SCAN = (
+    "Passive", "Event", "I/O Intr", "10 second", "5 second", "2 second", "1 second", ".5 second",
+    ".2 second", ".1 second",
+)  # fmt: skip
+_SEVERITIES = ("NO_ALARM", "MINOR", "MAJOR", "INVALID")
+_NO_YES = ("NO", "YES")
+
+_field = partial(Field, writable=False, monitored=False)
+_text = partial(_field, type=FieldType.STRING)
+_number = partial(_field, type=FieldType.SHORT)
+_byte = partial(_field, type=FieldType.UCHAR)
+_menu = partial(_field, type=FieldType.MENU)
+
+# Without NAME, which is each record's own.
+VALUES: Mapping[str, Value] = {
+    "RTYP": "motor",
+    "DTYP": "pixstep",
+    "SCAN": 0,
+    "PINI": 0,
+    "PHAS": 0,
+    "EVNT": "",
+    "TSE": 0,
+    "TSEL": "",
+    "SDIS": "",
+    "DISS": 0,
+    "ACKT": 1,
+    "ACKS": 0,
+    "ASG": "",
+    "FLNK": "",
+    "PRIO": 0,
+    "TPRO": 0,
+    "PACT": 0,
+    "LCNT": 0,
+}
+
+COMMON: Mapping[str, Field] = {
+    one.name: one
+    for one in (
+        _text("NAME", meaning="the name of the record", size=61),
+        _text("RTYP", meaning="the kind of record: motor"),
+        _text("DTYP", meaning="what moves the motor: pixstep"),
+        _menu("SCAN", menu=_SCAN, meaning="when it is processed by itself: never"),
+        _menu("PINI", menu=_NO_YES, meaning="kept"),
+        _number("PHAS", meaning="kept"),
+        _text("EVNT", meaning="kept"),
+        _number("TSE", meaning="the time of a value is the server's"),
+        _text("TSEL", meaning="kept"),
+        _text("SDIS", meaning="kept"),
+        _menu("DISS", menu=_SEVERITIES, meaning="kept"),
+        _menu("ACKT", menu=_NO_YES, meaning="kept"),
+        _menu("ACKS", menu=_SEVERITIES, meaning="kept"),
+        _text("ASG", meaning="kept"),
+        _text("FLNK", meaning="nothing is processed after it"),
+        _menu("PRIO", menu=("LOW", "MEDIUM", "HIGH"), meaning="kept"),
+        _byte("TPRO", meaning="kept"),
+        _byte("PACT", meaning="kept"),
+        _byte("LCNT", meaning="kept"),
+    )
+    if one.name not in FIELDS
+}
+
+ALL: Mapping[str, Field] = {**FIELDS, **COMMON}

@@ -1,0 +1,217 @@
+# SPDX-License-Identifier: MIT
+"""A motor record that is served: its model, what drives its motor, its PVs, and who waits for it."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import time
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+import caproto
+
+from pixstep.ioc import channels, common
+from pixstep.ioc.channels import SHAPE, FieldChannel
+from pixstep.motor_record import FIELDS, Command, MotorRecord, Msta, PutRefusedError, Verb
+
+if TYPE_CHECKING:
+    from pixstep.motor_record import Drive, LinkName, Outcome, Status
+    from pixstep.motor_record.field import Value
+
+Tell = Callable[..., None]
+LINKS: tuple[LinkName, ...] = (
+    "DOL",
+    "RDBL",
+)  # fields that name another PV, whose value the record takes
+_UDF, _INVALID = 17, 3  # alarm of a record that knows nothing of its motor yet
+
+
+def _never(status: Status) -> bool:
+    """Say of a driver that knows no such status that its statuses are always newer than commands."""
+    del status
+    return False
+
+
+FindPv = Callable[[str], "FieldChannel | None"]
+
+
+class ServedMotor:
+    """One record. Everything but `_report` runs in the loop of the server."""
+
+    def __init__(
+        self, name: str, fields: Mapping[str, Value], drive: Drive, tell: Tell, find: FindPv
+    ) -> None:
+        self.name, self.record = name, MotorRecord(fields)
+        self.is_ready = False
+        self.is_lost = False
+        self._drive, self._tell, self._find = drive, tell, find
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._statuses: asyncio.Queue[Status] = asyncio.Queue()
+        self._turn = asyncio.Lock()
+        self._waiting: list[asyncio.Future[None]] = []
+        self._alarm = caproto.ChannelAlarm(status=_UDF, severity=_INVALID)
+        self._overtaken = getattr(drive, "overtaken", _never)
+        self._announced = False
+        self._shape: tuple[Value, ...] = ()
+        self._linked: dict[LinkName, float | None] = dict.fromkeys(LINKS)
+        self._tasks: set[asyncio.Future[None]] = set()
+        self.ready = asyncio.Event()
+        self.pvs: dict[str, FieldChannel] = {
+            name: channels.of_field(self, field, self._alarm) for name, field in common.ALL.items()
+        }
+
+    def __getitem__(self, field: str) -> Value:
+        """Return a field as it is now."""
+        if field == "NAME":
+            return self.name
+        return common.VALUES[field] if field in common.COMMON else self.record[field]
+
+    @property
+    def is_moving(self) -> bool:
+        """True while the record waits for its motor."""
+        return self.is_ready and self.record["DMOV"] == 0
+
+    async def run(self) -> None:
+        """Follow the motor until this is cancelled."""
+        self._loop = asyncio.get_running_loop()
+        self._drive.connect(self._report)
+        self._drive.obey([Command(Verb.GET_INFO)])
+        while True:
+            status = await self._statuses.get()
+            async with self._turn:
+                try:
+                    await self._take(status)
+                except Exception as error:  # the other motors go on, whatever this one has
+                    self._tell("trouble", motor=self.name, what=f"{type(error).__name__}: {error}")
+
+    def _report(self, status: Status) -> None:
+        """Take a status from the driver's own thread."""
+        assert self._loop is not None
+        with contextlib.suppress(RuntimeError):  # the loop has ended: nobody is interested
+            self._loop.call_soon_threadsafe(self._statuses.put_nowait, status)
+
+    async def _take(self, status: Status) -> None:
+        if self._overtaken(status):
+            return
+        self._note_loss(bool(status.flags & Msta.COMM_ERR))
+        if self.is_ready:
+            await self._take_links()
+            outcome = self.record.update(status)
+            if self._announced and status.flags & Msta.DONE and not outcome.commands:
+                self._drive.obey(())  # what was announced is not wanted
+            await self._act(outcome)
+        elif not status.flags & Msta.COMM_ERR:
+            self.is_ready = True
+            await self._act(self.record.initialise(status))
+            await self._show_all()
+            self.ready.set()
+
+    def _note_loss(self, lost: bool) -> None:
+        if lost != self.is_lost:
+            self.is_lost = lost
+            self._tell("connection lost" if lost else "connection back", motor=self.name)
+
+    async def put(self, field: str, value: Value) -> None:
+        """Write a field for a client; return when the motion that follows is over."""
+        if field in common.COMMON:
+            raise PutRefusedError(field, value, "it cannot be written")
+        if not self.is_ready:
+            raise PutRefusedError(field, value, f"the board of {self.name} has not answered yet")
+        async with self._turn:
+            await self._take_links()
+            outcome = self.record.put(field, value)
+            await self._act(outcome)
+            if field in LINKS:
+                self._judge_link(field)
+            is_over = outcome.complete or self.record["DMOV"] != 0
+            if is_over or not FIELDS[field].processes:
+                return
+            end = asyncio.get_running_loop().create_future()
+            self._waiting.append(end)
+        await end
+
+    async def stop(self) -> None:
+        """Stop the motor as a client does."""
+        if self.is_moving:
+            with contextlib.suppress(PutRefusedError):
+                await self.put("STOP", 1)
+
+    def close(self) -> None:
+        """Let go of the motor, which is stopped if it still moves."""
+        self._drive.close()
+
+    async def _act(self, outcome: Outcome) -> None:
+        """Do what an event has brought about: the motor first, then the clients."""
+        if outcome.commands:
+            self._drive.obey(outcome.commands, outcome.second_leg)
+            self._announced = bool(outcome.second_leg)
+        now_s = time.time()
+        status, severity = int(self.record["STAT"]), int(self.record["SEVR"])
+        alarmed = await channels.raise_alarm(self._alarm, status, severity)
+        for post in outcome.posts:
+            await self.pvs[post.field].post(post.value, now_s)
+        await self._show_shape()
+        if alarmed:
+            posted = {post.field for post in outcome.posts}
+            for name in {"VAL", "RBV"} - posted:
+                await self.pvs[name].post_alarm()
+        if outcome.delay_s is not None:
+            asyncio.get_running_loop().call_later(outcome.delay_s, self._end_delay)
+        if outcome.complete or self.record["DMOV"] != 0:
+            self._let_go()
+
+    def _let_go(self) -> None:
+        for end in self._waiting:
+            if not end.done():
+                end.set_result(None)
+        self._waiting.clear()
+
+    def _end_delay(self) -> None:
+        task = asyncio.ensure_future(self._delay_over())
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _delay_over(self) -> None:
+        async with self._turn:
+            await self._act(self.record.delay_over())
+
+    async def _show_shape(self) -> None:
+        """Tell clients of other units and limits, where these have changed."""
+        shape = tuple(self.record[name] for name in SHAPE)
+        if shape == self._shape:
+            return
+        self._shape = shape
+        for pv in self.pvs.values():
+            if pv.field.limits or pv.field.unit:
+                await pv.post_shape()
+
+    async def _show_all(self) -> None:
+        """Tell clients all fields, which were unknown until now."""
+        now_s = time.time()
+        for name, pv in self.pvs.items():
+            await pv.post(self[name], now_s)
+
+    def _linked_pv(self, link: str) -> FieldChannel | None:
+        name = str(self.record[link]).split(" ")[0]
+        return self._find(name) if name else None
+
+    async def _take_links(self) -> None:
+        """Give the record the values of the PVs that its links name."""
+        for link in LINKS:
+            if not self.record[link]:
+                continue
+            pv = self._linked_pv(link)
+            try:
+                value = None if pv is None else float(pv.now())
+            except (TypeError, ValueError):
+                value = None
+            if value != self._linked[link]:
+                self._linked[link] = value
+                await self._act(self.record.set_link(link, value))
+
+    def _judge_link(self, link: str) -> None:
+        """Tell of a link that names no PV of this server."""
+        text = str(self.record[link])
+        if text and self._linked_pv(link) is None:
+            self._tell("dead link", motor=self.name, field=link, names=text)

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: MIT
+"""What a machine file says of a motor, as the fields of its record before a client writes any."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from pixstep.errors import UserError
+from pixstep.lines.units import STEP, per_second
+from pixstep.machine.describe import ORDERS
+
+if TYPE_CHECKING:
+    from pixstep.machine.model import MachineTables, MotorTable
+    from pixstep.motor_record.field import Value
+
+_NAME = re.compile(r"[A-Za-z0-9_:;<>\[\]{}/+-]+")
+_LONGEST_NAME = 55  # of a record: with a point and four letters EPICS has room for no more
+_LONGEST_TEXT = 40
+_USUAL_SPEED_STEPS_S = 1000.0  # of a motor whose file has no max_speed
+_USUAL_RAMP_S = 0.5  # of a motor whose file has no max_acceleration
+_SHORTEST_RAMP_S = 0.001
+_TWEAK_STEPS = 100
+_MOST_DIGITS = 15
+
+
+def fields_of(machine: MachineTables, motor: MotorTable) -> dict[str, Value]:
+    """Return the fields of a motor's record, in its units: mm or deg, or steps without a scale."""
+    scale = motor.steps_per_unit
+    step = float(1 / scale.steps_per_unit) if scale else 1.0
+    board = machine.board_name(motor)
+    return {
+        "DESC": f"{motor.name}: {board}, axis {motor.axis}"[:_LONGEST_TEXT],
+        "EGU": scale.length if scale else STEP,
+        "MRES": step,
+        "PREC": _digits(step),
+        "DIR": 1 if motor.negative else 0,
+        "RDBD": step,
+        "BDST": motor.backlash_steps * step,
+        "TWV": _TWEAK_STEPS * step,
+        "OUT": f"@pixstep({board},{motor.axis})"[:_LONGEST_TEXT],
+        **_speeds(machine, motor, step),
+        **motor.epics.fields,
+    }
+
+
+def _speeds(machine: MachineTables, motor: MotorTable, step: float) -> dict[str, Value]:
+    """Return the fields of speeds and ramps, per second."""
+    most = limit_steps_s(machine, motor, "max_speed", step)
+    base = limit_steps_s(machine, motor, "start_stop", step) or 0.0
+    ramp = limit_steps_s(machine, motor, "max_acceleration", step)
+    speed = most or _USUAL_SPEED_STEPS_S * step
+    base = min(base, speed)
+    ramp_s = (speed - base) / ramp if ramp else _USUAL_RAMP_S
+    ramp_s = max(ramp_s, _SHORTEST_RAMP_S)
+    return {
+        "VMAX": most or 0.0,
+        "VBAS": base,
+        "VELO": speed,
+        "BVEL": speed,
+        "JVEL": speed / 2,
+        "HVEL": speed / 2,
+        "ACCL": ramp_s,
+        "BACC": ramp_s,
+        "JAR": ramp or speed / ramp_s,
+    }
+
+
+def limit_steps_s(
+    machine: MachineTables, motor: MotorTable, key: str, step: float = 1.0
+) -> float | None:
+    """Return a limit of the file in steps per second, None if there is none.
+
+    `step` is the length of one, for a limit in units of length per second.
+    """
+    found = motor.limit(key)
+    if found is None:
+        return None
+    hz = machine.pixel_hz
+    return float(per_second(found.per_pixel(hz), ORDERS[key], hz)) * step
+
+
+def _digits(step: float) -> int:
+    """Return how many digits after the point show a step."""
+    return min(_MOST_DIGITS, max(0, math.ceil(-math.log10(step)) + (step < 1)))
+
+
+def record_names(machine: MachineTables, prefix: str) -> dict[str, str]:
+    """Return the names of the records by the names of the motors.
+
+    Raises UserError for a name that no record can have, and for one that two have.
+    """
+    names = {name: prefix + (motor.epics.name or name) for name, motor in machine.motors.items()}
+    for wrong in _wrong_names(names):
+        raise UserError(f"{machine.path}: {wrong}")
+    return names
+
+
+def _wrong_names(names: dict[str, str]) -> Iterator[str]:
+    motors: dict[str, str] = {}
+    for motor, record in names.items():
+        if not _NAME.fullmatch(record) or len(record) > _LONGEST_NAME:
+            yield (
+                f"motor {motor}: no record can have the name {record!r}: letters, digits and "
+                f"_ - : ; < > [ ] {{ }} / + are wanted, at most {_LONGEST_NAME} "
+                f"(motors.{motor}.epics.name gives it another)"
+            )
+        if record in motors:
+            yield f"motors {motors[record]} and {motor} both have the record {record}"
+        motors[record] = motor

@@ -1,0 +1,11 @@
+# SPDX-License-Identifier: MIT
+"""What turns the commands of motor records into motions of boards, and boards into statuses.
+
+`BusDrives` owns a bus and has an `AxisDrive`, a `motor_record.traffic.Drive`, for each motor.
+`of_machine.motors_of` are the motors of a machine file.
+"""
+
+from pixstep.motor_drive.axis import AxisDrive, DrivenMotor
+from pixstep.motor_drive.bus import BusDrives, Pacer
+
+__all__ = ["AxisDrive", "BusDrives", "DrivenMotor", "Pacer"]

@@ -1,0 +1,314 @@
+# SPDX-License-Identifier: MIT
+"""What an axis is asked to do, as lines of its board: a move with its second leg, a jog.
+
+A motion knows what it has queued and when that ends; what the board says of it is judged by
+`axis.AxisDrive`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain
+
+from pixstep.motor_drive.feed import Feed
+from pixstep.motor_record.traffic import Command, Verb
+from pixstep.moves.trapezoid import JogLaw, Kinematics, Run, Trapezoid, line_entries
+
+# A line follows the one before without a gap if it is queued when the board decodes the end of that
+# one: before its steps are made, by as many periods as the ring of the step interrupt holds. A
+# period is a step, or 65,535 ticks of a longer one; beside them come two pixels' pulse trains.
+_RING_PERIODS, _LONGEST_S = 252, 0.0041
+_TRAINS_PX = 2
+_HOST_S = 0.12  # the host may be late by so much
+_SEGMENT_S, _SEGMENT_PX = 0.08, 2  # of a jog: a line of its own, at least
+_SEGMENTS = 4  # so many are queued
+_LATE_S = 0.05  # from arming to the first step, at most
+_DRIFT = 1.01  # the board's oscillator against the host's clock, at most
+_SAME = 1e-9
+
+
+@dataclass(frozen=True)
+class Leg:
+    """One leg: kinematics and the target, a raw position in whole steps."""
+
+    kinematics: Kinematics
+    target_steps: int
+
+
+@dataclass(frozen=True)
+class Pixels:
+    """What a board's pixels allow: their frequency, the highest speed, how it turns."""
+
+    hz: float
+    top_steps_px: int
+    turns_below_steps_px: int
+    rest_px: int
+
+
+def second_of(commands: Sequence[Command], now: Kinematics, end_steps: int) -> Leg | None:
+    """Return the leg that commands ask for after one that ends at `end_steps`; None for others."""
+    wanted, target = Wanted(now), None
+    for command in commands:
+        if wanted.take(command):
+            continue
+        if command.verb is Verb.MOVE_ABS:
+            target = whole(command.argument)
+        elif command.verb is Verb.MOVE_REL:
+            target = whole(end_steps + (command.argument or 0.0))
+        elif command.verb is not Verb.GO:
+            return None
+    if target is None or not commands or commands[-1].verb is not Verb.GO:
+        return None
+    return Leg(wanted.kinematics, target)
+
+
+def whole(steps: float | None) -> int:
+    """Return a position in whole steps, half a step rounded up."""
+    return math.floor((steps or 0.0) + 0.5)
+
+
+def same(some: Sequence[Command], others: Sequence[Command]) -> bool:
+    """Whether commands ask for the same; a status that is wanted as well makes no difference."""
+    left, right = [
+        [one for one in commands if one.verb is not Verb.GET_INFO] for commands in (some, others)
+    ]
+    return len(left) == len(right) and all(
+        one.verb is other.verb and _close(one.argument, other.argument)
+        for one, other in zip(left, right, strict=True)
+    )
+
+
+def _close(one: float | None, other: float | None) -> bool:
+    if one is None or other is None:
+        return one is other
+    return math.isclose(one, other, rel_tol=_SAME, abs_tol=_SAME)
+
+
+def decoded_ahead_s(steps_s: float, pixel_hz: float) -> float:
+    """Return how long before its last step the end of a line must be known."""
+    periods_s = max(abs(steps_s), 1 / _LONGEST_S)
+    return _HOST_S + _TRAINS_PX / pixel_hz + _RING_PERIODS / periods_s
+
+
+class Wanted:
+    """The speeds that the record has set last."""
+
+    def __init__(self, kinematics: Kinematics | None = None) -> None:
+        self.kinematics = kinematics or Kinematics(1.0)
+
+    def take(self, command: Command) -> bool:
+        """Take a command that sets one; return whether it does."""
+        now, value = self.kinematics, abs(command.argument or 0.0)
+        if command.verb is Verb.SET_VELOCITY:
+            now = Kinematics(value, now.base_steps_s, now.acceleration_steps_s2)
+        elif command.verb is Verb.SET_VEL_BASE:
+            now = Kinematics(now.speed_steps_s, value, now.acceleration_steps_s2)
+        elif command.verb is Verb.SET_ACCEL:
+            now = Kinematics(now.speed_steps_s, now.base_steps_s, value)
+        else:
+            return False
+        self.kinematics = now
+        return True
+
+
+class Motion:
+    """One motion of an axis, from its first block to rest."""
+
+    def __init__(self, direction: int) -> None:
+        self.direction = direction
+        """+1 or -1: where it goes, or went last."""
+        self.feed: Feed | None = None
+        self.began_steps = 0
+        """The board's register before it."""
+        self.lines_before = 0
+        self.armed_s: float | None = None
+        self.stopping = False
+        self.queued_s = 0.0
+        """How long all lasts that was queued so far."""
+
+    def ends_s(self) -> float:
+        """Return when the last step can come that is queued, by the host's clock."""
+        if self.armed_s is None:
+            return math.inf
+        return self.armed_s + _LATE_S + _DRIFT * self.queued_s
+
+    def entries(self) -> Iterator[Run]:
+        """Return the queue entries to begin with."""
+        raise NotImplementedError
+
+    def due_s(self) -> float:
+        """Return when more is to be queued."""
+        return math.inf
+
+    def armed(self, now_s: float) -> None:
+        """Note that it was armed just now, or again after lines that were over too early."""
+        self.armed_s = now_s
+
+    def queue_more(self, now_s: float) -> bool:
+        """Queue what follows if it is time for that; return whether there is something new."""
+        del now_s
+        return False
+
+
+class Move(Motion):
+    """A move to a target, and the second leg that the record has announced."""
+
+    def __init__(
+        self,
+        start_steps: int,
+        first: Leg,
+        second: Leg | None,
+        announced: Sequence[Command],
+        pixels: Pixels,
+    ) -> None:
+        steps = first.target_steps - start_steps
+        super().__init__(1 if steps > 0 else -1)
+        self.first, self.second = first, second
+        self.announced = tuple(announced)
+        """What the record gives when the first leg has ended, if it decides as it said."""
+        self.queued_second = self.confirmed = self.holding = False
+        self.hold_until_s = math.inf
+        self._pixels = pixels
+        self._steps = steps
+        self._leg = Trapezoid(steps, first.kinematics, pixels.hz)
+        self.queued_s = self.first_s = self._leg.lasts_s
+
+    @property
+    def target_steps(self) -> int:
+        """Where it ends, by what was queued of it."""
+        return (
+            self.second.target_steps
+            if self.second and self.queued_second
+            else (self.first.target_steps)
+        )
+
+    @property
+    def lines(self) -> int:
+        """How many lines were queued."""
+        return 1 + self.queued_second
+
+    def entries(self) -> Iterator[Run]:
+        """Return the queue entries to begin with: of a short first leg, those of both legs."""
+        yield from line_entries(self._leg.runs())
+        if self.second and self.first_s <= self._lead_s:
+            yield from self._second_entries()
+
+    def begin_second_at_once(self) -> None:
+        """Note that `entries` has the second leg if the first one is short."""
+        if self.second and self.first_s <= self._lead_s:
+            self._note_second()
+
+    def due_s(self) -> float:
+        """Return when the second leg is to be queued."""
+        if self.armed_s is None or self.second is None or self.queued_second:
+            return math.inf
+        return self.armed_s + self.first_s - self._lead_s
+
+    def queue_more(self, now_s: float) -> bool:
+        """Queue the second leg before the board decodes the end of the first one.
+
+        What is queued cannot be taken back without a stop. Until then the record may want another
+        target than it has announced.
+        """
+        if self.feed is None or now_s < self.due_s():
+            return False
+        self._note_second()
+        self.feed.more(self._second_entries())
+        return True
+
+    def armed(self, now_s: float) -> None:
+        """Note that it was armed, its second leg if that begins by itself."""
+        self.armed_s = now_s - self.first_s if self.confirmed else now_s
+
+    def turn_to_second(self) -> None:
+        """Note that the second leg is under way."""
+        if self.second and self.second.target_steps != self.first.target_steps:
+            self.direction = 1 if self.second.target_steps > self.first.target_steps else -1
+
+    @property
+    def _lead_s(self) -> float:
+        return decoded_ahead_s(0.0, self._pixels.hz)
+
+    def _note_second(self) -> None:
+        self.queued_second = True
+        self.queued_s = self.first_s + self._second().lasts_s + self._rest_px() / self._pixels.hz
+
+    def _second(self) -> Trapezoid:
+        assert self.second is not None
+        steps = self.second.target_steps - self.first.target_steps
+        return Trapezoid(steps, self.second.kinematics, self._pixels.hz)
+
+    def _second_entries(self) -> Iterable[Run]:
+        rest = [(0, self._rest_px())] if self._rest_px() else []
+        return line_entries(chain(rest, self._second().runs()))
+
+    def _rest_px(self) -> int:
+        """Return how long the motor rests between the legs, to turn."""
+        leg = self._second()
+        return self._pixels.rest_px if leg.steps * self._steps < 0 else 0
+
+
+class Jog(Motion):
+    """A motion at a speed until it is stopped: short lines, each queued while those before run.
+
+    They follow each other without a gap, and the motor ends with the last one that came: a host
+    that dies stops the motor within 1.3 s, or 0.3 s of one that makes 2000 steps/s. (The board's
+    `bus_timeout_ms` would.) So long it takes until another speed begins as well.
+    """
+
+    def __init__(self, velocity_steps_s: float, wanted: Kinematics, pixels: Pixels) -> None:
+        super().__init__(1 if velocity_steps_s > 0 else -1)
+        self._pixels, self.kinematics = pixels, wanted
+        self._law = JogLaw(pixels.hz, pixels.turns_below_steps_px, pixels.rest_px)
+        self.lines = 0
+        self._dry = False
+
+    def entries(self) -> Iterator[Run]:
+        """Return the first lines."""
+        while self.queued_s < self._ahead_s:
+            yield from self._line()
+
+    def due_s(self) -> float:
+        """Return when the next line is to be queued."""
+        if self.armed_s is None:
+            return math.inf
+        return self.armed_s + self.queued_s - self._ahead_s
+
+    def queue_more(self, now_s: float) -> bool:
+        """Queue the next lines."""
+        if self.feed is None or now_s < self.due_s():
+            return False
+        while now_s >= self.due_s():
+            self.feed.more([*self._line()])
+        return True
+
+    def armed(self, now_s: float) -> None:
+        """Note that it was armed; what ran dry is queued ahead again."""
+        self.armed_s = now_s if self.armed_s is None and not self._dry else now_s - self.queued_s
+        self._dry = False
+
+    def ran_dry(self) -> None:
+        """Queue a line where there is none any more."""
+        self._dry = True
+        if self.feed is not None:
+            self.feed.more([*self._line()])
+
+    def change(self, velocity_steps_s: float, wanted: Kinematics) -> None:
+        """Go on at another speed, from the next line to be queued on."""
+        self.kinematics = wanted
+        self.direction = 1 if velocity_steps_s > 0 else -1
+
+    @property
+    def _ahead_s(self) -> float:
+        slowest = min(abs(self._law.steps_s), self.kinematics.speed_steps_s)
+        return decoded_ahead_s(slowest, self._pixels.hz)
+
+    def _line(self) -> Iterator[Run]:
+        lasts_s = max(_SEGMENT_S, self._ahead_s / _SEGMENTS)
+        count = max(_SEGMENT_PX, math.ceil(lasts_s * self._pixels.hz))
+        found = self._law.pixels(self.kinematics, self.direction, count)
+        self.queued_s += sum(repeat for _, repeat in found) / self._pixels.hz
+        self.lines += 1
+        return line_entries(found)

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: MIT
+"""The motors of a machine file as drives know them."""
+
+from __future__ import annotations
+
+from pixstep.machine.model import MachineTables, MotorTable
+from pixstep.motor_drive.axis import DrivenMotor
+
+
+def motors_of(machine: MachineTables, port: str | None = None) -> list[DrivenMotor]:
+    """Return the motors whose boards are on a port; those of all boards if it is None.
+
+    Positions and directions of drives are the motor's, as the board counts them: `direction` of the
+    machine file is left to the record's DIR or to the sign of its MRES.
+    """
+    return [
+        _motor(machine, motor)
+        for motor in machine.motors.values()
+        if port is None or machine.board_of(motor).port == port
+    ]
+
+
+def _motor(machine: MachineTables, motor: MotorTable) -> DrivenMotor:
+    hz = machine.pixel_hz
+
+    def limit(name: str, power: int) -> float | None:
+        found = motor.limit(name)
+        return None if found is None else float(found.per_pixel(hz) * hz**power)
+
+    return DrivenMotor(
+        motor.name,
+        machine.board_of(motor).unit,
+        motor.axis,
+        max_speed_steps_s=limit("max_speed", 1),
+        max_acceleration_steps_s2=limit("max_acceleration", 2),
+    )

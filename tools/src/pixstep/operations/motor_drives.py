@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: MIT
+"""The drives of a machine's motors, for servers that move motors: on ports, or on simulated boards."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+from pixstep import natives
+from pixstep.board.port import BAUD, Port
+from pixstep.errors import UserError
+from pixstep.ioc.settings import limit_steps_s
+from pixstep.lazy import lazy
+from pixstep.server import remote
+
+if TYPE_CHECKING:
+    from pixstep.board.link import Link
+    from pixstep.machine.files import MachineFile
+    from pixstep.machine.model import BoardTable
+    from pixstep.motor_drive import BusDrives
+    from pixstep.motor_record import Drive
+    from pixstep.server.journal import Log
+
+motor_drive = lazy("pixstep.motor_drive")
+
+_LOAD = "home=2000,hyst=8,play={}"  # a simulated load: its home switch, its play in steps
+
+
+@contextlib.contextmanager
+def opened(
+    machine: MachineFile, port: str | None, log: Log, *, simulate: bool
+) -> Iterator[Mapping[str, Drive]]:
+    """Yield a drive for each motor, by the motors' names; motors that move are stopped at the end.
+
+    `port` is in place of what the machine file says. Raises UserError if a port cannot be opened.
+    """
+    with contextlib.ExitStack() as stack:
+        found: dict[str, Drive] = {}
+        if simulate:
+            found.update(stack.enter_context(_simulated(machine)))
+        else:
+            for place, boards in _ports(machine, port).items():
+                found.update(stack.enter_context(_on_port(machine, place, boards, log)))
+        yield found
+
+
+def _ports(machine: MachineFile, port: str | None) -> dict[Port, dict[str, BoardTable]]:
+    """Return the boards that have motors, by the ports that they are on."""
+    used = {machine.board_name(motor) for motor in machine.motors.values()}
+    found: dict[Port, dict[str, BoardTable]] = {}
+    for name in used:
+        board = machine.boards[name]
+        place = port or board.port
+        if place is None:
+            raise UserError(
+                f"{machine.path}: board {name} has no port: --port PORT, or port in [boards.{name}]"
+            )
+        bus = Port(place, board.baud or BAUD, board.parity, None)
+        found.setdefault(bus, {})[name] = board
+    return found
+
+
+@contextlib.contextmanager
+def _on_port(
+    machine: MachineFile, port: Port, boards: Mapping[str, BoardTable], log: Log
+) -> Iterator[Mapping[str, Drive]]:
+    """Yield the drives of the boards of a port, through its server if one runs."""
+    link = remote.open_bus(port, lambda text: log.tell("port", says=text))
+    try:
+        units = {name: board.unit for name, board in boards.items()}
+        with _drives(machine, link, units) as found:
+            log.tell("port", open=port.name, boards=" ".join(sorted(boards)))
+            yield found
+    finally:
+        link.close()
+
+
+@contextlib.contextmanager
+def _simulated(machine: MachineFile) -> Iterator[Mapping[str, Drive]]:
+    """Yield the drives of simulated boards, whose time passes as the wall clock's."""
+    from pixstep.simulation.simboard import SimLink  # which those without a simulator do not need
+    from pixstep.simulation.simctl import SimOptions
+
+    places = {name: place for place, name in enumerate(machine.boards)}
+    kinds = [board.kind for board in machine.boards.values()]
+    plants = {
+        (places[machine.board_name(motor)], motor.axis): _LOAD.format(motor.backlash_steps)
+        for motor in machine.motors.values()
+    }
+    options = SimOptions(
+        [(kind, natives.image(kind)) for kind in kinds], machine.clock_hz, plants=plants
+    )
+    with SimLink(options) as link, motor_drive.Pacer(link):
+        units = {name: place + 1 for name, place in places.items()}
+        with _drives(machine, link, units) as found:
+            yield found
+
+
+def _drives(machine: MachineFile, link: Link, units: Mapping[str, int]) -> BusDrives:
+    """Return the drives of the motors of some boards; `units` are their addresses by name."""
+    motors = [
+        motor_drive.DrivenMotor(
+            name,
+            units[machine.board_name(motor)],
+            motor.axis,
+            limit_steps_s(machine, motor, "max_speed"),
+            limit_steps_s(machine, motor, "max_acceleration"),
+        )
+        for name, motor in machine.motors.items()
+        if machine.board_name(motor) in units
+    ]
+    drives: BusDrives = motor_drive.BusDrives(
+        link, motors, clock_hz=machine.clock_hz, divider=machine.clock.edges
+    )
+    return drives
