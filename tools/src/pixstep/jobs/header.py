@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import datetime
 import hashlib
-import sys
 import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -19,6 +18,7 @@ import tomlkit
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from pixstep.errors import RefusedError, one_line
+from pixstep.version import __version__
 
 NAME = "job.toml"
 SCHEMA: Literal[1] = 1
@@ -101,12 +101,7 @@ class JobHeader(_Table):
 
 def made_now(at: datetime.datetime) -> MadeTable:
     """Return who makes a job."""
-    return MadeTable(at=at.astimezone(datetime.UTC).replace(microsecond=0), by=_version())
-
-
-def _version() -> str:
-    """Return the version of this pixstep, which its package has: no layer below may import it."""
-    return str(vars(sys.modules[__name__.partition(".")[0]])["__version__"])
+    return MadeTable(at=at.astimezone(datetime.UTC).replace(microsecond=0), by=__version__)
 
 
 def sums(members: dict[str, bytes]) -> dict[str, str]:
@@ -149,7 +144,7 @@ def _refuse_newer(path: Path, content: dict[str, Any]) -> None:
         by = made.get("by", "?") if isinstance(made, dict) else "?"
         raise RefusedError(
             f"{path}: {NAME}: schema = {version}: made by pixstep {one_line(str(by))}; this one, "
-            f"{_version()}, reads schema {SCHEMA}: take a newer pixstep"
+            f"{__version__}, reads schema {SCHEMA}: take a newer pixstep"
         )
 
 
