@@ -90,6 +90,7 @@ class _Comparison:
     def rows(self, data: bytes) -> Iterator[Row]:
         """Yield a row a field, in the order of a machine file."""
         found = [*self._fields(), *self._unknown()]
+        found += self._rest({one.field for one in found})
         if verdict(found) is GREEN and data != self.job.copies[MACHINE]:
             same = all(one.colour is GREEN for one in found)
             found += [self._row("file", rules.LAYOUT, "as copied", "changed", equal=False)] * same
@@ -213,6 +214,21 @@ class _Comparison:
                 equal=there[0] == there[1],
             )  # fmt: skip
 
+    def _rest(self, covered: set[str]) -> Iterator[Row]:
+        """Yield what differs in the files and has no row yet: what lines do not depend on."""
+        then, now = self.job.machine, self.today
+        for keys in dict.fromkeys([*then.values, *now.values]):
+            pair = [copy.values.get(keys, _NOTHING) for copy in (then, now)]
+            above = {".".join(keys[:count]) for count in range(1, len(keys) + 1)}
+            if pair[0] != pair[1] and not above & covered:
+                rule = rules.of(keys) if self._is_used(keys) else rules.NOT_USED
+                yield self._row(".".join(keys), rule, *pair, equal=False)
+
+    def _is_used(self, keys: Keys) -> bool:
+        """True for keys that are of no motor or board, or of one that the job has."""
+        used = {"motors": self.job.motors, "boards": self._boards()}.get(keys[0])
+        return used is None or len(keys) < 2 or keys[1] in used
+
     def _row(self, field: str, rule: Rule, job: object, found: object, *, equal: bool) -> Row:
         return row(self.path.name, field, rule, job, found, equal=equal)
 
@@ -241,7 +257,7 @@ def _of_motor(machine: MachineFile, motor: MotorTable, keys: Keys) -> Any:
         return motor.backlash_steps
     if keys[0] == "limits":
         limit = motor.limit(keys[1])
-        return None if limit is None else limit.per_pixel(machine.pixel_hz)
+        return None if limit is None else (limit.value, limit.per_second)
     if keys[0] == "profiles":
         return getattr(motor.profiles, keys[1])
     return getattr(motor, keys[0])

@@ -61,6 +61,7 @@ RULES: dict[Keys, Rule] = {
     ("line", "scan_offset_forward"): _PLACE,
     ("line", "scan_offset_back"): _PLACE,
     ("program", ANY): _DEFAULT,
+    ("epics", ANY): _DEFAULT,
     ("boards", ANY, "kind"): Rule(RED, "another kind of board", key=True),
     ("boards", ANY, "port"): _NAMES_ONLY,
     ("boards", ANY, "unit"): _NAMES_ONLY,
@@ -75,9 +76,12 @@ RULES: dict[Keys, Rule] = {
     ("motors", ANY, "word"): _DEFAULT,
     ("motors", ANY, "home_is_limit"): Rule(AMBER, "homing stops at another switch"),
     ("motors", ANY, "limits", ANY): _LIMIT,
+    ("motors", ANY, "epics", ANY): _DEFAULT,
+    ("motors", ANY, "epics", ANY, ANY): _DEFAULT,
     ("motors", ANY, "profiles", ANY): Rule(GREY, "the name of a file; its content has its own row"),
 }
 HAPS = Rule(AMBER, "homing is faster or slower")
+NOT_USED = Rule(GREY, "not in the job")
 UNKNOWN = Rule(AMBER, "this pixstep does not know the key")
 GONE = Rule(RED, "the machine does not have it any more")
 LINES = Rule(RED, "a line is refused by what the machine can do today")

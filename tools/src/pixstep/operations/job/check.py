@@ -30,8 +30,9 @@ KEY_MARK = "\N{BLACK DIAMOND}"
 STYLES = {"green": "green", "grey": "bright_black", "amber": "yellow", "red": "red"}
 _STATUSES = {"green": FINE, "amber": NEGATIVE, "red": MISUSE}
 LEGEND = (
-    f"{KEY_MARK} key field: it decided the counts. green: equal; grey: differs, and makes no "
-    f"difference; amber: agree before anything moves; red: do not print"
+    f"{KEY_MARK} key field: it decided the counts of the lines\n"
+    f"green: equal; grey: differs, and makes no difference; amber: agree before anything moves; "
+    f"red: do not print"
 )
 
 

@@ -317,9 +317,10 @@ def _facts(data: ShownJob) -> Iterator[str]:
 def _write_line(page: Page, row: MotorLine, number: int) -> None:
     way = ", backwards" if row["negative"] else ""
     image = f", image from pixel {row['image_pixel']}" if row["image_pixel"] else ""
+    image = ", a return without an image" if row["purpose"] == "return" else image
     side = f", moved {row['play_side']} last" if row["play_side"] else ""
     page.tell(
-        f"line {number}, motor {row['motor']}: {row['decode']}{way}, {row['purpose']}{image}; from "
+        f"line {number}, motor {row['motor']}: {row['decode']}{way}{image}; from "
         f"{row['start_steps']}{side}"
     )
     table = new_table("pixel", "steps", "expected")

@@ -180,8 +180,8 @@ def _turned(asked: LineMake, desk: Desk, make: Make, request: generator.LineRequ
     if asked.pixels is not None and way < 1:
         raise AskedError("{turn}: {pixels} 3 at least")
     made = make(asked, desk, replace(request, pixels=way))
-    advice = turning.slow_first_pixels("a motor that makes this line", made.made.counts)
-    desk.say([f"{asked.output}: {advice}"] if advice else [])
+    advice = turning.slow_first_pixels(f"the motor of {asked.output}", made.made.counts)
+    desk.say([advice] if advice else [])
     counts = turning.forth_and_back(made.made.counts, 1 if asked.pixels is None else rest)
     return replace(made, made=replace(made.made, counts=list(counts)))
 
