@@ -13,6 +13,7 @@ from pixstep import formats, ops
 from pixstep.errors import RefusedError
 from pixstep.jobs import comparison
 from pixstep.jobs.job import Job
+from pixstep.jobs.machine_copy import MachineCopy
 from pixstep.jobs.rules import AMBER, GREEN, GREY, RED
 from pixstep.operations.job.check import KEY_MARK, LEGEND, STYLES
 
@@ -65,6 +66,11 @@ CHANGES = [
 ]  # fmt: skip
 
 
+def compare(job, text, folder):
+    """Return the rows of a job beside a machine file in a folder."""
+    return comparison.with_machine(job, MachineCopy.of(text.encode(), folder / "machine.toml"))
+
+
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """Return the job of the machine as it is, read from its file."""
@@ -79,15 +85,15 @@ def compared(made, tmp_path):
     """Return a function that compares the job with a changed machine file: rows by field."""
     jobbench.write_machine(tmp_path)
 
-    def compare(*changes):
+    def changed(*changes):
         text = jobbench.MACHINE
         for old, new in changes:
             assert old in text, old
             text = text.replace(old, new, 1)
-        rows = comparison.with_machine(made, text.encode(), tmp_path / "machine.toml")
+        rows = compare(made, text, tmp_path)
         return {row.field: row for row in rows}
 
-    return compare
+    return changed
 
 
 def test_the_same_machine_is_green(compared):
@@ -138,7 +144,7 @@ def test_a_backlash_where_the_job_has_none(made, tmp_path):
     machine = jobbench.write_machine(tmp_path, jobbench.MACHINE.replace('"250 steps"', '"0 steps"'))
     job = jobbench.make(machine)
     job = _written(job, tmp_path)
-    rows = comparison.with_machine(job, jobbench.MACHINE.encode(), tmp_path / "machine.toml")
+    rows = compare(job, jobbench.MACHINE, tmp_path)
     found = next(row for row in rows if row.field == "motors.M39.backlash")
     assert (found.colour, found.key) == (RED, True)
     assert "no room to take play up" in found.why
@@ -153,12 +159,10 @@ def test_another_kind_of_board(tmp_path):
     text = jobbench.MACHINE.partition("[motors.M41]")[0]
     of_mega = jobbench.write_machine(tmp_path, text)
     job = _written(jobbench.make(of_mega, steps={}), tmp_path)
-    today = text.replace('"mega"', '"m1284"').encode()
-    rows = comparison.with_machine(job, today, tmp_path / "machine.toml")
+    rows = compare(job, text.replace('"mega"', '"m1284"'), tmp_path)
     found = next(row for row in rows if row.field == "boards.main.kind")
     assert (found.colour, found.key, found.found) == (RED, True, "m1284")
-    gone = text.replace("boards.main", "boards.other").encode()
-    rows = comparison.with_machine(job, gone, tmp_path / "machine.toml")
+    rows = compare(job, text.replace("boards.main", "boards.other"), tmp_path)
     colours = {row.field: row.colour for row in rows}
     assert colours["boards.main"] is colours["motors.M39.board"] is RED
 
@@ -204,7 +208,7 @@ def test_a_profile_that_was_named_for_the_job_is_no_difference(made, tmp_path):
     formats.write_prn(tmp_path / "own.PRN", [8, 16, 32, 64, 128, 256, 512, 1000])
     asked = jobbench.Asked(profiles={"M39": tmp_path / "own.PRN"})
     job = _written(jobbench.make(machine, asked=asked), tmp_path)
-    rows = comparison.with_machine(job, jobbench.MACHINE.encode(), tmp_path / "machine.toml")
+    rows = compare(job, jobbench.MACHINE, tmp_path)
     assert comparison.verdict(rows) is GREEN
     assert job.header.motors["M39"].used == "own"
 
@@ -216,7 +220,7 @@ def test_a_wrong_value_of_today_is_refused(made, tmp_path):
         ("x = ", "machine.toml: "),
     ):
         with pytest.raises(RefusedError, match=said):
-            comparison.with_machine(made, text.encode(), tmp_path / "machine.toml")
+            compare(made, text, tmp_path)
 
 
 def test_what_moves_asks_for_agreement(made, compared):
@@ -246,6 +250,8 @@ def in_folder(pixstep, tmp_path):
         ("/dev/ttyACM0", "/dev/ttyACM1", "green", 0),
         ('"250 steps"', '"100 steps"', "amber", 1),
         ('"30 Hz"', '"31 Hz"', "red", 2),
+        ("lead_in = 4", "lead_in = 4\ncolour = 3", "amber", 1),
+        ("[clock]", "# remark\n[clock]", "green", 0),
     ],
 )
 def test_exit_status_json_and_text(in_folder, tmp_path, old, new, verdict, status):

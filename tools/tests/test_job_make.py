@@ -12,7 +12,7 @@ import jobbench
 from jobbench import image, make, speed
 from pixstep import formats, ops
 from pixstep.errors import UserError
-from pixstep.jobs import judging, making
+from pixstep.jobs import judging, line_files, making
 from pixstep.jobs.job import Job
 from pixstep.jobs.making import Asked, AskedImage
 from pixstep.lines.line import SMOOTH
@@ -239,7 +239,7 @@ def test_exported_lines_make_the_same_job(in_folder, machine):
     for number in range(1, 5):
         for name, line in again.line(number).items():
             wanted = first.line(number)[name]
-            assert (line.counts, line.backlash) == (wanted.counts, wanted.backlash)
+            assert line == wanted
     assert again.runs_of(1)["M39"].image_pixel == first.runs_of(1)["M39"].image_pixel
 
 
@@ -248,7 +248,7 @@ def test_files_say_their_own_backlash(in_folder, machine):
     make(machine, asked=Asked(backlash={"M39": 120})).write(folder / "a.pxjob")
     in_folder("job", "export", "a.pxjob", "--of", "M39", "--line", 1, "--out", "lines")
     told = in_folder("job", "make", "--lines-of", "M39=lines/M39.csv", "-o", "b.pxjob")
-    assert "its own backlash of 120 steps is taken; " in told and "has 250" in told
+    assert "its own backlash of 120 steps is taken; machine.toml has 250" in told
     assert Job.read(folder / "b.pxjob").line(1)["M39"].backlash == 120
 
 
@@ -257,7 +257,7 @@ def test_files_of_other_lengths_are_refused(machine):
     formats.write_csv(folder / "a.csv", [0, 10, 10, 0])
     formats.write_csv(folder / "b.csv", [0, 10, 0])
     with pytest.raises(UserError, match="has 3 pixels, line 1 of motor M40 4"):
-        making.of_files(machine, {"M40": folder / "a.csv", "M41": folder / "b.csv"}, Asked())
+        line_files.of_files(machine, {"M40": folder / "a.csv", "M41": folder / "b.csv"}, Asked())
 
 
 TABLE = """\
@@ -360,3 +360,35 @@ def test_smooth_lines_are_smooth(machine):
     job = make(machine)
     line = job.line(1)["M39"]
     assert line.decode == SMOOTH and line.backlash == BACKLASH and line.speeds[-1] == 0
+
+
+def test_smooth_lines_of_files_run_forth_and_back(in_folder, machine):
+    folder = machine.path.parent
+    in_folder("line", "make", "--motor", "M39", "--speed", 1000, "--pixels", 60, "--lines", 3,
+              "-o", "m.csv")  # fmt: skip
+    for words, backwards in (((), [False, True, False]), (("--one-way",), [False] * 3)):
+        in_folder("job", "make", "--lines-of", "M39=m.csv", *words, "-o", "m.pxjob", "--force")
+        job = Job.read(folder / "m.pxjob")
+        assert [job.line(number)["M39"].negative for number in (1, 2, 3)] == backwards
+
+
+def test_a_smooth_motor_may_step(machine):
+    text = jobbench.MACHINE.replace("limits.max_speed = \"1200", "limits.max_acceleration = "
+                                    "\"100 steps/px2\"\nlimits.max_speed = \"1200")  # fmt: skip
+    machine = jobbench.write_machine(machine.path.parent, text)
+    job = make(machine, scans={"M41": speed("60")}, steps={"M39": -500}, turns={})
+    line = job.line(1)["M39"]
+    assert line.negative and sum(line.counts) == 500 and line.backlash == 0
+    assert job.runs_of(4)["M39"].start_steps == -1500
+    assert judging.judge(job, machine, machine.path) == []
+
+
+def test_a_place_that_no_board_can_count_to_is_refused(machine):
+    with pytest.raises(UserError, match="line 1 of motor M41 ends at 2147483648 steps"):
+        make(machine, asked=Asked(starts={"M41": 2**31 - 40}))
+
+
+def test_settings_that_are_none_are_refused(in_folder, machine):
+    (machine.path.parent / "x.toml").write_text("[settings]\ncolour = 3\n")
+    words = ("--image-size", "30x4", "--scan", "M39=1000", "--settings", "main=x.toml")
+    assert "x.toml:2: no setting 'colour'" in in_folder("job", "make", *words, "-o", "a.pxjob", status=3)

@@ -18,6 +18,7 @@ from pixstep.lines.line import SMOOTH
 from pixstep.machine.files import MachineFile
 
 Counts = tuple[int, ...]
+_FARTHEST = 2**31 - 1  # that a board's registers hold
 _EPOCH = "SOURCE_DATE_EPOCH"  # https://reproducible-builds.org/specs/source-date-epoch
 
 
@@ -131,6 +132,11 @@ def _runs(
             len(stroke.counts), place.purpose,
         )  # fmt: skip
         where += -shape.travel if stroke.negative else shape.travel
+        if abs(where) > _FARTHEST:
+            raise UserError(
+                f"line {number} of motor {name} ends at {where} steps: positions are "
+                f"{-_FARTHEST} to {_FARTHEST}"
+            )
         side = _last_side(stroke) or side
 
 

@@ -7,7 +7,6 @@ import hashlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from pixstep.errors import RefusedError
 from pixstep.formats.files import examine_bytes
@@ -15,13 +14,11 @@ from pixstep.formats.findings import LENIENT
 from pixstep.formats.motion import MotionFile
 from pixstep.jobs import judging, rules
 from pixstep.jobs.job import MACHINE, Job
-from pixstep.jobs.machine_copy import MachineCopy
+from pixstep.jobs.machine_copy import NOTHING, MachineCopy
 from pixstep.jobs.rules import AMBER, GREEN, GREY, RED, Colour, Keys, Rule
 from pixstep.lines.line import SMOOTH
-from pixstep.machine.files import MachineFile
-from pixstep.machine.model import LimitsTable, MotorTable
+from pixstep.machine.model import LimitsTable
 
-_NOTHING = "-"
 _MOTOR_KEYS = ("board", "axis", "kind", "steps_per_unit", "direction")
 _MORE_KEYS = ("word", "home_is_limit")
 _CLOCK = ("pixel", "divider", "sync", "gate_edges")
@@ -74,9 +71,9 @@ def require(job: Job, rows: Iterable[Row], *, accept_amber: bool) -> None:
         )
 
 
-def with_machine(job: Job, data: bytes, path: Path) -> list[Row]:
-    """Compare a job with a machine file. Raises RefusedError for a file with a wrong value."""
-    return [*_Comparison(job, MachineCopy.of(data, path), path).rows(data)]
+def with_machine(job: Job, today: MachineCopy) -> list[Row]:
+    """Compare a job with a machine file of today."""
+    return [*_Comparison(job, today).rows()]
 
 
 @dataclass(frozen=True)
@@ -85,13 +82,12 @@ class _Comparison:
 
     job: Job
     today: MachineCopy
-    path: Path
 
-    def rows(self, data: bytes) -> Iterator[Row]:
+    def rows(self) -> Iterator[Row]:
         """Yield a row a field, in the order of a machine file."""
         found = [*self._fields(), *self._unknown()]
         found += self._rest({one.field for one in found})
-        if verdict(found) is GREEN and data != self.job.copies[MACHINE]:
+        if verdict(found) is GREEN and self.today.data != self.job.copies[MACHINE]:
             same = all(one.colour is GREEN for one in found)
             found += [self._row("file", rules.LAYOUT, "as copied", "changed", equal=False)] * same
         yield from found
@@ -145,8 +141,8 @@ class _Comparison:
         """Return the row of a key of the file: by what it means, however it is written."""
         then, now = self.job.machine, self.today
         rule = rules.of(keys)
-        equal = _value(then.tables, keys) == _value(now.tables, keys)
-        found = self._row(".".join(keys), rule, _text(then, keys), _text(now, keys), equal=equal)
+        equal = then.value(keys) == now.value(keys)
+        found = self._row(".".join(keys), rule, then.text(keys), now.text(keys), equal=equal)
         missing = (keys in then.values) != (keys in now.values)
         if missing and equal and rule.colour is not GREY:
             where = "today" if keys in then.values else "in the job"
@@ -160,9 +156,7 @@ class _Comparison:
             return self._compared(keys)
         today = self.today.tables[name].backlash_steps
         rule = rules.backlash(about.backlash, today, self._speed(name))
-        equal = about.backlash == today and rule.colour is not RED
-        if about.backlash == today == 0:
-            equal = True
+        equal = about.backlash == today and (not today or rule.colour is not RED)
         texts = (f"{steps} steps" for steps in (about.backlash, today))
         found = self._row(".".join(keys), rule, *texts, equal=equal)
         missing = (keys in self.job.machine.values) != (keys in self.today.values)
@@ -208,17 +202,15 @@ class _Comparison:
     def _unknown(self) -> Iterator[Row]:
         then, now = self.job.machine, self.today
         for keys in sorted({*then.unknown, *now.unknown}):
-            there = [_under(copy.values, keys) for copy in (then, now)]
-            yield self._row(
-                ".".join(keys), rules.UNKNOWN, *(one or _NOTHING for one in there),
-                equal=there[0] == there[1],
-            )  # fmt: skip
+            there = [copy.under(keys) for copy in (then, now)]
+            equal = there[0] == there[1]
+            yield self._row(".".join(keys), rules.UNKNOWN, *there, equal=equal)
 
     def _rest(self, covered: set[str]) -> Iterator[Row]:
         """Yield what differs in the files and has no row yet: what lines do not depend on."""
         then, now = self.job.machine, self.today
         for keys in dict.fromkeys([*then.values, *now.values]):
-            pair = [copy.values.get(keys, _NOTHING) for copy in (then, now)]
+            pair = [copy.values.get(keys, NOTHING) for copy in (then, now)]
             above = {".".join(keys[:count]) for count in range(1, len(keys) + 1)}
             if pair[0] != pair[1] and not above & covered:
                 rule = rules.of(keys) if self._is_used(keys) else rules.NOT_USED
@@ -230,73 +222,24 @@ class _Comparison:
         return used is None or len(keys) < 2 or keys[1] in used
 
     def _row(self, field: str, rule: Rule, job: object, found: object, *, equal: bool) -> Row:
-        return row(self.path.name, field, rule, job, found, equal=equal)
+        return row(self.today.tables.path.name, field, rule, job, found, equal=equal)
 
 
 def _with(found: Row, colour: Colour, why: str) -> Row:
     return Row(found.place, found.field, found.key, colour, found.job, found.found, why)
 
 
-def _value(machine: MachineFile, keys: Keys) -> Any:
-    """Return what a key means, in steps and pixels."""
-    table, *rest = keys
-    if table == "clock" and keys[1] == "divider":
-        return machine.clock.edges
-    if table != "motors":
-        held: Any = getattr(machine, table)
-        for key in rest:
-            held = held[key] if isinstance(held, dict) else getattr(held, key)
-        return _length(held)
-    return _of_motor(machine, machine[keys[1]], keys[2:])
-
-
-def _of_motor(machine: MachineFile, motor: MotorTable, keys: Keys) -> Any:
-    if keys == ("board",):
-        return machine.board_name(motor)
-    if keys == ("backlash",):
-        return motor.backlash_steps
-    if keys[0] == "limits":
-        limit = motor.limit(keys[1])
-        return None if limit is None else (limit.value, limit.per_second)
-    if keys[0] == "profiles":
-        return getattr(motor.profiles, keys[1])
-    return getattr(motor, keys[0])
-
-
-def _length(held: Any) -> Any:
-    """Return a quantity by what it is, not by how it is written."""
-    return (held.value, held.length) if hasattr(held, "per_second") else held
-
-
-def _text(copy: MachineCopy, keys: Keys) -> str:
-    """Return a value as it is written, what holds without it, or that there is none."""
-    if keys in copy.values:
-        return str(copy.values[keys])
-    held = _value(copy.tables, keys)
-    if isinstance(held, tuple):
-        held = held[0]
-    return _NOTHING if held is None or held == "" else f"{held} (default)"
-
-
-def _under(values: dict[Keys, Any], keys: Keys) -> str:
-    """Return what stands at a key, a table as its keys."""
-    found = {one: value for one, value in values.items() if one[: len(keys)] == keys}
-    if list(found) == [keys]:
-        return str(found[keys])
-    return ", ".join(f"{'.'.join(one[len(keys) :])} = {value}" for one, value in found.items())
-
-
 def _sum(data: bytes | None) -> str:
-    return _NOTHING if data is None else hashlib.sha256(data).hexdigest()[:16]
+    return NOTHING if data is None else hashlib.sha256(data).hexdigest()[:16]
 
 
 def _haps(data: bytes | None) -> str:
     """Return the HAPs of a profile's header; nothing of one without a header."""
     file = examine_bytes(Path("profile"), data, LENIENT, raw=True).file if data else None
     header = file.header if isinstance(file, MotionFile) else None
-    return str(header.haps) if header else _NOTHING
+    return str(header.haps) if header else NOTHING
 
 
 def _told(value: object) -> str:
     text = str(value)
-    return text if text else _NOTHING
+    return text if text else NOTHING

@@ -15,13 +15,11 @@ from pixstep.jobs.job import Job
 from pixstep.lines import line_check
 from pixstep.lines.line import Line
 from pixstep.lines.line_check import ERROR, Finding
-from pixstep.lines.runs import packed_size, queue_entries
+from pixstep.lines.runs import MOST_BYTES, packed_size, queue_entries
 from pixstep.machine import line_limits
 from pixstep.machine.files import MachineFile
 from pixstep.machine.model import MotorTable
 from pixstep.progress import Progress, unseen
-
-ENTRY_BYTES = 4  # of the queue: BOARD_QUEUE_ENTRIES entries of the longest kind
 
 
 @dataclass(frozen=True)
@@ -53,7 +51,7 @@ def room(job: Job, machine: MachineFile, name: str) -> Room:
     """Return what a motor's lines take in the queue of its axis."""
     kind = boards.load(machine.board_of(machine[name]).kind)
     longest = max((packed_size(queue_entries(line)) for _, line in _lines(job, name)), default=0)
-    return Room(longest, kind.queue_entries * ENTRY_BYTES)
+    return Room(longest, kind.queue_entries * MOST_BYTES)
 
 
 def judge(

@@ -15,11 +15,13 @@ from typing import Any
 from pydantic import ValidationError
 
 from pixstep.errors import RefusedError, one_line
+from pixstep.lines.units import Quantity
 from pixstep.machine import files
 from pixstep.machine.files import MachineFile
-from pixstep.machine.model import contradictions
+from pixstep.machine.model import MotorTable, contradictions
 
 Keys = tuple[str, ...]
+NOTHING = "-"
 _UNKNOWN = "extra_forbidden"
 
 
@@ -27,10 +29,11 @@ _UNKNOWN = "extra_forbidden"
 class MachineCopy:
     """A machine, and what stands in its file.
 
-    `values` are those of all keys as they are written; `unknown` are the keys that mean nothing
-    here.
+    `data` are the file's bytes, `values` those of all keys as they are written; `unknown` are the
+    keys that mean nothing here.
     """
 
+    data: bytes
     tables: MachineFile
     values: dict[Keys, Any]
     unknown: tuple[Keys, ...]
@@ -40,7 +43,7 @@ class MachineCopy:
         """Return the machine of a file's bytes. Raises RefusedError naming the first wrong key."""
         try:
             content = tomllib.loads(data.decode("utf-8-sig"))
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise RefusedError(f"{path}: {one_line(str(error))}") from None
         values = dict(_leaves(content))
         unknown: list[Keys] = []
@@ -52,7 +55,49 @@ class MachineCopy:
                 unknown += _without_unknown(content, error, path)
         for keys, reason in contradictions(made):
             raise RefusedError(f"{path}: {'.'.join(keys)}: {one_line(reason)}")
-        return cls(made, values, tuple(unknown))
+        return cls(data, made, values, tuple(unknown))
+
+    def value(self, keys: Keys) -> Any:
+        """Return what a key means, however it is written: equal means have equal values."""
+        table, name = keys[:2]
+        if table == "motors":
+            return _of_motor(self.tables, self.tables[name], keys[2:])
+        if keys == ("clock", "divider"):
+            return self.tables.clock.edges
+        held: Any = self.tables
+        for key in keys:
+            held = held[key] if isinstance(held, dict) else getattr(held, key)
+        return (held.value, held.length) if isinstance(held, Quantity) else held
+
+    def text(self, keys: Keys) -> str:
+        """Return a value as it is written, what holds without it, or that there is none."""
+        if keys in self.values:
+            return str(self.values[keys])
+        held = self.value(keys)
+        if isinstance(held, tuple):
+            held = held[0]
+        return NOTHING if held is None or held == "" else f"{held} (default)"
+
+    def under(self, keys: Keys) -> str:
+        """Return what stands at a key; of a table all that stands in it."""
+        found = {one: value for one, value in self.values.items() if one[: len(keys)] == keys}
+        if list(found) == [keys]:
+            return str(found[keys])
+        inside = (f"{'.'.join(one[len(keys) :])} = {value}" for one, value in found.items())
+        return ", ".join(inside) or NOTHING
+
+
+def _of_motor(machine: MachineFile, motor: MotorTable, keys: Keys) -> Any:
+    if keys == ("board",):
+        return machine.board_name(motor)
+    if keys == ("backlash",):
+        return motor.backlash_steps
+    if keys[0] == "limits":
+        limit = motor.limit(keys[1])
+        return None if limit is None else (limit.value, limit.per_second)
+    if keys[0] == "profiles":
+        return getattr(motor.profiles, keys[1])
+    return getattr(motor, keys[0])
 
 
 def _without_unknown(content: dict[str, Any], error: ValidationError, path: Path) -> list[Keys]:

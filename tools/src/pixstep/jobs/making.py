@@ -4,20 +4,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
-from pixstep import formats
-from pixstep.board import capability
+from pixstep.board import capability, values
 from pixstep.errors import UserError
-from pixstep.formats import MotionFile
 from pixstep.jobs import image, ramps
 from pixstep.jobs.assembly import Common, Copies, MotorPart, Place, Stroke, assemble
 from pixstep.jobs.header import LineTable, MotorTable, SourceTable, sums
 from pixstep.jobs.image import Image, Layout, Move, Scan
 from pixstep.jobs.job import SETTINGS, Job
 from pixstep.jobs.ramps import LINE, MOVE
-from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.units import Quantity, whole_speed
 from pixstep.machine.files import MachineFile
 from pixstep.machine.model import MotorTable as MachineMotor
@@ -116,22 +113,6 @@ def of_lines(
     }  # fmt: skip
     common = _common(LineTable(lines=0, pixels=0), source, copies, asked)
     return Made(assemble(parts, places, common))
-
-
-def of_files(machine: MachineFile, paths: Mapping[str, Path], asked: Asked) -> Made:
-    """Return the job of files of lines, one a motor; a file of one line is that line each time.
-
-    The image begins as the header of a file says that has a lead-in.
-    """
-    read = {machine[name].name: formats.read_motion(path) for name, path in paths.items()}
-    count = max(len(file.blocks) for file in read.values())
-    strokes = {name: _strokes(machine[name], read[name], count) for name in read}
-    own, notes = _own_backlash(machine, read, asked)
-    images = [_image_pixels(machine[name], file, own) for name, file in read.items()]
-    places = [Place(max(one[k % len(one)] for one in images)) for k in range(count)]
-    source = SourceTable(kind="lines", files=source_files(paths.values()))
-    made = of_lines(machine, strokes, places, source, own)
-    return replace(made, notes=(*notes, *(note for file in read.values() for note in file.notes)))
 
 
 def source_files(paths: Iterable[Path]) -> dict[str, str]:
@@ -246,6 +227,8 @@ def _line_table(found: Layout) -> LineTable:
 
 
 def _common(line: LineTable, source: SourceTable, copies: Copies, asked: Asked) -> Common:
+    for path in asked.settings.values():
+        values.read_file(path)  # names what is wrong with it
     settings = {
         board: copies.add(SETTINGS, path, f"{board}.toml") for board, path in asked.settings.items()
     }
@@ -269,46 +252,3 @@ def _notes(
                 f"motor {name} has a play of {play} steps, which no plain line takes up by itself "
                 f"(`pixstep line compensate`)"
             )
-
-
-def _strokes(motor: MachineMotor, file: MotionFile, count: int) -> list[Stroke]:
-    if len(file.blocks) not in (1, count):
-        raise UserError(
-            f"{file.path}: holds {len(file.blocks)} lines, others have {count}: equally many are "
-            f"wanted, or one that is used for all"
-        )
-    blocks = file.blocks * count if len(file.blocks) == 1 else file.blocks
-    backwards = motor.negative and motor.smooth
-    return [Stroke(tuple(block.values), backwards) for block in blocks]
-
-
-def _own_backlash(
-    machine: MachineFile, read: Mapping[str, MotionFile], asked: Asked
-) -> tuple[Asked, list[str]]:
-    """Return the play that files say for themselves, and where that is not the machine's."""
-    own = dict(asked.backlash)
-    notes = []
-    for name, file in read.items():
-        written = file.header.backlash if file.header else None
-        if written is None or name in own or not machine[name].smooth:
-            continue
-        own[name] = written
-        if written != machine[name].backlash_steps:
-            notes.append(
-                f"{file.path}: its own backlash of {written} steps is taken; {machine.path} has "
-                f"{machine[name].backlash_steps}"
-            )
-    return replace(asked, backlash=own), notes
-
-
-def _image_pixels(motor: MachineMotor, file: MotionFile, asked: Asked) -> list[int]:
-    """Return the first pixel of the image in each line of a file; 0 where nothing says it."""
-    lead_in = file.header.lead_in_px if file.header else 0
-    if not lead_in or motor.decode == PLAIN:
-        return [0] * len(file.blocks)
-    found = []
-    for block in file.blocks:
-        line = Line(tuple(block.values), motor.decode, asked.play(motor))
-        first = line.speeds.index(line.line_speed) + 1 if line.line_speed else 0
-        found.append(first + lead_in if first else 0)
-    return found

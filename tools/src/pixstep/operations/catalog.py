@@ -204,7 +204,7 @@ OPERATIONS: dict[str, tuple[str, str]] = {
         "Compare a job with the machine file of today, and with what the boards hold.",
     ),
     "job export": (
-        "job.show:JobExport",
+        "job.export:JobExport",
         "Write the lines of a job as files again: a CSV a motor, with all lines or with one.",
     ),
     "machine new": (

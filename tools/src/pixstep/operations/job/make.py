@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
 
 from pixstep.errors import UserError
-from pixstep.jobs import judging, making
+from pixstep.jobs import judging, line_files, making
 from pixstep.jobs.image import Image
 from pixstep.jobs.making import Asked, AskedImage, Made
 from pixstep.lazy import require_package
@@ -120,7 +120,8 @@ class JobMake(Request):
         "motor.",
     )  # fmt: skip
     alternate: bool = flag(
-        "Print forth and back; else a return without an image follows each line.",
+        "Print forth and back; else a return without an image follows each line, and smooth lines "
+        "of files have one direction.",
         off="--one-way", default=True,
     )  # fmt: skip
     lead_in: int | None = option(
@@ -194,7 +195,8 @@ class JobMake(Request):
     def _made(self, machine: MachineFile, source: str) -> Made:
         asked = self._asked(machine)
         if source == "lines_of":
-            return making.of_files(machine, pairs("lines_of", self.lines_of), asked)
+            paths = pairs("lines_of", self.lines_of)
+            return line_files.of_files(machine, paths, asked, alternate=self.alternate)
         if source == "table":
             from pixstep.jobs import position_table
 
