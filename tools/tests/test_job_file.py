@@ -12,7 +12,7 @@ import pytest
 
 import jobbench
 from pixstep.errors import RefusedError, UserError
-from pixstep.jobs import archive, header
+from pixstep.jobs import archive, header, tables
 from pixstep.jobs.job import Job
 from pixstep.lines import exact
 
@@ -172,6 +172,50 @@ def test_a_wrong_value_is_one_line(made, tmp_path, old, new, said):
     _, path, _ = made
     told = refusal(tmp_path / "h.pxjob", resealed(path, lambda body: body.replace(old, new)))
     assert said in told and "\n" not in told
+
+
+def rebuilt(path, change):
+    """Return the bytes of a job whose members were changed, with all sums made right again."""
+    members = archive.unpack(path, path.read_bytes(), header.NAME)
+    about = header.read(path, members)
+    about = change(members, about) or about
+    members[header.NAME] = about.model_copy(update={"sha256": header.sums(members)}).text().encode()
+    return archive.pack(members)
+
+
+def test_members_that_do_not_fit_each_other_are_refused(made, tmp_path):
+    """What only a program could make that is not pixstep: one line, no traceback."""
+    _, path, _ = made
+
+    def garbage(name):
+        def change(members, about):
+            members[name] = b"PAR1 nonsense"
+
+        return change
+
+    def lines(count):
+        def change(members, about):
+            return about.model_copy(update={
+                "line": about.line.model_copy(update={"lines": count})})  # fmt: skip
+
+        return change
+
+    def other_shapes(members, about):
+        members["shapes.parquet"] = tables.pack_shapes([])
+
+    def no_profile(members, about):
+        del members["profiles/turn.PRN"]
+
+    for change, said in (
+        (garbage("shapes.parquet"), "no table of shapes: "),
+        (garbage("lines.parquet"), "no table of lines: "),
+        (lines(3), "lines.parquet: not 3 lines of M39, M40, M41"),
+        (lines(0), "lines.parquet: not 0 lines of M39, M40, M41"),
+        (other_shapes, "a shape or a length that the job has not"),
+        (no_profile, "member profiles/turn.PRN is missing"),
+    ):
+        told = refusal(tmp_path / "i.pxjob", rebuilt(path, change))
+        assert said in told and "\n" not in told
 
 
 def test_what_is_no_job(tmp_path):
