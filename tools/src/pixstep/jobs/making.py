@@ -19,6 +19,7 @@ from pixstep.lines.units import Quantity, whole_speed
 from pixstep.machine.files import MachineFile
 from pixstep.machine.model import MotorTable as MachineMotor
 from pixstep.profiles import turning
+from pixstep.profiles.generator import MAX_SPEED
 
 
 @dataclass(frozen=True)
@@ -145,9 +146,12 @@ def _scan(machine: MachineFile, name: str, wanted: AskedImage, asked: Asked) -> 
 def _speed(machine: MachineFile, motor: MachineMotor, speed: Quantity) -> int:
     """Return a speed in steps/pixel. Raises UserError naming the motor and the nearest legal."""
     try:
-        return whole_speed(speed, machine.pixel_hz, motor.steps_per_unit, smooth=motor.smooth)
+        top = whole_speed(speed, machine.pixel_hz, motor.steps_per_unit, smooth=motor.smooth)
     except UserError as error:
         raise UserError(f"motor {motor.name}: {error}") from None
+    if not 1 <= top <= MAX_SPEED + 1:  # an odd one just above it is refused with its neighbours
+        raise UserError(f"motor {motor.name}: speed {top} is outside 1..{MAX_SPEED} steps/px")
+    return top
 
 
 def _move(machine: MachineFile, name: str, distance: int, uses: Sequence[str]) -> Move:

@@ -170,6 +170,8 @@ pixel = "{hz} Hz" # of its edges, exact: "30000/1001 Hz" is understood
 [line]
 {motor_key}pixels = 60 # length of a line, both ramps included
 # lead_in = 4 # pixels at constant speed before the image
+# lead_out = 4 # and after it, of a job
+# scan_offset_back = "0 um" # a job moves the image of lines back; scan_offset_forward: forth
 
 [boards.main]
 kind = "{board}"
