@@ -38,6 +38,7 @@ TEXTS = {
     "--port": ("/dev/nowhere",),
     "--machine": ("nowhere.toml", "broken.toml"),
     "--motor": ("nobody",),
+    "--prefix": ("a b",),
     "--plant": ("play=abc", "nonsense", "colour=red"),
     "--encoder": ("/no/such/program",),
     "--bauds": ("abc", "17"),
@@ -59,6 +60,7 @@ GOES_ON = (
     ("board stop", "--machine"),
     ("board start", "--records"),
     ("serve", "--socket"),  # it is made
+    ("ioc", "--state"),  # it is made
 )
 # A profile may be made for any motor.
 OWN_TEXTS = {("profile make", "--motor"): ("a/b",)}

@@ -14,7 +14,7 @@ from pydantic import BaseModel, ValidationError
 
 from pixstep import atomic, formats, tomltext
 from pixstep.board import boards
-from pixstep.errors import RefusedError, UserError, one_line
+from pixstep.errors import AskedText, RefusedError, UserError, one_line
 from pixstep.machine import describe, model
 from pixstep.machine.model import MachineTables, MotorTable, contradictions
 from pixstep.profiles import origin
@@ -238,7 +238,8 @@ def new_text(
         found = parse(made)
     wrong = next(describe.warnings(found), None)
     if wrong:
-        raise UserError(wrong + (f": --divider {enough} would do" if enough else ""))
+        would = f": {{divider}} {enough} would do" if enough else ""
+        raise UserError(AskedText("{wrong}" + would, wrong=wrong))
     return made
 
 
