@@ -12,8 +12,8 @@ from console import Console
 from pixstep import natives, ops
 from pixstep.cli.main import main
 from pixstep.jobs.job import Job
-from pixstep.simulation.simboard import SimLink
-from pixstep.simulation.simctl import SimOptions
+from pixstep.simulation.simulated_board import SimLink
+from pixstep.simulation.simulator import SimOptions
 
 
 @pytest.fixture(scope="module")

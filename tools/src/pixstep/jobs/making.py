@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from pixstep.board import capability, values
-from pixstep.errors import UserError
+from pixstep.errors import AskedText, UserError
 from pixstep.jobs import image, ramps
 from pixstep.jobs.assembly import Common, Copies, MotorPart, Place, Stroke, assemble
 from pixstep.jobs.header import LineTable, MotorTable, SourceTable, sums
@@ -159,7 +159,9 @@ def _move(machine: MachineFile, name: str, distance: int, uses: Sequence[str]) -
     motor = machine[name]
     steps = -distance if motor.negative else distance
     if not steps:
-        raise UserError(f"motor {name}: a move of 0 steps: --still is a motor that does not move")
+        raise UserError(
+            AskedText("motor {name}: a move of 0 steps: {still} is for one that rests", name=name)
+        )
     made = ramps.move(machine, motor, steps, uses)
     return Move(name, made, motor.smooth and steps < 0)
 
