@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from command_tree import FOREIGN, commands, walk
-from pixstep import formats, natives, plotting
+from pixstep import formats, natives, ops, plotting
 from pixstep.cli.command import Command, OutFile, OutFolder
 
 PRN, FAST = (
@@ -45,6 +45,10 @@ CALLS = {
     "file convert OUT": ("file", "convert", "line.csv", "--to", "csv"),
     "home sim --out": ("home", "sim", FAST, "--board", "uno", *AT_30, "--plant", "home=2000,hyst=8,"
                        "travel=-500..4000,start=123,delay=8000"),
+    "job export --out": ("job", "export", "print.pxjob"),
+    "job make -o": ("job", "make", "--image-size", "9x2", "--scan", "X=8", "--machine",
+                    "mill.toml"),
+    "job show-config --out": ("job", "show-config", "print.pxjob"),
     "line compensate --plot": ("line", "compensate", "line.csv", "--play", 2, "--max-acceleration",
                                9, "--start-stop", 9, "-o", "{other}"),
     "line compensate -o": ("line", "compensate", "line.csv", "--play", 2, "--max-acceleration", 9,
@@ -134,6 +138,7 @@ def call(plan_program, simulator, invoke, one, tmp_path, monkeypatch):
     (tmp_path / "work" / "mill.toml").write_text(MILL)
     (tmp_path / "work" / "bus.toml").write_text(MILL.replace("uno", "mega"))
     (tmp_path / "work" / "go.pmc").write_text("TS0 TA9 TM90 X40")
+    ops.job_make(image_size="9x2", scan="X=8", output="print.pxjob", machine="mill.toml")
     (tmp_path / "work" / "own.csv").write_text("steps\n2\n4\n4\n2\n")
     points = [f"{min(k, 9 - k)},{k}\n" for k in range(10)]
     (tmp_path / "work" / "table.csv").write_text("".join(["p1,p2\n", *points]))
@@ -259,11 +264,13 @@ def test_a_full_disk_is_one_line(call, output, tmp_path):
 def test_a_folder_of_the_users_is_left_alone(call, output, tmp_path):
     out = tmp_path / "work" / "out"
     out.mkdir()
-    for name in ("edges.csv", "summary.json", "report.json", "notes.txt"):
+    names = {"trajectory": "summary.json", "plan": "report.json", "export": "X.csv",
+             "show-config": "machine.toml"}  # fmt: skip
+    first = names.get(output.words[-1], names.get(output.words[0], "edges.csv"))
+    for name in (first, "edges.csv", "notes.txt"):
         (out / name).write_text("mine")
     before = tree(tmp_path)
     text = call(output, "out", status=2).stderr
-    first = {"trajectory": "summary.json", "plan": "report.json"}.get(output.words[0], "edges.csv")
     assert last_line(text).startswith(f"out/{first}: already exists and is not as an earlier run")
     assert tree(tmp_path) == before
 
@@ -276,7 +283,7 @@ def test_a_folder_that_cannot_be_written_is_one_line(call, output, tmp_path):
     with no_room():
         text = call(output, "full", status=2).stderr
     wanted = ("simulator: ended: File size limit exceeded", "full/line.csv: File too large",
-              "full/X.csv: File too large")  # fmt: skip
+              "full/X.csv: File too large", "full/machine.toml: File too large")  # fmt: skip
     assert last_line(text) in wanted
     assert tree(tmp_path) == before and not (tmp_path / "work" / "full").exists()
 

@@ -146,3 +146,48 @@ def test_what_turns_a_smooth_line_round_is_said(tmp_path, invoke):
     said = invoke(*BY_ACCELERATION, "--pixels", "210", "--negative").stderr
     assert "note: counts of a smooth line have no sign: --negative for `sim` and `board up" in said
     assert "-" not in Path("l.csv").read_text()
+
+
+TURN = ("line", "make", "--decode", "plain", "--pixel-hz", 100, "--speed", 40, "--turn")
+
+
+def test_a_line_that_turns(pixstep, invoke, tmp_path):
+    words = (*TURN, "--max-acceleration", 10, "-o", "a.csv", "--force", "--json")
+    data = json.loads(invoke(*words, "--pixels", 41).stdout)
+    counts = formats.read_csv(tmp_path / "a.csv").values
+    assert len(counts) == 41 == data["pixels"] and sum(counts) == 0
+    assert counts[:4] == (10, 20, 30, 40) and counts[20] == 0
+    assert counts[:20] == tuple(-count for count in counts[:20:-1])
+    assert data["steps"] == 2 * sum(counts[:20])
+    pixstep(*words, "--pixels", 42)
+    assert formats.read_csv(tmp_path / "a.csv").values[20:22] == (0, 0)
+    pixstep(*words, "--length", 1000)
+    counts = formats.read_csv(tmp_path / "a.csv").values
+    assert sum(count for count in counts if count > 0) == 1000 and sum(counts) == 0
+
+
+def test_advice_and_refusals_of_a_line_that_turns(pixstep, tmp_path):
+    """Equal accelerations from the first pixel on: a slower first pixel would be better."""
+    told = pixstep(*TURN, "--max-acceleration", 10, "--pixels", 41, "-o", "a.csv")
+    assert "its first pixel accelerates by 10 steps/px2, as hard as any other" in told
+    formats.write_prn(tmp_path / "slow.PRN", [3, 10, 25, 40])
+    told = pixstep(*TURN, "--profile", "slow.PRN", "--pixels", 41, "-o", "b.csv")
+    assert "first pixel accelerates" not in told
+    smooth = [word if word != "plain" else "smooth" for word in TURN]
+    told = pixstep(*smooth, "--max-acceleration", 10, "--pixels", 41, "-o", "c.csv", status=2)
+    assert "--turn: only a plain line turns" in told
+    told = pixstep(*TURN, "--max-acceleration", 10, "--pixels", 2, "-o", "c.csv", status=2)
+    assert "--turn: --pixels 3 at least" in told
+
+
+def test_a_file_of_many_lines(pixstep, tmp_path):
+    words = ("line", "make", "--decode", "smooth", "--pixel-hz", 100, "--speed", 40,
+             "--max-acceleration", 10, "--pixels", 20, "--backlash", 8)  # fmt: skip
+    pixstep(*words, "-o", "one.csv")
+    pixstep(*words, "--lines", 3, "-o", "many.csv")
+    one, many = (formats.read_motion(tmp_path / name) for name in ("one.csv", "many.csv"))
+    assert [block.values for block in many.blocks] == [one.values] * 3
+    assert many.header.lines == 3 and many.header.backlash == 8 and many.header.name == "many"
+    told = pixstep("line", "check", "many.csv", "--decode", "smooth", "--line", 2)
+    assert "many.csv: fine" in told
+    assert "x<=99999" in pixstep(*words, "--lines", 100_000, "-o", "x.csv", status=2)

@@ -15,7 +15,7 @@ from click.testing import CliRunner
 from command_tree import own_commands
 from console import PORT
 from fake_board import FakeBoard, FakeLine, FakeWorld
-from pixstep import formats, natives
+from pixstep import formats, natives, ops
 from pixstep.board import link
 from pixstep.board.link import SerialLink
 from pixstep.board.modbus import SimClient
@@ -30,7 +30,7 @@ clock.pixel = "30 Hz"
 boards.main.kind = "mega"
 line.motor = "X"
 motors.X = { axis = 0, kind = "plain", limits.max_acceleration = 600 }
-motors.Y = { axis = 1, kind = "plain", limits.max_acceleration = 600 }
+motors.Y = { axis = 1, kind = "plain", limits.max_acceleration = 600, limits.max_speed = 900 }
 motors.Z = { axis = 2, kind = "plain", limits.max_acceleration = 600 }
 """
 # Texts that commands read by themselves, by option or argument.
@@ -43,6 +43,8 @@ TEXTS = {
     "--encoder": ("/no/such/program",),
     "--bauds": ("abc", "17"),
     "--skip": ("nonsense",),
+    "--of": ("nobody",),
+    "--still": ("nobody",),
     "--column": ("nonsense", "77"),
     "--unit": ("parsec",),
     "--header": ("a name that is longer than the header of a printer's file",),
@@ -150,6 +152,8 @@ def folder(tmp_path_factory):
     (made / "mine.toml").write_text("[settings]\ndir_setup_us = 20\n")
     (made / "quit.txt").write_text("quit\n")
     (made / "machine.toml").write_text(MACHINE)
+    motors = {"scan": "X=200", "step": "Y=40", "machine": made / "machine.toml"}
+    ops.job_make(image_size="9x2", output=made / "print.pxjob", **motors)
     (made / "broken.toml").write_text(MACHINE.replace("mega", "mgea"))
     return made
 

@@ -23,6 +23,8 @@ _EXTRAS = {
     "numpy": ("this needs numpy", "numpy"),
     "matplotlib": ("drawings need matplotlib", "plot"),
     "pyarrow": ("Parquet needs pyarrow", "parquet"),
+    "useq": ("a useq-schema sequence needs useq-schema", "scans"),
+    "yaml": ("a useq-schema sequence in YAML needs PyYAML", "scans"),
     "caproto": ("EPICS needs caproto", "epics"),
     "bluesky": ("fly scans need bluesky", "bluesky"),
     "scanspec": ("scans need scanspec", "bluesky"),

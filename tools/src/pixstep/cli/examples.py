@@ -66,6 +66,14 @@ EXAMPLES = {
     "home sim": (
         f"home sim fast.csv --board mega --axis 1 --pixel-hz 30 --plant {_LOAD} --out home --plot",
     ),
+    "job check": ("job check print.pxjob", "job check print.pxjob --boards --json"),
+    "job export": ("job export print.pxjob --out lines",),
+    "job make": (
+        "job make --image-size 450x1000 --scan X=200 --step Y=40 -o print.pxjob",
+        "job make --useq grid.yaml --axis-of X=x --axis-of Y=y --lead-in 8 -o print.pxjob",
+    ),
+    "job show": ("job show print.pxjob", "job show print.pxjob --line 7 --json"),
+    "job show-config": ("job show-config print.pxjob", "job show-config print.pxjob --out copy"),
     "line check": (f"line check {_SMOOTH}", "line check many.csb --line 2 --decode plain --json"),
     "line compensate": (
         "line compensate ideal.csv --play 40 --max-acceleration 10 --start-stop 4 -o made.csv",

@@ -74,6 +74,14 @@ def machine() -> None:
     """
 
 
+@group("job", late=_under("job"))
+def job() -> None:
+    """Print jobs: many lines of several motors in one file, with their configuration.
+
+    A job is compared with the machine file of today and with what the boards hold.
+    """
+
+
 @group("file", late=_under("file"))
 def file() -> None:
     """Look into, check, convert PRN, CSV and CSB.
@@ -141,5 +149,5 @@ def main() -> None:
 
 for _nested in (settings, log):
     board.add_command(_nested)
-for _group in (line, machine, file, profile, move, home, trajectory, board):
+for _group in (line, job, machine, file, profile, move, home, trajectory, board):
     main.add_command(_group)

@@ -38,6 +38,7 @@ FIELDS = {
     "HAPs": "homing acceleration pixels: leading entries usable in homing",
     "LeadIn": "constant-speed pixels before the first image pixel; 0: as configured",
     "Pixel Frequency": "pixel clock, Hz",
+    "Backlash": "steps of play that the lines of a smooth motor were made for",
 }
 
 
@@ -190,6 +191,7 @@ def _motion(file: MotionFile, read: Examined, blocks_refused: str | None) -> Con
             for (name, meaning), value in zip(
                 FIELDS.items(), vars(file.header).values(), strict=True
             )
+            if value is not None
         }
     return {
         "line_ends": file.ends.words if read.kind == CSV_KIND else None,

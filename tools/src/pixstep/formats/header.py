@@ -15,6 +15,7 @@ from pixstep.formats.records import odd_byte
 HEADER_WIDTH = 40
 HEADER_LINES = 4
 NAME_WIDTH = 20
+MOST_LINES = 99_999
 MOST_HAPS, MOST_LEAD_IN = 9999, 999_999
 
 _WEEK = ("Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday")
@@ -58,13 +59,15 @@ _LABELS = (
     HeaderColumns(3, 27, 34, "LeadIn:"),
     HeaderColumns(4, 0, 15, "Pixel Frequency"),
 )
-_BLANKS = (HeaderColumns(1, 0, 16), HeaderColumns(3, 11, 14), HeaderColumns(3, 23, 27))
+_BLANKS = (HeaderColumns(3, 11, 14), HeaderColumns(3, 23, 27))
 _NUMBERS = (
     HeaderColumns(3, 6, 11, "Lines"),
     HeaderColumns(3, 19, 23, "HAPs"),
     HeaderColumns(3, 34, 40, "LeadIn"),
 )
 _LINES, _HAPS, _LEAD_IN = _NUMBERS
+_BEFORE_DATE = HeaderColumns(1, 0, 16)  # blank, or the backlash
+_PLAY_LABEL, _PLAY = "Backlash:", HeaderColumns(1, 9, 15, "Backlash")
 _TIMESTAMP = HeaderColumns(1, 16, 40)
 _NAME = HeaderColumns(2, 20, 40)
 _FREQUENCY = HeaderColumns(4, 15, 40)
@@ -80,6 +83,7 @@ class ProfileHeader:
     haps: int  # homing acceleration pixels: leading entries usable in homing, 0..9999
     lead_in_px: int  # constant pixels before the first image pixel, 0..999999; 0: configured
     pixel_hz: str  # as written, a decimal number above 0
+    backlash: int | None = None  # steps that smooth lines were made for; None: it does not say
 
     @property
     def frequency(self) -> Fraction:
@@ -97,10 +101,14 @@ class ProfileHeader:
         return 3, _HAPS.end - len(str(self.haps)) + 1
 
     @property
+    def _play_text(self) -> str:
+        return "" if self.backlash is None else f"{_PLAY_LABEL}{self.backlash:>6}"
+
+    @property
     def rows(self) -> list[str]:
         """The four lines; right only for a header that passes `check_header`."""
         return [
-            f"{self.timestamp:>40}",
+            f"{self._play_text:16}{self.timestamp:>24}",
             f"ACCELERATION PROFILE{self.name:>20}",
             f"Lines:{self.lines:>5}   HAPs:{self.haps:>4}    LeadIn:{self.lead_in_px:>6}",
             f"Pixel Frequency{self.pixel_hz:>25}",
@@ -127,6 +135,7 @@ def parse_header(lines: Sequence[bytes], findings: Findings) -> ProfileHeader | 
         haps=haps,
         lead_in_px=lead_in,
         pixel_hz=_FREQUENCY.of(rows).lstrip(" "),
+        backlash=int(_PLAY.of(rows)) if _BEFORE_DATE.of(rows).strip(" ") else None,
     )
     _check_date(made, findings)
     return made
@@ -140,6 +149,7 @@ def check_header(header: ProfileHeader, path: Path | str) -> None:
         (_FREQUENCY, header.pixel_hz, "pixel frequency"),
         *zip(_NUMBERS, map(str, (header.lines, header.haps, header.lead_in_px)),
              ("Lines", "HAPs", "LeadIn"), strict=True),
+        (_PLAY, "" if header.backlash is None else str(header.backlash), "Backlash"),
     )  # fmt: skip
     for field, text, what in fields:
         width = field.end - field.start
@@ -191,6 +201,7 @@ def _check_fields(rows: Sequence[str], findings: Findings) -> None:
         if not _NUMBER.fullmatch(field.of(rows)):
             message = f"{field.label} is not a right-aligned unsigned integer"
             _complain(field, "header_number", message, rows, findings)
+    _check_play(rows, findings)
     if _NAME.of(rows).strip(" ") and _NAME.of(rows).endswith(" "):
         _complain(_NAME, "alignment", "the profile name is not right-aligned", rows, findings)
     _check_frequency(rows, findings)
@@ -199,6 +210,17 @@ def _check_fields(rows: Sequence[str], findings: Findings) -> None:
         _complain(_TIMESTAMP, "timestamp", message, rows, findings)
     if _LINES.of(rows).strip(" ") == "0":
         _complain(_LINES, "lines", "at least 1 line is expected", rows, findings)
+
+
+def _check_play(rows: Sequence[str], findings: Findings) -> None:
+    """Require a backlash where the columns before the date are not blank."""
+    text = _BEFORE_DATE.of(rows)
+    right = (
+        text.startswith(_PLAY_LABEL) and text.endswith(" ") and _NUMBER.fullmatch(_PLAY.of(rows))
+    )
+    if text.strip(" ") and not right:
+        message = f"columns 1 to 16 must be blank, or have {_PLAY_LABEL!r} and a number in 10 to 15"
+        _complain(_BEFORE_DATE, "header_blanks", message, rows, findings)
 
 
 def _check_frequency(rows: Sequence[str], findings: Findings) -> None:

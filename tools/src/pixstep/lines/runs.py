@@ -77,7 +77,7 @@ def encode(counts: Iterable[int]) -> list[tuple[int, int]]:
     for count, group in groupby(counts):
         if not COUNT_RANGE[0] <= count <= COUNT_RANGE[1]:
             raise UserError(f"count {count} does not fit a 16-bit run")
-        left = sum(1 for _ in group)
+        left = len([*group])
         while left:
             repeat = min(left, MAX_REPEAT)
             runs.append((count, repeat))

@@ -7,7 +7,7 @@ from fractions import Fraction
 from pixstep.board import boards, capability, settings
 from pixstep.errors import UserError
 from pixstep.lines.units import ACCELERATION, JERK, SPEED, per_second, refuse_period, unit
-from pixstep.machine.model import LimitsTable, MachineTables, MotorTable
+from pixstep.machine.model import LimitsTable, LineTable, MachineTables, MotorTable
 from pixstep.profiles.origin import MOST_EDGES
 
 LEAST = {"smooth": 2, "plain": 1}  # acceleration that counts can have, steps/px2
@@ -28,12 +28,20 @@ def as_json(machine: MachineTables) -> dict[str, object]:
         "divider": machine.clock.divider,
         "sync": machine.clock.sync,
         "gate_edges": machine.clock.gate_edges,
-        "line": machine.line.model_dump(),
+        "line": _line_json(machine.line),
         "program": machine.program.model_dump(mode="json"),
         "epics": machine.epics.model_dump(),
         "boards": {name: board.model_dump() for name, board in machine.boards.items()},
         "motors": {name: motor_json(machine, motor) for name, motor in machine.motors.items()},
     }
+
+
+def _line_json(line: LineTable) -> dict[str, object]:
+    """Return what lines have in common; offsets as they are written."""
+    told = line.model_dump(exclude={"scan_offset_forward", "scan_offset_back"})
+    told["scan_offset_forward"] = line.scan_offset_forward.text
+    told["scan_offset_back"] = line.scan_offset_back.text
+    return told
 
 
 def motor_json(machine: MachineTables, motor: MotorTable) -> dict[str, object]:

@@ -12,11 +12,11 @@ from pathlib import Path
 
 from pydantic import BaseModel, ValidationError
 
-from pixstep import atomic, tomltext
+from pixstep import atomic, formats, tomltext
 from pixstep.board import boards
 from pixstep.errors import AskedText, RefusedError, UserError, one_line
 from pixstep.machine import describe, model
-from pixstep.machine.model import MachineTables, contradictions
+from pixstep.machine.model import MachineTables, MotorTable, contradictions
 from pixstep.profiles import origin
 
 _MOST_SHOWN = 40  # characters of a value in a message
@@ -35,10 +35,26 @@ class MachineFile(MachineTables):
             raise RefusedError(found[0])
         return machine
 
+    def lead_in_of(self, motor: MotorTable | None) -> int:
+        """Return the constant pixels before an image of a motor's lines.
+
+        They are those of the header of its move profile if that has some, else `line.lead_in`.
+        """
+        path = self.profile(motor, "move") if motor else None
+        header = formats.read_motion(path).header if path and path.is_file() else None
+        return (header.lead_in_px if header else 0) or self.line.lead_in
+
 
 def parse(text: str) -> MachineFile:
     """Return the machine of a text that is valid."""
     return MachineFile.model_validate(_with_names(tomllib.loads(text)))
+
+
+def of_content(content: dict[str, object], path: Path) -> MachineFile:
+    """Return the machine of what a file says. Raises pydantic's ValidationError for a mistake."""
+    machine = MachineFile.model_validate(_with_names(content))
+    machine._path = path
+    return machine
 
 
 def problems(path: Path) -> list[str]:
@@ -55,8 +71,7 @@ def _read(path: Path) -> tuple[MachineFile | None, list[str]]:
     found: list[tuple[Sequence[str | int], str, object]]
     machine = None
     try:
-        machine = MachineFile.model_validate(_with_names(content))
-        machine._path = path
+        machine = of_content(content, path)
         found = [(keys, reason, _value(content, keys)) for keys, reason in contradictions(machine)]
     except ValidationError as error:
         found = [
@@ -155,6 +170,8 @@ pixel = "{hz} Hz" # of its edges, exact: "30000/1001 Hz" is understood
 [line]
 {motor_key}pixels = 60 # length of a line, both ramps included
 # lead_in = 4 # pixels at constant speed before the image
+# lead_out = 4 # and after it, of a job
+# scan_offset_back = "0 um" # a job moves the image of lines back; scan_offset_forward: forth
 
 [boards.main]
 kind = "{board}"

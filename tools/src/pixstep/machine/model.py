@@ -45,6 +45,7 @@ Seconds = Annotated[Fraction, _by(units.parse_seconds)]
 StepScale = Annotated[Scale, _by(units.parse_scale)]
 Pixels = Annotated[int, _by(units.parse_pixels)]
 Distance = Annotated[Quantity, _by(partial(units.parse, order=DISTANCE))]
+SignedDistance = Annotated[Quantity, _by(partial(units.parse, order=DISTANCE, signed=True))]
 Speed = Annotated[Quantity, _by(partial(units.parse, order=SPEED))]
 Acceleration = Annotated[Quantity, _by(partial(units.parse, order=ACCELERATION))]
 Jerk = Annotated[Quantity, _by(partial(units.parse, order=JERK))]
@@ -155,11 +156,14 @@ class MotorTable(_Table):
 
 
 class LineTable(_Table):
-    """What lines have in common: whose they are, how long they are."""
+    """What lines have in common: whose they are, how long they are, where images are in them."""
 
     motor: str | None = None
     pixels: Annotated[Pixels, Field(ge=1)] | None = None
     lead_in: Annotated[Pixels, Field(ge=0)] = 0
+    lead_out: Annotated[Pixels, Field(ge=0)] | None = None
+    scan_offset_forward: SignedDistance = Quantity(Fraction(0), DISTANCE, False, "0")
+    scan_offset_back: SignedDistance = Quantity(Fraction(0), DISTANCE, False, "0")
 
 
 class ProgramTable(_Table):

@@ -116,6 +116,17 @@ OPERATIONS: dict[str, tuple[str, str]] = {
     "trajectory sim": ("trajectory.runs:TrajectorySim",
         "Run a table on two axes of a simulated board, and measure the circle that its loads "
         "make."),
+    "job make": ("job.make:JobMake",
+        "Make a job: the lines of several motors, and the configuration they were made by, in a "
+        "file."),
+    "job show": ("job.show:JobShow",
+        "Show what is in a job: lines, motors, times, shapes; with --line one line of it."),
+    "job show-config": ("job.show:JobShowConfig",
+        "Show what a job was made with: its parameters, the machine file and the profiles in it."),
+    "job check": ("job.check:JobCheck",
+        "Compare a job with the machine file of today, and with what the boards hold."),
+    "job export": ("job.export:JobExport",
+        "Write the lines of a job as files again: a CSV a motor, with all lines or with one."),
     "machine new": ("machine_files:MachineNew",
         "Begin a machine file: valid as it is, with a comment for every key."),
     "machine check": ("machine_files:MachineCheck",

@@ -190,10 +190,15 @@ class Facts:
             raise UserError("no machine file")
         return self.found
 
+    @property
+    def path(self) -> Path | None:
+        """The file in force, which is not read for this; None if there is none."""
+        return self._find(self.named.machine)
+
     @cached_property
     def found(self) -> MachineFile | None:
         """The machine in force, None if there is none."""
-        path = self._find(self.named.machine)
+        path = self.path
         if path is None and self.named.motors:
             raise AskedError("{motor} {name}: " + NO_MACHINE, name=self.named.motors[0])
         machine = None if path is None else self._load(path)

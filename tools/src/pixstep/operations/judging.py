@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING, Any
 from pixstep.board import capability
 from pixstep.board.capability import BoardLimits
 from pixstep.errors import AskedText
-from pixstep.lines import units
 from pixstep.lines.line import Line
 from pixstep.lines.line_check import Limits
-from pixstep.lines.units import Quantity
 from pixstep.operations.request import unless
 
 if TYPE_CHECKING:
@@ -34,17 +32,12 @@ def motor_limits(facts: Facts, lines: list[Line], hz: Fraction) -> list[Limits]:
     """
     _ = facts.found  # a machine counts here also if no field has a value of it
     motors = facts.motors_in_force
-    if len(motors) != len(lines):
+    if len(motors) != len(lines) or not motors:
         return [Limits()] * len(lines)
+    from pixstep.machine import line_limits  # pydantic takes a while to load
+
     return [
-        of_quantities(
-            line,
-            hz,
-            motor.limit("max_speed"),
-            motor.limit("max_acceleration"),
-            motor.limit("start_stop"),
-        ).with_rounding(line)
-        for line, motor in zip(lines, motors, strict=True)
+        line_limits.of_motor(motor, line, hz) for line, motor in zip(lines, motors, strict=True)
     ]
 
 
@@ -57,24 +50,3 @@ def check(desk: Desk, line: Line, board: BoardLimits, motor: Limits, advice: str
         f"{line.name}: {one.name} at pixel {one.pixel}: {one.message}"
         for one in capability.check_line(line, board, motor, advice)
     )
-
-
-def of_quantities(
-    line: Line,
-    hz: Fraction | None,
-    max_speed: Quantity | None,
-    max_acceleration: Quantity | None,
-    start_stop: Quantity | None,
-) -> Limits:
-    """Return limits in whole steps and pixels; speeds of smooth lines differ by two at least."""
-    return Limits(
-        max_speed=_whole(max_speed, hz),
-        max_acceleration=_whole(max_acceleration, hz, 2 if line.smooth else 1),
-        start_stop=_whole(start_stop, hz),
-    )
-
-
-def _whole(quantity: Quantity | None, hz: Fraction | None, step: int = 1) -> int | None:
-    if quantity is None:
-        return None
-    return units.whole_limit(quantity, hz, least=step if quantity.per_second else 1)

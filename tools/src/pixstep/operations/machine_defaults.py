@@ -152,6 +152,12 @@ def of_line(key: str) -> Default:
     return _of(f"line.{key}")(lambda facts: getattr(facts.machine.line, key))
 
 
+@_of("line.lead_in, or LeadIn of motors.NAME.profiles.move")
+def lead_in(facts: Facts) -> int:
+    """The constant pixels before the image: those of the motor's CSV profile before the file's."""
+    return facts.machine.lead_in_of(facts.motor)
+
+
 def of_board(key: str) -> Default:
     """Return a key of the board; the bus and how it is spoken to may be the same for several."""
 

@@ -21,7 +21,7 @@ from pixstep.operations.asked import AskedError
 from pixstep.operations.facts import Facts
 from pixstep.operations.kinds import FILE, Steps
 from pixstep.operations.request import argument, flag, option
-from pixstep.profiles import origin
+from pixstep.profiles import origin, own_backlash
 
 if TYPE_CHECKING:
     from pixstep.operations.desk import Desk
@@ -180,7 +180,7 @@ def load_line(
     divider: int = 1,
     index: int = 0,
 ) -> Line:
-    """Read a line of a CSV or CSB file.
+    """Read a line of a CSV or CSB file; the backlash of its header comes before a machine file's.
 
     `number` chooses a line, from 1; without it the file must hold only one. A file that was made
     for another frequency than `pixel_hz` gets a note, and is refused on `refuse_faster` if that is
@@ -195,7 +195,23 @@ def load_line(
         origin.frequency_notes(path, file.header, pixel_hz, refuse=refuse_faster, divider=divider)
     )
     name = str(path) if number is None else f"{path} line {number}"
-    return Line(chosen.values, decode, backlash, negative, name=name)
+    play = backlash_of(desk, name, file.header, chosen.values, decode, backlash)
+    return Line(chosen.values, decode, play, negative, name=name)
+
+
+def backlash_of(
+    desk: Desk, name: str, header: formats.ProfileHeader | None, counts: Sequence[int],
+    decode: str, backlash: int,
+) -> int:  # fmt: skip
+    """Return the play that a line takes up: the caller's, its own, or the machine file's.
+
+    What differs, and what nothing says, is said.
+    """
+    machine = str(desk.facts.machine.path) if desk.by_machine("backlash") else ""
+    asked = own_backlash.AskedBacklash(backlash, desk.given("backlash"), machine)
+    play, notes = own_backlash.taken(name, header, counts, decode, asked)
+    desk.say(notes)
+    return play
 
 
 def read_lines(

@@ -197,21 +197,22 @@ def _fill(
             f"length {steps} steps: with a limit of the jerk whole pixels at {speed} steps/px are "
             f"needed, nearest {below} and {below + speed}"
         )
-    down = _with_rest(ramp, [0, *ends], rest, plain=wanted.plain)
+    down = falling_with_rest(ramp, ends, rest, plain=wanted.plain)
     tail = len(ramp) + (1 if request.backlash else 0)
     zero = [0] if request.backlash else []
     counts = [*made.counts[: len(made.counts) - tail], *down, *zero]
     return GeneratedLine(counts, made.accelerating_pixels, made.image_pixel)
 
 
-def _with_rest(ramp: list[int], ends: list[int], rest: int, *, plain: bool) -> list[int]:
+def falling_with_rest(ramp: list[int], ends: list[int], rest: int, *, plain: bool) -> list[int]:
     """Return the falling counts of a ramp with a pixel more, which has `rest` steps on the whole.
 
-    Of a smooth ramp a fall from one speed to the next is divided at the speed `rest`.
+    `ends` are the speeds at the ends of the ramp's pixels. Of a smooth ramp a fall from one speed
+    to the next is divided at the speed `rest`.
     """
     if plain:
         return sorted([*ramp, rest], reverse=True)
-    falls = [(high, low) for low, high in pairwise(ends)][::-1][-len(ramp) :]
+    falls = [(high, low) for low, high in pairwise([0, *ends])][::-1][-len(ramp) :]
     counts: list[int] = []
     for high, low in falls:
         if low < rest <= high:

@@ -128,19 +128,29 @@ class OtherFrequency:
         return f"{self.source}: {self.text}"
 
 
-def header(name: str, lead_in: int, hz: Fraction) -> ProfileHeader:
+def header(name: str, lead_in: int, hz: Fraction, backlash: int | None = None) -> ProfileHeader:
     """Return a header stamped now. Raises UserError for a name that is too long for it."""
     if len(name) > NAME_WIDTH:
         raise UserError(f"header name {name!r} is longer than {NAME_WIDTH} characters")
-    return ProfileHeader(time.ctime(), name, 1, 0, lead_in, f"{float(hz):.10g}")
+    return ProfileHeader(time.ctime(), name, 1, 0, lead_in, f"{float(hz):.10g}", backlash)
 
 
-def of_pixels(path: Path, lead_in: int, hz: Fraction, divider: int) -> ProfileHeader | None:
-    """Return the header by which a line holds its user to its divider; None if that is 1."""
-    if divider == 1:
+def of_pixels(
+    path: Path, lead_in: int, hz: Fraction, divider: int, backlash: int | None = None
+) -> ProfileHeader | None:
+    """Return the header by which a line holds its user to its divider and its backlash.
+
+    None if that is 1 and this 0: lines that take no play up begin with steps.
+    """
+    if divider == 1 and not backlash:
         return None
+    return header(plain_name(path), lead_in, hz, backlash)
+
+
+def plain_name(path: Path) -> str:
+    """Return the name that a header gets from its file's."""
     name = "".join(sign if " " <= sign <= "~" else "_" for sign in path.stem[:NAME_WIDTH])
-    return header(name.strip(), lead_in, hz)
+    return name.strip()
 
 
 def frequency_of(path: Path, header: ProfileHeader | None) -> Fraction | None:

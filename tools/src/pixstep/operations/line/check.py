@@ -17,12 +17,12 @@ from pixstep.lines import core, line_check, units
 from pixstep.lines.line import Line
 from pixstep.lines.line_check import Finding, FindingFacts, Limits
 from pixstep.lines.units import Quantity
-from pixstep.operations import judging, shared, showing
+from pixstep.operations import shared, showing
 from pixstep.operations.asked import AskedError, AskedRefusedError
 from pixstep.operations.clocks import OfClock
 from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import FILE, JERK_FIGURE, OUTPUT, Pixels, Whole, WholeHz
-from pixstep.operations.reading_lines import load_line
+from pixstep.operations.reading_lines import backlash_of, load_line
 from pixstep.operations.request import argument, flag, operation, option
 from pixstep.operations.result import STATUSES, VERDICTS, Page, Result
 from pixstep.operations.showing import ShownMotion
@@ -97,7 +97,7 @@ class LineCheck(OfClock):
             "file": str(self.csv),
             "line": self.line_number or 1,
             "decode": self.decode,
-            "backlash": self.backlash,
+            "backlash": line.backlash,
             "board": self.board if self.pixel_hz else None,
             "verdict": VERDICTS[severity],
             "pixels": line.pixels,
@@ -109,6 +109,8 @@ class LineCheck(OfClock):
 
     def _bounds(self, line: Line, desk: Desk) -> Limits:
         """Return what the board and the motor let the line do."""
+        from pixstep.machine import line_limits  # pydantic takes a while to load
+
         hz, of_board = self.pixel_hz, Limits()
         if self.axes > boards.load(self.board).axes:
             raise AskedError(f"{{axes}} {self.axes}: {boards.axes_text(self.board)}")
@@ -121,7 +123,7 @@ class LineCheck(OfClock):
                     "{path}: checked by what the {label} can do ({board})",
                     path=self.csv, label=label,
                 )])  # fmt: skip
-        motor = judging.of_quantities(
+        motor = line_limits.of_quantities(
             line, hz, self.max_speed, self.max_acceleration, self.start_stop
         )
         if desk.by_machine("max_acceleration"):
@@ -240,7 +242,9 @@ class LineShow(OfClock):
         lead_in = self.lead_in
         if lead_in is None and read.header:
             lead_in = read.header.lead_in_px
-        line = Line(read.values, self.decode, self.backlash, name=str(self.csv))
+        name = str(self.csv)
+        play = backlash_of(desk, name, read.header, read.values, self.decode, self.backlash)
+        line = Line(read.values, self.decode, play, name=name)
         _refuse_backlash(line)
         bounds = showing.limits(hz, self.max_speed, self.max_acceleration, self.max_jerk)
         image, scale = _image_pixel(line, lead_in), desk.facts.scale_if_known()

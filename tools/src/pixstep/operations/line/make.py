@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any, TypedDict
 from pixstep import atomic, formats, owndata
 from pixstep.errors import FINE, NEGATIVE, AskedText
 from pixstep.formats.findings import counted
+from pixstep.formats.header import MOST_LINES
 from pixstep.lines import line_check, units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.line_check import FindingFacts
@@ -37,7 +39,7 @@ from pixstep.operations.request import argument, flag, operation, option
 from pixstep.operations.result import Result
 from pixstep.owndata.columns import QUANTITIES
 from pixstep.owndata.table import BLANK, DECIMALS, NONE, SEPARATORS
-from pixstep.profiles import accelerate, generator, origin
+from pixstep.profiles import accelerate, generator, origin, turning
 from pixstep.profiles.generator import MOST_PIXELS
 
 
@@ -61,7 +63,8 @@ class LineMake(OfClock):
     """Make a line: up, constant speed, down, by a profile or by an acceleration.
 
     A pixel has as many edges of the pixel clock as the acceleration needs, or as --divider says; a
-    file with more than one gets a header with the frequency of its pixels. Exit status 1 if the
+    file with more than one, or of a line that takes up backlash, gets a header with the frequency
+    of its pixels and that backlash. Exit status 1 if the
     line is written but its acceleration changes by more than --jerk-warn.
     """
 
@@ -92,14 +95,20 @@ class LineMake(OfClock):
     )
     backlash: int = shared.backlash()
     lead_in: int = option(
-        Pixels(), "Constant pixels before the image.", default=0,
-        machine=machine.of_line("lead_in"),
+        Pixels(), "Constant pixels before the image.", default=0, machine=machine.lead_in,
     )  # fmt: skip
     decode: str | None = shared.decode(required=False, default_text="smooth")
     plain: bool = flag("", hidden=True)  # an older spelling of --decode plain
     negative: bool | None = flag(
         "Plain lines: negative counts.", off="--no-negative", default=None,
         machine=machine.negative_of_motor,
+    )  # fmt: skip
+    turn: bool = flag(
+        "Plain lines: go half of the line, turn, and come back; --length is that of the way out."
+    )
+    lines: int = option(
+        Whole(1, MOST_LINES), "Lines of the file, all alike: one of many is used by --line N.",
+        default=1,
     )  # fmt: skip
     lenient: bool = flag("Accept LF and a missing final newline in the PRN.")
     jerk_warn: Quantity | None = option(JERK_FIGURE, "Warn of larger acceleration changes.")
@@ -119,11 +128,14 @@ class LineMake(OfClock):
                 "counts of a smooth line have no sign: {negative} for `sim` and `board upload`"
             )])  # fmt: skip
         sign = -1 if self.is_plain and self.negative else 1
-        if self.name is None:
-            header = origin.of_pixels(self.output, self.lead_in, line_hz, line.divider)
+        play = None if self.is_plain else self.backlash
+        if self.name is None and self.lines == 1:
+            header = origin.of_pixels(self.output, self.lead_in, line_hz, line.divider, play)
         else:
-            header = origin.header(self.name, self.lead_in, line_hz)
-        formats.write_csv(self.output, [sign * count for count in line.made.counts], header)
+            name = self.name or origin.plain_name(self.output)
+            header = origin.header(name, self.lead_in, line_hz, play)
+        counts = [sign * count for count in line.made.counts]
+        formats.write_motion(self.output, formats.of_lines([counts] * self.lines, header))
         status = FINE
         if self.jerk_warn is not None and not self.is_plain:
             status = _warn_of_jerk(desk, line, units.whole_limit(self.jerk_warn, line_hz, least=0))
@@ -146,6 +158,9 @@ class _Made:
     divider: int
 
 
+Make = Callable[[LineMake, Desk, generator.LineRequest], _Made]
+
+
 def _made(asked: LineMake, desk: Desk) -> _Made:
     request = generator.LineRequest(
         0, asked.pixels or 0, asked.backlash, asked.lead_in, asked.is_plain
@@ -160,7 +175,21 @@ def _made(asked: LineMake, desk: Desk) -> _Made:
     if asked.pixels is None and asked.length is None:
         raise AskedError("a line needs {pixels} or {length}")
     make = _of_profile if by_profile else _of_acceleration
-    return make(asked, desk, request)
+    return _turned(asked, desk, make, request) if asked.turn else make(asked, desk, request)
+
+
+def _turned(asked: LineMake, desk: Desk, make: Make, request: generator.LineRequest) -> _Made:
+    """Make a line that turns: a way out, a rest, and the way back."""
+    if not asked.is_plain:
+        raise AskedError("{turn}: only a plain line turns: {decode} plain")
+    way, rest = turning.way_of(request.pixels)
+    if asked.pixels is not None and way < 1:
+        raise AskedError("{turn}: {pixels} 3 at least")
+    made = make(asked, desk, replace(request, pixels=way))
+    advice = turning.slow_first_pixels(f"the motor of {asked.output}", made.made.counts)
+    desk.say([advice] if advice else [])
+    counts = turning.forth_and_back(made.made.counts, 1 if asked.pixels is None else rest)
+    return replace(made, made=replace(made.made, counts=list(counts)))
 
 
 def _of_profile(asked: LineMake, desk: Desk, request: generator.LineRequest) -> _Made:
@@ -201,7 +230,7 @@ def _data(asked: LineMake, line: _Made) -> MadeLine:
         "pixels": len(made.counts),
         "accelerating_pixels": made.accelerating_pixels,
         "image_pixel": made.image_pixel,
-        "steps": sum(made.counts) + asked.backlash,
+        "steps": sum(map(abs, made.counts)) + asked.backlash,
         "backlash_steps": asked.backlash,
         "speed_steps_s": float(line.speed * asked.edges_hz / line.divider),
         "clock_hz": hz_text(asked.edges_hz),

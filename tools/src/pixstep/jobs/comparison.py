@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: MIT
+"""A job's configuration beside today's: a row a field, with what its difference means."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from pixstep.errors import RefusedError
+from pixstep.formats.files import examine_bytes
+from pixstep.formats.findings import LENIENT
+from pixstep.formats.motion import MotionFile
+from pixstep.jobs import judging, rules
+from pixstep.jobs.job import MACHINE, Job
+from pixstep.jobs.machine_copy import NOTHING, MachineCopy
+from pixstep.jobs.rules import AMBER, GREEN, GREY, RED, Colour, Keys, Rule
+from pixstep.lines.line import SMOOTH
+from pixstep.machine.model import LimitsTable
+
+_MOTOR_KEYS = ("board", "axis", "kind", "steps_per_unit", "direction")
+_MORE_KEYS = ("word", "home_is_limit")
+_CLOCK = ("pixel", "divider", "sync", "gate_edges")
+_LINE = ("motor", "pixels", "lead_in", "lead_out", "scan_offset_forward", "scan_offset_back")
+_PROGRAM = ("feed_time", "top_feed", "other_feed", "segment_time")
+_BOARD = ("kind", "port", "unit", "baud", "parity")
+_USES = ("line", "move", "home")
+
+
+@dataclass(frozen=True)
+class Row:
+    """A field of a configuration: what the job says, what is found, and what that means.
+
+    `place` is the file or the board where it was found.
+    """
+
+    place: str
+    field: str
+    key: bool
+    colour: Colour
+    job: str
+    found: str
+    why: str = ""
+
+
+def row(place: str, field: str, rule: Rule, job: object, found: object, *, equal: bool) -> Row:
+    """Return the row of a field: green if it is equal, else as its rule says."""
+    colour, why = (GREEN, "") if equal else (rule.colour, rule.why)
+    return Row(place, field, rule.key, colour, _told(job), _told(found), why)
+
+
+def verdict(rows: Iterable[Row]) -> Colour:
+    """Return the worst of some rows; grey ones count as green."""
+    worst = max((one.colour for one in rows), default=GREEN)
+    return GREEN if worst is GREY else worst
+
+
+def require(job: Job, rows: Iterable[Row], *, accept_amber: bool) -> None:
+    """Refuse what is to move by a job whose configuration is not today's.
+
+    Raises RefusedError for red, and for amber that nobody has accepted.
+    """
+    found = [*rows]
+    worst = verdict(found)
+    if worst is RED or (worst is AMBER and not accept_amber):
+        first = next(one for one in found if one.colour is worst)
+        raise RefusedError(
+            f"{job.path}: {worst.word}: {first.place}: {first.field}: the job has {first.job}, "
+            f"found {first.found}: {first.why} (`pixstep job check` shows all)"
+        )
+
+
+def with_machine(job: Job, today: MachineCopy) -> list[Row]:
+    """Compare a job with a machine file of today."""
+    return [*_Comparison(job, today).rows()]
+
+
+@dataclass(frozen=True)
+class _Comparison:
+    """A job's copy of a machine file beside today's."""
+
+    job: Job
+    today: MachineCopy
+
+    def rows(self) -> Iterator[Row]:
+        """Yield a row a field, in the order of a machine file."""
+        found = [*self._fields(), *self._unknown()]
+        found += self._rest({one.field for one in found})
+        if verdict(found) is GREEN and self.today.data != self.job.copies[MACHINE]:
+            same = all(one.colour is GREEN for one in found)
+            found += [self._row("file", rules.LAYOUT, "as copied", "changed", equal=False)] * same
+        yield from found
+
+    def _fields(self) -> Iterator[Row]:
+        for key in _CLOCK:
+            yield self._compared(("clock", key))
+        for key in _LINE:
+            yield self._compared(("line", key))
+        for key in _PROGRAM:
+            yield self._compared(("program", key))
+        for name in self._boards():
+            yield from self._board(name)
+        for name in self.job.motors:
+            yield from self._motor(name)
+
+    def _boards(self) -> list[str]:
+        """Return the job's boards by name."""
+        then = self.job.machine.tables
+        return list(dict.fromkeys(then.board_name(then[name]) for name in self.job.motors))
+
+    def _board(self, name: str) -> Iterator[Row]:
+        if name not in self.today.tables.boards:
+            yield self._row(f"boards.{name}", rules.GONE, "there", "gone", equal=False)
+            return
+        for key in _BOARD:
+            yield self._compared(("boards", name, key))
+
+    def _motor(self, name: str) -> Iterator[Row]:
+        if name not in self.today.tables.motors:
+            yield self._row(f"motors.{name}", rules.GONE, "there", "gone", equal=False)
+            return
+        for key in _MOTOR_KEYS:
+            yield self._compared(("motors", name, key))
+        yield self._backlash(name)
+        for key in _MORE_KEYS:
+            yield self._compared(("motors", name, key))
+        for key in LimitsTable.model_fields:
+            yield self._compared(("motors", name, "limits", key))
+        for use in _USES:
+            yield self._compared(("motors", name, "profiles", use))
+            yield from self._profile(name, use)
+        judged = judging.of_motor(self.job, self.today.tables, name)
+        told = judged.refusal or f"all {judged.lines} pass"
+        yield self._row(
+            f"motors.{name} lines", rules.LINES, f"{judged.lines} lines", told,
+            equal=not judged.refusal,
+        )  # fmt: skip
+
+    def _compared(self, keys: Keys) -> Row:
+        """Return the row of a key of the file: by what it means, however it is written."""
+        then, now = self.job.machine, self.today
+        rule = rules.of(keys)
+        equal = then.value(keys) == now.value(keys)
+        found = self._row(".".join(keys), rule, then.text(keys), now.text(keys), equal=equal)
+        missing = (keys in then.values) != (keys in now.values)
+        if missing and equal and rule.colour is not GREY:
+            where = "today" if keys in then.values else "in the job"
+            return _with(found, AMBER, f"missing {where}; its default is the same")
+        return found
+
+    def _backlash(self, name: str) -> Row:
+        """Return the row of the play that the job's lines have in them."""
+        about, keys = self.job.header.motors[name], ("motors", name, "backlash")
+        if about.decode != SMOOTH or about.role not in ("scan", "lines"):
+            return self._compared(keys)
+        today = self.today.tables[name].backlash_steps
+        rule = rules.backlash(about.backlash, today, self._speed(name))
+        equal = about.backlash == today and (not today or rule.colour is not RED)
+        texts = (f"{steps} steps" for steps in (about.backlash, today))
+        found = self._row(".".join(keys), rule, *texts, equal=equal)
+        missing = (keys in self.job.machine.values) != (keys in self.today.values)
+        if equal and missing:
+            return _with(found, AMBER, "missing on one side; its default is the same")
+        return found
+
+    def _speed(self, name: str) -> int:
+        """Return the speed of a motor's lines, the lowest if they differ."""
+        if speed := self.job.header.motors[name].speed:
+            return speed
+        keys = self.job.shapes_of(name)
+        speeds = (self.job.shapes[key].line().line_speed for key, _ in keys)
+        return min(filter(None, speeds), default=0)
+
+    def _profile(self, name: str, use: str) -> Iterator[Row]:
+        """Yield the sum of a profile, and of one for homing how much of it homing may use."""
+        about = self.job.header.motors[name]
+        member = about.profiles.get(use)
+        then = self.job.copies[member] if member else None
+        now, trouble = self._today(name, use)
+        if then is None and now is None and not trouble:
+            return
+        field = f"motors.{name}.profiles.{use} sha256"
+        rule = rules.profile(use, used=use == about.used, from_files=about.role == "lines")
+        yield self._row(field, rule, _sum(then), trouble or _sum(now), equal=then == now)
+        if use == "home":
+            haps = (_haps(then), _haps(now))
+            field = f"motors.{name}.profiles.home HAPs"
+            yield self._row(field, rules.HAPS, *haps, equal=haps[0] == haps[1])
+
+    def _today(self, name: str, use: str) -> tuple[bytes | None, str]:
+        """Return today's profile, and why it cannot be read if it cannot."""
+        machine = self.today.tables
+        path = machine.profile(machine[name], use)
+        if path is None:
+            return None, ""
+        try:
+            return path.read_bytes(), ""
+        except OSError as error:
+            return None, f"{path.name}: {error.strerror or error}"
+
+    def _unknown(self) -> Iterator[Row]:
+        then, now = self.job.machine, self.today
+        for keys in sorted({*then.unknown, *now.unknown}):
+            there = [copy.under(keys) for copy in (then, now)]
+            equal = there[0] == there[1]
+            yield self._row(".".join(keys), rules.UNKNOWN, *there, equal=equal)
+
+    def _rest(self, covered: set[str]) -> Iterator[Row]:
+        """Yield what differs in the files and has no row yet: what lines do not depend on."""
+        then, now = self.job.machine, self.today
+        for keys in dict.fromkeys([*then.values, *now.values]):
+            pair = [copy.values.get(keys, NOTHING) for copy in (then, now)]
+            above = {".".join(keys[:count]) for count in range(1, len(keys) + 1)}
+            if pair[0] != pair[1] and not above & covered:
+                rule = rules.of(keys) if self._is_used(keys) else rules.NOT_USED
+                yield self._row(".".join(keys), rule, *pair, equal=False)
+
+    def _is_used(self, keys: Keys) -> bool:
+        """True for keys that are of no motor or board, or of one that the job has."""
+        used = {"motors": self.job.motors, "boards": self._boards()}.get(keys[0])
+        return used is None or len(keys) < 2 or keys[1] in used
+
+    def _row(self, field: str, rule: Rule, job: object, found: object, *, equal: bool) -> Row:
+        return row(self.today.tables.path.name, field, rule, job, found, equal=equal)
+
+
+def _with(found: Row, colour: Colour, why: str) -> Row:
+    return Row(found.place, found.field, found.key, colour, found.job, found.found, why)
+
+
+def _sum(data: bytes | None) -> str:
+    return NOTHING if data is None else hashlib.sha256(data).hexdigest()[:16]
+
+
+def _haps(data: bytes | None) -> str:
+    """Return the HAPs of a profile's header; nothing of one without a header."""
+    file = examine_bytes(Path("profile"), data, LENIENT, raw=True).file if data else None
+    header = file.header if isinstance(file, MotionFile) else None
+    return str(header.haps) if header else NOTHING
+
+
+def _told(value: object) -> str:
+    text = str(value)
+    return text if text else NOTHING

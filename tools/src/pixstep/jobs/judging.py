@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: MIT
+"""What a machine's motors and boards say of a job's lines: each shape is judged once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+from pixstep.board import boards, capability, settings
+from pixstep.board.capability import BoardLimits
+from pixstep.errors import AskedText, RefusedError, UserError
+from pixstep.jobs.job import Job
+from pixstep.lines import line_check
+from pixstep.lines.line import Line
+from pixstep.lines.line_check import ERROR, Finding
+from pixstep.lines.runs import MOST_BYTES, packed_size, queue_entries
+from pixstep.machine import line_limits
+from pixstep.machine.files import MachineFile
+from pixstep.machine.model import MotorTable
+from pixstep.progress import Progress, unseen
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What is said of a motor's lines: the first that is refused, and all that gets a warning."""
+
+    lines: int
+    refusal: str = ""
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Room:
+    """What the longest line of a motor takes in the queue of its axis, and how large that is.
+
+    A line that fits whole needs no host while it moves.
+    """
+
+    longest_bytes: int
+    queue_bytes: int
+
+    @property
+    def safe(self) -> bool:
+        """True if every line fits."""
+        return self.longest_bytes <= self.queue_bytes
+
+
+def room(job: Job, machine: MachineFile, name: str) -> Room:
+    """Return what a motor's lines take in the queue of its axis."""
+    kind = boards.load(machine.board_of(machine[name]).kind)
+    longest = max((packed_size(queue_entries(line)) for _, line in _lines(job, name)), default=0)
+    return Room(longest, kind.queue_entries * MOST_BYTES)
+
+
+def judge(
+    job: Job, machine: MachineFile, path: Path, show: Progress = unseen, *, refuse: bool = True
+) -> list[str]:
+    """Return the warnings of all lines. Raises RefusedError for the first that is refused.
+
+    Without `refuse` that one is a warning too.
+    """
+    said: list[str] = []
+    for number, name in enumerate(job.motors, 1):
+        found = of_motor(job, machine, name)
+        if found.refusal and refuse:
+            raise RefusedError(AskedText(
+                "{path}: {refusal} ({no_check} writes it all the same)",
+                path=path, refusal=found.refusal,
+            ))  # fmt: skip
+        said += [found.refusal] * bool(found.refusal)
+        said += found.warnings
+        show(number / len(job.motors))
+    return said
+
+
+def of_motor(
+    job: Job, machine: MachineFile, name: str, limits: BoardLimits | None = None
+) -> Judged:
+    """Return what a machine says of a motor's lines; `limits` are those of a connected board."""
+    motor = machine[name]
+    try:
+        bounds = limits or _limits(job, machine, name)
+        found = _Findings(motor, bounds, machine.pixel_hz)
+        return found.of(_lines(job, name), job.lines)
+    except UserError as error:
+        return Judged(job.lines, f"motor {name}: {error}")
+
+
+@dataclass(frozen=True)
+class _Findings:
+    """The limits of a motor and its board, at a frequency of pixels."""
+
+    motor: MotorTable
+    board: BoardLimits
+    hz: Fraction
+
+    def of(self, lines: Iterable[tuple[int, Line]], count: int) -> Judged:
+        """Judge lines, each with the number of the first one like it."""
+        refusal, warnings = "", []
+        for first, line in lines:
+            for one in self._check(line):
+                told = f"line {first} of motor {self.motor.name}: {one.name} at pixel {one.pixel}: "
+                told += one.message
+                if one.severity != ERROR:
+                    warnings.append(told)
+                elif not refusal:
+                    refusal = told
+        return Judged(count, refusal, tuple(warnings))
+
+    def _check(self, line: Line) -> list[Finding]:
+        motor = line_limits.of_motor(self.motor, line, self.hz)
+        found = line_check.check(line, self.board.of(line).lower(motor))
+        still = not any(line.counts)
+        return [] if still else line_check.without_idle_pixel(found)
+
+
+def _limits(job: Job, machine: MachineFile, name: str) -> BoardLimits:
+    """Return the limits of a motor's board while all of its motors in the job move."""
+    board = machine.board_of(machine[name])
+    beside = [
+        one for one in job.motors
+        if one in machine.motors and machine.board_of(machine[one]) is board
+    ]  # fmt: skip
+    clock = settings.of_clock(machine.clock.sync, machine.clock.edges)
+    return capability.named_limits(board.kind, machine.pixel_hz, axes=len(beside), clock=clock)
+
+
+def _lines(job: Job, name: str) -> Iterator[tuple[int, Line]]:
+    """Yield every different line of a motor, with the number of the first like it."""
+    for (key, negative), first in job.shapes_of(name).items():
+        yield first, job.shapes[key].line(negative=negative)

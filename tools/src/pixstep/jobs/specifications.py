@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: MIT
+"""Scan specifications of other projects as images: useq-schema and scanspec.
+
+A useq-schema sequence (YAML or JSON) has a stage's x and y in micrometres. A scanspec specification
+(JSON) names its axes, which are motors, in the unit of each motor's scale. Both say places; a job's
+motors pass them at constant speed, a pixel a place.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, Literal
+
+from pixstep.errors import RefusedError, UserError, one_line
+from pixstep.jobs.header import SourceTable
+from pixstep.jobs.image import Image
+from pixstep.jobs.making import AskedImage, source_files
+from pixstep.jobs.points import Point, Raster, exact, raster
+from pixstep.lazy import missing_package, require_package
+from pixstep.lines.units import MM, SPEED, Quantity
+from pixstep.machine.files import MachineFile
+from pixstep.machine.model import MotorTable
+
+_MICROMETRES = Fraction(1, 1000)  # of a millimetre
+Kind = Literal["useq", "scanspec"]
+
+
+@dataclass(frozen=True)
+class Places:
+    """The places that a specification visits: the names of two axes, and pairs."""
+
+    axes: tuple[str, str]
+    points: Sequence[Point]
+    unit: Fraction | None = None  # of a millimetre; None: that of each motor's scale
+
+
+def read_useq(path: Path) -> Places:
+    """Return the places of a useq-schema sequence."""
+    require_package("useq")
+    import useq
+
+    sequence = _loaded(path, lambda: useq.MDASequence.from_file(path))
+    points = []
+    for number, event in enumerate(sequence, 1):
+        if event.x_pos is None or event.y_pos is None:
+            raise RefusedError(f"{path}: event {number} has no place: x and y are wanted")
+        points.append((exact(event.x_pos), exact(event.y_pos)))
+    return Places(("x", "y"), points, _MICROMETRES)
+
+
+def read_scanspec(path: Path) -> Places:
+    """Return the places of a scanspec specification, of two axes."""
+    require_package("scanspec")
+    from scanspec.specs import Spec  # type: ignore[import-untyped]
+
+    spec: Any = _loaded(path, lambda: Spec.deserialize(json.loads(path.read_text())))
+    axes = [str(axis) for axis in spec.axes() if str(axis) != "DURATION"]
+    if len(axes) != 2:
+        raise RefusedError(f"{path}: axes {', '.join(axes)}: two are wanted, as motors are called")
+    first, second = axes
+    points = [(exact(one[first]), exact(one[second])) for one in spec.midpoints()]
+    return Places((first, second), points)
+
+
+def image_of(machine: MachineFile, kind: Kind, path: Path, motors: Mapping[str, str]) -> AskedImage:
+    """Return the image that a specification describes, without lead-ins and offsets.
+
+    `motors` are those of its axes, by the axis. Raises UserError for what is no raster, or not a
+    whole number of steps.
+    """
+    places = read_useq(path) if kind == "useq" else read_scanspec(path)
+    found = raster(places.points, str(path))
+    names = [motors.get(axis, axis) for axis in places.axes]
+    fast, slow = (machine[names[axis]] for axis in (found.fast, 1 - found.fast))
+    pixel = _in_steps(fast, found.pixel, places.unit)
+    first = _in_steps(fast, found.first[0], places.unit) - pixel / 2
+    return AskedImage(
+        Image(found.lines, found.pixels, alternate=found.alternate),
+        {fast.name: Quantity(abs(pixel), SPEED, False, f"of {_text(found)} a pixel")},
+        _steps(slow, found, places.unit),
+        still=() if found.pitch else (slow.name,),
+        source=SourceTable(kind=kind, files=source_files([path])),
+        image_at={
+            fast.name: round(first),
+            slow.name: round(_in_steps(slow, found.first[1], places.unit)),
+        },
+        backwards=pixel < 0,
+    )
+
+
+def _steps(slow: MotorTable, found: Raster, unit: Fraction | None) -> dict[str, int]:
+    if not found.pitch:
+        return {}
+    steps = _in_steps(slow, found.pitch, unit)
+    if steps.denominator != 1:
+        raise UserError(
+            f"motor {slow.name}: {float(found.pitch):g} from line to line are "
+            f"{float(steps):.7g} steps, not a whole number: nearest {steps.__floor__()} and "
+            f"{steps.__floor__() + 1}"
+        )
+    return {slow.name: int(steps)}
+
+
+def _in_steps(motor: MotorTable, length: Fraction, unit: Fraction | None) -> Fraction:
+    """Return a length in a motor's steps; without a unit it is in that of the motor's scale."""
+    scale = motor.steps_per_unit
+    if scale is None:
+        raise UserError(f"motor {motor.name}: steps_per_unit is wanted for places in lengths")
+    if unit is not None and scale.length != MM:
+        raise UserError(f"motor {motor.name}: has {scale}, the places are in micrometres")
+    return length * (unit or 1) * scale.steps_per_unit
+
+
+def _text(found: Raster) -> str:
+    return f"{float(abs(found.pixel)):g}"
+
+
+def _loaded(path: Path, load: Any) -> Any:
+    """Return what a library reads of a file; its own errors become one line."""
+    try:
+        return load()
+    except OSError as error:
+        raise UserError(f"{path}: {error.strerror or error}") from None
+    except ModuleNotFoundError as error:
+        raise missing_package(error) or error from None
+    except Exception as error:  # whatever the library raises for what it does not take
+        raise RefusedError(f"{path}: {one_line(str(error))}") from None
