@@ -67,9 +67,14 @@ class BusDrives(Mapping[str, AxisDrive]):
             units.setdefault(motor.unit, []).append(motor)
         self._watches = {
             unit: BoardWatch(
-                link, unit, 1 + max(motor.axis for motor in ours), clock_hz, divider, len(ours),
+                link,
+                unit,
+                1 + max(motor.axis for motor in ours),
+                clock_hz,
+                divider,
+                len(ours),
                 (kinds or {}).get(unit),
-            )  # fmt: skip
+            )
             for unit, ours in units.items()
         }
         self._drives = {
