@@ -7,7 +7,7 @@ import caproto as ca
 import pytest
 from caproto import ChannelType
 
-from ideal_drive import IdealDrive, Stepper
+from ideal_drive import REST, IdealDrive, Stepper
 from iocbench import FIELDS as GIVEN
 from iocbench import served, until
 from pixstep.ioc import common, names
@@ -216,6 +216,25 @@ def test_a_limit_switch_ends_a_move_with_its_alarm(bench):
     assert wire.saw(f"{REC}.SEVR")[-1] == 2
     assert wire.put(f"{REC}.VAL", 1.0) == ""
     assert wire.value(f"{REC}.SEVR") == 0
+
+
+def test_a_move_that_somebody_else_has_stopped_does_not_go_on(bench):
+    """Retries are on: without a write of STOP the record would go on to the target."""
+    host, wire = bench
+    wire.put(f"{REC}.RTRY", 10)
+    drive = host.drives[REC]
+    wire.monitor(f"{REC}.RBV")
+    put = wire.begin(f"{REC}.VAL", 5.0)
+    wire.until(lambda: wire.saw(f"{REC}.RBV")[-1:] > [0.5])
+    drive.stopped_elsewhere = True
+    drive.set(state=REST)
+    assert wire.ended(put) == ""
+    rests = wire.value(f"{REC}.RBV")
+    assert 0 < rests < 5.0
+    assert (wire.value(f"{REC}.VAL"), wire.value(f"{REC}.DMOV")) == (rests, 1)
+    drive.stopped_elsewhere = False
+    assert wire.put(f"{REC}.VAL", 4.0) == ""
+    assert wire.value(f"{REC}.RBV") == 4.0
 
 
 def test_a_lost_board_is_an_alarm_and_the_other_axes_go_on(monkeypatch):

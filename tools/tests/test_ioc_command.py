@@ -86,6 +86,14 @@ def test_a_mistake_is_one_line(folder, invoke, change, words, said, status):
     assert done.stderr.count("\n") == 1
 
 
+@pytest.mark.parametrize("field", ["HOMF", "HOMR", "JOGF", "JOGR", "TWF", "TWR", "RLV"])
+def test_a_button_in_a_machine_file_is_refused(folder, invoke, field):
+    """It would move the motor whenever the records begin."""
+    (folder / "machine.toml").write_text(MACHINE.replace("DHLM = 100", f"{field} = 1"))
+    done = invoke("ioc", "--list", status=3)
+    assert f"epics.fields.{field} = 1: a button" in done.stderr
+
+
 def test_an_address_that_cannot_be_had_is_one_line(folder):
     done = subprocess.run(
         [sys.executable, HERE / "ideal_ioc.py", folder, "ioc"], cwd=folder, check=False,

@@ -186,6 +186,25 @@ def test_a_server_that_dies_in_a_move_and_comes_back(world):
 
 
 @only_long
+def test_a_stop_by_another_program_is_as_stop(world):
+    """The record would go on by a retry."""
+    world.begin_server()
+    wire = world.begin()
+    put = moving(world)
+    stop = ("board", "stop", "--port", str(world.link))
+    said = subprocess.run(
+        [sys.executable, "-m", "pixstep", *stop], capture_output=True, text=True, check=False
+    )
+    assert said.returncode == 0, said.stderr
+    assert wire.ended(put) == ""
+    rests = world.steps()
+    assert wire.value("T:a.VAL") == wire.value("T:a.RBV") < 1_000_000
+    assert world.alarm() == ("STATE", 2)
+    goes_on(world)
+    assert world.steps() == rests
+
+
+@only_long
 def test_an_emergency_stop_is_a_fault_of_all_axes_until_it_is_released(world):
     wire = world.begin()
     put = moving(world)

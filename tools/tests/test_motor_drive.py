@@ -3,12 +3,16 @@
 
 import random
 import time
+from fractions import Fraction
 
 import numpy as np
 import pytest
 
-from drive_bench import STOP, driven, home, jog, move, rising_s, speeds
+import pixstep as px
+from drive_bench import STOP, Watched, counter, driven, home, jog, move, rising_s, speeds
 from effort import cases
+from pixstep.board import settings
+from pixstep.motor_drive import BusDrives, DrivenMotor
 from pixstep.motor_record.traffic import Command, Msta, Verb
 from pixstep.moves.trapezoid import Kinematics, Trapezoid
 
@@ -362,6 +366,47 @@ def test_a_line_that_others_run_is_seen():
         assert at_rest(motor, 1200) and motor.edges() == 1200
         motor.obey(move(0))
         assert at_rest(motor, 0) and not motor.drive.problem
+
+
+@pytest.mark.parametrize("asked", [move(20_000, 3000), jog(3000)])
+def test_a_stop_by_another_program_is_told_apart(asked):
+    with driven(["mega"], [(1, 0)]) as (bus, drives, watched):
+        motor, drive = watched["1.0"], drives["1.0"]
+        motor.obey(asked)
+        bus.let_pass(1.5)
+        motor.obey(STOP)
+        motor.settle()
+        assert not drive.stopped_elsewhere
+        motor.obey(asked)
+        bus.let_pass(1.5)
+        bus.board(1).stop()
+        motor.settle()
+        assert drive.stopped_elsewhere and Msta.PROBLEM in motor.last.flags
+        here = motor.last.position_steps
+        assert at_rest(motor, here)
+        motor.obey(move(here + 50))
+        assert at_rest(motor, here + 50) and not drive.stopped_elsewhere
+
+
+def test_a_board_of_another_kind_is_told_nothing():
+    with px.simulated_bus(["mega"], pixel_hz=30) as bus:
+        motors = [DrivenMotor("a", 1, 0)]
+        before = settings.read(bus.link.board(1))
+        with BusDrives(bus.link, motors, clock_hz=Fraction(50), kinds={1: "uno"}) as drives:
+            watched = Watched(bus, drives["a"], counter(bus, motors[0]))
+            bus.let_pass(1)
+            watched.obey(move(100))
+            bus.let_pass(2)
+            assert watched.flags() & Msta.COMM_ERR
+            assert drives["a"].problem == "board 1 is a mega, and should be a uno"
+            assert watched.edges() == 0
+        assert settings.read(bus.link.board(1)) == before
+        with BusDrives(bus.link, motors, kinds={1: "mega"}) as drives:
+            watched = Watched(bus, drives["a"], counter(bus, motors[0]))
+            bus.let_pass(1)
+            watched.obey(move(100))
+            watched.settle()
+            assert watched.edges() == 100
 
 
 SIX = [(1, 0), (1, 1), (1, 2), (1, 3), (2, 0), (3, 0)]

@@ -317,6 +317,38 @@ def test_stop_makes_the_target_the_position():
     assert 0 < bench.record["VAL"] < 1
 
 
+@pytest.mark.parametrize("later", [(), (-3.0,)])
+def test_stop_ends_a_move_that_a_target_behind_has_begun(later):
+    """The record makes such a move as a retry; a newer target may wait for its end."""
+    bench = motor(RTRY=10)
+    bench.put("VAL", 2.0)
+    bench.ticks(20)
+    bench.put("VAL", -2.0)  # behind: the record stops the motor, then goes there
+    bench.ticks(40)
+    for target in later:
+        bench.put("VAL", target)
+    assert bench.record["MIP"] & Mip.RETRY and bench.record["MOVN"]
+    bench.put("STOP", 1)
+    assert bench.record["DMOV"] == 0  # it still moves
+    settled(bench)
+    rests = bench.record["RBV"]
+    assert -2.0 < rests < 2.0
+    assert (bench.record["VAL"], bench.record["MIP"]) == (rests, Mip.DONE)
+
+
+def test_stop_counts_while_a_target_behind_stops_the_motor():
+    bench = motor(RTRY=10)
+    bench.put("VAL", 2.0)
+    bench.ticks(20)
+    bench.put("VAL", -2.0)
+    while not bench.record["MIP"] & Mip.STOP:
+        bench.tick()
+    bench.put("STOP", 1)
+    settled(bench)
+    assert bench.record["RBV"] > 0
+    assert bench.record["VAL"] == bench.record["RBV"]
+
+
 def test_pause_keeps_the_target_and_go_resumes():
     bench = motor(RTRY=1)
     bench.put("VAL", 1.0)

@@ -25,6 +25,7 @@ from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.server import journal, meaning, places, remote, sessions
+from pixstep.server.local import LocalModbus
 from pixstep.server.meaning import Meaning
 from serverbench import Desk, Raw, beside, until
 
@@ -280,6 +281,26 @@ def test_a_request_that_gave_way_is_made_afterwards(desk, terminal):
     until(lambda: lost, "the request")
     Board(desk.client()).stop_all()
     assert reading()[:1] == [regs.MAP_VERSION]
+
+
+def test_a_stop_goes_before_what_the_server_itself_asks(slow_desk, terminal):
+    """The server looks at a board, as it does at that of a silent client, when a stop comes."""
+    go_on = threading.Event()
+    begun = hold(terminal, lambda frame: is_read(frame, 9), go_on)
+    reading = beside(slow_desk.board().read_inputs, 0, 9)
+    assert begun.wait(60)
+    bus = slow_desk.server.bus
+    looking = beside(Board(LocalModbus(bus), 1).read_inputs, 0, 8)
+    until(lambda: bus.waiting() == 1, "the server's own request")
+    stopping = beside(run.stop_axes, slow_desk.board(), [0])
+    until(lambda: bus.waiting() == 2, "the stop")
+    go_on.set()
+    until(lambda: any(map(is_stop, slow_desk.frames())), "the stop's frame")
+    stopping()
+    assert looking()[:1] == [regs.MAP_VERSION]
+    reading()
+    orders = [frame for frame in slow_desk.frames() if is_stop(frame) or is_read(frame, 8)]
+    assert is_stop(orders[0])
 
 
 def test_an_order_that_waits_is_overtaken(slow_desk, terminal):

@@ -17,6 +17,7 @@ from pixstep.ioc.channels import SHAPE, FieldChannel
 from pixstep.motor_record import (
     FIELDS,
     Command,
+    Mip,
     MotorRecord,
     Msta,
     PutRefusedError,
@@ -120,6 +121,8 @@ class ServedMotor:
         self._last = status
         if self.is_ready:
             await self._take_links()
+            if self._was_stopped(status):
+                await self._give_up()
             outcome = self.record.update(status)
             if self._announced and status.flags & Msta.DONE and not outcome.commands:
                 self._drive.obey(())  # what was announced is not wanted
@@ -130,6 +133,23 @@ class ServedMotor:
             await self._act(self.record.initialise(self._with_offset(status)))
             await self._show_all()
             self.ready.set()
+
+    @property
+    def why(self) -> dict[str, str]:
+        """Why the motor cannot be had, for the log, if its drive can say that."""
+        problem = str(getattr(self._drive, "problem", ""))
+        return {"why": problem} if problem else {}
+
+    def _was_stopped(self, status: Status) -> bool:
+        """Return whether somebody else has stopped what the record moves."""
+        own = not self.record["DMOV"] and not int(self.record["MIP"]) & Mip.EXTERNAL
+        stopped = bool(getattr(self._drive, "stopped_elsewhere", False))
+        return bool(own and stopped and status.flags & Msta.DONE)
+
+    async def _give_up(self) -> None:
+        """Write STOP: the record would go on to its target by a retry. The motor rests already."""
+        with contextlib.suppress(PutRefusedError):
+            await self._act(replace(self.record.put("STOP", 1), commands=(), second_leg=()))
 
     def _with_offset(self, status: Status) -> Status:
         """Return the first status with the offset of the last server's positions, if it holds."""

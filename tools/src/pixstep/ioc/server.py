@@ -142,7 +142,7 @@ class Server:
             wait.cancel()
         for motor in self._motors:
             if not motor.is_ready:
-                self._log.tell("no board yet", motor=motor.name)
+                self._log.tell("no board yet", motor=motor.name, **motor.why)
 
     def _named_pvs(self) -> dict[str, Any]:
         for motor in self._motors:

@@ -299,6 +299,9 @@ def _length_problems(name: str, motor: MotorTable) -> Iterator[Problem]:
             yield ("motors", name, "limits", key), str(error)
 
 
+_BUTTONS = ("HOMF", "HOMR", "JOGF", "JOGR", "PROC", "RLV", "STOP", "SYNC", "TWF", "TWR")
+
+
 def _field_problems(name: str, motor: MotorTable) -> Iterator[Problem]:
     """Yield every field that no motor record has or takes, and every value that it refuses."""
     if not motor.epics.fields:
@@ -312,6 +315,8 @@ def _field_problems(name: str, motor: MotorTable) -> Iterator[Problem]:
             yield where, "a motor record has no such field"
         elif not known.writable:
             yield where, "only the record itself writes this field"
+        elif field in _BUTTONS:
+            yield where, "a button, for clients: it would act each time that the record begins"
         else:
             try:
                 known.taken(value)

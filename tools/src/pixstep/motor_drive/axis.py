@@ -88,6 +88,15 @@ class AxisDrive:
         return self._watch.trouble or self.work.statuses.problem
 
     @property
+    def stopped_elsewhere(self) -> bool:
+        """Whether another program, or the emergency stop, has stopped the last motion.
+
+        A record that sees it rest before its target would go on by a retry: whoever serves one
+        writes STOP first.
+        """
+        return self.work.statuses.stopped_elsewhere
+
+    @property
     def top_speed_steps_s(self) -> float:
         """The highest speed that the board makes while all of its motors move; 0: not known yet.
 

@@ -48,6 +48,7 @@ class BusDrives(Mapping[str, AxisDrive]):
     `link` is an open bus: that of `px.connect(port).link`, which goes through a running `pixstep
     serve` by itself, or of simulated boards. It stays the caller's, who closes it afterwards.
     `clock_hz` and `divider` are set on each board when it is found and at rest, if they are given.
+    `kinds` says by address what boards should be: another one is told nothing.
     """
 
     def __init__(
@@ -57,6 +58,7 @@ class BusDrives(Mapping[str, AxisDrive]):
         *,
         clock_hz: Fraction | None = None,
         divider: int | None = None,
+        kinds: Mapping[int, str] | None = None,
     ) -> None:
         self.link = link
         self._time = shared_time.of_link(link)
@@ -65,7 +67,13 @@ class BusDrives(Mapping[str, AxisDrive]):
             units.setdefault(motor.unit, []).append(motor)
         self._watches = {
             unit: BoardWatch(
-                link, unit, 1 + max(motor.axis for motor in ours), clock_hz, divider, len(ours)
+                link,
+                unit,
+                1 + max(motor.axis for motor in ours),
+                clock_hz,
+                divider,
+                len(ours),
+                (kinds or {}).get(unit),
             )
             for unit, ours in units.items()
         }

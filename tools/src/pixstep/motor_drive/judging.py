@@ -64,6 +64,11 @@ def broken_text(look: Look, unit: int, axis: int) -> str:
     return f"axis {look.fault_axis} of board {unit}: fault {look.fault}"
 
 
+def stopped_elsewhere(look: Look, axis: int) -> bool:
+    """Whether somebody has stopped a motion that has ended before its time."""
+    return look.axes[axis].state != "fault" or look.fault == "estop"
+
+
 def misplaced_text(motion: Motion, position_steps: int) -> str:
     """Return what is wrong with where a motion has ended; "" if nothing is."""
     if not isinstance(motion, Move) or position_steps == motion.target_steps:

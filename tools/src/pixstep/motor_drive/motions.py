@@ -127,6 +127,8 @@ class Motion:
         """The axis' lines done when it was begun."""
         self.armed_s: float | None = None
         self.stopping = False
+        self.refused = False
+        """Whether the board has refused a part of it after it was armed."""
         self.queued_s = 0.0
         """How long all lasts that was queued so far."""
 

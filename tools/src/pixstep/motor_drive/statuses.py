@@ -26,6 +26,8 @@ class Statuses:
         self.homed = False
         self.problem = ""
         """Why PROBLEM is set; "" if it is not."""
+        self.stopped_elsewhere = False
+        """Whether somebody else has stopped the last motion: it must not go on by itself."""
         self._last: Status | None = None
         self._before: tuple[float, int] | None = None
 

@@ -83,7 +83,8 @@ class BoardWatch:
     """One board; every method but `pause_s` may raise BoardError.
 
     `wanted_hz` is the frequency of the clock's edges that the board is to be set to, and `divider`
-    how many of them are a pixel; None leaves the board's.
+    how many of them are a pixel; None leaves the board's. A board of another `kind` than that is
+    told nothing, and counts as one that does not answer; None takes any.
     """
 
     def __init__(
@@ -94,6 +95,7 @@ class BoardWatch:
         wanted_hz: Fraction | None = None,
         divider: int | None = None,
         axes_together: int | None = None,
+        kind: str | None = None,
     ) -> None:
         self.link, self.unit = link, unit
         self.board: Board = link.board(unit)
@@ -110,7 +112,7 @@ class BoardWatch:
         self.seeks: object = None
         """Whose switch is sought: one axis of a board at a time."""
         self._axes, self._together = axes, axes_together or axes
-        self._wanted_hz, self._divider = wanted_hz, divider
+        self._wanted_hz, self._divider, self._kind = wanted_hz, divider, kind
         self._period_ticks = 0
         self._home_is_limit = 0
 
@@ -196,7 +198,9 @@ class BoardWatch:
 
     def _learn(self) -> None:
         """Ask for what the board can do; set its clock if it is another one and can be set now."""
-        self.board.who()
+        found = self.board.who().board
+        if self._kind not in (None, found):
+            raise BoardError(f"board {self.unit} is a {found}, and should be a {self._kind}")
         with contextlib.suppress(BusyError):  # something runs: motions go by the board's clock
             settings.set_clock(self.board, self._wanted_hz, divider=self._divider)
         self.limits = capability.connected_limits(self.board, axes=self._together)

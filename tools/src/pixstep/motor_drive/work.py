@@ -9,11 +9,17 @@ from collections import deque
 from dataclasses import replace
 from typing import Protocol
 
-from pixstep.board.errors import BoardError, LineLostError, NoReplyError
+from pixstep.board.errors import BoardError, LineLostError, NoReplyError, OvertakenError
 from pixstep.motor_drive.feed import Feed, Steps, require_idle
 from pixstep.motor_drive.homing import Home, plan_of
 from pixstep.motor_drive.inbox import Batch, Inbox
-from pixstep.motor_drive.judging import Verdict, broken_text, judge, misplaced_text
+from pixstep.motor_drive.judging import (
+    Verdict,
+    broken_text,
+    judge,
+    misplaced_text,
+    stopped_elsewhere,
+)
 from pixstep.motor_drive.motions import Jog, Motion, Move, Wanted, same, whole
 from pixstep.motor_drive.seam import clear_fault, discard, set_position, stop
 from pixstep.motor_drive.starting import DrivenMotor, Start, Starting
@@ -152,6 +158,7 @@ class AxisWork:
         except (NoReplyError, LineLostError) as error:
             self._unanswered(str(error))
         except BoardError as error:
+            self.statuses.stopped_elsewhere = isinstance(error, OvertakenError)
             self._refused(motion, str(error))
 
     def looked(self, look: Look) -> None:
@@ -167,7 +174,7 @@ class AxisWork:
         elif isinstance(motion, Home) and motion.armed_s is not None:
             self._judge_home(motion)
         elif motion.stopping:
-            self._end("") if not axis.moves else self._show(moves=True)
+            self._show(moves=True) if axis.moves else self._end_stopped(motion, look)
         elif motion.armed_s is not None:
             self._judge(motion, look)
         elif self._work is None:  # it did not get as far as that, and the board is back
@@ -290,12 +297,14 @@ class AxisWork:
         """Make a position that of the motor where it is."""
         self.offset_steps = set_position(whole(position), self._axis.position_steps)
         self._unknown, self.statuses.problem = False, ""
+        self.statuses.stopped_elsewhere = False
         self.statuses.position_steps = self._position_steps
         self.statuses.at_once = True
 
     def _start(self, start: Start) -> None:
         """Begin a motion from rest."""
         self.statuses.problem, self.statuses.at_once = "", True
+        self.statuses.stopped_elsewhere = False
         try:
             if not self._left:
                 require_idle(self._axis.state, self._motor.axis)
@@ -385,6 +394,7 @@ class AxisWork:
         if verdict is Verdict.OVER:
             self._end(misplaced_text(motion, self._position_steps))
         elif verdict is Verdict.BROKEN:
+            self.statuses.stopped_elsewhere = stopped_elsewhere(look, self._motor.axis)
             self._end(broken_text(look, self._watch.unit, self._motor.axis))
         elif verdict is Verdict.FIRST_OVER and isinstance(motion, Move):
             self._first_over(motion)
@@ -392,6 +402,12 @@ class AxisWork:
             if verdict is Verdict.AGAIN:
                 self._again(motion)
             self._show(moves=True)
+
+    def _end_stopped(self, motion: Motion, look: Look) -> None:
+        """The motor rests after a stop: the record's, or because the board took no more of it."""
+        if motion.refused:
+            self.statuses.stopped_elsewhere = stopped_elsewhere(look, self._motor.axis)
+        self._end("")
 
     def _judge_home(self, motion: Home) -> None:
         if not motion.over or self._axis.moves:
@@ -453,7 +469,7 @@ class AxisWork:
             self._left = True
             self._end(text)
         else:
-            self.statuses.problem, self._stop_wanted = text, True
+            self.statuses.problem, self._stop_wanted, motion.refused = text, True, True
 
     def _end(self, text: str) -> None:
         """The motor rests."""

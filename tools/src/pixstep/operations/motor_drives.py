@@ -113,4 +113,10 @@ def _drives(machine: MachineFile, link: Link, units: Mapping[str, int]) -> BusDr
         for one in motors_of(machine)
         if machine.board_name(machine[one.name]) in units
     ]
-    return BusDrives(link, motors, clock_hz=machine.clock_hz, divider=machine.clock.edges)
+    return BusDrives(
+        link,
+        motors,
+        clock_hz=machine.clock_hz,
+        divider=machine.clock.edges,
+        kinds={unit: machine.boards[name].kind for name, unit in units.items()},
+    )

@@ -16,7 +16,7 @@ from pixstep.server.line import CutShortError, SharedLine, UnsentError
 from pixstep.server.meaning import Meaning
 from pixstep.server.messages import Message
 
-FIRST, WRITER, READER = range(3)  # ranks
+STOP, FIRST, WRITER, READER = range(4)  # ranks; FIRST: what the server itself asks
 _MARK_S = 0.02  # after a mark: boards note when its frame ended
 _MORE_S = (
     0.005  # after a stop: another one of the same command may come; so after others that say so
@@ -165,7 +165,7 @@ class Bus(threading.Thread):
                     return None
                 if self._waiting:
                     rank, number, job = item = self._awaited() or self._waiting[0]
-                    first = rank == FIRST
+                    first = rank <= FIRST
                     kept = first or job.by == self._kept_by
                     wait_s = 0.0 if kept else self._quiet_s - time.monotonic()
                     if wait_s <= 0 and (first or not self._told):
@@ -192,7 +192,7 @@ class Bus(threading.Thread):
         return next((item for item in self._waiting if item[2].by == self._kept_by), None)
 
     def _first_waits(self) -> bool:
-        return bool(self._waiting) and self._waiting[0][0] == FIRST
+        return bool(self._waiting) and self._waiting[0][0] <= FIRST
 
     def _tell_again(self) -> None:
         """Send stops again that may have met a late reply; nothing has gone out since."""

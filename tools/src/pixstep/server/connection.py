@@ -179,7 +179,7 @@ class Connection:
 
         rank = bus.WRITER if self._house.sessions.writer is self.session else bus.READER
         return Job(
-            self.session.name, unit, pdu, means, finish, bus.FIRST if means.stops else rank,
+            self.session.name, unit, pdu, means, finish, bus.STOP if means.stops else rank,
             tells=tells, patience=patience, is_gone=self._is_gone,
         )  # fmt: skip
 

@@ -47,7 +47,7 @@ class LocalModbus(Client):
             came.set()
 
         means = meaning.of(pdu)
-        rank = bus.FIRST if means.stops else self._rank
+        rank = bus.STOP if means.stops else self._rank
         self._bus.submit(
             Job(self._name, unit, pdu, means, finish, rank, tells, patience=self.patience)
         )

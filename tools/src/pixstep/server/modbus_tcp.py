@@ -119,7 +119,7 @@ class Door:
 
         number = next(self._numbers)
         session.open.add(number)
-        rank = bus.FIRST if means.stops else bus.READER
+        rank = bus.STOP if means.stops else bus.READER
         patience = self._bus.line.patience
         job = Job(session.name, unit, pdu, means, finish, rank, tells, patience)
         if self._sessions.is_driven(session):

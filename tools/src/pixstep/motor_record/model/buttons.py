@@ -46,7 +46,7 @@ def _stop(r: State, *, for_good: bool) -> None:
     v = r.v
     asking.stop(r)
     if for_good:
-        if v.mip == Mip.DONE or r.has(Mip.STOP, Mip.RETRY):
+        if v.mip in (Mip.DONE, Mip.RETRY, Mip.STOP):
             _stop_at_rest(v)
             return
         if v.movn:
