@@ -277,7 +277,7 @@ def test_a_board_that_is_switched_off_and_back():
         lost.obey(move(8000))
         other.obey(move(20_000))
         bus.let_pass(1)
-        simulator.power_off(0)
+        simulator.supply(0, "off")
         made = lost.edges()
         bus.let_pass(1)
         assert lost.last.flags & Msta.COMM_ERR and drives["1.0"].problem
@@ -286,7 +286,7 @@ def test_a_board_that_is_switched_off_and_back():
         assert lost.flags() & (Msta.DONE | Msta.COMM_ERR) == Msta.DONE | Msta.COMM_ERR
         lost.obey(move(0))  # not kept for later
         lost.settle()
-        simulator.power_on(0)
+        simulator.supply(0, "on")
         bus.let_pass(4.5)
         assert lost.flags() == Msta.DONE | Msta.PROBLEM
         assert "was reset" in drives["1.0"].problem
@@ -384,6 +384,22 @@ def test_six_axes_of_three_boards_at_once(tmp_path):
     )
     print(f"first STEP edges of six axes, ms: {[round(1000 * one, 1) for one in starts]}")
     assert starts[-1] < 0.15
+
+
+@pytest.mark.parametrize(("kind", "hz"), [("mega", 1000), ("m1284", 2000)])
+def test_fast_pixels_do_not_run_dry_while_other_axes_begin(kind, hz):
+    chosen = random.Random(kind)
+    axes = [(1, axis) for axis in range(4 if hz == 1000 else 2)]
+    with driven([kind], axes, pixel_hz=hz) as (_, drives, watched):
+        targets = dict.fromkeys(watched, 0)
+        for _ in range(cases(2, 40)):
+            for name, motor in watched.items():
+                targets[name] += chosen.choice([-1, 1]) * chosen.randint(500, 1500)
+                motor.obey(move(targets[name], 5000))
+            for name, motor in watched.items():
+                motor.settle()
+                assert not drives[name].problem
+                assert motor.edges() == motor.last.position_steps == targets[name]
 
 
 def test_a_command_waits_for_one_request_of_others():

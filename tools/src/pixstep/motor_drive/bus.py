@@ -4,8 +4,9 @@
 One request goes out at a time, and before each one it is chosen anew whose it is:
 
 1. a stop;
-2. a motion that is to begin: its blocks, and arm. Several take turns;
-3. what is due first of the rest: a look at a board, a block of a line that is streamed.
+2. a block of a line whose queue is empty soon;
+3. a motion that is to begin: its blocks, and arm. Several take turns;
+4. what is due first of the rest: a look at a board, a block of a line that is streamed.
 
 So a command waits for no more than the request that is on its way, and one of each other motion
 that begins at the same time. Boards are looked at every 0.1 s while something of them moves, every
@@ -147,7 +148,7 @@ class BusDrives(Mapping[str, AxisDrive]):
             self._shielded(drive, drive.work.take)
             if drive.work.gives_up_s <= self.now_s():
                 self._shielded(drive, drive.work.lost)
-        if self._stop(drives) or self._launch(drives):
+        if self._stop(drives) or self._feed(drives) or self._launch(drives):
             return True
         now_s = self.now_s()
         streams = [(drive.work.due_s, drive) for drive in drives]
@@ -170,6 +171,14 @@ class BusDrives(Mapping[str, AxisDrive]):
                     drive.work.send_stop()
                     return True
                 self._lost(watch)
+        return False
+
+    def _feed(self, drives: Iterable[AxisDrive]) -> bool:
+        """Fill a queue that would be empty soon: a line that breaks off is a fault of its board."""
+        for drive in drives:
+            if drive.work.runs_dry:
+                self._shielded(drive, drive.work.step)
+                return True
         return False
 
     def _launch(self, drives: Sequence[AxisDrive]) -> bool:

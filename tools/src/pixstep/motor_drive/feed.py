@@ -8,6 +8,7 @@ the next one, 0 at once.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable, Iterator
 from itertools import chain, islice
 
@@ -21,6 +22,9 @@ _AHEAD = 160  # entries that are made before the board has room for them
 _LOADED = 2
 _FIRST_BYTES = 56  # of the first block: a short one takes the bus less time before arm
 _MOST_PAUSE_S = 0.1
+_LEAST_S = 0.06  # of what is queued before arm: fast pixels would run dry before the next block
+_DRY_S = 0.06  # a queue that is empty so soon is filled before other motions begin
+_KEPT = 1024  # entries whose pixels are known: those that are made ahead, and a block before them
 _END = (runs.MARK_END, 0)
 Entry = tuple[int, int]
 Steps = Iterator[float]
@@ -35,6 +39,8 @@ class LazyUpload(Upload):
         self._source = iter(entries)
         self.first_line = 0
         """Entries of the first whole line; 0 as long as its end is not made."""
+        self._ends_px: deque[int] = deque(maxlen=_KEPT)  # of each entry, from the first one on
+        self._made_px = 0
         super().__init__(board, axis, [], state)
 
     @property
@@ -56,8 +62,16 @@ class LazyUpload(Upload):
         """Entries that the board has accepted."""
         return self._count - len(self._left)
 
+    @property
+    def accepted_px(self) -> int:
+        """How many pixels these entries are."""
+        left = len(self._left)
+        return self._ends_px[-1 - left] if left < len(self._ends_px) else 0
+
     def _counted(self, entries: Iterable[Entry]) -> Iterator[Entry]:
         for entry in entries:
+            self._made_px += entry[1]
+            self._ends_px.append(self._made_px)
             yield entry
             if not self.first_line and entry == _END:
                 self.first_line = self._count  # with this one, which was added meanwhile
@@ -70,9 +84,14 @@ class Feed:
     """
 
     def __init__(
-        self, board: Board, axis: int, entries: Iterable[Entry], state: dict[str, int]
+        self,
+        board: Board,
+        axis: int,
+        entries: Iterable[Entry],
+        state: dict[str, int],
+        pixel_s: float,
     ) -> None:
-        self.board, self.axis = board, axis
+        self.board, self.axis, self._pixel_s = board, axis, pixel_s
         self._upload = LazyUpload(board, axis, entries, state)
         self._room = state["queue_free"] * runs.MOST_BYTES
         self._lines_done = state["lines_done"]
@@ -86,6 +105,15 @@ class Feed:
         """Let another line follow."""
         self._upload.more(entries)
 
+    @property
+    def lasts_s(self) -> float:
+        """How long all lasts that the board has accepted so far, from the first pixel on."""
+        return self._upload.accepted_px * self._pixel_s
+
+    def dry_soon(self, since_start_s: float) -> bool:
+        """Whether the queue is empty soon, so long after the start, and there is more to send."""
+        return self.lasts_s - since_start_s < _DRY_S and not self.done
+
     def begin(self) -> Steps:
         """Queue what the queue holds, and arm. Raises BoardError for what the board refuses.
 
@@ -93,7 +121,10 @@ class Feed:
         board waits: what is left comes while the first one runs.
         """
         upload, most = self._upload, _FIRST_BYTES
-        while not (upload.done or 0 < upload.first_line < upload.accepted):
+        least_s = self.lasts_s + _LEAST_S
+        while not (
+            upload.done or (0 < upload.first_line < upload.accepted and self.lasts_s >= least_s)
+        ):
             sent = upload.push_into(min(self._room, most))
             if not sent:
                 break
@@ -108,7 +139,7 @@ class Feed:
         self._lines_done = state["lines_done"]
         yield from self.begin()
 
-    def stream(self, pixel_s: float) -> Steps:
+    def stream(self) -> Steps:
         """Queue what is left as the queue gets empty, and what follows; it never ends by itself."""
         while True:
             if self._upload.done:
@@ -122,7 +153,7 @@ class Feed:
                     break
                 room -= sent
                 yield 0.0
-            yield pause_s([self._upload], pixel_s, _MOST_PAUSE_S)
+            yield pause_s([self._upload], self._pixel_s, _MOST_PAUSE_S)
 
 
 def require_idle(state: str, axis: int) -> None:

@@ -79,6 +79,14 @@ class AxisWork:
         return begins and self._work_due_s <= self._owner.now_s()
 
     @property
+    def runs_dry(self) -> bool:
+        """True if a queue is empty soon, and more of its line is due: the line would break off."""
+        motion, now_s = self._motion, self._owner.now_s()
+        if motion is None or motion.armed_s is None or motion.feed is None or self._work is None:
+            return False
+        return self._work_due_s <= now_s and motion.feed.dry_soon(now_s - motion.armed_s)
+
+    @property
     def due_s(self) -> float:
         """When a request of a stream is due."""
         motion = self._motion
@@ -321,8 +329,9 @@ class AxisWork:
             axis = self._axis
             motion.lines_before = axis.lines_done
             motion.feed = Feed(
-                self._watch.board, self._motor.axis, motion.entries(), axis.registers
-            )
+                self._watch.board, self._motor.axis, motion.entries(), axis.registers,
+                1 / self._watch.pixel_hz,
+            )  # fmt: skip
             if isinstance(motion, Move):
                 motion.begin_second_at_once()
             try:
@@ -343,7 +352,7 @@ class AxisWork:
         motion.armed(self._owner.now_s())
         self._watch.look_soon()
         if motion.feed is not None:
-            yield from motion.feed.stream(1 / self._watch.pixel_hz)
+            yield from motion.feed.stream()
 
     def _launch_home(self, motion: Home) -> Steps:
         """Begin a homing, when no other axis of the board seeks a switch."""
@@ -432,7 +441,7 @@ class AxisWork:
         """Go on with a motion whose launch was broken off, or end it."""
         if self._axis.state in ("armed", "running") and motion.feed is not None:
             motion.armed(self._owner.now_s())
-            self._work = motion.feed.stream(1 / self._watch.pixel_hz)
+            self._work = motion.feed.stream()
             self._show(moves=True)
             return
         self._left = True
@@ -442,7 +451,7 @@ class AxisWork:
         """A request had no answer: what the board does is not known until it is looked at."""
         motion, self._work = self._motion, None
         if motion is not None and motion.armed_s is not None and motion.feed is not None:
-            self._work = motion.feed.stream(1 / self._watch.pixel_hz)
+            self._work = motion.feed.stream()
             self._work_due_s = self._owner.now_s() + self._watch.pause_s
         _log.info("%s: %s", self._motor.name, text)
 
