@@ -90,6 +90,29 @@ def test_a_long_move_begins_at_once_and_is_stopped_in_its_middle(tmp_path):
     assert np.all((spacing > 0.95 / 1234.5) & (spacing < 1.05 / 1234.5))
 
 
+@pytest.mark.parametrize("speed", [300, 300.000001])
+def test_a_move_of_months_begins_at_once(speed, monkeypatch):
+    """Its pixels are all alike: who looked for one that is not would keep the bus for minutes."""
+    made, pixels = Trapezoid._made, []
+
+    def counted(self, pixel):
+        pixels.append(pixel)
+        assert len(pixels) < 100_000  # of 200 million
+        return made(self, pixel)
+
+    monkeypatch.setattr(Trapezoid, "_made", counted)
+    with driven(["mega"], [(1, 0), (1, 1)]) as (bus, drives, watched):
+        motor, other = watched["1.0"], watched["1.1"]
+        motor.obey(move(2_000_000_000, speed))
+        bus.let_pass(1)
+        other.obey(move(40, speed))
+        assert at_rest(other, 40)
+        assert motor.edges() > 250 and Msta.MOVING in motor.last.flags
+        motor.obey(STOP)
+        assert at_rest(motor, motor.settle().position_steps)
+        assert not any(drive.problem for drive in drives.values())
+
+
 def test_a_move_of_no_steps_ends_at_once():
     with driven(["mega"], [(1, 0)]) as (bus, _, watched):
         motor = watched["1.0"]
