@@ -244,8 +244,10 @@ class Pacer:
     """
 
     def __init__(self, link: Link) -> None:
-        self._lender = shared_time.lender_of(link)
+        self._lender, self._port = shared_time.lender_of(link), link.port
         self._ends = threading.Event()
+        self.failure: PlainError | None = None
+        """Why no more time passes, as where the simulator has ended; None: it does."""
         self._thread = threading.Thread(target=self._run, name="pixstep pacer", daemon=True)
         self._thread.start()
 
@@ -261,6 +263,14 @@ class Pacer:
         self._thread.join()
 
     def _run(self) -> None:
+        """Let time pass: this is the thread."""
+        try:
+            self._pace()
+        except PlainError as error:
+            self.failure = error
+            _log.error("%s: its time stands still: %s", self._port, error)
+
+    def _pace(self) -> None:
         ahead_s = time.monotonic() - self._lender.world.now_s()
         while not self._ends.is_set():
             behind_s = time.monotonic() - ahead_s - self._lender.world.now_s()
