@@ -409,11 +409,13 @@ def test_six_axes_of_three_boards_at_once(tmp_path):
     assert starts[-1] < 0.15
 
 
-@pytest.mark.parametrize(("kind", "hz"), [("mega", 1000), ("m1284", 2000)])
-def test_fast_pixels_do_not_run_dry_while_other_axes_begin(kind, hz):
-    chosen = random.Random(kind)
-    axes = [(1, axis) for axis in range(4 if hz == 1000 else 2)]
-    with driven([kind], axes, pixel_hz=hz) as (_, drives, watched):
+@pytest.mark.parametrize(
+    ("kinds", "axes", "hz"), [(["mega"], 4, 1000), (["m1284"], 2, 2000), (["mega"] * 4, 2, 500)]
+)
+def test_fast_pixels_do_not_run_dry_while_other_axes_begin(kinds, axes, hz):
+    chosen = random.Random(hz)
+    places = [(1 + board, axis) for board in range(len(kinds)) for axis in range(axes)]
+    with driven(kinds, places, pixel_hz=hz) as (_, drives, watched):
         targets = dict.fromkeys(watched, 0)
         for _ in range(cases(2, 40)):
             for name, motor in watched.items():

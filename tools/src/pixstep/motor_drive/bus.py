@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import math
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -107,6 +108,11 @@ class BusDrives(Mapping[str, AxisDrive]):
         """Return the boards' time."""
         return self._time.now_s()
 
+    @property
+    def motions(self) -> int:
+        """How many motions there are."""
+        return sum(drive.work.busy for drive in self._drives.values())
+
     def close(self) -> None:
         """Stop what the drives move, and end the thread."""
         for drive in self._drives.values():
@@ -174,12 +180,14 @@ class BusDrives(Mapping[str, AxisDrive]):
         return False
 
     def _feed(self, drives: Iterable[AxisDrive]) -> bool:
-        """Fill a queue that would be empty soon: a line that breaks off is a fault of its board."""
-        for drive in drives:
-            if drive.work.runs_dry:
-                self._shielded(drive, drive.work.step)
-                return True
-        return False
+        """Fill the queue that is empty first: a line that breaks off is a fault of its board."""
+        left_s, drive = min(
+            ((drive.work.left_s, drive) for drive in drives), key=lambda one: one[0]
+        )
+        if left_s == math.inf:
+            return False
+        self._shielded(drive, drive.work.step)
+        return True
 
     def _launch(self, drives: Sequence[AxisDrive]) -> bool:
         """Let a motion that begins have its turn."""

@@ -8,6 +8,7 @@ the next one, 0 at once.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Iterable, Iterator
 from itertools import chain, islice
@@ -22,8 +23,11 @@ _AHEAD = 160  # entries that are made before the board has room for them
 _LOADED = 2
 _FIRST_BYTES = 56  # of the first block: a short one takes the bus less time before arm
 _MOST_PAUSE_S = 0.1
-_LEAST_S = 0.06  # of what is queued before arm: fast pixels would run dry before the next block
-_DRY_S = 0.06  # a queue that is empty so soon is filled before other motions begin
+# Of what is queued before arm, and more for each other motion: it has its requests before the next
+# block, and fast pixels would run dry meanwhile.
+_LEAST_S, _OTHER_S = 0.06, 0.02
+_DRY_S = 0.2  # a queue that is empty so soon is filled before other motions begin
+_HURRY_BYTES = 64  # of a block for it: others may wait for theirs
 _KEPT = 1024  # entries whose pixels are known: those that are made ahead, and a block before them
 _END = (runs.MARK_END, 0)
 Entry = tuple[int, int]
@@ -95,6 +99,7 @@ class Feed:
         self._upload = LazyUpload(board, axis, entries, state)
         self._room = state["queue_free"] * runs.MOST_BYTES
         self._lines_done = state["lines_done"]
+        self._hurries = False
 
     @property
     def done(self) -> bool:
@@ -110,18 +115,24 @@ class Feed:
         """How long all lasts that the board has accepted so far, from the first pixel on."""
         return self._upload.accepted_px * self._pixel_s
 
-    def dry_soon(self, since_start_s: float) -> bool:
-        """Whether the queue is empty soon, so long after the start, and there is more to send."""
-        return self.lasts_s - since_start_s < _DRY_S and not self.done
+    def left_s(self, since_start_s: float) -> float:
+        """Return how long the queue lasts yet, so long after the start; inf if that is enough.
 
-    def begin(self) -> Steps:
+        It is if all was sent, or there is more time than other motions take to begin.
+        """
+        left_s = self.lasts_s - since_start_s
+        self._hurries = left_s < _DRY_S and not self.done
+        return left_s if self._hurries else math.inf
+
+    def begin(self, others: int = 0) -> Steps:
         """Queue what the queue holds, and arm. Raises BoardError for what the board refuses.
 
-        It is armed as soon as its first line is there and a part of the next one, for which the
-        board waits: what is left comes while the first one runs.
+        `others` are the motions that share the bus. It is armed as soon as its first line is there
+        and a part of the next one, for which the board waits: what is left comes while the first
+        one runs.
         """
         upload, most = self._upload, _FIRST_BYTES
-        least_s = self.lasts_s + _LEAST_S
+        least_s = self.lasts_s + _LEAST_S + _OTHER_S * others
         while not (
             upload.done or (0 < upload.first_line < upload.accepted and self.lasts_s >= least_s)
         ):
@@ -148,7 +159,7 @@ class Feed:
             room = self.board.room(self.axis)[0]
             yield 0.0
             while room and not self._upload.done:
-                sent = self._upload.push_into(room)
+                sent = self._upload.push_into(min(room, _HURRY_BYTES) if self._hurries else room)
                 if not sent:
                     break
                 room -= sent

@@ -37,6 +37,10 @@ class Owner(Protocol):
     def now_s(self) -> float:
         """Return the boards' time."""
 
+    @property
+    def motions(self) -> int:
+        """How many motions there are."""
+
 
 class AxisWork:
     """The motions of one motor. Every method is called by the bus' thread."""
@@ -79,12 +83,12 @@ class AxisWork:
         return begins and self._work_due_s <= self._owner.now_s()
 
     @property
-    def runs_dry(self) -> bool:
-        """True if a queue is empty soon, and more of its line is due: the line would break off."""
+    def left_s(self) -> float:
+        """How long its queue lasts that is empty soon and would break off its line; else inf."""
         motion, now_s = self._motion, self._owner.now_s()
         if motion is None or motion.armed_s is None or motion.feed is None or self._work is None:
-            return False
-        return self._work_due_s <= now_s and motion.feed.dry_soon(now_s - motion.armed_s)
+            return math.inf
+        return motion.feed.left_s(now_s - motion.armed_s) if self._work_due_s <= now_s else math.inf
 
     @property
     def due_s(self) -> float:
@@ -335,7 +339,7 @@ class AxisWork:
             if isinstance(motion, Move):
                 motion.begin_second_at_once()
             try:
-                yield from motion.feed.begin()
+                yield from motion.feed.begin(self._owner.motions - 1)
                 break
             except (NoReplyError, LineLostError):
                 raise
