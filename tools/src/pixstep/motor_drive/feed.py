@@ -25,7 +25,7 @@ _FIRST_BYTES = 56  # of the first block: a short one takes the bus less time bef
 _MOST_PAUSE_S = 0.1
 # Of what is queued before arm, and more for each other motion: it has its requests before the next
 # block, and fast pixels would run dry meanwhile.
-_LEAST_S, _OTHER_S = 0.06, 0.02
+_LEAST_S, _OTHER_S = 0.03, 0.03
 _DRY_S = 0.2  # a queue that is empty so soon is filled before other motions begin
 _HURRY_BYTES = 64  # of a block for it: others may wait for theirs
 _KEPT = 1024  # entries whose pixels are known: those that are made ahead, and a block before them
@@ -139,7 +139,7 @@ class Feed:
             sent = upload.push_into(min(self._room, most))
             if not sent:
                 break
-            self._room, most = self._room - sent, self._room
+            self._room, most = self._room - sent, _HURRY_BYTES
             yield 0.0
         run.arm(self.board, [self.axis], known=[(_LOADED, self._lines_done)])
         yield 0.0
