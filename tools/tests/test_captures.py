@@ -2,7 +2,7 @@
 """Edges of the pixel clock at every cycle of a step period, placed by the board to the tick.
 
 A line that needs no clock runs on the axis whose timer captures the clock; the clock's edges sweep
-the steps' intervals, a cycle further each, so that captures and step interrupts meet in every order.
+the steps' intervals, a cycle further each: captures and step interrupts meet in every order.
 """
 
 from fractions import Fraction

@@ -17,7 +17,6 @@ from pixstep.ioc.channels import SHAPE, FieldChannel
 from pixstep.motor_record import (
     FIELDS,
     Command,
-    Mip,
     MotorRecord,
     Msta,
     PutRefusedError,
@@ -209,9 +208,7 @@ class ServedMotor:
             asyncio.get_running_loop().call_later(outcome.delay_s, self._end_delay)
         if outcome.complete or self.record["DMOV"] != 0:
             self._let_go()
-        if self.record["MIP"] == Mip.JOG_REQ and self.record["LVIO"]:
-            # A jog was refused at a limit. The record would begin it at its next processing, with
-            # its button released and no limit to end it; STOP makes it forget.
+        if self.record.has_refused_jog:
             await self._act(self.record.put("STOP", 1))
 
     def _let_go(self) -> None:
