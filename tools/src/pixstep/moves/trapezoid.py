@@ -7,8 +7,8 @@ differences are the counts of a plain line. Pixels may be much shorter than the 
 the counts then change some hundred times a second at most, so that a bus can carry the line.
 
 A constant speed of at least 100 steps/pixel is lowered to whole steps/pixel, by less than 1 %. One
-of whole steps/pixel has one run in the line, however long it is. Speeds are never higher than asked, but for the
-rounding of a pixel's count to the next whole step.
+of whole steps/pixel has one run in the line, however long it is. Speeds are never higher than
+asked, but for the rounding of a pixel's count to the next whole step.
 """
 
 import math
