@@ -98,8 +98,9 @@ class Trial:
         name, *arguments = operation
         getattr(self, name)(*arguments)
         r = self.bench.record
-        if r.has_refused_jog:
-            self.bench.put("STOP", 1)  # as whoever serves a record does
+        forgotten = r.forget_refused_jog()  # as whoever serves a record does
+        if forgotten:
+            self.bench.take(forgotten)
         holds.coordinates(self.bench)
         holds.speeds(r)
         holds.told(r, self.known)

@@ -208,8 +208,9 @@ class ServedMotor:
             asyncio.get_running_loop().call_later(outcome.delay_s, self._end_delay)
         if outcome.complete or self.record["DMOV"] != 0:
             self._let_go()
-        if self.record.has_refused_jog:
-            await self._act(self.record.put("STOP", 1))
+        forgotten = self.record.forget_refused_jog()
+        if forgotten:
+            await self._act(forgotten)
 
     def _let_go(self) -> None:
         for end in self._waiting:

@@ -39,15 +39,18 @@ class MotorRecord:
         """Return any field of FIELDS: menus, buttons and flags as numbers."""
         return self._r.v.read(field)
 
-    @property
-    def has_refused_jog(self) -> bool:
-        """True while it keeps the request of a jog that a limit refused; a write of STOP ends that.
+    def forget_refused_jog(self) -> Outcome | None:
+        """Forget the request of a jog that a limit has refused; None if there is none.
 
-        The record would begin the jog when it is processed next, with its button released and no
-        limit to end it: whoever serves it should write STOP.
+        The record keeps it, and would begin the jog when it is processed next, with its button
+        released and no limit to end it: whoever serves the record calls this after each event.
         """
         v = self._r.v
-        return v.mip == Mip.JOG_REQ and bool(v.lvio)
+        if v.mip != Mip.JOG_REQ or not v.lvio:
+            return None
+        v.mip = Mip.DONE
+        self._r.journal.post_changes()
+        return self._outcome()
 
     def values(self) -> dict[str, Value]:
         """Return all fields with their values."""
