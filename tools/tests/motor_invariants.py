@@ -106,4 +106,5 @@ def ends(bench, ended):
         waits = waits or bench.delay_s is not None
         assert waits or not bench.stepper.at_rest, (r["MIP"], r["DMOV"])
         return
-    assert r["MIP"] in (Mip.DONE, Mip.STOP), r["MIP"]
+    held = r["SPMG"] in (Spmg.STOP, Spmg.PAUSE) and r["MIP"] == Mip.JOG_REQ  # begins at Go
+    assert held or r["MIP"] in (Mip.DONE, Mip.STOP), r["MIP"]

@@ -1,20 +1,21 @@
 # SPDX-License-Identifier: MIT
 """`pixstep ioc` as a command: names, mistakes, its end; the files beside its document."""
 
+import functools
 import json
-import os
 import re
 import signal
-import subprocess
-import sys
 import xml.etree.ElementTree as ElementTree
 
 import pytest
 
+from effort import cases
+from ideal_ioc import ideal
 from iocbench import free_port, loopback, until
-from iocprocess import HERE, MACHINE, Command
+from iocprocess import MACHINE, Command
 from pixstep import natives
 from pixstep.ioc import names
+from pixstep.operations import motor_drives
 
 
 @pytest.fixture
@@ -25,12 +26,14 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.mark.parametrize(
-    ("number", "status"), [(signal.SIGINT, 0), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
-)
+SIGNALS = [(signal.SIGINT, 0), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
+
+
+@pytest.mark.parametrize(("number", "status"), cases(SIGNALS[:2], SIGNALS))
 def test_a_signal_stops_the_motors_and_keeps_where_they_are(folder, number, status):
     command = Command(folder)
     wire = command.wire()
+    check_fields(wire)
     wire.begin("T:m1.VAL", 90.0)
     until(lambda: wire.value("T:m1.RBV") > 1)
     assert command.end(number) == status
@@ -43,9 +46,8 @@ def test_a_signal_stops_the_motors_and_keeps_where_they_are(folder, number, stat
     assert (kept["moving"], 400 < steps < 36_000) == (False, True)
 
 
-def test_fields_come_from_the_machine_file(folder):
-    command = Command(folder)
-    wire = command.wire()
+def check_fields(wire):
+    """Assert that fields are those of the machine file."""
     found = {
         name: wire.value(f"T:m1.{name}")
         for name in ("EGU", "MRES", "VMAX", "ACCL", "BDST", "DHLM", "DIR", "OUT", "PREC")
@@ -55,7 +57,6 @@ def test_fields_come_from_the_machine_file(folder):
         "DIR": 0, "OUT": "@pixstep(main,0)", "PREC": 4,
     }  # fmt: skip
     assert (wire.value("T:second.DIR"), wire.value("T:second.EGU")) == (1, "steps")
-    assert command.end(signal.SIGINT) == 0
 
 
 def test_the_list_has_every_pv(folder, pixstep):
@@ -94,13 +95,12 @@ def test_a_button_in_a_machine_file_is_refused(folder, invoke, field):
     assert f"epics.fields.{field} = 1: a button" in done.stderr
 
 
-def test_an_address_that_cannot_be_had_is_one_line(folder):
-    done = subprocess.run(
-        [sys.executable, HERE / "ideal_ioc.py", folder, "ioc"], cwd=folder, check=False,
-        env=os.environ | loopback(free_port()) | {"EPICS_CAS_INTF_ADDR_LIST": "192.0.2.1"},
-        capture_output=True, text=True, timeout=30,
-    )  # fmt: skip
-    assert done.returncode == 2
+def test_an_address_that_cannot_be_had_is_one_line(folder, invoke, monkeypatch):
+    address = {"EPICS_CAS_INTF_ADDR_LIST": "192.0.2.1"}
+    for name, value in (loopback(free_port()) | address).items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(motor_drives, "opened", functools.partial(ideal, folder))
+    done = invoke("ioc", status=2)
     assert re.fullmatch(r"pixstep: Channel Access: .*EPICS_CAS_INTF_ADDR_LIST.*\n", done.stderr)
 
 

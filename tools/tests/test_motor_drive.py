@@ -94,6 +94,29 @@ def test_a_long_move_begins_at_once_and_is_stopped_in_its_middle(tmp_path):
     assert np.all((spacing > 0.95 / 1234.5) & (spacing < 1.05 / 1234.5))
 
 
+@pytest.mark.parametrize("speed", [300, 300.000001])
+def test_a_move_of_months_begins_at_once(speed, monkeypatch):
+    """Its pixels are all alike: who looked for one that is not would keep the bus for minutes."""
+    made, pixels = Trapezoid._made, []
+
+    def counted(self, pixel):
+        pixels.append(pixel)
+        assert len(pixels) < 100_000  # of 200 million
+        return made(self, pixel)
+
+    monkeypatch.setattr(Trapezoid, "_made", counted)
+    with driven(["mega"], [(1, 0), (1, 1)]) as (bus, drives, watched):
+        motor, other = watched["1.0"], watched["1.1"]
+        motor.obey(move(2_000_000_000, speed))
+        bus.let_pass(1)
+        other.obey(move(40, speed))
+        assert at_rest(other, 40)
+        assert motor.edges() > 250 and Msta.MOVING in motor.last.flags
+        motor.obey(STOP)
+        assert at_rest(motor, motor.settle().position_steps)
+        assert not any(drive.problem for drive in drives.values())
+
+
 def test_a_move_of_no_steps_ends_at_once():
     with driven(["mega"], [(1, 0)]) as (bus, _, watched):
         motor = watched["1.0"]
@@ -281,7 +304,7 @@ def test_a_board_that_is_switched_off_and_back():
         lost.obey(move(8000))
         other.obey(move(20_000))
         bus.let_pass(1)
-        simulator.power_off(0)
+        simulator.supply(0, "off")
         made = lost.edges()
         bus.let_pass(1)
         assert lost.last.flags & Msta.COMM_ERR and drives["1.0"].problem
@@ -290,7 +313,7 @@ def test_a_board_that_is_switched_off_and_back():
         assert lost.flags() & (Msta.DONE | Msta.COMM_ERR) == Msta.DONE | Msta.COMM_ERR
         lost.obey(move(0))  # not kept for later
         lost.settle()
-        simulator.power_on(0)
+        simulator.supply(0, "on")
         bus.let_pass(4.5)
         assert lost.flags() == Msta.DONE | Msta.PROBLEM
         assert "was reset" in drives["1.0"].problem
@@ -429,6 +452,24 @@ def test_six_axes_of_three_boards_at_once(tmp_path):
     )
     print(f"first STEP edges of six axes, ms: {[round(1000 * one, 1) for one in starts]}")
     assert starts[-1] < 0.15
+
+
+@pytest.mark.parametrize(
+    ("kinds", "axes", "hz"), [(["mega"], 4, 1000), (["m1284"], 2, 2000), (["mega"] * 4, 2, 500)]
+)
+def test_fast_pixels_do_not_run_dry_while_other_axes_begin(kinds, axes, hz):
+    chosen = random.Random(hz)
+    places = [(1 + board, axis) for board in range(len(kinds)) for axis in range(axes)]
+    with driven(kinds, places, pixel_hz=hz) as (_, drives, watched):
+        targets = dict.fromkeys(watched, 0)
+        for _ in range(cases(2, 40)):
+            for name, motor in watched.items():
+                targets[name] += chosen.choice([-1, 1]) * chosen.randint(500, 1500)
+                motor.obey(move(targets[name], 5000))
+            for name, motor in watched.items():
+                motor.settle()
+                assert not drives[name].problem
+                assert motor.edges() == motor.last.position_steps == targets[name]
 
 
 def test_a_command_waits_for_one_request_of_others():

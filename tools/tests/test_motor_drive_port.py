@@ -80,3 +80,12 @@ def test_a_simulated_bus_in_step_with_the_wall_clock():
         assert motor.settle().position_steps == 2000
         assert 1.0 < time.monotonic() - begun_s < 6.0
     assert drives.failure is None
+
+
+def test_a_simulator_that_has_ended_is_told(caplog):
+    with px.simulated_board("mega", pixel_hz=30) as board, Pacer(board.link) as pacer:
+        board.link.simulator.kill()
+        until(lambda: pacer.failure, "no time passes any more")
+    (record,) = caplog.records
+    assert record.getMessage().startswith("the simulator: its time stands still: simulator: ")
+    assert record.exc_info is None

@@ -4,8 +4,9 @@
 One request goes out at a time, and before each one it is chosen anew whose it is:
 
 1. a stop;
-2. a motion that is to begin: its blocks, and arm. Several take turns;
-3. what is due first of the rest: a look at a board, a block of a line that is streamed.
+2. a block of a line whose queue is empty soon;
+3. a motion that is to begin: its blocks, and arm. Several take turns;
+4. what is due first of the rest: a look at a board, a block of a line that is streamed.
 
 So a command waits for no more than the request that is on its way, and one of each other motion
 that begins at the same time. Boards are looked at every 0.1 s while something of them moves, every
@@ -20,6 +21,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import math
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -114,6 +116,11 @@ class BusDrives(Mapping[str, AxisDrive]):
         """Return the boards' time."""
         return self._time.now_s()
 
+    @property
+    def motions(self) -> int:
+        """How many motions there are."""
+        return sum(drive.work.busy for drive in self._drives.values())
+
     def close(self) -> None:
         """Stop what the drives move, and end the thread."""
         for drive in self._drives.values():
@@ -155,7 +162,7 @@ class BusDrives(Mapping[str, AxisDrive]):
             self._shielded(drive, drive.work.take)
             if drive.work.gives_up_s <= self.now_s():
                 self._shielded(drive, drive.work.lost)
-        if self._stop(drives) or self._launch(drives):
+        if self._stop(drives) or self._feed(drives) or self._launch(drives):
             return True
         now_s = self.now_s()
         streams = [(drive.work.due_s, drive) for drive in drives]
@@ -179,6 +186,16 @@ class BusDrives(Mapping[str, AxisDrive]):
                     return True
                 self._lost(watch)
         return False
+
+    def _feed(self, drives: Iterable[AxisDrive]) -> bool:
+        """Fill the queue that is empty first: a line that breaks off is a fault of its board."""
+        left_s, drive = min(
+            ((drive.work.left_s, drive) for drive in drives), key=lambda one: one[0]
+        )
+        if left_s == math.inf:
+            return False
+        self._shielded(drive, drive.work.step)
+        return True
 
     def _launch(self, drives: Sequence[AxisDrive]) -> bool:
         """Let a motion that begins have its turn."""
@@ -243,8 +260,10 @@ class Pacer:
     """
 
     def __init__(self, link: Link) -> None:
-        self._lender = shared_time.lender_of(link)
+        self._lender, self._port = shared_time.lender_of(link), link.port
         self._ends = threading.Event()
+        self.failure: PlainError | None = None
+        """Why no more time passes, as where the simulator has ended; None: it does."""
         self._thread = threading.Thread(target=self._run, name="pixstep pacer", daemon=True)
         self._thread.start()
 
@@ -260,6 +279,14 @@ class Pacer:
         self._thread.join()
 
     def _run(self) -> None:
+        """Let time pass: this is the thread."""
+        try:
+            self._pace()
+        except PlainError as error:
+            self.failure = error
+            _log.error("%s: its time stands still: %s", self._port, error)
+
+    def _pace(self) -> None:
         ahead_s = time.monotonic() - self._lender.world.now_s()
         while not self._ends.is_set():
             behind_s = time.monotonic() - ahead_s - self._lender.world.now_s()

@@ -8,6 +8,8 @@ the next one, 0 at once.
 
 from __future__ import annotations
 
+import math
+from collections import deque
 from collections.abc import Iterable, Iterator
 from itertools import chain, islice
 
@@ -21,6 +23,12 @@ _AHEAD = 160  # entries that are made before the board has room for them
 _LOADED = 2
 _FIRST_BYTES = 56  # of the first block: a short one takes the bus less time before arm
 _MOST_PAUSE_S = 0.1
+# Of what is queued before arm, and more for each other motion: it has its requests before the next
+# block, and fast pixels would run dry meanwhile.
+_LEAST_S, _OTHER_S = 0.03, 0.03
+_DRY_S = 0.2  # a queue that is empty so soon is filled before other motions begin
+_HURRY_BYTES = 64  # of a block for it: others may wait for theirs
+_KEPT = 1024  # entries whose pixels are known: those that are made ahead, and a block before them
 _END = (runs.MARK_END, 0)
 Entry = tuple[int, int]
 Steps = Iterator[float]
@@ -35,6 +43,8 @@ class LazyUpload(Upload):
         self._source = iter(entries)
         self.first_line = 0
         """Entries of the first whole line; 0 as long as its end is not made."""
+        self._ends_px: deque[int] = deque(maxlen=_KEPT)  # of each entry, from the first one on
+        self._made_px = 0
         super().__init__(board, axis, [], state)
 
     @property
@@ -56,8 +66,16 @@ class LazyUpload(Upload):
         """Entries that the board has accepted."""
         return self._count - len(self._left)
 
+    @property
+    def accepted_px(self) -> int:
+        """How many pixels these entries are."""
+        left = len(self._left)
+        return self._ends_px[-1 - left] if left < len(self._ends_px) else 0
+
     def _counted(self, entries: Iterable[Entry]) -> Iterator[Entry]:
         for entry in entries:
+            self._made_px += entry[1]
+            self._ends_px.append(self._made_px)
             yield entry
             if not self.first_line and entry == _END:
                 self.first_line = self._count  # with this one, which was added meanwhile
@@ -70,12 +88,18 @@ class Feed:
     """
 
     def __init__(
-        self, board: Board, axis: int, entries: Iterable[Entry], state: dict[str, int]
+        self,
+        board: Board,
+        axis: int,
+        entries: Iterable[Entry],
+        state: dict[str, int],
+        pixel_s: float,
     ) -> None:
-        self.board, self.axis = board, axis
+        self.board, self.axis, self._pixel_s = board, axis, pixel_s
         self._upload = LazyUpload(board, axis, entries, state)
         self._room = state["queue_free"] * runs.MOST_BYTES
         self._lines_done = state["lines_done"]
+        self._hurries = False
 
     @property
     def done(self) -> bool:
@@ -86,18 +110,36 @@ class Feed:
         """Let another line follow."""
         self._upload.more(entries)
 
-    def begin(self) -> Steps:
+    @property
+    def lasts_s(self) -> float:
+        """How long all lasts that the board has accepted so far, from the first pixel on."""
+        return self._upload.accepted_px * self._pixel_s
+
+    def left_s(self, since_start_s: float) -> float:
+        """Return how long the queue lasts yet, so long after the start; inf if that is enough.
+
+        It is if all was sent, or there is more time than other motions take to begin.
+        """
+        left_s = self.lasts_s - since_start_s
+        self._hurries = left_s < _DRY_S and not self.done
+        return left_s if self._hurries else math.inf
+
+    def begin(self, others: int = 0) -> Steps:
         """Queue what the queue holds, and arm. Raises BoardError for what the board refuses.
 
-        It is armed as soon as its first line is there and a part of the next one, for which the
-        board waits: what is left comes while the first one runs.
+        `others` are the motions that share the bus. It is armed as soon as its first line is there
+        and a part of the next one, for which the board waits: what is left comes while the first
+        one runs.
         """
         upload, most = self._upload, _FIRST_BYTES
-        while not (upload.done or 0 < upload.first_line < upload.accepted):
+        least_s = self.lasts_s + _LEAST_S + _OTHER_S * others
+        while not (
+            upload.done or (0 < upload.first_line < upload.accepted and self.lasts_s >= least_s)
+        ):
             sent = upload.push_into(min(self._room, most))
             if not sent:
                 break
-            self._room, most = self._room - sent, self._room
+            self._room, most = self._room - sent, _HURRY_BYTES
             yield 0.0
         run.arm(self.board, [self.axis], known=[(_LOADED, self._lines_done)])
         yield 0.0
@@ -108,7 +150,7 @@ class Feed:
         self._lines_done = state["lines_done"]
         yield from self.begin()
 
-    def stream(self, pixel_s: float) -> Steps:
+    def stream(self) -> Steps:
         """Queue what is left as the queue gets empty, and what follows; it never ends by itself."""
         while True:
             if self._upload.done:
@@ -117,12 +159,12 @@ class Feed:
             room = self.board.room(self.axis)[0]
             yield 0.0
             while room and not self._upload.done:
-                sent = self._upload.push_into(room)
+                sent = self._upload.push_into(min(room, _HURRY_BYTES) if self._hurries else room)
                 if not sent:
                     break
                 room -= sent
                 yield 0.0
-            yield pause_s([self._upload], pixel_s, _MOST_PAUSE_S)
+            yield pause_s([self._upload], self._pixel_s, _MOST_PAUSE_S)
 
 
 def require_idle(state: str, axis: int) -> None:

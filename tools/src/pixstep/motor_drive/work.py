@@ -43,6 +43,10 @@ class Owner(Protocol):
     def now_s(self) -> float:
         """Return the boards' time."""
 
+    @property
+    def motions(self) -> int:
+        """How many motions there are."""
+
 
 class AxisWork:
     """The motions of one motor. Every method is called by the bus' thread."""
@@ -83,6 +87,14 @@ class AxisWork:
         motion = self._motion
         begins = self._work is not None and motion is not None and motion.armed_s is None
         return begins and self._work_due_s <= self._owner.now_s()
+
+    @property
+    def left_s(self) -> float:
+        """How long its queue lasts that is empty soon and would break off its line; else inf."""
+        motion, now_s = self._motion, self._owner.now_s()
+        if motion is None or motion.armed_s is None or motion.feed is None or self._work is None:
+            return math.inf
+        return motion.feed.left_s(now_s - motion.armed_s) if self._work_due_s <= now_s else math.inf
 
     @property
     def due_s(self) -> float:
@@ -330,12 +342,13 @@ class AxisWork:
             axis = self._axis
             motion.lines_before = axis.lines_done
             motion.feed = Feed(
-                self._watch.board, self._motor.axis, motion.entries(), axis.registers
-            )
+                self._watch.board, self._motor.axis, motion.entries(), axis.registers,
+                1 / self._watch.pixel_hz,
+            )  # fmt: skip
             if isinstance(motion, Move):
                 motion.begin_second_at_once()
             try:
-                yield from motion.feed.begin()
+                yield from motion.feed.begin(self._owner.motions - 1)
                 break
             except (NoReplyError, LineLostError):
                 raise
@@ -352,7 +365,7 @@ class AxisWork:
         motion.armed(self._owner.now_s())
         self._watch.look_soon()
         if motion.feed is not None:
-            yield from motion.feed.stream(1 / self._watch.pixel_hz)
+            yield from motion.feed.stream()
 
     def _launch_home(self, motion: Home) -> Steps:
         """Begin a homing, when no other axis of the board seeks a switch."""
@@ -448,7 +461,7 @@ class AxisWork:
         """Go on with a motion whose launch was broken off, or end it."""
         if self._axis.state in ("armed", "running") and motion.feed is not None:
             motion.armed(self._owner.now_s())
-            self._work = motion.feed.stream(1 / self._watch.pixel_hz)
+            self._work = motion.feed.stream()
             self._show(moves=True)
             return
         self._left = True
@@ -458,7 +471,7 @@ class AxisWork:
         """A request had no answer: what the board does is not known until it is looked at."""
         motion, self._work = self._motion, None
         if motion is not None and motion.armed_s is not None and motion.feed is not None:
-            self._work = motion.feed.stream(1 / self._watch.pixel_hz)
+            self._work = motion.feed.stream()
             self._work_due_s = self._owner.now_s() + self._watch.pause_s
         _log.info("%s: %s", self._motor.name, text)
 

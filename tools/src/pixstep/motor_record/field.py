@@ -40,7 +40,7 @@ class FieldType(StrEnum):
 
 
 HIGHEST = 1e100
-"""Of any number: sums and products of a few of them are still numbers."""
+"""Of any number, and its inverse the least: products and quotients of a few are still numbers."""
 
 TEXTS = (FieldType.STRING, FieldType.LINK)
 BITS = {
@@ -114,6 +114,8 @@ class Field:
             raise PutRefusedError(self.name, value, f"{wanted} is wanted") from None
         if not abs(number) <= HIGHEST:
             raise PutRefusedError(self.name, value, f"a number of at most {HIGHEST:g} is wanted")
+        if 0 < abs(number) < 1 / HIGHEST:
+            raise PutRefusedError(self.name, value, f"0, or at least {1 / HIGHEST:g}, is wanted")
         return number
 
     def _single(self, number: float) -> float:

@@ -6,9 +6,9 @@ to the base speed again. Its positions at the edges of pixels are rounded to who
 differences are the counts of a plain line. Pixels may be much shorter than the motion's changes:
 the counts then change some hundred times a second at most, so that a bus can carry the line.
 
-A constant speed of at least 100 steps/pixel is lowered to whole steps/pixel, by less than 1 %: the
-line then has one run for it, however long it is. Speeds are never higher than asked, but for the
-rounding of a pixel's count to the next whole step.
+A constant speed of at least 100 steps/pixel is lowered to whole steps/pixel, by less than 1 %. One
+of whole steps/pixel has one run in the line, however long it is. Speeds are never higher than
+asked, but for the rounding of a pixel's count to the next whole step.
 """
 
 import math
@@ -24,6 +24,7 @@ _WHOLE_STEPS_PX = 100  # from this speed on a constant speed is made whole
 _STRETCHES_HZ = 100  # how often counts may change, at most
 _PART = 1 / 16  # of a step: no stretch is longer, at the highest speed
 _LEAST_STEPS_S = 1e-6
+_MERGED = 64  # runs, at most, that become one: the first run of a move of days is there at once
 _NEARLY = 1e-9  # of a pixel: what is left by rounding is no further pixel
 
 
@@ -83,7 +84,7 @@ class Trapezoid:
 
     def _whole_pixels(self, cruise_s: float) -> range:
         """Return the pixels at a constant speed of whole steps, which are one run; maybe none."""
-        if self._top < _WHOLE_STEPS_PX * self._hz or (self._top / self._hz) % 1:
+        if (self._top / self._hz) % 1:
             return range(0)
         first = math.ceil(self._ramp_s * self._hz)
         return range(first, math.floor((self._ramp_s + cruise_s) * self._hz))
@@ -203,14 +204,18 @@ def spread(steps: int, pixels: int) -> Iterator[Run]:
 
 
 def merged(runs: Iterable[Run]) -> Iterator[Run]:
-    """Return runs, equal ones that follow each other as one; none is longer than an entry holds."""
-    count = repeat = 0
+    """Return runs, equal ones that follow each other as one; none is longer than an entry holds.
+
+    Of very many equal ones the first are given away before the others are taken.
+    """
+    count = repeat = taken = 0
     for now, more in runs:
-        if repeat and now == count:
+        taken += 1
+        if repeat and now == count and taken < _MERGED:
             repeat += more
         else:
             yield from _split(count, repeat)
-            count, repeat = now, more
+            count, repeat, taken = now, more, 0
     yield from _split(count, repeat)
 
 
