@@ -1,0 +1,306 @@
+# SPDX-License-Identifier: MIT
+"""Lines of a job on the boards: armed once, chained by the boards, one line queued ahead.
+
+    queued 1, queued 2 -> blocks -> arm -> line 1 moves
+    line 1 confirmed -> done 1 -> queued 3 -> blocks -> line 2 moves ...
+
+A line is done when every board says so by its counters and by its position. So at most two lines
+are between `queued` and `done`: the one that moves, and the one behind it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from enum import Enum
+
+from pixstep.board import run, snapshot, together
+from pixstep.board.errors import BoardError
+from pixstep.board.link import World
+from pixstep.board.together import Together
+from pixstep.jobs import account, history
+from pixstep.jobs.account import Axis
+from pixstep.jobs.job import Job
+from pixstep.jobs.run_log import Event
+from pixstep.jobs.sender import Sender
+from pixstep.jobs.stations import Station
+from pixstep.machine.files import MachineFile
+from pixstep.progress import Progress, unseen
+
+_STATUS_S, _LOOK_S, _LEAST_S = 0.05, 0.25, 0.02
+_LOOKS_A_LINE = 8
+_TIMEOUT_S, _RETRIES = 0.15, 2  # so that a board that is lost is named within a second
+_AHEAD = 2  # lines that may be queued and not done
+
+
+class Ended(Enum):
+    """How a chain of lines has ended without a fault."""
+
+    FINISHED = "finished"
+    PAUSED = "paused"
+    DRY = "dry"  # the host was late: all axes rest at the end of the same line
+
+
+class JobBrokenError(BoardError):
+    """A run has ended before its end; `rows` say where each motor is."""
+
+    def __init__(self, message: str, rows: Iterable[Event] = ()) -> None:
+        super().__init__(message)
+        self.rows = [*rows]
+
+
+@dataclass
+class Watch:
+    """What whoever started a run is told, and what it may ask for."""
+
+    pause_asked: Callable[[], bool] = lambda: False
+    progress: Progress = unseen
+    say: Callable[[str], None] = lambda text: None
+    left_s: Callable[[float], None] = lambda seconds: None
+
+
+@dataclass
+class Chain:
+    """Lines `first` to `last` of a job, one after the other without a gap.
+
+    `made` is the last line that every board has confirmed.
+    """
+
+    job: Job
+    machine: MachineFile
+    stations: list[Station]
+    world: World
+    note: Callable[[Event], None]
+    watch: Watch
+    first: int
+    last: int
+    made: int = field(init=False)
+    lost: dict[str, BoardError] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.made = self.first - 1
+        clock = self.machine.clock
+        self._pixel_s = float(1 / self.machine.pixel_hz)
+        self._paused, self._wanted = False, self.last
+        self._sender = Sender(
+            self.job, self.first, clock.edges, self._intend, gated=bool(clock.gate_edges)
+        )
+
+    def make(self) -> Ended:
+        """Make the lines. Raises JobBrokenError saying where everything is."""
+        self._begin()
+        group = [one.lines for one in self.stations]
+        try:
+            with run.stopped_on_failure(group):
+                started = self._start()
+                self._follow()
+        except BoardError as error:
+            raise self._broken(str(error)) from None
+        except BaseException:
+            self._broken("stopped")
+            raise
+        if self.lost:
+            raise self._broken("; ".join(map(str, self.lost.values())))
+        if started:
+            started.compare(self.world)
+        return self._how()
+
+    @property
+    def alive(self) -> list[Station]:
+        """The boards that answer and are without a fault."""
+        return [one for one in self.stations if one.name not in self.lost]
+
+    def _begin(self) -> None:
+        for station in self.stations:
+            snapshot.await_lock(station.board, self.world)
+            station.rebase()
+        bases = {name: vars(base) for one in self.stations for name, base in one.bases.items()}
+        self.note({"event": history.CHAIN, "line": self.first, "axes": bases})
+
+    def _intend(self, line: int) -> None:
+        self.note({"event": history.QUEUED, "line": line})
+
+    def _start(self) -> Together | None:
+        """Queue the first lines and start them, on one edge of the clock."""
+        self._sender.send(self.stations, self._allowed())
+        if len(self.stations) > 1:
+            return together.start([one.lines for one in self.stations], self.world)
+        (station,) = self.stations
+        run.arm(station.board, station.lines.axes)
+        return None
+
+    def _allowed(self) -> int:
+        return min(self.last, self.made + _AHEAD)
+
+    def _follow(self) -> None:
+        """Send, look and log until all axes rest."""
+        line_s = self.job.pixels * self._pixel_s
+        look_s = max(_LEAST_S, min(_LOOK_S, line_s / _LOOKS_A_LINE))
+        modbus = self.stations[0].board.modbus
+        with modbus.patient(_TIMEOUT_S, _RETRIES):
+            while True:
+                begun_s = self.world.now_s()
+                self._each(self._judge)
+                self._confirm()
+                if self.watch.pause_asked() and not self._paused:
+                    self._pause()
+                if self._all_rest():
+                    return
+                self._send_until(begun_s + look_s)
+
+    def _each(self, act: Callable[[Station], None]) -> None:
+        """Do something with every board; one that fails is lost, and the others end their line."""
+        for station in self.alive:
+            try:
+                act(station)
+            except _BesideError:
+                raise
+            except BoardError as error:
+                self._lose(station, error)
+
+    def _lose(self, station: Station, error: BoardError) -> None:
+        self.lost[station.name] = error
+        self.last = min(self.last, self._sender.begun)
+        self.watch.say(f"{error}; the other boards stop at the end of line {self.last}")
+        if not self.alive:
+            raise error
+
+    def _judge(self, station: Station) -> None:
+        """Look at a board's axes. Raises BoardError for what keeps a board from going on."""
+        for axis in station.look():
+            if axis.state == "fault":
+                run.raise_fault(station.board)
+            if axis.blocks > _MOST_BLOCKS or (axis.now["next_block"] == 0 and axis.counted):
+                station.board.require_no_reset(axis.base.axis)
+            if axis.state in ("empty", "refused"):
+                run.raise_fault(station.board)
+                station.board.require_no_reset(axis.base.axis)
+                raise BoardError(
+                    f"board {station.board.unit}: motor {axis.motor} is {axis.state}: stopped "
+                    f"before its end"
+                )
+
+    def _confirm(self) -> None:
+        """Log the lines that every board has made."""
+        if self.lost:
+            self._require_one_line(self.alive)
+            return
+        made = min(self._require_one_line(self.stations), self.last)
+        for line in range(self.made + 1, made + 1):
+            self.made = line
+            self.note({"event": history.DONE, "line": line})
+        self._show()
+
+    def _require_one_line(self, stations: list[Station]) -> int:
+        """Return the last line that all axes have made.
+
+        Raises an error if one has ended while another one is in a later line.
+        """
+        found = [(axis, self._line_of(axis)) for one in stations for axis in one.axes()]
+        line = min(number for _, number in found)
+        rests = [(axis, number) for axis, number in found if not axis.moves]
+        behind, next_line = min(rests, key=lambda one: one[1], default=(None, line))
+        beyond = [
+            axis for axis, number in found
+            if number > next_line or (axis.moves and number == next_line)
+        ]  # fmt: skip
+        if behind and beyond and next_line <= self.last:
+            raise _BesideError(
+                f"motor {behind.motor} ended after line {next_line - 1}, because line {next_line} "
+                f"reached its queue too late, and motor {beyond[0].motor} made more alone: line "
+                f"{next_line} is spoilt"
+            )
+        return line - 1
+
+    def _line_of(self, axis: Axis) -> int:
+        found = account.places(self.job, self.first, axis)
+        if not found:
+            raise _BesideError(
+                f"motor {axis.motor} is at {axis.position_steps} steps, {axis.counted} lines after "
+                f"line {self.first - 1}, pixel {axis.now['pixel']}: no line takes it there"
+            )
+        return found[0].line
+
+    def _all_rest(self) -> bool:
+        return not any(axis.moves for one in self.alive for axis in one.axes())
+
+    def _pause(self) -> None:
+        self._paused = True
+        self.last = min(self.last, max(self._sender.begun, self.first))
+        left_s = (self.last - self.made) * self.job.pixels * self._pixel_s
+        self.watch.say(f"pauses at the end of line {self.last}, within {left_s:.1f} s")
+
+    def _show(self) -> None:
+        axes = [axis for one in self.stations for axis in one.axes()]
+        pixel = min(axis.now["pixel"] if axis.moves else 0 for axis in axes)
+        pixels = self.job.pixels
+        passed = (self.made * pixels + min(pixel, pixels)) / (self.job.lines * pixels)
+        self.watch.progress(passed)
+        self.watch.left_s((1 - passed) * self.job.seconds)
+
+    def _send_until(self, until_s: float) -> None:
+        while True:
+            begun_s = self.world.now_s()
+            try:
+                self._sender.send(self.alive, self._allowed())
+            except BoardError as error:
+                if not self._lose_silent(error):
+                    raise
+            rest_s = self._sender.pause_s(self.alive, self._pixel_s, _STATUS_S)
+            self.world.wait(max(0.0, min(begun_s + rest_s, until_s) - self.world.now_s()))
+            if self.world.now_s() >= until_s or not self._moving():
+                return
+
+    def _moving(self) -> bool:
+        found = True
+
+        def ask(station: Station) -> None:
+            nonlocal found
+            found = station.board.moving() and found
+
+        self._each(ask)
+        return found
+
+    def _lose_silent(self, error: BoardError) -> bool:
+        """Lose the boards that do not go on; False if all of them do."""
+        before = len(self.lost)
+        self._each(self._judge)
+        del error
+        return len(self.lost) > before
+
+    def _how(self) -> Ended:
+        if self.made < self.last:
+            return Ended.DRY
+        return Ended.PAUSED if self._paused and self.made < self._wanted else Ended.FINISHED
+
+    def _broken(self, why: str) -> JobBrokenError:
+        """Log where everything is, as far as boards say it; return what to raise."""
+        rows = [row for one in self.stations for row in self._rows(one)]
+        self.note({"event": history.STOPPED, "line": self.made + 1, "why": why, "motors": rows})
+        return JobBrokenError(why, rows)
+
+    def _rows(self, station: Station) -> list[Event]:
+        try:
+            if station.name not in self.lost:
+                station.look()
+            axes = station.axes()
+        except (BoardError, KeyError):
+            return [{"motor": name, "board": station.name} for name in station.motors]
+        rows = []
+        for axis in axes:
+            found = account.places(self.job, self.first, axis)
+            row = {
+                "motor": axis.motor, "board": station.name, "state": axis.state,
+                "position_steps": axis.position_steps,
+            }  # fmt: skip
+            if len(found) == 1 and station.name not in self.lost:
+                row |= {"line": found[0].line, "pixel": found[0].pixel}
+            rows.append(row)
+        return rows
+
+
+class _BesideError(BoardError):
+    """Axes do not agree any more: everything is stopped at once."""
+
+
+_MOST_BLOCKS = 0x8000  # since a chain began; more is a count that has gone back

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: MIT
+"""A run from where its log says to its end: every stretch of lines that are left, positions first."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from pixstep.board import run
+from pixstep.board.errors import BoardError
+from pixstep.board.link import World
+from pixstep.errors import RefusedError
+from pixstep.jobs import history, positioning, stations, tag
+from pixstep.jobs.history import History
+from pixstep.jobs.job import Job
+from pixstep.jobs.positioning import Off
+from pixstep.jobs.run_log import Event, RunLog
+from pixstep.jobs.runner import Chain, Ended, Watch
+from pixstep.jobs.stations import Station
+from pixstep.machine.files import MachineFile
+
+
+@dataclass
+class Session:
+    """A job on its boards, with the log that says how far it is."""
+
+    job: Job
+    machine: MachineFile
+    stations: list[Station]
+    world: World
+    log: RunLog
+    told: History
+    watch: Watch
+    clock: Callable[[], float] = time.time
+
+    def note(self, event: Event) -> None:
+        """Log an event; it is on the disk when this returns."""
+        self.log.add({**event, "at": round(self.clock(), 3)})
+        self.told.take(event)
+
+    def begin(self, facts: Event, *, safe: bool) -> None:
+        """Log who prints what, on which boards, and give each board its tag."""
+        two_lines_s = 2 * self.job.pixels / float(self.machine.pixel_hz)
+        boards = {}
+        for station in self.stations:
+            stored = station.board.setting(tag.NAME)
+            run.look(station.lines)
+            boards[station.name] = {
+                "unit": station.board.unit, "kind": station.board.who().board,
+                "firmware": station.board.who().firmware, tag.NAME: stored,
+                "tag": tag.new(stored, two_lines_s, safe=safe), "positions": station.positions,
+            }  # fmt: skip
+        self.note({
+            "event": history.BEGIN, "job": self.job.header.id, "lines": self.job.lines,
+            "pixels": self.job.pixels, "boards": boards, **facts,
+        })  # fmt: skip
+
+    def make(self, moves: Callable[[list[Off]], None] | None = None) -> Ended:
+        """Make the lines that are left; raises JobBrokenError saying where everything is.
+
+        Motors that are not where their line begins are brought there, if `moves` (which is told of
+        them) is there; it may raise what keeps them from it. Without it they are refused.
+        """
+        while (first := self.told.next_line) <= self.job.lines:
+            for station in self.stations:
+                tag.put(station.board, self.told.tags[station.name])
+            stations.ready(self.stations)
+            away = positioning.off(self.job, first, self.stations)
+            if away:
+                self.bring(away, moves)
+                moves = _allow
+            last = self._end_of_stretch(first)
+            chain = Chain(
+                self.job, self.machine, self.stations, self.world, self.note, self.watch, first,
+                last,
+            )  # fmt: skip
+            ended = chain.make()
+            if ended is Ended.PAUSED:
+                self.note({"event": history.PAUSED, "line": chain.made})
+                return ended
+            if ended is Ended.DRY:
+                self._run_dry(chain.made)
+        self.note({"event": history.FINISHED, "line": self.job.lines})
+        self._give_boards_back()
+        return Ended.FINISHED
+
+    def bring(self, away: list[Off], moves: Callable[[list[Off]], None] | None) -> None:
+        """Bring motors to where the next line begins, if they may be."""
+        if moves is None:
+            raise RefusedError(
+                f"{'; '.join(map(str, away))} (--to-start brings motors to where the line begins)"
+            )
+        moves(away)
+        for text in positioning.go(self.machine, self.job, away, self.world):
+            self.watch.say(text)
+        self.note({
+            "event": history.MOVED,
+            "motors": {one.motor: [one.position_steps, one.wanted_steps] for one in away},
+        })  # fmt: skip
+
+    def _end_of_stretch(self, first: int) -> int:
+        """Return the last line before one that is printed already."""
+        printed = (n for n in range(first, self.job.lines + 1) if n in self.told.printed)
+        return next(printed, self.job.lines + 1) - 1
+
+    def _run_dry(self, line: int) -> None:
+        """Forget what came too late, so that the lines begin again at the next one."""
+        self.watch.say(f"this computer was late: the motors rested after line {line}")
+        for station in self.stations:
+            run.discard(station.lines)
+
+    def _give_boards_back(self) -> None:
+        """Put the boards' own times for a silent bus back."""
+        for station in self.stations:
+            stored = self.told.stored.get(station.name)
+            if stored is not None and self.told.tags[station.name]:
+                try:
+                    tag.put(station.board, stored)
+                except BoardError as error:
+                    self.watch.say(str(error))
+
+
+def _allow(away: list[Off]) -> None:
+    """Let motors be moved."""
+    del away
