@@ -12,7 +12,7 @@ import pytest
 
 import jobbench
 from pixstep.errors import RefusedError, UserError
-from pixstep.jobs import archive, header
+from pixstep.jobs import archive, header, judging, tables
 from pixstep.jobs.job import Job
 from pixstep.lines import exact
 
@@ -174,6 +174,50 @@ def test_a_wrong_value_is_one_line(made, tmp_path, old, new, said):
     assert said in told and "\n" not in told
 
 
+def rebuilt(path, change):
+    """Return the bytes of a job whose members were changed, with all sums made right again."""
+    members = archive.unpack(path, path.read_bytes(), header.NAME)
+    about = header.read(path, members)
+    about = change(members, about) or about
+    members[header.NAME] = about.model_copy(update={"sha256": header.sums(members)}).text().encode()
+    return archive.pack(members)
+
+
+def test_members_that_do_not_fit_each_other_are_refused(made, tmp_path):
+    """What only a program could make that is not pixstep: one line, no traceback."""
+    _, path, _ = made
+
+    def garbage(name):
+        def change(members, about):
+            members[name] = b"PAR1 nonsense"
+
+        return change
+
+    def lines(count):
+        def change(members, about):
+            return about.model_copy(update={
+                "line": about.line.model_copy(update={"lines": count})})  # fmt: skip
+
+        return change
+
+    def other_shapes(members, about):
+        members["shapes.parquet"] = tables.pack_shapes([])
+
+    def no_profile(members, about):
+        del members["profiles/turn.PRN"]
+
+    for change, said in (
+        (garbage("shapes.parquet"), "no table of shapes: "),
+        (garbage("lines.parquet"), "no table of lines: "),
+        (lines(3), "lines.parquet: not 3 lines of M39, M40, M41"),
+        (lines(0), "lines.parquet: not 0 lines of M39, M40, M41"),
+        (other_shapes, "a shape or a length that the job has not"),
+        (no_profile, "member profiles/turn.PRN is missing"),
+    ):
+        told = refusal(tmp_path / "i.pxjob", rebuilt(path, change))
+        assert said in told and "\n" not in told
+
+
 def test_what_is_no_job(tmp_path):
     for data in (b"", b"PK", b"1,2\r\n" * 50, archive.pack({"machine.toml": b""}), bytes(99)):
         assert "no job file: job.toml is not its first member" in refusal(tmp_path / "x", data)
@@ -195,6 +239,7 @@ def test_a_thousand_lines_are_below_a_megabyte_and_five_seconds(machine, tmp_pat
     """1,000 lines of 3 motors, 500 pixels: nearly 2,000 different ones."""
     begin = time.process_time()
     job = jobbench.large(machine)
+    said = judging.judge(job, machine, machine.path)
     size = job.write(tmp_path / "big.pxjob")
     seconds = time.process_time() - begin
     begin = time.process_time()
@@ -202,6 +247,6 @@ def test_a_thousand_lines_are_below_a_megabyte_and_five_seconds(machine, tmp_pat
     line = read.line(777)
     one = time.process_time() - begin
     print(f"{size} bytes, {len(job.shapes)} shapes, {seconds:.2f} s; one line read {one:.3f} s")
-    assert size < 1_000_000 and seconds < 5
+    assert said == [] and size < 1_000_000 and seconds < 5
     assert line["M40"].counts == job.line(777)["M40"].counts
     assert len(job.shapes) > 1900

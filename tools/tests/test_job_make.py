@@ -383,6 +383,20 @@ def test_a_smooth_motor_may_step(machine):
     assert judging.judge(job, machine, machine.path) == []
 
 
+@pytest.mark.parametrize(
+    ("of", "motions", "said"),
+    [
+        (image(pixels=300_000_000), {}, "lines of 300000048 pixels: a line has 2000000 at most"),
+        (image(lines=30_000_000), {}, "30000000 lines: a job has 99999 at most"),
+        (image(lead_in=2_000_000), {}, "a line has 2000000 at most"),
+        (image(), {"steps": {"M41": 10**9}}, "motor M41: 1000000000 steps at 100 steps/px at most"),
+    ],
+)
+def test_lines_that_are_too_long_or_too_many(machine, of, motions, said):
+    with pytest.raises(UserError, match=said):
+        make(machine, of, **motions)
+
+
 def test_a_place_that_no_board_can_count_to_is_refused(machine):
     with pytest.raises(UserError, match="line 1 of motor M41 ends at 2147483648 steps"):
         make(machine, asked=Asked(starts={"M41": 2**31 - 40}))
@@ -391,4 +405,6 @@ def test_a_place_that_no_board_can_count_to_is_refused(machine):
 def test_settings_that_are_none_are_refused(in_folder, machine):
     (machine.path.parent / "x.toml").write_text("[settings]\ncolour = 3\n")
     words = ("--image-size", "30x4", "--scan", "M39=1000", "--settings", "main=x.toml")
-    assert "x.toml:2: no setting 'colour'" in in_folder("job", "make", *words, "-o", "a.pxjob", status=3)
+    assert "x.toml:2: no setting 'colour'" in in_folder(
+        "job", "make", *words, "-o", "a.pxjob", status=3
+    )

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import jobbench
+import pixstep as px
 from console import Console
 from pixstep import formats, natives, ops
 from pixstep.errors import UserError
@@ -133,3 +134,22 @@ def test_a_wrong_backlash_in_a_header(line, tmp_path, text, said):
     header = ProfileHeader("Thu Nov 26 12:00:00 2026", "x", 1, 0, 0, "30", 1_000_000)
     with pytest.raises(UserError, match="longer than 6"):
         formats.write_csv(tmp_path / "y.csv", [1], header)
+
+
+def test_python_reads_the_lines_own(line, tmp_path):
+    set_play(tmp_path, "100 steps")
+    read = px.read_line("line.csv", motor=px.Machine.load("machine.toml")["M39"])
+    assert read.line.backlash == 250
+    assert any("its own backlash of 250 steps is taken; motor M39 has 100" in n for n in read.notes)
+    assert px.read_line("line.csv", decode="smooth").line.backlash == 250
+    read = px.read_line("line.csv", decode="smooth", backlash=90)
+    assert read.line.backlash == 90 and any("90 is taken as asked" in note for note in read.notes)
+
+
+def test_an_odd_profile_of_the_smooth_motor_is_refused_by_its_name(pixstep, tmp_path):
+    """The printer's M39 is smooth: nobody has to say so."""
+    for name, status in (("AccProfM39-30Hz-1.PRN", 3), ("AccProfM40-30Hz-1.PRN", 0), ("x.PRN", 0)):
+        formats.write_prn(tmp_path / name, [3, 8, 15])
+        told = pixstep("file", "check", name, status=status)
+        assert ("speed 3 of a smooth motor is odd" in told) == (status == 3)
+    assert "fine" in pixstep("file", "check", "AccProfM39-30Hz-1.PRN", "--decode", "plain")

@@ -25,7 +25,7 @@ from pixstep.lines.line import SMOOTH, Line
 from pixstep.lines.line_check import Finding, Limits
 from pixstep.owndata.columns import QUANTITIES
 from pixstep.owndata.table import BLANK, DECIMALS, NONE, SEPARATORS
-from pixstep.profiles import origin, repair
+from pixstep.profiles import origin, own_backlash, repair
 from pixstep.profiles.generator import MOST_PIXELS
 
 if TYPE_CHECKING:
@@ -364,7 +364,8 @@ def read_line(
 ) -> MotionLine:
     """Read a line of a CSV or CSB file; `number` chooses one of several, from 1.
 
-    The file has the counts only: the rest is as `line` has it. A header that says another pixel
+    The file has the counts, and its header may have the backlash that they were made for, which
+    comes before the motor's; the rest is as `line` has it. A header that says another pixel
     frequency is noted, and refused by RefusedError if the line would run faster, unless `check` is
     False. A name or header of another motor is noted.
     """
@@ -377,13 +378,21 @@ def read_line(
         motor.pixel_hz if motor else origin.frequency_of(place, read.header)
     )
     refuse = arguments.flag("check", check)
+    rule = given.decode(decode, motor)
+    asked = own_backlash.AskedBacklash(
+        given.backlash(backlash, rule, motor),
+        backlash is not None,
+        f"motor {motor.name}" if motor else "",
+    )
+    play, said = own_backlash.taken(fspath(path), read.header, chosen.values, rule, asked)
     notes = (
         *read.notes,
+        *said,
         *other_motor(place, read.header, motor),
         *origin.frequency_notes(place, read.header, hz, refuse=refuse),
     )
     made = line(
-        chosen.values, motor=motor, pixel_hz=hz, decode=decode, backlash=backlash,
+        chosen.values, motor=motor, pixel_hz=hz, decode=decode, backlash=play,
         negative=negative, name=fspath(path),
     )  # fmt: skip
     return replace(made, notes=notes)

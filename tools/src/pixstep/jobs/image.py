@@ -18,10 +18,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from pixstep.errors import UserError
+from pixstep.formats.header import MOST_LINES
 from pixstep.jobs.assembly import Place, Stroke
 from pixstep.jobs.ramps import Ramp
 from pixstep.jobs.shapes import RETURN
 from pixstep.profiles import turning
+from pixstep.profiles.generator import MOST_PIXELS
 
 
 @dataclass(frozen=True)
@@ -228,11 +230,20 @@ def _within(found: Layout, move: Move, begin: int, counts: tuple[int, ...]) -> S
     return Stroke((*(0,) * begin, *counts, *(0,) * behind), move.negative)
 
 
+def refuse_long(found: Layout) -> None:
+    """Raise UserError for lines that no file holds, and for more of them than a job may have."""
+    if found.total > MOST_PIXELS:
+        raise UserError(f"lines of {found.total} pixels: a line has {MOST_PIXELS} at most")
+    if found.image.lines > MOST_LINES:
+        raise UserError(f"{found.image.lines} lines: a job has {MOST_LINES} at most")
+
+
 def strokes_of(
     found: Layout, scans: Sequence[Scan], steps: Sequence[Move], turns: Mapping[str, Move],
     rest_px: int, still: Sequence[str],
 ) -> dict[str, list[Stroke]]:  # fmt: skip
-    """Return the lines of all motors."""
+    """Return the lines of all motors. Raises UserError for lines that are too long or too many."""
+    refuse_long(found)
     return {
         **{scan.motor: scan_strokes(found, scan) for scan in scans},
         **{move.motor: step_strokes(found, move) for move in steps},

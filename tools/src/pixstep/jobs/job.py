@@ -12,7 +12,7 @@ The file has the machine file and the profiles as they were, byte for byte (`hea
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import astuple, dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -49,9 +49,13 @@ class Job:
         for name in (MACHINE, SHAPES, LINES):
             if name not in members:
                 raise RefusedError(f"{path}: member {name} is missing")
-        runs = tuple(tables.unpack_runs(members.pop(LINES)))
-        shapes = tables.ShapeTable(members.pop(SHAPES))
-        members.pop(header.NAME)
+        try:
+            runs = tuple(tables.unpack_runs(members.pop(LINES)))
+            shapes = tables.ShapeTable(members.pop(SHAPES))
+            members.pop(header.NAME)
+            _refuse_strange(about, members, runs, shapes)
+        except RefusedError as error:
+            raise RefusedError(f"{path}: {error}") from None
         return cls(about, members, runs, shapes, path)
 
     def write(self, path: Path) -> int:
@@ -136,6 +140,26 @@ class Job:
         for run in self.runs:
             found.setdefault(run.line, {})[run.motor] = run
         return found
+
+
+def _refuse_strange(
+    about: JobHeader,
+    copies: Mapping[str, bytes],
+    runs: Sequence[Run],
+    shapes: Mapping[bytes, Shape],
+) -> None:
+    """Refuse a job whose members are right and do not fit each other: pixstep makes no such one."""
+    motors = tuple(about.motors)
+    wanted = [(line, name) for line in range(1, about.line.lines + 1) for name in motors]
+    if [(run.line, run.motor) for run in runs] != wanted or not runs:
+        raise RefusedError(f"{LINES}: not {about.line.lines} lines of {', '.join(motors)}")
+    if any(run.shape not in shapes or run.pixels != about.line.pixels for run in runs):
+        raise RefusedError(f"{LINES}: a line has a shape or a length that the job has not")
+    named = [*about.settings.values()]
+    named += [member for motor in about.motors.values() for member in motor.profiles.values()]
+    lacking = next((member for member in named if member not in copies), None)
+    if lacking is not None:
+        raise RefusedError(f"member {lacking} is missing")
 
 
 def id_of(runs: Iterable[Run]) -> str:

@@ -91,7 +91,13 @@ def move(machine: MachineFile, motor: MotorTable, steps: int, uses: Sequence[str
     profile, use = _acceleration(machine, motor, uses)
     limit = motor.limit("max_speed")
     top = None if limit is None else int(limit.per_pixel(machine.pixel_hz))
-    made = fast.plan(profile.limited(top), steps)
+    limited = profile.limited(top)
+    if fast.fewest_pixels(limited, abs(steps)) > generator.MOST_PIXELS:
+        raise UserError(
+            f"motor {motor.name}: {abs(steps)} steps at {limited.top} steps/px at most take more "
+            f"than the {generator.MOST_PIXELS} pixels of a line"
+        )
+    made = fast.plan(limited, steps)
     notes = profile.notes_at(machine.pixel_hz, refuse=True)
     return Ramp((made.top,), made.counts, tuple(notes), use)
 

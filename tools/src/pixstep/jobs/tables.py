@@ -7,6 +7,7 @@ large job is read without the others.
 
 from __future__ import annotations
 
+import contextlib
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
@@ -14,7 +15,7 @@ from functools import cached_property, lru_cache
 from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
-from pixstep.errors import RefusedError
+from pixstep.errors import RefusedError, one_line
 from pixstep.jobs.shapes import Run, Shape
 from pixstep.lazy import lazy, require_package
 
@@ -60,10 +61,20 @@ def pack_runs(runs: Iterable[Run]) -> bytes:
 
 
 def unpack_runs(data: bytes) -> list[Run]:
-    """Return the rows of the table of lines."""
-    found = parquet.read_table(pyarrow.BufferReader(data))
-    columns = [found.column(name).to_pylist() for name in _COLUMNS]
+    """Return the rows of the table of lines. Raises RefusedError for what is no such table."""
+    with _readable("lines"):
+        found = parquet.read_table(pyarrow.BufferReader(data))
+        columns = [found.column(name).to_pylist() for name in _COLUMNS]
     return [Run(*row) for row in zip(*columns, strict=True)]
+
+
+@contextlib.contextmanager
+def _readable(what: str) -> Iterator[None]:
+    """Let what is no table of this kind be refused in one line."""
+    try:
+        yield
+    except (pyarrow.ArrowException, KeyError, OSError) as error:
+        raise RefusedError(f"no table of {what}: {one_line(str(error))}") from None
 
 
 class ShapeTable(Mapping[bytes, Shape]):
@@ -71,7 +82,8 @@ class ShapeTable(Mapping[bytes, Shape]):
 
     def __init__(self, data: bytes) -> None:
         require_package("pyarrow")
-        self._file = parquet.ParquetFile(pyarrow.BufferReader(data))
+        with _readable("shapes"):
+            self._file = parquet.ParquetFile(pyarrow.BufferReader(data))
         self._group = lru_cache(_GROUPS_KEPT)(self._read)
 
     def __getitem__(self, key: bytes) -> Shape:
@@ -87,7 +99,8 @@ class ShapeTable(Mapping[bytes, Shape]):
 
     @cached_property
     def _rows(self) -> dict[bytes, int]:
-        keys = self._file.read(columns=["shape"]).column("shape").to_pylist()
+        with _readable("shapes"):
+            keys = self._file.read(columns=["shape"]).column("shape").to_pylist()
         return {key: row for row, key in enumerate(keys)}
 
     @cached_property
@@ -97,8 +110,8 @@ class ShapeTable(Mapping[bytes, Shape]):
         return [0, *accumulate(sizes)][:-1]
 
     def _read(self, group: int) -> Sequence[Shape]:
-        rows = self._file.read_row_group(group).to_pylist()
-        return [_shape(row) for row in rows]
+        with _readable("shapes"):
+            return [_shape(row) for row in self._file.read_row_group(group).to_pylist()]
 
 
 def _shape(row: dict[str, Any]) -> Shape:

@@ -20,6 +20,7 @@ from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import FILE, HZ, OUTPUT, TEXT, Choice, Pixels, Whole
 from pixstep.operations.request import Request, argument, flag, operation, option
 from pixstep.operations.result import Page, Result
+from pixstep.profiles import origin
 
 _VERDICTS = {FINE: "fine", NEGATIVE: "accepted with notes", REFUSED: "refused"}
 _COLOURS = {"error": "red", "warning": "yellow"}
@@ -31,8 +32,8 @@ def _lenient() -> Any:
     )
 
 
-def _decode(about: str) -> Any:
-    return shared.decode(about, required=False, machine=None)
+def _decode(about: str, **more: Any) -> Any:
+    return shared.decode(about, required=False, machine=None, **more)
 
 
 @operation("file info")
@@ -94,7 +95,10 @@ class FileCheck(Request):
     path: Path = argument(FILE, shown="FILE")
     lenient: bool = _lenient()
     raw: bool = shared.raw()
-    decode: str | None = _decode("smooth: a smooth motor's PRN is even, above 0, never falling.")
+    decode: str | None = _decode(
+        "smooth: a smooth motor's PRN is even, above 0, never falling.",
+        default_text="by the motor in the file's name, smooth for M39",
+    )
 
     def run(self, desk: Desk) -> Result:
         """Check the file."""
@@ -142,6 +146,9 @@ class FileCheck(Request):
                 "`pixstep line check` checks lines",
                 path=shown_path(self.path), kind=NAMES[examined.kind],
             )  # fmt: skip
+        named = origin.parse_name(self.path)
+        if self.decode is None and examined.kind == records.PRN_KIND:
+            smooth = named is not None and named.decode == SMOOTH
         if smooth and not examined.findings.refused:
             records.check_smooth(examined.required().values, examined.findings)
         return examined
