@@ -17,6 +17,7 @@ from pixstep.jobs.job import Job
 
 MOVING = ("armed", "running")
 ENDED = ("done", "loaded", "loading")  # at the end of a line, perhaps with another one queued
+MOST_BLOCKS = 0x8000  # since a chain began; more is a count that has gone back
 _WRAPS = 0x10000
 _RING = 64  # entries that a board decodes ahead at most, each a pixel at most
 _SLACK_STEPS = 2  # steps that the timer has and the account has not

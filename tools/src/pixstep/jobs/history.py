@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """What the log of a run says of each line of its job.
 
-    printed     every board has confirmed its end, or a person has said `--skip`
-    in flight   it may have begun: its blocks may be on a board. At most two are
-    left        nothing of it was sent
+printed     every board has confirmed its end, or a person has said `--skip`
+in flight   it may have begun: its blocks may be on a board. At most two are
+left        nothing of it was sent
 """
 
 from __future__ import annotations

@@ -102,4 +102,3 @@ def _profile(machine: MachineFile, name: str) -> Acceleration:
         return ramps.by_limits(machine, motor)
     except UserError as error:
         raise UserError(f"{error} (`pixstep board move` can bring it there)") from None
-

@@ -105,19 +105,23 @@ def judge(job: Job, told: History, stations: Iterable[Station]) -> Verdict:
     return Verdict(found, lines, disagree=len(made) > 1)
 
 
+def clear(station: Station) -> None:
+    """Clear a board's fault and discard what is queued, so that it takes lines again."""
+    run.discard(station.lines)
+    run.command(station.board, "clear_fault", station.lines.axes)
+
+
 def _found(job: Job, told: History, station: Station) -> Found:
     try:
         run.look(station.lines)
-        reset = tag.is_lost(station.board, told.tags.get(station.name, 0))
+        reset = _was_reset(told, station)
     except BoardError as error:
         return Found(station, None, trusted=False, text=f"does not answer: {error}")
     positions = ", ".join(f"{name} at {steps}" for name, steps in station.positions.items())
     if not told.chain:
-        return Found(station, None, trusted=not reset, text=f"made no line yet; {positions}")
+        return Found(station, None, trusted=True, text=f"made no line yet; {positions}")
     if reset:
-        return Found(
-            station, None, trusted=False, reset=True, text=f"was reset since; {positions}"
-        )
+        return Found(station, None, trusted=False, reset=True, text=f"was reset since; {positions}")
     station.bases = {name: told.bases[name] for name in station.motors}
     axes = station.axes()
     most = max([*told.in_flight, *told.printed, told.chain - 1]) - told.chain + 1
@@ -138,6 +142,24 @@ def _found(job: Job, told: History, station: Station) -> Found:
         return Found(station, place, trusted=True, text=text)
     text = f"stopped in line {place.line} at pixel {moved}; {positions}"
     return Found(station, Place(place.line, moved), trusted=False, text=text)
+
+
+def _was_reset(told: History, station: Station) -> bool:
+    """Return whether a board was reset since the chain began, or may have been.
+
+    A board without a tag is known by its counters alone, as far as they were above 0.
+    """
+    wanted = told.tags.get(station.name, 0)
+    if tag.is_lost(station.board, wanted):
+        return True
+    axes = [
+        account.Axis(name, told.bases[name], station.lines.seen[axis])
+        for name, axis in station.motors.items()
+        if name in told.bases
+    ]
+    if any(axis.blocks > account.MOST_BLOCKS for axis in axes):
+        return True
+    return not wanted and any(axis.now["next_block"] == 0 for axis in axes)
 
 
 def _at_end(axis: account.Axis) -> bool:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pixstep import atomic
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import UserError
 from pixstep.jobs import run_log
 from pixstep.jobs.history import History
 from pixstep.jobs.job import Job
@@ -29,18 +29,18 @@ class RunFolder:
 
     @classmethod
     def begin(cls, path: Path, job: Job) -> RunFolder:
-        """Make the folder of a new run. Raises UserError if there is one already."""
-        if (path / run_log.NAME).exists():
-            raise RefusedError(
-                f"{path}: has a run already: `pixstep job resume {path}` goes on with it, --out "
-                f"names another folder"
-            )
+        """Make the folder of a new run."""
         try:
             path.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise UserError(f"{path}: {error.strerror or error}") from None
         atomic.write_bytes(path / _JOB, job.path.read_bytes())
         return cls(path)
+
+    @staticmethod
+    def is_begun(path: Path) -> bool:
+        """True if a folder has the log of a run."""
+        return (path / run_log.NAME).exists()
 
     @classmethod
     def of(cls, path: Path) -> RunFolder:

@@ -40,7 +40,9 @@ class RunLog:
         Raises RefusedError for a log that another process writes, and for a damaged one.
         """
         try:
-            handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | _CLOSED_IN_CHILDREN, 0o644)
+            handle = os.open(
+                path, os.O_RDWR | os.O_CREAT | os.O_APPEND | _CLOSED_IN_CHILDREN, 0o644
+            )
         except OSError as error:
             raise UserError(f"{path}: {error.strerror or error}") from None
         try:

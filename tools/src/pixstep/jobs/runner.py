@@ -170,7 +170,7 @@ class Chain:
         for axis in station.look():
             if axis.state == "fault":
                 run.raise_fault(station.board)
-            if axis.blocks > _MOST_BLOCKS or (axis.now["next_block"] == 0 and axis.counted):
+            if axis.blocks > account.MOST_BLOCKS or (axis.now["next_block"] == 0 and axis.counted):
                 station.board.require_no_reset(axis.base.axis)
             if axis.state in ("empty", "refused"):
                 run.raise_fault(station.board)
@@ -301,6 +301,3 @@ class Chain:
 
 class _BesideError(BoardError):
     """Axes do not agree any more: everything is stopped at once."""
-
-
-_MOST_BLOCKS = 0x8000  # since a chain began; more is a count that has gone back

@@ -69,7 +69,7 @@ class Session:
             away = positioning.off(self.job, first, self.stations)
             if away:
                 self.bring(away, moves)
-                moves = _allow
+                moves = allow
             last = self._end_of_stretch(first)
             chain = Chain(
                 self.job, self.machine, self.stations, self.world, self.note, self.watch, first,
@@ -121,6 +121,6 @@ class Session:
                     self.watch.say(str(error))
 
 
-def _allow(away: list[Off]) -> None:
+def allow(away: list[Off]) -> None:
     """Let motors be moved."""
     del away

@@ -24,6 +24,7 @@ class Station:
     name: str
     board: Board
     motors: Mapping[str, int]
+    link: Link
     bases: Mapping[str, Base] = field(default_factory=dict)
     lines: Lines = field(init=False)
 
@@ -75,7 +76,7 @@ def of_job(job: Job, machine: MachineFile, bus_of: Callable[[str], Link]) -> lis
             f"that begin together are on one bus"
         )
     return [
-        Station(name, links[name].board(machine.boards[name].unit), axes)
+        Station(name, links[name].board(machine.boards[name].unit), axes, links[name])
         for name, axes in motors.items()
     ]
 

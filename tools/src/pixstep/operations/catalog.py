@@ -203,6 +203,22 @@ OPERATIONS: dict[str, tuple[str, str]] = {
         "job.check:JobCheck",
         "Compare a job with the machine file of today, and with what the boards hold.",
     ),
+    "job run": (
+        "job.run:JobRun",
+        "Print a job on the boards of the machine file.",
+    ),
+    "job resume": (
+        "job.resume:JobResume",
+        "Go on with a run that was paused or broken off.",
+    ),
+    "job status": (
+        "job.resume:JobStatus",
+        "Say how far a run is, by its log alone; no board is asked.",
+    ),
+    "job pause": (
+        "job.resume:JobPause",
+        "Ask a run of another console to pause.",
+    ),
     "job export": (
         "job.export:JobExport",
         "Write the lines of a job as files again: a CSV a motor, with all lines or with one.",
