@@ -62,7 +62,7 @@ class RunLog:
         """Add an event; it is on the disk when this returns."""
         data = encoded(event)
         while data:
-            data = data[os.write(self._handle, data) :]
+            data = data[_write(self._handle, data) :]
         _sync(self._handle)
 
     def close(self) -> None:
@@ -133,6 +133,7 @@ def _event(row: bytes) -> Event | None:
 
 
 _CLOSED_IN_CHILDREN = getattr(os, "O_CLOEXEC", 0)
+_write = os.write
 _sync = getattr(os, "fdatasync", os.fsync)  # Windows and macOS have no fdatasync
 
 

@@ -126,7 +126,7 @@ class Chain:
         if len(self.stations) > 1:
             return together.start([one.lines for one in self.stations], self.world)
         (station,) = self.stations
-        run.arm(station.board, station.lines.axes)
+        run.arm_lines(station.lines)
         return None
 
     def _allowed(self) -> int:

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep-dev jobs`: campaigns of print jobs in simulated time, judged by the edges on the pins."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from typing import Any
+
+import click
+
+from pixstep import progress
+from pixstep.cli.command import Group
+
+_seed = click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
+_json = click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON.")
+
+
+@click.group("jobs", cls=Group)
+def jobs_group() -> None:
+    """What may happen to a print job: seams, late lines, dead hosts, lost boards."""
+
+
+@jobs_group.command()
+@click.option("--times", type=click.IntRange(min=1), default=10, show_default=True, help="Kills.")
+@click.option("--lines", type=click.IntRange(min=2), default=20, show_default=True)
+@_seed
+@_json
+@click.pass_context
+def kill(ctx: click.Context, times: int, lines: int, seed: int, as_json: bool) -> None:
+    """Kill the host at random, also while it writes its log, and resume.
+
+    Exit status 0 only if each line was printed exactly once by its edges, or was listed as broken
+    or unknown beforehand.
+    """
+    from pixstep_dev.jobs import kill as campaign  # takes a while to load
+
+    with progress.shown(f"{times} kills") as show:
+        outcome = campaign.run(campaign.Plan(times, lines, seed), show)
+    fates = ", ".join(f"{count} {name}" for name, count in sorted(outcome.fates.items()))
+    rows = [
+        f"{outcome.times} runs of {lines} lines, the host killed in {outcome.killed}",
+        f"  {outcome.listed} lines listed, at most {outcome.most_listed} of a run; lines in flight: "
+        f"{fates or 'none asked about'}",
+    ]
+    _finish(ctx, asdict(outcome), rows, "every other line was printed once", as_json=as_json)
+
+
+def _finish(
+    ctx: click.Context, facts: dict[str, Any], rows: list[str], otherwise: str, *, as_json: bool
+) -> None:
+    """Print what a campaign found, as JSON or as text; end with 1 if there are complaints."""
+    complaints = facts["complaints"]
+    if as_json:
+        click.echo(json.dumps(facts, indent=2))
+    else:
+        told = [f"FAIL: {text}" for text in complaints] or [f"  {otherwise}"]
+        click.echo("\n".join([*rows, *told]))
+    ctx.exit(1 if complaints else 0)
+
+
+COMMANDS = (jobs_group,)

@@ -1,0 +1,223 @@
+# SPDX-License-Identifier: MIT
+"""The host dies by SIGKILL at a random instant, also in the middle of writing its log; then resume.
+
+Each line has to be on the glass exactly once by the edges on the pins, or the tool has listed it as
+broken or unknown before anything moved again.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pixstep import ops
+from pixstep.jobs import run_log
+from pixstep.operations.result import Result
+from pixstep.progress import Progress, unseen
+from pixstep.simulation.simboard import SimLink
+from pixstep_dev.jobs import passes
+from pixstep_dev.jobs.press import Press
+
+_REFUSED = 3
+_WAITS_S = 8.0  # from the host's death to the next one's start, at most
+_STOPPED, _STOPS_S = 0.4, 0.8  # in how many cases somebody stops the boards then, and how soon
+_ENDED = 7  # exit status of a child that came to its end
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How often the host is killed, in jobs of so many lines."""
+
+    times: int = 10
+    lines: int = 20
+    seed: int = 1
+
+
+@dataclass
+class Outcome:
+    """What was found; `complaints` are lines that are not as the tool had said."""
+
+    times: int = 0
+    killed: int = 0
+    listed: int = 0
+    most_listed: int = 0
+    fates: dict[str, int] = field(default_factory=dict)
+    complaints: list[str] = field(default_factory=list)
+
+
+def run(plan: Plan, show: Progress = unseen) -> Outcome:
+    """Kill the host `times` times."""
+    outcome, chance = Outcome(), random.Random(plan.seed)
+    with tempfile.TemporaryDirectory() as folder:
+        press = Press.make(Path(folder), plan.lines)
+        points = _points(press, Path(folder) / "whole.pxrun")
+        for number in range(plan.times):
+            where = Path(folder) / f"{number}.pxrun"
+            _one(press, where, chance, points, outcome)
+            outcome.times += 1
+            show((number + 1) / plan.times)
+    return outcome
+
+
+def _points(press: Press, where: Path) -> int:
+    """Return how many instants there are at which a host can be killed."""
+    with press.bus() as link:
+        deaths = _Deaths(link, 0, 0.0)
+        with deaths.counted():
+            press.run(link, where)
+    return deaths.count
+
+
+def _one(press: Press, where: Path, chance: random.Random, points: int, outcome: Outcome) -> None:
+    at, share = chance.randint(1, points), chance.random()
+    name = f"kill {outcome.times + 1}, instant {at}"
+    with press.bus(seed=chance.randrange(1 << 31)) as link:
+        status = _in_child(lambda: _dying(press, link, where, at, share))
+        outcome.killed += os.WIFSIGNALED(status)
+        if chance.random() < _STOPPED:
+            _stop_by_hand(link, chance)
+        link.simulator.wait_s(chance.random() * _WAITS_S)
+        if not (where / run_log.NAME).exists() or not run_log.read(where / run_log.NAME):
+            outcome.fates["not begun"] = outcome.fates.get("not begun", 0) + 1
+            return
+        listed, redone = _resume(press, link, where, chance, outcome, name)
+        link.simulator.quit()
+    _judge(press, outcome, name, listed, redone)
+
+
+def _stop_by_hand(link: SimLink, chance: random.Random) -> None:
+    """Stop the boards whose host has died, as somebody beside them may."""
+    link.simulator.wait_s(chance.random() * _STOPS_S)
+    for unit in (1, 2):
+        ops.board_stop(units=unit, link=link)
+
+
+def _dying(press: Press, link: SimLink, where: Path, at: int, share: float) -> None:
+    with _Deaths(link, at, share).counted():
+        press.run(link, where)
+
+
+def _resume(
+    press: Press, link: SimLink, where: Path, chance: random.Random, outcome: Outcome, name: str
+) -> tuple[set[int], set[int]]:
+    """Go on; return the lines that were listed first, and which of them are printed again."""
+    found = press.resume(link, where)
+    listed: set[int] = set()
+    redone: set[int] = set()
+    if found.status == _REFUSED:
+        listed = _listed(found, outcome)
+        redone = {line for line in sorted(listed) if chance.random() < 0.5}
+        homed = not all(one["trusted"] for one in found["boards"])
+        found = press.resume(
+            link, where, redo=tuple(sorted(redone)), skip=tuple(sorted(listed - redone)),
+            homed=homed, together=True,
+        )  # fmt: skip
+    if found["state"] != "finished":
+        outcome.complaints.append(f"{name}: {found['state']}: {found.page()}")
+    return listed, redone
+
+
+def _listed(found: Result, outcome: Outcome) -> set[int]:
+    listed = {one["line"] for one in found["in_flight"] if one["fate"] in ("broken", "unknown")}
+    for one in found["in_flight"]:
+        outcome.fates[one["fate"]] = outcome.fates.get(one["fate"], 0) + 1
+    outcome.listed += len(listed)
+    outcome.most_listed = max(outcome.most_listed, len(listed))
+    return listed
+
+
+def _judge(
+    press: Press, outcome: Outcome, name: str, listed: set[int], redone: set[int]
+) -> None:
+    made = passes.of(press)
+    for line in range(1, press.job.lines + 1):
+        times = made.full[line]
+        if line in listed:
+            right = times >= 1 if line in redone else times <= 1
+        else:
+            right = times == 1
+        if not right:
+            how = "listed" if line in listed else "not listed"
+            outcome.complaints.append(f"{name}: line {line}, {how}: printed {times} times")
+    moved = any(one["event"] == "moved" for one in _events(outcome, press, name))
+    whole = sum(press.steps(line) for line in range(1, press.job.lines + 1))
+    if not listed and not moved and made.edges != whole:
+        outcome.complaints.append(f"{name}: {made.edges} edges, not {whole}")
+
+
+def _events(outcome: Outcome, press: Press, name: str) -> list[dict[str, Any]]:
+    del name
+    return run_log.read(press.folder / f"{outcome.times}.pxrun" / run_log.NAME)
+
+
+class _Deaths:
+    """Counts the instants at which a host may die, and kills this process at one of them.
+
+    They are before each command to the simulator, before each write of the log, in the middle of it
+    and before it is on the disk.
+    """
+
+    def __init__(self, link: SimLink, at: int, share: float) -> None:
+        self.count, self._at, self._share = 0, at, share
+        self._simulator = link.simulator
+
+    def counted(self) -> Any:
+        """Return a context in which instants count."""
+        return _Patched(self)
+
+    def passes(self, before: Callable[[], None] = lambda: None) -> None:
+        """Count an instant; at the one that was chosen do something last, and die."""
+        self.count += 1
+        if self.count == self._at:
+            before()
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    def write(self, real: Callable[[int, bytes], int], handle: int, data: bytes) -> int:
+        """Write to the log, or a part of it at last."""
+        self.passes(lambda: real(handle, data[: int(self._share * len(data))]) and None)
+        return real(handle, data)
+
+
+class _Patched:
+    """Lets a process pass its instants."""
+
+    def __init__(self, deaths: _Deaths) -> None:
+        self._deaths = deaths
+
+    def __enter__(self) -> None:
+        deaths, simulator = self._deaths, self._deaths._simulator
+        self._command, self._write, self._sync = simulator.command, run_log._write, run_log._sync
+
+        def command(text: str) -> str:
+            deaths.passes()
+            return self._command(text)
+
+        def sync(handle: int) -> None:
+            deaths.passes()
+            self._sync(handle)
+
+        simulator.command = command  # type: ignore[method-assign]
+        run_log._write = lambda handle, data: deaths.write(self._write, handle, data)
+        run_log._sync = sync
+
+    def __exit__(self, *_: object) -> None:
+        self._deaths._simulator.command = self._command  # type: ignore[method-assign]
+        run_log._write, run_log._sync = self._write, self._sync
+
+
+def _in_child(act: Callable[[], None]) -> int:
+    """Do something in a process of its own; return its wait status."""
+    child = os.fork()
+    if child == 0:
+        try:
+            act()
+        except BaseException:  # the parent finds what it left
+            os._exit(1)
+        os._exit(_ENDED)
+    return os.waitpid(child, 0)[1]
