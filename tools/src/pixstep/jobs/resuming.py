@@ -7,12 +7,14 @@ One that was reset, or does not answer, leaves the lines that were in flight unk
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
+from pixstep.board import registers as regs
 from pixstep.board import run
-from pixstep.board.errors import BoardError
+from pixstep.board.errors import BoardError, LineLostError, NoReplyError
 from pixstep.board.link import World
 from pixstep.jobs import account, history, tag
 from pixstep.jobs.account import Place
@@ -21,6 +23,7 @@ from pixstep.jobs.job import Job
 from pixstep.jobs.stations import Station
 
 _POLL_S = 0.1
+_BEGINS_S = 1.0  # from arming to line zero, where somebody has said go
 
 
 class Fate(Enum):
@@ -80,21 +83,26 @@ class Verdict:
 def await_rest(stations: Iterable[Station], world: World, most_s: float) -> None:
     """Wait until boards have ended what they have queued; raises BoardError if they do not.
 
-    Asking keeps them from falling silent, so that they end at the end of a line.
+    Asking keeps them from falling silent, so that they end at the end of a line. Lines that are
+    armed and do not begin are discarded: nobody will let them go any more.
     """
-    end_s = world.now_s() + most_s
     for station in stations:
-        try:
-            while station.board.moving():
-                if world.now_s() > end_s:
-                    raise BoardError(
-                        f"board {station.board.unit} moves, longer than two lines take: another "
-                        f"program drives it, or stop it (`pixstep board stop`)"
-                    )
-                world.wait(_POLL_S)
-        except BoardError as error:
-            if error.args and "moves, longer" in str(error):
-                raise
+        with contextlib.suppress(NoReplyError, LineLostError):
+            _await_board(station, world, most_s)
+
+
+def _await_board(station: Station, world: World, most_s: float) -> None:
+    board, begun_s = station.board, world.now_s()
+    while board.moving():
+        waited_s = world.now_s() - begun_s
+        if waited_s > _BEGINS_S and not regs.flags(board.input("status"))["running"]:
+            run.discard(station.lines)
+        elif waited_s > most_s:
+            raise BoardError(
+                f"board {board.unit} moves, longer than two lines take: another program drives "
+                f"it, or stop it (`pixstep board stop`)"
+            )
+        world.wait(_POLL_S)
 
 
 def judge(job: Job, told: History, stations: Iterable[Station]) -> Verdict:
@@ -108,7 +116,8 @@ def judge(job: Job, told: History, stations: Iterable[Station]) -> Verdict:
 def clear(station: Station) -> None:
     """Clear a board's fault and discard what is queued, so that it takes lines again."""
     run.discard(station.lines)
-    run.command(station.board, "clear_fault", station.lines.axes)
+    if station.board.fault_name():
+        run.command(station.board, "clear_fault", station.lines.axes)
 
 
 def _found(job: Job, told: History, station: Station) -> Found:

@@ -97,8 +97,7 @@ class JobResume(Prints):
                     session = Session(job, machine, stations, world, log, told, watch)
                     self._settle(session, verdict)
                     for station in stations:
-                        if station.board.fault_name():
-                            resuming.clear(station)
+                        resuming.clear(station)
                     facts = self.compare(desk, job, found, bus_of)
                     session.note({"event": history.RESUME, **facts})
                     if not told.lines:
