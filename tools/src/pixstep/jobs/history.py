@@ -37,7 +37,10 @@ class Base:
 
 @dataclass
 class History:
-    """What a log tells. `chain` is the first line of the last chain, `bases` its axes by motor."""
+    """What a log tells. `chain` is the first line of the last chain, 0 before there is one.
+
+    `bases` are the axes when it began, by motor.
+    """
 
     lines: int
     printed: set[int] = field(default_factory=set)
@@ -69,6 +72,8 @@ class History:
             self.stored = {
                 name: int(about["bus_timeout_ms"]) for name, about in event["boards"].items()
             }
+            axes = (about["axes"] for about in event["boards"].values())
+            self.bases = {name: Base.of(data) for one in axes for name, data in one.items()}
         elif kind == CHAIN:
             self.chain, self.in_flight = line, []
             self.bases = {name: Base.of(data) for name, data in event["axes"].items()}

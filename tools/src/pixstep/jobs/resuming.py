@@ -127,18 +127,20 @@ def _found(job: Job, told: History, station: Station) -> Found:
     except BoardError as error:
         return Found(station, None, trusted=False, text=f"does not answer: {error}")
     positions = ", ".join(f"{name} at {steps}" for name, steps in station.positions.items())
-    if not told.chain:
-        return Found(station, None, trusted=True, text=f"made no line yet; {positions}")
-    if reset:
-        return Found(station, None, trusted=False, reset=True, text=f"was reset since; {positions}")
-    station.bases = {name: told.bases[name] for name in station.motors}
-    axes = station.axes()
+    if told.chain and reset:
+        return Found(
+            station, None, trusted=False, reset=True, text=f"was reset since; {positions}"
+        )
+    station.bases = {name: told.bases[name] for name in station.motors if name in told.bases}
+    axes = station.axes() if station.bases else []
     most = max([*told.in_flight, *told.printed, told.chain - 1]) - told.chain + 1
     if any(axis.counted > most for axis in axes):
         return Found(
             station, None, trusted=False,
-            text=f"has made lines of somebody else since; {positions}",
+            text=f"has made lines that are not in the log; {positions}",
         )  # fmt: skip
+    if not told.chain:
+        return Found(station, None, trusted=True, text=f"made no line yet; {positions}")
     places = account.common([account.places(job, told.chain, axis) for axis in axes])
     if len(places) != 1:
         return Found(

@@ -45,11 +45,12 @@ class Session:
         boards = {}
         for station in self.stations:
             stored = station.board.setting(tag.NAME)
-            run.look(station.lines)
+            station.rebase()
             boards[station.name] = {
                 "unit": station.board.unit, "kind": station.board.who().board,
                 "firmware": station.board.who().firmware, tag.NAME: stored,
-                "tag": tag.new(stored, two_lines_s, safe=safe), "positions": station.positions,
+                "tag": tag.new(stored, two_lines_s, safe=safe),
+                "axes": {name: vars(base) for name, base in station.bases.items()},
             }  # fmt: skip
         self.note({
             "event": history.BEGIN, "job": self.job.header.id, "lines": self.job.lines,
