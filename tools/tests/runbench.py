@@ -10,11 +10,13 @@ from pixstep.jobs.job import Job
 from pixstep.simulation.simboard import SimLink
 from pixstep.simulation.simctl import SimOptions
 
-TWO = jobbench.MACHINE.replace(
-    "[motors.M39]",
-    '[boards.side]\nkind = "uno"\nport = "/dev/ttyACM0"\nunit = 2\n\n[motors.M39]\nboard = "main"',
-).replace('[motors.M41]\naxis = 2', '[motors.M41]\nboard = "side"\naxis = 0').replace(
-    "[motors.M40]", '[motors.M40]\nboard = "main"'
+TWO = (
+    jobbench.MACHINE.replace(
+        "[motors.M39]",
+        '[boards.side]\nkind = "uno"\nport = "/dev/ttyACM0"\nunit = 2\n\n[motors.M39]\nboard = "main"',
+    )
+    .replace("[motors.M41]\naxis = 2", '[motors.M41]\nboard = "side"\naxis = 0')
+    .replace("[motors.M40]", '[motors.M40]\nboard = "main"')
 )
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""`pixstep-dev jobs`: campaigns of print jobs in simulated time, judged by the edges on the pins."""
+"""`pixstep-dev jobs`: campaigns of print jobs in simulated time, judged by their edges."""
 
 from __future__ import annotations
 
@@ -40,10 +40,36 @@ def kill(ctx: click.Context, times: int, lines: int, seed: int, as_json: bool) -
     fates = ", ".join(f"{count} {name}" for name, count in sorted(outcome.fates.items()))
     rows = [
         f"{outcome.times} runs of {lines} lines, the host killed in {outcome.killed}",
-        f"  {outcome.listed} lines listed, at most {outcome.most_listed} of a run; lines in flight: "
-        f"{fates or 'none asked about'}",
+        f"  {outcome.listed} lines listed, at most {outcome.most_listed} of a run; of lines in "
+        f"flight: {fates or 'none asked about'}",
     ]
     _finish(ctx, asdict(outcome), rows, "every other line was printed once", as_json=as_json)
+
+
+@jobs_group.command()
+@click.option("--times", type=click.IntRange(min=1), default=6, show_default=True, help="Losses.")
+@click.option("--lines", type=click.IntRange(min=2), default=10, show_default=True)
+@_seed
+@_json
+@click.pass_context
+def power(ctx: click.Context, times: int, lines: int, seed: int, as_json: bool) -> None:
+    """Take a board's supply, reset it or cut its cable, and resume.
+
+    Exit status 0 only if the board was named within a second, the others ended at the same line, at
+    most two lines were unknown, and lines began within a step of their place.
+    """
+    from pixstep_dev.jobs import power as campaign  # takes a while to load
+
+    with progress.shown(f"{times} losses") as show:
+        outcome = campaign.run(campaign.Plan(times, lines, seed), show)
+    kinds = ", ".join(f"{count} {name}" for name, count in outcome.kinds.items())
+    rows = [
+        f"{outcome.times} losses of a board ({kinds}), named within {outcome.slowest_s:.2f} s",
+        f"  {outcome.unknown} lines unknown, at most {outcome.most_unknown} of a run, "
+        f"{outcome.broken} broken; {outcome.chains} chains of lines began at most "
+        f"{outcome.worst_start_steps} steps off",
+    ]
+    _finish(ctx, asdict(outcome), rows, "each was named, homed and went on", as_json=as_json)
 
 
 def _finish(

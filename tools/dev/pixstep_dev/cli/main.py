@@ -5,7 +5,17 @@ import click
 
 from pixstep.cli.command import Group
 from pixstep.version import __version__
-from pixstep_dev.cli import bench, campaign, docs, fuzz, jobs, motor_record, mutants, robustness, wheels
+from pixstep_dev.cli import (
+    bench,
+    campaign,
+    docs,
+    fuzz,
+    jobs,
+    motor_record,
+    mutants,
+    robustness,
+    wheels,
+)
 
 
 @click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})

@@ -132,17 +132,14 @@ def _listed(found: Result, outcome: Outcome) -> set[int]:
     return listed
 
 
-def _judge(
-    press: Press, outcome: Outcome, name: str, listed: set[int], redone: set[int]
-) -> None:
+def _judge(press: Press, outcome: Outcome, name: str, listed: set[int], redone: set[int]) -> None:
     made = passes.of(press)
     for line in range(1, press.job.lines + 1):
         times = made.full[line]
-        if line in listed:
-            right = times >= 1 if line in redone else times <= 1
-        else:
-            right = times == 1
-        if not right:
+        least, most = (int(line in redone), 2 if line in redone else 1)
+        if line not in listed:
+            least = most = 1
+        if not least <= times <= most:
             how = "listed" if line in listed else "not listed"
             outcome.complaints.append(f"{name}: line {line}, {how}: printed {times} times")
     moved = any(one["event"] == "moved" for one in _events(outcome, press, name))
@@ -171,16 +168,16 @@ class _Deaths:
         """Return a context in which instants count."""
         return _Patched(self)
 
-    def passes(self, before: Callable[[], None] = lambda: None) -> None:
+    def passes(self, before: Callable[[], object] = lambda: None) -> None:
         """Count an instant; at the one that was chosen do something last, and die."""
         self.count += 1
         if self.count == self._at:
             before()
             os.kill(os.getpid(), signal.SIGKILL)
 
-    def write(self, real: Callable[[int, bytes], int], handle: int, data: bytes) -> int:
+    def write(self, real: Callable[[int, Any], int], handle: int, data: Any) -> int:
         """Write to the log, or a part of it at last."""
-        self.passes(lambda: real(handle, data[: int(self._share * len(data))]) and None)
+        self.passes(lambda: real(handle, data[: int(self._share * len(data))]))
         return real(handle, data)
 
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
@@ -39,25 +39,26 @@ board = "main"
 axis = 0
 kind = "smooth"
 backlash = "{_BACKLASH} steps"
-profiles = {{ line = "line.PRN", move = "move.csv", home = "home.csv" }}
+profiles = {{ line = "line.PRN", move = "move.csv", home = "home-M39.csv" }}
 
 [motors.M40]
 board = "main"
 axis = 1
 kind = "plain"
-profiles = {{ line = "turn.PRN", move = "move.csv", home = "home.csv" }}
+profiles = {{ line = "turn.PRN", move = "move.csv", home = "home-M40.csv" }}
 
 [motors.M41]
 board = "side"
 axis = 0
 kind = "plain"
-profiles = {{ move = "step.csv", home = "home.csv" }}
+profiles = {{ move = "step.csv", home = "home-M41.csv" }}
 """
 _PROFILES = {
     "move.csv": [4, 12, 20, 28],
     "step.csv": [2, 4, 6],
 }
-_HOME = formats.ProfileHeader("Thu Nov 26 12:00:00 2026", "home", 1, 3, 0, str(PIXEL_HZ))
+_HOMING = {"M39": [4, 12, 24, 40], "M40": [2, 4, 6, 8], "M41": [2, 4, 6, 8]}
+_HOME = formats.ProfileHeader("Thu Nov 26 12:00:00 2026", "home", 1, 4, 0, str(PIXEL_HZ))
 
 
 @dataclass
@@ -69,19 +70,24 @@ class Press:
     options: dict[str, Any] = field(default_factory=dict)
 
     @classmethod
-    def make(cls, folder: Path, lines: int, pixels: int = 20, sync: str = "lock") -> Press:
-        """Write a machine and a job of so many lines."""
+    def make(
+        cls, folder: Path, lines: int, pixels: int = 20, sync: str = "lock",
+        starts: Mapping[str, int] | None = None,
+    ) -> Press:  # fmt: skip
+        """Write a machine and a job of so many lines; `starts` is where motors begin."""
         formats.write_prn(folder / "line.PRN", [20, 60, 120, 180, _SPEED])
         formats.write_prn(folder / "turn.PRN", [4, 12, 20, 28])
         for name, counts in _PROFILES.items():
             formats.write_csv(folder / name, counts)
-        formats.write_csv(folder / "home.csv", [2, 4, 6, 8], _HOME)
+        for name, counts in _HOMING.items():
+            formats.write_csv(folder / f"home-{name}.csv", counts, _HOME)
         machine = folder / "machine.toml"
         machine.write_text(_MACHINE.replace("SYNC", sync))
         path = folder / "print.pxjob"
         ops.job_make(
             image_size=f"{pixels}x{lines}", scan=f"M39={_SPEED}", step=f"M41={PITCH}",
             turn=f"M40={_TURN}", output=path, machine=machine,
+            start=tuple(f"{name}={at}" for name, at in (starts or {}).items()),
         )  # fmt: skip
         return cls(folder, Job.read(path))
 
@@ -105,13 +111,17 @@ class Press:
 
     def run(self, link: SimLink, run: Path, **more: Any) -> Result:
         """Print the job."""
-        return ops.job_run(
+        done: Result = ops.job_run(
             self.job.path, out=run, machine=self.machine, link=link, accept_amber=True, **more
         )
+        return done
 
     def resume(self, link: SimLink, run: Path, **more: Any) -> Result:
         """Go on with a run."""
-        return ops.job_resume(run, machine=self.machine, link=link, accept_amber=True, **more)
+        done: Result = ops.job_resume(
+            run, machine=self.machine, link=link, accept_amber=True, **more
+        )
+        return done
 
     def steps(self, line: int, motor: str = "M39") -> int:
         """Return the edges that a motor makes in a line."""

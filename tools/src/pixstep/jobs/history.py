@@ -15,7 +15,7 @@ from typing import Any
 from pixstep.jobs.run_log import Event
 
 BEGIN, CHAIN, QUEUED, DONE = "begin", "chain", "queued", "done"
-PAUSED, STOPPED, FINISHED = "paused", "stopped", "finished"
+LOST, PAUSED, STOPPED, FINISHED = "lost", "paused", "stopped", "finished"
 RESUME, REDO, SKIP, HOMED, MOVED = "resume", "redo", "skip", "homed", "moved"
 
 

@@ -128,9 +128,7 @@ def _found(job: Job, told: History, station: Station) -> Found:
         return Found(station, None, trusted=False, text=f"does not answer: {error}")
     positions = ", ".join(f"{name} at {steps}" for name, steps in station.positions.items())
     if told.chain and reset:
-        return Found(
-            station, None, trusted=False, reset=True, text=f"was reset since; {positions}"
-        )
+        return Found(station, None, trusted=False, reset=True, text=f"was reset since; {positions}")
     station.bases = {name: told.bases[name] for name in station.motors if name in told.bases}
     axes = station.axes() if station.bases else []
     most = max([*told.in_flight, *told.printed, told.chain - 1]) - told.chain + 1

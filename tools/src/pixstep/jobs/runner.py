@@ -161,6 +161,9 @@ class Chain:
     def _lose(self, station: Station, error: BoardError) -> None:
         self.lost[station.name] = error
         self.last = min(self.last, self._sender.begun)
+        self.note({
+            "event": history.LOST, "board": station.name, "why": str(error), "last": self.last,
+        })  # fmt: skip
         self.watch.say(f"{error}; the other boards stop at the end of line {self.last}")
         if not self.alive:
             raise error

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A run from where its log says to its end: every stretch of lines that are left, positions first."""
+"""A run from where its log says to its end: each stretch of lines that are left, in position."""
 
 from __future__ import annotations
 
@@ -35,8 +35,9 @@ class Session:
     clock: Callable[[], float] = time.time
 
     def note(self, event: Event) -> None:
-        """Log an event; it is on the disk when this returns."""
-        self.log.add({**event, "at": round(self.clock(), 3)})
+        """Log an event with the time of day and the boards' time; it is on the disk then."""
+        seconds = {"at": round(self.clock(), 3), "s": round(self.world.now_s(), 3)}
+        self.log.add({**event, **seconds})
         self.told.take(event)
 
     def begin(self, facts: Event, *, safe: bool) -> None:

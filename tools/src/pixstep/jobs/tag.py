@@ -3,8 +3,8 @@
 
 Boards have no register of their own for that. `bus_timeout_ms` is kept in memory and is as stored
 again after a reset, so the last three digits of it are the tag. Where no line needs the host while
-it moves, the time is longer than two lines last: the motors of a dead host then stop at the end of a
-line instead of inside.
+it moves, the time is longer than two lines last: when the host dies, the motors stop at the end of
+a line instead of inside.
 """
 
 from __future__ import annotations

@@ -159,7 +159,7 @@ class JobResume(Prints):
                 session.note({"event": history.REDO, "line": one.number, "was": one.text})
 
     def _home(self, desk: Desk, session: Session, verdict: Verdict) -> None:
-        """Home the motors whose positions do not hold, and bring them to their line from its side."""
+        """Home motors whose positions do not hold, and bring them to their line from its side."""
         from pixstep.jobs import history, positioning
         from pixstep.jobs.session import allow
 
