@@ -72,6 +72,26 @@ def power(ctx: click.Context, times: int, lines: int, seed: int, as_json: bool) 
     _finish(ctx, asdict(outcome), rows, "each was named, homed and went on", as_json=as_json)
 
 
+@jobs_group.command()
+@click.option("--times", type=click.IntRange(min=1), default=10, show_default=True, help="Delays.")
+@click.option("--lines", type=click.IntRange(min=2), default=4, show_default=True)
+@_seed
+@_json
+@click.pass_context
+def late(ctx: click.Context, times: int, lines: int, seed: int, as_json: bool) -> None:
+    """Let a line of one axis, or of a board, reach its queue late by a random time.
+
+    Exit status 0 only if all axes ended at the same line, by their edges, or a fault named a motor.
+    """
+    from pixstep_dev.jobs import late as campaign  # takes a while to load
+
+    with progress.shown(f"{times} delays") as show:
+        outcome = campaign.run(campaign.Plan(times, lines, seed), show)
+    ends = ", ".join(f"{count} {name}" for name, count in sorted(outcome.ends.items()))
+    rows = [f"{outcome.times} late lines: {ends}"]
+    _finish(ctx, asdict(outcome), rows, "none was silent", as_json=as_json)
+
+
 def _finish(
     ctx: click.Context, facts: dict[str, Any], rows: list[str], otherwise: str, *, as_json: bool
 ) -> None:

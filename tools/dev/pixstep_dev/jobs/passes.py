@@ -32,11 +32,12 @@ class Burst:
 
 @dataclass(frozen=True)
 class Passes:
-    """What was printed: full passes by line, all edges of the scanning motor."""
+    """What was printed: full passes by line, all edges of the scanning motor, where motors end."""
 
     full: Counter[int]
     edges: int
     bursts: list[Burst]
+    ends: dict[str, int]
 
 
 def of(press: Press, path: Path | None = None) -> Passes:
@@ -49,7 +50,8 @@ def of(press: Press, path: Path | None = None) -> Passes:
         if one.line == int(one.line) and 1 <= one.line <= press.job.lines
         and one.edges == press.steps(int(one.line))
     )  # fmt: skip
-    return Passes(full, sum(one.edges for one in bursts), bursts)
+    ends = {name: int(log.axis(*place).directions().sum()) for name, place in PLACES.items()}
+    return Passes(full, sum(one.edges for one in bursts), bursts, ends)
 
 
 def _bursts(scan: AxisEdges, step: AxisEdges) -> list[Burst]:

@@ -74,7 +74,10 @@ EXAMPLES = {
     ),
     "job pause": ("job pause print.pxrun",),
     "job resume": ("job resume print.pxrun", "job resume print.pxrun --redo 7 --skip 8 --homed"),
-    "job run": ("job run print.pxjob", "job run print.pxjob --to-start --accept-amber"),
+    "job run": (
+        "job run print.pxjob --out monday.pxrun",
+        "job run print.pxjob --to-start --accept-amber",
+    ),
     "job status": ("job status print.pxrun",),
     "job show": ("job show print.pxjob", "job show print.pxjob --line 7 --json"),
     "job show-config": ("job show-config print.pxjob", "job show-config print.pxjob --out copy"),
