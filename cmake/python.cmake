@@ -6,14 +6,14 @@
 # `long`). All of these begin first: nothing else takes as long.
 set(PIXSTEP_LONG_RUNNING
     bench board board_images campaign every_output examples figures holes homing late_interrupts
-    lock pixel_rates program_run programs programs_jerk programs_mode1 programs_smooth
-    trajectory_runs wrong_values
+    lock motor_record_traces pixel_rates program_run programs programs_jerk programs_mode1
+    programs_smooth trajectory_runs wrong_values
 )
 # These talk to a simulated board over a pseudo terminal, in real time. Much of it they wait: one
 # after the other they run beside the rest, on the job that the presets have beyond the cores.
 set(PIXSTEP_REAL_TIME
-    board_port board_trouble conformance console_doc late_replies motion_port server serving
-    tutorial virtual_bench
+    board_port board_trouble conformance console_doc ioc ioc_clients ioc_command ioc_faults
+    ioc_saved late_replies motion_port motor_drive_port server serving tutorial virtual_bench
 )
 set(PIXSTEP_SHORT_TOGETHER 12)
 # The longest of the long check, minutes each: they begin first.

@@ -3,6 +3,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "app/clock_edges.h"
 #include "app/gate.h"
 #include "app/mark.h"
 #include "fakes/board.h"
@@ -396,6 +397,34 @@ static void nobody_joins_a_burst(void)
 #endif
 }
 
+// The main loop finds a line that is over and the first edge of the next burst at once: the edge
+// that the burst names is for the lines that the board will arm, and no command may take it away.
+static void no_command_takes_the_edge_that_a_burst_has_named(void)
+{
+#if CONFIG_AXES > 1
+    bench_plain_line(0, STEPS, PIXELS);
+    arm_line(0);
+    bench_plain_line(BENCH_LAST, STEPS, PIXELS);
+    burst(BURST_EDGES - 1u);
+    first_ticks += (BURST_EDGES - 1u) * PERIOD_TICKS;
+    clock_runs(first_ticks);
+    fake_pass(PERIOD_TICKS);
+    first_ticks += PERIOD_TICKS + PERIOD_TICKS / 2u;
+    clock_runs(first_ticks);
+    fake_pass(PERIOD_TICKS + PERIOD_TICKS / 2u);
+    clock_edges_poll();
+    TEST_ASSERT_TRUE(token_edge_by_gate());
+    TEST_ASSERT_EQUAL_UINT8(AXIS_RUNNING, axes_get(0)->life.state);
+    TEST_ASSERT_NOT_EQUAL(MODBUS_OK,
+                          bench_command(BENCH_MASK_OF(BENCH_LAST), COMMAND_ARM));
+    TEST_ASSERT_TRUE(token_edge_by_gate());
+    pass((BURST_EDGES - 1u) * PERIOD_TICKS);
+    bench_clock_off();
+    rest();
+    check_made(0, 2);
+#endif
+}
+
 // A line that was queued behind another one and is not whole is the host's to arm.
 static void a_line_that_is_not_whole_is_not_armed(void)
 {
@@ -450,6 +479,7 @@ int main(void)
     RUN_TEST(a_token_waits_over_bursts);
     RUN_TEST(a_token_goes_in_a_later_burst);
     RUN_TEST(nobody_joins_a_burst);
+    RUN_TEST(no_command_takes_the_edge_that_a_burst_has_named);
     RUN_TEST(a_line_that_is_not_whole_is_not_armed);
     RUN_TEST(a_clock_without_a_gate_is_as_ever);
     RUN_TEST(a_gate_that_is_set_again_knows_of_no_rest);

@@ -369,6 +369,29 @@ static void axes_that_are_too_fast_together_are_not_armed(void)
     }
 }
 
+// What `go` has named is a number of an edge, and no token any more: nobody joins by it, nor by the
+// token, nor without one.
+static void nobody_joins_an_edge_that_is_named(void)
+{
+#if FEATURE_TOKENS && CONFIG_AXES > 1
+    bench_plain_line(0, 10, 3);
+    bench_plain_line(BENCH_LAST, 10, 3);
+    TEST_ASSERT_TRUE(bench_give(1, COMMAND_ARM, 5));
+    bench_rounds(50);
+    TEST_ASSERT_TRUE(bench_give(1, COMMAND_MARK, 0));
+    bench_rounds(1);
+    const uint16_t edge = bench_edge_ahead(40);
+    const struct order go = {1, COMMAND_GO, 5, edge};
+    TEST_ASSERT_TRUE(commands_give(&go));
+    TEST_ASSERT_FALSE(bench_give(BENCH_MASK_OF(BENCH_LAST), COMMAND_ARM, edge));
+    TEST_ASSERT_FALSE(bench_give(BENCH_MASK_OF(BENCH_LAST), COMMAND_ARM, 5));
+    TEST_ASSERT_FALSE(bench_give(BENCH_MASK_OF(BENCH_LAST), COMMAND_ARM, 0));
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    TEST_ASSERT_EQUAL(AXIS_LOADED, axes_get(BENCH_LAST)->life.state);
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
+#endif
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -386,6 +409,7 @@ int main(void)
     RUN_TEST(storing_wants_its_key_and_a_machine_without_lines);
     RUN_TEST(disarming_forgets_the_token);
     RUN_TEST(token_stays_for_the_other_armed_axis);
+    RUN_TEST(nobody_joins_an_edge_that_is_named);
     RUN_TEST(clock_twice_as_fast_while_running);
     RUN_TEST(clock_ten_percent_fast_while_running);
     RUN_TEST(clock_ten_percent_slow_while_armed);

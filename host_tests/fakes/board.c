@@ -12,10 +12,12 @@ bool fake_stack_intact = true;
 uint16_t fake_watchdog_feeds;
 
 static uint32_t now_ticks;
+static uint32_t section_ticks; // that pass with each section of the main loop
 
 void fake_power_on(void)
 {
     now_ticks = 0;
+    section_ticks = 0;
     fake_timers_power_on();
     fake_pixel_clock_power_on();
     fake_switches_power_on();
@@ -82,9 +84,15 @@ uint8_t cpu_address_strap(void)
     return 0;
 }
 
+void fake_slow_sections(uint32_t ticks)
+{
+    section_ticks = ticks;
+}
+
 void cpu_section(enum cpu_section section)
 {
     (void)section;
+    fake_pass(section_ticks);
 }
 
 void pins_start(void)

@@ -57,6 +57,10 @@ void fake_missed_period(uint8_t axis);
 // So many ticks pass in the middle of the next release of a line, once.
 void fake_slow_publish(uint32_t ticks);
 
+// From now on so many ticks pass with each section of a round that the main loop enters: before and
+// behind the advance of an account, and before and behind the decoding for an axis.
+void fake_slow_sections(uint32_t ticks);
+
 // Bytes to the board, all of them now; the number of those that it has begun to send since the last
 // call. They stay until the next are received.
 void fake_receive(const uint8_t *bytes, uint16_t length);

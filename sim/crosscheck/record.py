@@ -19,8 +19,7 @@ from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.moves import accel, homing, legs
 from pixstep.profiles.generator import LineRequest, generate
-from pixstep.simulation.serialload import SerialLoad
-from pixstep.simulation.simboard import SimulatedBoard
+from pixstep.simulation.simulated_board import SerialLoad, SimulatedBoard
 
 SETTLE_S = 0.02
 HOMING_HZ = Fraction(500)

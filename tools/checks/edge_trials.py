@@ -13,8 +13,8 @@ from fractions import Fraction
 from pixstep.board import boards
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.runs import Seek
-from pixstep.simulation.clockflaws import ClockFlaws
-from pixstep.simulation.simrun import LOCK, Job
+from pixstep.simulation.job import LOCK, Job
+from pixstep.simulation.pixel_clock import ClockFlaws
 from pixstep_trials.cases import Bounds, case
 
 FAST_HZ = (500, 750, 1000, 1600, 2000, 3000, 4000)  # of a clock of one edge a pixel

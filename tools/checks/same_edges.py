@@ -29,7 +29,7 @@ The exit status is 0 if no run differs otherwise.
 import argparse
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
@@ -40,19 +40,19 @@ from pixstep import formats, natives, progress
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError, LineRefusedByBoardError
-from pixstep.board.handle import Watch
+from pixstep.board.link import World
 from pixstep.board.port import BAUD
 from pixstep.board.upload import Upload
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
 from pixstep.lines.runs import queue_entries, seek_entries
-from pixstep.operations.run import demo
+from pixstep.operations import run as demo
 from pixstep.profiles import generator
 from pixstep.progress import Progress, unseen
-from pixstep.simulation.edges import HEADER
-from pixstep.simulation.simboard import SimulatedBoard
-from pixstep.simulation.simctl import BOOT_S
-from pixstep.simulation.simrun import Job
+from pixstep.simulation.job import Job
+from pixstep.simulation.logs import HEADER
+from pixstep.simulation.simulated_board import SimulatedBoard
+from pixstep.simulation.simulator import BOOT_S
 from pixstep_dev.randomlines import campaign
 
 CLOCK_START_MS = 20
@@ -203,7 +203,7 @@ def run(trial: Trial, board: SimulatedBoard) -> tuple[str, int | None]:
             board.simulator.wait_s(STOPPED_S)
             in_time = True
         else:
-            in_time = board.follow(Records(board) if trial.records else None)
+            in_time = board.make((lambda: Records(board)) if trial.records else None, armed=True)
         board.settle()
         if trial.seek:
             event = switched(board)
@@ -229,8 +229,8 @@ def prepare(trial: Trial, board: SimulatedBoard) -> None:
     if trial.seek:
         (axis,) = job.lines
         board.board.command("disarm", [axis])
-        board.uploads = {axis: Upload(board.board, axis, seek_entries(trial.seek))}
-        board.uploads[axis].push()
+        board.lines.uploads = [Upload(board.board, axis, seek_entries(trial.seek))]
+        board.lines.uploads[0].push()
 
 
 def stop(trial: Trial, board: SimulatedBoard) -> int:
@@ -266,20 +266,22 @@ def counted(board: SimulatedBoard) -> bool:
     )
 
 
-class Records(Watch):
+class Records:
     """Reads the records of every axis while lines are streamed."""
 
     def __init__(self, board: SimulatedBoard) -> None:
-        self.board = board
+        self.board, self.due_s = board, 0.0
 
-    @property
-    def look_s(self) -> float:
-        """Seconds between two looks."""
-        return RECORDS_S
+    def look_if_due(self, world: World, uploads: list[Upload]) -> None:
+        """Read the records if it is time for that."""
+        if world.now_s() >= self.due_s:
+            self.due_s = world.now_s() + RECORDS_S
+            self.look(uploads)
 
-    def seen(self, registers: Mapping[int, Mapping[str, int]]) -> None:
+    def look(self, uploads: list[Upload], *, ended: bool = False) -> None:
         """Read the records."""
-        for axis in registers:
+        del uploads, ended
+        for axis in self.board.axes:
             self.board.board.records(axis)
 
 

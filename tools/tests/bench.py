@@ -10,8 +10,8 @@ from pixstep.board.upload import Upload
 from pixstep.lines.runs import queue_entries
 from pixstep.lines.units import period_ticks
 from pixstep.simulation import verdict
-from pixstep.simulation.edges import read_edges
-from pixstep.simulation.simboard import SimulatedBoard
+from pixstep.simulation.logs import read_edges
+from pixstep.simulation.simulated_board import SimulatedBoard
 
 QUIET_S = 0.05
 _POLL_S = 0.002

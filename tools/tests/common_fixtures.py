@@ -22,7 +22,7 @@ from pixstep import natives
 from pixstep.board import boards
 from pixstep.cli.main import main
 from pixstep.lines import core
-from pixstep.operations import perform, schemas
+from pixstep.operations import catalog, perform
 
 _OBJECTS_BETWEEN_COLLECTIONS = 20_000
 
@@ -55,7 +55,7 @@ def pytest_collection_finish():
 @functools.cache
 def _judge(words):
     """Return what judges an operation's result by its published schema."""
-    return jsonschema.Draft202012Validator(schemas.schema(words))
+    return jsonschema.Draft202012Validator(catalog.schema(words))
 
 
 @pytest.fixture(autouse=True)

@@ -9,9 +9,9 @@ import contextlib
 from collections.abc import Callable
 
 from bench import QUIET_S, Bench
-from memory import Memory
 from pixstep.board import boards
 from pixstep.board import registers as regs
+from pixstep_trials.memory import Memory
 
 asserted: set[str] = set()  # names of the faults asserted in the running test
 

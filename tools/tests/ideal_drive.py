@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from pixstep.motor_record import Msta, Status, Verb
 
 TICK_S = 0.005
+NO_FAULTS = Msta(0)
 REST, TO_TARGET, JOG, HOME = range(4)
 
 
@@ -28,7 +29,7 @@ class Stepper:
     lowest: float = -1e9
     highest: float = 1e9
     home: float = 0.0
-    faults: Msta = Msta(0)
+    faults: Msta = NO_FAULTS
     edges: list[tuple[float, int]] = field(default_factory=list)
 
     @property
@@ -82,6 +83,7 @@ class IdealDrive:
         self._over = threading.Event()
         self._wants_status = False
         self._orders = 0
+        self.offset_steps = 0
         self._reported: dict[int, int] = {}
         self._noted: tuple[int, float] = (REST, 0.0)
         self._report = None
@@ -153,6 +155,7 @@ class IdealDrive:
         elif verb is Verb.STOP_AXIS:
             motor.state, motor.position = REST, motor.steps
         elif verb is Verb.LOAD_POS:
+            self.offset_steps += math.floor(argument + 0.5) - motor.steps
             motor.position = argument
 
     def _run(self):

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 """`pixstep ioc` with ideal steppers in place of boards: python ideal_ioc.py FOLDER ioc ...
 
-IDEAL_HOME is where the home switches are, in steps; far away unless it says so. Each step of each motor goes to FOLDER/MOTOR.edges, a line `time_s position` each, at the end.
+IDEAL_HOME is where the home switches are, in steps; far away unless it says so. Each step of each
+motor goes to FOLDER/MOTOR.edges, a line `time_s position` each, at the end.
 """
 
 import contextlib

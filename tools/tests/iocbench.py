@@ -6,10 +6,10 @@ import socket
 import threading
 import time
 
-from ca_wire import HOST, Wire
 from ideal_drive import IdealDrive, Stepper
 from pixstep.ioc.saved import Saved
 from pixstep.ioc.server import Motor, Server
+from pixstep_trials.ca_wire import HOST, Wire
 
 FIELDS = {
     "EGU": "mm", "PREC": 3, "MRES": 0.01, "VELO": 20.0, "VMAX": 40.0, "ACCL": 0.1,

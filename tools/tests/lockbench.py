@@ -8,7 +8,7 @@ from fractions import Fraction
 from bench import Bench
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.simulation.edges import read_edges
+from pixstep.simulation.logs import read_edges
 
 AHEAD_S = 0.25  # edges are laid so far ahead of the simulation,
 MOST_AHEAD = 110  # but no more than these

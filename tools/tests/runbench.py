@@ -7,8 +7,8 @@ from fractions import Fraction
 import jobbench
 from pixstep import natives, ops
 from pixstep.jobs.job import Job
-from pixstep.simulation.simboard import SimLink
-from pixstep.simulation.simctl import SimOptions
+from pixstep.simulation.simulated_board import SimLink
+from pixstep.simulation.simulator import SimOptions
 
 TWO = (
     jobbench.MACHINE.replace(

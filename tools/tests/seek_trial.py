@@ -15,7 +15,7 @@ from pixstep.board.upload import Upload
 from pixstep.lines.line import Line
 from pixstep.lines.units import period_ticks
 from pixstep.simulation import verdict
-from pixstep.simulation.edges import read_edges
+from pixstep.simulation.logs import read_edges
 from pixstep_trials.cases import Bounds, smooth_case
 
 SEEK, SEEK_OPEN, DOWN, START, END = 0x81, 0x181, (3, 0), 0x01, (2, 0)

@@ -20,8 +20,8 @@ from pixstep import natives
 from pixstep.api.bus import Bus
 from pixstep.board import link
 from pixstep.board.device import Board as Device
-from pixstep.simulation.simboard import SimLink
-from pixstep.simulation.simctl import SimOptions
+from pixstep.simulation.simulated_board import SimLink
+from pixstep.simulation.simulator import SimOptions
 
 ROOT = Path(__file__).parents[2]
 PRN = ROOT / "tools" / "data" / "AccProfM39-30Hz-1.PRN"

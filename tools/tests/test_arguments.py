@@ -20,8 +20,8 @@ from pixstep.api.bus import Bus
 from pixstep.arguments import shown
 from pixstep.board import run as running
 from pixstep.profiles.generator import MOST_PIXELS
-from pixstep.simulation.simboard import SimLink
-from pixstep.simulation.simctl import SimOptions
+from pixstep.simulation.simulated_board import SimLink
+from pixstep.simulation.simulator import SimOptions
 
 NAN, INF = float("nan"), float("inf")
 ODD = [
@@ -61,7 +61,7 @@ def desk(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch, _mega() as bus:
         patch.chdir(folder)
         calls = _calls(folder, bus)
-        patch.setattr(runs.simtask, "run_and_judge", _reached)
+        patch.setattr(runs.experiment, "run_and_judge", _reached)
         patch.setattr(running, "arm", _reached)
         yield calls
 

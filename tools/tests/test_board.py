@@ -12,9 +12,9 @@ from pixstep import ops
 from pixstep.board import boards
 from pixstep.lines import core
 from pixstep.lines.line import PLAIN, Line
-from pixstep.simulation.edges import read_edges
-from pixstep.simulation.simrun import Job
-from pixstep.simulation.simtask import simulate
+from pixstep.simulation.experiment import simulate
+from pixstep.simulation.job import Job
+from pixstep.simulation.logs import read_edges
 from pixstep_trials.cases import rate_case
 from worked import EXPECTED, worked_line
 

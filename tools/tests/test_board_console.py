@@ -2,6 +2,7 @@
 """`pixstep board` on fake boards: errors, scan, info, get, watch; help."""
 
 import io
+import json
 
 import pytest
 from click.testing import CliRunner
@@ -91,6 +92,18 @@ def test_scan_finds_nothing(one):
 
 def test_all_means_those_that_answer(two):
     assert [item["unit"] for item in two.json("get", "status", "--unit", "all")["boards"]] == [1, 2]
+
+
+def test_info_of_those_that_answer_is_there_though_one_is_absent(two):
+    done = two.run("info", "--unit", "1,2,3", status=1)
+    assert "board 1: mega" in done.stdout and "board 2: uno" in done.stdout
+    assert done.stderr.startswith("pixstep: board 3 on ") and done.stderr.count("\n") == 1
+    done = two.run("info", "--unit", "9,1,3", "--json", status=1)
+    assert [one["unit"] for one in json.loads(done.stdout)["boards"]] == [1]
+    assert [row[:16] for row in done.stderr.splitlines()] == [
+        "pixstep: board 9", "pixstep: board 3",
+    ]  # fmt: skip
+    assert not two.run("info", "--unit", "3", "--json", status=1).stdout
 
 
 def test_info(two):

@@ -12,8 +12,8 @@ from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.device import Board
 from pixstep.board.errors import BoardError
-from pixstep.simulation.simboard import SimLink
-from pixstep.simulation.simctl import SimOptions
+from pixstep.simulation.simulated_board import SimLink
+from pixstep.simulation.simulator import SimOptions
 from pixstep_trials.wire import seal
 
 pytestmark = pytest.mark.usefixtures("simulator")

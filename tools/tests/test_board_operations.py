@@ -11,8 +11,8 @@ from console import Console
 from pixstep import formats, natives, ops
 from pixstep.board.errors import BoardError
 from pixstep.errors import UserError
-from pixstep.simulation.simboard import SimLink
-from pixstep.simulation.simctl import SimOptions
+from pixstep.simulation.simulated_board import SimLink
+from pixstep.simulation.simulator import SimOptions
 
 HZ = 100
 COUNTS = [0, 2, 4, 6, 6, 6, 4, 2, 0]

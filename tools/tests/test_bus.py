@@ -8,9 +8,9 @@ from effort import TRIED_BOARDS
 from pixstep import natives
 from pixstep.board import boards
 from pixstep.lines.line import PLAIN, Line
-from pixstep.simulation.edges import read_edges
-from pixstep.simulation.simboard import SimLink
-from pixstep.simulation.simctl import SimOptions
+from pixstep.simulation.logs import read_edges
+from pixstep.simulation.simulated_board import SimLink
+from pixstep.simulation.simulator import SimOptions
 from pixstep_trials import wire
 
 pytestmark = pytest.mark.usefixtures("simulator")

@@ -8,10 +8,10 @@ import pytest
 from rich.console import Console
 
 from pixstep.lines.line import PLAIN, Line
-from pixstep.simulation import clockjudge, clockplot, report
-from pixstep.simulation.clockflaws import ClockFlaws
-from pixstep.simulation.clockjudge import Kept
-from pixstep.simulation.simrun import LOCK, START, Job
+from pixstep.simulation import clock_judge, plots, report
+from pixstep.simulation.clock_judge import Kept
+from pixstep.simulation.job import LOCK, START, Job
+from pixstep.simulation.pixel_clock import ClockFlaws
 
 LINE = Line((20,) * 60, PLAIN)
 EVEN = ClockFlaws(drop=50)
@@ -95,7 +95,7 @@ def job(sync, flaws):
      (ClockFlaws(wander_ppm=9), None)],
 )  # fmt: skip
 def test_the_drawing_names_its_band_and_wastes_no_room(flaws, name):
-    figure = clockplot.build(kept([1, 2, -1] * 20), job(LOCK, flaws), "a line")
+    figure = plots.clock(kept([1, 2, -1] * 20), job(LOCK, flaws), "a line")
     free, locked = figure.axes
     assert free.get_ylim()[0] > -0.1 * free.get_ylim()[1] and free.get_ylim()[1] > 160 * 60 / 16
     legend = locked.get_legend()
@@ -111,7 +111,7 @@ def test_the_drawing_names_its_band_and_wastes_no_room(flaws, name):
 
 
 def test_a_line_that_is_not_locked_has_one_part():
-    (only,) = clockplot.build(kept([160] * 500), job(START, EVEN), "a line").axes
+    (only,) = plots.clock(kept([160] * 500), job(START, EVEN), "a line").axes
     assert only.get_title().startswith("Not locked (measured)\nat most 10.0 \N{MICRO SIGN}s")
     assert only.get_lines()[-1].get_marker() == ""
-    assert clockjudge.parts(summary(kept([1]), START, ClockFlaws())) == []
+    assert clock_judge.parts(summary(kept([1]), START, ClockFlaws())) == []

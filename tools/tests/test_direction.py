@@ -13,8 +13,8 @@ from console import PORT, put
 from pixstep import formats, natives
 from pixstep.cli.main import main
 from pixstep.lines.runs import MARK_NEGATIVE, MARK_SMOOTH, signed
-from pixstep.moves import fasttask, hometask
-from pixstep.operations.run import sim
+from pixstep.moves import experiments
+from pixstep.operations import run
 from pixstep.trajectories import circle, circle_test, runs
 from pixstep.trajectories.transitions import TablePlay
 
@@ -186,13 +186,13 @@ def _begun(monkeypatch, module, name, *words):
 def test_what_is_simulated(turned, monkeypatch, way, sign):
     turned(way)
     words = ("move", "sim", FAST, "--motor", "X", "--steps", "1mm")
-    assert _begun(monkeypatch, fasttask, "simulate", *words).move.steps == sign * 400
+    assert _begun(monkeypatch, experiments, "simulate_move", *words).move.steps == sign * 400
     words = ("home", "sim", FAST, "--motor", "X", "--plant", "home=2000")
     for asked, towards in (("plus", sign), ("minus", -sign)):
-        job = _begun(monkeypatch, hometask, "simulate", *words, "--direction", asked)
+        job = _begun(monkeypatch, experiments, "simulate_homing", *words, "--direction", asked)
         assert (job.plan.direction, job.plan.towards) == (towards, asked)
     words = ("sim", "smooth.csv", "--motor", "S")
-    job = _begun(monkeypatch, sim, "simulate", *words)
+    job = _begun(monkeypatch, run, "simulate", *words)
     assert [line.negative for line in job.lines.values()] == [sign < 0]
     words = ("trajectory", "sim", "circle.csv", "--motor", "X", "--motor", "Y")
     test = _begun(monkeypatch, circle_test, "simulate", *words)

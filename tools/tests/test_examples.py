@@ -11,8 +11,8 @@ from nbclient import NotebookClient
 
 from pixstep import natives
 from pixstep.api.bus import Bus
-from pixstep.simulation.simboard import SimLink
-from pixstep.simulation.simctl import SimOptions
+from pixstep.simulation.simulated_board import SimLink
+from pixstep.simulation.simulator import SimOptions
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 PNG = b"\x89PNG\r\n\x1a\n"

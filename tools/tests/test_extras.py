@@ -35,10 +35,14 @@ from pixstep.__main__ import run
 run()
 """
 DRAWINGS = {
-    "moves.fastplot", "moves.homeplot", "plotting", "profiles.figure",
-    "programs.figure", "reversals.picture", "simulation.clockplot",
-    "simulation.load_plot", "simulation.overview", "simulation.plots", "trajectories.picture",
+    "fly.picture", "moves.plots", "plotting", "profiles.figure",
+    "programs.figure", "reversals.picture", "simulation.plots", "trajectories.picture",
 }  # fmt: skip
+MACHINE = """
+clock.pixel = "30 Hz"
+boards.main.kind = "mega"
+motors.m1 = { axis = 0, kind = "smooth" }
+"""
 LINE = ("line.csv", "--decode", "smooth", "--pixel-hz", "30")
 MAKE = (
     "line", "make", "--profile", str(PROFILE), "--speed", "1000", "--pixels", "60",
@@ -66,6 +70,21 @@ def line(tmp_path_factory):
 def test_only_drawings_need_matplotlib(tmp_path):
     done = run(MODULES, ["matplotlib", "pyarrow", "pandas"], tmp_path)
     assert {name.removeprefix("pixstep.") for name in done.stdout.split()} == DRAWINGS
+
+
+def test_only_the_server_of_records_needs_caproto(tmp_path):
+    done = run(MODULES, ["caproto"], tmp_path)
+    assert {name.removeprefix("pixstep.") for name in done.stdout.split()} == {
+        f"ioc.{name}" for name in ("channels", "circuits", "motors", "server", "status")
+    }
+
+
+def test_records_need_caproto_and_their_list_does_not(tmp_path):
+    (tmp_path / "machine.toml").write_text(MACHINE)
+    done = run(COMMAND, ["caproto"], tmp_path, "ioc", "--simulate")
+    assert done.returncode == 2
+    assert done.stderr == "pixstep: EPICS needs caproto: pip install 'pixstep[epics]'\n"
+    assert run(COMMAND, ["caproto"], tmp_path, "ioc", "--list").returncode == 0
 
 
 def test_only_drawings_and_programs_need_numpy_at_once(tmp_path):
@@ -126,7 +145,7 @@ except px.UserError as error:
     [
         ("px.line((2, 4, 4, 2)).plot()", "plot"),
         ("px.simulate(px.line((2, 4, 4, 2)), board='mega', pixel_hz=30)", "numpy"),
-        ("from pixstep.api import records; records.np.zeros(1)", "numpy"),
+        ("from pixstep.api import motion; motion.np.zeros(1)", "numpy"),
     ],
 )  # fmt: skip
 def test_a_call_says_what_is_missing(tmp_path, call, extra):
@@ -140,7 +159,7 @@ def test_another_missing_module_is_an_error_as_ever(tmp_path):
         _ = lazy("no_such_module").anything
 
 
-@pytest.mark.parametrize("package", ["numpy", "matplotlib", "pyarrow"])
+@pytest.mark.parametrize("package", ["numpy", "matplotlib", "pyarrow", "caproto"])
 def test_the_extra_that_is_named_brings_the_package(package):
     project = tomllib.loads(natives.source("pyproject.toml").read_text())["project"]
     error = missing_package(ModuleNotFoundError("No module", name=f"{package}.part"))

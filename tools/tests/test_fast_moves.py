@@ -17,7 +17,8 @@ from pixstep.cli.main import main
 from pixstep.errors import UserError
 from pixstep.lines import runs
 from pixstep.lines.line import PLAIN, Line
-from pixstep.moves import accel, fast, fastsim, fasttask
+from pixstep.moves import accel, experiments, fast
+from pixstep.moves.move_judge import MoveJob
 from worked import DATA, SAMPLE_CSV
 
 PROFILE = DATA / "AccProf-fast-move.csv"
@@ -244,8 +245,8 @@ def test_random_moves_on_one_board_end_on_their_step(board):
     ],
 )
 def test_every_edge_of_a_move(tmp_path, board, axis, steps):
-    job = fastsim.MoveJob(FAST, fast.plan(FAST, steps), board, axis, Fraction(30))
-    done = fasttask.simulate(job, tmp_path)
+    job = MoveJob(FAST, fast.plan(FAST, steps), board, axis, Fraction(30))
+    done = experiments.simulate_move(job, tmp_path)
     summary = done.judged.summary
     assert summary["reasons"] == [] and done.judged.passed
     assert summary["move"]["position_register_steps"] == steps
@@ -268,8 +269,8 @@ def test_sim_command_draws_and_judges(tmp_path):
 @pytest.mark.usefixtures("simulator")
 def test_a_move_too_fast_for_the_board_is_refused(tmp_path):
     steep = accel.Acceleration((100, 9000))
-    job = fastsim.MoveJob(steep, fast.plan(steep, 50_000), "uno", 0, Fraction(60))
-    done = fasttask.simulate(job, tmp_path)
+    job = MoveJob(steep, fast.plan(steep, 50_000), "uno", 0, Fraction(60))
+    done = experiments.simulate_move(job, tmp_path)
     assert done.judged.summary["verdict"] == "refused"
     assert done.judged.summary["refusal"]["name"] == "too_fast"
     assert done.judged.summary["move"]["counted_steps"] == 0

@@ -16,12 +16,12 @@ from pixstep.board.upload import Upload
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
-from pixstep.simulation import clockjudge
-from pixstep.simulation.clockflaws import ClockFlaws
-from pixstep.simulation.edges import read_edges
-from pixstep.simulation.simboard import SimLink
-from pixstep.simulation.simctl import SimOptions
-from pixstep.simulation.simrun import Job
+from pixstep.simulation import clock_judge
+from pixstep.simulation.job import Job
+from pixstep.simulation.logs import read_edges
+from pixstep.simulation.pixel_clock import ClockFlaws
+from pixstep.simulation.simulated_board import SimLink
+from pixstep.simulation.simulator import SimOptions
 
 MACHINE = """\
 [clock]
@@ -94,10 +94,10 @@ def test_a_line_elsewhere_in_its_burst_is_a_reason():
     class Kept:
         first_edge = 141
 
-    (reason,) = clockjudge.gate_reasons(job, Kept)
+    (reason,) = clock_judge.gate_reasons(job, Kept)
     assert reason == "line zero is 21 edges behind the first one of its burst, not 20"
     Kept.first_edge = 140
-    assert clockjudge.gate_reasons(job, Kept) == []
+    assert clock_judge.gate_reasons(job, Kept) == []
 
 
 @pytest.mark.usefixtures("here")

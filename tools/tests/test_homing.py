@@ -12,7 +12,7 @@ from effort import cases
 from homebench import HomeBench
 from pixstep.board import boards
 from pixstep.cli.main import main
-from pixstep.moves import accel, homejudge, homesim, homing, legs
+from pixstep.moves import accel, experiments, homing, homing_judge, legs
 from worked import DATA
 
 pytestmark = pytest.mark.usefixtures("simulator")
@@ -27,12 +27,12 @@ BOARDS = [("uno", 0), ("mega", 1), ("m1284", 1)]
 def job(board, axis, knobs, *, direction=1, hz=HZ, inverted="none", filter_us=None, **changes):
     request = legs.HomingRequest(axis, direction, **{"search_steps": 6000, **changes})
     plan = legs.plan(PROFILE, request, hz)
-    return homesim.HomeJob(plan, board, hz, knobs, inverted, filter_us)
+    return homing_judge.HomeJob(plan, board, hz, knobs, inverted, filter_us)
 
 
 def passed(tmp_path, *arguments, **options):
-    run = homesim.run(job(*arguments, **options), tmp_path)
-    summary = homejudge.judge(run)
+    run = experiments.run_homing(job(*arguments, **options), tmp_path)
+    summary = homing_judge.judge(run)
     assert summary["reasons"] == []
     assert summary["verdict"] == "pass" and summary["position_steps"] == 0
     return summary
@@ -54,8 +54,8 @@ def test_homing_from_both_sides(tmp_path, board, axis, start):
 
 @pytest.mark.parametrize(("board", "axis"), BOARDS)
 def test_ten_haps_are_never_exceeded(tmp_path, board, axis):
-    run = homesim.run(job(board, axis, f"{PLANT},start=-400"), tmp_path)
-    summary = homejudge.judge(run)
+    run = experiments.run_homing(job(board, axis, f"{PLANT},start=-400"), tmp_path)
+    summary = homing_judge.judge(run)
     assert summary["haps"] == 10 and summary["verdict"] == "pass"
     shortest = min(b - a for a, b in zip(run.edges.rising, run.edges.rising[1:], strict=False))
     assert int(shortest) == int(run.job.period / PROFILE.counts[9])
@@ -123,9 +123,9 @@ def test_a_switch_that_bounces(tmp_path, board, axis, start, bounce, filter_us):
     ],
 )
 def test_named_faults(tmp_path, board, axis, knobs, name, text):
-    run = homesim.run(job(board, axis, knobs), tmp_path)
+    run = experiments.run_homing(job(board, axis, knobs), tmp_path)
     assert isinstance(run.error, homing.HomingError)
-    summary = homejudge.judge(run)
+    summary = homing_judge.judge(run)
     assert summary["fault"] == name and not summary["found"]
     assert summary["verdict"] == "fail"
     (reason,) = summary["reasons"]  # and no finding about the edges besides
@@ -165,8 +165,10 @@ def test_play_does_not_move_home(board, axis):
 @pytest.fixture(scope="module")
 def sound(simulator, tmp_path_factory):
     """A homing without a finding."""
-    run = homesim.run(job("uno", 0, f"{PLANT},start=500"), tmp_path_factory.mktemp("sound"))
-    assert homejudge.judge(run)["reasons"] == []
+    run = experiments.run_homing(
+        job("uno", 0, f"{PLANT},start=500"), tmp_path_factory.mktemp("sound")
+    )
+    assert homing_judge.judge(run)["reasons"] == []
     return run
 
 
@@ -213,7 +215,7 @@ def spoilt(run, defect):
     ],
 )
 def test_seeded_defects_are_found(sound, defect, text):
-    summary = homejudge.judge(spoilt(sound, defect))
+    summary = homing_judge.judge(spoilt(sound, defect))
     assert summary["verdict"] == "fail"
     assert any(text in reason for reason in summary["reasons"]), summary["reasons"]
 

@@ -15,8 +15,8 @@ from homebench import HomeBench, assert_repeats, repeat
 from pixstep.board import boards
 from pixstep.cli.main import main
 from pixstep.lines.line import PLAIN, SMOOTH
-from pixstep.moves import accel, homejudge, homesim, homing, legjudge, legs
-from pixstep.simulation.edges import read_edges
+from pixstep.moves import accel, experiments, homing, homing_judge, legs
+from pixstep.simulation.logs import read_edges
 from worked import DATA
 
 pytestmark = pytest.mark.usefixtures("simulator")
@@ -34,11 +34,13 @@ BOUNCES = cases(5, 60)
 def run(tmp_path, board, axis, knobs, *, direction=1, inverted="none", filter_us=None, **changes):
     options = {"search_steps": 6000, "decode": SMOOTH, **changes}
     plan = legs.plan(PROFILE, legs.HomingRequest(axis, direction, **options), HZ)
-    return homesim.run(homesim.HomeJob(plan, board, HZ, knobs, inverted, filter_us), tmp_path)
+    return experiments.run_homing(
+        homing_judge.HomeJob(plan, board, HZ, knobs, inverted, filter_us), tmp_path
+    )
 
 
 def passed(tmp_path, *arguments, **options):
-    summary = homejudge.judge(run(tmp_path, *arguments, **options))
+    summary = homing_judge.judge(run(tmp_path, *arguments, **options))
     assert summary["reasons"] == []
     assert summary["verdict"] == "pass" and summary["position_steps"] == 0
     assert all(0 < leg["max_edge_error_ticks"] < 1 for leg in summary["legs"])
@@ -98,7 +100,7 @@ def test_a_switch_that_bounces(tmp_path, board, axis):
 )
 def test_named_faults(tmp_path, board, axis, knobs, name):
     done = run(tmp_path, board, axis, knobs)
-    summary = homejudge.judge(done)
+    summary = homing_judge.judge(done)
     assert summary["fault"] == name and summary["legs"][0]["decode"] == "smooth"
     (reason,) = summary["reasons"]  # and no finding about the edges besides
     assert reason.startswith(f"axis {axis}: {name}: ")
@@ -121,16 +123,16 @@ def test_trips_while_speeding_up_stop_mirrored(tmp_path, board, axis):
         bench.sim.command("flush")
     edges, tick_hz = read_edges(path).axis(0, axis), boards.load(board).tick_hz
     for leg in made:
-        judged = legjudge.judge_leg(
+        counts, _, off_ticks, reasons = homing_judge.judge_leg(
             plan,
             leg,
-            legjudge.leg_edges(edges, leg, tick_hz),
+            homing_judge.leg_edges(edges, leg, tick_hz),
             tick_hz / HZ,
             tick_hz=tick_hz,
             stopped=False,
         )
-        assert judged.reasons == [] and judged.max_edge_error_ticks < 1
-        speeds = speeds_of(judged.counts)
+        assert reasons == [] and off_ticks < 1
+        speeds = speeds_of(counts)
         top = speeds.index(max(speeds))
         assert speeds[-top - 1 :] == speeds[top::-1]
         if leg.name != "slow approach":
@@ -171,7 +173,7 @@ def late_by(edges, step, ticks):
 @pytest.fixture(scope="module")
 def sound(simulator, tmp_path_factory):
     done = run(tmp_path_factory.mktemp("sound"), "uno", 0, f"{PLANT},start=500")
-    assert homejudge.judge(done)["reasons"] == []
+    assert homing_judge.judge(done)["reasons"] == []
     return done
 
 
@@ -179,7 +181,7 @@ def sound(simulator, tmp_path_factory):
 @pytest.mark.parametrize("ticks", [-2, 2])
 def test_an_edge_two_ticks_off_is_found(sound, step, ticks):
     spoilt = replace(sound, edges=late_by(sound.edges, step, ticks))
-    (reason,) = homejudge.judge(spoilt)["reasons"]
+    (reason,) = homing_judge.judge(spoilt)["reasons"]
     assert reason.startswith("approach: 1 edges are a tick or more off, ")
 
 
@@ -192,7 +194,7 @@ def test_an_edge_two_ticks_off_is_found(sound, step, ticks):
 )
 def test_a_step_missing_is_found(sound, step, text):
     """The counts alone tell it: the speeds no longer fit."""
-    reasons = homejudge.judge(replace(sound, edges=without_a_step(sound.edges, step)))["reasons"]
+    reasons = homing_judge.judge(replace(sound, edges=without_a_step(sound.edges, step)))["reasons"]
     assert any("STEP edges, the board says" in reason for reason in reasons)
     assert text in reasons
 
@@ -206,7 +208,7 @@ def test_a_step_missing_is_found(sound, step, text):
 )
 def test_speeds_beyond_the_profile_are_found(sound, changes, text):
     job = replace(sound.job, plan=replace(sound.job.plan, **changes))
-    reasons = homejudge.judge(replace(sound, job=job))["reasons"]
+    reasons = homing_judge.judge(replace(sound, job=job))["reasons"]
     assert any(text in reason for reason in reasons), reasons
 
 
@@ -215,7 +217,7 @@ def test_a_leg_of_plain_lines_is_no_smooth_one(sound):
     turned = tuple(
         replace(leg, decode=PLAIN if leg.decode == SMOOTH else SMOOTH) for leg in sound.legs
     )
-    reasons = homejudge.judge(replace(sound, homed=replace(sound.homed, legs=turned)))["reasons"]
+    reasons = homing_judge.judge(replace(sound, homed=replace(sound.homed, legs=turned)))["reasons"]
     assert {reason.partition(":")[0] for reason in reasons} >= {"approach", "stand clear"}
 
 

@@ -11,7 +11,7 @@ from fake_home import FakeHome, Plant
 from pixstep.errors import UserError
 from pixstep.lines import line_check, runs
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.moves import accel, homing, legs, seeklines
+from pixstep.moves import accel, homing, legs
 from pixstep.moves.homing import HomingError
 from pixstep.profiles import origin, readings
 from worked import DATA
@@ -51,7 +51,7 @@ def test_the_motor_is_known_by_the_name_of_its_file(suffix):
 
 
 def test_a_smooth_seek_holds_the_speed_behind_its_last_entry_and_mirrors_all():
-    seek = seeklines.seek_line(accel.Acceleration((4, 12, 20)), -1, 150, decode=SMOOTH)
+    seek = legs.seek_line(accel.Acceleration((4, 12, 20)), -1, 150, decode=SMOOTH)
     assert seek.rising == (-4, -12, -20) and seek.falling == (-20, -12, -4)
     assert (seek.held, seek.hold_px, seek.steps, seek.pixels) == (-24, 3, -144, 9)
     mark = runs.MARK_START | runs.MARK_SEEK | runs.MARK_SMOOTH | runs.MARK_NEGATIVE
@@ -62,7 +62,7 @@ def test_a_smooth_seek_holds_the_speed_behind_its_last_entry_and_mirrors_all():
 
 
 def test_a_smooth_seek_for_opening_in_plus_direction():
-    seek = seeklines.seek_line(accel.Acceleration((2,)), 1, 4 * 70_001, opens=True, decode=SMOOTH)
+    seek = legs.seek_line(accel.Acceleration((2,)), 1, 4 * 70_001, opens=True, decode=SMOOTH)
     mark = runs.MARK_START | runs.MARK_SEEK | runs.MARK_SEEK_OPEN | runs.MARK_SMOOTH
     assert runs.seek_entries(seek) == [
         (mark, 0), (0, 0), (2, 1), (4, 65_535), (4, 70_000 - 65_535),
@@ -74,7 +74,7 @@ def test_a_smooth_seek_for_opening_in_plus_direction():
 def test_every_search_is_a_sound_smooth_line_within_its_distance(steps):
     """Also without room to hold: equal counts at the top would be refused as oscillating."""
     ramp = PROFILE.leading(10)
-    seek = seeklines.seek_line(ramp, 1, steps, decode=SMOOTH)
+    seek = legs.seek_line(ramp, 1, steps, decode=SMOOTH)
     entries = len(seek.rising)
     assert seek.hold_px >= 1 and seek.held == SPEEDS[entries - 1]
     assert seek.steps <= steps

@@ -5,6 +5,7 @@ import pytest
 
 from effort import cases
 from homebench import HomeBench, assert_repeats, repeat
+from pixstep_trials.probe import Probe
 
 pytestmark = pytest.mark.usefixtures("simulator")
 COUNT = cases(15, 125)
@@ -19,7 +20,7 @@ def test_many_homings_end_on_one_step(seed):
 def test_the_switchs_reference_is_on_from_the_start():
     """It takes 70 us to settle: a seek that switched it on could see an edge that is none."""
     with HomeBench("uno") as bench:
-        seen = [bench.sim.peek(0, ACSR, 1)[0] & (ACBG | ACIC)]
+        seen = [Probe(bench.sim).peek(0, ACSR, 1)[0] & (ACBG | ACIC)]
         bench.home()
-        seen.append(bench.sim.peek(0, ACSR, 1)[0] & (ACBG | ACIC))
+        seen.append(Probe(bench.sim).peek(0, ACSR, 1)[0] & (ACBG | ACIC))
     assert seen == [ACBG, ACBG]

@@ -224,7 +224,7 @@ def test_a_record_whose_board_never_answered_is_there_and_refuses(monkeypatch):
 
     monkeypatch.setattr("pixstep.ioc.server._FIRST_STATUS_S", 0.2)
     drives = {"T:m": Silent()}
-    with served(monkeypatch, drives=drives) as (host, wire):
+    with served(monkeypatch, drives=drives) as (_, wire):
         found = wire.get("T:m.RBV", ChannelType.TIME_DOUBLE).metadata
         assert (found.status, found.severity) == (
             ca.AlarmStatus.UDF, ca.AlarmSeverity.INVALID_ALARM

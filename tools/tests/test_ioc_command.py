@@ -8,40 +8,13 @@ import signal
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
-from pathlib import Path
 
 import pytest
 
-from ca_wire import Wire
 from iocbench import free_port, loopback, until
+from iocprocess import HERE, MACHINE, Command
 from pixstep import natives
 from pixstep.ioc import names
-
-HERE = Path(__file__).parent
-MACHINE = """
-[clock]
-pixel = "30 Hz"
-
-[epics]
-prefix = "T:"
-
-[boards.main]
-kind = "mega"
-
-[motors.m1]
-axis = 0
-kind = "smooth"
-steps_per_unit = "400 steps/mm"
-backlash = "8 steps"
-limits = { max_speed = "5 mm/s", max_acceleration = "50 mm/s2" }
-epics = { fields = { DHLM = 100, DLLM = -100 } }
-
-[motors.m2]
-axis = 1
-kind = "plain"
-direction = "-"
-epics.name = "second"
-"""
 
 
 @pytest.fixture
@@ -50,34 +23,6 @@ def folder(tmp_path, monkeypatch):
     (tmp_path / "machine.toml").write_text(MACHINE)
     monkeypatch.chdir(tmp_path)
     return tmp_path
-
-
-class Command:
-    """`pixstep ioc` in a process of its own, with ideal steppers."""
-
-    def __init__(self, folder, *words):
-        self.log = folder / "log"
-        with self.log.open("wb") as out:
-            self.process = subprocess.Popen(
-                [sys.executable, HERE / "ideal_ioc.py", folder, "ioc", "--json", *words],
-                cwd=folder, stdout=out, stderr=subprocess.STDOUT,
-                env=os.environ | loopback(free_port()),
-            )  # fmt: skip
-
-    def events(self, name):
-        """Return the events of a name that the log has."""
-        rows = [json.loads(row) for row in self.log.read_text().splitlines()]
-        return [row for row in rows if row.get("event") == name]
-
-    def wire(self):
-        """Return a client, as soon as it can connect."""
-        until(lambda: self.events("serving"), 20)
-        return Wire(self.events("serving")[0]["tcp"])
-
-    def end(self, number):
-        """End it by a signal, and return its exit status."""
-        self.process.send_signal(number)
-        return self.process.wait(20)
 
 
 @pytest.mark.parametrize(
@@ -163,4 +108,4 @@ def test_the_screen_shows_pvs_that_there_are():
 def test_the_unit_for_systemd_calls_the_command_as_it_is(folder, pixstep):
     text = natives.source("docs/epics/pixstep-ioc.service").read_text()
     (words,) = re.findall(r"^ExecStart=\S+/pixstep (.*)$", text, re.MULTILINE)
-    assert "T:m1" in pixstep(*words.replace("/etc/pixstep/", "").split(), "--list")
+    assert "T:m1" in pixstep(*words.split(), "--list")

@@ -8,7 +8,7 @@ import pytest
 from ideal_drive import IdealDrive, Stepper
 from iocbench import Noted, served, until
 from pixstep import UserError
-from pixstep.ioc.saved import Saved
+from pixstep.ioc.saved import Kept, Saved
 
 REC = "T:m"
 
@@ -75,14 +75,42 @@ def test_the_machine_file_wins_where_it_has_changed(tmp_path):
         def __missing__(self, field):
             return 0
 
-    saved.note("m", given, Record(record), False)
+    saved.note("m", given, Record(record), is_moving=False)
     assert saved.write()
     assert not saved.write()
     again = Saved(tmp_path / "ioc.json")
-    fields, moving = again.fields("m", given | {"VELO": 2.0})
-    assert (fields["VELO"], fields["BDST"], fields["DVAL"], moving) == (2.0, 0.5, 2.0, False)
-    assert again.fields("m", given | {"EGU": "deg"}) == (given | {"EGU": "deg"}, False)
-    assert again.fields("other", given) == (given, False)
+    kept = again.kept("m", given | {"VELO": 2.0})
+    assert (kept.fields["VELO"], kept.fields["BDST"], kept.fields["DVAL"]) == (2.0, 0.5, 2.0)
+    assert not kept.is_moving
+    assert again.kept("m", given | {"EGU": "deg"}) == Kept(given | {"EGU": "deg"})
+    assert again.kept("other", given) == Kept(given)
+
+
+@pytest.mark.parametrize("restores", [0, 2])
+@pytest.mark.parametrize(
+    ("register", "position"),
+    [(500, 25.0), (700, 27.0), (0, None)],  # as it was; it went on; it was reset
+)
+def test_a_position_that_was_set_is_kept_with_the_boards_count(
+    monkeypatch, tmp_path, register, position, restores
+):
+    state = tmp_path / "ioc.json"
+    fields = {REC: {"RSTM": restores}}
+    with served(monkeypatch, state=state, fields=fields) as (_, wire):
+        wire.put(f"{REC}.FOFF", 1)
+        wire.put(f"{REC}.SET", 1)
+        wire.put(REC, 20.0)  # the controller's position, where its register is 0
+        wire.put(f"{REC}.SET", 0)
+        wire.put(REC, 25.0)
+    kept = json.loads(state.read_text())["motors"][REC]
+    assert (kept["register_steps"], kept["offset_steps"]) == (500, 2000)
+    if position is None:
+        position = 25.0 if restores else 0.0
+    with served(monkeypatch, state=state, fields=fields, drives=drive(register)) as (_, wire):
+        until(lambda: wire.value(f"{REC}.RBV") == position)
+        assert wire.value(REC) == position
+        assert wire.put(REC, position + 1) == ""
+        assert wire.value(f"{REC}.RBV") == position + 1
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"pixstep_ioc": 2, "motors": {}}',

@@ -11,8 +11,9 @@ import jobbench
 from console import Console
 from pixstep import natives, ops
 from pixstep.cli.main import main
-from pixstep.simulation.simboard import SimLink
-from pixstep.simulation.simctl import SimOptions
+from pixstep.jobs.job import Job
+from pixstep.simulation.simulated_board import SimLink
+from pixstep.simulation.simulator import SimOptions
 
 
 @pytest.fixture(scope="module")
@@ -104,6 +105,43 @@ def test_another_kind_of_board_and_none(folder, simulator):
         done = ops.job_check(folder / "a.pxjob", machine=folder / "other.toml", link=link)
         row = next(one for one in done["fields"] if one["place"] == "board main")
         assert row["colour"] == "red" and "does not answer" in row["why"]
+
+
+def test_several_boards_have_rows_of_their_own(tmp_path, simulator):
+    text = jobbench.MACHINE.replace(
+        "[motors.M39]", '[boards.other]\nkind = "uno"\nunit = 2\n\n[motors.M39]'
+    ).replace("axis = 0", 'axis = 0\nboard = "main"')
+    text = text.replace("axis = 1", 'axis = 1\nboard = "main"').replace(
+        "axis = 2", 'axis = 0\nboard = "other"')  # fmt: skip
+    machine = jobbench.write_machine(tmp_path, text)
+    jobbench.make(machine).write(tmp_path / "a.pxjob")
+    boards = [(kind, natives.image(kind)) for kind in ("mega", "uno")]
+    with SimLink(SimOptions(boards, Fraction(30))) as link:
+        ops.board_set(["sync=2"], units=(1, 2), link=link)
+        ops.board_set(["divider=2"], units=2, link=link)
+        done = ops.job_check(tmp_path / "a.pxjob", machine=tmp_path / "machine.toml", link=link)
+    places = {one["place"] for one in done["fields"]}
+    assert places == {"machine.toml", "board main", "board other"}
+    wrong = [(one["place"], one["field"]) for one in done["fields"] if one["colour"] == "amber"]
+    assert wrong == [("board other", "divider")] and done["verdict"] == "amber"
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_the_lines_of_a_job_on_a_simulated_board(folder, tmp_path, monkeypatch, simulator, number):
+    """Every edge is where it should be, and the motors end where the job says."""
+    monkeypatch.chdir(tmp_path)
+    job = Job.read(folder / "a.pxjob")
+    ops.job_export(folder / "a.pxjob", line_number=number, out="lines")
+    files = [f"lines/{name}.csv" for name in job.motors]
+    lines = job.line(number)
+    done = ops.sim(
+        files, machine=folder / "machine.toml", motor=job.motors, out="run", sync="start",
+        negative=lines["M39"].negative,
+    )  # fmt: skip
+    assert done["verdict"] == "pass"
+    for axis, name in zip(done["axes"], job.motors, strict=True):
+        assert axis["steps"] == axis["expected_steps"] == lines[name].total_steps
+        assert axis["pixels_equal"] == axis["pixels"] == job.pixels  # its records, edge by edge
 
 
 def test_the_command_asks_at_the_port_of_the_machine_file(folder, mega, monkeypatch):

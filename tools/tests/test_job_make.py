@@ -193,6 +193,7 @@ def test_make_says_what_it_made(in_folder, machine):
         (("--image-size", "30x4", "--scan", "M39=1001"), "nearest legal 1000 and 1002"),
         (("--image-size", "30x4", "--scan", "M39=11.31mm/s"), "motor M39: speed 11.31mm/s"),
         (("--image-size", "30x4", "--scan", "M39=10", "--scan", "M39=12"), "named twice"),
+        (("--image-size", "30x4", "--scan", "M41=0"), "motor M41: speed 0 is outside 1..16382"),
         (("--image-size", "30x4", "--turn", "M39=10"), "only a plain motor turns"),
         (("--image-size", "30x4", "--scan", "M39=1000", "--step", "M41=0"), "a move of 0 steps"),
         (("--image-size", "30x4", "--scan", "M39=1000", "--step", "M41=1deg"), "motor M41: dist"),
@@ -408,3 +409,16 @@ def test_settings_that_are_none_are_refused(in_folder, machine):
     assert "x.toml:2: no setting 'colour'" in in_folder(
         "job", "make", *words, "-o", "a.pxjob", status=3
     )
+
+
+def test_motors_of_any_name(tmp_path, pixstep):
+    text = jobbench.MACHINE.replace("motors.M39", 'motors."axis 1"').replace(
+        "motors.M40", 'motors."a/b"').replace("motors.M41", 'motors."Z=\u00fc"')  # fmt: skip
+    jobbench.write_machine(tmp_path, text)
+    pixstep("job", "make", "--image-size", "30x4", "--scan", "axis 1=1000", "--step",
+            "Z=\u00fc=-40", "--turn", "a/b=400", "--lead-in", 8, "-o", "a.pxjob")  # fmt: skip
+    pixstep("job", "export", "a.pxjob", "--out", "e")
+    assert {path.name for path in (tmp_path / "e").glob("*.csv")} == {
+        "axis_1.csv", "a_b.csv", "Z_\u00fc.csv"
+    }  # fmt: skip
+    assert "a.pxjob: green" in pixstep("job", "check", "a.pxjob")

@@ -22,7 +22,7 @@ from pixstep.board import boards, port
 from pixstep.board import registers as regs
 from pixstep.board.errors import MapVersionError
 from pixstep.formats.files import KINDS
-from pixstep.moves.inputs import INVERTED, SHARED
+from pixstep.moves.legs import INVERTED, SHARED
 from pixstep.owndata.columns import QUANTITIES
 from pixstep.owndata.table import BLANK, DECIMALS, NONE, SEPARATORS
 from pixstep.programs.plan_data import MODES

@@ -13,7 +13,7 @@ from pixstep.board.upload import Upload
 from pixstep.lines import runs
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.runs import MARK_DIVIDER, queue_entries
-from pixstep.simulation.edges import read_edges
+from pixstep.simulation.logs import read_edges
 
 pytestmark = pytest.mark.usefixtures("simulator")
 

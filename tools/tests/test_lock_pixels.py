@@ -7,8 +7,8 @@ from itertools import pairwise
 import pytest
 
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.simulation.clockflaws import ClockFlaws
-from pixstep.simulation.simrun import FREE, LOCK, START
+from pixstep.simulation.job import FREE, LOCK, START
+from pixstep.simulation.pixel_clock import ClockFlaws
 from test_lock_sim import BOARDS, kept, run
 
 

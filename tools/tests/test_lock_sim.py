@@ -14,19 +14,17 @@ from effort import cases, only_long
 from pixstep import natives
 from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
-from pixstep.board.handle import BoardRun
 from pixstep.lines import exact
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.profiles import generator
-from pixstep.simulation import clockjudge, pixelgrid, report, verdict
-from pixstep.simulation.clockflaws import ClockFlaws
-from pixstep.simulation.edges import AxisEdges, ClockLog, read_clock_log, read_edges
+from pixstep.simulation import clock_judge, pixel_clock, report, verdict
+from pixstep.simulation.experiment import run_and_judge
+from pixstep.simulation.job import LOCK, START, Job
 from pixstep.simulation.judge import judge
-from pixstep.simulation.serialload import SerialLoad
-from pixstep.simulation.simboard import SimLink
-from pixstep.simulation.simctl import SimOptions
-from pixstep.simulation.simrun import LOCK, START, Job
-from pixstep.simulation.simtask import run_and_judge
+from pixstep.simulation.logs import AxisEdges, ClockLog, read_clock_log, read_edges
+from pixstep.simulation.pixel_clock import ClockFlaws
+from pixstep.simulation.simulated_board import BoardUnderTest, SerialLoad, SimLink
+from pixstep.simulation.simulator import SimOptions
 
 BOARDS = ("uno", "mega")
 HZ = Fraction(100)
@@ -152,7 +150,7 @@ def test_axes_end_their_pixels_together(tmp_path):
     shifted = grids[3]
     grids[3] = replace(shifted, knots_cycle=shifted.knots_cycle + 1)
     job = Job("mega", lines, HZ, sync=LOCK)
-    (reason,) = clockjudge.apart(job, grids)
+    (reason,) = clock_judge.apart(job, grids)
     assert "20 pixels do not end together" in reason
 
 
@@ -318,7 +316,7 @@ def test_two_boards_on_one_clock_end_their_pixels_together(tmp_path, names, ppm,
     off = {1: ppm} if ppm else {}
     options = SimOptions(images, hz, pixel_ppm=-700, edges=edges, flaws=flaws, oscillators_ppm=off)
     with SimLink(options) as link:
-        runs = [BoardRun(link, unit + 1) for unit in range(len(images))]
+        runs = [BoardUnderTest(link, unit + 1) for unit in range(len(images))]
         for each in runs:
             each.set_up(hz, [0], sync=regs.SYNCS[LOCK])
             each.load({0: line})
@@ -458,10 +456,10 @@ def test_a_pixel_edge_off_the_clocks_is_found(late, wrong):
     ends[30] += late
     edges = moving_edges(PLAIN_LINE, ends)
     job = Job("uno", {0: PLAIN_LINE}, HZ, sync=LOCK)
-    grid = pixelgrid.of_steps(PLAIN_LINE, PERIOD, edges.rising)
-    found = clockjudge.keep(job, 0, PLAIN_LINE, edges, grid, ClockLog(true=true))
-    assert len(clockjudge.reasons(job, found)) == wrong
+    grid = pixel_clock.of_steps(PLAIN_LINE, PERIOD, edges.rising)
+    found = clock_judge.keep(job, 0, PLAIN_LINE, edges, grid, ClockLog(true=true))
+    assert len(clock_judge.reasons(job, found)) == wrong
     assert found.summary()["max_error_ticks"] == late
     assert found.summary()["max_error_pixel"] == 30
     assert found.ripple_ticks == 2 * late
-    assert clockjudge.reasons(replace(job, sync=START), found) == []
+    assert clock_judge.reasons(replace(job, sync=START), found) == []

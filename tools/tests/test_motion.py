@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import pixstep as px
-from pixstep.simulation.edges import read_edges
+from pixstep.simulation.logs import read_edges
 
 pytestmark = pytest.mark.usefixtures("simulator")
 SHORT = px.line([2, 6, 8, 6, 2], pixel_hz=100)
@@ -180,6 +180,46 @@ def test_a_failure_that_nobody_has_noticed_is_raised_at_the_end_of_the_bus():
             motion.wait()  # once is enough
     with px.simulated_board("uno", pixel_hz=1000) as board:
         board.start(LONG).stop()
+
+
+def test_a_stopped_motion_has_all_records_up_to_the_stop():
+    line = px.make_line(speed=40, max_acceleration=4, length=8000, pixel_hz=100)
+    with px.simulated_board("mega", pixel_hz=100) as board:
+        motion = board.start(line)
+        board.let_pass(1)
+        (state,) = motion.stop()
+        (records,) = motion.records()
+    assert list(records.pixel) == list(range(1, len(records) + 1))
+    # It rests in the pixel behind the newest record, or at its edge.
+    assert 0 <= state.position_steps - records.actual_steps[-1] <= 40
+
+
+def test_boards_that_begin_together_leave_each_other_time_for_their_records():
+    line = px.make_line(speed=40, max_acceleration=4, length=3000, pixel_hz=100)
+    with px.simulated_bus(["mega", "uno"], pixel_hz=100) as bus:
+        states = bus.start({1: [line, line], 2: line}).wait()
+    assert [state.records.missed for unit in (1, 2) for state in states[unit]] == [0, 0, 0]
+
+
+def test_threads_may_use_one_simulated_board():
+    with px.simulated_board("mega", pixel_hz=1000) as board:
+        motion = board.start(LONG)
+        errors = []
+
+        def asking():
+            try:
+                for _ in range(200):
+                    board.axes()
+            except Exception as error:
+                errors.append(error)
+
+        threads = [threading.Thread(target=asking) for _ in range(3)]
+        for thread in threads:
+            thread.start()
+        assert motion.wait()[0].state == "done"
+        for thread in threads:
+            thread.join()
+    assert not errors
 
 
 def test_two_boards_begin_on_one_edge(tmp_path):

@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: MIT
 """The motor record where no recording reaches, or where a rule is worth a test of its own."""
 
+from pathlib import Path
+
 import pytest
 
 from motor_bench import commands, motor, posted, settled
 from pixstep.motor_record import Mip, MotorRecord, Msta, PutRefusedError, Status
 from pixstep_trials.motor_traces.stepper import Stepper
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def fields(bench, *names):
@@ -218,6 +222,22 @@ def test_sync_makes_targets_the_position():
     bench.tick()
     bench.put("SYNC", 1)
     assert fields(bench, "VAL", "DVAL", "RVAL", "SYNC") == (pytest.approx(0.7), 70 * 0.01, 70, 0)
+
+
+def test_sync_reads_the_link():
+    bench = motor(links={"RDBL": 0.0}, URIP=1, RRES=1)
+    bench.record.set_link("RDBL", 2.5)
+    bench.put("SYNC", 1)
+    assert fields(bench, "VAL", "RBV", "RRBV") == (2.5, 2.5, 250)
+
+
+def test_the_choice_of_an_encoder_sets_no_position():
+    bench = motor(Stepper(ratio=2.0), ERES=0.005)
+    bench.put("VAL", 1.0)
+    settled(bench).put("UEIP", "Yes")
+    settled(bench)
+    assert not any(one.verb == "LOAD_POS" for one in bench.commands)
+    assert fields(bench, "RBV", "RRBV") == (1.0, 200)
 
 
 # --- resolution and speeds ---------------------------------------------------------------------
@@ -532,6 +552,21 @@ def test_closed_loop_without_a_link_leaves_targets_to_clients():
     bench = motor(OMSL="closed_loop", DOL="3.5")
     bench.put("VAL", 1.0)
     assert settled(bench).record["RBV"] == 1.0
+
+
+# --- the document ------------------------------------------------------------------------------
+
+
+def test_the_example_of_the_document_says_what_it_prints(capsys):
+    page = (ROOT / "docs" / "MOTOR-RECORD.md").read_text()
+    example = page.split("```python\n")[1].split("```")[0]
+    exec(compile(example, "MOTOR-RECORD.md", "exec"), {})
+    promised = [
+        row.split("  # ")[1]
+        for row in example.splitlines()
+        if row.startswith("print") and "#" in row
+    ]
+    assert capsys.readouterr().out.splitlines() == promised
 
 
 # --- monitors and access -----------------------------------------------------------------------

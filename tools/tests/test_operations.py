@@ -13,7 +13,7 @@ from command_tree import own_commands
 from pixstep import natives, ops
 from pixstep.cli.from_operation import OperationCommand, command_of
 from pixstep.errors import UserError
-from pixstep.operations import catalog, perform, python, schemas
+from pixstep.operations import catalog, perform, python
 from pixstep.operations.asked import AskedError, FieldError, MissingError
 from pixstep.operations.kinds import Choice, Flag, Kind, Time
 from pixstep.operations.request import fields
@@ -73,14 +73,14 @@ def test_first_sentences_are_those_of_the_catalog(words):
 
 @every
 def test_results_have_a_schema(words):
-    found = schemas.schema(words)
+    found = catalog.schema(words)
     jsonschema.Draft202012Validator.check_schema(found)
     assert "$ref" in found, f"{words}: say the type of its result"
 
 
 def test_published_schemas_are_those_of_the_operations():
     published = natives.root() / "docs" / "schemas.json"
-    text = json.dumps(schemas.all_schemas(), indent=1, sort_keys=True) + "\n"
+    text = json.dumps(catalog.all_schemas(), indent=1, sort_keys=True) + "\n"
     assert published.read_text() == text, "`pixstep-dev docs schemas` prints it"
 
 

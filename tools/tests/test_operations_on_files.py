@@ -2,11 +2,12 @@
 """Operations with lines, profiles and files give Python what they give the command line."""
 
 import json
+import pickle
 
 import pytest
 
 from pixstep import formats, natives, ops
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.operations.asked import AskedError, FieldError
 
 PRN = natives.example("AccProfM39-30Hz-1.PRN")
@@ -138,7 +139,7 @@ def test_notes_come_with_the_result(here):
     made = ops.line_import("own.txt", decode="plain", output="made.csv", column=1)
     assert "column 1 is the steps of each pixel" in made.notes
     assert ops.line_check("s.csv", decode="smooth", pixel_hz=30).notes == (
-        "s.csv: checked by what the Arduino Uno can do (--board)",
+        "s.csv: checked by what the Arduino Uno can do (board)",
     )
     text = (here / "s.csv").read_bytes().replace(b"\r\n", b"\n")
     (here / "s.csv").write_bytes(text)
@@ -157,3 +158,48 @@ def test_a_page_is_what_the_command_prints(here, invoke):
     assert made.page() + "\n" == invoke("file", "check", "odd.csv").stdout
     made = ops.file_info("odd.csv")
     assert made.page() + "\n" == invoke("file", "info", "odd.csv").stdout
+
+
+# An error of the layers below, as each front end words it: Python's call, its text, the command's.
+WORDED = [
+    ("line_check", ["s.csv"], {"decode": "smooth", "max_speed": "3steps/s"},
+     "speed 3steps/s: per second needs {}", ["pixel_hz"], ["--pixel-hz"]),
+    ("file_convert", ["s.csv", "s.prn"], {},
+     "s.csv: a PRN holds speeds for a smooth motor and counts for a plain one, a CSV or CSB counts "
+     "for both: {} plain says", ["decode"], ["--decode"]),
+    ("line_import", ["two.txt"], {"decode": "plain", "output": "made.csv"},
+     "two.txt:1: 2 columns (1, 2): choose one by {}", ["column"], ["--column"]),
+    ("line_import", ["own.txt"], {"decode": "plain", "quantity": "speed", "output": "made.csv"},
+     "own.txt:1: column 1: say what it holds: {} position|speed|steps and {} mm",
+     ["quantity", "length_unit"], ["--quantity", "--unit"]),
+    ("sim", ["s.csv"], {"decode": "smooth", "pixel_hz": 30, "board": "mega", "backlash": 250,
+                        "out": "run"},
+     "{{s.csv}}: line refused: backlash_over_speed at pixel 1: the backlash does not fit one pixel "
+     "at line speed (B > V): backlash 250, speed 12 (`pixstep line check` shows all; {} lets",
+     ["check=False"], ["--no-check"]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "places", "given", "text", "python", "options"), WORDED)
+def test_each_front_end_has_its_own_words(here, invoke, name, places, given, text, python, options):
+    (here / "two.txt").write_text("1,5\n3,2\n4,7\n")
+    text = text.replace("{{", "").replace("}}", "")
+    with pytest.raises(UserError) as caught:
+        getattr(ops, name)(*places, **given)
+    assert str(caught.value).startswith(text.format(*python))
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert type(again) is type(caught.value) and str(again) == str(caught.value)
+    words = [*name.split("_"), *places, "--machine", "none"]
+    words = words[:-2] if name.startswith("file") else words
+    for key, value in given.items():
+        words += [f"--{key.replace('_', '-')}", str(value)]
+    done = invoke(*words, status=caught.value.status)
+    assert done.stderr.startswith("pixstep: " + text.format(*options))
+
+
+def test_a_text_keeps_what_it_is_made_of():
+    inner = AskedText("{path}: needs {pixel_hz}", path="a{b}.csv")
+    text = AskedText("{line}: {error}", error=UserError(inner))
+    for one in (text, pickle.loads(pickle.dumps(text))):
+        assert one == "line: a{b}.csv: needs pixel_hz"
+        assert one.told({"pixel_hz": "--pixel-hz"}) == "line: a{b}.csv: needs --pixel-hz"

@@ -11,7 +11,7 @@ from pixstep.operations import catalog, python
 from pixstep.operations.asked import AskedError, FieldError, MissingError
 from pixstep.operations.kinds import Flag
 from pixstep.operations.request import fields
-from pixstep.simulation import simtask
+from pixstep.simulation import experiment
 
 FAST = natives.root() / "tools/data/AccProf-fast-move.csv"
 MACHINE = """\
@@ -179,7 +179,7 @@ def test_what_is_wrong_is_said_in_python_s_words(tmp_path, call, kind, said):
 def test_pairs_may_be_numbers(monkeypatch):
     """What strays of a clock: one text on the command line, two numbers in Python."""
     seen = []
-    monkeypatch.setattr(simtask, "run_job", lambda job, *_: seen.append(job) or {}["end"])
+    monkeypatch.setattr(experiment, "run_job", lambda job, *_: seen.append(job) or {}["end"])
     for step, gate in (
         ("100.5@7", "600,20.5"),
         ((100.5, 7), (600, 20.5)),

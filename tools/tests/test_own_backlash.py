@@ -13,8 +13,8 @@ from console import Console
 from pixstep import formats, natives, ops
 from pixstep.errors import UserError
 from pixstep.formats.header import ProfileHeader
-from pixstep.simulation.simboard import SimLink
-from pixstep.simulation.simctl import SimOptions
+from pixstep.simulation.simulated_board import SimLink
+from pixstep.simulation.simulator import SimOptions
 
 WORDS = ("--speed", 1000, "--pixels", 60)
 OWN = "line.csv: its own backlash of 250 steps is taken; machine.toml has {}"

@@ -18,8 +18,8 @@ from pixstep.cli.main import main
 from pixstep.lines import exact
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.units import period_ticks
-from pixstep.simulation import edges, plots, report
-from pixstep.simulation.clockflaws import ClockFlaws
+from pixstep.simulation import logs, plots, report
+from pixstep.simulation.pixel_clock import ClockFlaws
 from worked import worked_line
 
 SWEEP = tuple(n * way for way in (1, -1) for n in (2, 4, 6, 8, 10, 12, 10, 8, 6, 4, 2)) * 2
@@ -30,7 +30,7 @@ def exact_trace(line: Line) -> plots.Trace:
     period = period_ticks(Fraction(30), TICK_HZ)
     rising = np.round(exact.instants(line, period)).astype(np.int64)
     changes = np.flatnonzero(np.diff(exact.directions(line), prepend=1))
-    made = edges.AxisEdges(
+    made = logs.AxisEdges(
         step_cycles=rising,
         step_levels=np.ones(len(rising), dtype=np.int64),
         direction_cycles=rising[changes] - 1,

@@ -8,7 +8,6 @@ import pytest
 
 from bench import Bench
 from effort import cases
-from memory import Memory
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError, LineRefusedByBoardError
@@ -16,8 +15,9 @@ from pixstep.board.run import arm
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.units import period_ticks
 from pixstep.simulation import verdict
-from pixstep.simulation.edges import read_clock, read_edges
-from pixstep.simulation.simboard import SimulatedBoard
+from pixstep.simulation.logs import read_clock, read_edges
+from pixstep.simulation.simulated_board import SimulatedBoard
+from pixstep_trials.memory import Memory
 
 pytestmark = pytest.mark.usefixtures("simulator")
 

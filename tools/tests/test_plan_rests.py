@@ -18,9 +18,9 @@ from pixstep.lines import core
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.line_check import check, refused
 from pixstep.lines.units import edge_tick
-from pixstep.simulation.edges import read_edges
-from pixstep.simulation.simrun import Job
-from pixstep.simulation.simtask import simulate
+from pixstep.simulation.experiment import simulate
+from pixstep.simulation.job import Job
+from pixstep.simulation.logs import read_edges
 from pixstep_trials.cases import Bounds, Case, case
 from plan_judge import judge
 

@@ -26,8 +26,8 @@ from pixstep.programs.language import KNOWN
 from pixstep.programs.motors import of_machine
 from pixstep.programs.plan import PlanProcess, PlanRequest
 from pixstep.programs.plan_data import Options
-from pixstep.simulation.simboard import SimLink
-from pixstep.simulation.simctl import SimOptions
+from pixstep.simulation.simulated_board import SimLink
+from pixstep.simulation.simulator import SimOptions
 from programbench import setup
 
 MACHINE = """\

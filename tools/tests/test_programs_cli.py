@@ -10,9 +10,8 @@ import pytest
 
 from effort import cases, only_long
 from pixstep import natives
-from pixstep.board import orders
 from pixstep.board import registers as regs
-from pixstep.board.handle import Watch
+from pixstep.board import run
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.machine.files import MachineFile
@@ -20,9 +19,9 @@ from pixstep.programs import streaming
 from pixstep.programs.motors import of_machine
 from pixstep.programs.plan import Plan
 from pixstep.programs.plan_data import Options
-from pixstep.simulation.simboard import SimulatedBoard
-from pixstep.simulation.simrun import Job
-from pixstep.simulation.simtask import run_and_judge
+from pixstep.simulation.experiment import run_and_judge
+from pixstep.simulation.job import Job
+from pixstep.simulation.simulated_board import SimulatedBoard
 from programbench import RUN_IN, SHORT_MOVES, planned, random_program, setup
 
 MACHINE = """\
@@ -357,16 +356,22 @@ class _EnoughError(Exception):
     """The board has run as many pixels as the test wants."""
 
 
-class _Until(Watch):
-    def __init__(self, pixels):
-        self.pixels, self.seen_px, self.highest = pixels, 0, []
+class _Until:
+    """Ends a run that has come so far; no records are read."""
 
-    def seen(self, registers):
-        self.seen_px = min(found["pixel"] for found in registers.values())
-        states = {regs.axis_state(found["axis_state"]) for found in registers.values()}
-        assert states <= {"armed", "running", "done"}, states
+    def __init__(self, pixels):
+        self.pixels, self.seen_px, self.lines = pixels, 0, None
+
+    def look_if_due(self, *_):
+        self.look()
         if self.seen_px >= self.pixels:
             raise _EnoughError
+
+    def look(self, *_, **__):
+        seen = self.lines.seen.values()
+        self.seen_px = min(found["pixel"] for found in seen)
+        states = {regs.axis_state(found["axis_state"]) for found in seen}
+        assert states <= {"armed", "running", "done"}, states
 
 
 def _endless(moves, motors):
@@ -390,30 +395,30 @@ class _Here:
         return part
 
 
-def _stream(run, plan, watch):
-    """Run a plan on one board while it is planned; return whether the board ended it."""
+def _stream(board, world, plan, watch):
+    """Run a plan on one board, while it is planned, to its end."""
     motors = plan.setup.motors
-    lines = streaming.prepare(run.board, streaming.Entries(_Here(plan), motors), motors)
+    lines = streaming.prepare(board, streaming.Entries(_Here(plan), motors), motors)
+    watch.lines, lines.recorder = lines, watch
     streaming.load(lines)
-    run.uploads = dict(zip(lines.axes, lines.uploads, strict=True))
-    orders.arm(run.board, sorted(lines.axes))
-    run.deadline_s = float("inf")
-    return run.follow(watch)
+    run.arm(board, lines.axes)
+    run.follow([lines], world)
 
 
 def _streamed(moves, pixels, hz, motors=2):
     of = setup(0.02, motors, hz, speed=5, reversal_steps=3)
     plan = Plan("p.pmc", _endless(moves, motors), of, Options())
     watch = _Until(pixels)
-    with SimulatedBoard("mega", Fraction(hz)) as run:
-        run.set_up(run.pixel_hz, list(range(motors)))
+    with SimulatedBoard("mega", Fraction(hz)) as made:
+        made.set_up(made.pixel_hz, list(range(motors)))
         over = False
         try:
-            over = _stream(run, plan, watch)
+            _stream(made.board, made.link.world, plan, watch)
+            over = True
         except _EnoughError:
-            run.board.command("stop", list(range(motors)))
-        faults = run.board.fault_text()
-        positions = [run.board.axis(axis)["position_steps"] for axis in range(motors)]
+            made.board.command("stop", list(range(motors)))
+        faults = made.board.fault_text()
+        positions = [made.board.axis(axis)["position_steps"] for axis in range(motors)]
     return plan, watch, over, faults, positions
 
 

@@ -18,11 +18,10 @@ from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.units import period_ticks
 from pixstep.reversals.compensate import MotionLimits, TakeUpRequest, compensate
 from pixstep.simulation import verdict
-from pixstep.simulation.edges import read_edges
-from pixstep.simulation.plantlog import read_plant
-from pixstep.simulation.simctl import SimOptions
-from pixstep.simulation.simrun import Job
-from pixstep.simulation.simtask import simulate
+from pixstep.simulation.experiment import simulate
+from pixstep.simulation.job import Job
+from pixstep.simulation.logs import read_edges, read_plant
+from pixstep.simulation.simulator import SimOptions
 from strokes_line import LIMITS, PLAY, four_reversals
 
 HZ = Fraction(100)

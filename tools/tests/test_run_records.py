@@ -17,8 +17,8 @@ from pixstep.board import recording
 from pixstep.board import registers as regs
 from pixstep.board.recording import COLUMNS, AxisLog
 from pixstep.board.state import Record, Records
-from pixstep.simulation.simboard import SimLink
-from pixstep.simulation.simctl import SimOptions
+from pixstep.simulation.simulated_board import SimLink
+from pixstep.simulation.simulator import SimOptions
 
 PIXELS = 60
 

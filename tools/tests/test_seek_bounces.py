@@ -14,7 +14,7 @@ from bench import Bench
 from effort import cases
 from pixstep.board import boards
 from pixstep.board.upload import Upload
-from pixstep.simulation.edges import read_edges
+from pixstep.simulation.logs import read_edges
 
 pytestmark = pytest.mark.usefixtures("simulator")
 HZ = Fraction(200)

@@ -17,8 +17,8 @@ from pixstep.cli.main import main
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.machine import files
-from pixstep.moves import hometask, homing
-from pixstep.moves.inputs import shared_limits
+from pixstep.moves import experiments, homing
+from pixstep.moves.legs import shared_limits
 from worked import DATA
 
 pytestmark = pytest.mark.usefixtures("simulator")
@@ -202,7 +202,9 @@ def test_a_machine_file_says_it(tmp_path, monkeypatch, words, expected):
     path = tmp_path / "machine.toml"
     path.write_text(MACHINE)
     jobs = []
-    monkeypatch.setattr(hometask, "simulate", lambda job, *_, **__: jobs.append(job) or {}["end"])
+    monkeypatch.setattr(
+        experiments, "simulate_homing", lambda job, *_, **__: jobs.append(job) or {}["end"]
+    )
     words = ("home", "sim", PROFILE, "--machine", path, "--motor", "X", "--plant", "home=1", *words)
     CliRunner().invoke(main, [str(word) for word in words])
     assert [(job.plan.axis, job.home_is_limit) for job in jobs] == [(2, expected)]

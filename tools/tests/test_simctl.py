@@ -14,9 +14,10 @@ from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
-from pixstep.simulation.edges import read_edges
-from pixstep.simulation.simboard import SimLink
-from pixstep.simulation.simctl import SimOptions, SimulatorError
+from pixstep.simulation.logs import read_edges
+from pixstep.simulation.simulated_board import SimLink
+from pixstep.simulation.simulator import SimOptions, SimulatorError
+from pixstep_trials.probe import Probe
 
 pytestmark = pytest.mark.usefixtures("simulator")
 BOARDS = boards.BOARD_NAMES
@@ -47,44 +48,44 @@ def test_reset_causes(board):
         assert bench.board.input("reset_cause") == POWER_ON
         assert cause_after(bench, lambda: sim.reset(0)) == EXTERNAL
         assert cause_after(bench, lambda: sim.reset(0, "brownout")) == BROWN_OUT
-        assert cause_after(bench, lambda: sim.power_cycle(0)) == POWER_ON
-        assert cause_after(bench, lambda: sim.power_cycle(0, at=sim.cycle + 100)) == POWER_ON
-        sim.hang(0, "main")
+        assert cause_after(bench, lambda: sim.supply(0, "cycle")) == POWER_ON
+        assert cause_after(bench, lambda: sim.supply(0, "cycle", at=sim.cycle + 100)) == POWER_ON
+        Probe(sim).hang(0, "main")
         sim.run(200 * MS)
         assert bench.board.input("reset_cause") == WATCHDOG
 
 
 def test_a_kept_hang_resets_again_and_again():
     with Bench("uno") as bench:
-        bench.sim.hang(0, "main", kept=True)
+        Probe(bench.sim).hang(0, "main", kept=True)
         bench.sim.run(500 * MS)
         with pytest.raises(BoardError):
             bench.board.input("reset_cause")
-        bench.sim.unhang(0)
+        Probe(bench.sim).hang(0, "off")
         bench.sim.run(200 * MS)
         assert bench.board.input("reset_cause") == WATCHDOG
 
 
 def test_no_power():
     with Bench("mega") as bench:
-        bench.sim.power_off(0)
+        bench.sim.supply(0, "off")
         with pytest.raises(BoardError):
             bench.board.input("reset_cause")
         with pytest.raises(SimulatorError, match="the board has no power"):
             bench.sim.reset(0)
-        bench.sim.power_on(0)
+        bench.sim.supply(0, "on")
         bench.sim.boot()
         assert bench.board.input("reset_cause") == POWER_ON
 
 
 def store(bench):
     """Have the settings stored, and return the bytes of EEPROM that this has changed."""
-    before = bench.sim.eeprom_read(0, 0, 1024)
+    before = Probe(bench.sim).eeprom_read(0, 0, 1024)
     bench.board.write(regs.COMMAND_BASE, [0, STORE, KEY])
-    assert bench.sim.eeprom_state(0).address is not None
+    assert Probe(bench.sim).eeprom_state(0).address is not None
     bench.sim.run(80 * EEPROM_BYTE_CYCLES)
-    assert bench.sim.eeprom_state(0).address is None
-    after = bench.sim.eeprom_read(0, 0, 1024)
+    assert Probe(bench.sim).eeprom_state(0).address is None
+    after = Probe(bench.sim).eeprom_read(0, 0, 1024)
     return [at for at in range(1024) if after[at] != before[at]]
 
 
@@ -96,18 +97,18 @@ def test_eeprom(board, tmp_path):
     with bench:
         changed = store(bench)
         assert changed
-        writes = bench.sim.eeprom_state(0).writes
+        writes = Probe(bench.sim).eeprom_state(0).writes
         assert writes >= len(changed)
         bench.sim.flush()
-        assert path.read_bytes()[:1024] == bench.sim.eeprom_read(0, 0, 1024)
-        bench.sim.eeprom_write(0, 1000, b"\x12\x34")
-        assert bench.sim.eeprom_read(0, 999, 3) == b"\xff\x12\x34"
+        assert path.read_bytes()[:1024] == Probe(bench.sim).eeprom_read(0, 0, 1024)
+        Probe(bench.sim).eeprom_write(0, 1000, b"\x12\x34")
+        assert Probe(bench.sim).eeprom_read(0, 999, 3) == b"\xff\x12\x34"
         bench.sim.quit()
     bench = Bench(board)
     bench.options["eeproms"] = {0: path}
     with bench:  # what the run before has left
         assert bench.board.input("settings_serial") == 1
-        assert bench.sim.eeprom_read(0, 1000, 2) == b"\x12\x34"
+        assert Probe(bench.sim).eeprom_read(0, 1000, 2) == b"\x12\x34"
 
 
 @pytest.mark.parametrize("board", BOARDS)
@@ -147,13 +148,13 @@ def test_a_planned_pin_is_exact():
 @pytest.mark.parametrize("board", BOARDS)
 def test_memory_by_name(board):
     with Bench(board) as bench:
-        end = bench.sim.symbol(0, "_end")
+        end = Probe(bench.sim).symbol(0, "_end")
         assert end.space == "ram"
-        bench.sim.poke(0, end.address + 200, b"\x12\x34\x56")
-        assert bench.sim.peek(0, "_end+200", 3) == b"\x12\x34\x56"
-        assert bench.sim.symbol(0, "main").space == "flash"
+        Probe(bench.sim).poke(0, end.address + 200, b"\x12\x34\x56")
+        assert Probe(bench.sim).peek(0, "_end+200", 3) == b"\x12\x34\x56"
+        assert Probe(bench.sim).symbol(0, "main").space == "flash"
         with pytest.raises(UserError, match="no symbol 'nowhere'"):
-            bench.sim.peek(0, "nowhere")
+            Probe(bench.sim).peek(0, "nowhere")
 
 
 @pytest.mark.parametrize("board", BOARDS)
@@ -191,14 +192,14 @@ def test_flaws_of_one_boards_pin(tmp_path):
     log = tmp_path / "pins.csv"
     with SimLink(SimOptions(images, Fraction(100), pin_log=log)) as link:
         sim = link.simulator
-        sim.miss_edge(0, 2)
-        sim.add_edge(1, 3, 0.4)
-        sim.double_edge(1, 5)
+        sim.edge(0, "miss 2")
+        sim.edge(1, "add 3 400")
+        sim.edge(1, "double 5")
         sim.wait_s(0.205)
         sim.clock("rest 300000")
-        sim.false_edge(0)
-        sim.false_edge(1, at=sim.cycle + 1000)
-        sim.pin_jitter(1, 20_000)
+        sim.edge(0, "pulse")
+        sim.edge(1, "pulse", at=sim.cycle + 1000)
+        sim.edge(1, "jitter 20000")
         sim.wait_s(0.5)
         sim.flush()
     rows = [text.split(",") for text in log.read_text().splitlines()[1:]]

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from pixstep.simulation.simpipe import SimPipe, SimulatorError
+from pixstep.simulation.simulator import SimPipe, SimulatorError
 
 MUCH = 1_000_000  # bytes; a pipe holds 65,536
 RUNNER = f"""

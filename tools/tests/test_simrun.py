@@ -11,9 +11,9 @@ import pytest
 import fake_runner
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
-from pixstep.simulation.simctl import SimulatorError
-from pixstep.simulation.simrun import Job
-from pixstep.simulation.simtask import simulate
+from pixstep.simulation.experiment import simulate
+from pixstep.simulation.job import Job
+from pixstep.simulation.simulator import SimulatorError
 from worked import worked_line
 
 FAKE = [sys.executable, fake_runner.__file__]

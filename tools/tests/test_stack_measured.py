@@ -15,7 +15,7 @@ from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
 from pixstep.board.upload import Upload
 from pixstep.lines.line import PLAIN, Line
-from pixstep.simulation.serialload import SerialLoad
+from pixstep.simulation.simulated_board import SerialLoad
 from pixstep_trials import lines
 
 pytestmark = pytest.mark.usefixtures("simulator")

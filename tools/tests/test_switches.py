@@ -12,7 +12,7 @@ from pixstep.board import boards
 from pixstep.board.errors import LineRefusedByBoardError
 from pixstep.board.upload import Upload
 from pixstep.lines.line import PLAIN, Line
-from pixstep.simulation.edges import read_edges
+from pixstep.simulation.logs import read_edges
 
 pytestmark = pytest.mark.usefixtures("simulator")
 BOARDS = TRIED_BOARDS

@@ -13,7 +13,7 @@ from homebench import PROFILE, HomeBench
 from pixstep.errors import UserError
 from pixstep.machine import files
 from pixstep.machine.files import MachineFile
-from pixstep.moves import encoders, playmeasure
+from pixstep.moves import play_measurement
 from pixstep.moves.homing import HomingError
 
 HZ = Fraction(500)
@@ -27,7 +27,7 @@ def measured(bench, **options):
     options.setdefault("repeat", 2)
     if options.pop("by_encoder", False):
         options["encoder"] = bench.load_position
-    return playmeasure.measure(bench.board, plan, bench.hz, bench.world, **options)
+    return play_measurement.measure(bench.board, plan, bench.hz, bench.world, **options)
 
 
 def random_plant(rng):
@@ -77,7 +77,7 @@ def test_without_its_hysteresis_the_sum_is_found_and_an_encoder_tells_them_apart
 def test_in_the_minus_direction():
     with HomeBench("mega", knobs="play=37,home=0,hyst=9,start=300,active=high", hz=HZ) as bench:
         plan = bench.plan(direction=-1, slow=SLOWEST, search_steps=6000)
-        found = playmeasure.measure(
+        found = play_measurement.measure(
             bench.board, plan, bench.hz, bench.world, repeat=2, hysteresis=9
         )
         assert (found.play, found.spread) == (37, 0)
@@ -93,12 +93,12 @@ def test_a_switch_that_is_not_there_is_a_named_fault():
 
 def test_at_least_one_approach():
     with pytest.raises(UserError, match="0 approaches: at least 1"):
-        playmeasure.measure(None, None, HZ, None, repeat=0)
+        play_measurement.measure(None, None, HZ, None, repeat=0)
 
 
 def test_the_middle_of_the_approaches_counts():
-    found = playmeasure.MeasuredPlay(
-        0, tuple(playmeasure.Approach(place, 0) for place in (50, 44, 45)), 5, False
+    found = play_measurement.MeasuredPlay(
+        0, tuple(play_measurement.Approach(place, 0) for place in (50, 44, 45)), 5, False
     )
     assert (found.play, found.spread) == (40, 6)
 
@@ -153,15 +153,17 @@ def test_the_profile_is_quick_enough_to_matter():
     ],
 )
 def test_an_encoder_s_command_that_does_not_tell(code, message):
-    read = encoders.of_command(shlex.join([sys.executable, "-c", code]))
+    read = play_measurement.of_command(shlex.join([sys.executable, "-c", code]))
     with pytest.raises(UserError, match=message):
         read()
 
 
 def test_an_encoder_s_command():
-    assert encoders.of_command(shlex.join([sys.executable, "-c", "print(-12.5)"]))() == -12.5
+    assert (
+        play_measurement.of_command(shlex.join([sys.executable, "-c", "print(-12.5)"]))() == -12.5
+    )
     with pytest.raises(UserError, match="No such file"):
-        encoders.of_command("no-such-program-anywhere")()
+        play_measurement.of_command("no-such-program-anywhere")()
     for text in ("", "  ", "'"):
         with pytest.raises(UserError, match="encoder"):
-            encoders.of_command(text)
+            play_measurement.of_command(text)

@@ -15,8 +15,8 @@ from pixstep import natives
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.machine.files import MachineFile
-from pixstep.simulation.simboard import SimLink
-from pixstep.simulation.simctl import SimOptions
+from pixstep.simulation.simulated_board import SimLink
+from pixstep.simulation.simulator import SimOptions
 from pixstep.trajectories import circle, circle_test, runs, table, transitions
 from pixstep.trajectories.circle import CircleRequest, Unit
 from pixstep.trajectories.circle_test import CircleTest

@@ -119,13 +119,14 @@ def test_times_pixels_and_frequencies():
     assert units.parse_pixels("4px") == units.parse_pixels("4 pixels") == 4
     assert parse_hz("100.13Hz") == Fraction(10013, 100) and parse_hz("1 kHz") == 1000
     assert parse_hz("30000/1001 Hz") == Fraction(30000, 1001)
+    assert parse_hz("1e3") == parse_hz("1E+3Hz") == parse_hz("0.01e2 kHz") == 1000
     for wrong in ("4.5px", "٤", "4 mm", ""):
         with pytest.raises(UserError, match="whole number of pixels"):
             units.parse_pixels(wrong)
     for wrong in ("-1s", "3 h", "s"):
         with pytest.raises(UserError, match="expected a number of us, ms, s, min"):
             units.parse_seconds(wrong)
-    for wrong in ("30 hz", "Hz", "1/0Hz", "٣", "0.0000000001 Hz"):
+    for wrong in ("30 hz", "Hz", "1/0Hz", "٣", "0.0000000001 Hz", "1e", "1e999", "1e3/7"):
         with pytest.raises(UserError, match="pixel frequency"):
             parse_hz(wrong)
 

@@ -12,7 +12,7 @@ from pixstep.lines import exact
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.units import edge_tick, period_ticks
 from pixstep.simulation import verdict
-from pixstep.simulation.edges import AxisEdges, read_edges
+from pixstep.simulation.logs import AxisEdges, read_edges
 from worked import worked_line
 
 PERIOD = period_ticks(Fraction(30), TICK_HZ)

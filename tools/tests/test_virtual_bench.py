@@ -19,9 +19,9 @@ import pytest
 from pixstep import formats
 from pixstep.board import boards
 from pixstep.errors import UserError
-from pixstep.simulation import benchscript, virtualbench
-from pixstep.simulation.simctl import SimulatorError
-from pixstep.simulation.virtualbench import NotInTimeError, VirtualBench
+from pixstep.simulation import bench_script, virtual_bench
+from pixstep.simulation.simulator import SimulatorError
+from pixstep.simulation.virtual_bench import NotInTimeError, VirtualBench
 
 MEGA, UNO = boards.load("mega"), boards.load("uno")
 HZ = Fraction(100)
@@ -77,12 +77,12 @@ def desk(simulator, tmp_path, monkeypatch):
 @pytest.fixture
 def bench(simulator):
     """Yield the bench's own object."""
-    with VirtualBench(virtualbench.options("mega", HZ)) as found:
+    with VirtualBench(virtual_bench.options("mega", HZ)) as found:
         yield found
 
 
 def order(text, kind=MEGA):
-    return benchscript.parse(text, kind, "here")
+    return bench_script.parse(text, kind, "here")
 
 
 @pytest.mark.parametrize(
@@ -134,12 +134,12 @@ def test_comments_and_empty_lines_are_nothing():
 
 
 def test_every_form_is_described():
-    assert set(benchscript.FORMS) == set(benchscript._READERS)
+    assert set(bench_script.FORMS) == set(bench_script._READERS)
 
 
 def test_a_script_names_its_line():
     with pytest.raises(UserError, match=r"^x\.txt: line 3: 'wait': expected wait TIME$"):
-        benchscript.parse_all(["wait 1s", "", "wait"], UNO, "x.txt")
+        bench_script.parse_all(["wait 1s", "", "wait"], UNO, "x.txt")
 
 
 def test_a_wrong_script_starts_nothing(invoke, put):
@@ -165,15 +165,15 @@ def test_without_a_simulator_it_is_one_line(invoke, monkeypatch, tmp_path):
 
 
 def test_without_pseudo_terminals_it_is_one_line(simulator, monkeypatch):
-    real = virtualbench.Simulator.wait_s
+    real = virtual_bench.Simulator.wait_s
 
     def without_files(sim, seconds):
         real(sim, seconds)
         resource.prlimit(sim._process.pid, resource.RLIMIT_NOFILE, (3, 3))
 
-    monkeypatch.setattr(virtualbench.Simulator, "wait_s", without_files)
+    monkeypatch.setattr(virtual_bench.Simulator, "wait_s", without_files)
     with pytest.raises(SimulatorError, match=r"^simulator: pty: no pseudo terminal: .+$"):
-        VirtualBench(virtualbench.options("uno", HZ))
+        VirtualBench(virtual_bench.options("uno", HZ))
 
 
 def test_a_link_replaces_nothing(simulator, invoke, put, tmp_path):
@@ -230,7 +230,7 @@ def test_switches_by_hand_and_of_mechanics(bench):
 
 def test_a_clock_that_is_gated_rests_and_strays(simulator, tmp_path):
     log = tmp_path / "pins.csv"
-    gated = virtualbench.options("mega", HZ, gate=(4, 5))
+    gated = virtual_bench.options("mega", HZ, gate=(4, 5))
     with VirtualBench(replace(gated, pin_log=log)) as bench:
         parts = ("clock gate 2 30ms", "clock gate off", "clock rest 40ms", "clock jitter 1ms")
         marks = [bench.simulator.cycle]

@@ -40,6 +40,7 @@ TEXTS = {
     "--port": ("/dev/nowhere",),
     "--machine": ("nowhere.toml", "broken.toml"),
     "--motor": ("nobody",),
+    "--prefix": ("a b",),
     "--plant": ("play=abc", "nonsense", "colour=red"),
     "--encoder": ("/no/such/program",),
     "--bauds": ("abc", "17"),
@@ -61,6 +62,7 @@ GOES_ON = (
     ("board stop", "--machine"),
     ("board start", "--records"),
     ("serve", "--socket"),  # it is made
+    ("ioc", "--state"),  # it is made
     ("job run", "--out"),  # so is this
 )
 # A profile may be made for any motor.

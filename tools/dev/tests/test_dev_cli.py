@@ -10,7 +10,9 @@ from click.testing import CliRunner
 from pixstep.cli.main import main
 from pixstep_dev.cli.main import main as main_dev
 
-OFFERED = {"bench", "campaign", "docs", "fuzz", "jobs", "motor-record", "mutants", "robustness", "wheels"}
+OFFERED = {
+    "bench", "campaign", "docs", "fuzz", "jobs", "motor-record", "mutants", "robustness", "wheels",
+}  # fmt: skip
 
 # Runs pixstep where pixstep_dev cannot be found, and says whether it tried to import it.
 WITHOUT_IT = """

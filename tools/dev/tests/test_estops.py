@@ -9,7 +9,7 @@ from effort import TRIED_BOARDS, cases
 from pixstep.board.upload import Upload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
-from pixstep.simulation.simctl import Simulator
+from pixstep.simulation.simulator import Simulator
 from pixstep_dev.robustness import estops
 
 BOARDS = TRIED_BOARDS

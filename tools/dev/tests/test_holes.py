@@ -10,7 +10,8 @@ import pytest
 from effort import cases, only_long
 from pixstep.board import boards
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.simulation import judge, simrun
+from pixstep.simulation import judge
+from pixstep.simulation.job import LOCK, START, Job, run_job
 from pixstep_dev.robustness import holes
 from pixstep_dev.robustness.holes import Combination, Hole
 
@@ -28,7 +29,7 @@ def ramps(steps, stride, backlash, held=10):
 def assert_right(tmp_path, board, axes, line, hz, sync):
     """Run the line on so many axes at once: every step made, every edge right."""
     lines = dict.fromkeys(range(axes), line)
-    result = simrun.run_job(simrun.Job(board, lines, Fraction(hz), sync=sync), tmp_path)
+    result = run_job(Job(board, lines, Fraction(hz), sync=sync), tmp_path)
     assert (result.trouble, result.refused) == ([], None)
     assert judge.judge(result).summary["reasons"] == []
 
@@ -41,7 +42,7 @@ def assert_right(tmp_path, board, axes, line, hz, sync):
     [(14, 300), (14, 350), (14, 400), (20, 225), (20, 300), (20, 500), *cases([], [(14, 450)])],
 )
 def test_locked_ramps_with_backlash(tmp_path, steps, hz):
-    assert_right(tmp_path, "mega", 4, ramps(steps, 2, 7), hz, simrun.LOCK)
+    assert_right(tmp_path, "mega", 4, ramps(steps, 2, 7), hz, LOCK)
 
 
 # Intervals of 256 k and 256 k + 1 ticks, which no pulse train can make.
@@ -59,13 +60,13 @@ def test_locked_ramps_with_backlash(tmp_path, steps, hz):
 )
 def test_intervals_on_both_sides_of_a_high_byte(tmp_path, board, axes, steps, hz):
     line = Line((steps,) * max(6, hz // 3), PLAIN)
-    assert_right(tmp_path, board, axes, line, hz, simrun.START)
+    assert_right(tmp_path, board, axes, line, hz, START)
 
 
 # The clock's edge that places line zero is taken between two decodings of one round.
 @pytest.mark.usefixtures("simulator")
 def test_a_line_placed_inside_a_round_is_released_in_time(tmp_path):
-    assert_right(tmp_path, "mega", 2, ramps(100, 10, 25), 225, simrun.LOCK)
+    assert_right(tmp_path, "mega", 2, ramps(100, 10, 25), 225, LOCK)
 
 
 @pytest.mark.usefixtures("simulator")

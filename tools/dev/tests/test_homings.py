@@ -7,7 +7,7 @@ import pytest
 
 from effort import cases
 from pixstep.board import boards
-from pixstep.simulation.simctl import Simulator
+from pixstep.simulation.simulator import Simulator
 from pixstep_dev.robustness import homings
 
 PLANTS = cases(2, 60)

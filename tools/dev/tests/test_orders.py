@@ -12,7 +12,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, rule, run_sta
 from clock import TICK_HZ
 from effort import TRIED_BOARDS, cases
 from pixstep.board import registers as regs
-from pixstep.simulation.simctl import Permit, Simulator
+from pixstep.simulation.simulator import PermitOutput, Simulator
 from pixstep_dev.robustness.orders import actions, campaign
 from pixstep_dev.robustness.orders.guard import Guard
 from pixstep_dev.robustness.orders.world import Outcome, World
@@ -276,7 +276,9 @@ def test_a_lost_step_is_a_complaint(monkeypatch):
 
 
 def test_permit_behind_a_stop_is_a_complaint(monkeypatch):
-    monkeypatch.setattr(Simulator, "permit", lambda self, _: Permit(1, 1, self.cycle, self.cycle))
+    monkeypatch.setattr(
+        Simulator, "permit", lambda self, _: PermitOutput(1, 1, self.cycle, self.cycle)
+    )
     guard = play("uno", *MOVING, actions.Order("stop", 1), actions.Wait(TICK_HZ // 20))
     assert any("PERMIT must be low" in text for text in guard.complaints)
 

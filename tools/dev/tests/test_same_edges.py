@@ -13,9 +13,9 @@ from same_edges import Made
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import Seek
-from pixstep.simulation.clockflaws import ClockFlaws
-from pixstep.simulation.simctl import BOOT_S
-from pixstep.simulation.simrun import LOCK, Job
+from pixstep.simulation.job import LOCK, Job
+from pixstep.simulation.pixel_clock import ClockFlaws
+from pixstep.simulation.simulator import BOOT_S
 
 CSV = """\
 cycle,board,axis,signal,level

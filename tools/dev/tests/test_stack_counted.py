@@ -12,7 +12,7 @@ from avr_image import read_image
 from avr_stack import ImageError
 
 from pixstep import natives
-from pixstep.simulation.simctl import SimOptions, Simulator
+from pixstep.simulation.simulator import SimOptions, Simulator
 
 PARTS = {"uno": "atmega328p", "mega": "atmega2560"}
 RETURN = {"uno": 2, "mega": 3}  # bytes of a return address

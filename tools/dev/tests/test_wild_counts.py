@@ -11,7 +11,8 @@ from fractions import Fraction
 import pytest
 
 from pixstep.lines.line import PLAIN, Line
-from pixstep.simulation import judge, simrun
+from pixstep.simulation import judge
+from pixstep.simulation.job import FREE, LOCK, START, Job, run_job
 
 pytestmark = pytest.mark.usefixtures("simulator")
 
@@ -20,7 +21,7 @@ BOARDS = {"uno": ((0,), 200_000), "mega": ((0, 1, 2, 3), 50_000), "m1284": ((0, 
 
 
 def assert_right(tmp_path, board, lines, hz, sync="start"):
-    result = simrun.run_job(simrun.Job(board, lines, Fraction(hz), sync=sync), tmp_path)
+    result = run_job(Job(board, lines, Fraction(hz), sync=sync), tmp_path)
     assert (result.trouble, result.refused) == ([], None)
     assert judge.judge(result).summary["reasons"] == []
 
@@ -47,7 +48,7 @@ def test_wild_counts(tmp_path, board, seed):
     hz = some.choice((20, 29, 37, 60))
     most = min(top // hz, 2600)
     lines = {axis: wild(some, most, 60) for axis in axes}
-    assert_right(tmp_path, board, lines, hz, some.choice((simrun.FREE, simrun.START, simrun.LOCK)))
+    assert_right(tmp_path, board, lines, hz, some.choice((FREE, START, LOCK)))
 
 
 # The ring has room for 20 entries when the long pixel comes, which has 22.

@@ -13,11 +13,10 @@ from pixstep.version import __version__ as __version__
 if TYPE_CHECKING:
     from pixstep.api.bus import Board, Bus, connect
     from pixstep.api.clocks import ClockErrors, ClockFigures, PixelClock
-    from pixstep.api.errors import LineRefusedError
     from pixstep.api.files import Converted, convert_file
     from pixstep.api.machines import Machine, Motor
     from pixstep.api.making import line_from_positions, make_line, make_profile
-    from pixstep.api.motion import Motion
+    from pixstep.api.motion import AxisProgress, AxisRecords, AxisState, Motion
     from pixstep.api.motions import (
         CheckResult,
         MotionLine,
@@ -29,10 +28,8 @@ if TYPE_CHECKING:
     )
     from pixstep.api.moving import HomeResult, MoveResult, SeekResult
     from pixstep.api.programs import MotionProgram, ProgramPlan, read_program
-    from pixstep.api.records import AxisRecords
     from pixstep.api.runs import AxisRun, Run, RunFailedError, simulate
-    from pixstep.api.states import AxisProgress, AxisState
-    from pixstep.api.ticks import Ticks
+    from pixstep.api.shown import LineRefusedError, Ticks
     from pixstep.api.virtual import VirtualBoard, VirtualBus, simulated_board, simulated_bus
     from pixstep.board.errors import (
         BoardError,
@@ -49,7 +46,7 @@ if TYPE_CHECKING:
     from pixstep.errors import PlainError, RefusedError, UserError
     from pixstep.lines.line_check import Finding, Limits
     from pixstep.moves.homing import HomingError
-    from pixstep.simulation.simpipe import SimulatorError
+    from pixstep.simulation.simulator import SimulatorError
 
 __all__ = [
     "AxisProgress",
@@ -114,21 +111,18 @@ __all__ = [
 _MODULES = {
     "api.bus": ("Board", "Bus", "connect"),
     "api.clocks": ("ClockErrors", "ClockFigures", "PixelClock"),
-    "api.errors": ("LineRefusedError",),
+    "api.shown": ("LineRefusedError", "Ticks"),
     "api.files": ("Converted", "convert_file"),
     "api.machines": ("Machine", "Motor"),
     "api.making": ("line_from_positions", "make_line", "make_profile"),
-    "api.motion": ("Motion",),
+    "api.motion": ("AxisProgress", "AxisRecords", "AxisState", "Motion"),
     "api.motions": (
         "CheckResult", "MotionLine", "Profile", "import_line", "line", "read_line",
         "read_profile",
     ),
     "api.moving": ("HomeResult", "MoveResult", "SeekResult"),
-    "api.records": ("AxisRecords",),
     "api.programs": ("MotionProgram", "ProgramPlan", "read_program"),
     "api.runs": ("AxisRun", "Run", "RunFailedError", "simulate"),
-    "api.states": ("AxisProgress", "AxisState"),
-    "api.ticks": ("Ticks",),
     "api.virtual": ("VirtualBoard", "VirtualBus", "simulated_board", "simulated_bus"),
     "board.errors": (
         "BoardError", "BusyError", "FaultError", "LineLostError", "LineRefusedByBoardError",
@@ -138,7 +132,7 @@ _MODULES = {
     "errors": ("PlainError", "RefusedError", "UserError"),
     "lines.line_check": ("Finding", "Limits"),
     "moves.homing": ("HomingError",),
-    "simulation.simpipe": ("SimulatorError",),
+    "simulation.simulator": ("SimulatorError",),
 }  # fmt: skip
 _PLACES = {name: module for module, names in _MODULES.items() for name in names}
 

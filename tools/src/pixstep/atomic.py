@@ -23,7 +23,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
 
-from pixstep.errors import UserError
+from pixstep.errors import AskedText, UserError
 
 try:
     import fcntl
@@ -162,7 +162,7 @@ def refuse(target: Path) -> None:
             if target.samefile(path) and path.is_file():
                 raise UserError(f"{target}: is the input: name another file for the output")
     if not found.force and target.is_file():
-        raise UserError(f"{target}: already exists (--force replaces it)")
+        raise UserError(AskedText("{path}: already exists ({force} replaces it)", path=target))
 
 
 @contextlib.contextmanager

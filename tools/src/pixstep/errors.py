@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The exceptions that reach a user as a plain line of text, and the exit statuses of commands."""
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, Self
 
 FINE = 0
 NEGATIVE = 1  # a verdict that is not fine: a failed run, warnings, a difference, a board in trouble
@@ -26,6 +27,59 @@ def _again(kind: type[PlainError], args: tuple[Any, ...], values: dict[str, Any]
     made.args = args
     made.__dict__.update(values)
     return made
+
+
+class AskedText(str):
+    """A text that speaks of what was asked for: `AskedText("{text}: needs {pixel_hz}", text=text)`.
+
+    A name in braces that is no value given here is that of an option, as Python spells it: the
+    text has it so, `told` has a front end's word. A value may be such a text, or an error with one.
+    """
+
+    __slots__ = ("template", "values")
+    template: str
+    values: Mapping[str, Any]
+
+    def __new__(cls, template: str, **values: Any) -> Self:
+        """Make the text."""
+        made = super().__new__(cls, _filled(template, values, {}))
+        made.template, made.values = template, values
+        return made
+
+    def __getnewargs_ex__(self) -> tuple[tuple[str], dict[str, Any]]:
+        """Return what it is made of, for another process."""
+        return (self.template,), dict(self.values)
+
+    def told(self, words: Mapping[str, str]) -> str:
+        """Return the text with a front end's words for names; a name without one is kept."""
+        return _filled(self.template, self.values, words)
+
+
+def told(text: object, words: Mapping[str, str]) -> str:
+    """Return a text, or that of an error, with a front end's words for what was asked for."""
+    if isinstance(text, PlainError) and len(text.args) == 1:
+        (text,) = text.args
+    return text.told(words) if isinstance(text, AskedText) else str(text)
+
+
+def _filled(template: str, values: Mapping[str, Any], words: Mapping[str, str]) -> str:
+    known = {
+        name: told(value, words) if isinstance(value, (AskedText, PlainError)) else value
+        for name, value in values.items()
+    }
+    return template.format_map(_Words(words, known))
+
+
+class _Words(dict[str, Any]):
+    def __init__(self, words: Mapping[str, str], known: Mapping[str, Any]) -> None:
+        super().__init__(known)
+        self._words = words
+
+    def __missing__(self, name: str) -> str:
+        try:
+            return self._words[name]
+        except KeyError:
+            return name
 
 
 class UserError(PlainError):

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from pixstep import atomic
-from pixstep.errors import UserError
+from pixstep.errors import AskedText, UserError
 
 MARK = ".pixstep-results"
 _Sums = Mapping[str, set[str]]  # the SHA-256 that a run may have left, by name
@@ -75,10 +75,11 @@ def _refuse_others(out: Path, wanted: list[str], ours: _Sums) -> None:
         if name in ours and not path.is_symlink() and _sum(path) in ours[name]:
             continue
         if not atomic.forced():
-            raise UserError(
-                f"{path}: already exists and is not as an earlier run left it: name another "
-                f"folder with --out, or say --force"
-            )
+            raise UserError(AskedText(
+                "{path}: already exists and is not as an earlier run left it: name another "
+                "folder with {out}, or say {force}",
+                path=path,
+            ))  # fmt: skip
         atomic.refuse(path)
 
 

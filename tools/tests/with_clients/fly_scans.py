@@ -11,10 +11,9 @@ import bluesky.plans as bp
 import bluesky.preprocessors as bpp
 import numpy as np
 import pytest
-from bluesky import RunEngine
 from bluesky.protocols import Collectable, EventPageCollectable, Flyable, Pausable, Stoppable
 from bluesky.utils import FailedStatus, RunEngineInterrupted
-from event_model import DocumentNames, schema_validators
+from flying import at_rest
 
 import pixstep as px
 
@@ -23,47 +22,6 @@ pytestmark = pytest.mark.usefixtures("simulator")
 HZ = 100
 SCAN = px.make_line(speed=40, max_acceleration=4, length=3000, pixel_hz=HZ)
 LONG = px.make_line(speed=40, max_acceleration=4, length=400_000, pixel_hz=HZ)
-MACHINE = """
-[clock]
-pixel = 100
-[boards.mega]
-kind = "mega"
-[motors.X]
-board = "mega"
-axis = 0
-kind = "smooth"
-steps_per_unit = "400 steps/mm"
-backlash = 12
-limits = { max_speed = "60 steps/px", max_acceleration = "8 steps/px2" }
-[motors.Y]
-board = "mega"
-axis = 1
-kind = "plain"
-steps_per_unit = "50 steps/deg"
-direction = "-"
-limits = { max_acceleration = "8 steps/px2" }
-"""
-
-
-class Documents:
-    """All documents of runs, each valid by its schema."""
-
-    def __init__(self):
-        self.all = []
-
-    def __call__(self, name, document):
-        schema_validators[DocumentNames[name]].validate(document)
-        self.all.append((name, document))
-
-    def of(self, name):
-        return [document for kind, document in self.all if kind == name]
-
-    def column(self, key, what="data"):
-        return np.concatenate([page[what][key] for page in self.of("event_page")])
-
-    @property
-    def stop(self):
-        return self.of("stop")[-1]
 
 
 class Detector:
@@ -81,25 +39,6 @@ class Detector:
 
     def describe(self):
         return {"detector": {"source": "test", "dtype": "integer", "shape": []}}
-
-
-@pytest.fixture
-def documents():
-    return Documents()
-
-
-@pytest.fixture
-def engine(documents):
-    engine = RunEngine(context_managers=[])
-    engine.subscribe(documents)
-    return engine
-
-
-@pytest.fixture
-def machine(tmp_path):
-    path = tmp_path / "machine.toml"
-    path.write_text(MACHINE)
-    return px.Machine.load(path)
 
 
 def steps_at(file, seconds, hz, board=0, axis=0):
@@ -123,15 +62,6 @@ def reached(flyer, pixel):
     while flyer.pixel < pixel:
         assert time.monotonic() < end_s
         time.sleep(0.002)
-
-
-def at_rest(board):
-    """Assert that nothing moves any more."""
-    states = [axis.state for axis in board.axes()]
-    before = [axis.position_steps for axis in board.axes()]
-    board.let_pass(0.5)
-    assert not {"armed", "running"} & set(states)
-    assert [axis.position_steps for axis in board.axes()] == before
 
 
 def test_a_flyer_has_what_bluesky_asks_for():
@@ -233,6 +163,25 @@ def test_two_boards_begin_on_one_edge(engine, documents, tmp_path):
         # The boards' quartzes differ by some ppm: a step at an edge may be on its other side.
         assert np.abs(made - actual).max() <= (board == 1)
     assert documents.column("fly_board2_axis0_actual")[-1] == 3000
+
+
+def test_four_axes_at_a_kilohertz(engine, documents):
+    axes = range(4)
+    lines = {
+        axis: px.make_line(speed=8, max_acceleration=2, length=4000 + 2 * axis, pixel_hz=1000)
+        for axis in axes
+    }
+    with px.simulated_board("mega", pixel_hz=1000) as board:
+        engine(bp.fly([px.fly.LineFlyer(board, lines)]))
+        made = [board.made_steps(axis) for axis in axes]
+    assert made == [4000, 4002, 4004, 4006]
+    longest = max(line.pixels for line in lines.values())
+    assert list(documents.column("fly_pixel")) == list(range(1, longest + 1))
+    for axis, line in lines.items():
+        actual = documents.column(f"fly_axis{axis}_actual")
+        assert list(actual[: line.pixels]) == list(np.cumsum(line.counts))
+        assert actual[-1] == made[axis]
+    assert 0 < np.count_nonzero(documents.column("fly_records")) < longest // 10
 
 
 def test_beside_a_detector(engine, documents):
@@ -364,6 +313,25 @@ def test_a_pause(engine, documents, then):
             getattr(engine, then)()
         status = {"resume": "fail", "abort": "abort", "stop": "success"}[then]
         check_stopped(documents, board, status)
+
+
+@pytest.mark.parametrize("closes", [True, False])
+def test_a_plan_that_forgets_its_flyer(engine, documents, closes):
+    def forgetful():
+        yield from bps.open_run()
+        yield from bps.kickoff(flyer, wait=True)
+        reached(flyer, 100)
+        if closes:
+            yield from bps.close_run()
+
+    with px.simulated_board("mega", pixel_hz=HZ) as board:
+        flyer = px.fly.LineFlyer(board, LONG)
+        engine(forgetful())
+        flyer.complete().wait(10)
+        at_rest(board)
+        assert flyer.pixel < LONG.pixels
+        if not closes:
+            check_stopped(documents, board, "success")
 
 
 def test_a_detector_that_fails(engine, documents):

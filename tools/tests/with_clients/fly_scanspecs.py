@@ -5,7 +5,7 @@ import bluesky.plans as bp
 import numpy as np
 import pytest
 from bluesky.utils import FailedStatus
-from fly_scans import Documents, at_rest, documents, engine, machine  # noqa: F401  # noqa: F401 (fixtures)
+from flying import at_rest
 from scanspec.specs import Concat, Fly, Linspace, Product, Spiral, Static, Zip
 
 import pixstep as px
@@ -56,7 +56,7 @@ def test_points_lie_where_the_spec_has_them(spec, pixels):
     assert not line.check("mega").refused
 
 
-def test_the_run_up_keeps_the_motors_acceleration(machine):  # noqa: F811
+def test_the_run_up_keeps_the_motors_acceleration(machine):
     line = make(0.05 @ Linspace("x", 0, 10, 51), motor=machine["X"])
     assert line.counts[0] == 0  # in which play is taken up
     speeds = np.array(line.line.speeds)
@@ -108,7 +108,7 @@ def test_what_is_refused(spec, options, said):
     assert "\n" not in str(refused.value)
 
 
-def test_play_is_taken_up_before_the_first_point(machine):  # noqa: F811
+def test_play_is_taken_up_before_the_first_point(machine):
     line = make(0.03 @ Linspace("x", 0, 10, 83), motor=machine["X"])
     assert line.line.shifted_pixels <= line.run_up + 1
     faster = Concat(Linspace.bounded("x", 0, 1, 40), Linspace.bounded("x", 1, 3, 50))
@@ -119,6 +119,11 @@ def test_play_is_taken_up_before_the_first_point(machine):  # noqa: F811
     assert make(0.02 @ faster, motor=machine["X"], backlash=0).points == 90
 
 
+def test_play_needs_speed(machine):  # the board's rule: all of it fits one pixel at line speed
+    with pytest.raises(px.RefusedError, match=r"B > V.*; what fits: 12 steps a pixel or more"):
+        make(0.1 @ Linspace("x", 0, 2, 101), motor=machine["X"])
+
+
 def test_what_fits_is_true():
     two = Linspace.bounded("x", 0, 1, 5).concat(Linspace.bounded("x", 1, 2, 50))
     with pytest.raises(px.RefusedError, match=r"what fits: 8 times as many pixels, 0\.08 s"):
@@ -126,13 +131,13 @@ def test_what_fits_is_true():
     assert make(0.08 @ two, **SCALE).points == 55
 
 
-def test_a_motor_of_plain_lines_may_turn(machine):  # noqa: F811
+def test_a_motor_of_plain_lines_may_turn(machine):
     line = make(3 * ~Linspace("x", 0, 1, 101), decode="plain", **SCALE)
     edges = edges_of(line)[line.run_up :]
     assert abs(edges[101] - 1.005) < 1 / 400 and abs(edges[202] + 0.005) < 1 / 400
 
 
-def test_a_scan_from_its_start(engine, documents, machine):  # noqa: F811
+def test_a_scan_from_its_start(engine, documents, machine):
     spec = Zip(Linspace("x", 1, 5, 41), Linspace("y", 0, 2, 41)).zip(Static("z", 3.0))
     motors = {"x": machine["X"], "y": machine["Y"]}
     lines = px.fly.lines_from_scanspec(0.04 @ spec, motors)
@@ -141,14 +146,14 @@ def test_a_scan_from_its_start(engine, documents, machine):  # noqa: F811
     with px.simulated_board("mega", pixel_hz=100) as board:
         flyer = px.fly.LineFlyer(board, [x, y])
         with pytest.raises(
-            FailedStatus, match=r"X: is at 0 mm, the scan's line begins at 0\.875 mm: move it there"
+            FailedStatus,
+            match=r"X: is at 0 mm, the scan's line begins at 0\.875 mm: .* by \+350 steps",
         ):
             engine(bp.fly([flyer]))
         at_rest(board)
         assert board.made_steps() == 0
         for line, motor in ((x, machine["X"]), (y, machine["Y"])):
-            steps = round(line.start * abs(line.steps_per_unit))
-            board.move(steps, profile=px.Profile((4, 8, 12)), motor=motor).wait()
+            board.move(line.start_steps, profile=px.Profile((4, 8, 12)), motor=motor).wait()
         engine(bp.fly([flyer]))
     points = documents.column("fly_point")
     last = {point: row for row, point in enumerate(points)}  # the row of each point's end
@@ -163,7 +168,24 @@ def test_a_scan_from_its_start(engine, documents, machine):  # noqa: F811
     assert descriptor["data_keys"]["fly_point"]["dtype"] == "integer"
 
 
-def test_axes_without_motors_are_named(machine):  # noqa: F811
+@pytest.mark.parametrize("there", [-4.0, 4.0])
+def test_positions_of_a_scan_are_the_loads(engine, documents, there):
+    spec = Linspace.bounded("x", 2.0, 2.0 + there, 50)
+    line = make(spec, backlash=20, **SCALE)
+    with px.simulated_board("mega", pixel_hz=100, plant="play=20") as board:
+        # Approached in the direction in which the load follows at position 0.
+        for steps in (line.start_steps - 200, 200):
+            board.move(steps, profile=px.Profile((4, 8, 12)), axis=0).wait()
+        motor, load = board._bus._simulated.simulator.plant(0, 0)
+        assert motor == load == line.start_steps
+        engine(bp.fly([px.fly.LineFlyer(board, line)]))
+        motor, load = board._bus._simulated.simulator.plant(0, 0)
+    assert load == motor + (20 if there < 0 else 0)
+    assert round(400 * documents.column("fly_x_actual")[-1]) == load
+    assert abs(load - 400 * line.end) <= 1
+
+
+def test_axes_without_motors_are_named(machine):
     spec = Zip(Linspace("x", 1, 5, 41), Linspace("y", 0, 2, 41))
     with pytest.raises(px.UserError, match="motors 7: expected motors by axis of the spec"):
         px.fly.lines_from_scanspec(spec, 7)

@@ -1,34 +1,38 @@
 # SPDX-License-Identifier: MIT
 """Run lines on one simulated board and look at chosen stretches of the run through windows.
 
-Unlike `simrun` it needs no records and no positions, goes on to the end of the line when the board
-no longer answers, and checks nothing beforehand: lines that the host would refuse reach the board.
+Unlike a job of pixstep.simulation it needs no records and no positions, goes on to the end of the
+line when the board no longer answers, and checks nothing beforehand: lines that the host would
+refuse reach the board.
 """
 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError, LineRefusedByBoardError
-from pixstep.board.handle import BoardRun, Watch
+from pixstep.board.link import World
+from pixstep.board.upload import Upload, pause_s
 from pixstep.lines.line import Line
 from pixstep.lines.units import period_ticks
-from pixstep.simulation.edges import EdgeLog, no_cycles, read_clock, read_edges
-from pixstep.simulation.serialload import SerialLoad
-from pixstep.simulation.simboard import SimulatedBoard
+from pixstep.simulation.logs import EdgeLog, no_cycles, read_clock, read_edges
+from pixstep.simulation.simulated_board import SerialLoad, SimulatedBoard
 from pixstep.simulation.summary import Stats
 
 if TYPE_CHECKING:
     import numpy as np
 
 SLICE_S = 0.001  # how exactly a window opens and shuts
+RECORDS_S = 0.25  # between two looks at records
+_STRETCH_PX, _STRETCH_S = 4, (0.05, 0.1)  # between two polls of a board
 
 
 @dataclass(frozen=True)
@@ -104,19 +108,23 @@ def drive(run: Run) -> Outcome:
 
 def _go(board: SimulatedBoard, outcome: Outcome) -> None:
     """Go through all phases."""
-    run = outcome.run
+    run, world = outcome.run, board.link.world
+    ends_s = 0.0
     try:
         # A board that is too busy to answer goes on with its line all the same.
         board.set_up(run.hz, list(run.lines), bus_timeout_ms=0)
         board.load(run.lines)
         board.arm()
-        if not board.follow(_Windows(board, outcome)):
+        ends_s = world.now_s() + board.lasts_s
+        records = (lambda: _Records(board)) if run.records else None
+        windows = partial(_Windows, board, outcome)
+        if not board.make(records, windows, armed=True):
             outcome.trouble = "not done in time"
     except LineRefusedByBoardError as refusal:
         outcome.refused = refusal.name
     except BoardError as error:
         outcome.trouble = str(error)
-        board.link.world.wait(max(0.0, board.deadline_s - board.link.world.now_s()))
+        world.wait(max(0.0, ends_s - world.now_s()))
     board.settle()
     try:
         outcome.fault = board.board.fault_name()
@@ -125,27 +133,48 @@ def _go(board: SimulatedBoard, outcome: Outcome) -> None:
     outcome.final = board.simulator.stats()
 
 
-class _Windows(Watch):
-    """Looks through the windows of a run, reading records and loading the line if asked."""
+class _Records:
+    """Reads the records of running axes now and then."""
 
-    def __init__(self, board: SimulatedBoard, outcome: Outcome) -> None:
+    def __init__(self, board: SimulatedBoard) -> None:
+        self._board, self._due_s = board, 0.0
+
+    def look_if_due(self, world: World, uploads: list[Upload]) -> None:
+        """Read them if it is time for that."""
+        if world.now_s() >= self._due_s:
+            self._due_s = world.now_s() + RECORDS_S
+            self.look(uploads)
+
+    def look(self, uploads: list[Upload], *, ended: bool = False) -> None:
+        """Read them, unless no line runs any more."""
+        del uploads
+        for axis, found in {} if ended else self._board.lines.seen.items():
+            if regs.axis_state(found["axis_state"]) == "running":
+                self._board.board.records(axis)
+
+
+class _Windows:
+    """Time in which the windows of a run are looked through, the line loaded if asked."""
+
+    def __init__(self, board: SimulatedBoard, outcome: Outcome, world: World) -> None:
         run = outcome.run
+        self._world, self._period_s = world, float(1 / run.hz)
         self._board, self._simulator, self._outcome = board, board.simulator, outcome
         self._load = SerialLoad(board.board, board.axes, board.uploads) if run.serial_load else None
         self._windows = list(run.windows)
         self._opened: dict[str, Any] | None = None
 
-    def seen(self, registers: Mapping[int, Mapping[str, int]]) -> None:
-        """Read the records of running axes if they are wanted."""
-        for axis, found in registers.items() if self._outcome.run.records else ():
-            if regs.axis_state(found["axis_state"]) == "running":
-                self._board.board.records(axis)
+    def now_s(self) -> float:
+        """Return simulated seconds since the start."""
+        return self._world.now_s()
 
-    def rest(self, run: BoardRun, begun_s: float) -> None:
+    def wait(self, seconds: float) -> None:
         """Let a whole stretch pass, however long the poll took."""
-        del begun_s
+        del seconds
+        stretch_s = min(max(_STRETCH_S[0], _STRETCH_PX * self._period_s), _STRETCH_S[1])
+        stretch_s = pause_s(self._board.uploads.values(), self._period_s, stretch_s)
+        until = self._simulator.cycle + self._simulator.cycles(stretch_s)
         look_cycles = self._simulator.cycles(SLICE_S)
-        until = self._simulator.cycle + self._simulator.cycles(run.poll_s)
         while self._simulator.cycle < until:
             self._look()
             if self._load:

@@ -7,8 +7,7 @@ from typing import Any
 from pixstep.board.upload import Upload
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
-from pixstep.simulation.serialload import SerialLoad
-from pixstep.simulation.simboard import SimulatedBoard
+from pixstep.simulation.simulated_board import SerialLoad, SimulatedBoard
 from pixstep_dev.bench.drive import Outcome, Run, Window, drive, view
 
 _MARGIN = 0.05  # of a line's steps, left out at either end

@@ -124,9 +124,9 @@ _add_table(
 @docs_group.command("schemas")
 def schemas_command() -> None:
     """Print the JSON schemas of all results, for docs/schemas.json."""
-    from pixstep.operations import schemas  # loads every operation
+    from pixstep.operations import catalog  # loads every operation
 
-    click.echo(json.dumps(schemas.all_schemas(), indent=1, sort_keys=True))
+    click.echo(json.dumps(catalog.all_schemas(), indent=1, sort_keys=True))
 
 
 def _commands() -> str:

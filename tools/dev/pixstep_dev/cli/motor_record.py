@@ -34,4 +34,18 @@ def replay(ctx: click.Context, paths: tuple[Path, ...], as_json: bool) -> None:
     ctx.exit(1 if judged.differing else 0)
 
 
+@motor_record.command()
+@click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON.")
+def figures(as_json: bool) -> None:
+    """Measure how quick `pixstep ioc` is on this computer, with simulated boards: half a minute."""
+    from pixstep_dev import motor_figures  # which the other commands do not need
+
+    found = motor_figures.measure()
+    if as_json:
+        click.echo(json.dumps(vars(found), indent=2))
+        return
+    for line in found.lines():
+        click.echo(line)
+
+
 COMMANDS = (motor_record,)

@@ -19,8 +19,9 @@ from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.progress import Progress, unseen
-from pixstep.simulation.simboard import SimulatedBoard
+from pixstep.simulation.simulated_board import SimulatedBoard
 from pixstep_dev.markdown import table
+from pixstep_trials.probe import Probe
 from pixstep_trials.wire import seal
 
 BOARD = "mega"
@@ -126,8 +127,8 @@ class _Trial:
 
     def halting(self) -> bool:
         """True while the timer still holds a period that pulses."""
-        size = self.sim.symbol(0, "step_engines").size // boards.load(BOARD).axes
-        return self.sim.peek(0, f"step_engines+{AXIS * size + 1}", 1)[0] == _HALTING
+        size = Probe(self.sim).symbol(0, "step_engines").size // boards.load(BOARD).axes
+        return Probe(self.sim).peek(0, f"step_engines+{AXIS * size + 1}", 1)[0] == _HALTING
 
     def done(self) -> None:
         self.arm(pixels=2)

@@ -4,8 +4,8 @@
 import inspect
 from collections.abc import Iterator
 
-from pixstep.operations import catalog, machine_defaults, python, schemas
-from pixstep.operations.field import Field
+from pixstep.operations import catalog, machine_defaults, python
+from pixstep.operations.asked import Field
 from pixstep.operations.request import Request, fields
 from pixstep_dev.markdown import table
 
@@ -52,7 +52,7 @@ def _default(one: Field) -> str:
 
 
 def _result(request: type[Request]) -> str:
-    found = schemas.schema(request.words)
+    found = catalog.schema(request.words)
     name = found.get("$ref", "").rpartition("/")[2]
     if not name:
         return "plain data."

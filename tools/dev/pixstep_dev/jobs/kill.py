@@ -7,20 +7,22 @@ broken or unknown before anything moved again.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import random
 import signal
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 from pixstep import ops
 from pixstep.jobs import run_log
 from pixstep.operations.result import Result
 from pixstep.progress import Progress, unseen
-from pixstep.simulation.simboard import SimLink
+from pixstep.simulation.simulated_board import SimLink
 from pixstep_dev.jobs import passes
 from pixstep_dev.jobs.press import Press
 
@@ -69,7 +71,7 @@ def _points(press: Press, where: Path) -> int:
     """Return how many instants there are at which a host can be killed."""
     with press.bus() as link:
         deaths = _Deaths(link, 0, 0.0)
-        with deaths.counted():
+        with _patched(deaths):
             press.run(link, where)
     return deaths.count
 
@@ -99,7 +101,7 @@ def _stop_by_hand(link: SimLink, chance: random.Random) -> None:
 
 
 def _dying(press: Press, link: SimLink, where: Path, at: int, share: float) -> None:
-    with _Deaths(link, at, share).counted():
+    with _patched(_Deaths(link, at, share)):
         press.run(link, where)
 
 
@@ -162,11 +164,7 @@ class _Deaths:
 
     def __init__(self, link: SimLink, at: int, share: float) -> None:
         self.count, self._at, self._share = 0, at, share
-        self._simulator = link.simulator
-
-    def counted(self) -> Any:
-        """Return a context in which instants count."""
-        return _Patched(self)
+        self.simulator = link.simulator
 
     def passes(self, before: Callable[[], object] = lambda: None) -> None:
         """Count an instant; at the one that was chosen do something last, and die."""
@@ -181,31 +179,28 @@ class _Deaths:
         return real(handle, data)
 
 
-class _Patched:
-    """Lets a process pass its instants."""
+@contextlib.contextmanager
+def _patched(deaths: _Deaths) -> Iterator[None]:
+    """Let this process pass its instants."""
+    real_command, real_write, real_sync = deaths.simulator.command, run_log._write, run_log._sync
 
-    def __init__(self, deaths: _Deaths) -> None:
-        self._deaths = deaths
+    def command(text: str) -> str:
+        deaths.passes()
+        return real_command(text)
 
-    def __enter__(self) -> None:
-        deaths, simulator = self._deaths, self._deaths._simulator
-        self._command, self._write, self._sync = simulator.command, run_log._write, run_log._sync
+    def write(handle: int, data: bytes) -> int:
+        return deaths.write(real_write, handle, data)
 
-        def command(text: str) -> str:
-            deaths.passes()
-            return self._command(text)
+    def sync(handle: int) -> None:
+        deaths.passes()
+        real_sync(handle)
 
-        def sync(handle: int) -> None:
-            deaths.passes()
-            self._sync(handle)
-
-        simulator.command = command  # type: ignore[method-assign]
-        run_log._write = lambda handle, data: deaths.write(self._write, handle, data)
-        run_log._sync = sync
-
-    def __exit__(self, *_: object) -> None:
-        self._deaths._simulator.command = self._command  # type: ignore[method-assign]
-        run_log._write, run_log._sync = self._write, self._sync
+    with (
+        mock.patch.object(deaths.simulator, "command", command),
+        mock.patch.object(run_log, "_write", write),
+        mock.patch.object(run_log, "_sync", sync),
+    ):
+        yield
 
 
 def _in_child(act: Callable[[], None]) -> int:

@@ -15,12 +15,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 from pixstep.board.errors import BoardError
 from pixstep.board.upload import Upload
 from pixstep.jobs import run_log, sender
 from pixstep.progress import Progress, unseen
-from pixstep.simulation.simboard import SimLink
+from pixstep.simulation.simulated_board import SimLink
 from pixstep_dev.jobs import passes
 from pixstep_dev.jobs.press import PLACES, Press
 
@@ -119,9 +120,5 @@ def _late(link: SimLink, line: int, held: set[tuple[int, int]], late_s: float) -
             """Send a block, if it is time."""
             return super().push_into(room) if link.world.now_s() >= self._from_s else 0
 
-    real = sender.Upload
-    sender.Upload = Late  # type: ignore[misc]
-    try:
+    with mock.patch.object(sender, "Upload", Late):
         yield
-    finally:
-        sender.Upload = real  # type: ignore[misc]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Which lines were printed, by the edges on the pins alone.
 
-The scanning motor rests for a pixel at both ends of a line, so its edges fall into bursts. Where the
-stepping motor is during a burst says which line it belongs to.
+The scanning motor rests for a pixel at both ends of a line, so its edges fall into bursts. Where
+the stepping motor is during a burst says which line it belongs to.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pixstep.simulation.edges import AxisEdges, read_edges
+from pixstep.simulation.logs import AxisEdges, read_edges
 from pixstep_dev.jobs.press import PITCH, PIXEL_HZ, PLACES, Press
 
 _TICK_HZ = 16_000_000
@@ -22,7 +22,7 @@ _GAP = 0.9 * _TICK_HZ / float(PIXEL_HZ)
 
 @dataclass(frozen=True)
 class Burst:
-    """Steps of the scanning motor without a rest of a pixel: how many, and at which line's place."""
+    """Steps of the scanning motor without a rest of a pixel: how many, at which line's place."""
 
     edges: int
     line: float

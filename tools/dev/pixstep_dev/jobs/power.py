@@ -11,17 +11,18 @@ from __future__ import annotations
 import contextlib
 import random
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 from pixstep import ops
 from pixstep.board.errors import BoardError
 from pixstep.jobs import run_log, runner
 from pixstep.operations.result import Result
 from pixstep.progress import Progress, unseen
-from pixstep.simulation.simboard import SimLink
+from pixstep.simulation.simulated_board import SimLink
 from pixstep_dev.jobs.press import PLACES, Press
 
 KINDS = ("supply", "reset", "cable")
@@ -93,7 +94,7 @@ def _one(press: Press, where: Path, kind: str, chance: random.Random, outcome: O
     with press.bus(seed=chance.randrange(1 << 31)) as link, _starts(press, link) as starts:
         _home(press, link)
         loss = _Loss(link, unit, kind)
-        with loss.after(press, later_s):
+        with loss.after(later_s):
             try:
                 press.run(link, where, to_start=True)
                 outcome.complaints.append(f"{name}: nothing was said")
@@ -183,16 +184,11 @@ def _starts(press: Press, link: SimLink) -> Iterator[list[Start]]:
         runs = press.job.runs_of(chain.first)
         for name, place in PLACES.items():
             motor, load = link.simulator.plant(*place)
-            found.append(
-                Start(name, motor, load, runs[name].start_steps, runs[name].play_side)
-            )
+            found.append(Start(name, motor, load, runs[name].start_steps, runs[name].play_side))
         return real(chain)
 
-    runner.Chain._start = start  # type: ignore[method-assign]
-    try:
+    with mock.patch.object(runner.Chain, "_start", start):
         yield found
-    finally:
-        runner.Chain._start = real  # type: ignore[method-assign]
 
 
 class _Loss:
@@ -201,11 +197,11 @@ class _Loss:
     def __init__(self, link: SimLink, unit: int, kind: str) -> None:
         self._link, self._unit, self._kind = link, unit, kind
         self.at_s = float("inf")
-        self._transmit = link.modbus._transmit
+        self._transmit: Callable[[bytes], bytes] = link.modbus._transmit
         self._cut = False
 
     @contextlib.contextmanager
-    def after(self, press: Press, seconds: float) -> Iterator[None]:
+    def after(self, seconds: float) -> Iterator[None]:
         """Let the board be lost so long after the lines begin."""
         real = runner.Chain._start
 
@@ -214,12 +210,8 @@ class _Loss:
             self._happen(self._link.world.now_s() + seconds - 2.0)
             return started
 
-        runner.Chain._start = start  # type: ignore[method-assign]
-        try:
+        with mock.patch.object(runner.Chain, "_start", start):
             yield
-        finally:
-            runner.Chain._start = real  # type: ignore[method-assign]
-        del press
 
     def _happen(self, at_s: float) -> None:
         simulator, board = self._link.simulator, self._unit - 1
@@ -227,11 +219,11 @@ class _Loss:
         cycle = max(cycle, simulator.cycle + 1)
         self.at_s = cycle / simulator.tick_hz
         if self._kind == "supply":
-            simulator.power_off(board, at=cycle)
+            simulator.command(f"power {board} off at {cycle}")
         elif self._kind == "reset":
             simulator.reset(board, at=cycle)
         else:
-            self._link.modbus._transmit = self._over_a_cut_cable  # type: ignore[method-assign]
+            mock.patch.object(self._link.modbus, "_transmit", self._over_a_cut_cable).start()
             self._cut = True
 
     def _over_a_cut_cable(self, frame: bytes) -> bytes:
@@ -244,5 +236,5 @@ class _Loss:
         """Give the board its supply, or its cable, back."""
         self._cut = False
         if self._kind == "supply":
-            self._link.simulator.power_on(self._unit - 1)
+            self._link.simulator.command(f"power {self._unit - 1} on")
         self._link.world.wait(1.0)

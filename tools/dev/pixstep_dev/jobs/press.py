@@ -13,8 +13,8 @@ from typing import Any
 from pixstep import formats, natives, ops
 from pixstep.jobs.job import Job
 from pixstep.operations.result import Result
-from pixstep.simulation.simboard import SimLink
-from pixstep.simulation.simctl import SimOptions
+from pixstep.simulation.simulated_board import SimLink
+from pixstep.simulation.simulator import SimOptions
 
 PIXEL_HZ = Fraction(100)
 BOARDS = ("mega", "uno")

@@ -139,6 +139,9 @@ class Stages:
             path.stem.removeprefix("test_")
             for path in (natives.root() / "host_tests").glob("test_*.c")
         )
+        # Some are there once more with the core of a board with a single axis.
+        ones = [f"{name}_one" for name in names]
+        names += [one for one in ones if (build.folder / f"{pattern}{one}{end}").is_file()]
         return [build.program(f"{pattern}{name}{end}") for name in names]
 
     def measure(self, workshop: Workshop) -> Iterator[str]:

@@ -10,8 +10,8 @@ from typing import Any
 
 from pixstep.board import boards
 from pixstep.progress import Progress, unseen
-from pixstep.simulation.simrun import Job
-from pixstep.simulation.simtask import simulate
+from pixstep.simulation.experiment import simulate
+from pixstep.simulation.job import Job
 from pixstep_trials import cases
 
 

@@ -23,7 +23,7 @@ from pixstep.board.upload import Upload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.progress import Progress, unseen
-from pixstep.simulation.simboard import SimulatedBoard
+from pixstep.simulation.simulated_board import SimulatedBoard
 
 LOWEST, HIGHEST = 0.24, 4.2
 TOLERATED = {"lock": 0.011, "start": 0.0626}

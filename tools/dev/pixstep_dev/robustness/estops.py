@@ -25,7 +25,7 @@ from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.lines.units import period_ticks
 from pixstep.progress import Progress, unseen
-from pixstep.simulation.simboard import SimulatedBoard
+from pixstep.simulation.simulated_board import SimulatedBoard
 from pixstep_trials.promises import ESTOP_CYCLES
 
 PIXEL_HZ = Fraction(100)

@@ -21,7 +21,7 @@ from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.progress import Progress, unseen
-from pixstep.simulation.simboard import SimulatedBoard
+from pixstep.simulation.simulated_board import SimulatedBoard
 from pixstep_dev.robustness import strikes
 from pixstep_trials import wire
 

@@ -33,8 +33,8 @@ from pixstep.board.upload import Upload
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.progress import Progress, unseen
-from pixstep.simulation.simboard import SimLink
-from pixstep.simulation.simctl import SimOptions
+from pixstep.simulation.simulated_board import SimLink
+from pixstep.simulation.simulator import SimOptions
 
 SYNCS = ("start", "lock")
 FLAWS = ("none", "none", "none", "short", "missing", "first", "false")
@@ -281,9 +281,11 @@ class Bench:
         self.sim.clock(f"gate {edges} {round(1e6 * trial.rest_s)}")
         place = trial.burst * edges
         if trial.flaw == "missing":
-            self.sim.miss_edge(0, place + 2 + int(trial.at * (trial.edges - trial.spare_edges - 2)))
+            self.sim.edge(
+                0, f"miss {place + 2 + int(trial.at * (trial.edges - trial.spare_edges - 2))}"
+            )
         if trial.flaw == "first":
-            self.sim.miss_edge(0, place + 1)
+            self.sim.edge(0, f"miss {place + 1}")
         begun = self.sim.cycle
         self.sim.clock("on")
         if trial.flaw == "false":
@@ -303,7 +305,7 @@ class Bench:
         burst_s = (trial.edges - 1) * period_s + gap_s
         first = self._first_edge(begun)
         at = first + round((max(1, trial.burst) * burst_s - before_s) * self.sim.tick_hz)
-        self.sim.false_edge(0, at)
+        self.sim.edge(0, "pulse", at)
 
     def _first_edge(self, begun: int) -> int:
         """Return the cycle of the first burst's first edge, once it has come."""

@@ -27,9 +27,10 @@ from pixstep.board import boards
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.progress import Progress, unseen
-from pixstep.simulation import judge, simrun
+from pixstep.simulation import judge
+from pixstep.simulation.job import LOCK, START, Job, run_job
 
-SYNCS = (simrun.START, simrun.LOCK)
+SYNCS = (START, LOCK)
 MOTIONS = ("plain", "smooth", "backlash", "ramps")
 ALLOWED_PERCENT = 5.0  # of depth
 LEAST_HZ, MOST_HZ = 1, 5000
@@ -164,10 +165,10 @@ def line_of(motion: str, steps: int, hz: int) -> Line:
 def attempt(case: Combination, hz: int, steps: int) -> str:
     """Run one point of the grid; return how it ended: OK, REFUSED, or what went wrong."""
     lines = dict.fromkeys(range(case.axes), line_of(case.motion, steps, hz))
-    job = simrun.Job(case.board, lines, Fraction(hz), sync=case.sync)
+    job = Job(case.board, lines, Fraction(hz), sync=case.sync)
     with tempfile.TemporaryDirectory(prefix="pixstep-") as folder:
         try:
-            result = simrun.run_job(job, Path(folder))
+            result = run_job(job, Path(folder))
         except UserError:  # the board has no such clock
             return REFUSED
         if result.refused:

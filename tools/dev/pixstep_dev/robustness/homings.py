@@ -18,11 +18,11 @@ from pixstep.board import boards
 from pixstep.board.errors import BoardError
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH
-from pixstep.moves import homing, legs, playmeasure
+from pixstep.moves import homing, legs, play_measurement
 from pixstep.moves.accel import Acceleration
-from pixstep.moves.inputs import shared_limits
+from pixstep.moves.legs import shared_limits
 from pixstep.progress import Progress, unseen
-from pixstep.simulation.simboard import SimulatedBoard
+from pixstep.simulation.simulated_board import SimulatedBoard
 
 PIXEL_HZ = Fraction(200)
 BOUNCES = (2, 4, 6, 8, 10)
@@ -179,7 +179,9 @@ def _try(run: SimulatedBoard, plant: Plant, outcome: Outcome) -> None:
         homing.home(run.board, plant.plan(), PIXEL_HZ, run.link.world)
         off = run.simulator.plant(0, plant.axis)[0] - plant.closes_at
         _note(outcome, outcome.homed_off_steps, plant, "homed", off)
-        found = playmeasure.measure(run.board, plant.plan(), PIXEL_HZ, run.link.world, repeat=2)
+        found = play_measurement.measure(
+            run.board, plant.plan(), PIXEL_HZ, run.link.world, repeat=2
+        )
         for apart in found.plays:
             off = round(apart) - plant.play - plant.hysteresis
             _note(outcome, outcome.play_off_steps, plant, "play", off)

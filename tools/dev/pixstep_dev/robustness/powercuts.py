@@ -13,8 +13,9 @@ from pixstep.board import settings
 from pixstep.board.device import Board
 from pixstep.board.errors import BoardError
 from pixstep.progress import Progress, unseen
-from pixstep.simulation.simboard import SimulatedBoard
-from pixstep.simulation.simctl import Simulator
+from pixstep.simulation.simulated_board import SimulatedBoard
+from pixstep.simulation.simulator import Simulator
+from pixstep_trials.probe import Probe
 
 _STORE_S = 0.22  # of which 53 bytes take 3.4 ms each
 _COMMAND_S = 0.004  # the request that begins it is on the line for 2 ms
@@ -79,8 +80,8 @@ def _cut_once(rng: random.Random, simulator: Simulator, board: Board, outcome: O
     board.store()
     if cut > simulator.cycle:
         simulator.run(cut - simulator.cycle)
-    outcome.in_a_byte += simulator.eeprom_state(0).address is not None
-    simulator.power_cycle(0)
+    outcome.in_a_byte += Probe(simulator).eeprom_state(0).address is not None
+    simulator.supply(0, "cycle")
     simulator.boot()
     found = settings.read(board)
     if found == new:

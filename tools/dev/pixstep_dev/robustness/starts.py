@@ -28,8 +28,8 @@ from pixstep.board.upload import Upload
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.progress import Progress, unseen
-from pixstep.simulation.simboard import SimLink
-from pixstep.simulation.simctl import SimOptions, Simulator
+from pixstep.simulation.simulated_board import SimLink
+from pixstep.simulation.simulator import SimOptions, Simulator
 
 SYNCS = ("start", "lock")
 FLAWS = ("none", "none", "none", "miss", "false", "double")
@@ -261,9 +261,9 @@ class Bench:
             self.world.wait(trial.rest_s)
             self.world.later(trial.back_s, lambda: self.sim.clock("on"))
         flaws = {
-            "miss": lambda: self.sim.miss_edge(trial.flawed),
-            "false": lambda: self.sim.false_edge(trial.flawed),
-            "double": lambda: self.sim.add_edge(trial.flawed, 1, trial.phase),
+            "miss": lambda: self.sim.edge(trial.flawed, "miss 1"),
+            "false": lambda: self.sim.edge(trial.flawed, "pulse"),
+            "double": lambda: self.sim.edge(trial.flawed, f"add 1 {round(1000 * trial.phase)}"),
         }
         if trial.flaw in flaws:
             self.world.later(trial.flaw_s, flaws[trial.flaw])

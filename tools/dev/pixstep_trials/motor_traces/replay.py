@@ -22,15 +22,28 @@ LINKS: Final[dict[str, LinkName]] = {"link": "RDBL", "dol": "DOL"}
 
 def read(path: Path) -> Iterator[Trace]:
     """Yield the traces of a file of JSON lines, packed by xz where its name says so."""
-    with lzma.open(path, "rt") if path.suffix == ".xz" else path.open() as stream:
-        for number, line in enumerate(stream, 1):
-            try:
-                trace = json.loads(line)
-            except ValueError:
-                raise RefusedError(f"{path}:{number}: no JSON") from None
-            if not isinstance(trace, dict) or not trace.keys() >= KEYS:
-                raise RefusedError(f"{path}:{number}: a trace has {', '.join(sorted(KEYS))}")
-            yield trace
+    number = 0
+    for number, line in enumerate(_lines(path), 1):
+        try:
+            trace = json.loads(line)
+        except ValueError:
+            raise RefusedError(f"{path}:{number}: no JSON") from None
+        if not isinstance(trace, dict) or not trace.keys() >= KEYS:
+            raise RefusedError(f"{path}:{number}: a trace has {', '.join(sorted(KEYS))}")
+        yield trace
+    if not number:
+        raise RefusedError(f"{path}: there is no trace in it")
+
+
+def _lines(path: Path) -> Iterator[str]:
+    """Yield the lines of a text, packed or not."""
+    try:
+        with lzma.open(path, "rt") if path.suffix == ".xz" else path.open() as stream:
+            yield from stream
+    except (lzma.LZMAError, EOFError):
+        raise RefusedError(f"{path}: not packed by xz, or cut off") from None
+    except UnicodeDecodeError:
+        raise RefusedError(f"{path}: no text in UTF-8") from None
 
 
 def replay(trace: Trace) -> Difference | None:

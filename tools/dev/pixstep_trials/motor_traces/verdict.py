@@ -71,8 +71,10 @@ def judge(paths: Iterable[Path]) -> Verdict:
         for line, trace in enumerate(read(path), 1):
             try:
                 difference = replay(trace)
-            except (PlainError, KeyError, TypeError, ValueError) as error:
+            except PlainError as error:
                 raise RefusedError(f"{path}:{line}: {error}") from None
+            except (AttributeError, LookupError, TypeError, ValueError) as error:
+                raise RefusedError(f"{path}:{line}: no trace: {error}") from None
             kind = str(trace["kind"])
             one = None if difference is None else Differing(path, line, kind, difference)
             verdict.add(kind, one)

@@ -9,14 +9,12 @@ from functools import partial
 from typing import TYPE_CHECKING, Self
 
 from pixstep import arguments
-from pixstep.api import moving, running
-from pixstep.api.axes import Lines
+from pixstep.api import given, moving, running
 from pixstep.api.given import Hz
 from pixstep.api.machines import Motor
-from pixstep.api.motion import Motion, Motions
+from pixstep.api.motion import AxisState, Motion, Motions, Recording, states_of
 from pixstep.api.motions import CheckResult, MotionLine
 from pixstep.api.moving import (
-    SEARCH_STEPS,
     HomeResult,
     Homing,
     MoveResult,
@@ -25,9 +23,7 @@ from pixstep.api.moving import (
     Which,
 )
 from pixstep.api.programs import MotionProgram
-from pixstep.api.records import Recording
-from pixstep.api.running import Clock
-from pixstep.api.states import AxisState, states_of
+from pixstep.api.running import Clocking, Lines
 from pixstep.api.words import Decode, Direction, Parity, SharedLimit, Switches, Sync, Until
 from pixstep.board import capability, recording
 from pixstep.board.device import Board as Device
@@ -37,6 +33,7 @@ from pixstep.board.port import LAST_UNIT, LEAST_BAUD, MOST_BAUD, TIMEOUTS_S, Por
 from pixstep.board.run import Lines as Group
 from pixstep.board.run import command, rests, stop_axes, stopped_on_failure
 from pixstep.lazy import lazy
+from pixstep.moves import legs
 from pixstep.progress import Progress, unseen
 from pixstep.server import remote
 
@@ -91,7 +88,7 @@ class Board:
         those that `run` is to set.
         """
         arguments.instance("line", line, MotionLine, "a MotionLine")
-        return running.check(self.device, line, axes, Clock(sync, divider))
+        return running.check(self.device, line, axes, Clocking(sync, divider))
 
     def start(
         self,
@@ -121,7 +118,7 @@ class Board:
         cannot be measured and a board that does not answer. A fault later on is raised by `wait`.
         """
         arguments.function("progress", progress)
-        clock = Clock(sync, divider, gate_edges)
+        clock = Clocking(sync, divider, gate_edges)
         prepared = running.prepare(self.device, lines, axis, clock, checked=check)
         prepared.set_clock()
         return self._motions.begin(
@@ -238,7 +235,7 @@ class Board:
         decode: Decode | None = None,
         haps: int | None = None,
         slow: int | str | None = None,
-        search: int | str = SEARCH_STEPS,
+        search: int | str = legs.SEARCH_STEPS,
         clear: int | str | None = None,
         inverted: Switches | None = None,
         filter_us: int | None = None,
@@ -282,7 +279,7 @@ class Board:
         until: Until = "closed",
         decode: Decode | None = None,
         haps: int | None = None,
-        search: int | str = SEARCH_STEPS,
+        search: int | str = legs.SEARCH_STEPS,
         number: int | None = None,
         pixel_hz: Hz | None = None,
         divider: int | None = None,
@@ -373,7 +370,7 @@ class Bus:
         end the boards' counts of clock edges are compared. `wait` returns the states by address.
         """
         arguments.function("progress", progress)
-        clock = Clock(sync, divider, gate_edges)
+        clock = Clocking(sync, divider, gate_edges)
         several = running.prepare_several(
             lines, lambda unit: self.board(unit).device, clock, checked=check
         )
@@ -404,9 +401,8 @@ def connect(
     resets a board that is plugged in by USB: its boot loader is given its time. Raises UserError
     saying why a port cannot be opened.
     """
-    letter = None if parity is None else arguments.one_of("parity", parity, ("E", "O", "N"))
-    if timeout_s is not None:
-        timeout_s = arguments.finite("timeout_s", timeout_s, *TIMEOUTS_S)
+    letter = given.maybe(arguments.one_of, "parity", parity, ("E", "O", "N"))
+    timeout_s = given.maybe(arguments.finite, "timeout_s", timeout_s, *TIMEOUTS_S)
     name = str(arguments.path("port", port))
     rate = arguments.whole("baud", baud, LEAST_BAUD, MOST_BAUD)
     return Bus(remote.open_bus(Port(name, rate, letter, timeout_s)))

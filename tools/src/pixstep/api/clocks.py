@@ -9,11 +9,10 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Self
 
 from pixstep import arguments
-from pixstep.api.shown import Facts, Shown, count, frame
-from pixstep.api.ticks import Ticks
+from pixstep.api.shown import Facts, Shown, Ticks, count, frame
 from pixstep.errors import UserError
 from pixstep.lazy import lazy
-from pixstep.simulation.clockflaws import (
+from pixstep.simulation.pixel_clock import (
     MOST_JITTER_US,
     MOST_PPM,
     MOST_REST_MS,
@@ -25,8 +24,8 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-    from pixstep.simulation.clockjudge import Kept
-    from pixstep.simulation.simrun import Job
+    from pixstep.simulation.clock_judge import Kept
+    from pixstep.simulation.job import Job
 else:
     np, npt = lazy("numpy"), lazy("numpy.typing")
 

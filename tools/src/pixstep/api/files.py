@@ -14,6 +14,7 @@ from pixstep.errors import UserError
 from pixstep.formats import convert
 from pixstep.formats.convert import Conversion, HeaderChanges
 from pixstep.formats.files import KINDS
+from pixstep.formats.header import MOST_HAPS, MOST_LEAD_IN
 from pixstep.lines.line import PLAIN
 
 
@@ -68,14 +69,14 @@ def convert_file(
     place, out = arguments.path("source", source), arguments.path("target", target)
     hz = given.exact_hz(pixel_hz)
     changes = HeaderChanges(
-        None if header is None else arguments.text("header", header),
-        None if haps is None else arguments.whole("haps", haps, 0, 9999),
-        None if lead_in is None else arguments.whole("lead_in", lead_in, 0, 999_999),
+        given.maybe(arguments.text, "header", header),
+        given.maybe(arguments.whole, "haps", haps, 0, MOST_HAPS),
+        given.maybe(arguments.whole, "lead_in", lead_in, 0, MOST_LEAD_IN),
         None if hz is None else formats.hz_text(hz),
     )
     request = Conversion(
         _kind(out, to),
-        None if number is None else arguments.whole("number", number, 1),
+        given.maybe(arguments.whole, "number", number, 1),
         plain=decode is not None and given.decode(decode, None) == PLAIN,
         drop_header=arguments.flag("drop_header", drop_header),
         changes=changes,

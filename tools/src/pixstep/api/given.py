@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What callers of the interface say of lines and boards, read and refused in one way."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any, TypeVar, cast
@@ -24,6 +24,14 @@ Hz = Fraction | Decimal | float | str
 _Value = TypeVar("_Value")
 
 
+MOST_SEED = 0xFFFFFFFF
+
+
+def maybe(read: Callable[..., _Value], name: str, given: object, *within: Any) -> _Value | None:
+    """Return what is read of a value within some bounds, None if none is given."""
+    return None if given is None else read(name, given, *within)
+
+
 def exact_hz(given: Hz | None) -> Fraction | None:
     """Return a pixel frequency as the board takes it: exact, of a float the digits it shows."""
     if given is None:
@@ -40,11 +48,6 @@ def time(name: str, given: float | str) -> float:
     """Return a time in seconds: a number, or written as `"20 ms"`."""
     value = units.parse_seconds(given) if isinstance(given, str) else given
     return arguments.finite(name, value, 0)
-
-
-def seconds(name: str, given: float | str | None) -> float | None:
-    """Return the same, if it is given."""
-    return None if given is None else time(name, given)
 
 
 def scale(given: str | Scale | None, motor: Motor | None) -> Scale | None:
@@ -99,9 +102,7 @@ def limit(
 
 def motor(given: Motor | None) -> Motor | None:
     """Return a motor of a machine file, if there is one."""
-    if given is None:
-        return None
-    return arguments.instance("motor", given, Motor, "a motor of a Machine")
+    return maybe(arguments.instance, "motor", given, Motor, "a motor of a Machine")
 
 
 def decode(given: str | None, motor: Motor | None) -> Decode:
@@ -126,23 +127,17 @@ def refuse_empty(line: Line) -> None:
 
 def sync(given: str | None) -> Sync | None:
     """Return what lines are to the pixel clock, if it is given."""
-    if given is None:
-        return None
-    return cast(Sync, arguments.one_of("sync", given, tuple(regs.SYNCS)))
+    return cast("Sync | None", maybe(arguments.one_of, "sync", given, tuple(regs.SYNCS)))
 
 
 def divider(given: int | None) -> int | None:
     """Return how many clock edges a pixel has, if it is given."""
-    if given is None:
-        return None
-    return arguments.whole("divider", given, 1, MOST_EDGES)
+    return maybe(arguments.whole, "divider", given, 1, MOST_EDGES)
 
 
 def gate_edges(given: int | None) -> int | None:
     """Return how many edges behind a burst's first one lines begin, if it is given."""
-    if given is None:
-        return None
-    return arguments.whole("gate_edges", given, 0, boards.MOST_GATE_EDGES)
+    return maybe(arguments.whole, "gate_edges", given, 0, boards.MOST_GATE_EDGES)
 
 
 def board(given: str | None) -> BoardKind | None:

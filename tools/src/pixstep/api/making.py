@@ -113,7 +113,7 @@ def make_line(
         raise UserError("a line has pixels or length: give one of them")
     asked = _Asked(
         speed=speed,
-        length=None if length is None else given.steps("length", length, scale, 1),
+        length=given.maybe(given.steps, "length", length, scale, 1),
         hz=given.exact_hz(pixel_hz),
         divider=given.divider(divider),
         motor=motor,
@@ -300,17 +300,14 @@ def _by_acceleration(acceleration: float | str, jerk: float | str | None, asked:
     wanted = accelerate.Wanted(
         given.quantity("speed", asked.speed, units.SPEED, scale),
         given.quantity("max_acceleration", acceleration, units.ACCELERATION, scale),
-        None if jerk is None else given.quantity("max_jerk", jerk, units.JERK, scale),
+        given.maybe(given.quantity, "max_jerk", jerk, units.JERK, scale),
         clock_hz,
         plain=asked.rule == PLAIN,
     )
     edges, divider = _edges(wanted, asked)
-    hz = clock_hz / edges
-    top = asked.steps_px(hz)
-    notes = [accelerate.note(wanted, edges).partition(": --divider")[0]]
-    made, speed = accelerate.line(wanted, top, edges, asked.length, asked.request)
-    notes += accelerate.slower_notes(speed, top, hz, scale)
-    return _Made(made, "line", hz, divider, tuple(filter(None, notes)))
+    made, _, notes = accelerate.line(wanted, edges, asked.length, asked.request, scale)
+    notes = [note.partition(": divider")[0] for note in notes]
+    return _Made(made, "line", clock_hz / edges, divider, tuple(notes))
 
 
 def _edges(wanted: accelerate.Wanted, asked: _Asked) -> tuple[int, int | None]:

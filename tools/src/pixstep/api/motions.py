@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Any, Self, SupportsInt
 
 from pixstep import arguments, formats, owndata
 from pixstep.api import given
-from pixstep.api.errors import LineRefusedError
 from pixstep.api.given import Hz
 from pixstep.api.machines import Motor
-from pixstep.api.shown import Facts, Shown, count, frame
+from pixstep.api.shown import Facts, LineRefusedError, Shown, count, frame
 from pixstep.api.words import BoardKind, Decimals, Decode, Quantity, Separator
 from pixstep.arguments import FAR
 from pixstep.board import capability, settings
@@ -371,7 +370,7 @@ def read_line(
     """
     place = arguments.path("path", path)
     motor = given.motor(motor)
-    number = None if number is None else arguments.whole("number", number, 1)
+    number = given.maybe(arguments.whole, "number", number, 1)
     read = formats.read_motion(place)
     chosen = read.line(number)
     hz = given.exact_hz(pixel_hz) or (
@@ -428,24 +427,19 @@ def import_line(
     request = owndata.ImportRequest(
         rule,
         pixel_hz=hz,
-        quantity=_one_of("quantity", quantity, QUANTITIES),
-        unit=None if unit is None else arguments.text("unit", unit),
+        quantity=given.maybe(arguments.one_of, "quantity", quantity, QUANTITIES),
+        unit=given.maybe(arguments.text, "unit", unit),
         column=_column(column),
         scale=motor.steps_per_unit if motor else None,
         negative=motor.negative if motor else False,
         fit=arguments.flag("fit", fit),
-        separator=_one_of("separator", separator, (*SEPARATORS, BLANK, NONE)),
-        decimal=_one_of("decimal", decimal, tuple(DECIMALS)),
+        separator=given.maybe(arguments.one_of, "separator", separator, (*SEPARATORS, BLANK, NONE)),
+        decimal=given.maybe(arguments.one_of, "decimal", decimal, tuple(DECIMALS)),
     )
     made = owndata.import_line(place, request)
     motion = replace(made.line, backlash=given.backlash(None, rule, motor))
     deviation = float(made.largest_error_steps)
     return MotionLine(motion, hz, motor, made.assumed, deviation_steps=deviation)
-
-
-def _one_of(name: str, given: str | None, choices: tuple[str, ...]) -> str | None:
-    """Return one of several words, or None."""
-    return None if given is None else arguments.one_of(name, given, choices)
 
 
 def _column(given: str | int | None) -> str | None:

@@ -11,7 +11,7 @@ from typing import SupportsInt
 
 from pixstep import arguments
 from pixstep.api import given
-from pixstep.api.given import Hz
+from pixstep.api.given import Hz, maybe
 from pixstep.api.machines import Motor
 from pixstep.api.motions import Profile
 from pixstep.board import settings
@@ -22,11 +22,10 @@ from pixstep.lines.line import PLAIN
 from pixstep.moves import accel, fast, legs
 from pixstep.moves.accel import Acceleration
 from pixstep.moves.homing import Homed, Leg
-from pixstep.moves.inputs import INVERTED, SHARED, Inputs
-from pixstep.moves.legs import HomingPlan, HomingRequest
-from pixstep.moves.onboard import (
-    Clock,
+from pixstep.moves.legs import FILTER_US, INVERTED, SHARED, HomingPlan, HomingRequest, Inputs
+from pixstep.moves.on_board import (
     HomingOnBoard,
+    MotionClock,
     Moved,
     MoveOnBoard,
     prepare_homing,
@@ -37,11 +36,6 @@ from pixstep.profiles.generator import MOST_PIXELS
 
 ProfileLike = str | PathLike[str] | Profile | Iterable[SupportsInt]
 """A CSV or CSB file, a Profile, or the steps of each pixel of an acceleration from rest."""
-
-DIRECTIONS = {"plus": 1, "minus": -1}
-SWITCH = ("closed", "open")
-SEARCH_STEPS = 20_000
-_FILTER_US = (100, 20_000)
 
 
 @dataclass(frozen=True)
@@ -130,14 +124,14 @@ class Which:
             raise UserError(f"axis {axis}: board {device.unit} has {has}: 0 to {has - 1}")
         return axis
 
-    def clock(self, device: Device) -> Clock:
+    def clock(self, device: Device) -> MotionClock:
         """Return what the board is to be told of its clock."""
         motor = self.motor
         hz = given.exact_hz(self.pixel_hz) or (motor.pixel_hz if motor else None)
         divider = given.divider(self.divider) or (motor.divider if motor else None)
         if hz is None:
-            return Clock(None, divider)
-        return Clock(hz * (divider or settings.divider(device)), divider)
+            return MotionClock(None, divider)
+        return MotionClock(hz * (divider or settings.divider(device)), divider)
 
     @property
     def way(self) -> int:
@@ -189,7 +183,7 @@ class Homing:
     decode: str | None = None
     haps: int | None = None
     slow: int | str | None = None
-    search: int | str = SEARCH_STEPS
+    search: int | str = legs.SEARCH_STEPS
     clear: int | str | None = None
     number: int | None = None
 
@@ -198,7 +192,7 @@ class Homing:
     ) -> HomingPlan:
         """Return the legs."""
         motor, scale = which.motor, given.scale(None, which.motor)
-        direction = arguments.one_of("direction", self.direction, tuple(DIRECTIONS))
+        direction = arguments.one_of("direction", self.direction, tuple(legs.DIRECTIONS))
         rule = given.decode(self.decode, motor) if self.decode or motor else PLAIN
         known = profile if profile is not None or motor is None else motor.home_profile
         ramp = _acceleration(known, rule, self.number)
@@ -212,12 +206,12 @@ class Homing:
             )  # fmt: skip
         request = HomingRequest(
             axis=axis,
-            direction=which.way * DIRECTIONS[direction],
+            direction=which.way * legs.DIRECTIONS[direction],
             turned=which.way < 0,
-            haps=None if self.haps is None else arguments.whole("haps", self.haps, 1),
+            haps=maybe(arguments.whole, "haps", self.haps, 1),
             slow=slow,
             search_steps=given.steps("search", self.search, scale, 1, most),
-            clear_steps=None if self.clear is None else given.steps("clear", self.clear, scale),
+            clear_steps=maybe(given.steps, "clear", self.clear, scale),
             decode=rule,
         )
         return legs.plan(ramp, request, hz)
@@ -226,11 +220,9 @@ class Homing:
 def inputs(inverted: str | None, filter_us: int | None, home_is_limit: str | None) -> Inputs:
     """Return what the board is to be told of its switches."""
     return Inputs(
-        None if inverted is None else arguments.one_of("inverted", inverted, tuple(INVERTED)),
-        None if filter_us is None else arguments.whole("filter_us", filter_us, *_FILTER_US),
-        None
-        if home_is_limit is None
-        else arguments.one_of("home_is_limit", home_is_limit, tuple(SHARED)),
+        maybe(arguments.one_of, "inverted", inverted, tuple(INVERTED)),
+        maybe(arguments.whole, "filter_us", filter_us, *FILTER_US),
+        maybe(arguments.one_of, "home_is_limit", home_is_limit, tuple(SHARED)),
     )
 
 
@@ -267,7 +259,7 @@ def _acceleration(profile: ProfileLike | None, decode: str, number: int | None) 
     if profile is None:
         raise UserError("profile: none is given, and the motor's machine file names none")
     if isinstance(profile, str | PathLike):
-        which = None if number is None else arguments.whole("number", number, 1)
+        which = maybe(arguments.whole, "number", number, 1)
         return accel.read(arguments.path("profile", profile), number=which)
     if isinstance(profile, Profile):
         return _own(_counts_of(profile, decode), profile.name, profile.pixel_hz)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Lines of one or several boards: checked while nothing moves, then made by a Motion."""
+"""Lines of one or several boards: on which axis, by which clock; checked, then made by a Motion."""
 
 from __future__ import annotations
 
@@ -7,14 +7,12 @@ import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from typing import Self
 
 from pixstep import arguments, lazy
 from pixstep.api import given
-from pixstep.api.axes import Lines, by_axis
-from pixstep.api.clocking import Clocking
+from pixstep.api.motion import AxisState, Recording, states_of
 from pixstep.api.motions import CheckResult, MotionLine
-from pixstep.api.records import Recording
-from pixstep.api.states import AxisState, states_of
 from pixstep.board import capability, recording, settings, snapshot, together, upload
 from pixstep.board import run as running
 from pixstep.board.device import Board as Device
@@ -22,14 +20,96 @@ from pixstep.board.handle import Course
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines.units import refuse_period
 
+Lines = MotionLine | Sequence[MotionLine] | Mapping[int, MotionLine]
+"""One line, several, or lines by axis."""
+
+
+def by_axis(lines: Lines, axis: int | None = None) -> dict[int, MotionLine]:
+    """Return lines by axis.
+
+    One line goes to `axis`, else to the axis of its motor, else to axis 0; several to those of
+    their motors, or to axes 0, 1, 2 ... if none has a motor. Raises UserError for no line at all,
+    for two lines of one axis, and where an axis that is named is not that of the line's motor.
+    """
+    if isinstance(lines, MotionLine):
+        chosen = lines.axis if axis is None else given.axis(axis)
+        return _agreed({chosen: lines})
+    if axis is not None:
+        raise UserError(f"axis {arguments.shown(axis)}: only one line has an axis by it")
+    if isinstance(lines, Sequence) and not isinstance(lines, str):
+        return _in_order(lines)
+    return _agreed(_checked(given.by_axis("lines", lines)))
+
+
+def _in_order(lines: Sequence[MotionLine]) -> dict[int, MotionLine]:
+    """Return lines that are given without axes."""
+    found = _checked(dict(enumerate(lines)))
+    if not any(item.motor for item in found.values()):
+        return found
+    placed: dict[int, MotionLine] = {}
+    for item in found.values():
+        if item.motor is None:
+            raise UserError(f"{item.line.name}: has no motor, the others have: give lines by axis")
+        if item.axis in placed:
+            raise UserError(f"axis {item.axis}: has two lines, of motor {item.motor.name}")
+        placed[item.axis] = item
+    return placed
+
+
+def _checked(lines: Mapping[int, MotionLine]) -> dict[int, MotionLine]:
+    if not lines:
+        raise UserError("no line is given")
+    for axis, item in lines.items():
+        arguments.instance(f"line of axis {axis}:", item, MotionLine, "a MotionLine")
+    return dict(lines)
+
+
+def _agreed(lines: dict[int, MotionLine]) -> dict[int, MotionLine]:
+    """Return lines by axis; raises UserError for the line of another axis' motor."""
+    for axis, item in lines.items():
+        if item.motor and item.motor.axis != axis:
+            raise UserError(
+                f"{item.line.name}: is for motor {item.motor.name}, axis {item.motor.axis}, not "
+                f"for axis {axis}"
+            )
+    return lines
+
 
 @dataclass(frozen=True)
-class Clock:
-    """What a caller says of the pixel clock of lines; None is the machine's, else the board's."""
+class Clocking:
+    """What lines are to the pixel clock: None is as the machine has it, else as the board has it."""
 
     sync: str | None = None
     divider: int | None = None
     gate_edges: int | None = None
+
+    def of_lines(self, lines: Mapping[int, MotionLine]) -> Self:
+        """Return what is given, else what the machine of the lines has.
+
+        Raises UserError for what no board knows, and for a divider by which the pixels of a line
+        would not be edges of its machine's clock.
+        """
+        wanted: str | None = given.sync(self.sync)
+        divider, gate_edges = given.divider(self.divider), given.gate_edges(self.gate_edges)
+        for item in lines.values():
+            motor = item.motor
+            if item.divider is not None:
+                divider = _agreed_divider(item, item.divider, divider, "the clock")
+            if motor is None:
+                continue
+            wanted = wanted or motor.sync
+            gate_edges = motor.gate_edges if gate_edges is None else gate_edges
+            if item.divider is None and item.hz == motor.pixel_hz:
+                divider = _agreed_divider(item, motor.divider, divider, "its machine's clock")
+        return type(self)(wanted, divider, gate_edges)
+
+
+def _agreed_divider(item: MotionLine, own: int, other: int | None, clock: str) -> int:
+    """Return the divider of a line. Raises UserError if the run has another one."""
+    if other not in (None, own):
+        edges = "one edge" if own == 1 else f"{own} edges"
+        raise UserError(f"{item.line.name}: its pixels are {edges} of {clock}, the run has {other}")
+    return own
 
 
 @dataclass(frozen=True)
@@ -85,7 +165,7 @@ def with_records(device: Device, axes: Sequence[int], records: Recording) -> tup
     return tuple(replace(state, records=records.of(state.axis)) for state in states)
 
 
-def check(device: Device, line: MotionLine, axes: int, clock: Clock) -> CheckResult:
+def check(device: Device, line: MotionLine, axes: int, clock: Clocking) -> CheckResult:
     """Check a line by the limits that a board has now; `axes` move together."""
     known = settings.of_clock(given.sync(clock.sync), given.divider(clock.divider))
     bounds = capability.connected_limits(device, line.pixel_hz, given.axes(axes, None), known)
@@ -93,18 +173,18 @@ def check(device: Device, line: MotionLine, axes: int, clock: Clock) -> CheckRes
 
 
 def prepare(
-    device: Device, lines: Lines, axis: int | None, clock: Clock, *, checked: bool
+    device: Device, lines: Lines, axis: int | None, clock: Clocking, *, checked: bool
 ) -> Prepared:
     """Check lines for a board; nothing is sent."""
     found = by_axis(lines, axis)
     checked = arguments.flag("check", checked)
     hz = _one_frequency(found)
-    wanted = Clocking.of(found, clock.sync, clock.divider, clock.gate_edges)
+    wanted = clock.of_lines(found)
     refuse_period(hz, device.tick_hz())
     _refuse(device, found)
     if checked:
         for item in found.values():
-            check(device, item, len(found), Clock(wanted.sync, wanted.divider)).raise_if_refused()
+            check(device, item, len(found), wanted).raise_if_refused()
     edges = wanted.divider or settings.divider(device)
     axes = list(found)
     upload.require_idle(device, axes)
@@ -149,7 +229,7 @@ def make_together(several: Sequence[Prepared], course: Course) -> dict[int, tupl
 def prepare_several(
     lines: Mapping[int, Lines],
     device_of: Callable[[int], Device],
-    clock: Clock,
+    clock: Clocking,
     *,
     checked: bool,
 ) -> list[Prepared]:

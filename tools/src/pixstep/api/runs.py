@@ -15,25 +15,22 @@ from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from pixstep import arguments, outfolder
 from pixstep.api import given
-from pixstep.api.axes import Lines
-from pixstep.api.axes import by_axis as axes_of
-from pixstep.api.clocking import Clocking
 from pixstep.api.clocks import ClockErrors, ClockFigures, PixelClock
 from pixstep.api.given import Hz
 from pixstep.api.motions import MotionLine
-from pixstep.api.shown import Facts, Shown, count, frame
-from pixstep.api.ticks import Ticks
+from pixstep.api.running import Clocking, Lines
+from pixstep.api.running import by_axis as axes_of
+from pixstep.api.shown import Facts, Shown, Ticks, count, frame
 from pixstep.api.words import BoardKind, Sync
 from pixstep.board import boards
 from pixstep.errors import PlainError, UserError
 from pixstep.lazy import lazy
 from pixstep.progress import Progress, unseen
-from pixstep.simulation import simtask
-from pixstep.simulation.clockjudge import Kept
-from pixstep.simulation.judge import Judgement
-from pixstep.simulation.load import AxisLoad
+from pixstep.simulation import experiment
+from pixstep.simulation.clock_judge import Kept
+from pixstep.simulation.job import START, Job, RunResult
+from pixstep.simulation.judge import AxisLoad, Judgement
 from pixstep.simulation.report import PixelRow
-from pixstep.simulation.simrun import START, Job, RunResult
 from pixstep.simulation.small_pickle import SmallPickle
 from pixstep.simulation.summary import Summary
 from pixstep.simulation.verdict import AxisVerdict
@@ -48,7 +45,6 @@ else:
     np, npt = lazy("numpy"), lazy("numpy.typing")
 
 _Drawn = TypeVar("_Drawn")
-MOST_SEED = 0xFFFFFFFF
 
 
 class RunFailedError(PlainError):
@@ -146,7 +142,7 @@ class Run(Shown):
     summary: Summary
     """All figures, as in summary.json: a dictionary whose keys have types."""
     _traces: Mapping[int, Trace] = field(repr=False)
-    _loads: Mapping[int, tuple[AxisLoad, str]] = field(repr=False)
+    _loads: Mapping[int, tuple[Job, AxisLoad]] = field(repr=False)
     _kept: Mapping[int, tuple[Job, Kept]] = field(repr=False)
 
     @property
@@ -166,11 +162,11 @@ class Run(Shown):
         Of several axes, without `axis`, one figure has the speeds and edge errors of all.
         """
         from pixstep import plotting
-        from pixstep.simulation import overview, plots
+        from pixstep.simulation import plots
 
         with plotting.styled():
             if axis is None and len(self._traces) > 1:
-                return overview.build([*self._traces.values()])
+                return plots.together([*self._traces.values()])
             return plots.motion(self._trace(axis))
 
     def plot_edge_errors(self, axis: int | None = None) -> Figure:
@@ -192,15 +188,13 @@ class Run(Shown):
     def plot_load(self, axis: int | None = None) -> Figure:
         """Draw where the load of an axis with a plant was at the pixel edges, and how far off."""
         from pixstep import plotting
-        from pixstep.simulation import load_plot
 
-        load, title = _chosen(self._loads, axis, "has a plant and moved")
         with plotting.styled():
-            return load_plot.build(load, title, self.pixel_hz)
+            return experiment.load_figure(*_chosen(self._loads, axis, "has a plant and moved"))
 
     def plot_clock(self, axis: int | None = None) -> Figure:
         """Draw how far the pixel edges of an axis were from the clock's true edges."""
-        return simtask.clock_figure(*_chosen(self._kept, axis, "moved and was not free"))
+        return experiment.clock_figure(*_chosen(self._kept, axis, "moved and was not free"))
 
     def to_dataframe(self) -> Any:
         """Return a pandas.DataFrame, or a pyarrow.Table where there is no pandas: a row a pixel.
@@ -282,7 +276,7 @@ def simulate(
     hz = given.exact_hz(pixel_hz) or first.hz
     clock = PixelClock() if clock is None else clock
     clock = arguments.instance("clock", clock, PixelClock, "a PixelClock")
-    clocking = Clocking.of(by_axis, sync, divider, gate_edges)
+    clocking = Clocking(sync, divider, gate_edges).of_lines(by_axis)
     arguments.function("progress", progress)
     _refuse(by_axis, kind, hz, clocking, check=arguments.flag("check", check))
     if arguments.flag("vcd", vcd) and out is None:
@@ -297,12 +291,12 @@ def simulate(
         divider=clocking.divider or 1,
         gate_edges=clocking.gate_edges or 0,
         serial_load=arguments.flag("serial_load", serial_load),
-        seed=arguments.whole("seed", seed, high=MOST_SEED),
+        seed=arguments.whole("seed", seed, high=given.MOST_SEED),
         plants=_plants(plant, by_axis),
         vcd=vcd,
     )
     with _folder(out) as folder:
-        return _run(job, by_axis, *simtask.run_and_judge(job, folder, progress))
+        return _run(job, by_axis, *experiment.run_and_judge(job, folder, progress))
 
 
 @contextlib.contextmanager
@@ -312,7 +306,7 @@ def _folder(out: str | PathLike[str] | None) -> Iterator[Path]:
         with tempfile.TemporaryDirectory(prefix="pixstep-") as folder:
             yield Path(folder)
     else:
-        with outfolder.of_run(arguments.path("out", out), simtask.names()) as place:
+        with outfolder.of_run(arguments.path("out", out), experiment.names()) as place:
             yield place
 
 
@@ -392,8 +386,8 @@ def _run(
         tick_hz=job.tick_hz,
         axes=axes,
         summary=judged.summary,
-        _traces=simtask.traces(result, judged),
-        _loads={load.axis: (load, simtask.load_title(job, load.axis)) for load in loads},
+        _traces=experiment.traces(result, judged),
+        _loads={load.axis: (job, load) for load in loads},
         _kept={axis: (job, kept) for axis, kept in judged.kept.items()},
     )
 

@@ -1,11 +1,45 @@
 # SPDX-License-Identifier: MIT
-"""Results as a notebook shows them, and as tables of pandas or Arrow."""
+"""What results have in common: how they are shown, times in ticks, refusals with findings."""
 
+import math
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from html import escape
 from typing import Any
 
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
+from pixstep.lines.line_check import Finding
+from pixstep.simulation.report import ticks_text
+
+
+class LineRefusedError(RefusedError):
+    """A check refuses a line; `findings` are its errors, each with name and pixel."""
+
+    def __init__(self, message: str, findings: tuple[Finding, ...] = ()) -> None:
+        super().__init__(message)
+        self.findings: tuple[Finding, ...] = findings
+        """The errors of the check."""
+
+
+@dataclass(frozen=True)
+class Ticks:
+    """A time in ticks of the board's timer; `print` shows nanoseconds beside it."""
+
+    ticks: float
+    """Timer ticks."""
+    tick_hz: int
+    """Ticks a second."""
+
+    @property
+    def ns(self) -> float:
+        """The time in nanoseconds."""
+        return self.ticks / self.tick_hz * 1e9
+
+    def __str__(self) -> str:
+        if math.isnan(self.ticks):
+            return "unknown"
+        return f"{ticks_text(self.ticks)} ticks ({self.ns:.1f} ns)"
+
 
 Facts = Iterable[tuple[str, object]]
 

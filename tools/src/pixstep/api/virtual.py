@@ -17,10 +17,9 @@ from pixstep.api.given import Hz
 from pixstep.api.words import BoardKind
 from pixstep.board import boards, settings, shared_time
 from pixstep.errors import UserError
-from pixstep.simulation.simboard import SimLink
-from pixstep.simulation.simctl import SimOptions, SimulatorError
+from pixstep.simulation.simulated_board import SimLink
+from pixstep.simulation.simulator import SimOptions, SimulatorError
 
-MOST_SEED = 0xFFFFFFFF
 _MOST_BOARDS = 8
 
 
@@ -149,7 +148,7 @@ def simulated_bus(
         hz * edges_px,
         pixel_ppm=strays.ppm,
         flaws=strays.flaws,
-        seed=arguments.whole("seed", seed, high=MOST_SEED),
+        seed=arguments.whole("seed", seed, high=given.MOST_SEED),
         plants=_places(plants or {}, len(names)),
     )
     if edges is not None:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A bus with boards as whoever talks to them sees it: requests, and the time boards live in.
 
-A serial port is one (`open_port`), the simulator another (simulation/simboard.py).
+A serial port is one (`open_port`), the simulator another (simulation/simulated_board.py).
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
-from pixstep.errors import UserError
+from pixstep.errors import AskedText, UserError
 
 _URGENT, _FEEDS, _ASKS = range(3)
 
@@ -194,7 +194,10 @@ class Port:
         """
         parity = self.real_parity
         if is_pty(self.name) and parity != NO_PARITY:  # the system takes it now and then
-            raise UserError(f"{self.name}: a pseudo terminal has no parity {parity}: --parity N")
+            raise UserError(AskedText(
+                "{name}: a pseudo terminal has no parity {letter}: {parity} N",
+                name=self.name, letter=parity,
+            ))  # fmt: skip
         import serial  # takes its time to load, which help need not wait for
 
         opened = None

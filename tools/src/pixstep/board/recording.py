@@ -359,9 +359,9 @@ def recorded(
 
     Enter it when the board's clock is set and before the lines are queued; once they are `queued`
     the board keeps as many records as it was set to. `streamed` says that lines may be longer than
-    a queue, `axes_together` how many axes of all boards on the bus are read meanwhile. The board is set back after the lines, if no fault forbids that; not where they are
-    locked to the clock or the clock is gated, because a board measures its clock anew after every
-    change of a setting.
+    a queue, `axes_together` how many axes of all boards on the bus are read meanwhile. The board is
+    set back after the lines, if no fault forbids that; not where they are locked to the clock or
+    the clock is gated, because a board measures its clock anew after every change of a setting.
     """
     board = lines.board
     capacity = board.record_capacity()

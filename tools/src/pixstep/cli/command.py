@@ -18,7 +18,7 @@ from pixstep.cli.examples import EXAMPLES
 from pixstep.cli.failures import complain, complain_of_system, complain_of_usage
 from pixstep.errors import MISUSE, PlainError, UserError
 from pixstep.lazy import missing_package, require_package
-from pixstep.operations import outputs
+from pixstep.operations.asked import refuse_outputs
 
 PICTURES = (".png", ".svg", ".pdf")
 FILE = click.Path(path_type=Path, dir_okay=False)
@@ -95,7 +95,7 @@ class Command(click.Command):
         named = list(_paths(ctx, OutFile))
         inputs = tuple(path for _, path in _paths(ctx, click.Path, _is_input))
         with atomic.rules(atomic.WriteRules(ctx.meta.get(_FORCE, False), inputs)):
-            refuse_outputs(ctx, named)
+            _refuse_outputs(ctx, named)
             try:
                 return super().invoke(ctx)
             except ModuleNotFoundError as error:
@@ -281,8 +281,8 @@ def _name(param: click.Parameter) -> str:
     )
 
 
-def refuse_outputs(ctx: click.Context, named: list[tuple[str, Path]]) -> None:
+def _refuse_outputs(ctx: click.Context, named: list[tuple[str, Path]]) -> None:
     """Refuse outputs that cannot be written; each with its option."""
     if ctx.params.get("as_json") and any(atomic.is_stdout(path) for _, path in named):
         raise UserError("--json and the output both go to the standard output: name a file")
-    outputs.refuse(named)
+    refuse_outputs(named)

@@ -10,13 +10,21 @@ import os
 
 import click
 
-from pixstep.errors import one_line
+from pixstep.errors import one_line, told
+
+
+class Options(dict[str, str]):
+    """Options by the fields of a command; what is no field is an option of its own name."""
+
+    def __missing__(self, name: str) -> str:
+        word = name.islower() and name.isidentifier()
+        return f"--{name.replace('_', '-')}" if word else name
 
 
 def complain(error: Exception | str) -> None:
     """Print an error as its one line, if its stream is still there: a closed terminal is not."""
     with contextlib.suppress(OSError):
-        click.echo(f"pixstep: {one_line(str(error))}", err=True)
+        click.echo(f"pixstep: {one_line(told(error, Options()))}", err=True)
 
 
 def complain_of_system(error: OSError) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,12 +17,11 @@ from pixstep.cli import failures, origins, views
 from pixstep.cli.command import Command
 from pixstep.cli.field_types import click_type
 from pixstep.cli.output import say, show_json, show_json_row, teller
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import RefusedError, UserError, told
 from pixstep.machine import FILE_NAME, VARIABLE
 from pixstep.operations import perform
-from pixstep.operations.asked import AskedError, FieldError, MissingError
+from pixstep.operations.asked import AskedError, Field, FieldError, MissingError
 from pixstep.operations.desk import Desk, Source
-from pixstep.operations.field import Field
 from pixstep.operations.kinds import Flag
 from pixstep.operations.perform import Caller
 from pixstep.operations.request import Request, fields
@@ -115,7 +114,7 @@ class OperationCommand(Command):
         }
         caller = Caller(ctx.meta.get("machine"), ctx.meta.get("motors", ()), look=True)
         facts = perform.facts_of(self.request, given, caller)
-        self.request.prepare(facts, say)
+        self.request.prepare(facts, _sayer(self.request))
         if self.by_machine or self.request.needs_machine:
             origins.hold(ctx, facts)
         try:
@@ -135,7 +134,7 @@ class OperationCommand(Command):
             return click.MissingParameter(ctx=ctx, param=param)
         if error.field.name not in given:
             ctx.set_parameter_source(error.field.name, ParameterSource.DEFAULT_MAP)
-        return click.BadParameter(error.reason, ctx=ctx, param=param)
+        return click.BadParameter(told(error.reason, _words(self.request)), ctx=ctx, param=param)
 
 
 @functools.cache
@@ -242,8 +241,8 @@ def _run(**_params: Any) -> None:
     outputs = [path for _, path in perform.outputs(request)]
     page = _ConsolePage(next(filter(atomic.is_stdout, outputs), None))
     desk = Desk(
-        facts, sources, say, warn=_warn, progress=progress.shown, complain=failures.complain,
-        view=views.of(request.words, as_json=as_json), keeps=False,
+        facts, sources, _sayer(type(request)), warn=_warn, progress=progress.shown,
+        complain=failures.complain, view=views.of(request.words, as_json=as_json), keeps=False,
     )  # fmt: skip
     if as_json:
         desk.row = show_json_row
@@ -252,11 +251,11 @@ def _run(**_params: Any) -> None:
     try:
         result = perform.finish(request, desk)
     except BaseException:
-        if desk.so_far is not None and as_json:
-            show_json(desk.so_far.data)
+        if desk.so_far is not None:
+            _deliver(request, desk.so_far, page, as_json=as_json)
         raise
     if not (as_json and request.json_rows and result.told):
-        _deliver(result, page, as_json=as_json)
+        _deliver(request, result, page, as_json=as_json)
     ctx.exit(result.status)
 
 
@@ -266,17 +265,34 @@ def _explained(ctx: click.Context, request: type[Request]) -> Iterator[None]:
     try:
         yield
     except UserError as error:
-        text, cure = str(error), ""
+        words, cure = _words(request), ""
+        text = told(error, words)
         if isinstance(error, AskedError):
-            names = {name: one.option for name, one in fields(request).items()}
-            names.setdefault("machine", "--machine")
-            text, cure = error.told(names), error.cured(names)
+            text, cure = error.told(words), error.cured(words)
         error.args = (f"{text}{origins.origin(ctx, text)}{cure}",)
         raise
     except click.BadParameter as error:
         if not error.param or not origins.by_machine(ctx, error.param.name or ""):
             raise
         raise RefusedError(f"{failures.said(error)}{origins.origin(ctx)}") from None
+
+
+def _words(request: type[Request]) -> failures.Options:
+    return failures.Options({name: one.option for name, one in fields(request).items()})
+
+
+def _worded(data: Any, words: failures.Options) -> Any:
+    """Return data whose texts name options."""
+    if isinstance(data, Mapping):
+        return {key: _worded(value, words) for key, value in data.items()}
+    if isinstance(data, (list, tuple)):
+        return [_worded(value, words) for value in data]
+    return told(data, words) if isinstance(data, str) else data
+
+
+def _sayer(request: type[Request]) -> Callable[[Iterable[str]], None]:
+    """Return what prints notes, which name options."""
+    return lambda notes: say(told(note, _words(request)) for note in notes)
 
 
 def _aside(text: str) -> None:
@@ -288,9 +304,9 @@ def _warn(warnings: Iterable[str]) -> None:
         click.echo(f"warning: {one}", err=True)
 
 
-def _deliver(result: Result, page: _ConsolePage, *, as_json: bool) -> None:
+def _deliver(request: Request, result: Result, page: _ConsolePage, *, as_json: bool) -> None:
     if as_json:
-        show_json(result.data)
+        show_json(_worded(result.data, _words(type(request))))
     elif result.told:
         return
     elif not isinstance(result.text, str):

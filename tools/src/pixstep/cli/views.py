@@ -12,7 +12,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pixstep.operations.board import selftest, simulate, watch
+    from pixstep.operations.board import bring_up, simulate, watch
     from pixstep.server.journal import Log
 
 
@@ -30,7 +30,7 @@ def _watch(as_json: bool) -> watch.Screen | None:
     return watchview.screen()
 
 
-def _selftest(as_json: bool) -> selftest.AtTerminal:
+def _selftest(as_json: bool) -> bring_up.AtTerminal:
     from pixstep.cli.board.person import Person  # which other commands do not need
 
     return Person(as_json=as_json)

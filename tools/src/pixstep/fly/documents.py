@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from pixstep.api.records import AxisRecords
+from pixstep.api.motion import AxisRecords
 from pixstep.fly.places import Place
 from pixstep.fly.scan_line import ScanLine
 from pixstep.fly.tracks import Track

@@ -14,8 +14,7 @@ import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from pixstep.api.motion import Motion
-from pixstep.api.records import AxisRecords
+from pixstep.api.motion import AxisRecords, Motion
 from pixstep.board import snapshot
 from pixstep.board.device import Board as Device
 from pixstep.board.errors import BoardError, MotionStoppedError, MotionTimeoutError
@@ -191,8 +190,7 @@ class Flight:
             said = snapshot.clock_beside(self._devices[0], self._world)
             motion.stop()
             raise BoardError(
-                f"{self._layout.name}: no pixel clock in {self._clock_timeout_s:g} s, nothing has "
-                f"moved: {said}"
+                f"no pixel clock in {self._clock_timeout_s:g} s, nothing has moved: {said}"
             )
 
     def _explained(self, error: BaseException) -> BaseException | None:
@@ -200,5 +198,5 @@ class Flight:
         if self._reason and isinstance(error, MotionStoppedError):
             if self._well:
                 return None
-            return MotionStoppedError(f"{self._layout.name}: {self._reason}: {error}")
+            return MotionStoppedError(f"{self._reason}: {error}")
         return error

@@ -12,9 +12,9 @@ from typing import Any, cast
 
 from pixstep import arguments, lazy
 from pixstep.api import given
-from pixstep.api.axes import Lines
 from pixstep.api.bus import Board, Bus
 from pixstep.api.motion import Motion
+from pixstep.api.running import Lines
 from pixstep.api.words import Sync
 from pixstep.board.device import Board as Device
 from pixstep.errors import UserError

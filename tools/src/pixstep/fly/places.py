@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from pixstep.api.axes import Lines, by_axis
 from pixstep.api.motions import MotionLine
+from pixstep.api.running import Lines, by_axis
 from pixstep.errors import RefusedError
 from pixstep.fly.scan_line import ScanLine
 
@@ -60,12 +60,12 @@ class Place:
         start = self.line.start
         motor = self.line.motor
         play = max(self.line.line.backlash, motor.backlash_steps if motor else 0)
-        off_steps = abs(here - start) * abs(self.steps_per_unit)
-        if off_steps > play + 1:
+        off_steps = round((start - here) * abs(self.steps_per_unit))
+        if abs(off_steps) > play:
             unit = self.length_unit
             raise RefusedError(
                 f"{self.name}: is at {here:.6g} {unit}, the scan's line begins at {start:.6g} "
-                f"{unit}: move it there first, by {start - here:+.6g} {unit}"
+                f"{unit}: move it there first, by {off_steps:+d} steps"
             )
         return start
 
@@ -73,13 +73,16 @@ class Place:
 def places_of(lines: Mapping[int, Lines]) -> list[Place]:
     """Return the axes of lines by the addresses of their boards.
 
-    An axis is called by its motor, else `axis0`; with several boards `board1_axis0`.
+    An axis is called by its motor, else by the axis of its scan, else `axis0`; with several boards
+    `board1_axis0`.
     """
     found = []
     for unit, ours in lines.items():
         for axis, line in by_axis(ours).items():
-            plain = f"axis{axis}" if len(lines) == 1 else f"board{unit}_axis{axis}"
-            found.append(Place(unit, axis, line.motor.name if line.motor else plain, line))
+            name = f"axis{axis}" if len(lines) == 1 else f"board{unit}_axis{axis}"
+            if isinstance(line, ScanLine):
+                name = line.scan_axis
+            found.append(Place(unit, axis, line.motor.name if line.motor else name, line))
     names = [place.name for place in found]
     return [
         place

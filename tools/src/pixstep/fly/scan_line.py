@@ -29,13 +29,18 @@ class ScanLine(MotionLine):
     steps_per_unit: float = 1.0
     """The motor's steps for one unit, negative where the motor runs backwards."""
     start: float = 0.0
-    """Where the load is at line zero: the run-up before the first point."""
+    """Where the load is at line zero, on a whole step: the run-up before the first point."""
     end: float = 0.0
     """Where the load is at the end of the line."""
     point_pixels: tuple[int, ...] = ()
     """Pixels of each point, in their order."""
     run_up: int = 0
     """Pixels before the first point."""
+
+    @property
+    def start_steps(self) -> int:
+        """Where the load is at line zero, in steps: from position 0 it is `board.move` so far."""
+        return round(self.start * abs(self.steps_per_unit))
 
     @property
     def points(self) -> int:

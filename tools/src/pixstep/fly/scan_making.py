@@ -128,6 +128,9 @@ class ScanLines:
         play = any(one.backlash for one in self.drives)
         before = _Before(int(play), run_up, _EVEN_PIXELS if play else 0)
         ways = _with_run_up(edges, before)
+        # A motor stands on whole steps: so does the line's beginning.
+        begins = round(ways[0] * drive.factor) / drive.factor
+        ways[: before.rest + 1] = begins
         made = line_from_positions(
             ways, unit=drive.unit, motor=drive.motor, pixel_hz=self.hz, decode=drive.rule,
             steps_per_unit=drive.scale, backlash=drive.backlash, name=f"axis {drive.axis}",
@@ -252,4 +255,10 @@ def _refuse_findings(line: ScanLine, drive: Drive, axes: int) -> None:
         found += line.check_by(limits).errors
     if found:
         first = min(found, key=lambda one: one.pixel)
-        raise TooFastError(f"axis {line.scan_axis}: {_where(line, first.pixel)}: {first.message}")
+        said = f"axis {line.scan_axis}: {_where(line, first.pixel)}: {first.message}"
+        if first.name == "backlash_over_speed":
+            raise RefusedError(
+                f"{said}; what fits: {line.line.backlash} steps a pixel or more: faster points, or "
+                f"a pixel clock of a lower frequency"
+            )
+        raise TooFastError(said)

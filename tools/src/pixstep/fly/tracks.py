@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from itertools import accumulate
 from typing import TYPE_CHECKING
 
-from pixstep.api.records import AxisRecords
+from pixstep.api.motion import AxisRecords
 from pixstep.fly.places import Place
 from pixstep.fly.scan_line import ScanLine
 from pixstep.lazy import lazy

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pixstep import atomic
-from pixstep.errors import UserError
+from pixstep.errors import AskedText, UserError
 from pixstep.formats.files import encode
 from pixstep.formats.findings import shown_path
 from pixstep.formats.header import ProfileHeader
@@ -81,7 +81,9 @@ def write(file: PrnFile | MotionFile, source: Path, target: Path, request: Conve
     except UserError as error:
         if str(error).startswith(shown_path(source)):
             raise
-        raise UserError(f"{shown_path(source)}: {error}") from None
+        raise UserError(
+            AskedText("{path}: {error}", path=shown_path(source), error=error)
+        ) from None
     data = encode(made, target)
     atomic.write_bytes(target, data)
     parts = (made,) if isinstance(made, PrnFile) else made.blocks
@@ -91,22 +93,24 @@ def write(file: PrnFile | MotionFile, source: Path, target: Path, request: Conve
 def _check_options(from_prn: bool, to_prn: bool, request: Conversion) -> None:
     """Refuse what the options leave open or contradict."""
     if from_prn != to_prn and not request.plain:
-        raise UserError(
+        raise UserError(AskedText(
             "a PRN holds speeds for a smooth motor and counts for a plain one, a CSV or CSB counts "
-            "for both: --decode plain says that the motor is plain (for a smooth one, `pixstep "
+            "for both: {decode} plain says that the motor is plain (for a smooth one, `pixstep "
             "line make` makes counts from speeds)"
-        )
+        ))  # fmt: skip
     if request.changes.given and (to_prn or request.drop_header):
         raise UserError("header options are given, though the output has no header")
     if from_prn and (request.drop_header or request.line):
-        raise UserError("a PRN has neither a header nor lines: no --drop-header, no --line")
+        raise UserError(
+            AskedText("a PRN has neither a header nor lines: no {drop_header}, no {line}")
+        )
 
 
 def _chosen(file: MotionFile, request: Conversion) -> MotionFile:
     """Return the file with the asked-for line alone, or the only one if it must be one."""
     to_bare = request.to == PRN_KIND or request.drop_header
     if file.header and to_bare and not request.drop_header:
-        raise UserError("the header would be lost: --drop-header says that it may")
+        raise UserError(AskedText("the header would be lost: {drop_header} says that it may"))
     if request.line is None and not to_bare:
         return file
     block = file.line(request.line)
@@ -127,7 +131,7 @@ def _to_motion(file: MotionFile, request: Conversion) -> tuple[MotionFile, tuple
         return replace(made, header=header), (f"header: {changed} changed",)
     changes = request.changes
     if changes.name is None or changes.pixel_hz is None:
-        raise UserError("a new header needs --header NAME and --pixel-hz")
+        raise UserError(AskedText("a new header needs {header} NAME and {pixel_hz}"))
     header = ProfileHeader(
         timestamp=changes.timestamp or time.ctime(),
         name=changes.name,

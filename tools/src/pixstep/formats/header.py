@@ -16,6 +16,7 @@ HEADER_WIDTH = 40
 HEADER_LINES = 4
 NAME_WIDTH = 20
 MOST_LINES = 99_999
+MOST_HAPS, MOST_LEAD_IN = 9999, 999_999
 
 _WEEK = ("Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday")
 _DAYS = tuple(day[:3] for day in _WEEK)

@@ -26,7 +26,7 @@ from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 
-from pixstep.errors import UserError
+from pixstep.errors import AskedText, UserError
 from pixstep.formats.findings import Findings, counted, shown, shown_path
 from pixstep.formats.header import (
     CSB_TEXT_AT,
@@ -108,7 +108,10 @@ class MotionFile:
             line, column = place_in_csb(line, column)
         where = f"{shown_path(self.path)}:{line}:{column}"
         if number is None and count > 1:
-            raise UserError(f"{where}: holds {count} lines: choose one by --line 1..{count}")
+            raise UserError(AskedText(
+                "{where}: holds {count} lines: choose one by {line} 1..{count}",
+                where=where, count=count,
+            ))  # fmt: skip
         if not 1 <= (number or 1) <= count:
             raise UserError(f"{where}: holds {counted(count, 'line')}, there is no line {number}")
         return self.blocks[(number or 1) - 1]

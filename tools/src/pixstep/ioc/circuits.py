@@ -28,7 +28,7 @@ class _Marker:
         self.passed = asyncio.Event()
 
 
-class Circuit(_VirtualCircuit):  # type: ignore[misc] # caproto has no types
+class Circuit(_VirtualCircuit):  # type: ignore[misc]  # caproto has no types
     """One client's connection."""
 
     async def send(self, *commands: Any) -> None:
@@ -73,7 +73,7 @@ class Circuit(_VirtualCircuit):  # type: ignore[misc] # caproto has no types
                 marker.passed.set()
 
 
-class Context(_Context):  # type: ignore[misc] # caproto has no types
+class Context(_Context):  # type: ignore[misc]
     """The server of all PVs of one process."""
 
     CircuitClass = Circuit

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""A motor record that is served: its model, what drives its motor, its PVs, and who waits for it."""
+"""A motor record that is served: its model, its motor's drive, its PVs, and who waits for it."""
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
 import time
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Literal
 
 import caproto
 
@@ -16,19 +17,18 @@ from pixstep.ioc.channels import SHAPE, FieldChannel
 from pixstep.motor_record import FIELDS, Command, MotorRecord, Msta, PutRefusedError, Verb
 
 if TYPE_CHECKING:
-    from pixstep.motor_record import Drive, LinkName, Outcome, Status
+    from pixstep.ioc.saved import Kept
+    from pixstep.motor_record import Drive, Outcome, Status
     from pixstep.motor_record.field import Value
 
 Tell = Callable[..., None]
-LINKS: tuple[LinkName, ...] = (
-    "DOL",
-    "RDBL",
-)  # fields that name another PV, whose value the record takes
+# Fields that name another PV, whose value the record takes.
+LINKS: tuple[Literal["DOL", "RDBL"], ...] = ("DOL", "RDBL")
 _UDF, _INVALID = 17, 3  # alarm of a record that knows nothing of its motor yet
 
 
 def _never(status: Status) -> bool:
-    """Say of a driver that knows no such status that its statuses are always newer than commands."""
+    """Say that no status is older than the newest commands, of a drive that cannot tell."""
     del status
     return False
 
@@ -39,12 +39,12 @@ FindPv = Callable[[str], "FieldChannel | None"]
 class ServedMotor:
     """One record. Everything but `_report` runs in the loop of the server."""
 
-    def __init__(
-        self, name: str, fields: Mapping[str, Value], drive: Drive, tell: Tell, find: FindPv
-    ) -> None:
-        self.name, self.record = name, MotorRecord(fields)
+    def __init__(self, name: str, kept: Kept, drive: Drive, tell: Tell, find: FindPv) -> None:
+        self.name, self.record, self._kept = name, MotorRecord(kept.fields), kept
         self.is_ready = False
         self.is_lost = False
+        self._problem = ""
+        self._last: Status | None = None
         self._drive, self._tell, self._find = drive, tell, find
         self._loop: asyncio.AbstractEventLoop | None = None
         self._statuses: asyncio.Queue[Status] = asyncio.Queue()
@@ -54,7 +54,7 @@ class ServedMotor:
         self._overtaken = getattr(drive, "overtaken", _never)
         self._announced = False
         self._shape: tuple[Value, ...] = ()
-        self._linked: dict[LinkName, float | None] = dict.fromkeys(LINKS)
+        self._linked: dict[str, float | None] = dict.fromkeys(LINKS)
         self._tasks: set[asyncio.Future[None]] = set()
         self.ready = asyncio.Event()
         self.pvs: dict[str, FieldChannel] = {
@@ -66,6 +66,11 @@ class ServedMotor:
         if field == "NAME":
             return self.name
         return common.VALUES[field] if field in common.COMMON else self.record[field]
+
+    @property
+    def offset_steps(self) -> int:
+        """What the drive adds to the board's register, where it does."""
+        return int(getattr(self._drive, "offset_steps", 0))
 
     @property
     def is_moving(self) -> bool:
@@ -95,22 +100,43 @@ class ServedMotor:
         if self._overtaken(status):
             return
         self._note_loss(bool(status.flags & Msta.COMM_ERR))
+        self._note_problem(bool(status.flags & Msta.PROBLEM))
+        self._last = status
         if self.is_ready:
             await self._take_links()
             outcome = self.record.update(status)
             if self._announced and status.flags & Msta.DONE and not outcome.commands:
                 self._drive.obey(())  # what was announced is not wanted
+                self._announced = False
             await self._act(outcome)
         elif not status.flags & Msta.COMM_ERR:
             self.is_ready = True
-            await self._act(self.record.initialise(status))
+            await self._act(self.record.initialise(self._with_offset(status)))
             await self._show_all()
             self.ready.set()
+
+    def _with_offset(self, status: Status) -> Status:
+        """Return the first status with the offset of the last server's positions, if it holds."""
+        register = status.position_steps - self.offset_steps
+        offset = self._kept.offset_at(register) - self.offset_steps
+        if not offset:
+            return status
+        position = status.position_steps + offset
+        self._drive.obey([Command(Verb.LOAD_POS, float(position))])
+        return replace(status, position_steps=position)
 
     def _note_loss(self, lost: bool) -> None:
         if lost != self.is_lost:
             self.is_lost = lost
             self._tell("connection lost" if lost else "connection back", motor=self.name)
+
+    def _note_problem(self, there: bool) -> None:
+        """Tell once why the motor has a problem, if its drive can say that."""
+        why = str(getattr(self._drive, "problem", "")) if there else ""
+        if why and not self.is_lost and why != self._problem:
+            self._tell("problem", motor=self.name, why=why)
+        if why or not there:
+            self._problem = why
 
     async def put(self, field: str, value: Value) -> None:
         """Write a field for a client; return when the motion that follows is over."""
@@ -122,6 +148,9 @@ class ServedMotor:
             await self._take_links()
             outcome = self.record.put(field, value)
             await self._act(outcome)
+            if self.is_lost and self._last is not None and not outcome.commands:
+                # The record drops COMM_ERR once it has seen it: the motor is as lost as before.
+                await self._act(self.record.update(self._last))
             if field in LINKS:
                 self._judge_link(field)
             is_over = outcome.complete or self.record["DMOV"] != 0
@@ -143,10 +172,10 @@ class ServedMotor:
 
     async def _act(self, outcome: Outcome) -> None:
         """Do what an event has brought about: the motor first, then the clients."""
+        now_s = time.time()
         if outcome.commands:
             self._drive.obey(outcome.commands, outcome.second_leg)
             self._announced = bool(outcome.second_leg)
-        now_s = time.time()
         status, severity = int(self.record["STAT"]), int(self.record["SEVR"])
         alarmed = await channels.raise_alarm(self._alarm, status, severity)
         for post in outcome.posts:

@@ -19,8 +19,9 @@ STATUS = {
     "SAVED": "when settings and positions were written last; empty: not yet",
     "RECORDS": "the names of its records, one a line (a long text)",
 }
+_COMPARE = ("START_POSITION", "END_POSITION", "INCREMENT", "PULSE_WIDTH", "ENABLE")
 # What EPICS has standard PVs for and the boards can't do yet.
-NOT_SERVED = dict.fromkeys(("PCO_START_POSITION", "PCO_END_POSITION", "PCO_INCREMENT", "PCO_PULSE_WIDTH", "PCO_ENABLE"), "position compare: the boards have no triggers")  # fmt: skip
+NOT_SERVED = {f"PCO_{name}": "position compare: the boards have no triggers" for name in _COMPARE}
 
 
 def all_names(prefix: str, records: Iterable[str]) -> list[str]:

@@ -129,10 +129,10 @@ class Server:
             self._log.tell("ended", motors=len(self._motors))
 
     def _made(self, spec: Motor) -> ServedMotor:
-        fields, was_moving = self._saved.fields(spec.record, spec.fields)
-        if was_moving:
+        kept = self._saved.kept(spec.record, spec.fields)
+        if kept.is_moving:
             self._log.tell("was moving when the last IOC ended", motor=spec.record)
-        return ServedMotor(spec.record, fields, spec.drive, self._log.tell, self._fields.get)
+        return ServedMotor(spec.record, kept, spec.drive, self._log.tell, self._fields.get)
 
     async def _first_statuses(self) -> None:
         """Wait a while for all boards, so that clients never see positions that nobody knows."""
@@ -176,8 +176,10 @@ class Server:
     def _note(self) -> None:
         for motor in self._motors:
             if motor.is_ready:
-                given = self._given[motor.name]
-                self._saved.note(motor.name, given, motor.record, motor.is_moving)
+                self._saved.note(
+                    motor.name, self._given[motor.name], motor.record,
+                    is_moving=motor.is_moving, offset_steps=motor.offset_steps,
+                )  # fmt: skip
 
     def _keep(self) -> None:
         """Keep the last state."""
@@ -207,6 +209,11 @@ def _reason(error: BaseException) -> str:
     return one_line(f"{error}{f': {_reason(cause)}' if cause else ''}") or type(error).__name__
 
 
+def _is_unheard(error: BaseException | None) -> bool:
+    """True for a beacon that nobody listens to: clients find the server without."""
+    return error is not None and isinstance(error.__cause__, ConnectionRefusedError)
+
+
 _ONCE = (
     "Failed to send beacon to %r. Try setting EPICS_CAS_AUTO_BEACON_ADDR_LIST=no and "
     "EPICS_CAS_BEACON_ADDR_LIST=<addresses>.",
@@ -228,8 +235,8 @@ class _Told(logging.Handler):
             self._log.tell("refused", client=_client(record), reason=str(error))
             return
         text = one_line(record.getMessage())
-        if record.msg in _ONCE:  # it comes again each 15 s, with nobody there who listens
-            if text in self._told:
+        if record.msg in _ONCE:  # it comes again each 15 s
+            if text in self._told or _is_unheard(error):
                 return
             self._told.add(text)
         self._log.tell("channel access", text=f"{text}: {_reason(error)}" if error else text)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pixstep.board import boards, capability, settings
 from pixstep.board.capability import BoardLimits
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.jobs.job import Job
 from pixstep.lines import line_check
 from pixstep.lines.line import Line
@@ -65,7 +65,10 @@ def judge(
     for number, name in enumerate(job.motors, 1):
         found = of_motor(job, machine, name)
         if found.refusal and refuse:
-            raise RefusedError(f"{path}: {found.refusal} (--no-check writes it all the same)")
+            raise RefusedError(AskedText(
+                "{path}: {refusal} ({no_check} writes it all the same)",
+                path=path, refusal=found.refusal,
+            ))  # fmt: skip
         said += [found.refusal] * bool(found.refusal)
         said += found.warnings
         show(number / len(job.motors))

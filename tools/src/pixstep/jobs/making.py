@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from pixstep.board import capability, values
-from pixstep.errors import UserError
+from pixstep.errors import AskedText, UserError
 from pixstep.jobs import image, ramps
 from pixstep.jobs.assembly import Common, Copies, MotorPart, Place, Stroke, assemble
 from pixstep.jobs.header import LineTable, MotorTable, SourceTable, sums
@@ -19,6 +19,7 @@ from pixstep.lines.units import Quantity, whole_speed
 from pixstep.machine.files import MachineFile
 from pixstep.machine.model import MotorTable as MachineMotor
 from pixstep.profiles import turning
+from pixstep.profiles.generator import MAX_SPEED
 
 
 @dataclass(frozen=True)
@@ -145,9 +146,12 @@ def _scan(machine: MachineFile, name: str, wanted: AskedImage, asked: Asked) -> 
 def _speed(machine: MachineFile, motor: MachineMotor, speed: Quantity) -> int:
     """Return a speed in steps/pixel. Raises UserError naming the motor and the nearest legal."""
     try:
-        return whole_speed(speed, machine.pixel_hz, motor.steps_per_unit, smooth=motor.smooth)
+        top = whole_speed(speed, machine.pixel_hz, motor.steps_per_unit, smooth=motor.smooth)
     except UserError as error:
         raise UserError(f"motor {motor.name}: {error}") from None
+    if not 1 <= top <= MAX_SPEED + 1:  # an odd one just above it is refused with its neighbours
+        raise UserError(f"motor {motor.name}: speed {top} is outside 1..{MAX_SPEED} steps/px")
+    return top
 
 
 def _move(machine: MachineFile, name: str, distance: int, uses: Sequence[str]) -> Move:
@@ -155,7 +159,9 @@ def _move(machine: MachineFile, name: str, distance: int, uses: Sequence[str]) -
     motor = machine[name]
     steps = -distance if motor.negative else distance
     if not steps:
-        raise UserError(f"motor {name}: a move of 0 steps: --still is a motor that does not move")
+        raise UserError(
+            AskedText("motor {name}: a move of 0 steps: {still} is for one that rests", name=name)
+        )
     made = ramps.move(machine, motor, steps, uses)
     return Move(name, made, motor.smooth and steps < 0)
 

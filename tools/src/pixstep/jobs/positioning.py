@@ -14,9 +14,9 @@ from pixstep.jobs.job import Job
 from pixstep.jobs.shapes import MINUS, NONE, Run
 from pixstep.jobs.stations import Station
 from pixstep.machine.files import MachineFile
-from pixstep.moves import accel, fast, onboard
+from pixstep.moves import accel, fast, on_board
 from pixstep.moves.accel import Acceleration
-from pixstep.moves.onboard import Clock
+from pixstep.moves.on_board import MotionClock
 
 
 @dataclass(frozen=True)
@@ -83,8 +83,8 @@ def _off(station: Station, name: str, position: int, line: Run) -> Off:
 
 def _move(one: Off, machine: MachineFile, move: fast.FastMove, world: World) -> None:
     axis = one.station.motors[one.motor]
-    ready = onboard.prepare_move(
-        one.station.board, axis, move, Clock(machine.clock_hz, machine.clock.edges), "move"
+    ready = on_board.prepare_move(
+        one.station.board, axis, move, MotionClock(machine.clock_hz, machine.clock.edges), "move"
     )
     with run.stopped_on_failure([ready.lines]):
         ready.make(world)

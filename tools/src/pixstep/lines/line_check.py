@@ -15,7 +15,7 @@ from math import inf
 from typing import Any, TypedDict, cast
 
 from pixstep import arguments
-from pixstep.errors import RefusedError
+from pixstep.errors import AskedText, RefusedError
 from pixstep.lines import core
 from pixstep.lines.core import NO_LIMIT, CoreFinding, CoreLimits
 from pixstep.lines.line import Line
@@ -152,8 +152,9 @@ def raise_if_refused(name: str, findings: Sequence[Finding], advice: str = "") -
     if first is None:
         return
     where = f"pixel {first.pixel}" if first.pixel else "the line as a whole"
-    behind = f" ({advice})" if advice else ""
-    raise RefusedError(f"{name}: line refused: {first.name} at {where}: {first.message}{behind}")
+    behind = " ({advice})" if advice else ""
+    text = f"line refused: {first.name} at {where}: {first.message}"
+    raise RefusedError(AskedText("{name}: {text}" + behind, name=name, text=text, advice=advice))
 
 
 def exit_status(findings: list[Finding]) -> int:

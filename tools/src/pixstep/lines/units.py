@@ -11,7 +11,7 @@ import re
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from pixstep.errors import UserError
+from pixstep.errors import AskedText, UserError
 
 DISTANCE, SPEED, ACCELERATION, JERK = 0, 1, 2, 3
 _NAMES = ("distance", "speed", "acceleration", "jerk")  # by their order
@@ -92,7 +92,10 @@ class Quantity:
         if not self.per_second:
             return steps
         if hz is None:
-            raise UserError(f"{_NAMES[self.order]} {self.text}: per second needs --pixel-hz")
+            raise UserError(AskedText(
+                "{what} {text}: per second needs {pixel_hz}",
+                what=_NAMES[self.order], text=self.text,
+            ))  # fmt: skip
         return steps / hz**self.order
 
     def whole_steps(self) -> int:
@@ -304,7 +307,7 @@ def _unit_of(name: str, order: int, text: str) -> tuple[str, Fraction, bool]:
     return length, factor / _SECONDS[found[2]] ** order, True
 
 
-_DECIMAL = re.compile(r"[0-9]{1,10}(\.[0-9]{1,20})?")
+_DECIMAL = re.compile(r"[0-9]{1,10}(\.[0-9]{1,20})?([eE][+-]?[0-9]{1,2})?")
 _FRACTION = re.compile(r"[0-9]{1,10}/[0-9]{1,10}")
 _UNIT = re.compile(r" *(k|M|m)?Hz$")
 _PREFIXES: dict[str | None, Fraction] = {
@@ -319,7 +322,7 @@ PERIOD_TICKS = (1024, 0xFFFFFF)  # what the pixel grid of a board can carry
 
 
 def parse_hz(text: str, what: str = "pixel frequency") -> Fraction:
-    """Return the frequency written as a decimal or a fraction, exactly, in Hz: 29.97, 30000/1001Hz.
+    """Return the frequency written as a decimal or a fraction, exactly, in Hz: 1e3, 30000/1001Hz.
 
     Both numerator and denominator of the reduced fraction must fit 32 bits, as the board takes
     them so. Raises UserError naming the text otherwise, or if the frequency is not above zero;

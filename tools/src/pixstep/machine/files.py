@@ -14,7 +14,7 @@ from pydantic import BaseModel, ValidationError
 
 from pixstep import atomic, formats, tomltext
 from pixstep.board import boards
-from pixstep.errors import RefusedError, UserError, one_line
+from pixstep.errors import AskedText, RefusedError, UserError, one_line
 from pixstep.machine import describe, model
 from pixstep.machine.model import MachineTables, MotorTable, contradictions
 from pixstep.profiles import origin
@@ -170,6 +170,8 @@ pixel = "{hz} Hz" # of its edges, exact: "30000/1001 Hz" is understood
 [line]
 {motor_key}pixels = 60 # length of a line, both ramps included
 # lead_in = 4 # pixels at constant speed before the image
+# lead_out = 4 # and after it, of a job
+# scan_offset_back = "0 um" # a job moves the image of lines back; scan_offset_forward: forth
 
 [boards.main]
 kind = "{board}"
@@ -236,7 +238,8 @@ def new_text(
         found = parse(made)
     wrong = next(describe.warnings(found), None)
     if wrong:
-        raise UserError(wrong + (f": --divider {enough} would do" if enough else ""))
+        would = f": {{divider}} {enough} would do" if enough else ""
+        raise UserError(AskedText("{wrong}" + would, wrong=wrong))
     return made
 
 

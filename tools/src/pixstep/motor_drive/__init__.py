@@ -5,7 +5,8 @@
 `of_machine.motors_of` are the motors of a machine file.
 """
 
-from pixstep.motor_drive.axis import AxisDrive, DrivenMotor
+from pixstep.motor_drive.axis import AxisDrive
 from pixstep.motor_drive.bus import BusDrives, Pacer
+from pixstep.motor_drive.starting import DrivenMotor
 
 __all__ = ["AxisDrive", "BusDrives", "DrivenMotor", "Pacer"]

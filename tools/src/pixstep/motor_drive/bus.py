@@ -22,15 +22,17 @@ import contextlib
 import logging
 import threading
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
+from functools import partial
 from typing import Self
 
 from pixstep.board import shared_time
 from pixstep.board.errors import BoardError
 from pixstep.board.link import Link
 from pixstep.errors import PlainError
-from pixstep.motor_drive.axis import AxisDrive, DrivenMotor
+from pixstep.motor_drive.axis import AxisDrive
+from pixstep.motor_drive.starting import DrivenMotor
 from pixstep.motor_drive.watch import MOVING_S, RESTING_S, BoardWatch
 
 _SOON_S = 0.015  # between two looks at what should be over
@@ -130,7 +132,9 @@ class BusDrives(Mapping[str, AxisDrive]):
         while True:
             if self._closing:
                 ends_s = ends_s or self.now_s() + _CLOSES_S
-                stopped = not any(one.busy or one.stop_due for one in self._drives.values())
+                stopped = not any(
+                    one.work.busy or one.work.stop_due for one in self._drives.values()
+                )
                 if stopped or self.now_s() > ends_s:
                     return
             if not self._one_request():
@@ -140,11 +144,13 @@ class BusDrives(Mapping[str, AxisDrive]):
         """Do what comes first, one request as a rule; False if nothing is due."""
         drives = list(self._drives.values())
         for drive in drives:
-            drive.take()
+            self._shielded(drive, drive.work.take)
+            if drive.work.gives_up_s <= self.now_s():
+                self._shielded(drive, drive.work.lost)
         if self._stop(drives) or self._launch(drives):
             return True
         now_s = self.now_s()
-        streams = [(drive.due_s, drive) for drive in drives]
+        streams = [(drive.work.due_s, drive) for drive in drives]
         looks = [(self._look_due_s(unit), unit) for unit in self._watches]
         stream = min(streams, key=lambda one: one[0])
         look = min(looks)
@@ -153,15 +159,15 @@ class BusDrives(Mapping[str, AxisDrive]):
         if look[0] <= stream[0]:
             self._look(look[1])
         else:
-            stream[1].step()
+            self._shielded(stream[1], stream[1].work.step)
         return True
 
     def _stop(self, drives: Iterable[AxisDrive]) -> bool:
         for drive in drives:
             watch = self._watches[drive.motor.unit]
-            if drive.stop_due and not (watch.failures and self.now_s() < watch.due_s):
+            if drive.work.stop_due and not (watch.failures and self.now_s() < watch.due_s):
                 with contextlib.suppress(BoardError):
-                    drive.send_stop()
+                    drive.work.send_stop()
                     return True
                 self._lost(watch)
         return False
@@ -170,11 +176,19 @@ class BusDrives(Mapping[str, AxisDrive]):
         """Let a motion that begins have its turn."""
         for offset in range(len(drives)):
             drive = drives[(self._turn + offset) % len(drives)]
-            if drive.launches:
+            if drive.work.launches:
                 self._turn = (self._turn + offset + 1) % len(drives)
-                drive.step()
+                self._shielded(drive, drive.work.step)
                 return True
         return False
+
+    def _shielded(self, drive: AxisDrive, do: Callable[[], None]) -> None:
+        """Do something for a drive; what fails there against all expectation ends its motion."""
+        try:
+            do()
+        except Exception as error:
+            _log.exception("%s: the drive has failed", drive.motor.name)
+            drive.work.failed(f"the drive has failed: {error!r}")
 
     def _look(self, unit: int) -> None:
         """Look at a board."""
@@ -185,15 +199,15 @@ class BusDrives(Mapping[str, AxisDrive]):
             self._lost(watch)
             return
         for drive in self._of_board[unit]:
-            drive.looked(look)
+            self._shielded(drive, partial(drive.work.looked, look))
         moves = any(axis.moves for axis in look.axes)
-        moves = moves or any(drive.busy for drive in self._of_board[unit])
+        moves = moves or any(drive.work.busy for drive in self._of_board[unit])
         watch.due_s = self.now_s() + (MOVING_S if moves else RESTING_S)
 
     def _lost(self, watch: BoardWatch) -> None:
         watch.due_s = self.now_s() + watch.pause_s
         for drive in self._of_board[watch.unit]:
-            drive.lost()
+            self._shielded(drive, drive.work.lost)
 
     def _look_due_s(self, unit: int) -> float:
         """Return when a board is to be looked at: also when something of it should be over."""
@@ -201,12 +215,14 @@ class BusDrives(Mapping[str, AxisDrive]):
         if watch.failures:
             return watch.due_s
         earliest = watch.newest.time_s + _SOON_S if watch.newest else 0.0
-        expected = min(drive.look_due_s for drive in self._of_board[unit])
+        expected = min(drive.work.look_due_s for drive in self._of_board[unit])
         return min(watch.due_s, max(earliest, expected))
 
     def _due_s(self) -> float:
+        """Return when something is due at the latest."""
         return min(
-            *(drive.due_s for drive in self._drives.values()),
+            *(drive.work.due_s for drive in self._drives.values()),
+            *(drive.work.gives_up_s for drive in self._drives.values()),
             *(self._look_due_s(unit) for unit in self._watches),
             self.now_s() + RESTING_S,
         )

@@ -19,6 +19,7 @@ from pixstep.lines import runs
 
 _AHEAD = 160  # entries that are made before the board has room for them
 _LOADED = 2
+_FIRST_BYTES = 56  # of the first block: a short one takes the bus less time before arm
 _MOST_PAUSE_S = 0.1
 _END = (runs.MARK_END, 0)
 Entry = tuple[int, int]
@@ -91,12 +92,12 @@ class Feed:
         It is armed as soon as its first line is there and a part of the next one, for which the
         board waits: what is left comes while the first one runs.
         """
-        upload = self._upload
+        upload, most = self._upload, _FIRST_BYTES
         while not (upload.done or 0 < upload.first_line < upload.accepted):
-            sent = self._upload.push_into(self._room)
+            sent = upload.push_into(min(self._room, most))
             if not sent:
                 break
-            self._room -= sent
+            self._room, most = self._room - sent, self._room
             yield 0.0
         run.arm(self.board, [self.axis], known=[(_LOADED, self._lines_done)])
         yield 0.0

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import chain
+from itertools import chain, islice
 
 from pixstep.motor_drive.feed import Feed
 from pixstep.motor_record.traffic import Command, Verb
@@ -26,6 +26,7 @@ _SEGMENT_S, _SEGMENT_PX = 0.08, 2  # of a jog: a line of its own, at least
 _SEGMENTS = 4  # so many are queued
 _LATE_S = 0.05  # from arming to the first step, at most
 _DRIFT = 1.01  # the board's oscillator against the host's clock, at most
+_FIRST_RUNS = 12  # of a long leg: a line of their own
 _SAME = 1e-9
 
 
@@ -65,7 +66,7 @@ def second_of(commands: Sequence[Command], now: Kinematics, end_steps: int) -> L
 
 
 def whole(steps: float | None) -> int:
-    """Return a position in whole steps, half a step rounded up."""
+    """Return a position in whole steps, half a step rounded up. Raises ValueError for no number."""
     return math.floor((steps or 0.0) + 0.5)
 
 
@@ -101,6 +102,8 @@ class Wanted:
     def take(self, command: Command) -> bool:
         """Take a command that sets one; return whether it does."""
         now, value = self.kinematics, abs(command.argument or 0.0)
+        if not math.isfinite(value):
+            raise ValueError(f"{value} is no speed or target")
         if command.verb is Verb.SET_VELOCITY:
             now = Kinematics(value, now.base_steps_s, now.acceleration_steps_s2)
         elif command.verb is Verb.SET_VEL_BASE:
@@ -120,13 +123,17 @@ class Motion:
         self.direction = direction
         """+1 or -1: where it goes, or went last."""
         self.feed: Feed | None = None
-        self.began_steps = 0
-        """The board's register before it."""
         self.lines_before = 0
+        """The axis' lines done when it was begun."""
         self.armed_s: float | None = None
         self.stopping = False
         self.queued_s = 0.0
         """How long all lasts that was queued so far."""
+
+    def leads_to(self, target_steps: int) -> bool:
+        """Whether it will end at a position by itself."""
+        del target_steps
+        return False
 
     def ends_s(self) -> float:
         """Return when the last step can come that is queued, by the host's clock."""
@@ -145,6 +152,10 @@ class Motion:
     def armed(self, now_s: float) -> None:
         """Note that it was armed just now, or again after lines that were over too early."""
         self.armed_s = now_s
+
+    def look_due_s(self) -> float:
+        """Return when it is expected to end, or its first leg."""
+        return math.inf
 
     def queue_more(self, now_s: float) -> bool:
         """Queue what follows if it is time for that; return whether there is something new."""
@@ -174,6 +185,7 @@ class Move(Motion):
         self._steps = steps
         self._leg = Trapezoid(steps, first.kinematics, pixels.hz)
         self.queued_s = self.first_s = self._leg.lasts_s
+        self._parted = any(True for _ in islice(self._leg.runs(), _FIRST_RUNS, _FIRST_RUNS + 1))
 
     @property
     def target_steps(self) -> int:
@@ -185,13 +197,25 @@ class Move(Motion):
         )
 
     @property
+    def first_lines(self) -> int:
+        """How many lines the first leg has."""
+        return 1 + self._parted
+
+    @property
     def lines(self) -> int:
         """How many lines were queued."""
-        return 1 + self.queued_second
+        return self.first_lines + self.queued_second
 
     def entries(self) -> Iterator[Run]:
-        """Return the queue entries to begin with: of a short first leg, those of both legs."""
-        yield from line_entries(self._leg.runs())
+        """Return the queue entries to begin with: of a short first leg, those of both legs.
+
+        A board begins a line that is not there to its end only when three quarters of its queue are
+        full. A long leg therefore has its first runs as a line of their own.
+        """
+        runs = self._leg.runs()
+        if self._parted:
+            yield from line_entries(islice(runs, _FIRST_RUNS))
+        yield from line_entries(runs)
         if self.second and self.first_s <= self._lead_s:
             yield from self._second_entries()
 
@@ -200,11 +224,24 @@ class Move(Motion):
         if self.second and self.first_s <= self._lead_s:
             self._note_second()
 
+    def leads_to(self, target_steps: int) -> bool:
+        """Whether it will end at a position by itself."""
+        return target_steps == self.target_steps
+
     def due_s(self) -> float:
         """Return when the second leg is to be queued."""
         if self.armed_s is None or self.second is None or self.queued_second:
             return math.inf
         return self.armed_s + self.first_s - self._lead_s
+
+    def look_due_s(self) -> float:
+        """Return when it is expected to end, its first leg, or the wait for the record's answer."""
+        if self.armed_s is None:
+            return math.inf
+        if self.holding:
+            return self.hold_until_s
+        waits = self.second is not None and not self.confirmed
+        return self.armed_s + (self.first_s if waits else self.queued_s)
 
     def queue_more(self, now_s: float) -> bool:
         """Queue the second leg before the board decodes the end of the first one.
@@ -245,9 +282,20 @@ class Move(Motion):
         return line_entries(chain(rest, self._second().runs()))
 
     def _rest_px(self) -> int:
-        """Return how long the motor rests between the legs, to turn."""
-        leg = self._second()
-        return self._pixels.rest_px if leg.steps * self._steps < 0 else 0
+        """Return how long the motor rests between the legs, to turn at a speed that needs it."""
+        assert self.second is not None
+        ends = (self.first.kinematics, self.second.kinematics)
+        fastest = max(_end_steps_px(one, self._pixels.hz) for one in ends)
+        turns = (self.second.target_steps - self.first.target_steps) * self._steps < 0
+        return self._pixels.rest_px if turns and fastest > self._pixels.turns_below_steps_px else 0
+
+
+def _end_steps_px(wanted: Kinematics, hz: float) -> int:
+    """Return the most steps in the first or the last pixel of a leg."""
+    acceleration, speed = wanted.acceleration_steps_s2, wanted.speed_steps_s
+    if acceleration:
+        speed = min(speed, wanted.base_steps_s + acceleration / hz)
+    return math.ceil(speed / hz) + 1
 
 
 class Jog(Motion):

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from pixstep.machine.model import MachineTables, MotorTable
-from pixstep.motor_drive.axis import DrivenMotor
+from pixstep.motor_drive.starting import DrivenMotor
 
 
 def motors_of(machine: MachineTables, port: str | None = None) -> list[DrivenMotor]:

@@ -28,6 +28,7 @@ _PATIENCE_S = 0.15  # for the reply to a look; other requests have the bus's pat
 _RETRIES = 1
 _PAUSES_S = (0.2, 0.5, 1.0, 2.0, 4.0)  # between two questions to a board that does not answer
 _FIRST, _LAST = "status", "inputs"
+_SURE_S = 60.0
 _HALF_WORD, _HALF = 0x8000, 0x80000000
 MOVING_STATES = ("armed", "running")
 
@@ -71,6 +72,8 @@ class Look:
         """True if the board was reset since an earlier look: what only counts up is lower."""
         if self.fresh and not before.fresh:
             return True
+        if self.time_s - before.time_s > _SURE_S:  # so many frames may have come that it wraps
+            return False
         frames = (self.frames - before.frames) % 0x10000
         edges = (self.edges - before.edges) % 0x100000000
         return frames >= _HALF_WORD or edges >= _HALF
@@ -104,11 +107,12 @@ class BoardWatch:
         self.resets = 0
         self.due_s = 0.0
         """When it is to be looked at next."""
-        self.homes = False
-        """Whether its image can seek a switch."""
+        self.seeks: object = None
+        """Whose switch is sought: one axis of a board at a time."""
         self._axes, self._together = axes, axes_together or axes
         self._wanted_hz, self._divider = wanted_hz, divider
         self._period_ticks = 0
+        self._home_is_limit = 0
 
     @property
     def pixel_hz(self) -> float:
@@ -150,8 +154,10 @@ class BoardWatch:
                 if self.limits is None or found.period_ticks != self._period_ticks:
                     self._learn()
                     found = self._read()
-        except BusyError:
-            found = self._read()
+        except BoardError as error:
+            if not self.failures:  # it answers, and not as a board that this tool knows
+                self.failures, self.trouble = 1, str(error)
+            raise
         if self.newest is not None and found.follows_reset_since(self.newest):
             self.resets += 1
             self._learn()
@@ -191,10 +197,10 @@ class BoardWatch:
     def _learn(self) -> None:
         """Ask for what the board can do; set its clock if it is another one and can be set now."""
         self.board.who()
-        self.homes = self.board.has("homing")
         with contextlib.suppress(BusyError):  # something runs: motions go by the board's clock
             settings.set_clock(self.board, self._wanted_hz, divider=self._divider)
         self.limits = capability.connected_limits(self.board, axes=self._together)
+        self._home_is_limit = settings.read(self.board).get("home_is_limit", 0)
 
     def _read(self) -> Look:
         table = self.board.map
@@ -212,7 +218,7 @@ class BoardWatch:
             state = self.board.inputs_from(_FIRST, _LAST)
             blocks = self.board.read_inputs(regs.AXIS_BASE, regs.AXIS_STRIDE * self._axes)
         axes = [blocks[regs.AXIS_STRIDE * axis :] for axis in range(self._axes)]
-        return _look(now_s, state, [self._axis(block) for block in axes])
+        return _look(now_s, state, [self._axis(block) for block in axes], self._home_is_limit)
 
     def _axis(self, block: list[int]) -> dict[str, int]:
         return read_by_name(
@@ -220,7 +226,9 @@ class BoardWatch:
         )
 
 
-def _look(now_s: float, state: dict[str, int], axes: list[dict[str, int]]) -> Look:
+def _look(
+    now_s: float, state: dict[str, int], axes: list[dict[str, int]], home_is_limit: int
+) -> Look:
     """Return a look of what was read."""
     flags = regs.flags(state["status"])
     code = state["fault_code"]
@@ -239,12 +247,15 @@ def _look(now_s: float, state: dict[str, int], axes: list[dict[str, int]]) -> Lo
                 found["lines_done"],
                 found,
                 bool(state["status"] >> (regs.STATUS_STOPPING + axis) & 1),
-                _switches(state["inputs"] >> 4 * axis),
+                _switches(state["inputs"] >> 4 * axis, home_is_limit >> 2 * axis),
             )
             for axis, found in enumerate(axes)
         ),
     )
 
 
-def _switches(bits: int) -> Switches:
-    return Switches(bool(bits & 1), bool(bits & 2), bool(bits & 4))
+def _switches(bits: int, home_is_limit: int) -> Switches:
+    """Return the switches of an axis; its home switch may be a limit switch, too."""
+    home = bits & 1
+    minus, plus = bits >> 1 | home & home_is_limit, bits >> 2 | home & home_is_limit >> 1
+    return Switches(bool(home), bool(minus & 1), bool(plus & 1))

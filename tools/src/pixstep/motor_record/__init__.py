@@ -9,7 +9,7 @@ from pixstep.motor_record.catalogue.general import NOT_SERVED
 from pixstep.motor_record.field import Field, FieldType, PutRefusedError
 from pixstep.motor_record.fields import FIELDS, MONITOR_ORDER
 from pixstep.motor_record.mip import Mip
-from pixstep.motor_record.record import LinkName, MotorRecord
+from pixstep.motor_record.model.record import LinkName, MotorRecord
 from pixstep.motor_record.traffic import Command, Drive, Msta, Outcome, Post, Status, Verb
 
 __all__ = [

@@ -4,6 +4,7 @@
 import struct
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cached_property
 
 from pixstep.errors import MISUSE, PlainError
 from pixstep.motor_record.menus import OTHER_TEXTS
@@ -72,7 +73,7 @@ class Field:
     size: int = 40
     """Of a text: how many bytes the record has for it, with the zero at the end."""
 
-    @property
+    @cached_property
     def attribute(self) -> str:
         """The name of the field among the values of the model."""
         return self.name.lower()
@@ -112,15 +113,15 @@ class Field:
         except ValueError:
             raise PutRefusedError(self.name, value, f"{wanted} is wanted") from None
         if not abs(number) <= HIGHEST:
-            raise PutRefusedError(self.name, value, f"at most {HIGHEST:g} is wanted")
+            raise PutRefusedError(self.name, value, f"a number of at most {HIGHEST:g} is wanted")
         return number
 
     def _single(self, number: float) -> float:
         try:
-            packed = struct.pack("f", number)
+            packed = struct.pack("<f", number)
         except OverflowError:
             raise PutRefusedError(self.name, number, "at most 3.4e38") from None
-        single: float = struct.unpack("f", packed)[0]
+        single: float = struct.unpack("<f", packed)[0]
         return single
 
     def _whole(self, number: float) -> int:

@@ -3,11 +3,11 @@
 
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from pathlib import Path
 
 from pixstep import formats
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.formats.header import HEADER_LINES
 from pixstep.formats.motion import BLOCKS, CSB_KIND
 from pixstep.lines.line import SMOOTH, Line
@@ -48,13 +48,13 @@ class Acceleration:
         if max_speed < 1:
             raise UserError(f"maximum speed {max_speed}: at least 1 step/pixel")
         lower = tuple(count for count in self.counts if count < max_speed)
-        return self._replaced((*lower, max_speed))
+        return replace(self, counts=(*lower, max_speed))
 
     def leading(self, entries: int) -> "Acceleration":
         """Return the first `entries` entries; raises UserError if that is none at all."""
         if entries < 1:
             raise UserError(f"HAPs {entries}: homing needs at least 1 entry of {self.source}")
-        return self._replaced(self.counts[:entries])
+        return replace(self, counts=self.counts[:entries])
 
     def speeds(self, decode: str) -> tuple[int, ...]:
         """Return the speed at the end of each entry, steps/pixel.
@@ -66,9 +66,6 @@ class Acceleration:
     def stopping_sums(self) -> list[int]:
         """Return the steps of an acceleration through the first 0, 1, 2 ... entries."""
         return list(accumulate(self.counts, initial=0))
-
-    def _replaced(self, counts: tuple[int, ...]) -> "Acceleration":
-        return replace(self, counts=counts)
 
     def notes_at(self, pixel_hz: Fraction, *, refuse: bool = False) -> list[str]:
         """Return what was tolerated on reading, and a pixel frequency other than the file's.
@@ -89,40 +86,29 @@ def read(
     """
     found = formats.read_motion(path, raw=raw)
     counts = found.line(number).values
-    _check(counts, found, number or 1)
+    for index, (before, count) in enumerate(pairwise((0, *counts))):
+        if count <= 0:
+            raise RefusedError(
+                f"{_place(found, number or 1, index)}: {count} steps in a pixel: an acceleration "
+                f"profile's entries are above 0"
+            )
+        if count < before:
+            raise RefusedError(
+                f"{_place(found, number or 1, index)}: the speed falls from {before} to {count} "
+                f"steps/pixel"
+            )
     haps = found.header.haps if found.header else 0
     hz = origin.frequency_of(path, found.header)
     profile = Acceleration(counts, haps, str(path), hz, found.header, found.notes)
     profile = profile.limited(max_speed)
-    _check_top(profile, found, number or 1)
-    return profile
-
-
-def _check(counts: tuple[int, ...], file: formats.MotionFile, number: int) -> None:
-    """Refuse entries of 0 or less and falling ones."""
-    previous = 0
-    for index, count in enumerate(counts):
-        if count <= 0:
-            raise RefusedError(
-                f"{_place(file, number, index)}: {count} steps in a pixel: an acceleration "
-                f"profile's entries are above 0"
-            )
-        if count < previous:
-            raise RefusedError(
-                f"{_place(file, number, index)}: the speed falls from {previous} to {count} "
-                f"steps/pixel"
-            )
-        previous = count
-
-
-def _check_top(profile: Acceleration, file: formats.MotionFile, number: int) -> None:
-    """Refuse an entry beyond what a pixel can hold."""
     for index, count in enumerate(profile.counts):
         if count > MAX_COUNT:
-            raise RefusedError(
-                f"{_place(file, number, index)}: {count} steps in a pixel, the board takes at most "
-                f"{MAX_COUNT} (--max-speed limits it)"
-            )
+            raise RefusedError(AskedText(
+                "{place}: {count} steps in a pixel, the board takes at most {most} ({max_speed} "
+                "limits it)",
+                place=_place(found, number or 1, index), count=count, most=MAX_COUNT,
+            ))  # fmt: skip
+    return profile
 
 
 def _place(file: formats.MotionFile, number: int, index: int) -> str:

@@ -27,8 +27,6 @@ from pixstep.moves.accel import Acceleration
 MAX_STEPS = 2**31 - 1  # the board's position is a signed 32-bit number
 MAX_PIXELS = 5_000_000
 
-Runs = list[tuple[int, int]]
-
 
 @dataclass(frozen=True)
 class FastMove:
@@ -95,34 +93,31 @@ def fewest_pixels(profile: Acceleration, distance: int) -> int:
 
 def _level(profile: Acceleration, pixels: int, distance: int) -> tuple[int, int]:
     """Return the highest level whose clipped bounds sum to `distance` or less, and the rest."""
+
+    def clipped_sum(level: int) -> int:
+        ramp = _ramp(profile.counts, pixels, level)
+        return 2 * sum(ramp) + level * (pixels - 2 * len(ramp))
+
     low, high = 1, profile.top
     while low < high:
         middle = (low + high + 1) // 2
-        if _clipped_sum(profile, pixels, middle) <= distance:
+        if clipped_sum(middle) <= distance:
             low = middle
         else:
             high = middle - 1
-    return low, distance - _clipped_sum(profile, pixels, low)
-
-
-def _clipped_sum(profile: Acceleration, pixels: int, level: int) -> int:
-    """Return the steps of `pixels` pixels whose bounds are clipped at `level`."""
-    ramp = _ramp(profile.counts, pixels, level)
-    return 2 * sum(ramp) + level * (pixels - 2 * len(ramp))
+    return low, distance - clipped_sum(low)
 
 
 def _ramp(counts: tuple[int, ...], pixels: int, level: int) -> list[int]:
-    """Return the entries at or below `level` that one half of the move holds, the flat one less."""
-    half = pixels // 2
-    return [count for count in counts[:half] if count < level]
+    """Return the entries below `level` that one half of the move holds, the flat one less."""
+    return [count for count in counts[: pixels // 2] if count < level]
 
 
-def _runs(counts: tuple[int, ...], pixels: int, level: int, above: int) -> Runs:
+def _runs(counts: tuple[int, ...], pixels: int, level: int, above: int) -> list[tuple[int, int]]:
     """Return ramp, level with `above` pixels of one step more in its middle, ramp mirrored."""
-    ramp = _ramp(counts, pixels, level)
-    flat = pixels - 2 * len(ramp)
+    rising = [(count, 1) for count in _ramp(counts, pixels, level)]
+    flat = pixels - 2 * len(rising)
     before = (flat - above) // 2
     middle = [(level, before), (level + 1, above), (level, flat - above - before)]
-    rising = [(count, 1) for count in ramp]
     parts = [*rising, *(middle if above else [(level, flat)]), *reversed(rising)]
     return [(count, repeat) for count, repeat in parts if repeat]

@@ -13,7 +13,7 @@ What seeks the switch is smooth or plain as the plan says; the moves between are
 
 from dataclasses import asdict, dataclass
 from fractions import Fraction
-from typing import TypedDict
+from typing import TypedDict, cast
 
 from pixstep.board import registers as regs
 from pixstep.board import run
@@ -37,6 +37,7 @@ _POLL_S = 0.005
 _PATIENCE_S = 2.0
 _PATIENCE_PX = 8
 _MOVES = ("axis_state", "pixel", "position_steps")
+_NOT_SEEN = {"home_not_found": "close", "home_stuck": "open"}
 _LIMITS = {"limit_minus": "minus", "limit_plus": "plus"}
 
 
@@ -90,13 +91,10 @@ class Homed:
     def as_json(self) -> dict[str, object]:
         """Return plain data."""
         return {
-            "axis": self.plan.axis,
-            "direction": self.plan.towards,
-            "edge": asdict(self.edge),
-            "beyond_edge_steps": self.zeroed_steps,
-            "position_steps": self.position_steps,
+            "axis": self.plan.axis, "direction": self.plan.towards, "edge": asdict(self.edge),
+            "beyond_edge_steps": self.zeroed_steps, "position_steps": self.position_steps,
             "legs": legs_as_json(self.legs),
-        }
+        }  # fmt: skip
 
 
 class HomingError(BoardError):
@@ -109,56 +107,31 @@ class HomingError(BoardError):
 
 def legs_as_json(legs: tuple[Leg, ...]) -> list[LegData]:
     """Return legs as plain data."""
-    return [
-        {
-            "name": leg.name,
-            "first_steps_px": leg.first_steps_px,
-            "top_steps_px": leg.top_steps_px,
-            "start_steps": leg.start_steps,
-            "end_steps": leg.end_steps,
-            "pixels": leg.pixels,
-            "began_s": leg.began_s,
-            "ended_s": leg.ended_s,
-            "trip": asdict(leg.trip) if leg.trip else None,
-            "decode": leg.decode,
-            "steps": leg.steps,
-        }
-        for leg in legs
-    ]
+    return [cast("LegData", asdict(leg) | {"steps": leg.steps}) for leg in legs]
 
 
 def home(
-    board: Board,
-    plan: HomingPlan,
-    pixel_hz: Fraction,
-    world: World,
-    progress: Progress = unseen,
-    *,
-    lines: run.Lines | None = None,
-) -> Homed:
+    board: Board, plan: HomingPlan, pixel_hz: Fraction, world: World, progress: Progress = unseen,
+    *, lines: run.Lines | None = None,
+) -> Homed:  # fmt: skip
     """Home one axis, at rest and enabled; return what was found. `lines` shows its state meanwhile.
 
     Raises HomingError naming the fault (home_not_found, home_stuck, limit_minus, limit_plus or
     any other), BoardError if the board does not answer or refuses a leg. The fault stays latched.
     """
-    return _Homing(board, plan, pixel_hz, world, progress, lines).go()
+    return _HomingLegs(board, plan, pixel_hz, world, progress, lines).go()
 
 
 def seek(
-    board: Board,
-    plan: HomingPlan,
-    pixel_hz: Fraction,
-    world: World,
-    progress: Progress = unseen,
-    *,
-    lines: run.Lines | None = None,
-    opens: bool = False,
-) -> Leg:
+    board: Board, plan: HomingPlan, pixel_hz: Fraction, world: World, progress: Progress = unseen,
+    *, lines: run.Lines | None = None, opens: bool = False,
+) -> Leg:  # fmt: skip
     """Move one axis, at rest and enabled, until its home switch closes, or opens; return the leg.
 
     Its trip is None if the switch was as sought from the start. Raises what `home` raises.
     """
-    legs = _Seeking(board, plan, pixel_hz, world, progress, lines)
+    legs = Legs(board, plan, pixel_hz, world, progress, lines)
+    legs.names = (_SEEK,)
     legs.seek(_SEEK, plan.seek(opens=opens))
     return legs.legs[-1]
 
@@ -169,14 +142,9 @@ class Legs:
     names: tuple[str, ...] = LEGS
 
     def __init__(
-        self,
-        board: Board,
-        plan: HomingPlan,
-        pixel_hz: Fraction,
-        world: World,
-        progress: Progress,
-        lines: run.Lines | None = None,
-    ) -> None:
+        self, board: Board, plan: HomingPlan, pixel_hz: Fraction, world: World,
+        progress: Progress, lines: run.Lines | None = None,
+    ) -> None:  # fmt: skip
         self.board, self.plan, self.pixel_hz = board, plan, pixel_hz
         self.world, self.progress = world, progress
         self.lines = lines or run.Lines(board, [plan.axis])
@@ -209,17 +177,12 @@ class Legs:
         state = self._follow(name, sum(repeat for _, repeat in runs))
         trip = self.board.trip() if wanted else None
         leg = Leg(
-            name=name,
-            first_steps_px=runs[0][0],
-            top_steps_px=max(count for count, _ in runs),
-            start_steps=start,
-            end_steps=state["position_steps"],
-            pixels=state["pixel"],
-            began_s=began,
-            ended_s=self.world.now_s(),
+            name=name, first_steps_px=runs[0][0], top_steps_px=max(count for count, _ in runs),
+            start_steps=start, end_steps=state["position_steps"], pixels=state["pixel"],
+            began_s=began, ended_s=self.world.now_s(),
             trip=trip if trip and trip.code == wanted and trip.axis == self.plan.axis else None,
             decode=SMOOTH if entries[0][0] & MARK_SMOOTH else PLAIN,
-        )
+        )  # fmt: skip
         self.legs.append(leg)
         in_vain = trip is not None and trip.code == TRIP_NONE
         if in_vain or state["axis_state"] != _state("done"):
@@ -267,29 +230,21 @@ class Legs:
 
     def _fault(self, leg: Leg) -> HomingError:
         """Return the fault that stopped a leg, in words."""
-        axis = self.plan.axis
-        name = self.board.fault_name()
-        where = f"{leg.name}, {abs(leg.steps)} steps after its start"
-        if name == "home_not_found":
-            text = f"the home switch did not close within {abs(leg.steps)} steps ({leg.name})"
-        elif name == "home_stuck":
-            text = f"the home switch did not open within {abs(leg.steps)} steps ({leg.name})"
+        name, steps = self.board.fault_name(), abs(leg.steps)
+        where = f"{leg.name}, {steps} steps after its start"
+        if name in _NOT_SEEN:
+            text = f"the home switch did not {_NOT_SEEN[name]} within {steps} steps ({leg.name})"
         elif name in _LIMITS:
             text = f"the {_LIMITS[name]} limit switch tripped ({where})"
         else:
             text = f"{where}: {self.board.fault_text() or 'stopped'}"
-            return HomingError(f"axis {axis}: {text}", name, tuple(self.legs))
+            return HomingError(f"axis {self.plan.axis}: {text}", name, tuple(self.legs))
         cure = next(fault.cure for fault in regs.faults().values() if fault.name == name)
-        return HomingError(f"axis {axis}: {name}: {text}. {cure}", name, tuple(self.legs))
+        text = f"axis {self.plan.axis}: {name}: {text}. {cure}"
+        return HomingError(text, name, tuple(self.legs))
 
 
-class _Seeking(Legs):
-    """One leg that seeks a switch."""
-
-    names = (_SEEK,)
-
-
-class _Homing(Legs):
+class _HomingLegs(Legs):
     """The legs of one homing."""
 
     def go(self) -> Homed:

@@ -22,6 +22,7 @@ Run = tuple[int, int]
 
 _WHOLE_STEPS_PX = 100  # from this speed on a constant speed is made whole
 _STRETCHES_HZ = 100  # how often counts may change, at most
+_PART = 1 / 16  # of a step: no stretch is longer, at the highest speed
 _LEAST_STEPS_S = 1e-6
 _NEARLY = 1e-9  # of a pixel: what is left by rounding is no further pixel
 
@@ -68,7 +69,7 @@ class Trapezoid:
         self.seconds = 2 * self._ramp_s + cruise_s
         """How long it takes, before it is rounded up to whole pixels."""
         self.pixels = max(1, math.ceil(self.seconds * pixel_hz - _NEARLY))
-        self._stretch_px = _stretch_px(pixel_hz)
+        self._stretch_px = _stretch_px(pixel_hz, self._top)
         self._whole_px = self._whole_pixels(cruise_s)
 
     @property
@@ -168,6 +169,20 @@ class JogLaw:
         return math.copysign(base, target) if abs(speed) < base else speed
 
 
+def ramp_counts(wanted: Kinematics, pixel_hz: float) -> list[int]:
+    """Return the steps in each pixel of an acceleration to a speed: whole, 1 or more, not falling.
+
+    It is what a seek speeds up by, and slows down by mirrored.
+    """
+    top = max(1, math.floor(wanted.speed_steps_s / pixel_hz + _NEARLY))
+    counts: list[int] = []
+    speed, change = wanted.base_steps_s / pixel_hz, wanted.acceleration_steps_s2 / pixel_hz**2
+    while change > 0 and speed + change / 2 < top:
+        counts.append(max(1, math.floor(speed + change / 2)))
+        speed += change
+    return [*counts, top]
+
+
 def spread(steps: int, pixels: int) -> Iterator[Run]:
     """Return steps that are spread over pixels as evenly as their number allows."""
     low, more = divmod(steps, pixels)
@@ -212,5 +227,6 @@ def _split(count: int, repeat: int) -> Iterator[Run]:
         repeat -= entries.MAX_REPEAT
 
 
-def _stretch_px(pixel_hz: float) -> int:
-    return max(1, round(pixel_hz / _STRETCHES_HZ))
+def _stretch_px(pixel_hz: float, steps_s: float) -> int:
+    """Return how many pixels are planned at once: of slow steps a small part of a step."""
+    return max(1, round(pixel_hz / _STRETCHES_HZ), int(_PART * pixel_hz / steps_s))

@@ -1,11 +1,62 @@
 # SPDX-License-Identifier: MIT
-"""Errors that speak of a request's fields; each front end puts its own words on them."""
+"""What one field of a request is, and errors that speak of fields.
 
-from collections.abc import Mapping
+A field is said once, for every front end; each puts its own words on the errors.
+"""
+
+import os
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
-from pixstep.errors import RefusedError, UserError
-from pixstep.operations.field import Field
+from pixstep import atomic
+from pixstep.errors import AskedText, RefusedError, UserError
+from pixstep.operations.kinds import Kind, OutFile, OutFolder
+
+FromMachine = Callable[[Any], object]  # takes Facts; None: the file does not say it
+
+
+@dataclass(frozen=True)
+class Field:
+    """What one field of a request is.
+
+    `names` are its spellings on the command line, none for an argument; `machine` finds it in the
+    machine file; `default_text` is what happens without it, where no value says that.
+    """
+
+    kind: Kind
+    about: str
+    name: str = ""
+    names: tuple[str, ...] = ()
+    argument: bool = False
+    required: bool = False
+    many: bool = False
+    default: Any = None
+    default_text: str | None = None
+    machine: FromMachine | None = None
+    variable: str | None = None  # of the environment
+    shown: str | None = None  # what stands for the value in a help
+    hidden: bool = False
+    off: str | None = None  # the option that says no, of a flag
+    alone: str | None = None  # the value of an option that stands without one
+    unless: bool = False  # a flag that is yes unless its option is there
+
+    @property
+    def option(self) -> str:
+        """The field as it is typed."""
+        return self.shown or self.name if self.argument else max(self.names, key=len)
+
+    @property
+    def python(self) -> str:
+        """What Python gives for it, as an annotation."""
+        kind = f"Sequence[{self.kind.python}]" if self.many else self.kind.python
+        return kind if self.required or self.many or self.default is not None else f"{kind} | None"
+
+    @property
+    def writes(self) -> bool:
+        """True for a file or folder that the operation writes."""
+        return isinstance(self.kind, (OutFile, OutFolder))
 
 
 class AskedError(UserError):
@@ -16,32 +67,28 @@ class AskedError(UserError):
     """
 
     def __init__(self, template: str, cure: str = "", **values: Any) -> None:
-        self.template, self.cure, self.values = template, cure, values
-        super().__init__(self.told({}) + self.cured({}))
+        self.cure = AskedText(cure, **values)
+        super().__init__(AskedText(template + cure, **values))
+        self.plain = AskedText(template, **values)
 
-    def told(self, names: Mapping[str, str]) -> str:
-        """Return the text with names for fields; a field without one keeps its own."""
-        return self.template.format_map(_Names({**names, **self.values}))
+    def told(self, words: Mapping[str, str]) -> str:
+        """Return the text with words for fields; a field without one keeps its name."""
+        return self.plain.told(words)
 
-    def cured(self, names: Mapping[str, str]) -> str:
+    def cured(self, words: Mapping[str, str]) -> str:
         """Return what would do, in the same way."""
-        return self.cure.format_map(_Names({**names, **self.values}))
+        return self.cure.told(words)
 
 
 class AskedRefusedError(AskedError, RefusedError):
     """What a check refuses, and which field would let it pass."""
 
 
-class _Names(dict[str, Any]):
-    def __missing__(self, name: str) -> str:
-        return name
-
-
 class FieldError(UserError):
     """A value of a request that does not fit; each front end says the field in its own words."""
 
     def __init__(self, field: Field, reason: str) -> None:
-        super().__init__(f"{field.name}: {reason}")
+        super().__init__(AskedText("{name}: {reason}", name=field.name, reason=reason))
         self.field, self.reason = field, reason
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -54,3 +101,19 @@ class MissingError(FieldError):
 
     def __init__(self, field: Field) -> None:
         super().__init__(field, "is missing")
+
+
+def refuse_outputs(named: Iterable[tuple[str, Path]]) -> None:
+    """Refuse outputs that the rules forbid, or that share a file or a stream.
+
+    The names are those of fields, or what a front end calls them.
+    """
+    seen: dict[str, str] = {}
+    for name, path in named:
+        stream = atomic.is_stdout(path)
+        place = str(atomic.STDOUT) if stream else os.path.realpath(path)
+        if place in seen and (stream or not path.is_char_device()):  # a device takes both
+            both = f"{{{seen[place]}}} and {{{name}}}"
+            raise AskedError(f"{{path}}: {both} are the same file", path=path)
+        seen[place] = name
+        atomic.refuse(path)

@@ -25,8 +25,8 @@ from pixstep.board.port import (
 )
 from pixstep.errors import RefusedError, UserError
 from pixstep.operations import machine_defaults as machine
-from pixstep.operations import motor_choice
 from pixstep.operations.desk import Desk
+from pixstep.operations.facts import boards_at
 from pixstep.operations.kinds import TEXT, Choice, Parsed, Time, Whole
 from pixstep.operations.request import Request, option, shared_fields
 from pixstep.operations.shared import AXIS
@@ -321,9 +321,7 @@ def _boards_meant(desk: Desk, port: str, unit: int) -> list[str]:
         if board.port in (None, port) and board.unit == unit
     ]
     motors = facts.motors if facts.named.any or _by_motor(desk) else []
-    others = motor_choice.boards_at(
-        facts.machine, [one for one in facts.named.units if one != unit]
-    )
+    others = boards_at(facts.machine, [one for one in facts.named.units if one != unit])
     named = [name for name in map(facts.machine.board_name, motors) if name not in others]
     return list(dict.fromkeys([*place, *named]))
 

@@ -12,13 +12,12 @@ from pixstep.board import settings
 from pixstep.board.device import Board
 from pixstep.errors import UserError
 from pixstep.lines.units import hz_words
-from pixstep.operations import machine_defaults as machine
+from pixstep.operations import shared
 from pixstep.operations.asked import AskedError, MissingError
 from pixstep.operations.desk import Source
-from pixstep.operations.kinds import HZ, Number, Parsed, Whole
+from pixstep.operations.kinds import Number, Parsed, Whole
 from pixstep.operations.request import Request, fields, option, shared_fields
-from pixstep.operations.shared import EDGES, GATE_EDGES, SYNC
-from pixstep.simulation.clockflaws import MOST_JITTER_US, MOST_PPM, MOST_REST_MS, ClockFlaws
+from pixstep.simulation.pixel_clock import MOST_JITTER_US, MOST_PPM, MOST_REST_MS, ClockFlaws
 
 _THE_BOARDS = "the board's"
 
@@ -32,17 +31,9 @@ class OfClock(Request):
 
     needs_clock: ClassVar[bool] = True
 
-    clock_hz: Fraction | None = option(
-        HZ, "Frequency of the pixel clock's edges: 30, 29.97 or 30000/1001.",
-        machine=machine.clock_hz, default_text="that of pixels times the divider",
-    )  # fmt: skip
-    pixel_hz: Fraction | None = option(
-        HZ, "Frequency of pixels.", default_text="that of the clock by the divider"
-    )
-    divider: int | None = option(
-        EDGES, "Edges of the pixel clock in a pixel.", default=1, shown="M",
-        machine=machine.divider,
-    )  # fmt: skip
+    clock_hz: Fraction | None = shared.clock_hz()
+    pixel_hz: Fraction | None = shared.hz_of_pixels()
+    divider: int | None = shared.divider(default=1)
 
     @classmethod
     def complete(cls, values: dict[str, Any], sources: dict[str, Source]) -> None:
@@ -92,17 +83,15 @@ def refuse_both(values: Mapping[str, Any], sources: Mapping[str, Source]) -> Non
 class BoardClock(Request):
     """The pixel clock that a board is set to before something moves."""
 
-    clock_hz: Fraction | None = option(
-        HZ, "Set the frequency of the pixel clock's edges.", machine=machine.clock_hz,
-        default_text=_THE_BOARDS,
-    )  # fmt: skip
-    pixel_hz: Fraction | None = option(
-        HZ, "Set the same by the frequency of pixels.", default_text=_THE_BOARDS
+    clock_hz: Fraction | None = shared.clock_hz(
+        "Set the frequency of the pixel clock's edges.", default_text=_THE_BOARDS
     )
-    divider: int | None = option(
-        EDGES, "Set the clock edges of a pixel.", shown="M", machine=machine.divider,
-        default_text=_THE_BOARDS,
-    )  # fmt: skip
+    pixel_hz: Fraction | None = shared.hz_of_pixels(
+        "Set the same by the frequency of pixels.", default_text=_THE_BOARDS
+    )
+    divider: int | None = shared.divider(
+        "Set the clock edges of a pixel.", default_text=_THE_BOARDS
+    )
 
     @classmethod
     def complete(cls, values: dict[str, Any], sources: dict[str, Source]) -> None:
@@ -120,15 +109,13 @@ class BoardClock(Request):
 class BoardLineClock(BoardClock):
     """The same, and what lines are to the clock."""
 
-    sync: str | None = option(
-        SYNC, "Set what lines are to the pixel clock.", machine=machine.sync,
-        default_text=_THE_BOARDS,
-    )  # fmt: skip
-    gate_edges: int | None = option(
-        GATE_EDGES,
+    sync: str | None = shared.sync(
+        "Set what lines are to the pixel clock.", default=None, default_text=_THE_BOARDS
+    )
+    gate_edges: int | None = shared.gate_edges(
         "Set how many edges behind a burst's first one lines begin; 0: the pixel clock is not "
         "gated.",
-        shown="N", machine=machine.gate_edges, default_text=_THE_BOARDS,
+        default=None, default_text=_THE_BOARDS,
     )  # fmt: skip
 
 

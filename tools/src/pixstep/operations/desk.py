@@ -16,6 +16,8 @@ from pixstep.progress import Progress, unseen
 
 if TYPE_CHECKING:
     from pixstep.board.link import Link
+    from pixstep.server.journal import Log
+
 
 Shown = Callable[[str], contextlib.AbstractContextManager[Progress]]
 
@@ -99,3 +101,22 @@ class Rows:
         return Result(
             {**self._beside, self._key: self._rows}, "\n".join(self._texts), status, told=True
         )
+
+
+def log_of(desk: Desk) -> Log:
+    """Return where a server tells what happens."""
+    return desk.view() if desk.view else _Noted(desk)
+
+
+class _Noted:
+    """The log of a server that a program runs: its notes."""
+
+    def __init__(self, desk: Desk):
+        self._desk = desk
+
+    def tell(self, event: str, **facts: Any) -> None:
+        """Note what has happened."""
+        self._desk.say((f"{event}: {', '.join(f'{key} {facts[key]}' for key in facts)}",))
+
+    def close(self) -> None:
+        """Keep what was noted."""

@@ -2,25 +2,169 @@
 """What a machine file says of one request: its motors, boards and clock.
 
 A file is read only when something of it is asked for.
+
+Motors are meant by their names, by their axes, or as the default one. An axis is the motor that the
+file has there, and nothing else of the file then counts.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pixstep.errors import UserError
 from pixstep.machine import FILE_NAME, VARIABLE
-from pixstep.operations import motor_choice
-from pixstep.operations.motor_choice import TABLE_AXES, Named
+from pixstep.operations.asked import AskedError
 
 if TYPE_CHECKING:
     from pixstep.lines.units import Scale
     from pixstep.machine.files import MachineFile
-    from pixstep.machine.model import BoardTable, MotorTable
-    from pixstep.operations.field import Field
+    from pixstep.machine.model import BoardTable, MachineTables, MotorTable
+    from pixstep.operations.asked import Field
+
+
+TABLE_AXES = 2
+NO_MACHINE = (
+    f"no machine file: {{machine}} FILE, {VARIABLE}, or {FILE_NAME} in this folder "
+    f"(`pixstep machine new` begins one)"
+)  # a template of `AskedError`
+
+
+@dataclass
+class Named:
+    """What a caller says of motors.
+
+    `own` is a --motor that means something else too: it names a motor only if the file has it.
+    `lines` is how many the command moves, 0 where it does the same with any number of axes.
+    """
+
+    machine: str | None = None  # the file
+    own: str | None = None
+    motors: tuple[str, ...] = ()
+    axes: tuple[int, ...] = ()
+    units: tuple[int, ...] = ()
+    lines: int = 1
+    table: bool = False  # its lines are the axes of a table
+
+    @property
+    def any(self) -> bool:
+        """True if motors are named, by their names or by their axes."""
+        return bool(self.motors or self.axes)
+
+    @property
+    def wanted(self) -> tuple[int, ...]:
+        """The axes that are meant: one axis for several lines is the first of a row."""
+        if len(self.axes) == 1 and self.lines > 1:
+            return tuple(range(self.axes[0], self.axes[0] + self.lines))
+        return self.axes
+
+    @property
+    def option(self) -> str:
+        """The option that names the motors, in words."""
+        return f"--motor {self.motors[0]}" if self.motors else f"--axis {self.axes[0]}"
+
+
+def choose(machine: MachineTables, named: Named) -> list[MotorTable]:
+    """Return the motors that are meant, in the order of their lines.
+
+    Raises UserError if an axis has no motor, if several boards have one there and nothing says
+    which board, and if names and axes contradict each other.
+    """
+    if named.motors:
+        motors = [machine[name] for name in named.motors]
+        _refuse_contradiction(machine, named, motors)
+        return motors
+    if named.axes:
+        return [motor for axis in named.wanted for motor in _on_axis(machine, named, axis)]
+    if named.lines > 1 and not named.table:
+        raise AskedError(
+            "{lines} lines for 1 motor of {path}: give {motor} or {axis} once for each line, in "
+            "their order ({machine} none does without the file)",
+            lines=named.lines, path=machine.path,
+        )  # fmt: skip
+    motor = machine.default_motor()
+    there = boards_at(machine, named.units)
+    if there and machine.board_name(motor) not in there:
+        raise AskedError(
+            "{unit} {units}: in {path} that is board {there}, motor {name}, which lines are for, "
+            "is on board {board}: choose by {motor} or {axis}",
+            units=_text(named.units), path=machine.path, there=" and ".join(there),
+            name=motor.name, board=machine.board_name(motor),
+        )  # fmt: skip
+    return [motor]
+
+
+def _refuse_contradiction(
+    machine: MachineTables, named: Named, motors: Sequence[MotorTable]
+) -> None:
+    """Raise UserError if --axis or --unit mean other motors than --motor."""
+    for motor in motors:
+        board = machine.board_of(motor)
+        others = boards_at(machine, named.units)
+        if others and machine.board_name(motor) not in others:
+            raise AskedError(
+                "{unit} {units}: in {path} motor {name} is on board {board}, unit {its}: leave "
+                "{unit} or {motor} out",
+                units=_text(named.units), path=machine.path, name=motor.name,
+                board=machine.board_name(motor), its=board.unit,
+            )  # fmt: skip
+    if named.lines > 1 and len(motors) != named.lines:
+        raise AskedError(
+            f"{named.lines} lines for {len(motors)} motor{'s' if len(motors) > 1 else ''}: give "
+            f"{{motor}} once for each line, in their order"
+        )
+    mine, asked = [motor.axis for motor in motors], list(named.wanted)
+    if asked and (mine if named.lines else sorted(mine)) != (
+        asked if named.lines else sorted(set(asked))
+    ):
+        said = ", ".join(f"motor {motor.name} is axis {motor.axis}" for motor in motors)
+        axes = " ".join(f"{{axis}} {axis}" for axis in named.axes)
+        raise AskedError(
+            axes + ": in {path} {said}: leave {axis} or {motor} out", path=machine.path, said=said
+        )
+
+
+def _on_axis(machine: MachineTables, named: Named, axis: int) -> list[MotorTable]:
+    """Return the motor of an axis; of commands for several boards that of each one given."""
+    there = boards_at(machine, named.units) or machine.boards
+    found = [
+        motor
+        for motor in machine.motors.values()
+        if motor.axis == axis and machine.board_name(motor) in there
+    ]
+    if not found:
+        have = ", ".join(
+            f"{motor.name} is axis {motor.axis}{_of_board(machine, motor)}"
+            for motor in machine.motors.values()
+        )
+        raise AskedError(
+            "axis {number}: {path} has no motor on this axis: {have} ({machine} none does without "
+            "the file)",
+            number=axis, path=machine.path, have=have,
+        )  # fmt: skip
+    if len(found) > 1 and (named.lines or not named.units):
+        have = ", ".join(f"{motor.name}{_of_board(machine, motor)}" for motor in found)
+        raise AskedError(
+            "axis {number}: {path} has motors {have}: choose by {motor}",
+            number=axis, path=machine.path, have=have,
+        )  # fmt: skip
+    return found
+
+
+def _of_board(machine: MachineTables, motor: MotorTable) -> str:
+    return f" of board {machine.board_name(motor)}" if len(machine.boards) > 1 else ""
+
+
+def boards_at(machine: MachineTables, units: Sequence[int]) -> dict[str, BoardTable]:
+    """Return the file's boards at some addresses, by name."""
+    return {name: board for name, board in machine.boards.items() if board.unit in units}
+
+
+def _text(units: Sequence[int]) -> str:
+    return ",".join(map(str, units))
 
 
 class Facts:
@@ -56,11 +200,7 @@ class Facts:
         """The machine in force, None if there is none."""
         path = self.path
         if path is None and self.named.motors:
-            raise UserError(
-                f"--motor {self.named.motors[0]}: no machine file: --machine FILE, "
-                f"{VARIABLE}, or {FILE_NAME} in this folder "
-                f"(`pixstep machine new` begins one)"
-            )
+            raise AskedError("{motor} {name}: " + NO_MACHINE, name=self.named.motors[0])
         machine = None if path is None else self._load(path)
         if machine is not None:
             self._choose(machine)
@@ -86,7 +226,7 @@ class Facts:
         if self.on_mistake and not self.named.motors:
             self.named.axes = ()  # any axis can be stopped, whatever the file has
         if self.named.any:
-            self.motors = motor_choice.choose(machine, self.named)
+            self.motors = choose(machine, self.named)
 
     @property
     def used(self) -> MachineFile | None:
@@ -97,7 +237,7 @@ class Facts:
     @cached_property
     def motors(self) -> list[MotorTable]:
         """The motors that are named, else the one that lines are for."""
-        return motor_choice.choose(self.machine, self.named)
+        return choose(self.machine, self.named)
 
     @property
     def motor(self) -> MotorTable:
@@ -128,7 +268,7 @@ class Facts:
         """The boards of the motors that are chosen, by name."""
         machine = self.machine
         if not self.named.any:
-            there = motor_choice.boards_at(machine, self.named.units)
+            there = boards_at(machine, self.named.units)
             if there or len(machine.boards) == 1:
                 return there or machine.boards
         return {machine.board_name(motor): machine.board_of(motor) for motor in self.motors}

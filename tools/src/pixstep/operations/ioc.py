@@ -12,8 +12,7 @@ from pixstep.ioc import names, saved, settings
 from pixstep.lazy import lazy
 from pixstep.machine import FILE_NAME, VARIABLE
 from pixstep.operations import motor_drives
-from pixstep.operations.desk import Desk
-from pixstep.operations.desk_log import log_of
+from pixstep.operations.desk import Desk, log_of
 from pixstep.operations.kinds import PATH, TEXT
 from pixstep.operations.request import Request, flag, operation, option
 from pixstep.operations.result import Result

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pixstep.board import capability
 from pixstep.board.capability import BoardLimits
+from pixstep.errors import AskedText
 from pixstep.lines.line import Line
 from pixstep.lines.line_check import Limits
 from pixstep.operations.request import unless
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from pixstep.operations.desk import Desk
     from pixstep.operations.facts import Facts
 
-ADVICE = "`pixstep line check` shows all; --no-check lets the board judge it"
+ADVICE = AskedText("`pixstep line check` shows all; {no_check} lets the board judge it")
 
 
 def no_check() -> Any:
@@ -31,12 +32,10 @@ def motor_limits(facts: Facts, lines: list[Line], hz: Fraction) -> list[Limits]:
     """
     _ = facts.found  # a machine counts here also if no field has a value of it
     motors = facts.motors_in_force
-    if not motors:
+    if len(motors) != len(lines) or not motors:
         return [Limits()] * len(lines)
     from pixstep.machine import line_limits  # pydantic takes a while to load
 
-    if len(motors) != len(lines):
-        return [Limits()] * len(lines)
     return [
         line_limits.of_motor(motor, line, hz) for line, motor in zip(lines, motors, strict=True)
     ]

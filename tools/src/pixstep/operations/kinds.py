@@ -66,18 +66,36 @@ class Kind:
 
 
 class _Number(Kind):
+    """A number within a range; `made` is what it becomes, `word` what a wrong text is not."""
+
+    made: type[int] | type[float] = float
+    word = "float"
+
     def __init__(self, least: float | None = None, most: float | None = None):
         self.least, self.most = least, most
 
-    def _within(self, value: Any, shown: object = None) -> Any:
-        if math.isfinite(value) and self.least is None is self.most:
-            return value
+    def parse(self, text: str) -> Any:
+        """Return the number of a text."""
+        try:
+            return self.made(self._within(self.made(text)))
+        except ValueError:
+            raise UserError(f"{text!r} is not a valid {self.word}.") from None
+
+    def judge(self, value: Any) -> Any:
+        """Return a number of Python's or numpy's."""
+        exact, whole = arguments.number(value), self.made is int
+        if exact is None or (whole and exact.denominator != 1):
+            raise UserError(
+                f"{arguments.shown(value)}: expected a {'whole number' if whole else 'number'}"
+            )
+        return self.made(self._within(self.made(exact)))
+
+    def _within(self, value: Any) -> Any:
         high = self.most is None or value <= self.most
         low = self.least is None or value >= self.least
         if math.isfinite(value) and high and low:
             return value
-        text = value if shown is None else shown
-        raise UserError(f"{text} is not in the range {self.range_text()}.")
+        raise UserError(f"{value} is not in the range {self.range_text()}.")
 
     def range_text(self) -> str:
         """Return the range in words of mathematics, "" if there is none."""
@@ -92,20 +110,7 @@ class Whole(_Number):
 
     name = "INTEGER"
     python = "int"
-
-    def parse(self, text: str) -> int:
-        """Return the number of a text."""
-        try:
-            return int(self._within(int(text)))
-        except ValueError:
-            raise UserError(f"{text!r} is not a valid integer.") from None
-
-    def judge(self, value: Any) -> int:
-        """Return a number of Python's or numpy's."""
-        exact = arguments.number(value)
-        if exact is None or exact.denominator != 1:
-            raise UserError(f"{arguments.shown(value)}: expected a whole number")
-        return int(self._within(int(exact)))
+    made, word = int, "integer"
 
 
 class Number(_Number):
@@ -113,20 +118,6 @@ class Number(_Number):
 
     name = "FLOAT"
     python = "float"
-
-    def parse(self, text: str) -> float:
-        """Return the number of a text."""
-        try:
-            return float(self._within(float(text)))
-        except ValueError:
-            raise UserError(f"{text!r} is not a valid float.") from None
-
-    def judge(self, value: Any) -> float:
-        """Return a number of Python's or numpy's."""
-        exact = arguments.number(value)
-        if exact is None:
-            raise UserError(f"{arguments.shown(value)}: expected a number")
-        return float(self._within(float(exact)))
 
 
 class Flag(Kind):
@@ -175,24 +166,6 @@ class Text(Kind):
     """Any text."""
 
 
-class InFile(Kind):
-    """A file that is read."""
-
-    name = "FILE"
-    python = "str | PathLike"
-
-    def parse(self, text: str) -> Path:
-        """Return the path of a text."""
-        return self.judge(Path(text)) if text else self.judge(text)
-
-    def judge(self, value: Any) -> Path:
-        """Return a path of Python's."""
-        path = arguments.path("path", value)
-        if path.is_dir():
-            raise UserError(f"File {os.fspath(path)!r} is a directory.")
-        return path
-
-
 class Place(Kind):
     """A path that may be anything."""
 
@@ -206,6 +179,19 @@ class Place(Kind):
     def judge(self, value: Any) -> Path:
         """Return a path of Python's."""
         return arguments.path("path", value)
+
+
+class InFile(Place):
+    """A file that is read."""
+
+    name = "FILE"
+
+    def judge(self, value: Any) -> Path:
+        """Return a path of Python's."""
+        path = super().judge(value)
+        if path.is_dir():
+            raise UserError(f"File {os.fspath(path)!r} is a directory.")
+        return path
 
 
 class OutFile(InFile):
@@ -231,14 +217,14 @@ class OutPicture(OutFile):
         return path
 
 
-class OutFolder(InFile):
+class OutFolder(Place):
     """A folder for the results of a run."""
 
     name = "DIRECTORY"
 
     def judge(self, value: Any) -> Path:
         """Return a path of Python's."""
-        path = arguments.path("path", value)
+        path = super().judge(value)
         if path.is_file():
             raise UserError(f"Directory {os.fspath(path)!r} is a file.")
         return path

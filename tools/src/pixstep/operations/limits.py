@@ -26,7 +26,7 @@ from pixstep.operations.asked import AskedError
 from pixstep.operations.clocks import OfClock
 from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import Time, Whole
-from pixstep.operations.longer_pixels import divider_words
+from pixstep.operations.perform import divider_words
 from pixstep.operations.request import operation, option
 from pixstep.operations.result import Page, Result
 from pixstep.profiles import generator
@@ -186,7 +186,9 @@ def _shortest(desk: Desk, able: Capability, asked: ShowLimits) -> ShortestLine:
     A smooth line has a pixel up, one at speed and one down at least; backlash needs two more.
     """
     hz = able.pixel_hz
-    limits = showing.limits(asked, hz, least=_EVEN)
+    limits = showing.limits(
+        hz, asked.max_speed, asked.max_acceleration, asked.max_jerk, least=_EVEN
+    )
     most = able.top_speed(SMOOTH)
     speed = min(limits.get(SPEED, most), most) // 2 * 2
     if speed < _EVEN:

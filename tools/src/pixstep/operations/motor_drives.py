@@ -1,28 +1,27 @@
 # SPDX-License-Identifier: MIT
-"""The drives of a machine's motors, for servers that move motors: on ports, or on simulated boards."""
+"""The drives of a machine's motors: of boards on ports, or of simulated boards."""
 
 from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from pixstep import natives
 from pixstep.board.port import BAUD, Port
 from pixstep.errors import UserError
-from pixstep.ioc.settings import limit_steps_s
-from pixstep.lazy import lazy
+from pixstep.motor_drive import BusDrives, Pacer
+from pixstep.motor_drive.of_machine import motors_of
 from pixstep.server import remote
 
 if TYPE_CHECKING:
     from pixstep.board.link import Link
     from pixstep.machine.files import MachineFile
     from pixstep.machine.model import BoardTable
-    from pixstep.motor_drive import BusDrives
     from pixstep.motor_record import Drive
     from pixstep.server.journal import Log
-
-motor_drive = lazy("pixstep.motor_drive")
+    from pixstep.simulation.simulator import SimOptions
 
 _LOAD = "home=2000,hyst=8,play={}"  # a simulated load: its home switch, its play in steps
 
@@ -79,8 +78,23 @@ def _on_port(
 @contextlib.contextmanager
 def _simulated(machine: MachineFile) -> Iterator[Mapping[str, Drive]]:
     """Yield the drives of simulated boards, whose time passes as the wall clock's."""
-    from pixstep.simulation.simboard import SimLink  # which those without a simulator do not need
-    from pixstep.simulation.simctl import SimOptions
+    from pixstep.simulation.simulated_board import (
+        SimLink,  # which those without a simulator do not need
+    )
+    from pixstep.simulation.simulator import SimulatorError
+
+    places = {name: place for place, name in enumerate(machine.boards)}
+    units = {name: place + 1 for name, place in places.items()}
+    with SimLink(sim_options(machine)) as link:
+        with Pacer(link), _drives(machine, link, units) as found:
+            yield found
+        with contextlib.suppress(SimulatorError):
+            link.simulator.quit()
+
+
+def sim_options(machine: MachineFile) -> SimOptions:
+    """Return what the simulator of a machine is started with."""
+    from pixstep.simulation.simulator import SimOptions
 
     places = {name: place for place, name in enumerate(machine.boards)}
     kinds = [board.kind for board in machine.boards.values()]
@@ -88,29 +102,15 @@ def _simulated(machine: MachineFile) -> Iterator[Mapping[str, Drive]]:
         (places[machine.board_name(motor)], motor.axis): _LOAD.format(motor.backlash_steps)
         for motor in machine.motors.values()
     }
-    options = SimOptions(
-        [(kind, natives.image(kind)) for kind in kinds], machine.clock_hz, plants=plants
-    )
-    with SimLink(options) as link, motor_drive.Pacer(link):
-        units = {name: place + 1 for name, place in places.items()}
-        with _drives(machine, link, units) as found:
-            yield found
+    boards = [(kind, natives.image(kind)) for kind in kinds]
+    return SimOptions(boards, machine.clock_hz, plants=plants)
 
 
 def _drives(machine: MachineFile, link: Link, units: Mapping[str, int]) -> BusDrives:
     """Return the drives of the motors of some boards; `units` are their addresses by name."""
     motors = [
-        motor_drive.DrivenMotor(
-            name,
-            units[machine.board_name(motor)],
-            motor.axis,
-            limit_steps_s(machine, motor, "max_speed"),
-            limit_steps_s(machine, motor, "max_acceleration"),
-        )
-        for name, motor in machine.motors.items()
-        if machine.board_name(motor) in units
+        replace(one, unit=units[machine.board_name(machine[one.name])])
+        for one in motors_of(machine)
+        if machine.board_name(machine[one.name]) in units
     ]
-    drives: BusDrives = motor_drive.BusDrives(
-        link, motors, clock_hz=machine.clock_hz, divider=machine.clock.edges
-    )
-    return drives
+    return BusDrives(link, motors, clock_hz=machine.clock_hz, divider=machine.clock.edges)

@@ -11,10 +11,10 @@ from os import PathLike, fspath
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from pixstep import arguments
-from pixstep.errors import UserError
+from pixstep.errors import UserError, told
 from pixstep.operations import catalog
+from pixstep.operations.asked import Field
 from pixstep.operations.desk import Desk, nobody_watches
-from pixstep.operations.field import Field
 from pixstep.operations.perform import Caller, perform
 from pixstep.operations.request import Request, fields
 from pixstep.operations.result import Result
@@ -71,8 +71,24 @@ def run(
         unit = getattr(link, "unit", None)
         named = {} if unit is None else dict.fromkeys({"unit", "units"} & known.keys(), unit)
         given = {"port": found.port, **named, **given}
-    result = perform(request, given, caller, desk_of(notes, found, progress))
-    return replace(result, notes=tuple(notes))
+    words = _words(request)
+    try:
+        result = perform(request, given, caller, desk_of(notes, found, progress))
+    except UserError as error:
+        if len(error.args) == 1:
+            error.args = (told(error, words),)
+        raise
+    return replace(result, notes=tuple(told(note, words) for note in notes))
+
+
+def _words(request: type[Request]) -> dict[str, str]:
+    """Return the fields whose options have other names, by these: `line_number` of "line"."""
+    known = fields(request)
+    spelled = {one.option: name for name, one in known.items()}
+    spelled |= {one.off: f"{name}=False" for name, one in known.items() if one.off}
+    spelled |= {one.option: f"{name}=False" for name, one in known.items() if one.unless}
+    words = {option.strip("-").replace("-", "_"): word for option, word in spelled.items()}
+    return {word: name for word, name in words.items() if word not in known}
 
 
 def desk_of(notes: list[str], link: Link | None, progress: Shown) -> Callable[..., Desk]:

@@ -1,27 +1,112 @@
 # SPDX-License-Identifier: MIT
 """Lines of files: one of an operation, or several, one an axis, of fields given once or per line.
 
-Notes of what was tolerated, and of files that are for another motor or frequency, are said.
+Notes of what was tolerated, and of files that are for another motor or frequency, are said. Which
+way motors run is known here too, for what is asked in the directions of their loads.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from pixstep import formats
 from pixstep.errors import UserError
+from pixstep.formats import ProfileHeader
 from pixstep.lines.line import SMOOTH, Line
-from pixstep.operations import directions, machine_defaults, meant_for, shared
+from pixstep.operations import machine_defaults, shared
 from pixstep.operations.asked import AskedError
+from pixstep.operations.facts import Facts
 from pixstep.operations.kinds import FILE, Steps
 from pixstep.operations.request import argument, flag, option
 from pixstep.profiles import origin, own_backlash
 
 if TYPE_CHECKING:
     from pixstep.operations.desk import Desk
+
+
+def way(facts: Facts) -> int:
+    """Return -1 if the motor runs backwards for its load to go forwards, else 1.
+
+    Without a motor steps are those of the board.
+    """
+    if facts.found is None:
+        return 1
+    try:
+        return -1 if facts.motor.negative else 1
+    except UserError:
+        if facts.named.any:
+            raise
+        return 1
+
+
+def negatives(facts: Facts, *, given: bool | None, lines: int) -> list[bool]:
+    """Return for each line whether a smooth one runs backwards: as its motor does, if none is said.
+
+    `given` is what the caller says, or what the motors have in common.
+    """
+    if given is not None or facts.found is None or facts.other_kind():
+        return [bool(given)] * lines
+    found = [motor.negative for motor in facts.motors]
+    return found if len(found) == lines else found[:1] * lines
+
+
+def ways(facts: Facts, axes: int) -> tuple[int, ...]:
+    """Return the same as `way` for each axis of a table; 1 unless motors or axes are named."""
+    if facts.found is None or not facts.named.any:
+        return (1,) * axes
+    found = [-1 if motor.negative else 1 for motor in facts.motors]
+    if len(found) not in (1, axes):
+        raise AskedError(f"{{motor}} is given {len(found)} times for {axes} axes")
+    return tuple(found * (axes // len(found)))
+
+
+def motor_decode(facts: Facts, path: Path) -> str | None:
+    """Return how the motor in a conventional file name decodes; None if nothing says it.
+
+    The machine file knows its own motors, the printer's have their names.
+    """
+    named = origin.parse_name(path)
+    if named is None:
+        return None
+    machine = facts.used
+    if machine and named.motor in machine.motors:
+        return machine[named.motor].decode
+    return named.decode
+
+
+def motor_notes(
+    facts: Facts, path: Path, header: ProfileHeader | None, index: int = 0
+) -> Iterator[str]:
+    """Yield that a file is for another motor than the one it is used for, if that is so.
+
+    `index` is the number of the line, of an operation that moves several motors.
+    """
+    motors = facts.motors_in_force
+    if not motors:
+        return
+    motor = motors[index] if index < len(motors) else motors[0]
+    made_for = origin.motor_of(path, header.name if header else None)
+    if made_for is not None and made_for != motor.name:
+        yield f"{path}: made for motor {made_for}, used for motor {motor.name}"
+
+
+def line_notes(
+    facts: Facts, path: Path, header: ProfileHeader | None, index: int = 0
+) -> Iterator[str]:
+    """Yield the same of a line, and that its header's lead-in is not the machine's."""
+    yield from motor_notes(facts, path, header, index)
+    machine = facts.used
+    if machine is None or header is None or not header.lead_in_px:
+        return
+    if header.lead_in_px != machine.line.lead_in:
+        yield (
+            f"{path}: its header has LeadIn {header.lead_in_px}, {machine.path} has lead_in = "
+            f"{machine.line.lead_in} in the table [line]: the image begins at another pixel"
+        )
+
 
 Value = TypeVar("Value")
 
@@ -63,32 +148,21 @@ def line_numbers() -> Any:
     return shared.line_number("Line N of files of many lines; once, or per line file.", many=True)
 
 
-class SeveralLines(Protocol):
+class _SeveralLines(Protocol):
     """The fields of an operation that reads several lines."""
 
     @property
-    def csv(self) -> tuple[Path, ...]:
-        """The files."""
-
+    def csv(self) -> tuple[Path, ...]: ...
     @property
-    def decode(self) -> tuple[str, ...]:
-        """How their counts are decoded."""
-
+    def decode(self) -> tuple[str, ...]: ...
     @property
-    def backlash(self) -> tuple[int, ...]:
-        """The play that each takes up, in steps."""
-
+    def backlash(self) -> tuple[int, ...]: ...
     @property
-    def negative(self) -> bool | None:
-        """Whether smooth ones run backwards; None for as their motors do."""
-
+    def negative(self) -> bool | None: ...
     @property
-    def line_number(self) -> tuple[int, ...]:
-        """Which line of its file each is."""
-
+    def line_number(self) -> tuple[int, ...]: ...
     @property
-    def raw(self) -> bool:
-        """Whether headers are values."""
+    def raw(self) -> bool: ...
 
 
 def load_line(
@@ -116,7 +190,7 @@ def load_line(
     file = read(path, raw=raw)
     chosen = file.line(number)
     desk.say(file.notes)
-    desk.say(meant_for.line_notes(desk.facts, path, file.header, index))
+    desk.say(line_notes(desk.facts, path, file.header, index))
     desk.say(
         origin.frequency_notes(path, file.header, pixel_hz, refuse=refuse_faster, divider=divider)
     )
@@ -142,7 +216,7 @@ def backlash_of(
 
 def read_lines(
     desk: Desk,
-    asked: SeveralLines,
+    asked: _SeveralLines,
     *,
     pixel_hz: Fraction | None,
     divider: int = 1,
@@ -152,7 +226,7 @@ def read_lines(
     count = len(asked.csv)
     rules = per_line("decode", asked.decode, count, "")  # of which there is one at least
     plays = per_line("backlash", asked.backlash, count, 0)
-    backwards = directions.negatives(desk.facts, given=asked.negative, lines=count)
+    backwards = negatives(desk.facts, given=asked.negative, lines=count)
     chosen: tuple[int | None, ...] = asked.line_number
     numbers = per_line("line_number", chosen, count, None)
     if len(asked.backlash) == 1 and count > 1:  # one figure for all means the smooth ones

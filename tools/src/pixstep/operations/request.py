@@ -26,13 +26,14 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, dataclass_transform
 
-from pixstep.operations.field import Field
+from pixstep.operations.asked import Field
 from pixstep.operations.kinds import FLAG, Kind
 
 if TYPE_CHECKING:
     from pixstep.operations.desk import Desk, Source
     from pixstep.operations.facts import Facts
     from pixstep.operations.result import Result
+
 
 _FIELD = "pixstep"
 

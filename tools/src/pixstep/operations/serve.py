@@ -13,8 +13,7 @@ from pixstep.errors import UserError
 from pixstep.lazy import lazy
 from pixstep.operations.asked import AskedError
 from pixstep.operations.bus import OnPort
-from pixstep.operations.desk import Desk
-from pixstep.operations.desk_log import log_of
+from pixstep.operations.desk import Desk, log_of
 from pixstep.operations.kinds import PATH, Parsed
 from pixstep.operations.request import flag, operation, option
 from pixstep.operations.result import Result

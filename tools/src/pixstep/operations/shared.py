@@ -43,20 +43,42 @@ def pixel_hz(about: str = "30, 29.97 or 30000/1001.", **more: Any) -> Any:
     return option(HZ, about, **{"required": True, "machine": machine.pixel_hz, **more})
 
 
+def clock_hz(
+    about: str = "Frequency of the pixel clock's edges: 30, 29.97 or 30000/1001.", **more: Any
+) -> Any:
+    """Return the field of the frequency of the clock's edges, from which that of pixels follows."""
+    default = "that of pixels times the divider"
+    return option(HZ, about, **{"machine": machine.clock_hz, "default_text": default, **more})
+
+
+def hz_of_pixels(about: str = "Frequency of pixels.", **more: Any) -> Any:
+    """Return the field of the frequency of pixels beside that of the clock's edges."""
+    return option(HZ, about, **{"default_text": "that of the clock by the divider", **more})
+
+
+def divider(about: str = "Edges of the pixel clock in a pixel.", **more: Any) -> Any:
+    """Return the field of how many edges of the clock a pixel has."""
+    return option(EDGES, about, **{"shown": "M", "machine": machine.divider, **more})
+
+
 def backlash(about: str = "Steps of play, or 3um.", **more: Any) -> Any:
     """Return the field of the play that a smooth line takes up, in steps."""
     return option(Steps(0), about, **{"default": 0, "machine": machine.backlash, **more})
 
 
-def sync(**more: Any) -> Any:
+def sync(
+    about: str = "Lines ignore the pixel clock, begin on an edge of it, or follow it to their end.",
+    **more: Any,
+) -> Any:
     """Return the field of what lines are to the pixel clock."""
-    about = "Lines ignore the pixel clock, begin on an edge of it, or follow it to their end."
     return option(SYNC, about, **{"default": "start", "machine": machine.sync, **more})
 
 
-def gate_edges(**more: Any) -> Any:
+def gate_edges(
+    about: str = "The pixel clock is gated: line zero is N edges behind the first one of a burst.",
+    **more: Any,
+) -> Any:
     """Return the field of how far behind a burst's first edge lines begin."""
-    about = "The pixel clock is gated: line zero is N edges behind the first one of a burst."
     given = {"default": 0, "shown": "N", "machine": machine.gate_edges}
     return option(GATE_EDGES, about, **{**given, **more})
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 
 from fractions import Fraction
 from pathlib import Path
-from typing import Protocol
 
 from pixstep.formats import ProfileHeader
 from pixstep.lines import units
 from pixstep.lines.units import ACCELERATION, JERK, SPEED, Quantity
-from pixstep.operations import meant_for
+from pixstep.operations import reading_lines
 from pixstep.operations.desk import Desk
 from pixstep.operations.result import Page, Result
 from pixstep.profiles import origin, page
@@ -27,32 +26,11 @@ class ShownMotion(MotionFigures):
     image_pixel: int | None
 
 
-class Limited(Protocol):
-    """The fields of an operation that has limits of a motor."""
-
-    @property
-    def max_speed(self) -> Quantity | None:
-        """The highest speed."""
-
-    @property
-    def max_acceleration(self) -> Quantity | None:
-        """The highest acceleration."""
-
-    @property
-    def max_jerk(self) -> Quantity | None:
-        """The highest jerk."""
-
-
-def limits(asked: Limited, hz: Fraction | None, *, least: int = 1) -> dict[int, int]:
-    """Return the limits that there are in whole steps and pixels, by order."""
-    given = {
-        SPEED: asked.max_speed,
-        ACCELERATION: asked.max_acceleration,
-        JERK: asked.max_jerk,
-    }
+def limits(hz: Fraction | None, *given: Quantity | None, least: int = 1) -> dict[int, int]:
+    """Return limits of speed, acceleration and jerk in whole steps and pixels, by their order."""
     return {
         order: units.whole_limit(limit, hz, least=least)
-        for order, limit in given.items()
+        for order, limit in zip((SPEED, ACCELERATION, JERK), given, strict=True)
         if limit is not None
     }
 
@@ -69,7 +47,7 @@ def used_frequency(
     A pixel has `divider` edges of the clock. A file that was made for another frequency than is
     given gets a note.
     """
-    desk.say(meant_for.motor_notes(desk.facts, path, header))
+    desk.say(reading_lines.motor_notes(desk.facts, path, header))
     own = origin.frequency_of(path, header)
     if own is None or (given and not desk.by_machine("pixel_hz")):
         desk.say(origin.frequency_notes(path, header, given, divider=divider))

@@ -10,7 +10,7 @@ import re
 from dataclasses import dataclass
 from fractions import Fraction
 
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.formats.findings import counted
 from pixstep.lines import units
 from pixstep.owndata.table import TextTable
@@ -240,8 +240,9 @@ def choose(table: TextTable, known: list[Column], wanted: str | None) -> Column:
     if len(left) != 1:
         names = table.names or [str(k + 1) for k in range(table.width)]
         held = f"{counted(table.width, 'column')} ({', '.join(names)})"
-        said = "choose one by --column" if left else "no numbers to import"
-        raise ChoiceError(f"{table.path}:{table.rows[0][0]}: {held}: {said}")
+        said = "choose one by {column}" if left else "no numbers to import"
+        place = f"{table.path}:{table.rows[0][0]}: {held}"
+        raise ChoiceError(AskedText("{place}: " + said, place=place))
     return left[0]
 
 
@@ -261,10 +262,10 @@ def refuse_twins(table: TextTable, column: int) -> None:
     names = table.names or ()
     twins = [str(k) for k, name in enumerate(names, 1) if name == names[column]]
     if len(twins) > 1:
-        raise ChoiceError(
-            f"{table.path}:{table.rows[0][0]}: columns {', '.join(twins)} are all named "
-            f"{names[column]!r}: rename them, or choose by --column N"
-        )
+        raise ChoiceError(AskedText(
+            "{place}: columns {twins} are all named {name!r}: rename them, or choose by {column} N",
+            place=f"{table.path}:{table.rows[0][0]}", twins=", ".join(twins), name=names[column],
+        ))  # fmt: skip
 
 
 def _counts_up(table: TextTable, column: int) -> bool:

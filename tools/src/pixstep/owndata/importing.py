@@ -11,7 +11,7 @@ from fractions import Fraction
 from itertools import accumulate, pairwise
 from pathlib import Path
 
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.lines import line_check
 from pixstep.lines.line import SMOOTH, Line
 from pixstep.lines.line_check import MAX_COUNT
@@ -86,7 +86,7 @@ def _is_negative(counts: Sequence[int], refuse: Refuse) -> bool:
 
 _CLOCK_TOLERANCE = Fraction(1, 1000)
 _LENGTHS = "|".join(unit for unit in LENGTH_UNITS if unit != "step")
-_UNITS = f"--unit {_LENGTHS}, of speeds also those per px|{'|'.join(SECOND_UNITS)}"
+_UNITS = f"{{unit}} {_LENGTHS}, of speeds also those per px|{'|'.join(SECOND_UNITS)}"
 
 
 @dataclass(frozen=True)
@@ -163,14 +163,15 @@ def _meaning(
     unit = request.unit or column.unit
     place = f"{read.path}:{read.rows[0][0]}: {read.title(column.number)}"
     if request.unit is None and column.unclear is not None:
-        raise RefusedError(f"{place}: {column.unclear!r} is no unit: {_UNITS}")
+        raise RefusedError(AskedText(
+            "{place}: {unclear!r} is no unit: " + _UNITS, place=place, unclear=column.unclear
+        ))  # fmt: skip
     whole = unit is None and _are_steps(read, column)
     if quantity not in QUANTITIES and whole:
         quantity, unit = STEPS, "steps"
     if quantity not in QUANTITIES or (unit is None and not (quantity == STEPS or whole)):
-        raise RefusedError(
-            f"{place}: say what it holds: --quantity {'|'.join(QUANTITIES)} and {_UNITS}"
-        )
+        what = f"say what it holds: {{quantity}} {'|'.join(QUANTITIES)} and {_UNITS}"
+        raise RefusedError(AskedText("{place}: " + what, place=place))
     unit = unit or "steps"
     words = {
         POSITION: f"the position at each pixel edge in {unit}, the first one that of line zero",
@@ -178,9 +179,10 @@ def _meaning(
         STEPS: "the steps of each pixel",
     }
     if quantity == STEPS and not unit.startswith("step"):
-        raise RefusedError(
-            f"{read.path}: {read.title(column.number)}: steps in {unit}: --quantity?"
-        )
+        raise RefusedError(AskedText(
+            "{path}: {title}: steps in {given}: {quantity}?",
+            path=read.path, title=read.title(column.number), given=unit,
+        ))  # fmt: skip
     text = f"{read.title(column.number)} is {words[quantity]}"
     return KnownColumn(column.number, quantity, unit), [text]
 
@@ -252,7 +254,9 @@ def _motion(read: TextTable, column: KnownColumn, request: ImportRequest) -> _Mo
     try:
         factor = factor_of(column.unit, column.quantity, request.scale, request.pixel_hz)
     except UserError as error:
-        raise UserError(f"{read.path}: {read.title(column.number)}: {error}") from None
+        raise UserError(AskedText(
+            "{path}: {title}: {error}", path=read.path, title=read.title(column.number), error=error
+        )) from None  # fmt: skip
     factor = -factor if request.negative else factor
     values = [value * factor for value in read.values(column.number)]
     if column.quantity != POSITION:
@@ -265,15 +269,17 @@ def _motion(read: TextTable, column: KnownColumn, request: ImportRequest) -> _Mo
 
 def _said(made: Made, request: ImportRequest) -> list[str]:
     """Return what is to be said of a line."""
-    said = []
+    said: list[str] = []
     if made.line.decode == SMOOTH and (made.line.negative or request.negative):
         word, option = (
-            ("backwards", "--negative") if made.line.negative else ("forwards", "--no-negative")
+            ("backwards", "{negative}") if made.line.negative else ("forwards", "{no_negative}")
         )
-        said.append(f"the motor runs {word}: {option} for `sim` and `board upload`")
+        said.append(AskedText(f"the motor runs {word}: {option} for `sim` and `board upload`"))
     if made.fitted:
         said.append(
-            "--fit: the nearest line with even speeds at the pixel edges, from rest to rest"
+            AskedText(
+                "{fit}: the nearest line with even speeds at the pixel edges, from rest to rest"
+            )
         )
     if error := made.largest_error_steps:
         said.append(

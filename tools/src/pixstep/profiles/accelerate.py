@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
 
-from pixstep.errors import UserError
+from pixstep.errors import AskedText, UserError
 from pixstep.lines.units import (
     ACCELERATION,
     JERK,
@@ -27,6 +27,7 @@ from pixstep.lines.units import (
     both_text,
     number_text,
     period_ticks,
+    whole_speed,
 )
 from pixstep.profiles import generator
 from pixstep.profiles.generator import MAX_SPEED, GeneratedLine, LineRequest
@@ -110,8 +111,11 @@ def note(wanted: Wanted, edges: int) -> str:
         ),
         None,
     )
-    text = f"{number_text(round(100 * share, 1))} % of the acceleration {wanted.acceleration.text}"
-    return f"uses {text}" + (f": --divider {better} uses more" if better else "")
+    more = f": {{divider}} {better} uses more" if better else ""
+    return AskedText(
+        "uses {share} % of the acceleration {text}" + more,
+        share=number_text(round(100 * share, 1)), text=wanted.acceleration.text,
+    )  # fmt: skip
 
 
 def speeds(wanted: Wanted, top: int, edges: int) -> list[int]:
@@ -126,19 +130,22 @@ def speeds(wanted: Wanted, top: int, edges: int) -> list[int]:
 
 
 def line(
-    wanted: Wanted, top: int, edges: int, steps: int | None, request: LineRequest
-) -> tuple[GeneratedLine, int]:
-    """Return a line of so many steps, else of the pixels that `request` has, and its speed."""
-    if steps is not None:
-        return line_of_length(wanted, top, edges, steps, request)
-    return generator.generate(speeds(wanted, top, edges), replace(request, speed=top)), top
+    wanted: Wanted, edges: int, steps: int | None, request: LineRequest, scale: Scale | None
+) -> tuple[GeneratedLine, int, list[str]]:
+    """Return a line of so many steps, else of the pixels that `request` has, its speed, and notes.
 
-
-def slower_notes(speed: int, top: int, hz: Fraction, scale: Scale | None) -> list[str]:
-    """Return a note of a length that allows less than the speed asked for."""
-    if speed >= top:
-        return []
-    return [f"the length allows a speed of {both_text(speed, SPEED, hz, scale)}"]
+    The notes say what it makes of acceleration and speed, if that is not nearly all.
+    """
+    hz = wanted.clock_hz / edges
+    top = whole_speed(wanted.speed, hz, scale, smooth=not wanted.plain)
+    notes = [text for text in (note(wanted, edges),) if text]
+    if steps is None:
+        made = generator.generate(speeds(wanted, top, edges), replace(request, speed=top))
+        return made, top, notes
+    made, speed = line_of_length(wanted, top, edges, steps, request)
+    if speed < top:
+        notes.append(f"the length allows a speed of {both_text(speed, SPEED, hz, scale)}")
+    return made, speed, notes
 
 
 def line_of_length(
@@ -226,5 +233,5 @@ def _legal(wanted: Wanted, quantity: Quantity, order: int, edges: int) -> int:
         raise UserError(f"{quantity.text} is less than a step per pixel and pixel at {hz} Hz")
     except UserError as error:
         enough = _fewest_edges(wanted)
-        hint = f"; --divider {enough} has pixels that allow it" if enough else ""
-        raise UserError(f"{error}{hint}") from None
+        hint = f"; {{divider}} {enough} has pixels that allow it" if enough else ""
+        raise UserError(AskedText("{error}" + hint, error=error)) from None

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.formats import ProfileHeader
 from pixstep.formats.header import NAME_WIDTH
 from pixstep.lines.line import PLAIN, SMOOTH
@@ -110,19 +110,21 @@ class OtherFrequency:
         )
 
     @property
-    def remedy(self) -> str:
+    def remedy(self) -> AskedText:
         """What to do if the other frequency is meant."""
         change = "rename it" if self.by_name else "give it this frequency by `pixstep file convert`"
         text = f"make one for this frequency, or {change} if the higher accelerations are meant"
         edges = round(self.used * self.divider / self.made_for)
         if 1 < edges <= MOST_EDGES and is_same(self.made_for, self.used * self.divider / edges):
-            text += f"; or --divider {edges}, not {self.divider}, if it is for this clock"
-        return text
+            text += f"; or {{divider}} {edges}, not {self.divider}, if it is for this clock"
+        return AskedText(text)
 
     def refuse_faster(self) -> str:
         """Return the warning. Raises RefusedError if the motion is another one."""
         if self.too_fast:
-            raise RefusedError(f"{self.source}: {self.text}: {self.remedy}")
+            raise RefusedError(AskedText(
+                "{source}: {text}: {remedy}", source=self.source, text=self.text, remedy=self.remedy
+            ))  # fmt: skip
         return f"{self.source}: {self.text}"
 
 

@@ -14,7 +14,7 @@ import heapq
 from dataclasses import dataclass
 from itertools import groupby, pairwise
 
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.lines import line_check
 from pixstep.lines.line import Line
 from pixstep.profiles import ramps
@@ -209,10 +209,10 @@ def _refuse_consumed(stretch: Stretch, wish: Wish) -> None:
     if stretch.speed and stretch.counts and not stretch.kept:
         needed = stretch.first + stretch.last
         limit = f" within {wish.max_acceleration} steps/px2" if wish.max_acceleration else ""
-        raise UserError(
+        raise UserError(AskedText(
             f"pixel {stretch.pixel}: getting to {stretch.speed} and on{limit} takes {needed} of "
-            f"its {len(stretch.counts)} pixels, one must be left: --insert makes the line longer"
-        )
+            f"its {len(stretch.counts)} pixels, one must be left: {{insert}} makes the line longer"
+        ))  # fmt: skip
 
 
 def _stretch_block(stretch: Stretch) -> _Block:

@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
+from pixstep.errors import AskedText
 from pixstep.programs.expressions import Variables
 from pixstep.programs.language import SET, ProgramError, ProgramRow, ProgramWord
 from pixstep.programs.motors import Setup
@@ -230,7 +231,8 @@ class Program:
             yield self._pause(item)
 
     def _wrong(self, item: ProgramWord, text: str) -> ProgramError:
-        return ProgramError(f"{self.name}:{self._line}:{item.column}: {item.text}: {text}")
+        where = f"{self.name}:{self._line}:{item.column}: {item.text}"
+        return ProgramError(AskedText("{where}: {text}", where=where, text=text))
 
     def _valued(self, item: ProgramWord) -> ProgramWord:
         try:
@@ -254,12 +256,14 @@ class Program:
 
     def _circle(self, item: ProgramWord) -> None:
         if not self._circles:
-            raise self._wrong(item, "mode1 plans no circles: plan with --mode lookahead")
+            raise self._wrong(item, AskedText("mode1 plans no circles: plan with {mode} lookahead"))
         if not self.setup.segment_ms:
             raise self._wrong(
                 item,
-                "a circle is made of segments: --segment 5ms, or segment_time in [program] of the "
-                "machine file",
+                AskedText(
+                    "a circle is made of segments: {segment} 5ms, or segment_time in [program] of "
+                    "the machine file"
+                ),
             )
         if not {"X", "Y"} <= self.setup.words.keys():
             raise self._wrong(item, "a circle needs motors X and Y")

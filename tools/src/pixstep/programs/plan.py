@@ -22,7 +22,7 @@ from typing import Any, BinaryIO, Self, TextIO
 
 import numpy as np
 
-from pixstep.errors import PlainError, RefusedError, UserError
+from pixstep.errors import AskedText, PlainError, RefusedError, UserError
 from pixstep.formats.records import CRLF, CSV_COLUMNS, MAX_BYTES
 from pixstep.programs import jerk, language
 from pixstep.programs.blends import NominalPath, Timed, nominal
@@ -54,7 +54,9 @@ def with_segments(setup: Setup, mode: str, segment_ms: float | None) -> Setup:
     Raises UserError for segments in mode1.
     """
     if mode == MODE1 and segment_ms:
-        raise UserError("mode1 has no segments: leave --segment out, or plan with --mode lookahead")
+        raise UserError(
+            AskedText("mode1 has no segments: leave {segment} out, or plan with {mode} lookahead")
+        )
     if segment_ms is None:
         return replace(setup, segment_ms=0.0) if mode == MODE1 else setup
     return replace(setup, segment_ms=float(segment_ms))

@@ -16,7 +16,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise
 
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.line_check import ERROR, MAX_COUNT, Limits, check
 
@@ -231,11 +231,12 @@ def compensate(counts: Sequence[int], request: TakeUpRequest, name: str = "line"
         return _Chain(ideal, request, name).result()
     except _DoesNotFitError as error:
         shortest = _shortest(ideal, request, name)
-        raise UserError(
-            f"{name}: pixel {error.pixel}: the play of {error.steps} steps does not fit a "
-            f"transition of {request.transition_px} pixels within the limits: "
-            f"{error.room} steps do; the smallest --transition-px for this line is {shortest}"
-        ) from None
+        raise UserError(AskedText(
+            f"{{name}}: pixel {error.pixel}: the play of {error.steps} steps does not fit a "
+            f"transition of {request.transition_px} pixels within the limits: {error.room} steps "
+            f"do; the smallest {{transition_px}} for this line is {shortest}",
+            name=name,
+        )) from None  # fmt: skip
 
 
 class _DoesNotFitError(Exception):

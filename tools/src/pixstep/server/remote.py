@@ -20,7 +20,7 @@ from pixstep.board.link import Link, Say, SerialLink
 from pixstep.board.modbus import MOST_WORDS, Client
 from pixstep.board.port import BAUD, RETRIES, TIMEOUT_S, Port, PortBusyError
 from pixstep.board.rtu import Reply
-from pixstep.errors import UserError, one_line
+from pixstep.errors import AskedText, UserError, one_line
 from pixstep.server import messages, places
 from pixstep.server.local import raise_error
 from pixstep.server.messages import Message, MessageError
@@ -110,10 +110,11 @@ class RemoteModbus(Client):
         port = self._port
         if port.baud not in (BAUD, baud) or port.parity not in (None, parity):
             self.close()
-            raise UserError(
-                f"{port.name}: its server (pid {hello['pid']}) talks at {hello['place']}: leave "
-                f"--baud and --parity out, or end the server"
-            )
+            raise UserError(AskedText(
+                "{name}: its server (pid {pid}) talks at {place}: leave {baud} and {parity} out, "
+                "or end the server",
+                name=port.name, pid=hello["pid"], place=hello["place"],
+            ))  # fmt: skip
         self.server_pid = int(hello["pid"])
         self.place = str(hello["place"])
         self.most_words = MOST_WORDS if baud >= _FAST_BAUD else _SHORT_WORDS

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""Lines on simulated boards: `simctl` drives the runner, `simrun` runs, `judge` judges."""
+"""Experiments on simulated boards: `simulator` drives the runner, `job` runs, `judge` judges."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""From what a run left behind to its verdict: summary.json and the rows of pixels.csv."""
+"""From what a run left behind to its verdict: summary.json, the rows of pixels.csv, the loads."""
 
 from __future__ import annotations
 
@@ -11,18 +11,20 @@ from pixstep.lazy import lazy
 from pixstep.lines import exact
 from pixstep.lines.line import Line
 from pixstep.lines.units import edge_tick, hz_text
-from pixstep.simulation import clockjudge, pixelgrid, verdict
-from pixstep.simulation.pixelgrid import PixelGrid
+from pixstep.reversals.compensate import strokes
+from pixstep.simulation import clock_judge, pixel_clock, verdict
+from pixstep.simulation.job import FREE, START, RunResult
+from pixstep.simulation.logs import AxisPlant
+from pixstep.simulation.pixel_clock import PixelGrid
 from pixstep.simulation.report import PixelRow
-from pixstep.simulation.simrun import FREE, START, Job, RunResult
-from pixstep.simulation.summary import Refusal, Shares, Summary
+from pixstep.simulation.summary import Load, Shares, Summary
+from pixstep.simulation.verdict import AxisVerdict
 
 if TYPE_CHECKING:
     import numpy as np
 else:
     np = lazy("numpy")
 
-_BOARD = 0  # one board a run
 _WORK = (1, 2, 3)  # the main loop's decoding and following; the rest of it looks for work
 
 
@@ -32,9 +34,9 @@ class Judgement:
 
     summary: Summary
     pixels: list[PixelRow]
-    axes: list[verdict.AxisVerdict]
+    axes: list[AxisVerdict]
     grids: dict[int, PixelGrid] = field(default_factory=dict)  # of the axes that made a step
-    kept: dict[int, clockjudge.Kept] = field(default_factory=dict)  # of those that the clock starts
+    kept: dict[int, clock_judge.Kept] = field(default_factory=dict)  # of those on the clock
 
     @property
     def passed(self) -> bool:
@@ -44,33 +46,35 @@ class Judgement:
 
 def judge(result: RunResult) -> Judgement:
     """Compare a run with the reference in every respect that can fail."""
-    job = result.job
-    reasons = list(result.trouble)
-    axes, rows, pixel_counts, grids = [], [], {}, {}
-    for axis in sorted(job.lines):
-        found, grid = _judge_axis(result, axis)
-        axes.append(found)
-        if grid is not None:
-            grids[axis] = grid
-    zero = _common_zero(job, axes, grids, reasons)
+    job, reasons = result.job, list(result.trouble)
+    grids: dict[int, PixelGrid] = {}
+    axes = [_judge_axis(result, axis, grids) for axis in sorted(job.lines)]
+    zero = _common_zero(result, axes, grids, reasons)
     clock_edge = None
-    if zero is not None and job.sync == START and any(map(_clocked, job.lines.values())):
+    if zero is not None and job.sync == START and any(line.clocked for line in job.lines.values()):
         clock_edge, reason = verdict.judge_clock(zero, job.clock_period, result.clock.seen)
         reasons += [reason] if reason else []
+    rows: list[PixelRow] = []
+    equal = {}
     for found in axes:
-        line = job.lines[found.axis]
-        mine = _pixel_rows(result, found, line, grids.get(found.axis))
-        pixel_counts[found.axis] = _judge_pixels(found, line, mine, result)
+        mine = _pixel_rows(result, found.axis, grids.get(found.axis))
+        equal[found.axis] = _judge_pixels(result, found, mine)
         rows += mine
     kept = _judge_clock(result, axes, grids)
-    _judge_idle(result, reasons)
+    for (board, axis), edges in result.edges.axes.items():
+        if (board or axis not in job.lines) and len(edges.rising):
+            reasons.append(
+                f"board {board} axis {axis} made {len(edges.rising)} steps, it has no line"
+            )
     if result.refused:
         reasons.insert(0, str(result.refused))
         reasons.append(f"{sum(found.steps for found in axes)} STEP edges after the refusal")
     reasons += [f"axis {found.axis}: {text}" for found in axes for text in found.reasons]
-    summary = _summary(result, axes, pixel_counts, reasons)
+    summary = _summary(result, axes, reasons)
     for row in summary["axes"]:
-        row["clock"] = kept[row["axis"]].summary() if row["axis"] in kept else None
+        axis = row["axis"]
+        row["pixels"], row["pixels_equal"] = job.lines[axis].pixels, equal[axis]
+        row["clock"] = kept[axis].summary() if axis in kept else None
     summary["line_zero_cycle"], summary["clock_edge_cycle"] = zero, clock_edge
     if zero is not None and clock_edge is not None:
         summary["line_zero_periods"] = max(1, round((zero - clock_edge) / job.clock_period))
@@ -78,52 +82,49 @@ def judge(result: RunResult) -> Judgement:
     return Judgement(summary, rows, axes, grids, kept)
 
 
-def _clocked(line: Line) -> bool:
-    return line.clocked
-
-
-def _judge_axis(result: RunResult, axis: int) -> tuple[verdict.AxisVerdict, PixelGrid | None]:
-    """Return the verdict on an axis' edges, and the grid of its pixel edges if it made any step."""
-    job, edges = result.job, result.edges.axis(_BOARD, axis)
-    line, of = job.lines[axis], (axis, _BOARD)
-    grid: PixelGrid | None = None
+def _judge_axis(result: RunResult, axis: int, grids: dict[int, PixelGrid]) -> AxisVerdict:
+    """Return the verdict on an axis' edges; note the grid of its pixels if it made any step."""
+    job, edges = result.job, result.edges.axis(0, axis)
+    line, grid = job.lines[axis], None
     if job.locked and line.clocked:
-        found, grid = verdict.judge_locked_axis(line, job.period, edges, *of, tick_hz=job.tick_hz)
+        found, grid = verdict.judge_locked_axis(line, job.period, edges, axis, tick_hz=job.tick_hz)
     else:
-        found = verdict.judge_axis(line, job.period, edges, *of, tick_hz=job.tick_hz)
+        found = verdict.judge_axis(line, job.period, edges, axis, tick_hz=job.tick_hz)
         if found.line_zero_cycle is not None:
-            grid = pixelgrid.nominal(line, job.period, found.line_zero_cycle)
-    state = result.axis_states.get(axis, {})
-    found.underruns = state.get("underruns", 0)
+            grid = pixel_clock.nominal(line, job.period, found.line_zero_cycle)
+    if grid is not None:
+        grids[axis] = grid
+    found.underruns = result.axis_states.get(axis, {}).get("underruns", 0)
     if found.underruns:
         found.reasons.append(f"{found.underruns} underruns")
-    return found, grid
+    return found
 
 
-def _stopped_at(result: RunResult, found: verdict.AxisVerdict) -> float:
+def _stopped_at(result: RunResult, found: AxisVerdict) -> float:
     """Return the cycle of the last step of a line that a fault cut off: behind it none was due."""
-    rising = result.edges.axis(_BOARD, found.axis).rising
+    rising = result.edges.axis(0, found.axis).rising
     if not result.trouble or len(rising) >= found.expected_steps:
         return math.inf
     return float(rising[-1]) if len(rising) else -math.inf
 
 
 def _judge_clock(
-    result: RunResult, axes: list[verdict.AxisVerdict], grids: dict[int, PixelGrid]
-) -> dict[int, clockjudge.Kept]:
+    result: RunResult, axes: list[AxisVerdict], grids: dict[int, PixelGrid]
+) -> dict[int, clock_judge.Kept]:
     """Return how each axis kept to the clock, unless lines ignore it; note what is wrong."""
     job, found = result.job, {}
     for of in axes:
         line = job.lines[of.axis]
         if job.sync == FREE or not line.clocked or of.axis not in grids:
             continue
-        edges = result.edges.axis(_BOARD, of.axis)
-        grid, stopped_at = grids[of.axis], _stopped_at(result, of)
-        kept = clockjudge.keep(job, of.axis, line, edges, grid, result.clock, stopped_at=stopped_at)
+        kept = clock_judge.keep(
+            job, of.axis, line, result.edges.axis(0, of.axis), grids[of.axis], result.clock,
+            stopped_at=_stopped_at(result, of),
+        )  # fmt: skip
         if kept is None:
             continue
         found[of.axis] = kept
-        of.reasons += clockjudge.reasons(job, kept) + clockjudge.gate_reasons(job, kept)
+        of.reasons += clock_judge.reasons(job, kept) + clock_judge.gate_reasons(job, kept)
         if job.locked:
             of.last_steps_on_edge = int(kept.on_edge)
             of.last_steps_off_edge = len(kept.pixels) - of.last_steps_on_edge
@@ -131,62 +132,44 @@ def _judge_clock(
 
 
 def _common_zero(
-    job: Job,
-    axes: list[verdict.AxisVerdict],
-    grids: dict[int, PixelGrid],
-    reasons: list[str],
+    result: RunResult, axes: list[AxisVerdict], grids: dict[int, PixelGrid], reasons: list[str]
 ) -> int | None:
     """Return the line zero of the axes, the first of several, noting if they differ and must not.
 
     That of a locked line is known by its steps, to a few ticks; but their pixels end together.
     Lines that wait for no edge of the clock begin one after the other.
     """
-    zeros = {
-        found.axis: found.line_zero_cycle for found in axes if found.line_zero_cycle is not None
-    }
-    waited = sorted({zero for axis, zero in zeros.items() if job.lines[axis].clocked})
+    job = result.job
+    known = [(of.axis, of.line_zero_cycle) for of in axes if of.line_zero_cycle is not None]
+    waited = sorted({zero for axis, zero in known if job.lines[axis].clocked})
     if job.locked:
-        reasons += clockjudge.apart(job, grids)
+        reasons += clock_judge.apart(job, grids)
     elif job.sync != FREE and len(waited) > 1:
         reasons.append(f"the axes do not share one line zero: cycles {waited}")
-    return min(zeros.values(), default=None)
+    return min((zero for _, zero in known), default=None)
 
 
-def _pixel_rows(
-    result: RunResult, found: verdict.AxisVerdict, line: Line, grid: PixelGrid | None
-) -> list[PixelRow]:
+def _pixel_rows(result: RunResult, axis: int, grid: PixelGrid | None) -> list[PixelRow]:
     """Return one row a pixel: expected from the board's records, actual from the edges."""
+    job, line = result.job, result.job.lines[axis]
     if result.refused:
         return []
-    records = result.records.get(found.axis, {})
     cycles: list[int | None] = [None] * line.pixels
     actual = [0] * line.pixels
     if grid is not None:
-        bounds = _pixel_edges(result.job, line, grid)
-        cycles = bounds.tolist()
-        actual = _positions(result, found.axis, bounds)
-    rows = []
-    for pixel in range(1, line.pixels + 1):
-        record = records.get(pixel)
-        rows.append(
-            PixelRow(
-                _BOARD,
-                found.axis,
-                pixel,
-                cycles[pixel - 1],
-                record.expected_steps if record else None,
-                actual[pixel - 1],
-            )
-        )
-    return rows
-
-
-def _pixel_edges(job: Job, line: Line, grid: PixelGrid) -> np.ndarray:
-    """Return the cycle of each pixel's end; on the board's own time they are exact."""
-    if job.locked and line.clocked:
-        return grid.edges(line.pixels)
-    zero, period = round(float(grid.knots_cycle[0])), job.period
-    return np.array([zero + edge_tick(pixel, period) for pixel in range(1, line.pixels + 1)])
+        if job.locked and line.clocked:
+            bounds = grid.edges(line.pixels)
+        else:  # on the board's own time they are exact
+            zero = round(float(grid.knots_cycle[0]))
+            pixels = range(1, line.pixels + 1)
+            bounds = np.array([zero + edge_tick(pixel, job.period) for pixel in pixels])
+        cycles, actual = bounds.tolist(), _positions(result, axis, bounds)
+    records = result.records.get(axis, {})
+    return [
+        PixelRow(0, axis, pixel, cycle, record.expected_steps if record else None, steps)
+        for pixel, (cycle, steps) in enumerate(zip(cycles, actual, strict=True), 1)
+        for record in (records.get(pixel),)
+    ]
 
 
 def _positions(result: RunResult, axis: int, bounds: np.ndarray) -> list[int]:
@@ -195,23 +178,20 @@ def _positions(result: RunResult, axis: int, bounds: np.ndarray) -> list[int]:
     Where a pixel of a locked line ends inside a piece its end is known to a tick or two only: of
     the steps made by then the board's own figure counts if it is among those possible.
     """
-    edges = result.edges.axis(_BOARD, axis)
+    edges, near = result.edges.axis(0, axis), clock_judge.EDGE_TICKS
     made: list[int] = verdict.actual_positions(edges, bounds).tolist()
     if not result.job.locked:
         return made
-    before = verdict.actual_positions(edges, bounds - clockjudge.EDGE_TICKS).tolist()
-    after = verdict.actual_positions(edges, bounds + clockjudge.EDGE_TICKS).tolist()
-    records = result.records.get(axis, {})
-    for index, ends in enumerate(zip(before, after, strict=True)):
-        record = records.get(index + 1)
-        if record and min(ends) <= record.actual_steps <= max(ends):
-            made[index] = record.actual_steps
+    before, after = (verdict.actual_positions(edges, bounds + off) for off in (-near, near))
+    for pixel, record in result.records.get(axis, {}).items():
+        if 1 <= pixel <= len(made):
+            ends = int(before[pixel - 1]), int(after[pixel - 1])
+            if min(ends) <= record.actual_steps <= max(ends):
+                made[pixel - 1] = record.actual_steps
     return made
 
 
-def _judge_pixels(
-    found: verdict.AxisVerdict, line: Line, rows: list[PixelRow], result: RunResult
-) -> int:
+def _judge_pixels(result: RunResult, found: AxisVerdict, rows: list[PixelRow]) -> int:
     """Require board's expected = reference = counted at every edge; return how many agree.
 
     Of a pixel that the board was not to keep a record of, a deviation of the board's own count has
@@ -219,22 +199,18 @@ def _judge_pixels(
     """
     if result.refused:
         return 0
-    table = exact.expected_positions(line)
-    missing = [
-        row.pixel
-        for row in rows
-        if row.expected_steps is None and row.pixel % result.record_every == 0
-    ]
+    every = result.record_every
+    missing = [row.pixel for row in rows if row.expected_steps is None and row.pixel % every == 0]
     if missing:
         why = ": those of the clock's deviations overwrote them" if result.job.strays_px else ""
         found.reasons.append(f"no record of {len(missing)} pixels, first {missing[0]}{why}")
-    equal = 0
-    wrong = []
+    equal, wrong = 0, []
     records = result.records.get(found.axis, {})
     made = _made_pixels(rows, _stopped_at(result, found))
+    table = exact.expected_positions(result.job.lines[found.axis])
     for row, value in zip(rows, table, strict=True):
         record = records.get(row.pixel)
-        thinned = record is None and row.pixel % result.record_every != 0 and row.pixel <= made
+        thinned = record is None and row.pixel % every != 0 and row.pixel <= made
         reported = record.actual_steps if record else value if thinned else None
         expected = value if thinned else row.expected_steps
         if value == expected == row.actual_steps == reported:
@@ -257,49 +233,34 @@ def _made_pixels(rows: list[PixelRow], stopped_at: float) -> int:
     return sum(row.edge_cycle is not None and row.edge_cycle < stopped_at for row in rows)
 
 
-def _judge_idle(result: RunResult, reasons: list[str]) -> None:
-    """Require that axes without a line made no step."""
-    for (board, axis), edges in result.edges.axes.items():
-        if (board != _BOARD or axis not in result.job.lines) and len(edges.rising):
-            reasons.append(
-                f"board {board} axis {axis} made {len(edges.rising)} steps, it has no line"
-            )
-
-
-def _summary(
-    result: RunResult,
-    axes: list[verdict.AxisVerdict],
-    pixel_counts: dict[int, int],
-    reasons: list[str],
-) -> Summary:
-    """Return summary.json without the line zero."""
-    job = result.job
-    board = result.stats["boards"][_BOARD]
-    outcome = "refused" if result.refused else "fail" if reasons else "pass"
+def _summary(result: RunResult, axes: list[AxisVerdict], reasons: list[str]) -> Summary:
+    """Return summary.json without the line zero, and what is told of its axes' pixels."""
+    job, refused = result.job, result.refused
+    board = result.stats["boards"][0]
+    decodes = {line.decode for line in job.lines.values()}
     shares = _shares(result)
-    axis_rows = []
-    for found in axes:
-        row = found.summary()
-        row["pixels"] = job.lines[found.axis].pixels
-        row["pixels_equal"] = pixel_counts[found.axis]
-        axis_rows.append(row)
     return {
-        "verdict": outcome,
+        "verdict": "refused" if refused else "fail" if reasons else "pass",
         "reasons": reasons,
-        "refusal": _refusal(result),
+        "refusal": {
+            "axis": refused.axis,
+            "name": refused.name,
+            "pixel": refused.pixel,
+            "step_edges": sum(len(edges.rising) for edges in result.edges.axes.values()),
+        }
+        if refused
+        else None,
         "board": job.board,
-        "decode": next(iter(job.lines.values())).decode
-        if len({line.decode for line in job.lines.values()}) == 1
-        else "mixed",
+        "decode": decodes.pop() if len(decodes) == 1 else "mixed",
         "pixel_hz": hz_text(job.pixel_hz).removesuffix("/1"),
         "pixel_ppm": job.pixel_ppm,
-        "clock": clockjudge.clock_summary(result),
+        "clock": clock_judge.clock_summary(result),
         "tick_hz": job.tick_hz,
         "seed": job.seed,
         "record_every": result.record_every,
         "serial_load": job.serial_load,
         "requests": result.requests,
-        "axes": axis_rows,
+        "axes": [found.summary() for found in axes],
         "handlers": board["handlers"],
         "cpu_share": shares["cpu_share"],
         "interrupt_share": shares["interrupt_share"],
@@ -313,17 +274,6 @@ def _summary(
     }
 
 
-def _refusal(result: RunResult) -> Refusal | None:
-    if not result.refused:
-        return None
-    return {
-        "axis": result.refused.axis,
-        "name": result.refused.name,
-        "pixel": result.refused.pixel,
-        "step_edges": sum(len(edges.rising) for edges in result.edges.axes.values()),
-    }
-
-
 def _shares(result: RunResult) -> Shares:
     """Return the shares of cycles from arming to the end.
 
@@ -333,7 +283,7 @@ def _shares(result: RunResult) -> Shares:
     before, after = result.stats_armed, result.stats
     if not before:
         return {"cpu_share": None, "interrupt_share": None, "section_cycles": None}
-    old, new = before["boards"][_BOARD], after["boards"][_BOARD]
+    old, new = before["boards"][0], after["boards"][0]
     cycles = after["cycle"] - before["cycle"]
     interrupts = new["interrupt_cycles"] - old["interrupt_cycles"]
     sections = [b - a for a, b in zip(old["sections"], new["sections"], strict=True)]
@@ -343,3 +293,65 @@ def _shares(result: RunResult) -> Shares:
         "interrupt_share": round(interrupts / cycles, 6),
         "section_cycles": sections,
     }
+
+
+@dataclass(frozen=True)
+class AxisLoad:
+    """The load of one axis at the pixel edges 1..N, in steps from its start.
+
+    `spans` are the transitions of a compensated line, as (first, last) 1-based pixels.
+    """
+
+    axis: int
+    ideal_steps: np.ndarray
+    load_steps: np.ndarray
+    spans: tuple[tuple[int, int], ...]
+
+    @property
+    def errors(self) -> np.ndarray:
+        """Load minus ideal at each pixel edge."""
+        errors: np.ndarray = self.load_steps - self.ideal_steps
+        return errors
+
+    @property
+    def outside(self) -> np.ndarray:
+        """True for each pixel edge that lies in no transition."""
+        away = np.ones(len(self.load_steps), dtype=bool)
+        for first, last in self.spans:
+            away[first - 1 : last] = False
+        return away
+
+    def summary(self) -> Load:
+        """Return the largest errors and where they are, as plain data of summary.json."""
+        worst, pixel = _worst(self.errors)
+        outside, outside_pixel = _worst(np.where(self.outside, self.errors, 0))
+        return {
+            "max_load_error_steps": worst, "max_load_error_pixel": pixel,
+            "max_load_error_outside_steps": outside, "max_load_error_outside_pixel": outside_pixel,
+            "transitions": [list(span) for span in self.spans],
+        }  # fmt: skip
+
+
+def axis_load(
+    axis: int, line: Line, ideal: tuple[int, ...] | None, plant: AxisPlant, edge_cycles: list[int]
+) -> AxisLoad:
+    """Return an axis' load at the cycles of its pixel edges.
+
+    `ideal` are the counts that the load should follow, one a pixel; None: those of the line.
+    """
+    wanted = [line.direction * count for count in line.counts] if ideal is None else list(ideal)
+    spans = []  # a transition ends with the last pixel whose count is not the ideal one
+    for stroke in strokes(wanted) if ideal is not None else ():
+        changed = [k for k in range(stroke.start, stroke.end) if wanted[k] != line.counts[k]]
+        if changed:
+            spans.append((stroke.start + 1, changed[-1] + 1))
+    steps = plant.load_at(np.array(edge_cycles, dtype=np.int64))
+    return AxisLoad(axis, np.cumsum(wanted), steps, tuple(spans))
+
+
+def _worst(errors: np.ndarray) -> tuple[int, int | None]:
+    """Return the error of the largest magnitude and its 1-based pixel; (0, None) if all are 0."""
+    if not np.any(errors):
+        return 0, None
+    index = int(np.argmax(np.abs(errors)))
+    return int(errors[index]), index + 1

@@ -4,14 +4,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypedDict
 
 from pixstep import atomic
 from pixstep.errors import FINE, NEGATIVE, REFUSED
 from pixstep.lazy import lazy
-from pixstep.simulation import clockjudge
+from pixstep.simulation import clock_judge
 from pixstep.simulation.summary import Load, Summary
 
 if TYPE_CHECKING:
@@ -39,9 +39,7 @@ class PixelRow:
 
     def text(self, *, loads: bool = False) -> str:
         """Return the row, with the load's column if asked; an unknown value is empty."""
-        values: list[int | None] = [self.board, self.axis, self.pixel]
-        values += [self.edge_cycle, self.expected_steps, self.actual_steps]
-        values += [self.load_steps] if loads else []
+        values = astuple(self)[: None if loads else -1]
         return ",".join("" if value is None else str(value) for value in values)
 
 
@@ -110,7 +108,7 @@ def print_files(console: Printer, out: Path) -> None:
 
 def _headline(summary: Summary) -> str:
     parts = [f"{summary['board']}, {summary['decode']} decoding, {summary['pixel_hz']} Hz"]
-    parts += clockjudge.parts(summary)
+    parts += clock_judge.parts(summary)
     if summary["record_every"] > 1:
         parts.append(f"records of every {summary['record_every']} pixels")
     if summary["serial_load"]:
@@ -128,16 +126,14 @@ def _axes_table(summary: Summary) -> rich.table.Table:
     )  # fmt: skip
     for axis in summary["axes"]:
         ends = axis["last_steps_on_edge"] + axis["last_steps_off_edge"]
+        made, wanted = axis["steps"], axis["expected_steps"]  # a long move's line stays short
         table.add_row(
-            str(axis["axis"]),
-            _of(axis["steps"], axis["expected_steps"]),
-            ticks_text(axis["max_edge_error_ticks"]),
-            f"{1000 * axis['rms_edge_error_us']:.1f}",
+            str(axis["axis"]), str(made) if made == wanted else f"{made}/{wanted}",
+            ticks_text(axis["max_edge_error_ticks"]), f"{1000 * axis['rms_edge_error_us']:.1f}",
             f"{axis['rate_error_ppm']:.3f}",
             *((f"{axis['last_steps_on_edge']}/{ends}",) if edges else ()),
-            f"{axis['pixels_equal']}/{axis['pixels']}",
-            str(axis["underruns"]),
-        )
+            f"{axis['pixels_equal']}/{axis['pixels']}", str(axis["underruns"]),
+        )  # fmt: skip
     table.caption = (
         f"edge minus exact instant (max, rms), rate error, {edges}pixels whose expected and "
         f"counted positions equal the reference, underruns"
@@ -154,14 +150,9 @@ def _edges_meaning(summary: Summary) -> str:
     """
     if summary["clock"]["sync"] != "lock":
         return "last steps of pixels on their edge, "
-    if not clockjudge.even(summary):
+    if not clock_judge.even(summary):
         return ""
-    return f"last steps of pixels within {clockjudge.EDGE_TICKS} ticks of the clock's true edge, "
-
-
-def _of(made: int, wanted: int) -> str:
-    """Return "made/wanted", or one number if they agree: a long move's line stays short."""
-    return str(made) if made == wanted else f"{made}/{wanted}"
+    return f"last steps of pixels within {clock_judge.EDGE_TICKS} ticks of the clock's true edge, "
 
 
 def _handlers_table(summary: Summary) -> rich.table.Table:
@@ -169,13 +160,9 @@ def _handlers_table(summary: Summary) -> rich.table.Table:
     table.columns[0].justify = "left"
     for row in summary["handlers"]:
         table.add_row(
-            row["name"],
-            str(row["count"]),
-            str(row["cycles_min"]),
-            f"{row['cycles_mean']:.1f}",
-            str(row["cycles_max"]),
-            str(row["latency_max"]),
-        )
+            row["name"], str(row["count"]), str(row["cycles_min"]), f"{row['cycles_mean']:.1f}",
+            str(row["cycles_max"]), str(row["latency_max"]),
+        )  # fmt: skip
     return table
 
 
@@ -199,11 +186,13 @@ def new_table(*names: str) -> rich.table.Table:
 
 def _footer(summary: Summary) -> str:
     lines = [_load_text(axis["axis"], axis["load"]) for axis in summary["axes"] if "load" in axis]
-    if clockjudge.parts(summary):
-        lines += clockjudge.texts(summary)
+    if clock_judge.parts(summary):
+        lines += clock_judge.texts(summary)
     if summary.get("clock_edge_cycle") is not None:
+        periods = summary.get("line_zero_periods", 1)
+        text = "one pixel period" if periods == 1 else f"{periods} periods of the clock"
         lines.append(
-            f"line zero at cycle {summary['line_zero_cycle']}, {_periods_text(summary)} after the "
+            f"line zero at cycle {summary['line_zero_cycle']}, {text} after the "
             f"clock edge at {summary['clock_edge_cycle']}"
         )
     cpu, interrupts = summary["cpu_share"], summary["interrupt_share"]
@@ -215,12 +204,6 @@ def _footer(summary: Summary) -> str:
             f"{summary['realtime_factor']:.2f} times as fast as real time"
         )
     return "\n".join(lines)
-
-
-def _periods_text(summary: Summary) -> str:
-    """Return how long line zero lay behind the clock's edge that began the line."""
-    periods = summary.get("line_zero_periods", 1)
-    return "one pixel period" if periods == 1 else f"{periods} periods of the clock"
 
 
 def _load_text(axis: int, load: Load) -> str:

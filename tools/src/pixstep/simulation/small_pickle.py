@@ -31,7 +31,8 @@ class SmallPickle:
         return {name: _packed(value) for name, value in self.__dict__.items()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update({name: _unpacked(value) for name, value in state.items()})
+        for name, value in state.items():
+            self.__dict__[name] = value.array() if isinstance(value, _Packed) else value
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,3 @@ def _packed(value: Any) -> Any:
     places = np.ascontiguousarray(value).view(np.uint8).reshape(-1, value.dtype.itemsize).T
     kind = value.dtype.str
     return _Packed(kind, kind, zlib.compress(np.ascontiguousarray(places).tobytes(), _QUICK))
-
-
-def _unpacked(value: Any) -> Any:
-    return value.array() if isinstance(value, _Packed) else value

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""What summary.json holds of a simulated run, and what the runner's statistics hold."""
+"""What summary.json holds of a simulated run."""
 
-from typing import NotRequired, TypedDict
+from typing import Any, NotRequired, TypedDict
 
 
 class Handler(TypedDict):
@@ -17,38 +17,7 @@ class Handler(TypedDict):
     latency_max: int
 
 
-class AxisStats(TypedDict):
-    """STEP edges of an axis, counted by the simulator."""
-
-    steps_rising: int
-    steps_signed: int
-
-
-class BoardStats(TypedDict):
-    """What the simulator has counted of one board; sections are those of its main loop."""
-
-    name: str
-    handlers: list[Handler]
-    interrupt_cycles: int
-    sections: list[int]
-    section_entries: list[int]
-    sleep_cycles: int
-    stack_free_bytes: int
-    stack_used_bytes: NotRequired[int]
-    axes: list[AxisStats]
-    interrupts_off_max_cycles: NotRequired[int]
-    interrupts_off_main_max_cycles: NotRequired[int]
-
-
-class Stats(TypedDict):
-    """The runner's statistics: seconds are those of this machine."""
-
-    cycle: int
-    wall_s: float
-    cpu_s: float
-    realtime_factor: float
-    corrupted_frames: int
-    boards: list[BoardStats]
+Stats = dict[str, Any]  # what the runner answers to `stats`: cycle, times, each board's counts
 
 
 class Flaws(TypedDict):

@@ -12,15 +12,15 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from pixstep.lazy import lazy
 from pixstep.lines import exact
 from pixstep.lines.line import Line
 from pixstep.lines.units import edge_tick
-from pixstep.simulation import pixelgrid
-from pixstep.simulation.edges import AxisEdges
-from pixstep.simulation.pixelgrid import PixelGrid
+from pixstep.simulation import pixel_clock
+from pixstep.simulation.logs import AxisEdges
+from pixstep.simulation.pixel_clock import PixelGrid
 from pixstep.simulation.summary import Axis
 
 if TYPE_CHECKING:
@@ -30,6 +30,10 @@ else:
 
 CLOCK_TOLERANCE = 4  # cycles
 _PERIODS_TO_ZERO = range(1, 65)  # of the clock, from its edge to line zero
+_DIGITS = {
+    "max_edge_error_ticks": 6, "rms_edge_error_us": 6, "rate_error_ppm": 3,
+    "max_interval_error_ticks": 6,
+}  # fmt: skip
 NEAR_ONE = 1e-3  # ticks from the limit where floating point hands over to exact arithmetic
 DIRECTION_SETUP_S = 20e-6  # the default setting
 
@@ -58,24 +62,17 @@ class AxisVerdict:
         """True if nothing was found."""
         return not self.reasons
 
+    @property
+    def verdict(self) -> str:
+        """pass or fail."""
+        return "pass" if self.passed else "fail"
+
     def summary(self) -> Axis:
         """Return the plain data of summary.json."""
-        return {
-            "board": self.board,
-            "axis": self.axis,
-            "verdict": "pass" if self.passed else "fail",
-            "reasons": self.reasons,
-            "steps": self.steps,
-            "expected_steps": self.expected_steps,
-            "underruns": self.underruns,
-            "line_zero_cycle": self.line_zero_cycle,
-            "max_edge_error_ticks": round(self.max_edge_error_ticks, 6),
-            "rms_edge_error_us": round(self.rms_edge_error_us, 6),
-            "rate_error_ppm": round(self.rate_error_ppm, 3) + 0.0,
-            "max_interval_error_ticks": round(self.max_interval_error_ticks, 6),
-            "last_steps_on_edge": self.last_steps_on_edge,
-            "last_steps_off_edge": self.last_steps_off_edge,
-        }
+        found = {name: getattr(self, name) for name in Axis.__annotations__ if hasattr(self, name)}
+        for name, digits in _DIGITS.items():
+            found[name] = round(found[name], digits) + 0.0
+        return cast("Axis", found)
 
 
 def find_zero(line: Line, period: Fraction, rising: np.ndarray) -> int | None:
@@ -89,21 +86,15 @@ def find_zero(line: Line, period: Fraction, rising: np.ndarray) -> int | None:
 
 
 def judge_axis(
-    line: Line,
-    period: Fraction,
-    edges: AxisEdges,
-    axis: int = 0,
-    board: int = 0,
-    *,
-    tick_hz: int,
+    line: Line, period: Fraction, edges: AxisEdges, axis: int = 0, *, tick_hz: int,
     stopped: bool = False,
-) -> AxisVerdict:
+) -> AxisVerdict:  # fmt: skip
     """Return the verdict on one axis' edges against the exact instants of its line.
 
     A second has `tick_hz` ticks. Of a line that a fault `stopped` the edges may end early; those
     made must be right.
     """
-    verdict = AxisVerdict(axis, board, len(edges.rising), line.total_steps)
+    verdict = AxisVerdict(axis, 0, len(edges.rising), line.total_steps)
     _judge_number(verdict, edges, stopped)
     rising = edges.rising
     count = min(len(rising), line.total_steps)
@@ -119,65 +110,32 @@ def judge_axis(
         )
     verdict.line_zero_cycle = zero
     errors = (rising[:count] - zero) - ideal
-    verdict.errors_ticks = errors
+    _note_errors(verdict, errors, tick_hz)
     _judge_errors(verdict, line, period, rising[:count] - zero, errors)
-    verdict.rms_edge_error_us = _rms_us(errors, tick_hz)
     _judge_rates(verdict, ideal, rising[:count], errors)
     _judge_edge_ends(verdict, line, period, rising, zero)
-    _judge_directions(verdict, line, edges, round(DIRECTION_SETUP_S * tick_hz))
+    _judge_directions(verdict, line, edges, tick_hz)
     return verdict
 
 
 def judge_locked_axis(
-    line: Line,
-    period: Fraction,
-    edges: AxisEdges,
-    axis: int = 0,
-    board: int = 0,
-    *,
-    tick_hz: int,
+    line: Line, period: Fraction, edges: AxisEdges, axis: int = 0, *, tick_hz: int
 ) -> tuple[AxisVerdict, PixelGrid | None]:
     """Return the verdict on edges that follow the pixel clock, and the grid that they show.
 
-    Errors are those against the board's own grid; `clockjudge` compares the grid with the clock.
+    Errors are those against the board's own grid; `clock_judge` compares the grid with the clock.
     """
-    verdict = AxisVerdict(axis, board, len(edges.rising), line.total_steps)
+    verdict = AxisVerdict(axis, 0, len(edges.rising), line.total_steps)
     _judge_number(verdict, edges)
     rising = edges.rising[: line.total_steps]
-    grid = pixelgrid.of_steps(line, period, rising)
+    grid = pixel_clock.of_steps(line, period, rising)
     if grid is None:
         return verdict, None
     units = exact.instants(line, Fraction(1))[: len(rising)]
     verdict.line_zero_cycle = round(float(grid.at(np.array([0.0]))[0]))
     errors = rising - grid.at(units)
-    verdict.errors_ticks = errors
-    verdict.max_edge_error_ticks = float(np.max(np.abs(errors)))
-    verdict.rms_edge_error_us = _rms_us(errors, tick_hz)
-    _judge_own_grid(verdict, line, units, errors)
-    _judge_rates(verdict, units * float(period), rising, rising - units * float(period))
-    _judge_directions(verdict, line, edges, round(DIRECTION_SETUP_S * tick_hz))
-    return verdict, grid
-
-
-def _judge_number(verdict: AxisVerdict, edges: AxisEdges, stopped: bool = False) -> None:
-    """Judge the pulses and their number, which may be less for a line that was stopped."""
-    _judge_pulses(verdict, edges)
-    made, wanted = len(edges.rising), verdict.expected_steps
-    if made > wanted or (made < wanted and not stopped):
-        verdict.reasons.append(f"{made} steps instead of {wanted}")
-
-
-def _rms_us(errors: np.ndarray, tick_hz: int) -> float:
-    return float(np.sqrt(np.mean(errors**2))) / tick_hz * 1e6
-
-
-def _judge_own_grid(
-    verdict: AxisVerdict, line: Line, units: np.ndarray, errors: np.ndarray
-) -> None:
-    """Require every edge within a tick of its place between the ends of its piece.
-
-    The ends of pieces that run ahead of the pixels are no whole ticks: one more may be between.
-    """
+    _note_errors(verdict, errors, tick_hz)
+    # Ends of pieces that run ahead of the pixels are no whole ticks: one more may be between.
     most = np.where(units > line.shifted_pixels, 1 + NEAR_ONE, 2 + NEAR_ONE)
     far = np.flatnonzero(np.abs(errors) > most)
     if len(far):
@@ -185,6 +143,20 @@ def _judge_own_grid(
             f"{len(far)} edges are a tick or more off the board's own grid, first step "
             f"{far[0] + 1} by {errors[far[0]]:.3f} ticks"
         )
+    _judge_rates(verdict, units * float(period), rising, rising - units * float(period))
+    _judge_directions(verdict, line, edges, tick_hz)
+    return verdict, grid
+
+
+def _judge_number(verdict: AxisVerdict, edges: AxisEdges, stopped: bool = False) -> None:
+    """Require strictly increasing edges of alternating level, and their number; less if stopped."""
+    if np.any(np.diff(edges.step_cycles) <= 0):
+        verdict.reasons.append("STEP edges are not in order")
+    if np.any(np.diff(edges.step_levels) == 0):
+        verdict.reasons.append("a STEP pulse is doubled or has no end")
+    made, wanted = len(edges.rising), verdict.expected_steps
+    if made > wanted or (made < wanted and not stopped):
+        verdict.reasons.append(f"{made} steps instead of {wanted}")
 
 
 def judge_clock(zero: int, period: Fraction, clock: np.ndarray) -> tuple[int | None, str]:
@@ -195,15 +167,12 @@ def judge_clock(zero: int, period: Fraction, clock: np.ndarray) -> tuple[int | N
     """
     if not len(clock):
         return None, "the pixel clock has no edges"
-    off, edge = min((_off_edge(zero, period, clock, n) for n in _PERIODS_TO_ZERO), key=_distance)
+    offs = (_off_edge(zero, period, clock, count) for count in _PERIODS_TO_ZERO)
+    off, edge = min(offs, key=lambda found: abs(found[0]))
     if abs(off) > CLOCK_TOLERANCE:
         off, edge = _off_edge(zero, period, clock, 1)
         return edge, f"line zero is {off} cycles off one pixel period after a clock edge"
     return edge, ""
-
-
-def _distance(found: tuple[int, int]) -> int:
-    return abs(found[0])
 
 
 def _off_edge(zero: int, period: Fraction, clock: np.ndarray, count: int) -> tuple[int, int]:
@@ -225,44 +194,31 @@ def actual_positions(edges: AxisEdges, bounds: np.ndarray) -> np.ndarray:
     return made[np.searchsorted(edges.rising, bounds, side="right")]
 
 
-def _judge_pulses(verdict: AxisVerdict, edges: AxisEdges) -> None:
-    """Require strictly increasing edges of alternating level."""
-    if np.any(np.diff(edges.step_cycles) <= 0):
-        verdict.reasons.append("STEP edges are not in order")
-    if np.any(np.diff(edges.step_levels) == 0):
-        verdict.reasons.append("a STEP pulse is doubled or has no end")
+def _note_errors(verdict: AxisVerdict, errors: np.ndarray, tick_hz: int) -> None:
+    verdict.errors_ticks = errors
+    verdict.max_edge_error_ticks = float(np.max(np.abs(errors)))
+    verdict.rms_edge_error_us = float(np.sqrt(np.mean(errors**2))) / tick_hz * 1e6
 
 
 def _judge_errors(
     verdict: AxisVerdict, line: Line, period: Fraction, ticks: np.ndarray, errors: np.ndarray
 ) -> None:
     """Require every edge strictly within one tick of its exact instant."""
-    verdict.max_edge_error_ticks = float(np.max(np.abs(errors)))
-    doubtful = np.flatnonzero(np.abs(errors) > 1 - NEAR_ONE)
-    far = [int(i) for i in doubtful if abs(errors[i]) > 1 + NEAR_ONE]
-    close = {int(i) for i in doubtful} - set(far)
-    far += _outside_exactly(line, period, ticks, close)
+    doubtful = np.flatnonzero(np.abs(errors) > 1 - NEAR_ONE).tolist()
+    far = [step for step in doubtful if abs(errors[step]) > 1 + NEAR_ONE]
+    close = sorted({*doubtful} - {*far})
+    instants = exact.instants_of(line, period, close) if close else []
+    far += [
+        step
+        for step, when in zip(close, instants, strict=True)
+        if not when.strictly_within_one(int(ticks[step]))
+    ]
     if far:
         first = min(far)
         verdict.reasons.append(
             f"{len(far)} edges are a tick or more off, first step {first + 1} "
             f"by {errors[first]:.3f} ticks"
         )
-
-
-def _outside_exactly(
-    line: Line, period: Fraction, ticks: np.ndarray, indices: set[int]
-) -> list[int]:
-    """Return those of the step indices that exact arithmetic puts a tick or more off."""
-    if not indices:
-        return []
-    chosen = sorted(indices)
-    instants = exact.instants_of(line, period, chosen)
-    return [
-        index
-        for index, when in zip(chosen, instants, strict=True)
-        if not when.strictly_within_one(int(ticks[index]))
-    ]
 
 
 def _judge_rates(
@@ -297,18 +253,17 @@ def _judge_edge_ends(
         )
 
 
-def _judge_directions(verdict: AxisVerdict, line: Line, edges: AxisEdges, setup_ticks: int) -> None:
+def _judge_directions(verdict: AxisVerdict, line: Line, edges: AxisEdges, tick_hz: int) -> None:
     """Require the direction of every step, and the driver's set-up and hold times around DIR."""
     made, wanted = edges.directions(), exact.directions(line)
     count = min(len(made), len(wanted))
     wrong = np.flatnonzero(made[:count] != wanted[:count])
     if len(wrong):
         verdict.reasons.append(f"{len(wrong)} steps in the wrong direction, first {wrong[0] + 1}")
-    rising = edges.rising
+    rising, setup_ticks = edges.rising, round(DIRECTION_SETUP_S * tick_hz)
     for cycle in edges.direction_cycles:
         index = int(np.searchsorted(rising, cycle))
-        after = rising[index] - cycle if index < len(rising) else setup_ticks
-        before = cycle - rising[index - 1] if index else setup_ticks
-        if min(after, before) < setup_ticks:
+        near = np.abs(rising[max(0, index - 1) : index + 1] - cycle)
+        if np.any(near < setup_ticks):
             verdict.reasons.append(f"DIR changes at cycle {cycle}, too close to a step")
             return

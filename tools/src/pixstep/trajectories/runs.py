@@ -18,9 +18,9 @@ from pixstep.lines import line_check
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.units import edge_tick
 from pixstep.progress import Progress, unseen
-from pixstep.simulation.plantlog import AxisPlant
-from pixstep.simulation.simrun import Job
-from pixstep.simulation.simtask import run_and_judge
+from pixstep.simulation.experiment import run_and_judge
+from pixstep.simulation.job import Job
+from pixstep.simulation.logs import AxisPlant
 from pixstep.simulation.summary import Summary
 from pixstep.trajectories import transitions
 from pixstep.trajectories.circle import Circle, Roundness, TableTrace, radius_errors, roundness_of

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from pixstep.progress import Progress, unseen
-from pixstep.simulation.simctl import SimulatorError
+from pixstep.simulation.simulator import SimulatorError
 from pixstep_dev.robustness.orders import lines, together, trials
 from pixstep_dev.robustness.orders.guard import Guard
 from pixstep_dev.robustness.orders.world import World

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from pixstep.board import registers as regs
-from pixstep.simulation.simctl import Permit
+from pixstep.simulation.simulator import PermitOutput
 from pixstep_dev.robustness.orders import actions
 from pixstep_dev.robustness.orders.actions import ASK, Action, Order
 from pixstep_dev.robustness.orders.model import ESTOP_ENTRY_CYCLES, HELD_CYCLES, AxisModel, Model
@@ -111,7 +111,7 @@ class Guard:
             elif self.world.cycle > axis.halted + HELD_CYCLES:
                 axis.settle(edges.made)
 
-    def _expect_permit(self, before: Permit) -> None:
+    def _expect_permit(self, before: PermitOutput) -> None:
         """The stop was pressed: PERMIT falls once if it is high, and nothing else happens to it."""
         if before.level or not self.model.told_permit:
             self.model.permit.changes = before.changes + before.level

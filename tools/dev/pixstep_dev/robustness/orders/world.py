@@ -8,12 +8,13 @@ from pathlib import Path
 from pixstep import natives
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.simulation.memory import Memory
-from pixstep.simulation.simboard import SimLink
-from pixstep.simulation.simctl import Permit, SimOptions, SimulatorError
+from pixstep.simulation.simulated_board import SimLink
+from pixstep.simulation.simulator import PermitOutput, SimOptions, SimulatorError
 from pixstep_dev.robustness.orders import actions, state
 from pixstep_dev.robustness.orders.state import Edges, State
 from pixstep_trials import frames
+from pixstep_trials.memory import Memory
+from pixstep_trials.probe import Probe
 
 FAST_BAUD, SLOW_BAUD = 250_000, 115_200  # the fastest at which no byte is lost, whatever moves
 BITS = 11  # of a byte on the line, even parity
@@ -137,15 +138,15 @@ class World:
 
     def coarse_overflows(self) -> int:
         """Return where the coarse clock's overflows are counted: its address in RAM."""
-        return self.sim.symbol(0, "clock_overflows").address
+        return Probe(self.sim).symbol(0, "clock_overflows").address
 
     def _coarse_units(self) -> int:
-        high = self.sim.peek(0, self.coarse_overflows(), 4)
-        return int.from_bytes(high, "little") << 8 | self.sim.peek(0, _COUNT_ADDRESS, 1)[0]
+        high = Probe(self.sim).peek(0, self.coarse_overflows(), 4)
+        return int.from_bytes(high, "little") << 8 | Probe(self.sim).peek(0, _COUNT_ADDRESS, 1)[0]
 
     def _parked_base(self, axis: int) -> int:
-        found = self.sim.symbol(0, "parked_bases").address
-        return int.from_bytes(self.sim.peek(0, found + 4 * axis, 4), "little")
+        found = Probe(self.sim).symbol(0, "parked_bases").address
+        return int.from_bytes(Probe(self.sim).peek(0, found + 4 * axis, 4), "little")
 
     def time_words(self, axis: int) -> list[tuple[int, int, int]]:
         """Return address, size and unit (ticks) of every word that counts an idle axis's time."""
@@ -162,10 +163,12 @@ class World:
 
     def add(self, address: int, size: int, amount: int) -> None:
         """Add to a number in RAM, modulo its size."""
-        old = int.from_bytes(self.sim.peek(0, address, size), "little")
-        self.sim.poke(0, address, ((old + amount) % (1 << 8 * size)).to_bytes(size, "little"))
+        old = int.from_bytes(Probe(self.sim).peek(0, address, size), "little")
+        Probe(self.sim).poke(
+            0, address, ((old + amount) % (1 << 8 * size)).to_bytes(size, "little")
+        )
 
-    def permit(self) -> Permit:
+    def permit(self) -> PermitOutput:
         """Return the permit output's level and edges."""
         return self.sim.permit(0)
 
@@ -237,7 +240,7 @@ class World:
 
     def _interrupt_supply(self, what: str) -> None:
         if what == "cycle":
-            self.sim.power_cycle(0)
+            self.sim.supply(0, "cycle")
         else:
             self.sim.reset(0, what)
         self.start()

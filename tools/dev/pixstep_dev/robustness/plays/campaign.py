@@ -25,7 +25,7 @@ from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
 from pixstep.board.upload import Upload
 from pixstep.progress import Progress, unseen
-from pixstep.simulation.simboard import SimulatedBoard
+from pixstep.simulation.simulated_board import SimulatedBoard
 from pixstep_dev.robustness.plays import motions
 from pixstep_dev.robustness.plays.load import Load, follow
 from pixstep_dev.robustness.plays.motions import Clock, Motion

@@ -18,8 +18,8 @@ from rich.text import Text
 
 from pixstep.errors import PlainError
 from pixstep.operations.board.simulate import GAP, behind_text, wires
-from pixstep.simulation.benchscript import Order
-from pixstep.simulation.virtualbench import BenchStatus, VirtualBench
+from pixstep.simulation.bench_script import Order
+from pixstep.simulation.virtual_bench import BenchStatus, VirtualBench
 
 try:
     import termios

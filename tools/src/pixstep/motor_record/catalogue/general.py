@@ -3,9 +3,9 @@
 
 from collections.abc import Mapping
 
-from pixstep.motor_record import menus
 from pixstep.motor_record.catalogue.rows import choice, flag, link, reading, setting, text
 from pixstep.motor_record.field import Field, FieldType
+from pixstep.motor_record.menus import NO_YES_CAPITALS, OUTPUT_MODE, RESTORE
 
 VERSION = 7.4
 
@@ -13,7 +13,7 @@ LINKS = (
     link("OUT", meaning="what moves the motor"),
     link("RDBL", meaning="another position: used with URIP"),
     link("DOL", meaning="a target from elsewhere: used with OMSL"),
-    choice("OMSL", menu=menus.OUTPUT_MODE, meaning="targets by clients, or from DOL"),
+    choice("OMSL", menu=OUTPUT_MODE, meaning="targets by clients, or from DOL"),
     link("RLNK", meaning="kept; nothing is written there"),
     link("STOO", meaning="kept; for a soft motor only"),
     link("DINP", meaning="kept; for a soft motor only"),
@@ -35,8 +35,8 @@ DISPLAY = (
 DEVICE = (
     Field("VERS", FieldType.FLOAT, "version of the record", default=VERSION, writable=False),
     flag("CARD", meaning="number of the card", default=-1),
-    choice("RSTM", menu=menus.RESTORE, meaning="does a restart set the position", default=2),
-    choice("LOCK", menu=menus.NO_YES_CAPITALS, meaning="kept; for a soft motor only"),
+    choice("RSTM", menu=RESTORE, meaning="does a restart set the position", default=2),
+    choice("LOCK", menu=NO_YES_CAPITALS, meaning="kept; for a soft motor only"),
     text("INIT", default="", meaning="kept; the driver takes no texts"),
     text("PREM", default="", meaning="kept; the driver takes no texts"),
     text("POST", default="", meaning="kept; the driver takes no texts"),

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Fields of targets, positions and coordinates."""
 
-from pixstep.motor_record import menus
 from pixstep.motor_record.catalogue.rows import (
     button,
     choice,
@@ -11,6 +10,7 @@ from pixstep.motor_record.catalogue.rows import (
     reading,
     setting,
 )
+from pixstep.motor_record.menus import DIRECTION, NO_YES, OFFSET, USE_SET
 
 USER = ("LLM", "HLM")
 DIAL = ("DLLM", "DHLM")
@@ -45,14 +45,14 @@ COORDINATES = (
     setting("OFF", meaning="user = dial x direction + OFF", unit="EGU", processes=True),
     choice(
         "FOFF",
-        menu=menus.OFFSET,
+        menu=OFFSET,
         meaning="does setting a position change OFF or VAL",
         group="coordinates",
     ),
     button("FOF", meaning="write: FOFF becomes Frozen", monitored=False),
     button("VOF", meaning="write: FOFF becomes Variable", monitored=False),
-    choice("DIR", menu=menus.DIRECTION, meaning="direction of user against dial", processes=True),
-    choice("SET", menu=menus.USE_SET, meaning="targets move (Use) or say where the axis is (Set)"),
+    choice("DIR", menu=DIRECTION, meaning="direction of user against dial", processes=True),
+    choice("SET", menu=USE_SET, meaning="targets move (Use) or say where the axis is (Set)"),
     button("SSET", meaning="write: SET becomes Set", monitored=False),
     button("SUSE", meaning="write: SET becomes Use", monitored=False),
     button("IGSET", meaning="SET has no effect"),
@@ -65,8 +65,8 @@ RESOLUTION = (
     setting("RRES", meaning="one unit of what RDBL gives", unit="EGU"),
     count("SREV", meaning="steps of a revolution", unit="steps/rev", default=200, processes=True),
     setting("UREV", meaning="travel of a revolution", unit="EGU/rev", processes=True),
-    choice("UEIP", menu=menus.NO_YES, meaning="positions from the encoder", processes=True),
-    choice("URIP", menu=menus.NO_YES, meaning="positions from the link RDBL", processes=True),
+    choice("UEIP", menu=NO_YES, meaning="positions from the encoder", processes=True),
+    choice("URIP", menu=NO_YES, meaning="positions from the link RDBL", processes=True),
 )
 
 LIMITS = (

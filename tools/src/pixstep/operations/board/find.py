@@ -201,15 +201,20 @@ class Info(ToBoards):
         facts.any_board = True
 
     def run(self, desk: Desk) -> Result:
-        """Read each board."""
-        with bus.boards(desk, self) as (_found, known):
-            told = [_info(item) for item in known]
+        """Read each board; what those that answer say is there also if another does not."""
+        told: list[BoardInfo] = []
 
         def write(page: Page) -> None:
             for item in told:
                 _write_info(page, item)
 
-        return Result({"boards": told}, write)
+        def read(item: Known) -> None:
+            told.append(_info(item))
+            desk.so_far = result
+
+        result = Result({"boards": told}, write)
+        bus.each_board(desk, self, read)
+        return result
 
 
 @operation("board features")

@@ -10,11 +10,11 @@ from typing import NotRequired, TypedDict
 from pixstep.board.errors import BoardError
 from pixstep.lines.line import SMOOTH
 from pixstep.lines.units import SPEED, parse
-from pixstep.moves import encoders, homing, onboard, playmeasure
+from pixstep.moves import homing, on_board, play_measurement
 from pixstep.moves.homing import Homed, HomingError, LegData
-from pixstep.moves.inputs import Inputs
-from pixstep.moves.onboard import Clock, HomingOnBoard
-from pixstep.moves.playmeasure import MeasuredPlay
+from pixstep.moves.legs import Inputs
+from pixstep.moves.on_board import HomingOnBoard, MotionClock
+from pixstep.moves.play_measurement import MeasuredPlay
 from pixstep.operations import bus, shared
 from pixstep.operations import machine_defaults as machine
 from pixstep.operations.asked import AskedError
@@ -22,8 +22,7 @@ from pixstep.operations.bus import Known, ToBoard
 from pixstep.operations.clocks import BoardClock
 from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import TEXT, Steps, Whole
-from pixstep.operations.motion.home_fields import HomeFields
-from pixstep.operations.motion.move_fields import MoveFields, headline
+from pixstep.operations.motion import HomeFields, MoveFields, headline
 from pixstep.operations.request import flag, operation, option, shared_fields
 from pixstep.operations.result import Result
 
@@ -101,10 +100,10 @@ class BoardMove(MoveFields, BoardClock, ToBoard):
         """Plan the move, check it, make it."""
         with bus.one_board(desk, self) as (found, known):
             known.axes((self.axis,))
-            clock = Clock(self.edges_hz(known.board), self.divider)
+            clock = MotionClock(self.edges_hz(known.board), self.divider)
             hz = clock.pixel_hz(known.board)
             _profile, move = self.plan(desk, hz, refuse=True)
-            ready = onboard.prepare_move(known.board, self.axis, move, clock, str(self.profile))
+            ready = on_board.prepare_move(known.board, self.axis, move, clock, str(self.profile))
             with desk.progress("moving") as show, bus.stopping([ready.lines]):
                 made = ready.make(found.world, show)
         data: MadeMove = {
@@ -124,10 +123,10 @@ class _Homing(HomeFields, BoardClock, ToBoard):
         """Check all that can be checked, then set and enable."""
         known.axes((self.axis,))
         known.board.require("homing")
-        clock = Clock(self.edges_hz(known.board), self.divider)
+        clock = MotionClock(self.edges_hz(known.board), self.divider)
         plan = self.plan(desk, clock.pixel_hz(known.board), refuse=True)
         inputs = Inputs(self.inverted, self.filter_us, self.home_is_limit)
-        return onboard.prepare_homing(known.board, plan, clock, inputs)
+        return on_board.prepare_homing(known.board, plan, clock, inputs)
 
 
 @operation("board home")
@@ -195,13 +194,13 @@ class MeasurePlay(_Homing):
         motor = self.motor_to_save(desk) if self.save else None
         if self.encoder is not None and self.hysteresis is not None:
             raise AskedError("{encoder} finds the hysteresis itself: leave {hysteresis} out")
-        read = encoders.of_command(self.encoder) if self.encoder is not None else None
+        read = play_measurement.of_command(self.encoder) if self.encoder is not None else None
         slow = self.slow or parse("2" if self.decode == SMOOTH else "1", SPEED)
         with bus.one_board(desk, self) as (found, known):
             ready = replace(self, slow=slow).prepare_axis(desk, known)
             try:
                 with desk.progress("measuring") as show, bus.stopping([ready.lines]):
-                    measured = playmeasure.measure(
+                    measured = play_measurement.measure(
                         known.board, ready.plan, ready.pixel_hz, found.world, repeat=self.repeat,
                         hysteresis=self.hysteresis, encoder=read, progress=show,
                     )  # fmt: skip
@@ -222,7 +221,7 @@ class MeasurePlay(_Homing):
         found = desk.facts.found
         if found is None:
             raise AskedError(
-                "{save}: no machine file: --machine FILE and --motor NAME say which motor"
+                "{save}: no machine file: {machine} FILE and {motor} NAME say which motor"
             )
         return found.path, desk.facts.motor.name
 

@@ -126,9 +126,10 @@ class Import(ToBoards):
         wanted = self._wanted(read)
         with bus.boards(desk, self) as (found, known):
             if _ADDRESS in wanted and len(known) > 1:
-                raise UserError(
-                    f"{self.file}: several boards cannot have one address: add --skip {_ADDRESS}"
-                )
+                raise AskedError(
+                    "{path}: several boards cannot have one address: add {skip} {address}",
+                    path=self.file, address=_ADDRESS,
+                )  # fmt: skip
             for item in known if _BOARD not in self.skip else ():
                 read.refuse_other(item.who)
             for item in known if self.store and not self.dry_run else ():

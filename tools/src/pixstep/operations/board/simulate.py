@@ -18,9 +18,9 @@ from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import FILE, PATH
 from pixstep.operations.request import operation, option
 from pixstep.operations.result import Result
-from pixstep.simulation import benchscript, virtualbench
-from pixstep.simulation.benchscript import Order
-from pixstep.simulation.virtualbench import SLICE_S, BenchStatus, VirtualBench
+from pixstep.simulation import bench_script, virtual_bench
+from pixstep.simulation.bench_script import Order
+from pixstep.simulation.virtual_bench import SLICE_S, BenchStatus, VirtualBench
 
 _KEYS = "typed"
 _INPUT = "standard input"
@@ -102,7 +102,7 @@ class Simulate(OfClock):
     def run(self, desk: Desk) -> Result:
         """Simulate until somebody ends it."""
         orders = self._orders()
-        options = virtualbench.options(
+        options = virtual_bench.options(
             self.board, self.edges_hz, image=self.image, seed=self.seed, gate=self.pixel_gate
         )
         terminal: Terminal | None = desk.view
@@ -128,7 +128,7 @@ class Simulate(OfClock):
             text = sys.stdin.read() if stream else self.script.read_text(encoding="utf-8")
         except UnicodeDecodeError:
             raise RefusedError(f"{name}: not a text of UTF-8") from None
-        return benchscript.parse_all(text.splitlines(), boards.load(self.board), name)
+        return bench_script.parse_all(text.splitlines(), boards.load(self.board), name)
 
 
 @contextlib.contextmanager
@@ -186,7 +186,7 @@ class _Hands:
         keys = self.typed is not None and self.typed.keys
         try:
             place = _KEYS if keys else f"{_INPUT}: line {self._lines}"
-            order = benchscript.parse(text, bench.kind, place)
+            order = bench_script.parse(text, bench.kind, place)
             if order:
                 order.obey(bench)
                 show.done(order)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, TypedDict
 
 from pixstep import formats, outfolder
 from pixstep.errors import UserError
-from pixstep.formats.header import NAME_WIDTH
 from pixstep.lines.line import PLAIN
 from pixstep.operations import shared
 from pixstep.operations.desk import Desk
@@ -73,5 +72,6 @@ def _motion(job: Job, name: str, numbers: range | list[int]) -> formats.MotionFi
     lines = [job.line(number)[name].counts for number in numbers]
     about = job.header.motors[name]
     play = None if about.decode == PLAIN else about.backlash
-    header = origin.header(name[:NAME_WIDTH], job.header.line.lead_in, job.pixel_hz, play)
+    title = origin.plain_name(Path(_plain(name)))
+    header = origin.header(title, job.header.line.lead_in, job.pixel_hz, play)
     return formats.of_lines(lines, header)

@@ -12,6 +12,7 @@ from pixstep.jobs import judging, line_files, making
 from pixstep.jobs.image import Image
 from pixstep.jobs.making import Asked, AskedImage, Made
 from pixstep.lazy import require_package
+from pixstep.lines import units
 from pixstep.lines.units import DISTANCE, Quantity, parse_pixels
 from pixstep.operations.asked import AskedError
 from pixstep.operations.desk import Desk
@@ -47,8 +48,6 @@ class _Offset(Length):
 
     def parse(self, text: str) -> Quantity:
         """Return the distance of a text."""
-        from pixstep.lines import units
-
         return units.parse(text, DISTANCE, signed=True)
 
 

@@ -30,7 +30,8 @@ class OfMotor(Kind):
 
     def parse(self, text: str) -> Pair:
         """Return the motor and the value of a text."""
-        motor, _, value = text.partition("=")
+        divide = text.partition if self.name.endswith("FILE") else text.rpartition
+        motor, _, value = divide("=")  # a motor's name may have the sign, or a file's
         if not motor or not value:
             raise UserError(f"{text!r}: expected {self.name}")
         return motor, self._reader(value)

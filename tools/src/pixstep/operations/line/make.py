@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Make a line: from an acceleration profile, or from a speed and an acceleration."""
+"""Make a line: of a profile, of a speed and an acceleration, or of a table of your own."""
 
 from __future__ import annotations
 
@@ -7,17 +7,19 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import TypedDict
+from typing import Any, TypedDict
 
-from pixstep import formats
-from pixstep.errors import FINE, NEGATIVE
+from pixstep import atomic, formats, owndata
+from pixstep.errors import FINE, NEGATIVE, AskedText
+from pixstep.formats.findings import counted
 from pixstep.formats.header import MOST_LINES
 from pixstep.lines import line_check, units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.lines.line_check import FindingFacts
 from pixstep.lines.units import Quantity, hz_text
 from pixstep.operations import machine_defaults as machine
-from pixstep.operations import meant_for, shared
-from pixstep.operations.asked import AskedError
+from pixstep.operations import reading_lines, shared
+from pixstep.operations.asked import AskedError, AskedRefusedError
 from pixstep.operations.clocks import OfClock
 from pixstep.operations.desk import Desk
 from pixstep.operations.facts import Facts
@@ -27,12 +29,16 @@ from pixstep.operations.kinds import (
     OUTPUT,
     SPEED_FIGURE,
     TEXT,
+    Choice,
     Pixels,
     Steps,
+    Text,
     Whole,
 )
-from pixstep.operations.request import flag, operation, option
+from pixstep.operations.request import argument, flag, operation, option
 from pixstep.operations.result import Result
+from pixstep.owndata.columns import QUANTITIES
+from pixstep.owndata.table import BLANK, DECIMALS, NONE, SEPARATORS
 from pixstep.profiles import accelerate, generator, origin, turning
 from pixstep.profiles.generator import MOST_PIXELS
 
@@ -83,10 +89,10 @@ class LineMake(OfClock):
         Steps(1),
         "With --max-acceleration: length of the whole line, steps or 20mm; a short one is slower.",
     )
-    divider: int | None = option(
-        shared.EDGES, "Clock edges of a pixel.", shown="M", machine=machine.divider,
+    divider: int | None = shared.divider(
+        "Clock edges of a pixel.",
         default_text="1; with --max-acceleration the fewest that allow it",
-    )  # fmt: skip
+    )
     backlash: int = shared.backlash()
     lead_in: int = option(
         Pixels(), "Constant pixels before the image.", default=0, machine=machine.lead_in,
@@ -118,9 +124,9 @@ class LineMake(OfClock):
         line = _made(self, desk)
         line_hz = self.edges_hz / line.divider
         if desk.given("negative") and self.negative and not self.is_plain:
-            desk.say(
-                ["counts of a smooth line have no sign: --negative for `sim` and `board upload`"]
-            )
+            desk.say([AskedText(
+                "counts of a smooth line have no sign: {negative} for `sim` and `board upload`"
+            )])  # fmt: skip
         sign = -1 if self.is_plain and self.negative else 1
         play = None if self.is_plain else self.backlash
         if self.name is None and self.lines == 1:
@@ -197,7 +203,7 @@ def _of_profile(asked: LineMake, desk: Desk, request: generator.LineRequest) -> 
     divider = asked.divider or 1
     line_hz = asked.edges_hz / divider
     speeds, notes = formats.read_prn(profile, lenient=asked.lenient)
-    desk.say([*notes, *meant_for.motor_notes(desk.facts, profile, None)])
+    desk.say([*notes, *reading_lines.motor_notes(desk.facts, profile, None)])
     desk.say(origin.frequency_notes(profile, None, line_hz, refuse=True))
     speed = units.whole_speed(asked.speed, line_hz, desk.facts.scale(), smooth=not asked.is_plain)
     made = generator.generate(speeds, replace(request, speed=speed), str(profile))
@@ -212,12 +218,8 @@ def _of_acceleration(asked: LineMake, desk: Desk, request: generator.LineRequest
         asked.speed.in_steps(scale), acceleration, asked.max_jerk, asked.edges_hz, asked.is_plain
     )
     divider = asked.divider or accelerate.choose_divider(wanted)
-    line_hz = asked.edges_hz / divider
-    top = units.whole_speed(asked.speed, line_hz, scale, smooth=not asked.is_plain)
-    used = accelerate.note(wanted, divider)
-    made, speed = accelerate.line(wanted, top, divider, asked.length, request)
-    desk.say([used] if used else [])
-    desk.say(accelerate.slower_notes(speed, top, line_hz, scale))
+    made, speed, notes = accelerate.line(wanted, divider, asked.length, request, scale)
+    desk.say(notes)
     return _Made(made, speed, divider)
 
 
@@ -275,3 +277,101 @@ def _warn_of_jerk(desk: Desk, line: _Made, limit: int) -> int:
         f"pixstep profile make --top-speed {line.speed} --max-jerk {limit} ..."
     ])  # fmt: skip
     return NEGATIVE
+
+
+class _Column(Text):
+    """The name of a column, or its number."""
+
+    python = "str | int"
+
+    def judge(self, value: Any) -> str:
+        """Return a number as a text."""
+        return str(Whole(1).judge(value))
+
+
+class ImportedLine(TypedDict):
+    """A line that was made of a table, what was assumed, and how far it is from its numbers."""
+
+    file: str
+    output: str | None
+    decode: str
+    negative: bool
+    pixels: int
+    steps: int
+    largest_error_steps: float
+    assumed: list[str]
+    findings: list[FindingFacts]
+
+
+@operation("line import")
+class LineImport(OfClock):
+    """Make a line of your own table: what a spreadsheet exports, or what numpy's savetxt writes.
+
+    One row a pixel (positions: one more, the start). Lengths need a motor of the machine file. What
+    was assumed is printed; a table that can be read in two ways, or a line that the motor cannot
+    make, is refused and not written.
+    """
+
+    result = ImportedLine
+
+    table: Path = argument(FILE, shown="FILE")
+    decode: str = shared.decode()
+    column: str | None = option(_Column(), "Column to take, if there are several.", shown="NAME|N")
+    quantity: str | None = option(
+        Choice(QUANTITIES), "What it holds for each pixel.",
+        default_text="by the header; whole numbers: steps",
+    )  # fmt: skip
+    length_unit: str | None = option(
+        TEXT, "steps, mm, um, deg ...; of speeds also mm/s or um/px.", "--unit", shown="UNIT",
+        default_text="by the header",
+    )  # fmt: skip
+    separator: str | None = option(
+        Choice((*SEPARATORS, BLANK, NONE)), "What divides the fields.", default_text="by the file"
+    )
+    decimal: str | None = option(
+        Choice(tuple(DECIMALS)), "What divides the decimals; the other one thousands.",
+        default_text="by the file",
+    )  # fmt: skip
+    needs_clock = False  # only for speeds per second, and to check times
+
+    negative: bool | None = flag(
+        "Turn the direction round.", off="--no-negative", default=None,
+        machine=machine.negative_of_motor,
+    )  # fmt: skip
+    fit: bool = flag("Smooth motors: make the nearest line that they can.")
+    output: Path = option(OUTPUT, "CSV file to write.", "-o", "--output", required=True)
+
+    def run(self, desk: Desk) -> Result:
+        """Read the table, make the line and write it."""
+        hz = self.pixel_hz
+        request = owndata.ImportRequest(
+            self.decode, hz, self.quantity, self.length_unit, self.column, desk.facts.scale(),
+            negative=bool(self.negative), fit=self.fit,
+            separator=self.separator, decimal=self.decimal,
+        )  # fmt: skip
+        made = owndata.import_line(self.table, request)
+        line = made.line
+        wrong = next((item for item in made.findings if item.severity == line_check.ERROR), None)
+        if wrong is not None:
+            fits = line.decode == SMOOTH and not self.fit
+            raise AskedRefusedError(
+                "{where}: {why}" + " ({fit} makes the nearest line)" * fits,
+                where=f"{self.table}: pixel {wrong.pixel}: {wrong.name}", why=wrong.message,
+            )  # fmt: skip
+        header = origin.of_pixels(self.output, 0, hz, self.edges) if hz else None
+        formats.write_csv(self.output, list(line.counts), header)
+        desk.say(made.assumed)
+        desk.say(f"pixel {item.pixel}: {item.name}: {item.message}" for item in made.findings)
+        data: ImportedLine = {
+            "file": str(self.table),
+            "output": None if atomic.is_stdout(self.output) else str(self.output),
+            "decode": line.decode,
+            "negative": line.negative,
+            "pixels": line.pixels,
+            "steps": line.total_steps,
+            "largest_error_steps": float(made.largest_error_steps),
+            "assumed": list(made.assumed),
+            "findings": line_check.as_json(made.findings),
+        }
+        size = f"{counted(line.pixels, 'pixel')}, {counted(line.total_steps, 'step')}"
+        return Result(data, f"{self.output}: {size}, {line.decode}", value=made)

@@ -13,7 +13,7 @@ from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.line_check import Finding, FindingFacts
 from pixstep.lines.units import ACCELERATION, JERK, SPEED, Quantity
 from pixstep.operations import machine_defaults as machine
-from pixstep.operations import meant_for, shared, showing
+from pixstep.operations import reading_lines, shared, showing
 from pixstep.operations.asked import AskedError
 from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import FILE, SPEED_FIGURE
@@ -84,13 +84,13 @@ class ProfileCheck(Request):
     def run(self, desk: Desk) -> Result:
         """Check every reading."""
         read, hz = _read(self, desk)
-        limits = showing.limits(self, hz)
+        limits = showing.limits(hz, self.max_speed, self.max_acceleration, self.max_jerk)
         bounds = line_check.Limits(
             max_speed=limits.get(SPEED),
             max_acceleration=limits.get(ACCELERATION),
             jerk_warning=limits.get(JERK),
         )
-        decode = self.decode or meant_for.motor_decode(desk.facts, self.file)
+        decode = self.decode or reading_lines.motor_decode(desk.facts, self.file)
         found = readings.check(read, decode, bounds)
         severity = readings.exit_status(found)
         data: CheckedProfile = {
@@ -149,9 +149,9 @@ class ProfileShow(Request):
         if self.speed is not None:
             smooth = self.decode != PLAIN
             top = units.whole_speed(self.speed, hz, desk.facts.scale(), smooth=smooth)
-        decode = self.decode or meant_for.motor_decode(desk.facts, self.file) or SMOOTH
+        decode = self.decode or reading_lines.motor_decode(desk.facts, self.file) or SMOOTH
         line = Line(_counts(read, decode, top), decode, name=str(self.file))
-        bounds = showing.limits(self, hz)
+        bounds = showing.limits(hz, self.max_speed, self.max_acceleration, self.max_jerk)
         scale = desk.facts.scale_if_known()
         drawing = LineDrawing(line, self.file.name, hz, bounds, scale=scale, going_on=True)
         return showing.shown(drawing, self.plot)

@@ -9,7 +9,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, TypedDict
 
-from pixstep.errors import FINE, NEGATIVE
+from pixstep.errors import FINE, NEGATIVE, AskedText
 from pixstep.lines.units import Quantity
 from pixstep.operations import shared
 from pixstep.operations.asked import AskedError
@@ -82,7 +82,9 @@ class TrajectoryCircle(_WritesTable):
         speed = int(abs(made.counts(1)).max())
         first = int(abs(made.without_holds().counts(1)[:2]).max())
         if first > 1 and 2 * first > speed:
-            desk.say((f"axis 2 begins at {first} counts a point: --lead-in brings it up to speed",))
+            desk.say([AskedText(
+                f"axis 2 begins at {first} counts a point: {{lead_in}} brings it up to speed"
+            )])  # fmt: skip
         data = {
             "file": str(self.output), "records": made.records, **asdict(request),
             "top_speed": speed,

@@ -1,0 +1,513 @@
+# SPDX-License-Identifier: MIT
+"""What the bus' thread does for one motor: its commands taken, its motions made, its looks told."""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections import deque
+from dataclasses import replace
+from typing import Protocol
+
+from pixstep.board.errors import BoardError, LineLostError, NoReplyError
+from pixstep.motor_drive.feed import Feed, Steps, require_idle
+from pixstep.motor_drive.homing import Home, plan_of
+from pixstep.motor_drive.inbox import Batch, Inbox
+from pixstep.motor_drive.judging import Verdict, broken_text, judge, misplaced_text
+from pixstep.motor_drive.motions import Jog, Motion, Move, Wanted, same, whole
+from pixstep.motor_drive.seam import clear_fault, discard, set_position, stop
+from pixstep.motor_drive.starting import DrivenMotor, Start, Starting
+from pixstep.motor_drive.statuses import Statuses
+from pixstep.motor_drive.watch import AxisLook, BoardWatch, Look
+from pixstep.motor_record.traffic import Command, Verb
+
+_SEEKS_S = 0.05  # between two looks whether another axis of the board seeks its switch
+_SILENT_S = 2.0  # a board that does not answer for less has not had its last word
+_GRACE_S = 1.0  # for the record to answer the end of a first leg
+_TARGETS = (Verb.MOVE_ABS, Verb.MOVE_REL, Verb.HOME_FOR, Verb.HOME_REV)
+_log = logging.getLogger(__name__)
+
+
+class Owner(Protocol):
+    """The bus that gives a motor its turns."""
+
+    def wake(self) -> None:
+        """There is something to do; from any thread."""
+
+    def now_s(self) -> float:
+        """Return the boards' time."""
+
+
+class AxisWork:
+    """The motions of one motor. Every method is called by the bus' thread."""
+
+    def __init__(self, owner: Owner, watch: BoardWatch, motor: DrivenMotor, inbox: Inbox) -> None:
+        self.statuses = Statuses(inbox, watch, motor.name, motor.axis)
+        self._owner, self._watch, self._motor, self._inbox = owner, watch, motor, inbox
+        self._starting = Starting(watch, motor)
+        self._wanted = Wanted()
+        self._prepared: Command | None = None
+        self._todo: deque[Start | float] = deque()  # a float: the position to be loaded
+        self._motion: Motion | None = None
+        self._work: Steps | None = None
+        self._work_due_s = 0.0
+        self._stop_wanted = False
+        self.offset_steps = 0
+        """What is added to the board's register: see `seam.py`."""
+        self._unknown = False  # the position, since a reset of the board
+        self._resets = 0
+        self._left = False  # a part of a line that this drive has queued and that will not run
+        self._look: Look | None = None
+
+    # When it wants a turn.
+
+    @property
+    def stop_due(self) -> bool:
+        """True if a stop is to go out now, before all else."""
+        return self._stop_wanted or self._inbox.has_stop
+
+    @property
+    def launches(self) -> bool:
+        """True while a motion has not begun: its requests come before looks and streams."""
+        motion = self._motion
+        begins = self._work is not None and motion is not None and motion.armed_s is None
+        return begins and self._work_due_s <= self._owner.now_s()
+
+    @property
+    def due_s(self) -> float:
+        """When a request of a stream is due."""
+        motion = self._motion
+        if motion is None or self._work is None:
+            return math.inf
+        return min(self._work_due_s, motion.due_s())
+
+    @property
+    def look_due_s(self) -> float:
+        """When a motion is expected to end, or its first leg: the board is to be looked at then."""
+        return math.inf if self._motion is None else self._motion.look_due_s()
+
+    @property
+    def gives_up_s(self) -> float:
+        """When a motion must be over of a board that does not answer."""
+        if self._motion is None or self._look is None or not self._watch.failures:
+            return math.inf
+        return max(self._motion.ends_s(), self._look.time_s + _SILENT_S)
+
+    @property
+    def busy(self) -> bool:
+        """True while there is a motion."""
+        return self._motion is not None
+
+    # Its turns.
+
+    def take(self) -> None:
+        """Take what has come in; nothing is asked of the board."""
+        batches = self._inbox.take()
+        if self._inbox.closed:
+            self._todo.clear()
+            going = self._motion is not None and not self._motion.stopping
+            self._stop_wanted = self._stop_wanted or going
+            return
+        for batch in batches:
+            self.statuses.order = batch.order
+            try:
+                self._batch(batch)
+            except (ValueError, OverflowError) as error:  # no number that a motor can go to
+                said = " ".join(map(str, batch.commands))
+                self.statuses.problem, self.statuses.at_once = f"{said}: {error}", True
+        self._advance()
+
+    def send_stop(self) -> None:
+        """Send a stop: one request, and more only if it is not acknowledged."""
+        self.take()
+        if isinstance(self._motion, Home):
+            self._motion.interrupt()
+        with self._watch.guarded():
+            stop(self._watch.board, self._motor.axis)
+        self._stop_wanted, self._work = False, None
+        if self._motion is not None:
+            self._motion.stopping = True
+        self.statuses.at_look = True
+        self._watch.look_soon()
+
+    def step(self) -> None:
+        """Do one request of what this axis has to do."""
+        motion, work = self._motion, self._work
+        if motion is None or work is None:
+            return
+        now_s = self._owner.now_s()
+        if motion.queue_more(now_s):
+            self._work_due_s = 0.0
+        try:
+            with self._watch.guarded():
+                pause_s = next(work)
+            self._work_due_s = now_s + pause_s if pause_s else 0.0
+        except StopIteration:
+            self._work = None
+        except (NoReplyError, LineLostError) as error:
+            self._unanswered(str(error))
+        except BoardError as error:
+            self._refused(motion, str(error))
+
+    def looked(self, look: Look) -> None:
+        """Take what the board says now."""
+        self._look = look
+        if self._resets != self._watch.resets:
+            self._resets = self._watch.resets
+            self._was_reset()
+        axis, motion = self._axis, self._motion
+        if motion is None:
+            self._show(moves=axis.moves)
+            self._advance()
+        elif isinstance(motion, Home) and motion.armed_s is not None:
+            self._judge_home(motion)
+        elif motion.stopping:
+            self._end("") if not axis.moves else self._show(moves=True)
+        elif motion.armed_s is not None:
+            self._judge(motion, look)
+        elif self._work is None:  # it did not get as far as that, and the board is back
+            self._resume(motion)
+
+    def lost(self) -> None:
+        """Take that the board does not answer."""
+        if self._owner.now_s() >= self.gives_up_s:
+            self._forget_motion()
+            self.statuses.problem = "the board did not answer to the end of a motion"
+        self.statuses.tell_news(self._look, moves=self._motion is not None)
+
+    def failed(self, text: str) -> None:
+        """Take that this drive has failed: its motor is stopped."""
+        self._todo.clear()
+        self.statuses.problem, self._work = text, None
+        self._stop_wanted = True
+
+    # Commands.
+
+    def _batch(self, batch: Batch) -> None:
+        motion = self._motion
+        if isinstance(motion, Move) and motion.holding and self._answered(motion, batch.commands):
+            return
+        for command in batch.commands:
+            self._command(command, batch.second_leg)
+
+    def _answered(self, motion: Move, commands: tuple[Command, ...]) -> bool:
+        """Take the record's answer to the end of a first leg; True if it is what was announced."""
+        if commands and all(one.verb is Verb.GET_INFO for one in commands):
+            return True
+        motion.holding = False
+        if not same(commands, motion.announced):
+            self._stop_wanted = True
+            return False
+        motion.confirmed = True
+        motion.turn_to_second()
+        for command in commands:
+            self._wanted.take(command)
+        self.statuses.plus = motion.direction > 0
+        self.statuses.tell(self._look, moves=True)
+        self._watch.look_soon()
+        return True
+
+    def _command(self, command: Command, second_leg: tuple[Command, ...]) -> None:
+        verb = command.verb
+        if self._wanted.take(command):
+            return
+        if verb in _TARGETS:
+            self._prepared = command
+        elif verb is Verb.GO:
+            self._go(second_leg)
+        elif verb is Verb.JOG:
+            self._begin(Start(command))
+        elif verb is Verb.JOG_VELOCITY:
+            self._change_jog(command)
+        elif verb is Verb.STOP_AXIS:
+            self._todo.clear()
+            self._stop_wanted = True
+        elif verb is Verb.LOAD_POS:
+            self._todo.append(float(command.argument or 0.0))
+        elif verb is Verb.GET_INFO:
+            self.statuses.at_look = True
+            self._watch.look_soon()
+
+    def _go(self, second_leg: tuple[Command, ...]) -> None:
+        """Begin what was prepared; a relative move goes from where the record has seen it."""
+        prepared, self._prepared = self._prepared, None
+        self.statuses.at_once = True
+        if prepared is None:
+            return
+        if prepared.verb is Verb.MOVE_REL:
+            target = self.statuses.position_steps + (prepared.argument or 0.0)
+            prepared = Command(Verb.MOVE_ABS, target)
+        self._begin(Start(prepared, second_leg))
+
+    def _begin(self, start: Start) -> None:
+        """Begin a motion; what moves already is stopped before, unless it is the same."""
+        self.statuses.at_once = True
+        motion, verb = self._motion, start.command.verb
+        if self._watch.failures:  # not kept for later: nobody would expect it then
+            return
+        going = motion is not None and not (motion.stopping or self._stop_wanted)
+        if isinstance(motion, Jog) and verb is Verb.JOG and going:
+            self._change_jog(start.command)
+            return
+        if (
+            motion is not None
+            and going
+            and verb is Verb.MOVE_ABS
+            and (motion.leads_to(whole(start.command.argument)))
+        ):
+            return
+        self._todo = deque(one for one in self._todo if not isinstance(one, Start))
+        self._todo.append(start)
+        self._stop_wanted = self._stop_wanted or going
+
+    def _change_jog(self, command: Command) -> None:
+        motion, velocity = self._motion, command.argument or 0.0
+        for at, one in enumerate(self._todo):
+            if isinstance(one, Start) and one.command.verb is Verb.JOG:
+                self._todo[at] = Start(Command(Verb.JOG, velocity))
+        if isinstance(motion, Jog) and not motion.stopping:
+            wanted = replace(self._wanted.kinematics, speed_steps_s=abs(velocity))
+            motion.change(velocity, self._starting.limited(wanted))
+            self.statuses.plus = motion.direction > 0
+
+    def _advance(self) -> None:
+        """Do what is next as soon as the motor rests."""
+        while self._todo and self._look and not (self._motion or self._stop_wanted):
+            item = self._todo.popleft()
+            if isinstance(item, float):
+                self._load(item)
+            else:
+                self._start(item)
+        if self.statuses.at_once and not (self._stop_wanted or self._holding):
+            self.statuses.tell(self._look, moves=self._moves)
+
+    def _load(self, position: float) -> None:
+        """Make a position that of the motor where it is."""
+        self.offset_steps = set_position(whole(position), self._axis.position_steps)
+        self._unknown, self.statuses.problem = False, ""
+        self.statuses.position_steps = self._position_steps
+        self.statuses.at_once = True
+
+    def _start(self, start: Start) -> None:
+        """Begin a motion from rest."""
+        self.statuses.problem, self.statuses.at_once = "", True
+        try:
+            if not self._left:
+                require_idle(self._axis.state, self._motor.axis)
+            if self._unknown and start.command.verb is Verb.MOVE_ABS:
+                raise BoardError(self._lost_position)
+            wanted = self._wanted.kinematics
+            motion = self._starting.motion(start, self._axis, self.offset_steps, wanted)
+        except BoardError as error:
+            self.statuses.problem = str(error)
+            return
+        if motion is None:
+            return
+        self._motion, self.statuses.plus = motion, motion.direction > 0
+        work = self._launch_home(motion) if isinstance(motion, Home) else self._launch(motion)
+        self._work, self._work_due_s = work, 0.0
+
+    # Motions.
+
+    def _launch(self, motion: Motion) -> Steps:
+        """Queue and arm; what the board was left with by others is cleared away before."""
+        yield from self._clear()
+        for last in (False, True):
+            axis = self._axis
+            motion.lines_before = axis.lines_done
+            motion.feed = Feed(
+                self._watch.board, self._motor.axis, motion.entries(), axis.registers
+            )
+            if isinstance(motion, Move):
+                motion.begin_second_at_once()
+            try:
+                yield from motion.feed.begin()
+                break
+            except (NoReplyError, LineLostError):
+                raise
+            except BoardError:
+                if last:
+                    raise
+            yield from discard(self._watch.board, self._motor.axis)
+            self._look = self._watch.look()  # another program was here since the last look
+            yield 0.0
+        yield from self._stream(motion)
+
+    def _stream(self, motion: Motion) -> Steps:
+        """Go on with a motion that was armed just now."""
+        motion.armed(self._owner.now_s())
+        self._watch.look_soon()
+        if motion.feed is not None:
+            yield from motion.feed.stream(1 / self._watch.pixel_hz)
+
+    def _launch_home(self, motion: Home) -> Steps:
+        """Begin a homing, when no other axis of the board seeks a switch."""
+        while self._watch.seeks not in (None, self):
+            yield _SEEKS_S
+        self._watch.seeks = self
+        yield from self._clear()
+        plan = plan_of(
+            self._watch, self._motor.axis, motion.direction,
+            self._starting.limited(self._wanted.kinematics), self._motor.search_steps,
+            self._axis.registers["queue_free"],
+        )  # fmt: skip
+        yield 0.0
+        motion.start(self._watch, plan, self._home_over)
+        motion.armed(self._owner.now_s())
+        self._watch.look_soon()
+
+    def _home_over(self) -> None:
+        """The thread of a homing has ended; it calls this."""
+        self._watch.look_soon()
+        self._owner.wake()
+
+    def _clear(self) -> Steps:
+        """Clear a fault, or discard a part of a line that will not run."""
+        if self._look and self._look.fault:
+            clear_fault(self._watch.board, len(self._look.axes))
+            yield 0.0
+        elif self._left or self._axis.state in ("refused", "loading"):
+            yield from discard(self._watch.board, self._motor.axis)
+        else:
+            return
+        self._left = False
+        self._look = self._watch.look()
+        yield 0.0
+
+    def _judge(self, motion: Motion, look: Look) -> None:
+        """Judge a motion under way by what the board says."""
+        verdict = judge(motion, self._axis, self._owner.now_s())
+        if verdict is Verdict.OVER:
+            self._end(misplaced_text(motion, self._position_steps))
+        elif verdict is Verdict.BROKEN:
+            self._end(broken_text(look, self._watch.unit, self._motor.axis))
+        elif verdict is Verdict.FIRST_OVER and isinstance(motion, Move):
+            self._first_over(motion)
+        else:
+            if verdict is Verdict.AGAIN:
+                self._again(motion)
+            self._show(moves=True)
+
+    def _judge_home(self, motion: Home) -> None:
+        if not motion.over or self._axis.moves:
+            self._show(moves=True)
+            return
+        motion.forget()
+        if motion.homed:
+            self.offset_steps, self._unknown, self.statuses.homed = 0, False, True
+        self._end(motion.text)
+
+    def _first_over(self, motion: Move) -> None:
+        """Tell the end of the first leg, once; then wait for the record's answer."""
+        now_s = self._owner.now_s()
+        if not motion.holding:
+            motion.holding, motion.hold_until_s = True, now_s + _GRACE_S
+            self.statuses.position_steps = motion.first.target_steps
+            self.statuses.tell(self._look, moves=False)
+        elif now_s > motion.hold_until_s:
+            motion.holding = False
+            self._stop_wanted = True
+
+    def _again(self, motion: Motion) -> None:
+        """Begin lines that came when those before them were over."""
+        feed, axis = motion.feed, self._axis
+        if feed is None:
+            return
+        if isinstance(motion, Jog) and axis.state == "done":
+            motion.ran_dry()
+        motion.armed_s = None
+
+        def work() -> Steps:
+            yield from feed.begin_again(axis.registers)
+            yield from self._stream(motion)
+
+        self._work, self._work_due_s = work(), 0.0
+
+    def _resume(self, motion: Motion) -> None:
+        """Go on with a motion whose launch was broken off, or end it."""
+        if self._axis.state in ("armed", "running") and motion.feed is not None:
+            motion.armed(self._owner.now_s())
+            self._work = motion.feed.stream(1 / self._watch.pixel_hz)
+            self._show(moves=True)
+            return
+        self._left = True
+        self._end("the board did not answer when a motion was to begin")
+
+    def _unanswered(self, text: str) -> None:
+        """A request had no answer: what the board does is not known until it is looked at."""
+        motion, self._work = self._motion, None
+        if motion is not None and motion.armed_s is not None and motion.feed is not None:
+            self._work = motion.feed.stream(1 / self._watch.pixel_hz)
+            self._work_due_s = self._owner.now_s() + self._watch.pause_s
+        _log.info("%s: %s", self._motor.name, text)
+
+    def _refused(self, motion: Motion, text: str) -> None:
+        """The board refuses a motion; what it has queued of it is forgotten at the next start."""
+        self._work = None
+        if motion.armed_s is None:
+            self._left = True
+            self._end(text)
+        else:
+            self.statuses.problem, self._stop_wanted = text, True
+
+    def _end(self, text: str) -> None:
+        """The motor rests."""
+        self._forget_motion()
+        self.statuses.problem = text or self.statuses.problem
+        self.statuses.position_steps = self._position_steps
+        if not any(isinstance(one, Start) for one in self._todo):
+            self.statuses.tell(self._look, moves=False)
+        self._advance()
+
+    def _forget_motion(self) -> None:
+        if isinstance(self._motion, Home):
+            self._motion.interrupt()
+        if self._watch.seeks is self:
+            self._watch.seeks = None
+        self._motion = self._work = None
+
+    def _was_reset(self) -> None:
+        """A board that was reset counts from 0: the last position is shown, and is not to trust."""
+        self.offset_steps = self.statuses.position_steps - self._axis.position_steps
+        self._unknown, self.statuses.homed = True, False
+        self._forget_motion()
+        self._todo.clear()
+        self.statuses.problem, self.statuses.at_look = self._lost_position, True
+
+    # What is known.
+
+    @property
+    def _lost_position(self) -> str:
+        return (
+            f"board {self._watch.unit} was reset: the position of axis {self._motor.axis} is not "
+            f"known; home it, or set its position"
+        )
+
+    @property
+    def _holding(self) -> bool:
+        """True from the end of a first leg until the record has answered it."""
+        return isinstance(self._motion, Move) and self._motion.holding
+
+    @property
+    def _moves(self) -> bool:
+        return self._motion is not None or (self._look is not None and self._axis.moves)
+
+    @property
+    def _axis(self) -> AxisLook:
+        assert self._look is not None
+        return self._look.axes[self._motor.axis]
+
+    @property
+    def _position_steps(self) -> int:
+        """The record's raw position."""
+        return self._axis.position_steps + self.offset_steps
+
+    def _show(self, *, moves: bool) -> None:
+        """Tell a look at the axis: each one that moves, another one if it says something new."""
+        if self._holding:
+            return
+        self.statuses.position_steps = self._position_steps
+        if moves:
+            self.statuses.tell(self._look, moves=True)
+        else:
+            self.statuses.tell_news(self._look, moves=False)

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: MIT
+"""A status of the motor becomes fields: positions, switches, states."""
+
+from pixstep.motor_record.menus import RetryMode
+from pixstep.motor_record.mip import Mip
+from pixstep.motor_record.model.arithmetic import nearest_long
+from pixstep.motor_record.model.coordinates import difference, user, user_is_raw
+from pixstep.motor_record.model.state import State
+from pixstep.motor_record.model.values import Values
+from pixstep.motor_record.traffic import Msta, Status
+
+
+def shows(v: Values, flag: Msta) -> bool:
+    """True if the status of the motor has a bit."""
+    return bool(v.msta & flag.value)
+
+
+def take(v: Values, status: Status) -> None:
+    """Copy what the driver says."""
+    v.rmp = status.position_steps
+    v.rep = status.encoder_counts
+    known, v.msta = v.msta, int(status.flags)
+    if v.msta != known and shows(v, Msta.GAIN_SUPPORT):
+        v.cnen = int(shows(v, Msta.EA_POSITION))
+    v.rvel = nearest_long(status.speed_steps_per_s)
+
+
+def work_out(r: State, *, first: bool = False) -> None:
+    """Work out all that follows from the status. `first`: at the start, links are not read."""
+    v = r.v
+    if v.ueip and not shows(v, Msta.EA_PRESENT):
+        v.ueip = 0
+    _position(r, first=first)
+    v.tdir = int(shows(v, Msta.DIRECTION))
+    _switches(v)
+    _movement(v)
+    v.athm = int(shows(v, Msta.EA_HOME if v.ueip else Msta.HOME))
+    difference(v)
+
+
+def _position(r: State, *, first: bool) -> None:
+    v = r.v
+    if v.ueip:
+        set_raw(v, v.rep, v.eres)
+    elif v.urip and not first:
+        _position_from_link(r)
+    else:
+        set_raw(v, v.rmp, v.mres)
+
+
+def set_raw(v: Values, raw: int, resolution: float) -> None:
+    """Make all readbacks agree with a raw one."""
+    v.rrbv = raw
+    v.drbv = raw * resolution
+    v.rbv = user(v, v.drbv)
+
+
+def _position_from_link(r: State) -> None:
+    if not read_link(r) and r.v.mip != Mip.DONE:
+        release_buttons(r.v)
+        r.v.stop = 1
+
+
+def read_link(r: State) -> bool:
+    """Take the position from RDBL. False if that is dead: the position stays what it was."""
+    if r.rdbl.value is None:
+        return False
+    set_raw(r.v, nearest_long(r.rdbl.value * r.v.rres / r.v.mres), r.v.mres)
+    return True
+
+
+def _switches(v: Values) -> None:
+    v.rhls = int(shows(v, Msta.PLUS_LS))
+    v.rlls = int(shows(v, Msta.MINUS_LS))
+    v.hls, v.lls = (v.rhls, v.rlls) if user_is_raw(v) else (v.rlls, v.rhls)
+
+
+def at_switch_ahead(v: Values) -> bool:
+    """True if the limit switch in the direction of the motion is active."""
+    return bool(v.rhls if v.cdir else v.rlls)
+
+
+def _movement(v: Values) -> None:
+    halted = at_switch_ahead(v) or shows(v, Msta.PROBLEM)
+    v.movn = int(not (halted or shows(v, Msta.DONE)))
+    if halted:
+        release_buttons(v)
+
+
+def release_buttons(v: Values) -> None:
+    """Clear the wishes to jog and to find the home switch."""
+    v.jogf = v.jogr = v.homf = v.homr = 0
+
+
+def relative(v: Values) -> bool:
+    """True where moves are distances, since the position comes from elsewhere than the motor."""
+    return v.rtry != 0 and v.rmod != RetryMode.IN_POSITION and bool(v.ueip or v.urip)

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: MIT
+"""The motor record: writes, statuses and the end of a delay go in, an Outcome comes out."""
+
+from collections.abc import Mapping
+from typing import Literal
+
+from pixstep.motor_record.field import Field, PutRefusedError, Value
+from pixstep.motor_record.fields import FIELDS
+from pixstep.motor_record.mip import Mip
+from pixstep.motor_record.model import start, writes
+from pixstep.motor_record.model.foresight import second_leg
+from pixstep.motor_record.model.processing import process
+from pixstep.motor_record.model.state import Link, State
+from pixstep.motor_record.traffic import Outcome, Status
+
+LinkName = Literal["RDBL", "DOL"]
+_NO_FIELDS: Mapping[str, float | str] = {}
+
+
+class MotorRecord:
+    """One motor record. It has no clock and no motor: both are its caller's.
+
+    The caller gives it what clients write and what the driver reports, one after the other, and
+    takes each Outcome: commands for the motor, posts for clients, perhaps a delay to wait for.
+    """
+
+    def __init__(self, fields: Mapping[str, float | str] = _NO_FIELDS) -> None:
+        """Take fields as a database file has them, menus by number or text.
+
+        PutRefusedError: a name or a value that is none, or a field that only the record writes.
+        """
+        self._r = State()
+        for name, value in fields.items():
+            self._r.v.write(name, _writable(name, value).taken(value))
+        self._r.dol.exists = _names_a_record(self._r.v.dol)
+        self._r.rdbl.exists = _names_a_record(self._r.v.rdbl)
+
+    def __getitem__(self, field: str) -> Value:
+        """Return any field of FIELDS: menus, buttons and flags as numbers."""
+        return self._r.v.read(field)
+
+    def values(self) -> dict[str, Value]:
+        """Return all fields with their values."""
+        return dict(zip(FIELDS, vars(self._r.v).values(), strict=True))
+
+    def initialise(self, status: Status) -> Outcome:
+        """Begin, with the motor as `status` says: once, before all else."""
+        start.initialise(self._r, status)
+        return self._outcome()
+
+    def put(self, field: str, value: float | str, status: Status | None = None) -> Outcome:
+        """Take a client's write. PutRefusedError: it is not taken, and nothing has changed.
+
+        `status`: a status that came while this write waited; one processing takes both.
+        """
+        r = self._r
+        taken = _writable(field, value).taken(value)
+        writes.refuse(r.v, field, value)
+        disabled = r.v.disa == r.v.disv
+        if field in writes.TARGETS and r.v.dmov and not disabled:
+            r.v.dmov = 0
+            r.journal.post("DMOV")
+        r.v.write(field, taken)
+        if field == "VAL":
+            r.journal.doubt(field)  # the value that it has in the end is told
+        else:
+            r.journal.post(field)
+        if writes.act(r, field) and not disabled:
+            process(r, status, by_write=True)
+        else:
+            r.journal.post_changes()
+        return self._outcome()
+
+    def update(self, status: Status) -> Outcome:
+        """Take a new status of the motor."""
+        process(self._r, status)
+        return self._outcome()
+
+    def delay_over(self) -> Outcome:
+        """Go on after the delay that an Outcome asked for."""
+        v = self._r.v
+        if v.mip & Mip.DELAY_REQ:
+            v.mip = (v.mip & ~Mip.DELAY_REQ) | Mip.DELAY_ACK
+            process(self._r)
+        return self._outcome()
+
+    def set_link(self, link: LinkName, value: float | None) -> Outcome:
+        """Say what a link gives from now on; None: what it reads is dead. Nothing is processed."""
+        known: Link = self._r.rdbl if link == "RDBL" else self._r.dol
+        known.value, known.exists = value, True
+        return self._outcome()
+
+    def _outcome(self) -> Outcome:
+        r = self._r
+        commands, r.commands = tuple(r.commands), []
+        delay_s, r.delay_s = r.delay_s, None
+        return Outcome(
+            commands=commands,
+            posts=r.journal.take(),
+            second_leg=second_leg(r, commands),
+            delay_s=delay_s,
+            complete=bool(r.v.dmov),
+        )
+
+
+def _writable(name: str, value: Value) -> Field:
+    field = FIELDS.get(name)
+    if field is None:
+        raise PutRefusedError(name, value, "the motor record has no such field")
+    if not field.writable:
+        raise PutRefusedError(name, value, "only the record writes it")
+    return field
+
+
+def _names_a_record(text: str) -> bool:
+    """True for the text of a link to a record: neither empty nor a number."""
+    try:
+        float(text)
+    except ValueError:
+        return bool(text.strip())
+    return False
