@@ -10,13 +10,19 @@ from pixstep.jobs.job import Job
 from pixstep.simulation.simulated_board import SimLink
 from pixstep.simulation.simulator import SimOptions
 
+_SIDE = """\
+[boards.side]
+kind = "uno"
+port = "/dev/ttyACM0"
+unit = 2
+
+[motors.M39]
+board = "main"
+"""
 TWO = (
-    jobbench.MACHINE.replace(
-        "[motors.M39]",
-        '[boards.side]\nkind = "uno"\nport = "/dev/ttyACM0"\nunit = 2\n\n[motors.M39]\nboard = "main"',
-    )
+    jobbench.MACHINE.replace("[motors.M39]\n", _SIDE)
+    .replace("[motors.M40]\n", '[motors.M40]\nboard = "main"\n')
     .replace("[motors.M41]\naxis = 2", '[motors.M41]\nboard = "side"\naxis = 0')
-    .replace("[motors.M40]", '[motors.M40]\nboard = "main"')
 )
 
 
@@ -41,7 +47,7 @@ def bus(*kinds, **more):
 def run(folder, link, **more):
     """Print the job of a folder."""
     return ops.job_run(
-        folder / "a.pxjob", out=folder / "a.pxrun", machine=folder / "machine.toml", link=link,
+        folder / "a.pxjob", folder=folder / "a.pxrun", machine=folder / "machine.toml", link=link,
         **{"accept_amber": True, **more},
     )  # fmt: skip
 

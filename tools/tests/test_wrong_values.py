@@ -63,7 +63,7 @@ GOES_ON = (
     ("board start", "--records"),
     ("serve", "--socket"),  # it is made
     ("ioc", "--state"),  # it is made
-    ("job run", "--out"),  # so is this
+    ("job run", "--folder"),  # so is this
 )
 # A profile may be made for any motor.
 OWN_TEXTS = {("profile make", "--motor"): ("a/b",)}

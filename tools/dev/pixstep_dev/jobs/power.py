@@ -219,7 +219,7 @@ class _Loss:
         cycle = max(cycle, simulator.cycle + 1)
         self.at_s = cycle / simulator.tick_hz
         if self._kind == "supply":
-            simulator.command(f"power {board} off at {cycle}")
+            simulator.supply(board, "off", at=cycle)
         elif self._kind == "reset":
             simulator.reset(board, at=cycle)
         else:
@@ -236,5 +236,5 @@ class _Loss:
         """Give the board its supply, or its cable, back."""
         self._cut = False
         if self._kind == "supply":
-            self._link.simulator.command(f"power {self._unit - 1} on")
+            self._link.simulator.supply(self._unit - 1, "on")
         self._link.world.wait(1.0)

@@ -112,7 +112,7 @@ class Press:
     def run(self, link: SimLink, run: Path, **more: Any) -> Result:
         """Print the job."""
         done: Result = ops.job_run(
-            self.job.path, out=run, machine=self.machine, link=link, accept_amber=True, **more
+            self.job.path, folder=run, machine=self.machine, link=link, accept_amber=True, **more
         )
         return done
 

@@ -75,7 +75,7 @@ EXAMPLES = {
     "job pause": ("job pause print.pxrun",),
     "job resume": ("job resume print.pxrun", "job resume print.pxrun --redo 7 --skip 8 --homed"),
     "job run": (
-        "job run print.pxjob --out monday.pxrun",
+        "job run print.pxjob --folder monday.pxrun",
         "job run print.pxjob --to-start --accept-amber",
     ),
     "job status": ("job status print.pxrun",),

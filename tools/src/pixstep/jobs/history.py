@@ -94,7 +94,7 @@ class History:
 
     @property
     def next_line(self) -> int:
-        """The first line that is neither printed nor skipped; one more than there are at the end."""
+        """The first line that is neither printed nor skipped; the one after the last at the end."""
         return next((n for n in range(1, self.lines + 1) if n not in self.printed), self.lines + 1)
 
     def _settle(self, line: int) -> None:

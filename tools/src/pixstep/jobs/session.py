@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pixstep.board import run
 from pixstep.board.errors import BoardError
 from pixstep.board.link import World
-from pixstep.errors import RefusedError
+from pixstep.errors import AskedText, RefusedError
 from pixstep.jobs import history, positioning, stations, tag
 from pixstep.jobs.history import History
 from pixstep.jobs.job import Job
@@ -90,9 +90,10 @@ class Session:
     def bring(self, away: list[Off], moves: Callable[[list[Off]], None] | None) -> None:
         """Bring motors to where the next line begins, if they may be."""
         if moves is None:
-            raise RefusedError(
-                f"{'; '.join(map(str, away))} (--to-start brings motors to where the line begins)"
-            )
+            raise RefusedError(AskedText(
+                "{away} ({to_start} brings motors to where the line begins)",
+                away="; ".join(map(str, away)),
+            ))  # fmt: skip
         moves(away)
         for text in positioning.go(self.machine, self.job, away, self.world):
             self.watch.say(text)

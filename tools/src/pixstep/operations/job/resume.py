@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from pixstep.errors import FINE, NEGATIVE, RefusedError, UserError
 from pixstep.lazy import require_package
+from pixstep.operations.asked import AskedError
 from pixstep.operations.desk import Desk
 from pixstep.operations.job import buses, printing
 from pixstep.operations.job.printing import Prints, RunOfJob
@@ -121,7 +122,7 @@ class JobResume(Prints):
                 )
         both = set(self.redo) & set(self.skip)
         if both:
-            raise UserError(f"line {min(both)}: either --redo or --skip")
+            raise AskedError("line {line}: either {redo} or {skip}", line=min(both))
         texts = []
         open_lines, _ = resuming.decide(verdict, self.redo, self.skip)
         texts += [
@@ -183,11 +184,14 @@ def _home_motor(
     from pixstep.operations import python
     from pixstep.operations.board.motion import BoardHome
 
-    path = machine.profile(machine[name], "home")
-    if path is None:
-        raise UserError(f"{machine.path}: motor {name} has no profiles.home: home it, then --homed")
+    motor = machine[name]
+    if machine.profile(motor, "home") is None or motor.home_is_limit not in ("plus", "minus"):
+        raise AskedError(
+            "{path}: motor {name} has no profiles.home, or no home_is_limit that says in which "
+            "direction its home switch is: home it, then {homed}", path=machine.path, name=name,
+        )  # fmt: skip
     station = next(one for one in stations if name in one.motors)
-    given: dict[str, Any] = {"unit": station.board.unit}
+    given: dict[str, Any] = {"unit": station.board.unit, "direction": motor.home_is_limit}
     place = port or machine.boards[station.name].port
     if desk.link is None and place is not None:
         given["port"] = place

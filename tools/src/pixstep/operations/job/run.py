@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pixstep.errors import RefusedError
+from pixstep.errors import AskedText, RefusedError
 from pixstep.operations.desk import Desk
 from pixstep.operations.job import buses, printing
 from pixstep.operations.job.printing import Prints, RunOfJob
@@ -30,7 +30,7 @@ class JobRun(Prints):
     needs_machine = True
 
     job: Path = job_file()
-    out: Path | None = option(
+    folder: Path | None = option(
         PATH, "Folder of the run.", shown="NAME.pxrun", default_text="the job's name"
     )
     to_start: bool = flag("Bring motors to where line 1 begins, which are elsewhere.")
@@ -43,12 +43,12 @@ class JobRun(Prints):
         from pixstep.jobs.session import Session, allow
         from pixstep.jobs.stations import of_job
 
-        path = self.out or Path(self.job.name).with_suffix(SUFFIX)
+        path = self.folder or Path(self.job.name).with_suffix(SUFFIX)
         if RunFolder.is_begun(path):
-            raise RefusedError(
-                f"{path}: has a run already: `pixstep job resume {path}` goes on with it, --out "
-                f"names another folder"
-            )
+            raise RefusedError(AskedText(
+                "{path}: has a run already: `pixstep job resume {path}` goes on with it, {folder} "
+                "names another one", path=path,
+            ))  # fmt: skip
         machine = found.tables
         with buses.opened(desk, machine, self.port, self.timeout) as bus_of:
             told = self.compare(desk, job, found, bus_of)
