@@ -92,6 +92,41 @@ def late(ctx: click.Context, times: int, lines: int, seed: int, as_json: bool) -
     _finish(ctx, asdict(outcome), rows, "none was silent", as_json=as_json)
 
 
+@jobs_group.command()
+@click.option("--lines", type=click.IntRange(min=2), default=20, show_default=True)
+@click.option("--ppm", type=float, default=300.0, show_default=True, help="The clock is off by so.")
+@click.option("--jitter", "jitter_us", type=float, default=5.0, show_default=True, help="In us.")
+@click.option("--sync", type=click.Choice(["lock", "start"]), default="lock", show_default=True)
+@_seed
+@_json
+@click.pass_context
+def seams(
+    ctx: click.Context, lines: int, ppm: float, jitter_us: float, sync: str, seed: int,
+    as_json: bool,
+) -> None:  # fmt: skip
+    """Measure the seams between the lines of a job on a Mega and a Uno, on the pins.
+
+    Exit status 0 only if there is no gap, the boards' edges are within 2 ticks, the steps within a
+    tick of their board's grid, the load within a step at each image pixel both ways, and nothing
+    drifts.
+    """
+    from pixstep_dev.jobs import seams as campaign  # takes a while to load
+
+    plan = campaign.Plan(lines, ppm, jitter_us, -ppm, sync, seed)
+    with progress.shown(f"{lines} lines") as show:
+        outcome = campaign.run(plan, show)
+    rows = [
+        f"{lines} lines of 3 motors on 2 boards, sync {sync}, clock {ppm:+g} ppm, jitter "
+        f"{jitter_us:g} us, the second oscillator {-ppm:+g} ppm",
+        f"  gap {outcome.gap_px:g} px; boards' edges {outcome.apart_ticks:g} ticks apart; steps "
+        f"{outcome.grid_ticks:.2f} ticks off their board's grid; drift "
+        f"{outcome.drift_ticks:.2f} ticks",
+        f"  load {outcome.load_steps} steps off at {outcome.load_pixels} image edges; grid "
+        f"{outcome.clock_ticks:.1f} ticks beside the true clock's edges",
+    ]
+    _finish(ctx, asdict(outcome), rows, "no seam shows", as_json=as_json)
+
+
 def _finish(
     ctx: click.Context, facts: dict[str, Any], rows: list[str], otherwise: str, *, as_json: bool
 ) -> None:

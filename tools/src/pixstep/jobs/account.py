@@ -3,7 +3,8 @@
 
 `lines_done` counts the lines that a board has decoded, which is some pixels before they are made;
 `pixel` and `position_steps` are the account of what is made. So an axis may still be in a line that
-`lines_done` has counted. Where both fit, both are places of the axis, the earlier one first.
+`lines_done` has counted. Where both fit, both are places of the axis, the earlier one first. Whoever
+has seen `pixel` begin again at a seam knows that the axis is beyond it, and says so by `least`.
 """
 
 from __future__ import annotations
@@ -19,9 +20,11 @@ MOVING = ("armed", "running")
 ENDED = ("done", "loaded", "loading")  # at the end of a line, perhaps with another one queued
 MOST_BLOCKS = 0x8000  # since a chain began; more is a count that has gone back
 _WRAPS = 0x10000
-_RING = 64  # entries that a board decodes ahead at most, each a pixel at most
+_TICK_HZ = 16_000_000  # of the slowest board
+_RING = 255  # entries that a board decodes ahead at most
+_PERIOD_TICKS = 0x10000  # of an entry, at most: a pixel without steps takes several
 _SLACK_STEPS = 2  # steps that the timer has and the account has not
-_SLACK_PIXELS = 2  # of the ring's fill, which is of another instant
+_SLACK_ENTRIES = 16  # of the ring's fill, which is of another instant
 
 
 @dataclass(frozen=True)
@@ -66,17 +69,17 @@ class Axis:
         return self.now["position_steps"]
 
 
-def places(job: Job, first: int, axis: Axis) -> list[Place]:
+def places(job: Job, first: int, axis: Axis, least: int = 0) -> list[Place]:
     """Return where an axis may be that runs lines from `first` on, the earliest place first.
 
-    At the end of a line that nothing followed it is at pixel 0 of the next one. An axis without a
-    place is not where any line of the job takes it.
+    It is in line `least` or a later one. At the end of a line that nothing followed it is at pixel
+    0 of the next one. An axis without a place is not where any line of the job takes it.
     """
     if axis.state in ENDED or (not axis.moves and _is_at_end(job, first, axis)):
         newest = first + axis.counted
         at_end = axis.position_steps == end_of(job, newest - 1, axis.motor, first)
         return [Place(newest, 0)] if at_end else []
-    return [*_inside(job, first, axis)]
+    return [*_inside(job, max(first, least), axis, first + axis.counted)]
 
 
 def common(found: Iterable[list[Place]]) -> list[Place]:
@@ -94,14 +97,26 @@ def end_of(job: Job, line: int, motor: str, first: int = 1) -> int:
     return job.expected(line, motor)[-1]
 
 
-def _inside(job: Job, first: int, axis: Axis) -> Iterator[Place]:
+def _inside(job: Job, least: int, axis: Axis, newest: int) -> Iterator[Place]:
     """Yield the places in lines whose end the axis has not made."""
-    newest, pixel = first + axis.counted, axis.now["pixel"]
-    ahead = axis.now["ring_fill"] + _SLACK_PIXELS if axis.moves else _RING
-    for line in range(max(first, newest - ahead // job.pixels - 1), newest + 1):
-        unmade = (newest - line) * job.pixels - pixel  # of the pixels that were decoded
-        if (line == newest or unmade <= ahead) and _fits(job, line, axis):
+    pixel = axis.now["pixel"]
+    ring = axis.now["ring_fill"] + _SLACK_ENTRIES if axis.moves else _RING
+    for line in range(max(least, newest - ring // job.pixels - 1), newest + 1):
+        if not _fits(job, line, axis):
+            continue
+        if line == newest or _entries(job, line, pixel, newest, axis.motor) <= ring:
             yield Place(line, pixel)
+
+
+def _entries(job: Job, line: int, pixel: int, newest: int, motor: str) -> int:
+    """Return the fewest entries in which a board can decode from a pixel to the end of a line."""
+    still = -(-_TICK_HZ // int(job.pixel_hz) // _PERIOD_TICKS) or 1
+    found = 0
+    for number in range(line, newest):
+        counts = job.line(number)[motor].counts
+        left = counts[pixel:] if number == line else counts
+        found += sum(1 if count else still for count in left)
+    return found
 
 
 def _fits(job: Job, line: int, axis: Axis) -> bool:

@@ -139,7 +139,8 @@ def _found(job: Job, told: History, station: Station) -> Found:
         )  # fmt: skip
     if not told.chain:
         return Found(station, None, trusted=True, text=f"made no line yet; {positions}")
-    places = account.common([account.places(job, told.chain, axis) for axis in axes])
+    least = max([number + 1 for number in told.printed if number >= told.chain], default=0)
+    places = account.common([account.places(job, told.chain, axis, least) for axis in axes])
     if len(places) != 1:
         return Found(
             station, None, trusted=False, text=f"does not say in which line it is; {positions}"

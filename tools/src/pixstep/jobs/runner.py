@@ -81,6 +81,8 @@ class Chain:
         self.made = self.first - 1
         clock = self.machine.clock
         self._pixel_s = float(1 / self.machine.pixel_hz)
+        self._pixels: dict[str, int] = {}
+        self._least: dict[str, int] = {}
         self._paused, self._wanted = False, self.last
         self._sender = Sender(
             self.job, self.first, clock.edges, self._intend, gated=bool(clock.gate_edges)
@@ -171,6 +173,7 @@ class Chain:
     def _judge(self, station: Station) -> None:
         """Look at a board's axes. Raises BoardError for what keeps a board from going on."""
         for axis in station.look():
+            self._follow_seams(axis)
             if axis.state == "fault":
                 run.raise_fault(station.board)
             if axis.blocks > account.MOST_BLOCKS or (axis.now["next_block"] == 0 and axis.counted):
@@ -182,6 +185,13 @@ class Chain:
                     f"board {station.board.unit}: motor {axis.motor} is {axis.state}: stopped "
                     f"before its end"
                 )
+
+    def _follow_seams(self, axis: Axis) -> None:
+        """Note an axis that has passed the seam between two lines since the last look."""
+        before, pixel = self._pixels.get(axis.motor, 0), axis.now["pixel"]
+        if axis.moves and pixel < before:
+            self._least[axis.motor] = self._least.get(axis.motor, self.first) + 1
+        self._pixels[axis.motor] = pixel
 
     def _confirm(self) -> None:
         """Log the lines that every board has made."""
@@ -216,7 +226,8 @@ class Chain:
         return line - 1
 
     def _line_of(self, axis: Axis) -> int:
-        found = account.places(self.job, self.first, axis)
+        least = max(self.made + 1, self._least.get(axis.motor, 0))
+        found = account.places(self.job, self.first, axis, least)
         if not found:
             raise _BesideError(
                 f"motor {axis.motor} is at {axis.position_steps} steps, {axis.counted} lines after "
@@ -291,7 +302,7 @@ class Chain:
             return [{"motor": name, "board": station.name} for name in station.motors]
         rows = []
         for axis in axes:
-            found = account.places(self.job, self.first, axis)
+            found = account.places(self.job, self.first, axis, self.made + 1)
             row = {
                 "motor": axis.motor, "board": station.name, "state": axis.state,
                 "position_steps": axis.position_steps,
