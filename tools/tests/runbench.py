@@ -74,3 +74,8 @@ class Hook:
             if self.count == self.at:
                 self.act()
         return self._command(text)
+
+
+def replaced(job, header):
+    """Return a job with another header."""
+    return Job(header, job.copies, job.runs, job.shapes, job.path)

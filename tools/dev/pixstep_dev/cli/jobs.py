@@ -79,7 +79,7 @@ def power(ctx: click.Context, times: int, lines: int, seed: int, as_json: bool) 
 @_json
 @click.pass_context
 def late(ctx: click.Context, times: int, lines: int, seed: int, as_json: bool) -> None:
-    """Let a line of one axis, or of a board, reach its queue late by a random time.
+    """Let a line reach the queue of an axis, or of a board, too late.
 
     Exit status 0 only if all axes ended at the same line, by their edges, or a fault named a motor.
     """

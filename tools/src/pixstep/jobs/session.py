@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from pixstep.board import run
@@ -90,10 +90,7 @@ class Session:
     def bring(self, away: list[Off], moves: Callable[[list[Off]], None] | None) -> None:
         """Bring motors to where the next line begins, if they may be."""
         if moves is None:
-            raise RefusedError(AskedText(
-                "{away} ({to_start} brings motors to where the line begins)",
-                away="; ".join(map(str, away)),
-            ))  # fmt: skip
+            raise elsewhere(away)
         moves(away)
         for text in positioning.go(self.machine, self.job, away, self.world):
             self.watch.say(text)
@@ -122,6 +119,14 @@ class Session:
                     tag.put(station.board, stored)
                 except BoardError as error:
                     self.watch.say(str(error))
+
+
+def elsewhere(away: Iterable[Off]) -> RefusedError:
+    """Return the refusal of motors that are not where their line begins."""
+    return RefusedError(AskedText(
+        "{away} ({to_start} brings motors to where the line begins)",
+        away="; ".join(map(str, away)),
+    ))  # fmt: skip
 
 
 def allow(away: list[Off]) -> None:

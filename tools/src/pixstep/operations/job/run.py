@@ -38,9 +38,10 @@ class JobRun(Prints):
     def run(self, desk: Desk) -> Result:
         """Compare the job, begin a run, print."""
         job, found = read(self.job), buses.today(desk.facts)
+        from pixstep.jobs import positioning
         from pixstep.jobs.history import History
         from pixstep.jobs.run_folder import SUFFIX, RunFolder
-        from pixstep.jobs.session import Session, allow
+        from pixstep.jobs.session import Session, allow, elsewhere
         from pixstep.jobs.stations import of_job
 
         path = self.folder or Path(self.job.name).with_suffix(SUFFIX)
@@ -53,6 +54,9 @@ class JobRun(Prints):
         with buses.opened(desk, machine, self.port, self.timeout) as bus_of:
             told = self.compare(desk, job, found, bus_of)
             stations = of_job(job, machine, bus_of)
+            away = positioning.off(job, 1, stations)
+            if away and not self.to_start:
+                raise elsewhere(away)
             folder = RunFolder.begin(path, job)
             with folder.log() as log, printing.watched(desk, lambda: folder.pause_asked) as watch:
                 world = bus_of(stations[0].name).world
