@@ -19,7 +19,7 @@ from unittest import mock
 
 from pixstep.board.errors import BoardError
 from pixstep.board.upload import Upload
-from pixstep.jobs import run_log, sender
+from pixstep.jobs import run_log, runner, sender
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simulated_board import SimLink
 from pixstep_dev.jobs import passes
@@ -76,6 +76,7 @@ def _one(press: Press, where: Path, chance: random.Random, outcome: Outcome) -> 
             error = ""
         except BoardError as raised:
             error = str(raised)
+        ended = {name: _lines_made(link, *place) for name, place in PLACES.items()}
         link.simulator.quit()
     events = run_log.read(where / run_log.NAME)
     if error:
@@ -84,9 +85,17 @@ def _one(press: Press, where: Path, chance: random.Random, outcome: Outcome) -> 
         if events[-1]["event"] != "stopped":
             outcome.complaints.append(f"{name}: the log ends with {events[-1]}")
         return "named fault"
+    for motor, lines in ended.items():
+        if lines != press.job.lines:
+            outcome.complaints.append(f"{name}: {motor} made {lines} lines, and nobody said so")
     _judge(press, name, outcome)
     chains = sum(one["event"] == "chain" for one in events)
     return "in time" if chains == 1 else "all rested together"
+
+
+def _lines_made(link: SimLink, board: int, axis: int) -> int:
+    """Return how many lines an axis has made since reset, by its own count."""
+    return link.board(board + 1).axis(axis)["lines_done"]
 
 
 def _judge(press: Press, name: str, outcome: Outcome) -> None:
@@ -95,6 +104,11 @@ def _judge(press: Press, name: str, outcome: Outcome) -> None:
     wrong = [line for line in range(1, press.job.lines + 1) if made.full[line] != 1]
     if wrong:
         outcome.complaints.append(f"{name}: lines {wrong} were not printed once, and nobody said")
+    for motor, steps in made.made.items():
+        lines = range(1, press.job.lines + 1)
+        whole = sum(press.steps(line, motor) for line in lines)
+        if steps != whole:
+            outcome.complaints.append(f"{name}: {motor} made {steps} steps, not {whole}")
     for motor, steps in made.ends.items():
         wanted = press.job.expected(press.job.lines, motor)[-1]
         if steps != wanted:

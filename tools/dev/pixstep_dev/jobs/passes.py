@@ -32,12 +32,16 @@ class Burst:
 
 @dataclass(frozen=True)
 class Passes:
-    """What was printed: full passes by line, all edges of the scanning motor, where motors end."""
+    """What was printed: full passes by line, all edges of the scanning motor.
+
+    `ends` are where the motors end, `made` how many steps they have made.
+    """
 
     full: Counter[int]
     edges: int
     bursts: list[Burst]
     ends: dict[str, int]
+    made: dict[str, int]
 
 
 def of(press: Press, path: Path | None = None) -> Passes:
@@ -51,7 +55,8 @@ def of(press: Press, path: Path | None = None) -> Passes:
         and one.edges == press.steps(int(one.line))
     )  # fmt: skip
     ends = {name: int(log.axis(*place).directions().sum()) for name, place in PLACES.items()}
-    return Passes(full, sum(one.edges for one in bursts), bursts, ends)
+    made = {name: len(log.axis(*place).rising) for name, place in PLACES.items()}
+    return Passes(full, sum(one.edges for one in bursts), bursts, ends, made)
 
 
 def _bursts(scan: AxisEdges, step: AxisEdges) -> list[Burst]:
