@@ -104,7 +104,7 @@ def test_amber_wants_a_yes(folder):
     text = (folder / "machine.toml").read_text()
     (folder / "machine.toml").write_text(text.replace('"250 steps"', '"100 steps"'))
     with runbench.bus() as link:
-        with pytest.raises(RefusedError, match="amber: .*backlash"):
+        with pytest.raises(RefusedError, match=r"amber: .*backlash"):
             runbench.run(folder, link, accept_amber=False)
         assert link.simulator.count(0, 0) == 0
         done = runbench.run(folder, link)  # the job's 250 steps are sent
@@ -117,7 +117,7 @@ def test_amber_wants_a_yes(folder):
 def test_motors_that_are_elsewhere_are_named_and_brought(folder):
     with runbench.bus() as link:
         ops.board_move(folder / "move.csv", steps=-40, axis=0, link=link, pixel_hz=30)
-        with pytest.raises(RefusedError, match="motor M39 .board main. is at -40, the line begins"):
+        with pytest.raises(RefusedError, match=r"motor M39 .board main. is at -40, the line begins"):
             runbench.run(folder, link)
         made = link.simulator.count(0, 0)
         done = runbench.run(folder, link, to_start=True)

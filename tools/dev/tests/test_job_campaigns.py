@@ -3,7 +3,7 @@
 
 import pytest
 
-from pixstep.jobs import resuming
+from pixstep.jobs import resuming, runner
 from pixstep.jobs.resuming import Fate, Line
 from pixstep_dev.jobs import kill, late, power, seams
 
@@ -40,7 +40,7 @@ class TestCampaigns:
         assert any("not listed: printed 2 times" in text for text in outcome.complaints)
 
     def test_the_late_lines_find_a_runner_that_looks_away(self, monkeypatch):
-        monkeypatch.setattr(late.runner.Chain, "_require_one_line", looks_away)
+        monkeypatch.setattr(runner.Chain, "_require_one_line", looks_away)
         outcome = late.run(late.Plan(times=5, lines=3, seed=2))
         assert outcome.complaints
 

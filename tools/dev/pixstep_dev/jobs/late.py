@@ -19,7 +19,7 @@ from unittest import mock
 
 from pixstep.board.errors import BoardError
 from pixstep.board.upload import Upload
-from pixstep.jobs import run_log, runner, sender
+from pixstep.jobs import run_log, sender
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simulated_board import SimLink
 from pixstep_dev.jobs import passes

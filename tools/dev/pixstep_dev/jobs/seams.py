@@ -2,14 +2,15 @@
 """Seams between the lines of a job: no gap, boards together, the load where it has to be.
 
 Everything is measured on the pins. The last step of a pixel is on the pixel's end edge, so steps
-show the grid of each board, all lines through. The clock is off by some ppm and jitters; the boards'
-oscillators differ.
+show the grid of each board, all lines through. The clock is off by some ppm and jitters; the
+oscillators of the boards differ.
 """
 
 from __future__ import annotations
 
 import tempfile
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -68,7 +69,8 @@ def run(plan: Plan, show: Progress = unseen) -> Outcome:
     with tempfile.TemporaryDirectory() as folder:
         press = Press.make(Path(folder), plan.lines, sync=plan.sync)
         options: dict[str, Any] = {
-            "pixel_ppm": plan.ppm, "pixel_jitter_ns": round(1000 * plan.jitter_us), "seed": plan.seed,
+            "pixel_ppm": plan.ppm, "pixel_jitter_ns": round(1000 * plan.jitter_us),
+            "seed": plan.seed,
             "oscillators_ppm": {1: plan.oscillator_ppm}, "clock_log": press.folder / "clock.csv",
             "plant_log": press.folder / "plant.csv",
             "plants": {PLACES["M39"]: f"play={PLAY},taken_up=minus"},
@@ -128,7 +130,7 @@ def _seams(press: Press, plan: Plan, grid: Grid, outcome: Outcome) -> None:
     lines = (grid.numbers - 1) // press.job.pixels
     period = _TICK_HZ / float(PIXEL_HZ)
     starts = [grid.cycles[lines == one] for one in range(press.job.lines)]
-    steps = np.array([np.mean(after - one) for one, after in zip(starts, starts[1:], strict=False)])
+    steps = np.array([np.mean(after - one) for one, after in pairwise(starts)])
     if not len(steps):
         return
     whole = press.job.pixels * period / (1 + 1e-6 * plan.ppm if plan.sync == _LOCK else 1)

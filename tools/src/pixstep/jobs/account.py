@@ -3,8 +3,9 @@
 
 `lines_done` counts the lines that a board has decoded, which is some pixels before they are made;
 `pixel` and `position_steps` are the account of what is made. So an axis may still be in a line that
-`lines_done` has counted. Where both fit, both are places of the axis, the earlier one first. Whoever
-has seen `pixel` begin again at a seam knows that the axis is beyond it, and says so by `least`.
+`lines_done` has counted. Where both fit, both are places of the axis, the earlier one first.
+Whoever has seen `pixel` begin again at a seam knows that the axis is beyond it, and says so by
+`least`.
 """
 
 from __future__ import annotations
