@@ -117,9 +117,11 @@ def test_amber_wants_a_yes(folder):
 def test_motors_that_are_elsewhere_are_named_and_brought(folder):
     with runbench.bus() as link:
         ops.board_move(folder / "move.csv", steps=-40, axis=0, link=link, pixel_hz=30)
-        with pytest.raises(RefusedError, match=r"motor M39 .board main. is at -40, the line begins"):
+        with pytest.raises(
+            RefusedError, match=r"motor M39 .board main. is at -40, the line begins"
+        ):
             runbench.run(folder, link)
         made = link.simulator.count(0, 0)
         done = runbench.run(folder, link, to_start=True)
         assert done["state"] == "finished" and link.simulator.count(0, 0) > made
-        assert events(folder, "moved")[0]["motors"] == {"M39": [-40, 0]}
+        assert events(folder, "moved")[0]["motors"]["M39"] == [-40, 0]

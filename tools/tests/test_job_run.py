@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A job is printed: chained without a gap, paused, resumed; the log says what is done."""
 
+import pyarrow.parquet as parquet
 import pytest
 
 import runbench
@@ -61,3 +62,19 @@ def test_a_pause_ends_the_line_behind_and_resume_goes_on(folder):
         steps = sum(job.line(n)["M39"].total_steps for n in range(1, 5))
         assert link.simulator.count(0, 0) == steps
     assert not [one for one in kinds(folder) if one[0] == "moved"]
+
+
+def test_records_are_kept_a_file_a_line(folder):
+    job = runbench.Job.read(folder / "a.pxjob")
+    with runbench.bus() as link:
+        runbench.run(folder, link, records=True)
+    parts = sorted((folder / "a.pxrun/parts").iterdir())
+    assert [one.name for one in parts] == [f"line-{n:06}.parquet" for n in (1, 2, 3, 4)]
+    for number, path in enumerate(parts, 1):
+        rows = parquet.read_table(path).to_pylist()
+        assert {row["motor"] for row in rows} == set(job.motors)
+        assert len(rows) > job.pixels  # of three motors, as many as were read in time
+        for row in rows:
+            start = job.runs_of(number)[row["motor"]].start_steps
+            at = job.expected(number, row["motor"])[row["pixel"] - 1] - start
+            assert row["expected_steps"] == row["actual_steps"] == at

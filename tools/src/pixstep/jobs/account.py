@@ -20,7 +20,7 @@ from pixstep.jobs.job import Job
 MOVING = ("armed", "running")
 ENDED = ("done", "loaded", "loading")  # at the end of a line, perhaps with another one queued
 MOST_BLOCKS = 0x8000  # since a chain began; more is a count that has gone back
-_WRAPS = 0x10000
+WRAPS = 0x10000
 _TICK_HZ = 16_000_000  # of the slowest board
 _RING = 255  # entries that a board decodes ahead at most
 _PERIOD_TICKS = 0x10000  # of an entry, at most: a pixel without steps takes several
@@ -57,12 +57,12 @@ class Axis:
     @property
     def counted(self) -> int:
         """Lines that were decoded since the chain began."""
-        return (self.now["lines_done"] - self.base.lines_done) % _WRAPS
+        return (self.now["lines_done"] - self.base.lines_done) % WRAPS
 
     @property
     def blocks(self) -> int:
         """Blocks that were taken since the chain began."""
-        return (self.now["next_block"] - self.base.next_block) % _WRAPS
+        return (self.now["next_block"] - self.base.next_block) % WRAPS
 
     @property
     def position_steps(self) -> int:

@@ -52,7 +52,6 @@ class History:
     last: Event = field(default_factory=dict)
     tags: dict[str, int] = field(default_factory=dict)  # of the boards, by name
     stored: dict[str, int] = field(default_factory=dict)  # what a board had in a tag's place
-    homed: set[str] = field(default_factory=set)  # motors homed since they moved last
 
     @classmethod
     def of(cls, events: Iterable[Event]) -> History:
@@ -77,7 +76,6 @@ class History:
         elif kind == CHAIN:
             self.chain, self.in_flight = line, []
             self.bases = {name: Base.of(data) for name, data in event["axes"].items()}
-            self.homed = set()
         elif kind == QUEUED:
             self.in_flight.append(line)
         elif kind in (DONE, SKIP):
@@ -87,8 +85,6 @@ class History:
                 self.skipped.add(line)
         elif kind == REDO:
             self._settle(line)
-        elif kind == HOMED:
-            self.homed |= set(event["motors"])
         elif kind == FINISHED:
             self.finished = True
 

@@ -10,17 +10,20 @@ are between `queued` and `done`: the one that moves, and the one behind it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import contextlib
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 
-from pixstep.board import run, snapshot, together
+from pixstep.board import recording, run, snapshot, together
 from pixstep.board.errors import BoardError
 from pixstep.board.link import World
+from pixstep.board.recording import Row
 from pixstep.board.together import Together
 from pixstep.jobs import account, history
 from pixstep.jobs.account import Axis
 from pixstep.jobs.job import Job
+from pixstep.jobs.parts import Parts
 from pixstep.jobs.run_log import Event
 from pixstep.jobs.sender import Sender
 from pixstep.jobs.stations import Station
@@ -56,7 +59,6 @@ class Watch:
     pause_asked: Callable[[], bool] = lambda: False
     progress: Progress = unseen
     say: Callable[[str], None] = lambda text: None
-    left_s: Callable[[float], None] = lambda seconds: None
 
 
 @dataclass
@@ -74,6 +76,7 @@ class Chain:
     watch: Watch
     first: int
     last: int
+    parts: Parts | None = None
     made: int = field(init=False)
     lost: dict[str, BoardError] = field(default_factory=dict)
 
@@ -90,12 +93,14 @@ class Chain:
 
     def make(self) -> Ended:
         """Make the lines. Raises JobBrokenError saying where everything is."""
-        self._begin()
         group = [one.lines for one in self.stations]
         try:
-            with run.stopped_on_failure(group):
-                started = self._start()
-                self._follow()
+            with self._recorded():
+                self._begin()
+                with run.stopped_on_failure(group):
+                    started = self._start()
+                    self._follow()
+                self._read_last_records()
         except BoardError as error:
             raise self._broken(str(error)) from None
         except BaseException:
@@ -111,6 +116,40 @@ class Chain:
     def alive(self) -> list[Station]:
         """The boards that answer and are without a fault."""
         return [one for one in self.stations if one.name not in self.lost]
+
+    @contextlib.contextmanager
+    def _recorded(self) -> Iterator[None]:
+        """Let the boards' records be read along, if they are wanted."""
+        with contextlib.ExitStack() as stack:
+            for station in self.stations if self.parts else ():
+                axes = sum(len(one.motors) for one in self.stations)
+                stack.enter_context(
+                    recording.recorded(station.lines, self._take(station), axes_together=axes)
+                )
+            yield
+        if self.parts:
+            self.parts.write(self.job.lines)
+
+    def _take(self, station: Station) -> Callable[[Row], None]:
+        motors = {axis: name for name, axis in station.motors.items()}
+
+        def take(row: Row) -> None:
+            if self.parts:
+                name = motors[row.axis]
+                line = self.first + (row.line - station.bases[name].lines_done - 1) % account.WRAPS
+                self.parts.take(line, name, row.record)
+
+        return take
+
+    def _read_records(self, station: Station) -> None:
+        """Read the records of a board that have come since, if it is their turn."""
+        if station.lines.recorder:
+            station.lines.recorder.look_if_due(self.world, [])
+
+    def _read_last_records(self) -> None:
+        for station in self.alive:
+            if station.lines.recorder:
+                station.lines.recorder.look([], ended=True)
 
     def _begin(self) -> None:
         for station in self.stations:
@@ -202,6 +241,8 @@ class Chain:
         for line in range(self.made + 1, made + 1):
             self.made = line
             self.note({"event": history.DONE, "line": line})
+            if self.parts:
+                self.parts.write(line - 1)
         self._show()
 
     def _require_one_line(self, stations: list[Station]) -> int:
@@ -250,7 +291,6 @@ class Chain:
         pixels = self.job.pixels
         passed = (self.made * pixels + min(pixel, pixels)) / (self.job.lines * pixels)
         self.watch.progress(passed)
-        self.watch.left_s((1 - passed) * self.job.seconds)
 
     def _send_until(self, until_s: float) -> None:
         while True:
@@ -260,6 +300,7 @@ class Chain:
             except BoardError as error:
                 if not self._lose_silent(error):
                     raise
+            self._each(self._read_records)
             rest_s = self._sender.pause_s(self.alive, self._pixel_s, _STATUS_S)
             self.world.wait(max(0.0, min(begun_s + rest_s, until_s) - self.world.now_s()))
             if self.world.now_s() >= until_s or not self._moving():
@@ -291,7 +332,7 @@ class Chain:
         """Log where everything is, as far as boards say it; return what to raise."""
         rows = [row for one in self.stations for row in self._rows(one)]
         self.note({"event": history.STOPPED, "line": self.made + 1, "why": why, "motors": rows})
-        return JobBrokenError(why, rows)
+        return JobBrokenError("; ".join([why, *map(_where, rows)]), rows)
 
     def _rows(self, station: Station) -> list[Event]:
         try:
@@ -311,6 +352,14 @@ class Chain:
                 row |= {"line": found[0].line, "pixel": found[0].pixel}
             rows.append(row)
         return rows
+
+
+def _where(row: Event) -> str:
+    """Return where a motor is, in words."""
+    if "position_steps" not in row:
+        return f"where motor {row['motor']} is, is not known"
+    text = f"motor {row['motor']} {row['state']} at {row['position_steps']}"
+    return f"{text}, line {row['line']} pixel {row['pixel']}" if "line" in row else text
 
 
 class _BesideError(BoardError):

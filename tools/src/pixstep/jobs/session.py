@@ -14,6 +14,7 @@ from pixstep.errors import AskedText, RefusedError
 from pixstep.jobs import history, positioning, stations, tag
 from pixstep.jobs.history import History
 from pixstep.jobs.job import Job
+from pixstep.jobs.parts import Parts
 from pixstep.jobs.positioning import Off
 from pixstep.jobs.run_log import Event, RunLog
 from pixstep.jobs.runner import Chain, Ended, Watch
@@ -32,6 +33,7 @@ class Session:
     log: RunLog
     told: History
     watch: Watch
+    parts: Parts | None = None
     clock: Callable[[], float] = time.time
 
     def note(self, event: Event) -> None:
@@ -68,14 +70,14 @@ class Session:
             for station in self.stations:
                 tag.put(station.board, self.told.tags[station.name])
             stations.ready(self.stations)
-            away = positioning.off(self.job, first, self.stations)
+            away = self._away(first, takes_play=moves is not None and not self.told.chain)
             if away:
                 self.bring(away, moves)
                 moves = allow
             last = self._end_of_stretch(first)
             chain = Chain(
                 self.job, self.machine, self.stations, self.world, self.note, self.watch, first,
-                last,
+                last, self.parts,
             )  # fmt: skip
             ended = chain.make()
             if ended is Ended.PAUSED:
@@ -86,6 +88,19 @@ class Session:
         self.note({"event": history.FINISHED, "line": self.job.lines})
         self._give_boards_back()
         return Ended.FINISHED
+
+    def _away(self, line: int, *, takes_play: bool) -> list[Off]:
+        """Return the motors that are not where a line begins.
+
+        With `takes_play` also those that may have come there from the wrong side of their play.
+        """
+        if not takes_play:
+            return positioning.off(self.job, line, self.stations)
+        motors = self.job.header.motors
+        return [
+            one for one in positioning.every(self.job, line, self.stations)
+            if one.position_steps != one.wanted_steps or (motors[one.motor].backlash and one.side)
+        ]  # fmt: skip
 
     def bring(self, away: list[Off], moves: Callable[[list[Off]], None] | None) -> None:
         """Bring motors to where the next line begins, if they may be."""

@@ -80,6 +80,7 @@ class Prints(Request):
         variable="PIXSTEP_TIMEOUT", default_text=f"{TIMEOUT_S}",
     )  # fmt: skip
     accept_amber: bool = flag("Agree to what is amber in the comparison.")
+    records: bool = flag("Keep per-pixel records, a Parquet file a line in parts of the run.")
 
     @classmethod
     def prepare(cls, facts: Facts, say: Callable[[Iterable[str]], None]) -> None:
@@ -161,6 +162,8 @@ def make(desk: Desk, session: Session, path: Path, moves: Callable[[Any], None] 
 
     Raises StoppedError after a signal, JobBrokenError after a fault, both saying where all is.
     """
+    from pixstep.jobs.runner import JobBrokenError
+
     try:
         ended = session.make(moves)
     except KeyboardInterrupt as error:
@@ -169,6 +172,8 @@ def make(desk: Desk, session: Session, path: Path, moves: Callable[[Any], None] 
             f"stopped by {signals.name(error)}: {told} (`pixstep job resume {path}`)",
             signals.status(error),
         ) from None
+    except JobBrokenError as error:
+        raise JobBrokenError(f"{error}; `pixstep job resume {path}` goes on", error.rows) from None
     data = facts_of(path, session.job, session.told, ended.value)
     return Result(data, text_of(data), FINE)
 

@@ -72,6 +72,7 @@ class JobResume(Prints):
         folder, job = _opened(self.run_path)
         from pixstep.jobs import history, resuming
         from pixstep.jobs.history import History
+        from pixstep.jobs.parts import Parts
         from pixstep.jobs.session import Session, allow
         from pixstep.jobs.stations import of_job
 
@@ -95,7 +96,8 @@ class JobResume(Prints):
                 if refused:
                     return refused
                 with printing.watched(desk, lambda: folder.pause_asked) as watch:
-                    session = Session(job, machine, stations, world, log, told, watch)
+                    parts = Parts(self.run_path) if self.records else None
+                    session = Session(job, machine, stations, world, log, told, watch, parts)
                     self._settle(session, verdict)
                     for station in stations:
                         resuming.clear(station)

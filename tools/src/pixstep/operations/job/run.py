@@ -40,6 +40,7 @@ class JobRun(Prints):
         job, found = read(self.job), buses.today(desk.facts)
         from pixstep.jobs import positioning
         from pixstep.jobs.history import History
+        from pixstep.jobs.parts import Parts
         from pixstep.jobs.run_folder import SUFFIX, RunFolder
         from pixstep.jobs.session import Session, allow, elsewhere
         from pixstep.jobs.stations import of_job
@@ -59,8 +60,9 @@ class JobRun(Prints):
                 raise elsewhere(away)
             folder = RunFolder.begin(path, job)
             with folder.log() as log, printing.watched(desk, lambda: folder.pause_asked) as watch:
+                parts = Parts(path) if self.records else None
                 world = bus_of(stations[0].name).world
-                session = Session(job, machine, stations, world, log, History(0), watch)
+                session = Session(job, machine, stations, world, log, History(0), watch, parts)
                 session.begin(told, safe=printing.safe(job, machine))
                 try:
                     return printing.make(desk, session, path, allow if self.to_start else None)
