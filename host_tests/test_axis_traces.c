@@ -587,6 +587,26 @@ static void pixels_between_rests(void)
     lines(with_rests, 0x51AEuL, 0x92AFEB0AuL, 0x0C1C7663uL, 0x7AACC0C0uL);
 }
 
+// A segment of more pixels than a byte counts, whose last ones are the last of 256 or of 512.
+static void long_runs(void)
+{
+    open_axis(16000000, 4096u * chance_between(1, 2));
+    queue(start_word(0), 0);
+    queue(0, 0);
+    int16_t count = (int16_t)chance_between(5, 9);
+    uint32_t pixels = 256u * chance_between(1, 2);
+    pixels += chance_between(0, 2) - 1u;
+    queue(count, (uint16_t)pixels);
+    queue(count, 1);
+    queue((int16_t)LINE_MARK_END, 0);
+    run();
+}
+
+static void runs_of_many_pixels(void)
+{
+    lines(long_runs, 0x51AFuL, 0x90A84904uL, 0x35353E45uL, 0xEE1D3360uL);
+}
+
 static void plain_turns(void)
 {
     open_any();
@@ -767,6 +787,7 @@ int main(void)
     RUN_TEST(plain_pixels_of_many_steps);
     RUN_TEST(pixels_at_every_limit);
     RUN_TEST(pixels_between_rests);
+    RUN_TEST(runs_of_many_pixels);
     RUN_TEST(plain_pixels_that_turn);
     RUN_TEST(smooth_pixels_of_few_steps);
     RUN_TEST(smooth_pixels_of_many_steps);

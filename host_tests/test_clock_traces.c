@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Edges of the pixel clock at every limit, one by one: the filter of a lock, the comparison with the
-// planned edges, the records that take their errors, and the grid of locked lines. All of their
+// Edges of the pixel clock at every limit, one by one: the filter of a lock, the comparison with
+// the planned edges, the records that take their errors, and the grid of locked lines. All of their
 // state goes into one number a kind, which the PC and a board must both have. A number that changes
 // tells that an edge is judged in another way; tools/checks/trace_numbers.py writes new numbers
 // where that is meant.

@@ -298,7 +298,8 @@ static enum curve_flat_kind kind_between(uint32_t ticks,
     return curve_flat_kind(ticks, from, to, stays);
 }
 
-// The interval of the lower speed is 0xFB00 ticks at most, or the piece is not flat at its slow end.
+// The interval of the lower speed is 0xFB00 ticks at most, or the piece is not flat at its slow
+// end.
 static void flat_only_where_intervals_fit(void)
 {
     bool stays = false;
@@ -311,8 +312,9 @@ static void flat_only_where_intervals_fit(void)
     TEST_ASSERT_FALSE(stays);
 }
 
-// T * (change of speed) and the cube of the speed, both in units of 2^8: below the cube the interval
-// changes by less than a tick from step to step, below four times the cube by less than four.
+// T * (change of speed) and the cube of the speed, both in units of 2^8: below the cube the
+// interval changes by less than a tick from step to step, below four times the cube by less than
+// four.
 static void flat_as_long_as_the_change_is_small(void)
 {
     // 256 * 256 * 256 / 256 = 0x10000 is the cube; times four, 0x40000.

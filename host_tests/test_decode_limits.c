@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Where one axis begins to do something else, to the byte, the tick and the entry: when a line too
-// long for the queue may be armed, how far ahead a seek is decoded, which trains are waited for, how
-// many entries of a train fit, and when an account inside a train is due.
+// long for the queue may be armed, how far ahead a seek is decoded, which trains are waited for,
+// how many entries of a train fit, and when an account inside a train is due.
 #include <stdint.h>
 
 #include "fakes/axis_bench.h"
@@ -176,6 +176,26 @@ static void a_divider_behind_a_line_that_waits(void)
     TEST_ASSERT_EQUAL_UINT16(1, bench.divider);
 }
 
+// A decoder that finds nothing queued has taken no more than what it found before.
+static void a_dry_queue_takes_nothing_of_the_budget(void)
+{
+    open_ticks(16000);
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(PLAIN_MARK, 0));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(0, 0));
+    for (uint8_t i = 0; i < BENCH_SLOTS / 4u * 3u; i++) {
+        TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue((int16_t)(1 + (i & 1)), 1));
+    }
+    TEST_ASSERT_TRUE(bench_start_line());
+    while (bench.axis.phase != DECODE_DRY) {
+        (void)bench_period();
+    }
+    TEST_ASSERT_TRUE(stream_used(&bench.axis.feed.stream) != 0);
+    bench.axis.phase = DECODE_PIECE; // as if an entry had come
+    TEST_ASSERT_EQUAL_UINT8(120, decode_axis(&bench.axis, &bench.period, 120));
+    TEST_ASSERT_EQUAL(DECODE_DRY, bench.axis.phase);
+    TEST_ASSERT_TRUE(decode_is_ahead(&bench.axis));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -185,5 +205,6 @@ int main(void)
     RUN_TEST(a_long_train_fills_the_ring);
     RUN_TEST(an_account_inside_a_train_is_due_after_eight_entries);
     RUN_TEST(a_divider_behind_a_line_that_waits);
+    RUN_TEST(a_dry_queue_takes_nothing_of_the_budget);
     return UNITY_END();
 }

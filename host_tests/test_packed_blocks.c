@@ -75,6 +75,22 @@ static void whole_or_not_at_all(void)
     TEST_ASSERT_EQUAL_INT16(10, bench.axis.queue.last);
 }
 
+// An entry that needs a closer look counts from the easy ones before it in the same block, either
+// way: 200, 199 and then 99 more are too fast at 16000 ticks a pixel, 64 a step. The first entry of
+// a block is looked at closely.
+static void an_entry_behind_easy_ones(void)
+{
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, SEND(START));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(200, 1));
+    TEST_ASSERT_EQUAL(BLOCK_REFUSED, SEND(0x38, 0x38 - 1, 0x71, 99));
+    check_refused(LINE_too_fast, 4);
+    setUp();
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, SEND(START));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(-200, 1));
+    TEST_ASSERT_EQUAL(BLOCK_REFUSED, SEND(0x38, 0x38 + 1, 0x71, 0x100 - 99));
+    check_refused(LINE_too_fast, 4);
+}
+
 // A divider is in full, and the next difference goes on from it.
 static void divider_in_full(void)
 {
@@ -222,6 +238,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(blocks_follow_each_other);
     RUN_TEST(whole_or_not_at_all);
+    RUN_TEST(an_entry_behind_easy_ones);
     RUN_TEST(divider_in_full);
     RUN_TEST(sums_out_of_range_are_refused);
     RUN_TEST(full_queue_takes_no_block);

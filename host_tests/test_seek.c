@@ -280,6 +280,17 @@ static void seek_does_not_follow_another_line_unasked(void)
     TEST_ASSERT_EQUAL_INT32(10, fake_axes[0].steps);
 }
 
+// A board that begins anew listens to no switch.
+static void nothing_is_captured_after_a_start(void)
+{
+    queue_seek(0, 0, 1, 200);
+    start_seek(0);
+    seek_start();
+    fake_switch(0, SWITCH_HOME, CLOSED);
+    TEST_ASSERT_FALSE(switch_capture_waiting());
+    TEST_ASSERT_EQUAL_UINT8(NO_AXIS, seek_now()->axis);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -301,6 +312,7 @@ int main(void)
     RUN_TEST(stopped_seek_is_no_fault);
     RUN_TEST(zero_is_the_edge);
     RUN_TEST(one_axis_seeks_at_a_time);
+    RUN_TEST(nothing_is_captured_after_a_start);
     RUN_TEST(seek_does_not_follow_another_line_unasked);
     return UNITY_END();
 }

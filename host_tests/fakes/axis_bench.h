@@ -13,8 +13,15 @@
 #define BENCH_SLOTS       128u
 #define BENCH_DELAY_TICKS 1000u
 
+// The ring lies on a boundary of 256 bytes: so many bytes and one more lie between that and the axis.
+// Assembly that reckons with the two bytes of an address apart is right at any of them.
+#if !defined(BENCH_SHIFT)
+#define BENCH_SHIFT 0u
+#endif
+
 struct axis_bench {
     struct step_ring ring;
+    uint8_t shift[BENCH_SHIFT + 1u];
     struct axis axis;
     uint32_t now_ticks;  // start of the period that is loaded next
     uint32_t zero_ticks; // line zero of the line released last

@@ -107,6 +107,13 @@ class IdealDrive:
         with self._lock:
             return self._reported.pop(id(status), self._orders) < self._orders
 
+    def add_offset(self, steps):
+        """Count from elsewhere."""
+        with self._lock:
+            self.offset_steps += steps
+            self.motor.position += steps
+            self.motor.target += steps
+
     def close(self):
         """Stop the motor and leave."""
         self._over.set()

@@ -81,10 +81,10 @@ class Bench:
         self.server.start()
         return self.wire()
 
-    def wire(self):
+    def wire(self, host="test"):
         """Return another client."""
         (facts,) = self.log.facts("serving")
-        self.wires.append(Wire(facts["tcp"]))
+        self.wires.append(Wire(facts["tcp"], host))
         return self.wires[-1]
 
     def close(self):

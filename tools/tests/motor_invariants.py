@@ -62,20 +62,24 @@ def types(r):
 
 
 def target_within_limits(r, last, commands):
-    """No leg that a write begins goes beyond a limit, but one that comes back from outside."""
-    low, high = r["DLLM"], r["DHLM"]
-    if low == high == 0:
+    """No leg that a write begins goes beyond a limit, or farther beyond than where it begins.
+
+    A target outside is taken where the last one was as far outside, or farther.
+    """
+    low, high, target = r["DLLM"], r["DHLM"], r["DVAL"]
+    ways = [one for one in commands if one.verb in ("MOVE_ABS", "MOVE_REL")]
+    if low == high == 0 or not ways:
         return
-    for command in commands:
-        if command.verb not in ("MOVE_ABS", "MOVE_REL"):
-            continue
-        here = r["DRBV"] if command.verb == "MOVE_REL" else 0.0
-        there = here + command.argument * r["MRES"]
-        comes_back = high < last and min(r["DVAL"], there) < last
-        comes_back = comes_back or (last < low and max(r["DVAL"], there) > last)
+    assert low <= high
+    if not low <= target <= high:
+        assert high < target <= last or last <= target < low, (target, last, low, high)
+        return
+    lowest, highest = min(low, last, r["DRBV"]), max(high, last, r["DRBV"])
+    for way in ways:
+        here = r["DRBV"] if way.verb == "MOVE_REL" else 0.0
+        there = here + way.argument * r["MRES"]
         slack = 1e-9 * max(1.0, abs(there)) + abs(r["MRES"])
-        assert low <= high
-        assert comes_back or low - slack <= there <= high + slack, (there, low, high)
+        assert lowest - slack <= there <= highest + slack, (there, lowest, highest)
 
 
 def at_rest_when_done(bench):
@@ -95,10 +99,14 @@ def told(r, known):
 
 
 def ends(bench, ended):
-    """A motion that is over is done for the record as well, unless that is held or in trouble."""
+    """A motion that is over is done for the record as well, unless that is held or in trouble.
+
+    A jog that was refused leaves its request behind, and may be refused again: that is kept.
+    """
     r = bench.record
     if not ended:
         waits = r["SPMG"] in (Spmg.STOP, Spmg.PAUSE) or bench.stepper.problem
+        waits = waits or r["MIP"] == Mip.JOG_REQ or bench.delay_s is not None
         assert waits or not bench.stepper.at_rest, (r["MIP"], r["DMOV"])
         return
     assert r["MIP"] in (Mip.DONE, Mip.JOG_REQ, Mip.STOP), r["MIP"]

@@ -153,7 +153,7 @@ def test_profiles_of_many_lines_and_binary_ones(tmp_path):
     for kind, place in (("csv", r":13:6"), ("csb", ": line 2, entry 3")):
         formats.write_motion(tmp_path / f"p.{kind}", replace(made, kind=kind))
         assert accel.read(tmp_path / f"p.{kind}", number=2).counts == (5, 8, 11)
-        with pytest.raises(UserError, match=r"--line 1\.\.2"):
+        with pytest.raises(UserError, match=r"choose one by line 1\.\.2"):
             accel.read(tmp_path / f"p.{kind}")
         formats.write_motion(tmp_path / f"q.{kind}", replace(broken, kind=kind))
         with pytest.raises(UserError, match=f"q.{kind}{place}: the speed falls from 8 to 7"):

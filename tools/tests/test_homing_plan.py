@@ -79,7 +79,7 @@ def test_plans_that_cannot_be(changes, text):
 
 
 def test_a_profile_without_haps_needs_the_option():
-    with pytest.raises(UserError, match="give --haps"):
+    with pytest.raises(UserError, match="give haps"):
         legs.plan(accel.Acceleration((4, 8)), legs.HomingRequest(0, 1), HZ)
 
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Motor records on Channel Access: what a client sees, in which order, above an ideal stepper."""
 
+import asyncio
+
 import caproto as ca
 import pytest
 from caproto import ChannelType
@@ -9,6 +11,7 @@ from ideal_drive import IdealDrive, Stepper
 from iocbench import FIELDS as GIVEN
 from iocbench import served, until
 from pixstep.ioc import common, names
+from pixstep.ioc.circuits import Circuit
 from pixstep.motor_record import FIELDS, FieldType, Msta
 
 REC = "T:m"
@@ -285,3 +288,28 @@ def test_the_end_stops_what_moves(monkeypatch):
     assert host.drives[REC].motor.steps < 3900
     assert GIVEN["DHLM"] == 50
     assert [event for event, _ in host.log.lines][-1] == "ended"
+
+
+def test_a_client_that_does_not_read_is_let_go_and_the_others_go_on(monkeypatch):
+    send = Circuit._send_monitors
+
+    async def deaf(self, items):
+        """Hang as a connection does whose other end reads nothing."""
+        if self.client_hostname == "deaf":
+            await asyncio.Event().wait()
+        await send(self, items)
+
+    monkeypatch.setattr(Circuit, "_send_monitors", deaf)
+    monkeypatch.setattr("pixstep.ioc.circuits.MOST_MONITORS", 20)
+    with served(monkeypatch) as (host, wire):
+        other = host.wire("deaf")
+        request = other.channel(f"{REC}.RBV").subscribe()
+        other._send(request)
+        wire.put(REC, 4.0)
+        until(lambda: host.log.facts("channel access"))
+        (facts,) = host.log.facts("channel access")
+        assert "does not read: disconnected" in facts["text"]
+        with pytest.raises(AssertionError, match=r"closed|nothing came"):
+            other.get(f"{REC}.RBV")
+        assert wire.put(REC, 1.0) == ""
+        assert wire.value(f"{REC}.RBV") == 1.0

@@ -397,7 +397,7 @@ def test_files_from_one_format_to_another(tmp_path):
     assert named.notes == ("header 'mine' added",)
     for call, says in (
         (lambda: px.convert_file(source, tmp_path / "a.txt"), "which format"),
-        (lambda: px.convert_file(source, tmp_path / "a.prn"), "--decode plain"),
+        (lambda: px.convert_file(source, tmp_path / "a.prn"), ": decode plain says"),
         (lambda: px.convert_file(source, tmp_path / "c.csv", to="csb"), "its name says csv"),
         (lambda: px.convert_file(tmp_path / "none.csv", tmp_path / "d.csb"), "none.csv"),
     ):

@@ -64,7 +64,7 @@ def load(put):
 )
 def test_what_is_taken(load, text, counts):
     if counts is None:
-        with pytest.raises(UserError, match=r"say what it holds|choose one by --column"):
+        with pytest.raises(UserError, match=r"say what it holds|choose one by column"):
             load(text)
     else:
         assert load(text).line == Line(counts, PLAIN)
@@ -110,12 +110,12 @@ def test_options_come_before_the_header(load):
 def test_a_smooth_motor_going_backwards(load):
     made = load("pos_mm\n1\n0.995\n0.985\n0.98\n", SMOOTH)
     assert made.line == Line((2, 4, 2), SMOOTH, negative=True)
-    assert any("--negative" in text for text in made.assumed)
+    assert any("backwards: negative for" in text for text in made.assumed)
 
 
 def test_a_motor_that_is_turned_round_says_when_it_is_not(load):
     fall, rise = "pos_mm\n1\n0.99\n", "pos_mm\n0\n0.01\n"
-    for text, negative, option in ((rise, True, "--negative"), (fall, False, "--no-negative")):
+    for text, negative, option in ((rise, True, ": negative"), (fall, False, ": no_negative")):
         made = load(text, SMOOTH, negative=True)
         assert made.line.negative is negative and made.line.counts == (4,)
         assert any(f"{option} for" in said for said in made.assumed)
@@ -137,13 +137,13 @@ def test_a_motor_that_is_turned_round_says_when_it_is_not(load):
         ("", {}, ": no numbers in it"),
         ("# only\n", {}, ": no numbers in it"),
         ("pos_mm\n", {}, ":1: a header, and no numbers behind it"),
-        ("0.5\n1\n", {}, ":1: column 1: say what it holds: --quantity position|speed|steps"),
+        ("0.5\n1\n", {}, ":1: column 1: say what it holds: quantity position|speed|steps"),
         ("x\n0\n0.5\n", {}, ":2: column 1 'x': say what it holds"),
         ("steps\n4\n4.5\n", {}, ":3: column 1 'steps': '4.5': not a whole number of steps"),
         ("steps\n4\n16384\n", {}, ":3: column 1 'steps': '16384': 16384 steps in a pixel, the"),
         ("pos_mm\n0\n50\n", {}, ":3: column 1 'pos_mm': '50': 20000 steps in a pixel"),
         ("pos_mm\n0\n", {}, ":2: column 1 'pos_mm': '0': one position is no motion"),
-        ("x_mm,y_mm\n0,0\n1,1\n", {}, ":2: 2 columns (x_mm, y_mm): choose one by --column"),
+        ("x_mm,y_mm\n0,0\n1,1\n", {}, ":2: 2 columns (x_mm, y_mm): choose one by column"),
         ("date\n1.2.2024\n2.2.2024\n", {}, ":2: 1 column (date): no numbers to import"),
         ("x_mm,y_mm\n0,0\n1,1\n", {"column": "z"}, ": there is no column 'z': x_mm, y_mm"),
         ("x_mm,y_mm\n0,0\n1,1\n", {"column": "3"}, ": there is no column '3'"),
@@ -165,7 +165,7 @@ def test_a_motor_that_is_turned_round_says_when_it_is_not(load):
         ("t_s,pos_mm\n0,0\n.03,1\n.1,2\n", {}, ":3: column 1 't_s': '.03': times are not even"),
         ("t_s,pos_mm\n1,0\n1,1\n", {}, ":3: column 1 't_s': '1': times must rise"),
         ("t_s,pos_mm\n0,0\n1,1\n", {"pixel_hz": None}, "needs the pixel clock: 1 Hz?"),
-        ("v_mm_s\n1\n", {"pixel_hz": None}, "per second needs --pixel-hz"),
+        ("v_mm_s\n1\n", {"pixel_hz": None}, "per second needs pixel_hz"),
         ("pos_deg\n0\n1\n", {}, "needs a motor's steps per deg, the motor has 400 steps/mm"),
         ("pos_mm\n0\n1\n", {"scale": None}, ": column 1 'pos_mm': distance 1 mm: needs a motor's"),
         ("pos\n0\n1\n", {"unit": "s"}, ": column 1 'pos': distance '1 s': expected a number of"),

@@ -136,14 +136,14 @@ def test_what_is_no_unit_is_refused_with_its_words(load, header, words):
         load(header)
     said = str(refused.value)
     place = f"own.csv:2: column 1 {header.removeprefix('# ')!r}: "
-    assert f"{place}{words} is no unit: --unit steps|nm|um|" in said
+    assert f"{place}{words} is no unit: unit steps|nm|um|" in said
     assert "in|arcsec|arcmin|deg|°|rev, of speeds also those per px|us|ms|s|min" in said
     assert load(header, unit="steps", quantity="speed").line.counts == (600, 600)
 
 
 @pytest.mark.parametrize("header", ["phi_mrad", "rpm", "M40", "in", "foo [in]", "# phi_mrad"])
 def test_a_name_that_leaves_the_quantity_open_is_no_column_of_steps(load, header):
-    with pytest.raises(UserError, match=r"say what it holds: .* and --unit .*\|in\|.*per px"):
+    with pytest.raises(UserError, match=r"say what it holds: .* and unit .*\|in\|.*per px"):
         load(header)
     if "in" not in header:
         assert load(header, quantity="steps").line.counts == (600, 600)

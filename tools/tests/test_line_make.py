@@ -68,7 +68,7 @@ def test_a_jerk_that_no_divider_allows_is_named():
 
 def test_little_of_the_acceleration_is_said():
     text = accelerate.note(wanted(), 4)
-    assert text == "uses 62.5 % of the acceleration 200000steps/s2: --divider 9 uses more"
+    assert text == "uses 62.5 % of the acceleration 200000steps/s2: divider 9 uses more"
     assert accelerate.note(wanted(), 10) == ""
 
 

@@ -378,6 +378,16 @@ def test_a_jog_keeps_one_second_from_a_limit():
     assert fields(bench, "LVIO", "JOGF") == (1, 0)
 
 
+def test_stop_forgets_a_jog_that_was_refused():
+    """The record keeps the request of a refused jog: the next write would begin it."""
+    bench = motor(DHLM=0.5, DLLM=-0.5)
+    bench.put("JOGF", 1)
+    assert fields(bench, "LVIO", "JOGF", "MIP") == (1, 0, Mip.JOG_REQ)
+    bench.put("STOP", 1)
+    settled(bench).put("VAL", 0.2)
+    assert settled(bench).record["RBV"] == 0.2
+
+
 def test_a_jog_against_backlash_ends_with_two_legs():
     bench = motor(BDST=0.2, BVEL=0.5)
     bench.put("JOGF", 1)

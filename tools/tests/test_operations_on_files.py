@@ -168,9 +168,9 @@ WORDED = [
      "s.csv: a PRN holds speeds for a smooth motor and counts for a plain one, a CSV or CSB counts "
      "for both: {} plain says", ["decode"], ["--decode"]),
     ("line_import", ["two.txt"], {"decode": "plain", "output": "made.csv"},
-     "two.txt:1: 2 columns (1, 2): choose one by {}", ["column"], ["--column"]),
-    ("line_import", ["own.txt"], {"decode": "plain", "quantity": "speed", "output": "made.csv"},
-     "own.txt:1: column 1: say what it holds: {} position|speed|steps and {} mm",
+     "two.txt:2: 2 columns (a, b): choose one by {}", ["column"], ["--column"]),
+    ("line_import", ["half.txt"], {"decode": "plain", "output": "made.csv"},
+     "half.txt:1: column 1: say what it holds: {} position|speed|steps and {} steps|",
      ["quantity", "length_unit"], ["--quantity", "--unit"]),
     ("sim", ["s.csv"], {"decode": "smooth", "pixel_hz": 30, "board": "mega", "backlash": 250,
                         "out": "run"},
@@ -182,7 +182,8 @@ WORDED = [
 
 @pytest.mark.parametrize(("name", "places", "given", "text", "python", "options"), WORDED)
 def test_each_front_end_has_its_own_words(here, invoke, name, places, given, text, python, options):
-    (here / "two.txt").write_text("1,5\n3,2\n4,7\n")
+    (here / "two.txt").write_text("a,b\n1,5\n3,2\n")
+    (here / "half.txt").write_text("0.5\n1\n")
     text = text.replace("{{", "").replace("}}", "")
     with pytest.raises(UserError) as caught:
         getattr(ops, name)(*places, **given)

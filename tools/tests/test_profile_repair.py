@@ -100,7 +100,7 @@ def test_rest_inside_a_line_stays():
 @pytest.mark.parametrize(
     ("counts", "limit", "message"),
     [
-        ([10, 10], None, "one must be left: --insert"),
+        ([10, 10], None, "one must be left: insert makes"),
         ([10] * 6, 2, "within 2 steps/px2 takes 10 of its 6 pixels"),
         ([10, -10], None, "pixel 2: count -10 is outside"),
         ([16_384, 4], None, "pixel 1: count 16384 is outside"),

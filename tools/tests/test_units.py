@@ -44,7 +44,7 @@ def test_refused(text, order):
 
 def test_per_second_needs_a_frequency():
     assert units.parse("7", SPEED).per_pixel(None) == 7
-    with pytest.raises(UserError, match="needs --pixel-hz"):
+    with pytest.raises(UserError, match="needs pixel_hz"):
         units.parse("7steps/s", SPEED).per_pixel(None)
 
 

@@ -23,7 +23,7 @@ class Wire:
     are the server's times of the values that have one.
     """
 
-    def __init__(self, port: int) -> None:
+    def __init__(self, port: int, host: str = "test") -> None:
         self._socket = socket.create_connection((HOST, port), TIMEOUT_S)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.circuit: Any = ca.VirtualCircuit(ca.CLIENT, (HOST, port), 0)
@@ -33,7 +33,7 @@ class Wire:
         self._answers: list[Any] = []
         self.seen: list[tuple[str, Any]] = []
         self.stamps_s: list[float] = []
-        self._send(ca.VersionRequest(0, 13), ca.HostNameRequest("test"))
+        self._send(ca.VersionRequest(0, 13), ca.HostNameRequest(host))
         self._send(ca.ClientNameRequest("test"))
 
     def close(self) -> None:

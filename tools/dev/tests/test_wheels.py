@@ -33,7 +33,7 @@ def test_both_wheels_take_their_version_from_the_package():
         assert read["project"]["dynamic"] == ["version"]
         source = read["tool"]["scikit-build"]["metadata"]["version"]["input"]
         file = (natives.source(place).parent / source).resolve()
-        assert file == natives.source("tools/src/pixstep/__init__.py")
+        assert file == natives.source("tools/src/pixstep/version.py")
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,8 @@ def test_a_clone_installs_all_that_the_package_and_its_extras_need():
     for extra in read["optional-dependencies"].values():
         needed |= names(extra)
     pinned = set()
-    for place in ("tools/requirements.txt", "tools/requirements-dev.txt"):
+    for part in ("", "-dev", "-clients"):
+        place = f"tools/requirements{part}.txt"
         lines = natives.source(place).read_text().splitlines()
         pinned |= {line.partition("==")[0].lower() for line in lines if "==" in line}
     assert needed <= pinned

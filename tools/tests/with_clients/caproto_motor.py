@@ -28,7 +28,8 @@ def main(name, moves, seed):
     speed.write([40.0], wait=True)
     ended = threading.Event()
     target.write([90.0], wait=False, callback=lambda response: ended.set())
-    time.sleep(0.2)
+    while position(readback) < 2:
+        time.sleep(0.005)
     stop.write([1], wait=False)
     assert ended.wait(10)
     print(json.dumps(["stopped", position(readback), position(target)]))

@@ -28,7 +28,8 @@ async def try_moves(motor, moves):
     await motor.set(0)
     await motor.velocity.set(40)
     status = motor.set(90)
-    await asyncio.sleep(0.2)
+    while await motor.user_readback.get_value() < 2:
+        await asyncio.sleep(0.005)
     await motor.stop()
     with contextlib.suppress(RuntimeError):  # it was stopped
         await status

@@ -24,7 +24,8 @@ def main(name, moves, seed):
     motor.move(0, wait=True)
     motor.velocity.put(40, wait=True)
     status = motor.move(90, wait=False)
-    time.sleep(0.2)
+    while motor.position < 2:
+        time.sleep(0.005)
     motor.stop()
     while motor.moving or not motor.motor_done_move.get(use_monitor=False):
         time.sleep(0.01)

@@ -20,7 +20,8 @@ def main(name, moves, seed):
     motor.move(0, wait=True, timeout=20)
     motor.put("VELO", 40, wait=True)
     motor.move(90, wait=False)
-    time.sleep(0.2)
+    while motor.get("RBV") < 2:
+        time.sleep(0.005)
     motor.stop()
     while not motor.get("DMOV", timeout=5) or motor.get("MOVN"):
         time.sleep(0.01)

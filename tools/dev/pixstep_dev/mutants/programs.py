@@ -2,8 +2,8 @@
 """What is built from the firmware, object by object, and how to build a part of it again.
 
 Compiler commands and dependencies are those of the builds that are there (build/host, build/uno,
-build/mega). A workshop builds changed objects and what is linked from them in a folder of its own;
-nothing is written anywhere else.
+build/mega), as ninja knows them. A workshop builds changed objects and what is linked from them in
+a folder of its own; nothing is written anywhere else.
 """
 
 import json
@@ -36,6 +36,16 @@ def _output(command: list[str], cwd: Path) -> str:
     return done.stdout
 
 
+def _without_deps(words: list[str]) -> list[str]:
+    """Return a compiler's command that notes nowhere what it has read."""
+    kept = [word for word in words if word != "-MD"]
+    for option in ("-MT", "-MF"):
+        if option in kept:
+            at = kept.index(option)
+            del kept[at : at + 2]
+    return kept
+
+
 @dataclass(frozen=True)
 class Program:
     """A program of a build: its link command, and the objects that it takes, by their paths."""
@@ -58,9 +68,9 @@ class Build:
     def __post_init__(self) -> None:
         if not (self.folder / "build.ninja").is_file():
             raise UserError(f"{self.folder}: not built: run `cmake --workflow --preset default`")
-        for entry in json.loads((self.folder / "compile_commands.json").read_text()):
-            words = shlex.split(entry["command"])
-            self.commands[words[words.index("-o") + 1]] = words
+        for entry in json.loads(_output(["ninja", "-t", "compdb"], self.folder)):
+            if entry["output"].endswith((".o", ".obj")):
+                self.commands[entry["output"]] = _without_deps(shlex.split(entry["command"]))
         found: set[str] = set()
         for line in _output(["ninja", "-t", "deps"], self.folder).splitlines():
             if ": #deps" in line:

@@ -139,9 +139,9 @@ class Stages:
             path.stem.removeprefix("test_")
             for path in (natives.root() / "host_tests").glob("test_*.c")
         )
-        # Some are there once more with the core of a board with a single axis.
-        ones = [f"{name}_one" for name in names]
-        names += [one for one in ones if (build.folder / f"{pattern}{one}{end}").is_file()]
+        # Some are there once more: with the core of a board with a single axis, at other addresses.
+        more = [f"{name}_{kind}" for name in names for kind in ("one", "shifted")]
+        names += [one for one in more if (build.folder / f"{pattern}{one}{end}").is_file()]
         return [build.program(f"{pattern}{name}{end}") for name in names]
 
     def measure(self, workshop: Workshop) -> Iterator[str]:

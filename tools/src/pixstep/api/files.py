@@ -84,7 +84,8 @@ def convert_file(
     read = formats.read_any(
         place, lenient=arguments.flag("lenient", lenient), raw=arguments.flag("raw", raw)
     )
-    written = convert.write(read, place, out, request)
+    with given.number_for_line():
+        written = convert.write(read, place, out, request)
     notes = (*read.notes, *written.notes)
     return Converted(out, request.to, written.lines, written.values, notes)
 

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 """What callers of the interface say of lines and boards, read and refused in one way."""
 
-from collections.abc import Callable, Mapping
+import contextlib
+from collections.abc import Callable, Iterator, Mapping
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any, TypeVar, cast
@@ -12,7 +13,7 @@ from pixstep.api.words import BoardKind, Decode, Sync
 from pixstep.arguments import FAR
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.errors import UserError
+from pixstep.errors import UserError, told
 from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.units import Quantity, Scale, legal_hz, parse_hz
@@ -30,6 +31,16 @@ MOST_SEED = 0xFFFFFFFF
 def maybe(read: Callable[..., _Value], name: str, given: object, *within: Any) -> _Value | None:
     """Return what is read of a value within some bounds, None if none is given."""
     return None if given is None else read(name, given, *within)
+
+
+@contextlib.contextmanager
+def number_for_line() -> Iterator[None]:
+    """Let errors call the number of a line as this interface does: `number`."""
+    try:
+        yield
+    except UserError as error:
+        error.args = (told(error, {"line": "number"}), *error.args[1:])
+        raise
 
 
 def exact_hz(given: Hz | None) -> Fraction | None:

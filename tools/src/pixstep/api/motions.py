@@ -18,7 +18,7 @@ from pixstep.api.shown import Facts, LineRefusedError, Shown, count, frame
 from pixstep.api.words import BoardKind, Decimals, Decode, Quantity, Separator
 from pixstep.arguments import FAR
 from pixstep.board import capability, settings
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import RefusedError, UserError, told
 from pixstep.lines import line_check
 from pixstep.lines.line import SMOOTH, Line
 from pixstep.lines.line_check import Finding, Limits
@@ -372,7 +372,8 @@ def read_line(
     motor = given.motor(motor)
     number = given.maybe(arguments.whole, "number", number, 1)
     read = formats.read_motion(place)
-    chosen = read.line(number)
+    with given.number_for_line():
+        chosen = read.line(number)
     hz = given.exact_hz(pixel_hz) or (
         motor.pixel_hz if motor else origin.frequency_of(place, read.header)
     )
@@ -439,7 +440,8 @@ def import_line(
     made = owndata.import_line(place, request)
     motion = replace(made.line, backlash=given.backlash(None, rule, motor))
     deviation = float(made.largest_error_steps)
-    return MotionLine(motion, hz, motor, made.assumed, deviation_steps=deviation)
+    notes = tuple(told(note, {"no_negative": "negative=False"}) for note in made.assumed)
+    return MotionLine(motion, hz, motor, notes, deviation_steps=deviation)
 
 
 def _column(given: str | int | None) -> str | None:

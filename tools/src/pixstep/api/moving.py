@@ -260,7 +260,8 @@ def _acceleration(profile: ProfileLike | None, decode: str, number: int | None) 
         raise UserError("profile: none is given, and the motor's machine file names none")
     if isinstance(profile, str | PathLike):
         which = maybe(arguments.whole, "number", number, 1)
-        return accel.read(arguments.path("profile", profile), number=which)
+        with given.number_for_line():
+            return accel.read(arguments.path("profile", profile), number=which)
     if isinstance(profile, Profile):
         return _own(_counts_of(profile, decode), profile.name, profile.pixel_hz)
     return _own(arguments.wholes("profile", profile, 1, fast.MAX_STEPS, MOST_PIXELS))

@@ -77,7 +77,7 @@ def _agreed(lines: dict[int, MotionLine]) -> dict[int, MotionLine]:
 
 @dataclass(frozen=True)
 class Clocking:
-    """What lines are to the pixel clock: None is as the machine has it, else as the board has it."""
+    """What lines are to the pixel clock; None is as the machine has it, else the board."""
 
     sync: str | None = None
     divider: int | None = None

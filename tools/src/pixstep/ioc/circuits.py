@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+from collections.abc import Callable
 from typing import Any
 
 import caproto
@@ -18,6 +19,7 @@ from caproto.asyncio.server import Context as _Context
 from caproto.asyncio.server import VirtualCircuit as _VirtualCircuit
 from caproto.server.common import DisconnectedCircuit
 
+MOST_MONITORS = 10_000  # of a client that wait for being sent
 _PATIENCE_S = 5.0  # a client that reads nothing for so long gets the completion out of order
 
 
@@ -28,8 +30,35 @@ class _Marker:
         self.passed = asyncio.Event()
 
 
+class _Backlog(asyncio.Queue[Any]):
+    """Monitors of one client; one that lets it become full must not keep the others waiting."""
+
+    def __init__(self, overflow: Callable[[], None]) -> None:
+        super().__init__(MOST_MONITORS)
+        self._overflow = overflow
+
+    async def put(self, item: Any) -> None:
+        """Add a monitor; where there is no room for it, tell that."""
+        if self.full():
+            self._overflow()
+        else:
+            self.put_nowait(item)
+
+
 class Circuit(_VirtualCircuit):  # type: ignore[misc]  # caproto has no types
     """One client's connection."""
+
+    def __init__(self, *given: Any, **more: Any) -> None:
+        super().__init__(*given, **more)
+        self.subscription_queue = _Backlog(self._give_up)
+        self._is_given_up = False
+
+    def _give_up(self) -> None:
+        """End the connection: the client, if it lives, comes back and is told all values anew."""
+        if not self._is_given_up:
+            self.log.warning("%s:%d does not read: disconnected", *self.circuit.address)
+            self._is_given_up = True
+            self.client.writer.transport.abort()
 
     async def send(self, *commands: Any) -> None:
         """Send commands; the completion of a put comes after the monitors before it."""

@@ -33,6 +33,15 @@ def _never(status: Status) -> bool:
     return False
 
 
+def _is_number(text: str) -> bool:
+    """True for a constant in place of a link."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
 FindPv = Callable[[str], "FieldChannel | None"]
 
 
@@ -121,9 +130,12 @@ class ServedMotor:
         offset = self._kept.offset_at(register) - self.offset_steps
         if not offset:
             return status
-        position = status.position_steps + offset
-        self._drive.obey([Command(Verb.LOAD_POS, float(position))])
-        return replace(status, position_steps=position)
+        add: Callable[[int], None] | None = getattr(self._drive, "add_offset", None)
+        if add is None:
+            return status
+        add(offset)
+        self._drive.obey([Command(Verb.GET_INFO)])  # what was reported before lacks the offset
+        return replace(status, position_steps=status.position_steps + offset)
 
     def _note_loss(self, lost: bool) -> None:
         if lost != self.is_lost:
@@ -242,5 +254,5 @@ class ServedMotor:
     def _judge_link(self, link: str) -> None:
         """Tell of a link that names no PV of this server."""
         text = str(self.record[link])
-        if text and self._linked_pv(link) is None:
+        if text and not _is_number(text) and self._linked_pv(link) is None:
             self._tell("dead link", motor=self.name, field=link, names=text)

@@ -74,6 +74,14 @@ class AxisDrive:
         """What the drive adds to the board's register; gone with the process, see `seam.py`."""
         return self.work.offset_steps
 
+    def add_offset(self, steps: int) -> None:
+        """Take over the offset that an earlier drive had: before the first command, moving or not.
+
+        Statuses that were reported before do not have it yet; `overtaken` finds those once another
+        command was given.
+        """
+        self.work.add_offset(steps)
+
     @property
     def problem(self) -> str:
         """Why PROBLEM or COMM_ERR is set, in words; "" if neither is."""

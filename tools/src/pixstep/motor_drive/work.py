@@ -61,6 +61,11 @@ class AxisWork:
 
     # When it wants a turn.
 
+    def add_offset(self, steps: int) -> None:
+        """Count from elsewhere; from any thread, before the first command."""
+        self.offset_steps += steps
+        self.statuses.position_steps += steps
+
     @property
     def stop_due(self) -> bool:
         """True if a stop is to go out now, before all else."""

@@ -197,14 +197,16 @@ def _of(kind: Any, shared: dict[str, Any]) -> dict[str, Any]:
 
 
 def _of_dict(kind: Any, shared: dict[str, Any]) -> dict[str, Any]:
-    name = kind.__name__
+    name, about = kind.__name__, inspect.getdoc(kind) or ""
+    if shared.get(name) and shared[name]["description"] != about:
+        raise TypeError(f"{kind}: another type of a result has this name")
     if name not in shared:
         shared[name] = {}  # stands there already where the type has itself inside
         hints = get_type_hints(kind, include_extras=True)
         needed = [key for key, hint in hints.items() if get_origin(hint) is not NotRequired]
         shared[name] = {
             "type": "object",
-            "description": inspect.getdoc(kind) or "",
+            "description": about,
             "properties": {key: _of(_bare(hint), shared) for key, hint in hints.items()},
             "required": [key for key in needed if key in kind.__required_keys__],
             "additionalProperties": False,

@@ -24,7 +24,7 @@ else:
     server = lazy("pixstep.ioc.server")
 
 
-class Served(TypedDict):
+class ServedRecords(TypedDict):
     """What was served: names of records by motors; with --list the names of all PVs."""
 
     machine: str
@@ -42,7 +42,7 @@ class Ioc(Request):
     Ctrl-C, and stops what moves; docs/EPICS.md has the rest.
     """
 
-    result = Served
+    result = ServedRecords
     json_rows = "event, or the names as one document"
     needs_machine: ClassVar[bool] = True
 

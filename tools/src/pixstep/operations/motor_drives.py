@@ -46,7 +46,7 @@ def opened(
 
 def _ports(machine: MachineFile, port: str | None) -> dict[Port, dict[str, BoardTable]]:
     """Return the boards that have motors, by the ports that they are on."""
-    used = {machine.board_name(motor) for motor in machine.motors.values()}
+    used = dict.fromkeys(machine.board_name(motor) for motor in machine.motors.values())
     found: dict[Port, dict[str, BoardTable]] = {}
     for name in used:
         board = machine.boards[name]
