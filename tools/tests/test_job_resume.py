@@ -125,3 +125,19 @@ def test_motors_that_are_elsewhere_are_named_and_brought(folder):
         done = runbench.run(folder, link, to_start=True)
         assert done["state"] == "finished" and link.simulator.count(0, 0) > made
         assert events(folder, "moved")[0]["motors"]["M39"] == [-40, 0]
+
+
+def test_what_was_decided_stays_decided(folder):
+    with runbench.bus() as link:
+        runbench.Hook(link.simulator, 72, lambda: os.kill(os.getpid(), signal.SIGINT))
+        runbench.Hook(link.simulator, 76, lambda: os.kill(os.getpid(), signal.SIGINT))
+        with pytest.raises(StoppedError):
+            runbench.run(folder, link)
+        with pytest.raises(UserError, match=r"motor M39 has no profiles.home, or no home_is_limit"):
+            runbench.resume(folder, link, skip=(1,), home=True)
+        assert not events(folder, "skip")  # nothing was decided by what is not possible
+        runbench.Hook(link.simulator, 1, RunFolder(folder / "a.pxrun").ask_pause)
+        done = runbench.resume(folder, link, skip=(1,), homed=True)
+        assert done["state"] == "paused" and done["skipped"] == [1]
+        done = runbench.resume(folder, link, skip=(1,))  # again: it is decided
+        assert (done["state"], done["printed"], done["skipped"]) == ("finished", 3, [1])

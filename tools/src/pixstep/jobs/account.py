@@ -65,6 +65,11 @@ class Axis:
         return (self.now["next_block"] - self.base.next_block) % WRAPS
 
     @property
+    def has_gone_back(self) -> bool:
+        """True if its counters are below those of the chain's beginning: it was reset."""
+        return max(self.blocks, self.counted) > MOST_BLOCKS
+
+    @property
     def position_steps(self) -> int:
         """Where it is."""
         return self.now["position_steps"]
@@ -78,6 +83,8 @@ def places(job: Job, first: int, axis: Axis, least: int = 0) -> list[Place]:
     """
     if axis.state in ENDED or (not axis.moves and _is_at_end(job, first, axis)):
         newest = first + axis.counted
+        if newest > job.lines + 1:
+            return []
         at_end = axis.position_steps == end_of(job, newest - 1, axis.motor, first)
         return [Place(newest, 0)] if at_end else []
     return [*_inside(job, max(first, least), axis, first + axis.counted)]

@@ -139,7 +139,8 @@ def _found(job: Job, told: History, station: Station) -> Found:
         )  # fmt: skip
     if not told.chain:
         return Found(station, None, trusted=True, text=f"made no line yet; {positions}")
-    least = max([number + 1 for number in told.printed if number >= told.chain], default=0)
+    made = told.printed - told.skipped
+    least = max([number + 1 for number in made if number >= told.chain], default=0)
     places = account.common([account.places(job, told.chain, axis, least) for axis in axes])
     if len(places) != 1:
         return Found(
@@ -167,7 +168,7 @@ def _was_reset(told: History, station: Station) -> bool:
         for name, axis in station.motors.items()
         if name in told.bases
     ]
-    if any(axis.blocks > account.MOST_BLOCKS for axis in axes):
+    if any(axis.has_gone_back for axis in axes):
         return True
     return not wanted and any(axis.now["next_block"] == 0 for axis in axes)
 

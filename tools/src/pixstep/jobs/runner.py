@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 
+from pixstep import signals
 from pixstep.board import recording, run, snapshot, together
 from pixstep.board.errors import BoardError
 from pixstep.board.link import World
@@ -103,8 +104,11 @@ class Chain:
                 self._read_last_records()
         except BoardError as error:
             raise self._broken(str(error)) from None
-        except BaseException:
-            self._broken("stopped")
+        except KeyboardInterrupt as error:
+            self._broken(f"stopped by {signals.name(error)}")
+            raise
+        except BaseException as error:
+            self._broken(f"stopped: {error!r}")
             raise
         if self.lost:
             raise self._broken("; ".join(map(str, self.lost.values())))
@@ -215,8 +219,8 @@ class Chain:
             self._follow_seams(axis)
             if axis.state == "fault":
                 run.raise_fault(station.board)
-            if axis.blocks > account.MOST_BLOCKS or (axis.now["next_block"] == 0 and axis.counted):
-                station.board.require_no_reset(axis.base.axis)
+            if axis.has_gone_back:
+                raise station.board.was_reset(axis.base.axis)
             if axis.state in ("empty", "refused"):
                 run.raise_fault(station.board)
                 station.board.require_no_reset(axis.base.axis)

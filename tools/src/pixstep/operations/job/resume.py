@@ -95,6 +95,8 @@ class JobResume(Prints):
                 refused = self._undecided(job, told, verdict)
                 if refused:
                     return refused
+                for name in verdict.to_home if self.home else ():
+                    _home_direction(machine, name)
                 with printing.watched(desk, lambda: folder.pause_asked) as watch:
                     parts = Parts(self.run_path) if self.records else None
                     session = Session(job, machine, stations, world, log, told, watch, parts)
@@ -117,7 +119,7 @@ class JobResume(Prints):
 
         asked = {one.number for one in verdict.asked}
         for number in (*self.redo, *self.skip):
-            if number not in asked:
+            if number not in asked | told.skipped:
                 raise UserError(
                     f"line {number} is neither broken nor unknown"
                     + (f": {', '.join(map(str, sorted(asked)))} are" if asked else "")
@@ -186,19 +188,24 @@ def _home_motor(
     from pixstep.operations import python
     from pixstep.operations.board.motion import BoardHome
 
+    station = next(one for one in stations if name in one.motors)
+    given: dict[str, Any] = {"unit": station.board.unit, "direction": _home_direction(machine, name)}
+    place = port or machine.boards[station.name].port
+    if desk.link is None and place is not None:
+        given["port"] = place
+    done = python.run(BoardHome, given, machine=machine.path, motor=name, link=station.link)
+    desk.aside(done.page())
+
+
+def _home_direction(machine: MachineFile, name: str) -> str:
+    """Return where a motor's home switch is. Raises UserError if the machine file does not say."""
     motor = machine[name]
     if machine.profile(motor, "home") is None or motor.home_is_limit not in ("plus", "minus"):
         raise AskedError(
             "{path}: motor {name} has no profiles.home, or no home_is_limit that says in which "
             "direction its home switch is: home it, then {homed}", path=machine.path, name=name,
         )  # fmt: skip
-    station = next(one for one in stations if name in one.motors)
-    given: dict[str, Any] = {"unit": station.board.unit, "direction": motor.home_is_limit}
-    place = port or machine.boards[station.name].port
-    if desk.link is None and place is not None:
-        given["port"] = place
-    done = python.run(BoardHome, given, machine=machine.path, motor=name, link=station.link)
-    desk.aside(done.page())
+    return motor.home_is_limit
 
 
 def _add_boards(data: RunOfJob, verdict: Verdict) -> None:
