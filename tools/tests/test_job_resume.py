@@ -3,6 +3,7 @@
 
 import os
 import signal
+from unittest import mock
 
 import pytest
 
@@ -10,6 +11,7 @@ import runbench
 from pixstep import ops
 from pixstep.board.errors import BoardError
 from pixstep.errors import RefusedError, UserError
+from pixstep.jobs import runner
 from pixstep.jobs.run_folder import RunFolder
 from pixstep.operations.bus import StoppedError
 
@@ -141,3 +143,24 @@ def test_what_was_decided_stays_decided(folder):
         assert done["state"] == "paused" and done["skipped"] == [1]
         done = runbench.resume(folder, link, skip=(1,))  # again: it is decided
         assert (done["state"], done["printed"], done["skipped"]) == ("finished", 3, [1])
+
+
+def test_a_board_that_was_reset_and_has_taken_a_line_since_is_named(folder):
+    """The next line goes out between the reset and the next look."""
+    with runbench.bus() as link:
+        job = runbench.Job.read(folder / "a.pxjob")
+        real = runner.Chain._send_until
+
+        def send(chain, until_s):
+            if chain.made == 1 and chain._sender.begun == 2:
+                link.simulator.reset(0)
+                link.simulator.boot()
+            real(chain, until_s)
+
+        with mock.patch.object(runner.Chain, "_send_until", send):
+            with pytest.raises(BoardError, match="board 1: it was reset"):
+                runbench.run(folder, link)
+        assert link.board().axis(0)["next_block"] > 0 and job.lines == 4
+        found = runbench.resume(folder, link)
+        fates = [(one["line"], one["fate"]) for one in found["in_flight"]]
+        assert fates == [(2, "unknown"), (3, "unknown")]

@@ -86,6 +86,7 @@ class Chain:
         clock = self.machine.clock
         self._pixel_s = float(1 / self.machine.pixel_hz)
         self._pixels: dict[str, int] = {}
+        self._blocks: dict[str, int] = {}
         self._least: dict[str, int] = {}
         self._paused, self._wanted = False, self.last
         self._sender = Sender(
@@ -219,7 +220,7 @@ class Chain:
             self._follow_seams(axis)
             if axis.state == "fault":
                 run.raise_fault(station.board)
-            if axis.has_gone_back:
+            if axis.has_gone_back or self._has_fewer_blocks(axis):
                 raise station.board.was_reset(axis.base.axis)
             if axis.state in ("empty", "refused"):
                 run.raise_fault(station.board)
@@ -228,6 +229,12 @@ class Chain:
                     f"board {station.board.unit}: motor {axis.motor} is {axis.state}: stopped "
                     f"before its end"
                 )
+
+    def _has_fewer_blocks(self, axis: Axis) -> bool:
+        """Return whether an axis has taken fewer blocks than it had at the last look."""
+        before = self._blocks.get(axis.motor, 0)
+        self._blocks[axis.motor] = axis.blocks
+        return axis.blocks < before
 
     def _follow_seams(self, axis: Axis) -> None:
         """Note an axis that has passed the seam between two lines since the last look."""
