@@ -87,7 +87,10 @@ def places(job: Job, first: int, axis: Axis, least: int = 0) -> list[Place]:
             return []
         at_end = axis.position_steps == end_of(job, newest - 1, axis.motor, first)
         return [Place(newest, 0)] if at_end else []
-    return [*_inside(job, max(first, least), axis, first + axis.counted)]
+    found = [*_inside(job, max(first, least), axis, first + axis.counted)]
+    if not found and not axis.counted and axis.position_steps == axis.base.position_steps:
+        return [Place(first, 0)]  # what was queued is discarded, `pixel` is of a line before
+    return found
 
 
 def common(found: Iterable[list[Place]]) -> list[Place]:

@@ -113,6 +113,15 @@ def judge(job: Job, told: History, stations: Iterable[Station]) -> Verdict:
     return Verdict(found, lines, disagree=len(made) > 1)
 
 
+def discard_left(stations: Iterable[Station]) -> None:
+    """Discard lines that wait in queues of boards at rest: nobody lets them go any more."""
+    for station in stations:
+        with contextlib.suppress(BoardError):
+            states = run.states(station.board, station.lines.axes).values()
+            if {"loaded", "loading", "refused"} & {*states}:
+                run.discard(station.lines)
+
+
 def clear(station: Station) -> None:
     """Clear a board's fault and discard what is queued, so that it takes lines again."""
     run.discard(station.lines)

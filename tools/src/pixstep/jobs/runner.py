@@ -11,6 +11,7 @@ are between `queued` and `done`: the one that moves, and the one behind it.
 from __future__ import annotations
 
 import contextlib
+import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
@@ -66,7 +67,8 @@ class Watch:
 class Chain:
     """Lines `first` to `last` of a job, one after the other without a gap.
 
-    `made` is the last line that every board has confirmed.
+    `made` is the last line that every board has confirmed, `reserve_px` how many pixels before its
+    turn a line was in the queues as a whole, at the least.
     """
 
     job: Job
@@ -79,6 +81,7 @@ class Chain:
     last: int
     parts: Parts | None = None
     made: int = field(init=False)
+    reserve_px: float = field(default=math.inf, init=False)
     lost: dict[str, BoardError] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -87,6 +90,7 @@ class Chain:
         self._pixel_s = float(1 / self.machine.pixel_hz)
         self._pixels: dict[str, int] = {}
         self._blocks: dict[str, int] = {}
+        self._looked_s = 0.0
         self._least: dict[str, int] = {}
         self._paused, self._wanted = False, self.last
         self._sender = Sender(
@@ -185,7 +189,7 @@ class Chain:
         modbus = self.stations[0].board.modbus
         with modbus.patient(_TIMEOUT_S, _RETRIES):
             while True:
-                begun_s = self.world.now_s()
+                begun_s = self._looked_s = self.world.now_s()
                 self._each(self._judge)
                 self._confirm()
                 if self.watch.pause_asked() and not self._paused:
@@ -305,9 +309,11 @@ class Chain:
 
     def _send_until(self, until_s: float) -> None:
         while True:
-            begun_s = self.world.now_s()
+            begun_s, sent = self.world.now_s(), self._sender.sent
             try:
                 self._sender.send(self.alive, self._allowed())
+                if self._sender.sent > sent:
+                    self._note_reserve(self._sender.sent)
             except BoardError as error:
                 if not self._lose_silent(error):
                     raise
@@ -316,6 +322,13 @@ class Chain:
             self.world.wait(max(0.0, min(begun_s + rest_s, until_s) - self.world.now_s()))
             if self.world.now_s() >= until_s or not self._moving():
                 return
+
+    def _note_reserve(self, line: int) -> None:
+        """Note how far the motors are from a line that is in the queues now."""
+        passed = (self.world.now_s() - self._looked_s) / self._pixel_s
+        pixel = max(axis.now["pixel"] for one in self.alive for axis in one.axes()) + passed
+        before = (line - 1 - self.made) * self.job.pixels
+        self.reserve_px = min(self.reserve_px, before - pixel)
 
     def _moving(self) -> bool:
         found = True

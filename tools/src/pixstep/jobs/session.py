@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -24,7 +25,11 @@ from pixstep.machine.files import MachineFile
 
 @dataclass
 class Session:
-    """A job on its boards, with the log that says how far it is."""
+    """A job on its boards, with the log that says how far it is.
+
+    `rests` counts how often the motors rested because this computer was late; `reserve_px` is how
+    many pixels before its turn a line was in the queues, at the least.
+    """
 
     job: Job
     machine: MachineFile
@@ -35,6 +40,8 @@ class Session:
     watch: Watch
     parts: Parts | None = None
     clock: Callable[[], float] = time.time
+    rests: int = 0
+    reserve_px: float = math.inf
 
     def note(self, event: Event) -> None:
         """Log an event with the time of day and the boards' time; it is on the disk then."""
@@ -80,6 +87,7 @@ class Session:
                 last, self.parts,
             )  # fmt: skip
             ended = chain.make()
+            self.reserve_px = min(self.reserve_px, chain.reserve_px)
             if ended is Ended.PAUSED:
                 self.note({"event": history.PAUSED, "line": chain.made})
                 return ended
@@ -121,6 +129,7 @@ class Session:
 
     def _run_dry(self, line: int) -> None:
         """Forget what came too late, so that the lines begin again at the next one."""
+        self.rests += 1
         self.watch.say(f"this computer was late: the motors rested after line {line}")
         for station in self.stations:
             run.discard(station.lines)

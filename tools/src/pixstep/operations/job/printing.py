@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import getpass
+import math
 import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator
@@ -55,7 +56,9 @@ class BoardOfRun(TypedDict):
 class RunOfJob(TypedDict):
     """A run of a job: finished, paused, running, broken or undecided.
 
-    `printed` counts lines that every board has confirmed, `left_s` is what the others take.
+    `printed` counts lines that every board has confirmed, `left_s` is what the others take. Of this
+    run, `rests` counts how often motors rested between lines because this computer was late, and
+    `reserve_px` is how many pixels before its turn a line was queued, at the least.
     """
 
     run: str
@@ -66,6 +69,8 @@ class RunOfJob(TypedDict):
     printed: int
     skipped: list[int]
     left_s: float
+    rests: NotRequired[int]
+    reserve_px: NotRequired[float | None]
     boards: NotRequired[list[BoardOfRun]]
     in_flight: NotRequired[list[LineOfRun]]
 
@@ -175,7 +180,20 @@ def make(desk: Desk, session: Session, path: Path, moves: Callable[[Any], None] 
     except JobBrokenError as error:
         raise JobBrokenError(f"{error}; `pixstep job resume {path}` goes on", error.rows) from None
     data = facts_of(path, session.job, session.told, ended.value)
-    return Result(data, text_of(data), FINE)
+    reserve = None if math.isinf(session.reserve_px) else round(session.reserve_px, 1)
+    data["rests"], data["reserve_px"] = session.rests, reserve
+    return Result(data, "\n".join([text_of(data), *_gaps(data)]), FINE)
+
+
+def _gaps(data: RunOfJob) -> Iterator[str]:
+    """Yield whether there were gaps between lines, and how near one was."""
+    if data["rests"]:
+        yield f"{data['rests']} rests between lines, because this computer was late"
+    elif data["reserve_px"] is not None:
+        yield (
+            f"no gap between lines: each was queued at least {data['reserve_px']:g} pixels before "
+            f"its turn"
+        )
 
 
 def facts_of(path: Path, job: Job, told: Any, state: str) -> RunOfJob:

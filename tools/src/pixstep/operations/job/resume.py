@@ -92,6 +92,7 @@ class JobResume(Prints):
                     stations, world, 2 * job.pixels / float(job.pixel_hz) + _SPARE_S
                 )
                 verdict = resuming.judge(job, told, stations)
+                resuming.discard_left(stations)
                 refused = self._undecided(job, told, verdict)
                 if refused:
                     return refused
@@ -189,7 +190,10 @@ def _home_motor(
     from pixstep.operations.board.motion import BoardHome
 
     station = next(one for one in stations if name in one.motors)
-    given: dict[str, Any] = {"unit": station.board.unit, "direction": _home_direction(machine, name)}
+    given: dict[str, Any] = {
+        "unit": station.board.unit,
+        "direction": _home_direction(machine, name),
+    }
     place = port or machine.boards[station.name].port
     if desk.link is None and place is not None:
         given["port"] = place
