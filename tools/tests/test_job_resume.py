@@ -157,9 +157,11 @@ def test_a_board_that_was_reset_and_has_taken_a_line_since_is_named(folder):
                 link.simulator.boot()
             real(chain, until_s)
 
-        with mock.patch.object(runner.Chain, "_send_until", send):
-            with pytest.raises(BoardError, match="board 1: it was reset"):
-                runbench.run(folder, link)
+        with (
+            mock.patch.object(runner.Chain, "_send_until", send),
+            pytest.raises(BoardError, match="board 1: it was reset"),
+        ):
+            runbench.run(folder, link)
         assert link.board().axis(0)["next_block"] > 0 and job.lines == 4
         found = runbench.resume(folder, link)
         fates = [(one["line"], one["fate"]) for one in found["in_flight"]]

@@ -78,3 +78,17 @@ def test_records_are_kept_a_file_a_line(folder):
             start = job.runs_of(number)[row["motor"]].start_steps
             at = job.expected(number, row["motor"])[row["pixel"] - 1] - start
             assert row["expected_steps"] == row["actual_steps"] == at
+
+
+@pytest.mark.parametrize("sync", ["lock", "start"])
+def test_on_a_gated_clock_each_line_has_a_burst(tmp_path, simulator, sync):
+    del simulator
+    text = runbench.jobbench.MACHINE.replace('sync = "lock"', f'sync = "{sync}"\ngate_edges = 8')
+    job = runbench.folder_with_job(tmp_path, lines=3, text=text)
+    with runbench.bus() as link:
+        link.simulator.clock(f"gate {job.pixels + 12} 400000")
+        done = runbench.run(tmp_path, link)
+        made = link.simulator.count(0, 0)
+    assert (done["state"], done["printed"]) == ("finished", 3)
+    assert made == sum(job.line(n)["M39"].total_steps for n in (1, 2, 3))
+    assert [one for one in kinds(tmp_path) if one[0] == "chain"] == [("chain", 1)]
