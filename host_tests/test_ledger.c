@@ -353,6 +353,35 @@ static void the_pixel_written_last_stays_whole(void)
     TEST_ASSERT_EQUAL_UINT32(now_ticks, ledger.loaded_ticks);
 }
 
+// An edge that came before its pixel was passed: its error is another than the one that was kept
+// last, whichever of its bytes tells.
+static void check_early_error(int16_t shown, int16_t error, uint16_t made)
+{
+    struct records *records = &ledger.records;
+
+    records_thin(1000, 3);
+    records_reset(records);
+    records->shown_ticks = shown;
+    ledger.pixel = 4;
+    records_note_early(records, 5, error);
+    ledger_pass_edge(&ledger, 70, 70);
+    TEST_ASSERT_EQUAL_UINT16(made, records->made);
+    TEST_ASSERT_EQUAL_INT16(error, records->kept[records->newest].edge_error_ticks);
+    TEST_ASSERT_EQUAL_INT16(made != 0 ? error : shown, records->shown_ticks);
+}
+
+static void early_errors_are_compared_with_the_one_before(void)
+{
+    check_early_error(0x110, 0x120, 1);
+    check_early_error(0x110, 0x210, 1);
+    check_early_error(0x110, 0x110, 0);
+    check_early_error(0x110, 0x113, 0);
+    check_early_error(0x110, 0x114, 1);
+    check_early_error(-0x110, -0x120, 1);
+    check_early_error(-3, 0x120, 1);
+    check_early_error(0x120, -3, 1);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -373,5 +402,6 @@ int main(void)
     RUN_TEST(skipped_entries_do_not_count);
     RUN_TEST(ring_wraps_many_times);
     RUN_TEST(the_pixel_written_last_stays_whole);
+    RUN_TEST(early_errors_are_compared_with_the_one_before);
     return UNITY_END();
 }

@@ -13,8 +13,8 @@
 #define BENCH_SLOTS       128u
 #define BENCH_DELAY_TICKS 1000u
 
-// The ring lies on a boundary of 256 bytes: so many bytes and one more lie between that and the axis.
-// Assembly that reckons with the two bytes of an address apart is right at any of them.
+// The ring lies on a boundary of 256 bytes: so many bytes and one more lie between that and the
+// axis. Assembly that reckons with the two bytes of an address apart is right at any of them.
 #if !defined(BENCH_SHIFT)
 #define BENCH_SHIFT 0u
 #endif

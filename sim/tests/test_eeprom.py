@@ -58,6 +58,22 @@ class Registers(unittest.TestCase):
         self.check("mega")
 
 
+class Ready(unittest.TestCase):
+    """images/ready.c: the program never looks at EECR again."""
+
+    def test_the_end_of_a_write_comes_by_itself(self):
+        for board in BOARDS:
+            with self.subTest(board=board), Session(image(board, "ready")) as sim:
+                self.assertEqual(sim.run(BOTH_CYCLES - 200), f"ok {BOTH_CYCLES - 200}")
+                self.assertEqual(sim.results(2)[1], 0)
+                sim.run(10_000)
+                when, count = sim.results(2)
+                self.assertEqual(count, 1)
+                # The write begins some instructions behind the timer; the response and the stores.
+                self.assertIn(when - BOTH_CYCLES, range(0, 60))
+                self.assertEqual(bytes_of(sim.ask("eeprom 0 read 7 1")), b"\xa5")
+
+
 REFUSALS = {
     1: "EEPROM: EEPM1:0 = 3 is reserved",
     2: "EEPROM: EERE set while byte 0x020 is being written",

@@ -99,14 +99,11 @@ def told(r, known):
 
 
 def ends(bench, ended):
-    """A motion that is over is done for the record as well, unless that is held or in trouble.
-
-    A jog that was refused leaves its request behind, and may be refused again: that is kept.
-    """
+    """A motion that is over is done for the record as well, unless that is held or in trouble."""
     r = bench.record
     if not ended:
         waits = r["SPMG"] in (Spmg.STOP, Spmg.PAUSE) or bench.stepper.problem
-        waits = waits or r["MIP"] == Mip.JOG_REQ or bench.delay_s is not None
+        waits = waits or bench.delay_s is not None
         assert waits or not bench.stepper.at_rest, (r["MIP"], r["DMOV"])
         return
-    assert r["MIP"] in (Mip.DONE, Mip.JOG_REQ, Mip.STOP), r["MIP"]
+    assert r["MIP"] in (Mip.DONE, Mip.STOP), r["MIP"]

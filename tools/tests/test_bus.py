@@ -286,6 +286,18 @@ def test_other_rate_or_parity_is_not_understood(master):
     assert axis_count(master)
 
 
+def test_bytes_that_nobody_took_in_time_are_counted(master):
+    """The receiver keeps two characters and the one that comes in; the next start bit ends that."""
+    character = 11 * master.sim.tick_hz // master.baud
+    for times in range(1, 4):
+        master.sim.command("hang 0 interrupts")
+        master.send(bytes(6))
+        master.sim.run(7 * character)
+        master.sim.command("hang 0 off")
+        master.rest()
+        assert master.input(RX_OVERRUNS) == times
+
+
 def test_impossible_rates_are_refused(master):
     for baud_100 in (95, 2304, 9216, 10_000, 10_001):
         if 96 <= baud_100 <= 10_000 and possible(master.sim.tick_hz, 100 * baud_100):

@@ -190,6 +190,19 @@ def test_a_menu_takes_its_texts(bench):
     assert wire.value(f"{REC}.DIR") == 1
 
 
+def test_a_jog_that_was_refused_at_a_limit_does_not_begin_later(bench):
+    host, wire = bench
+    wire.put(f"{REC}.DHLM", 0.5)
+    wire.put(f"{REC}.DLLM", -0.5)
+    wire.put(f"{REC}.JOGF", 1)
+    assert (wire.value(f"{REC}.LVIO"), wire.value(f"{REC}.JOGF")) == (1, 0)
+    wire.put(f"{REC}.DHLM", 40)
+    wire.put(f"{REC}.DLLM", -40)
+    wire.put(f"{REC}.VAL", 0.2)
+    until(lambda: wire.value(f"{REC}.RBV") == 0.2 and wire.value(f"{REC}.DMOV") == 1)
+    assert max(steps for _, steps in host.drives[REC].motor.edges) == 20
+
+
 def test_a_limit_switch_ends_a_move_with_its_alarm(bench):
     host, wire = bench
     wire.put(f"{REC}.HLSV", 2)

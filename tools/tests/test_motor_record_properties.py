@@ -98,6 +98,8 @@ class Trial:
         name, *arguments = operation
         getattr(self, name)(*arguments)
         r = self.bench.record
+        if r.has_refused_jog:
+            self.bench.put("STOP", 1)  # as whoever serves a record does
         holds.coordinates(self.bench)
         holds.speeds(r)
         holds.told(r, self.known)

@@ -38,6 +38,12 @@ ISR(TIMER1_OVF_vect, ISR_NAKED)
                      "reti\n\t");
 }
 
+// An 8-bit timer, which libsimavr models itself.
+ISR(TIMER0_OVF_vect, ISR_NAKED)
+{
+    __asm__ volatile("reti\n\t");
+}
+
 static void stop(void)
 {
     TCCR1B = 0;
@@ -151,12 +157,27 @@ static void section(void)
     cli();
 }
 
+// TOV0 comes 6 cycles behind the write of the counter, and waits for 100 nops and SEI.
+static void eight_bits(void)
+{
+    stop();
+    TIMSK0 = (uint8_t)(1U << TOIE0);
+    TCCR0B = (uint8_t)(1U << CS00);
+    TCNT0 = 250;
+    __asm__ volatile(NOPS(100) "sei\n\t"
+                               "nop\n\t"
+                               "cli\n\t" ::);
+    TCCR0B = 0;
+    TIMSK0 = 0;
+}
+
 int main(void)
 {
     response();
     one_instruction();
     known_length();
     section();
+    eight_bits();
     RESULT[4] = 0x600D;
     for (;;) {
     }

@@ -34,7 +34,7 @@ BOARDS = boards.BOARD_NAMES
 # takes seconds.
 IMAGE_TESTS = (
     "exact", "board_run", "board_stop", "board_trouble", "waiting_axes", "faults_provoked",
-    "safety_faults", "seek_campaign", "board_settings", "starts", "pixel_rates",
+    "safety_faults", "seek_campaign", "board_settings", "starts", "pixel_rates", "captures",
 )  # fmt: skip
 # Tests that only survivors of these meet: the rest of the quick check that runs images.
 MORE_IMAGE_TESTS = (

@@ -14,7 +14,14 @@ import caproto
 
 from pixstep.ioc import channels, common
 from pixstep.ioc.channels import SHAPE, FieldChannel
-from pixstep.motor_record import FIELDS, Command, MotorRecord, Msta, PutRefusedError, Verb
+from pixstep.motor_record import (
+    FIELDS,
+    Command,
+    MotorRecord,
+    Msta,
+    PutRefusedError,
+    Verb,
+)
 
 if TYPE_CHECKING:
     from pixstep.ioc.saved import Kept
@@ -201,6 +208,8 @@ class ServedMotor:
             asyncio.get_running_loop().call_later(outcome.delay_s, self._end_delay)
         if outcome.complete or self.record["DMOV"] != 0:
             self._let_go()
+        if self.record.has_refused_jog:
+            await self._act(self.record.put("STOP", 1))
 
     def _let_go(self) -> None:
         for end in self._waiting:

@@ -39,6 +39,16 @@ class MotorRecord:
         """Return any field of FIELDS: menus, buttons and flags as numbers."""
         return self._r.v.read(field)
 
+    @property
+    def has_refused_jog(self) -> bool:
+        """True while it keeps the request of a jog that a limit refused; a write of STOP ends that.
+
+        The record would begin the jog when it is processed next, with its button released and no
+        limit to end it: whoever serves it should write STOP.
+        """
+        v = self._r.v
+        return v.mip == Mip.JOG_REQ and bool(v.lvio)
+
     def values(self) -> dict[str, Value]:
         """Return all fields with their values."""
         return dict(zip(FIELDS, vars(self._r.v).values(), strict=True))
