@@ -38,7 +38,7 @@ class Sender:
                 return
             self._intend(self.begun + 1)
             self.begun += 1
-            self._uploads = {one.name: self._begin(one) for one in stations}
+            self._uploads = {}
 
     def pause_s(self, stations: list[Station], pixel_s: float, most_s: float) -> float:
         """Return the seconds that may pass until `send` is called again."""
@@ -49,7 +49,9 @@ class Sender:
         """Send what is left of the newest line; True if all of it is on every board."""
         if self.sent == self.begun:
             return True
-        for station in stations:
+        for station in stations:  # a board that does not answer keeps the others from nothing
+            if station.name not in self._uploads:
+                self._uploads[station.name] = self._begin(station)
             feed(self._uploads[station.name])
         if not all(item.done for one in stations for item in self._uploads[one.name]):
             return False
