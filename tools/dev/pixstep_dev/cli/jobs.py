@@ -104,7 +104,7 @@ def seams(
     ctx: click.Context, lines: int, ppm: float, jitter_us: float, sync: str, seed: int,
     as_json: bool,
 ) -> None:  # fmt: skip
-    """Measure the seams between the lines of a job on a Mega and a Uno, on the pins.
+    """Measure the seams between the lines of a job, on the pins.
 
     Exit status 0 only if there is no gap, the boards' edges are within 2 ticks, the steps within a
     tick of their board's grid, the load within a step at each image pixel both ways, and nothing
