@@ -19,6 +19,7 @@ from typing import Any
 from unittest import mock
 
 from pixstep import ops
+from pixstep.board.errors import BoardError
 from pixstep.jobs import run_log
 from pixstep.operations.result import Result
 from pixstep.progress import Progress, unseen
@@ -88,7 +89,11 @@ def _one(press: Press, where: Path, chance: random.Random, points: int, outcome:
         if not (where / run_log.NAME).exists() or not run_log.read(where / run_log.NAME):
             outcome.fates["not begun"] = outcome.fates.get("not begun", 0) + 1
             return
-        listed, redone = _resume(press, link, where, chance, outcome, name)
+        try:
+            listed, redone = _resume(press, link, where, chance, outcome, name)
+        except BoardError as error:
+            outcome.complaints.append(f"{name}: resume: {error}")
+            return
         link.simulator.quit()
     _judge(press, outcome, name, listed, redone)
 

@@ -103,19 +103,29 @@ def _one(press: Press, where: Path, kind: str, chance: random.Random, outcome: O
                 pass
         _judge_end(where, name, loss, unit, outcome)
         loss.mend()
-        found = press.resume(link, where)
-        _judge_asked(found, name, kind, outcome)
-        if found.status == _REFUSED:
-            lines = tuple(
-                one["line"] for one in found["in_flight"] if one["fate"] in ("broken", "unknown")
-            )
-            homed = not all(one["trusted"] for one in found["boards"])
-            if homed:
-                _home(press, link)
-            found = press.resume(link, where, redo=lines, homed=homed, together=True)
-        if found["state"] != "finished":
-            outcome.complaints.append(f"{name}: {found.page()}")
+        try:
+            _go_on(press, link, where, name, kind, outcome)
+        except BoardError as error:
+            outcome.complaints.append(f"{name}: after the loss: {error}")
         _judge_starts(starts, name, outcome)
+
+
+def _go_on(
+    press: Press, link: SimLink, where: Path, name: str, kind: str, outcome: Outcome
+) -> None:
+    """Resume: what is asked is answered, motors are homed if that is asked."""
+    found = press.resume(link, where)
+    _judge_asked(found, name, kind, outcome)
+    if found.status == _REFUSED:
+        lines = tuple(
+            one["line"] for one in found["in_flight"] if one["fate"] in ("broken", "unknown")
+        )
+        homed = not all(one["trusted"] for one in found["boards"])
+        if homed:
+            _home(press, link)
+        found = press.resume(link, where, redo=lines, homed=homed, together=True)
+    if found["state"] != "finished":
+        outcome.complaints.append(f"{name}: {found.page()}")
 
 
 def _judge_end(where: Path, name: str, loss: _Loss, unit: int, outcome: Outcome) -> None:
