@@ -3,6 +3,7 @@
 
 import os
 import signal
+from types import SimpleNamespace
 from unittest import mock
 
 import pytest
@@ -11,7 +12,7 @@ import runbench
 from pixstep import ops
 from pixstep.board.errors import BoardError
 from pixstep.errors import RefusedError, UserError
-from pixstep.jobs import runner
+from pixstep.jobs import account, resuming, runner
 from pixstep.jobs.run_folder import RunFolder
 from pixstep.operations.bus import StoppedError
 
@@ -166,3 +167,28 @@ def test_a_board_that_was_reset_and_has_taken_a_line_since_is_named(folder):
         found = runbench.resume(folder, link)
         fates = [(one["line"], one["fate"]) for one in found["in_flight"]]
         assert fates == [(2, "unknown"), (3, "unknown")]
+
+
+@pytest.mark.parametrize(
+    ("places", "fate", "text"),
+    [
+        ([(8, 0), (8, 0)], "printed", "printed"),
+        ([(7, 0), (7, 0)], "not printed", "not printed"),
+        ([(7, 12), (7, 9)], "broken", "broken at pixel 9 of 40"),
+        ([(8, 0), (7, 9)], "broken", "broken at pixel 9 of 40"),
+        ([(8, 0), (7, 0)], "broken", "broken: made by board A alone"),
+        ([(8, 0), None], "unknown", "unknown: board B does not know it any more"),
+        ([(7, 0), None], "unknown", "unknown: board B does not know it any more"),
+        ([None, None], "unknown", "unknown: board A, B does not know it any more"),
+    ],
+)
+def test_what_became_of_a_line(places, fate, text):
+    job = SimpleNamespace(pixels=40)
+    found = [
+        resuming.Found(
+            SimpleNamespace(name=name), account.Place(*place) if place else None, True, ""
+        )
+        for name, place in zip("AB", places, strict=True)
+    ]
+    line = resuming._line(job, 7, 7, found)
+    assert (line.fate.value, line.text) == (fate, text)

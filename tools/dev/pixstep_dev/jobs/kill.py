@@ -143,7 +143,9 @@ def _judge(press: Press, outcome: Outcome, name: str, listed: set[int], redone: 
     made = passes.of(press)
     for line in range(1, press.job.lines + 1):
         times = made.full[line]
-        least, most = (int(line in redone), 2 if line in redone else 1)
+        # A host that dies between two boards' go lets one of them run alone: the stepping motor
+        # stands at the first listed line while the scanning motor makes all of them.
+        least, most = int(line in redone), len(listed) + (line in redone)
         if line not in listed:
             least = most = 1
         if not least <= times <= most:

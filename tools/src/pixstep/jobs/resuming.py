@@ -197,6 +197,11 @@ def _line(job: Job, number: int, chain: int, found: Iterable[Found]) -> Line:
     if Fate.UNKNOWN in fates:
         silent = ", ".join(one.station.name for one in boards if one.place is None)
         return Line(number, Fate.UNKNOWN, f"unknown: board {silent} does not know it any more")
+    if Fate.BROKEN not in fates:
+        made = ", ".join(
+            one.station.name for one in boards if _fate(number, one.place) is Fate.PRINTED
+        )
+        return Line(number, Fate.BROKEN, f"broken: made by board {made} alone")
     pixel = min(_pixel(job, number, one.place) for one in boards if one.place)
     return Line(number, Fate.BROKEN, f"broken at pixel {pixel} of {job.pixels}")
 
