@@ -658,7 +658,7 @@ static void like_before(void)
     most = most_steps(150, 200);
     queue(start_word(LINE_START_SMOOTH), 0);
     queue(0, 0);
-    for (uint8_t i = (uint8_t)chance_between(0, 5); i < sizeof speeds; i++) {
+    for (uint8_t i = (uint8_t)chance_between(0, 5); i < (uint8_t)sizeof speeds; i++) {
         uint16_t next = speeds[i] <= most ? speeds[i] : (uint16_t)(most & 0xFFFEu);
         queue((int16_t)((speed + next) / 2u), 1);
         speed = next;

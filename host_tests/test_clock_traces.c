@@ -5,6 +5,7 @@
 // tells that an edge is judged in another way; tools/checks/trace_numbers.py writes new numbers
 // where that is meant.
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "fakes/chance.h"
@@ -67,7 +68,7 @@ static uint32_t either_way(uint32_t ticks)
 // Periods of all sizes, whole powers of two among them.
 static uint32_t some_period(void)
 {
-    uint32_t ticks = 1024uL << chance_between(0, 13);
+    uint32_t ticks = (uint32_t)1024 << chance_between(0, 13);
 
     return one_in(3) ? ticks : ticks + chance_between(0, ticks - 1u);
 }
@@ -243,7 +244,7 @@ static void odd_intervals_as_they_are_shown(void)
                 {0x8000FF, 0x8001},
                 {256, 1}};
 
-    for (uint8_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         struct clock_watch watch = {.known = true, .edge_ticks = 77};
 
         clock_watch_interval(&watch, 100000, 77u + rows[i].ticks);
@@ -266,7 +267,7 @@ static void errors_are_saturated(void)
                 {70000, 32767},
                 {-70000, -32767}};
 
-    for (uint8_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         struct clock_watch watch = {.known = true};
 
         clock_watch_note(&watch, rows[i].error);
@@ -287,7 +288,7 @@ static void what_counts_as_near(void)
                 {0x8020, 0x3FF},
                 {0x1000000, 0x3FF}};
 
-    for (uint8_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         struct pixel_period period = {.whole_ticks = rows[i].period, .divisor = 1};
         struct clock_watch watch = {.near = true, .error_ticks = 5, .phase = 3};
 
@@ -325,6 +326,20 @@ static int16_t some_edge_error(void)
     return (int16_t)error;
 }
 
+// The next pixel passes, or the clock's edge of one around it comes, many before or behind it.
+static void pixel_or_edge(struct records *records, uint16_t *pixel)
+{
+    if (one_in(2)) {
+        (*pixel)++;
+        int32_t steps = 10 * (int32_t)*pixel;
+        records_add(records, *pixel, steps + (one_in(6) ? 1 : 0), (uint16_t)steps);
+    } else {
+        uint16_t of = (uint16_t)(*pixel - (one_in(3) ? 25u : 3u));
+        of = (uint16_t)(of + chance_between(0, one_in(3) ? 40 : 10));
+        records_note_error(records, of, some_edge_error());
+    }
+}
+
 // Pixels pass, or clock edges of pixels around the newest one come: many before or behind it.
 static void recorded_line(void)
 {
@@ -343,15 +358,7 @@ static void recorded_line(void)
     see_records(&records);
     for (uint16_t i = 0; i < EDGES; i++) {
         taken++;
-        if (one_in(2)) {
-            pixel++;
-            int32_t steps = 10 * (int32_t)pixel;
-            records_add(&records, pixel, steps + (one_in(6) ? 1 : 0), (uint16_t)steps);
-        } else {
-            uint16_t of = (uint16_t)(pixel - (one_in(3) ? 25u : 3u));
-            of = (uint16_t)(of + chance_between(0, one_in(3) ? 40 : 10));
-            records_note_error(&records, of, some_edge_error());
-        }
+        pixel_or_edge(&records, &pixel);
         if (one_in(3)) {
             see_records(&records);
         }
@@ -375,48 +382,66 @@ static void see_grid(const struct line_grid *grid)
     see(lock_grid_tolerates());
 }
 
+static uint32_t lock_edge_ticks; // newest edge of the lock's clock
+static uint32_t lock_period_ticks;
+
+// A clock that is known.
+static void begin_lock(void)
+{
+    struct lock_grid *lock = lock_grid_now();
+
+    lock_period_ticks = some_period() / 2u + 1024u;
+    lock_edge_ticks = chance();
+    *lock = (struct lock_grid){.locks = true, .divider = (uint16_t)chance_between(1, 6)};
+    lock->lead_edges = (uint16_t)chance_between(1, 8);
+    lock->pixel = (struct pixel_period){.whole_ticks = lock_period_ticks * lock->divider,
+                                        .divisor = 1};
+#if SEVERAL_AXES
+    lock->more_edges = (uint16_t)chance_between(0, 2);
+#endif
+    lock_grid_tolerate(lock_period_ticks / (uint32_t)chance_between(40, 400));
+    see_long(lock->slack_ticks);
+    lock->filter.hold_over = 4;
+    clock_filter_aim(&lock->filter, lock_period_ticks, lock->lead_edges);
+    lock_edge_ticks += either_way(chance_between(0, lock->tolerance_ticks));
+    for (uint8_t i = 0; i < 40u; i++) {
+        lock_edge_ticks += lock_period_ticks;
+        (void)clock_filter_edge(&lock->filter, lock_edge_ticks);
+    }
+    lock_grid_hold_period();
+}
+
+// A line gets its place, after some pixels that are decoded without one.
+static void place_line(struct line_grid *grid)
+{
+    line_grid_start_locked(grid);
+    for (uint8_t left = (uint8_t)chance_between(0, 5); left != 0; left--) {
+        see_long(line_grid_advance(grid));
+        see_grid(grid);
+    }
+    uint16_t ahead = (uint16_t)chance_between(0, 5);
+    uint32_t zero = lock_grid_begin(ahead);
+
+    see_long(zero);
+#if SEVERAL_AXES
+    lock_grid_keep(line_grid_decoded(grid, 0), zero);
+#endif
+    line_grid_place(grid, 0, zero);
+}
+
 // A line along a lock's edges: before it has its place, and behind that.
 static void locked_line(void)
 {
     struct lock_grid *lock = lock_grid_now();
     struct line_grid grid;
-    uint32_t period_ticks = some_period() / 2u + 1024u;
-    uint32_t edge_ticks = chance();
 
-    *lock = (struct lock_grid){.locks = true, .divider = (uint16_t)chance_between(1, 6)};
-    lock->lead_edges = (uint16_t)chance_between(1, 8);
-    lock->pixel =
-        (struct pixel_period){.whole_ticks = period_ticks * lock->divider, .divisor = 1};
-#if SEVERAL_AXES
-    lock->more_edges = (uint16_t)chance_between(0, 2);
-#endif
-    lock_grid_tolerate(period_ticks / (uint32_t)chance_between(40, 400));
-    see_long(lock->slack_ticks);
-    lock->filter.hold_over = 4;
-    clock_filter_aim(&lock->filter, period_ticks, lock->lead_edges);
-    edge_ticks += either_way(chance_between(0, lock->tolerance_ticks));
-    for (uint8_t i = 0; i < 40u; i++) {
-        edge_ticks += period_ticks;
-        (void)clock_filter_edge(&lock->filter, edge_ticks);
-    }
-    lock_grid_hold_period();
-    line_grid_start_locked(&grid);
-    for (uint8_t left = (uint8_t)chance_between(0, 5); left != 0; left--) {
-        see_long(line_grid_advance(&grid));
-        see_grid(&grid);
-    }
-    uint16_t ahead = (uint16_t)chance_between(0, 5);
-    uint32_t zero = lock_grid_begin(ahead);
-    see_long(zero);
-#if SEVERAL_AXES
-    lock_grid_keep(line_grid_decoded(&grid, 0), zero);
-#endif
-    line_grid_place(&grid, 0, zero);
+    begin_lock();
+    place_line(&grid);
     for (uint8_t i = 0; i < EDGES / 3u; i++) {
         taken++;
-        edge_ticks +=
-            period_ticks + either_way(chance_between(0, lock->tolerance_ticks / 2u));
-        (void)clock_filter_edge(&lock->filter, edge_ticks);
+        lock_edge_ticks += lock_period_ticks;
+        lock_edge_ticks += either_way(chance_between(0, lock->tolerance_ticks / 2u));
+        (void)clock_filter_edge(&lock->filter, lock_edge_ticks);
         see_grid(&grid);
         while (!line_grid_early(&grid, one_in(2))) {
             see_long(line_grid_advance(&grid));
