@@ -34,7 +34,7 @@ from pixstep.progress import Progress, unseen
 
 _STATUS_S, _LOOK_S, _LEAST_S = 0.05, 0.25, 0.02
 _LOOKS_A_LINE = 8
-_TIMEOUT_S, _RETRIES = 0.15, 2  # so that a board that is lost is named within a second
+_TIMEOUT_S, _RETRIES = 0.2, 3  # so that a board that is lost is named within a second
 _AHEAD = 2  # lines that may be queued and not done
 
 
@@ -214,9 +214,9 @@ class Chain:
         self.note({
             "event": history.LOST, "board": station.name, "why": str(error), "last": self.last,
         })  # fmt: skip
-        self.watch.say(f"{error}; the other boards stop at the end of line {self.last}")
         if not self.alive:
             raise error
+        self.watch.say(f"{error}; the other boards stop at the end of line {self.last}")
 
     def _judge(self, station: Station) -> None:
         """Look at a board's axes. Raises BoardError for what keeps a board from going on."""
@@ -372,7 +372,9 @@ class Chain:
                 "motor": axis.motor, "board": station.name, "state": axis.state,
                 "position_steps": axis.position_steps,
             }  # fmt: skip
-            if len(found) == 1 and station.name not in self.lost:
+            if station.name in self.lost:
+                row["last_seen"] = True
+            elif len(found) == 1:
                 row |= {"line": found[0].line, "pixel": found[0].pixel}
             rows.append(row)
         return rows
@@ -382,7 +384,8 @@ def _where(row: Event) -> str:
     """Return where a motor is, in words."""
     if "position_steps" not in row:
         return f"where motor {row['motor']} is, is not known"
-    text = f"motor {row['motor']} {row['state']} at {row['position_steps']}"
+    seen = "last seen " if "last_seen" in row else ""
+    text = f"motor {row['motor']} {seen}{row['state']} at {row['position_steps']}"
     return f"{text}, line {row['line']} pixel {row['pixel']}" if "line" in row else text
 
 
