@@ -61,7 +61,7 @@ def resume(folder, link, **more):
 
 
 class Hook:
-    """Calls `act` before the simulator's command number `at`, of those that match a word."""
+    """Calls `act` before the simulator's command number `at`, or each, of those with a word."""
 
     def __init__(self, simulator, at, act, word="tx"):
         self.count, self.at, self.act, self.word = 0, at, act, word
@@ -71,7 +71,7 @@ class Hook:
     def __call__(self, text):
         if text.startswith(self.word):
             self.count += 1
-            if self.count == self.at:
+            if self.at in (None, self.count):
                 self.act()
         return self._command(text)
 

@@ -192,3 +192,19 @@ def test_what_became_of_a_line(places, fate, text):
     ]
     line = resuming._line(job, 7, 7, found)
     assert (line.fate.value, line.text) == (fate, text)
+
+
+def test_ctrl_c_stops_motors_on_their_way_to_the_start(folder):
+    with runbench.bus() as link:
+        ops.board_move(folder / "move.csv", steps=-4000, axis=0, link=link, pixel_hz=30)
+        made = link.simulator.count(0, 0)
+
+        def interrupt():
+            if link.simulator.count(0, 0) > made + 500:
+                os.kill(os.getpid(), signal.SIGINT)
+
+        runbench.Hook(link.simulator, None, interrupt)
+        with pytest.raises(StoppedError, match="stopped by Ctrl-C: board 1 axis 0 at position"):
+            runbench.run(folder, link, to_start=True)
+        assert 500 < link.simulator.count(0, 0) - made < 4000
+    assert not events(folder, "chain")

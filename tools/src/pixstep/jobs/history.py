@@ -37,7 +37,7 @@ class Base:
 
 @dataclass
 class History:
-    """What a log tells. `chain` is the first line of the last chain, 0 before there is one.
+    """What a log tells. `chain` is the first line of the last chain, 0 before it begins.
 
     `bases` are the axes when it began, by motor.
     """
@@ -75,6 +75,9 @@ class History:
             self.bases = {name: Base.of(data) for one in axes for name, data in one.items()}
         elif kind == CHAIN:
             self.chain, self.in_flight = line, []
+            self.bases = {name: Base.of(data) for name, data in event["axes"].items()}
+        elif kind == MOVED:
+            self.chain = 0
             self.bases = {name: Base.of(data) for name, data in event["axes"].items()}
         elif kind == QUEUED:
             self.in_flight.append(line)

@@ -141,13 +141,16 @@ def _found(job: Job, told: History, station: Station) -> Found:
     station.bases = {name: told.bases[name] for name in station.motors if name in told.bases}
     axes = station.axes() if station.bases else []
     most = max([*told.in_flight, *told.printed, told.chain - 1]) - told.chain + 1
+    most = most if told.chain else 0
     if any(axis.counted > most for axis in axes):
         return Found(
             station, None, trusted=False,
             text=f"has made lines that are not in the log; {positions}",
         )  # fmt: skip
     if not told.chain:
-        return Found(station, None, trusted=True, text=f"made no line yet; {positions}")
+        return Found(
+            station, None, trusted=True, text=f"rests before line {told.next_line}; {positions}"
+        )
     made = told.printed - told.skipped
     least = max([number + 1 for number in made if number >= told.chain], default=0)
     places = account.common([account.places(job, told.chain, axis, least) for axis in axes])

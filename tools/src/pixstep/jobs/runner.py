@@ -22,7 +22,7 @@ from pixstep.board.errors import BoardError
 from pixstep.board.link import World
 from pixstep.board.recording import Row
 from pixstep.board.together import Together
-from pixstep.jobs import account, history
+from pixstep.jobs import account, history, stations
 from pixstep.jobs.account import Axis
 from pixstep.jobs.job import Job
 from pixstep.jobs.parts import Parts
@@ -56,11 +56,15 @@ class JobBrokenError(BoardError):
 
 @dataclass
 class Watch:
-    """What whoever started a run is told, and what it may ask for."""
+    """What whoever started a run is told, and what it may ask for.
+
+    Lines can pause, `in_lines`; what goes before them can only be stopped.
+    """
 
     pause_asked: Callable[[], bool] = lambda: False
     progress: Progress = unseen
     say: Callable[[str], None] = lambda text: None
+    in_lines: bool = False
 
 
 @dataclass
@@ -105,6 +109,7 @@ class Chain:
                 self._begin()
                 with run.stopped_on_failure(group):
                     started = self._start()
+                    self.watch.in_lines = True
                     self._follow()
                 self._read_last_records()
         except BoardError as error:
@@ -115,6 +120,8 @@ class Chain:
         except BaseException as error:
             self._broken(f"stopped: {error!r}")
             raise
+        finally:
+            self.watch.in_lines = False
         if self.lost:
             raise self._broken("; ".join(map(str, self.lost.values())))
         if started:
@@ -164,7 +171,7 @@ class Chain:
         for station in self.stations:
             snapshot.await_lock(station.board, self.world)
             station.rebase()
-        bases = {name: vars(base) for one in self.stations for name, base in one.bases.items()}
+        bases = stations.bases_of(self.stations)
         self.note({"event": history.CHAIN, "line": self.first, "axes": bases})
 
     def _intend(self, line: int) -> None:

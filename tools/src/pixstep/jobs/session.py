@@ -42,6 +42,7 @@ class Session:
     clock: Callable[[], float] = time.time
     rests: int = 0
     reserve_px: float = math.inf
+    _brought: bool = False
 
     def note(self, event: Event) -> None:
         """Log an event with the time of day and the boards' time; it is on the disk then."""
@@ -74,10 +75,13 @@ class Session:
         them) is there; it may raise what keeps them from it. Without it they are refused.
         """
         while (first := self.told.next_line) <= self.job.lines:
+            if self.watch.pause_asked():
+                self.note({"event": history.PAUSED, "line": first - 1})
+                return Ended.PAUSED
             for station in self.stations:
                 tag.put(station.board, self.told.tags[station.name])
             stations.ready(self.stations)
-            away = self._away(first, takes_play=moves is not None and not self.told.chain)
+            away = self._away(first, takes_play=moves is not None and self._is_first)
             if away:
                 self.bring(away, moves)
                 moves = allow
@@ -110,16 +114,25 @@ class Session:
             if one.position_steps != one.wanted_steps or (motors[one.motor].backlash and one.side)
         ]  # fmt: skip
 
+    @property
+    def _is_first(self) -> bool:
+        """True as long as nobody knows from which side motors came: before lines and moves."""
+        return not (self.told.chain or self._brought)
+
     def bring(self, away: list[Off], moves: Callable[[list[Off]], None] | None) -> None:
         """Bring motors to where the next line begins, if they may be."""
         if moves is None:
             raise elsewhere(away)
         moves(away)
+        self._brought = True
         for text in positioning.go(self.machine, self.job, away, self.world):
             self.watch.say(text)
+        for station in self.stations:
+            station.rebase()
         self.note({
             "event": history.MOVED,
             "motors": {one.motor: [one.position_steps, one.wanted_steps] for one in away},
+            "axes": stations.bases_of(self.stations),
         })  # fmt: skip
 
     def _end_of_stretch(self, first: int) -> int:

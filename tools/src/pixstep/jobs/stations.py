@@ -81,6 +81,11 @@ def of_job(job: Job, machine: MachineFile, bus_of: Callable[[str], Link]) -> lis
     ]
 
 
+def bases_of(found: list[Station]) -> dict[str, dict[str, int]]:
+    """Return where counters and positions of all motors begin, as the log has it."""
+    return {name: vars(base) for one in found for name, base in one.bases.items()}
+
+
 def set_clock(stations: list[Station], machine: MachineFile) -> None:
     """Set the boards' pixel clock as the machine file has it."""
     clock = machine.clock

@@ -135,18 +135,22 @@ def safe(job: Job, machine: MachineFile) -> bool:
 
 @contextlib.contextmanager
 def watched(desk: Desk, pause_asked: Callable[[], bool]) -> Iterator[Watch]:
-    """Yield what a run is watched by. Ctrl-C asks for a pause, and the second one ends it."""
+    """Yield what a run is watched by.
+
+    While lines move, Ctrl-C asks for a pause and the second one stops; before that it stops.
+    """
     from pixstep.jobs.runner import Watch
 
     asked = threading.Event()
 
     def take(_number: int, _frame: object) -> None:
-        if asked.is_set():
+        if asked.is_set() or not watch.in_lines:
             raise KeyboardInterrupt
         asked.set()
 
     with desk.progress("printing") as show, _on_ctrl_c(take):
-        yield Watch(lambda: asked.is_set() or pause_asked(), show, desk.aside)
+        watch = Watch(lambda: asked.is_set() or pause_asked(), show, desk.aside)
+        yield watch
 
 
 @contextlib.contextmanager

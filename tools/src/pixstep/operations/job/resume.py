@@ -83,7 +83,7 @@ class JobResume(Prints):
             if told.finished:
                 data = printing.facts_of(self.run_path, job, told, "finished")
                 return Result(data, printing.text_of(data))
-            if told.chain and not job.header.resumable:
+            if (told.chain or told.printed) and not job.header.resumable:
                 raise RefusedError(f"{self.run_path}: the job is not resumable: begin it again")
             with buses.opened(desk, machine, self.port, self.timeout) as bus_of:
                 stations = of_job(job, machine, bus_of)
