@@ -39,7 +39,8 @@ def kill(ctx: click.Context, times: int, lines: int, seed: int, as_json: bool) -
         outcome = campaign.run(campaign.Plan(times, lines, seed), show)
     fates = ", ".join(f"{count} {name}" for name, count in sorted(outcome.fates.items()))
     rows = [
-        f"{outcome.times} runs of {lines} lines, the host killed in {outcome.killed}",
+        f"{outcome.times} runs of {lines} lines, the host killed in {outcome.killed}, "
+        f"the next one too in {outcome.killed_again}",
         f"  {outcome.listed} lines listed, at most {outcome.most_listed} of a run; of lines in "
         f"flight: {fates or 'none asked about'}",
     ]

@@ -30,6 +30,7 @@ from pixstep_dev.jobs.press import Press
 _REFUSED = 3
 _WAITS_S = 8.0  # from the host's death to the next one's start, at most
 _STOPPED, _STOPS_S = 0.4, 0.8  # in how many cases somebody stops the boards then, and how soon
+_TWICE = 0.3  # in how many cases the host that goes on dies too
 _ENDED = 7  # exit status of a child that came to its end
 
 
@@ -48,6 +49,7 @@ class Outcome:
 
     times: int = 0
     killed: int = 0
+    killed_again: int = 0  # of these, also the host that went on
     listed: int = 0
     most_listed: int = 0
     fates: dict[str, int] = field(default_factory=dict)
@@ -89,13 +91,20 @@ def _one(press: Press, where: Path, chance: random.Random, points: int, outcome:
         if not (where / run_log.NAME).exists() or not run_log.read(where / run_log.NAME):
             outcome.fates["not begun"] = outcome.fates.get("not begun", 0) + 1
             return
+        if chance.random() < _TWICE:
+            seed, again = chance.random(), chance.randint(1, points)
+            status = _in_child(
+                lambda: _dying_again(press, link, where, random.Random(seed), again, share)
+            )
+            outcome.killed_again += os.WIFSIGNALED(status)
+            link.simulator.wait_s(chance.random() * _WAITS_S)
         try:
-            listed, redone = _resume(press, link, where, chance, outcome, name)
+            _resume(press, link, where, chance, outcome, name)
         except BoardError as error:
             outcome.complaints.append(f"{name}: resume: {error}")
             return
         link.simulator.quit()
-    _judge(press, outcome, name, listed, redone)
+    _judge(press, outcome, name, run_log.read(where / run_log.NAME))
 
 
 def _stop_by_hand(link: SimLink, chance: random.Random) -> None:
@@ -110,13 +119,18 @@ def _dying(press: Press, link: SimLink, where: Path, at: int, share: float) -> N
         press.run(link, where)
 
 
+def _dying_again(
+    press: Press, link: SimLink, where: Path, chance: random.Random, at: int, share: float
+) -> None:
+    with _patched(_Deaths(link, at, share)):
+        _resume(press, link, where, chance, Outcome(), "")
+
+
 def _resume(
     press: Press, link: SimLink, where: Path, chance: random.Random, outcome: Outcome, name: str
-) -> tuple[set[int], set[int]]:
-    """Go on; return the lines that were listed first, and which of them are printed again."""
+) -> None:
+    """Go on; half of the lines that are listed first are printed again."""
     found = press.resume(link, where)
-    listed: set[int] = set()
-    redone: set[int] = set()
     if found.status == _REFUSED:
         listed = _listed(found, outcome)
         redone = {line for line in sorted(listed) if chance.random() < 0.5}
@@ -127,7 +141,6 @@ def _resume(
         )  # fmt: skip
     if found["state"] != "finished":
         outcome.complaints.append(f"{name}: {found['state']}: {found.page()}")
-    return listed, redone
 
 
 def _listed(found: Result, outcome: Outcome) -> set[int]:
@@ -139,27 +152,30 @@ def _listed(found: Result, outcome: Outcome) -> set[int]:
     return listed
 
 
-def _judge(press: Press, outcome: Outcome, name: str, listed: set[int], redone: set[int]) -> None:
+def _judge(press: Press, outcome: Outcome, name: str, events: list[dict[str, Any]]) -> None:
+    """Judge each line by its edges and by what the log says was decided before anything moved."""
     made = passes.of(press)
+    asked = [
+        one for one in events
+        if one["event"] == "skip"
+        or (one["event"] == "redo" and one["was"].startswith(("broken", "unknown")))
+    ]  # fmt: skip
+    listed = {one["line"] for one in asked}
+    skipped = {one["line"] for one in asked if one["event"] == "skip"}
     for line in range(1, press.job.lines + 1):
         times = made.full[line]
         # A host that dies between two boards' go lets one of them run alone: the stepping motor
         # stands at the first listed line while the scanning motor makes all of them.
-        least, most = int(line in redone), len(listed) + (line in redone)
+        least, most = int(line not in skipped), len(asked) + 1
         if line not in listed:
             least = most = 1
         if not least <= times <= most:
             how = "listed" if line in listed else "not listed"
             outcome.complaints.append(f"{name}: line {line}, {how}: printed {times} times")
-    moved = any(one["event"] == "moved" for one in _events(outcome, press, name))
+    moved = any(one["event"] == "moved" for one in events)
     whole = sum(press.steps(line) for line in range(1, press.job.lines + 1))
     if not listed and not moved and made.edges != whole:
         outcome.complaints.append(f"{name}: {made.edges} edges, not {whole}")
-
-
-def _events(outcome: Outcome, press: Press, name: str) -> list[dict[str, Any]]:
-    del name
-    return run_log.read(press.folder / f"{outcome.times}.pxrun" / run_log.NAME)
 
 
 class _Deaths:
