@@ -223,7 +223,9 @@ class Chain:
         })  # fmt: skip
         if not self.alive:
             raise error
-        self.watch.say(f"{error}; the other boards stop at the end of line {self.last}")
+        self.watch.say(
+            f"{error}; the other boards stop at the end of line {self.last} at the latest"
+        )
 
     def _judge(self, station: Station) -> None:
         """Look at a board's axes. Raises BoardError for what keeps a board from going on."""
