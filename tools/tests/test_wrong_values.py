@@ -23,6 +23,8 @@ from pixstep.cli.command import OutFile, OutFolder, OutPicture
 from pixstep.cli.examples import EXAMPLES
 from pixstep.cli.main import main
 from pixstep.errors import MISUSE, REFUSED
+from pixstep.jobs.job import Job
+from pixstep.jobs.run_folder import RunFolder
 
 DATA = natives.root() / "tools/data"
 MACHINE = """\
@@ -61,6 +63,7 @@ GOES_ON = (
     ("board start", "--records"),
     ("serve", "--socket"),  # it is made
     ("ioc", "--state"),  # it is made
+    ("job run", "--folder"),  # so is this
 )
 # A profile may be made for any motor.
 OWN_TEXTS = {("profile make", "--motor"): ("a/b",)}
@@ -154,6 +157,8 @@ def folder(tmp_path_factory):
     (made / "machine.toml").write_text(MACHINE)
     motors = {"scan": "X=200", "step": "Y=40", "machine": made / "machine.toml"}
     ops.job_make(image_size="9x2", output=made / "print.pxjob", **motors)
+    run = RunFolder.begin(made / "print.pxrun", Job.read(made / "print.pxjob"))
+    run.log().close()
     (made / "broken.toml").write_text(MACHINE.replace("mega", "mgea"))
     return made
 

@@ -10,7 +10,9 @@ from click.testing import CliRunner
 from pixstep.cli.main import main
 from pixstep_dev.cli.main import main as main_dev
 
-OFFERED = {"bench", "campaign", "docs", "fuzz", "motor-record", "mutants", "robustness", "wheels"}
+OFFERED = {
+    "bench", "campaign", "docs", "fuzz", "jobs", "motor-record", "mutants", "robustness", "wheels",
+}  # fmt: skip
 
 # Runs pixstep where pixstep_dev cannot be found, and says whether it tried to import it.
 WITHOUT_IT = """
@@ -37,7 +39,7 @@ def test_what_each_command_offers():
     assert OFFERED & set(main.commands) == {"bench"}
 
 
-@pytest.mark.parametrize("words", [["robustness"], ["fuzz"]], ids=" ".join)
+@pytest.mark.parametrize("words", [["robustness"], ["fuzz"], ["jobs"]], ids=" ".join)
 def test_help_of_every_command(words):
     text = CliRunner().invoke(main_dev, [*words, "--help"]).output
     for row in text.partition("Commands:")[2].strip().splitlines():

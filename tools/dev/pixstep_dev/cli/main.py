@@ -5,7 +5,17 @@ import click
 
 from pixstep.cli.command import Group
 from pixstep.version import __version__
-from pixstep_dev.cli import bench, campaign, docs, fuzz, motor_record, mutants, robustness, wheels
+from pixstep_dev.cli import (
+    bench,
+    campaign,
+    docs,
+    fuzz,
+    jobs,
+    motor_record,
+    mutants,
+    robustness,
+    wheels,
+)
 
 
 @click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
@@ -14,6 +24,6 @@ def main() -> None:
     """Prove pixstep: measure, inject faults, fuzz, mutate, keep the documents true."""
 
 
-for group in (bench, campaign, robustness, fuzz, motor_record, mutants, docs, wheels):
+for group in (bench, campaign, robustness, jobs, fuzz, motor_record, mutants, docs, wheels):
     for command in group.COMMANDS:
         main.add_command(command)

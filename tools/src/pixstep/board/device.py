@@ -120,11 +120,15 @@ class Board(Wire):
         A block of the line has counted up its number, which nothing but a reset sets to 0.
         """
         if self.axis(axis)["next_block"] == 0:
-            cause = regs.words(self.map.input("reset_cause"), self.input("reset_cause"))
-            raise BoardError(
-                f"board {self.unit}: it was reset ({cause}) during the line of axis {axis}: lines "
-                f"are lost, positions count from 0 again"
-            )
+            raise self.was_reset(axis)
+
+    def was_reset(self, axis: int) -> BoardError:
+        """Return that the board was reset during a line of an axis."""
+        cause = regs.words(self.map.input("reset_cause"), self.input("reset_cause"))
+        return BoardError(
+            f"board {self.unit}: it was reset ({cause}) during the line of axis {axis}: lines are "
+            f"lost, positions count from 0 again"
+        )
 
     def pixel_period_s(self) -> float:
         """Return the pixel period that the board measures, in seconds."""

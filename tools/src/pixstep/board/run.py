@@ -2,6 +2,7 @@
 """Lines of real boards: armed, started together, streamed and followed to their end."""
 
 import contextlib
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -29,6 +30,7 @@ _POLL_S = 0.02
 # which keeps a board from its steps for some 30,000 cycles.
 _STATUS_S, _AXES_S = 0.05, 0.25
 _MOVING = ("armed", "running")
+_WRAPS = 0x10000  # of lines_done
 _OVER = ("done", "loaded")  # a line has ended; loaded is the one behind it
 _TOGETHER = "too_fast_together"
 _STOP_TRIES = 3
@@ -56,6 +58,8 @@ class Lines:
     recorder: Reader | None = None
     # The registers of each axis as they were seen last, by whoever follows the lines.
     seen: Mapping[int, Mapping[str, int]] = field(default_factory=dict)
+    # Lines that each axis had finished when its present ones were armed, if that is known.
+    before: Mapping[int, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -103,6 +107,14 @@ def arm(
         orders.arm(board, axes, token, known)
 
 
+def arm_lines(lines: Lines, token: int = 0) -> None:
+    """Arm the axes of a group, and note how many lines they have finished before."""
+    look(lines)
+    lines.before = {axis: found["lines_done"] for axis, found in lines.seen.items()}
+    known = [(found["axis_state"], found["lines_done"]) for found in lines.seen.values()]
+    arm(lines.board, lines.axes, token, known)
+
+
 def arm_queued(lines: Lines) -> None:
     """Arm lines that have just been queued to run at once.
 
@@ -110,7 +122,7 @@ def arm_queued(lines: Lines) -> None:
     ones.
     """
     try:
-        arm(lines.board, lines.axes)
+        arm_lines(lines)
     except BoardError:
         discard(lines)
         raise
@@ -182,6 +194,37 @@ def _follow(group: list[Lines], world: World, pixels: int, progress: Progress) -
         _stream(group, world, look_s, pixel_s)
     for lines in group:
         require(lines, _OVER, "stopped before its end")
+    _require_all_made(group)
+
+
+def _require_all_made(group: list[Lines]) -> None:
+    """Raise BoardError for an axis that has a line loaded which was to follow without a gap.
+
+    Axes that begin together make equally many lines: one that has made fewer, and has the next one
+    in its queue, got that one too late. The lines that were sent to an axis are all to be made.
+    """
+    made = {
+        (lines.board.unit, axis): (found["lines_done"] - lines.before[axis]) % _WRAPS
+        for lines in group
+        for axis, found in lines.seen.items()
+        if axis in lines.before
+    }
+    most = max(made.values(), default=0)
+    for lines in group:
+        sent = Counter(item.axis for item in lines.uploads)
+        for axis, found in lines.seen.items():
+            mine = made.get((lines.board.unit, axis))
+            wanted = max(most, sent[axis])
+            if mine is not None and mine < wanted and _is_loaded(found):
+                raise BoardError(
+                    f"board {lines.board.unit}: axis {axis} ended after {mine} of {wanted} lines: "
+                    f"line {mine + 1} reached its queue too late, and is still there: the axes are "
+                    f"no longer in the same line (`pixstep board disarm` discards it)"
+                )
+
+
+def _is_loaded(found: Mapping[str, int]) -> bool:
+    return regs.axis_state(found["axis_state"]) == "loaded"
 
 
 def _stream(group: list[Lines], world: World, until_s: float, pixel_s: Mapping[int, float]) -> None:

@@ -133,7 +133,7 @@ def _arm_one(lines: Lines, token: int, armed: list[Lines]) -> None:
     """Arm a board's lines and note it; a board that did not say no may be armed too."""
     armed.append(lines)
     try:
-        run.arm(lines.board, lines.axes, token)
+        run.arm_lines(lines, token)
     except (NoReplyError, LineLostError):
         raise
     except BoardError:

@@ -72,6 +72,13 @@ EXAMPLES = {
         "job make --image-size 450x1000 --scan X=200 --step Y=40 -o print.pxjob",
         "job make --useq grid.yaml --axis-of X=x --axis-of Y=y --lead-in 8 -o print.pxjob",
     ),
+    "job pause": ("job pause print.pxrun",),
+    "job resume": ("job resume print.pxrun", "job resume print.pxrun --redo 7 --skip 8 --homed"),
+    "job run": (
+        "job run print.pxjob --folder monday.pxrun",
+        "job run print.pxjob --to-start --accept-amber",
+    ),
+    "job status": ("job status print.pxrun",),
     "job show": ("job show print.pxjob", "job show print.pxjob --line 7 --json"),
     "job show-config": ("job show-config print.pxjob", "job show-config print.pxjob --out copy"),
     "line check": (f"line check {_SMOOTH}", "line check many.csb --line 2 --decode plain --json"),

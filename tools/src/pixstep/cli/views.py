@@ -6,6 +6,7 @@ Each is what its operation calls `desk.view`; None where there is no terminal fo
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -47,10 +48,21 @@ def _serve(as_json: bool) -> Callable[[], Log]:
     return partial(Journal, as_json=as_json)
 
 
+def _confirm(as_json: bool) -> Callable[[str], bool] | None:
+    """Return what asks a person for a yes, where there is a terminal."""
+    if as_json or not sys.stdin or not sys.stdin.isatty():
+        return None
+    import click
+
+    return lambda text: bool(click.confirm(text, err=True))
+
+
 _VIEWS: dict[str, Callable[[bool], Any]] = {
     "board watch": _watch,
     "board selftest": _selftest,
     "board simulate": _simulate,
+    "job run": _confirm,
+    "job resume": _confirm,
     "serve": _serve,
     "ioc": _serve,
 }

@@ -116,10 +116,15 @@ def _acceleration(
         named = origin.frequency_of(path, None)
         made = Acceleration(tuple(speeds), source=str(path), made_for_hz=named, notes=tuple(notes))
         return made, use
+    return by_limits(machine, motor), ""
+
+
+def by_limits(machine: MachineFile, motor: MotorTable) -> Acceleration:
+    """Return the acceleration that a motor's limits allow. Raises UserError if it has none."""
     wanted = _wanted(machine, motor)
     top = int(wanted.speed.per_pixel(machine.pixel_hz))
     counts = accelerate.speeds(wanted, top, machine.clock.edges)
-    return Acceleration(tuple(counts), source=f"motor {motor.name}"), ""
+    return Acceleration(tuple(counts), source=f"motor {motor.name}")
 
 
 def _smooth_move(machine: MachineFile, motor: MotorTable, steps: int) -> Ramp:

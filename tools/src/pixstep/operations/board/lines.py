@@ -321,7 +321,7 @@ def _start(group: list[Lines], world: World) -> Together | None:
     """Start the lines; None of a single board."""
     if len(group) > 1:
         return together.start(group, world)
-    run.arm(group[0].board, group[0].axes)
+    run.arm_lines(group[0])
     return None
 
 

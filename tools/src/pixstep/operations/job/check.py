@@ -3,28 +3,24 @@
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypedDict
 
-from pixstep.board.errors import BoardError
-from pixstep.board.port import BAUD, TIMEOUT_S, TIMEOUTS_S, Port
-from pixstep.errors import FINE, MISUSE, NEGATIVE, UserError
+from pixstep.board.port import TIMEOUT_S, TIMEOUTS_S
+from pixstep.errors import FINE, MISUSE, NEGATIVE
 from pixstep.operations.desk import Desk
+from pixstep.operations.job import buses
 from pixstep.operations.job.reading import job_file, read
 from pixstep.operations.kinds import TEXT, Time
 from pixstep.operations.request import Request, flag, operation, option
 from pixstep.operations.result import Page, Result
-from pixstep.server import remote
 from pixstep.simulation.report import new_table
 
 if TYPE_CHECKING:
-    from pixstep.board.link import Link
     from pixstep.jobs.comparison import Row
     from pixstep.jobs.job import Job
-    from pixstep.jobs.machine_copy import MachineCopy
     from pixstep.machine.files import MachineFile
     from pixstep.operations.facts import Facts
 
@@ -107,7 +103,7 @@ class JobCheck(Request):
         """Read the job and compare it."""
         from pixstep.jobs import comparison, judging
 
-        found, today = read(self.job), _today(desk.facts)
+        found, today = read(self.job), buses.today(desk.facts)
         machine = today.tables
         rows = comparison.with_machine(found, today)
         rows += self._on_boards(desk, found, machine)
@@ -136,60 +132,8 @@ class JobCheck(Request):
         """Return the rows of all boards of the job, if they are asked."""
         if desk.link is None and self.port is None and not self.boards:
             return []
-        from pixstep.jobs import on_boards
-
-        rows: list[Row] = []
-        with contextlib.ExitStack() as stack:
-            buses = _Buses(desk, self, stack)
-            for name in _boards_of(job, machine):
-                try:
-                    board = buses.of(machine, name).board(machine.boards[name].unit)
-                    rows += on_boards.with_board(job, machine, name, board, board.who())
-                except BoardError as error:
-                    rows.append(on_boards.absent(name, str(error)))
-        return rows
-
-
-def _today(facts: Facts) -> MachineCopy:
-    """Return the machine file in force. Raises UserError if there is none, or for a wrong value."""
-    from pixstep.jobs.machine_copy import MachineCopy
-
-    path = facts.path
-    if path is None:
-        raise UserError("no machine file")
-    try:
-        return MachineCopy.of(path.read_bytes(), path)
-    except OSError as error:
-        raise UserError(f"{path}: {error.strerror or error}") from None
-
-
-class _Buses:
-    """The buses of a machine's boards, each opened once."""
-
-    def __init__(self, desk: Desk, asked: JobCheck, stack: contextlib.ExitStack) -> None:
-        self._desk, self._asked, self._stack = desk, asked, stack
-        self._open: dict[str, Link] = {}
-
-    def of(self, machine: MachineFile, name: str) -> Link:
-        """Return the bus of a board. Raises UserError if nothing says its port."""
-        if self._desk.link is not None:
-            return self._desk.link
-        table = machine.boards[name]
-        port = self._asked.port or table.port
-        if port is None:
-            raise UserError(f"{machine.path}: boards.{name} has no port, and none is given")
-        if port not in self._open:
-            asked = Port(port, table.baud or BAUD, table.parity, self._asked.timeout)
-            found = remote.open_bus(asked, lambda text: self._desk.say((text,)))
-            self._stack.callback(found.close)
-            self._open[port] = found
-        return self._open[port]
-
-
-def _boards_of(job: Job, machine: MachineFile) -> Iterator[str]:
-    """Yield the boards of a job's motors that the machine has today, each once."""
-    names = (machine.board_name(machine[name]) for name in job.motors if name in machine.motors)
-    yield from dict.fromkeys(names)
+        with buses.opened(desk, machine, self.port, self.timeout) as bus_of:
+            return buses.compared(job, machine, bus_of)
 
 
 def _field(row: Row) -> ComparedField:

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep-dev jobs`: campaigns of print jobs in simulated time, judged by their edges."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from typing import Any
+
+import click
+
+from pixstep import progress
+from pixstep.cli.command import Group
+
+_seed = click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
+_json = click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON.")
+
+
+@click.group("jobs", cls=Group)
+def jobs_group() -> None:
+    """What may happen to a print job: seams, late lines, dead hosts, lost boards."""
+
+
+@jobs_group.command()
+@click.option("--times", type=click.IntRange(min=1), default=10, show_default=True, help="Kills.")
+@click.option("--lines", type=click.IntRange(min=2), default=20, show_default=True)
+@_seed
+@_json
+@click.pass_context
+def kill(ctx: click.Context, times: int, lines: int, seed: int, as_json: bool) -> None:
+    """Kill the host at random, also while it writes its log, and resume.
+
+    Exit status 0 only if each line was printed exactly once by its edges, or was listed as broken
+    or unknown beforehand.
+    """
+    from pixstep_dev.jobs import kill as campaign  # takes a while to load
+
+    with progress.shown(f"{times} kills") as show:
+        outcome = campaign.run(campaign.Plan(times, lines, seed), show)
+    fates = ", ".join(f"{count} {name}" for name, count in sorted(outcome.fates.items()))
+    rows = [
+        f"{outcome.times} runs of {lines} lines, the host killed in {outcome.killed}, "
+        f"the next one too in {outcome.killed_again}",
+        f"  {outcome.listed} lines listed, at most {outcome.most_listed} of a run; of lines in "
+        f"flight: {fates or 'none asked about'}",
+    ]
+    _finish(ctx, asdict(outcome), rows, "every other line was printed once", as_json=as_json)
+
+
+@jobs_group.command()
+@click.option("--times", type=click.IntRange(min=1), default=6, show_default=True, help="Losses.")
+@click.option("--lines", type=click.IntRange(min=2), default=10, show_default=True)
+@_seed
+@_json
+@click.pass_context
+def power(ctx: click.Context, times: int, lines: int, seed: int, as_json: bool) -> None:
+    """Take a board's supply, reset it or cut its cable, and resume.
+
+    Exit status 0 only if the board was named within a second, the others ended at the same line, at
+    most two lines were unknown, and lines began within a step of their place.
+    """
+    from pixstep_dev.jobs import power as campaign  # takes a while to load
+
+    with progress.shown(f"{times} losses") as show:
+        outcome = campaign.run(campaign.Plan(times, lines, seed), show)
+    kinds = ", ".join(f"{count} {name}" for name, count in outcome.kinds.items())
+    rows = [
+        f"{outcome.times} losses of a board ({kinds}), named within {outcome.slowest_s:.2f} s",
+        f"  {outcome.unknown} lines unknown, at most {outcome.most_unknown} of a run, "
+        f"{outcome.broken} broken; {outcome.chains} chains of lines began at most "
+        f"{outcome.worst_start_steps} steps off",
+    ]
+    _finish(ctx, asdict(outcome), rows, "each was named, homed and went on", as_json=as_json)
+
+
+@jobs_group.command()
+@click.option("--times", type=click.IntRange(min=1), default=10, show_default=True, help="Delays.")
+@click.option("--lines", type=click.IntRange(min=2), default=4, show_default=True)
+@_seed
+@_json
+@click.pass_context
+def late(ctx: click.Context, times: int, lines: int, seed: int, as_json: bool) -> None:
+    """Let a line reach the queue of an axis, or of a board, too late.
+
+    Exit status 0 only if all axes ended at the same line, by their edges, or a fault named a motor.
+    """
+    from pixstep_dev.jobs import late as campaign  # takes a while to load
+
+    with progress.shown(f"{times} delays") as show:
+        outcome = campaign.run(campaign.Plan(times, lines, seed), show)
+    ends = ", ".join(f"{count} {name}" for name, count in sorted(outcome.ends.items()))
+    rows = [f"{outcome.times} late lines: {ends}"]
+    _finish(ctx, asdict(outcome), rows, "none was silent", as_json=as_json)
+
+
+@jobs_group.command()
+@click.option("--lines", type=click.IntRange(min=2), default=20, show_default=True)
+@click.option("--ppm", type=float, default=300.0, show_default=True, help="The clock is off by so.")
+@click.option("--jitter", "jitter_us", type=float, default=5.0, show_default=True, help="In us.")
+@click.option("--sync", type=click.Choice(["lock", "start"]), default="lock", show_default=True)
+@_seed
+@_json
+@click.pass_context
+def seams(
+    ctx: click.Context, lines: int, ppm: float, jitter_us: float, sync: str, seed: int,
+    as_json: bool,
+) -> None:  # fmt: skip
+    """Measure the seams between the lines of a job, on the pins.
+
+    Exit status 0 only if there is no gap, the boards' edges are within 2 ticks, the steps within a
+    tick of their board's grid, the load within a step at each image pixel both ways, and nothing
+    drifts.
+    """
+    from pixstep_dev.jobs import seams as campaign  # takes a while to load
+
+    plan = campaign.Plan(lines, ppm, jitter_us, -ppm, sync, seed)
+    with progress.shown(f"{lines} lines") as show:
+        outcome = campaign.run(plan, show)
+    rows = [
+        f"{lines} lines of 3 motors on 2 boards, sync {sync}, clock {ppm:+g} ppm, jitter "
+        f"{jitter_us:g} us, the second oscillator {-ppm:+g} ppm",
+        f"  gap {outcome.gap_px:g} px; boards' edges {outcome.apart_ticks:g} ticks apart; steps "
+        f"{outcome.grid_ticks:.2f} ticks off their board's grid; drift "
+        f"{outcome.drift_ticks:.2f} ticks",
+        f"  load {outcome.load_steps} steps off at {outcome.load_pixels} image edges; grid "
+        f"{outcome.clock_ticks:.1f} ticks beside the true clock's edges",
+    ]
+    _finish(ctx, asdict(outcome), rows, "no seam shows", as_json=as_json)
+
+
+def _finish(
+    ctx: click.Context, facts: dict[str, Any], rows: list[str], otherwise: str, *, as_json: bool
+) -> None:
+    """Print what a campaign found, as JSON or as text; end with 1 if there are complaints."""
+    complaints = facts["complaints"]
+    if as_json:
+        click.echo(json.dumps(facts, indent=2))
+    else:
+        told = [f"FAIL: {text}" for text in complaints] or [f"  {otherwise}"]
+        click.echo("\n".join([*rows, *told]))
+    ctx.exit(1 if complaints else 0)
+
+
+COMMANDS = (jobs_group,)

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: MIT
+"""The folder of a run, NAME.pxrun: the job, the log, and what somebody asks of the run.
+
+The job is in it as a copy, so that nothing else is needed to go on.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from dataclasses import dataclass
+from pathlib import Path
+
+from pixstep import atomic
+from pixstep.errors import UserError
+from pixstep.jobs import run_log
+from pixstep.jobs.history import History
+from pixstep.jobs.job import Job
+from pixstep.jobs.run_log import Event, RunLog
+
+SUFFIX = ".pxrun"
+_JOB, _PAUSE = "job.pxjob", "pause"
+
+
+@dataclass(frozen=True)
+class RunFolder:
+    """A run's folder, which is there."""
+
+    path: Path
+
+    @classmethod
+    def begin(cls, path: Path, job: Job) -> RunFolder:
+        """Make the folder of a new run."""
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise UserError(f"{path}: {error.strerror or error}") from None
+        atomic.write_bytes(path / _JOB, job.path.read_bytes())
+        return cls(path)
+
+    @staticmethod
+    def is_begun(path: Path) -> bool:
+        """True if a folder has the log of a run."""
+        return (path / run_log.NAME).exists()
+
+    @classmethod
+    def of(cls, path: Path) -> RunFolder:
+        """Return the folder of a run. Raises UserError if it is none."""
+        if not (path / run_log.NAME).is_file():
+            raise UserError(f"{path}: no run of a job: {run_log.NAME} is not there")
+        return cls(path)
+
+    @property
+    def job_path(self) -> Path:
+        """The copy of the job."""
+        return self.path / _JOB
+
+    @property
+    def log_path(self) -> Path:
+        """The log."""
+        return self.path / run_log.NAME
+
+    def log(self) -> RunLog:
+        """Open the log to write."""
+        return RunLog.open(self.log_path)
+
+    def events(self) -> list[Event]:
+        """Return what the log says."""
+        return run_log.read(self.log_path)
+
+    def history(self) -> History:
+        """Return what the log says of each line."""
+        return History.of(self.events())
+
+    @property
+    def is_running(self) -> bool:
+        """True if a process writes the log."""
+        return run_log.is_written(self.log_path)
+
+    def ask_pause(self) -> None:
+        """Ask whoever runs the job to pause."""
+        try:
+            (self.path / _PAUSE).touch()
+        except OSError as error:
+            raise UserError(f"{self.path}: {error.strerror or error}") from None
+
+    @property
+    def pause_asked(self) -> bool:
+        """True if somebody has asked for a pause."""
+        return (self.path / _PAUSE).exists()
+
+    def forget_pause(self) -> None:
+        """Take what was asked as done."""
+        with contextlib.suppress(OSError):
+            (self.path / _PAUSE).unlink()

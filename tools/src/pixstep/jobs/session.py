@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: MIT
+"""A run from where its log says to its end: each stretch of lines that are left, in position."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from pixstep.board import run
+from pixstep.board.errors import BoardError
+from pixstep.board.link import World
+from pixstep.errors import AskedText, RefusedError
+from pixstep.jobs import history, positioning, stations, tag
+from pixstep.jobs.history import History
+from pixstep.jobs.job import Job
+from pixstep.jobs.parts import Parts
+from pixstep.jobs.positioning import Off
+from pixstep.jobs.run_log import Event, RunLog
+from pixstep.jobs.runner import Chain, Ended, Watch
+from pixstep.jobs.stations import Station
+from pixstep.machine.files import MachineFile
+
+
+@dataclass
+class Session:
+    """A job on its boards, with the log that says how far it is.
+
+    `rests` counts how often the motors rested because this computer was late; `reserve_px` is how
+    many pixels before its turn a line was in the queues, at the least.
+    """
+
+    job: Job
+    machine: MachineFile
+    stations: list[Station]
+    world: World
+    log: RunLog
+    told: History
+    watch: Watch
+    parts: Parts | None = None
+    clock: Callable[[], float] = time.time
+    rests: int = 0
+    reserve_px: float = math.inf
+    _brought: bool = False
+
+    def note(self, event: Event) -> None:
+        """Log an event with the time of day and the boards' time; it is on the disk then."""
+        seconds = {"at": round(self.clock(), 3), "s": round(self.world.now_s(), 3)}
+        self.log.add({**event, **seconds})
+        self.told.take(event)
+
+    def begin(self, facts: Event, *, safe: bool) -> None:
+        """Log who prints what, on which boards, and give each board its tag."""
+        two_lines_s = 2 * self.job.pixels / float(self.machine.pixel_hz)
+        boards = {}
+        for station in self.stations:
+            stored = station.board.setting(tag.NAME)
+            station.rebase()
+            boards[station.name] = {
+                "unit": station.board.unit, "kind": station.board.who().board,
+                "firmware": station.board.who().firmware, tag.NAME: stored,
+                "tag": tag.new(stored, two_lines_s, safe=safe),
+                "axes": {name: vars(base) for name, base in station.bases.items()},
+            }  # fmt: skip
+        self.note({
+            "event": history.BEGIN, "job": self.job.header.id, "lines": self.job.lines,
+            "pixels": self.job.pixels, "boards": boards, **facts,
+        })  # fmt: skip
+
+    def make(self, moves: Callable[[list[Off]], None] | None = None) -> Ended:
+        """Make the lines that are left; raises JobBrokenError saying where everything is.
+
+        Motors that are not where their line begins are brought there, if `moves` (which is told of
+        them) is there; it may raise what keeps them from it. Without it they are refused.
+        """
+        while (first := self.told.next_line) <= self.job.lines:
+            if self.watch.pause_asked():
+                self.note({"event": history.PAUSED, "line": first - 1})
+                return Ended.PAUSED
+            for station in self.stations:
+                tag.put(station.board, self.told.tags[station.name])
+            stations.ready(self.stations)
+            away = self._away(first, takes_play=moves is not None and self._is_first)
+            if away:
+                self.bring(away, moves)
+                moves = allow
+            last = self._end_of_stretch(first)
+            chain = Chain(
+                self.job, self.machine, self.stations, self.world, self.note, self.watch, first,
+                last, self.parts,
+            )  # fmt: skip
+            ended = chain.make()
+            self.reserve_px = min(self.reserve_px, chain.reserve_px)
+            if ended is Ended.PAUSED:
+                self.note({"event": history.PAUSED, "line": chain.made})
+                return ended
+            if ended is Ended.DRY:
+                self._run_dry(chain.made)
+        self.note({"event": history.FINISHED, "line": self.job.lines})
+        self._give_boards_back()
+        return Ended.FINISHED
+
+    def _away(self, line: int, *, takes_play: bool) -> list[Off]:
+        """Return the motors that are not where a line begins.
+
+        With `takes_play` also those that may have come there from the wrong side of their play.
+        """
+        if not takes_play:
+            return positioning.off(self.job, line, self.stations)
+        motors = self.job.header.motors
+        return [
+            one for one in positioning.every(self.job, line, self.stations)
+            if one.position_steps != one.wanted_steps or (motors[one.motor].backlash and one.side)
+        ]  # fmt: skip
+
+    @property
+    def _is_first(self) -> bool:
+        """True as long as nobody knows from which side motors came: before lines and moves."""
+        return not (self.told.chain or self._brought)
+
+    def bring(self, away: list[Off], moves: Callable[[list[Off]], None] | None) -> None:
+        """Bring motors to where the next line begins, if they may be."""
+        if moves is None:
+            raise elsewhere(away)
+        moves(away)
+        self._brought = True
+        for text in positioning.go(self.machine, self.job, away, self.world):
+            self.watch.say(text)
+        for station in self.stations:
+            station.rebase()
+        self.note({
+            "event": history.MOVED,
+            "motors": {one.motor: [one.position_steps, one.wanted_steps] for one in away},
+            "axes": stations.bases_of(self.stations),
+        })  # fmt: skip
+
+    def _end_of_stretch(self, first: int) -> int:
+        """Return the last line before one that is printed already."""
+        printed = (n for n in range(first, self.job.lines + 1) if n in self.told.printed)
+        return next(printed, self.job.lines + 1) - 1
+
+    def _run_dry(self, line: int) -> None:
+        """Forget what came too late, so that the lines begin again at the next one."""
+        self.rests += 1
+        self.watch.say(f"this computer was late: the motors rested after line {line}")
+        for station in self.stations:
+            run.discard(station.lines)
+
+    def _give_boards_back(self) -> None:
+        """Put the boards' own times for a silent bus back."""
+        for station in self.stations:
+            stored = self.told.stored.get(station.name)
+            if stored is not None and self.told.tags[station.name]:
+                try:
+                    tag.put(station.board, stored)
+                except BoardError as error:
+                    self.watch.say(str(error))
+
+
+def elsewhere(away: Iterable[Off]) -> RefusedError:
+    """Return the refusal of motors that are not where their line begins."""
+    return RefusedError(AskedText(
+        "{away} ({to_start} brings motors to where the line begins)",
+        away="; ".join(map(str, away)),
+    ))  # fmt: skip
+
+
+def allow(away: list[Off]) -> None:
+    """Let motors be moved."""
+    del away

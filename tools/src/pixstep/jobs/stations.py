@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: MIT
+"""The boards of a job as they are spoken to: each with its motors and their axes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from pixstep.board import run, settings, upload
+from pixstep.board.device import Board
+from pixstep.board.link import Link
+from pixstep.board.run import Lines
+from pixstep.errors import UserError
+from pixstep.jobs.account import Axis
+from pixstep.jobs.history import Base
+from pixstep.jobs.job import Job
+from pixstep.machine.files import MachineFile
+
+
+@dataclass
+class Station:
+    """A board of a job: its name in the machine file, its motors with their axes."""
+
+    name: str
+    board: Board
+    motors: Mapping[str, int]
+    link: Link
+    bases: Mapping[str, Base] = field(default_factory=dict)
+    lines: Lines = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.lines = Lines(self.board, sorted(self.motors.values()))
+
+    def look(self) -> list[Axis]:
+        """Read the registers of the axes, in one request."""
+        run.look(self.lines)
+        return self.axes()
+
+    def axes(self) -> list[Axis]:
+        """Return the axes as they were seen last."""
+        seen = self.lines.seen
+        return [Axis(name, self.bases[name], seen[axis]) for name, axis in self.motors.items()]
+
+    def rebase(self) -> None:
+        """Let counters and positions of a chain of lines begin here."""
+        run.look(self.lines)
+        self.bases = {
+            name: Base(
+                self.board.unit, axis, *(
+                    self.lines.seen[axis][key]
+                    for key in ("lines_done", "next_block", "position_steps")
+                ),
+            )
+            for name, axis in self.motors.items()
+        }  # fmt: skip
+
+    @property
+    def positions(self) -> dict[str, int]:
+        """The positions of the motors as they were seen last."""
+        return {name: self.lines.seen[axis]["position_steps"] for name, axis in self.motors.items()}
+
+
+def of_job(job: Job, machine: MachineFile, bus_of: Callable[[str], Link]) -> list[Station]:
+    """Return the boards of a job; `bus_of` opens the bus of one by its name.
+
+    Raises UserError for boards on several buses: nobody could start them together.
+    """
+    motors: dict[str, dict[str, int]] = {}
+    for name in job.motors:
+        motor = machine[name]
+        motors.setdefault(machine.board_name(motor), {})[name] = motor.axis
+    links = {name: bus_of(name) for name in motors}
+    if len({id(link) for link in links.values()}) > 1:
+        raise UserError(
+            f"{machine.path}: the job's boards are on several ports ({', '.join(motors)}): boards "
+            f"that begin together are on one bus"
+        )
+    return [
+        Station(name, links[name].board(machine.boards[name].unit), axes, links[name])
+        for name, axes in motors.items()
+    ]
+
+
+def bases_of(found: list[Station]) -> dict[str, dict[str, int]]:
+    """Return where counters and positions of all motors begin, as the log has it."""
+    return {name: vars(base) for one in found for name, base in one.bases.items()}
+
+
+def set_clock(stations: list[Station], machine: MachineFile) -> None:
+    """Set the boards' pixel clock as the machine file has it."""
+    clock = machine.clock
+    for station in stations:
+        settings.set_clock(
+            station.board, machine.clock_hz, clock.sync, clock.edges, clock.gate_edges
+        )
+
+
+def ready(stations: list[Station]) -> None:
+    """Enable the drivers. Raises BoardError for an axis that has a line, or moves."""
+    for station in stations:
+        axes = station.lines.axes
+        upload.require_idle(station.board, axes)
+        run.command(station.board, "enable", axes)

@@ -1,0 +1,240 @@
+# SPDX-License-Identifier: MIT
+"""What running and resuming a job have in common: the comparison, the boards, signals, the end."""
+
+from __future__ import annotations
+
+import contextlib
+import getpass
+import math
+import signal
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NotRequired, TypedDict
+
+from pixstep import signals
+from pixstep.board.port import TIMEOUT_S, TIMEOUTS_S
+from pixstep.errors import FINE, REFUSED
+from pixstep.operations.bus import StoppedError
+from pixstep.operations.desk import Desk
+from pixstep.operations.job import buses
+from pixstep.operations.job.buses import BusOf
+from pixstep.operations.kinds import TEXT, Time
+from pixstep.operations.request import Request, flag, option, shared_fields
+from pixstep.operations.result import Result
+
+if TYPE_CHECKING:
+    from pixstep.jobs.comparison import Row
+    from pixstep.jobs.job import Job
+    from pixstep.jobs.machine_copy import MachineCopy
+    from pixstep.jobs.runner import Watch
+    from pixstep.jobs.session import Session
+    from pixstep.machine.files import MachineFile
+    from pixstep.operations.facts import Facts
+
+Confirm = Callable[[str], bool]
+_AMBER_SHOWN = 8
+
+
+class LineOfRun(TypedDict):
+    """A line that was in flight when a run was broken off: printed, left, broken or unknown."""
+
+    line: int
+    fate: str
+    text: str
+
+
+class BoardOfRun(TypedDict):
+    """A board as it is found: `trusted` if the positions of its motors hold."""
+
+    board: str
+    unit: int
+    trusted: bool
+    text: str
+
+
+class RunOfJob(TypedDict):
+    """A run of a job: finished, paused, running, broken or undecided.
+
+    `printed` counts lines that every board has confirmed, `left_s` is what the others take. Of this
+    run, `rests` counts how often motors rested between lines because this computer was late, and
+    `reserve_px` is how many pixels before its turn a line was queued, at the least.
+    """
+
+    run: str
+    job: str
+    id: str
+    state: str
+    lines: int
+    printed: int
+    skipped: list[int]
+    left_s: float
+    rests: NotRequired[int]
+    reserve_px: NotRequired[float | None]
+    boards: NotRequired[list[BoardOfRun]]
+    in_flight: NotRequired[list[LineOfRun]]
+
+
+@shared_fields
+class Prints(Request):
+    """A request that prints lines of a job."""
+
+    port: str | None = option(TEXT, "Port of the boards.", default_text="of the machine file")
+    timeout: float | None = option(
+        Time("s", *TIMEOUTS_S), "Time to wait for a reply, s.", shown="TIME",
+        variable="PIXSTEP_TIMEOUT", default_text=f"{TIMEOUT_S}",
+    )  # fmt: skip
+    accept_amber: bool = flag("Agree to what is amber in the comparison.")
+    records: bool = flag("Keep per-pixel records, a Parquet file a line in parts of the run.")
+
+    @classmethod
+    def prepare(cls, facts: Facts, say: Callable[[Iterable[str]], None]) -> None:
+        """Read the machine file here: what it has that nobody knows is a difference, no mistake."""
+        facts.on_mistake = lambda error: None
+
+    def compare(self, desk: Desk, job: Job, found: MachineCopy, bus_of: BusOf) -> dict[str, Any]:
+        """Compare a job with machine file and boards; return what goes into the log.
+
+        The boards' clock is set in between, for which nothing may move. Raises RefusedError for
+        red, and for amber to which nobody agrees.
+        """
+        from pixstep.jobs import comparison, stations
+
+        rows = comparison.with_machine(job, found)
+        comparison.require(job, rows, accept_amber=True)
+        machine = found.tables
+        stations.set_clock(stations.of_job(job, machine, bus_of), machine)
+        rows += buses.compared(job, machine, bus_of)
+        accepted = self._accepted(desk, rows)
+        comparison.require(job, rows, accept_amber=accepted)
+        told: dict[str, Any] = {"comparison": comparison.verdict(rows).word}
+        if told["comparison"] == "amber":
+            told["accepted_by"] = _user()
+        return told
+
+    def _accepted(self, desk: Desk, rows: list[Row]) -> bool:
+        from pixstep.jobs import comparison
+        from pixstep.jobs.rules import AMBER
+
+        confirm: Confirm | None = desk.view
+        if self.accept_amber or confirm is None or comparison.verdict(rows) is not AMBER:
+            return self.accept_amber
+        amber = [one for one in rows if one.colour is AMBER]
+        for one in amber[:_AMBER_SHOWN]:
+            desk.tell(f"amber: {one.place}: {one.field}: the job has {one.job}, found {one.found}: "
+                      f"{one.why}")  # fmt: skip
+        return confirm(f"{len(amber)} differences are amber. Print?")
+
+
+def safe(job: Job, machine: MachineFile) -> bool:
+    """Return whether no line needs the host while it moves."""
+    from pixstep.jobs import judging
+
+    return all(judging.room(job, machine, name).safe for name in job.motors)
+
+
+@contextlib.contextmanager
+def watched(desk: Desk, pause_asked: Callable[[], bool]) -> Iterator[Watch]:
+    """Yield what a run is watched by.
+
+    While lines move, Ctrl-C asks for a pause and the second one stops; before that it stops.
+    """
+    from pixstep.jobs.runner import Watch
+
+    asked = threading.Event()
+
+    def take(_number: int, _frame: object) -> None:
+        if asked.is_set() or not watch.in_lines:
+            raise KeyboardInterrupt
+        asked.set()
+
+    with desk.progress("printing") as show, _on_ctrl_c(take):
+        watch = Watch(lambda: asked.is_set() or pause_asked(), show, desk.aside)
+        yield watch
+
+
+@contextlib.contextmanager
+def _on_ctrl_c(take: Callable[[int, Any], None]) -> Iterator[None]:
+    """Do something at Ctrl-C, where this is the thread that gets it."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, take)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def make(desk: Desk, session: Session, path: Path, moves: Callable[[Any], None] | None) -> Result:
+    """Make the lines that are left, and return the result.
+
+    Raises StoppedError after a signal, JobBrokenError after a fault, both saying where all is.
+    """
+    from pixstep.jobs.runner import JobBrokenError
+
+    try:
+        ended = session.make(moves)
+    except KeyboardInterrupt as error:
+        told = "; ".join(getattr(error, "__notes__", ())) or "nothing moved"
+        raise StoppedError(
+            f"stopped by {signals.name(error)}: {told} (`pixstep job resume {path}`)",
+            signals.status(error),
+        ) from None
+    except JobBrokenError as error:
+        raise JobBrokenError(f"{error}; `pixstep job resume {path}` goes on", error.rows) from None
+    data = facts_of(path, session.job, session.told, ended.value)
+    reserve = None if math.isinf(session.reserve_px) else round(session.reserve_px, 1)
+    data["rests"], data["reserve_px"] = session.rests, reserve
+    return Result(data, "\n".join([text_of(data), *_gaps(data)]), FINE)
+
+
+def _gaps(data: RunOfJob) -> Iterator[str]:
+    """Yield whether there were gaps between lines, and how near one was."""
+    if data["rests"]:
+        yield f"{data['rests']} rests between lines, because this computer was late"
+    elif data["reserve_px"] is not None:
+        yield (
+            f"no gap between lines: each was queued at least {data['reserve_px']:g} pixels before "
+            f"its turn"
+        )
+
+
+def facts_of(path: Path, job: Job, told: Any, state: str) -> RunOfJob:
+    """Return the facts of a run."""
+    left = job.lines - len(told.printed)
+    return {
+        "run": str(path),
+        "job": str(job.path),
+        "id": job.header.id,
+        "state": state,
+        "lines": job.lines,
+        "printed": len(told.printed) - len(told.skipped),
+        "skipped": sorted(told.skipped),
+        "left_s": round(float(left * job.pixels / job.pixel_hz), 3),
+    }
+
+
+def text_of(data: RunOfJob) -> str:
+    """Return the state of a run in a sentence or two."""
+    skipped = data["skipped"]
+    more = f", skipped {', '.join(map(str, skipped))}" if skipped else ""
+    text = f"{data['run']}: {data['state']}: {data['printed']} of {data['lines']} lines{more}"
+    if data["state"] == "finished":
+        return text
+    text += f", {data['left_s']:.1f} s left"
+    if data["state"] in ("paused", "broken", "undecided"):
+        text += f": `pixstep job resume {data['run']}` goes on"
+    return text
+
+
+def undecided(data: RunOfJob, texts: Iterable[str]) -> Result:
+    """Return the result of a run that somebody has to decide about; nothing has moved."""
+    return Result(data, "\n".join(texts), REFUSED)
+
+
+def _user() -> str:
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):  # a system without a name for this user
+        return "unknown"

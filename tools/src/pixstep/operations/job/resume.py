@@ -1,0 +1,285 @@
+# SPDX-License-Identifier: MIT
+"""Go on with a run that was paused or broken off; say how a run is; ask it to pause."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pixstep.errors import FINE, NEGATIVE, RefusedError, UserError
+from pixstep.lazy import require_package
+from pixstep.operations.asked import AskedError
+from pixstep.operations.desk import Desk
+from pixstep.operations.job import buses, printing
+from pixstep.operations.job.printing import Prints, RunOfJob
+from pixstep.operations.kinds import PATH, Whole
+from pixstep.operations.request import Request, argument, flag, operation, option
+from pixstep.operations.result import Result
+
+if TYPE_CHECKING:
+    from pixstep.jobs.job import Job
+    from pixstep.jobs.resuming import Verdict
+    from pixstep.jobs.run_folder import RunFolder
+    from pixstep.jobs.session import Session
+    from pixstep.machine.files import MachineFile
+
+_SPARE_S = 5.0
+
+
+def run_folder() -> Any:
+    """Return the field of a run's folder."""
+    return argument(PATH, shown="NAME.pxrun")
+
+
+def _opened(path: Path) -> tuple[RunFolder, Job]:
+    require_package("pyarrow")
+    from pixstep.jobs.job import Job
+    from pixstep.jobs.run_folder import RunFolder
+
+    folder = RunFolder.of(path)
+    return folder, Job.read(folder.job_path)
+
+
+@operation("job resume")
+class JobResume(Prints):
+    """Go on with a run that was paused or broken off.
+
+    The boards are asked what they have made since. Each line is printed, not printed, broken at a
+    pixel, or unknown, where a board was reset or is gone. Of broken and unknown lines, at most two,
+    nothing is guessed: they are listed, nothing moves, exit status 3, until --redo or --skip says
+    what is to become of each. After a hard stop, a reset or a power cut positions do not hold: the
+    motors are homed first.
+    """
+
+    result = RunOfJob
+    needs_machine = True
+
+    run_path: Path = run_folder()
+    redo: tuple[int, ...] = option(
+        Whole(1), "Print line N again; again for more.", many=True, shown="N", default_text="none"
+    )
+    skip: tuple[int, ...] = option(
+        Whole(1), "Leave line N as it is; again for more.", many=True, shown="N",
+        default_text="none",
+    )  # fmt: skip
+    home: bool = flag("Home the motors whose positions do not hold, by the machine file.")
+    homed: bool = flag("They have been homed: their positions hold again.")
+    together: bool = flag("Go on although boards have made different lines.")
+
+    def run(self, desk: Desk) -> Result:
+        """Look at the boards, and print what is left."""
+        folder, job = _opened(self.run_path)
+        from pixstep.jobs import history, resuming
+        from pixstep.jobs.history import History
+        from pixstep.jobs.parts import Parts
+        from pixstep.jobs.session import Session, allow
+        from pixstep.jobs.stations import of_job
+
+        found = buses.today(desk.facts)
+        machine = found.tables
+        with folder.log() as log:
+            told = History.of(folder.events())
+            if told.finished:
+                data = printing.facts_of(self.run_path, job, told, "finished")
+                return Result(data, printing.text_of(data))
+            if (told.chain or told.printed) and not job.header.resumable:
+                raise RefusedError(f"{self.run_path}: the job is not resumable: begin it again")
+            with buses.opened(desk, machine, self.port, self.timeout) as bus_of:
+                stations = of_job(job, machine, bus_of)
+                world = bus_of(stations[0].name).world
+                resuming.await_rest(
+                    stations, world, 2 * job.pixels / float(job.pixel_hz) + _SPARE_S
+                )
+                verdict = resuming.judge(job, told, stations)
+                resuming.discard_left(stations)
+                refused = self._undecided(job, told, verdict)
+                if refused:
+                    return refused
+                for name in verdict.to_home if self.home else ():
+                    _home_direction(machine, name)
+                with printing.watched(desk, lambda: folder.pause_asked) as watch:
+                    parts = Parts(self.run_path) if self.records else None
+                    session = Session(job, machine, stations, world, log, told, watch, parts)
+                    self._settle(session, verdict)
+                    for station in stations:
+                        resuming.clear(station)
+                    facts = self.compare(desk, job, found, bus_of)
+                    session.note({"event": history.RESUME, **facts})
+                    if not told.lines:
+                        session.begin(facts, safe=printing.safe(job, machine))
+                    self._home(desk, session, verdict)
+                    try:
+                        return printing.make(desk, session, self.run_path, allow)
+                    finally:
+                        folder.forget_pause()
+
+    def _undecided(self, job: Job, told: Any, verdict: Verdict) -> Result | None:
+        """Return what somebody has to decide first; None if all is decided."""
+        from pixstep.jobs import resuming
+
+        asked = {one.number for one in verdict.asked}
+        for number in (*self.redo, *self.skip):
+            if number not in asked | told.skipped:
+                raise UserError(
+                    f"line {number} is neither broken nor unknown"
+                    + (f": {', '.join(map(str, sorted(asked)))} are" if asked else "")
+                )
+        both = set(self.redo) & set(self.skip)
+        if both:
+            raise AskedError("line {line}: either {redo} or {skip}", line=min(both))
+        texts = []
+        open_lines, _ = resuming.decide(verdict, self.redo, self.skip)
+        texts += [
+            f"line {one.number} is {one.text}: --redo {one.number} or --skip {one.number}"
+            for one in open_lines
+        ]
+        if verdict.disagree and not self.together:
+            texts.append("the boards have made different lines: --together goes on with the first "
+                         "that is not printed on all of them")  # fmt: skip
+        to_home = verdict.to_home
+        if to_home and not (self.homed or self.home):
+            texts.append(
+                f"positions do not hold: {', '.join(to_home)}: home them, then --homed; or --home"
+            )
+        if not texts:
+            return None
+        data = printing.facts_of(self.run_path, job, told, "undecided")
+        _add_boards(data, verdict)
+        rows = [f"board {one['board']}: {one['text']}" for one in data["boards"]]
+        rows += [f"line {one.number}: {one.text}" for one in verdict.lines
+                 if one.number not in asked]  # fmt: skip
+        return printing.undecided(data, [*rows, *texts, "nothing has moved"])
+
+    def _settle(self, session: Session, verdict: Verdict) -> None:
+        """Log what became of the lines in flight."""
+        from pixstep.jobs import history
+        from pixstep.jobs.resuming import Fate
+
+        for one in verdict.lines:
+            if one.fate is Fate.PRINTED:
+                session.note({"event": history.DONE, "line": one.number})
+            elif one.number in self.skip:
+                session.note({"event": history.SKIP, "line": one.number, "was": one.text})
+            else:
+                session.note({"event": history.REDO, "line": one.number, "was": one.text})
+
+    def _home(self, desk: Desk, session: Session, verdict: Verdict) -> None:
+        """Home motors whose positions do not hold, and bring them to their line from its side."""
+        from pixstep.jobs import history, positioning
+        from pixstep.jobs.session import allow
+
+        away = [one for one in verdict.boards if not one.trusted]
+        if not away or session.told.next_line > session.job.lines:
+            return
+        if self.home:
+            for name in verdict.to_home:
+                _home_motor(desk, session.machine, name, session.stations, self.port)
+        session.note({"event": history.HOMED, "motors": verdict.to_home})
+        moved = positioning.every(
+            session.job, session.told.next_line, [one.station for one in away]
+        )
+        session.bring(moved, allow)
+
+
+def _home_motor(
+    desk: Desk, machine: MachineFile, name: str, stations: Iterable[Any], port: str | None
+) -> None:
+    """Home a motor as `pixstep board home` does by the machine file."""
+    from pixstep.operations import python
+    from pixstep.operations.board.motion import BoardHome
+
+    station = next(one for one in stations if name in one.motors)
+    given: dict[str, Any] = {
+        "unit": station.board.unit,
+        "direction": _home_direction(machine, name),
+    }
+    place = port or machine.boards[station.name].port
+    if desk.link is None and place is not None:
+        given["port"] = place
+    done = python.run(BoardHome, given, machine=machine.path, motor=name, link=station.link)
+    desk.aside(done.page())
+
+
+def _home_direction(machine: MachineFile, name: str) -> str:
+    """Return where a motor's home switch is. Raises UserError if the machine file does not say."""
+    motor = machine[name]
+    if machine.profile(motor, "home") is None or motor.home_is_limit not in ("plus", "minus"):
+        raise AskedError(
+            "{path}: motor {name} has no profiles.home, or no home_is_limit that says in which "
+            "direction its home switch is: home it, then {homed}", path=machine.path, name=name,
+        )  # fmt: skip
+    return motor.home_is_limit
+
+
+def _add_boards(data: RunOfJob, verdict: Verdict) -> None:
+    data["boards"] = [
+        {
+            "board": one.station.name, "unit": one.station.board.unit, "trusted": one.trusted,
+            "text": one.text,
+        }
+        for one in verdict.boards
+    ]  # fmt: skip
+    data["in_flight"] = [
+        {"line": one.number, "fate": one.fate.value, "text": one.text} for one in verdict.lines
+    ]
+
+
+@operation("job status")
+class JobStatus(Request):
+    """Say how far a run is, by its log alone; no board is asked.
+
+    Exit status 0; 1 if the run was broken off.
+    """
+
+    result = RunOfJob
+
+    run_path: Path = run_folder()
+
+    def run(self, desk: Desk) -> Result:
+        """Read the log."""
+        folder, job = _opened(self.run_path)
+        told = folder.history()
+        state = _state(folder, told)
+        data = printing.facts_of(self.run_path, job, told, state)
+        data["in_flight"] = [
+            {"line": number, "fate": "in flight", "text": "queued, not confirmed"}
+            for number in told.in_flight
+        ]
+        texts = [printing.text_of(data)]
+        if told.in_flight and state != "running":
+            texts.append(f"in flight: line {', '.join(map(str, told.in_flight))}")
+        if told.last.get("event") == "stopped":
+            texts.append(f"stopped: {told.last['why']}")
+        return Result(data, "\n".join(texts), NEGATIVE if state == "broken" else FINE)
+
+
+@operation("job pause")
+class JobPause(Request):
+    """Ask a run of another console to pause.
+
+    It pauses at the end of the line behind the one that moves, as Ctrl-C there does.
+    """
+
+    result = RunOfJob
+
+    run_path: Path = run_folder()
+
+    def run(self, desk: Desk) -> Result:
+        """Leave the request in the run's folder."""
+        folder, job = _opened(self.run_path)
+        if not folder.is_running:
+            raise RefusedError(f"{self.run_path}: nobody runs it now (`pixstep job status`)")
+        folder.ask_pause()
+        told = folder.history()
+        data = printing.facts_of(self.run_path, job, told, "running")
+        last = max(told.in_flight, default=told.next_line)
+        return Result(data, f"{self.run_path}: pauses at the end of line {last}")
+
+
+def _state(folder: RunFolder, told: Any) -> str:
+    if told.finished:
+        return "finished"
+    if folder.is_running:
+        return "running"
+    return "paused" if told.last.get("event") == "paused" else "broken"

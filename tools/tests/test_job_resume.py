@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: MIT
+"""After a run that was broken off: nothing is guessed, nothing moves before it is decided."""
+
+import os
+import signal
+from types import SimpleNamespace
+from unittest import mock
+
+import pytest
+
+import runbench
+from pixstep import ops
+from pixstep.board.errors import BoardError
+from pixstep.errors import RefusedError, UserError
+from pixstep.jobs import account, resuming, runner
+from pixstep.jobs.run_folder import RunFolder
+from pixstep.operations.bus import StoppedError
+
+
+@pytest.fixture
+def folder(tmp_path, simulator):
+    """Return a folder with a machine and a job of four short lines."""
+    del simulator
+    runbench.folder_with_job(tmp_path)
+    return tmp_path
+
+
+def steps_of(folder, *lines):
+    """Return the edges that the scanning motor makes in lines."""
+    job = runbench.Job.read(folder / "a.pxjob")
+    return sum(job.line(line)["M39"].total_steps for line in lines)
+
+
+def events(folder, kind):
+    """Return the events of a kind."""
+    return [one for one in RunFolder.of(folder / "a.pxrun").events() if one["event"] == kind]
+
+
+def test_ctrl_c_pauses_and_the_second_one_stops(folder):
+    with runbench.bus() as link:
+        once = runbench.Hook(link.simulator, 72, lambda: os.kill(os.getpid(), signal.SIGINT))
+        twice = runbench.Hook(link.simulator, 76, lambda: os.kill(os.getpid(), signal.SIGINT))
+        with pytest.raises(StoppedError, match=r"stopped by Ctrl-C.*board 1 axis 0 at position"):
+            runbench.run(folder, link)
+        assert once.count > 72 and twice.count >= 76
+        assert set(ops.job_status(folder / "a.pxrun")["state"].split()) == {"broken"}
+        (stopped,) = events(folder, "stopped")
+        assert stopped["line"] == 1 and stopped["motors"][0]["motor"] == "M39"
+        made = link.simulator.count(0, 0)
+        found = runbench.resume(folder, link)
+        assert found.status == 3 and found["state"] == "undecided"
+        (line,) = [one for one in found["in_flight"] if one["fate"] == "broken"]
+        assert line["line"] == 1 and "broken at pixel" in line["text"]
+        assert "--redo 1 or --skip 1" in found.page() and "nothing has moved" in found.page()
+        assert link.simulator.count(0, 0) == made
+        with pytest.raises(UserError, match="line 3 is neither broken nor unknown: 1 are"):
+            runbench.resume(folder, link, redo=(3,))
+        found = runbench.resume(folder, link, redo=(1,))  # positions after a hard stop
+        assert found.status == 3 and "positions do not hold: M39" in found.page()
+        done = runbench.resume(folder, link, redo=(1,), homed=True)
+        assert (done["state"], done["printed"]) == ("finished", 4)
+        moved = events(folder, "moved")[0]["motors"]["M39"]
+        assert moved[1] == 0 and link.simulator.steps(0, 0) == 0
+        printed = steps_of(folder, 1, 2, 3, 4)
+        assert link.simulator.count(0, 0) > made + printed  # and the way back
+
+
+def test_a_board_that_was_reset_leaves_two_lines_unknown(folder):
+    with runbench.bus() as link:
+        runbench.Hook(link.simulator, 70, lambda: link.simulator.reset(0))
+        with pytest.raises(BoardError, match="board 1: it was reset"):
+            runbench.run(folder, link)
+        (lost,) = events(folder, "lost")
+        assert lost["board"] == "main"
+        found = runbench.resume(folder, link)
+        unknown = [one["line"] for one in found["in_flight"] if one["fate"] == "unknown"]
+        assert found.status == 3 and 1 <= len(unknown) <= 2
+        assert not found["boards"][0]["trusted"] and "reset" in found["boards"][0]["text"]
+        done = runbench.resume(folder, link, skip=tuple(unknown), homed=True)
+        assert done["state"] == "finished" and done["skipped"] == unknown
+        assert done["printed"] == 4 - len(unknown)
+
+
+def test_a_job_of_wet_material_begins_again(tmp_path, simulator):
+    del simulator
+    job = runbench.folder_with_job(tmp_path)
+    about = job.header.model_copy(update={"resumable": False})
+    runbench.replaced(job, about).write(tmp_path / "a.pxjob")
+    with runbench.bus() as link:
+        runbench.Hook(link.simulator, 60, RunFolder(tmp_path / "a.pxrun").ask_pause)
+        assert runbench.run(tmp_path, link)["state"] == "paused"
+        with pytest.raises(RefusedError, match="not resumable"):
+            runbench.resume(tmp_path, link)
+
+
+def test_a_machine_that_is_red_prints_nothing(folder):
+    text = (folder / "machine.toml").read_text()
+    (folder / "machine.toml").write_text(text.replace('"30 Hz"', '"31 Hz"'))
+    with runbench.bus() as link:
+        with pytest.raises(RefusedError, match="red: "):
+            runbench.run(folder, link)
+        assert link.simulator.count(0, 0) == 0
+    assert not (folder / "a.pxrun").exists()
+
+
+def test_amber_wants_a_yes(folder):
+    text = (folder / "machine.toml").read_text()
+    (folder / "machine.toml").write_text(text.replace('"250 steps"', '"100 steps"'))
+    with runbench.bus() as link:
+        with pytest.raises(RefusedError, match=r"amber: .*backlash"):
+            runbench.run(folder, link, accept_amber=False)
+        assert link.simulator.count(0, 0) == 0
+        done = runbench.run(folder, link)  # the job's 250 steps are sent
+        assert done["state"] == "finished"
+        assert link.simulator.count(0, 0) == steps_of(folder, 1, 2, 3, 4)
+    (begun,) = events(folder, "begin")
+    assert begun["comparison"] == "amber" and begun["accepted_by"]
+
+
+def test_motors_that_are_elsewhere_are_named_and_brought(folder):
+    with runbench.bus() as link:
+        ops.board_move(folder / "move.csv", steps=-40, axis=0, link=link, pixel_hz=30)
+        with pytest.raises(
+            RefusedError, match=r"motor M39 .board main. is at -40, the line begins"
+        ):
+            runbench.run(folder, link)
+        made = link.simulator.count(0, 0)
+        done = runbench.run(folder, link, to_start=True)
+        assert done["state"] == "finished" and link.simulator.count(0, 0) > made
+        assert events(folder, "moved")[0]["motors"]["M39"] == [-40, 0]
+
+
+def test_what_was_decided_stays_decided(folder):
+    with runbench.bus() as link:
+        runbench.Hook(link.simulator, 72, lambda: os.kill(os.getpid(), signal.SIGINT))
+        runbench.Hook(link.simulator, 76, lambda: os.kill(os.getpid(), signal.SIGINT))
+        with pytest.raises(StoppedError):
+            runbench.run(folder, link)
+        with pytest.raises(UserError, match=r"motor M39 has no profiles.home, or no home_is_limit"):
+            runbench.resume(folder, link, skip=(1,), home=True)
+        assert not events(folder, "skip")  # nothing was decided by what is not possible
+        runbench.Hook(link.simulator, 1, RunFolder(folder / "a.pxrun").ask_pause)
+        done = runbench.resume(folder, link, skip=(1,), homed=True)
+        assert done["state"] == "paused" and done["skipped"] == [1]
+        done = runbench.resume(folder, link, skip=(1,))  # again: it is decided
+        assert (done["state"], done["printed"], done["skipped"]) == ("finished", 3, [1])
+
+
+def test_a_board_that_was_reset_and_has_taken_a_line_since_is_named(folder):
+    """The next line goes out between the reset and the next look."""
+    with runbench.bus() as link:
+        job = runbench.Job.read(folder / "a.pxjob")
+        real = runner.Chain._send_until
+
+        def send(chain, until_s):
+            if chain.made == 1 and chain._sender.begun == 2:
+                link.simulator.reset(0)
+                link.simulator.boot()
+            real(chain, until_s)
+
+        with (
+            mock.patch.object(runner.Chain, "_send_until", send),
+            pytest.raises(BoardError, match="board 1: it was reset"),
+        ):
+            runbench.run(folder, link)
+        assert link.board().axis(0)["next_block"] > 0 and job.lines == 4
+        found = runbench.resume(folder, link)
+        fates = [(one["line"], one["fate"]) for one in found["in_flight"]]
+        assert fates == [(2, "unknown"), (3, "unknown")]
+
+
+@pytest.mark.parametrize(
+    ("places", "fate", "text"),
+    [
+        ([(8, 0), (8, 0)], "printed", "printed"),
+        ([(7, 0), (7, 0)], "not printed", "not printed"),
+        ([(7, 12), (7, 9)], "broken", "broken at pixel 9 of 40"),
+        ([(8, 0), (7, 9)], "broken", "broken at pixel 9 of 40"),
+        ([(8, 0), (7, 0)], "broken", "broken: made by board A alone"),
+        ([(8, 0), None], "unknown", "unknown: board B does not know it any more"),
+        ([(7, 0), None], "unknown", "unknown: board B does not know it any more"),
+        ([None, None], "unknown", "unknown: board A, B does not know it any more"),
+    ],
+)
+def test_what_became_of_a_line(places, fate, text):
+    job = SimpleNamespace(pixels=40)
+    found = [
+        resuming.Found(
+            SimpleNamespace(name=name), account.Place(*place) if place else None, True, ""
+        )
+        for name, place in zip("AB", places, strict=True)
+    ]
+    line = resuming._line(job, 7, 7, found)
+    assert (line.fate.value, line.text) == (fate, text)
+
+
+def test_ctrl_c_stops_motors_on_their_way_to_the_start(folder):
+    with runbench.bus() as link:
+        ops.board_move(folder / "move.csv", steps=-4000, axis=0, link=link, pixel_hz=30)
+        made = link.simulator.count(0, 0)
+
+        def interrupt():
+            if link.simulator.count(0, 0) > made + 500:
+                os.kill(os.getpid(), signal.SIGINT)
+
+        runbench.Hook(link.simulator, None, interrupt)
+        with pytest.raises(StoppedError, match="stopped by Ctrl-C: board 1 axis 0 at position"):
+            runbench.run(folder, link, to_start=True)
+        assert 500 < link.simulator.count(0, 0) - made < 4000
+    assert not events(folder, "chain")
