@@ -183,7 +183,7 @@ def test_past_the_server_the_port_is_busy(desk, terminal, monkeypatch):
 def test_another_rate_than_the_servers_is_refused(desk, terminal):
     with pytest.raises(UserError, match=r"its server \(pid \d+\) talks at .*115200 baud, 8N2"):
         desk.client(baud=9600)
-    with pytest.raises(UserError, match="leave --baud and --parity out"):
+    with pytest.raises(UserError, match="leave baud and parity out"):
         desk.client(parity="E")
 
 
