@@ -73,8 +73,7 @@ def test_the_list_has_every_pv(folder, pixstep):
         (("", ""), (), r"machine\.toml: board main has no port: --port PORT, or port in", 2),
         (("", ""), ("--machine", "none"), "no machine file: --machine FILE", 2),
         (("", ""), ("--port", "/dev/nothing"), "/dev/nothing: there is no such port", 2),
-        (("second", "m1"), ("--list",), "motors m1 and m2 both have the record T:m1", 2),
-        (("second", "a b"), ("--list",), "motor m2: no record can have the name 'T:a b'", 2),
+        (("", ""), ("--list", "--prefix", "A B:"), "no record can have the name 'A B:m1'", 2),
         (("DHLM = 100", "DHL = 1"), ("--list",), r"toml:\d+: .*fields\.DHL = 1: .* no such", 3),
         (("DHLM = 100", "RBV = 1"), ("--list",), r"toml:\d+: .*RBV = 1: only the record", 3),
         (("DHLM = 100", 'DIR = "X"'), ("--list",), r"DIR = 'X': a number, or one of Pos", 3),
@@ -85,6 +84,17 @@ def test_a_mistake_is_one_line(folder, invoke, change, words, said, status):
     done = invoke("ioc", *words, status=status)
     assert re.search(said, done.stderr), done.stderr
     assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [("a b", "no record can have the name 'a b'"), ("m1", "motor m1 has the record m1 already")],
+)
+def test_a_name_that_no_record_can_have_is_found_before_it_is_served(folder, invoke, name, says):
+    (folder / "machine.toml").write_text(MACHINE.replace('"second"', f'"{name}"'))
+    for words in (("machine", "check"), ("ioc", "--list")):
+        done = invoke(*words, status=3)
+        assert says in done.output
 
 
 @pytest.mark.parametrize("field", ["HOMF", "HOMR", "JOGF", "JOGR", "TWF", "TWR", "RLV"])

@@ -89,7 +89,7 @@ class Server:
                 asyncio.run(self._serve())
         except PlainError as error:
             self._failure = error
-        except (OSError, caproto.CaprotoError) as error:
+        except (OSError, OverflowError, caproto.CaprotoError) as error:
             self._failure = UserError(
                 f"Channel Access: {_reason(error)} (EPICS_CAS_INTF_ADDR_LIST, "
                 f"EPICS_CA_SERVER_PORT say where it listens)"

@@ -4,20 +4,17 @@
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from pixstep.errors import UserError
 from pixstep.lines.units import STEP, per_second
 from pixstep.machine.describe import ORDERS
+from pixstep.motor_record.record_name import WANTED, is_record_name
 
 if TYPE_CHECKING:
     from pixstep.machine.model import MachineTables, MotorTable
     from pixstep.motor_record.field import Value
 
-_NAME = re.compile(r"[A-Za-z0-9_:;<>\[\]{}/+-]+")
-_LONGEST_NAME = 55  # of a record: with a point and four letters EPICS has room for no more
 _LONGEST_TEXT = 40
 _USUAL_SPEED_STEPS_S = 1000.0  # of a motor whose file has no max_speed
 _USUAL_RAMP_S = 0.5  # of a motor whose file has no max_acceleration
@@ -90,23 +87,10 @@ def _digits(step: float) -> int:
 def record_names(machine: MachineTables, prefix: str) -> dict[str, str]:
     """Return the names of the records by the names of the motors.
 
-    Raises UserError for a name that no record can have, and for one that two have.
+    Raises UserError for a name that no record can have.
     """
     names = {name: prefix + (motor.epics.name or name) for name, motor in machine.motors.items()}
-    for wrong in _wrong_names(names):
-        raise UserError(f"{machine.path}: {wrong}")
-    return names
-
-
-def _wrong_names(names: dict[str, str]) -> Iterator[str]:
-    motors: dict[str, str] = {}
     for motor, record in names.items():
-        if not _NAME.fullmatch(record) or len(record) > _LONGEST_NAME:
-            yield (
-                f"motor {motor}: no record can have the name {record!r}: letters, digits and "
-                f"_ - : ; < > [ ] {{ }} / + are wanted, at most {_LONGEST_NAME} "
-                f"(motors.{motor}.epics.name gives it another)"
-            )
-        if record in motors:
-            yield f"motors {motors[record]} and {motor} both have the record {record}"
-        motors[record] = motor
+        if not is_record_name(record):
+            raise UserError(f"motor {motor}: no record can have the name {record!r}: {WANTED}")
+    return names

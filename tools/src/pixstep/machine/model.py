@@ -249,6 +249,7 @@ def contradictions(machine: MachineTables) -> Iterator[Problem]:
         yield from wrong_board or _axis_problems(machine, motor)
         yield from _length_problems(name, motor)
         yield from _field_problems(name, motor)
+    yield from _record_problems(machine)
 
 
 def _places_of_boards(machine: MachineTables) -> Iterator[Problem]:
@@ -297,6 +298,23 @@ def _length_problems(name: str, motor: MotorTable) -> Iterator[Problem]:
             motor.limit(key)
         except UserError as error:
             yield ("motors", name, "limits", key), str(error)
+
+
+def _record_problems(machine: MachineTables) -> Iterator[Problem]:
+    """Yield every name of a record that none can have, and every one that another motor has."""
+    given = {name: motor.epics.name or name for name, motor in machine.motors.items()}
+    if [*given] == [*given.values()]:
+        return
+    from pixstep.motor_record import record_name  # which files without records do not need
+
+    owners: dict[str, str] = {}
+    for name, record in given.items():
+        where = ("motors", name, "epics", "name")
+        if not record_name.is_record_name((machine.epics.prefix or "") + record):
+            yield where, f"no record can have the name {record!r}: {record_name.WANTED}"
+        if record in owners:
+            yield where, f"motor {owners[record]} has the record {record} already"
+        owners.setdefault(record, name)
 
 
 _BUTTONS = ("HOMF", "HOMR", "JOGF", "JOGR", "PROC", "RLV", "STOP", "SYNC", "TWF", "TWR")

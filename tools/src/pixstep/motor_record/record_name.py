@@ -1,0 +1,13 @@
+# SPDX-License-Identifier: MIT
+"""The name of a record."""
+
+import re
+
+LONGEST = 55  # with a point and four letters of a field EPICS has room for no more
+_NAME = re.compile(r"[A-Za-z0-9_:;<>\[\]{}/+-]+")
+WANTED = f"letters, digits and _ - : ; < > [ ] {{ }} / + are wanted, at most {LONGEST}"
+
+
+def is_record_name(text: str) -> bool:
+    """True if a record can have this name."""
+    return len(text) <= LONGEST and _NAME.fullmatch(text) is not None
