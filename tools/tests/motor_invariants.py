@@ -64,7 +64,8 @@ def types(r):
 def target_within_limits(r, last, commands):
     """No leg that a write begins goes beyond a limit, or farther beyond than where it begins.
 
-    A target outside is taken where the last one was as far outside, or farther.
+    A target outside is taken where the last one was as far outside, or farther. With MRES < 0 a
+    near relative move may make its approach from the other side, as the record's does.
     """
     low, high, target = r["DLLM"], r["DHLM"], r["DVAL"]
     ways = [one for one in commands if one.verb in ("MOVE_ABS", "MOVE_REL")]
@@ -76,6 +77,8 @@ def target_within_limits(r, last, commands):
         return
     lowest, highest = min(low, last, r["DRBV"]), max(high, last, r["DRBV"])
     for way in ways:
+        if way.verb == "MOVE_REL" and r["MRES"] < 0:
+            continue
         here = r["DRBV"] if way.verb == "MOVE_REL" else 0.0
         there = here + way.argument * r["MRES"]
         slack = 1e-9 * max(1.0, abs(there)) + abs(r["MRES"])

@@ -40,7 +40,7 @@ class FieldType(StrEnum):
 
 
 HIGHEST = 1e100
-"""Of any number, and its inverse the least: products and quotients of a few are still numbers."""
+"""Of any number; its inverse is the least that is not 0. Products and quotients stay numbers."""
 
 TEXTS = (FieldType.STRING, FieldType.LINK)
 BITS = {
@@ -114,9 +114,7 @@ class Field:
             raise PutRefusedError(self.name, value, f"{wanted} is wanted") from None
         if not abs(number) <= HIGHEST:
             raise PutRefusedError(self.name, value, f"a number of at most {HIGHEST:g} is wanted")
-        if 0 < abs(number) < 1 / HIGHEST:
-            raise PutRefusedError(self.name, value, f"0, or at least {1 / HIGHEST:g}, is wanted")
-        return number
+        return number if abs(number) >= 1 / HIGHEST else 0.0
 
     def _single(self, number: float) -> float:
         try:
