@@ -40,13 +40,14 @@ def test_queue_entries():
 
 
 @pytest.mark.parametrize(
-    ("text", "exact"), [("30", "30/1"), ("29.97", "2997/100"), ("30000/1001", "30000/1001")]
+    ("text", "exact"),
+    [("30", "30/1"), ("29.97", "2997/100"), ("30000/1001", "30000/1001"), ("1e3", "1000/1")],
 )
 def test_frequencies_are_exact(text, exact):
     assert hz_text(parse_hz(text)) == exact
 
 
-@pytest.mark.parametrize("text", ["0", "-1", "1/0", "abc", "1e3", "", "29,97", "0.0000000001"])
+@pytest.mark.parametrize("text", ["0", "-1", "1/0", "abc", "1x3", "1e99", "", "29,97", "0.0000000001"])
 def test_bad_frequencies(text):
     with pytest.raises(UserError, match="pixel frequency"):
         parse_hz(text)
