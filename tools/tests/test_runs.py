@@ -47,7 +47,7 @@ def test_frequencies_are_exact(text, exact):
     assert hz_text(parse_hz(text)) == exact
 
 
-@pytest.mark.parametrize("text", ["0", "-1", "1/0", "abc", "1x3", "1e99", "", "29,97", "0.0000000001"])
+@pytest.mark.parametrize("text", ["0", "-1", "1/0", "abc", "1e99", "", "29,97", "0.0000000001"])
 def test_bad_frequencies(text):
     with pytest.raises(UserError, match="pixel frequency"):
         parse_hz(text)
