@@ -369,11 +369,16 @@ static void axes_that_are_too_fast_together_are_not_armed(void)
     }
 }
 
-// What `go` has named is a number of an edge, and no token any more: nobody joins by it, nor by the
-// token, nor without one.
-static void nobody_joins_an_edge_that_is_named(void)
-{
 #if FEATURE_TOKENS && CONFIG_AXES > 1
+// The last axis is not armed, by whatever token.
+static void nobody_joins_by(uint16_t token)
+{
+    TEST_ASSERT_FALSE(bench_give(BENCH_MASK_OF(BENCH_LAST), COMMAND_ARM, token));
+}
+
+// Lets axis 0 wait for an edge that `go` has named; returns the edge.
+static uint16_t one_axis_waits_for_its_edge(void)
+{
     bench_plain_line(0, 10, 3);
     bench_plain_line(BENCH_LAST, 10, 3);
     TEST_ASSERT_TRUE(bench_give(1, COMMAND_ARM, 5));
@@ -383,9 +388,19 @@ static void nobody_joins_an_edge_that_is_named(void)
     const uint16_t edge = bench_edge_ahead(40);
     const struct order go = {1, COMMAND_GO, 5, edge};
     TEST_ASSERT_TRUE(commands_give(&go));
-    TEST_ASSERT_FALSE(bench_give(BENCH_MASK_OF(BENCH_LAST), COMMAND_ARM, edge));
-    TEST_ASSERT_FALSE(bench_give(BENCH_MASK_OF(BENCH_LAST), COMMAND_ARM, 5));
-    TEST_ASSERT_FALSE(bench_give(BENCH_MASK_OF(BENCH_LAST), COMMAND_ARM, 0));
+    return edge;
+}
+#endif
+
+// What `go` has named is a number of an edge, and no token any more: nobody joins by it, nor by the
+// token, nor without one.
+static void nobody_joins_an_edge_that_is_named(void)
+{
+#if FEATURE_TOKENS && CONFIG_AXES > 1
+    const uint16_t edge = one_axis_waits_for_its_edge();
+    nobody_joins_by(edge);
+    nobody_joins_by(5);
+    nobody_joins_by(0);
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
     TEST_ASSERT_EQUAL(AXIS_LOADED, axes_get(BENCH_LAST)->life.state);
     TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);

@@ -109,7 +109,7 @@ def steps_to_overshoot(v: Values) -> float:
 def retry_share(v: Values) -> float | None:
     """Return which part of a distance this retry covers. None: all of it, however small."""
     if v.rmod == RetryMode.ARITHMETIC:
-        return (v.rtry - v.rcnt + 1.0) / v.rtry
+        return (v.rtry - v.rcnt + 1.0) / max(v.rtry, 1)  # RTRY may become 0 in a retry
     if v.rmod == RetryMode.GEOMETRIC:
         return math.ldexp(1.0, 1 - v.rcnt)
     return None
