@@ -11,6 +11,7 @@
 #include "fakes/axis_bench.h"
 #include "fakes/chance.h"
 #include "fakes/promise.h"
+#include "fakes/trace.h"
 #include "motion/decode.h"
 #include "motion/lock_grid.h"
 #include "motion/segment_pack.h"
@@ -23,10 +24,6 @@
 #define LEAST_TICKS 64u    // interval of a line, by the bench's limits
 #define DONE_AFTER  30000u // rounds of a line
 
-// A sum in which the place of each word counts.
-static uint16_t turned;
-static uint16_t sum;
-
 static bool locked;
 static uint32_t clock_ticks; // newest edge of a lock's clock
 static uint32_t clock_period_ticks;
@@ -36,8 +33,7 @@ static uint32_t edges;
 void setUp(void)
 {
     promise_broken = 0;
-    turned = 0;
-    sum = 0;
+    trace_begin();
     ended = 0;
     edges = 0;
     locked = false;
@@ -50,28 +46,16 @@ void tearDown(void)
     *lock_grid_now() = (struct lock_grid){.locks = false};
 }
 
-static void see(uint16_t word)
-{
-    turned = (uint16_t)((uint16_t)(turned << 1 | turned >> 15) + word);
-    sum = (uint16_t)(sum + turned);
-}
-
-static void see_long(uint32_t word)
-{
-    see((uint16_t)word);
-    see((uint16_t)(word >> 16));
-}
-
 static void see_marks(const struct stream *stream)
 {
     for (uint8_t m = stream->mark_tail; m != stream->mark_head; m++) {
         const struct stream_mark *mark = &stream->marks[m & (STREAM_MARKS - 1u)];
         // A mark that waits has no slot yet.
         bool waits = (uint8_t)(m - stream->mark_placed) < STREAM_MARKS;
-        see(waits ? 0 : mark->slot);
-        see((uint16_t)(mark->periods << 1 | mark->line_start));
-        see(mark->position);
-        see(mark->ticks);
+        trace(waits ? 0 : mark->slot);
+        trace((uint16_t)(mark->periods << 1 | mark->line_start));
+        trace(mark->position);
+        trace(mark->ticks);
     }
 }
 
@@ -80,8 +64,8 @@ static void see_batches(const struct stream *stream)
 #if STREAM_BATCHES > 0
     for (uint8_t b = stream->batch_tail; b != stream->batch_head; b++) {
         const struct stream_batch *batch = &stream->batches[b & (STREAM_BATCHES - 1u)];
-        see((uint16_t)(batch->slot << 8 | batch->count));
-        see_long(batch->ticks);
+        trace((uint16_t)(batch->slot << 8 | batch->count));
+        trace_long(batch->ticks);
     }
 #else
     (void)stream;
@@ -90,13 +74,13 @@ static void see_batches(const struct stream *stream)
 
 static void see_stream(const struct stream *stream)
 {
-    see((uint16_t)(stream->head << 8 | stream->retired));
-    see_long(stream->end_ticks);
-    see(stream->trains[0].steps);
-    see(stream->trains[1].steps);
-    see(stream->behind_periods);
+    trace((uint16_t)(stream->head << 8 | stream->retired));
+    trace_long(stream->end_ticks);
+    trace(stream->trains[0].steps);
+    trace(stream->trains[1].steps);
+    trace(stream->behind_periods);
     if (stream->behind_periods != STREAM_UNKNOWN) {
-        see(stream->behind_ticks);
+        trace(stream->behind_ticks);
     }
     see_marks(stream);
     see_batches(stream);
@@ -104,43 +88,43 @@ static void see_stream(const struct stream *stream)
 
 static void see_line(const struct axis *axis)
 {
-    see((uint16_t)axis->line.position);
-    see(axis->line.room);
-    see((uint16_t)(axis->phase << 8 | axis->life.state));
-    see(decode_is_ahead(axis));
-    see_long(decode_ahead_ticks(axis));
-    see((uint16_t)axis->line.curve_half);
-    see(axis->line.edge_open);
+    trace((uint16_t)axis->line.position);
+    trace(axis->line.room);
+    trace((uint16_t)(axis->phase << 8 | axis->life.state));
+    trace(decode_is_ahead(axis));
+    trace_long(decode_ahead_ticks(axis));
+    trace((uint16_t)axis->line.curve_half);
+    trace(axis->line.edge_open);
     // From here the next curved pixel may go on.
     if (axis->line.curve_half != 0 && axis->walk.steps.curve.state.steep.good) {
-        see_long(axis->walk.steps.curve.state.steep.last_ticks);
-        see_long((uint32_t)axis->walk.steps.curve.state.steep.change);
+        trace_long(axis->walk.steps.curve.state.steep.last_ticks);
+        trace_long((uint32_t)axis->walk.steps.curve.state.steep.change);
     }
     if (axis->phase == DECODE_STEPS) {
-        see(axis->walk.until);
-        see_long(axis->walk.exact_ticks);
+        trace(axis->walk.until);
+        trace_long(axis->walk.exact_ticks);
     }
 }
 
 static void see_records(const struct records *records)
 {
-    see(records->made);
+    trace(records->made);
     if (records->count != 0) {
         struct pixel_record record = records_get(records, (uint8_t)(records->count - 1u));
-        see(record.pixel);
-        see((uint16_t)record.expected_steps);
-        see_long((uint32_t)record.actual_steps);
+        trace(record.pixel);
+        trace((uint16_t)record.expected_steps);
+        trace_long((uint32_t)record.actual_steps);
     }
 }
 
 static void see_ledger(const struct ledger *ledger)
 {
-    see_long((uint32_t)ledger->position_steps);
-    see_long(ledger->loaded_ticks);
-    see((uint16_t)ledger->pixel);
-    see(ledger->left);
-    see((uint16_t)(ledger->train << 8 | ledger->fresh));
-    see((uint16_t)ledger_train_loaded(ledger));
+    trace_long((uint32_t)ledger->position_steps);
+    trace_long(ledger->loaded_ticks);
+    trace((uint16_t)ledger->pixel);
+    trace(ledger->left);
+    trace((uint16_t)(ledger->train << 8 | ledger->fresh));
+    trace((uint16_t)ledger_train_loaded(ledger));
     see_records(&ledger->records);
 }
 
@@ -150,11 +134,11 @@ static void see_periods(void)
     struct axis *axis = &bench.axis;
 
     for (uint8_t back = 0; back < 3u; back++) {
-        see_long(ledger_period_start(&axis->ledger, &axis->feed.stream, back));
+        trace_long(ledger_period_start(&axis->ledger, &axis->feed.stream, back));
     }
-    see(ledger_steps_after(
+    trace(ledger_steps_after(
         &axis->ledger, &axis->feed.stream, bench.now_ticks - STEP_IDLE_TICKS / 2u, 100));
-    see(ledger_idles(&axis->ledger));
+    trace(ledger_idles(&axis->ledger));
 }
 
 static void see_capture(const struct engine_sample *sample)
@@ -164,7 +148,7 @@ static void see_capture(const struct engine_sample *sample)
     uint8_t back = (uint8_t)chance_between(0, 2);
     uint16_t ticks = (uint16_t)chance_between(0, 200);
 
-    see_long(ledger_advance_to_capture(
+    trace_long(ledger_advance_to_capture(
         &axis->ledger, &axis->feed.stream, sample, back, ticks));
 }
 
@@ -176,7 +160,7 @@ static void follow(void)
     struct stream *stream = &axis->feed.stream;
     struct engine_sample sample = step_engine_sample(&bench.engine);
 
-    see(ledger_due(ledger, stream, &sample));
+    trace(ledger_due(ledger, stream, &sample));
     // Full marks keep the decoder from the next pixel.
     switch (stream_marks_full(stream) ? 2u : chance_between(0, 11)) {
     case 0:
@@ -189,10 +173,10 @@ static void follow(void)
     case 2:
     case 3:
         ledger_advance(ledger, stream, &sample, LEDGER_BY_BATCHES);
-        see((uint16_t)ledger_position_at(ledger, stream, sample.tail));
+        trace((uint16_t)ledger_position_at(ledger, stream, sample.tail));
         break;
     case 4:
-        see(ledger_advance_whole(ledger, stream, sample.tail));
+        trace(ledger_advance_whole(ledger, stream, sample.tail));
         break;
     case 5:
     case 6:
@@ -220,8 +204,8 @@ static void load_periods(void)
 {
     for (uint8_t left = (uint8_t)chance_between(0, 7); left != 0; left--) {
         struct step_load load = step_engine_next(&bench.engine, &bench.ring);
-        see(load.top_ticks);
-        see(load.pulse);
+        trace(load.top_ticks);
+        trace(load.pulse);
         bench.now_ticks += (uint32_t)load.top_ticks + 1u;
         if (load.pulse) {
             edges++;
@@ -238,7 +222,7 @@ static void decode(void)
 #if SEVERAL_AXES
     axis->made_entries = (uint8_t)(bench.engine.tail - axis->feed.stream.retired);
 #endif
-    see(decode_axis(
+    trace(decode_axis(
         axis, &bench.period, budgets[chance_between(0, sizeof budgets - 1u)]));
     see_stream(&axis->feed.stream);
     see_line(axis);
@@ -263,7 +247,7 @@ static bool begins(void)
     for (uint8_t turns = 0; !decode_is_ahead(axis) && turns < 200u; turns++) {
         decode();
     }
-    see((uint16_t)axis->feed.lead_in_ticks);
+    trace((uint16_t)axis->feed.lead_in_ticks);
     bench.zero_ticks = bench.now_ticks + BENCH_DELAY_TICKS;
     if (axis->feed.merge) {
         return false; // its first step is not known yet
@@ -290,7 +274,7 @@ static void bring_to_rest(void)
     ledger_advance(&axis->ledger, &axis->feed.stream, &sample, LEDGER_EXACTLY);
     see_ledger(&axis->ledger);
     see_periods();
-    see(ledger_settle_play(&axis->ledger));
+    trace(ledger_settle_play(&axis->ledger));
     uint8_t slot = 0;
     TEST_ASSERT_TRUE(step_engine_settle(&bench.engine, &bench.ring, &slot));
     axis_discard(axis, slot);
@@ -322,14 +306,14 @@ static void run(void)
     } else {
         ended++;
     }
-    see((uint16_t)bench.steps);
-    see(axis->lines_done);
-    see(axis->play_unknown);
+    trace((uint16_t)bench.steps);
+    trace(axis->lines_done);
+    trace(axis->play_unknown);
 }
 
 static void queue(int16_t count, uint16_t repeat)
 {
-    see((uint16_t)bench_queue(count, repeat));
+    trace((uint16_t)bench_queue(count, repeat));
 }
 
 // One pixel more, in the shortest form that it has now and then.
@@ -339,7 +323,7 @@ static void queue_pixel(int16_t count, int16_t last)
     uint8_t byte = (uint8_t)((int16_t)SEGMENT_NEAR_ZERO + change);
 
     if (change >= -56 && change <= 56 && chance_between(0, 2) != 0) {
-        see((uint16_t)bench_queue_block(bench.axis.next_block, &byte, 1, true));
+        trace((uint16_t)bench_queue_block(bench.axis.next_block, &byte, 1, true));
         return;
     }
     queue(count, (uint16_t)chance_between(1, 2));
@@ -486,7 +470,7 @@ static void open_limit(uint32_t interval_ticks, uint16_t steps)
 
 static void check(uint32_t wanted)
 {
-    TEST_ASSERT_EQUAL_HEX32(wanted, (uint32_t)turned << 16 | sum);
+    TEST_ASSERT_EQUAL_HEX32(wanted, trace_number());
 }
 
 // So many lines of a kind, on a board of several axes and on that of one; many: of many more,

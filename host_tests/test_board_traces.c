@@ -17,6 +17,7 @@
 #include "fakes/board_bench.h"
 #include "fakes/chance.h"
 #include "fakes/eeprom.h"
+#include "fakes/trace.h"
 #include "hal/step_timer.h"
 #include "hal/switches.h"
 #include "motion/lock_grid.h"
@@ -30,9 +31,7 @@
 #define MANY      60u  // and of so many more on the PC, which has the time
 #define SETTLED   60u  // rounds in which a clock becomes known
 
-static bool many;       // of each kind many scenarios, on the PC alone
-static uint16_t turned; // a sum in which the place of each word counts
-static uint16_t sum;
+static bool many;           // of each kind many scenarios, on the PC alone
 static uint32_t runs;       // how often an axis was seen running
 static uint8_t chosen_axes; // the scenario's axes
 static uint16_t most_steps; // of a plain pixel
@@ -42,8 +41,7 @@ static uint32_t edge_ticks; // distance of the clock's edges
 
 void setUp(void)
 {
-    turned = 0;
-    sum = 0;
+    trace_begin();
     runs = 0;
     *lock_grid_now() = (struct lock_grid){.locks = false};
 }
@@ -58,18 +56,6 @@ static bool now_and_then(uint8_t one_in)
     return one_in != 0 && chance_between(1, one_in) == 1;
 }
 
-static void see(uint16_t word)
-{
-    turned = (uint16_t)((uint16_t)(turned << 1 | turned >> 15) + word);
-    sum = (uint16_t)(sum + turned);
-}
-
-static void see_long(uint32_t word)
-{
-    see((uint16_t)word);
-    see((uint16_t)(word >> 16));
-}
-
 // The clock's errors, of the newest pixel and of those still to come.
 static void see_errors(const struct records *records)
 {
@@ -78,9 +64,9 @@ static void see_errors(const struct records *records)
     for (uint8_t i = 0; i < RECORDS_EARLY; i++) {
         early = (uint16_t)((uint16_t)(early << 1) + (uint16_t)records->early_ticks[i]);
     }
-    see(early);
+    trace(early);
     if (records->count != 0) {
-        see((uint16_t)records->kept[records->newest].edge_error_ticks);
+        trace((uint16_t)records->kept[records->newest].edge_error_ticks);
     }
 }
 
@@ -88,13 +74,13 @@ static void see_axis(uint8_t i)
 {
     const struct axis *axis = axes_get(i);
 
-    see((uint16_t)(axis->life.state << 8 | axis->phase));
-    see((uint16_t)(axis->feed.stream.head << 8 | axis->feed.stream.retired));
-    see((uint16_t)(step_timer_state(i) << 8 | step_timer_tail(i)));
-    see((uint16_t)fake_axes[i].steps);
-    see_long(fake_axes[i].last_step_ticks);
-    see(fake_axes[i].enabled);
-    see((uint16_t)axis->ledger.pixel);
+    trace((uint16_t)(axis->life.state << 8 | axis->phase));
+    trace((uint16_t)(axis->feed.stream.head << 8 | axis->feed.stream.retired));
+    trace((uint16_t)(step_timer_state(i) << 8 | step_timer_tail(i)));
+    trace((uint16_t)fake_axes[i].steps);
+    trace_long(fake_axes[i].last_step_ticks);
+    trace(fake_axes[i].enabled);
+    trace((uint16_t)axis->ledger.pixel);
     see_errors(&axis->ledger.records);
     if (axis->life.state == AXIS_RUNNING) {
         runs++;
@@ -106,19 +92,19 @@ static void see_board(void)
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         see_axis(i);
     }
-    see(faults_record()->code);
-    see(faults_record()->axis);
-    see(faults_record()->argument);
-    see_long(faults_record()->mask);
-    see((uint16_t)(seek_now()->trip_code << 8 | seek_now()->axis));
-    see((uint16_t)seek_now()->position_steps);
-    see_long(seek_now()->ticks);
-    see(fake_permit);
-    see(fake_watchdog_feeds);
-    see(token_now());
-    see(mark_now()->steady);
-    see(reference_number());
-    see(reference_present());
+    trace(faults_record()->code);
+    trace(faults_record()->axis);
+    trace(faults_record()->argument);
+    trace_long(faults_record()->mask);
+    trace((uint16_t)(seek_now()->trip_code << 8 | seek_now()->axis));
+    trace((uint16_t)seek_now()->position_steps);
+    trace_long(seek_now()->ticks);
+    trace(fake_permit);
+    trace(fake_watchdog_feeds);
+    trace(token_now());
+    trace(mark_now()->steady);
+    trace(reference_number());
+    trace(reference_present());
 }
 
 // Some registers of any kind, as a host reads them.
@@ -136,17 +122,17 @@ static void read_some(void)
     address = (uint16_t)(address + chance_between(0, 40));
     uint8_t count = (uint8_t)chance_between(1, 30);
     bool mapped = data_input_mapped(address, count);
-    see(mapped);
+    trace(mapped);
     if (!mapped) {
         return;
     }
     uint8_t quick = data_inputs(address, count, bytes);
-    see(quick);
+    trace(quick);
     for (uint8_t i = 0; i < 2u * quick; i++) {
-        see(bytes[i]);
+        trace(bytes[i]);
     }
     for (; quick < count; quick++) {
-        see(data_input((uint16_t)(address + quick)));
+        trace(data_input((uint16_t)(address + quick)));
     }
 }
 
@@ -156,25 +142,25 @@ static void read_others(void)
     uint16_t count = (uint16_t)chance_between(1, 5);
 
     for (uint8_t which = SERVER_COILS; which <= SERVER_DISCRETE; which++) {
-        see(data_bits_mapped(address, count, which));
+        trace(data_bits_mapped(address, count, which));
         if (data_bits_mapped(address, 1, which)) {
-            see(data_bit(address, which));
+            trace(data_bit(address, which));
         }
     }
-    see(data_holding_mapped(address, count));
+    trace(data_holding_mapped(address, count));
     if (data_holding_mapped(address, 1)) {
-        see(data_holding(address));
+        trace(data_holding(address));
     }
     address = (uint16_t)(REG_HOLDING_axis_mask + chance_between(0, 4));
-    see(data_holding_mapped(address, 1));
-    see(store_state());
+    trace(data_holding_mapped(address, 1));
+    trace(store_state());
 }
 
 // Queues, entry by entry.
 
 static void queue(uint8_t axis, int16_t count, uint16_t repeat)
 {
-    see((uint16_t)bench_entry(axis, count, repeat));
+    trace((uint16_t)bench_entry(axis, count, repeat));
 }
 
 static void queue_ramp(uint8_t axis, int16_t each, uint8_t ramp, uint16_t pixels)
@@ -287,7 +273,7 @@ static void order(uint16_t mask, enum command command, uint16_t argument, uint16
     put_word(&words[2], (uint16_t)command);
     put_word(&words[4], argument);
     put_word(&words[6], edge);
-    see((uint16_t)data_write(REG_HOLDING_axis_mask, 4, words));
+    trace((uint16_t)data_write(REG_HOLDING_axis_mask, 4, words));
 }
 
 static uint16_t some_axes(void)
@@ -354,7 +340,7 @@ static void any_coils(void)
     uint8_t bits[2] = {(uint8_t)values, (uint8_t)(values >> 8)};
 
     if (data_bits_mapped(address, count, SERVER_COILS)) {
-        see((uint16_t)data_write_coils(address, count, bits));
+        trace((uint16_t)data_write_coils(address, count, bits));
     }
 }
 
@@ -373,7 +359,7 @@ static void any_setting(void)
     uint8_t words[2];
 
     put_word(words, (uint16_t)chance_between(0, chance_between(0, 3) == 0 ? 300 : 8));
-    see((uint16_t)data_write(places[chance_between(0, sizeof places - 1u)], 1, words));
+    trace((uint16_t)data_write(places[chance_between(0, sizeof places - 1u)], 1, words));
 }
 
 // The world.
@@ -600,7 +586,7 @@ static void see_scenarios(const struct scenario *scenario, uint8_t scenarios)
 
 static void check(uint32_t wanted)
 {
-    TEST_ASSERT_EQUAL_HEX32(wanted, (uint32_t)turned << 16 | sum);
+    TEST_ASSERT_EQUAL_HEX32(wanted, trace_number());
 }
 
 // The numbers of a kind: of a board of four axes and of two; and natively of many more scenarios.

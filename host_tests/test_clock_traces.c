@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "fakes/chance.h"
+#include "fakes/trace.h"
 #include "motion/clock_filter.h"
 #include "motion/clock_watch.h"
 #include "motion/lock_grid.h"
@@ -19,14 +20,11 @@
 #define MANY   600u // and so many more on the PC, which has the time
 #define EDGES  90u  // of a clock
 
-static uint16_t turned; // a sum in which the place of each word counts
-static uint16_t sum;
 static uint32_t taken; // edges
 
 void setUp(void)
 {
-    turned = 0;
-    sum = 0;
+    trace_begin();
     taken = 0;
 }
 
@@ -34,18 +32,6 @@ void tearDown(void)
 {
     records_thin(1, UINT16_MAX);
     *lock_grid_now() = (struct lock_grid){.locks = false};
-}
-
-static void see(uint16_t word)
-{
-    turned = (uint16_t)((uint16_t)(turned << 1 | turned >> 15) + word);
-    sum = (uint16_t)(sum + turned);
-}
-
-static void see_long(uint32_t word)
-{
-    see((uint16_t)word);
-    see((uint16_t)(word >> 16));
 }
 
 static bool one_in(uint8_t number)
@@ -98,19 +84,19 @@ static uint32_t some_error(uint32_t period_ticks)
 
 static void see_filter(const struct clock_filter *filter)
 {
-    see_long(filter->expected.ticks);
-    see(filter->expected.fraction);
-    see_long(filter->period.ticks);
-    see(filter->period.fraction);
-    see(filter->edge);
-    see(filter->count);
-    see_long((uint32_t)filter->error_ticks);
-    see(filter->jitter);
-    see(filter->glitches);
-    see(filter->missing);
-    see((uint16_t)(filter->bridged << 8 | filter->shift));
-    see((uint16_t)(filter->stages << 8 | filter->fresh));
-    see((uint16_t)(filter->doubt << 8 | filter->shift_final));
+    trace_long(filter->expected.ticks);
+    trace(filter->expected.fraction);
+    trace_long(filter->period.ticks);
+    trace(filter->period.fraction);
+    trace(filter->edge);
+    trace(filter->count);
+    trace_long((uint32_t)filter->error_ticks);
+    trace(filter->jitter);
+    trace(filter->glitches);
+    trace(filter->missing);
+    trace((uint16_t)(filter->bridged << 8 | filter->shift));
+    trace((uint16_t)(filter->stages << 8 | filter->fresh));
+    trace((uint16_t)(filter->doubt << 8 | filter->shift_final));
 }
 
 // An edge where it is expected, or at a limit beside that.
@@ -144,7 +130,7 @@ static void filtered_clock(void)
         one_edge(&filter, &edge_ticks);
         see_filter(&filter);
         if (one_in(20)) {
-            see(clock_filter_bridge(&filter));
+            trace(clock_filter_bridge(&filter));
         }
         if (one_in(60)) {
             clock_filter_rest(&filter);
@@ -153,7 +139,7 @@ static void filtered_clock(void)
             clock_filter_restart(&filter);
         }
         if (clock_filter_settled(&filter)) {
-            see_long(clock_filter_ahead(&filter, (uint16_t)chance_between(1, 900)));
+            trace_long(clock_filter_ahead(&filter, (uint16_t)chance_between(1, 900)));
         }
     }
 }
@@ -172,17 +158,17 @@ static void predictions_are_rounded(void)
 
 static void see_watch(const struct clock_watch *watch)
 {
-    see((uint16_t)(watch->following << 1 | watch->known));
-    see_long(watch->edges);
-    see_long(watch->edge_ticks);
-    see(watch->odd);
-    see_long(watch->next_ticks);
-    see(watch->near);
-    see(watch->near_ticks);
-    see(watch->pixel);
-    see(watch->phase);
-    see((uint16_t)watch->error_ticks);
-    see(watch->error_max_ticks);
+    trace((uint16_t)(watch->following << 1 | watch->known));
+    trace_long(watch->edges);
+    trace_long(watch->edge_ticks);
+    trace(watch->odd);
+    trace_long(watch->next_ticks);
+    trace(watch->near);
+    trace(watch->near_ticks);
+    trace(watch->pixel);
+    trace(watch->phase);
+    trace((uint16_t)watch->error_ticks);
+    trace(watch->error_max_ticks);
 }
 
 static uint32_t watched_edge(const struct clock_watch *watch,
@@ -216,8 +202,8 @@ static void watched_clock(void)
     clock_watch_follow(&watch, &period, chance());
     for (uint16_t i = 0; i < EDGES; i++) {
         taken++;
-        see(clock_watch_edge(&watch, &period, watched_edge(&watch, &period), &pixel));
-        see(pixel);
+        trace(clock_watch_edge(&watch, &period, watched_edge(&watch, &period), &pixel));
+        trace(pixel);
         see_watch(&watch);
         if (one_in(40)) {
             clock_watch_rest(&watch);
@@ -302,20 +288,20 @@ static void what_counts_as_near(void)
 
 static void see_records(const struct records *records)
 {
-    see((uint16_t)(records->newest << 8 | records->count));
-    see(records->passing);
-    see(records->made);
-    see(records->to_next);
-    see((uint16_t)records->shown_ticks);
+    trace((uint16_t)(records->newest << 8 | records->count));
+    trace(records->passing);
+    trace(records->made);
+    trace(records->to_next);
+    trace((uint16_t)records->shown_ticks);
     for (uint8_t i = 0; i < RECORDS_EARLY; i++) {
-        see((uint16_t)records->early_ticks[i]);
+        trace((uint16_t)records->early_ticks[i]);
     }
     for (uint8_t i = 0; i < records->count; i++) {
         struct pixel_record record = records_get(records, i);
-        see(record.pixel);
-        see((uint16_t)record.edge_error_ticks);
-        see((uint16_t)record.expected_steps);
-        see(records_word(records, i, (uint8_t)chance_between(0, 5)));
+        trace(record.pixel);
+        trace((uint16_t)record.edge_error_ticks);
+        trace((uint16_t)record.expected_steps);
+        trace(records_word(records, i, (uint8_t)chance_between(0, 5)));
     }
 }
 
@@ -370,16 +356,16 @@ static void see_grid(const struct line_grid *grid)
     const struct lock_grid *lock = lock_grid_now();
     uint16_t number = 0;
 
-    see(line_grid_early(grid, false));
-    see(line_grid_early(grid, true));
-    see(grid->edge);
-    see_long(grid->reached.ticks);
-    see(lock->newest);
-    see(lock->newest_edge);
-    see(lock_grid_passes(&number));
-    see(number);
-    see(lock->due_edge);
-    see(lock_grid_tolerates());
+    trace(line_grid_early(grid, false));
+    trace(line_grid_early(grid, true));
+    trace(grid->edge);
+    trace_long(grid->reached.ticks);
+    trace(lock->newest);
+    trace(lock->newest_edge);
+    trace(lock_grid_passes(&number));
+    trace(number);
+    trace(lock->due_edge);
+    trace(lock_grid_tolerates());
 }
 
 static uint32_t lock_edge_ticks; // newest edge of the lock's clock
@@ -400,7 +386,7 @@ static void begin_lock(void)
     lock->more_edges = (uint16_t)chance_between(0, 2);
 #endif
     lock_grid_tolerate(lock_period_ticks / (uint32_t)chance_between(40, 400));
-    see_long(lock->slack_ticks);
+    trace_long(lock->slack_ticks);
     lock->filter.hold_over = 4;
     clock_filter_aim(&lock->filter, lock_period_ticks, lock->lead_edges);
     lock_edge_ticks += either_way(chance_between(0, lock->tolerance_ticks));
@@ -416,13 +402,13 @@ static void place_line(struct line_grid *grid)
 {
     line_grid_start_locked(grid);
     for (uint8_t left = (uint8_t)chance_between(0, 5); left != 0; left--) {
-        see_long(line_grid_advance(grid));
+        trace_long(line_grid_advance(grid));
         see_grid(grid);
     }
     uint16_t ahead = (uint16_t)chance_between(0, 5);
     uint32_t zero = lock_grid_begin(ahead);
 
-    see_long(zero);
+    trace_long(zero);
 #if SEVERAL_AXES
     lock_grid_keep(line_grid_decoded(grid, 0), zero);
 #endif
@@ -444,14 +430,14 @@ static void locked_line(void)
         (void)clock_filter_edge(&lock->filter, lock_edge_ticks);
         see_grid(&grid);
         while (!line_grid_early(&grid, one_in(2))) {
-            see_long(line_grid_advance(&grid));
+            trace_long(line_grid_advance(&grid));
         }
     }
 }
 
 static void check(uint32_t wanted)
 {
-    TEST_ASSERT_EQUAL_HEX32(wanted, (uint32_t)turned << 16 | sum);
+    TEST_ASSERT_EQUAL_HEX32(wanted, trace_number());
 }
 
 static void clocks(void (*clock)(void), uint32_t seed, uint32_t wanted, uint32_t many)

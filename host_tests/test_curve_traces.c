@@ -8,6 +8,7 @@
 
 #include "fakes/chance.h"
 #include "fakes/promise.h"
+#include "fakes/trace.h"
 #include "motion/curve.h"
 #include "motion/step_ring.h"
 #include "unity.h"
@@ -20,16 +21,13 @@
 #define TICKS_LEAST 0x400uL
 
 static struct step_ring ring;
-static uint16_t turned; // a sum in which the place of each word counts
-static uint16_t sum;
 static uint32_t steps_made;
 static uint8_t kinds; // bit n: a piece of enum curve_flat_kind n
 
 void setUp(void)
 {
     promise_broken = 0;
-    turned = 0;
-    sum = 0;
+    trace_begin();
     steps_made = 0;
     kinds = 0;
 }
@@ -39,44 +37,32 @@ void tearDown(void)
     TEST_ASSERT_EQUAL_UINT16(0, promise_broken);
 }
 
-static void see(uint16_t word)
-{
-    turned = (uint16_t)((uint16_t)(turned << 1 | turned >> 15) + word);
-    sum = (uint16_t)(sum + turned);
-}
-
-static void see_long(uint32_t word)
-{
-    see((uint16_t)word);
-    see((uint16_t)(word >> 16));
-}
-
 static void see_state(const struct curve *curve)
 {
     kinds = (uint8_t)(kinds | 1u << curve->kind);
-    see(curve->kind);
+    trace(curve->kind);
     if (curve->kind == CURVE_FLAT_NOT) {
-        see(curve->state.steep.good);
-        see(curve->state.steep.seen);
-        see_long(curve->state.steep.last_ticks);
+        trace(curve->state.steep.good);
+        trace(curve->state.steep.seen);
+        trace_long(curve->state.steep.last_ticks);
         if (curve->state.steep.seen == 2) {
-            see_long((uint32_t)curve->state.steep.change);
+            trace_long((uint32_t)curve->state.steep.change);
         }
     } else {
-        see(curve->stays);
-        see(curve->state.flat.flat.top);
+        trace(curve->stays);
+        trace(curve->state.flat.flat.top);
     }
 }
 
 static void see_batch(uint8_t slot, const struct curve_made *made)
 {
-    see(made->steps);
+    trace(made->steps);
     if (made->steps != 0) {
-        see_long(made->ticks);
+        trace_long(made->ticks);
     }
     for (uint8_t i = 0; i < made->steps; i++, slot++) {
         uint8_t high = i == 0 ? made->first_high : ring.high[slot];
-        see((uint16_t)(high << 8 | ring.low[slot]));
+        trace((uint16_t)(high << 8 | ring.low[slot]));
     }
 }
 
@@ -99,7 +85,7 @@ static void see_piece(uint32_t ticks, uint16_t speed, uint16_t steps)
             see_batch(slot, &made);
         }
         if (made.steps == 0) {
-            see_long(curve_next(&curve));
+            trace_long(curve_next(&curve));
             made.steps = 1;
         }
         see_state(&curve);
@@ -212,7 +198,7 @@ static void steepening_piece(void)
 
 static void check(uint32_t wanted)
 {
-    TEST_ASSERT_EQUAL_HEX32(wanted, (uint32_t)turned << 16 | sum);
+    TEST_ASSERT_EQUAL_HEX32(wanted, trace_number());
 }
 
 static void pieces(void (*piece)(void), uint32_t seed, uint32_t wanted, uint32_t many)
