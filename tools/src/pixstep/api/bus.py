@@ -33,7 +33,7 @@ from pixstep.board.port import LAST_UNIT, LEAST_BAUD, MOST_BAUD, TIMEOUTS_S, Por
 from pixstep.board.run import Lines as Group
 from pixstep.board.run import command, rests, stop_axes, stopped_on_failure
 from pixstep.lazy import lazy
-from pixstep.moves import legs
+from pixstep.moves.legs import SEARCH_STEPS
 from pixstep.progress import Progress, unseen
 from pixstep.server import remote
 
@@ -235,7 +235,7 @@ class Board:
         decode: Decode | None = None,
         haps: int | None = None,
         slow: int | str | None = None,
-        search: int | str = legs.SEARCH_STEPS,
+        search: int | str = SEARCH_STEPS,
         clear: int | str | None = None,
         inverted: Switches | None = None,
         filter_us: int | None = None,
@@ -279,7 +279,7 @@ class Board:
         until: Until = "closed",
         decode: Decode | None = None,
         haps: int | None = None,
-        search: int | str = legs.SEARCH_STEPS,
+        search: int | str = SEARCH_STEPS,
         number: int | None = None,
         pixel_hz: Hz | None = None,
         divider: int | None = None,
