@@ -5,7 +5,7 @@
 
 BUILD is a build of the host preset. Runs each suite on the PC and, simulated, on every board whose
 RAM holds it, and puts each number that differs into the suite's source. Only after a change that is
-meant to decode, account or answer otherwise; build and run the suites again behind it, since a test
+meant to decode, account or answer otherwise; build and run the suites again afterwards: a test
 ends with its first number that differs. Every board of as many axes must have the same numbers: a
 number that two boards would change in different ways is an error.
 """
