@@ -30,9 +30,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pixstep.motor_drive.inbox import Inbox, OnStatus
+from pixstep.motor_drive.owner import Owner
 from pixstep.motor_drive.starting import DrivenMotor
 from pixstep.motor_drive.watch import BoardWatch
-from pixstep.motor_drive.work import AxisWork, Owner
+from pixstep.motor_drive.work import AxisWork
 from pixstep.motor_record.traffic import Command, Status
 
 
@@ -72,7 +73,7 @@ class AxisDrive:
     @property
     def offset_steps(self) -> int:
         """What the drive adds to the board's register; gone with the process, see `seam.py`."""
-        return self.work.offset_steps
+        return self.work.known.offset_steps
 
     def add_offset(self, steps: int) -> None:
         """Take over the offset that an earlier drive had: before the first command, moving or not.

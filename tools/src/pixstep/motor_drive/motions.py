@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What an axis is asked to do, as lines of its board: a move with its second leg, a jog.
 
-A motion knows what it has queued and when that ends; what the board says of it is judged by
-`axis.AxisDrive`.
+A motion knows what it has queued and when that ends; `judging.py` judges what the board says of it.
 """
 
 from __future__ import annotations
