@@ -35,12 +35,6 @@ LINKS: tuple[Literal["DOL", "RDBL"], ...] = ("DOL", "RDBL")
 _UDF, _INVALID = 17, 3  # alarm of a record that knows nothing of its motor yet
 
 
-def _never(status: Status) -> bool:
-    """Say that no status is older than the newest commands, of a drive that cannot tell."""
-    del status
-    return False
-
-
 def _is_number(text: str) -> bool:
     """True for a constant in place of a link."""
     try:
@@ -68,7 +62,6 @@ class ServedMotor:
         self._turn = asyncio.Lock()
         self._waiting: list[asyncio.Future[None]] = []
         self._alarm = caproto.ChannelAlarm(status=_UDF, severity=_INVALID)
-        self._overtaken = getattr(drive, "overtaken", _never)
         self._announced = False
         self._shape: tuple[Value, ...] = ()
         self._linked: dict[str, float | None] = dict.fromkeys(LINKS)
@@ -86,8 +79,8 @@ class ServedMotor:
 
     @property
     def offset_steps(self) -> int:
-        """What the drive adds to the board's register, where it does."""
-        return int(getattr(self._drive, "offset_steps", 0))
+        """What the drive adds to the board's register."""
+        return self._drive.offset_steps
 
     @property
     def is_moving(self) -> bool:
@@ -114,7 +107,7 @@ class ServedMotor:
             self._loop.call_soon_threadsafe(self._statuses.put_nowait, status)
 
     async def _take(self, status: Status) -> None:
-        if self._overtaken(status):
+        if self._drive.overtaken(status):
             return
         self._note_loss(bool(status.flags & Msta.COMM_ERR))
         self._note_problem(bool(status.flags & Msta.PROBLEM))
@@ -137,14 +130,13 @@ class ServedMotor:
     @property
     def why(self) -> dict[str, str]:
         """Why the motor cannot be had, for the log, if its drive can say that."""
-        problem = str(getattr(self._drive, "problem", ""))
+        problem = self._drive.problem
         return {"why": problem} if problem else {}
 
     def _was_stopped(self, status: Status) -> bool:
         """Return whether somebody else has stopped what the record moves."""
         own = not self.record["DMOV"] and not int(self.record["MIP"]) & Mip.EXTERNAL
-        stopped = bool(getattr(self._drive, "stopped_elsewhere", False))
-        return bool(own and stopped and status.flags & Msta.DONE)
+        return bool(own and self._drive.stopped_elsewhere and status.flags & Msta.DONE)
 
     async def _give_up(self) -> None:
         """Write STOP: the record would go on to its target by a retry. The motor rests already."""
@@ -157,10 +149,7 @@ class ServedMotor:
         offset = self._kept.offset_at(register) - self.offset_steps
         if not offset:
             return status
-        add: Callable[[int], None] | None = getattr(self._drive, "add_offset", None)
-        if add is None:
-            return status
-        add(offset)
+        self._drive.add_offset(offset)
         self._drive.obey([Command(Verb.GET_INFO)])  # what was reported before lacks the offset
         return replace(status, position_steps=status.position_steps + offset)
 
@@ -171,7 +160,7 @@ class ServedMotor:
 
     def _note_problem(self, there: bool) -> None:
         """Tell once why the motor has a problem, if its drive can say that."""
-        why = str(getattr(self._drive, "problem", "")) if there else ""
+        why = self._drive.problem if there else ""
         if why and not self.is_lost and why != self._problem:
             self._tell("problem", motor=self.name, why=why)
         if why or not there:
