@@ -23,6 +23,8 @@ from pixstep.motor_record import (
     PutRefusedError,
     Verb,
 )
+from pixstep.motor_record.menus import Alarm, Severity
+from pixstep.motor_record.record_name import names_a_record
 
 if TYPE_CHECKING:
     from pixstep.ioc.saved import Kept
@@ -30,21 +32,9 @@ if TYPE_CHECKING:
     from pixstep.motor_record.field import Value
 
 Tell = Callable[..., None]
+FindPv = Callable[[str], "FieldChannel | None"]
 # Fields that name another PV, whose value the record takes.
 LINKS: tuple[Literal["DOL", "RDBL"], ...] = ("DOL", "RDBL")
-_UDF, _INVALID = 17, 3  # alarm of a record that knows nothing of its motor yet
-
-
-def _is_number(text: str) -> bool:
-    """True for a constant in place of a link."""
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
-FindPv = Callable[[str], "FieldChannel | None"]
 
 
 class ServedMotor:
@@ -61,7 +51,8 @@ class ServedMotor:
         self._statuses: asyncio.Queue[Status] = asyncio.Queue()
         self._turn = asyncio.Lock()
         self._waiting: list[asyncio.Future[None]] = []
-        self._alarm = caproto.ChannelAlarm(status=_UDF, severity=_INVALID)
+        # Until the first status nothing is known of the motor.
+        self._alarm = caproto.ChannelAlarm(status=Alarm.UDF, severity=Severity.INVALID)
         self._announced = False
         self._shape: tuple[Value, ...] = ()
         self._linked: dict[str, float | None] = dict.fromkeys(LINKS)
@@ -273,5 +264,5 @@ class ServedMotor:
     def _judge_link(self, link: str) -> None:
         """Tell of a link that names no PV of this server."""
         text = str(self.record[link])
-        if text and not _is_number(text) and self._linked_pv(link) is None:
+        if names_a_record(text) and self._linked_pv(link) is None:
             self._tell("dead link", motor=self.name, field=link, names=text)
