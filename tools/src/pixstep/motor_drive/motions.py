@@ -186,16 +186,13 @@ class Move(Motion):
         self._steps = steps
         self._leg = Trapezoid(steps, first.kinematics, pixels.hz)
         self.queued_s = self.first_s = self._leg.lasts_s
-        self._parted = any(True for _ in islice(self._leg.runs(), _FIRST_RUNS, _FIRST_RUNS + 1))
+        self._parted = len([*islice(self._leg.runs(), _FIRST_RUNS + 1)]) > _FIRST_RUNS
 
     @property
     def target_steps(self) -> int:
         """Where it ends, by what was queued of it."""
-        return (
-            self.second.target_steps
-            if self.second and self.queued_second
-            else (self.first.target_steps)
-        )
+        last = self.second if self.second and self.queued_second else self.first
+        return last.target_steps
 
     @property
     def first_lines(self) -> int:
@@ -217,12 +214,12 @@ class Move(Motion):
         if self._parted:
             yield from line_entries(islice(runs, _FIRST_RUNS))
         yield from line_entries(runs)
-        if self.second and self.first_s <= self._lead_s:
+        if self._second_at_once:
             yield from self._second_entries()
 
     def begin_second_at_once(self) -> None:
         """Note that `entries` has the second leg if the first one is short."""
-        if self.second and self.first_s <= self._lead_s:
+        if self._second_at_once:
             self._note_second()
 
     def leads_to(self, target_steps: int) -> bool:
@@ -264,6 +261,11 @@ class Move(Motion):
         """Note that the second leg is under way."""
         if self.second and self.second.target_steps != self.first.target_steps:
             self.direction = 1 if self.second.target_steps > self.first.target_steps else -1
+
+    @property
+    def _second_at_once(self) -> bool:
+        """Whether the first leg is too short for the second one to be queued during it."""
+        return self.second is not None and self.first_s <= self._lead_s
 
     @property
     def _lead_s(self) -> float:
@@ -311,7 +313,6 @@ class Jog(Motion):
         super().__init__(1 if velocity_steps_s > 0 else -1)
         self._pixels, self.kinematics = pixels, wanted
         self._law = JogLaw(pixels.hz, pixels.turns_below_steps_px, pixels.rest_px)
-        self.lines = 0
         self._dry = False
 
     def entries(self) -> Iterator[Run]:
@@ -359,5 +360,4 @@ class Jog(Motion):
         count = max(_SEGMENT_PX, math.ceil(lasts_s * self._pixels.hz))
         found = self._law.pixels(self.kinematics, self.direction, count)
         self.queued_s += sum(repeat for _, repeat in found) / self._pixels.hz
-        self.lines += 1
         return line_entries(found)
