@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from pixstep.machine.describe import limit_per_second
 from pixstep.machine.model import MachineTables, MotorTable
 from pixstep.motor_drive.starting import DrivenMotor
 
@@ -21,16 +22,14 @@ def motors_of(machine: MachineTables, port: str | None = None) -> list[DrivenMot
 
 
 def _motor(machine: MachineTables, motor: MotorTable) -> DrivenMotor:
-    hz = machine.pixel_hz
-
-    def limit(name: str, power: int) -> float | None:
-        found = motor.limit(name)
-        return None if found is None else float(found.per_pixel(hz) * hz**power)
+    def limit(key: str) -> float | None:
+        found = limit_per_second(motor, key, machine.pixel_hz)
+        return None if found is None else float(found)
 
     return DrivenMotor(
         motor.name,
         machine.board_of(motor).unit,
         motor.axis,
-        max_speed_steps_s=limit("max_speed", 1),
-        max_acceleration_steps_s2=limit("max_acceleration", 2),
+        max_speed_steps_s=limit("max_speed"),
+        max_acceleration_steps_s2=limit("max_acceleration"),
     )
