@@ -15,8 +15,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from pixstep.board import clock_marks, settings, values
 from pixstep.board import registers as regs
-from pixstep.board import settings, values
+from pixstep.board.clock_marks import COUNT, TICKS, UNIT_TICKS
 from pixstep.board.device import Board as Device
 from pixstep.board.link import World
 from pixstep.lazy import lazy
@@ -28,16 +29,13 @@ else:
     np, npt = lazy("numpy"), lazy("numpy.typing")
 
 _MARK_BITS = 15 * 11  # of the frame that carries it: bytes, each with start, parity and stop
-_MARK_S = 0.02  # nothing may follow it for so long
-_EDGES, _TICKS = 1 << 16, 1 << 32  # modulo which a board counts
-_UNIT_TICKS = 64  # of mark_units and started_units
 
 
 @dataclass(frozen=True)
 class _Mark:
-    """One instant: when the host sent a mark, and when the board heard it by its coarse clock."""
+    """One instant: when the board heard a mark, by the host's clock and by its own coarse one."""
 
-    sent_s: float
+    heard_s: float
     ticks: int
 
 
@@ -66,12 +64,12 @@ class ClockTimes:
         if not self._follows:
             return
         found = self._device.inputs_from("mark_units", "clock_edge_ticks")
-        edges = (found["clock_edge"] - found["zero_edge"]) % _EDGES
+        edges = (found["clock_edge"] - found["zero_edge"]) % COUNT
         if self._edges:
-            edges = self._edges[-1] + (edges - self._edges[-1]) % _EDGES
+            edges = self._edges[-1] + (edges - self._edges[-1]) % COUNT
             if edges == self._edges[-1]:  # the clock rests
                 return
-        ticks = _UNIT_TICKS * found["started_units"] + found["clock_edge_ticks"]
+        ticks = UNIT_TICKS * found["started_units"] + found["clock_edge_ticks"]
         self._edges.append(edges)
         self._seconds.append(self._instant_s(ticks))
 
@@ -96,15 +94,12 @@ class ClockTimes:
 
     def _marked(self) -> _Mark | None:
         """Make a mark; None of a board that knows none."""
-        device, world = self._device, self._world
+        device = self._device
         if not device.has("tokens"):
             return None
         baud = 100 * device.setting("baud_100")
-        with device.modbus.turns:
-            sent_s = world.now_s() + _MARK_BITS / baud
-            device.mark()
-            world.wait(_MARK_S)
-        return _Mark(sent_s, _UNIT_TICKS * device.input("mark_units"))
+        heard_s = clock_marks.broadcast(device, self._world) + _MARK_BITS / baud
+        return _Mark(heard_s, UNIT_TICKS * device.input("mark_units"))
 
     def _instant_s(self, ticks: int) -> float:
         """Return an instant by the board's coarse clock as one by the host's.
@@ -114,10 +109,10 @@ class ClockTimes:
         now_s = self._world.now_s()
         if self._mark is None:
             return now_s
-        since_s = ((ticks - self._mark.ticks) % _TICKS) / self._tick_hz
-        wrap_s = _TICKS / self._tick_hz
+        since_s = ((ticks - self._mark.ticks) % TICKS) / self._tick_hz
+        wrap_s = TICKS / self._tick_hz
         return (
-            self._mark.sent_s
+            self._mark.heard_s
             + since_s
-            + wrap_s * round((now_s - self._mark.sent_s - since_s) / wrap_s)
+            + wrap_s * round((now_s - self._mark.heard_s - since_s) / wrap_s)
         )
