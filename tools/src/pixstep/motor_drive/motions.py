@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from itertools import chain, islice
 
 from pixstep.motor_drive.feed import Feed
-from pixstep.motor_record.traffic import Command, Verb
+from pixstep.motor_record.traffic import Command, Verb, whole
 from pixstep.moves.trapezoid import JogLaw, Kinematics, Run, Trapezoid, line_entries
 
 # A line follows the one before without a gap if it is queued when the board decodes the end of that
@@ -62,11 +62,6 @@ def second_of(commands: Sequence[Command], now: Kinematics, end_steps: int) -> L
     if target is None or not commands or commands[-1].verb is not Verb.GO:
         return None
     return Leg(wanted.kinematics, target)
-
-
-def whole(steps: float | None) -> int:
-    """Return a position in whole steps, half a step rounded up. Raises ValueError for no number."""
-    return math.floor((steps or 0.0) + 0.5)
 
 
 def same(some: Sequence[Command], others: Sequence[Command]) -> bool:

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 from pixstep.board.errors import BoardError
 from pixstep.motor_drive.homing import Home
-from pixstep.motor_drive.motions import Jog, Leg, Motion, Move, Pixels, second_of, whole
+from pixstep.motor_drive.motions import Jog, Leg, Motion, Move, Pixels, second_of
 from pixstep.motor_drive.watch import AxisLook, BoardWatch
-from pixstep.motor_record.traffic import Command, Verb
+from pixstep.motor_record.traffic import Command, Verb, whole
 from pixstep.moves.fast import MAX_STEPS
 from pixstep.moves.trapezoid import Kinematics
 

@@ -21,13 +21,13 @@ from pixstep.motor_drive.judging import (
 )
 from pixstep.motor_drive.known import KnownAxis
 from pixstep.motor_drive.launching import Launching
-from pixstep.motor_drive.motions import Jog, Motion, Move, Wanted, same, whole
+from pixstep.motor_drive.motions import Jog, Motion, Move, Wanted, same
 from pixstep.motor_drive.owner import Owner
 from pixstep.motor_drive.seam import stop
 from pixstep.motor_drive.starting import DrivenMotor, Start, Starting
 from pixstep.motor_drive.statuses import Statuses
 from pixstep.motor_drive.watch import BoardWatch, Look
-from pixstep.motor_record.traffic import Command, Verb
+from pixstep.motor_record.traffic import Command, Verb, whole
 
 _SILENT_S = 2.0  # a board that does not answer for less has not had its last word
 _GRACE_S = 1.0  # for the record to answer the end of a first leg
@@ -261,7 +261,7 @@ class AxisWork:
             motion is not None
             and going
             and verb is Verb.MOVE_ABS
-            and (motion.leads_to(whole(start.command.argument)))
+            and motion.leads_to(whole(start.command.argument))
         ):
             return
         self._todo = deque(one for one in self._todo if not isinstance(one, Start))

@@ -4,10 +4,19 @@
 All positions are raw: steps of the motor, or counts of its encoder. Times are in seconds.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import IntFlag, StrEnum
 from typing import Protocol
+
+
+def whole(steps: float | None) -> int:
+    """Return a position in whole steps, half a step rounded up: the motor goes there.
+
+    Raises ValueError or OverflowError for what is no number.
+    """
+    return math.floor((steps or 0.0) + 0.5)
 
 
 class Msta(IntFlag):
