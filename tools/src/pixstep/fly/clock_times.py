@@ -3,10 +3,10 @@
 
 A board knows when an edge came by its own timer. A broadcast `mark`, which the board notes by a
 coarse clock of its own, ties that timer to the host's time before the flight, while nothing else is
-on the bus. Looks at the newest edge during the flight then say when it came; edges between two
-looks lie evenly. How exact that is: the time that the mark's frame takes on its way, some
-milliseconds behind a USB adapter, the same for all pixels of a flight; between pixels the distance
-of single edges from an even clock.
+on the bus. During the flight the newest edge is looked at again and again, which says when it came;
+edges between two looks are taken to be evenly spaced. Two errors are left. All times of a flight
+are off by what the mark's frame took on its way, some milliseconds with a USB adapter. Each single
+time is off by its edge's distance from an even clock.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class ClockTimes:
         self._seconds.append(self._instant_s(ticks))
 
     def of_pixels(self, pixels: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
-        """Return when the edges behind some pixels came, in the world's seconds; 0 is line zero."""
+        """Return when the edges that end pixels came, in the world's seconds; 0 is line zero."""
         edges = pixels * self._edges_px
         if not self._edges:
             return self._begun_s + edges / self._hz
@@ -88,7 +88,7 @@ class ClockTimes:
         return np.where(edges > known[-1], seconds[-1] + (edges - known[-1]) * last, found)
 
     def _within(self, last: int) -> tuple[Sequence[int], Sequence[float]]:
-        """Return the looks at a line: behind it a gated clock rests, and goes on."""
+        """Return the looks during a line: after its end a gated clock rests, and goes on later."""
         count = max(1, sum(edge <= last for edge in self._edges))
         return self._edges[:count], self._seconds[:count]
 
@@ -104,7 +104,8 @@ class ClockTimes:
     def _instant_s(self, ticks: int) -> float:
         """Return an instant by the board's coarse clock as one by the host's.
 
-        The clocks wrap after minutes: of all instants that it may be the one nearest to now is.
+        The board's clock wraps after minutes: of the instants that `ticks` can mean, take the one
+        nearest to now.
         """
         now_s = self._world.now_s()
         if self._mark is None:

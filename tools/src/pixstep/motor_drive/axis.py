@@ -54,9 +54,9 @@ class AxisDrive:
     def obey(self, commands: Sequence[Command], second_leg: Sequence[Command] = ()) -> None:
         """Take the commands of one Outcome, in order.
 
-        Give it the Outcome of each status, also one without commands: at the end of a first leg
-        that says that the second leg is not wanted. The motor is stopped at once then, and not only
-        when a second is over.
+        Give it the Outcome of each status, also one without commands. At the end of a first leg an
+        Outcome without commands says that the second leg is not wanted, and the motor is stopped at
+        once. A drive that is told nothing stops the motor only after a second.
         """
         self._inbox.put(commands, second_leg)
         self._owner.wake()

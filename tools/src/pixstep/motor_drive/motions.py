@@ -15,14 +15,14 @@ from pixstep.motor_drive.feed import Feed
 from pixstep.motor_record.traffic import Command, Verb, whole
 from pixstep.moves.trapezoid import JogLaw, Kinematics, Run, Trapezoid, line_entries
 
-# A line follows the one before without a gap if it is queued when the board decodes the end of that
-# one: before its steps are made, by as many periods as the ring of the step interrupt holds. A
-# period is a step, or 65,535 ticks of a longer one; beside them come two pixels' pulse trains.
+# A line follows the one before it without a gap if it is queued before the board decodes the end of
+# that line. The board decodes ahead of the steps: as many periods as the ring of the step interrupt
+# holds, and two pixels' pulse trains. A period is one step, or 65,535 ticks of a longer one.
 _RING_PERIODS, _LONGEST_S = 252, 0.0041
 _TRAINS_PX = 2
-_HOST_S = 0.12  # the host may be late by so much
+_HOST_S = 0.12  # the host may be this late
 _SEGMENT_S, _SEGMENT_PX = 0.08, 2  # of a jog: a line of its own, at least
-_SEGMENTS = 4  # so many are queued
+_SEGMENTS = 4  # that are queued at a time
 _LATE_S = 0.05  # from arming to the first step, at most
 _DRIFT = 1.01  # the board's oscillator against the host's clock, at most
 _FIRST_RUNS = 12  # of a long leg: a line of their own
@@ -299,9 +299,9 @@ def _end_steps_px(wanted: Kinematics, hz: float) -> int:
 class Jog(Motion):
     """A motion at a speed until it is stopped: short lines, each queued while those before run.
 
-    They follow each other without a gap, and the motor ends with the last one that came: a host
-    that dies stops the motor within 1.3 s, or 0.3 s of one that makes 2000 steps/s. (The board's
-    `bus_timeout_ms` would.) So long it takes until another speed begins as well.
+    They follow each other without a gap, and the motor stops after the last line that came. If the
+    host dies, a slow motor stops within 1.3 s, one that makes 2000 steps/s within 0.3 s. (The
+    board's `bus_timeout_ms` would stop it too.) A change of speed begins after the same time.
     """
 
     def __init__(self, velocity_steps_s: float, wanted: Kinematics, pixels: Pixels) -> None:
