@@ -76,6 +76,9 @@ class Stepper:
 class IdealDrive:
     """The drive of one stepper."""
 
+    problem = ""
+    stopped_elsewhere = False
+
     def __init__(self, stepper: Stepper | None = None) -> None:
         self.motor = stepper or Stepper()
         self.is_closed = False

@@ -7,24 +7,21 @@ A client on the loopback writes; the simulator notes each STEP edge with its tim
 from __future__ import annotations
 
 import os
-import re
 import statistics
 import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from pixstep.ioc import server, settings
 from pixstep.ioc.saved import Saved
 from pixstep.machine import files
-from pixstep.motor_drive import BusDrives, Pacer
-from pixstep.motor_drive.of_machine import motors_of
+from pixstep.motor_drive import BusDrives
 from pixstep.operations import motor_drives
 from pixstep.simulation.logs import read_edges
-from pixstep.simulation.simulated_board import SimLink
 from pixstep_trials.ca_wire import HOST, Wire
 
 _HEAD = """
@@ -140,36 +137,23 @@ def _served(motors: int, edges: Path) -> Iterator[tuple[Wire, BusDrives]]:
         _MOTOR.format(number=k, axis=k % 4, board="main" if k < 4 else "other")
         for k in range(motors)
     ]
-    head = _HEAD + (_BOARD if motors > 4 else "")
-    text = re.sub(r"\n+", "\n", head + "".join(rows))
-    machine = files.parse(text)
+    machine = files.parse("".join([_HEAD, _BOARD if motors > 4 else "", *rows]))
     os.environ |= {
         "EPICS_CAS_INTF_ADDR_LIST": HOST,
         "EPICS_CAS_AUTO_BEACON_ADDR_LIST": "NO",
         "EPICS_CAS_BEACON_ADDR_LIST": HOST,
     }
-    options = replace(motor_drives.sim_options(machine), edges=edges)
-    units = {name: place + 1 for place, name in enumerate(machine.boards)}
-    driven = [
-        replace(one, unit=units[machine.board_name(machine[one.name])])
-        for one in motors_of(machine)
-    ]
     log = _Noted()
-    with SimLink(options) as link:
-        with (
-            Pacer(link),
-            BusDrives(link, driven, clock_hz=machine.clock_hz, divider=1) as drives,
-        ):
-            made = [
-                server.Motor(name, settings.fields_of(machine, motor), drives[name])
-                for name, motor in machine.motors.items()
-            ]
-            found = server.Server(made, "", Saved(None), log)
-            try:
-                found.start()
-                wire = Wire(log.tcp)
-                yield wire, drives
-                wire.close()
-            finally:
-                found.close()
-        link.simulator.quit()
+    with motor_drives.simulated(machine, edges) as drives:
+        made = [
+            server.Motor(name, settings.fields_of(machine, motor), drives[name])
+            for name, motor in machine.motors.items()
+        ]
+        found = server.Server(made, "", Saved(None), log)
+        try:
+            found.start()
+            wire = Wire(log.tcp)
+            yield wire, drives
+            wire.close()
+        finally:
+            found.close()

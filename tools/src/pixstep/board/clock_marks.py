@@ -21,9 +21,9 @@ POLL_S = 0.02
 AGREE = 0.3  # two boards see one edge where they differ by so much of a period, or less
 TRIES = 6
 COUNT = 0x10000  # numbers of edges are taken modulo this
-_TICKS = 1 << 32  # and instants modulo this
+TICKS = 1 << 32  # and instants modulo this
 _SINCE_TICKS = 1 << 26  # some seconds: a mark is looked at within so long
-_UNIT_TICKS = 64  # of registers mark_units and started_units
+UNIT_TICKS = 64  # of registers mark_units and started_units
 _MEASURING_EDGES = 8
 REST_S = 120.0  # the longest rest of the clock that is waited for
 
@@ -47,7 +47,7 @@ class Look:
     @property
     def none_since(self) -> bool:
         """Whether no edge has come since the mark."""
-        return (self.edge_ticks - self.mark_ticks) % _TICKS > _SINCE_TICKS
+        return (self.edge_ticks - self.mark_ticks) % TICKS > _SINCE_TICKS
 
 
 @dataclass(frozen=True)
@@ -162,6 +162,15 @@ def in_rest(boards: Sequence[Board], world: World) -> list[Mark] | None:
     ]
 
 
+def broadcast(board: Board, world: World) -> float:
+    """Make all boards on a board's bus mark; return when that was sent, in the world's seconds."""
+    with board.modbus.turns:  # nothing may follow the broadcast on the bus
+        sent_s = world.now_s()
+        board.mark()
+        world.wait(_MARK_S)
+    return sent_s
+
+
 def _marked(boards: Sequence[Board], world: World) -> tuple[list[Look], bool, list[Look]]:
     """Make all boards mark; return looks before and behind it.
 
@@ -169,9 +178,7 @@ def _marked(boards: Sequence[Board], world: World) -> tuple[list[Look], bool, li
     """
     before = [_look(board) for board in boards]
     for _ in range(TRIES):
-        with boards[0].modbus.turns:  # nothing may follow the broadcast on the bus
-            boards[0].mark()
-            world.wait(_MARK_S)
+        broadcast(boards[0], world)
         rests = not _clock_runs(boards[0])
         now = [_look(board) for board in boards]
         heard = [
@@ -196,7 +203,7 @@ def _look(board: Board) -> Look:
         found["clock_edge"],
         found["clock_edge_ticks"],
         found["clock_expected_ticks"],
-        _UNIT_TICKS * (found["mark_units"] - found["started_units"]) % _TICKS,
+        UNIT_TICKS * (found["mark_units"] - found["started_units"]) % TICKS,
         found["zero_edge"],
         found["mark_count"],
         bool(found["mark_steady"]),
@@ -220,7 +227,7 @@ def _placed(board: Board, before: Look, now: Look) -> Mark:
     edges = (now.edge - before.edge) % COUNT
     # Of a fast clock what it has done just now says more than what it is set to.
     if not rests and _MEASURING_EDGES <= edges < COUNT // 2:
-        period = ((is_ticks - was_ticks) % _TICKS) / edges
+        period = ((is_ticks - was_ticks) % TICKS) / edges
     behind = _signed(now.mark_ticks - is_ticks) / period
     place = now.edge if rests else now.edge + locked + behind
     return Mark(place % COUNT, rests, before.steady, period, now.zero_edge)
@@ -228,4 +235,4 @@ def _placed(board: Board, before: Look, now: Look) -> Mark:
 
 def _signed(ticks: int) -> int:
     """Return a difference of two instants, which count modulo 2^32."""
-    return (ticks + _TICKS // 2) % _TICKS - _TICKS // 2
+    return (ticks + TICKS // 2) % TICKS - TICKS // 2

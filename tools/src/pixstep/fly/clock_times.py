@@ -3,10 +3,10 @@
 
 A board knows when an edge came by its own timer. A broadcast `mark`, which the board notes by a
 coarse clock of its own, ties that timer to the host's time before the flight, while nothing else is
-on the bus. Looks at the newest edge during the flight then say when it came; edges between two
-looks lie evenly. How exact that is: the time that the mark's frame takes on its way, some
-milliseconds behind a USB adapter, the same for all pixels of a flight; between pixels the distance
-of single edges from an even clock.
+on the bus. During the flight the newest edge is looked at again and again, which says when it came;
+edges between two looks are taken to be evenly spaced. Two errors are left. All times of a flight
+are off by what the mark's frame took on its way, some milliseconds with a USB adapter. Each single
+time is off by its edge's distance from an even clock.
 """
 
 from __future__ import annotations
@@ -15,8 +15,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from pixstep.board import clock_marks, settings, values
 from pixstep.board import registers as regs
-from pixstep.board import settings, values
+from pixstep.board.clock_marks import COUNT, TICKS, UNIT_TICKS
 from pixstep.board.device import Board as Device
 from pixstep.board.link import World
 from pixstep.lazy import lazy
@@ -28,16 +29,13 @@ else:
     np, npt = lazy("numpy"), lazy("numpy.typing")
 
 _MARK_BITS = 15 * 11  # of the frame that carries it: bytes, each with start, parity and stop
-_MARK_S = 0.02  # nothing may follow it for so long
-_EDGES, _TICKS = 1 << 16, 1 << 32  # modulo which a board counts
-_UNIT_TICKS = 64  # of mark_units and started_units
 
 
 @dataclass(frozen=True)
 class _Mark:
-    """One instant: when the host sent a mark, and when the board heard it by its coarse clock."""
+    """One instant: when the board heard a mark, by the host's clock and by its own coarse one."""
 
-    sent_s: float
+    heard_s: float
     ticks: int
 
 
@@ -66,17 +64,17 @@ class ClockTimes:
         if not self._follows:
             return
         found = self._device.inputs_from("mark_units", "clock_edge_ticks")
-        edges = (found["clock_edge"] - found["zero_edge"]) % _EDGES
+        edges = (found["clock_edge"] - found["zero_edge"]) % COUNT
         if self._edges:
-            edges = self._edges[-1] + (edges - self._edges[-1]) % _EDGES
+            edges = self._edges[-1] + (edges - self._edges[-1]) % COUNT
             if edges == self._edges[-1]:  # the clock rests
                 return
-        ticks = _UNIT_TICKS * found["started_units"] + found["clock_edge_ticks"]
+        ticks = UNIT_TICKS * found["started_units"] + found["clock_edge_ticks"]
         self._edges.append(edges)
         self._seconds.append(self._instant_s(ticks))
 
     def of_pixels(self, pixels: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
-        """Return when the edges behind some pixels came, in the world's seconds; 0 is line zero."""
+        """Return when the edges that end pixels came, in the world's seconds; 0 is line zero."""
         edges = pixels * self._edges_px
         if not self._edges:
             return self._begun_s + edges / self._hz
@@ -90,34 +88,32 @@ class ClockTimes:
         return np.where(edges > known[-1], seconds[-1] + (edges - known[-1]) * last, found)
 
     def _within(self, last: int) -> tuple[Sequence[int], Sequence[float]]:
-        """Return the looks at a line: behind it a gated clock rests, and goes on."""
+        """Return the looks during a line: after its end a gated clock rests, and goes on later."""
         count = max(1, sum(edge <= last for edge in self._edges))
         return self._edges[:count], self._seconds[:count]
 
     def _marked(self) -> _Mark | None:
         """Make a mark; None of a board that knows none."""
-        device, world = self._device, self._world
+        device = self._device
         if not device.has("tokens"):
             return None
         baud = 100 * device.setting("baud_100")
-        with device.modbus.turns:
-            sent_s = world.now_s() + _MARK_BITS / baud
-            device.mark()
-            world.wait(_MARK_S)
-        return _Mark(sent_s, _UNIT_TICKS * device.input("mark_units"))
+        heard_s = clock_marks.broadcast(device, self._world) + _MARK_BITS / baud
+        return _Mark(heard_s, UNIT_TICKS * device.input("mark_units"))
 
     def _instant_s(self, ticks: int) -> float:
         """Return an instant by the board's coarse clock as one by the host's.
 
-        The clocks wrap after minutes: of all instants that it may be the one nearest to now is.
+        The board's clock wraps after minutes: of the instants that `ticks` can mean, take the one
+        nearest to now.
         """
         now_s = self._world.now_s()
         if self._mark is None:
             return now_s
-        since_s = ((ticks - self._mark.ticks) % _TICKS) / self._tick_hz
-        wrap_s = _TICKS / self._tick_hz
+        since_s = ((ticks - self._mark.ticks) % TICKS) / self._tick_hz
+        wrap_s = TICKS / self._tick_hz
         return (
-            self._mark.sent_s
+            self._mark.heard_s
             + since_s
-            + wrap_s * round((now_s - self._mark.sent_s - since_s) / wrap_s)
+            + wrap_s * round((now_s - self._mark.heard_s - since_s) / wrap_s)
         )

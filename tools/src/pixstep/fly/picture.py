@@ -221,7 +221,7 @@ def _clock(axes: Axes, flown: Flown) -> None:
 
 
 def _shade_ramps(axes: Axes, flown: Flown) -> None:
-    """Shade what lies before the first point and behind the last."""
+    """Shade what lies before the first point and after the last."""
     time_s = flown.time_s
     axes.set_xlim(0.0, time_s[-1])
     if "point" not in flown.columns:

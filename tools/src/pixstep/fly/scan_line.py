@@ -48,7 +48,7 @@ class ScanLine(MotionLine):
         return len(self.point_pixels)
 
     def points_of(self, pixels: Sequence[int] | npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-        """Return the point, from 1, that each pixel, from 1, belongs to; 0 before and behind."""
+        """Return the point, from 1, that each pixel, from 1, belongs to; 0 outside of them."""
         first = self.run_up + np.cumsum((1, *self.point_pixels))  # pixels in which points begin
         found = np.searchsorted(first, np.asarray(pixels), side="right")
         return np.where(found > self.points, 0, found)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Lines over the points of a scan, with a run-up before the first and a run-down behind the last.
+"""Lines over the points of a scan, with a run-up before the first and a run-down after the last.
 
 Run-up and run-down have as many pixels for all axes as the slowest of them needs. Where play has to
 be taken up, the line begins with a pixel at rest, and reaches its speed two pixels before the first
@@ -179,7 +179,7 @@ class _Before:
 
 
 def _with_run_up(edges: Places, before: _Before) -> Places:
-    """Return positions with those of the run-up before and of the run-down behind."""
+    """Return positions with those of the run-up before and of the run-down after."""
     first, last = edges[1] - edges[0], edges[-1] - edges[-2]
     even = edges[0] - first * np.arange(before.even, 0, -1)
     edges = np.concatenate([even, edges])
@@ -236,8 +236,8 @@ def _refuse_late_play(line: ScanLine, most: float) -> None:
     highest speed.
     """
     motion = line.line
-    behind = line.run_up + sum(line.point_pixels)
-    for pixel in range(line.run_up, min(motion.shifted_pixels, behind)):
+    ends = line.run_up + sum(line.point_pixels)
+    for pixel in range(line.run_up, min(motion.shifted_pixels, ends)):
         lacking = motion.backlash * (1 - motion.speeds[pixel] / motion.line_speed)
         if lacking > most:
             raise LatePlayError(

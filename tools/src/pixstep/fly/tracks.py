@@ -83,7 +83,7 @@ class Track:
         return recorded | (pixels >= self._free)
 
     def steps(self, pixels: Whole, records: AxisRecords) -> tuple[Whole, Whole]:
-        """Return where the motor was expected and was behind some pixels, from line zero."""
+        """Return where the motor was expected and was at the end of some pixels, from line zero."""
         expected = self._line[np.minimum(pixels, self.length)] + (self._play or 0)
         actual = expected.copy()
         found = np.searchsorted(records.pixel, pixels)

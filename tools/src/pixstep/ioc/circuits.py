@@ -20,7 +20,7 @@ from caproto.asyncio.server import VirtualCircuit as _VirtualCircuit
 from caproto.server.common import DisconnectedCircuit
 
 MOST_MONITORS = 10_000  # of a client that wait for being sent
-_PATIENCE_S = 5.0  # a client that reads nothing for so long gets the completion out of order
+_PATIENCE_S = 5.0  # a client that reads nothing for longer gets the completion out of order
 
 
 class _Marker:
@@ -54,7 +54,7 @@ class Circuit(_VirtualCircuit):  # type: ignore[misc]  # caproto has no types
         self._is_given_up = False
 
     def _give_up(self) -> None:
-        """End the connection: the client, if it lives, comes back and is told all values anew."""
+        """End the connection: the client, if it lives, comes back and is told all values again."""
         if not self._is_given_up:
             self.log.warning("%s:%d does not read: disconnected", *self.circuit.address)
             self._is_given_up = True

@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from pixstep.motor_record import FIELDS, Field, FieldType
+from pixstep.motor_record.menus import NO_YES_CAPITALS, SEVERITY
 
 if TYPE_CHECKING:
     from pixstep.motor_record.field import Value
@@ -16,8 +17,6 @@ _SCAN = (
     "Passive", "Event", "I/O Intr", "10 second", "5 second", "2 second", "1 second", ".5 second",
     ".2 second", ".1 second",
 )  # fmt: skip
-_SEVERITIES = ("NO_ALARM", "MINOR", "MAJOR", "INVALID")
-_NO_YES = ("NO", "YES")
 
 _field = partial(Field, writable=False, monitored=False)
 _text = partial(_field, type=FieldType.STRING)
@@ -54,15 +53,15 @@ COMMON: Mapping[str, Field] = {
         _text("RTYP", meaning="the kind of record: motor"),
         _text("DTYP", meaning="what moves the motor: pixstep"),
         _menu("SCAN", menu=_SCAN, meaning="when it is processed by itself: never"),
-        _menu("PINI", menu=_NO_YES, meaning="kept"),
+        _menu("PINI", menu=NO_YES_CAPITALS, meaning="kept"),
         _number("PHAS", meaning="kept"),
         _text("EVNT", meaning="kept"),
         _number("TSE", meaning="the time of a value is the server's"),
         _text("TSEL", meaning="kept"),
         _text("SDIS", meaning="kept"),
-        _menu("DISS", menu=_SEVERITIES, meaning="kept"),
-        _menu("ACKT", menu=_NO_YES, meaning="kept"),
-        _menu("ACKS", menu=_SEVERITIES, meaning="kept"),
+        _menu("DISS", menu=SEVERITY, meaning="kept"),
+        _menu("ACKT", menu=NO_YES_CAPITALS, meaning="kept"),
+        _menu("ACKS", menu=SEVERITY, meaning="kept"),
         _text("ASG", meaning="kept"),
         _text("FLNK", meaning="nothing is processed after it"),
         _menu("PRIO", menu=("LOW", "MEDIUM", "HIGH"), meaning="kept"),

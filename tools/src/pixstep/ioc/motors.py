@@ -23,6 +23,8 @@ from pixstep.motor_record import (
     PutRefusedError,
     Verb,
 )
+from pixstep.motor_record.menus import Alarm, Severity
+from pixstep.motor_record.record_name import names_a_record
 
 if TYPE_CHECKING:
     from pixstep.ioc.saved import Kept
@@ -30,27 +32,9 @@ if TYPE_CHECKING:
     from pixstep.motor_record.field import Value
 
 Tell = Callable[..., None]
+FindPv = Callable[[str], "FieldChannel | None"]
 # Fields that name another PV, whose value the record takes.
 LINKS: tuple[Literal["DOL", "RDBL"], ...] = ("DOL", "RDBL")
-_UDF, _INVALID = 17, 3  # alarm of a record that knows nothing of its motor yet
-
-
-def _never(status: Status) -> bool:
-    """Say that no status is older than the newest commands, of a drive that cannot tell."""
-    del status
-    return False
-
-
-def _is_number(text: str) -> bool:
-    """True for a constant in place of a link."""
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
-FindPv = Callable[[str], "FieldChannel | None"]
 
 
 class ServedMotor:
@@ -67,8 +51,8 @@ class ServedMotor:
         self._statuses: asyncio.Queue[Status] = asyncio.Queue()
         self._turn = asyncio.Lock()
         self._waiting: list[asyncio.Future[None]] = []
-        self._alarm = caproto.ChannelAlarm(status=_UDF, severity=_INVALID)
-        self._overtaken = getattr(drive, "overtaken", _never)
+        # Until the first status nothing is known of the motor.
+        self._alarm = caproto.ChannelAlarm(status=Alarm.UDF, severity=Severity.INVALID)
         self._announced = False
         self._shape: tuple[Value, ...] = ()
         self._linked: dict[str, float | None] = dict.fromkeys(LINKS)
@@ -86,8 +70,8 @@ class ServedMotor:
 
     @property
     def offset_steps(self) -> int:
-        """What the drive adds to the board's register, where it does."""
-        return int(getattr(self._drive, "offset_steps", 0))
+        """What the drive adds to the board's register."""
+        return self._drive.offset_steps
 
     @property
     def is_moving(self) -> bool:
@@ -114,7 +98,7 @@ class ServedMotor:
             self._loop.call_soon_threadsafe(self._statuses.put_nowait, status)
 
     async def _take(self, status: Status) -> None:
-        if self._overtaken(status):
+        if self._drive.overtaken(status):
             return
         self._note_loss(bool(status.flags & Msta.COMM_ERR))
         self._note_problem(bool(status.flags & Msta.PROBLEM))
@@ -137,14 +121,13 @@ class ServedMotor:
     @property
     def why(self) -> dict[str, str]:
         """Why the motor cannot be had, for the log, if its drive can say that."""
-        problem = str(getattr(self._drive, "problem", ""))
+        problem = self._drive.problem
         return {"why": problem} if problem else {}
 
     def _was_stopped(self, status: Status) -> bool:
         """Return whether somebody else has stopped what the record moves."""
         own = not self.record["DMOV"] and not int(self.record["MIP"]) & Mip.EXTERNAL
-        stopped = bool(getattr(self._drive, "stopped_elsewhere", False))
-        return bool(own and stopped and status.flags & Msta.DONE)
+        return bool(own and self._drive.stopped_elsewhere and status.flags & Msta.DONE)
 
     async def _give_up(self) -> None:
         """Write STOP: the record would go on to its target by a retry. The motor rests already."""
@@ -157,10 +140,7 @@ class ServedMotor:
         offset = self._kept.offset_at(register) - self.offset_steps
         if not offset:
             return status
-        add: Callable[[int], None] | None = getattr(self._drive, "add_offset", None)
-        if add is None:
-            return status
-        add(offset)
+        self._drive.add_offset(offset)
         self._drive.obey([Command(Verb.GET_INFO)])  # what was reported before lacks the offset
         return replace(status, position_steps=status.position_steps + offset)
 
@@ -171,7 +151,7 @@ class ServedMotor:
 
     def _note_problem(self, there: bool) -> None:
         """Tell once why the motor has a problem, if its drive can say that."""
-        why = str(getattr(self._drive, "problem", "")) if there else ""
+        why = self._drive.problem if there else ""
         if why and not self.is_lost and why != self._problem:
             self._tell("problem", motor=self.name, why=why)
         if why or not there:
@@ -284,5 +264,5 @@ class ServedMotor:
     def _judge_link(self, link: str) -> None:
         """Tell of a link that names no PV of this server."""
         text = str(self.record[link])
-        if text and not _is_number(text) and self._linked_pv(link) is None:
+        if names_a_record(text) and self._linked_pv(link) is None:
             self._tell("dead link", motor=self.name, field=link, names=text)

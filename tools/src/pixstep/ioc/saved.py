@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """What records keep over a restart: their settings, and where their motors are.
 
-The file is written whole or not at all. A setting that a client has written holds until the machine
-file says something else than it did then. A position is kept as it is, in motion as well; the
+The file is written whole or not at all. A setting that a client has written holds until the
+machine file's own value of that field changes. A position is kept as it is, in motion as well; the
 record's field RSTM decides when it is written to the board.
 """
 

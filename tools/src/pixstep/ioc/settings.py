@@ -7,8 +7,8 @@ import math
 from typing import TYPE_CHECKING
 
 from pixstep.errors import UserError
-from pixstep.lines.units import STEP, per_second
-from pixstep.machine.describe import ORDERS
+from pixstep.lines.units import STEP
+from pixstep.machine.describe import limit_per_second
 from pixstep.motor_record.record_name import WANTED, is_record_name
 
 if TYPE_CHECKING:
@@ -45,9 +45,13 @@ def fields_of(machine: MachineTables, motor: MotorTable) -> dict[str, Value]:
 
 def _speeds(machine: MachineTables, motor: MotorTable, step: float) -> dict[str, Value]:
     """Return the fields of speeds and ramps, per second."""
-    most = limit_steps_s(machine, motor, "max_speed", step)
-    base = limit_steps_s(machine, motor, "start_stop", step) or 0.0
-    ramp = limit_steps_s(machine, motor, "max_acceleration", step)
+
+    def limit(key: str) -> float | None:
+        found = limit_per_second(motor, key, machine.pixel_hz)
+        return None if found is None else float(found) * step
+
+    most, ramp = limit("max_speed"), limit("max_acceleration")
+    base = limit("start_stop") or 0.0
     speed = most or _USUAL_SPEED_STEPS_S * step
     base = min(base, speed)
     ramp_s = (speed - base) / ramp if ramp else _USUAL_RAMP_S
@@ -63,20 +67,6 @@ def _speeds(machine: MachineTables, motor: MotorTable, step: float) -> dict[str,
         "BACC": ramp_s,
         "JAR": ramp or speed / ramp_s,
     }
-
-
-def limit_steps_s(
-    machine: MachineTables, motor: MotorTable, key: str, step: float = 1.0
-) -> float | None:
-    """Return a limit of the file in steps per second, None if there is none.
-
-    `step` is the length of one, for a limit in units of length per second.
-    """
-    found = motor.limit(key)
-    if found is None:
-        return None
-    hz = machine.pixel_hz
-    return float(per_second(found.per_pixel(hz), ORDERS[key], hz)) * step
 
 
 def _digits(step: float) -> int:

@@ -71,6 +71,12 @@ def motor_json(machine: MachineTables, motor: MotorTable) -> dict[str, object]:
     }  # fmt: skip
 
 
+def limit_per_second(motor: MotorTable, key: str, hz: Fraction) -> Fraction | None:
+    """Return a limit in steps, by the second; None if the file has none."""
+    limit = motor.limit(key)
+    return None if limit is None else per_second(limit.per_pixel(hz), ORDERS[key], hz)
+
+
 def limit_json(motor: MotorTable, key: str, hz: Fraction) -> dict[str, float]:
     """Return a limit in steps per pixel and second, and in the motor's unit of length."""
     order, scale = ORDERS[key], motor.steps_per_unit

@@ -30,9 +30,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pixstep.motor_drive.inbox import Inbox, OnStatus
+from pixstep.motor_drive.owner import Owner
 from pixstep.motor_drive.starting import DrivenMotor
 from pixstep.motor_drive.watch import BoardWatch
-from pixstep.motor_drive.work import AxisWork, Owner
+from pixstep.motor_drive.work import AxisWork
 from pixstep.motor_record.traffic import Command, Status
 
 
@@ -53,9 +54,9 @@ class AxisDrive:
     def obey(self, commands: Sequence[Command], second_leg: Sequence[Command] = ()) -> None:
         """Take the commands of one Outcome, in order.
 
-        Give it the Outcome of each status, also one without commands: at the end of a first leg
-        that says that the second leg is not wanted. The motor is stopped at once then, and not only
-        when a second is over.
+        Give it the Outcome of each status, also one without commands. At the end of a first leg an
+        Outcome without commands says that the second leg is not wanted, and the motor is stopped at
+        once. A drive that is told nothing stops the motor only after a second.
         """
         self._inbox.put(commands, second_leg)
         self._owner.wake()
@@ -72,7 +73,7 @@ class AxisDrive:
     @property
     def offset_steps(self) -> int:
         """What the drive adds to the board's register; gone with the process, see `seam.py`."""
-        return self.work.offset_steps
+        return self.work.known.offset_steps
 
     def add_offset(self, steps: int) -> None:
         """Take over the offset that an earlier drive had: before the first command, moving or not.

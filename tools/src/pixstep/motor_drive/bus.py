@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: MIT
 """One bus and the drives of its motors: a thread of its own that gives each its turn.
 
-One request goes out at a time, and before each one it is chosen anew whose it is:
+One request goes out at a time. Before each request the thread decides what comes first:
 
 1. a stop;
 2. a block of a line whose queue is empty soon;
 3. a motion that is to begin: its blocks, and arm. Several take turns;
 4. what is due first of the rest: a look at a board, a block of a line that is streamed.
 
-So a command waits for no more than the request that is on its way, and one of each other motion
+So a command waits only for the request that is on its way, and for one request of each other motion
 that begins at the same time. Boards are looked at every 0.1 s while something of them moves, every
 0.5 s otherwise, and when a motion should be over. A look takes a bus of 115,200 baud 18 ms (Mega,
 four motors) or 12 ms (Uno).

@@ -116,9 +116,9 @@ class Feed:
         return self._upload.accepted_px * self._pixel_s
 
     def left_s(self, since_start_s: float) -> float:
-        """Return how long the queue lasts yet, so long after the start; inf if that is enough.
+        """Return how long the queue still lasts, some time after the start; inf if that is enough.
 
-        It is if all was sent, or there is more time than other motions take to begin.
+        It is enough if all was sent, or if it lasts longer than other motions take to begin.
         """
         left_s = self.lasts_s - since_start_s
         self._hurries = left_s < _DRY_S and not self.done
@@ -127,9 +127,9 @@ class Feed:
     def begin(self, others: int = 0) -> Steps:
         """Queue what the queue holds, and arm. Raises BoardError for what the board refuses.
 
-        `others` are the motions that share the bus. It is armed as soon as its first line is there
-        and a part of the next one, for which the board waits: what is left comes while the first
-        one runs.
+        `others` is how many other motions share the bus. The axis is armed as soon as the first
+        line is queued and a part of the next one, for which the board waits. The rest is queued
+        while the first line runs.
         """
         upload, most = self._upload, _FIRST_BYTES
         least_s = self.lasts_s + _LEAST_S + _OTHER_S * others

@@ -39,7 +39,7 @@ class Home(Motion):
 
     def start(self, watch: BoardWatch, plan: HomingPlan, ended: Callable[[], None]) -> None:
         """Begin: from here on the legs are made. `ended` is called by the thread at its end."""
-        # Until so long after its beginning the first leg may last, if the board is not heard.
+        # The longest that the first leg can last: what is waited for if the board is not heard.
         self.queued_s = plan.search_steps / (plan.slow * watch.pixel_hz)
         self._link = watch.link
         self._time = time = shared_time.of_link(watch.link)

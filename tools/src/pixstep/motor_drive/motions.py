@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What an axis is asked to do, as lines of its board: a move with its second leg, a jog.
 
-A motion knows what it has queued and when that ends; what the board says of it is judged by
-`axis.AxisDrive`.
+A motion knows what it has queued and when that ends; `judging.py` judges what the board says of it.
 """
 
 from __future__ import annotations
@@ -13,17 +12,17 @@ from dataclasses import dataclass
 from itertools import chain, islice
 
 from pixstep.motor_drive.feed import Feed
-from pixstep.motor_record.traffic import Command, Verb
+from pixstep.motor_record.traffic import Command, Verb, whole
 from pixstep.moves.trapezoid import JogLaw, Kinematics, Run, Trapezoid, line_entries
 
-# A line follows the one before without a gap if it is queued when the board decodes the end of that
-# one: before its steps are made, by as many periods as the ring of the step interrupt holds. A
-# period is a step, or 65,535 ticks of a longer one; beside them come two pixels' pulse trains.
+# A line follows the one before it without a gap if it is queued before the board decodes the end of
+# that line. The board decodes ahead of the steps: as many periods as the ring of the step interrupt
+# holds, and two pixels' pulse trains. A period is one step, or 65,535 ticks of a longer one.
 _RING_PERIODS, _LONGEST_S = 252, 0.0041
 _TRAINS_PX = 2
-_HOST_S = 0.12  # the host may be late by so much
+_HOST_S = 0.12  # the host may be this late
 _SEGMENT_S, _SEGMENT_PX = 0.08, 2  # of a jog: a line of its own, at least
-_SEGMENTS = 4  # so many are queued
+_SEGMENTS = 4  # that are queued at a time
 _LATE_S = 0.05  # from arming to the first step, at most
 _DRIFT = 1.01  # the board's oscillator against the host's clock, at most
 _FIRST_RUNS = 12  # of a long leg: a line of their own
@@ -63,11 +62,6 @@ def second_of(commands: Sequence[Command], now: Kinematics, end_steps: int) -> L
     if target is None or not commands or commands[-1].verb is not Verb.GO:
         return None
     return Leg(wanted.kinematics, target)
-
-
-def whole(steps: float | None) -> int:
-    """Return a position in whole steps, half a step rounded up. Raises ValueError for no number."""
-    return math.floor((steps or 0.0) + 0.5)
 
 
 def same(some: Sequence[Command], others: Sequence[Command]) -> bool:
@@ -187,16 +181,13 @@ class Move(Motion):
         self._steps = steps
         self._leg = Trapezoid(steps, first.kinematics, pixels.hz)
         self.queued_s = self.first_s = self._leg.lasts_s
-        self._parted = any(True for _ in islice(self._leg.runs(), _FIRST_RUNS, _FIRST_RUNS + 1))
+        self._parted = len([*islice(self._leg.runs(), _FIRST_RUNS + 1)]) > _FIRST_RUNS
 
     @property
     def target_steps(self) -> int:
         """Where it ends, by what was queued of it."""
-        return (
-            self.second.target_steps
-            if self.second and self.queued_second
-            else (self.first.target_steps)
-        )
+        last = self.second if self.second and self.queued_second else self.first
+        return last.target_steps
 
     @property
     def first_lines(self) -> int:
@@ -218,12 +209,12 @@ class Move(Motion):
         if self._parted:
             yield from line_entries(islice(runs, _FIRST_RUNS))
         yield from line_entries(runs)
-        if self.second and self.first_s <= self._lead_s:
+        if self._second_at_once:
             yield from self._second_entries()
 
     def begin_second_at_once(self) -> None:
         """Note that `entries` has the second leg if the first one is short."""
-        if self.second and self.first_s <= self._lead_s:
+        if self._second_at_once:
             self._note_second()
 
     def leads_to(self, target_steps: int) -> bool:
@@ -267,6 +258,11 @@ class Move(Motion):
             self.direction = 1 if self.second.target_steps > self.first.target_steps else -1
 
     @property
+    def _second_at_once(self) -> bool:
+        """Whether the first leg is too short for the second one to be queued during it."""
+        return self.second is not None and self.first_s <= self._lead_s
+
+    @property
     def _lead_s(self) -> float:
         return decoded_ahead_s(0.0, self._pixels.hz)
 
@@ -303,16 +299,15 @@ def _end_steps_px(wanted: Kinematics, hz: float) -> int:
 class Jog(Motion):
     """A motion at a speed until it is stopped: short lines, each queued while those before run.
 
-    They follow each other without a gap, and the motor ends with the last one that came: a host
-    that dies stops the motor within 1.3 s, or 0.3 s of one that makes 2000 steps/s. (The board's
-    `bus_timeout_ms` would.) So long it takes until another speed begins as well.
+    They follow each other without a gap, and the motor stops after the last line that came. If the
+    host dies, a slow motor stops within 1.3 s, one that makes 2000 steps/s within 0.3 s. (The
+    board's `bus_timeout_ms` would stop it too.) A change of speed begins after the same time.
     """
 
     def __init__(self, velocity_steps_s: float, wanted: Kinematics, pixels: Pixels) -> None:
         super().__init__(1 if velocity_steps_s > 0 else -1)
         self._pixels, self.kinematics = pixels, wanted
         self._law = JogLaw(pixels.hz, pixels.turns_below_steps_px, pixels.rest_px)
-        self.lines = 0
         self._dry = False
 
     def entries(self) -> Iterator[Run]:
@@ -360,5 +355,4 @@ class Jog(Motion):
         count = max(_SEGMENT_PX, math.ceil(lasts_s * self._pixels.hz))
         found = self._law.pixels(self.kinematics, self.direction, count)
         self.queued_s += sum(repeat for _, repeat in found) / self._pixels.hz
-        self.lines += 1
         return line_entries(found)

@@ -13,8 +13,8 @@ position. The drive keeps it; it is gone with the process, and RSTM and autosave
 back. A homing makes it 0.
 
 A jog on the board. Instead `motions.Jog` sends short lines that follow each other without a gap,
-queued beyond what the board decodes ahead: 0.3 s at 2000 steps/s, 1.3 s of slow steps. So long it
-takes until another speed begins, and until the motor of a dead host stops.
+queued beyond what the board decodes ahead: 0.3 s at 2000 steps/s, 1.3 s of slow steps. A
+change of speed begins after that time, and a motor whose host has died stops after it.
 
 An encoder. There is none: EA_PRESENT is never set.
 """

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 from pixstep.board.errors import BoardError
 from pixstep.motor_drive.homing import Home
-from pixstep.motor_drive.motions import Jog, Leg, Motion, Move, Pixels, second_of, whole
+from pixstep.motor_drive.motions import Jog, Leg, Motion, Move, Pixels, second_of
 from pixstep.motor_drive.watch import AxisLook, BoardWatch
-from pixstep.motor_record.traffic import Command, Verb
+from pixstep.motor_record.traffic import Command, Verb, whole
 from pixstep.moves.fast import MAX_STEPS
 from pixstep.moves.trapezoid import Kinematics
 
@@ -18,7 +18,7 @@ from pixstep.moves.trapezoid import Kinematics
 class DrivenMotor:
     """A motor: its name, its place, and the limits that its machine has for it, if any.
 
-    `search_steps` is after how many steps a leg of a homing gives up.
+    A leg of a homing gives up after `search_steps`.
     """
 
     name: str
@@ -31,7 +31,7 @@ class DrivenMotor:
 
 @dataclass(frozen=True)
 class Start:
-    """A motion that is to begin: MOVE_ABS, JOG or a homing, and what was announced behind it."""
+    """A motion that is to begin: MOVE_ABS, JOG or a homing, and what is to follow it."""
 
     command: Command
     announced: tuple[Command, ...] = ()

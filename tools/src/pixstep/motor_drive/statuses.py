@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 from pixstep.motor_drive.inbox import Inbox
-from pixstep.motor_drive.watch import BoardWatch, Look
+from pixstep.motor_drive.known import KnownAxis
+from pixstep.motor_drive.watch import BoardWatch
 from pixstep.motor_record.traffic import Msta, Status
 
 
@@ -14,8 +15,8 @@ class Statuses:
     `at_once` asks for a status as soon as commands were taken, `at_look` for one by the next look.
     """
 
-    def __init__(self, inbox: Inbox, watch: BoardWatch, name: str, axis: int) -> None:
-        self._inbox, self._watch, self._name, self._axis = inbox, watch, name, axis
+    def __init__(self, inbox: Inbox, watch: BoardWatch, name: str, known: KnownAxis) -> None:
+        self._inbox, self._watch, self._name, self._known = inbox, watch, name, known
         self.order = 0
         """The newest commands that were taken."""
         self.at_once = self.at_look = False
@@ -31,19 +32,19 @@ class Statuses:
         self._last: Status | None = None
         self._before: tuple[float, int] | None = None
 
-    def tell(self, look: Look | None, *, moves: bool) -> None:
+    def tell(self, *, moves: bool) -> None:
         """Tell how the motor is."""
         self.at_once = self.at_look = False
-        self._last = self._status(look, moves=moves)
+        self._last = self._status(moves=moves)
         self._inbox.tell(self._last, self.order, self._name)
 
-    def tell_news(self, look: Look | None, *, moves: bool) -> None:
+    def tell_news(self, *, moves: bool) -> None:
         """Tell how the motor is if somebody has asked, or it is not as it was told last."""
         asked = self.at_once or self.at_look
-        if asked or self._last is None or self._status(look, moves=moves) != self._last:
-            self.tell(look, moves=moves)
+        if asked or self._last is None or self._status(moves=moves) != self._last:
+            self.tell(moves=moves)
 
-    def _status(self, look: Look | None, *, moves: bool) -> Status:
+    def _status(self, *, moves: bool) -> Status:
         flags = Msta.MOVING if moves else Msta.DONE
         known = [
             (Msta.DIRECTION, self.plus),
@@ -51,8 +52,9 @@ class Statuses:
             (Msta.PROBLEM, bool(self.problem)),
             (Msta.COMM_ERR, bool(self._watch.failures)),
         ]
+        look = self._known.look
         if look is not None:
-            switches = look.axes[self._axis].switches
+            switches = self._known.axis.switches
             known += [
                 (Msta.PLUS_LS, switches.limit_plus),
                 (Msta.MINUS_LS, switches.limit_minus),
@@ -62,11 +64,11 @@ class Statuses:
         for bit, on in known:
             if on:
                 flags |= bit
-        return Status(self.position_steps, 0, flags, self._speed(look, moves=moves))
+        return Status(self.position_steps, 0, flags, self._speed(moves=moves))
 
-    def _speed(self, look: Look | None, *, moves: bool) -> float:
+    def _speed(self, *, moves: bool) -> float:
         """Return the mean speed since the look before."""
-        before = self._before
+        before, look = self._before, self._known.look
         if not moves or look is None:
             self._before = None
             return 0.0

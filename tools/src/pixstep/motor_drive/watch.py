@@ -72,7 +72,7 @@ class Look:
         """True if the board was reset since an earlier look: what only counts up is lower."""
         if self.fresh and not before.fresh:
             return True
-        if self.time_s - before.time_s > _SURE_S:  # so many frames may have come that it wraps
+        if self.time_s - before.time_s > _SURE_S:  # the count of frames may have wrapped
             return False
         frames = (self.frames - before.frames) % 0x10000
         edges = (self.edges - before.edges) % 0x100000000

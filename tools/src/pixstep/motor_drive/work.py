@@ -7,11 +7,10 @@ import logging
 import math
 from collections import deque
 from dataclasses import replace
-from typing import Protocol
 
 from pixstep.board.errors import BoardError, LineLostError, NoReplyError, OvertakenError
-from pixstep.motor_drive.feed import Feed, Steps, require_idle
-from pixstep.motor_drive.homing import Home, plan_of
+from pixstep.motor_drive.feed import Steps, require_idle
+from pixstep.motor_drive.homing import Home
 from pixstep.motor_drive.inbox import Batch, Inbox
 from pixstep.motor_drive.judging import (
     Verdict,
@@ -20,41 +19,31 @@ from pixstep.motor_drive.judging import (
     misplaced_text,
     stopped_elsewhere,
 )
-from pixstep.motor_drive.motions import Jog, Motion, Move, Wanted, same, whole
-from pixstep.motor_drive.seam import clear_fault, discard, set_position, stop
+from pixstep.motor_drive.known import KnownAxis
+from pixstep.motor_drive.launching import Launching
+from pixstep.motor_drive.motions import Jog, Motion, Move, Wanted, same
+from pixstep.motor_drive.owner import Owner
+from pixstep.motor_drive.seam import stop
 from pixstep.motor_drive.starting import DrivenMotor, Start, Starting
 from pixstep.motor_drive.statuses import Statuses
-from pixstep.motor_drive.watch import AxisLook, BoardWatch, Look
-from pixstep.motor_record.traffic import Command, Verb
+from pixstep.motor_drive.watch import BoardWatch, Look
+from pixstep.motor_record.traffic import Command, Verb, whole
 
-_SEEKS_S = 0.05  # between two looks whether another axis of the board seeks its switch
 _SILENT_S = 2.0  # a board that does not answer for less has not had its last word
 _GRACE_S = 1.0  # for the record to answer the end of a first leg
 _TARGETS = (Verb.MOVE_ABS, Verb.MOVE_REL, Verb.HOME_FOR, Verb.HOME_REV)
 _log = logging.getLogger(__name__)
 
 
-class Owner(Protocol):
-    """The bus that gives a motor its turns."""
-
-    def wake(self) -> None:
-        """There is something to do; from any thread."""
-
-    def now_s(self) -> float:
-        """Return the boards' time."""
-
-    @property
-    def motions(self) -> int:
-        """How many motions there are."""
-
-
 class AxisWork:
     """The motions of one motor. Every method is called by the bus' thread."""
 
     def __init__(self, owner: Owner, watch: BoardWatch, motor: DrivenMotor, inbox: Inbox) -> None:
-        self.statuses = Statuses(inbox, watch, motor.name, motor.axis)
         self._owner, self._watch, self._motor, self._inbox = owner, watch, motor, inbox
+        self.known = KnownAxis(motor.unit, motor.axis)
+        self.statuses = Statuses(inbox, watch, motor.name, self.known)
         self._starting = Starting(watch, motor)
+        self._launching = Launching(owner, watch, motor, self.known, self._starting)
         self._wanted = Wanted()
         self._prepared: Command | None = None
         self._todo: deque[Start | float] = deque()  # a float: the position to be loaded
@@ -62,18 +51,13 @@ class AxisWork:
         self._work: Steps | None = None
         self._work_due_s = 0.0
         self._stop_wanted = False
-        self.offset_steps = 0
-        """What is added to the board's register: see `seam.py`."""
-        self._unknown = False  # the position, since a reset of the board
         self._resets = 0
-        self._left = False  # a part of a line that this drive has queued and that will not run
-        self._look: Look | None = None
 
     # When it wants a turn.
 
     def add_offset(self, steps: int) -> None:
         """Count from elsewhere; from any thread, before the first command."""
-        self.offset_steps += steps
+        self.known.offset_steps += steps
         self.statuses.position_steps += steps
 
     @property
@@ -112,9 +96,9 @@ class AxisWork:
     @property
     def gives_up_s(self) -> float:
         """When a motion must be over of a board that does not answer."""
-        if self._motion is None or self._look is None or not self._watch.failures:
+        if self._motion is None or self.known.look is None or not self._watch.failures:
             return math.inf
-        return max(self._motion.ends_s(), self._look.time_s + _SILENT_S)
+        return max(self._motion.ends_s(), self.known.look.time_s + _SILENT_S)
 
     @property
     def busy(self) -> bool:
@@ -175,11 +159,11 @@ class AxisWork:
 
     def looked(self, look: Look) -> None:
         """Take what the board says now."""
-        self._look = look
+        self.known.look = look
         if self._resets != self._watch.resets:
             self._resets = self._watch.resets
             self._was_reset()
-        axis, motion = self._axis, self._motion
+        axis, motion = self.known.axis, self._motion
         if motion is None:
             self._show(moves=axis.moves)
             self._advance()
@@ -197,7 +181,7 @@ class AxisWork:
         if self._owner.now_s() >= self.gives_up_s:
             self._forget_motion()
             self.statuses.problem = "the board did not answer to the end of a motion"
-        self.statuses.tell_news(self._look, moves=self._motion is not None)
+        self.statuses.tell_news(moves=self._motion is not None)
 
     def failed(self, text: str) -> None:
         """Take that this drive has failed: its motor is stopped."""
@@ -227,7 +211,7 @@ class AxisWork:
         for command in commands:
             self._wanted.take(command)
         self.statuses.plus = motion.direction > 0
-        self.statuses.tell(self._look, moves=True)
+        self.statuses.tell(moves=True)
         self._watch.look_soon()
         return True
 
@@ -277,7 +261,7 @@ class AxisWork:
             motion is not None
             and going
             and verb is Verb.MOVE_ABS
-            and (motion.leads_to(whole(start.command.argument)))
+            and motion.leads_to(whole(start.command.argument))
         ):
             return
         self._todo = deque(one for one in self._todo if not isinstance(one, Start))
@@ -296,21 +280,21 @@ class AxisWork:
 
     def _advance(self) -> None:
         """Do what is next as soon as the motor rests."""
-        while self._todo and self._look and not (self._motion or self._stop_wanted):
+        while self._todo and self.known.look and not (self._motion or self._stop_wanted):
             item = self._todo.popleft()
             if isinstance(item, float):
                 self._load(item)
             else:
                 self._start(item)
         if self.statuses.at_once and not (self._stop_wanted or self._holding):
-            self.statuses.tell(self._look, moves=self._moves)
+            self.statuses.tell(moves=self._moves)
 
     def _load(self, position: float) -> None:
         """Make a position that of the motor where it is."""
-        self.offset_steps = set_position(whole(position), self._axis.position_steps)
-        self._unknown, self.statuses.problem = False, ""
+        self.known.load(whole(position))
+        self.statuses.problem = ""
         self.statuses.stopped_elsewhere = False
-        self.statuses.position_steps = self._position_steps
+        self.statuses.position_steps = self.known.position_steps
         self.statuses.at_once = True
 
     def _start(self, start: Start) -> None:
@@ -318,94 +302,27 @@ class AxisWork:
         self.statuses.problem, self.statuses.at_once = "", True
         self.statuses.stopped_elsewhere = False
         try:
-            if not self._left:
-                require_idle(self._axis.state, self._motor.axis)
-            if self._unknown and start.command.verb is Verb.MOVE_ABS:
-                raise BoardError(self._lost_position)
+            if not self._launching.left:
+                require_idle(self.known.axis.state, self._motor.axis)
+            if self.known.lost and start.command.verb is Verb.MOVE_ABS:
+                raise BoardError(self.known.lost_text)
             wanted = self._wanted.kinematics
-            motion = self._starting.motion(start, self._axis, self.offset_steps, wanted)
+            motion = self._starting.motion(start, self.known.axis, self.known.offset_steps, wanted)
         except BoardError as error:
             self.statuses.problem = str(error)
             return
         if motion is None:
             return
         self._motion, self.statuses.plus = motion, motion.direction > 0
-        work = self._launch_home(motion) if isinstance(motion, Home) else self._launch(motion)
-        self._work, self._work_due_s = work, 0.0
+        self._work, self._work_due_s = self._launching.begin(motion, self._wanted), 0.0
 
     # Motions.
 
-    def _launch(self, motion: Motion) -> Steps:
-        """Queue and arm; what the board was left with by others is cleared away before."""
-        yield from self._clear()
-        for last in (False, True):
-            axis = self._axis
-            motion.lines_before = axis.lines_done
-            motion.feed = Feed(
-                self._watch.board, self._motor.axis, motion.entries(), axis.registers,
-                1 / self._watch.pixel_hz,
-            )  # fmt: skip
-            if isinstance(motion, Move):
-                motion.begin_second_at_once()
-            try:
-                yield from motion.feed.begin(self._owner.motions - 1)
-                break
-            except (NoReplyError, LineLostError):
-                raise
-            except BoardError:
-                if last:
-                    raise
-            yield from discard(self._watch.board, self._motor.axis)
-            self._look = self._watch.look()  # another program was here since the last look
-            yield 0.0
-        yield from self._stream(motion)
-
-    def _stream(self, motion: Motion) -> Steps:
-        """Go on with a motion that was armed just now."""
-        motion.armed(self._owner.now_s())
-        self._watch.look_soon()
-        if motion.feed is not None:
-            yield from motion.feed.stream()
-
-    def _launch_home(self, motion: Home) -> Steps:
-        """Begin a homing, when no other axis of the board seeks a switch."""
-        while self._watch.seeks not in (None, self):
-            yield _SEEKS_S
-        self._watch.seeks = self
-        yield from self._clear()
-        plan = plan_of(
-            self._watch, self._motor.axis, motion.direction,
-            self._starting.limited(self._wanted.kinematics), self._motor.search_steps,
-            self._axis.registers["queue_free"],
-        )  # fmt: skip
-        yield 0.0
-        motion.start(self._watch, plan, self._home_over)
-        motion.armed(self._owner.now_s())
-        self._watch.look_soon()
-
-    def _home_over(self) -> None:
-        """The thread of a homing has ended; it calls this."""
-        self._watch.look_soon()
-        self._owner.wake()
-
-    def _clear(self) -> Steps:
-        """Clear a fault, or discard a part of a line that will not run."""
-        if self._look and self._look.fault:
-            clear_fault(self._watch.board, len(self._look.axes))
-            yield 0.0
-        elif self._left or self._axis.state in ("refused", "loading"):
-            yield from discard(self._watch.board, self._motor.axis)
-        else:
-            return
-        self._left = False
-        self._look = self._watch.look()
-        yield 0.0
-
     def _judge(self, motion: Motion, look: Look) -> None:
         """Judge a motion under way by what the board says."""
-        verdict = judge(motion, self._axis, self._owner.now_s())
+        verdict = judge(motion, self.known.axis, self._owner.now_s())
         if verdict is Verdict.OVER:
-            self._end(misplaced_text(motion, self._position_steps))
+            self._end(misplaced_text(motion, self.known.position_steps))
         elif verdict is Verdict.BROKEN:
             self.statuses.stopped_elsewhere = stopped_elsewhere(look, self._motor.axis)
             self._end(broken_text(look, self._watch.unit, self._motor.axis))
@@ -423,12 +340,13 @@ class AxisWork:
         self._end("")
 
     def _judge_home(self, motion: Home) -> None:
-        if not motion.over or self._axis.moves:
+        if not motion.over or self.known.axis.moves:
             self._show(moves=True)
             return
         motion.forget()
         if motion.homed:
-            self.offset_steps, self._unknown, self.statuses.homed = 0, False, True
+            self.known.homed()
+            self.statuses.homed = True
         self._end(motion.text)
 
     def _first_over(self, motion: Move) -> None:
@@ -437,34 +355,29 @@ class AxisWork:
         if not motion.holding:
             motion.holding, motion.hold_until_s = True, now_s + _GRACE_S
             self.statuses.position_steps = motion.first.target_steps
-            self.statuses.tell(self._look, moves=False)
+            self.statuses.tell(moves=False)
         elif now_s > motion.hold_until_s:
             motion.holding = False
             self._stop_wanted = True
 
     def _again(self, motion: Motion) -> None:
         """Begin lines that came when those before them were over."""
-        feed, axis = motion.feed, self._axis
+        feed, axis = motion.feed, self.known.axis
         if feed is None:
             return
         if isinstance(motion, Jog) and axis.state == "done":
             motion.ran_dry()
         motion.armed_s = None
-
-        def work() -> Steps:
-            yield from feed.begin_again(axis.registers)
-            yield from self._stream(motion)
-
-        self._work, self._work_due_s = work(), 0.0
+        self._work, self._work_due_s = self._launching.again(motion, feed, axis.registers), 0.0
 
     def _resume(self, motion: Motion) -> None:
         """Go on with a motion whose launch was broken off, or end it."""
-        if self._axis.state in ("armed", "running") and motion.feed is not None:
+        if self.known.axis.state in ("armed", "running") and motion.feed is not None:
             motion.armed(self._owner.now_s())
             self._work = motion.feed.stream()
             self._show(moves=True)
             return
-        self._left = True
+        self._launching.left = True
         self._end("the board did not answer when a motion was to begin")
 
     def _unanswered(self, text: str) -> None:
@@ -479,7 +392,7 @@ class AxisWork:
         """The board refuses a motion; what it has queued of it is forgotten at the next start."""
         self._work = None
         if motion.armed_s is None:
-            self._left = True
+            self._launching.left = True
             self._end(text)
         else:
             self.statuses.problem, self._stop_wanted, motion.refused = text, True, True
@@ -488,34 +401,26 @@ class AxisWork:
         """The motor rests."""
         self._forget_motion()
         self.statuses.problem = text or self.statuses.problem
-        self.statuses.position_steps = self._position_steps
+        self.statuses.position_steps = self.known.position_steps
         if not any(isinstance(one, Start) for one in self._todo):
-            self.statuses.tell(self._look, moves=False)
+            self.statuses.tell(moves=False)
         self._advance()
 
     def _forget_motion(self) -> None:
         if isinstance(self._motion, Home):
             self._motion.interrupt()
-        if self._watch.seeks is self:
-            self._watch.seeks = None
+        self._launching.seeks_no_more()
         self._motion = self._work = None
 
     def _was_reset(self) -> None:
         """A board that was reset counts from 0: the last position is shown, and is not to trust."""
-        self.offset_steps = self.statuses.position_steps - self._axis.position_steps
-        self._unknown, self.statuses.homed = True, False
+        self.known.lose(self.statuses.position_steps)
+        self.statuses.homed = False
         self._forget_motion()
         self._todo.clear()
-        self.statuses.problem, self.statuses.at_look = self._lost_position, True
+        self.statuses.problem, self.statuses.at_look = self.known.lost_text, True
 
     # What is known.
-
-    @property
-    def _lost_position(self) -> str:
-        return (
-            f"board {self._watch.unit} was reset: the position of axis {self._motor.axis} is not "
-            f"known; home it, or set its position"
-        )
 
     @property
     def _holding(self) -> bool:
@@ -524,24 +429,14 @@ class AxisWork:
 
     @property
     def _moves(self) -> bool:
-        return self._motion is not None or (self._look is not None and self._axis.moves)
-
-    @property
-    def _axis(self) -> AxisLook:
-        assert self._look is not None
-        return self._look.axes[self._motor.axis]
-
-    @property
-    def _position_steps(self) -> int:
-        """The record's raw position."""
-        return self._axis.position_steps + self.offset_steps
+        return self._motion is not None or self.known.moves
 
     def _show(self, *, moves: bool) -> None:
         """Tell a look at the axis: each one that moves, another one if it says something new."""
         if self._holding:
             return
-        self.statuses.position_steps = self._position_steps
+        self.statuses.position_steps = self.known.position_steps
         if moves:
-            self.statuses.tell(self._look, moves=True)
+            self.statuses.tell(moves=True)
         else:
-            self.statuses.tell_news(self._look, moves=False)
+            self.statuses.tell_news(moves=False)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The name of a record."""
+"""The names of records, and whether the text of a link is one."""
 
 import re
 
@@ -11,3 +11,12 @@ WANTED = f"letters, digits and _ - : ; < > [ ] {{ }} / + are wanted, at most {LO
 def is_record_name(text: str) -> bool:
     """True if a record can have this name."""
     return len(text) <= LONGEST and _NAME.fullmatch(text) is not None
+
+
+def names_a_record(text: str) -> bool:
+    """True for the text of a link to a record: neither empty nor a number."""
+    try:
+        float(text)
+    except ValueError:
+        return bool(text.strip())
+    return False

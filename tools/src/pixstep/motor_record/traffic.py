@@ -4,10 +4,19 @@
 All positions are raw: steps of the motor, or counts of its encoder. Times are in seconds.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import IntFlag, StrEnum
 from typing import Protocol
+
+
+def whole(steps: float | None) -> int:
+    """Return a position in whole steps, half a step rounded up: the motor goes there.
+
+    Raises ValueError or OverflowError for what is no number.
+    """
+    return math.floor((steps or 0.0) + 0.5)
 
 
 class Msta(IntFlag):
@@ -131,6 +140,28 @@ class Drive(Protocol):
 
     def obey(self, commands: Sequence[Command], second_leg: Sequence[Command] = ()) -> None:
         """Take the commands of one Outcome, in order; they are carried out soon."""
+
+    def overtaken(self, status: Status) -> bool:
+        """Whether a status that was reported is older than the newest call of `obey`.
+
+        A motor that rested before a GO would else look like the end of the move: such a status is
+        dropped, and a newer one follows.
+        """
+
+    @property
+    def offset_steps(self) -> int:
+        """What the driver adds to its board's register; 0 of one whose board counts positions."""
+
+    def add_offset(self, steps: int) -> None:
+        """Take over the offset that an earlier driver had: before the first command."""
+
+    @property
+    def problem(self) -> str:
+        """Why PROBLEM or COMM_ERR is set, in words; "" if neither is, or nothing is known."""
+
+    @property
+    def stopped_elsewhere(self) -> bool:
+        """Whether another program has stopped the last motion: no retry is to follow it."""
 
     def close(self) -> None:
         """Stop the motor if this driver moves it, report nothing more, and leave."""

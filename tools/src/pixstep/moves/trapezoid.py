@@ -24,7 +24,7 @@ _WHOLE_STEPS_PX = 100  # from this speed on a constant speed is made whole
 _STRETCHES_HZ = 100  # how often counts may change, at most
 _PART = 1 / 16  # of a step: no stretch is longer, at the highest speed
 _LEAST_STEPS_S = 1e-6
-_MERGED = 64  # runs, at most, that become one: the first run of a move of days is there at once
+_MERGED = 64  # runs become one, at most: the first run of a move of days must not take long
 _NEARLY = 1e-9  # of a pixel: what is left by rounding is no further pixel
 
 
@@ -206,7 +206,7 @@ def spread(steps: int, pixels: int) -> Iterator[Run]:
 def merged(runs: Iterable[Run]) -> Iterator[Run]:
     """Return runs, equal ones that follow each other as one; none is longer than an entry holds.
 
-    Of very many equal ones the first are given away before the others are taken.
+    Of very many equal runs the first ones are yielded before the others are taken.
     """
     count = repeat = taken = 0
     for now, more in runs:

@@ -16,6 +16,8 @@ from pixstep.motor_drive.of_machine import motors_of
 from pixstep.server import remote
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from pixstep.board.link import Link
     from pixstep.machine.files import MachineFile
     from pixstep.machine.model import BoardTable
@@ -37,7 +39,7 @@ def opened(
     with contextlib.ExitStack() as stack:
         found: dict[str, Drive] = {}
         if simulate:
-            found.update(stack.enter_context(_simulated(machine)))
+            found.update(stack.enter_context(simulated(machine)))
         else:
             for place, boards in _ports(machine, port).items():
                 found.update(stack.enter_context(_on_port(machine, place, boards, log)))
@@ -76,16 +78,19 @@ def _on_port(
 
 
 @contextlib.contextmanager
-def _simulated(machine: MachineFile) -> Iterator[Mapping[str, Drive]]:
-    """Yield the drives of simulated boards, whose time passes as the wall clock's."""
+def simulated(machine: MachineFile, edges: Path | None = None) -> Iterator[BusDrives]:
+    """Yield the drives of simulated boards, whose time passes as the wall clock's.
+
+    `edges` is a file for all edges of the boards.
+    """
     from pixstep.simulation.simulated_board import (
         SimLink,  # which those without a simulator do not need
     )
     from pixstep.simulation.simulator import SimulatorError
 
-    places = {name: place for place, name in enumerate(machine.boards)}
-    units = {name: place + 1 for name, place in places.items()}
-    with SimLink(sim_options(machine)) as link:
+    units = {name: unit for unit, name in enumerate(machine.boards, 1)}
+    options = sim_options(machine)
+    with SimLink(replace(options, edges=edges) if edges else options) as link:
         with Pacer(link), _drives(machine, link, units) as found:
             yield found
         with contextlib.suppress(SimulatorError):
@@ -108,14 +113,9 @@ def sim_options(machine: MachineFile) -> SimOptions:
 
 def _drives(machine: MachineFile, link: Link, units: Mapping[str, int]) -> BusDrives:
     """Return the drives of the motors of some boards; `units` are their addresses by name."""
-    motors = [
-        replace(one, unit=units[machine.board_name(machine[one.name])])
-        for one in motors_of(machine)
-        if machine.board_name(machine[one.name]) in units
-    ]
     return BusDrives(
         link,
-        motors,
+        motors_of(machine, units),
         clock_hz=machine.clock_hz,
         divider=machine.clock.edges,
         kinds={unit: machine.boards[name].kind for name, unit in units.items()},

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from pixstep.motor_record.mip import Mip
 from pixstep.motor_record.model.processing import process
 from pixstep.motor_record.model.state import State
-from pixstep.motor_record.traffic import Command, Msta, Status, Verb
+from pixstep.motor_record.traffic import Command, Msta, Status, Verb, whole
 
 _FIRST_LEGS = Mip.MOVE | Mip.JOG_BL1
 _SECOND_LEGS = Mip.MOVE_BL | Mip.JOG_BL2
@@ -32,8 +32,8 @@ def second_leg(r: State, commands: Iterable[Command]) -> tuple[Command, ...]:
 
 def _length(r: State, way: Command) -> int:
     """Return how many steps the leg makes, with their sign."""
-    whole = math.floor((way.argument or 0.0) + 0.5)
-    return whole if way.verb is Verb.MOVE_REL else whole - r.v.rmp
+    steps = whole(way.argument)
+    return steps if way.verb is Verb.MOVE_REL else steps - r.v.rmp
 
 
 def _arrived(r: State, steps: int) -> Status:

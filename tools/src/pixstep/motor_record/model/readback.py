@@ -30,7 +30,9 @@ def work_out(r: State, *, first: bool = False) -> None:
     v = r.v
     if v.ueip and not shows(v, Msta.EA_PRESENT):
         v.ueip = 0
-    _position(r, first=first)
+    if not newest_position(r, links=not first) and v.mip != Mip.DONE:
+        release_buttons(v)
+        v.stop = 1
     v.tdir = int(shows(v, Msta.DIRECTION))
     _switches(v)
     _movement(v)
@@ -38,34 +40,30 @@ def work_out(r: State, *, first: bool = False) -> None:
     difference(v)
 
 
-def _position(r: State, *, first: bool) -> None:
+def newest_position(r: State, *, links: bool = True) -> bool:
+    """Make all readbacks the newest position. False if the link that gives it is dead."""
     v = r.v
     if v.ueip:
-        set_raw(v, v.rep, v.eres)
-    elif v.urip and not first:
-        _position_from_link(r)
+        _set_raw(v, v.rep, v.eres)
+    elif v.urip and links:
+        return _read_link(r)
     else:
-        set_raw(v, v.rmp, v.mres)
+        _set_raw(v, v.rmp, v.mres)
+    return True
 
 
-def set_raw(v: Values, raw: int, resolution: float) -> None:
+def _set_raw(v: Values, raw: int, resolution: float) -> None:
     """Make all readbacks agree with a raw one."""
     v.rrbv = raw
     v.drbv = raw * resolution
     v.rbv = user(v, v.drbv)
 
 
-def _position_from_link(r: State) -> None:
-    if not read_link(r) and r.v.mip != Mip.DONE:
-        release_buttons(r.v)
-        r.v.stop = 1
-
-
-def read_link(r: State) -> bool:
+def _read_link(r: State) -> bool:
     """Take the position from RDBL. False if that is dead: the position stays what it was."""
     if r.rdbl.value is None:
         return False
-    set_raw(r.v, nearest_long(r.rdbl.value * r.v.rres / r.v.mres), r.v.mres)
+    _set_raw(r.v, nearest_long(r.rdbl.value * r.v.rres / r.v.mres), r.v.mres)
     return True
 
 

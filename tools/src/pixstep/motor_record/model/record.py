@@ -11,6 +11,7 @@ from pixstep.motor_record.model import start, writes
 from pixstep.motor_record.model.foresight import second_leg
 from pixstep.motor_record.model.processing import process
 from pixstep.motor_record.model.state import Link, State
+from pixstep.motor_record.record_name import names_a_record
 from pixstep.motor_record.traffic import Outcome, Status
 
 LinkName = Literal["RDBL", "DOL"]
@@ -32,8 +33,8 @@ class MotorRecord:
         self._r = State()
         for name, value in fields.items():
             self._r.v.write(name, _writable(name, value).taken(value))
-        self._r.dol.exists = _names_a_record(self._r.v.dol)
-        self._r.rdbl.exists = _names_a_record(self._r.v.rdbl)
+        self._r.dol.exists = names_a_record(self._r.v.dol)
+        self._r.rdbl.exists = names_a_record(self._r.v.rdbl)
 
     def __getitem__(self, field: str) -> Value:
         """Return any field of FIELDS: menus, buttons and flags as numbers."""
@@ -123,12 +124,3 @@ def _writable(name: str, value: Value) -> Field:
     if not field.writable:
         raise PutRefusedError(name, value, "only the record writes it")
     return field
-
-
-def _names_a_record(text: str) -> bool:
-    """True for the text of a link to a record: neither empty nor a number."""
-    try:
-        float(text)
-    except ValueError:
-        return bool(text.strip())
-    return False

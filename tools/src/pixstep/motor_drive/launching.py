@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: MIT
+"""The requests with which a motion begins, one at a time, as generators: see `feed.py`.
+
+What others have left on the axis is cleared first; then lines are queued and armed, or a homing is
+begun in its own thread.
+"""
+
+from __future__ import annotations
+
+from pixstep.board.errors import BoardError, LineLostError, NoReplyError
+from pixstep.motor_drive.feed import Feed, Steps
+from pixstep.motor_drive.homing import Home, plan_of
+from pixstep.motor_drive.known import KnownAxis
+from pixstep.motor_drive.motions import Motion, Move, Wanted
+from pixstep.motor_drive.owner import Owner
+from pixstep.motor_drive.seam import clear_fault, discard
+from pixstep.motor_drive.starting import DrivenMotor, Starting
+from pixstep.motor_drive.watch import BoardWatch
+
+_SEEKS_S = 0.05  # between two looks whether another axis of the board seeks its switch
+
+
+class Launching:
+    """Begins the motions of one motor. Every method is called by the bus' thread."""
+
+    def __init__(
+        self,
+        owner: Owner,
+        watch: BoardWatch,
+        motor: DrivenMotor,
+        known: KnownAxis,
+        starting: Starting,
+    ) -> None:
+        self._owner, self._watch, self._motor = owner, watch, motor
+        self._known, self._starting = known, starting
+        self.left = False
+        """Whether a part of a line that this drive has queued is there and will not run."""
+
+    def begin(self, motion: Motion, wanted: Wanted) -> Steps:
+        """Begin a motion; `wanted` are the speeds of a homing."""
+        return self._homing(motion, wanted) if isinstance(motion, Home) else self._lines(motion)
+
+    def _lines(self, motion: Motion) -> Steps:
+        """Queue and arm; what the board was left with by others is cleared away before."""
+        yield from self._clear()
+        for last in (False, True):
+            axis = self._known.axis
+            motion.lines_before = axis.lines_done
+            feed = motion.feed = Feed(
+                self._watch.board, self._motor.axis, motion.entries(), axis.registers,
+                1 / self._watch.pixel_hz,
+            )  # fmt: skip
+            if isinstance(motion, Move):
+                motion.begin_second_at_once()
+            try:
+                yield from feed.begin(self._owner.motions - 1)
+                break
+            except (NoReplyError, LineLostError):
+                raise
+            except BoardError:
+                if last:
+                    raise
+            yield from discard(self._watch.board, self._motor.axis)
+            yield from self._look()  # another program was here since the last look
+        yield from self._stream(motion, feed)
+
+    def again(self, motion: Motion, feed: Feed, registers: dict[str, int]) -> Steps:
+        """Arm lines that came when those before them were over; `registers` are the axis'."""
+        yield from feed.begin_again(registers)
+        yield from self._stream(motion, feed)
+
+    def seeks_no_more(self) -> None:
+        """Let other axes of the board seek their switches."""
+        if self._watch.seeks is self:
+            self._watch.seeks = None
+
+    def _homing(self, motion: Home, wanted: Wanted) -> Steps:
+        """Begin a homing, when no other axis of the board seeks a switch."""
+        while self._watch.seeks not in (None, self):
+            yield _SEEKS_S
+        self._watch.seeks = self
+        yield from self._clear()
+        plan = plan_of(
+            self._watch, self._motor.axis, motion.direction,
+            self._starting.limited(wanted.kinematics), self._motor.search_steps,
+            self._known.axis.registers["queue_free"],
+        )  # fmt: skip
+        yield 0.0
+        motion.start(self._watch, plan, self._home_over)
+        self._armed(motion)
+
+    def _armed(self, motion: Motion) -> None:
+        motion.armed(self._owner.now_s())
+        self._watch.look_soon()
+
+    def _stream(self, motion: Motion, feed: Feed) -> Steps:
+        """Go on with a motion that was armed just now."""
+        self._armed(motion)
+        yield from feed.stream()
+
+    def _home_over(self) -> None:
+        """The thread of a homing has ended; it calls this."""
+        self._watch.look_soon()
+        self._owner.wake()
+
+    def _clear(self) -> Steps:
+        """Clear a fault, or discard a part of a line that will not run."""
+        look = self._known.look
+        if look and look.fault:
+            clear_fault(self._watch.board, len(look.axes))
+            yield 0.0
+        elif self.left or self._known.axis.state in ("refused", "loading"):
+            yield from discard(self._watch.board, self._motor.axis)
+        else:
+            return
+        self.left = False
+        yield from self._look()
+
+    def _look(self) -> Steps:
+        self._known.look = self._watch.look()
+        yield 0.0
