@@ -14,6 +14,7 @@ from pixstep.formats.findings import LENIENT
 from pixstep.formats.motion import MotionFile
 from pixstep.jobs import judging, rules
 from pixstep.jobs.job import MACHINE, Job
+from pixstep.jobs.judging import Judged
 from pixstep.jobs.machine_copy import NOTHING, MachineCopy
 from pixstep.jobs.rules import AMBER, GREEN, GREY, RED, Colour, Keys, Rule
 from pixstep.lines.line import SMOOTH
@@ -48,6 +49,13 @@ def row(place: str, field: str, rule: Rule, job: object, found: object, *, equal
     """Return the row of a field: green if it is equal, else as its rule says."""
     colour, why = (GREEN, "") if equal else (rule.colour, rule.why)
     return Row(place, field, rule.key, colour, _told(job), _told(found), why)
+
+
+def row_of_lines(place: str, field: str, job: Job, judged: Judged) -> Row:
+    """Return the row of a motor's lines: whether they pass the limits of today."""
+    found = judged.refusal or f"all {job.lines} pass"
+    equal = not judged.refusal
+    return row(place, field, rules.LINES, f"{job.lines} lines", found, equal=equal)
 
 
 def verdict(rows: Iterable[Row]) -> Colour:
@@ -131,11 +139,7 @@ class _Comparison:
             yield self._compared(("motors", name, "profiles", use))
             yield from self._profile(name, use)
         judged = judging.of_motor(self.job, self.today.tables, name)
-        told = judged.refusal or f"all {judged.lines} pass"
-        yield self._row(
-            f"motors.{name} lines", rules.LINES, f"{judged.lines} lines", told,
-            equal=not judged.refusal,
-        )  # fmt: skip
+        yield row_of_lines(self._place, f"motors.{name} lines", self.job, judged)
 
     def _compared(self, keys: Keys) -> Row:
         """Return the row of a key of the file: by what it means, however it is written."""
@@ -221,8 +225,12 @@ class _Comparison:
         used = {"motors": self.job.motors, "boards": self._boards()}.get(keys[0])
         return used is None or len(keys) < 2 or keys[1] in used
 
+    @property
+    def _place(self) -> str:
+        return self.today.tables.path.name
+
     def _row(self, field: str, rule: Rule, job: object, found: object, *, equal: bool) -> Row:
-        return row(self.today.tables.path.name, field, rule, job, found, equal=equal)
+        return row(self._place, field, rule, job, found, equal=equal)
 
 
 def _with(found: Row, colour: Colour, why: str) -> Row:
