@@ -68,11 +68,11 @@ class Session:
             "pixels": self.job.pixels, "boards": boards, **facts,
         })  # fmt: skip
 
-    def make(self, moves: Callable[[list[Off]], None] | None = None) -> Ended:
+    def make(self, *, may_move: bool) -> Ended:
         """Make the lines that are left; raises JobBrokenError saying where everything is.
 
-        Motors that are not where their line begins are brought there, if `moves` (which is told of
-        them) is there; it may raise what keeps them from it. Without it they are refused.
+        Motors that are not where their line begins are brought there, if they `may_move`, else they
+        are refused.
         """
         while (first := self.told.next_line) <= self.job.lines:
             if self.watch.pause_asked():
@@ -81,10 +81,11 @@ class Session:
             for station in self.stations:
                 tag.put(station.board, self.told.tags[station.name])
             stations.ready(self.stations)
-            away = self._away(first, takes_play=moves is not None and self._is_first)
+            away = self._away(first, takes_play=may_move and self._is_first)
+            if away and not may_move:
+                raise elsewhere(away)
             if away:
-                self.bring(away, moves)
-                moves = allow
+                self.bring(away)
             last = self._end_of_stretch(first)
             chain = Chain(
                 self.job, self.machine, self.stations, self.world, self.note, self.watch, first,
@@ -119,11 +120,8 @@ class Session:
         """True as long as nobody knows from which side motors came: before lines and moves."""
         return not (self.told.chain or self._brought)
 
-    def bring(self, away: list[Off], moves: Callable[[list[Off]], None] | None) -> None:
-        """Bring motors to where the next line begins, if they may be."""
-        if moves is None:
-            raise elsewhere(away)
-        moves(away)
+    def bring(self, away: list[Off]) -> None:
+        """Bring motors to where the next line begins."""
         self._brought = True
         for text in positioning.go(self.machine, self.job, away, self.world):
             self.watch.say(text)
@@ -164,8 +162,3 @@ def elsewhere(away: Iterable[Off]) -> RefusedError:
         "{away} ({to_start} brings motors to where the line begins)",
         away="; ".join(map(str, away)),
     ))  # fmt: skip
-
-
-def allow(away: list[Off]) -> None:
-    """Let motors be moved."""
-    del away

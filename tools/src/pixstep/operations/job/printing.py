@@ -166,7 +166,7 @@ def _on_ctrl_c(take: Callable[[int, Any], None]) -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def make(desk: Desk, session: Session, path: Path, moves: Callable[[Any], None] | None) -> Result:
+def make(session: Session, path: Path, *, may_move: bool) -> Result:
     """Make the lines that are left, and return the result.
 
     Raises StoppedError after a signal, JobBrokenError after a fault, both saying where all is.
@@ -174,7 +174,7 @@ def make(desk: Desk, session: Session, path: Path, moves: Callable[[Any], None] 
     from pixstep.jobs.runner import JobBrokenError
 
     try:
-        ended = session.make(moves)
+        ended = session.make(may_move=may_move)
     except KeyboardInterrupt as error:
         told = "; ".join(getattr(error, "__notes__", ())) or "nothing moved"
         raise StoppedError(

@@ -73,7 +73,7 @@ class JobResume(Prints):
         from pixstep.jobs import history, resuming
         from pixstep.jobs.history import History
         from pixstep.jobs.parts import Parts
-        from pixstep.jobs.session import Session, allow
+        from pixstep.jobs.session import Session
         from pixstep.jobs.stations import of_job
 
         found = buses.today(desk.facts)
@@ -110,7 +110,7 @@ class JobResume(Prints):
                         session.begin(facts, safe=printing.safe(job, machine))
                     self._home(desk, session, verdict)
                     try:
-                        return printing.make(desk, session, self.run_path, allow)
+                        return printing.make(session, self.run_path, may_move=True)
                     finally:
                         folder.forget_pause()
 
@@ -167,7 +167,6 @@ class JobResume(Prints):
     def _home(self, desk: Desk, session: Session, verdict: Verdict) -> None:
         """Home motors whose positions do not hold, and bring them to their line from its side."""
         from pixstep.jobs import history, positioning
-        from pixstep.jobs.session import allow
 
         away = [one for one in verdict.boards if not one.trusted]
         if not away or session.told.next_line > session.job.lines:
@@ -179,7 +178,7 @@ class JobResume(Prints):
         moved = positioning.every(
             session.job, session.told.next_line, [one.station for one in away]
         )
-        session.bring(moved, allow)
+        session.bring(moved)
 
 
 def _home_motor(

@@ -42,7 +42,7 @@ class JobRun(Prints):
         from pixstep.jobs.history import History
         from pixstep.jobs.parts import Parts
         from pixstep.jobs.run_folder import SUFFIX, RunFolder
-        from pixstep.jobs.session import Session, allow, elsewhere
+        from pixstep.jobs.session import Session, elsewhere
         from pixstep.jobs.stations import of_job
 
         path = self.folder or Path(self.job.name).with_suffix(SUFFIX)
@@ -65,6 +65,6 @@ class JobRun(Prints):
                 session = Session(job, machine, stations, world, log, History(0), watch, parts)
                 session.begin(told, safe=printing.safe(job, machine))
                 try:
-                    return printing.make(desk, session, path, allow if self.to_start else None)
+                    return printing.make(session, path, may_move=self.to_start)
                 finally:
                     folder.forget_pause()
