@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pixstep.errors import RefusedError
@@ -150,7 +150,7 @@ class _Comparison:
         missing = (keys in then.values) != (keys in now.values)
         if missing and equal and rule.colour is not GREY:
             where = "today" if keys in then.values else "in the job"
-            return _with(found, AMBER, f"missing {where}; its default is the same")
+            return replace(found, colour=AMBER, why=f"missing {where}; its default is the same")
         return found
 
     def _backlash(self, name: str) -> Row:
@@ -165,7 +165,8 @@ class _Comparison:
         found = self._row(".".join(keys), rule, *texts, equal=equal)
         missing = (keys in self.job.machine.values) != (keys in self.today.values)
         if equal and missing:
-            return _with(found, AMBER, "missing on one side; its default is the same")
+            why = "missing on one side; its default is the same"
+            return replace(found, colour=AMBER, why=why)
         return found
 
     def _speed(self, name: str) -> int:
@@ -233,10 +234,6 @@ class _Comparison:
         return row(self._place, field, rule, job, found, equal=equal)
 
 
-def _with(found: Row, colour: Colour, why: str) -> Row:
-    return Row(found.place, found.field, found.key, colour, found.job, found.found, why)
-
-
 def _sum(data: bytes | None) -> str:
     return NOTHING if data is None else hashlib.sha256(data).hexdigest()[:16]
 
@@ -249,5 +246,4 @@ def _haps(data: bytes | None) -> str:
 
 
 def _told(value: object) -> str:
-    text = str(value)
-    return text if text else NOTHING
+    return str(value) or NOTHING
