@@ -8,7 +8,7 @@ One that was reset, or does not answer, leaves the lines that were in flight unk
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -16,7 +16,7 @@ from pixstep.board import registers as regs
 from pixstep.board import run
 from pixstep.board.errors import BoardError, LineLostError, NoReplyError
 from pixstep.board.link import World
-from pixstep.jobs import account, history, tag
+from pixstep.jobs import account, tag
 from pixstep.jobs.account import Place
 from pixstep.jobs.history import History
 from pixstep.jobs.job import Job
@@ -221,11 +221,3 @@ def _pixel(job: Job, number: int, place: Place) -> int:
     if place.line > number:
         return job.pixels
     return place.pixel if place.line == number else 0
-
-
-def decide(
-    verdict: Verdict, redo: Iterable[int], skip: Iterable[int]
-) -> tuple[list[Line], Mapping[int, str]]:
-    """Return the lines nobody has decided about, and what was decided by line."""
-    decided = {**dict.fromkeys(redo, history.REDO), **dict.fromkeys(skip, history.SKIP)}
-    return [one for one in verdict.asked if one.number not in decided], decided

@@ -323,8 +323,8 @@ class Chain:
                 self._sender.send(self.alive, self._allowed())
                 if self._sender.sent > sent:
                     self._note_reserve(self._sender.sent)
-            except BoardError as error:
-                if not self._lose_silent(error):
+            except BoardError:
+                if not self._lose_silent():
                     raise
             self._each(self._read_records)
             rest_s = self._sender.pause_s(self.alive, self._pixel_s, _STATUS_S)
@@ -349,11 +349,10 @@ class Chain:
         self._each(ask)
         return found
 
-    def _lose_silent(self, error: BoardError) -> bool:
+    def _lose_silent(self) -> bool:
         """Lose the boards that do not go on; False if all of them do."""
         before = len(self.lost)
         self._each(self._judge)
-        del error
         return len(self.lost) > before
 
     def _how(self) -> Ended:

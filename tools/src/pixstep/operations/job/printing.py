@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NotRequired, TypedDict
 
 from pixstep import signals
 from pixstep.board.port import TIMEOUT_S, TIMEOUTS_S
-from pixstep.errors import FINE, REFUSED
+from pixstep.errors import FINE
 from pixstep.operations.bus import StoppedError
 from pixstep.operations.desk import Desk
 from pixstep.operations.job import buses
@@ -226,11 +226,6 @@ def text_of(data: RunOfJob) -> str:
     if data["state"] in ("paused", "broken", "undecided"):
         text += f": `pixstep job resume {data['run']}` goes on"
     return text
-
-
-def undecided(data: RunOfJob, texts: Iterable[str]) -> Result:
-    """Return the result of a run that somebody has to decide about; nothing has moved."""
-    return Result(data, "\n".join(texts), REFUSED)
 
 
 def _user() -> str:

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pixstep.errors import FINE, NEGATIVE, RefusedError, UserError
+from pixstep.errors import FINE, NEGATIVE, REFUSED, RefusedError, UserError
 from pixstep.lazy import require_package
 from pixstep.operations.asked import AskedError
 from pixstep.operations.desk import Desk
@@ -116,8 +116,6 @@ class JobResume(Prints):
 
     def _undecided(self, job: Job, told: Any, verdict: Verdict) -> Result | None:
         """Return what somebody has to decide first; None if all is decided."""
-        from pixstep.jobs import resuming
-
         asked = {one.number for one in verdict.asked}
         for number in (*self.redo, *self.skip):
             if number not in asked | told.skipped:
@@ -128,11 +126,10 @@ class JobResume(Prints):
         both = set(self.redo) & set(self.skip)
         if both:
             raise AskedError("line {line}: either {redo} or {skip}", line=min(both))
-        texts = []
-        open_lines, _ = resuming.decide(verdict, self.redo, self.skip)
-        texts += [
+        texts = [
             f"line {one.number} is {one.text}: --redo {one.number} or --skip {one.number}"
-            for one in open_lines
+            for one in verdict.asked
+            if one.number not in (*self.redo, *self.skip)
         ]
         if verdict.disagree and not self.together:
             texts.append("the boards have made different lines: --together goes on with the first "
@@ -149,7 +146,7 @@ class JobResume(Prints):
         rows = [f"board {one['board']}: {one['text']}" for one in data["boards"]]
         rows += [f"line {one.number}: {one.text}" for one in verdict.lines
                  if one.number not in asked]  # fmt: skip
-        return printing.undecided(data, [*rows, *texts, "nothing has moved"])
+        return Result(data, "\n".join([*rows, *texts, "nothing has moved"]), REFUSED)
 
     def _settle(self, session: Session, verdict: Verdict) -> None:
         """Log what became of the lines in flight."""
