@@ -55,11 +55,10 @@ class Session:
         two_lines_s = 2 * self.job.pixels / float(self.machine.pixel_hz)
         boards = {}
         for station in self.stations:
-            stored = station.board.setting(tag.NAME)
+            stored, who = station.board.setting(tag.NAME), station.board.who()
             station.rebase()
             boards[station.name] = {
-                "unit": station.board.unit, "kind": station.board.who().board,
-                "firmware": station.board.who().firmware, tag.NAME: stored,
+                "unit": who.unit, "kind": who.board, "firmware": who.firmware, tag.NAME: stored,
                 "tag": tag.new(stored, two_lines_s, safe=safe),
                 "axes": {name: vars(base) for name, base in station.bases.items()},
             }  # fmt: skip
