@@ -15,7 +15,6 @@ from enum import Enum
 from pixstep.board import registers as regs
 from pixstep.board import run
 from pixstep.board.errors import BoardError, LineLostError, NoReplyError
-from pixstep.board.link import World
 from pixstep.jobs import account, tag
 from pixstep.jobs.account import Axis, Place
 from pixstep.jobs.history import History
@@ -80,7 +79,7 @@ class Verdict:
         return [name for one in self.boards if not one.trusted for name in one.station.motors]
 
 
-def await_rest(stations: Iterable[Station], world: World, most_s: float) -> None:
+def await_rest(stations: Iterable[Station], most_s: float) -> None:
     """Wait until boards have ended what they have queued; raises BoardError if they do not.
 
     Asking keeps them from falling silent, so that they end at the end of a line. Lines that are
@@ -88,11 +87,12 @@ def await_rest(stations: Iterable[Station], world: World, most_s: float) -> None
     """
     for station in stations:
         with contextlib.suppress(NoReplyError, LineLostError):
-            _await_board(station, world, most_s)
+            _await_board(station, most_s)
 
 
-def _await_board(station: Station, world: World, most_s: float) -> None:
-    board, begun_s = station.board, world.now_s()
+def _await_board(station: Station, most_s: float) -> None:
+    board, world = station.board, station.link.world
+    begun_s = world.now_s()
     while board.moving():
         waited_s = world.now_s() - begun_s
         if waited_s > _BEGINS_S and not regs.flags(board.input("status"))["running"]:

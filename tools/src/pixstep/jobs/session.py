@@ -34,7 +34,6 @@ class Session:
     job: Job
     machine: MachineFile
     stations: list[Station]
-    world: World
     log: RunLog
     told: History
     watch: Watch
@@ -43,6 +42,11 @@ class Session:
     rests: int = 0
     reserve_px: float = math.inf
     _brought: bool = False
+
+    @property
+    def world(self) -> World:
+        """The time of the boards."""
+        return self.stations[0].link.world
 
     def note(self, event: Event) -> None:
         """Log an event with the time of day and the boards' time; it is on the disk then."""

@@ -87,10 +87,8 @@ class JobResume(Prints):
                 raise RefusedError(f"{self.run_path}: the job is not resumable: begin it again")
             with buses.opened(desk, machine, self.port, self.timeout) as bus_of:
                 stations = of_job(job, machine, bus_of)
-                world = bus_of(stations[0].name).world
-                resuming.await_rest(
-                    stations, world, 2 * job.pixels / float(job.pixel_hz) + _SPARE_S
-                )
+                most_s = 2 * job.pixels / float(job.pixel_hz) + _SPARE_S
+                resuming.await_rest(stations, most_s)
                 verdict = resuming.judge(job, told, stations)
                 resuming.discard_left(stations)
                 refused = self._undecided(job, told, verdict)
@@ -100,7 +98,7 @@ class JobResume(Prints):
                     _home_direction(machine, name)
                 with printing.watched(desk, lambda: folder.pause_asked) as watch:
                     parts = Parts(self.run_path) if self.records else None
-                    session = Session(job, machine, stations, world, log, told, watch, parts)
+                    session = Session(job, machine, stations, log, told, watch, parts)
                     self._settle(session, verdict)
                     for station in stations:
                         resuming.clear(station)

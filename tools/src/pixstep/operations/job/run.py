@@ -61,8 +61,7 @@ class JobRun(Prints):
             folder = RunFolder.begin(path, job)
             with folder.log() as log, printing.watched(desk, lambda: folder.pause_asked) as watch:
                 parts = Parts(path) if self.records else None
-                world = bus_of(stations[0].name).world
-                session = Session(job, machine, stations, world, log, History(0), watch, parts)
+                session = Session(job, machine, stations, log, History(0), watch, parts)
                 session.begin(told, safe=printing.safe(job, machine))
                 try:
                     return printing.make(session, path, may_move=self.to_start)
