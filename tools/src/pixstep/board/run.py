@@ -30,7 +30,7 @@ _POLL_S = 0.02
 # which keeps a board from its steps for some 30,000 cycles.
 _STATUS_S, _AXES_S = 0.05, 0.25
 _WRAPS = 0x10000  # of lines_done
-_OVER = ("done", "loaded")  # a line has ended; loaded is the one behind it
+_OVER = ("done", "loaded")  # a line has ended; "loaded" is the state of the next one
 _TOGETHER = "too_fast_together"
 _STOP_TRIES = 3
 _LAST_STEP_S = 1.0  # the period of a very slow step may be longer

@@ -252,7 +252,7 @@ class JobStatus(Request):
 class JobPause(Request):
     """Ask a run of another console to pause.
 
-    It pauses at the end of the line behind the one that moves, as Ctrl-C there does.
+    It pauses at the end of the line after the one that moves, as Ctrl-C there does.
     """
 
     result = RunOfJob

@@ -23,7 +23,7 @@ class JobRun(Prints):
     begins on the pixel clock, of several boards on the same edge; each board chains the others
     without a gap, and one line is queued ahead. The folder NAME.pxrun has the log: a line counts as
     printed when every board says so by counter and position. Ctrl-C pauses at the end of the line
-    behind the one that moves, a second one stops at once. `pixstep job resume` goes on.
+    after the one that moves, a second one stops at once. `pixstep job resume` goes on.
     """
 
     result = RunOfJob
