@@ -110,12 +110,10 @@ class Session:
 
         With `takes_play` also those that may have come there from the wrong side of their play.
         """
-        if not takes_play:
-            return positioning.off(self.job, line, self.stations)
         motors = self.job.header.motors
         return [
             one for one in positioning.every(self.job, line, self.stations)
-            if one.position_steps != one.wanted_steps or (motors[one.motor].backlash and one.side)
+            if one.is_away or (takes_play and motors[one.motor].backlash and one.side)
         ]  # fmt: skip
 
     @property
