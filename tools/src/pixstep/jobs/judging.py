@@ -68,7 +68,8 @@ def judge(
                 "{path}: {refusal} ({no_check} writes it all the same)",
                 path=path, refusal=found.refusal,
             ))  # fmt: skip
-        said += [found.refusal] * bool(found.refusal)
+        if found.refusal:
+            said.append(found.refusal)
         said += found.warnings
         show(number / len(job.motors))
     return said
