@@ -22,9 +22,11 @@ from pixstep.machine.model import LimitsTable
 
 _MOTOR_KEYS = ("board", "axis", "kind", "steps_per_unit", "direction")
 _MORE_KEYS = ("word", "home_is_limit")
-_CLOCK = ("pixel", "divider", "sync", "gate_edges")
-_LINE = ("motor", "pixels", "lead_in", "lead_out", "scan_offset_forward", "scan_offset_back")
-_PROGRAM = ("feed_time", "top_feed", "other_feed", "segment_time")
+_TABLES = {
+    "clock": ("pixel", "divider", "sync", "gate_edges"),
+    "line": ("motor", "pixels", "lead_in", "lead_out", "scan_offset_forward", "scan_offset_back"),
+    "program": ("feed_time", "top_feed", "other_feed", "segment_time"),
+}
 _BOARD = ("kind", "port", "unit", "baud", "parity")
 _USES = ("line", "move", "home")
 
@@ -95,18 +97,15 @@ class _Comparison:
         """Yield a row a field, in the order of a machine file."""
         found = [*self._fields(), *self._unknown()]
         found += self._rest({one.field for one in found})
-        if verdict(found) is GREEN and self.today.data != self.job.copies[MACHINE]:
-            same = all(one.colour is GREEN for one in found)
-            found += [self._row("file", rules.LAYOUT, "as copied", "changed", equal=False)] * same
         yield from found
+        same = all(one.colour is GREEN for one in found)
+        if same and self.today.data != self.job.copies[MACHINE]:
+            yield self._row("file", rules.LAYOUT, "as copied", "changed", equal=False)
 
     def _fields(self) -> Iterator[Row]:
-        for key in _CLOCK:
-            yield self._compared(("clock", key))
-        for key in _LINE:
-            yield self._compared(("line", key))
-        for key in _PROGRAM:
-            yield self._compared(("program", key))
+        for table, keys in _TABLES.items():
+            for key in keys:
+                yield self._compared((table, key))
         for name in self._boards():
             yield from self._board(name)
         for name in self.job.motors:
