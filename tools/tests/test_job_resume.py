@@ -190,7 +190,7 @@ def test_what_became_of_a_line(places, fate, text):
         )
         for name, place in zip("AB", places, strict=True)
     ]
-    line = resuming._line(job, 7, 7, found)
+    line = resuming._line(job, 7, found)
     assert (line.fate.value, line.text) == (fate, text)
 
 

@@ -32,7 +32,7 @@ class TestCampaigns:
         assert outcome.load_pixels == 84 and outcome.load_steps == 0
 
     def test_the_kills_find_a_resume_that_guesses(self, monkeypatch):
-        def guesses(job, number, chain, found):
+        def guesses(job, number, found):
             return Line(number, Fate.LEFT, "not printed")
 
         monkeypatch.setattr(resuming, "_line", guesses)

@@ -3,17 +3,13 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
-from typing import Any
 
 import click
 
 from pixstep import progress
 from pixstep.cli.command import Group
-
-_seed = click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
-_json = click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON.")
+from pixstep_dev.cli.findings import finish, json_option, seed_option
 
 
 @click.group("jobs", cls=Group)
@@ -24,8 +20,8 @@ def jobs_group() -> None:
 @jobs_group.command()
 @click.option("--times", type=click.IntRange(min=1), default=10, show_default=True, help="Kills.")
 @click.option("--lines", type=click.IntRange(min=2), default=20, show_default=True)
-@_seed
-@_json
+@seed_option
+@json_option
 @click.pass_context
 def kill(ctx: click.Context, times: int, lines: int, seed: int, as_json: bool) -> None:
     """Kill the host at random, also while it writes its log, and resume.
@@ -44,14 +40,14 @@ def kill(ctx: click.Context, times: int, lines: int, seed: int, as_json: bool) -
         f"  {outcome.listed} lines listed, at most {outcome.most_listed} of a run; of lines in "
         f"flight: {fates or 'none asked about'}",
     ]
-    _finish(ctx, asdict(outcome), rows, "every other line was printed once", as_json=as_json)
+    finish(ctx, asdict(outcome), rows, "every other line was printed once", as_json=as_json)
 
 
 @jobs_group.command()
 @click.option("--times", type=click.IntRange(min=1), default=6, show_default=True, help="Losses.")
 @click.option("--lines", type=click.IntRange(min=2), default=10, show_default=True)
-@_seed
-@_json
+@seed_option
+@json_option
 @click.pass_context
 def power(ctx: click.Context, times: int, lines: int, seed: int, as_json: bool) -> None:
     """Take a board's supply, reset it or cut its cable, and resume.
@@ -70,14 +66,14 @@ def power(ctx: click.Context, times: int, lines: int, seed: int, as_json: bool) 
         f"{outcome.broken} broken; {outcome.chains} chains of lines began at most "
         f"{outcome.worst_start_steps} steps off",
     ]
-    _finish(ctx, asdict(outcome), rows, "each was named, homed and went on", as_json=as_json)
+    finish(ctx, asdict(outcome), rows, "each was named, homed and went on", as_json=as_json)
 
 
 @jobs_group.command()
 @click.option("--times", type=click.IntRange(min=1), default=10, show_default=True, help="Delays.")
 @click.option("--lines", type=click.IntRange(min=2), default=4, show_default=True)
-@_seed
-@_json
+@seed_option
+@json_option
 @click.pass_context
 def late(ctx: click.Context, times: int, lines: int, seed: int, as_json: bool) -> None:
     """Let a line reach the queue of an axis, or of a board, too late.
@@ -90,7 +86,7 @@ def late(ctx: click.Context, times: int, lines: int, seed: int, as_json: bool) -
         outcome = campaign.run(campaign.Plan(times, lines, seed), show)
     ends = ", ".join(f"{count} {name}" for name, count in sorted(outcome.ends.items()))
     rows = [f"{outcome.times} late lines: {ends}"]
-    _finish(ctx, asdict(outcome), rows, "none was silent", as_json=as_json)
+    finish(ctx, asdict(outcome), rows, "none was silent", as_json=as_json)
 
 
 @jobs_group.command()
@@ -98,8 +94,8 @@ def late(ctx: click.Context, times: int, lines: int, seed: int, as_json: bool) -
 @click.option("--ppm", type=float, default=300.0, show_default=True, help="The clock is off by so.")
 @click.option("--jitter", "jitter_us", type=float, default=5.0, show_default=True, help="In us.")
 @click.option("--sync", type=click.Choice(["lock", "start"]), default="lock", show_default=True)
-@_seed
-@_json
+@seed_option
+@json_option
 @click.pass_context
 def seams(
     ctx: click.Context, lines: int, ppm: float, jitter_us: float, sync: str, seed: int,
@@ -125,20 +121,7 @@ def seams(
         f"  load {outcome.load_steps} steps off at {outcome.load_pixels} image edges; grid "
         f"{outcome.clock_ticks:.1f} ticks beside the true clock's edges",
     ]
-    _finish(ctx, asdict(outcome), rows, "no seam shows", as_json=as_json)
-
-
-def _finish(
-    ctx: click.Context, facts: dict[str, Any], rows: list[str], otherwise: str, *, as_json: bool
-) -> None:
-    """Print what a campaign found, as JSON or as text; end with 1 if there are complaints."""
-    complaints = facts["complaints"]
-    if as_json:
-        click.echo(json.dumps(facts, indent=2))
-    else:
-        told = [f"FAIL: {text}" for text in complaints] or [f"  {otherwise}"]
-        click.echo("\n".join([*rows, *told]))
-    ctx.exit(1 if complaints else 0)
+    finish(ctx, asdict(outcome), rows, "no seam shows", as_json=as_json)
 
 
 COMMANDS = (jobs_group,)

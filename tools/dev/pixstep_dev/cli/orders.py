@@ -14,6 +14,7 @@ from pixstep import progress
 from pixstep.board import boards
 from pixstep.cli.command import FILE
 from pixstep.errors import UserError
+from pixstep_dev.cli.findings import json_option, seed_option
 
 if TYPE_CHECKING:
     from pixstep_dev.robustness.orders import campaign, rests
@@ -26,7 +27,7 @@ _ESTOP_SHARE = 0.05  # of the trials, without --estop
 @click.option(
     "--count", type=click.IntRange(min=1), default=1000, show_default=True, help="Trials."
 )
-@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
+@seed_option
 @click.option("--estop", is_flag=True, help="Press the emergency stop in every trial.")
 @click.option("--first", type=click.IntRange(min=0), default=0, help="Number of the first trial.")
 @click.option(
@@ -36,7 +37,7 @@ _ESTOP_SHARE = 0.05  # of the trials, without --estop
     "--together", is_flag=True, help="Arm several axes at once, with bad blocks in between."
 )
 @click.option("--rests", is_flag=True, help="Let the pixel clock rest, for a second to ten hours.")
-@click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON.")
+@json_option
 @click.option("--write", type=FILE, help="Rewrite the board's part of FILE (docs/ORDERS.md).")
 @click.pass_context
 def orders(

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -12,15 +11,13 @@ import click
 from pixstep import progress
 from pixstep.board import boards
 from pixstep.cli.command import Group
+from pixstep_dev.cli.findings import finish, json_option, seed_option
 from pixstep_dev.cli.orders import orders
 from pixstep_dev.robustness import holes
 from pixstep_trials.promises import ESTOP_CYCLES
 
 if TYPE_CHECKING:
     from pixstep_dev.robustness.uploads import Outcome
-
-_seed = click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
-_json = click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON.")
 
 
 @click.group("robustness", cls=Group)
@@ -33,8 +30,8 @@ def robustness_group() -> None:
 @click.option(
     "--count", type=click.IntRange(min=1), default=100_000, show_default=True, help="Frames."
 )
-@_seed
-@_json
+@seed_option
+@json_option
 @click.pass_context
 def frames(ctx: click.Context, board: str, count: int, seed: int, as_json: bool) -> None:
     """Send mutated frames while every axis moves.
@@ -55,20 +52,7 @@ def frames(ctx: click.Context, board: str, count: int, seed: int, as_json: bool)
         *(f"  {number:>7,} {kind}" for kind, number in sorted(outcome.kinds.items())),
         *(f"  board's {name}: {value}" for name, value in outcome.counters.items()),
     ]
-    _finish(ctx, asdict(outcome), rows, "not one STEP edge differs", as_json=as_json)
-
-
-def _finish(
-    ctx: click.Context, facts: dict[str, Any], rows: list[str], otherwise: str, *, as_json: bool
-) -> None:
-    """Print what a campaign found, as JSON or as text; end with 1 if there are complaints."""
-    complaints = facts["complaints"]
-    if as_json:
-        click.echo(json.dumps(facts, indent=2))
-    else:
-        told = [f"FAIL: {text}" for text in complaints] or [f"  {otherwise}"]
-        click.echo("\n".join([*rows, *told]))
-    ctx.exit(1 if complaints else 0)
+    finish(ctx, asdict(outcome), rows, "not one STEP edge differs", as_json=as_json)
 
 
 @robustness_group.command()
@@ -87,8 +71,8 @@ def _finish(
     is_flag=True,
     help="Random bytes at the end of half of the frames: some pass the checksum; goes on then.",
 )
-@_seed
-@_json
+@seed_option
+@json_option
 @click.pass_context
 def uploads(
     ctx: click.Context, board: str, count: int, garbage: bool, seed: int, as_json: bool
@@ -107,7 +91,7 @@ def uploads(
     with progress.shown(f"{board}: {count} blocks") as show:
         outcome = campaign.run(plan, show)
     rows = _upload_rows(board, outcome)
-    _finish(ctx, _upload_facts(outcome), rows, "every queue was exact", as_json=as_json)
+    finish(ctx, _upload_facts(outcome), rows, "every queue was exact", as_json=as_json)
 
 
 def _upload_facts(outcome: Outcome) -> dict[str, Any]:
@@ -158,8 +142,8 @@ def clients(ctx: click.Context, board: tuple[str, ...]) -> None:
 @robustness_group.command()
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
 @click.option("--count", type=click.IntRange(min=1), default=1000, show_default=True, help="Stops.")
-@_seed
-@_json
+@seed_option
+@json_option
 @click.pass_context
 def estops(ctx: click.Context, board: str, count: int, seed: int, as_json: bool) -> None:
     """Press the emergency stop at random cycles of a run.
@@ -180,7 +164,7 @@ def estops(ctx: click.Context, board: str, count: int, seed: int, as_json: bool)
         f"most, the permit's end {outcome.permit_cycles}; bound {ESTOP_CYCLES}",
     ]
     otherwise = "every position is the number of edges made"
-    _finish(ctx, asdict(outcome), rows, otherwise, as_json=as_json)
+    finish(ctx, asdict(outcome), rows, otherwise, as_json=as_json)
 
 
 @robustness_group.command()
@@ -195,8 +179,8 @@ def estops(ctx: click.Context, board: str, count: int, seed: int, as_json: bool)
     show_default=True,
     help="Number of the first one: sequence SEED:NUMBER is the same in every run.",
 )
-@_seed
-@_json
+@seed_option
+@json_option
 @click.pass_context
 def plays(ctx: click.Context, board: str, count: int, first: int, seed: int, as_json: bool) -> None:
     """Look where the loads of axes with play are.
@@ -222,14 +206,14 @@ def plays(ctx: click.Context, board: str, count: int, first: int, seed: int, as_
         f"off at most",
     ]
     otherwise = "every load was where its line says"
-    _finish(ctx, asdict(outcome), rows, otherwise, as_json=as_json)
+    finish(ctx, asdict(outcome), rows, otherwise, as_json=as_json)
 
 
 @robustness_group.command()
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
 @click.option("--count", type=click.IntRange(min=1), default=2000, show_default=True, help="Cuts.")
-@_seed
-@_json
+@seed_option
+@json_option
 @click.pass_context
 def powercuts(ctx: click.Context, board: str, count: int, seed: int, as_json: bool) -> None:
     """Cut the supply at random cycles of a settings store.
@@ -244,7 +228,7 @@ def powercuts(ctx: click.Context, board: str, count: int, seed: int, as_json: bo
         f"{board}: {outcome.cuts:,} cuts, {outcome.in_a_byte:,} of them inside a byte; then "
         f"{outcome.old:,} times the old settings, {outcome.new:,} times the new"
     ]
-    _finish(ctx, asdict(outcome), rows, "always one of them, whole", as_json=as_json)
+    finish(ctx, asdict(outcome), rows, "always one of them, whole", as_json=as_json)
 
 
 @robustness_group.command()
@@ -257,8 +241,8 @@ def powercuts(ctx: click.Context, board: str, count: int, seed: int, as_json: bo
 @click.option(
     "--count", type=click.IntRange(min=1), default=10_000, show_default=True, help="Starts."
 )
-@_seed
-@_json
+@seed_option
+@json_option
 @click.pass_context
 def starts(
     ctx: click.Context, board: tuple[str, ...], count: int, seed: int, as_json: bool
@@ -283,7 +267,7 @@ def starts(
             for reason, number in sorted(outcome.reasons.items(), key=lambda item: -item[1])
         ),
     ]
-    _finish(ctx, asdict(outcome), rows, "no silent difference", as_json=as_json)
+    finish(ctx, asdict(outcome), rows, "no silent difference", as_json=as_json)
 
 
 @robustness_group.command()
@@ -304,8 +288,8 @@ def starts(
     help="The shortest and the longest rest.",
 )
 @click.option("--flaws/--no-flaws", default=True, help="Bursts and rests with flaws, too.")
-@_seed
-@_json
+@seed_option
+@json_option
 @click.pass_context
 def gates(
     ctx: click.Context,
@@ -342,7 +326,7 @@ def gates(
         f"even clock {outcome.off_ticks:.1f} ticks off at most",
         f"  {1000 * outcome.late_s:.1f} ms from line to line were not enough",
     ]
-    _finish(ctx, asdict(outcome), rows, "every line on its burst", as_json=as_json)
+    finish(ctx, asdict(outcome), rows, "every line on its burst", as_json=as_json)
 
 
 @robustness_group.command()
@@ -356,8 +340,8 @@ def gates(
     show_default=True,
     help="The shortest and the longest bouncing.",
 )
-@_seed
-@_json
+@seed_option
+@json_option
 @click.pass_context
 def homings(
     ctx: click.Context,
@@ -385,7 +369,7 @@ def homings(
         f"  steps off, homed: {_spread(outcome.homed_off_steps)}; "
         f"play: {_spread(outcome.play_off_steps)}",
     ]
-    _finish(ctx, asdict(outcome), rows, "every switch was found to a step", as_json=as_json)
+    finish(ctx, asdict(outcome), rows, "every switch was found to a step", as_json=as_json)
 
 
 def _require_order(option: str, least: float, most: float) -> None:
@@ -406,8 +390,8 @@ def _spread(counts: dict[int, int]) -> str:
 @click.option(
     "--count", type=click.IntRange(min=1), default=1000, show_default=True, help="Clocks."
 )
-@_seed
-@_json
+@seed_option
+@json_option
 @click.pass_context
 def clocks(ctx: click.Context, board: str, count: int, seed: int, as_json: bool) -> None:
     """Give a board pixel clocks of another frequency than it is set to.
@@ -424,7 +408,7 @@ def clocks(ctx: click.Context, board: str, count: int, seed: int, as_json: bool)
         f"{board}: {outcome.clocks:,} wrong clocks, {outcome.in_motion:,} of them in motion",
         *(f"  {number:>6,} {name}" for name, number in sorted(outcome.named.items())),
     ]
-    _finish(ctx, asdict(outcome), rows, "each one was refused or named", as_json=as_json)
+    finish(ctx, asdict(outcome), rows, "each one was refused or named", as_json=as_json)
 
 
 @robustness_group.command("holes")
@@ -441,7 +425,7 @@ def clocks(ctx: click.Context, board: str, count: int, seed: int, as_json: bool)
     help="Of steps a pixel; a hundred of them are possible at a middling clock.",
 )
 @click.option("--quick", is_flag=True, help="All axes, few clocks and counts.")
-@_json
+@json_option
 @click.pass_context
 def holes_command(
     ctx: click.Context,
@@ -475,7 +459,7 @@ def holes_command(
     with progress.shown("holes") as show:
         outcome = holes.run(holes.Plan(chosen, clocks, counts), show)
     otherwise = f"no hole deeper than {holes.ALLOWED_PERCENT:g} %"
-    _finish(ctx, asdict(outcome), holes.table(outcome), otherwise, as_json=as_json)
+    finish(ctx, asdict(outcome), holes.table(outcome), otherwise, as_json=as_json)
 
 
 robustness_group.add_command(orders)

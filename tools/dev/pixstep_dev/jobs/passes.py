@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -26,8 +25,6 @@ class Burst:
 
     edges: int
     line: float
-    first: int
-    last: int
 
 
 @dataclass(frozen=True)
@@ -39,16 +36,15 @@ class Passes:
 
     full: Counter[int]
     edges: int
-    bursts: list[Burst]
     ends: dict[str, int]
     made: dict[str, int]
 
 
-def of(press: Press, path: Path | None = None) -> Passes:
+def of(press: Press) -> Passes:
     """Read the edges of a run."""
-    log = read_edges(path or press.edges)
+    log = read_edges(press.edges)
     scan, step = (log.axis(*PLACES[name]) for name in ("M39", "M41"))
-    bursts = [*_bursts(scan, step)]
+    bursts = _bursts(scan, step)
     full = Counter(
         int(one.line) for one in bursts
         if one.line == int(one.line) and 1 <= one.line <= press.job.lines
@@ -56,7 +52,7 @@ def of(press: Press, path: Path | None = None) -> Passes:
     )  # fmt: skip
     ends = {name: int(log.axis(*place).directions().sum()) for name, place in PLACES.items()}
     made = {name: len(log.axis(*place).rising) for name, place in PLACES.items()}
-    return Passes(full, sum(one.edges for one in bursts), bursts, ends, made)
+    return Passes(full, sum(one.edges for one in bursts), ends, made)
 
 
 def _bursts(scan: AxisEdges, step: AxisEdges) -> list[Burst]:
@@ -69,5 +65,5 @@ def _bursts(scan: AxisEdges, step: AxisEdges) -> list[Burst]:
     for part in np.split(cycles, breaks):
         before = int(np.searchsorted(step.rising, part[len(part) // 2]))
         at = int(places[before - 1]) if before else 0
-        found.append(Burst(len(part), at / PITCH + 1, int(part[0]), int(part[-1])))
+        found.append(Burst(len(part), at / PITCH + 1))
     return found

@@ -89,7 +89,7 @@ def run(plan: Plan, show: Progress = unseen) -> Outcome:
 def _one(press: Press, where: Path, kind: str, chance: random.Random, outcome: Outcome) -> None:
     unit = chance.choice((1, 2))
     line_s = press.job.pixels / float(press.job.pixel_hz)
-    later_s = 2.0 + chance.random() * line_s * (press.job.lines - 1)
+    later_s = chance.random() * line_s * (press.job.lines - 1)
     name = f"{outcome.times}, {kind} of board {unit}"
     with press.bus(seed=chance.randrange(1 << 31)) as link, _starts(press, link) as starts:
         _home(press, link)
@@ -218,7 +218,7 @@ class _Loss:
 
         def start(chain: runner.Chain) -> Any:
             started = real(chain)
-            self._happen(self._link.world.now_s() + seconds - 2.0)
+            self._happen(self._link.world.now_s() + seconds)
             return started
 
         with mock.patch.object(runner.Chain, "_start", start):
@@ -226,8 +226,7 @@ class _Loss:
 
     def _happen(self, at_s: float) -> None:
         simulator, board = self._link.simulator, self._unit - 1
-        self.at_s, cycle = at_s, simulator.cycles(at_s)
-        cycle = max(cycle, simulator.cycle + 1)
+        cycle = max(simulator.cycles(at_s), simulator.cycle + 1)
         self.at_s = cycle / simulator.tick_hz
         if self._kind == "supply":
             simulator.supply(board, "off", at=cycle)

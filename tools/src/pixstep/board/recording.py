@@ -38,7 +38,6 @@ HEADER = "line,axis,pixel,expected_steps,actual_steps,edge_error_ticks"
 _TRIES = 4
 _WORD = 0xFFFF
 _UNFINISHED = ("running", "fault")
-_MOVING = ("armed", "running")
 
 
 @dataclass(frozen=True)
@@ -83,7 +82,7 @@ class AxisLog:
         Raises BoardError as the board does.
         """
         line, block = self._read()
-        return self.take(block, line, ended=self.state not in _MOVING)
+        return self.take(block, line, ended=self.state not in regs.MOVING_STATES)
 
     def take(self, block: Records, line: int | None = None, *, ended: bool) -> list[Row]:
         """Return the new records of a block; `ended` if the line makes no more.

@@ -259,6 +259,7 @@ def _named(registers: tuple[Register, ...], name: str) -> Register:
 
 
 AXIS_STATES = tuple(register_map().axis_input("axis_state").values.values())
+MOVING_STATES = ("armed", "running")  # of an axis that moves, or is about to
 
 
 MOST_WORDS = 125  # of one request

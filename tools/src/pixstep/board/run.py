@@ -29,9 +29,8 @@ _POLL_S = 0.02
 # Of lines that run: between two polls of the status, and between two looks at all of the axes,
 # which keeps a board from its steps for some 30,000 cycles.
 _STATUS_S, _AXES_S = 0.05, 0.25
-_MOVING = ("armed", "running")
 _WRAPS = 0x10000  # of lines_done
-_OVER = ("done", "loaded")  # a line has ended; loaded is the one behind it
+_OVER = ("done", "loaded")  # a line has ended; "loaded" is the state of the next one
 _TOGETHER = "too_fast_together"
 _STOP_TRIES = 3
 _LAST_STEP_S = 1.0  # the period of a very slow step may be longer
@@ -73,7 +72,7 @@ class Rest:
     @property
     def at_rest(self) -> bool:
         """True if it neither moves nor is about to."""
-        return not self.moved and self.state not in _MOVING
+        return not self.moved and self.state not in regs.MOVING_STATES
 
 
 def states(board: Board, axes: list[int]) -> dict[int, str]:
@@ -184,7 +183,7 @@ def _follow(group: list[Lines], world: World, pixels: int, progress: Progress) -
         for lines in group:
             look(lines)
             names = [regs.axis_state(found["axis_state"]) for found in lines.seen.values()]
-            over = over and not any(name in _MOVING for name in names)
+            over = over and not any(name in regs.MOVING_STATES for name in names)
             done = max(done, *(found["pixel"] for found in lines.seen.values()))
             if "fault" in names:
                 raise_fault(lines.board)
@@ -357,7 +356,7 @@ def _known_still(board: Board, axes: list[int]) -> bool:
     """Whether a board says that none of some axes moves or is about to; False if it is silent."""
     try:
         with board.once():
-            return not any(state in _MOVING for state in states(board, axes).values())
+            return not any(state in regs.MOVING_STATES for state in states(board, axes).values())
     except BoardError:
         return False
 

@@ -20,7 +20,6 @@ from pixstep.lines.runs import queue_entries
 _ILLEGAL_VALUE = 3
 _HEAD = 2  # entries in front of a line's pixels, which are in full
 _WORTH = 48  # bytes: for less room a block is not worth its request, unless it ends the line
-_BUSY_STATES = ("armed", "running")
 _PAUSE = 0.3  # of the time in which a full queue runs dry, between two calls of feed()
 
 
@@ -291,7 +290,7 @@ def require_idle(board: Board, axes: Iterable[int]) -> None:
                 f"`pixstep board start` starts it, `pixstep board disarm --unit {board.unit} "
                 f"--axis {axis}` discards it"
             )
-        if state in _BUSY_STATES:
+        if state in regs.MOVING_STATES:
             raise BoardError(
                 f"board {board.unit}: axis {axis} is {state}: let it end, or stop it "
                 f"(`pixstep board stop`)"

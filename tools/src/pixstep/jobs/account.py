@@ -17,7 +17,6 @@ from pixstep.board import registers as regs
 from pixstep.jobs.history import Base
 from pixstep.jobs.job import Job
 
-MOVING = ("armed", "running")
 ENDED = ("done", "loaded", "loading")  # at the end of a line, perhaps with another one queued
 MOST_BLOCKS = 0x8000  # since a chain began; more is a count that has gone back
 WRAPS = 0x10000
@@ -52,7 +51,7 @@ class Axis:
     @property
     def moves(self) -> bool:
         """True if it moves, or is about to."""
-        return self.state in MOVING
+        return self.state in regs.MOVING_STATES
 
     @property
     def counted(self) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pixstep.errors import RefusedError
@@ -14,6 +14,7 @@ from pixstep.formats.findings import LENIENT
 from pixstep.formats.motion import MotionFile
 from pixstep.jobs import judging, rules
 from pixstep.jobs.job import MACHINE, Job
+from pixstep.jobs.judging import Judged
 from pixstep.jobs.machine_copy import NOTHING, MachineCopy
 from pixstep.jobs.rules import AMBER, GREEN, GREY, RED, Colour, Keys, Rule
 from pixstep.lines.line import SMOOTH
@@ -21,9 +22,11 @@ from pixstep.machine.model import LimitsTable
 
 _MOTOR_KEYS = ("board", "axis", "kind", "steps_per_unit", "direction")
 _MORE_KEYS = ("word", "home_is_limit")
-_CLOCK = ("pixel", "divider", "sync", "gate_edges")
-_LINE = ("motor", "pixels", "lead_in", "lead_out", "scan_offset_forward", "scan_offset_back")
-_PROGRAM = ("feed_time", "top_feed", "other_feed", "segment_time")
+_TABLES = {
+    "clock": ("pixel", "divider", "sync", "gate_edges"),
+    "line": ("motor", "pixels", "lead_in", "lead_out", "scan_offset_forward", "scan_offset_back"),
+    "program": ("feed_time", "top_feed", "other_feed", "segment_time"),
+}
 _BOARD = ("kind", "port", "unit", "baud", "parity")
 _USES = ("line", "move", "home")
 
@@ -48,6 +51,13 @@ def row(place: str, field: str, rule: Rule, job: object, found: object, *, equal
     """Return the row of a field: green if it is equal, else as its rule says."""
     colour, why = (GREEN, "") if equal else (rule.colour, rule.why)
     return Row(place, field, rule.key, colour, _told(job), _told(found), why)
+
+
+def row_of_lines(place: str, field: str, job: Job, judged: Judged) -> Row:
+    """Return the row of a motor's lines: whether they pass the limits of today."""
+    found = judged.refusal or f"all {job.lines} pass"
+    equal = not judged.refusal
+    return row(place, field, rules.LINES, f"{job.lines} lines", found, equal=equal)
 
 
 def verdict(rows: Iterable[Row]) -> Colour:
@@ -87,18 +97,15 @@ class _Comparison:
         """Yield a row a field, in the order of a machine file."""
         found = [*self._fields(), *self._unknown()]
         found += self._rest({one.field for one in found})
-        if verdict(found) is GREEN and self.today.data != self.job.copies[MACHINE]:
-            same = all(one.colour is GREEN for one in found)
-            found += [self._row("file", rules.LAYOUT, "as copied", "changed", equal=False)] * same
         yield from found
+        same = all(one.colour is GREEN for one in found)
+        if same and self.today.data != self.job.copies[MACHINE]:
+            yield self._row("file", rules.LAYOUT, "as copied", "changed", equal=False)
 
     def _fields(self) -> Iterator[Row]:
-        for key in _CLOCK:
-            yield self._compared(("clock", key))
-        for key in _LINE:
-            yield self._compared(("line", key))
-        for key in _PROGRAM:
-            yield self._compared(("program", key))
+        for table, keys in _TABLES.items():
+            for key in keys:
+                yield self._compared((table, key))
         for name in self._boards():
             yield from self._board(name)
         for name in self.job.motors:
@@ -131,11 +138,7 @@ class _Comparison:
             yield self._compared(("motors", name, "profiles", use))
             yield from self._profile(name, use)
         judged = judging.of_motor(self.job, self.today.tables, name)
-        told = judged.refusal or f"all {judged.lines} pass"
-        yield self._row(
-            f"motors.{name} lines", rules.LINES, f"{judged.lines} lines", told,
-            equal=not judged.refusal,
-        )  # fmt: skip
+        yield row_of_lines(self._place, f"motors.{name} lines", self.job, judged)
 
     def _compared(self, keys: Keys) -> Row:
         """Return the row of a key of the file: by what it means, however it is written."""
@@ -146,7 +149,7 @@ class _Comparison:
         missing = (keys in then.values) != (keys in now.values)
         if missing and equal and rule.colour is not GREY:
             where = "today" if keys in then.values else "in the job"
-            return _with(found, AMBER, f"missing {where}; its default is the same")
+            return replace(found, colour=AMBER, why=f"missing {where}; its default is the same")
         return found
 
     def _backlash(self, name: str) -> Row:
@@ -161,7 +164,8 @@ class _Comparison:
         found = self._row(".".join(keys), rule, *texts, equal=equal)
         missing = (keys in self.job.machine.values) != (keys in self.today.values)
         if equal and missing:
-            return _with(found, AMBER, "missing on one side; its default is the same")
+            why = "missing on one side; its default is the same"
+            return replace(found, colour=AMBER, why=why)
         return found
 
     def _speed(self, name: str) -> int:
@@ -221,12 +225,12 @@ class _Comparison:
         used = {"motors": self.job.motors, "boards": self._boards()}.get(keys[0])
         return used is None or len(keys) < 2 or keys[1] in used
 
+    @property
+    def _place(self) -> str:
+        return self.today.tables.path.name
+
     def _row(self, field: str, rule: Rule, job: object, found: object, *, equal: bool) -> Row:
-        return row(self.today.tables.path.name, field, rule, job, found, equal=equal)
-
-
-def _with(found: Row, colour: Colour, why: str) -> Row:
-    return Row(found.place, found.field, found.key, colour, found.job, found.found, why)
+        return row(self._place, field, rule, job, found, equal=equal)
 
 
 def _sum(data: bytes | None) -> str:
@@ -241,5 +245,4 @@ def _haps(data: bytes | None) -> str:
 
 
 def _told(value: object) -> str:
-    text = str(value)
-    return text if text else NOTHING
+    return str(value) or NOTHING

@@ -226,8 +226,8 @@ def _turning(found: Layout, move: Move, rest_px: int, *, back: bool) -> Stroke:
 
 
 def _within(found: Layout, move: Move, begin: int, counts: tuple[int, ...]) -> Stroke:
-    behind = found.total - begin - len(counts)
-    return Stroke((*(0,) * begin, *counts, *(0,) * behind), move.negative)
+    after = found.total - begin - len(counts)
+    return Stroke((*(0,) * begin, *counts, *(0,) * after), move.negative)
 
 
 def refuse_long(found: Layout) -> None:

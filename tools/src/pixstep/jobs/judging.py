@@ -26,7 +26,6 @@ from pixstep.progress import Progress, unseen
 class Judged:
     """What is said of a motor's lines: the first that is refused, and all that gets a warning."""
 
-    lines: int
     refusal: str = ""
     warnings: tuple[str, ...] = ()
 
@@ -69,7 +68,8 @@ def judge(
                 "{path}: {refusal} ({no_check} writes it all the same)",
                 path=path, refusal=found.refusal,
             ))  # fmt: skip
-        said += [found.refusal] * bool(found.refusal)
+        if found.refusal:
+            said.append(found.refusal)
         said += found.warnings
         show(number / len(job.motors))
     return said
@@ -83,9 +83,9 @@ def of_motor(
     try:
         bounds = limits or _limits(job, machine, name)
         found = _Findings(motor, bounds, machine.pixel_hz)
-        return found.of(_lines(job, name), job.lines)
+        return found.of(_lines(job, name))
     except UserError as error:
-        return Judged(job.lines, f"motor {name}: {error}")
+        return Judged(f"motor {name}: {error}")
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class _Findings:
     board: BoardLimits
     hz: Fraction
 
-    def of(self, lines: Iterable[tuple[int, Line]], count: int) -> Judged:
+    def of(self, lines: Iterable[tuple[int, Line]]) -> Judged:
         """Judge lines, each with the number of the first one like it."""
         refusal, warnings = "", []
         for first, line in lines:
@@ -107,7 +107,7 @@ class _Findings:
                     warnings.append(told)
                 elif not refusal:
                     refusal = told
-        return Judged(count, refusal, tuple(warnings))
+        return Judged(refusal, tuple(warnings))
 
     def _check(self, line: Line) -> list[Finding]:
         motor = line_limits.of_motor(self.motor, line, self.hz)

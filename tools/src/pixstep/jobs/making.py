@@ -14,7 +14,7 @@ from pixstep.jobs.assembly import Common, Copies, MotorPart, Place, Stroke, asse
 from pixstep.jobs.header import LineTable, MotorTable, SourceTable, sums
 from pixstep.jobs.image import Image, Layout, Move, Scan
 from pixstep.jobs.job import SETTINGS, Job
-from pixstep.jobs.ramps import LINE, MOVE
+from pixstep.jobs.ramps import LINE, MOVE, Ramp
 from pixstep.lines.units import Quantity, whole_speed
 from pixstep.machine.files import MachineFile
 from pixstep.machine.model import MotorTable as MachineMotor
@@ -77,10 +77,10 @@ def of_image(machine: MachineFile, wanted: AskedImage, asked: Asked) -> Made:
     first = image.layout(wanted.image, scans)
     found = image.roomy(first, steps)
     strokes = image.strokes_of(found, scans, steps, turns, _rest_px(machine, turns), wanted.still)
-    uses = {one.motor: one.ramp.use for one in scans}
-    uses |= {one.motor: one.ramp.use for one in (*steps, *turns.values())}
+    made = {one.motor: one.ramp for one in scans}
+    made |= {one.motor: one.ramp for one in (*steps, *turns.values())}
     abouts = {
-        name: _about(machine, name, wanted, asked, copies, uses.get(name, "")) for name in strokes
+        name: _about(machine, name, wanted, asked, copies, made.get(name)) for name in strokes
     }
     starts = _starts(machine, wanted, asked, found, scans)
     parts = {
@@ -203,15 +203,17 @@ def _starts(
 
 
 def _about(
-    machine: MachineFile, name: str, wanted: AskedImage, asked: Asked, copies: Copies, used: str
-) -> MotorTable:
+    machine: MachineFile, name: str, wanted: AskedImage, asked: Asked, copies: Copies,
+    ramp: Ramp | None,
+) -> MotorTable:  # fmt: skip
     motor = machine[name]
     role, distance = _role(name, wanted)
-    speed = _speed(machine, motor, wanted.scans[name]) if name in wanted.scans else 0
     return MotorTable.model_validate({
-        "role": role, "decode": motor.decode, "speed": speed, "distance": distance,
+        "role": role, "decode": motor.decode, "distance": distance,
+        "speed": ramp.speed if ramp and name in wanted.scans else 0,
         "backlash": asked.play(motor) if name in wanted.scans else 0,
-        "used": used, "profiles": copies.profiles(machine, name, asked.profiles.get(name)),
+        "used": ramp.use if ramp else "",
+        "profiles": copies.profiles(machine, name, asked.profiles.get(name)),
     })  # fmt: skip
 
 

@@ -12,7 +12,7 @@ from pixstep.board import capability, settings, values
 from pixstep.board import registers as regs
 from pixstep.board.device import Board, Identity
 from pixstep.jobs import judging, rules
-from pixstep.jobs.comparison import Row, row
+from pixstep.jobs.comparison import Row, row, row_of_lines
 from pixstep.jobs.job import Job
 from pixstep.jobs.rules import Rule
 from pixstep.lines.units import hz_words
@@ -118,10 +118,7 @@ class _OnBoard:
         limits = capability.connected_limits(self.board, hz, len(motors), clock)
         for name in motors:
             judged = judging.of_motor(self.job, self.machine, name, limits)
-            yield row(
-                _place(self.name), f"lines of {name}", rules.LINES, f"{judged.lines} lines",
-                judged.refusal or f"all {judged.lines} pass", equal=not judged.refusal,
-            )  # fmt: skip
+            yield row_of_lines(_place(self.name), f"lines of {name}", self.job, judged)
 
     def _words(self, name: str, value: int) -> str:
         """Return a setting in words if it has some, else as a number."""

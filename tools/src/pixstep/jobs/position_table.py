@@ -13,7 +13,7 @@ begins where the one before ends.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import groupby
 from pathlib import Path
@@ -53,7 +53,7 @@ def of_table(machine: MachineFile, path: Path, asked: Asked) -> Made:
     lines = _lines(next(iter(tables.values())).read)
     strokes = {name: [*_strokes(table, lines)] for name, table in tables.items()}
     starts = {name: round(table.values[0]) for name, table in tables.items()} | {**asked.starts}
-    asked = Asked(asked.profiles, asked.backlash, starts, asked.settings, asked.resumable)
+    asked = replace(asked, starts=starts)
     places = [Place(0)] * len(lines)
     source = SourceTable(kind="table", files=source_files([path]))
     return of_lines(machine, strokes, places, source, asked)

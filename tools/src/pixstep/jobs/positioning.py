@@ -11,7 +11,7 @@ from pixstep.board.link import World
 from pixstep.errors import UserError
 from pixstep.jobs import ramps
 from pixstep.jobs.job import Job
-from pixstep.jobs.shapes import MINUS, NONE, Run
+from pixstep.jobs.shapes import MINUS, NONE
 from pixstep.jobs.stations import Station
 from pixstep.machine.files import MachineFile
 from pixstep.moves import accel, fast, on_board
@@ -21,13 +21,18 @@ from pixstep.moves.on_board import MotionClock
 
 @dataclass(frozen=True)
 class Off:
-    """A motor that is not where a line begins; `side` is the one from which it has to come."""
+    """A motor beside where a line begins; `side` is the one from which it has to come there."""
 
     station: Station
     motor: str
     position_steps: int
     wanted_steps: int
     side: str
+
+    @property
+    def is_away(self) -> bool:
+        """True unless it is there, though perhaps on the wrong side of its play."""
+        return self.position_steps != self.wanted_steps
 
     def __str__(self) -> str:
         return (
@@ -38,13 +43,7 @@ class Off:
 
 def off(job: Job, line: int, stations: Iterable[Station]) -> list[Off]:
     """Return the motors that are not where a line begins."""
-    runs, found = job.runs_of(line), []
-    for station in stations:
-        run.look(station.lines)
-        for name, position in station.positions.items():
-            if position != runs[name].start_steps:
-                found.append(_off(station, name, position, runs[name]))
-    return found
+    return [one for one in every(job, line, stations) if one.is_away]
 
 
 def every(job: Job, line: int, stations: Iterable[Station]) -> list[Off]:
@@ -52,7 +51,8 @@ def every(job: Job, line: int, stations: Iterable[Station]) -> list[Off]:
     runs, found = job.runs_of(line), []
     for station in stations:
         run.look(station.lines)
-        found += [_off(station, name, at, runs[name]) for name, at in station.positions.items()]
+        for name, at in station.positions.items():
+            found.append(Off(station, name, at, runs[name].start_steps, runs[name].play_side))
     return found
 
 
@@ -75,10 +75,6 @@ def go(machine: MachineFile, job: Job, motors: Iterable[Off], world: World) -> l
                 at = target
         told.append(f"motor {one.motor} moved from {one.position_steps} to {one.wanted_steps}")
     return told
-
-
-def _off(station: Station, name: str, position: int, line: Run) -> Off:
-    return Off(station, name, position, line.start_steps, line.play_side)
 
 
 def _move(one: Off, machine: MachineFile, move: fast.FastMove, world: World) -> None:

@@ -8,16 +8,15 @@ One that was reset, or does not answer, leaves the lines that were in flight unk
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import Enum
 
 from pixstep.board import registers as regs
 from pixstep.board import run
 from pixstep.board.errors import BoardError, LineLostError, NoReplyError
-from pixstep.board.link import World
-from pixstep.jobs import account, history, tag
-from pixstep.jobs.account import Place
+from pixstep.jobs import account, tag
+from pixstep.jobs.account import Axis, Place
 from pixstep.jobs.history import History
 from pixstep.jobs.job import Job
 from pixstep.jobs.stations import Station
@@ -80,7 +79,7 @@ class Verdict:
         return [name for one in self.boards if not one.trusted for name in one.station.motors]
 
 
-def await_rest(stations: Iterable[Station], world: World, most_s: float) -> None:
+def await_rest(stations: Iterable[Station], most_s: float) -> None:
     """Wait until boards have ended what they have queued; raises BoardError if they do not.
 
     Asking keeps them from falling silent, so that they end at the end of a line. Lines that are
@@ -88,11 +87,12 @@ def await_rest(stations: Iterable[Station], world: World, most_s: float) -> None
     """
     for station in stations:
         with contextlib.suppress(NoReplyError, LineLostError):
-            _await_board(station, world, most_s)
+            _await_board(station, most_s)
 
 
-def _await_board(station: Station, world: World, most_s: float) -> None:
-    board, begun_s = station.board, world.now_s()
+def _await_board(station: Station, most_s: float) -> None:
+    board, world = station.board, station.link.world
+    begun_s = world.now_s()
     while board.moving():
         waited_s = world.now_s() - begun_s
         if waited_s > _BEGINS_S and not regs.flags(board.input("status"))["running"]:
@@ -108,7 +108,7 @@ def _await_board(station: Station, world: World, most_s: float) -> None:
 def judge(job: Job, told: History, stations: Iterable[Station]) -> Verdict:
     """Look at the boards; return what became of the lines in flight."""
     found = [_found(job, told, station) for station in stations]
-    lines = [_line(job, number, told.chain, found) for number in told.in_flight]
+    lines = [_line(job, number, found) for number in told.in_flight]
     made = {one.place.line for one in found if one.place and not one.reset}
     return Verdict(found, lines, disagree=len(made) > 1)
 
@@ -132,64 +132,50 @@ def clear(station: Station) -> None:
 def _found(job: Job, told: History, station: Station) -> Found:
     try:
         run.look(station.lines)
-        reset = _was_reset(told, station)
+        lost_tag = tag.is_lost(station.board, told.tags.get(station.name, 0))
     except BoardError as error:
-        return Found(station, None, trusted=False, text=f"does not answer: {error}")
+        return _without_place(station, f"does not answer: {error}")
     positions = ", ".join(f"{name} at {steps}" for name, steps in station.positions.items())
-    if told.chain and reset:
-        return Found(station, None, trusted=False, reset=True, text=f"was reset since; {positions}")
     station.bases = {name: told.bases[name] for name in station.motors if name in told.bases}
     axes = station.axes() if station.bases else []
+    if told.chain and (lost_tag or _counters_went_back(told, station, axes)):
+        return _without_place(station, f"was reset since; {positions}", reset=True)
     most = max([*told.in_flight, *told.printed, told.chain - 1]) - told.chain + 1
-    most = most if told.chain else 0
-    if any(axis.counted > most for axis in axes):
-        return Found(
-            station, None, trusted=False,
-            text=f"has made lines that are not in the log; {positions}",
-        )  # fmt: skip
+    if any(axis.counted > (most if told.chain else 0) for axis in axes):
+        return _without_place(station, f"has made lines that are not in the log; {positions}")
     if not told.chain:
-        return Found(
-            station, None, trusted=True, text=f"rests before line {told.next_line}; {positions}"
-        )
+        text = f"rests before line {told.next_line}; {positions}"
+        return Found(station, None, trusted=True, text=text)
     made = told.printed - told.skipped
     least = max([number + 1 for number in made if number >= told.chain], default=0)
     places = account.common([account.places(job, told.chain, axis, least) for axis in axes])
     if len(places) != 1:
-        return Found(
-            station, None, trusted=False, text=f"does not say in which line it is; {positions}"
-        )
+        return _without_place(station, f"does not say in which line it is; {positions}")
     place = places[0]
-    moved = max(place.pixel, *(axis.now["pixel"] if not _at_end(axis) else 0 for axis in axes))
     if not place.pixel:
         text = f"rests at the end of line {place.line - 1}; {positions}"
         return Found(station, place, trusted=True, text=text)
-    text = f"stopped in line {place.line} at pixel {moved}; {positions}"
-    return Found(station, Place(place.line, moved), trusted=False, text=text)
+    moved = (axis.now["pixel"] for axis in axes if axis.state not in account.ENDED)
+    place = Place(place.line, max([place.pixel, *moved]))
+    text = f"stopped in line {place.line} at pixel {place.pixel}; {positions}"
+    return Found(station, place, trusted=False, text=text)
 
 
-def _was_reset(told: History, station: Station) -> bool:
-    """Return whether a board was reset since the chain began, or may have been.
+def _without_place(station: Station, text: str, *, reset: bool = False) -> Found:
+    """Return a board of which nobody knows where in the job its axes are."""
+    return Found(station, None, trusted=False, text=text, reset=reset)
+
+
+def _counters_went_back(told: History, station: Station, axes: Iterable[Axis]) -> bool:
+    """Return whether counters are below those of the chain's beginning: the board was reset.
 
     A board without a tag is known by its counters alone, as far as they were above 0.
     """
-    wanted = told.tags.get(station.name, 0)
-    if tag.is_lost(station.board, wanted):
-        return True
-    axes = [
-        account.Axis(name, told.bases[name], station.lines.seen[axis])
-        for name, axis in station.motors.items()
-        if name in told.bases
-    ]
-    if any(axis.has_gone_back for axis in axes):
-        return True
-    return not wanted and any(axis.now["next_block"] == 0 for axis in axes)
+    without_tag = not told.tags.get(station.name, 0)
+    return any(axis.has_gone_back or (without_tag and axis.now["next_block"] == 0) for axis in axes)
 
 
-def _at_end(axis: account.Axis) -> bool:
-    return axis.state in account.ENDED
-
-
-def _line(job: Job, number: int, chain: int, found: Iterable[Found]) -> Line:
+def _line(job: Job, number: int, found: Iterable[Found]) -> Line:
     """Return what became of a line, by all boards."""
     boards = [*found]
     fates = {_fate(number, one.place) for one in boards}
@@ -221,11 +207,3 @@ def _pixel(job: Job, number: int, place: Place) -> int:
     if place.line > number:
         return job.pixels
     return place.pixel if place.line == number else 0
-
-
-def decide(
-    verdict: Verdict, redo: Iterable[int], skip: Iterable[int]
-) -> tuple[list[Line], Mapping[int, str]]:
-    """Return the lines nobody has decided about, and what was decided by line."""
-    decided = {**dict.fromkeys(redo, history.REDO), **dict.fromkeys(skip, history.SKIP)}
-    return [one for one in verdict.asked if one.number not in decided], decided

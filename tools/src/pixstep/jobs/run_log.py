@@ -40,9 +40,7 @@ class RunLog:
         Raises RefusedError for a log that another process writes, and for a damaged one.
         """
         try:
-            handle = os.open(
-                path, os.O_RDWR | os.O_CREAT | os.O_APPEND | _CLOSED_IN_CHILDREN, 0o644
-            )
+            handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
         except OSError as error:
             raise UserError(f"{path}: {error.strerror or error}") from None
         try:
@@ -132,7 +130,6 @@ def _event(row: bytes) -> Event | None:
     return event if isinstance(event, dict) else None
 
 
-_CLOSED_IN_CHILDREN = getattr(os, "O_CLOEXEC", 0)
 _write = os.write
 _sync = getattr(os, "fdatasync", os.fsync)  # Windows and macOS have no fdatasync
 

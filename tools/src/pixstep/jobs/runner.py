@@ -5,7 +5,7 @@
     line 1 confirmed -> done 1 -> queued 3 -> blocks -> line 2 moves ...
 
 A line is done when every board says so by its counters and by its position. So at most two lines
-are between `queued` and `done`: the one that moves, and the one behind it.
+are between `queued` and `done`: the one that moves, and the next one.
 """
 
 from __future__ import annotations
@@ -92,11 +92,12 @@ class Chain:
         self.made = self.first - 1
         clock = self.machine.clock
         self._pixel_s = float(1 / self.machine.pixel_hz)
+        self._looked_s = 0.0
+        # By motor: pixel and blocks taken at the last look, and the line that it has reached.
         self._pixels: dict[str, int] = {}
         self._blocks: dict[str, int] = {}
-        self._looked_s = 0.0
         self._least: dict[str, int] = {}
-        self._paused, self._wanted = False, self.last
+        self._paused, self._wanted = False, self.last  # a pause or a lost board lowers `last`
         self._sender = Sender(
             self.job, self.first, clock.edges, self._intend, gated=bool(clock.gate_edges)
         )
@@ -137,8 +138,8 @@ class Chain:
     def _recorded(self) -> Iterator[None]:
         """Let the boards' records be read along, if they are wanted."""
         with contextlib.ExitStack() as stack:
+            axes = sum(len(one.motors) for one in self.stations)
             for station in self.stations if self.parts else ():
-                axes = sum(len(one.motors) for one in self.stations)
                 stack.enter_context(
                     recording.recorded(station.lines, self._take(station), axes_together=axes)
                 )
@@ -206,7 +207,7 @@ class Chain:
                 self._send_until(begun_s + look_s)
 
     def _each(self, act: Callable[[Station], None]) -> None:
-        """Do something with every board; one that fails is lost, and the others end their line."""
+        """Act on every board; one that fails is lost, and the others end the lines they have."""
         for station in self.alive:
             try:
                 act(station)
@@ -277,14 +278,14 @@ class Chain:
         found = [(axis, self._line_of(axis)) for one in stations for axis in one.axes()]
         line = min(number for _, number in found)
         rests = [(axis, number) for axis, number in found if not axis.moves]
-        behind, next_line = min(rests, key=lambda one: one[1], default=(None, line))
+        late, next_line = min(rests, key=lambda one: one[1], default=(None, line))
         beyond = [
             axis for axis, number in found
             if number > next_line or (axis.moves and number == next_line)
         ]  # fmt: skip
-        if behind and beyond and next_line <= self.last:
+        if late and beyond and next_line <= self.last:
             raise _BesideError(
-                f"motor {behind.motor} ended after line {next_line - 1}, because line {next_line} "
+                f"motor {late.motor} ended after line {next_line - 1}, because line {next_line} "
                 f"reached its queue too late, and motor {beyond[0].motor} made more alone: line "
                 f"{next_line} is spoilt"
             )
@@ -323,8 +324,8 @@ class Chain:
                 self._sender.send(self.alive, self._allowed())
                 if self._sender.sent > sent:
                     self._note_reserve(self._sender.sent)
-            except BoardError as error:
-                if not self._lose_silent(error):
+            except BoardError:
+                if not self._lose_silent():
                     raise
             self._each(self._read_records)
             rest_s = self._sender.pause_s(self.alive, self._pixel_s, _STATUS_S)
@@ -349,11 +350,10 @@ class Chain:
         self._each(ask)
         return found
 
-    def _lose_silent(self, error: BoardError) -> bool:
+    def _lose_silent(self) -> bool:
         """Lose the boards that do not go on; False if all of them do."""
         before = len(self.lost)
         self._each(self._judge)
-        del error
         return len(self.lost) > before
 
     def _how(self) -> Ended:
@@ -399,4 +399,4 @@ def _where(row: Event) -> str:
 
 
 class _BesideError(BoardError):
-    """Axes do not agree any more: everything is stopped at once."""
+    """Axes are no longer in the same line, or in none: everything is stopped at once."""

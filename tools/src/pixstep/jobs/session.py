@@ -34,7 +34,6 @@ class Session:
     job: Job
     machine: MachineFile
     stations: list[Station]
-    world: World
     log: RunLog
     told: History
     watch: Watch
@@ -43,6 +42,11 @@ class Session:
     rests: int = 0
     reserve_px: float = math.inf
     _brought: bool = False
+
+    @property
+    def world(self) -> World:
+        """The time of the boards."""
+        return self.stations[0].link.world
 
     def note(self, event: Event) -> None:
         """Log an event with the time of day and the boards' time; it is on the disk then."""
@@ -55,11 +59,10 @@ class Session:
         two_lines_s = 2 * self.job.pixels / float(self.machine.pixel_hz)
         boards = {}
         for station in self.stations:
-            stored = station.board.setting(tag.NAME)
+            stored, who = station.board.setting(tag.NAME), station.board.who()
             station.rebase()
             boards[station.name] = {
-                "unit": station.board.unit, "kind": station.board.who().board,
-                "firmware": station.board.who().firmware, tag.NAME: stored,
+                "unit": who.unit, "kind": who.board, "firmware": who.firmware, tag.NAME: stored,
                 "tag": tag.new(stored, two_lines_s, safe=safe),
                 "axes": {name: vars(base) for name, base in station.bases.items()},
             }  # fmt: skip
@@ -68,11 +71,11 @@ class Session:
             "pixels": self.job.pixels, "boards": boards, **facts,
         })  # fmt: skip
 
-    def make(self, moves: Callable[[list[Off]], None] | None = None) -> Ended:
+    def make(self, *, may_move: bool) -> Ended:
         """Make the lines that are left; raises JobBrokenError saying where everything is.
 
-        Motors that are not where their line begins are brought there, if `moves` (which is told of
-        them) is there; it may raise what keeps them from it. Without it they are refused.
+        Motors that are not where their line begins are brought there, if they `may_move`, else they
+        are refused.
         """
         while (first := self.told.next_line) <= self.job.lines:
             if self.watch.pause_asked():
@@ -81,10 +84,11 @@ class Session:
             for station in self.stations:
                 tag.put(station.board, self.told.tags[station.name])
             stations.ready(self.stations)
-            away = self._away(first, takes_play=moves is not None and self._is_first)
+            away = self._away(first, takes_play=may_move and self._is_first)
+            if away and not may_move:
+                raise elsewhere(away)
             if away:
-                self.bring(away, moves)
-                moves = allow
+                self.bring(away)
             last = self._end_of_stretch(first)
             chain = Chain(
                 self.job, self.machine, self.stations, self.world, self.note, self.watch, first,
@@ -106,12 +110,10 @@ class Session:
 
         With `takes_play` also those that may have come there from the wrong side of their play.
         """
-        if not takes_play:
-            return positioning.off(self.job, line, self.stations)
         motors = self.job.header.motors
         return [
             one for one in positioning.every(self.job, line, self.stations)
-            if one.position_steps != one.wanted_steps or (motors[one.motor].backlash and one.side)
+            if one.is_away or (takes_play and motors[one.motor].backlash and one.side)
         ]  # fmt: skip
 
     @property
@@ -119,11 +121,8 @@ class Session:
         """True as long as nobody knows from which side motors came: before lines and moves."""
         return not (self.told.chain or self._brought)
 
-    def bring(self, away: list[Off], moves: Callable[[list[Off]], None] | None) -> None:
-        """Bring motors to where the next line begins, if they may be."""
-        if moves is None:
-            raise elsewhere(away)
-        moves(away)
+    def bring(self, away: list[Off]) -> None:
+        """Bring motors to where the next line begins."""
         self._brought = True
         for text in positioning.go(self.machine, self.job, away, self.world):
             self.watch.say(text)
@@ -164,8 +163,3 @@ def elsewhere(away: Iterable[Off]) -> RefusedError:
         "{away} ({to_start} brings motors to where the line begins)",
         away="; ".join(map(str, away)),
     ))  # fmt: skip
-
-
-def allow(away: list[Off]) -> None:
-    """Let motors be moved."""
-    del away

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import secrets
 
-from pixstep.board import settings
 from pixstep.board.device import Board
 
 NAME = "bus_timeout_ms"
@@ -33,10 +32,10 @@ def new(stored_ms: int, two_lines_s: float, *, safe: bool) -> int:
 
 def put(board: Board, tag: int) -> None:
     """Let a board keep a tag, until its next reset."""
-    if settings.read(board)[NAME] != tag:
+    if is_lost(board, tag):
         board.write_setting(NAME, tag)
 
 
 def is_lost(board: Board, tag: int) -> bool:
     """Return whether a board has lost its tag, by a reset or somebody else's order."""
-    return settings.read(board)[NAME] != tag
+    return board.setting(NAME) != tag

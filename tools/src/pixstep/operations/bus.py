@@ -19,15 +19,14 @@ from pixstep.board.port import (
     LEAST_BAUD,
     MOST_BAUD,
     PARITIES,
-    TIMEOUT_S,
-    TIMEOUTS_S,
     Port,
 )
 from pixstep.errors import RefusedError, UserError
 from pixstep.operations import machine_defaults as machine
+from pixstep.operations import shared
 from pixstep.operations.desk import Desk
 from pixstep.operations.facts import boards_at
-from pixstep.operations.kinds import TEXT, Choice, Parsed, Time, Whole
+from pixstep.operations.kinds import TEXT, Choice, Parsed, Whole
 from pixstep.operations.request import Request, option, shared_fields
 from pixstep.operations.shared import AXIS
 from pixstep.server import remote
@@ -87,10 +86,7 @@ class OnPort(Request):
         machine=machine.of_board("parity"),
         default_text="E; N on a pseudo terminal, which has no parity",
     )  # fmt: skip
-    timeout: float | None = option(
-        Time("s", *TIMEOUTS_S), "Time to wait for a reply, s.", shown="TIME",
-        variable="PIXSTEP_TIMEOUT", default_text=f"{TIMEOUT_S}",
-    )  # fmt: skip
+    timeout: float | None = shared.timeout()
 
     @property
     def bus(self) -> Port:

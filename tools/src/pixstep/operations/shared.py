@@ -7,6 +7,7 @@ from typing import Any
 
 from pixstep.board import boards
 from pixstep.board import registers as regs
+from pixstep.board.port import TIMEOUT_S, TIMEOUTS_S
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.operations import machine_defaults as machine
 from pixstep.operations.kinds import (
@@ -19,6 +20,7 @@ from pixstep.operations.kinds import (
     SPEED_FIGURE,
     Choice,
     Steps,
+    Time,
     Whole,
 )
 from pixstep.operations.request import flag, option
@@ -101,6 +103,14 @@ def image() -> Any:
 def seed() -> Any:
     """Return the field of what a simulated run's chances come from."""
     return option(Whole(0), "Of everything random.", default=1)
+
+
+def timeout() -> Any:
+    """Return the field of how long a board's reply is waited for."""
+    return option(
+        Time("s", *TIMEOUTS_S), "Time to wait for a reply, s.", shown="TIME",
+        variable="PIXSTEP_TIMEOUT", default_text=f"{TIMEOUT_S}",
+    )  # fmt: skip
 
 
 def raw() -> Any:

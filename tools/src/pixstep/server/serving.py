@@ -14,6 +14,7 @@ import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from pixstep.board import registers as regs
 from pixstep.board import run, settings
 from pixstep.board.device import Board
 from pixstep.board.errors import BoardError
@@ -30,8 +31,7 @@ from pixstep.server.sessions import Axes, Session, Sessions
 
 _LOOK_S = 0.25  # between two looks at clients that may have fallen silent
 _LEAST_SILENCE_S = 0.5  # of a client, for which its board is not asked what it allows
-_MOVING = ("armed", "running")
-_HELD = ("loading", "loaded", *_MOVING)  # an axis has a line of its owner
+_HELD = ("loading", "loaded", *regs.MOVING_STATES)  # an axis has a line of its owner
 _LEAVE_S, _POLL_S = 5.0, 0.005  # for clients to go when the server ends
 _BACKLOG = 128
 
@@ -245,7 +245,7 @@ class Server:
             limit_s = watch.limit_s(Board(LocalModbus(self.bus), unit))
             if limit_s and silent_s > limit_s and not session.open:
                 axes = self.sessions.disown(session, unit)
-                self._stop_lines(session, axes, f"silent for {limit_s:g} s", _MOVING)
+                self._stop_lines(session, axes, f"silent for {limit_s:g} s", regs.MOVING_STATES)
 
     def _note_stop(self, job: Job, frames: int, late_s: float) -> None:
         self.journal.tell(

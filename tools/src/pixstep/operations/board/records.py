@@ -13,6 +13,7 @@ from typing import Any, TypedDict
 
 from pixstep import atomic, signals
 from pixstep.board import boards, recording
+from pixstep.board import registers as regs
 from pixstep.board.recording import AxisLog, Recorder, Row
 from pixstep.board.run import Lines
 from pixstep.board.state import Event
@@ -152,7 +153,6 @@ def recorded(
 
 
 _MOST_WAIT_S = 0.5
-_MOVES = ("armed", "running")
 _FOLLOW_S = 0.2
 _FOLLOW_HELP = "Go on until Ctrl-C."
 
@@ -241,7 +241,8 @@ class LogRecords(ToBoard):
                             put(row.text)
                             if desk.keeps and self.output is None:
                                 kept.append(_data(row))
-                    if not self.follow and all(item.state not in _MOVES for item in followed):
+                    moves = any(item.state in regs.MOVING_STATES for item in followed)
+                    if not (self.follow or moves):
                         break
                     found.world.wait(wait_s)
             except signals.Ended as error:  # what was read is kept

@@ -3,18 +3,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypedDict
 
-from pixstep.board.port import TIMEOUT_S, TIMEOUTS_S
 from pixstep.errors import FINE, MISUSE, NEGATIVE
+from pixstep.operations import shared
 from pixstep.operations.desk import Desk
 from pixstep.operations.job import buses
+from pixstep.operations.job.buses import Compares
 from pixstep.operations.job.reading import job_file, read
-from pixstep.operations.kinds import TEXT, Time
-from pixstep.operations.request import Request, flag, operation, option
+from pixstep.operations.kinds import TEXT
+from pixstep.operations.request import flag, operation, option
 from pixstep.operations.result import Page, Result
 from pixstep.simulation.report import new_table
 
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from pixstep.jobs.comparison import Row
     from pixstep.jobs.job import Job
     from pixstep.machine.files import MachineFile
-    from pixstep.operations.facts import Facts
 
 KEY_MARK = "\N{BLACK DIAMOND}"
 STYLES = {"green": "green", "grey": "bright_black", "amber": "yellow", "red": "red"}
@@ -73,7 +72,7 @@ class ComparedJob(TypedDict):
 
 
 @operation("job check")
-class JobCheck(Request):
+class JobCheck(Compares):
     """Compare a job with the machine file of today, and with what the boards hold.
 
     The job is proved first, byte by byte. Exit status 0 green: the machine is as it was when the
@@ -87,17 +86,9 @@ class JobCheck(Request):
     job: Path = job_file()
     boards: bool = flag("Compare with the boards too, at the ports of the machine file.")
     port: str | None = option(TEXT, "Compare with the boards on this port, too.")
-    timeout: float | None = option(
-        Time("s", *TIMEOUTS_S), "Time to wait for a reply, s.", shown="TIME",
-        variable="PIXSTEP_TIMEOUT", default_text=f"{TIMEOUT_S}",
-    )  # fmt: skip
+    timeout: float | None = shared.timeout()
     accept_amber: bool = flag("Agree to what is amber: exit status 0 then.")
     all_fields: bool = flag("Show equal fields too that are no key fields.", "--all")
-
-    @classmethod
-    def prepare(cls, facts: Facts, say: Callable[[Iterable[str]], None]) -> None:
-        """Read the machine file here: what it has that nobody knows is a difference, no mistake."""
-        facts.on_mistake = lambda error: None
 
     def run(self, desk: Desk) -> Result:
         """Read the job and compare it."""

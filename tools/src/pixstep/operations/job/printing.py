@@ -8,19 +8,19 @@ import getpass
 import math
 import signal
 import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NotRequired, TypedDict
 
 from pixstep import signals
-from pixstep.board.port import TIMEOUT_S, TIMEOUTS_S
-from pixstep.errors import FINE, REFUSED
+from pixstep.errors import FINE
+from pixstep.operations import shared
 from pixstep.operations.bus import StoppedError
 from pixstep.operations.desk import Desk
 from pixstep.operations.job import buses
-from pixstep.operations.job.buses import BusOf
-from pixstep.operations.kinds import TEXT, Time
-from pixstep.operations.request import Request, flag, option, shared_fields
+from pixstep.operations.job.buses import BusOf, Compares
+from pixstep.operations.kinds import TEXT
+from pixstep.operations.request import flag, option, shared_fields
 from pixstep.operations.result import Result
 
 if TYPE_CHECKING:
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from pixstep.jobs.runner import Watch
     from pixstep.jobs.session import Session
     from pixstep.machine.files import MachineFile
-    from pixstep.operations.facts import Facts
 
 Confirm = Callable[[str], bool]
 _AMBER_SHOWN = 8
@@ -76,21 +75,13 @@ class RunOfJob(TypedDict):
 
 
 @shared_fields
-class Prints(Request):
+class Prints(Compares):
     """A request that prints lines of a job."""
 
     port: str | None = option(TEXT, "Port of the boards.", default_text="of the machine file")
-    timeout: float | None = option(
-        Time("s", *TIMEOUTS_S), "Time to wait for a reply, s.", shown="TIME",
-        variable="PIXSTEP_TIMEOUT", default_text=f"{TIMEOUT_S}",
-    )  # fmt: skip
+    timeout: float | None = shared.timeout()
     accept_amber: bool = flag("Agree to what is amber in the comparison.")
     records: bool = flag("Keep per-pixel records, a Parquet file a line in parts of the run.")
-
-    @classmethod
-    def prepare(cls, facts: Facts, say: Callable[[Iterable[str]], None]) -> None:
-        """Read the machine file here: what it has that nobody knows is a difference, no mistake."""
-        facts.on_mistake = lambda error: None
 
     def compare(self, desk: Desk, job: Job, found: MachineCopy, bus_of: BusOf) -> dict[str, Any]:
         """Compare a job with machine file and boards; return what goes into the log.
@@ -166,7 +157,7 @@ def _on_ctrl_c(take: Callable[[int, Any], None]) -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def make(desk: Desk, session: Session, path: Path, moves: Callable[[Any], None] | None) -> Result:
+def make(session: Session, path: Path, *, may_move: bool) -> Result:
     """Make the lines that are left, and return the result.
 
     Raises StoppedError after a signal, JobBrokenError after a fault, both saying where all is.
@@ -174,7 +165,7 @@ def make(desk: Desk, session: Session, path: Path, moves: Callable[[Any], None] 
     from pixstep.jobs.runner import JobBrokenError
 
     try:
-        ended = session.make(moves)
+        ended = session.make(may_move=may_move)
     except KeyboardInterrupt as error:
         told = "; ".join(getattr(error, "__notes__", ())) or "nothing moved"
         raise StoppedError(
@@ -226,11 +217,6 @@ def text_of(data: RunOfJob) -> str:
     if data["state"] in ("paused", "broken", "undecided"):
         text += f": `pixstep job resume {data['run']}` goes on"
     return text
-
-
-def undecided(data: RunOfJob, texts: Iterable[str]) -> Result:
-    """Return the result of a run that somebody has to decide about; nothing has moved."""
-    return Result(data, "\n".join(texts), REFUSED)
 
 
 def _user() -> str:

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pixstep.errors import FINE, NEGATIVE, RefusedError, UserError
+from pixstep.errors import FINE, NEGATIVE, REFUSED, RefusedError, UserError
 from pixstep.lazy import require_package
 from pixstep.operations.asked import AskedError
 from pixstep.operations.desk import Desk
@@ -73,7 +73,7 @@ class JobResume(Prints):
         from pixstep.jobs import history, resuming
         from pixstep.jobs.history import History
         from pixstep.jobs.parts import Parts
-        from pixstep.jobs.session import Session, allow
+        from pixstep.jobs.session import Session
         from pixstep.jobs.stations import of_job
 
         found = buses.today(desk.facts)
@@ -87,10 +87,8 @@ class JobResume(Prints):
                 raise RefusedError(f"{self.run_path}: the job is not resumable: begin it again")
             with buses.opened(desk, machine, self.port, self.timeout) as bus_of:
                 stations = of_job(job, machine, bus_of)
-                world = bus_of(stations[0].name).world
-                resuming.await_rest(
-                    stations, world, 2 * job.pixels / float(job.pixel_hz) + _SPARE_S
-                )
+                most_s = 2 * job.pixels / float(job.pixel_hz) + _SPARE_S
+                resuming.await_rest(stations, most_s)
                 verdict = resuming.judge(job, told, stations)
                 resuming.discard_left(stations)
                 refused = self._undecided(job, told, verdict)
@@ -100,7 +98,7 @@ class JobResume(Prints):
                     _home_direction(machine, name)
                 with printing.watched(desk, lambda: folder.pause_asked) as watch:
                     parts = Parts(self.run_path) if self.records else None
-                    session = Session(job, machine, stations, world, log, told, watch, parts)
+                    session = Session(job, machine, stations, log, told, watch, parts)
                     self._settle(session, verdict)
                     for station in stations:
                         resuming.clear(station)
@@ -110,14 +108,12 @@ class JobResume(Prints):
                         session.begin(facts, safe=printing.safe(job, machine))
                     self._home(desk, session, verdict)
                     try:
-                        return printing.make(desk, session, self.run_path, allow)
+                        return printing.make(session, self.run_path, may_move=True)
                     finally:
                         folder.forget_pause()
 
     def _undecided(self, job: Job, told: Any, verdict: Verdict) -> Result | None:
         """Return what somebody has to decide first; None if all is decided."""
-        from pixstep.jobs import resuming
-
         asked = {one.number for one in verdict.asked}
         for number in (*self.redo, *self.skip):
             if number not in asked | told.skipped:
@@ -128,11 +124,10 @@ class JobResume(Prints):
         both = set(self.redo) & set(self.skip)
         if both:
             raise AskedError("line {line}: either {redo} or {skip}", line=min(both))
-        texts = []
-        open_lines, _ = resuming.decide(verdict, self.redo, self.skip)
-        texts += [
+        texts = [
             f"line {one.number} is {one.text}: --redo {one.number} or --skip {one.number}"
-            for one in open_lines
+            for one in verdict.asked
+            if one.number not in (*self.redo, *self.skip)
         ]
         if verdict.disagree and not self.together:
             texts.append("the boards have made different lines: --together goes on with the first "
@@ -149,7 +144,7 @@ class JobResume(Prints):
         rows = [f"board {one['board']}: {one['text']}" for one in data["boards"]]
         rows += [f"line {one.number}: {one.text}" for one in verdict.lines
                  if one.number not in asked]  # fmt: skip
-        return printing.undecided(data, [*rows, *texts, "nothing has moved"])
+        return Result(data, "\n".join([*rows, *texts, "nothing has moved"]), REFUSED)
 
     def _settle(self, session: Session, verdict: Verdict) -> None:
         """Log what became of the lines in flight."""
@@ -167,7 +162,6 @@ class JobResume(Prints):
     def _home(self, desk: Desk, session: Session, verdict: Verdict) -> None:
         """Home motors whose positions do not hold, and bring them to their line from its side."""
         from pixstep.jobs import history, positioning
-        from pixstep.jobs.session import allow
 
         away = [one for one in verdict.boards if not one.trusted]
         if not away or session.told.next_line > session.job.lines:
@@ -179,7 +173,7 @@ class JobResume(Prints):
         moved = positioning.every(
             session.job, session.told.next_line, [one.station for one in away]
         )
-        session.bring(moved, allow)
+        session.bring(moved)
 
 
 def _home_motor(
@@ -258,7 +252,7 @@ class JobStatus(Request):
 class JobPause(Request):
     """Ask a run of another console to pause.
 
-    It pauses at the end of the line behind the one that moves, as Ctrl-C there does.
+    It pauses at the end of the line after the one that moves, as Ctrl-C there does.
     """
 
     result = RunOfJob

@@ -23,7 +23,7 @@ class JobRun(Prints):
     begins on the pixel clock, of several boards on the same edge; each board chains the others
     without a gap, and one line is queued ahead. The folder NAME.pxrun has the log: a line counts as
     printed when every board says so by counter and position. Ctrl-C pauses at the end of the line
-    behind the one that moves, a second one stops at once. `pixstep job resume` goes on.
+    after the one that moves, a second one stops at once. `pixstep job resume` goes on.
     """
 
     result = RunOfJob
@@ -42,7 +42,7 @@ class JobRun(Prints):
         from pixstep.jobs.history import History
         from pixstep.jobs.parts import Parts
         from pixstep.jobs.run_folder import SUFFIX, RunFolder
-        from pixstep.jobs.session import Session, allow, elsewhere
+        from pixstep.jobs.session import Session, elsewhere
         from pixstep.jobs.stations import of_job
 
         path = self.folder or Path(self.job.name).with_suffix(SUFFIX)
@@ -61,10 +61,9 @@ class JobRun(Prints):
             folder = RunFolder.begin(path, job)
             with folder.log() as log, printing.watched(desk, lambda: folder.pause_asked) as watch:
                 parts = Parts(path) if self.records else None
-                world = bus_of(stations[0].name).world
-                session = Session(job, machine, stations, world, log, History(0), watch, parts)
+                session = Session(job, machine, stations, log, History(0), watch, parts)
                 session.begin(told, safe=printing.safe(job, machine))
                 try:
-                    return printing.make(desk, session, path, allow if self.to_start else None)
+                    return printing.make(session, path, may_move=self.to_start)
                 finally:
                     folder.forget_pause()
