@@ -120,9 +120,9 @@ class Board(Wire):
         A block of the line has counted up its number, which nothing but a reset sets to 0.
         """
         if self.axis(axis)["next_block"] == 0:
-            raise self.was_reset(axis)
+            raise self.reset_error(axis)
 
-    def was_reset(self, axis: int) -> BoardError:
+    def reset_error(self, axis: int) -> BoardError:
         """Return that the board was reset during a line of an axis."""
         cause = regs.words(self.map.input("reset_cause"), self.input("reset_cause"))
         return BoardError(

@@ -235,7 +235,7 @@ class Chain:
             if axis.state == "fault":
                 run.raise_fault(station.board)
             if axis.has_gone_back or self._has_fewer_blocks(axis):
-                raise station.board.was_reset(axis.base.axis)
+                raise station.board.reset_error(axis.base.axis)
             if axis.state in ("empty", "refused"):
                 run.raise_fault(station.board)
                 station.board.require_no_reset(axis.base.axis)
