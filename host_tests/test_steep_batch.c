@@ -3,7 +3,6 @@
 #include <stdint.h>
 
 #include "motion/curve_steep.h"
-#include "motion/curve_steep_layout.h"
 #include "motion/step_ring.h"
 #include "unity.h"
 

@@ -27,17 +27,25 @@ STEP_TYPES = {
 # The longest matching folder decides. A single header may stand where a folder would be too much.
 LAYERS: dict[str, tuple[set[str], set[str]]] = {
     "firmware/core": ({"firmware/core", "firmware/build_features.h"}, FREESTANDING),
-    "firmware/core/base": ({"firmware/core/motion/line_errors.def"}, FREESTANDING),
+    "firmware/core/base": (
+        {"firmware/core/motion/line_errors.def", "generated"},
+        FREESTANDING,
+    ),
     "firmware/core/motion": (
-        {"firmware/core/base", "firmware/build_features.h"},
+        {"firmware/core/base", "firmware/build_features.h", "generated"},
         FREESTANDING,
     ),
     "firmware/core/wire": ({"firmware/core/base", "firmware/build_features.h"}, FREESTANDING),
     "firmware/hal": ({"firmware/config.h", *STEP_TYPES}, FREESTANDING),
     "firmware/hal/boards": (set(), set()),
     "firmware/hal/avr": (
-        {"firmware/config.h", "firmware/hal", "firmware/core/base", *STEP_TYPES},
+        {"firmware/config.h", "firmware/hal", "firmware/core/base", "generated", *STEP_TYPES},
         FREESTANDING | AVR,
+    ),
+    # What the assembly has to know of all structs.
+    "firmware/avr": (
+        {"firmware/build_features.h", "firmware/core", "firmware/hal/avr"},
+        FREESTANDING,
     ),
     "firmware/app": (
         {"firmware/config.h", "firmware/build_features.h", "firmware/core", "firmware/hal"},
@@ -68,13 +76,13 @@ LAYERS: dict[str, tuple[set[str], set[str]]] = {
 
 # Nobody reaches into these from outside, whatever the table says of the folder above, but for the
 # folders named with them.
-PRIVATE = {"firmware/hal/avr": {"host_tests/explore"}}
+PRIVATE = {"firmware/hal/avr": {"firmware/avr", "host_tests/explore"}}
 
 # Folders that an include path may start from.
 SEARCHED = ["firmware/core", "firmware", "host_tests", "sim", "fuzz"]
 
-# A firmware file only one compiler reads, and headers that only that compiler has.
-EXTERNAL = {"unity.h": "unity/unity.h"}
+# Headers that are in no folder of the tree: others' and generated ones.
+EXTERNAL = {"unity.h": "unity/unity.h", "layout.h": "generated/layout.h"}
 
 INCLUDE = re.compile(r'^\s*#\s*include\s+(?P<open>["<])(?P<name>[^">]+)[">](?P<rest>.*)$')
 

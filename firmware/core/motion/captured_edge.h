@@ -5,22 +5,9 @@
 
 #include "build_features.h" // SEVERAL_AXES
 
-// Of struct captured_edge: the offsets of its members, bytes.
-#define CAPTURED_EDGE_TICKS       0
-#define CAPTURED_EDGE_TAIL        2
-#define CAPTURED_EDGE_LEFT_OR_CUT 3
-#define CAPTURED_EDGE_IDLE_COUNT  4
-#if SEVERAL_AXES
-#define CAPTURED_EDGE_NOTES 6
-#define CAPTURED_EDGE_SIZE  7
-#else
-#define CAPTURED_EDGE_NOTES 5
-#define CAPTURED_EDGE_SIZE  6
-#endif
-
-// Bits of its notes. BACK: how many periods the edge lies back from the one that the engine loaded
-// last. WAS_PARKED: the axis was, and idle_count is the coarse clock's low 16 bits. CUT: of the
-// engine's `left` and `cut`, `cut` is not 0.
+// Bits of the notes of a struct captured_edge. BACK: how many periods the edge lies back from the one
+// that the engine loaded last. WAS_PARKED: the axis was, and idle_count is the coarse clock's low 16
+// bits. CUT: of the engine's `left` and `cut`, `cut` is not 0.
 #define CAPTURED_EDGE_BACK       0x03
 #define CAPTURED_EDGE_WAS_PARKED 0x40
 #define CAPTURED_EDGE_CUT        0x80

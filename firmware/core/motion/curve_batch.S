@@ -12,8 +12,7 @@
 ; rest.
 #include "base/asm.inc"         // macros
 #include "build_features.h"     // SEVERAL_AXES
-#include "motion/curve_batch_layout.h"
-#include "motion/curve_flat_layout.h"
+#include "layout.h" // offsets
 
 #if SEVERAL_AXES
 

@@ -3,10 +3,9 @@
 
 #include <stddef.h> // offsetof
 
-#include "base/apart.h"     // APART
-#include "base/multiply.h"  // multiply_*
-#include "build_features.h" // FEATURE_NARROW_CURVES
-#include "motion/curve_flat_layout.h"
+#include "base/apart.h"       // APART
+#include "base/multiply.h"    // multiply_*
+#include "build_features.h"   // FEATURE_NARROW_CURVES
 #include "motion/step_ring.h" // struct step_ring
 
 // How far the loop over the steps got. The loop ends early where the high byte of q - 1 changes.
@@ -131,14 +130,6 @@ void curve_flat_leave(const struct curve_flat *flat, struct curve_place *at)
 
 #if defined(__AVR__)
 
-_Static_assert(offsetof(struct curve_flat, residual) == CURVE_FLAT_RESIDUAL &&
-                   offsetof(struct curve_flat, gain) == CURVE_FLAT_GAIN &&
-                   offsetof(struct curve_flat, difference) == CURVE_FLAT_DIFFERENCE &&
-                   offsetof(struct curve_flat, gain_growth) == CURVE_FLAT_GAIN_GROWTH &&
-                   offsetof(struct curve_flat, slope_growth) == CURVE_FLAT_SLOPE_GROWTH &&
-                   offsetof(struct curve_flat, twice_half) == CURVE_FLAT_TWICE_HALF &&
-                   offsetof(struct curve_flat, top) == CURVE_FLAT_TOP,
-               "known to curve_flat_steps.S");
 _Static_assert(sizeof(struct progress) == 4 && offsetof(struct progress, left) == 2,
                "known to curve_flat_steps.S");
 

@@ -26,7 +26,7 @@
 
 struct step_ring;
 
-// The numbers of the table. curve_flat_layout.h repeats the offsets for the assembly.
+// The numbers of the table. The assembly works on them.
 struct curve_flat {
     // Units of 1/T^2 steps, as all of these numbers.
     struct wide residual;

@@ -59,7 +59,7 @@
 ;
 ; It leaves when q - 1 has another high byte: the step is then undone.
 #include "base/asm.inc" // macros
-#include "motion/curve_flat_layout.h"
+#include "layout.h" // offsets
 
 #define TOP        r0 /* low byte of q - 1 */
 #define LONG_STEPS r1 /* narrow: steps of q + 1 ticks */

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "motion/curve_steep.h"
 
-#include <stddef.h> // offsetof
-
-#include "base/apart.h"    // APART
-#include "base/divide.h"   // divide_u32_u16
-#include "base/multiply.h" // multiply_*
-#include "motion/curve_steep_layout.h"
+#include "base/apart.h"       // APART
+#include "base/divide.h"      // divide_u32_u16
+#include "base/multiply.h"    // multiply_*
 #include "motion/step_ring.h" // struct step_ring
 
 // Behind a guess that missed by no more than this, 40 bits are enough for the next step. A guess
@@ -34,18 +31,6 @@ static APART void add_top(struct curve_steep *steep, uint16_t top)
 }
 
 #if defined(__AVR__)
-
-_Static_assert(offsetof(struct curve_steep, at.residual) == CURVE_STEEP_RESIDUAL &&
-                   offsetof(struct curve_steep, at.slope) == CURVE_STEEP_SLOPE &&
-                   offsetof(struct curve_steep, at.step_low) == CURVE_STEEP_STEP &&
-                   offsetof(struct curve_steep, at.step) == CURVE_STEEP_STEP + 2 &&
-                   offsetof(struct curve_steep, at.half) == CURVE_STEEP_HALF &&
-                   offsetof(struct curve_steep, last_ticks) == CURVE_STEEP_LAST &&
-                   offsetof(struct curve_steep, change) == CURVE_STEEP_CHANGE &&
-                   offsetof(struct curve_steep, good) == CURVE_STEEP_GOOD &&
-                   offsetof(struct curve_steep, tops) == CURVE_STEEP_SUM &&
-                   offsetof(struct curve_steep, first_high) == CURVE_STEEP_FIRST_HIGH,
-               "known to curve_steep_fit.S and curve_steep_steps.S");
 
 // In curve_steep_fit.S:
 

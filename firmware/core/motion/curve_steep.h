@@ -21,6 +21,11 @@
 
 struct step_ring;
 
+// A batch goes on while a guess misses by no more than this many ticks,
+#define CURVE_STEEP_MISS_MAX 12
+// and while the last difference is below this many times 2^32.
+#define CURVE_STEEP_LIMIT 0x15
+
 struct curve_steep {
     struct curve_place at;
     // The last interval, ticks.

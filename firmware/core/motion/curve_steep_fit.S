@@ -26,7 +26,7 @@
 ;
 ; A right guess: 262 (ATmega2560: 264). curve_steep_root(): 365 to 429 (ATmega2560: 367 to 431).
 #include "base/asm.inc" // macros
-#include "motion/curve_steep_layout.h"
+#include "layout.h" // offsets
 
 #define V0       r8 /* value, modulo 2^48 */
 #define V1       r9

@@ -41,7 +41,7 @@
 ;       |        then this step is the last one                   another one?
 ;       +-------------------------------------------------- yes ----+---- no --> over
 #include "base/asm.inc" // macros
-#include "motion/curve_steep_layout.h"
+#include "layout.h" // offsets
 
 #define LEFT  r7 /* steps still to make */
 #define V0    r8 /* residual */

@@ -1,16 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "motion/even_pixel.h"
 
-#include <stddef.h> // offsetof
-
 #include "base/apart.h"  // BY_POINTER_SMALL
 #include "base/divide.h" // divide_u32_u16
 #include "base/flash.h"  // IN_FLASH
-#include "motion/even_pixel_layout.h"
 #include "motion/line.h" // struct line
-
-// Longest interval of a single period, ticks, with room for a longer one beside it.
-#define INTERVAL_MAX_TICKS 0xFBFFu
 
 // Where no batches are noted, flash is short too: every quotient by division.
 #if STREAM_BATCHES > 0
@@ -63,71 +57,14 @@ bool even_pixel_divide(struct even_rate *rate, uint8_t steps, uint32_t ticks)
         *rate = (struct even_rate){(uint16_t)ticks, base, steps, rest};
     }
     if (rate->base_ticks < EVEN_PIXEL_MIN_TICKS ||
-        rate->base_ticks > INTERVAL_MAX_TICKS) {
+        rate->base_ticks > EVEN_PIXEL_MAX_INTERVAL) {
         rate->steps = 0; // the next pixel must not take it for that of the last one
         return false;
     }
     return true;
 }
 
-#if defined(__AVR__)
-
-_Static_assert(offsetof(struct even_rate, ticks) == EVEN_PIXEL_TICKS &&
-                   offsetof(struct even_rate, base_ticks) == EVEN_PIXEL_BASE &&
-                   offsetof(struct even_rate, steps) == EVEN_PIXEL_STEPS &&
-                   offsetof(struct even_rate, remainder) == EVEN_PIXEL_REMAINDER &&
-                   offsetof(struct stream, ring) == EVEN_PIXEL_RING &&
-                   offsetof(struct stream, head) == EVEN_PIXEL_HEAD &&
-                   offsetof(struct stream, mark_head) == EVEN_PIXEL_MARK_HEAD &&
-                   offsetof(struct stream, mark_placed) == EVEN_PIXEL_MARK_PLACED &&
-                   offsetof(struct stream, end_ticks) == EVEN_PIXEL_END_TICKS &&
-                   offsetof(struct stream, marks) == EVEN_PIXEL_MARKS &&
-                   offsetof(struct stream_mark, slot) == EVEN_PIXEL_MARK_SLOT &&
-                   offsetof(struct stream_mark, position) == EVEN_PIXEL_MARK_POSITION &&
-                   sizeof(struct stream_mark) == EVEN_PIXEL_MARK_BYTES &&
-                   offsetof(struct stream, retired) == EVEN_PIXEL_RETIRED &&
-                   offsetof(struct stream, mark_tail) == EVEN_PIXEL_MARK_TAIL &&
-                   offsetof(struct line, segment.repeat) == EVEN_PIXEL_REPEAT &&
-                   offsetof(struct line, even) == EVEN_PIXEL_RATE &&
-                   offsetof(struct line, position) == EVEN_PIXEL_POSITION &&
-                   offsetof(struct line, to_edge_ticks) == EVEN_PIXEL_TO_EDGE &&
-                   offsetof(struct line, room) == EVEN_PIXEL_ROOM &&
-                   offsetof(struct line, edges.mode) == EVEN_PIXEL_GRID_MODE &&
-                   LINE_GRID_EXACT == 0 &&
-                   offsetof(struct line, edges.exact) == EVEN_PIXEL_GRID &&
-                   STREAM_MARKS == EVEN_PIXEL_MARK_COUNT &&
-                   EVEN_PIXEL_MAX_STEPS == EVEN_PIXEL_MOST_STEPS &&
-                   EVEN_PIXEL_MAX_TICKS >> 16 == EVEN_PIXEL_TICKS_TOO_BIG - 1 &&
-                   STEP_RING_CAPACITY == EVEN_PIXEL_RING_CAPACITY,
-               "known to even_pixel_put.S and even_pixels_*.S");
-
-_Static_assert(offsetof(struct line, queue) == 0 &&
-                   offsetof(struct line, segment.count) == EVEN_PIXEL_COUNT &&
-                   offsetof(struct line, curve_half) == EVEN_PIXEL_CURVE_HALF &&
-                   offsetof(struct line, speed) == EVEN_PIXEL_SPEED &&
-                   offsetof(struct segment_queue, out.bytes) == EVEN_PIXEL_QUEUE_BYTES &&
-                   offsetof(struct segment_queue, out.mask) == EVEN_PIXEL_QUEUE_MASK &&
-                   offsetof(struct segment_queue, out.at) == EVEN_PIXEL_QUEUE_AT &&
-                   offsetof(struct segment_queue, out.last) == EVEN_PIXEL_QUEUE_LAST &&
-                   offsetof(struct segment_queue, head) == EVEN_PIXEL_QUEUE_HEAD &&
-                   SEGMENT_NEAR_ZERO == EVEN_PIXEL_NEAR_ZERO &&
-                   SEGMENT_NEAR_LAST == EVEN_PIXEL_NEAR_LAST &&
-                   SEGMENT_SHORT_RUN == EVEN_PIXEL_SHORT_RUN &&
-                   SEGMENT_RUN == EVEN_PIXEL_RUN &&
-                   EVEN_PIXEL_MIN_TICKS == EVEN_PIXEL_BASE_MIN &&
-                   (INTERVAL_MAX_TICKS + 1u) >> 8 == EVEN_PIXEL_BASE_MAX_HIGH,
-               "known to even_pixels_several.S");
-
-_Static_assert(STREAM_UNKNOWN == UINT8_MAX, "known to even_pixel_put.S");
-_Static_assert(EVEN_PIXEL_WAITS == UINT8_MAX, "known to even_pixels_*.S");
-
-_Static_assert(offsetof(struct stream, behind_periods) == EVEN_PIXEL_BEHIND_PERIODS &&
-                   offsetof(struct stream, behind_ticks) == EVEN_PIXEL_BEHIND_TICKS &&
-                   sizeof(struct stream_mark) == EVEN_PIXEL_MARK_BYTES &&
-                   offsetof(struct stream_mark, ticks) == EVEN_PIXEL_MARK_TICKS,
-               "known to even_pixel_put.S");
-
-#else
+#if !defined(__AVR__)
 
 // Set the interval of a pixel. Where the last one had as many steps, the difference of their
 // lengths goes to the remainder as far as the remainder can take it.

@@ -26,8 +26,13 @@ struct even_rate;
 // this long to begin one behind a single period.
 #define EVEN_PIXEL_MIN_TICKS 128u
 
+// Longest interval of such a pixel, ticks, with room for a longer one beside it.
+#define EVEN_PIXEL_MAX_INTERVAL 0xFBFFu
 // Longest such pixel, ticks: some 60 Hz. A longer one may cost more.
 #define EVEN_PIXEL_MAX_TICKS 0x3FFFFuL
+
+// What one pixel costs of a round's budget, besides a quarter of its steps.
+#define EVEN_PIXEL_COST 10u
 
 // Write the line's next pixels as long as each is one of few even steps in the direction of the
 // steps before it, and as budget, ring and marks allow. Returns what they cost of a round's budget;

@@ -15,7 +15,7 @@
 ; Cycles: 132 and 12 for each step, 14 for a longer one.
 #include "base/asm.inc" // macros
 #include "build_features.h" // SEVERAL_AXES
-#include "motion/even_pixel_layout.h"
+#include "layout.h" // offsets
 
 #if !SEVERAL_AXES
 

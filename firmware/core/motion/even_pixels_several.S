@@ -36,7 +36,7 @@
 #include "build_features.h" // SEVERAL_AXES
 #include "motion/even_pixels.inc" // macros, registers
 #include "motion/even_periods.inc" // write_in_groups; it takes STEPS from the file above
-#include "motion/pixel_period_layout.h"
+#include "layout.h" // offsets
 
 #if SEVERAL_AXES
 

@@ -13,7 +13,7 @@
 ; and some 90 with the call.
 #include "base/asm.inc"         // macros
 #include "build_features.h"     // SEVERAL_AXES
-#include "motion/even_layout.h"
+#include "layout.h" // offsets
 
 #if SEVERAL_AXES
 

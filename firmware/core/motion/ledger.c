@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "motion/ledger.h"
 
-#include <stddef.h> // offsetof
-
-#include "base/apart.h"     // APART
-#include "base/multiply.h"  // multiply_u32_u16
-#include "build_features.h" // SEVERAL_AXES
-#include "motion/even_pixel_layout.h"
-#include "motion/ledger_layout.h"
+#include "base/apart.h"           // APART
+#include "base/multiply.h"        // multiply_u32_u16
+#include "build_features.h"       // SEVERAL_AXES
 #include "motion/step_ring_sum.h" // step_ring_sum
 
 void ledger_reset(struct ledger *ledger, uint16_t first_period_ticks)
@@ -460,15 +456,6 @@ static uint32_t idle_start(const struct ledger *ledger,
 // Apart from the quick way of ledger_capture.S, which boards of several axes take first.
 #if defined(__AVR__) && SEVERAL_AXES
 #define TO_CAPTURE ledger_capture_anywhere
-_Static_assert(offsetof(struct ledger, train) == LEDGER_TRAIN &&
-                   offsetof(struct ledger, idle_seen) == LEDGER_IDLE_SEEN &&
-                   LEDGER_NO_TRAIN == UINT8_MAX &&
-                   offsetof(struct engine_sample, tail) == LEDGER_SAMPLE_TAIL &&
-                   offsetof(struct engine_sample, cut) == LEDGER_SAMPLE_CUT &&
-                   offsetof(struct engine_sample, idle_count) == LEDGER_SAMPLE_IDLE &&
-                   offsetof(struct stream, batch_head) == EVEN_PIXEL_BATCH_HEAD &&
-                   offsetof(struct stream, batch_tail) == EVEN_PIXEL_BATCH_HEAD + 1,
-               "known to ledger_capture.S");
 #else
 #define TO_CAPTURE ledger_advance_to_capture
 #endif

@@ -5,6 +5,9 @@
 #include "build_features.h" // FEATURE_CLOCK_STATISTICS, SEVERAL_AXES
 #include "motion/ledger_records.inc" // macros, layouts
 
+; Periods made since the account, from which on several pixels are likely to be over.
+#define LEDGER_MANY_PERIODS 48
+
 #define STEPS    r20, r21, r22, r23
 #define EXPECTED r18, r19
 

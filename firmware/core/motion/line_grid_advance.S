@@ -11,7 +11,7 @@
 ; more where it is shorter than nominal.
 #include "base/asm.inc" // macros
 #include "build_features.h" // SEVERAL_AXES
-#include "motion/lock_grid_layout.h"
+#include "layout.h" // offsets
 
 #if SEVERAL_AXES
 

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "motion/lock_grid.h"
 
-#include <stddef.h> // offsetof
-
 #include "base/apart.h"     // APART
 #include "base/multiply.h"  // multiply_u32_u16
 #include "build_features.h" // FEATURE_CLOCK_STATISTICS
-#include "motion/lock_grid_layout.h"
 
 #define INDEX(number) ((uint8_t)(number) & (LOCK_GRID_EDGES - 1u))
 
@@ -77,18 +74,7 @@ uint32_t line_grid_wait(struct line_grid *grid)
     return grid->reached.ticks - before;
 }
 
-#if defined(__AVR__) && SEVERAL_AXES
-_Static_assert(offsetof(struct line_grid, mode) == LINE_GRID_MODE &&
-                   offsetof(struct line_grid, edge) == LINE_GRID_EDGE &&
-                   offsetof(struct line_grid, exact) == LINE_GRID_EXACT_GRID &&
-                   offsetof(struct line_grid, reached.ticks) == LINE_GRID_REACHED &&
-                   LINE_GRID_LOCKED == LINE_GRID_MODE_LOCKED && LINE_GRID_EXACT == 0 &&
-                   offsetof(struct lock_grid, newest) == LOCK_GRID_NEWEST &&
-                   offsetof(struct lock_grid, slack_ticks) == LOCK_GRID_SLACK &&
-                   offsetof(struct lock_grid, pixel.whole_ticks) == LOCK_GRID_WHOLE &&
-                   offsetof(struct lock_grid, times) == LOCK_GRID_TIMES,
-               "known to line_grid_advance.S");
-#else
+#if !(defined(__AVR__) && SEVERAL_AXES)
 static uint32_t time_of(uint16_t number)
 {
     while ((int16_t)(number - lock_grid.newest) > 0) {

@@ -14,9 +14,8 @@
 #include "base/asm.inc" // macros
 #include "build_features.h" // SEVERAL_AXES, FEATURE_CLOCK_STATISTICS
 #include "motion/captured_edge.h" // CAPTURED_EDGE_*
-#include "motion/clock_watch_layout.h"
+#include "layout.h" // offsets
 #include "motion/ledger_place.inc" // macros, layouts
-#include "motion/pixel_period_layout.h"
 
 #if SEVERAL_AXES && FEATURE_CLOCK_STATISTICS
 

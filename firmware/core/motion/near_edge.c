@@ -7,22 +7,6 @@
 
 #if defined(__AVR__)
 
-#include "motion/clock_watch_layout.h"
-
-_Static_assert(offsetof(struct clock_watch, following) == CLOCK_WATCH_FOLLOWING &&
-                   offsetof(struct clock_watch, edges) == CLOCK_WATCH_EDGES &&
-                   offsetof(struct clock_watch, edge_ticks) == CLOCK_WATCH_EDGE_TICKS &&
-                   offsetof(struct clock_watch, next_ticks) == CLOCK_WATCH_NEXT_TICKS &&
-                   offsetof(struct clock_watch, near) == CLOCK_WATCH_NEAR &&
-                   offsetof(struct clock_watch, near_ticks) == CLOCK_WATCH_NEAR_TICKS &&
-                   offsetof(struct clock_watch, pixel) == CLOCK_WATCH_PIXEL &&
-                   offsetof(struct clock_watch, divider) == CLOCK_WATCH_DIVIDER &&
-                   offsetof(struct clock_watch, phase) == CLOCK_WATCH_PHASE &&
-                   offsetof(struct clock_watch, error_ticks) == CLOCK_WATCH_ERROR &&
-                   offsetof(struct clock_watch, error_max_ticks) ==
-                       CLOCK_WATCH_ERROR_MAX &&
-                   offsetof(struct clock_watch, grid) == CLOCK_WATCH_GRID,
-               "known to near_edge.S");
 _Static_assert(offsetof(struct near_edge, pixel) == 0 &&
                    offsetof(struct near_edge, taken) == 2 &&
                    offsetof(struct near_edge, of_pixel) == 3,

@@ -9,7 +9,7 @@
 ; Cycles with the call: 74 (76 on the ATmega2560), 7 more where the period is a tick longer; 38 (40)
 ; where the period is a whole number of ticks.
 #include "base/asm.inc" // macros
-#include "motion/pixel_period_layout.h"
+#include "layout.h" // offsets
 
 #define SUM   r18, r19, r20, r21
 #define TICKS r22, r23, r24, r25

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "motion/pixel_period.h"
 
-#include <stddef.h> // offsetof
-
 #include "base/apart.h"  // APART
 #include "base/divide.h" // divide_product
-#include "motion/pixel_period_layout.h"
 
 bool pixel_period_set(struct pixel_period *period,
                       uint32_t timer_hz,
@@ -30,14 +27,7 @@ void pixel_grid_start(struct pixel_grid *grid, const struct pixel_period *period
     grid->sum = 0;
 }
 
-#if defined(__AVR__)
-_Static_assert(offsetof(struct pixel_period, whole_ticks) == PIXEL_PERIOD_WHOLE &&
-                   offsetof(struct pixel_period, remainder) == PIXEL_PERIOD_REMAINDER &&
-                   offsetof(struct pixel_period, divisor) == PIXEL_PERIOD_DIVISOR &&
-                   offsetof(struct pixel_grid, period) == PIXEL_GRID_PERIOD &&
-                   offsetof(struct pixel_grid, sum) == PIXEL_GRID_SUM,
-               "known to pixel_grid_advance.S");
-#else
+#if !defined(__AVR__)
 uint32_t pixel_grid_advance(struct pixel_grid *grid)
 {
     const struct pixel_period *period = grid->period;

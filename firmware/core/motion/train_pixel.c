@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "motion/train_pixel.h"
 
-#include <stddef.h> // offsetof
-
-#include "base/apart.h"     // APART
-#include "base/multiply.h"  // multiply_u32_u16
-#include "build_features.h" // SEVERAL_AXES
-#include "motion/even_layout.h"
+#include "base/apart.h"        // APART
+#include "base/multiply.h"     // multiply_u32_u16
+#include "build_features.h"    // SEVERAL_AXES
 #include "motion/even_pixel.h" // EVEN_PIXEL_MAX_STEPS
 #include "motion/line.h"       // struct line
 
@@ -14,13 +11,6 @@
 #define MAX_ENTRIES (TRAIN_STAGGER_MAX + TRAIN_PIXEL_MAX_ENTRIES)
 
 #if defined(__AVR__) && SEVERAL_AXES
-
-_Static_assert(offsetof(struct even, base_ticks) == EVEN_BASE &&
-                   offsetof(struct even, remainder) == EVEN_REMAINDER &&
-                   offsetof(struct even, steps) == EVEN_STEPS &&
-                   offsetof(struct even, sum) == EVEN_SUM &&
-                   offsetof(struct step_ring, high) == STEP_RING_SLOTS,
-               "known to even_singles.S");
 
 struct even_singles {
     // Intervals that are a tick longer than the others.

@@ -61,9 +61,9 @@
 #include <avr/io.h>
 
 #include "config.h"                // CONFIG_*, BOARD_PIXEL_CLOCK_TIMER
-#include "hal/avr/capture_queue.h" // CAPTURE_*
 #include "hal/avr/flag_bits.h"     // FLAG_*
-#include "hal/avr/step_isr.h"      // STEP_ISR_*
+#include "hal/avr/step_isr.h"      // STEP_*
+#include "layout.h"                // CAPTURE_*, CAPTURED_EDGE_*, STEP_ISR_*
 #include "motion/captured_edge.h"  // CAPTURED_EDGE_*
 
 #define PASTE(a, b, c)  a##b##c

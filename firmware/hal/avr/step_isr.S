@@ -78,7 +78,8 @@
 
 #include "hal/avr/board.h"     // BOARD_FILE
 #include "hal/avr/flag_bits.h" // FLAG_*
-#include "hal/avr/step_isr.h"  // layout, STEP_*, QUIET_TICKS
+#include "hal/avr/step_isr.h"  // STEP_*, QUIET_TICKS
+#include "layout.h"            // STEP_ISR_*
 
 ; Save what a C function may change beyond what the handler has saved, call the function, restore.
 .macro call_c function

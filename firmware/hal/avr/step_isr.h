@@ -2,8 +2,8 @@
 // What the step interrupt's assembly and C halves share. Included by both.
 //
 // The assembly handler (step_isr.S) makes single periods and periods of trains; C takes the rest.
-// Both work on the same struct step_engine, so that offsets and sizes below must be those of the C
-// compiler: step_isr.c refuses to compile when one differs.
+// Both work on the same struct step_engine, whose offsets the build takes from the C compiler
+// (avr/layout.c).
 #pragma once
 
 #include "base/literal.h"      // UNSIGNED
@@ -12,30 +12,6 @@
 
 // In OCRnB: above every TOP, so that the timer finds no match and STEP stays low.
 #define QUIET_TICKS UNSIGNED(0xFFFF)
-
-// Layout of struct step_engine, of its runs and of the rings, checked in step_isr.c.
-// Of struct step_engine: its size and the offsets of its members, bytes.
-#define STEP_ISR_ENGINE_SIZE 28
-#define STEP_ISR_TAIL        0
-#define STEP_ISR_STATE       1
-#define STEP_ISR_IDLE_COUNT  2
-#define STEP_ISR_LEFT        4
-#define STEP_ISR_TRAIN_HIGH  5
-#define STEP_ISR_TRAINS      6
-#define STEP_ISR_STOP        24
-#define STEP_ISR_PULSE       25
-#define STEP_ISR_CUT         26
-// Of struct pulse_train: its size and the offsets of its members, bytes.
-#define STEP_ISR_TRAIN_SIZE  9
-#define STEP_ISR_SUM         0
-#define STEP_ISR_AFTER_SHORT 2
-#define STEP_ISR_AFTER_LONG  4
-#define STEP_ISR_SHORT_LOW   6
-#define STEP_ISR_LONG_LOW    7
-#define STEP_ISR_TOP_HIGH    8
-// Of struct step_ring: its size, and the distance from a low byte to its high byte.
-#define STEP_ISR_RING_SIZE   512
-#define STEP_ISR_HIGH_OFFSET 256
 
 // In step_isr_before_high: nothing is known of the interval before.
 #define STEP_ISR_UNKNOWN 0xFF

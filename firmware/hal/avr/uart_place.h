@@ -1,17 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Where the bytes of the serial line come from and go to: what its interrupts (uart.c,
-// uart_receive.S) and the main loop share. Included by assembly too.
+// uart_receive.S) and the main loop share.
 #pragma once
 
-// Offsets of struct uart_place, bytes.
-#define UART_FIRST    0
-#define UART_NEXT     2
-#define UART_END      4
-#define UART_SILENCE  6
-#define UART_OVERRUNS 8
-#define UART_CONTROL  9
-
-#if !defined(__ASSEMBLER__)
 #include <stdint.h>
 
 // One object, so that the main loop reaches all of it by one pointer.
@@ -30,4 +21,3 @@ struct uart_place {
 };
 
 extern struct uart_place uart_place;
-#endif

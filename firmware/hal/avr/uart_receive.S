@@ -11,7 +11,7 @@
 #define __SFR_OFFSET 0
 #include <avr/io.h>
 
-#include "hal/avr/uart_place.h"
+#include "layout.h" // UART_*
 
     .section .text.uart_receive, "ax", @progbits
 
