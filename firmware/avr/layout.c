@@ -9,10 +9,10 @@
 // A struct whose members move, or a limit that changes, reaches the assembly by the next build.
 #include <stddef.h> // offsetof
 
+#include "avr/hal/capture_queue.h" // struct capture_queue
+#include "avr/hal/step_isr.h"      // struct step_engine
+#include "avr/hal/uart_place.h"    // struct uart_place
 #include "build_features.h"        // SEVERAL_AXES, FEATURE_CLOCK_STATISTICS
-#include "hal/avr/capture_queue.h" // struct capture_queue
-#include "hal/avr/step_isr.h"      // struct step_engine
-#include "hal/avr/uart_place.h"    // struct uart_place
 #include "motion/captured_edge.h"  // struct captured_edge
 #include "motion/clock_watch.h"    // struct clock_watch
 #include "motion/curve_flat.h"     // struct curve_flat

@@ -11,7 +11,7 @@
 #include "hal/uart.h"
 
 #if CONFIG_AXES > 1
-#include "hal/avr/clock_units.h" // clock_overflows
+#include "avr/hal/clock_units.h" // clock_overflows
 
 volatile uint32_t clock_overflows;
 

@@ -11,11 +11,11 @@
 #include "app/safety.h"
 #include "app/settings.h"
 #include "app/time_check.h"
+#include "avr/hal/capture_queue.h"
 #include "explore/judge.h"
 #include "explore/part.h"
 #include "explore/two/board.h"
 #include "explore/two/scene.h"
-#include "hal/avr/capture_queue.h"
 #include "hal/estop.h"
 #include "hal/pins.h"
 #include "hal/step_timer.h" // step_timer_heartbeat

@@ -8,8 +8,8 @@
 #include "app/axes.h"           // axes_get
 #include "app/commands.h"       // enum command
 #include "app/faults.h"         // faults_record
+#include "avr/hal/step_isr.h"   // step_engines, step_rings
 #include "explore/two/judged.h" // enum line_kind
-#include "hal/avr/step_isr.h"   // step_engines, step_rings
 #include "motion/segment.h"     // struct segment
 
 #define BOTH              0x3u

@@ -9,9 +9,9 @@
 #include <avr/io.h>
 #include <stdbool.h>
 
+#include "avr/hal/step_isr.h" // step_engines, step_rings
 #include "explore/judge.h"
 #include "explore/part.h"
-#include "hal/avr/step_isr.h" // step_engines, step_rings
 
 // As in firmware/hal/avr/step_isr.c.
 struct step_engine step_engines[CONFIG_AXES];
