@@ -4,8 +4,8 @@
 
 #include <stdint.h>
 
-#include "motion/line_check.h"
-#include "motion/line_divider.h"
+#include "line/line_check.h"
+#include "line/line_divider.h"
 #include "unity.h"
 
 #define SMOOTH ((uint16_t)(LINE_MARK_START | LINE_START_SMOOTH | LINE_START_WAIT))

@@ -8,20 +8,20 @@
 #ifdef __AVR__
 #include <avr/io.h>
 
+#include "account/ledger.h"
+#include "account/ledger_pixels.h"
+#include "account/near_edge.h"
 #include "base/divide.h"
 #include "base/multiply.h"
 #include "base/wide.h"
-#include "motion/curve_flat.h"
-#include "motion/curve_steep.h"
-#include "motion/even_pixel.h"
-#include "motion/ledger.h"
-#include "motion/ledger_pixels.h"
-#include "motion/line.h"
-#include "motion/lock_grid.h"
-#include "motion/near_edge.h"
-#include "motion/pixel_period.h"
-#include "motion/step_ring.h"
-#include "motion/step_ring_sum.h"
+#include "clock/lock_grid.h"
+#include "clock/pixel_period.h"
+#include "line/line.h"
+#include "ring/step_ring.h"
+#include "ring/step_ring_sum.h"
+#include "steps/curve_flat.h"
+#include "steps/curve_steep.h"
+#include "steps/even_pixel.h"
 
 // Routines that inline functions call.
 uint32_t multiply_in_registers(uint32_t a, uint16_t b);

@@ -4,9 +4,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "axis/decode.h"
 #include "fakes/axis_bench.h"
 #include "fakes/promise.h"
-#include "motion/decode.h"
 #include "unity.h"
 
 #define PLAIN_MARK   ((int16_t)(LINE_MARK_START | LINE_START_WAIT))

@@ -3,9 +3,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "clock/lock_grid.h"
 #include "fakes/axis_bench.h"
 #include "fakes/promise.h"
-#include "motion/lock_grid.h"
 #include "unity.h"
 
 #define PLAIN_MARK    ((int16_t)(LINE_MARK_START | LINE_START_WAIT))

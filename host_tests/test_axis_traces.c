@@ -8,14 +8,14 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "axis/decode.h"
+#include "clock/lock_grid.h"
 #include "fakes/axis_bench.h"
 #include "fakes/chance.h"
 #include "fakes/promise.h"
 #include "fakes/trace.h"
-#include "motion/decode.h"
-#include "motion/lock_grid.h"
-#include "motion/segment_pack.h"
-#include "motion/train_pixel.h"
+#include "line/segment_pack.h"
+#include "steps/train_pixel.h"
 #include "unity.h"
 
 #define LEAD_EDGES  3u

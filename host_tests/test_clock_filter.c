@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <stdint.h>
 
+#include "clock/clock_filter.h"
 #include "fakes/chance.h"
-#include "motion/clock_filter.h"
 #include "unity.h"
 
 #define PERIOD_TICKS ((uint32_t)533333) // 30 Hz at 16 MHz

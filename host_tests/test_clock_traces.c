@@ -8,12 +8,12 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "account/records.h"
+#include "clock/clock_filter.h"
+#include "clock/clock_watch.h"
+#include "clock/lock_grid.h"
 #include "fakes/chance.h"
 #include "fakes/trace.h"
-#include "motion/clock_filter.h"
-#include "motion/clock_watch.h"
-#include "motion/lock_grid.h"
-#include "motion/records.h"
 #include "unity.h"
 
 #define CLOCKS 12u

@@ -2,8 +2,8 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "clock/clock_watch.h"
 #include "fakes/chance.h"
-#include "motion/clock_watch.h"
 #include "unity.h"
 
 #define ZERO_TICKS   1000000uL

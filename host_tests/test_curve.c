@@ -6,8 +6,8 @@
 
 #include "fakes/chance.h"
 #include "fakes/worked_example.h"
-#include "motion/curve.h"
-#include "motion/step_ring.h"
+#include "ring/step_ring.h"
+#include "steps/curve.h"
 #include "unity.h"
 
 // A piece costs the simulated board about a second when all its 16383 steps are computed.

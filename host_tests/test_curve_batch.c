@@ -3,9 +3,9 @@
 // the interrupt may see, the note for the account, what the walk has left.
 #include <stdint.h>
 
-#include "motion/curve_batch.h"
-#include "motion/stream.h"
-#include "motion/walk.h"
+#include "steps/curve_batch.h"
+#include "steps/walk.h"
+#include "stream/stream.h"
 #include "unity.h"
 
 #define AT_30_HZ  533333uL // ticks of a pixel

@@ -9,8 +9,8 @@
 #include "fakes/chance.h"
 #include "fakes/promise.h"
 #include "fakes/trace.h"
-#include "motion/curve.h"
-#include "motion/step_ring.h"
+#include "ring/step_ring.h"
+#include "steps/curve.h"
 #include "unity.h"
 
 #define PIECES      150u

@@ -3,9 +3,9 @@
 // before its first step. Natively no cycles are counted, and every budget holds.
 #include <stdint.h>
 
-#include "motion/line.h"
-#include "motion/step_ring.h"
-#include "motion/walk.h"
+#include "line/line.h"
+#include "ring/step_ring.h"
+#include "steps/walk.h"
 #include "unity.h"
 
 #define BATCH  48u

@@ -4,11 +4,11 @@
 // how many entries of a train fit, and when an account inside a train is due.
 #include <stdint.h>
 
+#include "axis/decode.h"
 #include "fakes/axis_bench.h"
 #include "fakes/promise.h"
-#include "motion/decode.h"
-#include "motion/segment_pack.h"
-#include "motion/train_pixel.h"
+#include "line/segment_pack.h"
+#include "steps/train_pixel.h"
 #include "unity.h"
 
 #define PLAIN_MARK  ((int16_t)(LINE_MARK_START | LINE_START_WAIT))

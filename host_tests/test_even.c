@@ -2,7 +2,7 @@
 #include <stdint.h>
 
 #include "fakes/chance.h"
-#include "motion/even.h"
+#include "stream/even.h"
 #include "unity.h"
 
 void setUp(void)

@@ -6,8 +6,8 @@
 
 #include "fakes/chance.h"
 #include "fakes/promise.h"
-#include "motion/feed.h"
-#include "motion/step_engine.h"
+#include "ring/step_engine.h"
+#include "stream/feed.h"
 #include "unity.h"
 
 #define DELAY_TICKS 2000u

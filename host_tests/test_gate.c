@@ -6,9 +6,9 @@
 #include "app/clock_edges.h"
 #include "app/gate.h"
 #include "app/mark.h"
+#include "clock/lock_grid.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"
-#include "motion/lock_grid.h"
 #include "unity.h"
 #include "wire/register_map.h"
 

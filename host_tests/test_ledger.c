@@ -2,10 +2,10 @@
 // Time, position and pixel edges, as the ledger finds them in the entries that were taken.
 #include <stdint.h>
 
+#include "account/ledger.h"
 #include "fakes/promise.h"
-#include "motion/feed.h"
-#include "motion/ledger.h"
-#include "motion/step_engine.h"
+#include "ring/step_engine.h"
+#include "stream/feed.h"
 #include "unity.h"
 
 #define DELAY_TICKS 1500u

@@ -5,10 +5,10 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "account/ledger.h"
+#include "account/records.h"
 #include "fakes/chance.h"
-#include "motion/ledger.h"
-#include "motion/records.h"
-#include "motion/stream.h"
+#include "stream/stream.h"
 #include "unity.h"
 
 #define TRIALS       3000u

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Every state of an axis with every event, forbidden ones included.
+#include "axis/lifecycle.h"
 #include "base/flash.h"
-#include "motion/lifecycle.h"
 #include "unity.h"
 
 static struct lifecycle life;

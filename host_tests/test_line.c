@@ -4,7 +4,7 @@
 #include <stdint.h>
 
 #include "fakes/worked_example.h"
-#include "motion/line.h"
+#include "line/line.h"
 #include "unity.h"
 
 #define SLOTS    64u

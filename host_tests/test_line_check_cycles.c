@@ -4,7 +4,7 @@
 #include <stdint.h>
 
 #include "cycles.h"
-#include "motion/line_check.h"
+#include "line/line_check.h"
 #include "unity.h"
 
 #define PIXELS 16u

@@ -7,7 +7,7 @@
 
 #include "fakes/chance.h"
 #include "fakes/worked_example.h"
-#include "motion/line.h"
+#include "line/line.h"
 #include "unity.h"
 
 #define SLOTS    64u

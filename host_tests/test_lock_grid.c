@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The grid of locked lines: by hand, and in random orders of events against a model that keeps the
 // time of every pixel edge and counts in 32 bits.
-#include "motion/lock_grid.h"
+#include "clock/lock_grid.h"
 
 #include <stddef.h>
 

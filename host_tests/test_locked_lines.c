@@ -5,9 +5,9 @@
 #include <stdint.h>
 
 #include "app/report.h"
+#include "clock/lock_grid.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"
-#include "motion/lock_grid.h"
 #include "unity.h"
 #include "wire/register_map.h"
 

@@ -5,10 +5,10 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "account/near_edge.h"
+#include "axis/decode.h"
 #include "fakes/axis_bench.h"
 #include "fakes/chance.h"
-#include "motion/decode.h"
-#include "motion/near_edge.h"
 #include "unity.h"
 
 #if SEVERAL_AXES && FEATURE_CLOCK_STATISTICS

@@ -4,7 +4,7 @@
 #include <stdint.h>
 
 #include "fakes/chance.h"
-#include "motion/parked.h"
+#include "ring/parked.h"
 #include "unity.h"
 
 void setUp(void)

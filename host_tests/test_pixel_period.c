@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <stdint.h>
 
+#include "clock/pixel_period.h"
 #include "fakes/chance.h"
-#include "motion/pixel_period.h"
 #include "unity.h"
 
 #define TIMER_HZ 16000000uL

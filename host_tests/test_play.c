@@ -4,9 +4,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "axis/decode.h"
 #include "fakes/axis_bench.h"
 #include "fakes/promise.h"
-#include "motion/decode.h"
 #include "unity.h"
 
 #define PLUS  (LINE_START_SMOOTH)

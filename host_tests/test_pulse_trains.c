@@ -4,12 +4,12 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "account/ledger.h"
 #include "fakes/chance.h"
 #include "fakes/promise.h"
-#include "motion/even.h"
-#include "motion/feed.h"
-#include "motion/ledger.h"
-#include "motion/step_engine.h"
+#include "ring/step_engine.h"
+#include "stream/even.h"
+#include "stream/feed.h"
 #include "unity.h"
 
 #define DELAY_TICKS 1500u

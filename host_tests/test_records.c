@@ -2,8 +2,8 @@
 // Records thinned to every Nth pixel and to deviations.
 #include <stdint.h>
 
+#include "account/records.h"
 #include "cycles.h"
-#include "motion/records.h"
 #include "unity.h"
 
 static struct records records;

@@ -5,11 +5,11 @@
 #include <stdint.h>
 
 #include "app/reference.h"
+#include "clock/lock_grid.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"
 #include "hal/clock.h"
-#include "motion/lock_grid.h"
-#include "motion/stream.h"
+#include "stream/stream.h"
 #include "unity.h"
 
 #define LEAD_TICKS  0x20000uL // time to decode a pixel of a locked line

@@ -3,8 +3,8 @@
 #include <stdint.h>
 
 #include "fakes/chance.h"
-#include "motion/step_ring.h"
-#include "motion/step_ring_sum.h"
+#include "ring/step_ring.h"
+#include "ring/step_ring_sum.h"
 #include "unity.h"
 
 #define ROUNDS 400u

@@ -5,10 +5,10 @@
 
 #include "app/bus_port.h"
 #include "app/round.h"
+#include "axis/decode.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"
 #include "hal/step_timer.h"
-#include "motion/decode.h"
 #include "unity.h"
 
 #define BUDGET      720u           // steps of a round of several axes,

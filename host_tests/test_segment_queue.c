@@ -2,7 +2,7 @@
 #include <stdint.h>
 
 #include "cycles.h"
-#include "motion/segment_queue.h"
+#include "line/segment_queue.h"
 #include "unity.h"
 
 #define SLOTS 8u

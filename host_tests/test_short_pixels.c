@@ -5,13 +5,13 @@
 // meant for them.
 #include <stdint.h>
 
+#include "axis/decode.h"
 #include "fakes/axis_bench.h"
 #include "fakes/chance.h"
 #include "fakes/promise.h"
-#include "motion/decode.h"
-#include "motion/even_pixel.h"
-#include "motion/segment_pack.h"
-#include "motion/train_pixel.h" // TRAIN_PIXEL_MAX_STEPS
+#include "line/segment_pack.h"
+#include "steps/even_pixel.h"
+#include "steps/train_pixel.h" // TRAIN_PIXEL_MAX_STEPS
 #include "unity.h"
 
 #define PIXELS 40u

@@ -2,8 +2,8 @@
 // The end of a batch of steep steps, and the state that it leaves for the next batch.
 #include <stdint.h>
 
-#include "motion/curve_steep.h"
-#include "motion/step_ring.h"
+#include "ring/step_ring.h"
+#include "steps/curve_steep.h"
 #include "unity.h"
 
 #define COUNT 3u

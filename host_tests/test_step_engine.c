@@ -3,7 +3,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/step_engine.h"
+#include "ring/step_engine.h"
 #include "unity.h"
 
 static struct step_ring ring;

@@ -5,7 +5,7 @@
 
 #include "fakes/chance.h"
 #include "fakes/promise.h"
-#include "motion/stream.h"
+#include "stream/stream.h"
 #include "unity.h"
 
 #define ROUNDS      3000u

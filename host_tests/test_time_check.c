@@ -9,7 +9,7 @@
 #include "fakes/board_bench.h"
 #include "hal/clock.h"
 #include "hal/step_timer.h"
-#include "motion/step_codes.h"
+#include "ring/step_codes.h"
 #include "unity.h"
 
 #define CHECK_EVERY_UNITS 1024u

@@ -3,7 +3,7 @@
 // right side of the pixel edge. No other step may move.
 #include <stdint.h>
 
-#include "motion/walk.h"
+#include "steps/walk.h"
 #include "unity.h"
 
 #define STEPS_MAX 40u

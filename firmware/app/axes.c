@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "app/axes.h"
 
-#include "app/token.h"          // token_set
-#include "base/apart.h"         // APART
-#include "hal/cpu.h"            // cpu_section
-#include "hal/pixel_clock.h"    // pixel_clock_waiting
-#include "hal/step_timer.h"     // step_timer_*
-#include "hal/switches.h"       // switch_capture_waiting
-#include "motion/train_pixel.h" // TRAIN_STAGGER_MAX
+#include "app/token.h"         // token_set
+#include "base/apart.h"        // APART
+#include "hal/cpu.h"           // cpu_section
+#include "hal/pixel_clock.h"   // pixel_clock_waiting
+#include "hal/step_timer.h"    // step_timer_*
+#include "hal/switches.h"      // switch_capture_waiting
+#include "steps/train_pixel.h" // TRAIN_STAGGER_MAX
 
 // All axes cross a pixel edge at the same time. A step interrupt takes longer to begin a pulse
 // train than to continue one, so that the axes begin their trains some steps apart.

@@ -6,8 +6,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "config.h"      // CONFIG_AXES
-#include "motion/axis.h" // struct axis
+#include "axis/axis.h" // struct axis
+#include "config.h"    // CONFIG_AXES
 
 // An index that stands for no axis: the one behind the last.
 #define NO_AXIS CONFIG_AXES

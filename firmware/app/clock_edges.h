@@ -6,7 +6,7 @@
 
 #include <stdbool.h>
 
-#include "motion/axis.h" // struct axis
+#include "axis/axis.h" // struct axis
 
 // Take a captured edge. Once a round, before any other function follows the axes.
 void clock_edges_poll(void);

@@ -3,13 +3,13 @@
 
 #if FEATURE_GATE
 
-#include "app/axes.h"         // axes_*
-#include "app/faults.h"       // faults_*
-#include "app/mark.h"         // mark_now
-#include "app/reference.h"    // reference_*
-#include "app/settings.h"     // settings_now
-#include "app/token.h"        // token_*
-#include "motion/lock_grid.h" // lock_grid_now
+#include "app/axes.h"        // axes_*
+#include "app/faults.h"      // faults_*
+#include "app/mark.h"        // mark_now
+#include "app/reference.h"   // reference_*
+#include "app/settings.h"    // settings_now
+#include "app/token.h"       // token_*
+#include "clock/lock_grid.h" // lock_grid_now
 
 static bool
     rests; // the clock has been silent for so long that the next edge begins a burst

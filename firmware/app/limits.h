@@ -6,7 +6,7 @@
 //     board file (config.h) -----+--> feed.reversal_ticks of each axis
 #pragma once
 
-#include "motion/line_check.h" // struct line_limits
+#include "line/line_check.h" // struct line_limits
 
 // Compute the pixel period, the limits and the reversal time of each axis from the settings. Called
 // at start and after each change of the settings, while no segment is queued: queued segments were

@@ -12,9 +12,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/axis.h"        // struct axis
-#include "motion/clock_watch.h" // struct clock_watch
-#include "motion/near_edge.h"   // struct near_edge
+#include "account/near_edge.h" // struct near_edge
+#include "axis/axis.h"         // struct axis
+#include "clock/clock_watch.h" // struct clock_watch
 
 // Use the periods of the settings. reference_measure_anew() must follow where they stay.
 void reference_apply_settings(void);

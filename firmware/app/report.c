@@ -19,9 +19,9 @@
 #include "app/store.h"         // store_state
 #include "app/traffic.h"       // traffic_counters
 #include "base/flash.h"        // IN_FLASH
+#include "clock/lock_grid.h"   // lock_grid_now
 #include "hal/cpu.h"           // cpu_reset_cause
 #include "hal/estop.h"         // estop_tripped
-#include "motion/lock_grid.h"  // lock_grid_now
 #include "wire/bytes.h"        // half_word
 #include "wire/register_map.h" // REG_*
 

@@ -17,11 +17,11 @@
 #include "app/store.h"       // store_poll
 #include "app/time_check.h"  // time_check_poll
 #include "app/witness.h"     // witness_poll
+#include "axis/decode.h"     // decode_*
 #include "base/apart.h"      // APART
 #include "hal/cpu.h"         // cpu_section
 #include "hal/estop.h"       // estop_latched
 #include "hal/step_timer.h"  // step_timer_*
-#include "motion/decode.h"   // decode_*
 
 // Cost of the steps decoded in one round: a round must stay short beside the silence of a bus
 // frame. With several axes under full load rounds cost more than long ones do: 6 ms.

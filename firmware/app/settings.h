@@ -14,7 +14,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/pixel_period.h" // struct pixel_period
+#include "clock/pixel_period.h" // struct pixel_period
 
 // Setting `sync`.
 #define SYNC_FREE  0u // no line waits for the clock

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "app/time_check.h"
 
-#include "app/axes.h"          // axes_*
-#include "app/faults.h"        // faults_latch_underrun
-#include "app/mark.h"          // mark_started
-#include "base/apart.h"        // APART
-#include "hal/clock.h"         // clock_now_units
-#include "hal/step_timer.h"    // step_timer_start
-#include "motion/step_codes.h" // STEP_IDLE_TICKS
+#include "app/axes.h"        // axes_*
+#include "app/faults.h"      // faults_latch_underrun
+#include "app/mark.h"        // mark_started
+#include "base/apart.h"      // APART
+#include "hal/clock.h"       // clock_now_units
+#include "hal/step_timer.h"  // step_timer_start
+#include "ring/step_codes.h" // STEP_IDLE_TICKS
 
 // Time between two checks. A check inside a pulse train divides and costs up to 1500 cycles.
 #define CHECK_EVERY_UNITS 1024u

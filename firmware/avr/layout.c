@@ -9,26 +9,26 @@
 // A struct whose members move, or a limit that changes, reaches the assembly by the next build.
 #include <stddef.h> // offsetof
 
+#include "account/ledger.h"        // struct ledger
+#include "account/records.h"       // struct records
 #include "avr/hal/capture_queue.h" // struct capture_queue
 #include "avr/hal/step_isr.h"      // struct step_engine
 #include "avr/hal/uart_place.h"    // struct uart_place
 #include "build_features.h"        // SEVERAL_AXES, FEATURE_CLOCK_STATISTICS
-#include "motion/captured_edge.h"  // struct captured_edge
-#include "motion/clock_watch.h"    // struct clock_watch
-#include "motion/curve_flat.h"     // struct curve_flat
-#include "motion/curve_steep.h"    // struct curve_steep
-#include "motion/even.h"           // struct even
-#include "motion/even_pixel.h"     // EVEN_PIXEL_*
-#include "motion/even_rate.h"      // struct even_rate
-#include "motion/ledger.h"         // struct ledger
-#include "motion/line.h"           // struct line
-#include "motion/lock_grid.h"      // struct lock_grid
-#include "motion/pixel_period.h"   // struct pixel_period
-#include "motion/records.h"        // struct records
-#include "motion/segment_pack.h"   // SEGMENT_*
-#include "motion/segment_queue.h"  // struct segment_queue
-#include "motion/stream.h"         // struct stream
-#include "motion/walk.h"           // struct walk
+#include "clock/clock_watch.h"     // struct clock_watch
+#include "clock/lock_grid.h"       // struct lock_grid
+#include "clock/pixel_period.h"    // struct pixel_period
+#include "line/even_rate.h"        // struct even_rate
+#include "line/line.h"             // struct line
+#include "line/segment_pack.h"     // SEGMENT_*
+#include "line/segment_queue.h"    // struct segment_queue
+#include "ring/captured_edge.h"    // struct captured_edge
+#include "steps/curve_flat.h"      // struct curve_flat
+#include "steps/curve_steep.h"     // struct curve_steep
+#include "steps/even_pixel.h"      // EVEN_PIXEL_*
+#include "steps/walk.h"            // struct walk
+#include "stream/even.h"           // struct even
+#include "stream/stream.h"         // struct stream
 
 #define LAYOUT(name, value) __asm__ volatile("\n;layout " #name " %0" : : "i"(value))
 #define OFFSET(name, type, member) LAYOUT(name, offsetof(type, member))

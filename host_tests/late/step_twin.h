@@ -10,8 +10,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/step_engine.h"
-#include "motion/step_ring.h"
+#include "ring/step_engine.h"
+#include "ring/step_ring.h"
 
 // The timer of an axis, as the interrupt sees it.
 enum twin_register {

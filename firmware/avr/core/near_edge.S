@@ -13,7 +13,7 @@
 ; and the account's place, and ledger_take_pixels().
 #include "avr/core/asm.inc" // macros
 #include "build_features.h" // SEVERAL_AXES, FEATURE_CLOCK_STATISTICS
-#include "motion/captured_edge.h" // CAPTURED_EDGE_*
+#include "ring/captured_edge.h" // CAPTURED_EDGE_*
 #include "layout.h" // offsets
 #include "avr/core/ledger_place.inc" // macros, layouts
 

@@ -5,8 +5,8 @@
 
 #include <stdint.h>
 
-#include "config.h"               // CONFIG_AXES, CONFIG_CLOCK_EDGES
-#include "motion/captured_edge.h" // struct captured_edge
+#include "config.h"             // CONFIG_AXES, CONFIG_CLOCK_EDGES
+#include "ring/captured_edge.h" // struct captured_edge
 
 // Edges that wait for the main loop. Both ends run freely.
 struct capture_queue {

@@ -64,7 +64,7 @@
 #include "avr/hal/flag_bits.h"     // FLAG_*
 #include "avr/hal/step_isr.h"      // STEP_*
 #include "layout.h"                // CAPTURE_*, CAPTURED_EDGE_*, STEP_ISR_*
-#include "motion/captured_edge.h"  // CAPTURED_EDGE_*
+#include "ring/captured_edge.h"  // CAPTURED_EDGE_*
 
 #define PASTE(a, b, c)  a##b##c
 #define EXPAND(a, b, c) PASTE(a, b, c)

@@ -6,9 +6,9 @@
 // (avr/layout.c).
 #pragma once
 
-#include "base/literal.h"      // UNSIGNED
-#include "config.h"            // CONFIG_AXES
-#include "motion/step_codes.h" // STEP_HIGH_*, STEP_IDLE_TICKS, STEP_STATE_*
+#include "base/literal.h"    // UNSIGNED
+#include "config.h"          // CONFIG_AXES
+#include "ring/step_codes.h" // STEP_HIGH_*, STEP_IDLE_TICKS, STEP_STATE_*
 
 // In OCRnB: above every TOP, so that the timer finds no match and STEP stays low.
 #define QUIET_TICKS UNSIGNED(0xFFFF)
@@ -19,7 +19,7 @@
 #if !defined(__ASSEMBLER__)
 #include <util/atomic.h>
 
-#include "motion/step_engine.h" // struct step_engine
+#include "ring/step_engine.h" // struct step_engine
 
 // The state of each axis's interrupt, and the ring that it reads. The interrupt of the axis owns
 // the engine; the main loop samples it, or changes it with the step interrupt off.

@@ -11,7 +11,7 @@
 #include "avr/hal/clock_units.h" // clock_look
 #include "avr/hal/step_isr.h"    // step_engines
 #include "hal/clock.h"           // CLOCK_UNIT_TICKS
-#include "motion/parked.h"       // parked_*
+#include "ring/parked.h"         // parked_*
 
 _Static_assert(PARKED_UNIT_TICKS == CLOCK_UNIT_TICKS, "the unit of the coarse clock");
 

@@ -10,7 +10,7 @@
 #include "app/faults.h"         // faults_record
 #include "avr/hal/step_isr.h"   // step_engines, step_rings
 #include "explore/two/judged.h" // enum line_kind
-#include "motion/segment.h"     // struct segment
+#include "line/segment.h"       // struct segment
 
 #define BOTH              0x3u
 #define SCENE_TOKEN       7u

@@ -11,8 +11,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/line_check.h" // struct line_limits
-#include "motion/segment.h"    // struct segment
+#include "line/line_check.h" // struct line_limits
+#include "line/segment.h"    // struct segment
 
 struct core_finding {
     // enum line_error: an error, or from 32 on a warning.
