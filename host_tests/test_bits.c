@@ -3,7 +3,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "app/bits.h"
+#include "app/registers/bits.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"
 #include "hal/switches.h"

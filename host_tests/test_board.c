@@ -2,7 +2,7 @@
 // The machine over the fake board: arming, common start, ends, stop, refusals.
 #include <stdint.h>
 
-#include "app/report.h"
+#include "app/registers/report.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"
 #include "nothing_moves.h"

@@ -8,11 +8,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "app/bits.h"
-#include "app/bus_port.h"
-#include "app/mark.h"
+#include "app/axes/mark.h"
+#include "app/bus/bus_port.h"
+#include "app/registers/bits.h"
 #include "app/round.h"
-#include "app/store.h"
+#include "app/settings/store.h"
 #include "clock/lock_grid.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"

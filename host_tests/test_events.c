@@ -2,7 +2,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "app/events.h"
+#include "app/axes/events.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"
 #include "unity.h"

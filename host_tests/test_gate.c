@@ -3,9 +3,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "app/clock_edges.h"
-#include "app/gate.h"
-#include "app/mark.h"
+#include "app/axes/gate.h"
+#include "app/axes/mark.h"
+#include "app/motion/clock_edges.h"
 #include "clock/lock_grid.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"

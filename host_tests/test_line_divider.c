@@ -5,7 +5,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "app/store.h"
+#include "app/settings/store.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"
 #include "unity.h"

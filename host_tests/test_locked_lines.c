@@ -4,7 +4,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "app/report.h"
+#include "app/registers/report.h"
 #include "clock/lock_grid.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"

@@ -3,7 +3,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "app/mark.h"
+#include "app/axes/mark.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"
 #include "hal/clock.h"

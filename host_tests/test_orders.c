@@ -2,9 +2,9 @@
 // Commands in unplanned sequences: twice, too late, side by side, on axes in every state.
 #include <stdint.h>
 
-#include "app/report.h"
+#include "app/registers/report.h"
 #include "app/round.h"
-#include "app/store.h"
+#include "app/settings/store.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"
 #include "hal/step_timer.h"

@@ -4,7 +4,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "app/reference.h"
+#include "app/axes/reference.h"
 #include "clock/lock_grid.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"

@@ -5,9 +5,9 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "app/bits.h"
-#include "app/drivers.h"
-#include "app/store.h"
+#include "app/registers/bits.h"
+#include "app/settings/store.h"
+#include "app/watch/drivers.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"
 #include "fakes/chance.h"

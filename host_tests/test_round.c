@@ -3,7 +3,7 @@
 // of the rings; no time passes between the rounds, so nothing is taken from them.
 #include <stdint.h>
 
-#include "app/bus_port.h"
+#include "app/bus/bus_port.h"
 #include "app/round.h"
 #include "axis/decode.h"
 #include "fakes/board.h"

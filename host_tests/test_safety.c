@@ -5,10 +5,10 @@
 #include <stdint.h>
 
 #include "app/board.h"
-#include "app/drivers.h"
 #include "app/round.h"
-#include "app/safety.h"
-#include "app/time_check.h"
+#include "app/watch/drivers.h"
+#include "app/watch/safety.h"
+#include "app/watch/time_check.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"
 #include "hal/clock.h"

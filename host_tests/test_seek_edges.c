@@ -2,8 +2,8 @@
 // The edge that a seek captures, beside edges of the pixel clock and inside long intervals.
 #include <stdint.h>
 
+#include "app/motion/seek.h"
 #include "app/round.h"
-#include "app/seek.h"
 #include "fakes/board.h"
 #include "hal/pixel_clock.h"
 #include "hal/step_timer.h"

@@ -2,7 +2,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "app/settings.h"
+#include "app/settings/settings.h"
 #include "config.h"
 #include "unity.h"
 #include "wire/register_map.h"

@@ -4,7 +4,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "app/store.h"
+#include "app/settings/store.h"
 #include "fakes/board_bench.h"
 #include "fakes/eeprom.h"
 #include "unity.h"

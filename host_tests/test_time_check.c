@@ -4,7 +4,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "app/time_check.h"
+#include "app/watch/time_check.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"
 #include "hal/clock.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The simplest stand-ins for the parts of the hal that the step engine does not use. With one axis
 // a round takes a millisecond; with several the part counts time.
-#include "app/bus_port.h"
+#include "app/bus/bus_port.h"
 #include "explore/part.h"
 #include "hal/clock.h"
 #include "hal/cpu.h"

@@ -4,13 +4,13 @@
 #include <avr/io.h>
 #include <stddef.h>
 
+#include "app/axes/limits.h"
+#include "app/axes/reference.h"
 #include "app/board.h"
-#include "app/limits.h"
-#include "app/reference.h"
 #include "app/round.h"
-#include "app/safety.h"
-#include "app/settings.h"
-#include "app/time_check.h"
+#include "app/settings/settings.h"
+#include "app/watch/safety.h"
+#include "app/watch/time_check.h"
 #include "avr/hal/capture_queue.h"
 #include "explore/judge.h"
 #include "explore/part.h"

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: MIT
-#include "app/start.h"
+#include "app/motion/start.h"
 
-#include "app/axes.h"        // axes_*
-#include "app/drivers.h"     // drivers_settling
-#include "app/faults.h"      // faults_latch
-#include "app/gate.h"        // gate_*
-#include "app/mark.h"        // mark_*
-#include "app/reference.h"   // reference_*
-#include "app/settings.h"    // settings_now
-#include "app/token.h"       // token_*
-#include "app/witness.h"     // witness_excuse
-#include "axis/decode.h"     // decode_is_ahead
-#include "base/apart.h"      // BY_POINTER
-#include "clock/lock_grid.h" // lock_grid_*
-#include "hal/step_timer.h"  // step_timer_*
+#include "app/axes/axes.h"         // axes_*
+#include "app/axes/faults.h"       // faults_latch
+#include "app/axes/gate.h"         // gate_*
+#include "app/axes/mark.h"         // mark_*
+#include "app/axes/reference.h"    // reference_*
+#include "app/axes/token.h"        // token_*
+#include "app/settings/settings.h" // settings_now
+#include "app/watch/drivers.h"     // drivers_settling
+#include "app/watch/witness.h"     // witness_excuse
+#include "axis/decode.h"           // decode_is_ahead
+#include "base/apart.h"            // BY_POINTER
+#include "clock/lock_grid.h"       // lock_grid_*
+#include "hal/step_timer.h"        // step_timer_*
 
 // Room that line zero leaves the main loop to come by and release the line: a reply being built
 // takes a good two milliseconds.

@@ -19,8 +19,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "app/settings.h" // settings_set_defaults
-#include "config.h"       // FEATURE_STORE
+#include "app/settings/settings.h" // settings_set_defaults
+#include "config.h"                // FEATURE_STORE
 
 #if FEATURE_STORE
 

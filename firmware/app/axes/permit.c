@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/permit.h"
+#include "app/axes/permit.h"
 
 #include "hal/estop.h" // permit_write
 

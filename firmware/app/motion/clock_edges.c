@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: MIT
-#include "app/clock_edges.h"
+#include "app/motion/clock_edges.h"
 
-#include "app/axes.h"        // axes_*
-#include "app/faults.h"      // faults_latch
-#include "app/gate.h"        // gate_*
-#include "app/mark.h"        // mark_disturb
-#include "app/reference.h"   // reference_*
-#include "app/seek.h"        // seek_*
-#include "app/start.h"       // start_on_edge
-#include "app/time_check.h"  // time_check_lags
-#include "app/token.h"       // token_now
-#include "base/apart.h"      // APART
-#include "clock/lock_grid.h" // lock_grid_*
-#include "hal/pixel_clock.h" // pixel_clock_*
+#include "app/axes/axes.h"        // axes_*
+#include "app/axes/faults.h"      // faults_latch
+#include "app/axes/gate.h"        // gate_*
+#include "app/axes/mark.h"        // mark_disturb
+#include "app/axes/reference.h"   // reference_*
+#include "app/axes/token.h"       // token_now
+#include "app/motion/seek.h"      // seek_*
+#include "app/motion/start.h"     // start_on_edge
+#include "app/watch/time_check.h" // time_check_lags
+#include "base/apart.h"           // APART
+#include "clock/lock_grid.h"      // lock_grid_*
+#include "hal/pixel_clock.h"      // pixel_clock_*
 
 #if FEATURE_CLOCK_STATISTICS
 // Pixels from the account's newest one to the edge's, less one: 0xFFFF is the newest one itself.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/mark.h"
+#include "app/axes/mark.h"
 
 #if FEATURE_TOKENS
 

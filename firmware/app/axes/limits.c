@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include "app/limits.h"
+#include "app/axes/limits.h"
 
-#include "app/axes.h"        // axes_get
-#include "app/gate.h"        // gate_unsure
-#include "app/reference.h"   // reference_*
-#include "app/settings.h"    // settings_now
-#include "base/apart.h"      // APART, BY_POINTER
-#include "base/flash.h"      // flash_word
-#include "clock/lock_grid.h" // lock_grid_now
+#include "app/axes/axes.h"         // axes_get
+#include "app/axes/gate.h"         // gate_unsure
+#include "app/axes/reference.h"    // reference_*
+#include "app/settings/settings.h" // settings_now
+#include "base/apart.h"            // APART, BY_POINTER
+#include "base/flash.h"            // flash_word
+#include "clock/lock_grid.h"       // lock_grid_now
 
 // A change of the clock edge's error by more than this part of a pixel is a deviation.
 #define DEVIATION_PARTS 64u

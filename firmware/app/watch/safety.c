@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
-#include "app/safety.h"
+#include "app/watch/safety.h"
 
-#include "app/axes.h"       // axes_first_moving
-#include "app/events.h"     // events_note
-#include "app/faults.h"     // faults_latch
-#include "app/settings.h"   // settings_now
-#include "app/traffic.h"    // traffic_last_request_ms
-#include "base/apart.h"     // APART
-#include "hal/clock.h"      // clock_now_ms
-#include "hal/cpu.h"        // cpu_*
-#include "hal/estop.h"      // estop_*
-#include "hal/step_timer.h" // step_timer_heartbeat
+#include "app/axes/axes.h"         // axes_first_moving
+#include "app/axes/events.h"       // events_note
+#include "app/axes/faults.h"       // faults_latch
+#include "app/bus/traffic.h"       // traffic_last_request_ms
+#include "app/settings/settings.h" // settings_now
+#include "base/apart.h"            // APART
+#include "hal/clock.h"             // clock_now_ms
+#include "hal/cpu.h"               // cpu_*
+#include "hal/estop.h"             // estop_*
+#include "hal/step_timer.h"        // step_timer_heartbeat
 
 #define RESET_POWER_ON   0x01u // bits of the reset cause
 #define RESET_UNEXPECTED 0x0Cu // brown-out, watchdog

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "app/store.h"
+#include "app/settings/store.h"
 
-#include "app/settings.h" // settings_*
-#include "config.h"       // FEATURE_STORE
-#include "hal/eeprom.h"   // eeprom_*
-#include "wire/crc16.h"   // crc16
+#include "app/settings/settings.h" // settings_*
+#include "config.h"                // FEATURE_STORE
+#include "hal/eeprom.h"            // eeprom_*
+#include "wire/crc16.h"            // crc16
 
 #if FEATURE_STORE
 

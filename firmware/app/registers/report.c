@@ -1,29 +1,29 @@
 // SPDX-License-Identifier: MIT
 // The contents of the input registers. They come from tables in flash, because a function with a
 // case for each register would take three times the room.
-#include "app/report.h"
+#include "app/registers/report.h"
 
 #include <stddef.h> // offsetof
 
-#include "app/axes.h"          // axes_*
-#include "app/drivers.h"       // drivers_on
-#include "app/faults.h"        // faults_record
-#include "app/inputs.h"        // inputs_all
-#include "app/limits.h"        // limits_now
-#include "app/mark.h"          // mark_now
-#include "app/permit.h"        // permit_is_on
-#include "app/reference.h"     // reference_*
-#include "app/seek.h"          // seek_now
-#include "app/settings.h"      // settings_now
-#include "app/start.h"         // start_*
-#include "app/store.h"         // store_state
-#include "app/traffic.h"       // traffic_counters
-#include "base/flash.h"        // IN_FLASH
-#include "clock/lock_grid.h"   // lock_grid_now
-#include "hal/cpu.h"           // cpu_reset_cause
-#include "hal/estop.h"         // estop_tripped
-#include "wire/bytes.h"        // half_word
-#include "wire/register_map.h" // REG_*
+#include "app/axes/axes.h"         // axes_*
+#include "app/axes/faults.h"       // faults_record
+#include "app/axes/limits.h"       // limits_now
+#include "app/axes/mark.h"         // mark_now
+#include "app/axes/permit.h"       // permit_is_on
+#include "app/axes/reference.h"    // reference_*
+#include "app/bus/traffic.h"       // traffic_counters
+#include "app/motion/seek.h"       // seek_now
+#include "app/motion/start.h"      // start_*
+#include "app/settings/settings.h" // settings_now
+#include "app/settings/store.h"    // store_state
+#include "app/watch/drivers.h"     // drivers_on
+#include "app/watch/inputs.h"      // inputs_all
+#include "base/flash.h"            // IN_FLASH
+#include "clock/lock_grid.h"       // lock_grid_now
+#include "hal/cpu.h"               // cpu_reset_cause
+#include "hal/estop.h"             // estop_tripped
+#include "wire/bytes.h"            // half_word
+#include "wire/register_map.h"     // REG_*
 
 #define OUTPUTS_PERMIT 0x0100u
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "app/inputs.h"
+#include "app/watch/inputs.h"
 
-#include "app/axes.h"     // axes_get
-#include "app/faults.h"   // faults_latch
-#include "app/settings.h" // settings_now
-#include "base/apart.h"   // APART
-#include "hal/clock.h"    // clock_now_units
-#include "hal/switches.h" // switches_read
+#include "app/axes/axes.h"         // axes_get
+#include "app/axes/faults.h"       // faults_latch
+#include "app/settings/settings.h" // settings_now
+#include "base/apart.h"            // APART
+#include "hal/clock.h"             // clock_now_units
+#include "hal/switches.h"          // switches_read
 
 #define LIMITS (SWITCH_LIMIT_MINUS | SWITCH_LIMIT_PLUS)
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/events.h"
+#include "app/axes/events.h"
 
 #if FEATURE_EVENTS
 

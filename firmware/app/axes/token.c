@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/token.h"
+#include "app/axes/token.h"
 
 #if FEATURE_TOKENS
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "app/witness.h"
+#include "app/watch/witness.h"
 
-#include "app/faults.h"     // faults_latch_stray
-#include "config.h"         // CONFIG_AXES
-#include "hal/step_timer.h" // step_timer_*
+#include "app/axes/faults.h" // faults_latch_stray
+#include "config.h"          // CONFIG_AXES
+#include "hal/step_timer.h"  // step_timer_*
 
 // The last edge of a line may come up to STEP_TIMER_EDGE_TICKS after the axis is first seen at
 // rest. An edge is therefore a stray step only from the second look at rest on, one round later.

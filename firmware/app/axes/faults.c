@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include "app/faults.h"
+#include "app/axes/faults.h"
 
-#include "app/axes.h"       // axes_get
-#include "app/events.h"     // events_note
-#include "app/permit.h"     // permit_set
-#include "app/token.h"      // token_set
-#include "base/apart.h"     // APART
-#include "base/require.h"   // require_failed
-#include "hal/step_timer.h" // step_timer_halt
+#include "app/axes/axes.h"   // axes_get
+#include "app/axes/events.h" // events_note
+#include "app/axes/permit.h" // permit_set
+#include "app/axes/token.h"  // token_set
+#include "base/apart.h"      // APART
+#include "base/require.h"    // require_failed
+#include "hal/step_timer.h"  // step_timer_halt
 
 static struct fault_record first_fault;
 static bool time_lost;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "app/time_check.h"
+#include "app/watch/time_check.h"
 
-#include "app/axes.h"        // axes_*
-#include "app/faults.h"      // faults_latch_underrun
-#include "app/mark.h"        // mark_started
+#include "app/axes/axes.h"   // axes_*
+#include "app/axes/faults.h" // faults_latch_underrun
+#include "app/axes/mark.h"   // mark_started
 #include "base/apart.h"      // APART
 #include "hal/clock.h"       // clock_now_units
 #include "hal/step_timer.h"  // step_timer_start

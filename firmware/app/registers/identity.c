@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The identity of this board: the host finds it in the image, and functions 17 and 43/14 return it
 // on the bus.
-#include "app/report.h"       // report_status
-#include "base/flash.h"       // IN_FLASH
-#include "config.h"           // CONFIG_*, FEATURE_DIAGNOSIS
-#include "wire/server_data.h" // data_*
+#include "app/registers/report.h" // report_status
+#include "base/flash.h"           // IN_FLASH
+#include "config.h"               // CONFIG_*, FEATURE_DIAGNOSIS
+#include "wire/server_data.h"     // data_*
 
 #define TEXT_OF(value)             #value
 #define VERSION_TEXT(major, minor) TEXT_OF(major) "." TEXT_OF(minor)

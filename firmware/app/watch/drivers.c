@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "app/drivers.h"
+#include "app/watch/drivers.h"
 
-#include "app/axes.h"       // axes_get
-#include "app/settings.h"   // settings_now
-#include "hal/clock.h"      // clock_now_ms
-#include "hal/step_timer.h" // step_timer_enable
+#include "app/axes/axes.h"         // axes_get
+#include "app/settings/settings.h" // settings_now
+#include "hal/clock.h"             // clock_now_ms
+#include "hal/step_timer.h"        // step_timer_enable
 
 // A driver stays on for this long after its axis was last seen moving: STEP of the last period is
 // high for up to 4.1 ms, and the axis may have been seen only a few rounds ago.

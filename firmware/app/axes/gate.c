@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-#include "app/gate.h"
+#include "app/axes/gate.h"
 
 #if FEATURE_GATE
 
-#include "app/axes.h"        // axes_*
-#include "app/faults.h"      // faults_*
-#include "app/mark.h"        // mark_now
-#include "app/reference.h"   // reference_*
-#include "app/settings.h"    // settings_now
-#include "app/token.h"       // token_*
-#include "clock/lock_grid.h" // lock_grid_now
+#include "app/axes/axes.h"         // axes_*
+#include "app/axes/faults.h"       // faults_*
+#include "app/axes/mark.h"         // mark_now
+#include "app/axes/reference.h"    // reference_*
+#include "app/axes/token.h"        // token_*
+#include "app/settings/settings.h" // settings_now
+#include "clock/lock_grid.h"       // lock_grid_now
 
 static bool
     rests; // the clock has been silent for so long that the next edge begins a burst

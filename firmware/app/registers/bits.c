@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "app/bits.h"
+#include "app/registers/bits.h"
 
-#include "app/axes.h"          // axes_get
-#include "app/commands.h"      // commands_*
-#include "app/faults.h"        // faults_any
-#include "base/flash.h"        // IN_FLASH
-#include "wire/register_map.h" // REG_INPUT_*
-#include "wire/server_data.h"  // data_*
+#include "app/axes/axes.h"          // axes_get
+#include "app/axes/faults.h"        // faults_any
+#include "app/registers/commands.h" // commands_*
+#include "base/flash.h"             // IN_FLASH
+#include "wire/register_map.h"      // REG_INPUT_*
+#include "wire/server_data.h"       // data_*
 
 #if FEATURE_BITS
 

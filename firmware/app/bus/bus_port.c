@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
-#include "app/bus_port.h"
+#include "app/bus/bus_port.h"
 
 #include <stdbool.h>
 
-#include "app/settings.h"      // settings_*
-#include "app/traffic.h"       // traffic_*
-#include "base/apart.h"        // APART
-#include "config.h"            // CONFIG_TIMER_HZ
-#include "hal/clock.h"         // clock_now_units
-#include "hal/uart.h"          // uart_*
-#include "wire/baud.h"         // baud_*
-#include "wire/frame.h"        // struct frame
-#include "wire/register_map.h" // REG_QUEUE_WINDOW
+#include "app/bus/traffic.h"       // traffic_*
+#include "app/settings/settings.h" // settings_*
+#include "base/apart.h"            // APART
+#include "config.h"                // CONFIG_TIMER_HZ
+#include "hal/clock.h"             // clock_now_units
+#include "hal/uart.h"              // uart_*
+#include "wire/baud.h"             // baud_*
+#include "wire/frame.h"            // struct frame
+#include "wire/register_map.h"     // REG_QUEUE_WINDOW
 
 _Static_assert(FRAME_ROOM_BYTES == UART_BUFFER_BYTES, "the port receives into the frame");
 _Static_assert(CONFIG_TIMER_HZ / 8u == BAUD_CLOCK_100 * 100uL,

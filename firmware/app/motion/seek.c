@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-#include "app/seek.h"
+#include "app/motion/seek.h"
 
-#include "app/axes.h"       // axes_*
-#include "app/faults.h"     // faults_*
-#include "app/inputs.h"     // inputs_*
-#include "app/reference.h"  // reference_*
-#include "base/apart.h"     // APART
-#include "hal/clock.h"      // clock_now_units
-#include "hal/step_timer.h" // step_timer_unpark, STEP_TIMER_EDGE_TICKS
-#include "hal/switches.h"   // switch_capture_*
+#include "app/axes/axes.h"      // axes_*
+#include "app/axes/faults.h"    // faults_*
+#include "app/axes/reference.h" // reference_*
+#include "app/watch/inputs.h"   // inputs_*
+#include "base/apart.h"         // APART
+#include "hal/clock.h"          // clock_now_units
+#include "hal/step_timer.h"     // step_timer_unpark, STEP_TIMER_EDGE_TICKS
+#include "hal/switches.h"       // switch_capture_*
 
 #if FEATURE_HOMING
 

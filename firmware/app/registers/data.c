@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: MIT
 // The register map's contents: what the Modbus server reads and writes.
-#include "app/axes.h"          // axes_get
-#include "app/commands.h"      // commands_*
-#include "app/events.h"        // events_word
-#include "app/limits.h"        // limits_*
-#include "app/report.h"        // report_word
-#include "app/settings.h"      // settings_*
-#include "app/store.h"         // store_*
-#include "base/apart.h"        // APART
-#include "base/flash.h"        // IN_FLASH
-#include "line/line_divider.h" // line_divider_take
-#include "wire/bytes.h"        // get_word, half_word
-#include "wire/register_map.h" // REG_*
-#include "wire/server_data.h"  // data_*
+#include "app/axes/axes.h"          // axes_get
+#include "app/axes/events.h"        // events_word
+#include "app/axes/limits.h"        // limits_*
+#include "app/registers/commands.h" // commands_*
+#include "app/registers/report.h"   // report_word
+#include "app/settings/settings.h"  // settings_*
+#include "app/settings/store.h"     // store_*
+#include "base/apart.h"             // APART
+#include "base/flash.h"             // IN_FLASH
+#include "line/line_divider.h"      // line_divider_take
+#include "wire/bytes.h"             // get_word, half_word
+#include "wire/register_map.h"      // REG_*
+#include "wire/server_data.h"       // data_*
 
 static uint16_t record_register(const struct ledger *ledger, uint8_t offset)
 {

@@ -1,28 +1,28 @@
 // SPDX-License-Identifier: MIT
-#include "app/commands.h"
+#include "app/registers/commands.h"
 
 #include <stddef.h> // NULL
 
-#include "app/axes.h"         // axes_*
-#include "app/clock_edges.h"  // clock_edges_*
-#include "app/drivers.h"      // drivers_write
-#include "app/faults.h"       // faults_*
-#include "app/limits.h"       // limits_*
-#include "app/mark.h"         // mark_set
-#include "app/permit.h"       // permit_set
-#include "app/reference.h"    // reference_*
-#include "app/safety.h"       // safety_allows
-#include "app/seek.h"         // seek_*
-#include "app/settings.h"     // settings_*
-#include "app/start.h"        // start_now
-#include "app/store.h"        // store_*
-#include "app/time_check.h"   // time_check_start
-#include "app/token.h"        // token_*
-#include "base/flash.h"       // IN_FLASH
-#include "hal/estop.h"        // estop_release
-#include "hal/pixel_clock.h"  // pixel_clock_drop
-#include "hal/step_timer.h"   // step_timer_*
-#include "line/line_speeds.h" // line_speeds_fit
+#include "app/axes/axes.h"          // axes_*
+#include "app/axes/faults.h"        // faults_*
+#include "app/axes/limits.h"        // limits_*
+#include "app/axes/mark.h"          // mark_set
+#include "app/axes/permit.h"        // permit_set
+#include "app/axes/reference.h"     // reference_*
+#include "app/axes/token.h"         // token_*
+#include "app/motion/clock_edges.h" // clock_edges_*
+#include "app/motion/seek.h"        // seek_*
+#include "app/motion/start.h"       // start_now
+#include "app/settings/settings.h"  // settings_*
+#include "app/settings/store.h"     // store_*
+#include "app/watch/drivers.h"      // drivers_write
+#include "app/watch/safety.h"       // safety_allows
+#include "app/watch/time_check.h"   // time_check_start
+#include "base/flash.h"             // IN_FLASH
+#include "hal/estop.h"              // estop_release
+#include "hal/pixel_clock.h"        // pixel_clock_drop
+#include "hal/step_timer.h"         // step_timer_*
+#include "line/line_speeds.h"       // line_speeds_fit
 
 static struct order last_order;
 

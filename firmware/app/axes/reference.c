@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-#include "app/reference.h"
+#include "app/axes/reference.h"
 
-#include "app/axes.h"        // axes_any_running
-#include "app/settings.h"    // settings_now
-#include "base/apart.h"      // BY_POINTER
-#include "base/divide.h"     // divide_u32_u16
-#include "clock/lock_grid.h" // lock_grid_now
-#include "hal/clock.h"       // clock_now_units
-#include "hal/pixel_clock.h" // pixel_clock_waiting
-#include "stream/stream.h"   // STREAM_MARKS
+#include "app/axes/axes.h"         // axes_any_running
+#include "app/settings/settings.h" // settings_now
+#include "base/apart.h"            // BY_POINTER
+#include "base/divide.h"           // divide_u32_u16
+#include "clock/lock_grid.h"       // lock_grid_now
+#include "hal/clock.h"             // clock_now_units
+#include "hal/pixel_clock.h"       // pixel_clock_waiting
+#include "stream/stream.h"         // STREAM_MARKS
 
 // Time for decoding a pixel of a locked line before it begins, 8 ms at 16 MHz.
 #define LEAD_TICKS ((uint32_t)0x20000)

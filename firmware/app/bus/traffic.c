@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/traffic.h"
+#include "app/bus/traffic.h"
 
 #include "hal/clock.h" // clock_now_ms
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "app/axes.h"
+#include "app/axes/axes.h"
 
-#include "app/token.h"         // token_set
+#include "app/axes/token.h"    // token_set
 #include "base/apart.h"        // APART
 #include "hal/cpu.h"           // cpu_section
 #include "hal/pixel_clock.h"   // pixel_clock_waiting

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "app/parking.h"
+#include "app/motion/parking.h"
 
-#include "app/axes.h"        // axes_*
-#include "app/seek.h"        // seek_needs_interrupts
-#include "app/time_check.h"  // time_check_passes
-#include "config.h"          // CONFIG_*
-#include "hal/pixel_clock.h" // pixel_clock_waiting
-#include "hal/step_timer.h"  // step_timer_*
+#include "app/axes/axes.h"        // axes_*
+#include "app/motion/seek.h"      // seek_needs_interrupts
+#include "app/watch/time_check.h" // time_check_passes
+#include "config.h"               // CONFIG_*
+#include "hal/pixel_clock.h"      // pixel_clock_waiting
+#include "hal/step_timer.h"       // step_timer_*
 
 #if CONFIG_AXES > 1
 
