@@ -3,7 +3,7 @@
 # boards is the list of these files.
 set(PIXSTEP_BOARD_FOLDER "${CMAKE_CURRENT_LIST_DIR}/../firmware/avr/boards")
 
-# The size of a step ring (firmware/core/motion/step_ring.h).
+# The size of a step ring (firmware/core/ring/step_ring.h).
 set(PIXSTEP_RING_BYTES 512)
 
 # pixstep_read_board(<name>): set each BOARD_... constant of the file, texts without their quotes,

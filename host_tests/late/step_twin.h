@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The step interrupt of a board with several axes in C: firmware/hal/avr/step_isr.S with the ways
+// The step interrupt of a board with several axes in C: firmware/avr/hal/step_isr.S with the ways
 // of a late interval (step_catch_up.inc), path by path. What the interrupt decides depends on the
 // ring, on the engine, on what it has noted of earlier intervals, and on what it reads from its
 // timer, in this order; the twin asks its caller for each of these reads and tells each write. So

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the rules know about the boards: the constants and timers of firmware/hal/boards/*.def, and
+"""What the rules know about the boards: the constants and timers of firmware/avr/boards/*.def, and
 the part's interrupt vectors as avr-libc numbers them."""
 
 import functools

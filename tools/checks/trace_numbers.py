@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Numbers of the suites of traces (host_tests/**/test_*_traces.c), as the built programs print them.
+"""Numbers of the suites of traces (test_*_traces.c), as the built programs print them.
 
     build/venv/bin/python tools/checks/trace_numbers.py BUILD
 

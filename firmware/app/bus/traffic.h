@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What passed on the bus: the server's counters, and the time of the last request. Main loop only.
 // The counters show a host how healthy the bus is (function 08 and input registers); the time lets
-// app/safety.h stop the board when the bus falls silent.
+// app/watch/safety.h stop the board when the bus falls silent.
 #pragma once
 
 #include <stdint.h>

@@ -7,7 +7,7 @@
 //     filtered ____________________/~~
 //
 // Each switch has a filter of its own: one that chatters must not hide another. The exact instant
-// of a home switch's edge comes from the capture hardware (app/seek.h), never from here.
+// of a home switch's edge comes from the capture hardware (app/motion/seek.h), never from here.
 #pragma once
 
 #include <stdbool.h>

@@ -1,8 +1,8 @@
 ; SPDX-License-Identifier: MIT
 ; The account of pixels whose records are not kept, several of them in a row: ledger_pixels.S takes
-; them by this where records are thinned, on boards of several axes. What follows from one pixel to
-; the next stays in registers, and only the last one's record is written: the others would have been
-; overwritten. Stops in front of a pixel whose record is to be kept.
+; them by this where records are thinned, on boards of several axes; ledger_pixels.c has the C. What
+; follows from one pixel to the next stays in registers, and only the last one's record is written:
+; the others would have been overwritten. Stops in front of a pixel whose record is to be kept.
 ;
 ;     pixel        5     6     7     8     9     10     one in ten is kept: to_next is 6
 ;     record       -     -     -     -     x     stop   that of 9 stands for the newest pixel

@@ -16,7 +16,7 @@ static uint8_t address_strap;
 void cpu_start(void)
 {
     address_strap = GPIOR2;
-    GPIOR0 = 0; // hal/avr/flag_bits.h; a boot loader may have used it
+    GPIOR0 = 0; // avr/hal/flag_bits.h; a boot loader may have used it
     reset_cause = (uint8_t)(MCUSR & 0x0Fu);
     // A watchdog that has caused the reset keeps running and would fire again in a few
     // milliseconds.

@@ -7,14 +7,14 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "account/ledger.h"
+#include "account/ledger.h" // struct ledger
 #include "axis/lifecycle.h"
-#include "build_features.h" // SEVERAL_AXES
-#include "line/line.h"
-#include "line/line_check.h"
-#include "line/segment_queue.h"
-#include "steps/walk.h"
-#include "stream/feed.h"
+#include "build_features.h"     // SEVERAL_AXES
+#include "line/line.h"          // struct line
+#include "line/line_check.h"    // struct line_check
+#include "line/segment_queue.h" // struct segment_queue
+#include "steps/walk.h"         // struct walk
+#include "stream/feed.h"        // struct feed
 
 enum block_result {
     // The block was queued.
@@ -73,7 +73,7 @@ struct axis {
     // The newest line with backlash had to begin without knowing how much of the play was taken up.
     bool play_unknown : 1;
 #if SEVERAL_AXES
-    // Steps of an even piece before it is handed over as a pulse train (app/axes.c).
+    // Steps of an even piece before it is handed over as a pulse train (app/axes/axes.c).
     uint8_t stagger : 4; // up to TRAIN_STAGGER_MAX
     // Entries that the interrupt has made of those in the ring: the rest of a batch or a pixel that
     // is accounted for as a whole. As of when the decoding was begun last.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Setting `divider` behind the start mark of a line: what core needs from who links it. The
-// firmware's is in app/data.c.
+// firmware's is in app/registers/data.c.
 #pragma once
 
 #include <stdbool.h>

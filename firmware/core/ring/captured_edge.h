@@ -5,9 +5,9 @@
 
 #include "build_features.h" // SEVERAL_AXES
 
-// Bits of the notes of a struct captured_edge. BACK: how many periods the edge lies back from the one
-// that the engine loaded last. WAS_PARKED: the axis was, and idle_count is the coarse clock's low 16
-// bits. CUT: of the engine's `left` and `cut`, `cut` is not 0.
+// Bits of the notes of a struct captured_edge. BACK: how many periods the edge lies back from the
+// one that the engine loaded last. WAS_PARKED: the axis was, and idle_count is the coarse clock's
+// low 16 bits. CUT: of the engine's `left` and `cut`, `cut` is not 0.
 #define CAPTURED_EDGE_BACK       0x03
 #define CAPTURED_EDGE_WAS_PARKED 0x40
 #define CAPTURED_EDGE_CUT        0x80

@@ -22,7 +22,7 @@
 
 // Other modules read the members; they write by the functions below alone.
 struct feed {
-    // Shortest time from a change of direction to the next step, ticks; app/limits.c sets it.
+    // Shortest time from a change of direction to the next step, ticks; app/axes/limits.c sets it.
     uint16_t reversal_ticks;
     bool pulse;    // what the entries written so far leave behind: pulsing,
     bool negative; //   and direction

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// firmware/hal/avr/pixel_clock_isr.S in C for a board with several axes, as two/step_isr.c is of
+// firmware/avr/hal/pixel_clock_isr.S in C for a board with several axes, as two/step_isr.c is of
 // step_isr.S; comments name the labels. Interrupts are off from its beginning up to note_engine.
 #include <avr/io.h>
 #include <stdbool.h>

@@ -164,6 +164,34 @@ def test_a_call_through_a_port_uses_the_port(tree):
     assert len(circles.complaints(graph, {})) == 1
 
 
+def test_a_circle_of_folders_is_found(tree):
+    root = tree(
+        {
+            f"{APP}/a/one.h": "",
+            f"{APP}/a/two.h": '#include "app/b/three.h" // three\n',
+            f"{APP}/b/three.h": '#include "app/a/one.h" // one\n',
+        }
+    )
+    graph = includes(root)
+    assert circles.complaints(graph, {}) == []
+    assert circles.complaints(circles.folder_graph(graph), {}) == [
+        "circle of modules: app/a -> app/b (app/b/three.h) -> app/a (app/a/one.h)"
+    ]
+
+
+def test_assembly_belongs_to_the_module_that_its_comment_names(tree):
+    root = tree(
+        {
+            "firmware/core/clock/grid.h": "",
+            "firmware/avr/core/grid_steps.S": "; SPDX\n; The assembly half of grid.h.\n",
+            "firmware/avr/core/lost.S": "; The half of nothing.\n    nop ; grid.h\n",
+        }
+    )
+    assert modules.module_of("firmware/avr/core/grid_steps.S", root) == "firmware/core/clock/grid"
+    with pytest.raises(modules.ModuleError, match=r"lost\.S: its comment names no file"):
+        modules.module_of("firmware/avr/core/lost.S", root)
+
+
 def test_a_port_is_a_header_alone_that_somebody_calls(tree):
     root = tree({"a.h": "int f(int);\n", "b.h": "", "b.c": ""})
     graph = graph_of("x y")
