@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// For suites of motion/line_check.h: a check with limits, entries taken or refused.
+// For suites of line/line_check.h: a check with limits, entries taken or refused.
 #pragma once
 
 #include <stdint.h>

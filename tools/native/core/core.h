@@ -5,7 +5,7 @@
 //     entries --> checker_begin() --> checker_more() ... --> checker_end()
 //     entries --> plan_begin() --> plan_rows() until plan_over() --> plan_end()
 //
-// entries: those of a line as a board gets it, see motion/segment.h.
+// entries: those of a line as a board gets it, see line/segment.h.
 #pragma once
 
 #include <stdbool.h>

@@ -197,7 +197,7 @@ GATE_SETTING = "gate_edges"
 GATE_FEATURE = "gate"
 MOST_GATE_EDGES = 1000
 # What the firmware has: PLACE_TICKS of app/axes/reference.c, CLOCK_FILTER_FRESH_EDGES of
-# motion/clock_filter.h.
+# clock/clock_filter.h.
 _PLACE_TICKS = 0x14000
 _FRESH_EDGES = 3
 
