@@ -90,7 +90,7 @@ def test_objects_are_named_by_their_modules(root):
 
 
 def test_two_sources_of_one_name_are_refused(root):
-    (root / "firmware" / "hal" / "data.c").write_text("")
+    (root / "firmware" / "avr" / "hal" / "data.c").write_text("")
     with pytest.raises(MapError, match=r"two sources are called data\.c"):
         module_sizes.measure(["one"], root)
 
