@@ -178,7 +178,6 @@ void layout_ledger(void)
     OFFSET(LEDGER_RECORDS_EARLY, struct ledger, records.early_ticks);
     LAYOUT(LEDGER_RECORDS_EARLIER, RECORDS_EARLY);
     OFFSET(LEDGER_RECORD_ERROR, struct kept_record, edge_error_ticks);
-    OFFSET(LEDGER_THINNING_ERROR, struct records_thinning, error_ticks);
 #endif
 
     OFFSET(LEDGER_SAMPLE_TAIL, struct engine_sample, tail);

@@ -5,9 +5,6 @@
 #include "build_features.h" // FEATURE_CLOCK_STATISTICS, SEVERAL_AXES
 #include "avr/core/ledger_records.inc" // macros, layouts
 
-; Periods made since the account, from which on several pixels are likely to be over.
-#define LEDGER_MANY_PERIODS 48
-
 #define STEPS    r20, r21, r22, r23
 #define EXPECTED r18, r19
 
@@ -157,8 +154,7 @@ end_function ledger_pass_edge
 ;     r15  where the interrupt reads next   r16, r17  stream   Y  ledger   r22  periods of a pixel
 ;
 ; Cycles of a pixel: 235, all included but an error of an edge that is another than the one before;
-; with a single axis 249. Several in a row whose records are not kept take less
-; (ledger_passing.S).
+; with a single axis 249.
 #define TAIL    r15
 #define PERIODS r22
 
@@ -185,15 +181,6 @@ function ledger_take_pixels
     movw r28, r24
     movw r16, r22
     mov TAIL, r20
-#if SEVERAL_AXES && FEATURE_CLOCK_STATISTICS
-    movw r30, r16                       ; 6   what is worth it?
-    ldd r24, Z + EVEN_PIXEL_RETIRED
-    sub r20, r24
-    cpi r20, LEDGER_MANY_PERIODS
-    brlo 13f
-    call ledger_take_passing
-#endif
-
 13: movw r30, r16                       ; 10  a mark that has its place?
     ldd r24, Z + EVEN_PIXEL_MARK_TAIL
     ldd r25, Z + EVEN_PIXEL_MARK_PLACED
