@@ -224,22 +224,10 @@ void layout_batches(void);
 void layout_batches(void)
 {
 #if STREAM_BATCHES > 0
-    _Static_assert(offsetof(struct walk, steps.curve.state.flat.flat) == 0 &&
-                       offsetof(struct stream, batch_tail) ==
-                           offsetof(struct stream, batch_head) + 1,
-                   "reached without an offset, or from the byte before");
+    _Static_assert(offsetof(struct stream, batch_tail) ==
+                       offsetof(struct stream, batch_head) + 1,
+                   "reached from the byte before");
     OFFSET(EVEN_PIXEL_BATCH_HEAD, struct stream, batch_head);
-    OFFSET(CURVE_BATCH_UNTIL, struct walk, until);
-    OFFSET(CURVE_BATCH_EXACT_TICKS, struct walk, exact_ticks);
-    OFFSET(CURVE_BATCH_RING, struct stream, ring);
-    OFFSET(CURVE_BATCH_HEAD, struct stream, head);
-    OFFSET(CURVE_BATCH_END_TICKS, struct stream, end_ticks);
-    OFFSET(CURVE_BATCH_NEXT, struct stream, batch_head);
-    LAYOUT(CURVE_BATCH_NOTES,
-           offsetof(struct stream, batches) - offsetof(struct stream, batch_head));
-    LAYOUT(CURVE_BATCH_NOTE, sizeof(struct stream_batch));
-    LAYOUT(CURVE_BATCH_COUNT, STREAM_BATCHES);
-    LAYOUT(CURVE_BATCH_EMPTY, STEP_HIGH_EMPTY);
 #endif
 }
 

@@ -376,34 +376,6 @@ void curve_flat_burst(struct curve_flat *flat,
     make_by_highs(flat, narrow, ring, slot, count, slot, made);
 }
 
-#if defined(__AVR__) && SEVERAL_AXES
-// For curve_batch.S, where the high byte of q - 1, which was `top`, changes among the `count` steps
-// from `slot` on. All of them were begun, as far as `progress` says; make what is left.
-// NOLINTNEXTLINE(misc-use-internal-linkage): called by name from there
-struct curve_made curve_flat_finish(struct progress progress,
-                                    struct curve_flat *flat,
-                                    struct step_ring *ring,
-                                    uint16_t top,
-                                    uint8_t slot,
-                                    uint8_t count);
-struct curve_made curve_flat_finish(struct progress progress,
-                                    struct curve_flat *flat,
-                                    struct step_ring *ring,
-                                    uint16_t top,
-                                    uint8_t slot,
-                                    uint8_t count)
-{
-    struct curve_made made = {.steps = count, .first_high = (uint8_t)(top >> 8)};
-    uint8_t left = note_made(flat, &progress, ring, top, slot, count, slot, &made);
-
-    if (left != 0) {
-        make_by_highs(
-            flat, true, ring, (uint8_t)(slot + count - left), left, slot, &made);
-    }
-    return made;
-}
-#endif
-
 APART uint16_t curve_flat_next(struct curve_flat *flat, bool narrow)
 {
     volatile uint8_t low;
