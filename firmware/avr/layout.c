@@ -179,10 +179,6 @@ void layout_ledger(void)
     LAYOUT(LEDGER_RECORDS_EARLIER, RECORDS_EARLY);
     OFFSET(LEDGER_RECORD_ERROR, struct kept_record, edge_error_ticks);
 #endif
-
-    OFFSET(LEDGER_SAMPLE_TAIL, struct engine_sample, tail);
-    OFFSET(LEDGER_SAMPLE_CUT, struct engine_sample, cut);
-    OFFSET(LEDGER_SAMPLE_IDLE, struct engine_sample, idle_count);
 }
 
 void layout_clock(void);

@@ -14,35 +14,22 @@ _Static_assert(offsetof(struct near_edge, pixel) == 0 &&
 
 #else
 
-// Whether the quick way of the account, ledger_capture.S, could place the edge.
-static bool is_in_pixel(const struct captured_edge *edge,
-                        struct ledger *ledger,
-                        struct stream *stream)
-{
-    if ((edge->notes & ~CAPTURED_EDGE_BACK) != 0 ||
-        edge->idle_count != ledger->idle_seen || ledger->train != LEDGER_NO_TRAIN ||
-        stream_batch_here(stream) != NULL) {
-        return false;
-    }
-    return ledger_take_pixels(ledger, stream, edge->tail);
-}
-
 struct near_edge near_edge_take(const struct captured_edge *edge,
                                 struct ledger *ledger,
                                 struct stream *stream,
                                 struct clock_watch *watch)
 {
     struct near_edge near = {.taken = false};
+    struct engine_sample sample = {.tail = edge->tail, .idle_count = edge->idle_count};
+    uint32_t ticks = 0;
 
-    if (!clock_watch_expects(watch) || !is_in_pixel(edge, ledger, stream)) {
+    if ((edge->notes & ~CAPTURED_EDGE_BACK) != 0 || !clock_watch_expects(watch) ||
+        !ledger_capture_in_pixel(
+            ledger, stream, &sample, edge->notes, edge->ticks, &ticks)) {
         return near;
     }
-    struct engine_sample sample = {.tail = edge->tail, .idle_count = edge->idle_count};
-    uint32_t edge_ticks =
-        ledger_advance_to_capture(ledger, stream, &sample, edge->notes, edge->ticks) -
-        CAPTURED_EDGE_DELAY_TICKS;
-
-    near.taken = clock_watch_near(watch, edge_ticks, &near.pixel, &near.of_pixel);
+    near.taken = clock_watch_near(
+        watch, ticks - CAPTURED_EDGE_DELAY_TICKS, &near.pixel, &near.of_pixel);
     return near;
 }
 
