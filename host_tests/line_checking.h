@@ -5,7 +5,6 @@
 #include <stdint.h>
 
 #include "line/line_check.h"
-#include "line/line_divider.h"
 #include "unity.h"
 
 #define SMOOTH ((uint16_t)(LINE_MARK_START | LINE_START_SMOOTH | LINE_START_WAIT))
@@ -16,16 +15,6 @@ static struct line_check check;
 static struct line_limits limits;
 static uint32_t warning_pixel; // of the run that brought the warning
 // The divider that a line asked for, and whether it came behind another line; from 1000 on refused.
-static uint16_t divider;
-static bool divider_behind;
-
-bool line_divider_take(uint16_t edges, bool behind)
-{
-    divider = edges;
-    divider_behind = behind;
-    limits.pixel_ticks *= edges;
-    return edges < 1000;
-}
 
 void setUp(void)
 {

@@ -5,7 +5,6 @@
 
 #include "axis/decode.h"          // decode_*
 #include "fakes/worked_example.h" // worked_entry
-#include "line/line_divider.h"    // line_divider_take
 
 #define TIMER_HZ 16000000uL
 #define BUDGET   64u
@@ -23,6 +22,9 @@ void bench_open(uint32_t hz_num, uint32_t hz_den)
     (void)pixel_period_set(&bench.period, TIMER_HZ, hz_num, hz_den);
     bench.limits = (struct line_limits){
         .pixel_ticks = bench.period.whole_ticks,
+#if FEATURE_LINE_DIVIDER
+        .divider = 1,
+#endif
         .min_interval_ticks = 64,
         .smooth_min_interval_ticks = 64,
         .reversal_min_ticks = 1664,
@@ -39,16 +41,6 @@ void bench_open(uint32_t hz_num, uint32_t hz_den)
     records_thin(1, UINT16_MAX);
 }
 
-bool line_divider_take(uint16_t edges, bool behind)
-{
-    if (bench.divider == 0 || behind) {
-        return edges == bench.divider;
-    }
-    bench.divider = edges;
-    bench.limits.pixel_ticks = bench.period.whole_ticks * edges;
-    return true;
-}
-
 void bench_stagger(uint8_t steps)
 {
 #if SEVERAL_AXES
@@ -56,6 +48,23 @@ void bench_stagger(uint8_t steps)
 #else
     (void)steps;
 #endif
+}
+
+// The limits with the divider that a block brings, as app makes them.
+static struct line_limits limits_for(const struct block *block)
+{
+    struct line_limits limits = bench.limits;
+
+#if FEATURE_LINE_DIVIDER
+    uint16_t edges = axis_block_divider(&bench.axis, block);
+    if (edges != 0 && bench.divider != 0) {
+        limits.divider = edges;
+        limits.pixel_ticks = bench.period.whole_ticks * edges;
+    }
+#else
+    (void)block;
+#endif
+    return limits;
 }
 
 enum block_result bench_queue_block(uint16_t number,
@@ -68,7 +77,15 @@ enum block_result bench_queue_block(uint16_t number,
         .number = number, .bytes = copy, .size = size, .packed = packed};
 
     memcpy(copy, bytes, size);
-    return axis_queue_block(&bench.axis, &bench.limits, &block);
+    struct line_limits limits = limits_for(&block);
+    enum block_result result = axis_queue_block(&bench.axis, &limits, &block);
+#if FEATURE_LINE_DIVIDER
+    if (result == BLOCK_TAKEN && bench.divider != 0) {
+        bench.limits = limits;
+        bench.divider = limits.divider;
+    }
+#endif
+    return result;
 }
 
 enum block_result bench_queue(int16_t count, uint16_t repeat)

@@ -31,7 +31,6 @@ from modules import (
 # function is a use of the port's header, not of the module that implements the function.
 PORTS = {
     "firmware/core/base/require.h": "a broken promise: the firmware's fault, a test's failure",
-    "firmware/core/line/line_divider.h": "setting `divider` behind the start mark of a line",
     "firmware/core/wire/server_data.h": "the data behind the server's registers and coils",
 }
 

@@ -57,6 +57,9 @@ APART void limits_try_settings(void)
     }
     limits->seek_min_interval_ticks = CONFIG_SEEK_MIN_INTERVAL_TICKS;
     limits->pixel_ticks = shortest_pixel_ticks();
+#if FEATURE_LINE_DIVIDER
+    limits->divider = settings->divider;
+#endif
     // The direction changes in the middle of an interval, so that half of it must be enough.
     limits->reversal_min_ticks = (uint16_t)(2u * half_ticks);
     limits->max_acceleration = settings->max_acceleration;

@@ -9,7 +9,6 @@
 #include "app/settings/store.h"     // store_*
 #include "base/apart.h"             // APART
 #include "base/flash.h"             // IN_FLASH
-#include "line/line_divider.h"      // line_divider_take
 #include "wire/bytes.h"             // get_word, half_word
 #include "wire/register_map.h"      // REG_*
 #include "wire/server_data.h"       // data_*
@@ -214,23 +213,25 @@ static APART void apply_settings(void)
     limits_apply_settings();
 }
 
-// Only for the check of the block's other entries: queue_block() brings the setting into force.
-APART bool line_divider_take(uint16_t edges, bool behind)
+#if FEATURE_LINE_DIVIDER
+// Let a line's divider be the setting while its block is checked; settle_divider() must follow.
+static APART void try_divider(const struct axis *axis, const struct block *block)
 {
     uint16_t *divider = &settings_record()->divider;
     uint16_t before = *divider;
+    uint16_t edges = axis_block_divider(axis, block);
 
-    if (before == edges) {
-        return true;
+    if (edges == 0 || edges == before) {
+        return;
     }
     *divider = edges;
-    if (!behind && judge_settings() == MODBUS_OK) {
+    if (judge_settings() == MODBUS_OK) {
         limits_try_settings();
-        return true;
+    } else {
+        *divider = before;
     }
-    *divider = before;
-    return false;
 }
+#endif
 
 // The divider of a line counts from the block on that brings it, if that is taken.
 static inline void settle_divider(uint16_t before, bool taken)
@@ -256,6 +257,9 @@ static APART enum modbus_exception queue_block(uint16_t count, uint8_t *words)
     if (!read_block(&block, count, words)) {
         return MODBUS_ILLEGAL_VALUE;
     }
+#if FEATURE_LINE_DIVIDER
+    try_divider(axes_get(words[3]), &block);
+#endif
     enum block_result result =
         axis_queue_block(axes_get(words[3]), limits_of(words[3]), &block);
 

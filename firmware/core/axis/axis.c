@@ -128,6 +128,46 @@ static enum block_result admit_block(const struct axis *axis, const struct block
     return segment_queue_free(&axis->queue) < block->size ? BLOCK_FULL : BLOCK_TAKEN;
 }
 
+#if FEATURE_LINE_DIVIDER
+// The first word of the entry at this byte.
+static uint16_t word_at(const struct block *block, uint8_t at)
+{
+    struct segment_reader reader = {.bytes = block->bytes, .mask = UINT16_MAX, .at = at};
+
+    if (block->packed) {
+        return (uint16_t)segment_unpack(&reader).count;
+    }
+    return (uint16_t)((uint16_t)block->bytes[at] << 8 | block->bytes[at + 1u]);
+}
+
+// Entries of a block in front of the divider, each of them four bytes; UINT8_MAX: it brings none that
+// may change the setting.
+static uint8_t entries_before_divider(const struct axis *axis, const struct block *block)
+{
+    const struct line_check *check = &axis->check;
+    bool fresh = axis->life.state == AXIS_EMPTY || axis->life.state == AXIS_DONE;
+
+    if (fresh || check->phase == LINE_CHECK_OUTSIDE) {
+        bool behind = !fresh && (check->flags & LINE_CHECK_BEHIND) != 0;
+        return !behind && (word_at(block, 0) & LINE_START_DIVIDER) != 0 ? 2 : UINT8_MAX;
+    }
+    if (check->behind || !check->divided || check->phase == LINE_CHECK_SEGMENTS) {
+        return UINT8_MAX;
+    }
+    return check->phase == LINE_CHECK_PARAMETER ? 1 : 0;
+}
+
+uint16_t axis_block_divider(const struct axis *axis, const struct block *block)
+{
+    if (admit_block(axis, block) != BLOCK_TAKEN) {
+        return 0;
+    }
+    uint16_t at = (uint16_t)(SEGMENT_MOST * entries_before_divider(axis, block));
+
+    return at + SEGMENT_MOST > block->size ? 0 : word_at(block, (uint8_t)at);
+}
+#endif
+
 enum block_result axis_queue_block(struct axis *axis,
                                    const struct line_limits *limits,
                                    const struct block *block)

@@ -9,7 +9,7 @@
 
 #include "account/ledger.h" // struct ledger
 #include "axis/lifecycle.h"
-#include "build_features.h"     // SEVERAL_AXES
+#include "build_features.h"     // FEATURE_LINE_DIVIDER, SEVERAL_AXES
 #include "line/line.h"          // struct line
 #include "line/line_check.h"    // struct line_check
 #include "line/segment_queue.h" // struct segment_queue
@@ -141,6 +141,12 @@ struct block {
     // The entries are packed (segment_pack.h); else each is 4 bytes big-endian: count, repeat.
     bool packed;
 };
+
+#if FEATURE_LINE_DIVIDER
+// The divider in front of a block's first segment, if the block may be queued and no segment of
+// another line comes before it: the setting that the limits are of may then become this one. Else 0.
+uint16_t axis_block_divider(const struct axis *axis, const struct block *block);
+#endif
 
 // Queue a block: all of its entries or none.
 enum block_result axis_queue_block(struct axis *axis,

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "line/line_check_head.h"
 
-#include "base/apart.h"        // APART
-#include "line/line_divider.h" // line_divider_take
-#include "line/line_speeds.h"  // line_speeds_*
+#include "base/apart.h"       // APART
+#include "line/line_speeds.h" // line_speeds_*
 
 void line_check_reset(struct line_check *check)
 {
@@ -113,7 +112,9 @@ static enum line_error check_parameter(struct line_check *check,
     return check_backlash(check);
 }
 
-// Let the divider change what a pixel is, before a segment is checked.
+#if FEATURE_LINE_DIVIDER
+// Whoever queues the line has made its divider the setting that the limits are of, if that was
+// possible.
 static enum line_error check_divider(struct line_check *check,
                                      const struct line_limits *limits,
                                      struct segment entry)
@@ -121,13 +122,15 @@ static enum line_error check_divider(struct line_check *check,
     if (entry.repeat != 0) {
         return LINE_malformed;
     }
-    if (!line_divider_take((uint16_t)entry.count, check->behind)) {
+    if (limits->divider != 0 && (uint16_t)entry.count != limits->divider) {
         return LINE_divider;
     }
     check->phase = LINE_CHECK_SEGMENTS;
+    // The parameter may have come with the limits of another setting.
     line_speeds_allow(check, limits);
     return LINE_none;
 }
+#endif
 
 enum line_error APART line_check_head(struct line_check *check,
                                       const struct line_limits *limits,
@@ -136,8 +139,10 @@ enum line_error APART line_check_head(struct line_check *check,
     if (check->phase == LINE_CHECK_OUTSIDE) {
         return check_start_mark(check, entry);
     }
-    if (!FEATURE_LINE_DIVIDER || check->phase == LINE_CHECK_PARAMETER) {
-        return check_parameter(check, limits, entry);
+#if FEATURE_LINE_DIVIDER
+    if (check->phase == LINE_CHECK_DIVIDER) {
+        return check_divider(check, limits, entry);
     }
-    return check_divider(check, limits, entry);
+#endif
+    return check_parameter(check, limits, entry);
 }

@@ -4,7 +4,7 @@
 //     start mark          flags that fit each other; the line before it counts only if this one may
 //                         follow it without a pause
 //     parameter           backlash, and the speed at which it is taken up
-//     divider, if the     clock edges a pixel, before the first segment is judged by them
+//     divider, if the     clock edges a pixel: those that the limits are of
 //     mark promises one
 #pragma once
 
@@ -15,8 +15,7 @@
 // Expect the start of a line that follows no other: any direction may come first.
 void line_check_reset(struct line_check *check);
 
-// Accept the next entry in front of the segments, or return why not. A divider changes the limits:
-// the caller's must be those of the settings.
+// Accept the next entry in front of the segments, or return why not.
 enum line_error line_check_head(struct line_check *check,
                                 const struct line_limits *limits,
                                 struct segment entry);

@@ -34,6 +34,11 @@ struct line_limits {
     uint16_t max_acceleration;
     // Largest count of both pixels at a direct reversal; 0: any.
     uint16_t start_stop_steps;
+#if FEATURE_LINE_DIVIDER
+    // Clock edges of a pixel, which a line's divider must be; 0: any, the limits are those of the
+    // line.
+    uint16_t divider;
+#endif
 };
 
 enum line_check_phase {
@@ -41,7 +46,7 @@ enum line_check_phase {
     LINE_CHECK_OUTSIDE,
     // The parameter of the start mark must come next.
     LINE_CHECK_PARAMETER,
-    // The divider of the start mark must come next. It may change the limits (line_divider.h).
+    // The divider of the start mark must come next.
     LINE_CHECK_DIVIDER,
     // A segment or a mark must come next.
     LINE_CHECK_SEGMENTS,

@@ -41,7 +41,7 @@
 // or, together with LINE_START_SEEK, until the home switch opens.
 #define LINE_START_OPEN 0x0100u
 // A third entry, (M, 0), follows the parameter: a pixel of the line is M clock edges. Setting
-// `divider` becomes M if it is another number (line_divider.h).
+// `divider` becomes M if it is another number (app/registers/data.c).
 #define LINE_START_DIVIDER 0x0200u
 // All flags of a start mark.
 #define LINE_START_FLAGS 0x03F0u

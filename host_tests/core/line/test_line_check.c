@@ -248,13 +248,19 @@ static void begin_divided(uint16_t mark)
     TEST_ASSERT_EQUAL(LINE_CHECK_DIVIDER, check.phase);
 }
 
-// The limits change once more behind the parameter: those of the divided pixels count.
+// The limits are those of pixels of so many edges.
+static void divide(uint16_t edges)
+{
+    limits.divider = edges;
+    limits.pixel_ticks *= edges;
+}
+
 static void divider_behind_the_parameter(void)
 {
+    divide(4);
     begin_divided(PLAIN);
     taken(4, 0);
-    TEST_ASSERT_EQUAL_UINT16(4, divider);
-    TEST_ASSERT_FALSE(divider_behind);
+    TEST_ASSERT_FALSE(check.behind);
     TEST_ASSERT_EQUAL(LINE_CHECK_SEGMENTS, check.phase);
     taken(5333, 1);
     refused(LINE_too_fast, 2, 5334, 1);
@@ -263,6 +269,7 @@ static void divider_behind_the_parameter(void)
 static void divider_of_a_smooth_line(void)
 {
     limits.pixel_ticks = 400;
+    divide(2);
     begin_divided(SMOOTH);
     taken(2, 0);
     taken(1, 1);
@@ -271,16 +278,24 @@ static void divider_of_a_smooth_line(void)
 
 static void divider_must_be_a_mark(void)
 {
-    divider = 77;
+    divide(4);
     begin_divided(PLAIN);
     refused(LINE_malformed, 1, 4, 1);
-    TEST_ASSERT_EQUAL_UINT16(77, divider);
 }
 
 static void divider_that_is_refused(void)
 {
+    divide(4);
     begin_divided(PLAIN);
     refused(LINE_divider, 1, 1000, 0);
+    TEST_ASSERT_EQUAL_UINT16(4, limits.divider);
+}
+
+// Limits that are of no number of edges are those of the line.
+static void any_divider(void)
+{
+    begin_divided(PLAIN);
+    taken(1000, 0);
 }
 
 // The next line says its own, and is known to come behind one with segments, however many lines
@@ -292,7 +307,7 @@ static void divider_of_one_line_only(void)
     ends();
     begin_divided(PLAIN);
     taken(4, 0);
-    TEST_ASSERT_FALSE(divider_behind);
+    TEST_ASSERT_FALSE(check.behind);
     taken(5, 1);
     ends();
     begin_plain();
@@ -300,11 +315,11 @@ static void divider_of_one_line_only(void)
     ends();
     begin_divided(SEEK | LINE_START_OPEN);
     taken(4, 0);
-    TEST_ASSERT_TRUE(divider_behind);
+    TEST_ASSERT_TRUE(check.behind);
     line_check_reset(&check);
     begin_divided(PLAIN);
     taken(4, 0);
-    TEST_ASSERT_FALSE(divider_behind);
+    TEST_ASSERT_FALSE(check.behind);
 }
 
 static void mark_inside_a_line(void)
@@ -385,6 +400,7 @@ int main(void)
     RUN_TEST(divider_of_a_smooth_line);
     RUN_TEST(divider_must_be_a_mark);
     RUN_TEST(divider_that_is_refused);
+    RUN_TEST(any_divider);
     RUN_TEST(divider_of_one_line_only);
     RUN_TEST(mark_inside_a_line);
     RUN_TEST(out_of_range);

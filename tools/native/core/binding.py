@@ -19,6 +19,7 @@ struct line_limits {
     uint16_t reversal_min_ticks;
     uint16_t max_acceleration;
     uint16_t start_stop_steps;
+    uint16_t divider;
 };
 struct segment { int16_t count; uint16_t repeat; };
 struct core_finding { uint32_t code; uint32_t pixel; };

@@ -50,6 +50,11 @@ static bool check_entry(struct line_check *check,
     uint32_t rest_px = 0; // pixels that the entry stands for without being checked
     enum line_error error;
 
+    if (check->phase == LINE_CHECK_DIVIDER && entry.repeat == 0 &&
+        !divider_possible((uint16_t)entry.count)) {
+        note(report, LINE_divider, before.pixel + 1u);
+        return false;
+    }
     while ((error = line_check_entry(check, &kept, entry)) != LINE_none) {
         note(report, error, before.pixel + 1u);
         if (error == LINE_oscillates) {

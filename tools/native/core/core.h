@@ -21,6 +21,9 @@ struct core_finding {
     uint32_t pixel;
 };
 
+// A line's divider is a value of setting `divider`.
+bool divider_possible(uint16_t edges);
+
 struct checker;
 
 // Begin to check a line, whose entries may come in parts. Returns NULL when there is no memory.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The divider of a line on the host: its pixels are those of the limits that come with it.
-#include "line/line_divider.h"
+#include "core.h"
 #include "wire/register_map.h" // REG_HOLDING_divider
 
 #define INPUT(address, name, type, unit, meaning)
@@ -19,9 +19,8 @@ static const struct range ranges[] = {
 #undef HOLDING
 };
 
-bool line_divider_take(uint16_t edges, bool behind)
+bool divider_possible(uint16_t edges)
 {
-    (void)behind;
     return edges >= ranges[REG_HOLDING_divider].min &&
            edges <= ranges[REG_HOLDING_divider].max;
 }
