@@ -148,8 +148,8 @@ uint32_t ledger_advance_to_capture(struct ledger *ledger,
                                    uint16_t captured_ticks);
 
 #if SEVERAL_AXES
-// The quick way of ledger_advance_to_capture(): returns false unless the edge lies inside a pixel that
-// was written as a whole. Then *ticks is the edge's time.
+// The quick way of ledger_advance_to_capture(): returns false unless the edge lies inside a pixel
+// that was written as a whole. Then *ticks is the edge's time.
 bool ledger_capture_in_pixel(struct ledger *ledger,
                              struct stream *stream,
                              const struct engine_sample *sample,

@@ -140,8 +140,8 @@ static uint16_t word_at(const struct block *block, uint8_t at)
     return (uint16_t)((uint16_t)block->bytes[at] << 8 | block->bytes[at + 1u]);
 }
 
-// Entries of a block in front of the divider, each of them four bytes; UINT8_MAX: it brings none that
-// may change the setting.
+// Entries of a block in front of the divider, each of them four bytes; UINT8_MAX: it brings none
+// that may change the setting.
 static uint8_t entries_before_divider(const struct axis *axis, const struct block *block)
 {
     const struct line_check *check = &axis->check;

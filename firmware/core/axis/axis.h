@@ -144,7 +144,8 @@ struct block {
 
 #if FEATURE_LINE_DIVIDER
 // The divider in front of a block's first segment, if the block may be queued and no segment of
-// another line comes before it: the setting that the limits are of may then become this one. Else 0.
+// another line comes before it: the setting that the limits are of may then become this one. Else
+// 0.
 uint16_t axis_block_divider(const struct axis *axis, const struct block *block);
 #endif
 
