@@ -455,7 +455,7 @@ static uint32_t idle_start(const struct ledger *ledger,
 
 // The end of the captured count, if the period that it was counted in, or the first one before that
 // one that is as long, is one of the single periods around this place that still stand in the ring.
-static inline bool find_in_ring(struct ledger *ledger,
+static inline bool find_in_ring(const struct ledger *ledger,
                                 const struct stream *stream,
                                 uint8_t tail,
                                 uint8_t back,

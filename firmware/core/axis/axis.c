@@ -53,6 +53,13 @@ static bool read_entry(const struct block *block,
     return true;
 }
 
+// An axis at rest has no line that the new one could follow without a pause: any direction may come
+// next.
+static bool begins_anew(const struct axis *axis)
+{
+    return axis->life.state == AXIS_EMPTY || axis->life.state == AXIS_DONE;
+}
+
 // True when every entry is possible after the queued ones. The axis's check then has passed the
 // whole block, and *reader has read all of it.
 static bool check_block(struct axis *axis,
@@ -61,9 +68,7 @@ static bool check_block(struct axis *axis,
                         struct segment_reader *reader,
                         uint8_t *whole_lines)
 {
-    // An axis at rest has no line that the new one could follow without a pause: any direction may
-    // come next.
-    if (axis->life.state == AXIS_EMPTY || axis->life.state == AXIS_DONE) {
+    if (begins_anew(axis)) {
         line_check_reset(&axis->check);
     }
     struct line_check check = axis->check;
@@ -140,16 +145,23 @@ static uint16_t word_at(const struct block *block, uint8_t at)
     return (uint16_t)((uint16_t)block->bytes[at] << 8 | block->bytes[at + 1u]);
 }
 
+// The block's first entry is a start mark, if it is one, that promises a divider.
+static bool start_divides(const struct block *block)
+{
+    return (word_at(block, 0) & LINE_START_DIVIDER) != 0;
+}
+
 // Entries of a block in front of the divider, each of them four bytes; UINT8_MAX: it brings none
 // that may change the setting.
 static uint8_t entries_before_divider(const struct axis *axis, const struct block *block)
 {
     const struct line_check *check = &axis->check;
-    bool fresh = axis->life.state == AXIS_EMPTY || axis->life.state == AXIS_DONE;
+    bool fresh = begins_anew(axis);
 
     if (fresh || check->phase == LINE_CHECK_OUTSIDE) {
-        bool behind = !fresh && (check->flags & LINE_CHECK_BEHIND) != 0;
-        return !behind && (word_at(block, 0) & LINE_START_DIVIDER) != 0 ? 2 : UINT8_MAX;
+        return start_divides(block) && (fresh || (check->flags & LINE_CHECK_BEHIND) == 0)
+                   ? 2
+                   : UINT8_MAX;
     }
     if (check->behind || !check->divided || check->phase == LINE_CHECK_SEGMENTS) {
         return UINT8_MAX;
