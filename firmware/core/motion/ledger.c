@@ -457,11 +457,27 @@ static uint32_t idle_start(const struct ledger *ledger,
            multiply_u32_u16(STEP_IDLE_TICKS, count);
 }
 
-APART uint32_t ledger_advance_to_capture(struct ledger *ledger,
-                                         struct stream *stream,
-                                         const struct engine_sample *sample,
-                                         uint8_t back,
-                                         uint16_t captured_ticks)
+// Apart from the quick way of ledger_capture.S, which boards of several axes take first.
+#if defined(__AVR__) && SEVERAL_AXES
+#define TO_CAPTURE ledger_capture_anywhere
+_Static_assert(offsetof(struct ledger, train) == LEDGER_TRAIN &&
+                   offsetof(struct ledger, idle_seen) == LEDGER_IDLE_SEEN &&
+                   LEDGER_NO_TRAIN == UINT8_MAX &&
+                   offsetof(struct engine_sample, tail) == LEDGER_SAMPLE_TAIL &&
+                   offsetof(struct engine_sample, cut) == LEDGER_SAMPLE_CUT &&
+                   offsetof(struct engine_sample, idle_count) == LEDGER_SAMPLE_IDLE &&
+                   offsetof(struct stream, batch_head) == EVEN_PIXEL_BATCH_HEAD &&
+                   offsetof(struct stream, batch_tail) == EVEN_PIXEL_BATCH_HEAD + 1,
+               "known to ledger_capture.S");
+#else
+#define TO_CAPTURE ledger_advance_to_capture
+#endif
+
+APART uint32_t TO_CAPTURE(struct ledger *ledger,
+                          struct stream *stream,
+                          const struct engine_sample *sample,
+                          uint8_t back,
+                          uint16_t captured_ticks)
 {
     // Most edges come while the clock's axis rests, or while it is in a pixel that stays whole.
     if (SEVERAL_AXES && back == 1 && stream->retired == sample->tail &&
