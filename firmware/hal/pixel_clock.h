@@ -12,8 +12,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/captured_edge.h" // struct captured_edge
-#include "motion/step_engine.h"   // struct engine_sample
+#include "ring/captured_edge.h" // struct captured_edge
+#include "ring/step_engine.h"   // struct engine_sample
 
 #define PIXEL_CLOCK_CAPTURE_DELAY_TICKS ((uint8_t)CAPTURED_EDGE_DELAY_TICKS)
 

@@ -2,10 +2,10 @@
 // A fake of hal/pixel_clock.h with an exact source of edges.
 #include "hal/pixel_clock.h"
 
+#include "clock/pixel_period.h" // pixel_*
 #include "fakes/board.h"
 #include "fakes/board_parts.h"
-#include "hal/step_timer.h"      // step_timer_sample
-#include "motion/pixel_period.h" // pixel_*
+#include "hal/step_timer.h" // step_timer_sample
 
 static struct pixel_period period;
 static struct pixel_grid grid;
