@@ -32,7 +32,7 @@ EDGES = 17_086  # of a line at 1,000 steps/px with 8 pixels at that speed and 25
 _WIDTH = 26
 _MARK = "\N{BLACK DIAMOND}"
 _RAMP = [8, 16, 24, 32, 38, 44, 128, 172, 256, 384, 512, 640, 768, 896, 1024]
-# Of a board beside the job: what is set, the row, its colour, a key field, with settings in the job.
+# Of a board: what is set, its row, the colour, whether a key field, whether the job has settings.
 BOARDS = (
     ("pixel_hz=31", "pixel_hz", AMBER, True, False),
     ("divider=2", "divider", AMBER, True, False),

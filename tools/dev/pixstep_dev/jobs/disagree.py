@@ -2,8 +2,8 @@
 """Two boards of a job that say different things of it: nothing moves, and a row a board says what.
 
 A job is paused, or its host dies, and one board is made to differ: it made a line alone, was moved
-by others, was reset, has another tag, was homed again, or its positions are others. Resume has to refuse, by the
-edges on the pins; and to print the rest once it is told how.
+or homed by others, was reset, has another tag, or its positions are others. Resume has to refuse,
+by the edges on the pins; and to print the rest once it is told how.
 """
 
 from __future__ import annotations
@@ -264,8 +264,11 @@ def _shifted(board: int) -> Iterator[None]:
 
     def look(lines: Lines) -> Any:
         found = real(lines)
-        for seen in lines.seen.values() if lines.board.unit == board + 1 else ():
-            seen["position_steps"] += 7
+        if lines.board.unit == board + 1:
+            lines.seen = {
+                axis: {**seen, "position_steps": seen["position_steps"] + 7}
+                for axis, seen in lines.seen.items()
+            }
         return found
 
     with mock.patch.object(board_run, "look", look):

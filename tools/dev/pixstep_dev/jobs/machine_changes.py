@@ -96,8 +96,8 @@ _M40 = (
 CHANGES = (
     _one("pixel clock", '"30 Hz"', '"31 Hz"',
          _row("clock.pixel", RED, ("30 Hz", "31 Hz"), key=KEY)),
-    _one("pixel clock in other words", '"30 Hz"', '"0.03 kHz"', place="clock.pixel", *(
-         _row("file", GREY),)),
+    _one("pixel clock in other words", '"30 Hz"', '"0.03 kHz"', _row("file", GREY),
+         place="clock.pixel"),
     _one("divider", "divider = 1", "divider = 2",
          _row("clock.divider", RED, ("1", "2"), key=KEY)),
     _one("divider left out", "divider = 1\n", "",
