@@ -142,8 +142,8 @@ def compare(ctx: click.Context, pairs: int | None, seed: int, as_json: bool) -> 
     rows = [
         f"{outcome.alone} changes alone, {outcome.pairs} pairs, {outcome.boards} boards; "
         f"{outcome.refused} pairs are no machine",
-        f"  {outcome.rows} rows judged; {outcome.edges} edges of a line made with 250 steps of play "
-        f"where the machine says 100",
+        f"  {outcome.rows} rows judged; {outcome.edges} edges of a line made with 250 steps of "
+        "play where the machine says 100",
     ]
     finish(ctx, asdict(outcome), rows, "all is as the model says", as_json=as_json)
 
