@@ -241,6 +241,11 @@ def test_what_was_measured_is_drawn_beside_what_was_expected(job, tmp_path, chro
     said = chromium.run("document.querySelectorAll('.pane')[5].innerText")
     assert "at most 5 steps off" in said
     assert shown_at(chromium, 5, 0.5) == (39, job.expected(3, "M39")[38] + 5)
+    table.write_bytes(job.path.read_bytes())
+    with pytest.raises(RefusedError, match=r"m\.csv: no table, as Parquet .* line, motor, pixel"):
+        report(made, measured=table)
+    with pytest.raises(UserError, match=r"nowhere\.csv: No such file"):
+        report(made, measured=tmp_path / "nowhere.csv")
     table.write_text("line,motor,pixel\n1,M39,1\n")
     with pytest.raises(RefusedError, match=r"m\.csv: no column measured_steps: line, motor, pixel"):
         report(made, measured=table)

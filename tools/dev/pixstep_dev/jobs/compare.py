@@ -20,6 +20,7 @@ from typing import Any
 from click.testing import CliRunner
 
 from pixstep import formats, natives, ops
+from pixstep.board.errors import BoardError
 from pixstep.cli.main import main
 from pixstep.errors import RefusedError
 from pixstep.progress import Progress, unseen
@@ -254,7 +255,10 @@ class _Judge:
                 if "backlash" not in str(error) or "amber" not in str(error):
                     self._complain("play 100 today", f"refused by {error}")
             before = link.simulator.count(0, 0)
-            ops.job_run(self.folder / "a.pxjob", accept_amber=True, **given)
+            try:
+                ops.job_run(self.folder / "a.pxjob", accept_amber=True, **given)
+            except BoardError as error:
+                self._complain("play 100 today", str(error))
             self.outcome.edges = link.simulator.count(0, 0)
         if before or self.outcome.edges != EDGES:
             self._complain(

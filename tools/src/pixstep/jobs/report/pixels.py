@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import base64
 import gzip
+import io
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -186,10 +187,17 @@ def _of_measured(job: Job, path: Path, expected: _Expected, found: Figures) -> N
 def _measured(path: Path) -> Table:
     """Return a table of what was measured."""
     try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise UserError(f"{path}: {error.strerror or error}") from None
+    try:
         reads = parquet.read_table if path.suffix == ".parquet" else csv.read_csv
-        table = _columns(reads(path))
-    except (OSError, ValueError) as error:
-        raise UserError(f"{path}: {str(error).splitlines()[0]}") from None
+        table = _columns(reads(io.BytesIO(data)))
+    except (OSError, ValueError):
+        raise RefusedError(
+            f"{path}: no table, as Parquet (.parquet) or as CSV with commas and a row of names: "
+            f"{', '.join(_MEASURED)}"
+        ) from None
     for name in _MEASURED:
         if name not in table:
             raise RefusedError(f"{path}: no column {name}: {', '.join(_MEASURED)} are needed")
