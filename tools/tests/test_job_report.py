@@ -123,6 +123,19 @@ def test_a_drag_zooms_all_drawings_and_a_double_click_shows_all(large, chromium)
     assert "from=0&to=500" in chromium.run("location.hash")
 
 
+def test_a_page_that_wanted_to_ask_a_network_could_not(large, chromium):
+    chromium.open(large["output"])
+    refused = (
+        "new Promise((done) => { document.addEventListener('securitypolicyviolation', "
+        "(event) => done(event.effectiveDirective)); %s })"
+    )
+    for what, directive in (
+        ("fetch('http://127.0.0.1:9/').catch(() => 0)", "connect-src"),
+        ("new Image().src = 'http://127.0.0.1:9/a.png'", "img-src"),
+    ):
+        assert chromium.run(refused % what) == directive
+
+
 def shown_at(chromium, pane, share):
     """Return what a drawing says of the pixel at a share of its width."""
     chromium.call(

@@ -152,7 +152,7 @@
     pen.textAlign = "right";
     pen.textBaseline = "middle";
     for (const line of ticks(lines, high / 26)) {
-      pen.fillText(line, LEFT - 6, clamp((line - 0.5) * high / lines, 7, high - 7));
+      pen.fillText(line, LEFT - 12, clamp((line - 0.5) * high / lines, 7, high - 7));
     }
     pen.textAlign = "center";
     pen.textBaseline = "top";
@@ -288,7 +288,7 @@
     pane.plot = new uPlot({
       ...paneSize(pane),
       scales: {x: {time: false, min: shown.from, max: shown.to}, y: {range: padded}},
-      series: [{}, {stroke: "#1767b5", width: 1.5, points: {show: false},
+      series: [{}, {stroke: "#1767b5", width: 1.5, points: {show: sparse, size: 4},
         paths: pane.stepped ? uPlot.paths.stepped({align: -1}) : uPlot.paths.linear()}],
       axes: [{...axis, size: 34, space: 60}, {...axis, size: 68, space: 34,
         values: (_, all) => all.map((one) => number.format(one))}],
@@ -298,6 +298,12 @@
       hooks: {drawClear: [band], setCursor: [(u) => tell(pane, u)],
         setScale: [(u, key) => { if (key === "x") zoomed(u); }]},
     }, [along, values], pane.place);
+  }
+
+  // Records of every Nth pixel have no neighbours to be joined with: they are dots.
+  function sparse(u) {
+    const there = u.data[1].filter((value) => value !== null).length;
+    return there > 0 && there < pixels / 2;
   }
 
   function padded(_, low, high) {
