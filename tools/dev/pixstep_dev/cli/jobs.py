@@ -14,7 +14,7 @@ from pixstep_dev.cli.findings import finish, json_option, seed_option
 
 @click.group("jobs", cls=Group)
 def jobs_group() -> None:
-    """What may happen to a print job: seams, late lines, dead hosts, lost boards."""
+    """What may happen to a print job: seams, late lines, dead hosts, lost or strange boards."""
 
 
 @jobs_group.command()
@@ -130,7 +130,9 @@ def seams(
 @json_option
 @click.pass_context
 def compare(ctx: click.Context, pairs: int | None, seed: int, as_json: bool) -> None:
-    """Change the machine beside a job: each field alone, all pairs, keys that nobody knows, boards.
+    """Change the machine beside a job, and compare.
+
+    Each field alone, all pairs of them, keys that nobody knows, boards that are set otherwise.
 
     Exit status 0 only if rows, colours, marks, text and exit status are those of a model that knows
     nothing of the product, and the job's play was sent though the machine has another.
