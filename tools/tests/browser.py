@@ -9,6 +9,7 @@ import fcntl
 import itertools
 import json
 import os
+import select
 import shutil
 import subprocess
 import tempfile
@@ -17,6 +18,7 @@ from contextlib import contextmanager
 import pytest
 
 PROGRAM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
+PATIENCE_S = 120
 OPTIONS = (
     "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
     "--no-first-run", "--disable-background-networking", "--remote-debugging-pipe",
@@ -28,7 +30,7 @@ class Browser:
     """A browser with one page; `asked` are the addresses that the page has asked for."""
 
     def __init__(self, to, back):
-        self._to, self._back = to, back
+        self._to, self._back, self._read = to, back, bytearray()
         self._numbers, self.events, self.session = itertools.count(1), [], None
 
     def call(self, method, **parameters):
@@ -52,11 +54,13 @@ class Browser:
         return found["params"]
 
     def _next(self):
-        data = bytearray()
-        while (sign := self._back.read(1)) != b"\0":
-            assert sign, "the browser has ended"
-            data += sign
-        return json.loads(data)
+        while b"\0" not in self._read:
+            there, _, _ = select.select([self._back], [], [], PATIENCE_S)
+            data = os.read(self._back, 1 << 20) if there else b""
+            assert data, "the browser has ended, or says nothing"
+            self._read += data
+        message, _, self._read = self._read.partition(b"\0")
+        return json.loads(message)
 
     def attach(self):
         """Attach to a new page."""
@@ -151,7 +155,7 @@ def opened():
         os.close(back_write)
         try:
             with os.fdopen(to_write, "wb") as to, os.fdopen(back_read, "rb") as back:
-                browser = Browser(to, back)
+                browser = Browser(to, back.fileno())
                 browser.attach()
                 yield browser
                 browser.session = None

@@ -207,6 +207,13 @@ def test_the_first_text_is_the_verdict_and_its_colour_that_of_the_worst(job, tmp
     made.print(1)
     made.add("stopped", line=2, why="board 1: <reset> & gone", motors=[])
     cases.append((made, "red", "Broken off: 1 of 4 lines printed; board 1: <reset> & gone"))
+    made = reportbench.MadeUp(tmp_path / "died.pxrun", job)
+    made.print(1)
+    made.add("stopped", line=2, why="an older reason", motors=[])
+    made.add("resume", comparison="green")
+    made.print(2)
+    no_reason = "; the log says no reason, as when a computer dies"
+    cases.append((made, "red", f"Broken off: 2 of 4 lines printed{no_reason}"))
     made = reportbench.finished(tmp_path / "strange.pxrun", job)
     made.record([3], noise())
     table = parquet.read_table(next(made.folder.path.rglob("*3.parquet")))

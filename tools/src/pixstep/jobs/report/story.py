@@ -112,8 +112,13 @@ class Story:
                 yield f"{at:%Y-%m-%d %H:%M:%S}", one["event"], _words(one)
 
     def _why(self) -> str:
-        stopped = [one for one in self.events if one["event"] in (history.LOST, history.STOPPED)]
-        return f"; {stopped[-1]['why']}" if stopped else ""
+        """Return what ended the lines that began last, as far as the log says it."""
+        for one in reversed(self.events):
+            if one["event"] in (history.LOST, history.STOPPED):
+                return f"; {one['why']}"
+            if one["event"] in (history.CHAIN, history.RESUME):
+                break
+        return "; the log says no reason, as when a computer dies"
 
 
 _BEGUN = (history.CHAIN, history.DONE)
