@@ -74,15 +74,16 @@ class WatchRun(Request):
                 show(len(story.told.printed) / job.lines)
                 seen = _seen(self.run_path, story)
                 key = f"{state} {seen['line']} {seen['printed']}"
-                if key != before:
-                    desk.row(seen)
-                    rows.add(seen, seen["text"])
-                    before, is_stale = key, True
                 ends = self.once or state != "running"
+                is_stale = is_stale or key != before
                 is_due = is_stale and time.monotonic() - paged_s >= _PAGE_S
                 if self.page is not None and (ends or is_due):
                     self._write(self.page, again=paged_s >= 0)
                     paged_s, is_stale = time.monotonic(), False
+                if key != before:
+                    desk.row(seen)
+                    rows.add(seen, seen["text"])
+                    before = key
                 if ends:
                     break
                 time.sleep(self.interval)
