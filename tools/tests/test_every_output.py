@@ -58,8 +58,6 @@ CALLS = {
                            "--start-stop", 9),
     "line import -o": ("line", "import", "own.csv", "--decode", "plain"),
     "line make -o": ("line", "make", "--profile", PRN, "--speed", 1000, "--pixels", 60, *AT_30),
-    "line plan -o": ("line", "plan", *LINE, *AT_30),
-    "line sim --out": ("line", "sim", *LINE, *AT_30, "--board", "uno"),
     "line show -o": ("line", "show", *LINE),
     "machine new -o": ("machine", "new", "--board", "uno", *AT_30),
     "move make -o": ("move", "make", FAST, "--steps", 900, *AT_30),

@@ -14,9 +14,104 @@
 ; Cycles: 144, 16 for each period between the two slots, and ledger_take_pixels().
 #include "base/asm.inc" // macros
 #include "build_features.h" // SEVERAL_AXES
-#include "motion/ledger_place.inc" // macros, layouts
+#include "motion/even_pixel_layout.h"
+#include "motion/ledger_layout.h"
+#include "motion/step_codes.h" // STEP_HIGH_TRAIN
 
 #if SEVERAL_AXES
+
+; Y is the ledger, Z the stream in both macros.
+
+; Goes to `anywhere` unless the ring goes on from the account by single periods or whole pixels: an
+; idle period has come (their number is at Z + idle), or r19 is not 0, or the account stands in a
+; train or at a batch. Z becomes the place of the stream's batches. 26 cycles.
+.macro look_for_pixels anywhere, idle, stream
+    .irp byte, 0, 1
+    ldd r18, Z + \idle + \byte
+    ldd r0, Y + LEDGER_IDLE_SEEN + \byte
+    eor r18, r0
+    or r19, r18
+    .endr
+    ldd r18, Y + LEDGER_TRAIN           ;     LEDGER_NO_TRAIN becomes 0
+    com r18
+    or r19, r18
+    movw r30, \stream
+    subi r30, lo8(-EVEN_PIXEL_BATCH_HEAD)
+    sbci r31, hi8(-EVEN_PIXEL_BATCH_HEAD)
+    ld r18, Z
+    ldd r0, Z + 1
+    eor r18, r0
+    or r19, r18
+    brne \anywhere
+.endm
+
+; The time r25..r22 of the count r23:r22 in the period `back`, r25, from the one that the interrupt
+; loaded last, where it reads slot `tail`, r24, next. Goes to `anywhere` unless that period stands
+; in the ring and is as long. r0, r18..r21, r26, r27, r30, r31 are lost.
+;
+;     r18       slot of the period, r19 that of the account, r20 how far the account is behind
+;     T         the account is in front of the period
+;     r21:r26   ticks between the two slots
+;
+; Cycles: 54, and 16 for each period between the two slots.
+.macro place_in_ring anywhere
+    ldd r19, Z + EVEN_PIXEL_RETIRED     ; 9   the period stands in the ring?
+    mov r20, r24
+    sub r20, r19
+    ldd r21, Y + LEDGER_FRESH
+    add r21, r20
+    cp r25, r21
+    brsh 1f
+    mov r18, r24                        ; 13  and is as long as the captured count?
+    sub r18, r25
+    dec r18
+    ldd r31, Z + EVEN_PIXEL_RING + 1
+    mov r30, r18
+    ld r26, Z
+    inc r31
+    ld r27, Z
+    cp r26, r22
+    cpc r27, r23
+    brlo 1f
+    clr r26                             ; 11  from the earlier slot to the later one
+    clr r27
+    clr r21
+    mov r24, r18
+    sub r24, r19                        ;     periods between them, if the account is behind
+    clt
+    cp r25, r20
+    mov r25, r18
+    brlo 2f
+    set
+    neg r24
+    mov r25, r19
+    rjmp 3f
+1:  rjmp \anywhere
+2:  mov r30, r19
+3:  add r26, r24                        ; 3   a period is a tick longer than its entry says
+    rjmp 5f
+4:  ld r0, Z                            ; 16
+    ldi r24, STEP_HIGH_TRAIN
+    cp r0, r24
+    brsh 1b
+    dec r31
+    ld r24, Z
+    inc r31
+    inc r30
+    add r26, r24
+    adc r27, r0
+    adc r21, r1
+5:  cpse r30, r25                       ; 2
+    rjmp 4b
+    clr r24                             ; 7   the account is behind the period, or in front of it
+    clr r25
+    brts 6f
+    add_number r22, r23, r24, r26, r27, r21
+    rjmp 7f
+6:  sub_number r22, r23, r24, r26, r27, r21
+    sbc r25, r1
+7:  plain_op add, adc, r18, LEDGER_LOADED, r22, r23, r24, r25 ; 12
+.endm
 
     .section .text.ledger_advance_to_capture, "ax", @progbits
 
