@@ -73,6 +73,7 @@ EXAMPLES = {
         "job make --useq grid.yaml --axis-of X=x --axis-of Y=y --lead-in 8 -o print.pxjob",
     ),
     "job pause": ("job pause print.pxrun",),
+    "job report": ("job report print.pxrun", "job report print.pxrun --measured encoder.csv"),
     "job resume": ("job resume print.pxrun", "job resume print.pxrun --redo 7 --skip 8 --homed"),
     "job run": (
         "job run print.pxjob --folder monday.pxrun",
@@ -134,4 +135,5 @@ EXAMPLES = {
         "--out circle --plot",
     ),
     "ticks": (f"ticks {_SMOOTH} --pixel-hz 30000/1001 -o ticks.csv",),
+    "watch": ("watch print.pxrun", "watch print.pxrun --page print.html"),
 }
