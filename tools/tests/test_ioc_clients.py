@@ -166,9 +166,12 @@ def move_on_a_board(tmp_path, machine, program):
     """Let a client move a simulated board, and judge both."""
     (tmp_path / "machine.toml").write_text(machine)
     command = Command(tmp_path, ideal=False)
-    command.wire().close()
-    rows = command.client(program, PV, BOARD_MOVES, 7, seconds=900 + BOARD_MOVES)
-    assert command.end(signal.SIGINT) == 0
+    try:
+        command.wire().close()
+        rows = command.client(program, PV, BOARD_MOVES, 7, seconds=900 + BOARD_MOVES)
+        assert command.end(signal.SIGINT) == 0
+    finally:
+        command.process.kill()
     check_rows(rows, BOARD_MOVES)
     assert judge_board(tmp_path) >= BOARD_MOVES
     assert "Traceback" not in command.log.read_text()
