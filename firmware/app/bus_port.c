@@ -18,7 +18,7 @@ _Static_assert(CONFIG_TIMER_HZ / 8u == BAUD_CLOCK_100 * 100uL,
                "the clock that divisors are counted in");
 
 // The checksum of a reply up to this long takes no time worth a round of its own.
-#define SHORT_REPLY_BYTES 64u
+#define SHORT_REPLY_BYTES 32u
 
 // The one buffer of the bus: a request is received here, its reply replaces it and is sent from
 // here.
