@@ -55,9 +55,11 @@ static bool read_entry(const struct block *block,
 }
 
 // Entries that are checked between two interludes: one may take 680 cycles.
-#define CHECKED_AT_ONCE 5u
-// Bytes of easy entries, at 30 cycles each. To append a block that is longer takes as long.
-#define PASSED_AT_ONCE 80u
+#define CHECKED_AT_ONCE 4u
+// Bytes of easy entries, at 30 cycles each.
+#define PASSED_AT_ONCE 40u
+// To append a longer block takes some time, too.
+#define LONG_BYTES 80u
 
 // Check as many entries as may be checked at once. Returns the error of the first one that is not
 // possible.
@@ -100,10 +102,9 @@ static inline enum line_error check_some(struct line_check *check,
     return LINE_none;
 }
 
-// True when appending the block takes some time, too.
 static inline bool is_long(const struct block *block)
 {
-    return SEVERAL_AXES && block->size > PASSED_AT_ONCE;
+    return SEVERAL_AXES && block->size > LONG_BYTES;
 }
 
 // Let the axes be looked after. Returns false when the block must come again: the axis has failed
