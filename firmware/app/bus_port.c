@@ -134,7 +134,7 @@ APART void bus_port_poll(void)
     if (phase == LISTENING) {
         take_frame();
         // So does the checksum of a long request.
-        if (SEVERAL_AXES && phase == REQUESTED && bus_frame.length > SHORT_BYTES) {
+        if (phase == REQUESTED && bus_frame.length > SHORT_BYTES) {
             return;
         }
     }
