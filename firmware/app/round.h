@@ -8,8 +8,16 @@
 //     +-------------------------------------------------------------------------------+
 #pragma once
 
+#include "build_features.h" // SEVERAL_AXES
+
 // The next round begins with the first axis.
 void round_start(void);
 
 // One round: short, never waits. Call it again and again.
 void round_poll(void);
+
+#if SEVERAL_AXES
+// The same in the middle of a request, which waits for it: the decoder is called for two axes at
+// most, those that run out first. All else of a round is done.
+void round_poll_briefly(void);
+#endif

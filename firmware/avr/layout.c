@@ -15,7 +15,6 @@
 #include "avr/hal/step_isr.h"      // struct step_engine
 #include "avr/hal/uart_place.h"    // struct uart_place
 #include "build_features.h"        // SEVERAL_AXES, FEATURE_CLOCK_STATISTICS
-#include "clock/clock_watch.h"     // struct clock_watch
 #include "clock/lock_grid.h"       // struct lock_grid
 #include "clock/pixel_period.h"    // struct pixel_period
 #include "line/even_rate.h"        // struct even_rate
@@ -179,6 +178,10 @@ void layout_ledger(void)
     LAYOUT(LEDGER_RECORDS_EARLIER, RECORDS_EARLY);
     OFFSET(LEDGER_RECORD_ERROR, struct kept_record, edge_error_ticks);
 #endif
+
+    OFFSET(LEDGER_SAMPLE_TAIL, struct engine_sample, tail);
+    OFFSET(LEDGER_SAMPLE_CUT, struct engine_sample, cut);
+    OFFSET(LEDGER_SAMPLE_IDLE, struct engine_sample, idle_count);
 }
 
 void layout_clock(void);
@@ -199,21 +202,6 @@ void layout_clock(void)
     OFFSET(LOCK_GRID_SLACK, struct lock_grid, slack_ticks);
     OFFSET(LOCK_GRID_WHOLE, struct lock_grid, pixel.whole_ticks);
     OFFSET(LOCK_GRID_TIMES, struct lock_grid, times);
-
-#if FEATURE_CLOCK_STATISTICS
-    OFFSET(CLOCK_WATCH_FOLLOWING, struct clock_watch, following);
-    OFFSET(CLOCK_WATCH_EDGES, struct clock_watch, edges);
-    OFFSET(CLOCK_WATCH_EDGE_TICKS, struct clock_watch, edge_ticks);
-    OFFSET(CLOCK_WATCH_NEXT_TICKS, struct clock_watch, next_ticks);
-    OFFSET(CLOCK_WATCH_PIXEL, struct clock_watch, pixel);
-    OFFSET(CLOCK_WATCH_DIVIDER, struct clock_watch, divider);
-    OFFSET(CLOCK_WATCH_PHASE, struct clock_watch, phase);
-    OFFSET(CLOCK_WATCH_ERROR, struct clock_watch, error_ticks);
-    OFFSET(CLOCK_WATCH_ERROR_MAX, struct clock_watch, error_max_ticks);
-    OFFSET(CLOCK_WATCH_GRID, struct clock_watch, grid);
-    OFFSET(CLOCK_WATCH_NEAR, struct clock_watch, near);
-    OFFSET(CLOCK_WATCH_NEAR_TICKS, struct clock_watch, near_ticks);
-#endif
 }
 
 void layout_batches(void);

@@ -31,12 +31,6 @@ struct pixel_capture {
 // younger than any capture still to come.
 bool pixel_clock_waiting(void);
 
-// The oldest captured edge, as it waits. Only when one does.
-const struct captured_edge *pixel_clock_oldest(void);
-
-// That edge is taken.
-void pixel_clock_pass(void);
-
 // Take the oldest captured edge. Returns false when there is none.
 bool pixel_clock_take(struct pixel_capture *capture);
 

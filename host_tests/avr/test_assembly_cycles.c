@@ -10,7 +10,6 @@
 
 #include "account/ledger.h"
 #include "account/ledger_pixels.h"
-#include "account/near_edge.h"
 #include "base/divide.h"
 #include "base/multiply.h"
 #include "base/wide.h"
@@ -53,11 +52,10 @@ uint16_t curve_steep_root(uint32_t value);
 #define LOCKED_CYCLES 99u
 #define BELOW_CYCLES  6u // more where it is shorter than nominal
 // Pixels whose records are not kept.
-#define PASSING_CYCLES 210u
-// near_edge_take() with its call and one of two in it, less ledger_take_pixels(), the other one: an
-// edge in the period behind the account,
-#define NEAR_CYCLES        333u
-#define NEAR_PERIOD_CYCLES 16u // and for each period more.
+#define PASSING_CYCLES 69u // each of them,
+#define ERROR_CYCLES   26u // more where its edge has an error,
+#define PASSING_ALL_CYCLES                                                               \
+    342u // and the call of ledger_take_pixels() itself, with one in it
 // Whole pixels of up to 24 steps in even_pixels_write().
 #define EVEN_CYCLES     318u // with a segment of its own, and
 #define SAME_CYCLES     240u // inside a run, besides its steps; up to
@@ -484,70 +482,10 @@ static void pixels_that_pass(void)
 {
     TEST_ASSERT_EQUAL_UINT16(PASSING_CYCLES,
                              time_pixels(4, 0, 100) - time_pixels(3, 0, 100));
-    TEST_ASSERT_LESS_OR_EQUAL_UINT16(PASSING_CYCLES + 80u,
-                                     time_pixels(4, 5, 100) - time_pixels(3, 5, 100));
-}
-
-// The account stands where a pixel of 20 steps of 800 ticks begins, and the interrupt has made a
-// few of them.
-static struct ledger inside_ledger;
-static struct stream inside_stream;
-
-static void stand_at_pixel(void)
-{
-    ledger_reset(&inside_ledger, 1000);
-    inside_stream = (struct stream){.ring = &ring, .behind_periods = PIXEL_STEPS - 1u};
-    for (uint8_t i = 0; i < PIXEL_STEPS; i++) {
-        ring.low[i] = (uint8_t)(799u & 0xFFu);
-        ring.high[i] = 799u >> 8;
-    }
-}
-
-MEASURING time_inside(uint8_t tail)
-{
-    stand_at_pixel();
-    uint16_t start = now();
-
-    result = ledger_take_pixels(&inside_ledger, &inside_stream, tail);
-    return (uint16_t)(now() - start);
-}
-
-// The edge is one tick late, so many periods behind the account's place.
-MEASURING time_near(uint8_t periods, uint32_t remainder)
-{
-    static struct captured_edge edge;
-    static struct clock_watch watch;
-    static struct pixel_period period;
-
-    stand_at_pixel();
-    period =
-        (struct pixel_period){.whole_ticks = 16000, .remainder = remainder, .divisor = 3};
-    edge =
-        (struct captured_edge){.ticks = 38, .tail = (uint8_t)(periods + 2u), .notes = 1};
-    watch = (struct clock_watch){.following = true,
-                                 .near = true,
-                                 .near_ticks = 499,
-                                 .next_ticks = 2000u + 800u * periods + 34u,
-                                 .grid.period = &period};
-    uint16_t start = now();
-    struct near_edge near = near_edge_take(&edge, &inside_ledger, &inside_stream, &watch);
-    uint16_t end = now();
-
-    TEST_ASSERT_TRUE(near.taken && near.of_pixel);
-    TEST_ASSERT_EQUAL_INT16(1, watch.error_ticks);
-    return (uint16_t)(end - start);
-}
-
-static void near_edges(void)
-{
-    for (uint8_t periods = 0; periods < 4u; periods++) {
-        uint16_t cycles =
-            (uint16_t)(NEAR_CYCLES + periods * NEAR_PERIOD_CYCLES - 2u * CALL_LESS);
-        uint16_t inside_cycles = time_inside((uint8_t)(periods + 2u));
-        TEST_ASSERT_EQUAL_UINT16(cycles, time_near(periods, 0) - inside_cycles);
-        TEST_ASSERT_EQUAL_UINT16(cycles + GRID_CYCLES - WHOLE_CYCLES,
-                                 time_near(periods, 1) - inside_cycles);
-    }
+    TEST_ASSERT_EQUAL_UINT16(PASSING_CYCLES + ERROR_CYCLES,
+                             time_pixels(4, 5, 100) - time_pixels(3, 5, 100));
+    TEST_ASSERT_EQUAL_UINT16(3u * PASSING_CYCLES + PASSING_ALL_CYCLES - 2u * CALL_LESS,
+                             time_pixels(3, 0, 100));
 }
 
 // Of the pixels that are written: fractions of a tick.
@@ -651,7 +589,6 @@ int main(void)
 #endif
     RUN_TEST(pixels_accounted_for);
     RUN_TEST(pixels_that_pass);
-    RUN_TEST(near_edges);
     RUN_TEST(even_pixels);
     RUN_TEST(even_pixels_of_two_intervals);
     RUN_TEST(even_pixels_of_a_grid_with_fractions);

@@ -122,17 +122,6 @@ bool pixel_clock_waiting(void)
     return false;
 }
 
-const struct captured_edge *pixel_clock_oldest(void)
-{
-    static const struct captured_edge none;
-
-    return &none;
-}
-
-void pixel_clock_pass(void)
-{
-}
-
 bool pixel_clock_take(struct pixel_capture *capture)
 {
     (void)capture;

@@ -6,7 +6,7 @@ folders of the firmware.
                                  (default: build/host) and of every board's build
 
 The tables below list the uses that may close a circle, each with its reason; module_graph.py also
-writes them into DESIGN.md. A row that closes no circle is an error.
+writes them into docs/MODULES.md. A row that closes no circle is an error.
 """
 
 import sys

@@ -186,21 +186,6 @@ bool reference_edge(uint32_t edge_ticks, uint16_t *pixel)
 #endif
 }
 
-#if SEVERAL_AXES && FEATURE_CLOCK_STATISTICS
-struct near_edge reference_take_near(struct axis *axis)
-{
-    struct near_edge near = near_edge_take(
-        pixel_clock_oldest(), &axis->ledger, &axis->feed.stream, &edge_watch);
-
-    if (near.taken) {
-        pixel_clock_pass();
-        (void)measure(false, edge_watch.edge_ticks);
-        restart_time_out(false);
-    }
-    return near;
-}
-#endif
-
 uint16_t reference_number(void)
 {
     const struct lock_grid *grid = lock_grid_now();

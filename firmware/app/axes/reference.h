@@ -12,7 +12,6 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "account/near_edge.h" // struct near_edge
 #include "axis/axis.h"         // struct axis
 #include "clock/clock_watch.h" // struct clock_watch
 
@@ -37,13 +36,6 @@ bool reference_present(void);
 // is a pixel edge of the reference line; *pixel is then its number (clock_watch_edge()). A line
 // that is locked to the clock leaves out glitches.
 bool reference_edge(uint32_t edge_ticks, uint16_t *pixel);
-
-#if SEVERAL_AXES && FEATURE_CLOCK_STATISTICS
-// Take the oldest captured edge, if it came where it was planned, by the account of this axis, that
-// of the pixel clock, and do what reference_edge() does with it. Only where an edge waits and lines
-// are not locked to the clock.
-struct near_edge reference_take_near(struct axis *axis);
-#endif
 
 #if SEVERAL_AXES
 // Whether the next edges are to be measured although they come at a kilohertz or more and no line

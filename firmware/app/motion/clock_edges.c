@@ -150,6 +150,10 @@ static inline bool fault_noted(void)
 {
     return false;
 }
+
+static inline void latch_noted(void)
+{
+}
 #endif
 
 // A false edge begins the rest again. Behind a burst's first edge any odd distance shows that one
@@ -315,36 +319,6 @@ static uint8_t sum_of(uint8_t lost, uint8_t more)
 // that waited then.
 static uint8_t unsure_edges;
 
-#if SEVERAL_AXES && FEATURE_CLOCK_STATISTICS
-// Take the oldest edge if it came where it was planned, and nothing else is to be asked.
-static bool take_near(void)
-{
-    struct axis *axis = axes_get(CONFIG_PIXEL_CLOCK_AXIS);
-
-    if (axis->life.state != AXIS_RUNNING || lock_grid_now()->locks || unsure_edges != 0 ||
-        pixel_clock_any_lost() || seek_edge_waits(CONFIG_PIXEL_CLOCK_AXIS)) {
-        return false;
-    }
-    struct near_edge near = reference_take_near(axis);
-
-    if (!near.taken) {
-        return false;
-    }
-    if (near.of_pixel) {
-        note_edge_error(near.pixel);
-    }
-    if (!pixel_clock_waiting()) {
-        start_on_edge(reference_watch()->edge_ticks);
-    }
-    return true;
-}
-#elif SEVERAL_AXES
-static inline bool take_near(void)
-{
-    return false;
-}
-#endif
-
 // Add the edges that were lost behind those that waited.
 static inline uint8_t add_lost(uint8_t lost)
 {
@@ -367,33 +341,7 @@ static inline void take_this(const struct pixel_capture *capture)
     }
 }
 
-#if SEVERAL_AXES
-// Apart from the edges that are near: what this saves costs as much as one of them.
-static APART uint8_t take_any(uint8_t lost)
-{
-    struct pixel_capture capture;
-
-    if (pixel_clock_take(&capture)) {
-        lost = add_lost(lost);
-        take_this(&capture);
-    }
-    return lost;
-}
-
 // Take as many edges as wait. Returns the number of those that were lost.
-static inline uint8_t take_waiting(void)
-{
-    uint8_t lost = 0;
-
-    for (uint8_t left = EDGES_A_ROUND; left != 0 && pixel_clock_waiting(); left--) {
-        if (!take_near()) {
-            lost = take_any(lost);
-            latch_noted();
-        }
-    }
-    return lost;
-}
-#else
 static inline uint8_t take_waiting(void)
 {
     struct pixel_capture capture;
@@ -402,10 +350,10 @@ static inline uint8_t take_waiting(void)
     for (uint8_t left = EDGES_A_ROUND; left != 0 && pixel_clock_take(&capture); left--) {
         lost = add_lost(lost);
         take_this(&capture);
+        latch_noted();
     }
     return lost;
 }
-#endif
 
 // Take captured clock edges. Not inline, so that the captures do not take up stack below the
 // decoder of steps.

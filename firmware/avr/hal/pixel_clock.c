@@ -44,16 +44,6 @@ APART_SMALL bool pixel_clock_waiting(void)
     return pixel_clock_edges.head != pixel_clock_edges.tail;
 }
 
-const struct captured_edge *pixel_clock_oldest(void)
-{
-    return &pixel_clock_edges.entries[pixel_clock_edges.tail & (CONFIG_CLOCK_EDGES - 1u)];
-}
-
-void pixel_clock_pass(void)
-{
-    pixel_clock_edges.tail = (uint8_t)(pixel_clock_edges.tail + 1u);
-}
-
 bool pixel_clock_take(struct pixel_capture *capture)
 {
     uint8_t tail = pixel_clock_edges.tail;

@@ -453,64 +453,35 @@ static uint32_t idle_start(const struct ledger *ledger,
            multiply_u32_u16(STEP_IDLE_TICKS, count);
 }
 
-// The end of the captured count, if the period that it was counted in, or the first one before that
-// one that is as long, is one of the single periods around this place that still stand in the ring.
-static inline bool find_in_ring(const struct ledger *ledger,
-                                const struct stream *stream,
-                                uint8_t tail,
-                                uint8_t back,
-                                uint16_t captured_ticks,
-                                uint32_t *ticks)
-{
-    uint8_t ahead = (uint8_t)(tail - stream->retired);
-    uint8_t known = (uint8_t)(ahead + ledger->fresh);
-
-    for (uint8_t at = back; at < known; at++) {
-        uint8_t slot = (uint8_t)(tail - 1u - at);
-        if (captured_ticks < stream_entry_ticks(stream, slot)) {
-            *ticks = start_beside(ledger, stream, slot, at < ahead) + captured_ticks;
-            return true;
-        }
-    }
-    return false;
-}
-
-#if SEVERAL_AXES
-bool ledger_capture_in_pixel(struct ledger *ledger,
-                             struct stream *stream,
-                             const struct engine_sample *sample,
-                             uint8_t back,
-                             uint16_t captured_ticks,
-                             uint32_t *ticks)
-{
-    return sample->cut == 0 && sample->idle_count == ledger->idle_seen &&
-           ledger->train == LEDGER_NO_TRAIN && stream_batch_here(stream) == NULL &&
-           ledger_take_pixels(ledger, stream, sample->tail) &&
-           find_in_ring(ledger, stream, sample->tail, back, captured_ticks, ticks);
-}
+// Apart from the quick way of ledger_capture.S, which boards of several axes take first.
+#if defined(__AVR__) && SEVERAL_AXES
+#define TO_CAPTURE ledger_capture_anywhere
+#else
+#define TO_CAPTURE ledger_advance_to_capture
 #endif
 
-APART uint32_t ledger_advance_to_capture(struct ledger *ledger,
-                                         struct stream *stream,
-                                         const struct engine_sample *sample,
-                                         uint8_t back,
-                                         uint16_t captured_ticks)
+APART uint32_t TO_CAPTURE(struct ledger *ledger,
+                          struct stream *stream,
+                          const struct engine_sample *sample,
+                          uint8_t back,
+                          uint16_t captured_ticks)
 {
-    uint32_t ticks;
-
     // Most edges come while the clock's axis rests, or while it is in a pixel that stays whole.
     if (SEVERAL_AXES && back == 1 && stream->retired == sample->tail &&
         ledger_idles(ledger)) {
         return idle_start(ledger, sample) + captured_ticks;
     }
-#if SEVERAL_AXES
-    if (ledger_capture_in_pixel(ledger, stream, sample, back, captured_ticks, &ticks)) {
-        return ticks;
-    }
-#endif
     ledger_advance(ledger, stream, sample, LEDGER_BY_BATCHES);
-    if (find_in_ring(ledger, stream, sample->tail, back, captured_ticks, &ticks)) {
-        return ticks;
+    uint8_t ahead = (uint8_t)(sample->tail - stream->retired);
+    uint8_t known = (uint8_t)(ahead + ledger->fresh);
+
+    // The period, or the first one before it that is as long as the captured count, among the
+    // single periods around this place that still stand in the ring.
+    for (uint8_t at = back; at < known; at++) {
+        uint8_t slot = (uint8_t)(sample->tail - 1u - at);
+        if (captured_ticks < stream_entry_ticks(stream, slot)) {
+            return start_beside(ledger, stream, slot, at < ahead) + captured_ticks;
+        }
     }
     ledger_advance(ledger, stream, sample, LEDGER_EXACTLY);
     return ledger_capture_ticks(ledger, stream, back, captured_ticks);

@@ -147,15 +147,13 @@ uint32_t ledger_advance_to_capture(struct ledger *ledger,
                                    uint8_t back,
                                    uint16_t captured_ticks);
 
-#if SEVERAL_AXES
-// The quick way of ledger_advance_to_capture(): returns false unless the edge lies inside a pixel
-// that was written as a whole. Then *ticks is the edge's time.
-bool ledger_capture_in_pixel(struct ledger *ledger,
-                             struct stream *stream,
-                             const struct engine_sample *sample,
-                             uint8_t back,
-                             uint16_t captured_ticks,
-                             uint32_t *ticks);
+#if defined(__AVR__) && SEVERAL_AXES
+// The same, for ledger_capture.S, which knows a quick way.
+uint32_t ledger_capture_anywhere(struct ledger *ledger,
+                                 struct stream *stream,
+                                 const struct engine_sample *sample,
+                                 uint8_t back,
+                                 uint16_t captured_ticks) __attribute__((used));
 #endif
 
 // Position by a sample to which the account was advanced by batches: with the single periods of a

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Tracks the pixel clock: the time of its edges and its period, both smoothed, so that edges to
-// come can be predicted. An alpha-beta filter, in whole numbers and shifts; DESIGN.md, "Locked to
-// the pixel clock", derives its gains. Times are ticks since the timers started; they wrap. Main
-// loop only.
+// come can be predicted. An alpha-beta filter, in whole numbers and shifts; DESIGN.md, "The pixel
+// clock", says what its gains buy. Times are ticks since the timers started; they wrap. Main loop
+// only.
 //
 //     edges       |         |          |                     |       |  |
 //     expected    |         |         |          |          |          |

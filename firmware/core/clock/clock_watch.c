@@ -153,10 +153,12 @@ static APART bool look_closely(struct clock_watch *watch,
     return pass_planned(watch, pixel);
 }
 
-bool clock_watch_near(struct clock_watch *watch,
-                      uint32_t edge_ticks,
-                      uint16_t *pixel,
-                      bool *of_pixel)
+// Take an edge that is near its planned time. Returns false and changes nothing when it came
+// elsewhere; else *of_pixel is the result of clock_watch_edge().
+static inline bool take_near(struct clock_watch *watch,
+                             uint32_t edge_ticks,
+                             uint16_t *pixel,
+                             bool *of_pixel)
 {
     int32_t error_ticks = (int32_t)(edge_ticks - watch->next_ticks);
 
@@ -179,8 +181,8 @@ bool clock_watch_edge(struct clock_watch *watch,
     bool of_pixel = false;
 
     // Edge after edge where it was planned is all there is, nearly always.
-    if (clock_watch_expects(watch) &&
-        clock_watch_near(watch, edge_ticks, pixel, &of_pixel)) {
+    if (watch->following && watch->near &&
+        take_near(watch, edge_ticks, pixel, &of_pixel)) {
         return of_pixel;
     }
     return look_closely(watch, period, edge_ticks, pixel);

@@ -71,19 +71,6 @@ bool clock_watch_edge(struct clock_watch *watch,
                       uint16_t *pixel);
 
 #if FEATURE_CLOCK_STATISTICS
-// An edge is expected where the next one is planned, as far off as the one before it was.
-static inline bool clock_watch_expects(const struct clock_watch *watch)
-{
-    return watch->following && watch->near;
-}
-
-// An edge came that clock_watch_expects(). Returns false and changes nothing when the edge came
-// elsewhere; else *of_pixel is the result of clock_watch_edge().
-bool clock_watch_near(struct clock_watch *watch,
-                      uint32_t edge_ticks,
-                      uint16_t *pixel,
-                      bool *of_pixel);
-
 // The newest edge came so many ticks later than planned.
 void clock_watch_note(struct clock_watch *watch, int32_t error_ticks);
 #endif

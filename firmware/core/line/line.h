@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Makes pieces of the segments of one line. A piece is a span of time with evenly spaced or
 // uniformly accelerated steps. A piece is one pixel, except where backlash is taken up (DESIGN.md,
-// "Backlash"): there the pixels before the line speed V is reached lie t_b = P*B/V earlier than the
-// clock, and a piece of B steps at speed V brings the line back onto the clock.
+// "Counts to intervals, exactly"): there the pixels before the line speed V is reached lie
+// t_b = P*B/V earlier than the clock, and a piece of B steps at speed V brings the line back onto
+// the clock.
 //
 //     edges      0         1         2    ...   Na       Na+1      Na+2
 //                |---------|---------|-- ... ---|---------|---------|

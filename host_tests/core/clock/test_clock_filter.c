@@ -127,7 +127,7 @@ static void check_gain(uint16_t aimed, uint16_t ahead, uint16_t hundredths)
     TEST_ASSERT_UINT32_WITHIN(expected / 12u, expected, found);
 }
 
-// The model's gains (DESIGN.md, "Locked to the pixel clock").
+// The model's gains (DESIGN.md, "The pixel clock").
 static void noise_is_averaged_as_the_model_says(void)
 {
     check_gain(2, 1, 47);

@@ -175,7 +175,7 @@ static uint16_t compare_ways(uint32_t hz, uint16_t edges)
             error_ticks = 0;
         }
         memcpy(&general, &watch, sizeof watch);
-        quick = (uint16_t)(quick + clock_watch_expects(&watch));
+        quick = (uint16_t)(quick + (watch.following && watch.near ? 1u : 0u));
         general.near = false;
         bool of_pixel = clock_watch_edge(
             &watch, &period, planned_ticks + (uint32_t)error_ticks, &pixel);

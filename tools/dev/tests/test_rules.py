@@ -331,7 +331,7 @@ def test_a_drawing_that_is_out_of_date_is_found(tmp_path, monkeypatch, part):
     drawn = dict.fromkeys(module_graph.TABLES, "```\nnow\n```\n")
     monkeypatch.setattr(module_graph, "drawings", lambda: drawn)
     text = "".join(module_graph.markdown.marked(name, one) for name, one in drawn.items())
-    path = tmp_path / "DESIGN.md"
+    path = tmp_path / "MODULES.md"
     path.write_text(text)
     monkeypatch.setattr("sys.argv", ["module_graph.py", "--check", str(path)])
     assert module_graph.deliver(module_graph.arguments()) == []
