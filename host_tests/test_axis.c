@@ -159,7 +159,7 @@ static void chained_lines(void)
     }
     TEST_ASSERT_EQUAL_INT32(10, bench.steps);
     TEST_ASSERT_EQUAL_UINT32(bench.zero_ticks + 9u * 16000uL, last_step_ticks);
-    TEST_ASSERT_EQUAL_UINT16(3, bench.axis.lines_done);
+    TEST_ASSERT_EQUAL_UINT16(3, bench.axis.ledger.lines_done);
     TEST_ASSERT_EQUAL_INT32(-40, records_get(&bench.axis.ledger.records, 3).actual_steps);
     TEST_ASSERT_EQUAL_UINT32(4, bench.axis.ledger.pixel);
     TEST_ASSERT_EQUAL(AXIS_DONE, bench.axis.life.state);

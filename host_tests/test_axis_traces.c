@@ -307,7 +307,7 @@ static void run(void)
         ended++;
     }
     trace((uint16_t)bench.steps);
-    trace(axis->lines_done);
+    trace(axis->ledger.lines_done);
     trace(axis->play_unknown);
 }
 

@@ -49,7 +49,7 @@ static void armed_line_runs_to_its_end(void)
     TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
     TEST_ASSERT_EQUAL_INT32(30, fake_axes[1].steps);
     TEST_ASSERT_EQUAL_INT32(30, ledger_position(&axes_get(1)->ledger));
-    TEST_ASSERT_EQUAL_UINT16(1, axes_get(1)->lines_done);
+    TEST_ASSERT_EQUAL_UINT16(1, axes_get(1)->ledger.lines_done);
     TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
     check_nothing_moves();
 }
@@ -138,7 +138,7 @@ static void second_line_waits_for_its_own_arming(void)
     arm(1);
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
     TEST_ASSERT_EQUAL_INT32(-10, fake_axes[0].steps);
-    TEST_ASSERT_EQUAL_UINT16(2, axes_get(0)->lines_done);
+    TEST_ASSERT_EQUAL_UINT16(2, axes_get(0)->ledger.lines_done);
 }
 
 static void unclocked_line_starts_without_a_clock(void)
@@ -192,7 +192,7 @@ static void check_policy(uint16_t policy)
     }
     check_play(0, false);
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
-    TEST_ASSERT_EQUAL_UINT16(2, axes_get(0)->lines_done);
+    TEST_ASSERT_EQUAL_UINT16(2, axes_get(0)->ledger.lines_done);
     TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
 }
 

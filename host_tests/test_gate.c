@@ -95,7 +95,7 @@ static void check_state(uint8_t axis, enum axis_state state)
 static void check_made(uint8_t axis, uint16_t lines)
 {
     TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
-    TEST_ASSERT_EQUAL_UINT16(lines, axes_get(axis)->lines_done);
+    TEST_ASSERT_EQUAL_UINT16(lines, axes_get(axis)->ledger.lines_done);
     TEST_ASSERT_EQUAL_INT32((int32_t)lines * STEPS * (int32_t)PIXELS,
                             fake_axes[axis].steps);
     TEST_ASSERT_UINT32_WITHIN(2,

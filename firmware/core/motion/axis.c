@@ -300,7 +300,7 @@ void axis_line_finished(struct axis *axis)
 {
     BY_POINTER_SMALL(axis);
     if (lifecycle_report(&axis->life, LIFECYCLE_FINISHED)) {
-        axis->lines_done++;
+        axis->ledger.lines_done++;
         if (FEATURE_LINE_DIVIDER && !start_queued(axis)) {
             // Of the next line no more than its head is here: no line is in front of it any more.
             axis->check.behind = false;
@@ -325,14 +325,12 @@ void axis_line_decoded(struct axis *axis, const struct pixel_period *period)
         axis->whole_lines--;
     }
     if (line_chains(axis)) {
+        // The grid goes on as it is, with its part of a tick.
         struct line_grid edges = axis->line.edges;
 
-        axis->lines_done++;
         axis_begin_line(
             axis, period, axis->line.line_speed != 0 ? BEFORE_ALL : BEFORE_UNKNOWN);
-        if (line_grid_locked(&edges)) {
-            axis->line.edges = edges;
-        }
+        axis->line.edges = edges;
         return;
     }
     feed_end(&axis->feed);

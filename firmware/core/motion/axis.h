@@ -87,8 +87,6 @@ struct axis {
     uint8_t line_warning;
     // Number that the next block must have.
     uint16_t next_block;
-    // Lines finished since reset; wraps.
-    uint16_t lines_done;
     // Step interrupts that came too late, since reset; wraps.
     uint16_t underruns;
     // First pixel of the refused segment, 1-based.
