@@ -710,7 +710,7 @@ static void chained(void)
 
 static void chained_lines(void)
 {
-    lines(chained, 0x51A8uL, 0x8E590DC1uL, 0x4A7D1E91uL, 0x5AE1E4A1uL);
+    lines(chained, 0x51A8uL, 0x328753E8uL, 0x2D9D0B05uL, 0xF2A0F7F2uL);
 }
 
 static void open_clock(uint16_t divider)
