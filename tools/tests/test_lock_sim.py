@@ -308,8 +308,8 @@ def test_a_clock_beyond_the_tolerance_is_a_named_fault(tmp_path):
         (("uno", "mega"), 100, 300, 5.0, 30),
         (("uno", "mega"), 700, 300, 5.0, 30),
         # The same time is another number of ticks, and of edges if ticks are compared.
-        (("mega", "m1284"), 90, 300, 5.0, 30),
-        (("uno", "m1284"), 120, 300, 5.0, 30),
+        (("mega", "m1284"), 70, 300, 5.0, 30),
+        (("uno", "m1284"), 200, 300, 5.0, 30),
     ],
 )
 def test_two_boards_on_one_clock_end_their_pixels_together(
