@@ -8,6 +8,7 @@ import runbench
 from pixstep import ops
 from pixstep.errors import RefusedError
 from pixstep.jobs.run_folder import RunFolder
+from pixstep.jobs.runner import Chain
 
 
 @pytest.fixture
@@ -93,8 +94,30 @@ def test_on_a_gated_clock_each_line_has_a_burst(tmp_path, simulator, sync):
     job = runbench.folder_with_job(tmp_path, lines=3, text=text)
     with runbench.bus() as link:
         link.simulator.clock(f"gate {job.pixels + 12} 400000")
-        done = runbench.run(tmp_path, link)
+        done = runbench.run(tmp_path, link, time_gaps=True)
         made = link.simulator.count(0, 0)
     assert (done["state"], done["printed"]) == ("finished", 3)
+    assert done["gap_px"] == 0
     assert made == sum(job.line(n)["M39"].total_steps for n in (1, 2, 3))
     assert [one for one in kinds(tmp_path) if one[0] == "chain"] == [("chain", 1)]
+
+
+@pytest.mark.parametrize("late", [False, True])
+def test_pixels_between_lines_are_counted(folder, monkeypatch, late):
+    """A computer that is late by a while lets the motors rest, which are pixels of no line."""
+    late_at = []
+    if late:
+        look = Chain._each
+
+        def slow(chain, act):
+            if chain.first == 1 and not late_at:
+                late_at.append(chain.world.now_s())
+                chain.world.wait(2.5 * chain.job.pixels / 30)  # lines 1 and 2 are over then
+            look(chain, act)
+
+        monkeypatch.setattr(Chain, "_each", slow)
+    with runbench.bus() as link:
+        done = runbench.run(folder, link, time_gaps=True)
+    assert done["state"] == "finished"
+    assert (done["gap_px"] > 0) == bool(done["rests"]) == late
+    assert ("0 pixels of the clock passed between lines" in done.page()) == (not late)

@@ -24,6 +24,7 @@ from pixstep.board.recording import Row
 from pixstep.board.together import Together
 from pixstep.jobs import account, history, stations
 from pixstep.jobs.account import Axis
+from pixstep.jobs.gaps import Gaps
 from pixstep.jobs.job import Job
 from pixstep.jobs.parts import Parts
 from pixstep.jobs.run_log import Event
@@ -84,6 +85,7 @@ class Chain:
     first: int
     last: int
     parts: Parts | None = None
+    gaps: Gaps | None = None
     made: int = field(init=False)
     reserve_px: float = field(default=math.inf, init=False)
     lost: dict[str, BoardError] = field(default_factory=dict)
@@ -233,7 +235,8 @@ class Chain:
 
     def _judge(self, station: Station) -> None:
         """Look at a board's axes. Raises BoardError for what keeps a board from going on."""
-        for axis in station.look():
+        times = self.gaps if station is self.stations[0] else None
+        for axis in times.look(station, self.first) if times else station.look():
             if axis.state == "fault":
                 run.raise_fault(station.board)
             if axis.has_gone_back or self._has_fewer_blocks(axis):

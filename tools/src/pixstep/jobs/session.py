@@ -13,6 +13,7 @@ from pixstep.board.errors import BoardError
 from pixstep.board.link import World
 from pixstep.errors import AskedText, RefusedError
 from pixstep.jobs import history, positioning, stations, tag
+from pixstep.jobs.gaps import Gaps
 from pixstep.jobs.history import History
 from pixstep.jobs.job import Job
 from pixstep.jobs.parts import Parts
@@ -38,6 +39,7 @@ class Session:
     told: History
     watch: Watch
     parts: Parts | None = None
+    gaps: Gaps | None = None
     clock: Callable[[], float] = time.time
     rests: int = 0
     reserve_px: float = math.inf
@@ -53,6 +55,11 @@ class Session:
         seconds = {"at": round(self.clock(), 3), "s": round(self.world.now_s(), 3)}
         self.log.add({**event, **seconds})
         self.told.take(event)
+
+    def time_gaps(self) -> None:
+        """Count the clock's pixels between lines."""
+        clock = self.machine.clock
+        self.gaps = Gaps(self.job, clock.edges, gated=bool(clock.gate_edges))
 
     def begin(self, facts: Event, *, safe: bool) -> None:
         """Log who prints what, on which boards, and give each board its tag."""
@@ -94,7 +101,7 @@ class Session:
             last = self._end_of_stretch(first)
             chain = Chain(
                 self.job, self.machine, self.stations, self.world, self.note, self.watch, first,
-                last, self.parts,
+                last, self.parts, self.gaps,
             )  # fmt: skip
             ended = chain.make()
             self.reserve_px = min(self.reserve_px, chain.reserve_px)
