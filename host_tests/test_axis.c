@@ -165,8 +165,8 @@ static void chained_lines(void)
     TEST_ASSERT_EQUAL(AXIS_DONE, bench.axis.life.state);
 }
 
-// A pixel of a third of a tick more than whole ones: nine lines of one pixel are as long as one line of
-// nine.
+// A pixel of a third of a tick more than whole ones: nine lines of one pixel are as long as one
+// line of nine.
 static void chained_lines_keep_the_part_of_a_tick(void)
 {
     uint32_t last_step_ticks = 0;
@@ -186,26 +186,25 @@ static void chained_lines_keep_the_part_of_a_tick(void)
     TEST_ASSERT_EQUAL_UINT32(bench.zero_ticks + 9u * 16000000uL / 30u, last_step_ticks);
 }
 
-// The same where lines take up their play, so that their pieces are a part of a pixel early: of all
-// parts of a pixel up to the whole one.
-static void check_chained_play(int16_t backlash_steps)
+// A smooth line of five pixels that takes up so much play.
+static void queue_with_play(uint16_t flags, int16_t backlash_steps)
 {
     static const int16_t counts[] = {0, 10, 20, 20, 10};
+    uint16_t mark = LINE_MARK_START | LINE_START_SMOOTH | flags;
+
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue((int16_t)mark, 0));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(backlash_steps, 20));
+    for (uint8_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
+        TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(counts[i], 1));
+    }
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(LINE_MARK_END, 0));
+}
+
+// Run to the end; return when the last step was.
+static uint32_t run_to_the_last_step(void)
+{
     uint32_t last_step_ticks = 0;
 
-    bench_open(30, 1);
-    for (uint8_t line = 0; line < 4; line++) {
-        uint16_t mark = LINE_MARK_START | LINE_START_SMOOTH |
-                        (line == 0 ? LINE_START_WAIT : 0u) |
-                        ((line & 1u) != 0 ? LINE_START_NEGATIVE : 0u);
-        TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue((int16_t)mark, 0));
-        TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(backlash_steps, 20));
-        for (uint8_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
-            TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(counts[i], 1));
-        }
-        TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(LINE_MARK_END, 0));
-    }
-    TEST_ASSERT_TRUE(bench_start_line());
     while (!bench_finish_line()) {
         uint32_t start_ticks = bench.now_ticks;
         if (bench_period().pulse) {
@@ -213,6 +212,20 @@ static void check_chained_play(int16_t backlash_steps)
         }
         TEST_ASSERT_NOT_EQUAL(STEP_ENGINE_HALTED, bench.engine.state);
     }
+    return last_step_ticks;
+}
+
+// The same where lines take up their play, so that their pieces are a part of a pixel early: of all
+// parts of a pixel up to the whole one.
+static void check_chained_play(int16_t backlash_steps)
+{
+    bench_open(30, 1);
+    queue_with_play(LINE_START_WAIT, backlash_steps);
+    queue_with_play(LINE_START_NEGATIVE, backlash_steps);
+    queue_with_play(0, backlash_steps);
+    queue_with_play(LINE_START_NEGATIVE, backlash_steps);
+    TEST_ASSERT_TRUE(bench_start_line());
+    uint32_t last_step_ticks = run_to_the_last_step();
     TEST_ASSERT_EQUAL_UINT32(bench.zero_ticks + 20u * 16000000uL / 30u, last_step_ticks);
     TEST_ASSERT_EQUAL_INT32(0, bench.steps);
     TEST_ASSERT_EQUAL_INT32(0, ledger_position(&bench.axis.ledger));

@@ -55,7 +55,7 @@ struct order {
     uint16_t argument;
     // Go: the number of the clock edge that is line zero, 0 none.
     uint16_t edge;
-    // Whose job the board is in, 0 after a reset. Every order has it, and none but a host's changes it.
+    // Whose job the board is in, 0 after a reset: no order changes it, a host that writes it does.
     uint16_t tag;
 };
 

@@ -82,7 +82,7 @@ struct axis {
 #if FEATURE_LINE_ENDS
     // The newest line that was begun says that another one follows,
     bool more : 1;
-    // and so did the one that was armed: the axis ends at the same line as the others of its company.
+    // and so did the one that was armed: the axis ends at the same line as its company.
     bool joint : 1;
     // Lines begun since the one that was armed; wraps.
     uint8_t lines_begun;
@@ -198,8 +198,8 @@ void axis_discard(struct axis *axis, uint8_t ring_slot);
 // The decoder has reached the end mark: begin the next line if it follows without a gap, else end
 // the decoding.
 //
-// Axes that were armed with lines of LINE_START_MORE begin their next line all or none: the first one
-// that comes to its end mark goes on only if each of the others has that line in its queue.
+// Axes that were armed with lines of LINE_START_MORE begin their next line all or none: the first
+// one that comes to its end mark goes on only if each of the others has that line in its queue.
 //
 //     axis 0   | line 1    | line 2    |            axis 1's line 3 was not queued when axis 0 came
 //     axis 1   | line 1    | line 2    |            to its end mark: line_error none_followed
