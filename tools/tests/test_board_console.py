@@ -109,7 +109,7 @@ def test_info_of_those_that_answer_is_there_though_one_is_absent(two):
 def test_info(two):
     two.board.clock, two.board.permit, two.board.inputs_bits = True, True, 0x20
     text = two.out("info", "--unit", "1,2")
-    assert "board 1: mega, firmware 0.1, register map 5 (pixstep mega 0.1)" in text
+    assert "board 1: mega, firmware 0.1, register map 6 (pixstep mega 0.1)" in text
     assert "pixel clock present, permit output on" in text
     assert "axis 1 minus limit tripped" in text
     assert "board 2: uno" in text
