@@ -34,7 +34,7 @@ def test_an_unreadable_reply_says_so(one):
 def test_another_map_version_names_both(one):
     one.board.values["map_version"] = 2
     text = one.err("get", "status")
-    assert "board 1 has register map 2 (firmware 0.1), this tool knows map 5" in text
+    assert "board 1 has register map 2 (firmware 0.1), this tool knows map 6" in text
 
 
 def test_exceptions_are_named(one):
@@ -76,7 +76,7 @@ def test_scan(two):
 
 def test_scan_tells_what_is_no_board_of_this_map(two):
     two.boards[1].values["map_version"] = 9
-    assert "9 (this tool knows map 5)" in two.out("scan", "--unit", "1-3")
+    assert "9 (this tool knows map 6)" in two.out("scan", "--unit", "1-3")
     two.boards[1].values = {}
     two.boards[1].input_words = lambda first: {}
     found = two.json("scan", "--unit", "2", status=1)
