@@ -67,8 +67,8 @@ def test_an_axis_that_a_board_has_not(two):
 def test_scan(two):
     text = two.out("scan", "--unit", "1-5")
     rows = [line.split() for line in text.splitlines() if line.split()[:1] in (["1"], ["2"])]
-    assert rows[0][:5] == ["1", "mega", "0.1", "5", "4"]
-    assert rows[1][:5] == ["2", "uno", "0.1", "5", "1"]
+    assert rows[0][:5] == ["1", "mega", "0.1", "6", "4"]
+    assert rows[1][:5] == ["2", "uno", "0.1", "6", "1"]
     found = two.json("scan", "--unit", "1-5")
     assert [item["unit"] for item in found["boards"]] == [1, 2]
     assert found["baud"] == 115200 and found["parity"] == "E"
