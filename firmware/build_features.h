@@ -62,6 +62,10 @@
 #ifndef FEATURE_SHARED_SWITCH
 #define FEATURE_SHARED_SWITCH BOARD_ALL_FEATURES
 #endif
+// Axes that end at the same line, and a silent bus that acts at a line's end.
+#ifndef FEATURE_LINE_ENDS
+#define FEATURE_LINE_ENDS BOARD_ALL_FEATURES
+#endif
 // Pixel clocks that come in bursts: setting `gate_edges`. A burst names an edge as `go` does: an
 // image without start tokens has no gate.
 #ifndef FEATURE_GATE
@@ -81,4 +85,5 @@
      FEATURE_DIAGNOSIS << 3 | FEATURE_EVENTS << 4 | FEATURE_CLOCK_STATISTICS << 5 |      \
      FEATURE_STORE << 6 | FEATURE_TOKENS << 7 | FEATURE_DRIVER_TIMING << 8 |             \
      FEATURE_FILES << 9 | FEATURE_NARROW_CURVES << 10 | FEATURE_SHORT_CURVES << 11 |     \
-     FEATURE_LINE_DIVIDER << 12 | FEATURE_GATE << 13 | FEATURE_SHARED_SWITCH << 14)
+     FEATURE_LINE_DIVIDER << 12 | FEATURE_GATE << 13 | FEATURE_SHARED_SWITCH << 14 |     \
+     (uint16_t)FEATURE_LINE_ENDS << 15)

@@ -49,7 +49,7 @@ static void armed_line_runs_to_its_end(void)
     TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
     TEST_ASSERT_EQUAL_INT32(30, fake_axes[1].steps);
     TEST_ASSERT_EQUAL_INT32(30, ledger_position(&axes_get(1)->ledger));
-    TEST_ASSERT_EQUAL_UINT16(1, axes_get(1)->lines_done);
+    TEST_ASSERT_EQUAL_UINT16(1, axes_get(1)->ledger.lines_done);
     TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
     check_nothing_moves();
 }
@@ -138,7 +138,7 @@ static void second_line_waits_for_its_own_arming(void)
     arm(1);
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
     TEST_ASSERT_EQUAL_INT32(-10, fake_axes[0].steps);
-    TEST_ASSERT_EQUAL_UINT16(2, axes_get(0)->lines_done);
+    TEST_ASSERT_EQUAL_UINT16(2, axes_get(0)->ledger.lines_done);
 }
 
 static void unclocked_line_starts_without_a_clock(void)
@@ -152,6 +152,141 @@ static void unclocked_line_starts_without_a_clock(void)
     TEST_ASSERT_TRUE(bench_until(BENCH_THIRD, AXIS_DONE));
     TEST_ASSERT_EQUAL_INT32(-20, fake_axes[BENCH_THIRD].steps);
     TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
+}
+
+// A plain line of 10 steps a pixel, on one axis.
+static void queue_marked(uint8_t axis, uint16_t flags, uint16_t pixels)
+{
+    (void)bench_entry(axis, (int16_t)(LINE_MARK_START | flags), 0);
+    (void)bench_entry(axis, 0, 0);
+    (void)bench_entry(axis, 10, pixels);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(axis, LINE_MARK_END, 0));
+}
+
+#define FIRST_OF_MORE (LINE_START_WAIT | LINE_START_MORE)
+
+static void check_lines(uint8_t axis, uint16_t lines, enum line_error error)
+{
+    TEST_ASSERT_EQUAL_UINT16(lines, axes_get(axis)->ledger.lines_done);
+    TEST_ASSERT_EQUAL_INT32(lines * 200, fake_axes[axis].steps);
+    TEST_ASSERT_EQUAL(error, axes_get(axis)->line_error);
+}
+
+static void run_both(void)
+{
+    arm(1u | BENCH_MASK_OF(BENCH_LAST));
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
+    TEST_ASSERT_TRUE(bench_until(BENCH_LAST, AXIS_RUNNING));
+    while (axes_first_moving() != NO_AXIS) {
+        bench_rounds(1);
+    }
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
+}
+
+static void company_makes_all_lines(void)
+{
+    for (uint8_t i = 0; i < CONFIG_AXES; i = (uint8_t)(i + BENCH_LAST)) {
+        queue_marked(i, FIRST_OF_MORE, 20);
+        queue_marked(i, LINE_START_MORE, 20);
+        queue_marked(i, 0, 20);
+    }
+    run_both();
+    check_lines(0, 3, LINE_none);
+    check_lines(BENCH_LAST, 3, LINE_none);
+    TEST_ASSERT_EQUAL(AXIS_DONE, axes_get(0)->life.state);
+}
+
+// One axis lacks its second line, whichever of the two comes to its end mark first.
+static void check_company_ends_together(uint8_t full, uint8_t late)
+{
+    bench_power_on();
+    queue_marked(full, FIRST_OF_MORE, 20);
+    queue_marked(full, LINE_START_MORE, 20);
+    queue_marked(full, 0, 20);
+    queue_marked(late, FIRST_OF_MORE, 20);
+    run_both();
+    check_lines(full, 1, LINE_none);
+    check_lines(late, 1, LINE_none_followed);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, axes_get(full)->life.state);
+    TEST_ASSERT_EQUAL(AXIS_DONE, axes_get(late)->life.state);
+    // Both go on from there. The mark of the line that waits says that it follows without a gap.
+    queue_marked(late, LINE_START_MORE, 20);
+    queue_marked(late, 0, 20);
+    run_both();
+    check_lines(full, 3, LINE_none);
+    check_lines(late, 3, LINE_none);
+}
+
+static void company_ends_where_a_line_is_late(void)
+{
+    check_company_ends_together(0, BENCH_LAST);
+    check_company_ends_together(BENCH_LAST, 0);
+}
+
+// The second line comes while the first one moves, up to its end: both make the second, or neither.
+static void company_agrees_whenever_a_line_comes(void)
+{
+    uint8_t together = 0;
+
+    for (uint16_t rounds = 0; rounds < 420; rounds += 7) {
+        bench_power_on();
+        for (uint8_t i = 0; i < CONFIG_AXES; i = (uint8_t)(i + BENCH_LAST)) {
+            queue_marked(i, FIRST_OF_MORE, 20);
+        }
+        queue_marked(0, 0, 20);
+        arm(1u | BENCH_MASK_OF(BENCH_LAST));
+        TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
+        bench_rounds(rounds);
+        queue_marked(BENCH_LAST, 0, 20);
+        while (axes_first_moving() != NO_AXIS) {
+            bench_rounds(1);
+        }
+        uint16_t lines = axes_get(0)->ledger.lines_done;
+        check_lines(0, lines, LINE_none);
+        check_lines(BENCH_LAST, lines, lines == 2 ? LINE_none : LINE_none_followed);
+        together = (uint8_t)(together | 1u << lines);
+    }
+    TEST_ASSERT_EQUAL_UINT8(1u << 1 | 1u << 2, together);
+}
+
+// A line that is stopped is none that was made, and the first pixel of the next one makes none.
+static void stopped_lines_do_not_count(void)
+{
+    queue_marked(0, LINE_START_WAIT, 20);
+    queue_marked(0, 0, 20);
+    arm(1);
+    while (axes_get(0)->ledger.lines_done == 0 || axes_get(0)->ledger.pixel < 5) {
+        bench_rounds(1);
+    }
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_STOP));
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_EMPTY));
+    TEST_ASSERT_EQUAL_UINT16(1, axes_get(0)->ledger.lines_done);
+    queue_marked(0, LINE_START_WAIT, 20);
+    arm(1);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
+    while (axes_get(0)->ledger.pixel < 19) {
+        TEST_ASSERT_EQUAL_UINT16(1, axes_get(0)->ledger.lines_done);
+        bench_rounds(1);
+    }
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    TEST_ASSERT_EQUAL_UINT16(2, axes_get(0)->ledger.lines_done);
+}
+
+// Axes of other lines have nothing to do with each other; nor has an axis that rests since before.
+static void others_are_no_company(void)
+{
+    queue_marked(0, LINE_START_WAIT, 20);
+    queue_marked(0, 0, 20);
+    queue_marked(BENCH_LAST, FIRST_OF_MORE, 20);
+    run_both();
+    check_lines(0, 2, LINE_none);
+    check_lines(BENCH_LAST, 1, LINE_none_followed);
+    queue_marked(0, FIRST_OF_MORE, 20);
+    queue_marked(0, 0, 20);
+    arm(1);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    check_lines(0, 4, LINE_none);
 }
 
 static void queue_backlash_line(uint16_t mark)
@@ -192,7 +327,7 @@ static void check_policy(uint16_t policy)
     }
     check_play(0, false);
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
-    TEST_ASSERT_EQUAL_UINT16(2, axes_get(0)->lines_done);
+    TEST_ASSERT_EQUAL_UINT16(2, axes_get(0)->ledger.lines_done);
     TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
 }
 
@@ -344,6 +479,11 @@ int main(void)
     RUN_TEST(second_line_waits_for_its_own_arming);
     RUN_TEST(unclocked_line_starts_without_a_clock);
     RUN_TEST(backlash_is_taken_up_where_it_is_lacking);
+    RUN_TEST(company_makes_all_lines);
+    RUN_TEST(company_ends_where_a_line_is_late);
+    RUN_TEST(company_agrees_whenever_a_line_comes);
+    RUN_TEST(others_are_no_company);
+    RUN_TEST(stopped_lines_do_not_count);
     RUN_TEST(arming_is_all_or_nothing);
     RUN_TEST(refused_line_never_starts);
     RUN_TEST(disarmed_line_never_starts);

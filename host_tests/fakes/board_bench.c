@@ -67,11 +67,12 @@ struct settings *bench_settings(void)
 
 bool bench_give(uint8_t mask, enum command command, uint16_t argument)
 {
-    const struct order order = {mask,
-                                (uint16_t)command,
-                                argument,
-                                command == COMMAND_GO ? bench_edge_ahead(BENCH_GO_EDGES)
-                                                      : 0};
+    const struct order order = {
+        .mask = mask,
+        .command = (uint16_t)command,
+        .argument = argument,
+        .edge = command == COMMAND_GO ? bench_edge_ahead(BENCH_GO_EDGES) : 0,
+    };
 
     return commands_give(&order);
 }

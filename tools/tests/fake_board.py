@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A test double of boards on a line, at the level of bytes: register map 5, settings, safety.
+"""A test double of boards on a line, at the level of bytes: register map 6, settings, safety.
 
 It stands where the simulator's pipe does (`transmit`), so the real client talks to it. It knows
 the rules of the map, not the motion: a line that runs is done when its pixels have passed.

@@ -10,12 +10,15 @@ _HANG_S = 1800
 
 
 @contextlib.contextmanager
-def on_terminal(board, pixel_hz):
-    """Yield the terminal's name and the process, which ends with the block."""
+def on_terminal(board, pixel_hz, *more):
+    """Yield the terminal's name and the process, which ends with the block.
+
+    `more` are further options of the simulator.
+    """
     process = subprocess.Popen(
         [
             natives.program("pixstep-sim"), "--board", f"{board}={natives.image(board)}",
-            "--pixel-hz", str(pixel_hz), "--pty",
+            "--pixel-hz", str(pixel_hz), *more, "--pty",
         ],
         stdout=subprocess.PIPE, text=True,
     )  # fmt: skip

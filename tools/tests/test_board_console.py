@@ -34,7 +34,7 @@ def test_an_unreadable_reply_says_so(one):
 def test_another_map_version_names_both(one):
     one.board.values["map_version"] = 2
     text = one.err("get", "status")
-    assert "board 1 has register map 2 (firmware 0.1), this tool knows map 5" in text
+    assert "board 1 has register map 2 (firmware 0.1), this tool knows map 6" in text
 
 
 def test_exceptions_are_named(one):
@@ -67,8 +67,8 @@ def test_an_axis_that_a_board_has_not(two):
 def test_scan(two):
     text = two.out("scan", "--unit", "1-5")
     rows = [line.split() for line in text.splitlines() if line.split()[:1] in (["1"], ["2"])]
-    assert rows[0][:5] == ["1", "mega", "0.1", "5", "4"]
-    assert rows[1][:5] == ["2", "uno", "0.1", "5", "1"]
+    assert rows[0][:5] == ["1", "mega", "0.1", "6", "4"]
+    assert rows[1][:5] == ["2", "uno", "0.1", "6", "1"]
     found = two.json("scan", "--unit", "1-5")
     assert [item["unit"] for item in found["boards"]] == [1, 2]
     assert found["baud"] == 115200 and found["parity"] == "E"
@@ -76,7 +76,7 @@ def test_scan(two):
 
 def test_scan_tells_what_is_no_board_of_this_map(two):
     two.boards[1].values["map_version"] = 9
-    assert "9 (this tool knows map 5)" in two.out("scan", "--unit", "1-3")
+    assert "9 (this tool knows map 6)" in two.out("scan", "--unit", "1-3")
     two.boards[1].values = {}
     two.boards[1].input_words = lambda first: {}
     found = two.json("scan", "--unit", "2", status=1)
@@ -109,7 +109,7 @@ def test_info_of_those_that_answer_is_there_though_one_is_absent(two):
 def test_info(two):
     two.board.clock, two.board.permit, two.board.inputs_bits = True, True, 0x20
     text = two.out("info", "--unit", "1,2")
-    assert "board 1: mega, firmware 0.1, register map 5 (pixstep mega 0.1)" in text
+    assert "board 1: mega, firmware 0.1, register map 6 (pixstep mega 0.1)" in text
     assert "pixel clock present, permit output on" in text
     assert "axis 1 minus limit tripped" in text
     assert "board 2: uno" in text

@@ -76,7 +76,7 @@ def test_no_cut_of_a_log_makes_a_wrong_line(tmp_path, simulator):
         data, seen = path.read_bytes(), {}
         whole = run_log.read(path)
         tag = whole[0]["boards"]["main"]["tag"]
-        stations[0].board.write_setting("bus_timeout_ms", tag)  # as while it ran
+        stations[0].board.write_setting("tag", tag)  # as while it ran
         for cut in range(len(data) + 1):
             path.write_bytes(data[:cut])
             events = run_log.read(path)

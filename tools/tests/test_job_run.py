@@ -8,6 +8,7 @@ import runbench
 from pixstep import ops
 from pixstep.errors import RefusedError
 from pixstep.jobs.run_folder import RunFolder
+from pixstep.jobs.runner import Chain
 
 
 @pytest.fixture
@@ -31,14 +32,15 @@ def test_a_job_is_printed_and_every_line_is_logged(folder):
         made = link.simulator.count(0, 0)
         ended = [link.simulator.steps(0, axis) for axis in (0, 2)]
         assert link.board().setting("bus_timeout_ms") == 3000  # put back
+        assert link.board().setting("tag") == 0
     assert (done["state"], done["printed"], done.status) == ("finished", 4, 0)
     steps = sum(job.line(n)["M39"].total_steps for n in range(1, 5))
     assert made == steps
     assert ended == [job.expected(4, "M39")[-1], job.expected(4, "M41")[-1]]
     assert done["rests"] == 0 and 0 < done["reserve_px"] < job.pixels
     (begun, *_) = RunFolder.of(folder / "a.pxrun").events()
-    tag = begun["boards"]["main"]["tag"]
-    assert tag >= 1000 * 2 * job.pixels / 30 and tag % 1000  # a dead host's boards end two lines
+    about = begun["boards"]["main"]
+    assert about["tag"] and about["silence_ms"] >= 1000 * 2 * job.pixels / 30
     found = kinds(folder)
     assert found[:4] == [("begin", None), ("chain", 1), ("queued", 1), ("queued", 2)]
     for line in (1, 2, 3, 4):
@@ -92,9 +94,10 @@ def test_on_a_gated_clock_each_line_has_a_burst(tmp_path, simulator, sync):
     job = runbench.folder_with_job(tmp_path, lines=3, text=text)
     with runbench.bus() as link:
         link.simulator.clock(f"gate {job.pixels + 12} 400000")
-        done = runbench.run(tmp_path, link)
+        done = runbench.run(tmp_path, link, time_gaps=True)
         made = link.simulator.count(0, 0)
     assert (done["state"], done["printed"]) == ("finished", 3)
+    assert done["gap_px"] == 0
     assert made == sum(job.line(n)["M39"].total_steps for n in (1, 2, 3))
     assert [one for one in kinds(tmp_path) if one[0] == "chain"] == [("chain", 1)]
 
@@ -107,3 +110,24 @@ def test_a_gate_that_others_have_left_on_a_board_is_taken_away(tmp_path, simulat
         ops.board_set(["gate_edges=90"], link=link)
         assert runbench.run(tmp_path, link)["state"] == "finished"
         assert link.board().setting("gate_edges") == 0
+
+
+@pytest.mark.parametrize("late", [False, True])
+def test_pixels_between_lines_are_counted(folder, monkeypatch, late):
+    """A computer that is late by a while lets the motors rest, which are pixels of no line."""
+    late_at = []
+    if late:
+        look = Chain._each
+
+        def slow(chain, act):
+            if chain.first == 1 and not late_at:
+                late_at.append(chain.world.now_s())
+                chain.world.wait(2.5 * chain.job.pixels / 30)  # lines 1 and 2 are over then
+            look(chain, act)
+
+        monkeypatch.setattr(Chain, "_each", slow)
+    with runbench.bus() as link:
+        done = runbench.run(folder, link, time_gaps=True)
+    assert done["state"] == "finished"
+    assert (done["gap_px"] > 0) == bool(done["rests"]) == late
+    assert ("0 pixels of the clock passed between lines" in done.page()) == (not late)

@@ -19,6 +19,7 @@ class FakeUpload:
     axis: int
     entries: list
     done: bool = False
+    begun: bool = False
     queued_pixels: float = 1.0
 
     def __post_init__(self):
@@ -36,6 +37,7 @@ class Board:
 
     unit: int
     lost: bool = False
+    full: bool = False  # its queue takes nothing now
     lines: list = field(default_factory=list)
 
     def has(self, feature):
@@ -44,7 +46,7 @@ class Board:
 
 def accept(uploads):
     for item in uploads:
-        item.done = True
+        item.begun = item.done = not item.board.full
 
 
 @pytest.fixture
@@ -61,9 +63,9 @@ def stations(monkeypatch):
 def begin(stations):
     """Return a sender of three lines and what it has logged."""
     line = Line((0, 2, 2, 0), PLAIN)
-    job = SimpleNamespace(line=lambda number: {one.name: line for one in stations})
+    job = SimpleNamespace(line=lambda number: {one.name: line for one in stations}, lines=3)
     logged = []
-    return sender.Sender(job, 1, 1, logged.append, gated=False), logged
+    return sender.Sender(job, (1, job.lines), 1, logged.append, gated=False), logged
 
 
 def test_lines_go_out_as_far_as_they_may_and_are_logged_before(stations):
@@ -73,6 +75,24 @@ def test_lines_go_out_as_far_as_they_may_and_are_logged_before(stations):
     assert [len(one.board.lines) for one in stations] == [2, 2]
     waits = [entry[0] & 1 << 5 for entry in stations[0].board.lines]
     assert waits[0] and not waits[1]  # the second one follows without a gap
+
+
+def test_each_line_but_the_last_says_that_another_one_follows(stations):
+    found, _ = begin(stations)
+    found.send(stations, 3)
+    for one in stations:
+        assert [bool(entry[0] & 1 << 10) for entry in one.board.lines] == [True, True, False]
+
+
+def test_no_board_begins_a_line_without_the_boards_before_it(stations):
+    found, _ = begin(stations)
+    found.send(stations, 1)
+    stations[0].board.full = True
+    found.send(stations, 2)
+    assert not any(item.done for item in found._uploads["B"]) and found.sent == 1
+    stations[0].board.full = False
+    found.send(stations, 2)
+    assert found.sent == 2
 
 
 @pytest.mark.parametrize("lost", [0, 1])

@@ -298,27 +298,37 @@ def test_a_clock_beyond_the_tolerance_is_a_named_fault(tmp_path):
 
 @pytest.mark.usefixtures("simulator")
 @pytest.mark.parametrize(
-    ("names", "ppm", "jitter_us", "first"),
+    ("names", "hz", "ppm", "jitter_us", "first"),
     [
-        (("uno", "mega"), 0, 0.0, 0),
-        (("uno", "mega"), 0, 1.0, 30),
-        (("uno", "mega"), 900, 0.0, 0),
-        (("mega", "m1284"), -900, 0.0, 0),
+        (("uno", "mega"), 1000, 0, 0.0, 0),
+        (("uno", "mega"), 1000, 0, 1.0, 30),
+        (("uno", "mega"), 1000, 900, 0.0, 0),
+        (("mega", "m1284"), 1000, -900, 0.0, 0),
+        # One board needs a missing edge's time in front of a pixel, the other one does not.
+        (("uno", "mega"), 100, 300, 5.0, 30),
+        (("uno", "mega"), 700, 300, 5.0, 30),
+        # The same time is another number of ticks, and of edges if ticks are compared.
+        (("mega", "m1284"), 70, 300, 5.0, 30),
+        (("uno", "m1284"), 200, 300, 5.0, 30),
     ],
 )
-def test_two_boards_on_one_clock_end_their_pixels_together(tmp_path, names, ppm, jitter_us, first):
+def test_two_boards_on_one_clock_end_their_pixels_together(
+    tmp_path, names, hz, ppm, jitter_us, first
+):
     """From the first pixel on; with jitter once a waiting line's own guess of it has died out."""
     line = Line((4,) * cases(300, 10_000), PLAIN)
-    hz = Fraction(1000)
+    clock_hz = Fraction(hz)
     edges = tmp_path / "edges.csv"
     images = [(name, natives.image(name)) for name in names]
     flaws = ClockFlaws(jitter_us=jitter_us)
     off = {1: ppm} if ppm else {}
-    options = SimOptions(images, hz, pixel_ppm=-700, edges=edges, flaws=flaws, oscillators_ppm=off)
+    options = SimOptions(
+        images, clock_hz, pixel_ppm=-700, edges=edges, flaws=flaws, oscillators_ppm=off
+    )
     with SimLink(options) as link:
         runs = [BoardUnderTest(link, unit + 1) for unit in range(len(images))]
         for each in runs:
-            each.set_up(hz, [0], sync=regs.SYNCS[LOCK])
+            each.set_up(clock_hz, [0], sync=regs.SYNCS[LOCK])
             each.load({0: line})
             each.await_clock()
         for each in runs:
@@ -330,7 +340,7 @@ def test_two_boards_on_one_clock_end_their_pixels_together(tmp_path, names, ppm,
         link.simulator.quit()
     log = read_edges(edges)
     ends = [log.axis(board, 0).rising[3::4] for board in range(2)]
-    behind = round(float(ends[1][0] - ends[0][0]) / (16_000_000 / 1000))  # pixels
+    behind = round(float(ends[1][0] - ends[0][0]) / (16_000_000 / hz))  # pixels
     early, late = (ends[0][behind:], ends[1]) if behind >= 0 else (ends[1][-behind:], ends[0])
     together = min(len(early), len(late))
     assert behind > 0 and together > 0.7 * line.pixels

@@ -3,6 +3,8 @@
 the stack, a token that does not fit.
 """
 
+from dataclasses import replace
+
 import pytest
 
 from bench import Bench
@@ -10,7 +12,9 @@ from faultbench import FaultBench
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
+from pixstep.board.upload import Upload
 from pixstep.lines.line import PLAIN, Line
+from pixstep.lines.runs import queue_entries
 from pixstep_trials.wire import seal
 
 pytestmark = pytest.mark.usefixtures("simulator")
@@ -118,6 +122,41 @@ def test_a_board_whose_host_has_died_stops_by_itself(board):
         assert 2995.2 < lasted / ms_unit(board) < 3002.9
         last = round(lasted * 100)
         bench.assert_fault("bus_silent", pixel=range(last - 4, last + 1), argument=3000)
+
+
+@pytest.mark.provokes("bus_silent")
+@pytest.mark.parametrize("board", ["mega", "m1284"])
+def test_a_silent_bus_may_let_the_line_end(board):
+    """Every pixel of the line that moves is made, none of the next one; both axes agree."""
+    with FaultBench(board, (0, 1), hz=100) as bench:
+        bench.board.write_setting("silence_waits", 1)
+        bench.board.write_setting("bus_timeout_ms", 300)
+        for axis in (0, 1):
+            for clocked in (True, False):
+                line = replace(Line((9,) * 60, PLAIN), clocked=clocked)
+                upload = Upload(bench.board, axis, queue_entries(line, more=clocked))
+                upload.push()
+                assert upload.done
+        bench.board.command("arm", [0, 1])
+        bench.run_into_fault(bench.sim.cycles(2.0))
+        bench.sim.run(bench.sim.cycles(0.5))
+        bench.assert_fault("bus_silent", pixel=61, argument=300)
+        assert [bench.sim.count(0, axis) for axis in (0, 1)] == [540, 540]
+        for axis in (0, 1):
+            found = bench.board.axis(axis)
+            assert (found["lines_done"], found["position_steps"]) == (1, 540)
+
+
+@pytest.mark.parametrize("board", ["uno", "mega", "m1284"])
+def test_a_reset_makes_the_tag_0(board):
+    with FaultBench(board) as bench:
+        bench.board.write_setting("tag", 0xBEEF)
+        bench.board.command("enable", [0])
+        bench.board.command("stop", [0])
+        assert bench.board.setting("tag") == 0xBEEF
+        bench.sim.command("hang 0 main")
+        bench.sim.run(bench.sim.cycles(1.0))
+        assert bench.board.setting("tag") == 0
 
 
 def restarted(bench):

@@ -20,6 +20,9 @@ static uint8_t queue_bytes[CONFIG_AXES][CONFIG_QUEUE_BYTES];
 
 void axes_start(void)
 {
+#if FEATURE_LINE_ENDS
+    axis_company(axes, CONFIG_AXES);
+#endif
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         const struct axis_parts parts = {
             .ring = step_timer_ring(i),

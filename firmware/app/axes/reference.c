@@ -10,8 +10,9 @@
 #include "hal/pixel_clock.h"       // pixel_clock_waiting
 #include "stream/stream.h"         // STREAM_MARKS
 
-// Time for decoding a pixel of a locked line before it begins, 8 ms at 16 MHz.
-#define LEAD_TICKS ((uint32_t)0x20000)
+// Time for decoding a pixel of a locked line before it begins: 8 ms on every board. Boards that fix
+// a pixel edge equally many clock edges ahead have equal grids.
+#define LEAD_TICKS ((uint32_t)(CONFIG_TIMER_HZ / 15625u * 128u))
 #define PPM        ((uint32_t)1000000)
 // A line gets its place when line zero is so near: two idle periods that are loaded already, and
 // 4.6 ms for the main loop to come by and release the line; a reply being built takes two.
@@ -64,13 +65,14 @@ APART void reference_apply_settings(void)
     lock_grid_tolerate(clock_period.whole_ticks /
                            divide_u32_u16(PPM, settings->lock_tolerance_ppm) +
                        1u);
-    grid->lead_edges = edges_ahead(LEAD_TICKS, grid->divider);
+    // A missing edge is bridged 3/8 of a period late: the time remains behind such an edge, too.
+    grid->lead_edges =
+        edges_ahead(LEAD_TICKS + clock_period.whole_ticks / 2u, grid->divider);
 #if SEVERAL_AXES
     fast = clock_period.whole_ticks <= FAST_TICKS;
-    // A missing edge is bridged 3/8 of a period late: behind it several axes need the time, too.
-    uint16_t ahead_edges =
-        edges_ahead(LEAD_TICKS + clock_period.whole_ticks / 8u * 3u, grid->divider);
-    grid->more_edges = (uint16_t)(ahead_edges - grid->lead_edges);
+    grid->more_edges = grid->lead_edges;
+    grid->lead_edges = edges_ahead(LEAD_TICKS, grid->divider);
+    grid->more_edges = (uint16_t)(grid->more_edges - grid->lead_edges);
 #endif
     place_edges = (uint8_t)edges_in(PLACE_TICKS);
     grid->filter.hold_over = (uint8_t)settings->hold_over_edges;

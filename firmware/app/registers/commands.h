@@ -45,7 +45,7 @@ enum command {
 // Argument that commands need when they change what outlives a reset.
 #define COMMANDS_KEY 0x5AFEu
 
-// The four words of registers.def from axis_mask on, in their order.
+// The five words of registers.def from axis_mask on, in their order.
 struct order {
     // Axes that the order is for, 0..COMMANDS_MASK_MAX.
     uint16_t mask;
@@ -55,6 +55,8 @@ struct order {
     uint16_t argument;
     // Go: the number of the clock edge that is line zero, 0 none.
     uint16_t edge;
+    // Whose job the board is in, 0 after a reset: no order changes it, a host that writes it does.
+    uint16_t tag;
 };
 
 // True when the order can be carried out now, for every axis that it names.

@@ -284,16 +284,17 @@ static APART_LARGE enum modbus_exception write_settings(uint8_t address,
     return result;
 }
 
-// Mask, command, argument and edge: a mask that is left out keeps its value, the rest is none.
+// Mask, command, argument, edge and tag: a mask or a tag that is left out keeps its value, the rest
+// is none.
 static APART enum modbus_exception write_order(uint8_t first,
                                                uint8_t count,
                                                const uint8_t *words)
 {
-    struct order order = {.mask = commands_last()->mask};
+    struct order order = {.mask = commands_last()->mask, .tag = commands_last()->tag};
     uint16_t *word = &order.mask + first; // its words lie as the registers do
 
     for (; count != 0; count--) {
-        // The server has checked that the range ends with the edge, the last of four words.
+        // The server has checked that the range ends with the tag, the last of five words.
         *word = get_word(words); // NOLINT(clang-analyzer-security.ArrayBound)
         word++;
         words += 2;

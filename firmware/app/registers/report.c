@@ -280,7 +280,8 @@ static const struct source sources[SOURCES] IN_FLASH = {
     CALL_LONG(AXIS(REG_AXIS_position_steps), position_steps),
     CALL_LONG(AXIS(REG_AXIS_expected_steps), expected_steps),
     LONG(AXIS(REG_AXIS_pixel), OWNER_AXIS, IN_AXIS(ledger.pixel)),
-    [AXIS(REG_AXIS_lines_done)] = MEMBER(WIDTH_WORD, OWNER_AXIS, IN_AXIS(lines_done)),
+    [AXIS(REG_AXIS_lines_done)] =
+        MEMBER(WIDTH_WORD, OWNER_AXIS, IN_AXIS(ledger.lines_done)),
     [AXIS(REG_AXIS_underruns)] = MEMBER(WIDTH_WORD, OWNER_AXIS, IN_AXIS(underruns)),
     [AXIS(REG_AXIS_line_warning)] = MEMBER(WIDTH_BYTE, OWNER_AXIS, IN_AXIS(line_warning)),
     [AXIS(REG_AXIS_ring_fill)] = CALL(ring_fill),

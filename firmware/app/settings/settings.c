@@ -3,12 +3,13 @@
 
 #include <stddef.h> // offsetof
 
-#include "base/apart.h"    // APART
-#include "base/flash.h"    // IN_FLASH
-#include "base/multiply.h" // multiply_u32_u16
-#include "config.h"        // CONFIG_TIMER_HZ
-#include "wire/baud.h"     // baud_possible
-#include "wire/bytes.h"    // get_word, put_word
+#include "base/apart.h"        // APART
+#include "base/flash.h"        // IN_FLASH
+#include "base/multiply.h"     // multiply_u32_u16
+#include "config.h"            // CONFIG_TIMER_HZ
+#include "wire/baud.h"         // baud_possible
+#include "wire/bytes.h"        // get_word, put_word
+#include "wire/register_map.h" // REG_HOLDING_*
 
 #define INPUT(address, name, type, unit, meaning)
 #define INPUT_AXIS(offset, name, type, unit, meaning)
@@ -26,9 +27,13 @@ struct settings_limits {
 #define LIMITS_u16(min, max, initial) {(max), (initial), (min)},
 #define LIMITS_u32(min, max, initial)                                                    \
     {HIGH(max), HIGH(initial), 0}, {LOW(max), LOW(initial), 0},
+// A setting of a feature that the image was built without can only be 0.
+#define IS_ABSENT(address)                                                               \
+    ((!FEATURE_SHARED_SWITCH && (address) == REG_HOLDING_home_is_limit) ||               \
+     (!FEATURE_LINE_ENDS && (address) == REG_HOLDING_silence_waits))
 static const struct settings_limits settings_limits[] IN_FLASH = {
 #define HOLDING(address, name, type, unit, min, max, initial, meaning)                   \
-    LIMITS_##type(min, max, initial)
+    LIMITS_##type(min, IS_ABSENT(address) ? 0 : (max), initial)
 #include "wire/registers.def"
 #undef HOLDING
 };
@@ -103,7 +108,6 @@ bool settings_are_possible(void)
     struct pixel_period period;
 
     return in_range() && baud_possible(current_settings.baud_100) &&
-           (FEATURE_SHARED_SWITCH || current_settings.home_is_limit == 0) &&
            settings_period(&period, 1) &&
            settings_period(&period, current_settings.divider) &&
            pixel_is_possible(&period);

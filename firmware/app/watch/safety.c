@@ -99,6 +99,29 @@ static void latch_bus_silence(void)
     }
 }
 
+#if FEATURE_LINE_ENDS
+// What moves may end its line. A line that waits for its beginning has nothing to end.
+static void poll_silence(void)
+{
+    bool silent = bus_silent();
+    bool waits = settings_now()->silence_waits != 0;
+
+    axis_hold(silent && waits);
+    if (silent && (!waits || axes_any_armed())) {
+        latch_bus_silence();
+    } else if (axes_first_moving() == NO_AXIS && axis_take_held()) {
+        faults_latch(FAULT_bus_silent, 0, settings_now()->bus_timeout_ms);
+    }
+}
+#else
+static void poll_silence(void)
+{
+    if (bus_silent()) {
+        latch_bus_silence();
+    }
+}
+#endif
+
 void safety_poll(void)
 {
     feed_watchdog();
@@ -109,9 +132,7 @@ void safety_poll(void)
     if (!cpu_stack_intact()) {
         latch_for_moving(FAULT_stack_overflow);
     }
-    if (bus_silent()) {
-        latch_bus_silence();
-    }
+    poll_silence();
 }
 
 bool safety_allows(void)

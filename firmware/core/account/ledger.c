@@ -135,6 +135,9 @@ void ledger_cut(struct ledger *ledger, const struct stream *stream)
 static void ledger_begin_line(struct ledger *ledger, int32_t position_steps)
 {
     ledger->line_origin = position_steps;
+    if (ledger->pixel != 0) {
+        ledger->lines_done++;
+    }
     ledger->pixel = 0;
     records_reset(&ledger->records);
 }

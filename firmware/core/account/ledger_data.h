@@ -43,6 +43,8 @@ struct ledger {
     int32_t line_origin;
     // Pixel edges passed in the line, so that the newest record is that of this pixel, 1-based.
     uint32_t pixel;
+    // Lines whose end was passed since reset; wraps.
+    uint16_t lines_done;
     // What is taken up of the play, at this place.
     struct play play;
     // Last, so that the members before it lie within reach of a pointer's displacement (63 bytes).

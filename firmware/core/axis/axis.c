@@ -4,6 +4,123 @@
 #include "base/apart.h"     // APART
 #include "base/interlude.h" // interlude
 
+#if FEATURE_LINE_ENDS
+static struct axis *company;
+static uint8_t company_size;
+static bool held;      // no line begins that none of the company has begun
+static bool held_back; // a line that was queued
+
+void axis_company(struct axis *axes, uint8_t count)
+{
+    company = axes;
+    company_size = count;
+    held = false;
+    held_back = false;
+}
+
+void axis_hold(bool hold)
+{
+    held = hold;
+}
+
+bool axis_take_held(void)
+{
+    bool was = held_back;
+
+    held_back = false;
+    return was;
+}
+
+// Axes that are armed while no other one moves are a new company.
+static void leave_company(const struct axis *axis)
+{
+    for (uint8_t i = 0; i < company_size; i++) {
+        if (&company[i] != axis && lifecycle_moving(&company[i].life)) {
+            return;
+        }
+    }
+    for (uint8_t i = 0; i < company_size; i++) {
+        company[i].joint = false;
+    }
+}
+
+static bool front_says_more(const struct axis *axis)
+{
+    return (segment_queue_front_word(&axis->queue) & LINE_START_MORE) != 0;
+}
+
+// True when so many lines are queued behind the one in work, the last of them at least in part.
+static bool has_queued(const struct axis *axis, uint8_t lines)
+{
+    bool part = axis->check.phase == LINE_CHECK_SEGMENTS && axis->check.begun;
+
+    return axis->phase != DECODE_OUTSIDE &&
+           (uint8_t)(axis->whole_lines + (part ? 1u : 0u)) > lines;
+}
+
+// The axis has come to the end of its line, and no line follows that has to.
+static void name_late(struct axis *axis)
+{
+    axis->line_error = LINE_none_followed;
+    axis->line_error_pixel = 0;
+}
+
+// True when another axis of the company has the line, `lines` lines behind its own, in its queue.
+static bool can_follow(struct axis *other, uint8_t lines)
+{
+    if (!other->more || has_queued(other, lines)) {
+        return true;
+    }
+    // An axis that has ended was named then, or another one was.
+    if (other->phase != DECODE_OUTSIDE) {
+        name_late(other);
+    }
+    return false;
+}
+
+// True when the axis, whose next line is queued, may begin it.
+static bool may_go_on(const struct axis *axis)
+{
+    bool ready = !held;
+
+    for (uint8_t i = 0; axis->joint && i < company_size; i++) {
+        struct axis *other = &company[i];
+        int8_t lines = (int8_t)(axis->lines_begun + 1u - other->lines_begun);
+
+        if (other == axis || !other->joint) {
+            continue;
+        }
+        if (lines <= 0) {
+            return true; // all of them could begin it then
+        }
+        ready = can_follow(other, (uint8_t)lines) && ready;
+    }
+    return ready;
+}
+
+// The axis ends; follows: its next line is queued.
+static void note_end(struct axis *axis, bool follows)
+{
+    if (follows) {
+        held_back = held_back || held;
+    } else if (axis->more) {
+        name_late(axis);
+    }
+}
+#else
+static inline bool may_go_on(const struct axis *axis)
+{
+    (void)axis;
+    return true;
+}
+
+static inline void note_end(struct axis *axis, bool follows)
+{
+    (void)axis;
+    (void)follows;
+}
+#endif
+
 // Discard what is written and not made. slot: where the step interrupt reads next.
 static void empty_stream(struct axis *axis, uint8_t slot)
 {
@@ -344,6 +461,9 @@ static void axis_begin_line(struct axis *axis,
                             const struct pixel_period *period,
                             enum before before)
 {
+#if FEATURE_LINE_ENDS
+    axis->more = front_says_more(axis);
+#endif
     line_begin(&axis->line, period, &axis->queue);
     if (FEATURE_BACKLASH && axis->line.shifted) {
         begin_play(axis, before);
@@ -362,6 +482,12 @@ bool axis_arm(struct axis *axis, const struct pixel_period *period)
     }
     axis->clocked = clocked;
     feed_hold(&axis->feed);
+#if FEATURE_LINE_ENDS
+    leave_company(axis);
+    axis->line_error = LINE_none;
+    axis->lines_begun = 0;
+    axis->joint = front_says_more(axis);
+#endif
     axis_begin_line(axis, period, BEFORE_MADE);
     if (clocked && lock_grid_now()->locks) {
         line_grid_start_locked(&axis->line.edges);
@@ -412,7 +538,7 @@ void axis_line_finished(struct axis *axis)
 {
     BY_POINTER_SMALL(axis);
     if (lifecycle_report(&axis->life, LIFECYCLE_FINISHED)) {
-        axis->lines_done++;
+        axis->ledger.lines_done++;
         if (FEATURE_LINE_DIVIDER && !start_queued(axis)) {
             // Of the next line no more than its head is here: no line is in front of it any more.
             axis->check.behind = false;
@@ -436,17 +562,20 @@ void axis_line_decoded(struct axis *axis, const struct pixel_period *period)
     if (axis->whole_lines != 0) {
         axis->whole_lines--;
     }
-    if (line_chains(axis)) {
+    bool follows = line_chains(axis);
+    if (follows && may_go_on(axis)) {
+        // The grid goes on as it is, with its part of a tick.
         struct line_grid edges = axis->line.edges;
 
-        axis->lines_done++;
+#if FEATURE_LINE_ENDS
+        axis->lines_begun++;
+#endif
         axis_begin_line(
             axis, period, axis->line.line_speed != 0 ? BEFORE_ALL : BEFORE_UNKNOWN);
-        if (line_grid_locked(&edges)) {
-            axis->line.edges = edges;
-        }
+        axis->line.edges = edges;
         return;
     }
+    note_end(axis, follows);
     feed_end(&axis->feed);
     axis->phase = DECODE_OUTSIDE;
 }

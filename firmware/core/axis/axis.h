@@ -79,6 +79,14 @@ struct axis {
     // is accounted for as a whole. As of when the decoding was begun last.
     uint8_t made_entries;
 #endif
+#if FEATURE_LINE_ENDS
+    // The newest line that was begun says that another one follows,
+    bool more : 1;
+    // and so did the one that was armed: the axis ends at the same line as its company.
+    bool joint : 1;
+    // Lines begun since the one that was armed; wraps.
+    uint8_t lines_begun;
+#endif
     // Lines queued from start mark to end mark.
     uint8_t whole_lines;
     // enum line_error of the last refusal.
@@ -87,8 +95,6 @@ struct axis {
     uint8_t line_warning;
     // Number that the next block must have.
     uint16_t next_block;
-    // Lines finished since reset; wraps.
-    uint16_t lines_done;
     // Step interrupts that came too late, since reset; wraps.
     uint16_t underruns;
     // First pixel of the refused segment, 1-based.
@@ -129,6 +135,18 @@ struct axis_parts {
 
 // A new axis: EMPTY, at position 0.
 void axis_init(struct axis *axis, const struct axis_parts *parts);
+
+#if FEATURE_LINE_ENDS
+// These axes, one behind the other in memory, are the company of each other.
+void axis_company(struct axis *axes, uint8_t count);
+
+// hold: no axis begins another line behind the one in work, unless an axis of its company has begun
+// it already.
+void axis_hold(bool hold);
+
+// True once after an axis has ended because of axis_hold(), with its next line queued.
+bool axis_take_held(void);
+#endif
 
 // Entries that a host sends at once.
 struct block {
@@ -186,6 +204,13 @@ void axis_discard(struct axis *axis, uint8_t ring_slot);
 
 // The decoder has reached the end mark: begin the next line if it follows without a gap, else end
 // the decoding.
+//
+// Axes that were armed with lines of LINE_START_MORE begin their next line all or none: the first
+// one that comes to its end mark goes on only if each of the others has that line in its queue.
+//
+//     axis 0   | line 1    | line 2    |            axis 1's line 3 was not queued when axis 0 came
+//     axis 1   | line 1    | line 2    |            to its end mark: line_error none_followed
+//     decoded          ^ both have line 2
 void axis_line_decoded(struct axis *axis, const struct pixel_period *period);
 
 // True when the decoder waits for the end of a pulse train.

@@ -10,9 +10,10 @@ static uint16_t magnitude_of(int16_t value)
     return (uint16_t)(value < 0 ? -value : value);
 }
 
-static void note_warning(struct line_check *check, enum line_error warning)
+// A single axis has no flash for warnings: whoever makes the line has them from the host tools.
+static inline void note_warning(struct line_check *check, enum line_error warning)
 {
-    if (check->warning == LINE_none) {
+    if (SEVERAL_AXES && check->warning == LINE_none) {
         check->warning = (uint8_t)warning;
     }
 }

@@ -43,8 +43,11 @@
 // A third entry, (M, 0), follows the parameter: a pixel of the line is M clock edges. Setting
 // `divider` becomes M if it is another number (app/registers/data.c).
 #define LINE_START_DIVIDER 0x0200u
+// Another line follows without a gap. Of the axes whose lines say so none begins its next line
+// unless all of them have theirs (axis_line_decoded()). A board of one axis passes over the flag.
+#define LINE_START_MORE 0x0400u
 // All flags of a start mark.
-#define LINE_START_FLAGS 0x03F0u
+#define LINE_START_FLAGS 0x07F0u
 // The flags of its low byte that a line keeps; struct line_check has them at the same bits.
 #define LINE_START_KEPT (LINE_START_SMOOTH | LINE_START_NEGATIVE | LINE_START_SEEK)
 // Entries in front of a line's segments, but for a divider; all of them are stored in full.

@@ -57,7 +57,8 @@ struct stream_mark {
     uint8_t periods : 7;
     // The ledger counts pixels from here; else the mark is a pixel edge.
     bool line_start : 1;
-    // Expected position at a pixel edge: signed steps of the line, modulo 2^16.
+    // Expected position at a pixel edge: signed steps of the line, modulo 2^16. At a line's start:
+    // lines that end there, 0 or 1.
     uint16_t position;
     // Of a pixel that was written as a whole: length of these periods together, ticks; 0: not
     // known.

@@ -13,7 +13,7 @@
 #pragma once
 
 // Input register map_version shows this number, so that a host knows which map a board has.
-#define REG_MAP_VERSION 5u
+#define REG_MAP_VERSION 6u
 
 // Register of axis a: REG_AXIS_BASE + a * REG_AXIS_STRIDE + REG_AXIS_name.
 #define REG_AXIS_BASE   0x0020u // per-axis input registers

@@ -95,7 +95,7 @@ static void check_state(uint8_t axis, enum axis_state state)
 static void check_made(uint8_t axis, uint16_t lines)
 {
     TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
-    TEST_ASSERT_EQUAL_UINT16(lines, axes_get(axis)->lines_done);
+    TEST_ASSERT_EQUAL_UINT16(lines, axes_get(axis)->ledger.lines_done);
     TEST_ASSERT_EQUAL_INT32((int32_t)lines * STEPS * (int32_t)PIXELS,
                             fake_axes[axis].steps);
     TEST_ASSERT_UINT32_WITHIN(2,
@@ -353,7 +353,7 @@ static void a_token_waits_over_bursts(void)
     check_state(0, AXIS_ARMED);
     TEST_ASSERT_EQUAL(true, bench_give(0, COMMAND_MARK, 0));
     bench_rounds(1);
-    const struct order go = {0, COMMAND_GO, 7, bench_edge_ahead(1u + GATE_EDGES)};
+    const struct order go = {0, COMMAND_GO, 7, bench_edge_ahead(1u + GATE_EDGES), 0};
     TEST_ASSERT_EQUAL(true, commands_give(&go));
     rest();
     check_state(0, AXIS_ARMED);
@@ -370,7 +370,7 @@ static void a_token_goes_in_a_later_burst(void)
     TEST_ASSERT_EQUAL(true, bench_give(0, COMMAND_MARK, 0));
     bench_rounds(1);
     const struct order go = {
-        0, COMMAND_GO, 7, bench_edge_ahead(BURST_EDGES + 1u + GATE_EDGES)};
+        0, COMMAND_GO, 7, bench_edge_ahead(BURST_EDGES + 1u + GATE_EDGES), 0};
     TEST_ASSERT_EQUAL(true, commands_give(&go));
     burst(BURST_EDGES);
     rest();

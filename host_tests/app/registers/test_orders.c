@@ -386,7 +386,7 @@ static uint16_t one_axis_waits_for_its_edge(void)
     TEST_ASSERT_TRUE(bench_give(1, COMMAND_MARK, 0));
     bench_rounds(1);
     const uint16_t edge = bench_edge_ahead(40);
-    const struct order go = {1, COMMAND_GO, 5, edge};
+    const struct order go = {1, COMMAND_GO, 5, edge, 0};
     TEST_ASSERT_TRUE(commands_give(&go));
     return edge;
 }

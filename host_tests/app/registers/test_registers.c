@@ -59,7 +59,7 @@ static void start_line(int16_t count, uint16_t pixels)
 static void board_describes_itself(void)
 {
     TEST_ASSERT_EQUAL_UINT16(REG_MAP_VERSION, bench_input(REG_INPUT_map_version));
-    TEST_ASSERT_EQUAL_UINT16(5, bench_input(0)); // what the host's tools know
+    TEST_ASSERT_EQUAL_UINT16(6, bench_input(0)); // what the host's tools know
     TEST_ASSERT_EQUAL_UINT16(CONFIG_VERSION_MAJOR * 256 + CONFIG_VERSION_MINOR,
                              bench_input(REG_INPUT_firmware_version));
     TEST_ASSERT_EQUAL_UINT16(CONFIG_BOARD_ID, bench_input(REG_INPUT_board_id));
@@ -125,9 +125,9 @@ static void mapped_holdings(void)
     check_holdings(true, 0, SETTINGS_WORDS);
     check_holdings(false, 0, SETTINGS_WORDS + 1);
     check_holdings(false, SETTINGS_WORDS, 1);
-    check_holdings(false, REG_HOLDING_gate_edges, 0x102);
-    check_holdings(true, REG_HOLDING_axis_mask, 4);
-    check_holdings(false, REG_HOLDING_axis_mask, 5);
+    check_holdings(false, REG_HOLDING_silence_waits, 0x102);
+    check_holdings(true, REG_HOLDING_axis_mask, 5);
+    check_holdings(false, REG_HOLDING_axis_mask, 6);
     check_holdings(false, REG_HOLDING_axis_mask - 1, 2);
     check_holdings(true, REG_QUEUE_WINDOW, 122);
     check_holdings(false, REG_QUEUE_WINDOW + 1, 1);
@@ -369,6 +369,33 @@ static void last_order_is_read_back(void)
     TEST_ASSERT_EQUAL_UINT16(COMMAND_ENABLE, data_holding(REG_HOLDING_axis_mask + 1));
 }
 
+static void write_tag(uint16_t tag)
+{
+    uint8_t words[2];
+
+    put_word(words, tag);
+    TEST_ASSERT_EQUAL(MODBUS_OK, data_write(REG_HOLDING_tag, 1, words));
+}
+
+// No order changes the tag, and the tag is none.
+static void the_tag_is_kept_until_a_reset(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, data_holding(REG_HOLDING_tag));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_PERMIT_ON));
+    write_tag(0xABCD);
+    TEST_ASSERT_TRUE(permit_is_on());
+    TEST_ASSERT_EQUAL_UINT16(1, data_holding(REG_HOLDING_axis_mask));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_PERMIT_OFF));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_STOP));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, bench_command(16, COMMAND_ENABLE));
+    TEST_ASSERT_EQUAL_HEX16(0xABCD, data_holding(REG_HOLDING_tag));
+    start_line(10, 3);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    TEST_ASSERT_EQUAL_HEX16(0xABCD, data_holding(REG_HOLDING_tag));
+    write_tag(0);
+    TEST_ASSERT_EQUAL_UINT16(0, data_holding(REG_HOLDING_tag));
+}
+
 static void every_mapped_input_can_be_read(void)
 {
     for (uint16_t address = 0;
@@ -403,6 +430,7 @@ int main(void)
     RUN_TEST(line_registers);
     RUN_TEST(position_is_as_new_as_its_first_word);
     RUN_TEST(last_order_is_read_back);
+    RUN_TEST(the_tag_is_kept_until_a_reset);
     RUN_TEST(every_mapped_input_can_be_read);
     return UNITY_END();
 }

@@ -44,7 +44,7 @@ static void words_by_address(void)
     TEST_ASSERT_EQUAL_HEX32(0x1234FEDCuL, settings_u32(SETTINGS.pixel_hz_num));
     TEST_ASSERT_EQUAL_HEX32(1, settings_u32(SETTINGS.pixel_hz_den));
     TEST_ASSERT_EQUAL_UINT16(999, SETTINGS.enable_settle_ms);
-    TEST_ASSERT_EQUAL_UINT16(REG_HOLDING_gate_edges + 1, SETTINGS_WORDS);
+    TEST_ASSERT_EQUAL_UINT16(REG_HOLDING_silence_waits + 1, SETTINGS_WORDS);
 }
 
 static void check_value(uint16_t address, uint16_t word, bool possible)

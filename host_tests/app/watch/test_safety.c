@@ -6,6 +6,7 @@
 
 #include "app/board.h"
 #include "app/round.h"
+#include "app/bus/traffic.h"
 #include "app/watch/drivers.h"
 #include "app/watch/safety.h"
 #include "app/watch/time_check.h"
@@ -169,6 +170,66 @@ static void a_silent_bus_stops_what_moves(void)
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(0, COMMAND_CLEAR_FAULT));
     pass_ms(500); // nothing moves
     TEST_ASSERT_EQUAL_UINT16(FAULT_none, fault());
+}
+
+static void queue_chained(uint8_t axis, uint16_t pixels)
+{
+    (void)bench_entry(axis, LINE_MARK_START, 0);
+    (void)bench_entry(axis, 0, 0);
+    (void)bench_entry(axis, 10, pixels);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(axis, LINE_MARK_END, 0));
+}
+
+static void wait_when_silent(void)
+{
+    bench_settings()->bus_timeout_ms = 400;
+    bench_settings()->silence_waits = 1;
+    run_a_line(); // of half a second
+    queue_chained(0, 100);
+}
+
+static void a_silent_bus_lets_a_line_end(void)
+{
+    wait_when_silent();
+    pass_ms(440);
+    TEST_ASSERT_EQUAL_UINT16(FAULT_none, fault());
+    TEST_ASSERT_EQUAL_UINT8(AXIS_RUNNING, axes_get(0)->life.state);
+    pass_ms(200);
+    TEST_ASSERT_EQUAL_UINT16(FAULT_bus_silent, fault());
+    TEST_ASSERT_EQUAL_UINT16(400, bench_input(REG_INPUT_fault_argument));
+    TEST_ASSERT_EQUAL_UINT8(AXIS_LOADED, axes_get(0)->life.state);
+    TEST_ASSERT_EQUAL_INT32(5000, fake_axes[0].steps);
+    pass_ms(300);
+    TEST_ASSERT_EQUAL_INT32(5000, fake_axes[0].steps);
+    // Somebody clears the fault and goes on.
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(0, COMMAND_CLEAR_FAULT));
+    traffic_note_request();
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_ARM));
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    TEST_ASSERT_EQUAL_INT32(6000, fake_axes[0].steps);
+    TEST_ASSERT_EQUAL_UINT16(FAULT_none, fault());
+}
+
+static void a_bus_that_speaks_again_lets_lines_go_on(void)
+{
+    wait_when_silent();
+    pass_ms(440);
+    traffic_note_request();
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    TEST_ASSERT_EQUAL_INT32(6000, fake_axes[0].steps);
+    TEST_ASSERT_EQUAL_UINT16(FAULT_none, fault());
+}
+
+// What was armed and has not begun has no line to end.
+static void a_silent_bus_disarms_what_waits(void)
+{
+    bench_settings()->bus_timeout_ms = 400;
+    bench_settings()->silence_waits = 1;
+    bench_plain_line(0, 10, 50);
+    TEST_ASSERT_EQUAL(MODBUS_OK, order(1, COMMAND_ARM, TOKEN));
+    pass_ms(450);
+    TEST_ASSERT_EQUAL_UINT16(FAULT_bus_silent, fault());
+    TEST_ASSERT_EQUAL_UINT8(AXIS_FAULT, axes_get(0)->life.state);
 }
 
 static void go_needs_the_token_and_somebody_who_waits(void)
@@ -393,6 +454,9 @@ int main(void)
     RUN_TEST(permit_needs_a_sound_machine);
     RUN_TEST(a_stop_takes_the_permit_away);
     RUN_TEST(a_silent_bus_stops_what_moves);
+    RUN_TEST(a_silent_bus_lets_a_line_end);
+    RUN_TEST(a_bus_that_speaks_again_lets_lines_go_on);
+    RUN_TEST(a_silent_bus_disarms_what_waits);
     RUN_TEST(go_needs_the_token_and_somebody_who_waits);
     RUN_TEST(another_token_is_a_fault);
     RUN_TEST(armed_axes_have_one_token);

@@ -159,10 +159,99 @@ static void chained_lines(void)
     }
     TEST_ASSERT_EQUAL_INT32(10, bench.steps);
     TEST_ASSERT_EQUAL_UINT32(bench.zero_ticks + 9u * 16000uL, last_step_ticks);
-    TEST_ASSERT_EQUAL_UINT16(3, bench.axis.lines_done);
+    TEST_ASSERT_EQUAL_UINT16(3, bench.axis.ledger.lines_done);
     TEST_ASSERT_EQUAL_INT32(-40, records_get(&bench.axis.ledger.records, 3).actual_steps);
     TEST_ASSERT_EQUAL_UINT32(4, bench.axis.ledger.pixel);
     TEST_ASSERT_EQUAL(AXIS_DONE, bench.axis.life.state);
+}
+
+// A pixel of a third of a tick more than whole ones: nine lines of one pixel are as long as one
+// line of nine.
+static void chained_lines_keep_the_part_of_a_tick(void)
+{
+    uint32_t last_step_ticks = 0;
+
+    queue_run(PLAIN_MARK, 10, 1);
+    for (uint8_t i = 0; i < 8; i++) {
+        queue_run(CHAINED_MARK, 10, 1);
+    }
+    TEST_ASSERT_TRUE(bench_start_line());
+    while (!bench_finish_line()) {
+        uint32_t start_ticks = bench.now_ticks;
+        if (bench_period().pulse) {
+            last_step_ticks = start_ticks;
+        }
+    }
+    TEST_ASSERT_EQUAL_INT32(90, bench.steps);
+    TEST_ASSERT_EQUAL_UINT32(bench.zero_ticks + 9u * 16000000uL / 30u, last_step_ticks);
+}
+
+// A smooth line of five pixels that takes up so much play.
+static void queue_with_play(uint16_t flags, int16_t backlash_steps)
+{
+    static const int16_t counts[] = {0, 10, 20, 20, 10};
+    uint16_t mark = LINE_MARK_START | LINE_START_SMOOTH | flags;
+
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue((int16_t)mark, 0));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(backlash_steps, 20));
+    for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
+        TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(counts[i], 1));
+    }
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(LINE_MARK_END, 0));
+}
+
+// Run to the end; return when the last step was.
+static uint32_t run_to_the_last_step(void)
+{
+    uint32_t last_step_ticks = 0;
+
+    while (!bench_finish_line()) {
+        uint32_t start_ticks = bench.now_ticks;
+        if (bench_period().pulse) {
+            last_step_ticks = start_ticks;
+        }
+        TEST_ASSERT_NOT_EQUAL(STEP_ENGINE_HALTED, bench.engine.state);
+    }
+    return last_step_ticks;
+}
+
+// The same where lines take up their play, so that their pieces are a part of a pixel early: of all
+// parts of a pixel up to the whole one.
+static void check_chained_play(int16_t backlash_steps)
+{
+    bench_open(30, 1);
+    queue_with_play(LINE_START_WAIT, backlash_steps);
+    queue_with_play(LINE_START_NEGATIVE, backlash_steps);
+    queue_with_play(0, backlash_steps);
+    queue_with_play(LINE_START_NEGATIVE, backlash_steps);
+    TEST_ASSERT_TRUE(bench_start_line());
+    uint32_t last_step_ticks = run_to_the_last_step();
+    TEST_ASSERT_EQUAL_UINT32(bench.zero_ticks + 20u * 16000000uL / 30u, last_step_ticks);
+    TEST_ASSERT_EQUAL_INT32(0, bench.steps);
+    TEST_ASSERT_EQUAL_INT32(0, ledger_position(&bench.axis.ledger));
+}
+
+static void chained_lines_with_play_keep_it_too(void)
+{
+    for (int16_t backlash_steps = 1; backlash_steps <= 20; backlash_steps++) {
+        check_chained_play(backlash_steps);
+    }
+}
+
+// A line counts when its last step is made, some pixels after its end mark was decoded.
+static void lines_count_when_they_are_made(void)
+{
+    bench_open(1000, 1);
+    queue_run(PLAIN_MARK, 10, 3);
+    queue_run(CHAINED_MARK, 10, 3);
+    queue_run(CHAINED_MARK, 10, 3);
+    TEST_ASSERT_TRUE(bench_start_line());
+    while (!bench_finish_line()) {
+        (void)bench_period();
+        TEST_ASSERT_INT32_WITHIN(
+            15, bench.steps - 15, 30 * (int32_t)bench.axis.ledger.lines_done);
+    }
+    TEST_ASSERT_EQUAL_UINT16(3, bench.axis.ledger.lines_done);
 }
 
 // The end of the decoded time, seen from the present period.
@@ -448,6 +537,9 @@ int main(void)
     RUN_TEST(states_while_loading);
     RUN_TEST(plain_line_with_reversals);
     RUN_TEST(chained_lines);
+    RUN_TEST(chained_lines_keep_the_part_of_a_tick);
+    RUN_TEST(chained_lines_with_play_keep_it_too);
+    RUN_TEST(lines_count_when_they_are_made);
     RUN_TEST(time_ahead_inside_a_train);
     RUN_TEST(trains_longer_than_the_ring_has_room);
     RUN_TEST(waiting_line_is_not_chained);

@@ -46,7 +46,7 @@ static void divided_lines_chain(void)
     TEST_ASSERT_TRUE(bench_start_line());
     run_to_the_end();
     TEST_ASSERT_EQUAL_INT32(5 * 3 + 6 * 2, bench.steps);
-    TEST_ASSERT_EQUAL_UINT16(2, bench.axis.lines_done);
+    TEST_ASSERT_EQUAL_UINT16(2, bench.axis.ledger.lines_done);
     TEST_ASSERT_EQUAL_UINT16(0, segment_queue_fill(&bench.axis.queue));
 }
 

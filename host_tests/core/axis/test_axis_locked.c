@@ -86,7 +86,7 @@ static void check_chained(int16_t off_ticks)
     line_grid_place(&bench.axis.line.edges, 0, bench.zero_ticks);
     run_on_the_clock();
     TEST_ASSERT_EQUAL_INT32(4 * PIXEL_STEPS, bench.steps);
-    TEST_ASSERT_EQUAL_UINT16(3, bench.axis.lines_done);
+    TEST_ASSERT_EQUAL_UINT16(3, bench.axis.ledger.lines_done);
     TEST_ASSERT_EQUAL_UINT32(8, bench.axis.ledger.pixel);
     TEST_ASSERT_EQUAL(AXIS_DONE, bench.axis.life.state);
 }

@@ -307,7 +307,7 @@ static void run(void)
         ended++;
     }
     trace((uint16_t)bench.steps);
-    trace(axis->lines_done);
+    trace(axis->ledger.lines_done);
     trace(axis->play_unknown);
 }
 
@@ -710,7 +710,7 @@ static void chained(void)
 
 static void chained_lines(void)
 {
-    lines(chained, 0x51A8uL, 0x275783C6uL, 0x4A7D1E91uL, 0xD5CE0A29uL);
+    lines(chained, 0x51A8uL, 0x33169B04uL, 0x2D9D0B05uL, 0xF2A0F7F2uL);
 }
 
 static void open_clock(uint16_t divider)

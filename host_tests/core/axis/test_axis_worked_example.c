@@ -88,7 +88,7 @@ static void check_worked_example(uint16_t backlash)
     TEST_ASSERT_EQUAL_INT32(10836L + backlash, bench.steps);
     TEST_ASSERT_EQUAL_INT32(bench.steps, ledger_position(&bench.axis.ledger));
     TEST_ASSERT_EQUAL(AXIS_DONE, bench.axis.life.state);
-    TEST_ASSERT_EQUAL_UINT16(1, bench.axis.lines_done);
+    TEST_ASSERT_EQUAL_UINT16(1, bench.axis.ledger.lines_done);
 }
 
 static void worked_example(void)

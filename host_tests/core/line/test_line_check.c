@@ -223,7 +223,7 @@ static void start_mark_missing(void)
 
 static void unknown_flags(void)
 {
-    refused(LINE_malformed, 1, (int16_t)(LINE_MARK_START | 0x400), 0);
+    refused(LINE_malformed, 1, (int16_t)(LINE_MARK_START | 0x800), 0);
     setUp();
     refused(LINE_malformed, 1, (int16_t)(LINE_MARK_START | 0x8000u), 0);
 }

@@ -29,10 +29,14 @@ class TestCampaigns:
         assert outcome.complaints == [] and 0 < outcome.slowest_s <= 1
         assert 1 <= outcome.most_unknown <= 2 and outcome.chains == 2
 
-    def test_no_seam_shows_on_a_clock_without_jitter(self):
-        outcome = seams.run(seams.Plan(lines=4, jitter_us=0))
+    @pytest.mark.parametrize(
+        ("sync", "jitter_us", "apart_ticks"), [("lock", 0, 1), ("lock", 5, 2), ("start", 5, 0)]
+    )
+    def test_no_seam_shows(self, sync, jitter_us, apart_ticks):
+        outcome = seams.run(seams.Plan(lines=4, jitter_us=jitter_us, sync=sync))
         assert outcome.complaints == [] and outcome.gap_px == 0
         assert outcome.load_pixels == 84 and outcome.load_steps == 0
+        assert outcome.apart_ticks <= apart_ticks
 
     def test_boards_that_disagree_move_nothing(self):
         outcome = disagree.run(disagree.Plan(times=2, lines=5, seed=3))

@@ -33,7 +33,7 @@
 #define QUEUE       0x1000
 #define DRIVER_0    0
 #define PERMIT      13
-#define MAP_VERSION 5
+#define MAP_VERSION 6
 #define REPLY_MAX   260
 
 static modbus_t *client;

@@ -23,7 +23,7 @@ PLACES = {"M39": (0, 0), "M40": (0, 1), "M41": (1, 0)}
 PITCH = 12
 _SPEED, _BACKLASH, _TURN = 200, 50, 120
 _MACHINE = f"""\
-clock = {{ pixel = "{PIXEL_HZ} Hz", divider = 1, sync = "SYNC" }}
+clock = {{ pixel = "HZ Hz", divider = 1, sync = "SYNC" }}
 line.lead_in = 4
 
 [boards.main]
@@ -67,12 +67,13 @@ class Press:
 
     folder: Path
     job: Job
+    hz: Fraction = PIXEL_HZ
     options: dict[str, Any] = field(default_factory=dict)
 
     @classmethod
     def make(
         cls, folder: Path, lines: int, pixels: int = 20, sync: str = "lock",
-        starts: Mapping[str, int] | None = None,
+        starts: Mapping[str, int] | None = None, hz: Fraction = PIXEL_HZ,
     ) -> Press:  # fmt: skip
         """Write a machine and a job of so many lines; `starts` is where motors begin."""
         formats.write_prn(folder / "line.PRN", [20, 60, 120, 180, _SPEED])
@@ -82,14 +83,14 @@ class Press:
         for name, counts in _HOMING.items():
             formats.write_csv(folder / f"home-{name}.csv", counts, _HOME)
         machine = folder / "machine.toml"
-        machine.write_text(_MACHINE.replace("SYNC", sync))
+        machine.write_text(_MACHINE.replace("SYNC", sync).replace("HZ Hz", f"{hz} Hz"))
         path = folder / "print.pxjob"
         ops.job_make(
             image_size=f"{pixels}x{lines}", scan=f"M39={_SPEED}", step=f"M41={PITCH}",
             turn=f"M40={_TURN}", output=path, machine=machine,
             start=tuple(f"{name}={at}" for name, at in (starts or {}).items()),
         )  # fmt: skip
-        return cls(folder, Job.read(path))
+        return cls(folder, Job.read(path), hz)
 
     @property
     def machine(self) -> Path:
@@ -106,7 +107,7 @@ class Press:
         """Yield the bus with both boards."""
         boards = [(name, natives.image(name)) for name in BOARDS]
         options = {"edges": self.edges, **self.options, **more}
-        with SimLink(SimOptions(boards, PIXEL_HZ, **options)) as link:
+        with SimLink(SimOptions(boards, self.hz, **options)) as link:
             yield link
 
     def run(self, link: SimLink, run: Path, **more: Any) -> Result:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import tempfile
 from dataclasses import dataclass, field
+from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -18,10 +19,11 @@ import numpy as np
 
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.logs import AxisEdges, AxisPlant, read_clock_log, read_edges, read_plant
-from pixstep_dev.jobs.press import PIXEL_HZ, PLACES, Press
+from pixstep_dev.jobs.press import PLACES, Press
 
 PLAY = 50
 _TICK_HZ = 16_000_000
+_HZ = Fraction(110)  # a pixel is not a whole number of ticks: a seam could lose the rest
 _APART_TICKS, _GRID_TICKS, _LOAD_STEPS = 2.0, 1.0, 1
 _DRIFT_TICKS = 1.0
 _LOCK = "lock"
@@ -67,7 +69,7 @@ def run(plan: Plan, show: Progress = unseen) -> Outcome:
     """Print a job and measure its seams."""
     outcome = Outcome(plan.lines)
     with tempfile.TemporaryDirectory() as folder:
-        press = Press.make(Path(folder), plan.lines, sync=plan.sync)
+        press = Press.make(Path(folder), plan.lines, sync=plan.sync, hz=_HZ)
         options: dict[str, Any] = {
             "pixel_ppm": plan.ppm, "pixel_jitter_ns": round(1000 * plan.jitter_us),
             "seed": plan.seed,
@@ -128,7 +130,7 @@ def _start(press: Press, line: int, name: str) -> int:
 def _seams(press: Press, plan: Plan, grid: Grid, outcome: Outcome) -> None:
     """Measure from each line to the next, at the same pixels of both."""
     lines = (grid.numbers - 1) // press.job.pixels
-    period = _TICK_HZ / float(PIXEL_HZ)
+    period = float(_TICK_HZ / _HZ)
     starts = [grid.cycles[lines == one] for one in range(press.job.lines)]
     steps = np.array([np.mean(after - one) for one, after in pairwise(starts)])
     if not len(steps):

@@ -156,6 +156,7 @@ FEATURE_OF_REGISTERS = {
     "backlash_policy": "backlash",
     "gate_edges": "gate",
     "home_is_limit": "shared_switch",
+    "silence_waits": "line_ends",
 }
 
 

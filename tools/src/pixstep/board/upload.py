@@ -56,6 +56,11 @@ class Upload:
         return self._block
 
     @property
+    def begun(self) -> bool:
+        """True when the board has a part of the line."""
+        return self._block != self._first
+
+    @property
     def done(self) -> bool:
         """True when every entry has been accepted."""
         return not self._left

@@ -8,7 +8,7 @@ left        nothing of it was sent
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -51,7 +51,9 @@ class History:
     finished: bool = False
     last: Event = field(default_factory=dict)
     tags: dict[str, int] = field(default_factory=dict)  # of the boards, by name
-    stored: dict[str, int] = field(default_factory=dict)  # what a board had in a tag's place
+    # How long the bus of a board may be silent: as it was before, and in this run.
+    stored: dict[str, int] = field(default_factory=dict)
+    silence_ms: dict[str, int] = field(default_factory=dict)
 
     @classmethod
     def of(cls, events: Iterable[Event]) -> History:
@@ -67,11 +69,11 @@ class History:
         self.last = event
         if kind == BEGIN:
             self.lines = int(event["lines"])
-            self.tags = {name: int(about["tag"]) for name, about in event["boards"].items()}
-            self.stored = {
-                name: int(about["bus_timeout_ms"]) for name, about in event["boards"].items()
-            }
-            axes = (about["axes"] for about in event["boards"].values())
+            boards = event["boards"]
+            self.tags = _of_boards(boards, "tag")
+            self.stored = _of_boards(boards, "bus_timeout_ms")
+            self.silence_ms = _of_boards(boards, "silence_ms")
+            axes = (about["axes"] for about in boards.values())
             self.bases = {name: Base.of(data) for one in axes for name, data in one.items()}
         elif kind == CHAIN:
             self.chain, self.in_flight = line, []
@@ -107,3 +109,7 @@ class History:
     def _settle(self, line: int) -> None:
         if line in self.in_flight:
             self.in_flight.remove(line)
+
+
+def _of_boards(boards: Mapping[str, Mapping[str, Any]], key: str) -> dict[str, int]:
+    return {name: int(about[key]) for name, about in boards.items()}

@@ -16,7 +16,7 @@ from pixstep.board import registers as regs
 from pixstep.board import run
 from pixstep.board.errors import BoardError, LineLostError, NoReplyError
 from pixstep.jobs import account, tag
-from pixstep.jobs.account import Axis, Place
+from pixstep.jobs.account import Place
 from pixstep.jobs.history import History
 from pixstep.jobs.job import Job
 from pixstep.jobs.stations import Station
@@ -138,7 +138,7 @@ def _found(job: Job, told: History, station: Station) -> Found:
     positions = ", ".join(f"{name} at {steps}" for name, steps in station.positions.items())
     station.bases = {name: told.bases[name] for name in station.motors if name in told.bases}
     axes = station.axes() if station.bases else []
-    if told.chain and (lost_tag or _counters_went_back(told, station, axes)):
+    if told.chain and (lost_tag or any(axis.has_gone_back for axis in axes)):
         return _without_place(station, f"was reset since; {positions}", reset=True)
     most = max([*told.in_flight, *told.printed, told.chain - 1]) - told.chain + 1
     if any(axis.counted > (most if told.chain else 0) for axis in axes):
@@ -146,12 +146,9 @@ def _found(job: Job, told: History, station: Station) -> Found:
     if not told.chain:
         text = f"rests before line {told.next_line}; {positions}"
         return Found(station, None, trusted=True, text=text)
-    made = told.printed - told.skipped
-    least = max([number + 1 for number in made if number >= told.chain], default=0)
-    places = account.common([account.places(job, told.chain, axis, least) for axis in axes])
-    if len(places) != 1:
+    place = account.place_of_board([account.place_of(job, told.chain, axis) for axis in axes])
+    if not place:
         return _without_place(station, f"does not say in which line it is; {positions}")
-    place = places[0]
     if not place.pixel:
         text = f"rests at the end of line {place.line - 1}; {positions}"
         return Found(station, place, trusted=True, text=text)
@@ -164,15 +161,6 @@ def _found(job: Job, told: History, station: Station) -> Found:
 def _without_place(station: Station, text: str, *, reset: bool = False) -> Found:
     """Return a board of which nobody knows where in the job its axes are."""
     return Found(station, None, trusted=False, text=text, reset=reset)
-
-
-def _counters_went_back(told: History, station: Station, axes: Iterable[Axis]) -> bool:
-    """Return whether counters are below those of the chain's beginning: the board was reset.
-
-    A board without a tag is known by its counters alone, as far as they were above 0.
-    """
-    without_tag = not told.tags.get(station.name, 0)
-    return any(axis.has_gone_back or (without_tag and axis.now["next_block"] == 0) for axis in axes)
 
 
 def _line(job: Job, number: int, found: Iterable[Found]) -> Line:

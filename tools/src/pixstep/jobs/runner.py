@@ -24,6 +24,7 @@ from pixstep.board.recording import Row
 from pixstep.board.together import Together
 from pixstep.jobs import account, history, stations
 from pixstep.jobs.account import Axis
+from pixstep.jobs.gaps import Gaps
 from pixstep.jobs.job import Job
 from pixstep.jobs.parts import Parts
 from pixstep.jobs.run_log import Event
@@ -84,6 +85,7 @@ class Chain:
     first: int
     last: int
     parts: Parts | None = None
+    gaps: Gaps | None = None
     made: int = field(init=False)
     reserve_px: float = field(default=math.inf, init=False)
     lost: dict[str, BoardError] = field(default_factory=dict)
@@ -93,14 +95,12 @@ class Chain:
         clock = self.machine.clock
         self._pixel_s = float(1 / self.machine.pixel_hz)
         self._looked_s = 0.0
-        # By motor: pixel and blocks taken at the last look, and the line that it has reached.
-        self._pixels: dict[str, int] = {}
-        self._blocks: dict[str, int] = {}
-        self._least: dict[str, int] = {}
+        self._blocks: dict[str, int] = {}  # by motor: blocks taken at the last look
         self._paused, self._wanted = False, self.last  # a pause or a lost board lowers `last`
         self._sender = Sender(
-            self.job, self.first, clock.edges, self._intend, gated=bool(clock.gate_edges)
-        )
+            self.job, (self.first, self.last), clock.edges, self._intend,
+            gated=bool(clock.gate_edges),
+        )  # fmt: skip
 
     def make(self) -> Ended:
         """Make the lines. Raises JobBrokenError saying where everything is."""
@@ -128,6 +128,11 @@ class Chain:
         if started:
             started.compare(self.world)
         return self._how()
+
+    @property
+    def late(self) -> list[str]:
+        """The motors whose next line was not in their queue at the end of one, as boards say it."""
+        return [axis.motor for one in self.alive for axis in one.axes() if axis.lacked_a_line]
 
     @property
     def alive(self) -> list[Station]:
@@ -230,8 +235,8 @@ class Chain:
 
     def _judge(self, station: Station) -> None:
         """Look at a board's axes. Raises BoardError for what keeps a board from going on."""
-        for axis in station.look():
-            self._follow_seams(axis)
+        times = self.gaps if station is self.stations[0] else None
+        for axis in times.look(station, self.first) if times else station.look():
             if axis.state == "fault":
                 run.raise_fault(station.board)
             if axis.has_gone_back or self._has_fewer_blocks(axis):
@@ -249,13 +254,6 @@ class Chain:
         before = self._blocks.get(axis.motor, 0)
         self._blocks[axis.motor] = axis.blocks
         return axis.blocks < before
-
-    def _follow_seams(self, axis: Axis) -> None:
-        """Note an axis that has passed the seam between two lines since the last look."""
-        before, pixel = self._pixels.get(axis.motor, 0), axis.now["pixel"]
-        if axis.moves and pixel < before:
-            self._least[axis.motor] = self._least.get(axis.motor, self.first) + 1
-        self._pixels[axis.motor] = pixel
 
     def _confirm(self) -> None:
         """Log the lines that every board has made."""
@@ -284,6 +282,7 @@ class Chain:
             if number > next_line or (axis.moves and number == next_line)
         ]  # fmt: skip
         if late and beyond and next_line <= self.last:
+            late = next((axis for axis, _ in rests if axis.lacked_a_line), late)
             raise _BesideError(
                 f"motor {late.motor} ended after line {next_line - 1}, because line {next_line} "
                 f"reached its queue too late, and motor {beyond[0].motor} made more alone: line "
@@ -292,14 +291,13 @@ class Chain:
         return line - 1
 
     def _line_of(self, axis: Axis) -> int:
-        least = max(self.made + 1, self._least.get(axis.motor, 0))
-        found = account.places(self.job, self.first, axis, least)
+        found = account.place_of(self.job, self.first, axis)
         if not found:
             raise _BesideError(
                 f"motor {axis.motor} is at {axis.position_steps} steps, {axis.counted} lines after "
                 f"line {self.first - 1}, pixel {axis.now['pixel']}: no line takes it there"
             )
-        return found[0].line
+        return found.line
 
     def _all_rest(self) -> bool:
         return not any(axis.moves for one in self.alive for axis in one.axes())
@@ -376,15 +374,15 @@ class Chain:
             return [{"motor": name, "board": station.name} for name in station.motors]
         rows = []
         for axis in axes:
-            found = account.places(self.job, self.first, axis, self.made + 1)
+            found = account.place_of(self.job, self.first, axis)
             row = {
                 "motor": axis.motor, "board": station.name, "state": axis.state,
                 "position_steps": axis.position_steps,
             }  # fmt: skip
             if station.name in self.lost:
                 row["last_seen"] = True
-            elif len(found) == 1:
-                row |= {"line": found[0].line, "pixel": found[0].pixel}
+            elif found:
+                row |= {"line": found.line, "pixel": found.pixel}
             rows.append(row)
         return rows
 

@@ -17,18 +17,23 @@ from pixstep.lines.runs import queue_entries
 
 
 class Sender:
-    """Sends the lines from `first` on, as far as they are allowed.
+    """Sends the lines `first` to `last` of a chain, as far as they are allowed.
+
+    Each but the last says that another one follows, so that the axes of a board end at the same
+    line if one of them gets its next line too late.
 
     `begun` is the newest line of which something may be on a board, `sent` the newest that is in
     the queues of all of them as a whole. `intend` is called with a line before it is begun.
     """
 
     def __init__(
-        self, job: Job, first: int, divider: int, intend: Callable[[int], None], *, gated: bool
-    ) -> None:
-        self._job, self._first, self._divider, self._gated = job, first, divider, gated
+        self, job: Job, chain: tuple[int, int], divider: int, intend: Callable[[int], None], *,
+        gated: bool,
+    ) -> None:  # fmt: skip
+        self._job, self._divider, self._gated = job, divider, gated
+        self._first, self._last = chain
         self._intend = intend
-        self.begun = self.sent = first - 1
+        self.begun = self.sent = self._first - 1
         self._uploads: dict[str, list[Upload]] = {}
 
     def send(self, stations: list[Station], last: int) -> None:
@@ -49,10 +54,13 @@ class Sender:
         """Send what is left of the newest line; True if all of it is on every board."""
         if self.sent == self.begun:
             return True
-        for station in stations:  # a board that does not answer keeps the others from nothing
+        for station in stations:
             if station.name not in self._uploads:
                 self._uploads[station.name] = self._begin(station)
+        for station in stations:
             feed(self._uploads[station.name])
+            if not all(item.begun for item in self._uploads[station.name]):
+                return False  # the other boards would begin the line without this one
         if not all(item.done for one in stations for item in self._uploads[one.name]):
             return False
         for station in stations:
@@ -66,7 +74,8 @@ class Sender:
         board, lines = station.board, self._job.line(self.begun)
         said = said_divider(board, self._divider)
         waits = self._gated or self.begun == self._first
+        more = not self._gated and self.begun != self._last
         return [
-            Upload(board, axis, queue_entries(replace(lines[name], clocked=waits), said))
+            Upload(board, axis, queue_entries(replace(lines[name], clocked=waits), said, more=more))
             for name, axis in station.motors.items()
         ]

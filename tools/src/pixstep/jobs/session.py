@@ -13,6 +13,7 @@ from pixstep.board.errors import BoardError
 from pixstep.board.link import World
 from pixstep.errors import AskedText, RefusedError
 from pixstep.jobs import history, positioning, stations, tag
+from pixstep.jobs.gaps import Gaps
 from pixstep.jobs.history import History
 from pixstep.jobs.job import Job
 from pixstep.jobs.parts import Parts
@@ -38,6 +39,7 @@ class Session:
     told: History
     watch: Watch
     parts: Parts | None = None
+    gaps: Gaps | None = None
     clock: Callable[[], float] = time.time
     rests: int = 0
     reserve_px: float = math.inf
@@ -54,16 +56,22 @@ class Session:
         self.log.add({**event, **seconds})
         self.told.take(event)
 
+    def time_gaps(self) -> None:
+        """Count the clock's pixels between lines."""
+        clock = self.machine.clock
+        self.gaps = Gaps(self.job, clock.edges, gated=bool(clock.gate_edges))
+
     def begin(self, facts: Event, *, safe: bool) -> None:
         """Log who prints what, on which boards, and give each board its tag."""
         two_lines_s = 2 * self.job.pixels / float(self.machine.pixel_hz)
         boards = {}
         for station in self.stations:
-            stored, who = station.board.setting(tag.NAME), station.board.who()
+            stored, who = station.board.setting(tag.SILENCE), station.board.who()
             station.rebase()
             boards[station.name] = {
-                "unit": who.unit, "kind": who.board, "firmware": who.firmware, tag.NAME: stored,
-                "tag": tag.new(stored, two_lines_s, safe=safe),
+                "unit": who.unit, "kind": who.board, "firmware": who.firmware, tag.NAME: tag.new(),
+                tag.SILENCE: stored,
+                "silence_ms": tag.silence_ms(stored, two_lines_s, safe=safe),
                 "axes": {name: vars(base) for name, base in station.bases.items()},
             }  # fmt: skip
         self.note({
@@ -82,7 +90,8 @@ class Session:
                 self.note({"event": history.PAUSED, "line": first - 1})
                 return Ended.PAUSED
             for station in self.stations:
-                tag.put(station.board, self.told.tags[station.name])
+                tag.put(station.board, tag.NAME, self.told.tags[station.name])
+                tag.put(station.board, tag.SILENCE, self.told.silence_ms[station.name])
             stations.ready(self.stations)
             away = self._away(first, takes_play=may_move and self._is_first)
             if away and not may_move:
@@ -92,7 +101,7 @@ class Session:
             last = self._end_of_stretch(first)
             chain = Chain(
                 self.job, self.machine, self.stations, self.world, self.note, self.watch, first,
-                last, self.parts,
+                last, self.parts, self.gaps,
             )  # fmt: skip
             ended = chain.make()
             self.reserve_px = min(self.reserve_px, chain.reserve_px)
@@ -100,7 +109,7 @@ class Session:
                 self.note({"event": history.PAUSED, "line": chain.made})
                 return ended
             if ended is Ended.DRY:
-                self._run_dry(chain.made)
+                self._run_dry(chain)
         self.note({"event": history.FINISHED, "line": self.job.lines})
         self._give_boards_back()
         return Ended.FINISHED
@@ -139,22 +148,22 @@ class Session:
         printed = (n for n in range(first, self.job.lines + 1) if n in self.told.printed)
         return next(printed, self.job.lines + 1) - 1
 
-    def _run_dry(self, line: int) -> None:
+    def _run_dry(self, chain: Chain) -> None:
         """Forget what came too late, so that the lines begin again at the next one."""
         self.rests += 1
-        self.watch.say(f"this computer was late: the motors rested after line {line}")
+        late = f" ({', '.join(chain.late)} had no other line)" if chain.late else ""
+        self.watch.say(f"this computer was late: the motors rested after line {chain.made}{late}")
         for station in self.stations:
             run.discard(station.lines)
 
     def _give_boards_back(self) -> None:
-        """Put the boards' own times for a silent bus back."""
+        """Put the boards' own times for a silent bus back; they are in no run any more."""
         for station in self.stations:
-            stored = self.told.stored.get(station.name)
-            if stored is not None and self.told.tags[station.name]:
-                try:
-                    tag.put(station.board, stored)
-                except BoardError as error:
-                    self.watch.say(str(error))
+            try:
+                tag.put(station.board, tag.SILENCE, self.told.stored[station.name])
+                tag.put(station.board, tag.NAME, tag.NONE)
+            except BoardError as error:
+                self.watch.say(str(error))
 
 
 def elsewhere(away: Iterable[Off]) -> RefusedError:

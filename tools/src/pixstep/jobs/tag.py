@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Whose run a board is in, and whether it was reset since: a number in its memory.
+"""Whose run a board is in, and whether it was reset since: its register `tag`.
 
-Boards have no register of their own for that. `bus_timeout_ms` is kept in memory and is as stored
-again after a reset, so the last three digits of it are the tag. Where no line needs the host while
-it moves, the time is longer than two lines last: when the host dies, the motors stop at the end of
-a line instead of inside.
+A reset makes the tag 0. Beside it a board has a time for which its bus may be silent. Where no line
+needs the host while it moves, that time is longer than two lines last: when the host dies, the
+motors of all boards make what is queued, and stop at the end of the same line.
 """
 
 from __future__ import annotations
@@ -13,27 +12,29 @@ import secrets
 
 from pixstep.board.device import Board
 
-NAME = "bus_timeout_ms"
-MOST_MS = 60_000
-_TAGS = 1000
+NAME, SILENCE = "tag", "bus_timeout_ms"
+NONE = 0  # a board's tag after a reset, and when it is in no run
+_MOST = 0xFFFF
+_MOST_MS = 60_000
 _SPARE_MS = 1000
 
 
-def new(stored_ms: int, two_lines_s: float, *, safe: bool) -> int:
-    """Return the time with a new tag for a board; 0 for one that waits for ever."""
-    if not stored_ms:
-        return 0
-    least = stored_ms
-    if safe:
-        least = max(least, int(1000 * two_lines_s) + _SPARE_MS)
-    whole = min(least, MOST_MS - _TAGS) // _TAGS * _TAGS + (_TAGS if least % _TAGS else 0)
-    return min(whole, MOST_MS - _TAGS) + 1 + secrets.randbelow(_TAGS - 1)
+def new() -> int:
+    """Return the tag of a run on a board."""
+    return 1 + secrets.randbelow(_MOST)
 
 
-def put(board: Board, tag: int) -> None:
-    """Let a board keep a tag, until its next reset."""
-    if is_lost(board, tag):
-        board.write_setting(NAME, tag)
+def silence_ms(stored_ms: int, two_lines_s: float, *, safe: bool) -> int:
+    """Return how long the bus of a board may be silent while it runs; 0 is for ever."""
+    if not (stored_ms and safe):
+        return stored_ms
+    return min(max(stored_ms, int(1000 * two_lines_s) + _SPARE_MS), _MOST_MS)
+
+
+def put(board: Board, name: str, value: int) -> None:
+    """Let a board keep a tag or a time, until its next reset."""
+    if board.setting(name) != value:
+        board.write_setting(name, value)
 
 
 def is_lost(board: Board, tag: int) -> bool:

@@ -26,6 +26,7 @@ MARK_NEGATIVE = 1 << 6
 MARK_SEEK = 1 << 7
 MARK_SEEK_OPEN = 1 << 8
 MARK_DIVIDER = 1 << 9  # a third entry says how many clock edges a pixel of the line has
+MARK_MORE = 1 << 10  # another line follows without a gap, on all axes whose lines say so or on none
 
 
 @dataclass(frozen=True)
@@ -99,13 +100,16 @@ def head_entries(
     return [(mark | MARK_DIVIDER, 0), parameter, (divider, 0)]
 
 
-def queue_entries(line: Line, divider: int | None = None) -> list[tuple[int, int]]:
+def queue_entries(
+    line: Line, divider: int | None = None, *, more: bool = False
+) -> list[tuple[int, int]]:
     """Return the queue entries of a line: start mark, its parameters, runs, end mark.
 
     The parameter entry is (backlash steps, line speed); the speed is 0 when there is no backlash.
-    `divider` is how many clock edges a pixel has, for a board that takes it with the line.
+    `divider` is how many clock edges a pixel has, for a board that takes it with the line. `more`
+    says that another line follows without a gap.
     """
-    mark = MARK_START
+    mark = MARK_START | (MARK_MORE if more else 0)
     if line.clocked:
         mark |= MARK_WAIT_FOR_EDGE
     if line.smooth:

@@ -57,7 +57,8 @@ class RunOfJob(TypedDict):
 
     `printed` counts lines that every board has confirmed, `left_s` is what the others take. Of this
     run, `rests` counts how often motors rested between lines because this computer was late, and
-    `reserve_px` is how many pixels before its turn a line was queued, at the least.
+    `reserve_px` is how many pixels before its turn a line was queued, at the least. `gap_px` is how
+    many pixels of the clock passed between lines, rests included, all together (--time-gaps).
     """
 
     run: str
@@ -70,6 +71,7 @@ class RunOfJob(TypedDict):
     left_s: float
     rests: NotRequired[int]
     reserve_px: NotRequired[float | None]
+    gap_px: NotRequired[int | None]
     boards: NotRequired[list[BoardOfRun]]
     in_flight: NotRequired[list[LineOfRun]]
 
@@ -82,6 +84,7 @@ class Prints(Compares):
     timeout: float | None = shared.timeout()
     accept_amber: bool = flag("Agree to what is amber in the comparison.")
     records: bool = flag("Keep per-pixel records, a Parquet file a line in parts of the run.")
+    time_gaps: bool = flag("Count the clock's pixels between lines, by a board's own counts.")
 
     def compare(self, desk: Desk, job: Job, found: MachineCopy, bus_of: BusOf) -> dict[str, Any]:
         """Compare a job with machine file and boards; return what goes into the log.
@@ -183,6 +186,8 @@ def make(session: Session, path: Path, *, may_move: bool) -> Result:
     data = facts_of(path, session.job, session.told, ended.value)
     reserve = None if math.isinf(session.reserve_px) else round(session.reserve_px, 1)
     data["rests"], data["reserve_px"] = session.rests, reserve
+    if session.gaps:
+        data["gap_px"] = session.gaps.px if session.gaps.looks else None
     return Result(data, "\n".join([text_of(data), *_gaps(data)]), FINE)
 
 
@@ -195,6 +200,8 @@ def _gaps(data: RunOfJob) -> Iterator[str]:
             f"no gap between lines: each was queued at least {data['reserve_px']:g} pixels before "
             f"its turn"
         )
+    if data.get("gap_px") is not None:
+        yield f"{data['gap_px']} pixels of the clock passed between lines"
 
 
 def facts_of(path: Path, job: Job, told: Any, state: str) -> RunOfJob:

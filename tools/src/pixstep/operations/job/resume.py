@@ -84,6 +84,8 @@ class JobResume(Prints):
                 with printing.watched(desk, lambda: folder.pause_asked) as watch:
                     parts = Parts(self.run_path) if self.records else None
                     session = Session(job, machine, stations, log, told, watch, parts)
+                    if self.time_gaps:
+                        session.time_gaps()
                     self._settle(session, verdict)
                     for station in stations:
                         resuming.clear(station)

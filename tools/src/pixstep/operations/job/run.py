@@ -62,6 +62,8 @@ class JobRun(Prints):
             with folder.log() as log, printing.watched(desk, lambda: folder.pause_asked) as watch:
                 parts = Parts(path) if self.records else None
                 session = Session(job, machine, stations, log, History(0), watch, parts)
+                if self.time_gaps:
+                    session.time_gaps()
                 session.begin(told, safe=printing.safe(job, machine))
                 try:
                     return printing.make(session, path, may_move=self.to_start)
