@@ -14,8 +14,8 @@ SCRIPTS_WITHOUT_SUFFIX = {"tools", ".ci"}
 LICENCE = "SPDX-License-Identifier: MIT"
 
 # Data and generated files keep the form that their readers and writers give them.
-EXEMPT_SUFFIXES = {".png", ".PRN", ".csv", ".vcd", ".gz", ".xz"}
-EXEMPT_FILES = {"sim/crosscheck/package-lock.json"}
+EXEMPT_SUFFIXES = {".png", ".svg", ".PRN", ".csv", ".vcd", ".gz", ".xz"}
+EXEMPT_FILES = {"sim/crosscheck/package-lock.json", "tools/site/package-lock.json"}
 # Prose and tables may have longer lines.
 LONG_LINES = {".json", ".md", ".def"}
 

@@ -14,6 +14,7 @@ from pixstep_dev.cli import (
     motor_record,
     mutants,
     robustness,
+    site,
     wheels,
 )
 
@@ -24,6 +25,6 @@ def main() -> None:
     """Prove pixstep: measure, inject faults, fuzz, mutate, keep the documents true."""
 
 
-for group in (bench, campaign, robustness, jobs, fuzz, motor_record, mutants, docs, wheels):
+for group in (bench, campaign, robustness, jobs, fuzz, motor_record, mutants, docs, site, wheels):
     for command in group.COMMANDS:
         main.add_command(command)
