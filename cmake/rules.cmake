@@ -22,6 +22,8 @@ rule(wiring "${PIXSTEP_PYTHON}" -m pixstep_dev docs wiring --check docs/WIRING.m
 rule(drivers "${PIXSTEP_PYTHON}" -m pixstep_dev docs drivers --check docs/WIRING.md)
 rule(shields "${PIXSTEP_PYTHON}" -m pixstep_dev docs shields --check docs/WIRING.md)
 rule(drawings "${PIXSTEP_PYTHON}" -m pixstep_dev docs drawings docs/wiring)
+rule(rates "${PIXSTEP_PYTHON}" -m pixstep_dev docs rates --check README.md)
+rule(comparison "${PIXSTEP_PYTHON}" -m pixstep_dev docs comparison --check docs/comparison.svg)
 rule(flashing "${PIXSTEP_PYTHON}" -m pixstep_dev docs flashing --check docs/FLASHING.md)
 rule(text "${PIXSTEP_PYTHON}" "${checks}/text.py")
 set(images "")

@@ -125,8 +125,9 @@ def _notes(
             f"~/pixstep-env/bin/pip install {wheel_names}",
             "~/pixstep-env/bin/pixstep --version",
             "```\n",
-            "`pixstep flash --board mega --port /dev/ttyACM0` writes the wheel's image; avrdude is all "
-            "that it needs. The images are here too, for other programs:\n",
+            "`pixstep flash --board mega --port /dev/ttyACM0` writes the image that the wheel "
+            "has; it needs avrdude and nothing else. The images are here too, for other "
+            "programs:\n",
             table(("file", "firmware", "SHA-256 begins"), rows),
             f"\nThe documents: unpack `pixstep-site-{__version__}.zip`, open `index.html`.\n",
         ]
