@@ -8,7 +8,8 @@ those inside the wheel: `pixstep flash` writes the same with the wheel and with 
 import hashlib
 import os
 import re
-import shutil
+import tempfile
+import time
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -52,7 +53,7 @@ def make(out: Path, progress: Progress = unseen) -> list[Path]:
     made = wheels.build(out, None, lambda share: progress(0.8 * share))
     images = _images(next(path for path in made if path.name.startswith("pixstep-")), out)
     progress(0.8)
-    pages = _site(out)
+    pages = _site(out, source.seconds)
     sums = _sums([*made, *images, pages])
     notes = out / NOTES
     notes.write_text(_notes(source, words.read_text(encoding="utf-8"), made, images, sums), "utf-8")
@@ -88,13 +89,18 @@ def _images(wheel: Path, out: Path) -> list[Path]:
     return sorted(found)
 
 
-def _site(out: Path) -> Path:
-    """Build the documents' site and pack it."""
+def _site(out: Path, seconds: int) -> Path:
+    """Build the documents' site and pack it; every file has the commit's time."""
     name = f"pixstep-site-{__version__}"
-    folder = out / name
-    site.build(folder)
-    packed = Path(shutil.make_archive(str(out / name), "zip", out, name))
-    shutil.rmtree(folder)
+    packed = out / f"{name}.zip"
+    at = time.gmtime(seconds)[:6]
+    with tempfile.TemporaryDirectory(prefix="pixstep-site-") as folder:
+        site.build(Path(folder))
+        with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+            for path in sorted(Path(folder).rglob("*")):
+                if path.is_file():
+                    entry = zipfile.ZipInfo(f"{name}/{path.relative_to(folder)}", at)
+                    archive.writestr(entry, path.read_bytes(), zipfile.ZIP_DEFLATED)
     return packed
 
 
