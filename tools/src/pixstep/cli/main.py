@@ -157,7 +157,7 @@ def _print_version(ctx: click.Context, _: click.Parameter, wanted: bool) -> None
     help="Show the version, the commit and the boards' register map.",
 )
 def main() -> None:
-    """Line files to exact STEP edges: make, check, plan, simulate.
+    """Steppers that follow a pixel clock: lines, boards, simulation.
 
     Exit status of every command: 0 fine; 1 a negative verdict (warnings, a failed run, a board that
     did not do as asked); 2 misuse; 3 refused by a check or by a board; 130, 143, 129 ended by
