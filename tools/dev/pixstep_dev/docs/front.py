@@ -26,15 +26,14 @@ Row = dict[str, str]
 
 def rates() -> str:
     """Return the table: board, axes at once, rates at two clocks, highest clocks."""
-    head = ("board", "axes at once",
-            *[f"{motion} at {hz} Hz" for hz in _HZ for motion in _MOTIONS],
-            f"highest clock, {_STEPS} steps a pixel", "the same, ramps")  # fmt: skip
+    kinds = [f"{motion}, {hz} Hz" for hz in _HZ for motion in _MOTIONS]
+    head = ("board", "axes", *kinds, "top clock", "with ramps")
     rows = []
     for board in boards.all_boards():
         for axes in range(1, board.axes + 1):
             cells = [_rates(board.name, axes, motion, hz) for hz in _HZ for motion in _MOTIONS]
             clocks = [_clocks(board.name, axes, motion) for motion in ("one count", "ramps")]
-            rows.append((board.label, str(axes), *map(_number, cells),
+            rows.append((f"`{board.name}`", str(axes), *map(_number, cells),
                          *[f"{_number(hz)} Hz" if hz else "-" for hz in clocks]))  # fmt: skip
     return table(head, rows)
 
