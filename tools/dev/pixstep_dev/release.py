@@ -8,6 +8,7 @@ those inside the wheel: `pixstep flash` writes the same with the wheel and with 
 import hashlib
 import os
 import re
+import shutil
 import tempfile
 import time
 import zipfile
@@ -48,7 +49,16 @@ def make(out: Path, progress: Progress = unseen) -> list[Path]:
     if not words.is_file():
         raise UserError(f"{words}: missing: say there what the release is, in a page")
     source = _source()
-    out.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix="pixstep-release-") as folder:  # all of it, or nothing
+        _fill(Path(folder), source, words.read_text(encoding="utf-8"), progress)
+        out.mkdir(parents=True, exist_ok=True)
+        for path in Path(folder).iterdir():
+            shutil.copy(path, out)
+    return sorted(out.iterdir())
+
+
+def _fill(out: Path, source: Source, words: str, progress: Progress) -> None:
+    """Make a release's files in an empty folder."""
     os.environ["SOURCE_DATE_EPOCH"] = str(source.seconds)  # the same commit, the same wheels
     made = wheels.build(out, None, lambda share: progress(0.8 * share))
     images = _images(next(path for path in made if path.name.startswith("pixstep-")), out)
@@ -56,10 +66,9 @@ def make(out: Path, progress: Progress = unseen) -> list[Path]:
     pages = _site(out, source.seconds)
     sums = _sums([*made, *images, pages])
     notes = out / NOTES
-    notes.write_text(_notes(source, words.read_text(encoding="utf-8"), made, images, sums), "utf-8")
+    notes.write_text(_notes(source, words, made, images, sums), "utf-8")
     rows = [f"{text}  {name}" for name, text in (sums | _sums([notes])).items()]
     (out / SUMS).write_text("\n".join(rows) + "\n", encoding="utf-8")
-    return sorted(out.iterdir())
 
 
 def _source() -> Source:

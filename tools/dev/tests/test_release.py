@@ -82,6 +82,17 @@ def test_a_clone_that_differs_is_refused(tmp_path, monkeypatch):
 
 
 @pytest.mark.usefixtures("parts")
+def test_a_release_that_fails_leaves_nothing(tmp_path, monkeypatch):
+    def fails(out):
+        raise PlainError("a link leads nowhere")
+
+    monkeypatch.setattr(site, "build", fails)
+    with pytest.raises(PlainError, match="leads nowhere"):
+        release.make(tmp_path / "release")
+    assert not (tmp_path / "release").exists()
+
+
+@pytest.mark.usefixtures("parts")
 def test_a_folder_with_files_is_refused(tmp_path):
     (tmp_path / "mine").write_text("")
     with pytest.raises(PlainError, match="is not empty"):

@@ -95,6 +95,8 @@ def commit() -> str:
     if installed():
         path = _INSTALLED / "commit.txt"
         return path.read_text(encoding="ascii").strip() if path.is_file() else ""
+    if not (root() / ".git").exists():  # else git would name the commit of a folder above
+        return ""
     words = ["git", "-C", str(root()), "describe", "--always", "--dirty", "--exclude=*"]
     try:
         done = subprocess.run([*words, "--abbrev=10"], capture_output=True, text=True, check=False)
