@@ -5,6 +5,19 @@
 add_custom_target(wheel_parts DEPENDS python_parts)
 # `pixstep demo` works without the clone.
 install(FILES tools/data/AccProfM39-30Hz-1.PRN DESTINATION pixstep/_built)
+# `pixstep --version` names the commit; sources that are no clone have none.
+set(commit "")
+if(EXISTS "${PROJECT_SOURCE_DIR}/.git")
+    execute_process(
+        COMMAND git describe --always --dirty "--exclude=*" --abbrev=10
+        WORKING_DIRECTORY "${PROJECT_SOURCE_DIR}"
+        OUTPUT_VARIABLE commit ERROR_QUIET OUTPUT_STRIP_TRAILING_WHITESPACE
+    )
+endif()
+if(commit)
+    file(CONFIGURE OUTPUT commit.txt CONTENT "@commit@\n" @ONLY)
+    install(FILES "${CMAKE_CURRENT_BINARY_DIR}/commit.txt" DESTINATION pixstep/_built)
+endif()
 set(PIXSTEP_IMAGES BUILD CACHE STRING "Images in the wheel: BUILD, OFF, or a folder that has them")
 
 if(PIXSTEP_IMAGES STREQUAL "OFF")

@@ -8,7 +8,7 @@
 
 // Version, reported by function 17 and input register 1.
 #define CONFIG_VERSION_MAJOR 0
-#define CONFIG_VERSION_MINOR 1
+#define CONFIG_VERSION_MINOR 2
 
 // Timer ticks a second; prescaler 1, so the CPU clock.
 #define CONFIG_TIMER_HZ (BOARD_CPU_HZ + 0uL)

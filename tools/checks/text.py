@@ -14,9 +14,10 @@ SCRIPTS_WITHOUT_SUFFIX = {"tools", ".ci"}
 LICENCE = "SPDX-License-Identifier: MIT"
 
 # Data and generated files keep the form that their readers and writers give them.
-EXEMPT_SUFFIXES = {".png", ".PRN", ".csv", ".vcd", ".gz", ".xz"}
+EXEMPT_SUFFIXES = {".png", ".svg", ".PRN", ".csv", ".vcd", ".gz", ".xz"}
 EXEMPT_FILES = {
     "sim/crosscheck/package-lock.json",
+    "tools/site/package-lock.json",
     "tools/src/pixstep/data/report/uplot-1.6.32.min.css",
     "tools/src/pixstep/data/report/uplot-1.6.32.min.js",
 }

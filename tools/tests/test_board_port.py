@@ -174,7 +174,7 @@ def test_watch_is_live_on_a_terminal_and_ends_by_ctrl_c(sim_port):
     os.close(master)
     text = seen.decode(errors="replace")  # the last read may end in a character
     assert "Traceback" not in text
-    assert "Ctrl-C ends" in text and "board 1  mega 0.1" in text and " Hz, " in text
+    assert "Ctrl-C ends" in text and "board 1  mega 0.2" in text and " Hz, " in text
     assert "\x1b[" in text  # redrawn in its place
 
 

@@ -95,7 +95,7 @@ def test_a_line_elsewhere_in_its_burst_is_a_reason():
         first_edge = 141
 
     (reason,) = clock_judge.gate_reasons(job, Kept)
-    assert reason == "line zero is 21 edges behind the first one of its burst, not 20"
+    assert reason == "line zero is 21 edges after the first edge of its burst, not 20"
     Kept.first_edge = 140
     assert clock_judge.gate_reasons(job, Kept) == []
 
@@ -103,7 +103,7 @@ def test_a_line_elsewhere_in_its_burst_is_a_reason():
 @pytest.mark.usefixtures("here")
 def test_too_few_edges_are_refused_with_the_number(invoke, one):
     words = ("--gate-edges", "4", "--sync", "lock")
-    wanted = "gate_edges 4: at 500 Hz a line that is locked can begin 6 edges behind the first one"
+    wanted = "gate_edges 4: at 500 Hz a line that is locked can begin 6 edges after the first edge"
     assert wanted in invoke("sim", "line.csv", *words, status=2).stderr
     assert wanted in one.run("upload", "line.csv", *words, status=2).stderr
     assert one.board.setting("gate_edges") == 0
@@ -128,7 +128,7 @@ def test_a_board_without_gates_is_refused(one):
 
 @pytest.mark.usefixtures("here")
 def test_a_machine_shows_its_gate(pixstep):
-    assert "gated: line zero 20 edges behind a burst's first" in pixstep("machine", "show")
+    assert "gated: line zero 20 edges after a burst's first" in pixstep("machine", "show")
     assert json.loads(pixstep("machine", "show", "--json"))["gate_edges"] == 20
 
 

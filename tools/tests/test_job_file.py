@@ -154,7 +154,7 @@ def test_a_member_that_was_exchanged_is_refused(made, tmp_path):
 def test_a_newer_schema_is_refused_by_name(made, tmp_path):
     _, path, _ = made
     newer = resealed(path, lambda body: body.replace("schema = 1", "schema = 2").replace(
-        'by = "0.1.0"', 'by = "7.0.0"'))  # fmt: skip
+        'by = "0.2.0"', 'by = "7.0.0"'))  # fmt: skip
     said = refusal(tmp_path / "g.pxjob", newer)
     assert "schema = 2: made by pixstep 7.0.0" in said and "newer pixstep" in said
 

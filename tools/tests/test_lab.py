@@ -68,7 +68,7 @@ def test_positions_become_counts_that_follow_them(machine):
     assert line.deviation_steps == pytest.approx(off.max(), abs=1e-5)
     (note,) = line.notes
     assert note.startswith("rounded to whole steps: at most 0.5 steps = 0.005 mm from the pos")
-    assert note.endswith(f"behind pixel {1 + int(off.argmax())}")
+    assert note.endswith(f"after pixel {1 + int(off.argmax())}")
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -136,7 +136,7 @@ def test_a_motor_that_is_turned_round_says_when_it_is_not(load):
         ("a,b\n1,2,3\n", {"column": "1"}, ":2: 3 fields, the header has 2"),
         ("", {}, ": no numbers in it"),
         ("# only\n", {}, ": no numbers in it"),
-        ("pos_mm\n", {}, ":1: a header, and no numbers behind it"),
+        ("pos_mm\n", {}, ":1: a header, and no numbers after it"),
         ("0.5\n1\n", {}, ":1: column 1: say what it holds: quantity position|speed|steps"),
         ("x\n0\n0.5\n", {}, ":2: column 1 'x': say what it holds"),
         ("steps\n4\n4.5\n", {}, ":3: column 1 'steps': '4.5': not a whole number of steps"),

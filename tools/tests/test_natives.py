@@ -2,6 +2,7 @@
 """What the package says where something that the build makes is missing."""
 
 import os
+import re
 import subprocess
 import sys
 
@@ -9,6 +10,7 @@ import pytest
 
 from pixstep import natives
 from pixstep.errors import UserError
+from pixstep.version import __version__
 
 
 def test_the_simulator_may_be_named(tmp_path, monkeypatch):
@@ -49,3 +51,15 @@ def test_without_tables_the_command_ends_with_one_line(tmp_path, text):
     done = run(tmp_path)
     assert done.returncode == 2
     assert done.stderr.startswith(f"pixstep: {place}") and done.stderr.count("\n") == 1
+
+
+def test_version_names_commit_and_register_map(invoke, monkeypatch):
+    monkeypatch.setattr(natives, "commit", lambda: "0123456789")
+    said = invoke("--version").stdout
+    assert said == f"pixstep, version {__version__} (commit 0123456789, register map 5)\n"
+
+
+def test_a_clone_names_its_commit(tmp_path, monkeypatch):
+    assert re.fullmatch(r"[0-9a-f]{10,}(-dirty)?", natives.commit())
+    monkeypatch.setenv("PIXSTEP_ROOT", str(tmp_path))
+    assert natives.commit() == ""

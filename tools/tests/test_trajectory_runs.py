@@ -249,7 +249,7 @@ def test_axes_that_begin_backwards_have_their_play_taken_up_so(tmp_path):
 def test_what_a_board_would_refuse_is_named_before_anything_is_done(tmp_path):
     steep = np.array([[0, 0], [200, 0], [0, 0]])
     made = table.made(steep, np.zeros_like(steep), "steep")
-    with pytest.raises(RefusedError, match="steep, axis 1: reversal_too_fast behind record 2"):
+    with pytest.raises(RefusedError, match="steep, axis 1: reversal_too_fast after record 2"):
         runs.run_on_board(
             made, (TablePlay(0),) * 2, runs.ORIGINAL, BoardJob("mega", HZ, (0, 0)), tmp_path
         )

@@ -710,7 +710,7 @@ static void chained(void)
 
 static void chained_lines(void)
 {
-    lines(chained, 0x51A8uL, 0x33169B04uL, 0x2D9D0B05uL, 0xF2A0F7F2uL);
+    lines(chained, 0x51A8uL, 0x33169B04uL, 0x2D9D0B05uL, 0x3D4CC04CuL);
 }
 
 static void open_clock(uint16_t divider)

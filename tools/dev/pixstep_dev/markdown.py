@@ -36,9 +36,14 @@ def write(path: Path, name: str, content: str) -> bool:
     text = _read(path)
     fresh = between(text, name, content, path)
     if fresh != text:
-        with atomic.rules(atomic.WriteRules(force=True)):  # that is what was asked for
-            atomic.write_text(path, fresh)
+        replace(path, fresh)
     return fresh != text
+
+
+def replace(path: Path, text: str) -> None:
+    """Write a generated file in the place of the one that is there."""
+    with atomic.rules(atomic.WriteRules(force=True)):  # that is what was asked for
+        atomic.write_text(path, text)
 
 
 def check(path: Path, name: str, content: str) -> bool:

@@ -31,7 +31,7 @@ def test_wiring_table():
 
 
 # The API's text takes a second each time; `rules.api` generates and compares it in the quick check.
-QUICK_NAMES = ["protocol", "wiring", "files", "grammar"]
+QUICK_NAMES = ["protocol", "wiring", "drivers", "shields", "files", "grammar"]
 
 
 @pytest.mark.parametrize("name", cases(QUICK_NAMES, [*QUICK_NAMES, "api"]))

@@ -87,6 +87,24 @@ def have(name: str) -> bool:
     return found is not None and found.is_file()
 
 
+def commit() -> str:
+    """Return the commit that this is made of, with "-dirty" where files differ; "" if unknown.
+
+    A wheel brings it, a clone asks git.
+    """
+    if installed():
+        path = _INSTALLED / "commit.txt"
+        return path.read_text(encoding="ascii").strip() if path.is_file() else ""
+    if not (root() / ".git").exists():  # else git would name the commit of a folder above
+        return ""
+    words = ["git", "-C", str(root()), "describe", "--always", "--dirty", "--exclude=*"]
+    try:
+        done = subprocess.run([*words, "--abbrev=10"], capture_output=True, text=True, check=False)
+    except OSError:
+        return ""
+    return done.stdout.strip()
+
+
 def have_image(board: str) -> bool:
     """True if the board's image is there."""
     return _place(board, "elf").is_file()

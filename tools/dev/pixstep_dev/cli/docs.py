@@ -10,7 +10,7 @@ import click
 from pixstep import progress
 from pixstep.cli.command import FILE
 from pixstep_dev import markdown
-from pixstep_dev.docs import faults, files, tables
+from pixstep_dev.docs import faults, files, front, parts, tables, wiring
 
 _check = click.option("--check", type=FILE, help="Fail if the table in FILE is out of date.")
 _write = click.option("--write", type=FILE, help="Rewrite the table in FILE between its markers.")
@@ -77,6 +77,9 @@ _add_table(
     "protocol", tables.protocol, "Register map, faults and line errors, for docs/PROTOCOL.md."
 )
 _add_table("wiring", tables.wiring, "Pin tables of the boards, for docs/WIRING.md.")
+_add_table("rates", front.rates, "Highest rates of each board, for README.md.")
+_add_table("drivers", parts.drivers, "Drivers' pulse widths and microsteps, for docs/WIRING.md.")
+_add_table("shields", parts.shields, "Shields beside pixstep's pins, for docs/WIRING.md.")
 _add_table("flashing", tables.flashing, "avrdude's command lines, for docs/FLASHING.md.")
 _add_table(
     "files",
@@ -119,6 +122,43 @@ _add_table(
     _operations,
     "All operations with their fields and results, for docs/OPERATIONS.md.",
 )
+
+
+@docs_group.command("drawings")
+@click.argument("folder", type=click.Path(path_type=Path, file_okay=False))
+@click.option("--write", is_flag=True, help="Rewrite what differs.")
+@click.pass_context
+def drawings_command(ctx: click.Context, folder: Path, write: bool) -> None:
+    """Compare the wiring drawings in FOLDER (docs/wiring) with the boards' pins.
+
+    Exit status 0 if all are up to date (or were rewritten), else 1.
+    """
+    for path in wiring.write(folder) if write else ():
+        click.echo(f"{path}: rewritten")
+    stale = wiring.stale(folder)
+    for path in stale:
+        click.echo(f"{path}: out of date: pixstep-dev docs drawings {folder} --write", err=True)
+    ctx.exit(1 if stale else 0)
+
+
+@docs_group.command("comparison")
+@click.option("--check", type=FILE, help="Fail if the picture in FILE is out of date.")
+@click.option("--write", type=FILE, help="Write the picture into FILE.")
+@click.pass_context
+def comparison_command(ctx: click.Context, check: Path | None, write: Path | None) -> None:
+    """Print the picture of README.md, other step generators beside pixstep, as SVG."""
+    made = front.comparison()
+    if write:
+        markdown.replace(write, made)
+    elif check:
+        good = check.is_file() and check.read_text(encoding="utf-8") == made
+        if not good:
+            click.echo(
+                f"{check}: out of date: pixstep-dev docs comparison --write {check}", err=True
+            )
+        ctx.exit(0 if good else 1)
+    else:
+        click.echo(made, nl=False)
 
 
 @docs_group.command("schemas")

@@ -13,7 +13,9 @@ from pixstep_dev.cli import (
     jobs,
     motor_record,
     mutants,
+    release,
     robustness,
+    site,
     wheels,
 )
 
@@ -24,6 +26,18 @@ def main() -> None:
     """Prove pixstep: measure, inject faults, fuzz, mutate, keep the documents true."""
 
 
-for group in (bench, campaign, robustness, jobs, fuzz, motor_record, mutants, docs, wheels):
+for group in (
+    bench,
+    campaign,
+    robustness,
+    jobs,
+    fuzz,
+    motor_record,
+    mutants,
+    docs,
+    site,
+    wheels,
+    release,
+):
     for command in group.COMMANDS:
         main.add_command(command)

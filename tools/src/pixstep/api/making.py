@@ -195,7 +195,7 @@ def _deviation_notes(made: through.Made, unit: str, factor: float) -> tuple[str,
     in_unit = "" if unit in ("step", "steps") else f" = {error / factor:.3g} {unit}"
     how = "fitted" if made.fitted else "rounded to whole steps"
     return (
-        f"{how}: at most {error:.3g} steps{in_unit} from the positions, behind pixel "
+        f"{how}: at most {error:.3g} steps{in_unit} from the positions, after pixel "
         f"{made.worst_pixel}",
     )
 

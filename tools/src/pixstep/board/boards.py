@@ -219,5 +219,5 @@ def gate_text(gate_edges: int, clock_hz: Fraction, least: int, *, locked: bool) 
     """Return what is wrong with too few edges."""
     return (
         f"gate_edges {gate_edges}: at {float(clock_hz):.10g} Hz a line{' that is locked' * locked} "
-        f"can begin {least} edges behind the first one of a burst at the earliest"
+        f"can begin {least} edges after the first edge of a burst at the earliest"
     )

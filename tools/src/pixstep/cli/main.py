@@ -122,15 +122,33 @@ def board() -> None:
     """
 
 
+def _print_version(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
+    """Print what this is, and end."""
+    if wanted:
+        from pixstep import natives
+        from pixstep.board.registers import MAP_VERSION
+
+        commit = natives.commit() or "unknown"
+        click.echo(f"pixstep, version {__version__} (commit {commit}, register map {MAP_VERSION})")
+        ctx.exit()
+
+
 @click.group(
     "main",
     cls=_MainGroup,
     late=_under("") | _MAIN,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-@click.version_option(__version__, prog_name="pixstep")
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_print_version,
+    help="Show the version, the commit and the boards' register map.",
+)
 def main() -> None:
-    """Line files to exact STEP edges: make, check, plan, simulate.
+    """Steppers that follow a pixel clock: lines, boards, simulation.
 
     Exit status of every command: 0 fine; 1 a negative verdict (warnings, a failed run, a board that
     did not do as asked); 2 misuse; 3 refused by a check or by a board; 130, 143, 129 ended by

@@ -82,7 +82,7 @@ class OnPort(Request):
         machine=machine.of_board("baud"),
     )
     parity: str | None = option(
-        Choice(list(PARITIES), any_case=True), "Of the serial line.",
+        Choice(list(PARITIES), any_case=True), "Parity of the serial line.",
         machine=machine.of_board("parity"),
         default_text="E; N on a pseudo terminal, which has no parity",
     )  # fmt: skip

@@ -87,7 +87,7 @@ class BoardClock(Request):
         "Set the frequency of the pixel clock's edges.", default_text=_THE_BOARDS
     )
     pixel_hz: Fraction | None = shared.hz_of_pixels(
-        "Set the same by the frequency of pixels.", default_text=_THE_BOARDS
+        "Set that frequency by the frequency of pixels.", default_text=_THE_BOARDS
     )
     divider: int | None = shared.divider(
         "Set the clock edges of a pixel.", default_text=_THE_BOARDS
@@ -113,7 +113,7 @@ class BoardLineClock(BoardClock):
         "Set what lines are to the pixel clock.", default=None, default_text=_THE_BOARDS
     )
     gate_edges: int | None = shared.gate_edges(
-        "Set how many edges behind a burst's first one lines begin; 0: the pixel clock is not "
+        "Set how many edges after a burst's first edge lines begin; 0: the pixel clock is not "
         "gated.",
         default=None, default_text=_THE_BOARDS,
     )  # fmt: skip
@@ -160,7 +160,7 @@ def pixel_gate() -> Any:
     """Return the field of the gate of a simulated pixel clock."""
     return option(
         _Pair("EDGES,REST_MS", ",", _gate, "tuple[int, float]"),
-        "The clock rests after so many edges, for so long besides the period, and so on.",
+        "The clock rests after each EDGES edges, for REST_MS besides the period.",
     )
 
 
@@ -175,15 +175,15 @@ class FlawFields(Request):
         Number(0, MOST_JITTER_US), "Standard deviation of each clock edge.", default=0.0
     )
     pixel_wander_ppm: float = option(
-        Number(0, MOST_PPM), "The frequency swings so far to either side, once in 1,000 edges.",
+        Number(0, MOST_PPM), "The frequency swings by this to either side, once in 1,000 edges.",
         default=0.0,
     )  # fmt: skip
     pixel_step_ppm: tuple[float, int] | None = option(
         _Pair("PPM@EDGE", "@", _step, "tuple[float, int]"),
         "The frequency rises from a clock edge on.",
     )
-    pixel_drop: int | None = option(Whole(2), "One clock edge of so many is missing.")
-    pixel_double: int | None = option(Whole(1), "One clock edge of so many is doubled.")
+    pixel_drop: int | None = option(Whole(2), "One clock edge in N is missing.")
+    pixel_double: int | None = option(Whole(1), "One clock edge in N is doubled.")
     pixel_gate: tuple[int, float] | None = pixel_gate()
 
     @property

@@ -282,7 +282,7 @@ def _reversal(page: Page, able: Capability, scale: Scale | None) -> None:
     page.print(
         f"Reversal: {float(able.reversal_s * 1_000_000):g} us between the steps on both sides "
         f"(drivers of {able.driver_us} us); plain lines may turn from one pixel to the next up "
-        f"to {most} steps/px, faster behind {able.rest_px} zero pixel"
+        f"to {most} steps/px, faster after {able.rest_px} zero pixel"
         f"{'s' if able.rest_px > 1 else ''}",
         soft_wrap=True,
     )

@@ -44,12 +44,12 @@ class MachineNew(Request):
 
     result = NewMachine
 
-    board: str = option(shared.BOARD, "Of which kind the board is.", required=True)
+    board: str = option(shared.BOARD, "Kind of the board.", required=True)
     clock_hz: Fraction | None = shared.clock_hz(machine=None)
     pixel_hz: Fraction | None = shared.hz_of_pixels()
     divider: int | None = shared.divider(machine=None, default_text="1")
     sync: str | None = shared.sync(
-        "What lines are to the pixel clock.", machine=None, default=None, default_text="start"
+        "How lines follow the pixel clock.", machine=None, default=None, default_text="start"
     )
     motors: tuple[str, ...] = option(
         TEXT, "A motor, as M39:smooth or M40:plain; again for more.", "--motor", many=True,
@@ -190,7 +190,7 @@ def _clock_text(clock: ClockTable) -> str:
         text += f", {clock.edges} clock edges a pixel"
     said = {"free": "free of the clock", "start": "on its edge", "lock": "locked to it"}
     if clock.gate_edges:
-        text += f", gated: line zero {clock.gate_edges} edges behind a burst's first"
+        text += f", gated: line zero {clock.gate_edges} edges after a burst's first"
     return text + (f", lines {said[clock.sync]}" if clock.sync else "")
 
 

@@ -201,8 +201,8 @@ class HomeFields(Request):
         SPEED_FIGURE, "Second approach, steps/px or steps/s, even if smooth.",
         default_text="first entry, or the even number below",
     )  # fmt: skip
-    search: int = option(Steps(), "Give a leg up after so many steps.", default=legs.SEARCH_STEPS)
-    clear: int | None = option(Steps(), "Second approach from at least so many steps away.")
+    search: int = option(Steps(), "Give a leg up after this many steps.", default=legs.SEARCH_STEPS)
+    clear: int | None = option(Steps(), "Second approach from at least this many steps away.")
     filter_us: int | None = option(Time("us", *legs.FILTER_US, int), "Filter of the switches.")
     inverted: str | None = option(
         Choice(list(legs.INVERTED)), "Switches that are tripped when their pin is high.",

@@ -118,7 +118,7 @@ def line_files() -> Any:
 
 def decodes() -> Any:
     """Return the field `decode` of several lines."""
-    return shared.decode("Once, or per line.", many=True)
+    return shared.decode("How counts are decoded; once, or per line.", many=True)
 
 
 def backlashes() -> Any:
@@ -129,7 +129,7 @@ def backlashes() -> Any:
 
 def axes() -> Any:
     """Return the field `axis` of several lines, or of a table of two axes."""
-    about = "Axis; of several lines or a table the first of a row, or once per line."
+    about = "Axis; for several lines or a table the first of consecutive axes, or once per line."
     return option(
         shared.AXIS, about, many=True, default_text="0", machine=machine_defaults.axis
     )  # fmt: skip

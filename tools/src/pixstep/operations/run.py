@@ -66,7 +66,7 @@ class _Baud(Whole):
 class Sim(OfClock, FlawFields):
     """Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.
 
-    Any set of axes: of several files --axis is the first of a row, or given once for each.
+    Any set of axes: --axis names the first of consecutive axes, or is given once for each file.
 
     Exit status 0 only if the verdict is pass, 1 if it is not, 2 for misuse, 3 for a refused line.
     """
@@ -83,7 +83,7 @@ class Sim(OfClock, FlawFields):
     serial_load: bool = flag("Saturate the serial line while moving.")
     baud: int = option(
         _Baud(9600, 1_000_000),
-        "Of the serial line, to which the board is set before its lines come.", default=BAUD,
+        "Rate of the serial line; the board is set to it before lines are sent.", default=BAUD,
     )  # fmt: skip
     seed: int = shared.seed()
     out: Path = shared.out("run")

@@ -77,7 +77,7 @@ def sync(
 
 
 def gate_edges(
-    about: str = "The pixel clock is gated: line zero is N edges behind the first one of a burst.",
+    about: str = "The pixel clock is gated: line zero is N edges after a burst's first edge.",
     **more: Any,
 ) -> Any:
     """Return the field of how far behind a burst's first edge lines begin."""
@@ -102,7 +102,7 @@ def image() -> Any:
 
 def seed() -> Any:
     """Return the field of what a simulated run's chances come from."""
-    return option(Whole(0), "Of everything random.", default=1)
+    return option(Whole(0), "Seed of everything random.", default=1)
 
 
 def timeout() -> Any:

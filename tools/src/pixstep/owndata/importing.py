@@ -284,6 +284,6 @@ def _said(made: Made, request: ImportRequest) -> list[str]:
     if error := made.largest_error_steps:
         said.append(
             f"rounded to whole steps: at most {float(error):.3g} steps from the file's motion, "
-            f"behind pixel {made.worst_pixel}"
+            f"after pixel {made.worst_pixel}"
         )
     return said

@@ -164,7 +164,7 @@ class Layout:
         if self.names is None:
             return RefusedError(f"{self.text.path}: no numbers in it")
         return RefusedError(
-            f"{self.text.path}:{self.first_line}: a header, and no numbers behind it"
+            f"{self.text.path}:{self.first_line}: a header, and no numbers after it"
         )
 
     def _fit(self) -> RefusedError | None:

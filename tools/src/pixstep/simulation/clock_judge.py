@@ -201,7 +201,7 @@ def gate_reasons(job: Job, kept: Kept) -> list[str]:
     behind = kept.first_edge % job.flaws.gate_edges
     if behind == job.gate_edges:
         return []
-    return [f"line zero is {behind} edges behind the first one of its burst, not {job.gate_edges}"]
+    return [f"line zero is {behind} edges after the first edge of its burst, not {job.gate_edges}"]
 
 
 def clock_summary(result: RunResult) -> Clock:

@@ -243,7 +243,7 @@ class Simulator(SimPipe):
 
         "off" and "on" (the edges between are left out), "hz 100/3" (the next edge one period from
         now), "ppm 200", "jitter NS", "jitter-rms NS", "drop 3", "rest US" (it stands still for so
-        long), "gate EDGES US" (so many edges, then such a rest, and so on; "gate 0 0" ends that).
+        long), "gate EDGES US" (EDGES edges, a rest of US, again and again; "gate 0 0" ends that).
         """
         self.command(f"clock {change}")
 

@@ -135,7 +135,7 @@ def check(made: TwoAxisTable, found: capability.BoardLimits) -> None:
         for item in line_check.check(line, found.of(line)):
             if item.severity == line_check.ERROR:
                 raise RefusedError(
-                    f"{line.name}: {item.name} behind record {item.pixel}: {item.message}"
+                    f"{line.name}: {item.name} after record {item.pixel}: {item.message}"
                 )
 
 

@@ -206,12 +206,12 @@ def _of_columns(columns: dict[str, np.ndarray], name: str) -> tuple[TwoAxisTable
     if "v1" in columns:
         return _checked(positions, np.column_stack([columns["v1"], columns["v2"]]), name)
     found = made(positions, np.zeros_like(positions), name)
-    note = f"{name}: no velocities: half the way from the record before to the one behind"
+    note = f"{name}: no velocities: half the way from the record before to the record after"
     return TwoAxisTable(found.positions, _differences(found.positions), name), (note,)
 
 
 def _differences(positions: np.ndarray) -> np.ndarray:
-    """Return half the way from the record before to the one behind, toward zero; 0 at the ends."""
+    """Return half the way from the record before to the one after, toward zero; 0 at the ends."""
     around = np.zeros_like(positions)
     around[1:-1] = positions[2:] - positions[:-2]
     return np.trunc(around / 2).astype(np.int64)

@@ -33,7 +33,8 @@ class FlashedBoard(TypedDict):
 class Flash(ToBoard):
     """Write the firmware to a board by avrdude through its boot loader, then ask what it is.
 
-    Builds nothing: tools/build does. Settings stored on the board stay: --unit, --baud and
+    No compiler is needed: a wheel brings the images, in a clone tools/build makes
+    them. Settings stored on the board stay: --unit, --baud and
     --parity are those that it is then asked with (the boot loader has its own), or --no-ask.
     docs/FLASHING.md has the rest.
     """
@@ -42,7 +43,7 @@ class Flash(ToBoard):
 
     board: str = shared.simulated_board()
     hex_file: Path | None = option(
-        FILE, "Image to write.", "--hex", default_text="the one built here"
+        FILE, "Image to write.", "--hex", default_text="the wheel's or the build's own"
     )
     verify: bool = flag("Only compare the board's flash with the image.")
     dry_run: bool = flag("Print avrdude's command line and do nothing.")

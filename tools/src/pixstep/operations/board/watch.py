@@ -75,7 +75,7 @@ class Watch(ToBoards):
     interval: float = option(
         Time("s", 0.05, 3600), "Time from one look to the next.", default=0.5, default_text="0.5s"
     )
-    count: int | None = option(Whole(1), "End after so many looks.", shown="N")
+    count: int | None = option(Whole(1), "End after N looks.", shown="N")
     once: bool = flag("Look once; the same as --count 1.")
 
     def run(self, desk: Desk) -> Result:

@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: MIT
+"""Wiring drawings and the tables of other people's parts: the boards' pins, nothing ambiguous."""
+
+import re
+import tomllib
+from itertools import combinations
+from xml.etree import ElementTree
+
+import pytest
+from click.testing import CliRunner
+
+from pixstep import natives
+from pixstep.board import boards
+from pixstep_dev.cli.main import main
+from pixstep_dev.docs import parts, wiring
+
+SVG = "{http://www.w3.org/2000/svg}"
+DRAWINGS = wiring.drawings()
+SIGNALS = ("HOME", "LIMIT_MINUS", "LIMIT_PLUS", "ESTOP", "PERMIT", "PIXEL_CLOCK")
+
+
+def words(text):
+    return [node.text for node in ElementTree.fromstring(text).iter(f"{SVG}text")]
+
+
+def wires(text):
+    """Return each wire as the list of its straight pieces (x0, y0, x1, y1)."""
+    for path in ElementTree.fromstring(text).iter(f"{SVG}path"):
+        if path.get("stroke-width") == "2" and "m" not in path.get("d"):
+            pieces = []
+            for x, y, way, to in re.findall(r"M([\d.]+) ([\d.]+)([HV])([\d.]+)", path.get("d")):
+                x, y, to = float(x), float(y), float(to)
+                end = (to, y) if way == "H" else (x, to)
+                pieces.append((min(x, end[0]), min(y, end[1]), max(x, end[0]), max(y, end[1])))
+            yield pieces
+
+
+def share_a_line(one, other):
+    """True if two straight pieces lie upon each other for more than a point."""
+    across = one[1] == one[3] == other[1] == other[3]
+    upright = one[0] == one[2] == other[0] == other[2]
+    if across:
+        return min(one[2], other[2]) > max(one[0], other[0])
+    return upright and min(one[3], other[3]) > max(one[1], other[1])
+
+
+@pytest.mark.parametrize("name", sorted(DRAWINGS))
+def test_no_two_wires_share_a_line(name):
+    found = list(wires(DRAWINGS[name]))
+    assert len(found) > 4
+    for first, second in combinations(found, 2):
+        assert not any(share_a_line(one, other) for one in first for other in second)
+
+
+@pytest.mark.parametrize("board", wiring.BOARDS)
+def test_each_pin_is_the_boards_own(board):
+    for driver in ("a4988", "drv8825", "tmc2209", "opto"):
+        said = words(DRAWINGS[f"{board}-{driver}.svg"])
+        for signal in ("STEP", "DIR", "ENABLE"):
+            assert_pins(board, signal, said)
+    said = words(DRAWINGS[f"{board}-inputs.svg"])
+    for signal in SIGNALS:
+        assert_pins(board, signal, said)
+
+
+def assert_pins(board, signal, said):
+    (row,) = [text for text in said if re.match(rf"{signal} [AD]\d", text)]
+    pins = [pin.header for pin in boards.load(board).pins if pin.signal == signal]
+    assert re.findall(r"[AD]\d+", row.partition(" ")[2]) == pins
+
+
+def test_what_differs_is_named_and_rewritten(tmp_path):
+    run = CliRunner().invoke
+    words_of = ["docs", "drawings", str(tmp_path)]
+    assert run(main, words_of).exit_code == 1
+    assert run(main, [*words_of, "--write"]).exit_code == 0
+    (tmp_path / "rs485.svg").write_text("another")
+    (tmp_path / "forgotten.svg").write_text("")
+    done = run(main, words_of)
+    assert done.exit_code == 1
+    assert "rs485.svg" in done.stderr and "forgotten.svg" in done.stderr
+    assert run(main, [*words_of, "--write"]).exit_code == 0
+    assert run(main, words_of).exit_code == 0
+    assert not (tmp_path / "forgotten.svg").exists()
+
+
+def test_pulses_are_those_of_the_firmware():
+    """STEP is low for 2 us; a driver that asks for more is not called fit."""
+    assert parts.low_us() == 2
+    assert parts.high_us("uno") == pytest.approx(63 / 16 - 2)
+    widths = parts.drivers().partition("\n\n")[0]
+    rows = {row.split(" | ")[0].strip("| "): row for row in widths.splitlines()}
+    assert "fits at every rate" in rows["A4988"]
+    assert "too short" in rows["opto-isolated, DM542 and alike"]
+
+
+def test_every_shield_says_what_is_at_each_pin():
+    text = (natives.root() / "tools/dev/pixstep_dev/data/wiring.toml").read_text()
+    for shield in tomllib.loads(text)["shield"]:
+        for pin in boards.load(shield["board"]).pins:
+            assert shield["pins"][pin.header]
+        for socket, pin in shield["sockets"].items():
+            assert shield["pins"][pin].startswith(f"{socket} socket, STEP")
