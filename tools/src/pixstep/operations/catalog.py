@@ -133,6 +133,8 @@ OPERATIONS: dict[str, tuple[str, str]] = {
         "Say how far a run is, by its log alone; no board is asked."),
     "job pause": ("job.resume:JobPause",
         "Ask a run of another console to pause."),
+    "job simulate": ("job.simulate:JobSimulate",
+        "Simulate a whole job: every board, motor and line, cycle by cycle, on all cores."),
     "job export": ("job.export:JobExport",
         "Write the lines of a job as files again: a CSV a motor, with all lines or with one."),
     "machine new": ("machine_files:MachineNew",

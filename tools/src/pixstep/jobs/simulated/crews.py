@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: MIT
+"""Who simulates blocks: processes of this computer, or the workers of a Dask cluster.
+
+Both give futures of `concurrent.futures`. A process that dies is replaced, and what it had is given
+to another one.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import multiprocessing
+import os
+import signal
+import threading
+import warnings
+from collections.abc import Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from typing import TYPE_CHECKING, Any, Protocol
+
+from pixstep.errors import UserError, one_line
+from pixstep.jobs.simulated import tools, work
+from pixstep.jobs.simulated.tools import Tools
+from pixstep.jobs.simulated.work import Answer
+from pixstep.lazy import lazy, require_package
+
+if TYPE_CHECKING:
+    import distributed
+else:
+    distributed = lazy("distributed")
+
+_CONNECT_S = 10.0
+_ALONE_S = 60.0  # without a worker, after which nobody waits for one any more
+_AHEAD = 2  # blocks that each worker has, so that none waits for the next one
+
+
+class LostError(UserError):
+    """Nobody is left who simulates blocks."""
+
+
+class Crew(Protocol):
+    """Who simulates blocks, `width` of them at once at most."""
+
+    width: int
+    local: bool
+
+    def submit(self, data: bytes, edges: str) -> Future[Answer]:
+        """Give a block to somebody."""
+
+    def renew(self) -> None:
+        """Begin anew after one has died: nothing is under way any more."""
+
+    def look(self, waited_s: float) -> None:
+        """Raise LostError if nobody is left, after so long without an answer."""
+
+
+class _Processes:
+    """Processes of this computer."""
+
+    local = True
+
+    def __init__(self, count: int) -> None:
+        self._count, self.width = count, _AHEAD * count
+        self._pool = self._begin()
+
+    def _begin(self) -> ProcessPoolExecutor:
+        context = multiprocessing.get_context("spawn")
+        return ProcessPoolExecutor(self._count, mp_context=context, initializer=_begin_process)
+
+    def submit(self, data: bytes, edges: str) -> Future[Answer]:
+        return self._pool.submit(work.simulate, data, edges)
+
+    def renew(self) -> None:
+        self._pool.shutdown(wait=False, cancel_futures=True)
+        self._pool = self._begin()
+
+    def look(self, waited_s: float) -> None:
+        del waited_s
+
+    def end(self) -> None:
+        """End all processes, whatever they do."""
+        processes = [*(self._pool._processes or {}).values()]
+        self._pool.shutdown(wait=False, cancel_futures=True)
+        for process in processes:
+            process.terminate()
+
+
+def _begin_process() -> None:
+    """Let a process leave Ctrl-C to the one that made it, and end with that one."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+
+    def follow() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=follow, daemon=True).start()
+
+
+@contextlib.contextmanager
+def processes(count: int) -> Iterator[Crew]:
+    """Yield so many processes of this computer."""
+    crew = _Processes(count)
+    try:
+        yield crew
+    finally:
+        crew.end()
+
+
+class _Cluster:
+    """The workers of a Dask cluster."""
+
+    local = False
+
+    def __init__(self, address: str, client: Any) -> None:
+        self._address, self._client = address, client
+        self._executor: Executor = client.get_executor(pure=False)
+        self.width = _AHEAD * sum(client.nthreads().values())
+
+    def submit(self, data: bytes, edges: str) -> Future[Answer]:
+        return self._executor.submit(work.simulate, data, edges)
+
+    def renew(self) -> None:
+        """Do nothing: the scheduler gives what a worker had to another one."""
+
+    def look(self, waited_s: float) -> None:
+        if self._client.status != "running":
+            raise LostError(f"--scheduler {self._address}: is gone")
+        if waited_s > _ALONE_S and not self._client.nthreads():
+            raise LostError(f"--scheduler {self._address}: has had no workers for {waited_s:.0f} s")
+
+
+@contextlib.contextmanager
+def cluster(address: str, wanted: Tools, kinds: tuple[str, ...]) -> Iterator[Crew]:
+    """Yield the workers of a Dask cluster, once each has said that it has the same tools.
+
+    Raises UserError naming a worker that has others, or a scheduler that does not answer.
+    """
+    require_package("distributed")
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of other versions of Dask's packages
+        try:
+            client = distributed.Client(address, timeout=_CONNECT_S, set_as_default=False)
+        except (OSError, ValueError, TypeError) as error:
+            why = one_line(str(error)) or type(error).__name__
+            raise UserError(f"--scheduler {address}: {why}") from None
+    try:
+        _require_same(address, client, wanted, kinds)
+        yield _Cluster(address, client)
+    finally:
+        client.close(timeout=5)
+
+
+def _require_same(address: str, client: Any, wanted: Tools, kinds: tuple[str, ...]) -> None:
+    """Raise UserError naming each worker that has other tools."""
+    names = {at: about["name"] for at, about in client.scheduler_info(-1)["workers"].items()}
+    if not names:
+        raise UserError(f"--scheduler {address}: has no workers")
+    told = []
+    for at, found in client.run(tools.tools, kinds, on_error="return").items():
+        if isinstance(found, BaseException):
+            why = one_line(str(found)) or type(found).__name__
+        else:
+            why = tools.differences(wanted, found)
+        if why:
+            told.append(f"worker {names.get(at, '')} at {at}: {why}")
+    if told:
+        raise tools.OtherToolsError(f"--scheduler {address}: {'; '.join(told)}")
