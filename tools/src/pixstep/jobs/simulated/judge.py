@@ -14,14 +14,12 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from pixstep.board import boards
 from pixstep.jobs.shapes import MINUS, PLUS
 from pixstep.jobs.simulated.blocks import Block
 from pixstep.jobs.simulated.rows import FAIL, MOST_REASON, PASS, Edges, Row
 from pixstep.lazy import lazy
 from pixstep.lines import exact
 from pixstep.lines.line import Line
-from pixstep.lines.units import edge_tick
 from pixstep.simulation import clock_judge, pixel_clock, verdict
 from pixstep.simulation.job import FREE, START
 from pixstep.simulation.job import Job as OneLine
@@ -177,7 +175,7 @@ class _Chain:
         zero = part.zero
         if zero is None:
             return
-        part.grid = pixel_clock.nominal(part.line, of.period, zero)
+        part.grid = pixel_clock.nominal(part.line, of.period, zero + float(phase))
         board = self._made.block.place.motors[part.motor][0]
         if board not in self._zeros:
             self._zeros[board] = zero - int(whole)
@@ -304,10 +302,3 @@ def _row(made: Made, part: _Part, edges: Edges, begin: int) -> Row:
         part.load_error_steps, None if part.zero is None else part.zero - begin, edges.sum(),
     )  # fmt: skip
 
-
-def tick_hz(block: Block) -> int:
-    """Return the ticks a second in which cycles count: those of the first board."""
-    return boards.load([*block.place.boards.values()][0]).tick_hz
-
-
-__all__ = ["Judged", "Made", "edge_tick", "judge", "tick_hz"]
