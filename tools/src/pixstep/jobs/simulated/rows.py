@@ -20,7 +20,7 @@ else:
     np, pyarrow, parquet = lazy("numpy"), lazy("pyarrow"), lazy("pyarrow.parquet")
 
 PASS, FAIL = "pass", "fail"
-MOST_REASON = 300  # characters
+MOST_REASON = 400  # characters
 
 
 @dataclass(frozen=True)
