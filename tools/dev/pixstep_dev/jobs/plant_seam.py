@@ -2,9 +2,9 @@
 """Faults planted at seams: blocks of chained lines find them, lines simulated alone do not.
 
 A wrong take-up is planted in the job: a line is made as if its motor came from the other side, so
-it takes no play up, or takes it up twice; the job says so, and says the positions that follow. Alone
-such a line is as its job has it. A lost part of a tick is planted in the firmware of a board: a
-chained line begins its grid anew, on the tick before. Alone a line begins on a whole tick anyway.
+it takes no play up, or takes it up twice; the job says so, and says the positions that follow.
+Alone such a line is as its job has it. A lost part of a tick is planted in the firmware of a board:
+a chained line begins its grid anew, on the tick before. Alone a line begins on a whole tick anyway.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from pixstep import natives
 from pixstep.errors import UserError
 from pixstep.jobs import job as jobs
 from pixstep.jobs.job import Job
-from pixstep.jobs.shapes import MINUS, PLUS, Run, Shape
+from pixstep.jobs.shapes import MINUS, PLUS, Shape
 from pixstep.jobs.simulated import crews, cuts
 from pixstep.jobs.simulated.campaign import Campaign
 from pixstep.jobs.simulated.crews import Crew
@@ -136,7 +136,10 @@ def wrong_take_up(job: Job, line: int, what: str, path: Path) -> Job:
     The line turns round and takes nothing up; or it goes on as the line before and takes play up
     once more, and all lines after it turn round. All positions and sides after it follow.
     """
-    runs, shapes = [], {key: job.shapes[key] for key in dict.fromkeys(one.shape for one in job.runs)}
+    runs, shapes = (
+        [],
+        {key: job.shapes[key] for key in dict.fromkeys(one.shape for one in job.runs)},
+    )
     where, turned = 0, False
     for run in job.runs:
         if run.motor != _MOTOR:

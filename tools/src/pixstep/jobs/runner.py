@@ -72,8 +72,8 @@ class Chain:
     """Lines `first` to `last` of a job, one after the other without a gap.
 
     `made` is the last line that every board has confirmed, `reserve_px` how many pixels before its
-    turn a line was in the queues as a whole, at the least. Boards that begin together are armed with
-    `token`, or one made at random.
+    turn a line was in the queues as a whole, at the least. Boards that begin together are armed
+    with `token`, or one made at random.
     """
 
     job: Job

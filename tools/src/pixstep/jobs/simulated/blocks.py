@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from pixstep.jobs.header import JobHeader
 from pixstep.jobs.job import MACHINE, Job
 from pixstep.jobs.shapes import Run, Shape
-from pixstep.jobs.simulated.cuts import Cut, Place, World, settings_of
+from pixstep.jobs.simulated.cuts import Cut, Follows, Place, World, settings_of
 from pixstep.jobs.simulated.tools import Tools
 from pixstep.lazy import lazy
 from pixstep.simulation.small_pickle import SmallPickle
@@ -57,6 +57,7 @@ class Block:
     run_in: int
     job: Job
     place: Place
+    follows: Follows
     settings: dict[str, dict[str, int]]
     world: World
     tools: Tools
@@ -71,6 +72,7 @@ class _Packed:
     runs: list[Run]
     shapes: _Shapes
     place: Place
+    follows: Follows
     settings: dict[str, dict[str, int]]
     world: World
     tools: Tools
@@ -92,7 +94,7 @@ def pack(job: Job, cut: Cut, world: World, tools: Tools) -> bytes:
     shapes = [job.shapes[key] for key in dict.fromkeys(run.shape for run in runs)]
     packed = _Packed(
         cut.key, cut.first - cut.begin, header, job.copies[MACHINE], runs, _Shapes.of(shapes),
-        Place.of(job), settings_of(job), world, tools,
+        Place.of(job), Follows.of(job), settings_of(job), world, tools,
     )  # fmt: skip
     return zlib.compress(pickle.dumps(packed, pickle.HIGHEST_PROTOCOL))
 
@@ -105,5 +107,6 @@ def unpack(data: bytes) -> Block:
         Path(f"block {found.key[:8]}"),
     )  # fmt: skip
     return Block(
-        found.key, found.run_in, job, found.place, found.settings, found.world, found.tools
-    )
+        found.key, found.run_in, job, found.place, found.follows, found.settings, found.world,
+        found.tools,
+    )  # fmt: skip

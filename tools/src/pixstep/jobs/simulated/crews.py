@@ -142,7 +142,10 @@ def cluster(address: str, wanted: Tools, kinds: tuple[str, ...]) -> Iterator[Cre
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of other versions of Dask's packages
         try:
-            client = distributed.Client(address, timeout=_CONNECT_S, set_as_default=False)
+            # distributed has no types.
+            client: Any = distributed.Client(  # type: ignore[no-untyped-call]
+                address, timeout=_CONNECT_S, set_as_default=False
+            )
         except (OSError, ValueError, TypeError) as error:
             why = one_line(str(error)) or type(error).__name__
             raise UserError(f"--scheduler {address}: {why}") from None

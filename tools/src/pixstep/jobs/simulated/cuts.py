@@ -17,7 +17,7 @@ from dataclasses import asdict, astuple, dataclass, field
 from typing import Any
 
 from pixstep.board import registers as regs
-from pixstep.board import values
+from pixstep.board import settings, values
 from pixstep.errors import AskedText, UserError
 from pixstep.jobs.job import Job
 from pixstep.jobs.simulated import tools
@@ -62,6 +62,24 @@ class Cut:
 
 
 @dataclass(frozen=True)
+class Follows:
+    """What lines are to the pixel clock, of which a pixel has `divider` edges."""
+
+    sync: str
+    divider: int
+    gate_edges: int
+
+    @classmethod
+    def of(cls, job: Job) -> Follows:
+        """Return what a job's machine file says, else what its boards are set to."""
+        clock, (first, *_) = job.machine.tables.clock, Place.of(job).boards
+        held = settings.defaults() | settings_of(job).get(first, {})
+        names = {number: name for name, number in regs.SYNCS.items()}
+        gate = settings.gate_of(held) if clock.gate_edges is None else clock.gate_edges
+        return cls(clock.sync or names[held["sync"]], clock.edges, gate)
+
+
+@dataclass(frozen=True)
 class Place:
     """The simulated boards by name, with their kinds; each motor's board, from 0, and axis."""
 
@@ -101,13 +119,13 @@ def settings_of(job: Job) -> dict[str, dict[str, int]]:
 
 def refuse(job: Job, world: World) -> None:
     """Raise UserError for a job that cannot be simulated in a world."""
-    clock, gate = job.machine.tables.clock, world.flaws.gate_edges
-    if clock.gate_edges and not gate:
+    follows = Follows.of(job)
+    if follows.gate_edges and not world.flaws.gate_edges:
         raise UserError(AskedText(
             "{path}: its pixel clock is gated, with {edges} edges before line zero: say by "
             "{pixel_gate} how the clock comes, at least {all} edges a burst",
-            path=job.path, edges=clock.gate_edges,
-            all=clock.gate_edges + job.pixels * clock.edges + 1,
+            path=job.path, edges=follows.gate_edges,
+            all=follows.gate_edges + job.pixels * follows.divider + 1,
         ))  # fmt: skip
 
 
@@ -117,12 +135,11 @@ class Cutter:
     def __init__(self, job: Job, world: World, found: Tools) -> None:
         self._job, self._world = job, world
         self._steps: dict[tuple[bytes, str], int] = {}
-        place, clock = Place.of(job), job.machine.tables.clock
+        place = Place.of(job)
         self._same = {
             "version": VERSION, "tools": dict(found), "boards": list(place.boards.values()),
             "settings": [settings_of(job).get(name, {}) for name in place.boards],
-            "clock": [hz_text(job.machine.tables.clock_hz), clock.edges, clock.sync,
-                      clock.gate_edges],
+            "clock": [hz_text(job.machine.tables.clock_hz), astuple(Follows.of(job))],
             "world": [world.ppm, asdict(world.flaws), world.seed],
             "motors": [
                 [name, *at, job.header.motors[name].backlash] for name, at in place.motors.items()

@@ -90,7 +90,10 @@ class SimFolder:
     def keep(self, answer: Answer, *, local: bool) -> None:
         """Keep the rows of a block: it is finished then."""
         where = {
-            "host": answer.host, "edges": answer.edges, "seconds": answer.seconds, "local": local
+            "host": answer.host,
+            "edges": answer.edges,
+            "seconds": answer.seconds,
+            "local": local,
         }
         table = parquet.read_table(pyarrow.BufferReader(answer.rows))
         table = table.replace_schema_metadata({_WHERE: json.dumps(where)})

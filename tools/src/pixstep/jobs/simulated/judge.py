@@ -21,7 +21,7 @@ from pixstep.lazy import lazy
 from pixstep.lines import exact
 from pixstep.lines.line import Line
 from pixstep.simulation import clock_judge, pixel_clock, verdict
-from pixstep.simulation.job import FREE, START
+from pixstep.simulation.job import FREE, LOCK, START
 from pixstep.simulation.job import Job as OneLine
 from pixstep.simulation.logs import AxisEdges, AxisPlant, ClockLog, EdgeLog
 from pixstep.simulation.pixel_clock import PixelGrid
@@ -111,11 +111,11 @@ def _parts(made: Made, name: str) -> Iterator[_Part]:
     The cycles of all boards are those of the first one.
     """
     block, (board, axis) = made.block, made.block.place.motors[name]
-    clock = block.job.machine.tables.clock
+    follows = block.follows
     kinds = [*block.place.boards.values()]
     of_line = OneLine(
         kinds[0], {}, block.job.machine.tables.clock_hz, block.world.ppm, block.world.flaws,
-        clock.sync, clock.edges, clock.gate_edges,
+        follows.sync, follows.divider, follows.gate_edges,
     )  # fmt: skip
     edges, done = made.edges.axis(board, axis), 0
     ups = np.flatnonzero(edges.step_levels == 1)
@@ -146,11 +146,9 @@ class _Chain:
 
     def __init__(self, made: Made) -> None:
         self._made, self._job = made, made.block.job
-        clock = self._job.machine.tables.clock
-        self._sync, self._edges = clock.sync, clock.edges
-        self._gated = bool(clock.gate_edges)
+        self._follows = made.block.follows
+        self._locked = self._follows.sync == LOCK
         self._zeros: dict[int, int] = {}  # the chain's line zero, or its edge, by board
-        self._locked = clock.sync not in (START, FREE)
 
     def judge(self, parts: list[_Part]) -> None:
         """Judge a motor's lines: each alone, and its zero by the chain's."""
@@ -162,11 +160,11 @@ class _Chain:
             part.reasons[:0] = part.found.reasons
 
     def _begins(self, part: _Part) -> Fraction:
-        """Return where the line begins, in ticks from the chain's beginning, by the board's time."""
+        """Return where the line begins, in ticks of the board's time since the chain began."""
         return (part.number - 1) * self._job.pixels * part.of.period
 
     def _judge_own_time(self, part: _Part) -> None:
-        """Judge a line that keeps to its board's time, the chain's first on an edge of the clock."""
+        """Judge a line on its board's time; the first one begins on an edge of the clock."""
         whole, of = self._begins(part) // 1, part.of
         phase = self._begins(part) - whole
         part.found = verdict.judge_axis(
@@ -179,7 +177,7 @@ class _Chain:
         board = self._made.block.place.motors[part.motor][0]
         if board not in self._zeros:
             self._zeros[board] = zero - int(whole)
-            if self._sync == START:
+            if self._follows.sync == START:
                 _, reason = verdict.judge_clock(
                     self._zeros[board], of.clock_period, self._made.clock.seen
                 )
@@ -202,10 +200,10 @@ class _Chain:
             return
         part.clock_error_ticks = round(float(np.max(np.abs(kept.errors_ticks))), 3)
         part.reasons += clock_judge.reasons(of, kept)
-        if self._gated:
+        if self._follows.gate_edges:
             part.reasons += clock_judge.gate_reasons(of, kept)
             return
-        due = (part.number - 1) * self._job.pixels * self._edges
+        due = (part.number - 1) * self._job.pixels * self._follows.divider
         late = kept.first_edge - due - self._zeros.setdefault(0, kept.first_edge - due)
         part.late_ticks = float(late * of.clock_period)
         if late:
@@ -229,7 +227,7 @@ class _Chain:
         for part in parts:
             part.apart_ticks = float(apart)
         # A clock that jitters is seen otherwise by each board; how far is told, and not judged.
-        if apart > most and self._sync != FREE and self._made.block.world.flaws.even:
+        if apart > most and self._follows.sync != FREE and self._made.block.world.flaws.even:
             parts[0].reasons.append(f"pixel edges of the motors are up to {apart} ticks apart")
 
 
@@ -301,4 +299,3 @@ def _row(made: Made, part: _Part, edges: Edges, begin: int) -> Row:
         None if error is None else round(error, 6), part.clock_error_ticks, part.apart_ticks,
         part.load_error_steps, None if part.zero is None else part.zero - begin, edges.sum(),
     )  # fmt: skip
-

@@ -41,23 +41,13 @@ class FailedLine(TypedDict):
     reason: str
 
 
-class WorstOfJob(TypedDict, total=False):
-    """The largest errors of all lines, without their sign, where there is something to compare."""
-
-    off_steps: int
-    late_ticks: float
-    edge_error_ticks: float
-    clock_error_ticks: float
-    apart_ticks: float
-    load_error_steps: int
-
-
 class SimulatedJob(TypedDict):
     """A job that was simulated: `verdict` is pass, or fail with the first lines that fail.
 
     Of `blocks`, `different` ones, `simulated` were simulated now and `known` before; `repeated`
     had a process that died. `hosts` are the different blocks by who simulated them; `sha256` is the
-    sum of all lines' sums. `lines_file` has a row a motor and line.
+    sum of all lines' sums. `worst` has the largest error of each kind, without its sign, by the
+    name of its column in `lines_file`, which has a row a motor and line.
     """
 
     job: str
@@ -67,7 +57,7 @@ class SimulatedJob(TypedDict):
     failed: int
     failures: list[FailedLine]
     steps: int
-    worst: WorstOfJob
+    worst: dict[str, float]
     blocks: int
     different: int
     simulated: int
@@ -84,9 +74,9 @@ class SimulatedJob(TypedDict):
 class JobSimulate(FlawFields):
     """Simulate a whole job: every board, motor and line, cycle by cycle, on all cores.
 
-    The job's own machine is simulated, with its boards on one clock and each motor's play. Lines run
-    in blocks, as the boards chain them, each after the line before it, so that seams are real ones.
-    Each line's edges, zero, positions and load are judged. Blocks that are finished are not
+    The job's own machine is simulated, with its boards on one clock and each motor's play. Lines
+    run in blocks, as the boards chain them, each after the line before it, so that seams are real
+    ones. Each line's edges, zero, positions and load are judged. Blocks that are finished are not
     simulated again: after an interruption, or a change of some lines, the same command goes on.
     Exit status 0 if all lines are as they have to be, 1 if one is not.
     """
@@ -153,8 +143,11 @@ class JobSimulate(FlawFields):
         return {
             "job": str(self.job), "id": job.header.id, "verdict": "fail" if told.failed else "pass",
             "lines": job.lines, "failed": told.failed,
-            "failures": [FailedLine(**row) for row in told.first_failed],
-            "steps": told.steps, "worst": WorstOfJob(**told.worst),  # type: ignore[typeddict-item]
+            "failures": [
+                {"line": row["line"], "motor": row["motor"], "reason": row["reason"]}
+                for row in told.first_failed
+            ],
+            "steps": told.steps, "worst": told.worst,
             "blocks": counts.blocks, "different": counts.different, "simulated": counts.simulated,
             "known": counts.known, "repeated": counts.repeated, "hosts": dict(told.hosts),
             "seconds": round(seconds, 1), "sha256": told.sha256,
