@@ -15,7 +15,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -73,12 +73,12 @@ class Relay:
 
 @dataclass
 class Cluster:
-    """A scheduler and its workers; `environment` is that of the workers."""
+    """A scheduler, and its workers by number from 0 on."""
 
     folder: Path
     workers: int
-    environment: Mapping[str, str] = field(default_factory=dict)
     running: list[subprocess.Popen[bytes]] = field(default_factory=list)
+    address: str = ""
 
     @contextlib.contextmanager
     def up(self) -> Iterator[Relay]:
@@ -88,11 +88,12 @@ class Cluster:
                                 "--scheduler-file", str(file), "--no-dashboard")  # fmt: skip
         relay = None
         try:
-            address = _address(file)
-            for number in range(self.workers):
-                self.add(address, f"w{number}")
-            relay = Relay(int(address.rpartition(":")[2]))
-            self._await_workers(address)
+            self.address = _address(file)
+            for _ in range(self.workers):
+                self.add()
+            relay = Relay(int(self.address.rpartition(":")[2]))
+            if self.workers:
+                self.await_workers()
             yield relay
         finally:
             if relay:
@@ -101,34 +102,32 @@ class Cluster:
                 one.kill()
                 one.wait()
 
-    def add(self, address: str, name: str) -> None:
-        """Begin a worker in a process of its own."""
+    def add(self, **environment: str) -> None:
+        """Begin a worker in a process of its own, with some variables besides."""
         self.running.append(self._begin(
-            "worker", address, "--name", name, "--nthreads", "1", "--no-nanny", "--no-dashboard",
-            "--local-directory", str(self.folder),
+            "worker", self.address, "--name", f"w{len(self.running)}", "--nthreads", "1",
+            "--no-nanny", "--no-dashboard", "--local-directory", str(self.folder), **environment,
         ))  # fmt: skip
 
     def kill(self, number: int) -> None:
         """Kill a worker."""
         self.running[number].send_signal(signal.SIGKILL)
 
-    def _begin(self, what: str, *words: str) -> subprocess.Popen[bytes]:
-        path = [os.environ.get("PYTHONPATH", "")]
+    def _begin(self, what: str, *words: str, **environment: str) -> subprocess.Popen[bytes]:
         return subprocess.Popen(
-            [sys.executable, "-m", _MODULES[what], *words],
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, path)),
-                 **(self.environment if what == "worker" else {})},
+            [sys.executable, "-m", _MODULES[what], *words], env={**os.environ, **environment},
             stdout=subprocess.DEVNULL, stderr=(self.folder / f"{what}.log").open("ab"),
         )  # fmt: skip
 
-    def _await_workers(self, address: str) -> None:
+    def await_workers(self) -> None:
+        """Wait until all workers are there."""
         import distributed
 
         client: Any
         with distributed.Client(  # type: ignore[no-untyped-call]
-            address, set_as_default=False
+            self.address, set_as_default=False
         ) as client:
-            client.wait_for_workers(self.workers, timeout=_READY_S)
+            client.wait_for_workers(len(self.running), timeout=_READY_S)
 
 
 def _address(file: Path) -> str:

@@ -31,7 +31,7 @@ from pixstep.progress import Progress, unseen
 from pixstep_dev.jobs.press import Press
 from pixstep_dev.mutants.programs import Build, Workshop
 
-_HZ = Fraction(30)  # a pixel is no whole number of ticks
+_HZ = Fraction(110)  # a pixel is no whole number of ticks
 _MOTOR, _BOARD = "M39", "mega"
 _AXIS = "firmware/core/motion/axis.c"
 # A chained line's grid: whatever keeps it, only a locked one is kept.
@@ -77,23 +77,24 @@ def run(plan: Plan, show: Progress = unseen) -> Outcome:
     outcome, chance = Outcome(), random.Random(plan.seed)
     with tempfile.TemporaryDirectory() as name, crews.processes(2) as crew:
         folder = Path(name)
-        press = _press(folder / "take-up", plan.lines, "lock")
-        _control(outcome, press.job, folder, crew)
+        fast = press(folder / "take-up", plan.lines, "lock")
+        _control(outcome, fast.job, folder, crew)
         for number in range(plan.times):
             what = (NONE_TAKEN, TAKEN_TWICE)[number % 2]
             line = chance.randrange(3, plan.lines)
-            planted = wrong_take_up(press.job, line, what, folder / f"{number}.pxjob")
-            _look(outcome, what, line, planted, folder / str(number), crew)
+            planted = wrong_take_up(fast.job, line, what, folder / f"{number}.pxjob")
+            look(outcome, what, line, planted, folder / str(number), crew)
             show((number + 1) / (plan.times + 1))
         if plan.firmware:
-            slow = _press(folder / "part", plan.lines, "start")
+            slow = press(folder / "part", plan.lines, "start")
             _control(outcome, slow.job, folder, crew)
             lost = {_BOARD: losing_image(folder)}
-            _look(outcome, LOST_PART, 2, slow.job, folder / "lost", crew, lost)
+            look(outcome, LOST_PART, 2, slow.job, folder / "lost", crew, lost)
     return outcome
 
 
-def _press(folder: Path, lines: int, sync: str) -> Press:
+def press(folder: Path, lines: int, sync: str) -> Press:
+    """Return a press on whose pixel clock a pixel is no whole number of ticks."""
     folder.mkdir()
     return Press.make(folder, lines, pixels=8, sync=sync, pixel_hz=_HZ)
 
@@ -105,7 +106,7 @@ def _control(outcome: Outcome, job: Job, folder: Path, crew: Crew) -> None:
         outcome.complaints.append(f"nothing was planted, and lines {failed} fail: {why}")
 
 
-def _look(
+def look(
     outcome: Outcome, what: str, line: int, job: Job, folder: Path, crew: Crew,
     images: Mapping[str, Path] | None = None,
 ) -> None:  # fmt: skip
@@ -115,7 +116,7 @@ def _look(
         job, World(lines=1, run_in=False, images=images or {}), folder / "alone", crew
     )
     outcome.plants.append(Plant(what, line, in_blocks, alone, why))
-    if line not in in_blocks or min(in_blocks) != line:
+    if min(in_blocks, default=0) != line:
         outcome.complaints.append(f"{what} at line {line}: blocks find lines {in_blocks}")
     if alone:
         outcome.complaints.append(f"{what} at line {line}: lines alone find it too: {alone}")
@@ -124,6 +125,7 @@ def _look(
 def _failing(job: Job, world: World, folder: Path, crew: Crew) -> tuple[list[int], str]:
     """Return the lines of a job that fail, and the first reason."""
     campaign = Campaign(job, world, cuts.tools_of(job, world), SimFolder(folder))
+    campaign.folder.begin({"job": str(job.path)})
     campaign.run(crew, campaign.missing())
     told = campaign.folder.assemble(job, campaign.cuts())
     lines = sorted({row["line"] for row in told.first_failed})

@@ -51,7 +51,7 @@ class Told:
 
 
 class SimFolder:
-    """A folder of a simulation, made where it is not there."""
+    """A folder of a simulation; nothing is made before it is begun."""
 
     def __init__(self, path: Path, edges: Path | None = None) -> None:
         """Take a folder. Raises UserError for one that holds something else."""
@@ -61,23 +61,26 @@ class SimFolder:
             ))  # fmt: skip
         self.path = path
         self.edges = edges or path.resolve() / _EDGES
-        with atomic.told_of(path):
-            atomic.make_folder(path / _BLOCKS, path)
 
     @property
     def lines(self) -> Path:
         """The table of all lines."""
         return self.path / _LINES
 
+    def begin(self, about: dict[str, Any]) -> None:
+        """Make the folder, without the table of an earlier run, which must not pass for this one's.
+
+        `about` is what is simulated.
+        """
+        with atomic.told_of(self.path):
+            atomic.make_folder(self.path / _BLOCKS, self.path)
+            self.lines.unlink(missing_ok=True)
+        self.write_about({**about, "verdict": "unfinished"})
+
     def write_about(self, about: dict[str, Any]) -> None:
         """Write what was simulated."""
         with atomic.rules(atomic.WriteRules(force=True)):
             atomic.write_json(self.path / _ABOUT, about)
-
-    def forget_lines(self) -> None:
-        """Remove the table of an earlier run, which must not pass for this one's."""
-        with atomic.told_of(self.lines):
-            self.lines.unlink(missing_ok=True)
 
     def has(self, key: str) -> bool:
         """Whether a block is finished, and its edges are there, if they were left here."""

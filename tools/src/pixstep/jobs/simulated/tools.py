@@ -13,7 +13,6 @@ from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
-import pixstep
 from pixstep import natives
 from pixstep.errors import UserError
 from pixstep.version import __version__
@@ -65,7 +64,7 @@ def host() -> str:
 @cache
 def _code() -> str:
     """Return the sum of this package's sources and of the tables that the build makes."""
-    folder, content = Path(pixstep.__file__).parent, hashlib.sha256()
+    folder, content = Path(__file__).parents[2], hashlib.sha256()
     for path in sorted(folder.rglob("*.py")):
         content.update(f"{path.relative_to(folder)}\n".encode() + path.read_bytes())
     content.update(natives.made("tables.json").read_bytes())

@@ -104,6 +104,8 @@ class JobSimulate(FlawFields):
     def run(self, desk: Desk) -> Result:
         """Simulate what is not finished, then put all rows together."""
         require_package("numpy")
+        if self.scheduler:
+            require_package("distributed")
         found = read(self.job)
         from pixstep.jobs.simulated import cuts
         from pixstep.jobs.simulated.campaign import Campaign
@@ -116,13 +118,12 @@ class JobSimulate(FlawFields):
         edges = self.edges or (_REMOTE_EDGES if self.scheduler else None)
         folder = SimFolder(self.out or Path(self.job.name).with_suffix(SUFFIX), edges)
         about = {"job": str(self.job), "id": found.header.id, "tools": dict(own)}
-        folder.write_about({**about, "verdict": "unfinished"})
-        folder.forget_lines()
         with desk.progress("simulating") as show:
             campaign = Campaign(found, world, own, folder, show)
             missing = campaign.missing()
             if missing:
-                with _told_on_stop(campaign), self._crew(campaign, found) as crew:
+                with self._crew(campaign, found) as crew, _told_on_stop(campaign):
+                    folder.begin(about)
                     campaign.run(crew, missing)
         told = folder.assemble(found, campaign.cuts())
         data = self._data(found, campaign, told, time.monotonic() - began)
