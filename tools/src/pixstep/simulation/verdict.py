@@ -123,11 +123,13 @@ def judge_axis(
 
 
 def judge_locked_axis(
-    line: Line, period: Fraction, edges: AxisEdges, axis: int = 0, *, tick_hz: int
-) -> tuple[AxisVerdict, PixelGrid | None]:
+    line: Line, period: Fraction, edges: AxisEdges, axis: int = 0, *, tick_hz: int,
+    rounded: bool = False,
+) -> tuple[AxisVerdict, PixelGrid | None]:  # fmt: skip
     """Return the verdict on edges that follow the pixel clock, and the grid that they show.
 
     Errors are those against the board's own grid; `clock_judge` compares the grid with the clock.
+    Edges of a board whose ticks are others than the cycles of the log are `rounded` to these.
     """
     verdict = AxisVerdict(axis, 0, len(edges.rising), line.total_steps)
     _judge_number(verdict, edges)
@@ -140,7 +142,7 @@ def judge_locked_axis(
     errors = rising - grid.at(units)
     _note_errors(verdict, errors, tick_hz)
     # Ends of pieces that run ahead of the pixels are no whole ticks: one more may be between.
-    most = np.where(units > line.shifted_pixels, 1 + NEAR_ONE, 2 + NEAR_ONE)
+    most = rounded + np.where(units > line.shifted_pixels, 1 + NEAR_ONE, 2 + NEAR_ONE)
     far = np.flatnonzero(np.abs(errors) > most)
     if len(far):
         verdict.reasons.append(

@@ -18,6 +18,7 @@ from typing import Any
 
 from pixstep.board import registers as regs
 from pixstep.board import settings, values
+from pixstep.board.boards import load as load_kind
 from pixstep.errors import AskedText, UserError
 from pixstep.jobs.job import Job
 from pixstep.jobs.simulated import tools
@@ -81,7 +82,10 @@ class Follows:
 
 @dataclass(frozen=True)
 class Place:
-    """The simulated boards by name, with their kinds; each motor's board, from 0, and axis."""
+    """The simulated boards by name, with their kinds; each motor's board, from 0, and axis.
+
+    A board with the most ticks a second is the first: its cycles are the time of all.
+    """
 
     boards: Mapping[str, str]
     motors: Mapping[str, tuple[int, int]]
@@ -91,8 +95,9 @@ class Place:
         """Return the boards and motors of a job."""
         machine = job.machine.tables
         names = {name: machine.board_name(machine[name]) for name in job.motors}
-        boards = [*dict.fromkeys(names.values())]
-        kinds = {name: machine.boards[name].kind for name in boards}
+        kinds = {name: machine.boards[name].kind for name in names.values()}
+        boards = sorted(kinds, key=lambda name: -load_kind(kinds[name]).tick_hz)
+        kinds = {name: kinds[name] for name in boards}
         return cls(
             kinds,
             {name: (boards.index(of), machine[name].axis) for name, of in names.items()},

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from pixstep.board import boards
 from pixstep.jobs.shapes import MINUS, PLUS
 from pixstep.jobs.simulated.blocks import Block
 from pixstep.jobs.simulated.rows import FAIL, MOST_REASON, PASS, Edges, Row
@@ -33,6 +34,7 @@ else:
     np = lazy("numpy")
 
 LOAD_STEPS = 1
+_ROUNDED_TICKS = 2  # that two edges may be apart by their rounding
 _KEPT_REASONS = 3
 
 
@@ -65,6 +67,7 @@ class _Part:
     edges: AxisEdges
     of: OneLine
     axis: int
+    rounded: bool  # its board has other ticks than the cycles of the edges
     found: AxisVerdict = field(init=False)
     grid: PixelGrid | None = None
     reasons: list[str] = field(default_factory=list)
@@ -113,6 +116,7 @@ def _parts(made: Made, name: str) -> Iterator[_Part]:
     block, (board, axis) = made.block, made.block.place.motors[name]
     follows = block.follows
     kinds = [*block.place.boards.values()]
+    rounded = boards.load(kinds[board]).tick_hz != boards.load(kinds[0]).tick_hz
     of_line = OneLine(
         kinds[0], {}, block.job.machine.tables.clock_hz, block.world.ppm, block.world.flaws,
         follows.sync, follows.divider, follows.gate_edges,
@@ -123,7 +127,7 @@ def _parts(made: Made, name: str) -> Iterator[_Part]:
         line = block.job.line(number)[name]
         until = len(ups) if number == block.job.lines else done + line.total_steps
         mine = _between(edges, ups, done, until)
-        yield _Part(number, name, line, mine, replace(of_line, lines={axis: line}), axis)
+        yield _Part(number, name, line, mine, replace(of_line, lines={axis: line}), axis, rounded)
         done = until
 
 
@@ -148,7 +152,7 @@ class _Chain:
         self._made, self._job = made, made.block.job
         self._follows = made.block.follows
         self._locked = self._follows.sync == LOCK
-        self._zeros: dict[int, int] = {}  # the chain's line zero, or its edge, by board
+        self._zeros: dict[object, int] = {}  # the chain's line zero, or its edge, by who shares it
 
     def judge(self, parts: list[_Part]) -> None:
         """Judge a motor's lines: each alone, and its zero by the chain's."""
@@ -165,33 +169,40 @@ class _Chain:
 
     def _judge_own_time(self, part: _Part) -> None:
         """Judge a line on its board's time; the first one begins on an edge of the clock."""
-        whole, of = self._begins(part) // 1, part.of
+        whole, of = int(self._begins(part) // 1), part.of
         phase = self._begins(part) - whole
-        part.found = verdict.judge_axis(
-            part.line, of.period, part.edges, part.axis, tick_hz=of.tick_hz, phase=phase
-        )
+        if part.rounded:
+            part.found, part.grid = verdict.judge_locked_axis(
+                part.line, of.period, part.edges, part.axis, tick_hz=of.tick_hz, rounded=True
+            )
+        else:
+            part.found = verdict.judge_axis(
+                part.line, of.period, part.edges, part.axis, tick_hz=of.tick_hz, phase=phase
+            )
         zero = part.zero
         if zero is None:
             return
-        part.grid = pixel_clock.nominal(part.line, of.period, zero + float(phase))
-        board = self._made.block.place.motors[part.motor][0]
-        if board not in self._zeros:
-            self._zeros[board] = zero - int(whole)
-            if self._follows.sync == START:
+        if part.grid is None:
+            part.grid = pixel_clock.nominal(part.line, of.period, zero + float(phase))
+        sync, motor = self._follows.sync, self._made.block.place.motors[part.motor]
+        who = motor if sync == FREE else motor[0]  # free lines begin one after the other
+        if who not in self._zeros:
+            self._zeros[who] = zero - whole
+            if sync == START:
                 _, reason = verdict.judge_clock(
-                    self._zeros[board], of.clock_period, self._made.clock.seen
+                    self._zeros[who], of.clock_period, self._made.clock.seen
                 )
                 part.reasons += [reason] if reason else []
-        late = zero - int(whole) - self._zeros[board]
+        late = zero - whole - self._zeros[who]
         part.late_ticks = float(late)
-        if late:
+        if abs(late) > _ROUNDED_TICKS * part.rounded:
             part.reasons.append(f"line zero is {late:+} ticks off the grid of the lines before")
 
     def _judge_locked(self, part: _Part) -> None:
         """Judge a line on the clock: its own grid, the clock's edges, the edge of its line zero."""
         of, clock = part.of, self._made.clock
         part.found, part.grid = verdict.judge_locked_axis(
-            part.line, of.period, part.edges, part.axis, tick_hz=of.tick_hz
+            part.line, of.period, part.edges, part.axis, tick_hz=of.tick_hz, rounded=part.rounded
         )
         if part.grid is None:
             return

@@ -189,9 +189,9 @@ def _write(data: SimulatedJob, page: Page) -> None:
         f"{data['known']} known from before; {data['steps']} steps in {data['seconds']:.1f} s"
     )
     worst = data["worst"]
-    page.tell("at most " + ", ".join(
-        text.format(worst[name]) for name, text in _TEXTS.items() if name in worst
-    ))  # fmt: skip
+    told = [text.format(worst[name]) for name, text in _TEXTS.items() if name in worst]
+    if told:
+        page.tell(f"at most {', '.join(told)}")
     page.tell(f"rows of all lines: {data['lines_file']}")
     good = data["lines"] - data["failed"]
     page.tell(page.styled(
