@@ -2,6 +2,7 @@
 """A job is simulated as a whole: rows, edges, what is known from before, what is refused."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 
 import jobbench
 import runbench
-from pixstep import ops
+from pixstep import natives, ops
 from pixstep.errors import UserError
 from pixstep.jobs.job import Job, id_of
 from pixstep.jobs.shapes import Shape
@@ -33,7 +34,7 @@ def simulated(tmp_path_factory):
 def simulate(folder, **more):
     """Simulate the job of a folder."""
     return ops.job_simulate(
-        folder / "a.pxjob", **{"out": folder / "a.pxsim", "block": 2, "processes": 1, **more}
+        folder / "a.pxjob", **{"out": folder / "print.pxsim", "block": 2, "processes": 1, **more}
     )
 
 
@@ -77,19 +78,28 @@ class TestSimulated:
             assert Edges(1, row["motor"], cycles, signs).sum() == row["sha256"]
             assert len(cycles) == row["steps"] and np.all(np.diff(cycles) > 0)
 
+    def test_the_document_reads_them(self, simulated, monkeypatch, capsys):
+        folder, _ = simulated
+        monkeypatch.chdir(folder)
+        text = (natives.root() / "docs/JOBS.md").read_text(encoding="utf-8")
+        (code,) = re.findall(r"```py\n(.*?)```", text, re.DOTALL)
+        exec(compile(code, "JOBS.md", "exec"), {})
+        verdict, made, listed = capsys.readouterr().out.split()
+        assert verdict == "pass" and made == listed
+
     def test_what_is_finished_is_not_simulated_again(self, simulated):
         folder, done = simulated
         again = simulate(folder)
         assert (again["simulated"], again["known"]) == (0, done["different"])
         assert again["sha256"] == done["sha256"]
-        about = json.loads((folder / "a.pxsim/simulation.json").read_text())
+        about = json.loads((folder / "print.pxsim/simulation.json").read_text())
         assert about["verdict"] == "pass" and about["tools"]["pixstep-sim"]
 
     def test_a_block_without_its_rows_or_edges_is_simulated_again(self, simulated):
         folder, done = simulated
-        first, second, *_ = sorted((folder / "a.pxsim/blocks").iterdir())
+        first, second, *_ = sorted((folder / "print.pxsim/blocks").iterdir())
         first.write_bytes(b"nonsense")
-        (folder / "a.pxsim/edges" / second.name).unlink()
+        (folder / "print.pxsim/edges" / second.name).unlink()
         again = simulate(folder)
         assert again["simulated"] == 2 and again["sha256"] == done["sha256"]
 
@@ -101,7 +111,7 @@ class TestSimulated:
         cut = [*Cutter(job, world, found).cuts()][1]
         answer = work.simulate(blocks.pack(job, cut, world, found), str(tmp_path))
         assert answer.refused == ""
-        mine, theirs = tmp_path / f"{cut.key}.parquet", folder / "a.pxsim/edges"
+        mine, theirs = tmp_path / f"{cut.key}.parquet", folder / "print.pxsim/edges"
         assert parquet.read_table(mine).equals(parquet.read_table(theirs / mine.name))
 
     def test_other_tools_are_refused(self, simulated, tmp_path):
@@ -184,10 +194,10 @@ class TestRefused:
         runbench.folder_with_job(tmp_path, text=text)
         with pytest.raises(UserError, match="its pixel clock is gated, with 5 edges"):
             simulate(tmp_path)
-        assert not (tmp_path / "a.pxsim").exists()
+        assert not (tmp_path / "print.pxsim").exists()
 
     def test_no_scheduler(self, tmp_path):
         runbench.folder_with_job(tmp_path)
         with pytest.raises(UserError, match="scheduler nowhere: "):
             simulate(tmp_path, scheduler="nowhere")
-        assert not (tmp_path / "a.pxsim").exists()
+        assert not (tmp_path / "print.pxsim").exists()
