@@ -65,7 +65,6 @@ GOES_ON = (
     ("serve", "--socket"),  # it is made
     ("ioc", "--state"),  # it is made
     ("job run", "--folder"),  # so is this
-    ("job simulate", "--out"),
     ("job simulate", "--edges"),
 )
 # A profile may be made for any motor.

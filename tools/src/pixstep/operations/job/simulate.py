@@ -19,7 +19,7 @@ from pixstep.operations.bus import StoppedError
 from pixstep.operations.clocks import FlawFields
 from pixstep.operations.desk import Desk
 from pixstep.operations.job.reading import job_file, read
-from pixstep.operations.kinds import PATH, TEXT, Whole
+from pixstep.operations.kinds import FOLDER, PATH, TEXT, Whole
 from pixstep.operations.request import operation, option
 from pixstep.operations.result import Page, Result
 
@@ -85,7 +85,7 @@ class JobSimulate(FlawFields):
 
     job: Path = job_file()
     out: Path | None = option(
-        PATH, "Folder of the simulation.", shown="NAME.pxsim", default_text="the job's name"
+        FOLDER, "Folder of the simulation.", shown="NAME.pxsim", default_text="the job's name"
     )
     processes: int | None = option(
         Whole(1, _MOST_PROCESSES), "Processes of this computer.", default_text="one a core"
