@@ -13,12 +13,13 @@ import multiprocessing
 import os
 import signal
 import threading
+import time
 import warnings
 from collections.abc import Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from typing import TYPE_CHECKING, Any, Protocol
 
-from pixstep.errors import UserError, one_line
+from pixstep.errors import AskedText, UserError, one_line
 from pixstep.jobs.simulated import tools, work
 from pixstep.jobs.simulated.tools import Tools
 from pixstep.jobs.simulated.work import Answer
@@ -31,6 +32,7 @@ else:
 
 _CONNECT_S = 10.0
 _ALONE_S = 60.0  # without a worker, after which nobody waits for one any more
+_COUNT_S = 5.0  # after which workers are counted again
 _AHEAD = 2  # blocks that each worker has, so that none waits for the next one
 
 
@@ -39,10 +41,13 @@ class LostError(UserError):
 
 
 class Crew(Protocol):
-    """Who simulates blocks, `width` of them at once at most."""
+    """Who simulates blocks."""
 
-    width: int
     local: bool
+
+    @property
+    def width(self) -> int:
+        """How many are given out at once, at most."""
 
     def submit(self, data: bytes, edges: str) -> Future[Answer]:
         """Give a block to somebody."""
@@ -109,14 +114,26 @@ def processes(count: int) -> Iterator[Crew]:
 
 
 class _Cluster:
-    """The workers of a Dask cluster."""
+    """The workers of a Dask cluster, which may become more or fewer."""
 
     local = False
 
     def __init__(self, address: str, client: Any) -> None:
         self._address, self._client = address, client
         self._executor: Executor = client.get_executor(pure=False)
-        self.width = _AHEAD * sum(client.nthreads().values())
+        self._threads, self._counted_s = 0, -_COUNT_S
+
+    @property
+    def width(self) -> int:
+        """Blocks at once at most, by the workers that there are."""
+        if time.monotonic() - self._counted_s >= _COUNT_S:
+            self._threads, self._counted_s = self._count(), time.monotonic()
+        return _AHEAD * max(1, self._threads)
+
+    def _count(self) -> int:
+        if self._client.status != "running":
+            raise self._lost("is gone")
+        return sum(self._client.nthreads().values())
 
     def submit(self, data: bytes, edges: str) -> Future[Answer]:
         return self._executor.submit(work.simulate, data, edges)
@@ -125,10 +142,11 @@ class _Cluster:
         """Do nothing: the scheduler gives what a worker had to another one."""
 
     def look(self, waited_s: float) -> None:
-        if self._client.status != "running":
-            raise LostError(f"--scheduler {self._address}: is gone")
-        if waited_s > _ALONE_S and not self._client.nthreads():
-            raise LostError(f"--scheduler {self._address}: has had no workers for {waited_s:.0f} s")
+        if not self._count() and waited_s > _ALONE_S:
+            raise self._lost(f"has had no workers for {waited_s:.0f} s")
+
+    def _lost(self, why: str) -> LostError:
+        return LostError(_told_of(self._address, why))
 
 
 @contextlib.contextmanager
@@ -138,29 +156,46 @@ def cluster(address: str, wanted: Tools, kinds: tuple[str, ...]) -> Iterator[Cre
     Raises UserError naming a worker that has others, or a scheduler that does not answer.
     """
     require_package("distributed")
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of other versions of Dask's packages
+    with _quiet():
         try:
-            # distributed has no types.
+            # A client of no address at all would try to close for long. distributed has no types.
+            distributed.comm.addressing.get_address_host_port(address)
             client: Any = distributed.Client(  # type: ignore[no-untyped-call]
                 address, timeout=_CONNECT_S, set_as_default=False
             )
         except (OSError, ValueError, TypeError) as error:
             why = one_line(str(error)) or type(error).__name__
-            raise UserError(f"--scheduler {address}: {why}") from None
+            raise UserError(_told_of(address, why)) from None
+        try:
+            _require_same(address, client, wanted, kinds)
+            yield _Cluster(address, client)
+        finally:
+            client.close(timeout=5)
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Let Dask write nothing besides: what goes wrong is raised."""
+    _ = distributed.Client  # its loggers are there once it is loaded
+    names = [name for name in logging.root.manager.loggerDict if name.startswith("distributed")]
+    loggers = [logging.getLogger(name) for name in names]
+    before = [one.disabled for one in loggers]
+    for one in loggers:
+        one.disabled = True
     try:
-        _require_same(address, client, wanted, kinds)
-        yield _Cluster(address, client)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of other versions of Dask's packages
+            yield
     finally:
-        client.close(timeout=5)
+        for one, disabled in zip(loggers, before, strict=True):
+            one.disabled = disabled
 
 
 def _require_same(address: str, client: Any, wanted: Tools, kinds: tuple[str, ...]) -> None:
     """Raise UserError naming each worker that has other tools."""
     names = {at: about["name"] for at, about in client.scheduler_info(-1)["workers"].items()}
     if not names:
-        raise UserError(f"--scheduler {address}: has no workers")
+        raise UserError(_told_of(address, "has no workers"))
     told = []
     for at, found in client.run(tools.tools, kinds, on_error="return").items():
         if isinstance(found, BaseException):
@@ -170,4 +205,8 @@ def _require_same(address: str, client: Any, wanted: Tools, kinds: tuple[str, ..
         if why:
             told.append(f"worker {names.get(at, '')} at {at}: {why}")
     if told:
-        raise tools.OtherToolsError(f"--scheduler {address}: {'; '.join(told)}")
+        raise tools.OtherToolsError(_told_of(address, "; ".join(told)))
+
+
+def _told_of(address: str, what: str) -> AskedText:
+    return AskedText("{scheduler} {address}: {what}", address=address, what=what)

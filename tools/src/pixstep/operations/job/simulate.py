@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypedDict
 
 from pixstep import signals
-from pixstep.errors import FINE, NEGATIVE, PlainError
+from pixstep.errors import FINE, NEGATIVE, AskedText, PlainError
 from pixstep.lazy import require_package
 from pixstep.operations import shared
 from pixstep.operations.bus import StoppedError
@@ -166,7 +166,8 @@ def _told_on_stop(campaign: Campaign) -> Iterator[None]:
             f"stopped by {signals.name(error)}: {_finished(campaign)}", signals.status(error)
         ) from None
     except PlainError as error:
-        error.args = (f"{error} ({_finished(campaign)})",)
+        finished = _finished(campaign)
+        error.args = (AskedText("{error} ({finished})", error=error.args[0], finished=finished),)
         raise
 
 
