@@ -173,7 +173,7 @@ class _Campaign:
         return Cluster(folder, 2)
 
     def _interrupted(self) -> None:
-        """Press Ctrl-C once two blocks are finished; go on with the same command."""
+        """End it by a signal once two blocks are finished; go on with the same command."""
         name, out = "interrupted and continued", self._folder / "interrupted"
         command = [
             sys.executable, "-m", "pixstep", "job", "simulate", str(self._job.path), "--out",
@@ -181,9 +181,9 @@ class _Campaign:
             str(out / "own"), "--json",
         ]  # fmt: skip
         first = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        _once_finished(out, 2, first.send_signal, signal.SIGINT).join()
+        _once_finished(out, 2, first.send_signal, signal.SIGTERM).join()
         _, told = first.communicate()
-        if first.returncode != 128 + signal.SIGINT or b"the same command goes on" not in told:
+        if first.returncode != 128 + signal.SIGTERM or b"the same command goes on" not in told:
             self._complain(f"interrupted: {first.returncode}: {told.decode()}")
         again = subprocess.run(command, capture_output=True, check=False)
         done = json.loads(again.stdout)

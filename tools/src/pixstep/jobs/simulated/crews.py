@@ -12,11 +12,13 @@ import logging
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 import time
 import warnings
 from collections.abc import Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from types import ModuleType
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pixstep.errors import AskedText, UserError, one_line
@@ -73,7 +75,8 @@ class _Processes:
         return ProcessPoolExecutor(self._count, mp_context=context, initializer=_begin_process)
 
     def submit(self, data: bytes, edges: str) -> Future[Answer]:
-        return self._pool.submit(work.simulate, data, edges)
+        with _own_main():  # processes begin as blocks come
+            return self._pool.submit(work.simulate, data, edges)
 
     def renew(self) -> None:
         self._pool.shutdown(wait=False, cancel_futures=True)
@@ -88,6 +91,21 @@ class _Processes:
         self._pool.shutdown(wait=False, cancel_futures=True)
         for process in processes:
             process.terminate()
+
+
+@contextlib.contextmanager
+def _own_main() -> Iterator[None]:
+    """Let processes begin without the program that calls.
+
+    They would run it again, to know what it defines. They need none of it, and a script that
+    simulates as it is run would begin more of them.
+    """
+    before = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = before
 
 
 def _begin_process() -> None:

@@ -60,7 +60,9 @@ class SimFolder:
                 "{path}: is the folder of no simulation: name another one with {out}", path=path,
             ))  # fmt: skip
         self.path = path
-        self.edges = edges or path.resolve() / _EDGES
+        place = edges or path / _EDGES
+        # "~" is that of whoever simulates.
+        self.edges = place if place.parts[:1] == ("~",) else place.absolute()
 
     @property
     def lines(self) -> Path:

@@ -104,7 +104,7 @@ class JobSimulate(FlawFields):
     def run(self, desk: Desk) -> Result:
         """Simulate what is not finished, then put all rows together."""
         require_package("numpy")
-        if self.scheduler:
+        if self.scheduler is not None:
             require_package("distributed")
         found = read(self.job)
         from pixstep.jobs.simulated import cuts
@@ -115,7 +115,7 @@ class JobSimulate(FlawFields):
         world = cuts.World(self.pixel_ppm, self.flaws, self.seed, self.block)
         cuts.refuse(found, world)
         own = cuts.tools_of(found, world)
-        edges = self.edges or (_REMOTE_EDGES if self.scheduler else None)
+        edges = self.edges or (None if self.scheduler is None else _REMOTE_EDGES)
         folder = SimFolder(self.out or Path(self.job.name).with_suffix(SUFFIX), edges)
         about = {"job": str(self.job), "id": found.header.id, "tools": dict(own)}
         with desk.progress("simulating") as show:
@@ -135,7 +135,7 @@ class JobSimulate(FlawFields):
         from pixstep.jobs.simulated import crews
         from pixstep.jobs.simulated.cuts import Place
 
-        if self.scheduler:
+        if self.scheduler is not None:
             return crews.cluster(self.scheduler, campaign.tools, Place.of(job).kinds)
         return crews.processes(self.processes or len(os.sched_getaffinity(0)))
 
