@@ -138,7 +138,7 @@ def simulate(
     ctx: click.Context, lines: int, block: int, memory_lines: tuple[int, ...], seed: int,
     as_json: bool,
 ) -> None:  # fmt: skip
-    """Simulate a whole job on one core, on two, by workers of a Dask cluster.
+    """Simulate a job on one core, on two, on a cluster.
 
     Exit status 0 only if the rows are the same each time, also with a worker or a process killed
     and after an interruption; if less than 2 kB a line went between client and scheduler; and if
@@ -169,9 +169,9 @@ def simulate(
 @json_option
 @click.pass_context
 def plant_seam(ctx: click.Context, times: int, lines: int, seed: int, as_json: bool) -> None:
-    """Plant faults at seams: wrong take-ups of play, a part of a tick that the grid loses.
+    """Plant faults at seams: blocks have to find them.
 
-    Exit status 0 only if simulated blocks find each at its seam, lines simulated alone find none,
+    Lines that take play up wrongly, firmware whose grid loses a part of a tick. Exit status 0 only if simulated blocks find each at its seam, lines simulated alone find none,
     and nothing is found where nothing was planted.
     """
     from pixstep_dev.jobs import plant_seam as campaign  # takes a while to load
