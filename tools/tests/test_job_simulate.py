@@ -4,6 +4,7 @@
 import json
 import re
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pyarrow.parquet as parquet
@@ -18,6 +19,10 @@ from pixstep.jobs.shapes import Shape
 from pixstep.jobs.simulated import blocks, cuts, tools, work
 from pixstep.jobs.simulated.cuts import Cutter, World
 from pixstep.jobs.simulated.rows import Edges
+from pixstep.lines import exact
+from pixstep.lines.line import Line
+from pixstep.simulation import verdict
+from pixstep.simulation.logs import AxisEdges
 from pixstep.simulation.pixel_clock import ClockFlaws
 
 TOOLS = {"pixstep": "1"}
@@ -124,6 +129,34 @@ class TestSimulated:
         assert "instead of another one" in answer.refused and [*tmp_path.iterdir()] == []
 
 
+class TestChained:
+    """A chained line begins a part of a tick after a whole one."""
+
+    LINE = Line((0, 3, *[5] * 12, 2, 0), "plain")
+    PERIOD = Fraction(16_000_000, 110)  # and 6/11 of a tick
+
+    def edges(self, phase):
+        """Return the steps of a line on the exact grid."""
+        whole = [
+            when.later(phase).floor() for _, when in exact.exact_instants(self.LINE, self.PERIOD)
+        ]
+        cycles = np.array(whole, dtype=np.int64) + 1000
+        levels = np.tile([1, 0], len(cycles))
+        return AxisEdges(np.stack([cycles, cycles + 50], axis=1).reshape(-1), levels)
+
+    @pytest.mark.parametrize("phase", [Fraction(k, 11) for k in range(11)])
+    def test_it_is_right_with_its_part_of_a_tick(self, phase):
+        found = verdict.judge_axis(
+            self.LINE, self.PERIOD, self.edges(phase), tick_hz=16_000_000, phase=phase
+        )
+        assert found.reasons == [] and found.line_zero_cycle == 1000
+
+    def test_it_is_wrong_without(self):
+        edges = self.edges(Fraction(10, 11))
+        found = verdict.judge_axis(self.LINE, self.PERIOD, edges, tick_hz=16_000_000)
+        assert any("not on the pixel edge" in reason for reason in found.reasons)
+
+
 class TestKeys:
     """Keys of blocks, for which nothing is simulated."""
 
@@ -188,6 +221,12 @@ class TestRefused:
         (tmp_path / "mine/text").write_text("mine")
         with pytest.raises(UserError, match="mine: is the folder of no simulation"):
             simulate(tmp_path, out=tmp_path / "mine")
+
+    def test_edges_where_no_folder_can_be(self, tmp_path, simulator):
+        del simulator
+        runbench.folder_with_job(tmp_path, lines=1)
+        with pytest.raises(UserError, match=r"lines 1 to 1: .*a.pxjob: Not a directory"):
+            simulate(tmp_path, edges=tmp_path / "a.pxjob")
 
     def test_a_gated_clock_without_a_gate(self, tmp_path):
         text = jobbench.MACHINE.replace('sync = "lock"', 'sync = "lock"\ngate_edges = 5')

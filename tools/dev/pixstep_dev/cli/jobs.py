@@ -171,8 +171,9 @@ def simulate(
 def plant_seam(ctx: click.Context, times: int, lines: int, seed: int, as_json: bool) -> None:
     """Plant faults at seams: blocks have to find them.
 
-    Lines that take play up wrongly, firmware whose grid loses a part of a tick. Exit status 0 only if simulated blocks find each at its seam, lines simulated alone find none,
-    and nothing is found where nothing was planted.
+    Lines that take play up wrongly, firmware whose grid loses a part of a tick. Exit status 0 only
+    if simulated blocks find each at its seam, lines simulated alone find none, and nothing is found
+    where nothing was planted.
     """
     from pixstep_dev.jobs import plant_seam as campaign  # takes a while to load
 

@@ -52,7 +52,8 @@ def simulate(data: bytes, folder: str) -> Answer:
     path = Path(folder).expanduser().resolve() / f"{block.key}.parquet"
     try:
         tools.require(block.tools, tools.tools(block.place.kinds, block.world.images), who)
-        atomic.make_folder(path.parent, path)
+        with atomic.told_of(path.parent):
+            atomic.make_folder(path.parent)
         found = _judged(block, path)
     except PlainError as error:
         return Answer(block.key, b"", who, str(path), 0.0, str(error))

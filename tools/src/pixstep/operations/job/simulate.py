@@ -122,9 +122,10 @@ class JobSimulate(FlawFields):
             campaign = Campaign(found, world, own, folder, show)
             missing = campaign.missing()
             if missing:
-                with self._crew(campaign, found) as crew, _told_on_stop(campaign):
+                with self._crew(campaign, found) as crew:
                     folder.begin(about)
-                    campaign.run(crew, missing)
+                    with _told_on_stop(campaign):
+                        campaign.run(crew, missing)
         told = folder.assemble(found, campaign.cuts())
         data = self._data(found, campaign, told, time.monotonic() - began)
         folder.write_about({**about, **data})
