@@ -16,7 +16,7 @@ set(CMAKE_TRY_COMPILE_PLATFORM_VARIABLES PIXSTEP_BOARD)
 
 set(part "-mmcu=${BOARD_MCU} -DF_CPU=${BOARD_CPU_HZ}UL -mrelax")
 # These registers belong to the step interrupt, which changes them without saving
-# (firmware/hal/avr/step_isr.S); the rule `symbols` looks for uses of them in the images.
+# (firmware/avr/hal/step_isr.S); the rule `symbols` looks for uses of them in the images.
 set(reserved "-ffixed-r2 -ffixed-r3 -ffixed-r4 -ffixed-r5 -ffixed-r6")
 set(CMAKE_C_FLAGS_INIT "${part} -fshort-enums ${reserved}")
 set(CMAKE_ASM_FLAGS_INIT "${part}")

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-# What CMake knows about a board: the constants of firmware/hal/boards/<name>.def. The list of
+# What CMake knows about a board: the constants of firmware/avr/boards/<name>.def. The list of
 # boards is the list of these files.
-set(PIXSTEP_BOARD_FOLDER "${CMAKE_CURRENT_LIST_DIR}/../firmware/hal/boards")
+set(PIXSTEP_BOARD_FOLDER "${CMAKE_CURRENT_LIST_DIR}/../firmware/avr/boards")
 
-# The size of a step ring (firmware/core/motion/step_ring.h).
+# The size of a step ring (firmware/core/ring/step_ring.h).
 set(PIXSTEP_RING_BYTES 512)
 
 # pixstep_read_board(<name>): set each BOARD_... constant of the file, texts without their quotes,
@@ -46,7 +46,7 @@ function(pixstep_read_board name)
         set(grid_edges 1)
     endif()
     set(BOARD_DEFINITIONS
-        "BOARD_FILE=<hal/boards/${name}.def>" "RECORDS_KEPT=${BOARD_RECORDS}"
+        "BOARD_FILE=<avr/boards/${name}.def>" "RECORDS_KEPT=${BOARD_RECORDS}"
         "STREAM_BATCHES=${BOARD_STREAM_BATCHES}u" "BAUD_CLOCK_100=${baud_clock_100}u"
         "LOCK_GRID_EDGES=${grid_edges}"
         PARENT_SCOPE

@@ -38,7 +38,7 @@ lint(tidy.avr.long ${tidy} ${tidy_avr})
 lint(
     cppcheck "${PIXSTEP_cppcheck}" "--project=${PIXSTEP_MEGA_BUILD}/compile_commands.json"
     --platform=avr8 --enable=warning,style,performance,portability --inline-suppr
-    --suppress=missingIncludeSystem --suppress=unknownMacro:*/hal/boards/* --error-exitcode=1
+    --suppress=missingIncludeSystem --suppress=unknownMacro:*/avr/boards/* --error-exitcode=1
     --quiet "--file-filter=${CMAKE_SOURCE_DIR}/firmware/*"
 )
 # Python has its own limits, in tools/pyproject.toml.

@@ -37,11 +37,11 @@ set_tests_properties(
 )
 
 # The modules: who uses whom, what of their state others can write, what flash and RAM each takes.
-# These ask the native build and the build of every board in firmware/hal/boards.
+# These ask the native build and the build of every board in firmware/avr/boards.
 rule(circles "${PIXSTEP_PYTHON}" "${checks}/circles.py" "${CMAKE_BINARY_DIR}")
 rule(writable "${PIXSTEP_PYTHON}" "${checks}/writable.py" "${CMAKE_BINARY_DIR}")
-rule(module_graph "${PIXSTEP_PYTHON}" "${checks}/module_graph.py" --check DESIGN.md)
-rule(package_graph "${PIXSTEP_PYTHON}" "${checks}/package_graph.py" --check DESIGN.md)
+rule(module_graph "${PIXSTEP_PYTHON}" "${checks}/module_graph.py" --check docs/MODULES.md)
+rule(package_graph "${PIXSTEP_PYTHON}" "${checks}/package_graph.py" --check docs/MODULES.md)
 rule(module_sizes "${PIXSTEP_PYTHON}" "${checks}/module_sizes.py" --check docs/TIMING.md)
 # All feature switches turned over, on one board of each set of defaults; the other boards, and each
 # switch by itself with what it costs, take longer.

@@ -33,8 +33,8 @@
 //                                                               62   228   125
 //
 // Axes at rest are parked and interrupt nobody: with fewer axes moving an interval may be shorter
-// (DESIGN.md, "Axes at rest"). The waits of a coincidence can then be longer than the interval; a
-// train catches up (step_catch_up.inc).
+// (DESIGN.md, "Time and account"). The waits of a coincidence can then be longer than the interval;
+// a train catches up (step_catch_up.inc).
 //
 // Where several axes move the capture takes 18 cycles more if it comes with the overflow of its own
 // timer. A single period takes 29 (31) cycles to OCRnA, so that only pulse trains make the shortest

@@ -9,10 +9,10 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "app/bus_port.h"
+#include "app/bus/bus_port.h"
+#include "app/bus/traffic.h"
 #include "app/round.h"
-#include "app/settings.h"
-#include "app/traffic.h"
+#include "app/settings/settings.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"
 #include "form.h"

@@ -23,7 +23,8 @@
 #include "wire/server.h"
 #include "wire/server_data.h"
 
-// The board's end of the bus, driven as app/bus_port.c drives it, and a copy of the bytes received.
+// The board's end of the bus, driven as app/bus/bus_port.c drives it, and a copy of the bytes
+// received.
 struct line {
     struct frame *frame;
     struct server_counters counters;

@@ -4,8 +4,8 @@
 
 #include <stdint.h>
 
-#include "app/bus_port.h"
-#include "app/traffic.h"
+#include "app/bus/bus_port.h"
+#include "app/bus/traffic.h"
 #include "base/flash.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// For suites of motion/line_check.h: a check with limits, entries taken or refused.
+// For suites of line/line_check.h: a check with limits, entries taken or refused.
 #pragma once
 
 #include <stdint.h>
 
-#include "motion/line_check.h"
-#include "motion/line_divider.h"
+#include "line/line_check.h"
+#include "line/line_divider.h"
 #include "unity.h"
 
 #define SMOOTH ((uint16_t)(LINE_MARK_START | LINE_START_SMOOTH | LINE_START_WAIT))

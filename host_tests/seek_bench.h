@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "app/axes.h"
+#include "app/axes/axes.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"
 #include "unity.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // One simulated board, put together from its parts: the microcontroller with our models of its
-// peripherals, its pins wired to the signals of firmware/hal/boards/<name>.def, its axes'
+// peripherals, its pins wired to the signals of firmware/avr/boards/<name>.def, its axes'
 // mechanics. Each part keeps its own state behind its own header; this module alone knows how they
 // are wired:
 //

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "app/board.h"
 
-#include "app/axes.h"   // axes_start
-#include "app/limits.h" // limits_apply_settings
-#include "app/seek.h"   // seek_start
-#include "app/store.h"  // store_load
+#include "app/axes/axes.h"      // axes_start
+#include "app/axes/limits.h"    // limits_apply_settings
+#include "app/motion/seek.h"    // seek_start
+#include "app/settings/store.h" // store_load
 
 void board_start(void)
 {

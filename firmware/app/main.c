@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include "app/board.h"      // board_start
-#include "app/bus_port.h"   // bus_port_*
-#include "app/round.h"      // round_poll
-#include "app/safety.h"     // safety_start
-#include "app/settings.h"   // settings_override_address
-#include "app/time_check.h" // time_check_start
-#include "hal/clock.h"      // clock_start
-#include "hal/cpu.h"        // cpu_*
-#include "hal/pins.h"       // pins_start
+#include "app/board.h"             // board_start
+#include "app/bus/bus_port.h"      // bus_port_*
+#include "app/round.h"             // round_poll
+#include "app/settings/settings.h" // settings_override_address
+#include "app/watch/safety.h"      // safety_start
+#include "app/watch/time_check.h"  // time_check_start
+#include "hal/clock.h"             // clock_start
+#include "hal/cpu.h"               // cpu_*
+#include "hal/pins.h"              // pins_start
 
 int main(void)
 {

@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: MIT
 #include "app/round.h"
 
-#include "app/axes.h"        // axes_*
-#include "app/bus_port.h"    // bus_port_brings_data
-#include "app/clock_edges.h" // clock_edges_*
-#include "app/commands.h"    // commands_arm_next
-#include "app/drivers.h"     // drivers_poll
-#include "app/faults.h"      // faults_latch
-#include "app/gate.h"        // gate_arms_next
-#include "app/inputs.h"      // inputs_poll
-#include "app/parking.h"     // parking_poll
-#include "app/reference.h"   // reference_pixel
-#include "app/safety.h"      // safety_poll
-#include "app/seek.h"        // seek_poll
-#include "app/start.h"       // start_near, start_poll
-#include "app/store.h"       // store_poll
-#include "app/time_check.h"  // time_check_poll
-#include "app/witness.h"     // witness_poll
-#include "base/apart.h"      // APART
-#include "hal/cpu.h"         // cpu_section
-#include "hal/estop.h"       // estop_latched
-#include "hal/step_timer.h"  // step_timer_*
-#include "motion/decode.h"   // decode_*
+#include "app/axes/axes.h"          // axes_*
+#include "app/axes/faults.h"        // faults_latch
+#include "app/axes/gate.h"          // gate_arms_next
+#include "app/axes/reference.h"     // reference_pixel
+#include "app/bus/bus_port.h"       // bus_port_brings_data
+#include "app/motion/clock_edges.h" // clock_edges_*
+#include "app/motion/parking.h"     // parking_poll
+#include "app/motion/seek.h"        // seek_poll
+#include "app/motion/start.h"       // start_near, start_poll
+#include "app/registers/commands.h" // commands_arm_next
+#include "app/settings/store.h"     // store_poll
+#include "app/watch/drivers.h"      // drivers_poll
+#include "app/watch/inputs.h"       // inputs_poll
+#include "app/watch/safety.h"       // safety_poll
+#include "app/watch/time_check.h"   // time_check_poll
+#include "app/watch/witness.h"      // witness_poll
+#include "axis/decode.h"            // decode_*
+#include "base/apart.h"             // APART
+#include "hal/cpu.h"                // cpu_section
+#include "hal/estop.h"              // estop_latched
+#include "hal/step_timer.h"         // step_timer_*
 
 // Cost of the steps decoded in one round: a round must stay short beside the silence of a bus
 // frame. With several axes under full load rounds cost more than long ones do: 6 ms.

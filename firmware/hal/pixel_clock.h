@@ -12,8 +12,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/captured_edge.h" // struct captured_edge
-#include "motion/step_engine.h"   // struct engine_sample
+#include "ring/captured_edge.h" // struct captured_edge
+#include "ring/step_engine.h"   // struct engine_sample
 
 #define PIXEL_CLOCK_CAPTURE_DELAY_TICKS ((uint8_t)CAPTURED_EDGE_DELAY_TICKS)
 
@@ -30,12 +30,6 @@ struct pixel_capture {
 // An edge was captured and not taken. A sample of that axis taken before a result of false is not
 // younger than any capture still to come.
 bool pixel_clock_waiting(void);
-
-// The oldest captured edge, as it waits. Only when one does.
-const struct captured_edge *pixel_clock_oldest(void);
-
-// That edge is taken.
-void pixel_clock_pass(void);
 
 // Take the oldest captured edge. Returns false when there is none.
 bool pixel_clock_take(struct pixel_capture *capture);

@@ -13,9 +13,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "config.h"             // CONFIG_INDEX
-#include "motion/step_engine.h" // struct engine_sample, enum step_engine_state
-#include "motion/step_ring.h"   // struct step_ring, struct pulse_train
+#include "config.h"           // CONFIG_INDEX
+#include "ring/step_engine.h" // struct engine_sample, enum step_engine_state
+#include "ring/step_ring.h"   // struct step_ring, struct pulse_train
 
 // From the start of a period to its STEP edge, ticks.
 #define STEP_TIMER_EDGE_TICKS (CONFIG_PULSE_LOW_TICKS + 1u)

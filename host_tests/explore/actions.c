@@ -2,11 +2,11 @@
 // The actions of the host, and those of a hand at the emergency stop.
 #include <string.h>
 
-#include "app/drivers.h"
-#include "app/permit.h"
-#include "app/reference.h"
-#include "app/seek.h"
-#include "app/token.h"
+#include "app/axes/permit.h"
+#include "app/axes/reference.h"
+#include "app/axes/token.h"
+#include "app/motion/seek.h"
+#include "app/watch/drivers.h"
 #include "explore/board.h"
 #include "explore/judge.h"
 #include "explore/judged.h"

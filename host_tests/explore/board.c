@@ -6,8 +6,8 @@
 
 #include "app/board.h"
 #include "app/round.h"
-#include "app/safety.h"
-#include "app/time_check.h"
+#include "app/watch/safety.h"
+#include "app/watch/time_check.h"
 #include "explore/judge.h"
 #include "explore/judged.h"
 #include "explore/part.h"

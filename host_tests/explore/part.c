@@ -4,14 +4,14 @@
 #include <avr/io.h>
 #include <string.h>
 
+#include "avr/hal/board.h" // BOARD_KEEP
 #include "explore/judge.h"
 #include "explore/program.h"
 #include "explore/step_isr.h"
-#include "hal/avr/board.h" // BOARD_KEEP
-#include "hal/clock.h"     // CLOCK_UNIT_TICKS
+#include "hal/clock.h" // CLOCK_UNIT_TICKS
 #if CONFIG_AXES > 1
-#include "hal/avr/clock_units.h" // clock_overflows
-#include "hal/avr/step_isr.h"    // step_engines
+#include "avr/hal/clock_units.h" // clock_overflows
+#include "avr/hal/step_isr.h"    // step_engines
 #endif
 
 // A period of this length or more does not end while its own interrupt is served: at worst 450

@@ -5,14 +5,14 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "app/axes.h"           // axes_get
-#include "app/commands.h"       // enum command
-#include "app/faults.h"         // faults_record
-#include "app/limits.h"         // limits_apply_settings
-#include "app/settings.h"       // settings_now
-#include "motion/segment.h"     // struct segment
-#include "motion/step_engine.h" // struct step_engine
-#include "motion/step_ring.h"   // struct step_ring
+#include "app/axes/axes.h"          // axes_get
+#include "app/axes/faults.h"        // faults_record
+#include "app/axes/limits.h"        // limits_apply_settings
+#include "app/registers/commands.h" // enum command
+#include "app/settings/settings.h"  // settings_now
+#include "line/segment.h"           // struct segment
+#include "ring/step_engine.h"       // struct step_engine
+#include "ring/step_ring.h"         // struct step_ring
 
 extern struct step_engine step_engines[CONFIG_AXES];
 extern struct step_ring step_rings[CONFIG_AXES];

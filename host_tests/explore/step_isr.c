@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// firmware/hal/avr/step_isr.S in C, statement by statement; comments name the labels of the
+// firmware/avr/hal/step_isr.S in C, statement by statement; comments name the labels of the
 // assembly. A C statement touches memory once where the assembly does, and this file is compiled
 // like the firmware, so that there is a point before every access. Interrupts are off, except in
 // call_c_nested.
@@ -12,7 +12,7 @@
 #include "explore/part.h"
 #include "explore/scene.h" // step_engines, step_rings
 
-// As in firmware/hal/avr/step_isr.c.
+// As in firmware/avr/hal/step_isr.c.
 struct step_engine step_engines[CONFIG_AXES];
 struct step_ring step_rings[CONFIG_AXES];
 

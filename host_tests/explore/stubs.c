@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The simplest stand-ins for the parts of the hal that the step engine does not use. With one axis
 // a round takes a millisecond; with several the part counts time.
-#include "app/bus_port.h"
+#include "app/bus/bus_port.h"
 #include "explore/part.h"
 #include "hal/clock.h"
 #include "hal/cpu.h"
@@ -11,7 +11,7 @@
 #include "hal/uart.h"
 
 #if CONFIG_AXES > 1
-#include "hal/avr/clock_units.h" // clock_overflows
+#include "avr/hal/clock_units.h" // clock_overflows
 
 volatile uint32_t clock_overflows;
 
@@ -120,17 +120,6 @@ bool switch_capture_take(struct switch_capture *capture)
 bool pixel_clock_waiting(void)
 {
     return false;
-}
-
-const struct captured_edge *pixel_clock_oldest(void)
-{
-    static const struct captured_edge none;
-
-    return &none;
-}
-
-void pixel_clock_pass(void)
-{
 }
 
 bool pixel_clock_take(struct pixel_capture *capture)

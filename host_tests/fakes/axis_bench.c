@@ -3,9 +3,9 @@
 
 #include <string.h>
 
+#include "axis/decode.h"          // decode_*
 #include "fakes/worked_example.h" // worked_entry
-#include "motion/decode.h"        // decode_*
-#include "motion/line_divider.h"  // line_divider_take
+#include "line/line_divider.h"    // line_divider_take
 
 #define TIMER_HZ 16000000uL
 #define BUDGET   64u

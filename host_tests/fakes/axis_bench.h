@@ -6,9 +6,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/axis.h"         // struct axis
-#include "motion/pixel_period.h" // struct pixel_period
-#include "motion/step_engine.h"  // struct step_load
+#include "axis/axis.h"          // struct axis
+#include "clock/pixel_period.h" // struct pixel_period
+#include "ring/step_engine.h"   // struct step_load
 
 #define BENCH_SLOTS       128u
 #define BENCH_DELAY_TICKS 1000u

@@ -3,15 +3,15 @@
 
 #include <string.h>
 
+#include "app/axes/events.h"
+#include "app/axes/mark.h"
 #include "app/board.h"
-#include "app/drivers.h"
-#include "app/events.h"
-#include "app/inputs.h"
-#include "app/mark.h"
+#include "app/bus/traffic.h"
 #include "app/round.h"
-#include "app/safety.h"
-#include "app/time_check.h"
-#include "app/traffic.h"
+#include "app/watch/drivers.h"
+#include "app/watch/inputs.h"
+#include "app/watch/safety.h"
+#include "app/watch/time_check.h"
 #include "fakes/board.h"
 #include "fakes/eeprom.h"
 #include "wire/bytes.h"

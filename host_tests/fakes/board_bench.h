@@ -6,17 +6,17 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "app/axes.h"         // axes_get
-#include "app/commands.h"     // enum command
-#include "app/faults.h"       // faults_*
-#include "app/limits.h"       // limits_*
-#include "app/permit.h"       // permit_is_on
-#include "app/reference.h"    // reference_*
-#include "app/seek.h"         // seek_*
-#include "app/settings.h"     // settings_now
-#include "app/token.h"        // token_now
-#include "config.h"           // CONFIG_AXES
-#include "wire/server_data.h" // enum modbus_exception
+#include "app/axes/axes.h"          // axes_get
+#include "app/axes/faults.h"        // faults_*
+#include "app/axes/limits.h"        // limits_*
+#include "app/axes/permit.h"        // permit_is_on
+#include "app/axes/reference.h"     // reference_*
+#include "app/axes/token.h"         // token_now
+#include "app/motion/seek.h"        // seek_*
+#include "app/registers/commands.h" // enum command
+#include "app/settings/settings.h"  // settings_now
+#include "config.h"                 // CONFIG_AXES
+#include "wire/server_data.h"       // enum modbus_exception
 
 // A round of the main loop in ticks.
 #define BENCH_ROUND_TICKS 1500u

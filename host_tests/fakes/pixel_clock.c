@@ -2,10 +2,10 @@
 // A fake of hal/pixel_clock.h with an exact source of edges.
 #include "hal/pixel_clock.h"
 
+#include "clock/pixel_period.h" // pixel_*
 #include "fakes/board.h"
 #include "fakes/board_parts.h"
-#include "hal/step_timer.h"      // step_timer_sample
-#include "motion/pixel_period.h" // pixel_*
+#include "hal/step_timer.h" // step_timer_sample
 
 static struct pixel_period period;
 static struct pixel_grid grid;
@@ -72,36 +72,16 @@ bool pixel_clock_waiting(void)
     return queued != 0;
 }
 
-const struct captured_edge *pixel_clock_oldest(void)
-{
-    static struct captured_edge oldest;
-    const struct engine_sample *sample = &queue[0].sample;
-
-    oldest = (struct captured_edge){
-        .ticks = queue[0].ticks,
-        .tail = sample->tail,
-        .left_or_cut = (int8_t)(sample->train ? -sample->left : sample->left),
-        .idle_count = sample->idle_count,
-        .notes = (uint8_t)(queue[0].back | (sample->cut ? CAPTURED_EDGE_CUT : 0)),
-    };
-    return &oldest;
-}
-
-void pixel_clock_pass(void)
-{
-    queued--;
-    for (uint8_t i = 0; i < queued; i++) {
-        queue[i] = queue[i + 1u];
-    }
-}
-
 bool pixel_clock_take(struct pixel_capture *capture)
 {
     if (queued == 0) {
         return false;
     }
     *capture = queue[0];
-    pixel_clock_pass();
+    queued--;
+    for (uint8_t i = 0; i < queued; i++) {
+        queue[i] = queue[i + 1u];
+    }
     return true;
 }
 

@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/segment.h" // struct segment
+#include "line/segment.h" // struct segment
 
 #define WORKED_SPEED      1000u
 #define WORKED_RAMP_PX    15u

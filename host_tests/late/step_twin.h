@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The step interrupt of a board with several axes in C: firmware/hal/avr/step_isr.S with the ways
+// The step interrupt of a board with several axes in C: firmware/avr/hal/step_isr.S with the ways
 // of a late interval (step_catch_up.inc), path by path. What the interrupt decides depends on the
 // ring, on the engine, on what it has noted of earlier intervals, and on what it reads from its
 // timer, in this order; the twin asks its caller for each of these reads and tells each write. So
@@ -10,8 +10,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/step_engine.h"
-#include "motion/step_ring.h"
+#include "ring/step_engine.h"
+#include "ring/step_ring.h"
 
 // The timer of an axis, as the interrupt sees it.
 enum twin_register {

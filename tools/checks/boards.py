@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the rules know about the boards: the constants and timers of firmware/hal/boards/*.def, and
+"""What the rules know about the boards: the constants and timers of firmware/avr/boards/*.def, and
 the part's interrupt vectors as avr-libc numbers them."""
 
 import functools
@@ -10,7 +10,7 @@ from pathlib import Path
 from avr_image import run
 from common import ROOT
 
-FOLDER = ROOT / "firmware" / "hal" / "boards"
+FOLDER = ROOT / "firmware" / "avr" / "boards"
 
 CONSTANT = re.compile(r'^#define BOARD_(\w+) +("[^"]*"|[^\s/]+)', re.MULTILINE)
 AXIS = re.compile(r"^BOARD_AXIS\((\d+), *(\d+)\)", re.MULTILINE)

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""Rule: the modules of the firmware and of the simulator use each other in no circle.
+"""Rule: the modules of the firmware and of the simulator use each other in no circle, and so do the
+folders of the firmware.
 
     circles.py [HOST_BUILD]      reads includes, and the symbols in the objects of the native build
                                  (default: build/host) and of every board's build
 
 The tables below list the uses that may close a circle, each with its reason; module_graph.py also
-writes them into DESIGN.md. A row that closes no circle is an error.
+writes them into docs/MODULES.md. A row that closes no circle is an error.
 """
 
 import sys
@@ -13,6 +14,7 @@ from pathlib import Path
 
 from common import ROOT, board_names, build_folder, finish, repository_files
 from modules import (
+    KEEPERS,
     Graph,
     ModuleError,
     build_symbols,
@@ -29,7 +31,7 @@ from modules import (
 # function is a use of the port's header, not of the module that implements the function.
 PORTS = {
     "firmware/core/base/require.h": "a broken promise: the firmware's fault, a test's failure",
-    "firmware/core/motion/line_divider.h": "setting `divider` behind the start mark of a line",
+    "firmware/core/line/line_divider.h": "setting `divider` behind the start mark of a line",
     "firmware/core/wire/server_data.h": "the data behind the server's registers and coils",
 }
 
@@ -37,7 +39,7 @@ Uses = dict[tuple[str, str], str]
 
 # (user, used): why this use may close a circle.
 FIRMWARE: Uses = {
-    ("firmware/hal/avr/step_isr", "firmware/hal/step_timer"): "one engine in two languages",
+    ("firmware/avr/hal/step_isr", "firmware/hal/step_timer"): "one engine in two languages",
 }
 SIM: Uses = {}
 
@@ -48,6 +50,24 @@ def firmware_graph(host: Path, boards: list[Path], root: Path = ROOT) -> Graph:
     for build in (host, *boards):
         note_symbols(graph, build_symbols(build, root=root), PORTS, root)
     return graph
+
+
+def folder_graph(graph: Graph) -> Graph:
+    """The folders of a graph's modules: one uses another if a module of it does.
+
+    The contracts of the hal and what keeps them are one.
+    """
+    folders = Graph()
+    for user, targets in graph.uses.items():
+        for used, reasons in targets.items():
+            folders.note(folder_of(user), folder_of(used), reasons[0])
+    return folders
+
+
+def folder_of(module: str) -> str:
+    """The folder of a module, or the one of the contracts that its sources keep."""
+    folder = module.rpartition("/")[0]
+    return KEEPERS.get(folder, folder)
 
 
 def sim_graph(host: Path, root: Path = ROOT) -> Graph:
@@ -104,6 +124,7 @@ def main() -> None:
     except ModuleError as error:
         finish("circles", "nothing looked at", [str(error)])
     problems = complaints(firmware, FIRMWARE) + bad_ports(firmware, PORTS) + complaints(sim, SIM)
+    problems += complaints(folder_graph(firmware.without(FIRMWARE)), {})
     uses = sum(len(targets) for graph in (firmware, sim) for targets in graph.uses.values())
     modules = f"{len(firmware.uses)} modules of the firmware, {len(sim.uses)} of sim"
     finish("circles", f"{modules}, {uses} uses", problems)

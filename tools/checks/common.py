@@ -23,13 +23,13 @@ def repository_files(root: Path = ROOT) -> list[Path]:
 
 
 def board_names(root: Path = ROOT) -> list[str]:
-    """The boards: those with a file in firmware/hal/boards, by their BOARD_ID, then by name."""
+    """The boards: those with a file in firmware/avr/boards, by their BOARD_ID, then by name."""
 
     def place(file: Path) -> tuple[int, str]:
         number = re.search(r"^#define BOARD_ID\s+(\d+)", file.read_text(encoding="utf-8"), re.M)
         return (int(number[1]) if number else 1 << 16, file.stem)
 
-    return [file.stem for file in sorted((root / "firmware/hal/boards").glob("*.def"), key=place)]
+    return [file.stem for file in sorted((root / "firmware/avr/boards").glob("*.def"), key=place)]
 
 
 def build_folder(board: str, root: Path = ROOT) -> Path:

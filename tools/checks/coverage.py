@@ -80,7 +80,7 @@ def run_suites() -> None:
     for counts in BUILD.rglob("*.gcda"):
         counts.unlink()
     _forget_gone_sources()
-    names = sorted(path.stem for path in (ROOT / "host_tests").glob("test_*.c"))
+    names = sorted(path.stem for path in (ROOT / "host_tests").rglob("test_*.c"))
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     failed = [name for name in names if subprocess.run([BUILD / "bin" / name], **quiet).returncode]
     if failed:

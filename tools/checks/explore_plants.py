@@ -18,11 +18,11 @@ from pathlib import Path
 from common import ROOT, finish
 from planting import swapped
 
-ENGINE = "firmware/core/motion/step_engine.c"
-ENGINE_H = "firmware/core/motion/step_engine.h"
-TIMER = "firmware/hal/avr/step_timer.c"
-ESTOP = "firmware/hal/avr/estop.c"
-AXES = "firmware/app/axes.c"
+ENGINE = "firmware/core/ring/step_engine.c"
+ENGINE_H = "firmware/core/ring/step_engine.h"
+TIMER = "firmware/avr/hal/step_timer.c"
+ESTOP = "firmware/avr/hal/estop.c"
+AXES = "firmware/app/axes/axes.c"
 ASSEMBLY = "host_tests/explore/step_isr.c"
 
 RUNAWAY = "runaway"
@@ -155,7 +155,7 @@ PLANTS = (
         PERMIT,
         (
             Change(
-                "firmware/app/commands.c",
+                "firmware/app/registers/commands.c",
                 "    permit_set(false);\n    if (state_of(i) != AXIS_FAULT) {",
                 "    if (state_of(i) != AXIS_FAULT) {",
             ),
@@ -165,7 +165,7 @@ PLANTS = (
     Plant(
         "an emergency stop that the main loop does not look for",
         UNHEARD,
-        (Change("firmware/app/safety.c", "    if (estop_latched()) {", "    if (false) {"),),
+        (Change("firmware/app/watch/safety.c", "    if (estop_latched()) {", "    if (false) {"),),
         limits=(*WIDE, "empty"),
     ),
     Plant(
@@ -173,7 +173,7 @@ PLANTS = (
         REFUSED,
         (
             Change(
-                "firmware/app/commands.c",
+                "firmware/app/registers/commands.c",
                 "        return false;\n    }\n    commands_act(order);\n    last_order = *order;",
                 "        last_order = *order;\n        return false;\n    }\n"
                 "    commands_act(order);\n    last_order = *order;",
@@ -204,7 +204,7 @@ PLANTS = (
         POSITION,
         (
             Change(
-                "firmware/core/motion/stream.h",
+                "firmware/core/stream/stream.h",
                 "    ring->high[next] = STEP_HIGH_EMPTY;\n    ring->low[slot] = (uint8_t)top;\n"
                 "    ring->high[slot] = (uint8_t)(top >> 8);",
                 "    ring->low[slot] = (uint8_t)top;\n"
@@ -212,7 +212,7 @@ PLANTS = (
                 "    ring->high[next] = STEP_HIGH_EMPTY;",
             ),
         ),
-        ("firmware/core/motion/stream.c", "firmware/core/motion/decode.c"),
+        ("firmware/core/stream/stream.c", "firmware/core/axis/decode.c"),
         limits=("--actions", "2", "--periods", "2", "--from", "about to starve"),
     ),
 )

@@ -7,10 +7,10 @@ explore_two_plants.py COMPILER WORDS SEARCH FIRMWARE [PLANT...], as explore_plan
 from explore_plants import AXES, ENGINE_H, ESTOP, PERMIT, RUNAWAY, TIMER, Change, Plant
 from explore_plants import main as plant_all
 
-ISR_H = "firmware/hal/avr/step_isr.h"
-PARKED = "firmware/hal/avr/step_parked.c"
-PINS = "firmware/hal/avr/pins.c"
-START = "firmware/app/start.c"
+ISR_H = "firmware/avr/hal/step_isr.h"
+PARKED = "firmware/avr/hal/step_parked.c"
+PINS = "firmware/avr/hal/pins.c"
+START = "firmware/app/motion/start.c"
 STEP_ISR = "host_tests/explore/two/step_isr.c"
 CAPTURE_ISR = "host_tests/explore/two/capture_isr.c"
 
@@ -200,7 +200,7 @@ PLANTS = (
         PERMIT,
         (
             Change(
-                "firmware/app/commands.c",
+                "firmware/app/registers/commands.c",
                 "    permit_set(false);\n    if (state_of(i) != AXIS_FAULT) {\n"
                 "        axes_stop(i);\n    }",
                 "    if (state_of(i) != AXIS_FAULT) {\n        axes_stop(i);\n"

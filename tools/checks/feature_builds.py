@@ -18,6 +18,9 @@ from modules import object_of
 
 # Whatever the part's flash: an image that does not fit is measured all the same.
 LARGE_FLASH = "-Wl,--defsym=__TEXT_REGION_LENGTH__=0x100000"
+LAYOUT = (
+    "firmware/pixstep_layout/layout.h"  # what the assembly knows of structs: cmake/layout.cmake
+)
 DEPENDENCY_OPTIONS = {"-MT", "-MF", "-o"}  # each with a word behind it
 LINE_MARKER = re.compile(r'^# \d+ "([^"<]+)"', re.MULTILINE)
 ALL_SWITCHES = "FEATURES_BITS"  # the macro that depends on every switch
@@ -45,6 +48,7 @@ class Build:
     folder: Path
     compilations: tuple[Compilation, ...]
     link: tuple[str, ...]
+    layout: tuple[tuple[str, ...], ...]  # the commands that make LAYOUT
 
 
 def run(words: list[str], folder: Path) -> str:
@@ -78,6 +82,13 @@ def read_link(folder: Path, image: str) -> tuple[str, ...]:
     raise BuildError(f"{folder}: does not say how it links {image}")
 
 
+def read_layout(folder: Path) -> tuple[tuple[str, ...], ...]:
+    """The commands that make the header of layouts: compile, then pick out."""
+    listed = run(["ninja", "-t", "commands", LAYOUT], folder)
+    commands = [line.split(" && ")[-1] for line in listed.splitlines()]
+    return tuple(tuple(shlex.split(line)) for line in commands if "layout" in line)
+
+
 def read_build(folder: Path, image: str) -> Build:
     """Read a configured and finished build."""
     try:
@@ -91,13 +102,18 @@ def read_build(folder: Path, image: str) -> Build:
         for entry in listing
         if object_of(entry) in linked
     ]
-    return Build(folder, tuple(found), link)
+    return Build(folder, tuple(found), link, read_layout(folder))
 
 
 def code_of(text: str) -> str:
     """What the compiler sees of a preprocessed source: no line markers, no empty lines."""
     lines = (line.strip() for line in text.splitlines())
     return "\n".join(line for line in lines if line and not line.startswith("# "))
+
+
+def defined(values: dict[str, int]) -> list[str]:
+    """Options of the compiler that set the switches."""
+    return [f"-D{switch}={value}" for switch, value in values.items()]
 
 
 class Maker:
@@ -136,21 +152,40 @@ class Maker:
         folder = self.folder / name
         folder.mkdir(parents=True, exist_ok=True)
         others = {}
+        layout = self.layout(values, folder)
         for one in self.build.compilations:
-            made = self.turned(one, values, folder)
+            made = self.turned(one, values, folder, layout)
             if made:
                 others[one.made] = str(made)
         if not others:
             raise BuildError("changes nothing that is compiled")
         return self.linked(others, folder)
 
-    def turned(self, one: Compilation, values: dict[str, int], folder: Path) -> Path | None:
+    def layout(self, values: dict[str, int], folder: Path) -> Path:
+        """The folder of the header of layouts with the switches set."""
+        compiled, picked = map(list, self.build.layout)
+        made = folder / "layout.s"
+        words = [*plain_words(shlex.join(compiled)), *defined(values)]
+        code = code_of(run([*words, "-E"], self.build.folder))
+        self.once(made, code, [*words, "-o", str(made)])
+        header = folder / "layout" / "layout.h"
+        words = [f"-DTO={header}" if word.startswith("-DTO=") else word for word in picked]
+        words = [f"-DFROM={made}" if word.startswith("-DFROM=") else word for word in words]
+        run(words, self.build.folder)
+        return header.parent
+
+    def turned(
+        self, one: Compilation, values: dict[str, int], folder: Path, layout: Path
+    ) -> Path | None:
         """The object with the switches set, or None if it is the build's own."""
         names = self.named[one.made]
         too = [NEEDED_BY[switch] for switch in values if switch in NEEDED_BY]
-        if not any(switch in names for switch in (*values, *too, ALL_SWITCHES)):
+        assembly = one.source.suffix == ".S"
+        if not assembly and not any(s in names for s in (*values, *too, ALL_SWITCHES)):
             return None
-        words = [*one.words, *(f"-D{switch}={value}" for switch, value in values.items())]
+        words = [*one.words, *defined(values)]
+        if assembly:
+            words.insert(1, f"-I{layout}")
         code = code_of(run([*words, "-E"], self.build.folder))
         if code == self.usual[one.made]:
             return None

@@ -80,7 +80,7 @@ def read_features(text: str) -> list[Feature]:
 
 def defaults(board: str) -> dict[str, bool]:
     """Which switches are on in the board's image, as the compiler sees it."""
-    words = ["avr-gcc", "-E", "-dM", "-Ifirmware", f"-DBOARD_FILE=<hal/boards/{board}.def>"]
+    words = ["avr-gcc", "-E", "-dM", "-Ifirmware", f"-DBOARD_FILE=<avr/boards/{board}.def>"]
     macros = run([*words, "-x", "c", "firmware/build_features.h"], ROOT)
     found = dict(re.findall(r"^#define ((?:FEATURE|BOARD)_\w+) (\S+)$", macros, re.MULTILINE))
     return {

@@ -16,33 +16,51 @@ HOSTED = {"*"}
 
 # What the interrupts and the main loop hand each other: the contracts are written in it.
 STEP_TYPES = {
-    "firmware/core/motion/captured_edge.h",
-    "firmware/core/motion/parked.h",
-    "firmware/core/motion/step_codes.h",
-    "firmware/core/motion/step_engine.h",
-    "firmware/core/motion/step_ring.h",
+    "firmware/core/ring/captured_edge.h",
+    "firmware/core/ring/parked.h",
+    "firmware/core/ring/step_codes.h",
+    "firmware/core/ring/step_engine.h",
+    "firmware/core/ring/step_ring.h",
 }
+
+# The rooms of core for motion and those of app, each above those that it may use.
+MOTION_ROOMS = ("base", "ring", "clock", "line", "stream", "account", "steps", "axis")
+APP_ROOMS = ("settings", "bus", "axes", "watch", "motion", "registers")
+BELOW_APP = {"firmware/config.h", "firmware/build_features.h", "firmware/core", "firmware/hal"}
+
+Rows = dict[str, tuple[set[str], set[str]]]
+
+
+def downwards(folder: str, rooms: tuple[str, ...], also: set[str]) -> Rows:
+    """Rows of a folder's rooms: each may include the rooms before it, and what all of them may."""
+    paths = [f"{folder}/{room}" for room in rooms]
+    return {path: ({*paths[:at], *also}, FREESTANDING) for at, path in enumerate(paths)}
+
 
 # Folder: (folders whose headers it may include, besides its own; system headers it may include).
 # The longest matching folder decides. A single header may stand where a folder would be too much.
-LAYERS: dict[str, tuple[set[str], set[str]]] = {
-    "firmware/core": ({"firmware/core", "firmware/build_features.h"}, FREESTANDING),
-    "firmware/core/base": ({"firmware/core/motion/line_errors.def"}, FREESTANDING),
-    "firmware/core/motion": (
-        {"firmware/core/base", "firmware/build_features.h"},
-        FREESTANDING,
-    ),
+LAYERS: Rows = {
+    **downwards("firmware/core", MOTION_ROOMS, {"firmware/build_features.h"}),
     "firmware/core/wire": ({"firmware/core/base", "firmware/build_features.h"}, FREESTANDING),
     "firmware/hal": ({"firmware/config.h", *STEP_TYPES}, FREESTANDING),
-    "firmware/hal/boards": (set(), set()),
-    "firmware/hal/avr": (
-        {"firmware/config.h", "firmware/hal", "firmware/core/base", *STEP_TYPES},
+    "firmware/avr/boards": (set(), set()),
+    # The assembly half of core.
+    "firmware/avr/core": (
+        {"firmware/build_features.h", "firmware/core", "generated"},
         FREESTANDING | AVR,
     ),
-    "firmware/app": (
-        {"firmware/config.h", "firmware/build_features.h", "firmware/core", "firmware/hal"},
+    "firmware/avr/hal": (
+        {"firmware/config.h", "firmware/hal", "firmware/core/base", "generated", *STEP_TYPES},
+        FREESTANDING | AVR,
+    ),
+    # What the assembly has to know of all structs.
+    "firmware/avr": (
+        {"firmware/build_features.h", "firmware/core", "firmware/avr/hal"},
         FREESTANDING,
     ),
+    **downwards("firmware/app", APP_ROOMS, BELOW_APP),
+    # main, the round and what starts them.
+    "firmware/app": (BELOW_APP, FREESTANDING),
     # Its fakes stand behind the hal's contracts, for the axes that the image has.
     "host_tests": (
         {"firmware/config.h", "firmware/core", "firmware/hal", "firmware/app", "unity"},
@@ -50,12 +68,19 @@ LAYERS: dict[str, tuple[set[str], set[str]]] = {
     ),
     # What stands in the place of the hal's assembly under the real firmware.
     "host_tests/explore": (
-        {"firmware/config.h", "firmware/core", "firmware/hal", "firmware/app", "host_tests"},
+        {
+            "firmware/config.h",
+            "firmware/core",
+            "firmware/hal",
+            "firmware/avr/hal",
+            "firmware/app",
+            "host_tests",
+        },
         HOSTED,
     ),
     # The images' own interrupts beside a twin, on the simulator's model of the timer.
-    "host_tests/late": ({"firmware/core", "firmware/hal/boards", "host_tests", "sim"}, HOSTED),
-    "sim": ({"firmware/hal/boards", "firmware/core/base"}, HOSTED),
+    "host_tests/late": ({"firmware/core", "firmware/avr/boards", "host_tests", "sim"}, HOSTED),
+    "sim": ({"firmware/avr/boards", "firmware/core/base"}, HOSTED),
     "tools/native": (
         {"firmware/config.h", "firmware/core", "firmware/app", "host_tests/fakes"},
         HOSTED,
@@ -68,13 +93,16 @@ LAYERS: dict[str, tuple[set[str], set[str]]] = {
 
 # Nobody reaches into these from outside, whatever the table says of the folder above, but for the
 # folders named with them.
-PRIVATE = {"firmware/hal/avr": {"host_tests/explore"}}
+PRIVATE = {
+    "firmware/avr/core": set(),
+    "firmware/avr/hal": {"firmware/avr", "host_tests/explore"},
+}
 
 # Folders that an include path may start from.
 SEARCHED = ["firmware/core", "firmware", "host_tests", "sim", "fuzz"]
 
-# A firmware file only one compiler reads, and headers that only that compiler has.
-EXTERNAL = {"unity.h": "unity/unity.h"}
+# Headers that are in no folder of the tree: others' and generated ones.
+EXTERNAL = {"unity.h": "unity/unity.h", "layout.h": "generated/layout.h"}
 
 INCLUDE = re.compile(r'^\s*#\s*include\s+(?P<open>["<])(?P<name>[^">]+)[">](?P<rest>.*)$')
 

@@ -182,7 +182,7 @@ def past_lines(now: Record, lines: Record) -> list[str]:
         for name in sorted((there & named) - {GAPS}):
             found += grown(f"{board}: {name}", now.sizes[name][board], lines.sizes[name][board])
     return found + [
-        f"{board}: the table has it, firmware/hal/boards has not"
+        f"{board}: the table has it, firmware/avr/boards has not"
         for board in lines.boards
         if board not in now.boards
     ]

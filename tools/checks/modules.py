@@ -2,11 +2,13 @@
 """The modules of the C code and who uses whom: the graph behind the rule `circles` and its drawing.
 
 A module is a source (.c, .S) with the header of the same stem; a contract in firmware/hal and the
-source in firmware/hal/avr that keeps it are one module too. A module uses another one if one of its
+source in firmware/avr/hal that keeps it are one module too, as are a source or header of core and
+its assembly half in firmware/avr/core. A module uses another one if one of its
 files includes the other's header, or if its object refers to a symbol that the other's defines.
 """
 
 import functools
+import itertools
 import json
 import re
 import subprocess
@@ -20,8 +22,12 @@ from common import ROOT
 SOURCES = {".c", ".S"}
 FILES = SOURCES | {".h"}
 
-# Sources here keep the contracts of the folder above.
-KEEPERS = {"firmware/hal/avr": "firmware/hal"}
+# Sources here keep the contracts of that folder.
+KEEPERS = {"firmware/avr/hal": "firmware/hal"}
+
+# Assembly here is the half of a module there, named by the first file of it in its comment.
+HALVES, WHOLES = "firmware/avr/core", "firmware/core"
+NAMED = re.compile(r"\b\w+\.[ch]\b")
 
 # nm's letters of what a file defines for others: code, data, weak symbols.
 DEFINED = set("TDBCGSRVW")
@@ -73,10 +79,24 @@ class Symbols:
 def module_of(path: str, root: Path = ROOT) -> str:
     """Name of the module that a file belongs to: its path without suffix, the contract's if any."""
     folder, stem = Path(path).parent.as_posix(), Path(path).stem
+    if folder == HALVES:
+        return whole_of(root / path, root)
     contract = KEEPERS.get(folder)
     if contract and (root / contract / f"{stem}.h").is_file():
         folder = contract
     return f"{folder}/{stem}"
+
+
+@functools.cache
+def whole_of(half: Path, root: Path) -> str:
+    """The module of core that an assembly source is the half of; ModuleError if it names none."""
+    head = itertools.takewhile(
+        lambda line: line.startswith(";"), half.read_text(encoding="utf-8").splitlines()
+    )
+    for name in NAMED.findall("\n".join(head)):
+        for whole in sorted((root / WHOLES).rglob(name)):
+            return f"{whole.parent.relative_to(root).as_posix()}/{whole.stem}"
+    raise ModuleError(f"{half}: its comment names no file of {WHOLES} whose half it is")
 
 
 def module_files(files: Iterable[Path], folder: str, root: Path = ROOT) -> list[str]:

@@ -21,7 +21,7 @@ from planting import compile_words, link_words, swapped
 
 BUILD = ROOT / "build" / "uno"
 IMAGE = "firmware/pixstep-uno.elf"
-STEP_ISR = "firmware/hal/avr/step_isr.S"
+STEP_ISR = "firmware/avr/hal/step_isr.S"
 EXAMPLES = 600
 FOUND = 9  # exit status
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Places the functions of an image so that as many calls as possible are short.
 
-    place_functions.py IMAGE.elf firmware/hal/boards/uno_order.ld [--tries 600000]
+    place_functions.py IMAGE.elf firmware/avr/boards/uno_order.ld [--tries 600000]
 
 A call or jump between functions takes two bytes of flash where its end is at most 4 KB away, else
 four. The order of the functions is searched by simulated annealing, with the same result in each
@@ -10,7 +10,7 @@ script does not name come last, and a name that no function has does no harm: af
 firmware the order is a little less good, not wrong. To place the functions of a small board anew:
 
     cmake --build --preset uno && place_functions.py build/uno/firmware/pixstep-uno.elf \\
-        firmware/hal/boards/uno_order.ld && cmake --build --preset uno
+        firmware/avr/boards/uno_order.ld && cmake --build --preset uno
 """
 
 import argparse

@@ -45,7 +45,7 @@ def exclusive(board: str) -> list[set[int]]:
     """Handlers of which only one can be active, by vector.
 
     The three of the serial port mask each other before they let anybody in
-    (firmware/hal/avr/uart.c), and a timer's overflow interrupt is off while its compare A interrupt
+    (firmware/avr/hal/uart.c), and a timer's overflow interrupt is off while its compare A interrupt
     is on (step_timer.c).
     """
     part = boards.load(board)
@@ -53,7 +53,7 @@ def exclusive(board: str) -> list[set[int]]:
     return [part.serial_vectors, *(set(pair) for pair in timers)]
 
 
-# The word below the stack that tells when it grew too far (firmware/hal/avr/cpu.c).
+# The word below the stack that tells when it grew too far (firmware/avr/hal/cpu.c).
 CANARY_BYTES = 2
 
 # avr-gcc's one address space: flash from 0, RAM and EEPROM far above.

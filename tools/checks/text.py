@@ -15,9 +15,13 @@ LICENCE = "SPDX-License-Identifier: MIT"
 
 # Data and generated files keep the form that their readers and writers give them.
 EXEMPT_SUFFIXES = {".png", ".PRN", ".csv", ".vcd", ".gz", ".xz"}
-EXEMPT_FILES = {"sim/crosscheck/package-lock.json"}
+EXEMPT_FILES = {
+    "sim/crosscheck/package-lock.json",
+    "tools/src/pixstep/data/report/uplot-1.6.32.min.css",
+    "tools/src/pixstep/data/report/uplot-1.6.32.min.js",
+}
 # Prose and tables may have longer lines.
-LONG_LINES = {".json", ".md", ".def"}
+LONG_LINES = {".json", ".md", ".def", ".html"}
 
 # Words are put together here, so that this file does not find itself.
 UNFINISHED = re.compile(r"\b(?:TO" + r"DO|FIX" + r"ME|XX" + r"X)\b")

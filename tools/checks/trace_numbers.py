@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Numbers of the suites of traces (host_tests/test_*_traces.c), as the built programs print them.
+"""Numbers of the suites of traces (test_*_traces.c), as the built programs print them.
 
     build/venv/bin/python tools/checks/trace_numbers.py BUILD
 
@@ -44,7 +44,7 @@ def changes(build: Path, suite: str) -> Iterator[tuple[str, str]]:
 def main() -> None:
     """Rewrite the numbers of every suite of traces."""
     build, problems, changed = Path(sys.argv[1]).resolve(), [], 0
-    for source in sorted((ROOT / "host_tests").glob("test_*_traces.c")):
+    for source in sorted((ROOT / "host_tests").rglob("test_*_traces.c")):
         text = source.read_text(encoding="utf-8")
         known: dict[str, str] = {}
         for before, now in changes(build, source.stem):

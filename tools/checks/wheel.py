@@ -151,7 +151,7 @@ def run(
 def wrong_files(wheel: Path) -> list[str]:
     """Return what a wheel has too many or too few."""
     names = zipfile.ZipFile(wheel).namelist()
-    boards = [path.stem for path in (ROOT / "firmware" / "hal" / "boards").glob("*.def")]
+    boards = [path.stem for path in (ROOT / "firmware" / "avr" / "boards").glob("*.def")]
     wanted = [f"pixstep/_built/pixstep-{board}.hex" for board in boards]
     wanted += ["pixstep/_built/tables.json", "pixstep/_built/_core.abi3.so"]
     wanted.append("pixstep/py.typed")

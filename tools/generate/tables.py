@@ -19,9 +19,9 @@ def tables(firmware: Path) -> dict:
     """Return everything that the .def files say; raises TableError for a mistake in one."""
     faults = register_rows.codes(firmware / "core/base/faults.def", "FAULT", register_rows.FAULT)
     line_errors = register_rows.codes(
-        firmware / "core/motion/line_errors.def", "LINE_ERROR", register_rows.LINE_ERROR
+        firmware / "core/base/line_errors.def", "LINE_ERROR", register_rows.LINE_ERROR
     )
-    boards = board_files.boards(firmware / "hal/boards")
+    boards = board_files.boards(firmware / "avr/boards")
     registers = register_rows.registers(firmware / "core/wire/registers.def")
     features = register_rows.codes(
         firmware / "build_features.def", "FEATURE", register_rows.FEATURE

@@ -16,7 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "app/bus_port.h"
+#include "app/bus/bus_port.h"
 #include "app/round.h"
 #include "config.h"
 #include "fakes/board.h"

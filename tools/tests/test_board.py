@@ -90,7 +90,7 @@ def test_line_longer_than_the_queue_is_streamed(tmp_path):
     passed(simulate(Job("uno", {0: Line(tuple(counts), PLAIN)}, HZ), tmp_path))
 
 
-# Cycles, response and RETI included: the budgets written at the handlers in firmware/hal/avr. The
+# Cycles, response and RETI included: the budgets written at the handlers in firmware/avr/hal. The
 # step handler's shortest case, a single period, is its minimum; its commands are its maximum.
 # A part with more than 128 KB of flash takes two cycles more: its return address is longer.
 STEP_CYCLES = {
@@ -100,7 +100,7 @@ BUDGETS = {"OVF": 320, "CAPT": 165, "RX": 126, "UDRE": 115, "TX": 145}
 # The pixel clock's capture where its axis is parked, and the coarse clock that it then reads.
 PARKED_CAPTURE = 215
 CLOCK_BUDGET = {board: 70 if AXES[board] == 1 else 95 for board in BOARDS}
-# A serial handler ends by a RET (firmware/hal/avr/uart.c): what it takes behind its RETI counts as
+# A serial handler ends by a RET (firmware/avr/hal/uart.c): what it takes behind its RETI counts as
 # the time of a handler that it came between.
 SERIAL_TAIL = 15
 

@@ -78,7 +78,7 @@ WRITTEN = {  # commands that write a line
         (FAST, "--motor", "X", "--steps", 400, "-o", "out.csv"),
     ],
 }
-BELOW = {"home sim", "line sim", "move show", "move sim", "sim", "trajectory sim"}
+BELOW = {"home sim", "move show", "move sim", "sim", "trajectory sim"}
 # Commands with --motor that move nothing, or know only the counts of files: those of the motor.
 STILL = {
     *("board arm", "board clear", "board disable", "board disarm", "board enable"),
@@ -86,7 +86,7 @@ STILL = {
     *("board permit", "board scan", "board selftest", "board set", "board settings defaults"),
     *("board settings diff", "board settings export", "board settings import"),
     *("board settings store", "board simulate", "board start", "board stop", "board watch"),
-    *("flash", "limits", "line check", "line compensate", "line plan", "line show"),
+    *("flash", "limits", "line check", "line compensate", "line show"),
     *("machine new", "profile check", "profile make", "profile repair", "profile show", "serve"),
     *("ticks",),
     *("trajectory circle", "trajectory compensate", "trajectory show"),

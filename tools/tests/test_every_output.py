@@ -15,9 +15,11 @@ import click
 import numpy as np
 import pytest
 
+import reportbench
 from command_tree import FOREIGN, commands, walk
 from pixstep import formats, natives, ops, plotting
 from pixstep.cli.command import Command, OutFile, OutFolder
+from pixstep.jobs.job import Job
 
 PRN, FAST = (
     natives.root() / "tools/data" / name
@@ -48,6 +50,7 @@ CALLS = {
     "job export --out": ("job", "export", "print.pxjob"),
     "job make -o": ("job", "make", "--image-size", "9x2", "--scan", "X=8", "--machine",
                     "mill.toml"),
+    "job report -o": ("job", "report", "print.pxrun"),
     "job show-config --out": ("job", "show-config", "print.pxjob"),
     "line compensate --plot": ("line", "compensate", "line.csv", "--play", 2, "--max-acceleration",
                                9, "--start-stop", 9, "-o", "{other}"),
@@ -55,8 +58,6 @@ CALLS = {
                            "--start-stop", 9),
     "line import -o": ("line", "import", "own.csv", "--decode", "plain"),
     "line make -o": ("line", "make", "--profile", PRN, "--speed", 1000, "--pixels", 60, *AT_30),
-    "line plan -o": ("line", "plan", *LINE, *AT_30),
-    "line sim --out": ("line", "sim", *LINE, *AT_30, "--board", "uno"),
     "line show -o": ("line", "show", *LINE),
     "machine new -o": ("machine", "new", "--board", "uno", *AT_30),
     "move make -o": ("move", "make", FAST, "--steps", 900, *AT_30),
@@ -74,6 +75,7 @@ CALLS = {
     "trajectory sim --out": ("trajectory", "sim", *TABLE, "--board", "mega", *AT_30),
     "profile show -o": ("profile", "show", PRN),
     "sim --out": ("sim", *LINE, *AT_30, "--board", "uno"),
+    "watch --page": ("watch", "print.pxrun"),
     "ticks -o": ("ticks", *LINE, *AT_30),
 }  # fmt: skip
 
@@ -139,6 +141,7 @@ def call(plan_program, simulator, invoke, one, tmp_path, monkeypatch):
     (tmp_path / "work" / "bus.toml").write_text(MILL.replace("uno", "mega"))
     (tmp_path / "work" / "go.pmc").write_text("TS0 TA9 TM90 X40")
     ops.job_make(image_size="9x2", scan="X=8", output="print.pxjob", machine="mill.toml")
+    reportbench.finished(tmp_path / "work" / "print.pxrun", Job.read(tmp_path / "work/print.pxjob"))
     (tmp_path / "work" / "own.csv").write_text("steps\n2\n4\n4\n2\n")
     points = [f"{min(k, 9 - k)},{k}\n" for k in range(10)]
     (tmp_path / "work" / "table.csv").write_text("".join(["p1,p2\n", *points]))

@@ -144,13 +144,13 @@ def test_internal(board):
         bench.until_true(lambda: bench.peek("axes[0].life.state") == STARTING)
         bench.poke("axes[0].feed.held", 0)
         bench.run_into_fault()
-        bench.assert_fault("internal", pixel=1, argument=promise("feed.c", "feed->held"))
+        bench.assert_fault("internal", pixel=1, argument=promise("stream/feed.c", "feed->held"))
         assert bench.count() == 0
 
 
 def promise(name, condition):
     """Return the line of a promise in the motion core."""
-    text = natives.source(f"firmware/core/motion/{name}").read_text()
+    text = natives.source(f"firmware/core/{name}").read_text()
     (line,) = [n for n, row in enumerate(text.split("\n"), 1) if f"REQUIRE({condition}" in row]
     return line
 

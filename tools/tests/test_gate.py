@@ -58,9 +58,9 @@ def test_the_least_edges(hz, tick_hz, started, locked):
 
 
 def test_what_the_firmware_has():
-    reference = natives.source("firmware/app/reference.c").read_text()
+    reference = natives.source("firmware/app/axes/reference.c").read_text()
     assert "#define PLACE_TICKS ((uint32_t)0x14000)" in reference
-    header = natives.source("firmware/core/motion/clock_filter.h").read_text()
+    header = natives.source("firmware/core/clock/clock_filter.h").read_text()
     assert "#define CLOCK_FILTER_FRESH_EDGES 3u" in header
 
 

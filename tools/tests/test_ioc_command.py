@@ -76,6 +76,9 @@ def test_the_list_has_every_pv(folder, pixstep):
         (("", ""), ("--list", "--prefix", "A B:"), "no record can have the name 'A B:m1'", 2),
         (("DHLM = 100", "DHL = 1"), ("--list",), r"toml:\d+: .*fields\.DHL = 1: .* no such", 3),
         (("DHLM = 100", "RBV = 1"), ("--list",), r"toml:\d+: .*RBV = 1: only the record", 3),
+        (("DHLM = 100", "MRES = 0"), ("--list",), r"toml:\d+: .*MRES = 0: a step has a size", 3),
+        (("DHLM = 100", "PREC = 99"), ("--list",), r"toml:\d+: .*PREC = 99: 0 to 15 digits", 3),
+        (("DHLM = 100", "DHLM = -101"), ("--list",), r"DLLM = -100: above DHLM = -101", 3),
         (("DHLM = 100", 'DIR = "X"'), ("--list",), r"DIR = 'X': a number, or one of Pos", 3),
     ],
 )  # fmt: skip

@@ -65,6 +65,7 @@ def test_a_board_as_the_job_wants_it(folder, mega):
         ("pixel_hz=31", "pixel_hz", "amber", True, 1),
         ("divider=3", "divider", "amber", True, 1),
         ("sync=0", "sync", "amber", False, 1),
+        ("gate_edges=90", "gate_edges", "amber", False, 1),
         ("backlash_policy=1", "backlash_policy", "amber", False, 1),
         ("dir_setup_us=50", "dir_setup_us", "grey", False, 0),
         ("max_acceleration=40", "lines of M39", "red", False, 2),

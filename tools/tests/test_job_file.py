@@ -11,6 +11,7 @@ import pyarrow.parquet
 import pytest
 
 import jobbench
+from effort import cases
 from pixstep.errors import RefusedError, UserError
 from pixstep.jobs import archive, header, judging, tables
 from pixstep.jobs.job import Job
@@ -97,8 +98,8 @@ def test_other_programs_read_it(made):
 
 
 def test_every_changed_byte_is_refused_and_its_member_named(made, tmp_path, machine):
-    """2,000 random bytes of a job, each another one."""
-    job = jobbench.large(machine, lines=40, pixels=120)
+    """2,000 random bytes of a job, each another one; in the long check of a large job."""
+    job = jobbench.large(machine, lines=cases(40, 1000), pixels=cases(120, 500))
     data = job.packed()
     members = archive.unpack(tmp_path / "a.pxjob", data, header.NAME)
     chance = random.Random(1)

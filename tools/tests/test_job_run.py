@@ -97,3 +97,13 @@ def test_on_a_gated_clock_each_line_has_a_burst(tmp_path, simulator, sync):
     assert (done["state"], done["printed"]) == ("finished", 3)
     assert made == sum(job.line(n)["M39"].total_steps for n in (1, 2, 3))
     assert [one for one in kinds(tmp_path) if one[0] == "chain"] == [("chain", 1)]
+
+
+def test_a_gate_that_others_have_left_on_a_board_is_taken_away(tmp_path, simulator):
+    """A board of an earlier machine waits for bursts of its clock, and this clock has none."""
+    del simulator
+    runbench.folder_with_job(tmp_path)
+    with runbench.bus() as link:
+        ops.board_set(["gate_edges=90"], link=link)
+        assert runbench.run(tmp_path, link)["state"] == "finished"
+        assert link.board().setting("gate_edges") == 0

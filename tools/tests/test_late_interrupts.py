@@ -21,7 +21,7 @@ HZ = 100
 PIXELS = 40
 NAMED_WITHIN_S = 0.02  # a period that was made twice (time_check.c), and the host's look
 # The same of periods near the unit of the clock that finds it: a check in some may say nothing, and
-# the next ones come 16 ms later each (DESIGN.md, "Never silently late").
+# the next ones come 16 ms later each (DESIGN.md, "Never late").
 SHORT_TICKS, SHORT_NAMED_WITHIN_S = 88, 0.05
 SECONDS = 3
 LOW_TICKS = 31  # of a period, ahead of its STEP edge

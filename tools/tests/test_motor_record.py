@@ -336,6 +336,19 @@ def test_stop_ends_a_move_that_a_target_behind_has_begun(later):
     assert (bench.record["VAL"], bench.record["MIP"]) == (rests, Mip.DONE)
 
 
+def test_a_target_that_is_refused_during_a_retry_does_not_end_it():
+    bench = motor(RTRY=10, DHLM=5, DLLM=-5)
+    bench.put("VAL", 2.0)
+    bench.ticks(20)
+    bench.put("VAL", -2.0)
+    bench.ticks(40)
+    assert bench.record["MIP"] & Mip.RETRY and bench.record["MOVN"]
+    bench.put("VAL", -9.0)
+    assert fields(bench, "VAL", "LVIO", "DMOV") == (-2.0, 1, 0)
+    assert settled(bench).record["RBV"] == -2.0
+    assert bench.stepper.at_rest
+
+
 def test_stop_counts_while_a_target_behind_stops_the_motor():
     bench = motor(RTRY=10)
     bench.put("VAL", 2.0)

@@ -17,7 +17,7 @@ SAME = [
     ("line_check", ["s.csv"], {"decode": "smooth", "pixel_hz": 30, "board": "mega"}),
     ("line_check", ["s.csv"], {"decode": "smooth", "jerk_warn": 1}),
     ("line_check", ["s.csv"], {"decode": "smooth", "backlash": 250}),
-    ("line_plan", ["s.csv"], {"decode": "smooth", "pixel_hz": 30, "output": "plan.csv"}),
+    ("ticks", ["s.csv"], {"decode": "smooth", "pixel_hz": 30, "output": "plan.csv"}),
     ("line_show", ["s.csv"], {"decode": "smooth", "pixel_hz": 30}),
     ("line_import", ["own.txt"], {"decode": "plain", "output": "made.csv"}),
     ("line_compensate", ["t.csv"], {"play": 4, **LIMITS, "output": "made.csv"}),
@@ -99,7 +99,7 @@ def test_python_and_the_command_line_give_the_same(here, invoke, name, places, g
          UserError, "own.txt: there is no column '3': 1 to 1"),
         (lambda: ops.line_import("own.txt", decode="plain", output="c.csv", column=0),
          FieldError, "column: 0 is not in the range x>=1"),
-        (lambda: ops.line_plan("odd.csv", decode="smooth", pixel_hz=30, output="c.csv"),
+        (lambda: ops.ticks("odd.csv", decode="smooth", pixel_hz=30, output="c.csv"),
          RefusedError, "odd.csv: line refused: oscillates at pixel 3"),
     ],
 )  # fmt: skip

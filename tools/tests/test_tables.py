@@ -124,7 +124,7 @@ def firmware(tmp_path):
 
 def fourth(firmware, **changes):
     """Write a board like the Mega with another name and number, and constants changed."""
-    folder = firmware / "hal" / "boards"
+    folder = firmware / "avr" / "boards"
     text = (folder / "mega.def").read_text()
     for name, value in {"NAME": '"nano"', "ID": 9, **changes}.items():
         old = next(row for row in text.split("\n") if row.startswith(f"#define BOARD_{name} "))
@@ -155,4 +155,4 @@ def test_a_wrong_file_is_named_in_one_line(firmware, changes, text):
         [sys.executable, program, firmware, output], capture_output=True, text=True, check=False
     )
     assert done.returncode == 1 and not output.exists()
-    assert done.stderr.strip() == f"{firmware / 'hal' / 'boards' / 'nano.def'}: {text}"
+    assert done.stderr.strip() == f"{firmware / 'avr' / 'boards' / 'nano.def'}: {text}"

@@ -12,7 +12,7 @@ IDLE_TICKS = 4096
 CAPTURE_DELAY = 3
 COUNT_TICKS = 64  # of timer 0, the coarse clock
 TCNT0 = 0x46
-QUEUE_HEAD, ENTRY_BYTES, ENTRIES = 0, 7, 8  # hal/avr/capture_queue.h: the entries come last
+QUEUE_HEAD, ENTRY_BYTES, ENTRIES = 0, 7, 8  # avr/hal/capture_queue.h: the entries come last
 # The instruction that a count of timer 0 ends in, and the cycles between the firmware's two looks.
 BETWEEN_LOOKS = (0, 20)
 

@@ -185,15 +185,6 @@ def test_a_link_replaces_nothing(simulator, invoke, put, tmp_path):
     assert not (tmp_path / "old").is_symlink()
 
 
-def test_the_other_name(simulator, invoke, put):
-    put(b"status\nquit\n", "x.txt")
-    words = ("sim", "board", "--board", "uno", "--pixel-hz", 30)
-    assert "axis 0: 0 steps" in invoke(*words, "--script", "x.txt").stdout
-    formats.write_csv(put(b"", "board"), [0, 4, 0])
-    made = invoke(*words, "--decode", "plain", "--out", "run", "--json")
-    assert json.loads(made.stdout)["verdict"] == "pass"
-
-
 def test_a_script_does_the_same_in_every_cycle(simulator, invoke, put):
     put(b"wait 10ms\nestop press\nwait 7.5ms\nclock 41Hz\nwait 100ms\nquit\n", "x.txt")
     words = ("board", "simulate", "--board", "mega", "--pixel-hz", 100, "--script", "x.txt")

@@ -18,6 +18,6 @@ enum fault {
 #define LINE_ERROR(code, name, ...) LINE_##name = (code),
 // Why a line was refused, or (from 32 on) why the host was warned about a line.
 enum line_error {
-#include "motion/line_errors.def"
+#include "base/line_errors.def"
 };
 #undef LINE_ERROR

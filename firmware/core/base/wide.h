@@ -11,20 +11,21 @@
 // Every function may be called from any context.
 #pragma once
 
-#include <stddef.h> // offsetof
 #include <stdint.h>
 
-#include "base/multiply.h"    // multiply_u32_u16
-#include "base/wide_layout.h" // WIDE_LOW
+#include "base/multiply.h" // multiply_u32_u16
 
 // The value is high * 256 + low.
+//
+//     byte      0     1     2     3     4
+//     member   |high, lowest first     |low|
+//     weight    2^8   2^16  2^24  2^32  2^0
 struct wide {
     // The upper four bytes carry the sign.
     int32_t high;
     // The lowest byte, 0..255 also of a negative number.
     uint8_t low;
 };
-_Static_assert(offsetof(struct wide, low) == WIDE_LOW, "known to the assembly");
 
 // The lower 40 bits of a number of 64 bits.
 static inline struct wide wide_from(int64_t value)

@@ -32,7 +32,7 @@
 // queues filled reads them by one short request.
 #define REG_ROOM_BASE 0x00A0u // input
 // One write from the window's start carries one block for one axis. The axis's word has the number
-// of bytes in its high half when packed bytes follow (motion/segment_pack.h), else runs follow.
+// of bytes in its high half when packed bytes follow (line/segment_pack.h), else runs follow.
 #define REG_QUEUE_WINDOW 0x1000u // block, axis, then runs of two words or bytes
 #define REG_QUEUE_HEADER 2u
 

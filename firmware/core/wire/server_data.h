@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The data behind the Modbus server: what core needs from who links it. The firmware's is
-// app/data.c, with app/bits.c and app/identity.c. Addresses are 0-based; main loop only.
+// The data behind the Modbus server: what core needs from who links it. The firmware's is in
+// app/registers. Addresses are 0-based; main loop only.
 //
-//     core/wire/server.c ---- data_*() ---->  app/data.c, app/bits.c, app/identity.c
+//     core/wire/server.c ---- data_*() ---->  app/registers: data.c, bits.c, identity.c
 //
 // The server checks a range with the functions *_mapped() first and calls the others with mapped
 // addresses only. Reading has no effect on the machine; the first word of a 32-bit value may take

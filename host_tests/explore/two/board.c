@@ -4,18 +4,18 @@
 #include <avr/io.h>
 #include <stddef.h>
 
+#include "app/axes/limits.h"
+#include "app/axes/reference.h"
 #include "app/board.h"
-#include "app/limits.h"
-#include "app/reference.h"
 #include "app/round.h"
-#include "app/safety.h"
-#include "app/settings.h"
-#include "app/time_check.h"
+#include "app/settings/settings.h"
+#include "app/watch/safety.h"
+#include "app/watch/time_check.h"
+#include "avr/hal/capture_queue.h"
 #include "explore/judge.h"
 #include "explore/part.h"
 #include "explore/two/board.h"
 #include "explore/two/scene.h"
-#include "hal/avr/capture_queue.h"
 #include "hal/estop.h"
 #include "hal/pins.h"
 #include "hal/step_timer.h" // step_timer_heartbeat

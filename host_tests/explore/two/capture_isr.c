@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-// firmware/hal/avr/pixel_clock_isr.S in C for a board with several axes, as two/step_isr.c is of
+// firmware/avr/hal/pixel_clock_isr.S in C for a board with several axes, as two/step_isr.c is of
 // step_isr.S; comments name the labels. Interrupts are off from its beginning up to note_engine.
 #include <avr/io.h>
 #include <stdbool.h>
 
+#include "avr/hal/capture_queue.h"
+#include "avr/hal/clock_units.h" // clock_overflows
+#include "avr/hal/flag_bits.h"
+#include "avr/hal/step_isr.h"
 #include "explore/part.h"
 #include "explore/step_isr.h"
-#include "hal/avr/capture_queue.h"
-#include "hal/avr/clock_units.h" // clock_overflows
-#include "hal/avr/flag_bits.h"
-#include "hal/avr/step_isr.h"
 
 #define TIMER  part_registers.timers[CONFIG_PIXEL_CLOCK_AXIS]
 #define ENGINE step_engines[CONFIG_PIXEL_CLOCK_AXIS]

@@ -3,8 +3,8 @@
 // each timed event.
 #include <stdio.h>
 
-#include "app/reference.h"
-#include "app/settings.h"
+#include "app/axes/reference.h"
+#include "app/settings/settings.h"
 #include "explore/board.h"
 #include "explore/judge.h"
 #include "explore/part.h"

@@ -5,12 +5,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "app/axes.h"           // axes_get
-#include "app/commands.h"       // enum command
-#include "app/faults.h"         // faults_record
-#include "explore/two/judged.h" // enum line_kind
-#include "hal/avr/step_isr.h"   // step_engines, step_rings
-#include "motion/segment.h"     // struct segment
+#include "app/axes/axes.h"          // axes_get
+#include "app/axes/faults.h"        // faults_record
+#include "app/registers/commands.h" // enum command
+#include "avr/hal/step_isr.h"       // step_engines, step_rings
+#include "explore/two/judged.h"     // enum line_kind
+#include "line/segment.h"           // struct segment
 
 #define BOTH              0x3u
 #define SCENE_TOKEN       7u

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// firmware/hal/avr/step_isr.S in C for a board with several axes, statement by statement; comments
+// firmware/avr/hal/step_isr.S in C for a board with several axes, statement by statement; comments
 // name the labels of the assembly. As in explore/step_isr.c a C statement touches memory once where
 // the assembly does, and interrupts are off, except in call_c_nested. No interval here is so short
 // that its interrupt could be late: the ways of step_catch_up.inc are the subject of
@@ -9,11 +9,11 @@
 #include <avr/io.h>
 #include <stdbool.h>
 
+#include "avr/hal/step_isr.h" // step_engines, step_rings
 #include "explore/judge.h"
 #include "explore/part.h"
-#include "hal/avr/step_isr.h" // step_engines, step_rings
 
-// As in firmware/hal/avr/step_isr.c.
+// As in firmware/avr/hal/step_isr.c.
 struct step_engine step_engines[CONFIG_AXES];
 struct step_ring step_rings[CONFIG_AXES];
 volatile uint8_t step_isr_last[CONFIG_AXES];

@@ -18,7 +18,7 @@ from pixstep import natives
 from pixstep.simulation.simulator import Simulator
 from pixstep_trials.probe import Probe
 
-_SOURCE = "app/axes.c"  # every source of core and app is built with its options
+_SOURCE = "app/axes/axes.c"  # every source of core and app is built with its options
 _PROBE = """
 #include <stddef.h>
 #include "{header}"
@@ -38,11 +38,11 @@ class Variable:
 
 # What tests may read and write, by the first word of a path such as "axes[0].ledger.loaded_ticks".
 VARIABLES = {
-    "axes": Variable("axes", "struct axis", "motion/axis.h"),
-    "clock": Variable("edge_watch", "struct clock_watch", "motion/clock_watch.h"),
-    "fault": Variable("first_fault", "struct fault_record", "app/faults.h"),
-    "limits": Variable("current_limits", "struct line_limits", "motion/line_check_state.h"),
-    "engine": Variable("step_engines", "struct step_engine", "motion/step_engine.h"),
+    "axes": Variable("axes", "struct axis", "axis/axis.h"),
+    "clock": Variable("edge_watch", "struct clock_watch", "clock/clock_watch.h"),
+    "fault": Variable("first_fault", "struct fault_record", "app/axes/faults.h"),
+    "limits": Variable("current_limits", "struct line_limits", "line/line_check_state.h"),
+    "engine": Variable("step_engines", "struct step_engine", "ring/step_engine.h"),
 }
 _PATH = re.compile(r"(?P<variable>[a-z_]+)(?:\[(?P<index>\d+)\])?\.(?P<member>.+)")
 

@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: MIT
 """The rule about features: it must find a switch whose other half does not compile or is empty."""
 
+from pathlib import Path
+
 import feature_builds
 import features
 import pytest
+from common import ROOT
 from feature_builds import BuildError, Maker
 from features import Cost
 
@@ -22,6 +25,19 @@ int seek(void) { return 1; }
 %s
 #endif
 """
+LAYOUT = """\
+#include "build_features.h"
+void layout(void);
+void layout(void)
+{
+    __asm__ volatile("\\n;layout SEEK_PLACE %c0" : : "i"(FEATURE_SEEK ? 8 : 4));
+}
+"""
+PLACE = """\
+#include "layout.h"
+    .byte SEEK_PLACE
+    .section .note.GNU-stack,"",%progbits
+"""
 MAIN = """\
 #include "build_features.h"
 int seek(void);
@@ -36,16 +52,31 @@ def build(tmp_path):
     def make(other_half):
         files = {"build_features.h": HEADER, "seek.c": SEEK % other_half, "main.c": MAIN}
         files["plain.c"] = "int plain(void);\nint plain(void) { return 2; }\n"
+        files["place.S"], files["layout.c"] = PLACE, LAYOUT
+        layout = (
+            ("gcc", "-I.", "-S", "-o", "layout.s", "layout.c"),
+            (
+                "cmake",
+                "-DFROM=layout.s",
+                "-DTO=made/layout.h",
+                "-P",
+                str(ROOT / "cmake/layout.cmake"),
+            ),
+        )
         compilations = []
         for name, text in files.items():
             (tmp_path / name).write_text(text)
-            if name.endswith(".c"):
-                words = ("gcc", "-Wall", "-Werror", "-I.", name)
-                made = name.replace(".c", ".o")
+        for words in layout:
+            feature_builds.run(list(words), tmp_path)
+        for name in files:
+            if name.endswith((".c", ".S")) and name != "layout.c":
+                words = ("gcc", "-Wall", "-Werror", "-I.", "-Imade", name)
+                made = f"{Path(name).stem}.o"
                 feature_builds.run([*words, "-c", "-o", made], tmp_path)
                 compilations.append(feature_builds.Compilation(tmp_path / name, made, words))
         link = ("gcc", "-o", "image.elf", *(one.made for one in compilations))
-        return Maker(feature_builds.Build(tmp_path, tuple(compilations), link), tmp_path / "out")
+        found = feature_builds.Build(tmp_path, tuple(compilations), link, layout)
+        return Maker(found, tmp_path / "out")
 
     return make
 
@@ -54,10 +85,22 @@ def test_only_what_a_switch_changes_is_compiled_again(build, monkeypatch):
     maker = build("")
     monkeypatch.setattr(feature_builds, "LARGE_FLASH", "-Wl,--gc-sections")
     made = maker.image("FEATURE_SEEK", 0)
-    assert sorted(path.name for path in made.parent.glob("*.o")) == ["main.c.o", "seek.c.o"]
-    stamps = {path: path.stat().st_mtime_ns for path in made.parent.iterdir()}
+    assert sorted(path.name for path in made.parent.glob("*.o")) == [
+        "main.c.o",
+        "place.S.o",
+        "seek.c.o",
+    ]
+    stamps = {path: path.stat().st_mtime_ns for path in made.parent.glob("*.*")}
     assert maker.image("FEATURE_SEEK", 0) == made
-    assert {path: path.stat().st_mtime_ns for path in made.parent.iterdir()} == stamps
+    assert {path: path.stat().st_mtime_ns for path in made.parent.glob("*.*")} == stamps
+
+
+def test_the_assembly_knows_the_structs_of_the_other_half(build, monkeypatch):
+    maker = build("")
+    monkeypatch.setattr(feature_builds, "LARGE_FLASH", "-Wl,--gc-sections")
+    made = maker.image("FEATURE_SEEK", 0)
+    assert "#define SEEK_PLACE 4" in (made.parent / "layout/layout.h").read_text()
+    assert "#define SEEK_PLACE 8" in (maker.build.folder / "made/layout.h").read_text()
 
 
 def test_a_half_that_does_not_compile_is_found(build):

@@ -114,7 +114,7 @@ def test_of_an_instruction_one_part_is_changed():
 def test_a_pattern_chooses_the_sources():
     few = campaign.offered(campaign.chosen(Plan(1, only="/clock_filter")))
     assert {one.file for one in few} == {
-        "firmware/core/motion/clock_filter.c", "firmware/core/motion/clock_filter.h",
+        "firmware/core/clock/clock_filter.c", "firmware/core/clock/clock_filter.h",
     }  # fmt: skip
     assert all(
         one.file.endswith((".S", ".inc"))
@@ -122,7 +122,7 @@ def test_a_pattern_chooses_the_sources():
     )
 
 
-EVEN = "firmware/core/motion/even.c"
+EVEN = "firmware/core/stream/even.c"
 
 
 def of_even(right, wrong):

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: MIT
 """Campaigns of print jobs: a share of each, and that they find what they look for."""
 
+from dataclasses import replace
+
 import pytest
 
-from pixstep.jobs import resuming, runner
+from pixstep.jobs import resuming, rules, runner, shapes
 from pixstep.jobs.resuming import Fate, Line
-from pixstep_dev.jobs import kill, late, power, seams
+from pixstep.jobs.rules import Rule
+from pixstep_dev.jobs import compare, disagree, kill, late, machine_changes, power, seams
 
 
 @pytest.mark.usefixtures("simulator")
@@ -30,6 +33,44 @@ class TestCampaigns:
         outcome = seams.run(seams.Plan(lines=4, jitter_us=0))
         assert outcome.complaints == [] and outcome.gap_px == 0
         assert outcome.load_pixels == 84 and outcome.load_steps == 0
+
+    def test_boards_that_disagree_move_nothing(self):
+        outcome = disagree.run(disagree.Plan(times=2, lines=5, seed=3))
+        assert outcome.complaints == [] and outcome.chains == 4
+        assert (outcome.together, outcome.homed) == (1, 1)
+
+    def test_the_disagreements_find_a_resume_that_believes_one_board(self, monkeypatch):
+        def believes(job, told, stations):
+            found = judge(job, told, stations)
+            return resuming.Verdict([replace(one, trusted=True) for one in found.boards])
+
+        judge = resuming.judge
+        monkeypatch.setattr(resuming, "judge", believes)
+        outcome = disagree.run(disagree.Plan(times=1, lines=5, seed=3))
+        assert any("something moved" in text for text in outcome.complaints)
+
+    def test_a_machine_that_has_changed_is_as_the_model_says(self):
+        outcome = compare.run(compare.Plan(pairs=25))
+        assert outcome.complaints == [] and (outcome.pairs + outcome.refused) == 25
+        assert outcome.alone == len(machine_changes.CHANGES) and outcome.edges == compare.EDGES
+
+    def test_the_comparisons_find_rules_that_are_others(self, monkeypatch):
+        monkeypatch.setitem(rules.RULES, ("clock", "pixel"), Rule(rules.AMBER, "x", key=True))
+        monkeypatch.setitem(rules.RULES, ("motors", "*", "axis"), Rule(rules.RED, "x"))
+        outcome = compare.run(compare.Plan(pairs=0))
+        named = {text.partition(":")[0] for text in outcome.complaints}
+        assert named == {"pixel clock", "axis"}
+
+    def test_the_comparisons_find_play_that_is_the_machines(self, monkeypatch):
+        line = shapes.Shape.line
+
+        def of_machine(shape, **more):
+            found = line(shape, **more)
+            return replace(found, backlash=100) if found.backlash else found
+
+        monkeypatch.setattr(shapes.Shape, "line", of_machine)
+        outcome = compare.run(compare.Plan(pairs=0))
+        assert any("in all, not 17086" in text for text in outcome.complaints)
 
     def test_the_kills_find_a_resume_that_guesses(self, monkeypatch):
         def guesses(job, number, found):

@@ -28,7 +28,7 @@ Linker script and memory map
  .text.data_write
                 0x0000000000000018       0x28 firmware/libapp.a(data.c.obj)
                 0x0000000000000018                data_write
- .text          0x0000000000000040       0x10 firmware/CMakeFiles/p.dir/hal/avr/isr.S.obj
+ .text          0x0000000000000040       0x10 firmware/CMakeFiles/p.dir/avr/hal/isr.S.obj
  .text.libgcc   0x0000000000000050       0x10 /usr/lib/gcc/avr/5.4.0/avr5/libgcc.a(_mul.o)
                 0x0000000000000060                _etext = .
 
@@ -73,7 +73,7 @@ def test_a_file_without_a_memory_map_is_refused():
 @pytest.fixture
 def root(tmp_path):
     """Return a tree with two sources and the build of a board."""
-    for name in ("firmware/app/data.c", "firmware/hal/avr/isr.S", "build/one/firmware/x"):
+    for name in ("firmware/app/data.c", "firmware/avr/hal/isr.S", "build/one/firmware/x"):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text("")
     folder = tmp_path / "build" / "one" / "firmware"
@@ -86,11 +86,11 @@ def test_objects_are_named_by_their_modules(root):
     found = module_sizes.measure(["one"], root)
     assert found.compiler == "5.4.0"
     assert found.sizes["app/data"] == {"one": Bytes(0x33, 0x17)}
-    assert set(found.sizes) == {"app/data", "gaps", "hal/avr/isr", "libgcc", "start-up code"}
+    assert set(found.sizes) == {"app/data", "gaps", "avr/hal/isr", "libgcc", "start-up code"}
 
 
 def test_two_sources_of_one_name_are_refused(root):
-    (root / "firmware" / "hal" / "data.c").write_text("")
+    (root / "firmware" / "avr" / "hal" / "data.c").write_text("")
     with pytest.raises(MapError, match=r"two sources are called data\.c"):
         module_sizes.measure(["one"], root)
 
@@ -147,7 +147,7 @@ def test_a_board_without_a_table_and_a_table_without_a_board_are_found():
     lines = record(seek=((100, 5), (200, 9)))
     assert module_sizes.past_lines(now, lines) == [
         "third: the table does not have this board",
-        "uno: the table has it, firmware/hal/boards has not",
+        "uno: the table has it, firmware/avr/boards has not",
     ]
 
 

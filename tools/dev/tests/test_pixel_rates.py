@@ -25,7 +25,7 @@ def assert_clean(board, axes, line, hz, serial_load):
     assert trial.steps == axes * sum(line.counts)
 
 
-# A little below the highest ones, which differ with an image's layout (DESIGN.md, "Short pixels").
+# A little below the highest ones, which differ with an image's layout (docs/TIMING.md).
 @pytest.mark.parametrize(
     ("board", "axes", "steps", "hz", "serial_load"),
     [

@@ -12,7 +12,8 @@ import modules
 import pytest
 import writable
 
-APP, CORE, HAL = "firmware/app", "firmware/core/motion", "firmware/hal"
+APP, CORE, HAL = "firmware/app", "firmware/core/wire", "firmware/hal"
+KEPT = "firmware/avr/hal"
 
 
 @pytest.fixture
@@ -77,9 +78,9 @@ def test_a_header_and_its_source_are_one_module_and_no_circle(tree):
 
 
 def test_a_contract_and_the_source_that_keeps_it_are_one_module(tree):
-    root = tree({f"{HAL}/uart.h": "", f"{HAL}/avr/uart.c": "", f"{HAL}/avr/isr.S": ""})
-    assert modules.module_of(f"{HAL}/avr/uart.c", root) == f"{HAL}/uart"
-    assert modules.module_of(f"{HAL}/avr/isr.S", root) == f"{HAL}/avr/isr"
+    root = tree({f"{HAL}/uart.h": "", f"{KEPT}/uart.c": "", f"{KEPT}/isr.S": ""})
+    assert modules.module_of(f"{KEPT}/uart.c", root) == f"{HAL}/uart"
+    assert modules.module_of(f"{KEPT}/isr.S", root) == f"{KEPT}/isr"
 
 
 def test_the_compilers_marks_are_no_variables():
@@ -138,7 +139,7 @@ def test_a_circle_of_calls_without_an_include_is_found(tree):
     found = modules.build_symbols(build(root, s=f"{CORE}/server.c", d=f"{APP}/data.c"), root=root)
     modules.note_symbols(graph, found, root=root)
     assert circles.complaints(graph, {}) == [
-        "circle of modules: app/data -> core/motion/server (serve()) -> app/data (data_write())"
+        "circle of modules: app/data -> core/wire/server (serve()) -> app/data (data_write())"
     ]
 
 
@@ -149,7 +150,7 @@ def test_a_call_through_a_port_uses_the_port(tree):
             port: "int data_write(int value);\n",
             f"{CORE}/server.h": '#include "base/port.h" // data_write\n',
             f"{CORE}/server.c": "",
-            f"{APP}/data.c": '#include "motion/server.h" // serve\n#include "base/port.h" // own\n',
+            f"{APP}/data.c": '#include "wire/server.h" // serve\n#include "base/port.h" // own\n',
         }
     )
     found = [
@@ -162,6 +163,34 @@ def test_a_call_through_a_port_uses_the_port(tree):
     assert circles.bad_ports(graph, {port: "why"}, root) == []
     modules.note_symbols(graph, found, [], root)
     assert len(circles.complaints(graph, {})) == 1
+
+
+def test_a_circle_of_folders_is_found(tree):
+    root = tree(
+        {
+            f"{APP}/a/one.h": "",
+            f"{APP}/a/two.h": '#include "app/b/three.h" // three\n',
+            f"{APP}/b/three.h": '#include "app/a/one.h" // one\n',
+        }
+    )
+    graph = includes(root)
+    assert circles.complaints(graph, {}) == []
+    assert circles.complaints(circles.folder_graph(graph), {}) == [
+        "circle of modules: app/a -> app/b (app/b/three.h) -> app/a (app/a/one.h)"
+    ]
+
+
+def test_assembly_belongs_to_the_module_that_its_comment_names(tree):
+    root = tree(
+        {
+            "firmware/core/clock/grid.h": "",
+            "firmware/avr/core/grid_steps.S": "; SPDX\n; The assembly half of grid.h.\n",
+            "firmware/avr/core/lost.S": "; The half of nothing.\n    nop ; grid.h\n",
+        }
+    )
+    assert modules.module_of("firmware/avr/core/grid_steps.S", root) == "firmware/core/clock/grid"
+    with pytest.raises(modules.ModuleError, match=r"lost\.S: its comment names no file"):
+        modules.module_of("firmware/avr/core/lost.S", root)
 
 
 def test_a_port_is_a_header_alone_that_somebody_calls(tree):
@@ -268,7 +297,7 @@ def test_a_figure_names_its_goal():
 
 
 def test_boards_are_the_files_of_the_folder_in_the_order_of_their_numbers(tree):
-    place = "firmware/hal/boards"
+    place = "firmware/avr/boards"
     root = tree(
         {
             f"{place}/zed.def": "#define BOARD_ID          1\n",
@@ -302,7 +331,7 @@ def test_a_drawing_that_is_out_of_date_is_found(tmp_path, monkeypatch, part):
     drawn = dict.fromkeys(module_graph.TABLES, "```\nnow\n```\n")
     monkeypatch.setattr(module_graph, "drawings", lambda: drawn)
     text = "".join(module_graph.markdown.marked(name, one) for name, one in drawn.items())
-    path = tmp_path / "DESIGN.md"
+    path = tmp_path / "MODULES.md"
     path.write_text(text)
     monkeypatch.setattr("sys.argv", ["module_graph.py", "--check", str(path)])
     assert module_graph.deliver(module_graph.arguments()) == []

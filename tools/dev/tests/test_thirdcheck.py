@@ -104,7 +104,7 @@ def test_a_recorded_run_changed_by_one_cycle(tmp_path):
         "line make --profile", PRN, "--speed 22 --pixels 12 --pixel-hz 30 --backlash 20 -o", line
     )
     pixstep("sim", line, "--board uno --decode smooth --pixel-hz 30 --backlash 20 --out", folder)
-    pins = natives.source("firmware/hal/boards/uno.def")
+    pins = natives.source("firmware/avr/boards/uno.def")
     want, got, _ = thirdcheck.replay(natives.image("uno"), pins, folder)
     steps = len(want.rises)
     assert found(got, want, min_steps=steps) == []

@@ -5,14 +5,14 @@
 //     entries --> checker_begin() --> checker_more() ... --> checker_end()
 //     entries --> plan_begin() --> plan_rows() until plan_over() --> plan_end()
 //
-// entries: those of a line as a board gets it, see motion/segment.h.
+// entries: those of a line as a board gets it, see line/segment.h.
 #pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/line_check.h" // struct line_limits
-#include "motion/segment.h"    // struct segment
+#include "line/line_check.h" // struct line_limits
+#include "line/segment.h"    // struct segment
 
 struct core_finding {
     // enum line_error: an error, or from 32 on a warning.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The divider of a line on the host: its pixels are those of the limits that come with it.
-#include "motion/line_divider.h"
+#include "line/line_divider.h"
 #include "wire/register_map.h" // REG_HOLDING_divider
 
 #define INPUT(address, name, type, unit, meaning)

@@ -3,10 +3,10 @@
 // interrupt reads the ring. The decoder is always ahead of that loop, as a board's is.
 #include <stdlib.h>
 
+#include "axis/axis.h"
+#include "axis/decode.h"
 #include "base/require.h"
 #include "core.h"
-#include "motion/axis.h"
-#include "motion/decode.h"
 
 #define QUEUE_BYTES   512u
 #define DECODE_BUDGET 64u

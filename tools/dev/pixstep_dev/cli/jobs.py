@@ -14,7 +14,7 @@ from pixstep_dev.cli.findings import finish, json_option, seed_option
 
 @click.group("jobs", cls=Group)
 def jobs_group() -> None:
-    """What may happen to a print job: seams, late lines, dead hosts, lost boards."""
+    """What may happen to a print job: seams, late lines, dead hosts, lost or strange boards."""
 
 
 @jobs_group.command()
@@ -185,6 +185,57 @@ def plant_seam(ctx: click.Context, times: int, lines: int, seed: int, as_json: b
         for one in outcome.plants
     ]
     finish(ctx, asdict(outcome), rows, "blocks find each, lines alone none", as_json=as_json)
+
+
+@jobs_group.command()
+@click.option("--pairs", type=click.IntRange(min=1), help="So many, by chance.  [default: all]")
+@seed_option
+@json_option
+@click.pass_context
+def compare(ctx: click.Context, pairs: int | None, seed: int, as_json: bool) -> None:
+    """Change the machine beside a job, and compare.
+
+    Each field alone, all pairs of them, keys that nobody knows, boards that are set otherwise.
+
+    Exit status 0 only if rows, colours, marks, text and exit status are those of a model that knows
+    nothing of the product, and the job's play was sent though the machine has another.
+    """
+    from pixstep_dev.jobs import compare as campaign  # takes a while to load
+
+    with progress.shown("comparisons") as show:
+        outcome = campaign.run(campaign.Plan(pairs, seed), show)
+    rows = [
+        f"{outcome.alone} changes alone, {outcome.pairs} pairs, {outcome.boards} boards; "
+        f"{outcome.refused} pairs are no machine",
+        f"  {outcome.rows} rows judged; {outcome.edges} edges of a line made with 250 steps of "
+        "play where the machine says 100",
+    ]
+    finish(ctx, asdict(outcome), rows, "all is as the model says", as_json=as_json)
+
+
+@jobs_group.command()
+@click.option("--times", type=click.IntRange(min=1), default=6, show_default=True, help="Trials.")
+@click.option("--lines", type=click.IntRange(min=5), default=6, show_default=True)
+@seed_option
+@json_option
+@click.pass_context
+def disagree(ctx: click.Context, times: int, lines: int, seed: int, as_json: bool) -> None:
+    """Let the boards of a job disagree, and resume.
+
+    Exit status 0 only if nothing moved before it was decided, a row a board said what differs, and
+    the rest was printed then, each line from its place.
+    """
+    from pixstep_dev.jobs import disagree as campaign  # takes a while to load
+
+    with progress.shown(f"{times} disagreements") as show:
+        outcome = campaign.run(campaign.Plan(times, lines, seed), show)
+    kinds = ", ".join(f"{count} {name}" for name, count in outcome.kinds.items())
+    rows = [
+        f"{outcome.times} times boards disagreed ({kinds}); {outcome.together} went on together, "
+        f"{outcome.homed} after homing",
+        f"  {outcome.chains} chains of lines began at most {outcome.worst_start_steps} steps off",
+    ]
+    finish(ctx, asdict(outcome), rows, "nothing moved before it was decided", as_json=as_json)
 
 
 COMMANDS = (jobs_group,)

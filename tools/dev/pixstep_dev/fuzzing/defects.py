@@ -61,7 +61,7 @@ DEFECTS = (
     ),
     Defect(
         "board",
-        "app/data.c",
+        "app/registers/data.c",
         "    } else {\n        settings_exchange(address, count, words);\n    }\n",
         "    }\n",
         "settings that stay as they must not be",

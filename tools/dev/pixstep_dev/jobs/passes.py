@@ -40,11 +40,11 @@ class Passes:
     made: dict[str, int]
 
 
-def of(press: Press) -> Passes:
-    """Read the edges of a run."""
+def of(press: Press, start_steps: int = 0) -> Passes:
+    """Read the edges of a run; `start_steps` is where the stepping motor begins line 1."""
     log = read_edges(press.edges)
     scan, step = (log.axis(*PLACES[name]) for name in ("M39", "M41"))
-    bursts = _bursts(scan, step)
+    bursts = _bursts(scan, step, start_steps)
     full = Counter(
         int(one.line) for one in bursts
         if one.line == int(one.line) and 1 <= one.line <= press.job.lines
@@ -55,7 +55,7 @@ def of(press: Press) -> Passes:
     return Passes(full, sum(one.edges for one in bursts), ends, made)
 
 
-def _bursts(scan: AxisEdges, step: AxisEdges) -> list[Burst]:
+def _bursts(scan: AxisEdges, step: AxisEdges, start_steps: int) -> list[Burst]:
     cycles = scan.rising
     if not len(cycles):
         return []
@@ -65,5 +65,5 @@ def _bursts(scan: AxisEdges, step: AxisEdges) -> list[Burst]:
     for part in np.split(cycles, breaks):
         before = int(np.searchsorted(step.rising, part[len(part) // 2]))
         at = int(places[before - 1]) if before else 0
-        found.append(Burst(len(part), at / PITCH + 1))
+        found.append(Burst(len(part), (at - start_steps) / PITCH + 1))
     return found

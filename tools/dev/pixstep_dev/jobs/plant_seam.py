@@ -33,7 +33,7 @@ from pixstep_dev.mutants.programs import Build, Workshop
 
 _HZ = Fraction(110)  # a pixel is no whole number of ticks
 _MOTOR, _BOARD = "M39", "mega"
-_AXIS = "firmware/core/motion/axis.c"
+_AXIS = "axis.c"  # in the firmware's core, wherever its rooms are
 # A chained line's grid: whatever keeps it, only a locked one is kept.
 _KEEPS = re.compile(r"(BEFORE_ALL : BEFORE_UNKNOWN\);\n).*?(        return;\n)", re.DOTALL)
 _LOSES = r"""\1        if (line_grid_locked(&edges)) {
@@ -170,7 +170,7 @@ def _side(*, negative: bool) -> str:
 
 def losing_image(folder: Path) -> Path:
     """Return an image whose chained lines lose the part of a tick that their grid has."""
-    source = natives.root() / _AXIS
+    (source,) = (natives.root() / "firmware" / "core").rglob(_AXIS)
     text, changed = _KEEPS.subn(_LOSES, source.read_text(encoding="utf-8"))
     if changed != 1:
         raise UserError(f"{_AXIS}: the place where a chained line's grid is kept is not there once")

@@ -14,7 +14,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 from unittest import mock
 
 from pixstep import ops
@@ -28,7 +28,7 @@ from pixstep_dev.jobs.press import PLACES, Press
 KINDS = ("supply", "reset", "cable")
 STARTS = {"M39": -9000, "M40": -700, "M41": -700}
 PLAYS = {"M39": 50, "M40": 0, "M41": 0}
-_HOMES = {"M39": 9500, "M40": 900, "M41": 900}
+HOMES = {"M39": 9500, "M40": 900, "M41": 900}
 _REFUSED = 3
 _NAMED_S = 1.0
 _MOST_UNKNOWN = 2
@@ -58,6 +58,14 @@ class Outcome:
     complaints: list[str] = field(default_factory=list)
 
 
+class Judged(Protocol):
+    """What is found of how chains of lines begin."""
+
+    chains: int
+    worst_start_steps: int
+    complaints: list[str]
+
+
 @dataclass(frozen=True)
 class Start:
     """Where a motor and its load are when lines begin, and where the job has the motor."""
@@ -74,9 +82,7 @@ def run(plan: Plan, show: Progress = unseen) -> Outcome:
     outcome, chance = Outcome(), random.Random(plan.seed)
     with tempfile.TemporaryDirectory() as folder:
         press = Press.make(Path(folder), plan.lines, starts=STARTS)
-        press.options["plants"] = {
-            PLACES[name]: f"home={_HOMES[name]},hyst=4,play={PLAYS[name]}" for name in PLACES
-        }
+        press.options["plants"] = plants()
         for number in range(plan.times):
             kind = KINDS[number % len(KINDS)]
             outcome.times += 1
@@ -86,13 +92,20 @@ def run(plan: Plan, show: Progress = unseen) -> Outcome:
     return outcome
 
 
+def plants() -> dict[tuple[int, int], str]:
+    """Return what the motors drive: loads with a home switch, one of them with play."""
+    return {
+        PLACES[name]: f"home={HOMES[name]},hyst=4,play={PLAYS[name]}" for name in PLACES
+    }  # fmt: skip
+
+
 def _one(press: Press, where: Path, kind: str, chance: random.Random, outcome: Outcome) -> None:
     unit = chance.choice((1, 2))
     line_s = press.job.pixels / float(press.job.pixel_hz)
     later_s = chance.random() * line_s * (press.job.lines - 1)
     name = f"{outcome.times}, {kind} of board {unit}"
-    with press.bus(seed=chance.randrange(1 << 31)) as link, _starts(press, link) as starts:
-        _home(press, link)
+    with press.bus(seed=chance.randrange(1 << 31)) as link, starts(press, link) as begun:
+        home(press, link)
         loss = _Loss(link, unit, kind)
         with loss.after(later_s):
             try:
@@ -107,7 +120,7 @@ def _one(press: Press, where: Path, kind: str, chance: random.Random, outcome: O
             _go_on(press, link, where, name, kind, outcome)
         except BoardError as error:
             outcome.complaints.append(f"{name}: after the loss: {error}")
-        _judge_starts(starts, name, outcome)
+        judge_starts(begun, name, outcome)
 
 
 def _go_on(
@@ -122,7 +135,7 @@ def _go_on(
         )
         homed = not all(one["trusted"] for one in found["boards"])
         if homed:
-            _home(press, link)
+            home(press, link)
         found = press.resume(link, where, redo=lines, homed=homed, together=True)
     if found["state"] != "finished":
         outcome.complaints.append(f"{name}: {found.page()}")
@@ -161,21 +174,21 @@ def _judge_asked(found: Result, name: str, kind: str, outcome: Outcome) -> None:
         outcome.complaints.append(f"{name}: went on without homing")
 
 
-def _judge_starts(starts: list[Start], name: str, outcome: Outcome) -> None:
+def judge_starts(begun: list[Start], name: str, outcome: Judged) -> None:
     """Judge where motors and loads were when lines began: with the play on its right side."""
-    for one in starts:
-        home, play = _HOMES[one.motor], PLAYS[one.motor]
-        off = abs(one.motor_steps - home - one.wanted_steps)
+    for one in begun:
+        home_at, play = HOMES[one.motor], PLAYS[one.motor]
+        off = abs(one.motor_steps - home_at - one.wanted_steps)
         load = one.motor_steps if one.side == "+" else one.motor_steps + play
         if play:
             off = max(off, abs(one.load_steps - load))
         outcome.worst_start_steps = max(outcome.worst_start_steps, off)
         if off > 1:
             outcome.complaints.append(f"{name}: a chain begins {off} steps off: {one}")
-    outcome.chains += len(starts) // len(PLACES)
+    outcome.chains += len(begun) // len(PLACES)
 
 
-def _home(press: Press, link: SimLink) -> None:
+def home(press: Press, link: SimLink) -> None:
     """Home all motors, as somebody beside the machine does."""
     for name, (board, _axis) in PLACES.items():
         ops.board_clear(units=board + 1, link=link)
@@ -186,7 +199,7 @@ def _home(press: Press, link: SimLink) -> None:
 
 
 @contextlib.contextmanager
-def _starts(press: Press, link: SimLink) -> Iterator[list[Start]]:
+def starts(press: Press, link: SimLink) -> Iterator[list[Start]]:
     """Yield what notes where motors and loads are whenever lines begin."""
     found: list[Start] = []
     real = runner.Chain._start

@@ -137,7 +137,7 @@ class Stages:
         }[stage]
         names = sorted(
             path.stem.removeprefix("test_")
-            for path in (natives.root() / "host_tests").glob("test_*.c")
+            for path in (natives.root() / "host_tests").rglob("test_*.c")
         )
         # Some are there once more: with the core of a board with a single axis, at other addresses.
         more = [f"{name}_{kind}" for name in names for kind in ("one", "shifted")]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Boards: all that differs between them, as firmware/hal/boards/*.def says; what images have.
+"""Boards: all that differs between them, as firmware/avr/boards/*.def says; what images have.
 
 The boards there are, are these files. What an image was built with (firmware/build_features.def) a
 board says in its input register `features`; what needs a missing one is refused before anything is
@@ -81,7 +81,7 @@ class BoardKind:
         return 1e9 / self.tick_hz
 
     def reversal_ticks(self, driver_us: int, tick_hz: int | None = None) -> int:
-        """Return the shortest interval with a reversal in its middle (firmware/app/limits.c).
+        """Return the shortest interval with a reversal in its middle (firmware/app/axes/limits.c).
 
         `driver_us` is the longer of the driver's set-up and hold times.
         """
@@ -196,8 +196,8 @@ def missing_feature(unit: int, name: str) -> MissingFeatureError:
 GATE_SETTING = "gate_edges"
 GATE_FEATURE = "gate"
 MOST_GATE_EDGES = 1000
-# What the firmware has: PLACE_TICKS of app/reference.c, CLOCK_FILTER_FRESH_EDGES of
-# motion/clock_filter.h.
+# What the firmware has: PLACE_TICKS of app/axes/reference.c, CLOCK_FILTER_FRESH_EDGES of
+# clock/clock_filter.h.
 _PLACE_TICKS = 0x14000
 _FRESH_EDGES = 3
 

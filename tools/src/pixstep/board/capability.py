@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What a board can do at a pixel frequency: rates, speeds, accelerations, reversals.
 
-The rules are those of the board's own line check (firmware/core/motion/line_check.c). What several
+The rules are those of the board's own line check (firmware/core/line/line_check.c). What several
 axes make at once is measured, not a rule: a line above it may end in the fault decoder_late.
 What a board lets a line do is asked of a connected board, or is in the table of a named one.
 """

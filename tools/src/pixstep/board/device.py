@@ -55,7 +55,7 @@ class Identity:
 
     @property
     def board(self) -> str:
-        """Its name, as in firmware/hal/boards."""
+        """Its name, as in firmware/avr/boards."""
         return regs.BOARD_IDS.get(self.board_id, f"board {self.board_id}")
 
     @property

@@ -73,6 +73,7 @@ EXAMPLES = {
         "job make --useq grid.yaml --axis-of X=x --axis-of Y=y --lead-in 8 -o print.pxjob",
     ),
     "job pause": ("job pause print.pxrun",),
+    "job report": ("job report print.pxrun", "job report print.pxrun --measured encoder.csv"),
     "job resume": ("job resume print.pxrun", "job resume print.pxrun --redo 7 --skip 8 --homed"),
     "job run": (
         "job run print.pxjob --folder monday.pxrun",
@@ -98,9 +99,7 @@ EXAMPLES = {
     "line make": (
         f"line make --profile {_PRN} --speed 1000 --pixels 60 --pixel-hz 30 -o line.csv",
     ),
-    "line plan": (f"line plan {_SMOOTH} --pixel-hz 30000/1001 -o ticks.csv",),
     "line show": (f"line show {_SMOOTH} --plot line.png",),
-    "line sim": (f"line sim {_SMOOTH} --board mega --pixel-hz 30 --out run --plot",),
     "machine check": ("machine check", "machine check printer.toml"),
     "machine new": ("machine new --board mega --pixel-hz 30 --motor M39:smooth --motor M40:plain",),
     "machine show": ("machine show", "machine show printer.toml --json"),
@@ -139,5 +138,6 @@ EXAMPLES = {
         f"trajectory sim circle.trj --board mega --pixel-hz 100.13 --play 7485 {_SCALE} "
         "--out circle --plot",
     ),
-    "ticks": (f"ticks {_SMOOTH} --pixel-hz 30 -o ticks.csv",),
+    "ticks": (f"ticks {_SMOOTH} --pixel-hz 30000/1001 -o ticks.csv",),
+    "watch": ("watch print.pxrun", "watch print.pxrun --page print.html"),
 }

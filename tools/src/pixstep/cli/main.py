@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The tree of all commands, and the `pixstep` command: each is imported when it is called."""
 
-import os
-
 import click
 
 from pixstep.cli import late
@@ -26,7 +24,6 @@ def _under(group: str) -> dict[str, Late]:
 
 
 _MAIN = {
-    "ticks": _operation("line plan"),  # its older name
     "bench": Late("pixstep.cli.late:BENCH", late.ABOUT),
     "completion": Late(
         "pixstep.cli.completion:completion",
@@ -46,13 +43,7 @@ class _LogGroup(Group):
 
 
 class _MainGroup(Group):
-    """`sim board` is `board simulate`, as long as there is no line file of that name."""
-
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Put the command's other name in."""
-        if args[:2] == ["sim", "board"] and not os.path.lexists("board"):
-            args = ["board", "simulate", *args[2:]]
-        return super().parse_args(ctx, args)
+    """The command `pixstep` itself."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Leave out what would only say that it is not installed."""
@@ -60,9 +51,9 @@ class _MainGroup(Group):
         return names if late.have_dev() else [name for name in names if name not in late.OF_DEV]
 
 
-@group("line", late=_under("line") | {"sim": _operation("sim")})
+@group("line", late=_under("line"))
 def line() -> None:
-    """Make, check, plan and simulate line files."""
+    """Make, check and show line files; `sim` simulates them, `ticks` plans their edges."""
 
 
 @group("machine", late=_under("machine"))

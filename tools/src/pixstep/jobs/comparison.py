@@ -46,6 +46,10 @@ class Row:
     found: str
     why: str = ""
 
+    def told(self) -> dict[str, str | bool]:
+        """Return the row as plain data."""
+        return {**vars(self), "colour": self.colour.word}
+
 
 def row(place: str, field: str, rule: Rule, job: object, found: object, *, equal: bool) -> Row:
     """Return the row of a field: green if it is equal, else as its rule says."""

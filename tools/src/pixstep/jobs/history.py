@@ -96,6 +96,14 @@ class History:
         """The first line that is neither printed nor skipped; the one after the last at the end."""
         return next((n for n in range(1, self.lines + 1) if n not in self.printed), self.lines + 1)
 
+    def state(self, *, is_running: bool) -> str:
+        """How the run is: finished, running, paused or broken."""
+        if self.finished:
+            return "finished"
+        if is_running:
+            return "running"
+        return PAUSED if self.last.get("event") == PAUSED else "broken"
+
     def _settle(self, line: int) -> None:
         if line in self.in_flight:
             self.in_flight.remove(line)

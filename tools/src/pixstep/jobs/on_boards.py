@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from pixstep.board import capability, settings, values
+from pixstep.board import boards, capability, settings, values
 from pixstep.board import registers as regs
 from pixstep.board.device import Board, Identity
 from pixstep.jobs import judging, rules
@@ -75,7 +75,8 @@ class _OnBoard:
         yield self._row("pixel_hz", rules.BOARD_CLOCK, hz_words(clock.pixel), found)
         divider = settings.divider_of(self.there)
         yield self._row("divider", rules.BOARD_CLOCK, clock.edges, divider)
-        for key, wanted in settings.of_clock(clock.sync, None, clock.gate_edges).items():
+        gate = clock.gate_edges or (0 if self.board.has(boards.GATE_FEATURE) else None)
+        for key, wanted in settings.of_clock(clock.sync, None, gate).items():
             texts = (self._words(key, value) for value in (wanted, self.there[key]))
             yield self._row(key, rules.BOARD_FOLLOWS, *texts)
 

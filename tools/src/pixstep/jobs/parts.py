@@ -22,7 +22,7 @@ else:
     pyarrow, parquet = lazy("pyarrow"), lazy("pyarrow.parquet")
 
 FOLDER = "parts"
-_FIELDS = ("pixel", "expected_steps", "actual_steps", "edge_error_ticks")
+FIELDS = ("pixel", "expected_steps", "actual_steps", "edge_error_ticks")
 
 
 class Parts:
@@ -46,7 +46,7 @@ class Parts:
         found = sorted(rows, key=lambda row: (row[0], row[1].pixel))
         columns = {"motor": pyarrow.array([motor for motor, _ in found], pyarrow.string())} | {
             name: pyarrow.array([getattr(record, name) for _, record in found], pyarrow.int32())
-            for name in _FIELDS
+            for name in FIELDS
         }
         sink = pyarrow.BufferOutputStream()
         parquet.write_table(pyarrow.table(columns), sink, compression="zstd")

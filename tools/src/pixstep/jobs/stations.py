@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from pixstep.board import run, settings, upload
+from pixstep.board import boards, run, settings, upload
 from pixstep.board.device import Board
 from pixstep.board.link import Link
 from pixstep.board.run import Lines
@@ -87,12 +87,11 @@ def bases_of(found: list[Station]) -> dict[str, dict[str, int]]:
 
 
 def set_clock(stations: list[Station], machine: MachineFile) -> None:
-    """Set the boards' pixel clock as the machine file has it."""
+    """Set the boards' pixel clock as the machine file has it; one without a gate is not gated."""
     clock = machine.clock
     for station in stations:
-        settings.set_clock(
-            station.board, machine.clock_hz, clock.sync, clock.edges, clock.gate_edges
-        )
+        gate = clock.gate_edges or (0 if station.board.has(boards.GATE_FEATURE) else None)
+        settings.set_clock(station.board, machine.clock_hz, clock.sync, clock.edges, gate)
 
 
 def ready(stations: list[Station]) -> None:

@@ -2,7 +2,7 @@
 """Check a line on the host as the board will, before anything is uploaded.
 
 The firmware's own check decides what is refused, at which pixel, and why; the names of the findings
-are those of firmware/core/motion/line_errors.def. Errors refuse the line, warnings do not. This
+are those of firmware/core/base/line_errors.def. Errors refuse the line, warnings do not. This
 module adds the figures behind a finding, counts that mend an oscillation, and what only a motor can
 want: a limit of the jerk, and of the acceleration of plain lines.
 """

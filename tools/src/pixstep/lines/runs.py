@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Lines travel as runs: (count, repeat) is `repeat` pixels of `count` steps each.
 
-On the way an entry is packed into 1 to 4 bytes, as firmware/core/motion/segment_pack.h has them: a
+On the way an entry is packed into 1 to 4 bytes, as firmware/core/line/segment_pack.h has them: a
 single pixel whose count is near that of the entry before takes one byte.
 """
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What a machine file holds, each value checked by itself, then all of them together."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -317,6 +317,7 @@ def _record_problems(machine: MachineTables) -> Iterator[Problem]:
         owners.setdefault(record, name)
 
 
+_MAX_DIGITS = 15  # of a number in a text of EPICS
 _BUTTONS = ("HOMF", "HOMR", "JOGF", "JOGR", "PROC", "RLV", "STOP", "SYNC", "TWF", "TWR")
 
 
@@ -340,3 +341,17 @@ def _field_problems(name: str, motor: MotorTable) -> Iterator[Problem]:
                 known.taken(value)
             except motor_record.PutRefusedError as error:
                 yield where, error.reason
+    yield from _senseless_fields(name, motor.epics.fields)
+
+
+def _senseless_fields(name: str, fields: Mapping[str, Any]) -> Iterator[Problem]:
+    """Yield values that a record takes from a client, and that no motor can have from the start."""
+    where = ("motors", name, "epics", "fields")
+    numbers = {field: value for field, value in fields.items() if isinstance(value, int | float)}
+    if numbers.get("MRES") == 0:
+        yield (*where, "MRES"), "a step has a size: another number than 0"
+    if not 0 <= numbers.get("PREC", 0) <= _MAX_DIGITS:
+        yield (*where, "PREC"), f"0 to {_MAX_DIGITS} digits after the point"
+    for low, high in (("LLM", "HLM"), ("DLLM", "DHLM")):
+        if low in numbers and high in numbers and numbers[low] > numbers[high]:
+            yield (*where, low), f"above {high} = {numbers[high]}: no position would be allowed"

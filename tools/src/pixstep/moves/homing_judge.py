@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NotRequired, TypedDict
 
 from pixstep.board.errors import BoardError
 from pixstep.board.state import TRIP_CLOSED, Trip
-from pixstep.errors import UserError
+from pixstep.errors import AskedText, UserError
 from pixstep.lazy import lazy
 from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
@@ -62,7 +62,9 @@ class HomeJob(Experiment):
         try:
             return int(text)
         except ValueError:
-            raise UserError(f"--plant: {name}={text!r} is not a whole number") from None
+            raise UserError(AskedText(
+                "{plant}: {text} is not a whole number", text=f"{name}={text!r}"
+            )) from None  # fmt: skip
 
     @property
     def home_tripped_level(self) -> int:
@@ -89,7 +91,9 @@ class HomeJob(Experiment):
         try:
             return (int(low), int(high)) if low and high else ()
         except ValueError:
-            raise UserError(f"--plant: travel={low}..{high}: two whole numbers") from None
+            raise UserError(AskedText(
+                "{plant}: travel={low}..{high}: two whole numbers", low=low, high=high
+            )) from None  # fmt: skip
 
     def home_edges(self, path: Path) -> list[tuple[int, int]]:
         """Return (cycle, 1 tripped or 0) of the home switch's edges as the board takes them."""

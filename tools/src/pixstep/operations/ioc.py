@@ -52,7 +52,7 @@ class Ioc(Request):
     )  # fmt: skip
     simulate: bool = flag("Simulate the boards: nothing moves but a model.")
     port: str | None = option(
-        TEXT, "Serial port of all boards.", variable="PIXSTEP_PORT",
+        TEXT, "Serial port of all boards; simulated ones have none.", variable="PIXSTEP_PORT",
         default_text="those of the machine file",
     )  # fmt: skip
     state: Path | None = option(

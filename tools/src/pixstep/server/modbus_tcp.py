@@ -11,7 +11,7 @@ from typing import Any
 
 from pixstep.board import rtu
 from pixstep.board.port import LAST_UNIT
-from pixstep.errors import UserError
+from pixstep.errors import AskedText, UserError
 from pixstep.server import bus, meaning, messages
 from pixstep.server.bus import Bus, Job
 from pixstep.server.meaning import Meaning
@@ -45,7 +45,7 @@ class Door:
         try:
             from pyModbusTCP.server import ModbusServer
         except ImportError:
-            raise UserError(f"--modbus-tcp: {EXTRA}") from None
+            raise UserError(AskedText("{modbus_tcp}: {text}", text=EXTRA)) from None
         door = self
 
         class Server(ModbusServer):  # type: ignore[misc]
@@ -62,7 +62,9 @@ class Door:
         try:
             server.start()
         except ModbusServer.NetworkError as error:
-            raise UserError(f"--modbus-tcp {host}:{number}: {_said(error)}") from None
+            raise UserError(AskedText(
+                "{modbus_tcp} {place}: {error}", place=f"{host}:{number}", error=_said(error)
+            )) from None  # fmt: skip
         found: int = server._service.server_address[1]
         return found
 

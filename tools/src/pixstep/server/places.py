@@ -11,7 +11,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from pixstep.errors import UserError
+from pixstep.errors import AskedText, UserError
 
 SYSTEM = Path("/run/pixstep")  # of a server that the system has started
 _MOST_NAME = 60  # characters: a socket's whole path may have 107
@@ -32,7 +32,9 @@ def make_folder() -> Path:
     except OSError as error:
         raise UserError(f"{place}: {error.strerror}") from None
     if not _is_safe(place):
-        raise UserError(f"{place}: another user can write there: name a socket by --socket")
+        raise UserError(AskedText(
+            "{place}: another user can write there: name a {socket}", place=place
+        ))  # fmt: skip
     return place
 
 

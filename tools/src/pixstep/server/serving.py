@@ -19,7 +19,7 @@ from pixstep.board import run, settings
 from pixstep.board.device import Board
 from pixstep.board.errors import BoardError
 from pixstep.board.port import BOOT_S, Port, PortBusyError
-from pixstep.errors import UserError
+from pixstep.errors import AskedText, UserError
 from pixstep.server import connection, messages, places, remote
 from pixstep.server.bus import Bus, Job
 from pixstep.server.connection import Connection, House
@@ -107,7 +107,9 @@ class Server:
         try:
             door.bind((host, number))
         except OSError as error:
-            raise UserError(f"--tcp {host}:{number}: {error.strerror or error}") from None
+            raise UserError(AskedText(
+                "{tcp} {place}: {error}", place=f"{host}:{number}", error=error.strerror or error
+            )) from None  # fmt: skip
         self._listen(door, token)
         found: int = door.getsockname()[1]
         return found

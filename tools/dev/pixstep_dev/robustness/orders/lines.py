@@ -16,7 +16,7 @@ _SLOWEST_CLOCK_HZ = 30
 _LONGEST_PERIOD_TICKS = 0xFFFFFF  # of a pixel, on every board
 _PIXELS_S = 400  # of all axes together; several may ask for more than the board can decode
 _LASTS_S = 2
-_PLACE_TICKS = 81_920  # of firmware/app/reference.c
+_PLACE_TICKS = 81_920  # of firmware/app/axes/reference.c
 _GO_S = 0.02  # from a look at the newest edge until `go` has been carried out
 _SPARSE = 6  # pairs of a single step and a rest
 

@@ -54,8 +54,9 @@ def _forbidden(r: State) -> bool:
 
 
 def _refuse(v: Values) -> None:
+    """Take the last target back. A retry that is under way goes on; it is over when it rests."""
     coordinates.back_to_last(v)
-    if v.mip & Mip.RETRY:
+    if v.mip == Mip.RETRY:
         v.mip = Mip.DONE
     if v.mip == Mip.DONE:
         v.dmov = 1

@@ -53,8 +53,9 @@ def _follow(r: State) -> Next:
 
 
 def _ends_motion(r: State) -> bool:
-    """True if a status that was awaited ends a motion as well: else DMOV would stay 0 for good."""
-    return not (r.v.dmov or r.status_for_client or r.by_write)
+    """True if a status that was awaited ends a motion as well: else that would never be over."""
+    over = r.v.dmov and not r.v.mip & Mip.STOP
+    return not (over or r.status_for_client or r.by_write)
 
 
 def _while_moving(r: State) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, TypedDict
+from typing import TYPE_CHECKING, TypedDict, cast
 
 from pixstep.errors import FINE, MISUSE, NEGATIVE
 from pixstep.operations import shared
@@ -128,10 +128,7 @@ class JobCheck(Compares):
 
 
 def _field(row: Row) -> ComparedField:
-    return {
-        "place": row.place, "field": row.field, "key": row.key, "colour": row.colour.word,
-        "job": row.job, "found": row.found, "why": row.why,
-    }  # fmt: skip
+    return cast("ComparedField", row.told())
 
 
 def _write(data: ComparedJob, all_fields: bool, page: Page) -> None:

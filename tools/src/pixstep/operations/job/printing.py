@@ -90,6 +90,7 @@ class Prints(Compares):
         red, and for amber to which nobody agrees.
         """
         from pixstep.jobs import comparison, stations
+        from pixstep.jobs.rules import GREEN
 
         rows = comparison.with_machine(job, found)
         comparison.require(job, rows, accept_amber=True)
@@ -98,7 +99,12 @@ class Prints(Compares):
         rows += buses.compared(job, machine, bus_of)
         accepted = self._accepted(desk, rows)
         comparison.require(job, rows, accept_amber=accepted)
-        told: dict[str, Any] = {"comparison": comparison.verdict(rows).word}
+        shown = [one.told() for one in rows if one.key or one.colour is not GREEN]
+        told: dict[str, Any] = {
+            "comparison": comparison.verdict(rows).word,
+            "fields": shown,
+            "equal": len(rows) - len(shown),
+        }
         if told["comparison"] == "amber":
             told["accepted_by"] = _user()
         return told

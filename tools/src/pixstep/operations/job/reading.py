@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The field of a job, and its reading."""
+"""The fields of a job and of a run, and their reading."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pixstep.lazy import require_package
-from pixstep.operations.kinds import FILE
+from pixstep.operations.kinds import FILE, PATH
 from pixstep.operations.request import argument
 
 if TYPE_CHECKING:
     from pixstep.jobs.job import Job
+    from pixstep.jobs.run_folder import RunFolder
 
 
 def job_file() -> Any:
@@ -25,3 +26,18 @@ def read(path: Path) -> Job:
     from pixstep.jobs.job import Job
 
     return Job.read(path)
+
+
+def run_folder() -> Any:
+    """Return the field of a run's folder."""
+    return argument(PATH, shown="NAME.pxrun")
+
+
+def opened(path: Path) -> tuple[RunFolder, Job]:
+    """Return a run and its job. Raises UserError for what is no run."""
+    require_package("pyarrow")
+    from pixstep.jobs.job import Job
+    from pixstep.jobs.run_folder import RunFolder
+
+    folder = RunFolder.of(path)
+    return folder, Job.read(folder.job_path)

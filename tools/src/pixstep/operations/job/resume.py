@@ -8,37 +8,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pixstep.errors import FINE, NEGATIVE, REFUSED, RefusedError, UserError
-from pixstep.lazy import require_package
 from pixstep.operations.asked import AskedError
 from pixstep.operations.desk import Desk
 from pixstep.operations.job import buses, printing
 from pixstep.operations.job.printing import Prints, RunOfJob
-from pixstep.operations.kinds import PATH, Whole
-from pixstep.operations.request import Request, argument, flag, operation, option
+from pixstep.operations.job.reading import opened, run_folder
+from pixstep.operations.kinds import Whole
+from pixstep.operations.request import Request, flag, operation, option
 from pixstep.operations.result import Result
 
 if TYPE_CHECKING:
     from pixstep.jobs.job import Job
     from pixstep.jobs.resuming import Verdict
-    from pixstep.jobs.run_folder import RunFolder
     from pixstep.jobs.session import Session
     from pixstep.machine.files import MachineFile
 
 _SPARE_S = 5.0
-
-
-def run_folder() -> Any:
-    """Return the field of a run's folder."""
-    return argument(PATH, shown="NAME.pxrun")
-
-
-def _opened(path: Path) -> tuple[RunFolder, Job]:
-    require_package("pyarrow")
-    from pixstep.jobs.job import Job
-    from pixstep.jobs.run_folder import RunFolder
-
-    folder = RunFolder.of(path)
-    return folder, Job.read(folder.job_path)
 
 
 @operation("job resume")
@@ -69,7 +54,7 @@ class JobResume(Prints):
 
     def run(self, desk: Desk) -> Result:
         """Look at the boards, and print what is left."""
-        folder, job = _opened(self.run_path)
+        folder, job = opened(self.run_path)
         from pixstep.jobs import history, resuming
         from pixstep.jobs.history import History
         from pixstep.jobs.parts import Parts
@@ -232,9 +217,10 @@ class JobStatus(Request):
 
     def run(self, desk: Desk) -> Result:
         """Read the log."""
-        folder, job = _opened(self.run_path)
+        folder, job = opened(self.run_path)
+        running = folder.is_running  # first: a run that ends meanwhile has its end in the log
         told = folder.history()
-        state = _state(folder, told)
+        state = told.state(is_running=running)
         data = printing.facts_of(self.run_path, job, told, state)
         data["in_flight"] = [
             {"line": number, "fate": "in flight", "text": "queued, not confirmed"}
@@ -261,7 +247,7 @@ class JobPause(Request):
 
     def run(self, desk: Desk) -> Result:
         """Leave the request in the run's folder."""
-        folder, job = _opened(self.run_path)
+        folder, job = opened(self.run_path)
         if not folder.is_running:
             raise RefusedError(f"{self.run_path}: nobody runs it now (`pixstep job status`)")
         folder.ask_pause()
@@ -269,11 +255,3 @@ class JobPause(Request):
         data = printing.facts_of(self.run_path, job, told, "running")
         last = max(told.in_flight, default=told.next_line)
         return Result(data, f"{self.run_path}: pauses at the end of line {last}")
-
-
-def _state(folder: RunFolder, told: Any) -> str:
-    if told.finished:
-        return "finished"
-    if folder.is_running:
-        return "running"
-    return "paused" if told.last.get("event") == "paused" else "broken"

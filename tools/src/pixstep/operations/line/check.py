@@ -176,8 +176,8 @@ class PlannedLine(TypedDict):
     tick_hz: int
 
 
-@operation("line plan")
-class LinePlan(OfClock):
+@operation("ticks")
+class Ticks(OfClock):
     """Plan the edges of a line of a CSV or CSB with the native build of the firmware's core."""
 
     result = PlannedLine

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+// The board's axes, each with its ring and its step timer: the account of each axis, and how an
+// axis comes to rest. Main loop only.
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "axis/axis.h" // struct axis
+#include "config.h"    // CONFIG_AXES
+
+// An index that stands for no axis: the one behind the last.
+#define NO_AXIS CONFIG_AXES
+
+// Mask of all axes.
+#define ALL_AXES ((uint8_t)((1u << CONFIG_AXES) - 1u))
+
+// Mask of one axis.
+static inline uint8_t axis_bit(uint8_t axis)
+{
+    return CONFIG_AXES == 1 ? 1u : (uint8_t)(1u << axis);
+}
+
+// Every axis EMPTY, at position 0. Called with interrupts off; time_check_start() must follow, and
+// interrupts must be on before an idle period is over.
+void axes_start(void);
+
+// One of the axes, 0..CONFIG_AXES-1. The functions of motion/axis.h change its state.
+struct axis *axes_get(uint8_t axis);
+
+// Advance an axis's account to what its step interrupt has done by now; by batches, only when the
+// account has fallen behind far enough to be worth the time. Returns false and changes nothing when
+// a captured edge must be taken first, because the edge is placed by an older sample.
+bool axes_advance_at(uint8_t i, enum ledger_extent extent);
+
+static inline bool axes_advance(uint8_t i, enum ledger_extent extent)
+{
+    return axes_advance_at(CONFIG_INDEX(i), extent);
+}
+
+// The time of an axis by its account, ticks since the timers started: where its timer stands at
+// this count of the period that its interrupt has served last, as `sample` says, which was taken
+// just now. The account comes to the sample, but for a batch or a pixel that it is inside. Returns
+// false, and the account stays, as above. On boards of several axes.
+bool axes_time_at(uint8_t i,
+                  const struct engine_sample *sample,
+                  uint16_t counter,
+                  uint32_t *ticks);
+
+// What an axis's step interrupt has done by now; its account is advanced by batches, for
+// ledger_position_at(). Returns false, and the account stays, as above.
+bool axes_sample(uint8_t i, struct engine_sample *sample);
+
+// The same exactly for an axis at rest, even if a captured edge waits: before the axis's lines are
+// discarded.
+void axes_advance_rested(uint8_t i);
+
+// Bring an axis to rest and discard all its lines, from every state and as often as wanted. When
+// the timer makes idle periods the axis is at rest at once; else it is STOPPING until a later call.
+void axes_stop_at(uint8_t i);
+
+static inline void axes_stop(uint8_t i)
+{
+    axes_stop_at(CONFIG_INDEX(i));
+}
+
+// The first axis that is armed, starting or running, NO_AXIS if none.
+uint8_t axes_first_moving(void);
+// True when an axis is armed, with or without a known line zero.
+bool axes_any_armed(void);
+#if SEVERAL_AXES
+// True when the line of an axis has begun.
+bool axes_any_running(void);
+#endif
+// True when an axis moves, or has segments of a line queued. Settings must not change then; the
+// start mark of a line was checked against none of them.
+bool axes_any_queued(void);

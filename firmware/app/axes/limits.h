@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+// What the board and its settings allow a line to be. Main loop only.
+//
+//     settings (registers.def) --+
+//                                +--> struct line_limits --> check of every queued block
+//     board file (config.h) -----+--> feed.reversal_ticks of each axis
+#pragma once
+
+#include "line/line_check.h" // struct line_limits
+
+// Compute the pixel period, the limits and the reversal time of each axis from the settings. Called
+// at start and after each change of the settings, while no segment is queued: queued segments were
+// checked against the old limits. No line is the reference afterwards.
+void limits_apply_settings(void);
+
+// The same for the check of a line alone: the clock goes on being measured. When the settings are
+// those of before again, or by limits_apply_settings(), the trial is over.
+void limits_try_settings(void);
+
+// The limits of a line that is queued for this axis, times in ticks: those of an axis alone, since
+// arming tells which axes move together; for an axis that is armed or moves, those of all that are.
+// Valid until the next call.
+const struct line_limits *limits_of(uint8_t axis);
+// The limits of so many axes that move together; of none as of one.
+const struct line_limits *limits_together(uint8_t axes);

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+// Edges of the pixel clock. Each edge gets its time, is compared with the plan of the running line,
+// and starts armed axes. An edge that is lost, mistimed or missing is a fault of the axes that need
+// the clock. Main loop only.
+#pragma once
+
+#include <stdbool.h>
+
+#include "axis/axis.h" // struct axis
+
+// Take a captured edge. Once a round, before any other function follows the axes.
+void clock_edges_poll(void);
+
+#if SEVERAL_AXES
+// The same between two decodings of a round, if an edge waits. Edges of a kilohertz and more are
+// not measured there, unless lines are locked to them.
+void clock_edges_poll_between(void);
+#endif
+
+// Latch a fault when an edge is overdue. Once a round.
+void clock_edges_miss(void);
+
+// An axis is about to be armed for the clock: its time-out begins now, unless edges are already
+// arriving. For lines that are locked to the clock: the first of them fixes the length of pixels
+// that are decoded before line zero.
+void clock_edges_await(void);
+
+// The axis's front line may be armed as far as the clock is concerned: a line that is to be locked
+// needs a clock that has run for some time.
+bool clock_edges_allow(const struct axis *axis);

@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: MIT
+// The register map's contents: what the Modbus server reads and writes.
+#include "app/axes/axes.h"          // axes_get
+#include "app/axes/events.h"        // events_word
+#include "app/axes/limits.h"        // limits_*
+#include "app/registers/commands.h" // commands_*
+#include "app/registers/report.h"   // report_word
+#include "app/settings/settings.h"  // settings_*
+#include "app/settings/store.h"     // store_*
+#include "base/apart.h"             // APART
+#include "base/flash.h"             // IN_FLASH
+#include "line/line_divider.h"      // line_divider_take
+#include "wire/bytes.h"             // get_word, half_word
+#include "wire/register_map.h"      // REG_*
+#include "wire/server_data.h"       // data_*
+
+static uint16_t record_register(const struct ledger *ledger, uint8_t offset)
+{
+    BY_POINTER_SMALL(ledger);
+    uint8_t count = records_shown(&ledger->records);
+
+    if (offset < 2) {
+        return half_word(ledger->records.count == 0 ? 0 : ledger->pixel, offset == 1);
+    }
+    if (offset < REG_RECORD_HEADER) {
+        return offset == 2 ? count : ledger->records.made;
+    }
+    uint8_t behind_header = (uint8_t)(offset - REG_RECORD_HEADER);
+    // A reply of records passes here for each of its words: the quotient by a product, right up to
+    // 130. A sixth is 43/256 and a little less.
+    _Static_assert(REG_RECORD_WORDS == 6 && REG_RECORD_STRIDE <= 130, "43/256 is 1/6");
+    uint8_t number = (uint8_t)((uint16_t)behind_header * 43u >> 8);
+    uint8_t word = (uint8_t)(behind_header - number * REG_RECORD_WORDS);
+
+    if (number >= count) {
+        return 0;
+    }
+    return records_word(&ledger->records, number, word);
+}
+
+// Registers that follow each other.
+struct area {
+    uint16_t first;
+    uint16_t end;
+};
+
+// The input registers that there are, in order.
+static const struct area input_areas[] IN_FLASH = {
+    {0, REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE},
+    {REG_INPUT_fault_mask_high, REG_INPUT_clock_expected_ticks + 2u},
+    {REG_ROOM_BASE, REG_ROOM_BASE + CONFIG_AXES},
+    {REG_RECORD_BASE, REG_RECORD_BASE + CONFIG_AXES * REG_RECORD_STRIDE},
+#if FEATURE_EVENTS
+    {REG_EVENT_BASE, REG_EVENT_BASE + REG_EVENT_HEADER + CONFIG_EVENTS * REG_EVENT_WORDS},
+#endif
+};
+
+#define ORDER_WORDS (sizeof(struct order) / sizeof(uint16_t))
+
+// The holding registers that there are, but for the queue window.
+static const struct area holding_areas[] IN_FLASH = {
+    {0, SETTINGS_WORDS},
+    {REG_HOLDING_axis_mask, REG_HOLDING_axis_mask + ORDER_WORDS},
+};
+
+#define AREAS(areas) ((uint8_t)(sizeof(areas) / sizeof(areas)[0]))
+
+// True when these areas have all of the registers. A read may go on from one area to the next where
+// they touch.
+static APART bool are_mapped(const struct area *area,
+                             uint8_t areas,
+                             uint16_t address,
+                             uint16_t count)
+{
+    for (; areas != 0; areas--) {
+        uint16_t first = flash_word(&area->first);
+        uint16_t end = flash_word(&area->end);
+        uint16_t room = (uint16_t)(end - address);
+
+        area++;
+        if (address >= first && address < end) {
+            if (count <= room) {
+                return true;
+            }
+            count = (uint16_t)(count - room);
+            address = end;
+        }
+    }
+    return false;
+}
+
+bool data_input_mapped(uint16_t address, uint16_t count)
+{
+    return are_mapped(input_areas, AREAS(input_areas), address, count);
+}
+
+APART uint16_t data_input(uint16_t address)
+{
+    if (address < REG_ROOM_BASE) {
+        return report_word(address);
+    }
+    if (address < REG_RECORD_BASE) {
+        return segment_queue_free(
+            &axes_get(CONFIG_INDEX((uint8_t)(address - REG_ROOM_BASE)))->queue);
+    }
+    if (FEATURE_EVENTS && address >= REG_EVENT_BASE) {
+        return events_word(address);
+    }
+    uint16_t offset = (uint16_t)(address - REG_RECORD_BASE);
+
+    return record_register(&axes_get(CONFIG_INDEX(offset / REG_RECORD_STRIDE))->ledger,
+                           (uint8_t)(offset % REG_RECORD_STRIDE));
+}
+
+static void put_record(uint8_t *to, const struct records *records, uint8_t number)
+{
+    struct pixel_record record = {0}; // of one that there is not
+
+    if (number < records_shown(records)) {
+        record = records_get(records, number);
+    }
+    put_word(&to[0], record.pixel);
+    put_word(&to[2], (uint16_t)((uint32_t)record.expected_steps >> 16));
+    put_word(&to[4], (uint16_t)record.expected_steps);
+    put_word(&to[6], (uint16_t)((uint32_t)record.actual_steps >> 16));
+    put_word(&to[8], (uint16_t)record.actual_steps);
+    put_word(&to[10], (uint16_t)record.edge_error_ticks);
+}
+
+// Records that there is room for in the registers of an axis.
+#define RECORDS_MAPPED ((REG_RECORD_STRIDE - REG_RECORD_HEADER) / REG_RECORD_WORDS)
+
+APART uint8_t data_inputs(uint16_t address, uint8_t count, uint8_t *to)
+{
+    if (address < REG_RECORD_BASE + REG_RECORD_HEADER) {
+        return report_axis_words(address, count, to);
+    }
+    if (address >= REG_EVENT_BASE) {
+        return 0;
+    }
+    uint16_t offset = (uint16_t)(address - REG_RECORD_BASE);
+    const struct records *records =
+        &axes_get(CONFIG_INDEX(offset / REG_RECORD_STRIDE))->ledger.records;
+    uint8_t behind_header =
+        (uint8_t)((uint8_t)(offset % REG_RECORD_STRIDE) - REG_RECORD_HEADER);
+    uint8_t number = behind_header / REG_RECORD_WORDS;
+    uint8_t words = 0;
+
+    // Whole records of one axis.
+    if (behind_header % REG_RECORD_WORDS != 0) {
+        return 0;
+    }
+    while (number < RECORDS_MAPPED && words + REG_RECORD_WORDS <= count) {
+        put_record(&to[2u * words], records, number);
+        words = (uint8_t)(words + REG_RECORD_WORDS);
+        number++;
+    }
+    return words;
+}
+
+// The word itself; NULL when nothing is mapped there.
+static APART const uint16_t *holding_word(uint16_t address)
+{
+    if (address < SETTINGS_WORDS) {
+        return &settings_now()->words[address];
+    }
+    address = (uint16_t)(address - REG_HOLDING_axis_mask);
+    return address < ORDER_WORDS ? &commands_last()->mask + address : NULL;
+}
+
+bool data_holding_mapped(uint16_t address, uint16_t count)
+{
+    return address == REG_QUEUE_WINDOW ||
+           are_mapped(holding_areas, AREAS(holding_areas), address, count);
+}
+
+uint16_t data_holding(uint16_t address)
+{
+    const uint16_t *word = holding_word(address);
+
+    return word != NULL ? *word : 0;
+}
+
+// The window's words behind its header are runs of two words, or, when the axis's word has a number
+// of bytes in its high half, that many bytes of packed entries.
+static bool read_block(struct block *block, uint16_t count, uint8_t *words)
+{
+    uint8_t bytes = words[2];
+    uint8_t room = (uint8_t)(2u * (count - REG_QUEUE_HEADER));
+
+    block->number = get_word(words);
+    block->bytes = &words[2u * REG_QUEUE_HEADER];
+    block->packed = bytes != 0;
+    block->size = bytes != 0 ? bytes : room;
+    if (count <= REG_QUEUE_HEADER || words[3] >= CONFIG_AXES) {
+        return false;
+    }
+    return bytes != 0 ? (uint8_t)(room - bytes) < 2u : room % 4u == 0;
+}
+
+// Settings that were just written may come into force: they are possible, and now.
+static APART_LARGE enum modbus_exception judge_settings(void)
+{
+    if (!settings_are_possible()) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    // Queued lines were checked against the settings of their time.
+    return axes_any_queued() || store_busy() ? MODBUS_BUSY : MODBUS_OK;
+}
+
+static APART void apply_settings(void)
+{
+    store_note_change();
+    limits_apply_settings();
+}
+
+// Only for the check of the block's other entries: queue_block() brings the setting into force.
+APART bool line_divider_take(uint16_t edges, bool behind)
+{
+    uint16_t *divider = &settings_record()->divider;
+    uint16_t before = *divider;
+
+    if (before == edges) {
+        return true;
+    }
+    *divider = edges;
+    if (!behind && judge_settings() == MODBUS_OK) {
+        limits_try_settings();
+        return true;
+    }
+    *divider = before;
+    return false;
+}
+
+// The divider of a line counts from the block on that brings it, if that is taken.
+static inline void settle_divider(uint16_t before, bool taken)
+{
+    if (!FEATURE_LINE_DIVIDER || settings_now()->divider == before) {
+        return;
+    }
+    if (taken) {
+        apply_settings();
+    } else {
+        settings_record()->divider = before;
+        limits_try_settings();
+    }
+}
+
+// The blocks of a queue and the orders are not inlined: what one of them keeps on the stack would
+// lie below the other.
+static APART enum modbus_exception queue_block(uint16_t count, uint8_t *words)
+{
+    struct block block;
+    uint16_t divider = settings_now()->divider;
+
+    if (!read_block(&block, count, words)) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    enum block_result result =
+        axis_queue_block(axes_get(words[3]), limits_of(words[3]), &block);
+
+    settle_divider(divider, result == BLOCK_TAKEN);
+    switch (result) {
+    case BLOCK_TAKEN:
+    case BLOCK_REPEATED:
+        return MODBUS_OK;
+    case BLOCK_FULL:
+        return MODBUS_BUSY;
+    case BLOCK_REFUSED:
+    case BLOCK_WRONG:
+    default:
+        return MODBUS_ILLEGAL_VALUE;
+    }
+}
+
+static APART_LARGE enum modbus_exception write_settings(uint8_t address,
+                                                        uint8_t count,
+                                                        uint8_t *words)
+{
+    settings_exchange(address, count, words);
+    enum modbus_exception result = judge_settings();
+    if (result == MODBUS_OK) {
+        apply_settings();
+    } else {
+        settings_exchange(address, count, words);
+    }
+    return result;
+}
+
+// Mask, command, argument and edge: a mask that is left out keeps its value, the rest is none.
+static APART enum modbus_exception write_order(uint8_t first,
+                                               uint8_t count,
+                                               const uint8_t *words)
+{
+    struct order order = {.mask = commands_last()->mask};
+    uint16_t *word = &order.mask + first; // its words lie as the registers do
+
+    for (; count != 0; count--) {
+        // The server has checked that the range ends with the edge, the last of four words.
+        *word = get_word(words); // NOLINT(clang-analyzer-security.ArrayBound)
+        word++;
+        words += 2;
+    }
+    if (order.mask > COMMANDS_MASK_MAX || order.command > COMMAND_LAST) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    return commands_give(&order) ? MODBUS_OK : MODBUS_DEVICE_FAILURE;
+}
+
+enum modbus_exception data_write(uint16_t address, uint16_t count, uint8_t *words)
+{
+    if (address == REG_QUEUE_WINDOW) {
+        return queue_block(count, words);
+    }
+    if (address >= REG_HOLDING_axis_mask) {
+        return write_order(
+            (uint8_t)(address - REG_HOLDING_axis_mask), (uint8_t)count, words);
+    }
+    return write_settings((uint8_t)address, (uint8_t)count, words);
+}

@@ -1,0 +1,340 @@
+// SPDX-License-Identifier: MIT
+#include "axis/axis.h"
+
+#include "base/apart.h" // APART
+
+// Discard what is written and not made. slot: where the step interrupt reads next.
+static void empty_stream(struct axis *axis, uint8_t slot)
+{
+    feed_reset(&axis->feed, slot, axis->ledger.negative, axis->ledger.loaded_ticks);
+}
+
+void axis_init(struct axis *axis, const struct axis_parts *parts)
+{
+    *axis = (struct axis){0};
+#if SEVERAL_AXES
+    axis->stagger = parts->stagger & 15u;
+#endif
+    lifecycle_reset(&axis->life);
+    segment_queue_init(&axis->queue, parts->queue_bytes, parts->queue_size);
+    line_check_reset(&axis->check);
+    axis->feed.stream.ring = parts->ring;
+    axis->feed.stream.engine_trains = parts->trains;
+    ledger_reset(&axis->ledger, parts->first_period_ticks);
+    empty_stream(axis, 0);
+}
+
+// Read the block's next entry. Returns false when the block ends inside the entry, or when a
+// mark or a parameter in front of a line's pixels is not in full.
+static bool read_entry(const struct block *block,
+                       struct segment_reader *reader,
+                       const struct line_check *check,
+                       struct segment *entry)
+{
+    uint8_t at = (uint8_t)reader->at;
+    uint8_t first = block->bytes[at];
+
+    if (!block->packed) {
+        block->bytes[at] = first | SEGMENT_IN_FULL;
+        *entry = segment_unpack(reader);
+        // A count of 16 bits, which the check may have to refuse.
+        entry->count = (int16_t)((uint16_t)first << 8 | block->bytes[at + 1u]);
+        return true;
+    }
+
+    if (segment_packed_size(first) > (uint8_t)(block->size - at) ||
+        (check->phase != LINE_CHECK_SEGMENTS && first < SEGMENT_IN_FULL)) {
+        return false;
+    }
+    *entry = segment_unpack(reader);
+    if (check->phase == LINE_CHECK_PARAMETER) {
+        entry->count = (int16_t)((uint16_t)entry->count & SEGMENT_PARAMETER);
+    }
+    return true;
+}
+
+// True when every entry is possible after the queued ones. The axis's check then has passed the
+// whole block, and *reader has read all of it.
+static bool check_block(struct axis *axis,
+                        const struct line_limits *limits,
+                        const struct block *block,
+                        struct segment_reader *reader,
+                        uint8_t *whole_lines)
+{
+    // An axis at rest has no line that the new one could follow without a pause: any direction may
+    // come next.
+    if (axis->life.state == AXIS_EMPTY || axis->life.state == AXIS_DONE) {
+        line_check_reset(&axis->check);
+    }
+    struct line_check check = axis->check;
+
+    for (;;) {
+        struct segment entry;
+#if SEVERAL_AXES
+        if (block->packed) {
+            line_check_pass_easy(&check, reader, block->size);
+        }
+#endif
+        if (reader->at >= block->size) {
+            break;
+        }
+        enum line_error error = LINE_malformed;
+        if (read_entry(block, reader, &check, &entry)) {
+            error = line_check_entry(&check, limits, entry);
+        }
+        if (error != LINE_none) {
+            axis->line_error = (uint8_t)error;
+            axis->line_error_pixel = check.pixel + 1u;
+            return false;
+        }
+        if (check.phase == LINE_CHECK_OUTSIDE) {
+            (*whole_lines)++;
+        }
+    }
+    axis->check = check;
+    axis->line_warning = check.warning;
+    return true;
+}
+
+// Report that the axis may be armed: when the queue holds a whole line, or when most of the queue
+// is full, since a line may be longer than the queue.
+static void report_queue(struct axis *axis)
+{
+    if (axis->whole_lines != 0 ||
+        segment_queue_free(&axis->queue) <= axis->queue.out.mask / 4u) {
+        (void)lifecycle_report(&axis->life, LIFECYCLE_READY);
+    } else if (segment_queue_fill(&axis->queue) != 0) {
+        (void)lifecycle_report(&axis->life, LIFECYCLE_QUEUED);
+    }
+}
+
+// Decide whether this block may be checked and queued. BLOCK_TAKEN means that it may.
+static enum block_result admit_block(const struct axis *axis, const struct block *block)
+{
+    BY_POINTER_SMALL(axis);
+    // The queue will be discarded as soon as the axis is at rest.
+    if (axis->life.state == AXIS_STOPPING) {
+        return BLOCK_FULL;
+    }
+    if (axis->any_block && block->number == (uint16_t)(axis->next_block - 1u)) {
+        return BLOCK_REPEATED;
+    }
+    if (block->number != axis->next_block) {
+        return BLOCK_WRONG;
+    }
+    if (axis->life.state == AXIS_REFUSED || axis->life.state == AXIS_FAULT) {
+        return BLOCK_REFUSED;
+    }
+    return segment_queue_free(&axis->queue) < block->size ? BLOCK_FULL : BLOCK_TAKEN;
+}
+
+enum block_result axis_queue_block(struct axis *axis,
+                                   const struct line_limits *limits,
+                                   const struct block *block)
+{
+    struct segment_reader reader = {
+        .bytes = block->bytes, .mask = UINT16_MAX, .last = axis->queue.last};
+    uint8_t whole_lines = 0;
+    enum block_result admitted = admit_block(axis, block);
+
+    if (admitted != BLOCK_TAKEN) {
+        return admitted;
+    }
+    line_check_limits(&axis->check, limits);
+    if (!check_block(axis, limits, block, &reader, &whole_lines)) {
+        // An armed or running line runs dry, which is a fault, unless a better block comes in time.
+        // A line that is neither armed nor running never starts.
+        (void)lifecycle_report(&axis->life, LIFECYCLE_REFUSE);
+        return BLOCK_REFUSED;
+    }
+    segment_queue_append(&axis->queue, block->bytes, block->size, reader.last);
+    axis->whole_lines = (uint8_t)(axis->whole_lines + whole_lines);
+    axis->next_block++;
+    axis->any_block = true;
+    if (axis->phase == DECODE_DRY) {
+        axis->phase = DECODE_PIECE;
+    }
+    report_queue(axis);
+    return BLOCK_TAKEN;
+}
+
+bool axis_waits_for_edge(const struct axis *axis)
+{
+    uint8_t flags = (uint8_t)segment_queue_front_word(&axis->queue);
+
+    BY_BYTE(flags);
+    return (flags & LINE_START_WAIT) != 0;
+}
+
+bool axis_seeks(const struct axis *axis, bool *opening)
+{
+    uint16_t word = segment_queue_front_word(&axis->queue);
+    uint8_t flags = (uint8_t)word;
+    uint8_t more = (uint8_t)(word >> 8);
+
+    BY_BYTE(flags);
+    BY_BYTE(more);
+    *opening = (more & LINE_START_OPEN >> 8) != 0;
+    return (flags & LINE_START_SEEK) != 0;
+}
+
+// Wherever this is asked, a start mark is the next entry that may be queued. All entries in front
+// of a line's segments are in full, so that what is behind the first two of them, however short,
+// is a whole divider or none is due.
+static bool start_queued(const struct axis *axis)
+{
+    return segment_queue_fill(&axis->queue) > LINE_HEAD_ENTRIES * SEGMENT_MOST;
+}
+
+// What the steps before a line have taken up of the play.
+enum before {
+    // The ledger tells: all of the steps are made.
+    BEFORE_MADE,
+    // All of it: they end with a line that has backlash, the same as the next one.
+    BEFORE_ALL,
+    // Nobody knows: they end with another line, which is not made yet.
+    BEFORE_UNKNOWN,
+};
+
+// Let the line that was begun take up what is lacking of its backlash.
+static APART void begin_play(struct axis *axis, enum before before)
+{
+    struct line *line = &axis->line;
+    struct ledger *ledger = &axis->ledger;
+    BY_POINTER_SMALL(axis);
+    BY_POINTER_SMALL(line);
+    BY_POINTER_SMALL(ledger);
+    uint16_t steps = line->backlash_steps;
+
+    play_tell(&ledger->play, ledger_settle_play(ledger), steps);
+    uint16_t lacking = ledger_settle_play(ledger);
+    bool unknown = !play_known(&ledger->play);
+
+    if (before != BEFORE_MADE) {
+        lacking = steps;
+        unknown = before != BEFORE_ALL;
+    }
+    // Up to here it is what is taken up in the direction of the steps before.
+    if (line->negative == axis->feed.negative) {
+        lacking = steps - lacking;
+    }
+    if (unknown) {
+        lacking = steps;
+    }
+    axis->play_unknown = unknown;
+    line->backlash_steps = lacking;
+    if (lacking == 0) {
+        line->shifted = false;
+    }
+}
+
+static void axis_begin_line(struct axis *axis,
+                            const struct pixel_period *period,
+                            enum before before)
+{
+    line_begin(&axis->line, period, &axis->queue);
+    if (FEATURE_BACKLASH && axis->line.shifted) {
+        begin_play(axis, before);
+    }
+    axis->phase = DECODE_PIECE;
+    feed_mark_here(&axis->feed, true, 0);
+}
+
+bool axis_arm(struct axis *axis, const struct pixel_period *period)
+{
+    BY_POINTER_SMALL(axis);
+    bool clocked = axis_waits_for_edge(axis) && !lock_grid_now()->ignored;
+
+    if (!start_queued(axis) || !lifecycle_report(&axis->life, LIFECYCLE_ARM)) {
+        return false;
+    }
+    axis->clocked = clocked;
+    feed_hold(&axis->feed);
+    axis_begin_line(axis, period, BEFORE_MADE);
+    if (clocked && lock_grid_now()->locks) {
+        line_grid_start_locked(&axis->line.edges);
+    }
+    axis->ledger.pixel = 0; // a fault before the line's first step is in its first pixel
+    return true;
+}
+
+void axis_place(struct axis *axis, uint32_t zero_ticks)
+{
+    if (lifecycle_report(&axis->life, LIFECYCLE_PLACED)) {
+        axis->zero_ticks = zero_ticks;
+    }
+}
+
+bool axis_released(struct axis *axis)
+{
+    return lifecycle_report(&axis->life, LIFECYCLE_RELEASED);
+}
+
+void axis_stop(struct axis *axis)
+{
+    axis->phase = DECODE_OUTSIDE;
+    (void)lifecycle_report(&axis->life, LIFECYCLE_STOP);
+}
+
+void axis_fail(struct axis *axis)
+{
+    if (lifecycle_moving(&axis->life)) {
+        axis->phase = DECODE_OUTSIDE;
+    }
+    (void)lifecycle_report(&axis->life, LIFECYCLE_FAIL);
+}
+
+void axis_discard(struct axis *axis, uint8_t ring_slot)
+{
+    segment_queue_clear(&axis->queue);
+    line_check_reset(&axis->check);
+    axis->whole_lines = 0;
+    axis->phase = DECODE_OUTSIDE;
+    // A pulse train that was cut off is accounted for already: ledger_advance() sees the cut.
+    ledger_cut(&axis->ledger, &axis->feed.stream);
+    empty_stream(axis, ring_slot);
+    (void)lifecycle_report(&axis->life, LIFECYCLE_SETTLED);
+}
+
+void axis_line_finished(struct axis *axis)
+{
+    BY_POINTER_SMALL(axis);
+    if (lifecycle_report(&axis->life, LIFECYCLE_FINISHED)) {
+        axis->lines_done++;
+        if (FEATURE_LINE_DIVIDER && !start_queued(axis)) {
+            // Of the next line no more than its head is here: no line is in front of it any more.
+            axis->check.behind = false;
+        }
+        report_queue(axis);
+    }
+}
+
+// True when the next queued line follows at once, because it does not wait for the clock. A seek
+// never follows another line and none follows it: its switch is watched from arming to rest.
+static bool line_chains(const struct axis *axis)
+{
+    return start_queued(axis) && !axis->line.seek &&
+           (segment_queue_front_word(&axis->queue) &
+            (LINE_START_WAIT | LINE_START_SEEK)) == 0;
+}
+
+void axis_line_decoded(struct axis *axis, const struct pixel_period *period)
+{
+    BY_POINTER_SMALL(axis);
+    if (axis->whole_lines != 0) {
+        axis->whole_lines--;
+    }
+    if (line_chains(axis)) {
+        struct line_grid edges = axis->line.edges;
+
+        axis->lines_done++;
+        axis_begin_line(
+            axis, period, axis->line.line_speed != 0 ? BEFORE_ALL : BEFORE_UNKNOWN);
+        if (line_grid_locked(&edges)) {
+            axis->line.edges = edges;
+        }
+        return;
+    }
+    feed_end(&axis->feed);
+    axis->phase = DECODE_OUTSIDE;
+}

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: MIT
+// One axis: its queue, its line, its state. decode.h makes ring entries of its lines, and its
+// ledger makes positions of the entries that the step interrupt has consumed. This module knows no
+// hardware: the application passes in samples of what the step interrupt did. Main loop only.
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "account/ledger.h" // struct ledger
+#include "axis/lifecycle.h"
+#include "build_features.h"     // SEVERAL_AXES
+#include "line/line.h"          // struct line
+#include "line/line_check.h"    // struct line_check
+#include "line/segment_queue.h" // struct segment_queue
+#include "steps/walk.h"         // struct walk
+#include "stream/feed.h"        // struct feed
+
+enum block_result {
+    // The block was queued.
+    BLOCK_TAKEN,
+    // The number is that of the block before: acknowledged, not queued again.
+    BLOCK_REPEATED,
+    // The number is neither the next nor the last one.
+    BLOCK_WRONG,
+    // No room for the whole block, or the axis is stopping: the host repeats the block later.
+    BLOCK_FULL,
+    // A segment is not possible (line_error has the reason), or the axis is REFUSED or FAULT.
+    BLOCK_REFUSED,
+};
+
+// What the decoder does next with the line in work.
+//
+//     OUTSIDE --> PIECE --> STEPS --> PIECE --> ... --> OUTSIDE
+//                  ^ |       | ^
+//                  | v       v |
+//               DRY,     AWAITS_TRAIN       EDGE_INSIDE --> STEPS, EDGE_BEHIND --> PIECE
+//        PIXEL_AWAITS_TRAIN,
+//          PIXEL_SINGLES
+enum decode_phase {
+    // No line is being decoded.
+    DECODE_OUTSIDE,
+    // The next piece of the line is due.
+    DECODE_PIECE,
+    // The next piece is due, but the queue was empty when the decoder needed a segment.
+    DECODE_DRY,
+    // The next piece is due, a whole pixel as one pulse train, but the interrupt still needs both
+    // of its trains.
+    DECODE_PIXEL_AWAITS_TRAIN,
+    // Inside a whole pixel whose steps are entries of their own: no pulse train can make them.
+    DECODE_PIXEL_SINGLES,
+    // Inside a piece with steps.
+    DECODE_STEPS,
+    // Inside a piece whose steps are a pulse train, but the interrupt still needs both of its
+    // trains.
+    DECODE_AWAITS_TRAIN,
+    // A pixel edge follows what the feed still has to write; behind the edge come steps.
+    DECODE_EDGE_INSIDE,
+    // A pixel edge follows what the feed still has to write; behind the edge comes the next piece.
+    DECODE_EDGE_BEHIND,
+};
+
+// Other modules read the members and change them by the functions below; feed and ledger may also
+// be used by the functions of their own headers.
+struct axis {
+    struct lifecycle life;
+    // enum decode_phase.
+    uint8_t phase;
+    // The line that was armed waits for the pixel clock and follows it.
+    bool clocked : 1;
+    // A block was taken since reset, so that block next_block - 1 exists.
+    bool any_block : 1;
+    // The newest line with backlash had to begin without knowing how much of the play was taken up.
+    bool play_unknown : 1;
+#if SEVERAL_AXES
+    // Steps of an even piece before it is handed over as a pulse train (app/axes/axes.c).
+    uint8_t stagger : 4; // up to TRAIN_STAGGER_MAX
+    // Entries that the interrupt has made of those in the ring: the rest of a batch or a pixel that
+    // is accounted for as a whole. As of when the decoding was begun last.
+    uint8_t made_entries;
+#endif
+    // Lines queued from start mark to end mark.
+    uint8_t whole_lines;
+    // enum line_error of the last refusal.
+    uint8_t line_error;
+    // enum line_error of the first warning about the line queued last.
+    uint8_t line_warning;
+    // Number that the next block must have.
+    uint16_t next_block;
+    // Lines finished since reset; wraps.
+    uint16_t lines_done;
+    // Step interrupts that came too late, since reset; wraps.
+    uint16_t underruns;
+    // First pixel of the refused segment, 1-based.
+    uint32_t line_error_pixel;
+    // Line zero: the STEP edge of tick 0, in ticks since the timers started.
+    uint32_t zero_ticks;
+    // Lines that are not decoded yet.
+    struct segment_queue queue;
+    // The line in work,
+    struct line line;
+    // the place in its piece,
+    struct walk walk;
+    // and that piece; `phase` says which of them are valid.
+    struct piece piece;
+    // The writer's end of the stream, and the stream.
+    struct feed feed;
+    // The reader's end of the stream: the account of time and position.
+    struct ledger ledger;
+    // Checks what is queued; it stands behind the newest entry of the queue.
+    struct line_check check;
+};
+
+// What an axis is made of. Everything here must last as long as the axis.
+struct axis_parts {
+    // The ring that the axis's step interrupt reads.
+    struct step_ring *ring;
+    // The STEP_TRAINS trains of the step interrupt, or NULL: the axis makes single periods only.
+    struct pulse_train *trains;
+    // Memory of the queue.
+    uint8_t *queue_bytes;
+    // Its size: a power of two, 8..32768.
+    uint16_t queue_size;
+    // Steps of an even piece before it is handed over as a pulse train; of several axes only.
+    uint8_t stagger;
+    // See ledger_reset().
+    uint16_t first_period_ticks;
+};
+
+// A new axis: EMPTY, at position 0.
+void axis_init(struct axis *axis, const struct axis_parts *parts);
+
+// Entries that a host sends at once.
+struct block {
+    // Number that the host gave the block.
+    uint16_t number;
+    // The entries' memory, which has any value once the block was checked.
+    uint8_t *bytes;
+    // Number of bytes.
+    uint8_t size;
+    // The entries are packed (segment_pack.h); else each is 4 bytes big-endian: count, repeat.
+    bool packed;
+};
+
+// Queue a block: all of its entries or none.
+enum block_result axis_queue_block(struct axis *axis,
+                                   const struct line_limits *limits,
+                                   const struct block *block);
+
+// Decode the front line ahead: LOADED becomes ARMED. Returns false when there is no line to arm.
+bool axis_arm(struct axis *axis, const struct pixel_period *period);
+
+// The front line waits for the pixel clock. For the line that axis_arm() would arm.
+bool axis_waits_for_edge(const struct axis *axis);
+// The front line is a seek; *opening: for the switch to open. For the line that axis_arm() would
+// arm.
+bool axis_seeks(const struct axis *axis, bool *opening);
+
+// Line zero of the armed line is known, and its release is near: ARMED becomes STARTING.
+void axis_place(struct axis *axis, uint32_t zero_ticks);
+
+// The step interrupt was given the line: STARTING becomes RUNNING. Returns false when a fault came
+// in between.
+bool axis_released(struct axis *axis);
+
+// The last period of the line was loaded: RUNNING becomes DONE, or LOADING or LOADED if more is
+// queued.
+void axis_line_finished(struct axis *axis);
+
+// Stop decoding, from every state: STOPPING. axis_discard() must follow when the timer is idle.
+void axis_stop(struct axis *axis);
+
+// A fault was latched: an axis that is armed or running stops decoding and becomes FAULT.
+void axis_fail(struct axis *axis);
+
+// Discard every queued line, after axis_stop() and once the timer is idle. ring_slot: where the
+// step interrupt reads next.
+void axis_discard(struct axis *axis, uint8_t ring_slot);
+
+// The decoder has reached the end mark: begin the next line if it follows without a gap, else end
+// the decoding.
+void axis_line_decoded(struct axis *axis, const struct pixel_period *period);
+
+// True when the decoder waits for the end of a pulse train.
+static inline bool axis_awaits_train(const struct axis *axis)
+{
+    return axis->phase == DECODE_AWAITS_TRAIN ||
+           (SEVERAL_AXES && axis->phase == DECODE_PIXEL_AWAITS_TRAIN);
+}
+
+// True in a line whose end is not queued yet: more of it must come.
+static inline bool axis_streams(const struct axis *axis)
+{
+    return axis->phase != DECODE_OUTSIDE && axis->whole_lines == 0;
+}
+
+// Of the entries in the ring those that the interrupt has made, at least: some time has passed
+// since they were counted. With a single axis they are not counted: 0.
+static inline uint8_t axis_made_entries(const struct axis *axis)
+{
+#if SEVERAL_AXES
+    return axis->made_entries;
+#else
+    (void)axis;
+    return 0;
+#endif
+}
+
+// Steps of an even piece before it is handed over as a pulse train. A single axis begins no train
+// at the same time as another one: 0.
+static inline uint8_t axis_stagger(const struct axis *axis)
+{
+#if SEVERAL_AXES
+    return axis->stagger;
+#else
+    (void)axis;
+    return 0;
+#endif
+}
+
+// Entries in the ring that the ledger has not accounted for.
+static inline uint8_t axis_ring_fill(const struct axis *axis)
+{
+    return stream_used(&axis->feed.stream);
+}

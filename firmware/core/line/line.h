@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: MIT
+// Makes pieces of the segments of one line. A piece is a span of time with evenly spaced or
+// uniformly accelerated steps. A piece is one pixel, except where backlash is taken up (DESIGN.md,
+// "Counts to intervals, exactly"): there the pixels before the line speed V is reached lie
+// t_b = P*B/V earlier than the clock, and a piece of B steps at speed V brings the line back onto
+// the clock.
+//
+//     edges      0         1         2    ...   Na       Na+1      Na+2
+//                |---------|---------|-- ... ---|---------|---------|
+//     pieces     | delay |  n1     |  n2   ... |  nNa  | B |   V     |
+//                        ^ 1 - B/V pixels
+//
+// Every pixel edge falls into exactly one piece; the piece names the number of its steps before the
+// edge. Main loop only.
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "clock/lock_grid.h"    // struct line_grid
+#include "clock/pixel_period.h" // struct pixel_grid
+#include "line/even_rate.h"     // struct even_rate
+#include "line/segment_queue.h" // struct segment_queue
+
+struct piece {
+    // Length of the piece, ticks.
+    uint32_t ticks;
+    // Steps in the piece.
+    uint16_t steps;
+    // Speed at the start, steps/pixel; only of curved pieces.
+    uint16_t start_speed;
+    // Constant acceleration; else evenly spaced steps.
+    bool curved;
+    // Direction of the steps.
+    bool negative;
+    // A pixel edge falls into this piece,
+    bool has_edge;
+    // after so many of its steps,
+    uint16_t edge_steps;
+    // where this position is expected (signed steps of the line, modulo 2^16),
+    int16_t edge_position;
+    // and so many ticks from the start of the piece (1..ticks).
+    uint32_t edge_ticks;
+};
+
+struct line {
+    // Where the segments come from.
+    struct segment_queue *queue;
+    // The segment being used; its repeat counts down.
+    struct segment segment;
+    // Pieces have constant acceleration; else one speed each.
+    bool smooth : 1;
+    bool negative : 1; // direction of a smooth line
+    // The line is still ahead of the pixel clock, because backlash is not yet taken up.
+    bool shifted : 1;
+    // No piece was made yet.
+    bool fresh : 1;
+    // The line is a seek: it ends early when its switch trips.
+    bool seek : 1;
+    // The switch has tripped; segments are skipped up to one that slows down.
+    bool leaving_out : 1;
+    // The down mark was reached.
+    bool down : 1;
+    // to_edge_ticks lacks a pixel that has no length yet.
+    bool edge_open : 1;
+    // The interval of the last pixel of few even steps.
+    struct even_rate even;
+    // Half-acceleration of the pixel before, if curved_pixel.c wrote it; else 0. Steps/pixel^2.
+    int16_t curve_half;
+    // Steps B of play that this line takes up; 0: none.
+    uint16_t backlash_steps;
+    // Speed V of the backlash parameter, steps/pixel; 0: the line has no backlash.
+    uint16_t line_speed;
+    uint16_t
+        speed; // steps/pixel at the start of the next piece; plain: in the last pixel
+    // Signed steps up to the start of the next piece, modulo 2^16.
+    int16_t position;
+    // From the start of the next piece to the next pixel edge, ticks.
+    uint32_t to_edge_ticks;
+    // Entries of the ring that the next pixel of few even steps waits for, or an earlier one did.
+    uint8_t room;
+    // The pixel edges.
+    struct line_grid edges;
+    union {
+        // The ends of the shifted pieces,
+        struct pixel_grid pieces;
+        // and of a locked line how far its next pixel runs ahead, ticks.
+        uint32_t next_ahead_ticks;
+    };
+};
+
+enum line_status {
+    // A piece was made.
+    LINE_PIECE,
+    // The queue is empty inside the line, or a seek's deceleration does not mirror its
+    // acceleration.
+    LINE_DRY,
+    // The end mark was reached.
+    LINE_OVER,
+};
+
+// Begin a line that takes up all of its backlash. The queue's front must be a start mark and its
+// parameter; both are removed.
+void line_begin(struct line *line,
+                const struct pixel_period *period,
+                struct segment_queue *queue);
+
+// Of a line that was begun: take up so many steps, at most those of the backlash parameter. With 0
+// the leading zero pixel stays idle.
+static inline void line_take_up(struct line *line, uint16_t steps)
+{
+    line->backlash_steps = steps;
+    line->shifted = steps != 0;
+}
+
+// Make the next piece of the line and count its steps in line->position. *piece is only valid with
+// LINE_PIECE. After LINE_DRY the call may be repeated when the queue has more.
+enum line_status line_next(struct line *line, struct piece *piece);
+
+// True where the line's pieces are the clock's own pixels, so that the functions below may be
+// asked.
+bool line_on_pixels(const struct line *line);
+
+// Number of steps of the next pixel if they are evenly spaced and in this direction, at most 255;
+// 0: they are not, or none is queued. May take the pixel's segment from the queue.
+uint8_t line_even_steps(struct line *line, bool negative);
+
+// Number of steps of the next pixel if they are under acceleration; 0: they are not, or no segment
+// is in work. After line_even_steps(), which takes the segment.
+static inline uint16_t line_curved_steps(const struct line *line)
+{
+    uint16_t steps = (uint16_t)line->segment.count;
+    bool curved = line->smooth && line->segment.repeat != 0 && 2u * steps >= line->speed;
+
+    return curved ? steps : 0;
+}
+
+// Number of steps of the next pixel if they are evenly spaced and in this direction; 0: they are
+// not, or no segment is in work. After line_even_steps(), which takes the segment.
+static inline uint16_t line_many_steps(const struct line *line, bool negative)
+{
+    int16_t count = line->segment.count;
+    uint16_t steps = (uint16_t)(count < 0 ? -count : count);
+    bool even = line->smooth ? steps == line->speed : (count < 0) == negative;
+
+    return even && line->segment.repeat != 0 ? steps : 0;
+}
+
+// Length of that pixel, ticks; 0 while line_is_early(). A locked line's pixel gets it here, so as
+// late as possible.
+uint32_t line_pixel_ticks(struct line *line);
+// The same where line_is_early() was asked.
+uint32_t line_known_ticks(struct line *line);
+
+// Pass over one pixel of the segment in work, of so many signed steps, as line_next() would. After
+// line_pixel_ticks().
+static inline void line_pass_even(struct line *line, int16_t steps)
+{
+    line->segment.repeat--;
+    line->position = (int16_t)(uint16_t)((uint16_t)line->position + (uint16_t)steps);
+    line->to_edge_ticks = 0;
+    line->edge_open = true;
+}
+
+// The next piece must not be made yet: the line is locked to the clock, and edges that are still to
+// come will make the piece's end more certain.
+bool line_is_early(const struct line *line);
+
+// The switch of a seek has tripped: slow down from the next piece on.
+void line_trip(struct line *line);

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+// The check of what stands in front of a line's segments (line_check.h):
+//
+//     start mark          flags that fit each other; the line before it counts only if this one may
+//                         follow it without a pause
+//     parameter           backlash, and the speed at which it is taken up
+//     divider, if the     clock edges a pixel, before the first segment is judged by them
+//     mark promises one
+#pragma once
+
+#include "base/names.h"            // enum line_error
+#include "line/line_check_state.h" // struct line_check
+#include "line/segment.h"          // struct segment
+
+// Expect the start of a line that follows no other: any direction may come first.
+void line_check_reset(struct line_check *check);
+
+// Accept the next entry in front of the segments, or return why not. A divider changes the limits:
+// the caller's must be those of the settings.
+enum line_error line_check_head(struct line_check *check,
+                                const struct line_limits *limits,
+                                struct segment entry);

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+// The queue of an axis: segments and marks between the bus, which pushes them, and the line
+// decoder, which pops them. The entries are packed (segment_pack.h), so that a queue holds four
+// times as many pixels with counts of their own as it holds runs. Both ends are in the main loop;
+// nothing here may be called from an interrupt.
+//
+//     pop <-- | front | ... | newest |  <-- push        head and tail run freely, modulo 65536
+//               out.at               head
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "line/segment_pack.h" // struct segment_reader
+
+struct segment_queue {
+    // The reader's end.
+    struct segment_reader out;
+    // The byte to write next; the index runs freely and is masked when it is used.
+    uint16_t head;
+    // Count of the newest entry.
+    int16_t last;
+};
+
+// Make an empty queue in `bytes`, which must last as long as the queue. size: a power of two,
+// 8..32768.
+void segment_queue_init(struct segment_queue *queue, uint8_t *bytes, uint16_t size);
+// Discard all entries.
+void segment_queue_clear(struct segment_queue *queue);
+
+// Number of bytes that are queued.
+static inline uint16_t segment_queue_fill(const struct segment_queue *queue)
+{
+    return (uint16_t)(queue->head - queue->out.at);
+}
+
+// Number of bytes that still fit.
+static inline uint16_t segment_queue_free(const struct segment_queue *queue)
+{
+    return (uint16_t)(queue->out.mask + 1u - segment_queue_fill(queue));
+}
+
+// Number of entries that surely fit.
+static inline uint16_t segment_queue_free_entries(const struct segment_queue *queue)
+{
+    return segment_queue_free(queue) / SEGMENT_MOST;
+}
+
+// Append an entry in full. Returns false and changes nothing when there may be no room for it.
+bool segment_queue_push(struct segment_queue *queue, struct segment segment);
+// Append whole packed entries, for which the caller has made sure that there is room. last: the
+// count of the last of them.
+void segment_queue_append(struct segment_queue *queue,
+                          const uint8_t *bytes,
+                          uint8_t size,
+                          int16_t last);
+// Remove the front entry and copy it to *segment. Returns false and changes nothing when the queue
+// is empty.
+bool segment_queue_pop(struct segment_queue *queue, struct segment *segment);
+// The same, unless a mark is at the front, which stays there: *segment is then its copy.
+bool segment_queue_pop_pixels(struct segment_queue *queue, struct segment *segment);
+// The word of the start mark at the front, which stays there; 0 when the queue is empty. A start
+// mark is always in full.
+uint16_t segment_queue_front_word(const struct segment_queue *queue);

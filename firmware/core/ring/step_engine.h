@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: MIT
+// What the step interrupt does, in C. On the AVR an assembly handler does the frequent cases (a
+// single period, a period of a pulse train) and calls step_engine_take() for the rest. The planner
+// and the native tests call step_engine_next() for every period, so that both consume a ring by the
+// same rules.
+//
+// One engine per axis. The interrupt owns it; the main loop reads samples of it and may halt or
+// settle it, as said below.
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "ring/step_codes.h" // STEP_STATE_*
+#include "ring/step_ring.h"  // struct step_ring
+
+enum step_engine_state {
+    // No line: an empty ring means another idle period.
+    STEP_ENGINE_IDLE = STEP_STATE_IDLE,
+    // In a line: an empty ring means that the decoder was too late, and halts the engine.
+    STEP_ENGINE_IN_LINE = STEP_STATE_IN_LINE,
+    // Halted: the ring is not read, and the timer makes idle periods.
+    STEP_ENGINE_HALTED = STEP_STATE_HALTED,
+    // Halted, but the timer still holds a period that may pulse.
+    STEP_ENGINE_HALTING = STEP_STATE_HALTING,
+    // At rest without interrupts: the timer makes idle periods that nothing counts (parked.h).
+    STEP_ENGINE_PARKED = STEP_STATE_PARKED,
+};
+
+//            BEGIN               END
+//     IDLE ---------> IN_LINE ---------> IDLE
+//       |               |   |
+//       | halt     halt |   +----------------+ empty ring
+//       |               v                    v
+//       +-----------> HALTING ------------> HALTED ---------> IDLE
+//                              next period           settle
+//
+//     IDLE <--- park, unpark ---> PARKED     only by the owner of the timer (hal/step_timer.h)
+//
+// halt, again and in any state, changes nothing that a halt has done; settle is refused while the
+// engine is going.
+
+// The timer may still make a STEP edge: the engine is in a line, or its last period is not over.
+static inline bool step_engine_going(enum step_engine_state state)
+{
+    return ((uint8_t)state & 1u) != 0;
+}
+
+// The state of one engine. The assembly handler knows the offsets of the members up to `cut`.
+struct step_engine {
+    // Slot to read next; only the interrupt writes it.
+    volatile uint8_t tail;
+    // enum step_engine_state.
+    volatile uint8_t state;
+    // Idle periods loaded so far; wraps.
+    volatile uint16_t idle_count;
+    // Periods of a pulse train still to be loaded: > 0 of train 0, < 0 of train 1.
+    volatile int8_t left;
+    // High byte of that train's intervals (top_high).
+    volatile uint8_t train_high;
+    // The pulse trains that the ring's entries refer to.
+    struct pulse_train trains[STEP_TRAINS];
+    // Halted, or about to be: nothing more is taken from the ring. step_engine_settle() clears it.
+    volatile bool stop;
+    // Periods pulse now.
+    bool pulse;
+    // Like `left`: periods at the end of a train that a halt has cut off and that are never loaded.
+    volatile int8_t cut;
+    // Level of the direction output.
+    bool negative;
+};
+
+// One period to hand to the timer.
+struct step_load {
+    // Length of the period - 1, ticks.
+    uint16_t top_ticks;
+    // False: no STEP edge in this period.
+    bool pulse : 1;
+    // An idle period, to be counted by step_engine_count().
+    bool idle : 1;
+    // The direction output must be set to engine->negative now.
+    bool reverses;
+};
+
+// What the interrupt has done so far, all read at the same instant.
+struct engine_sample {
+    // Slot to read next: every entry before it has been taken.
+    uint8_t tail;
+    // Periods of the train before `tail` that are not loaded yet
+    uint8_t left;
+    // and, when this is set, never will be.
+    bool cut;
+    // Which train, while periods of it are left.
+    uint8_t train;
+    // Idle periods loaded so far.
+    uint16_t idle_count;
+};
+
+// A new engine, idle at slot 0 of an empty ring. Before the step interrupt is enabled.
+void step_engine_reset(struct step_engine *engine, struct step_ring *ring);
+
+// Take the next period from the ring and execute the commands before it. With nothing to take the
+// result is an idle period. Called in the step interrupt, with interrupts on; takes longer with
+// each command before the period.
+struct step_load step_engine_take(struct step_engine *engine,
+                                  const struct step_ring *ring);
+
+// Count the period if it is an idle one. Called with interrupts off, because a capture interrupt
+// reads both bytes of the count.
+static inline void step_engine_count(struct step_engine *engine,
+                                     const struct step_load *load)
+{
+    if (load->idle) {
+        engine->idle_count = (uint16_t)(engine->idle_count + 1u);
+    }
+}
+
+// Take and count in one call, where no interrupt can come between.
+static inline struct step_load step_engine_next(struct step_engine *engine,
+                                                const struct step_ring *ring)
+{
+    struct step_load load = step_engine_take(engine, ring);
+
+    step_engine_count(engine, &load);
+    return load;
+}
+
+// Start anew after a halt. Returns false and changes nothing while the engine is going, because the
+// timer still holds a period that pulses. *slot: where the writer continues. Called with the step
+// interrupt off.
+bool step_engine_settle(struct step_engine *engine,
+                        struct step_ring *ring,
+                        uint8_t *slot);
+
+// Take nothing more from the ring, whatever the writer adds; the rest of a pulse train is cut off.
+// The timer completes the period that it holds and makes idle periods afterwards. Allowed in every
+// state and as often as wanted. Called with the step interrupt off, and short for that reason.
+static inline void step_engine_halt(struct step_engine *engine)
+{
+    int8_t left = engine->left;
+
+    engine->stop = true;
+    if (left != 0) {
+        engine->cut = left;
+        engine->left = 0;
+    }
+    if (engine->state != STEP_ENGINE_HALTED) {
+        engine->state = STEP_ENGINE_HALTING;
+    }
+}
+
+// The same, for a caller that interrupted step_engine_take(): what the engine has begun to take
+// counts as taken, and the interrupt calls step_engine_halt() when it is done.
+static inline void step_engine_halt_soon(struct step_engine *engine)
+{
+    engine->stop = true;
+}
+
+// Number of periods that `left` or `cut` stands for.
+static inline uint8_t step_engine_size(int8_t left)
+{
+    return (uint8_t)(left < 0 ? -left : left);
+}
+
+// A sample from engine fields that were read together, with the step interrupt off.
+static inline struct engine_sample step_engine_sample_of(uint8_t tail,
+                                                         int8_t left,
+                                                         int8_t cut,
+                                                         uint16_t idle_count)
+{
+    return (struct engine_sample){
+        .tail = tail,
+        .left = step_engine_size(cut != 0 ? cut : left),
+        .cut = cut != 0,
+        .train = left < 0,
+        .idle_count = idle_count,
+    };
+}
+
+// A sample of the engine. Called with the step interrupt off, or where there is none.
+static inline struct engine_sample step_engine_sample(const struct step_engine *engine)
+{
+    return step_engine_sample_of(
+        engine->tail, engine->left, engine->cut, engine->idle_count);
+}

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: MIT
+// The account of whole pixels is the same whether they are taken one by one or many at once, when
+// those whose records are not kept pass in a row.
+#include <stdbool.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "account/ledger.h"
+#include "account/records.h"
+#include "fakes/chance.h"
+#include "stream/stream.h"
+#include "unity.h"
+
+#define TRIALS       3000u
+#define FEW_PERIODS  40u // of a pixel, so that one alone is never taken in a row
+#define MANY_PERIODS 120u
+
+struct account {
+    struct ledger ledger;
+    struct stream stream;
+};
+
+static struct account start;
+static struct account at_once;
+static struct account one_by_one;
+static uint8_t pixels;
+
+void setUp(void)
+{
+    chance_seed(7);
+}
+
+void tearDown(void)
+{
+    records_thin(1, UINT16_MAX);
+}
+
+static bool once_in(uint32_t times)
+{
+    return chance_between(1, times) == 1;
+}
+
+// Two of them are less than 2^31 apart.
+static int32_t any_position(void)
+{
+    return (int32_t)chance_between(0, 0x3FFFFFFF) - 0x20000000;
+}
+
+// Near the small limits or near the large ones.
+static int32_t any_error(void)
+{
+    return once_in(2) ? (int32_t)chance_between(0, 8)
+                      : (int32_t)chance_between(0, 9000) - 4500;
+}
+
+static void begin_ledger(void)
+{
+    static const uint16_t every[] = {1, 2, 5, 100, 1000};
+    static const uint16_t errors[] = {0, 3, 300, 4000, UINT16_MAX};
+    struct ledger *ledger = &start.ledger;
+
+    ledger_reset(ledger, 1000);
+    records_thin(every[chance_between(0, 4)], errors[chance_between(0, 4)]);
+    records_reset(&ledger->records);
+    ledger->records.to_next = (uint16_t)chance_between(1, ledger->records.to_next);
+    ledger->records.passing = once_in(2);
+    ledger->records.count = 1;
+    ledger->pulse = !once_in(16);
+    ledger->negative = once_in(2);
+    ledger->loaded_ticks = chance();
+    ledger->position_steps = any_position();
+    ledger->line_origin = any_position();
+    ledger->pixel = chance();
+    ledger->fresh = (uint8_t)chance_between(0, 3);
+#if FEATURE_CLOCK_STATISTICS
+    ledger->records.shown_ticks = (int16_t)any_error();
+    for (uint8_t i = 0; i < RECORDS_EARLY; i++) {
+        int32_t error_ticks = once_in(8) ? (int32_t)chance() : any_error();
+        ledger->records.early_ticks[i] = once_in(2) ? (int16_t)error_ticks : 0;
+    }
+#endif
+}
+
+// So many whole pixels, as many as fit the ring; a deviation now and then.
+static void begin_stream(uint8_t most_periods)
+{
+    struct stream *stream = &start.stream;
+    uint16_t periods = 0;
+    uint16_t steps = (uint16_t)(start.ledger.position_steps - start.ledger.line_origin);
+
+    stream->retired = (uint8_t)chance();
+    stream->mark_tail = (uint8_t)chance();
+    for (pixels = 0; pixels < STREAM_MARKS - 1u; pixels++) {
+        uint8_t more = (uint8_t)chance_between(1, most_periods);
+        if (periods + more > 252u) {
+            break;
+        }
+        periods = (uint16_t)(periods + more);
+        if (start.ledger.pulse) {
+            steps = start.ledger.negative ? (uint16_t)(steps - more)
+                                          : (uint16_t)(steps + more);
+        }
+        stream->marks[(uint8_t)(stream->mark_tail + pixels) & (STREAM_MARKS - 1u)] =
+            (struct stream_mark){
+                .slot = (uint8_t)(stream->retired + periods),
+                .periods = more & 0x7Fu,
+                .ticks = once_in(60) ? 0 : (uint16_t)chance(),
+                .position = (uint16_t)(steps + (once_in(40) ? 1u : 0u)),
+        };
+    }
+    uint8_t end = (uint8_t)(stream->mark_tail + pixels);
+
+    stream->mark_placed = once_in(4) ? (uint8_t)(end - 1u) : end;
+    stream->mark_head = (uint8_t)(end + 1u);
+    stream->behind_periods = once_in(4) ? STREAM_UNKNOWN : (uint8_t)chance_between(0, 40);
+}
+
+static void take(struct account *account, uint8_t tail, bool *inside)
+{
+    *inside = ledger_take_pixels(&account->ledger, &account->stream, tail);
+}
+
+// The ends of pixels up to `tail`, in order, and then that itself.
+static void take_one_by_one(uint8_t tail, bool *inside)
+{
+    const struct stream *stream = &start.stream;
+    uint8_t made = (uint8_t)(tail - stream->retired);
+
+    for (uint8_t i = 0; i < pixels; i++) {
+        uint8_t slot =
+            stream->marks[(uint8_t)(stream->mark_tail + i) & (STREAM_MARKS - 1u)].slot;
+        if ((uint8_t)(slot - stream->retired) < made) {
+            take(&one_by_one, slot, inside);
+        }
+    }
+    take(&one_by_one, tail, inside);
+}
+
+static void compare(uint8_t most_periods)
+{
+    bool inside_at_once = false;
+    bool inside = false;
+
+    memset(&start, 0, sizeof start);
+    begin_ledger();
+    begin_stream(most_periods);
+    memcpy(&at_once, &start, sizeof start);
+    memcpy(&one_by_one, &start, sizeof start);
+    uint8_t tail = (uint8_t)(start.stream.retired + chance_between(0, 252));
+
+    take(&at_once, tail, &inside_at_once);
+    take_one_by_one(tail, &inside);
+    TEST_ASSERT_EQUAL(inside, inside_at_once);
+    TEST_ASSERT_EQUAL_MEMORY(&one_by_one, &at_once, sizeof start);
+}
+
+static void pixels_of_few_periods(void)
+{
+    for (uint16_t trial = 0; trial < TRIALS; trial++) {
+        compare(FEW_PERIODS);
+    }
+}
+
+static void pixels_of_many_periods(void)
+{
+    for (uint16_t trial = 0; trial < TRIALS; trial++) {
+        compare(MANY_PERIODS);
+    }
+}
+
+// The number of a pixel has 32 bits, also where its upper half changes.
+static void numbers_of_pixels_wrap(void)
+{
+    static const uint32_t before[] = {0, 0xFFFEuL, 0x1FFFEuL, 0xFFFFFEuL, 0x7FFFFFFEuL};
+
+    for (size_t i = 0; i < sizeof before / sizeof before[0]; i++) {
+        for (uint8_t thinned = 0; thinned < 2u; thinned++) {
+            memset(&start, 0, sizeof start);
+            records_thin(thinned == 0 ? 1 : 1000, UINT16_MAX);
+            ledger_reset(&start.ledger, 1000);
+            records_reset(&start.ledger.records);
+            start.ledger.pixel = before[i];
+            start.ledger.pulse = true;
+            for (uint8_t k = 0; k < 4u; k++) {
+                start.stream.marks[k] =
+                    (struct stream_mark){.slot = (uint8_t)(60u * (k + 1u)),
+                                         .periods = 60,
+                                         .position = (uint16_t)(60u * (k + 1u)),
+                                         .ticks = 800};
+            }
+            start.stream.mark_placed = 4;
+            start.stream.mark_head = 5;
+            (void)ledger_take_pixels(&start.ledger, &start.stream, 240);
+            TEST_ASSERT_EQUAL_UINT32(before[i] + 4u, start.ledger.pixel);
+        }
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(pixels_of_few_periods);
+    RUN_TEST(pixels_of_many_periods);
+    RUN_TEST(numbers_of_pixels_wrap);
+    return UNITY_END();
+}

@@ -1,0 +1,468 @@
+// SPDX-License-Identifier: MIT
+// Both ends of a stream: what the writer appends, the reader passes, once and in order.
+#include <stddef.h>
+#include <stdint.h>
+
+#include "fakes/chance.h"
+#include "fakes/promise.h"
+#include "stream/stream.h"
+#include "unity.h"
+
+#define ROUNDS      3000u
+#define FIRST_SLOT  250u // the ring wraps early
+#define START_TICKS 8192u
+
+static struct step_ring ring;
+static struct pulse_train trains[STEP_TRAINS];
+static struct stream stream;
+static uint16_t
+    lengths[STEP_RING_SLOTS]; // of the period that was appended last at each slot, ticks
+
+void setUp(void)
+{
+    promise_broken = 0;
+    chance_seed(0x5EED0013uL);
+    stream.ring = &ring;
+    stream.engine_trains = trains;
+    stream_reset(&stream, FIRST_SLOT, START_TICKS);
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, promise_broken);
+}
+
+static uint16_t random_ticks(void)
+{
+    return (uint16_t)chance_between(64, STEP_PERIOD_MAX_TICKS);
+}
+
+// Append `count` periods as a batch, the first of which becomes visible last.
+static void put_batch(uint8_t count)
+{
+    uint8_t slot = stream.head;
+    uint32_t sum = 0;
+
+    for (uint8_t i = 0; i < count; i++) {
+        uint8_t at = (uint8_t)(slot + i);
+        lengths[at] = random_ticks();
+        sum += lengths[at];
+        (void)stream_write(&ring, at, lengths[at]);
+    }
+    uint8_t first_high = ring.high[slot];
+    ring.high[slot] = STEP_HIGH_EMPTY;
+    stream_publish_batch(&stream, count, sum, first_high);
+}
+
+static void put_periods(uint8_t count)
+{
+    for (; count != 0; count--) {
+        lengths[stream.head] = random_ticks();
+        stream_put_period(&stream, lengths[stream.head]);
+    }
+}
+
+static uint32_t appended_ticks(uint8_t slot, uint8_t count)
+{
+    uint32_t sum = 0;
+
+    for (; count != 0; count--) {
+        sum += lengths[slot];
+        slot++;
+    }
+    return sum;
+}
+
+// Pass periods up to the tail and compare their length with what was appended. Returns how many.
+static uint8_t pass(uint8_t tail, bool whole)
+{
+    uint8_t first = stream.retired;
+    uint32_t ticks = 0;
+    uint8_t count = stream_pass_periods(&stream, tail, whole, &ticks);
+
+    TEST_ASSERT_EQUAL_UINT8((uint8_t)(first + count), stream.retired);
+    if (count != 0) {
+        TEST_ASSERT_EQUAL_UINT32(appended_ticks(first, count), ticks);
+    }
+    return count;
+}
+
+static void check_mark(bool line_start, uint8_t early, uint16_t position)
+{
+    const struct stream_mark *mark = stream_mark(&stream);
+
+    if (!stream_has_mark(&stream)) {
+        TEST_FAIL_MESSAGE("no mark");
+        return;
+    }
+    TEST_ASSERT_EQUAL(line_start, mark->line_start);
+    TEST_ASSERT_EQUAL_UINT8(early, stream_mark_early(mark));
+    TEST_ASSERT_EQUAL_UINT16(position, mark->position);
+}
+
+static void new_stream_is_empty(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(0, stream_used(&stream));
+    TEST_ASSERT_EQUAL_UINT8(STEP_RING_CAPACITY, stream_space(&stream));
+    TEST_ASSERT_EQUAL_HEX8(STEP_HIGH_EMPTY, ring.high[FIRST_SLOT]);
+    TEST_ASSERT_EQUAL_UINT32(START_TICKS, stream.end_ticks);
+    TEST_ASSERT_FALSE(stream_has_mark(&stream));
+    TEST_ASSERT_TRUE(stream_train_free(&stream));
+}
+
+static void reset_forgets_everything(void)
+{
+    struct even even;
+
+    even_start(&even, 100000, 100);
+    put_batch(5);
+    stream_add_mark(&stream, false, 5);
+    TEST_ASSERT_EQUAL_UINT32(100000, stream_put_train(&stream, &even, 100));
+    TEST_ASSERT_EQUAL_UINT32(100000, stream_put_train(&stream, &even, 100));
+    TEST_ASSERT_FALSE(stream_train_free(&stream));
+    stream_reset(&stream, 7, 99);
+    TEST_ASSERT_EQUAL_UINT8(7, stream.head);
+    TEST_ASSERT_EQUAL_UINT8(7, stream.retired);
+    TEST_ASSERT_EQUAL_UINT32(99, stream.end_ticks);
+    TEST_ASSERT_FALSE(stream_has_mark(&stream));
+    TEST_ASSERT_FALSE(stream_inside_batch(&stream, 9));
+    TEST_ASSERT_EQUAL_UINT16(0, stream.trains[0].steps);
+    TEST_ASSERT_EQUAL_UINT16(0, stream.trains[1].steps);
+    TEST_ASSERT_EQUAL_HEX8(STEP_HIGH_EMPTY, ring.high[7]);
+}
+
+static void end_is_the_sum_of_all_entries(void)
+{
+    struct even even;
+
+    even_start(&even, 100003, 300);
+    put_periods(4);
+    put_batch(10);
+    uint32_t ticks = appended_ticks(FIRST_SLOT, 14);
+    stream_put_command(&stream, STEP_COMMAND_QUIET);
+    TEST_ASSERT_EQUAL_UINT32(100003, stream_put_train(&stream, &even, 300));
+    TEST_ASSERT_EQUAL_UINT32(START_TICKS + ticks + 100003u, stream.end_ticks);
+    stream_delay(&stream, STEP_IDLE_TICKS);
+    TEST_ASSERT_EQUAL_UINT32(START_TICKS + ticks + 100003u + STEP_IDLE_TICKS,
+                             stream.end_ticks);
+}
+
+// A train to the end of its piece needs no sum of its steps: everything else is alike.
+static void the_rest_of_a_piece_is_a_train_like_others(void)
+{
+    static struct step_ring other_ring;
+    struct even even;
+
+    even_start(&even, 100003, 300);
+    uint32_t before = even_skip(&even, 4);
+    struct even at = even;
+    TEST_ASSERT_EQUAL_UINT32(100003u - before, stream_put_train(&stream, &even, 296));
+    struct pulse_train put = trains[0];
+    struct stream_train noted = stream.trains[0];
+    uint8_t head = stream.head;
+    other_ring = ring;
+
+    stream_reset(&stream, FIRST_SLOT, START_TICKS);
+    stream_put_rest(&stream, &at, 296, 100003u - before);
+    TEST_ASSERT_EQUAL_MEMORY(&put, &trains[0], sizeof(put));
+    TEST_ASSERT_EQUAL_UINT16(noted.steps, stream.trains[0].steps);
+    TEST_ASSERT_EQUAL_UINT16(noted.sum, stream.trains[0].sum);
+    TEST_ASSERT_EQUAL_UINT32(noted.ticks, stream.trains[0].ticks);
+    TEST_ASSERT_EQUAL_UINT8(head, stream.head);
+    TEST_ASSERT_EQUAL_MEMORY(&other_ring, &ring, sizeof(ring));
+}
+
+static void put_pulse_train(uint16_t steps)
+{
+    struct even even;
+
+    even_start(&even, 500u * steps, steps);
+    (void)stream_put_train(&stream, &even, steps);
+}
+
+// The entries of a train are passed together: up to the interrupt, a mark or the other train.
+static void entries_of_a_train_are_passed_together(void)
+{
+    put_pulse_train(300); // 127, 127, 46
+    stream_add_mark(&stream, false, 1);
+    put_pulse_train(400); // 127 up to the mark, 127, 127, 19
+    TEST_ASSERT_EQUAL_UINT16(0, stream_pass_train(&stream, 0, FIRST_SLOT));
+    TEST_ASSERT_EQUAL_UINT16(254,
+                             stream_pass_train(&stream, 0, (uint8_t)(FIRST_SLOT + 2u)));
+    TEST_ASSERT_EQUAL_UINT16(0, stream_pass_train(&stream, 1, stream.head));
+    TEST_ASSERT_EQUAL_UINT16(46, stream_pass_train(&stream, 0, stream.head));
+    TEST_ASSERT_EQUAL_UINT8((uint8_t)(FIRST_SLOT + 3u), stream.retired);
+    TEST_ASSERT_EQUAL_UINT16(127, stream_pass_train(&stream, 1, stream.head));
+    TEST_ASSERT_TRUE(stream_mark_within(&stream, 0));
+    stream_pass_mark(&stream);
+    TEST_ASSERT_EQUAL_UINT16(273, stream_pass_train(&stream, 1, stream.head));
+    TEST_ASSERT_EQUAL_UINT8(stream.head, stream.retired);
+}
+
+// Which of two trains the interrupt makes is told by the entry before the one that it reads next.
+static void the_older_train_is_known_by_its_entries(void)
+{
+    put_periods(2);
+    put_pulse_train(200);
+    put_periods(1);
+    put_pulse_train(100);
+    for (uint8_t taken = 1; taken <= stream_used(&stream); taken++) {
+        uint8_t tail = (uint8_t)(FIRST_SLOT + taken);
+        TEST_ASSERT_EQUAL(taken == 3 || taken == 4, stream_in_older_train(&stream, tail));
+    }
+}
+
+static void reserved_slots_hide_what_follows(void)
+{
+    uint8_t held = stream_reserve(&stream, 3);
+
+    put_periods(2);
+    TEST_ASSERT_EQUAL_UINT8(FIRST_SLOT, held);
+    TEST_ASSERT_EQUAL_HEX8(STEP_HIGH_EMPTY, ring.high[FIRST_SLOT]);
+    TEST_ASSERT_EQUAL_UINT8((uint8_t)(FIRST_SLOT + 5u), stream.head);
+    TEST_ASSERT_EQUAL_HEX8(STEP_HIGH_EMPTY, ring.high[stream.head]);
+    TEST_ASSERT_EQUAL_UINT8(5, stream_used(&stream));
+}
+
+static void marks_wait_for_a_period(void)
+{
+    stream_add_mark(&stream, true, 0);
+    stream_add_mark(&stream, false, 0xFFFE);
+    TEST_ASSERT_TRUE(stream_mark_waits(&stream));
+    TEST_ASSERT_FALSE(stream_has_mark(&stream));
+    put_periods(1);
+    TEST_ASSERT_FALSE(stream_mark_waits(&stream));
+}
+
+static void marks_are_read_behind_their_period(void)
+{
+    stream_add_mark(&stream, true, 0);
+    stream_add_mark(&stream, false, 0xFFFE);
+    put_periods(1);
+    TEST_ASSERT_FALSE(stream_mark_within(&stream, 0));
+    TEST_ASSERT_EQUAL_UINT8(1, pass(stream.head, false));
+    TEST_ASSERT_TRUE(stream_mark_within(&stream, 0));
+    check_mark(true, 0, 0);
+    stream_pass_mark(&stream);
+    check_mark(false, 0, 0xFFFE);
+    stream_pass_mark(&stream);
+    TEST_ASSERT_FALSE(stream_has_mark(&stream));
+}
+
+static void marks_fill_up(void)
+{
+    for (uint8_t i = 0; i < STREAM_MARKS - 1u; i++) {
+        TEST_ASSERT_FALSE(stream_marks_full(&stream));
+        stream_add_mark(&stream, false, i);
+        put_periods(1);
+    }
+    TEST_ASSERT_TRUE(stream_marks_full(&stream));
+    TEST_ASSERT_EQUAL_UINT8(1, pass(stream.head, false));
+    stream_pass_mark(&stream);
+    TEST_ASSERT_FALSE(stream_marks_full(&stream));
+}
+
+static void periods_end_at_marks_and_other_entries(void)
+{
+    put_periods(2);
+    stream_add_mark(&stream, false, 2);
+    stream_place_marks(&stream, 0);
+    put_periods(3);
+    stream_put_command(&stream, STEP_COMMAND_QUIET);
+    put_periods(1);
+    TEST_ASSERT_EQUAL_UINT8(2, pass(stream.head, false));
+    stream_pass_mark(&stream);
+    TEST_ASSERT_EQUAL_UINT8(3, pass(stream.head, true));
+    TEST_ASSERT_EQUAL_HEX8(STEP_HIGH_COMMAND, stream_peek(&stream));
+    TEST_ASSERT_EQUAL_HEX8(STEP_COMMAND_QUIET, stream_pass_entry(&stream));
+    TEST_ASSERT_EQUAL_UINT8(1, pass(stream.head, false));
+    TEST_ASSERT_EQUAL_UINT16(lengths[(uint8_t)(stream.retired - 1u)],
+                             stream_passed_ticks(&stream, 1));
+}
+
+static void train_entries_name_their_train(void)
+{
+    struct even even;
+
+    even_start(&even, 200000, 400);
+    stream_add_mark(&stream, false, 0);
+    TEST_ASSERT_EQUAL_UINT32(200000, stream_put_train(&stream, &even, 400));
+    TEST_ASSERT_EQUAL_UINT32(200000, stream_put_train(&stream, &even, 400));
+    check_mark(false, STEP_TRAIN_ENTRY_MAX - 1u, 0);
+    for (uint8_t train = 0; train < STEP_TRAINS; train++) {
+        int16_t steps = 0;
+        for (uint8_t i = 0; i < 4; i++) {
+            TEST_ASSERT_EQUAL_HEX8(STEP_HIGH_TRAIN, stream_peek(&stream));
+            steps = (int16_t)(steps + (int8_t)stream_pass_entry(&stream));
+        }
+        TEST_ASSERT_EQUAL_INT16(train == 0 ? 400 : -400, steps);
+        TEST_ASSERT_EQUAL_UINT16(500, stream_train_base(&stream, train));
+        TEST_ASSERT_EQUAL_UINT32(50000, stream_train_ticks(&stream, train, 100));
+        stream_free_train(&stream, train);
+        TEST_ASSERT_TRUE(stream_train_free(&stream));
+    }
+    TEST_ASSERT_EQUAL_UINT8(0, stream_used(&stream));
+}
+
+#if STREAM_BATCHES > 0
+static void batch_is_passed_whole_or_split(void)
+{
+    put_batch(10);
+    uint8_t tail = (uint8_t)(FIRST_SLOT + 4u);
+
+    TEST_ASSERT_TRUE(stream_inside_batch(&stream, tail));
+    TEST_ASSERT_EQUAL_UINT8(0, pass(tail, true));
+    TEST_ASSERT_EQUAL_UINT8(4, pass(tail, false));
+    TEST_ASSERT_TRUE(stream_inside_batch(&stream, (uint8_t)(tail + 5u)));
+    TEST_ASSERT_FALSE(stream_inside_batch(&stream, stream.head));
+    TEST_ASSERT_EQUAL_UINT8(6, pass(stream.head, true));
+}
+
+static void batches_are_passed_together(void)
+{
+    put_batch(10);
+    put_batch(20);
+    put_batch(30);
+    TEST_ASSERT_EQUAL_UINT8(30, pass((uint8_t)(FIRST_SLOT + 59u), true));
+    TEST_ASSERT_EQUAL_UINT8(30, pass(stream.head, true));
+}
+
+// The last period of a pixel and the first one of the next, behind which the mark stands.
+static void periods_behind_a_batch_join_it(void)
+{
+    put_batch(5);
+    put_periods(1);
+    stream_add_mark(&stream, false, 1);
+    put_periods(1);
+    put_periods(2); // behind the mark
+    TEST_ASSERT_EQUAL_UINT8(0, pass((uint8_t)(FIRST_SLOT + 6u), true));
+    TEST_ASSERT_EQUAL_UINT8(7, pass(stream.head, true));
+    TEST_ASSERT_TRUE(stream_mark_within(&stream, 0));
+    check_mark(false, 0, 1);
+    stream_pass_mark(&stream);
+    TEST_ASSERT_EQUAL_UINT8(1, pass((uint8_t)(stream.retired + 1u), true));
+    TEST_ASSERT_EQUAL_UINT8(1, pass(stream.head, true));
+}
+
+static void batches_on_both_sides_of_a_mark_are_passed_one_by_one(void)
+{
+    put_batch(5);
+    stream_add_mark(&stream, false, 1);
+    put_periods(1);
+    put_batch(5);
+    TEST_ASSERT_EQUAL_UINT8(6, pass(stream.head, true));
+    stream_pass_mark(&stream);
+    TEST_ASSERT_EQUAL_UINT8(5, pass(stream.head, true));
+}
+
+static void no_period_joins_a_batch_that_was_passed(void)
+{
+    put_batch(5);
+    TEST_ASSERT_EQUAL_UINT8(5, pass(stream.head, true));
+    put_periods(2);
+    TEST_ASSERT_FALSE(stream_inside_batch(&stream, (uint8_t)(stream.head - 1u)));
+    TEST_ASSERT_EQUAL_UINT8(1, pass((uint8_t)(stream.head - 1u), true));
+}
+
+static void a_batch_grows_up_to_its_most(void)
+{
+    put_batch(STREAM_BATCH_MOST - 1u);
+    put_periods(2);
+    TEST_ASSERT_EQUAL_UINT8(STREAM_BATCH_MOST,
+                            pass((uint8_t)(FIRST_SLOT + STREAM_BATCH_MOST), true));
+    TEST_ASSERT_EQUAL_UINT8(1, pass(stream.head, true));
+}
+
+static void periods_before_a_batch_end_there(void)
+{
+    put_periods(3);
+    put_batch(10);
+    TEST_ASSERT_EQUAL_UINT8(3, pass(stream.head, true));
+    TEST_ASSERT_EQUAL_UINT8(10, pass(stream.head, true));
+}
+
+static void batch_without_a_note_is_added_up(void)
+{
+    for (uint8_t i = 0; i < STREAM_BATCHES + 1u; i++) {
+        put_batch(3);
+    }
+    TEST_ASSERT_EQUAL_UINT8(3u * STREAM_BATCHES, pass(stream.head, true));
+    TEST_ASSERT_EQUAL_UINT8(1, pass((uint8_t)(stream.retired + 1u), true));
+    TEST_ASSERT_EQUAL_UINT8(2, pass(stream.head, true));
+}
+#endif
+
+static void append_some(void)
+{
+    uint8_t count = (uint8_t)chance_between(1, 30);
+
+    if (stream_space(&stream) <= 60u) {
+        return;
+    }
+    if (chance_between(0, 2) != 0) {
+        put_batch(count);
+    } else {
+        put_periods(count);
+    }
+}
+
+// Pass one part of what lies before tail; *ticks is what was appended there. Returns false when the
+// rest must wait.
+static bool pass_part(uint8_t tail, bool whole, uint32_t *ticks)
+{
+    uint8_t first = stream.retired;
+    uint8_t count = pass(tail, whole);
+
+    *ticks += appended_ticks(first, count);
+    TEST_ASSERT_TRUE(count <= (uint8_t)(tail - first));
+    TEST_ASSERT_TRUE(count != 0 || (whole && stream_inside_batch(&stream, tail)));
+    return count != 0;
+}
+
+// Passed is what was appended, wherever the interrupt is, whole batches or not.
+static void random_streams(void)
+{
+    uint32_t ticks = START_TICKS;
+
+    for (uint16_t i = 0; i < ROUNDS; i++) {
+        append_some();
+        uint8_t tail =
+            (uint8_t)(stream.retired + chance_between(0, stream_used(&stream)));
+        bool whole = chance_between(0, 1) != 0;
+        bool passed = true;
+        while (passed && stream.retired != tail) {
+            passed = pass_part(tail, whole, &ticks);
+        }
+    }
+    ticks += appended_ticks(stream.retired, stream_used(&stream));
+    TEST_ASSERT_EQUAL_UINT32(stream.end_ticks, ticks);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(new_stream_is_empty);
+    RUN_TEST(reset_forgets_everything);
+    RUN_TEST(end_is_the_sum_of_all_entries);
+    RUN_TEST(reserved_slots_hide_what_follows);
+    RUN_TEST(marks_wait_for_a_period);
+    RUN_TEST(marks_are_read_behind_their_period);
+    RUN_TEST(marks_fill_up);
+    RUN_TEST(periods_end_at_marks_and_other_entries);
+    RUN_TEST(train_entries_name_their_train);
+    RUN_TEST(the_rest_of_a_piece_is_a_train_like_others);
+    RUN_TEST(entries_of_a_train_are_passed_together);
+    RUN_TEST(the_older_train_is_known_by_its_entries);
+#if STREAM_BATCHES > 0
+    RUN_TEST(batch_is_passed_whole_or_split);
+    RUN_TEST(batches_are_passed_together);
+    RUN_TEST(periods_behind_a_batch_join_it);
+    RUN_TEST(batches_on_both_sides_of_a_mark_are_passed_one_by_one);
+    RUN_TEST(no_period_joins_a_batch_that_was_passed);
+    RUN_TEST(a_batch_grows_up_to_its_most);
+    RUN_TEST(periods_before_a_batch_end_there);
+    RUN_TEST(batch_without_a_note_is_added_up);
+#endif
+    RUN_TEST(random_streams);
+    return UNITY_END();
+}
