@@ -18,10 +18,12 @@ from pixstep.jobs.job import Job, id_of
 from pixstep.jobs.shapes import Shape
 from pixstep.jobs.simulated import blocks, cuts, tools, work
 from pixstep.jobs.simulated.cuts import Cutter, World
+from pixstep.jobs.simulated.judge import _Part, _turns
 from pixstep.jobs.simulated.rows import Edges
 from pixstep.lines import exact
 from pixstep.lines.line import Line
 from pixstep.simulation import verdict
+from pixstep.simulation.job import Job as OneLine
 from pixstep.simulation.logs import AxisEdges
 from pixstep.simulation.pixel_clock import ClockFlaws
 
@@ -155,6 +157,18 @@ class TestChained:
         edges = self.edges(Fraction(10, 11))
         found = verdict.judge_axis(self.LINE, self.PERIOD, edges, tick_hz=16_000_000)
         assert any("not on the pixel edge" in reason for reason in found.reasons)
+
+    @pytest.mark.parametrize(("hold", "right"), [(400, True), (100, False)])
+    def test_a_turn_at_a_seam_keeps_the_hold_time(self, hold, right):
+        cycles, levels = np.array([1000, 1050, 9000, 9050]), np.array([1, 0, 1, 0])
+        lines = [
+            AxisEdges(cycles[:2], levels[:2]),
+            AxisEdges(cycles[2:], levels[2:], np.array([1000 + hold]), np.array([1])),
+        ]
+        of = OneLine("mega", {}, Fraction(110))
+        parts = [_Part(k, "M39", self.LINE, edges, of, 0, False) for k, edges in enumerate(lines)]
+        _turns(parts)
+        assert [part.reasons == [] for part in parts] == [True, right]
 
 
 class TestKeys:

@@ -89,6 +89,7 @@ def judge(made: Made) -> Judged:
     chain = _Chain(made)
     for name, parts in motors.items():
         chain.judge(parts)
+        _turns(parts)
         _positions(made, name, parts)
         _loads(made, name, parts)
     for line in zip(*motors.values(), strict=True):
@@ -240,6 +241,20 @@ class _Chain:
         # A clock that jitters is seen otherwise by each board; how far is told, and not judged.
         if apart > most and self._follows.sync != FREE and self._made.block.world.flaws.even:
             parts[0].reasons.append(f"pixel edges of the motors are up to {apart} ticks apart")
+
+
+def _turns(parts: list[_Part]) -> None:
+    """Require the driver's hold time between the last step of a line and a turn for the next."""
+    last: int | None = None
+    for part in parts:
+        turns, ups = part.edges.direction_cycles, part.edges.rising
+        if last is not None and len(turns):
+            after = turns[turns >= last]
+            if len(after) and after[0] - last < verdict.DIRECTION_SETUP_S * part.of.tick_hz:
+                part.reasons.append(
+                    f"DIR changes {after[0] - last} ticks after the last step of the line before"
+                )
+        last = int(ups[-1]) if len(ups) else last
 
 
 def _positions(made: Made, name: str, parts: list[_Part]) -> None:
