@@ -35,6 +35,7 @@ else:
 SUFFIX = ".pxsim"
 _BLOCKS, _EDGES, _LINES, _ABOUT = "blocks", "edges", "lines.parquet", "simulation.json"
 _WHERE = b"pixstep"  # the metadata of a block's rows: who made them, and where its edges are
+_GROUP = 4096  # rows that are written together: each group takes memory until the end
 MOST_FAILED = 20  # lines that are told one by one
 
 
@@ -124,11 +125,12 @@ class SimFolder:
         return where
 
     def assemble(self, job: Job, cuts: Iterable[Cut]) -> Told:
-        """Write the table of all lines from those of the blocks, one block at a time."""
+        """Write the table of all lines from those of the blocks, a few blocks at a time."""
         import hashlib
 
         told, total = Told(), hashlib.sha256()
         seen: set[str] = set()
+        waiting: list[pyarrow.Table] = []
         with (
             atomic.rules(atomic.WriteRules(force=True)), atomic.replacing(self.lines) as path,
             parquet.ParquetWriter(path, _schema(), compression="zstd") as writer,
@@ -142,7 +144,12 @@ class SimFolder:
                 _sum_up(told, table)
                 for value in table.column("sha256").to_pylist():
                     total.update(value.encode())
-                writer.write_table(table)
+                waiting.append(table)
+                if sum(one.num_rows for one in waiting) >= _GROUP:
+                    writer.write_table(pyarrow.concat_tables(waiting))
+                    waiting.clear()
+            if waiting:
+                writer.write_table(pyarrow.concat_tables(waiting))
         told.sha256 = total.hexdigest()
         return told
 
