@@ -159,7 +159,7 @@ def test_another_missing_module_is_an_error_as_ever(tmp_path):
         _ = lazy("no_such_module").anything
 
 
-@pytest.mark.parametrize("package", ["numpy", "matplotlib", "pyarrow", "caproto"])
+@pytest.mark.parametrize("package", ["numpy", "matplotlib", "pyarrow", "caproto", "distributed"])
 def test_the_extra_that_is_named_brings_the_package(package):
     project = tomllib.loads(natives.source("pyproject.toml").read_text())["project"]
     error = missing_package(ModuleNotFoundError("No module", name=f"{package}.part"))

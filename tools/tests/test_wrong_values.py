@@ -44,6 +44,7 @@ TEXTS = {
     "--plant": ("play=abc", "nonsense", "colour=red"),
     "--encoder": ("/no/such/program",),
     "--bauds": ("abc", "17"),
+    "--scheduler": ("nonsense", "tcp://127.0.0.1:1"),
     "--skip": ("nonsense",),
     "--of": ("nobody",),
     "--still": ("nobody",),
@@ -64,6 +65,7 @@ GOES_ON = (
     ("serve", "--socket"),  # it is made
     ("ioc", "--state"),  # it is made
     ("job run", "--folder"),  # so is this
+    ("job simulate", "--edges"),
 )
 # A profile may be made for any motor.
 OWN_TEXTS = {("profile make", "--motor"): ("a/b",)}

@@ -23,6 +23,7 @@ _EXTRAS = {
     "numpy": ("this needs numpy", "numpy"),
     "matplotlib": ("drawings need matplotlib", "plot"),
     "pyarrow": ("Parquet needs pyarrow", "parquet"),
+    "distributed": ("a Dask cluster needs distributed", "cluster"),
     "useq": ("a useq-schema sequence needs useq-schema", "scans"),
     "yaml": ("a useq-schema sequence in YAML needs PyYAML", "scans"),
     "caproto": ("EPICS needs caproto", "epics"),

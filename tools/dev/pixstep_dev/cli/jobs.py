@@ -125,6 +125,69 @@ def seams(
 
 
 @jobs_group.command()
+@click.option("--lines", type=click.IntRange(min=8), default=64, show_default=True)
+@click.option("--block", type=click.IntRange(min=1), default=8, show_default=True)
+@click.option(
+    "--memory-lines", type=click.IntRange(min=1), multiple=True, default=(100, 1000),
+    show_default=True, help="Lines of a job in which the client's memory is measured.",
+)  # fmt: skip
+@seed_option
+@json_option
+@click.pass_context
+def simulate(
+    ctx: click.Context, lines: int, block: int, memory_lines: tuple[int, ...], seed: int,
+    as_json: bool,
+) -> None:  # fmt: skip
+    """Simulate a job on one core, on two, on a cluster.
+
+    Exit status 0 only if the rows are the same each time, also with a worker or a process killed
+    and after an interruption; if less than 2 kB a line went between client and scheduler; and if
+    the client's memory is the same for any number of lines.
+    """
+    from pixstep_dev.jobs import simulate as campaign  # takes a while to load
+
+    with progress.shown(f"{lines} lines") as show:
+        outcome = campaign.run(campaign.Plan(lines, block, memory_lines, seed=seed), show)
+    rows = [
+        f"{one.name}: {one.seconds:.1f} s, {one.simulated} blocks simulated, {one.known} known, "
+        f"{one.repeated} again; rows {one.sha256[:12]}"
+        for one in outcome.passes
+    ]
+    rows.append(f"{outcome.bytes_a_line:.0f} bytes a line between client and scheduler")
+    rows += [
+        f"client's memory for {count} equal lines ({outcome.different[count]} different blocks): "
+        f"{memory:.1f} MB"
+        for count, memory in outcome.memory_mb.items()
+    ]
+    finish(ctx, asdict(outcome), rows, "the same rows each time", as_json=as_json)
+
+
+@jobs_group.command("plant-seam")
+@click.option("--times", type=click.IntRange(min=0), default=4, show_default=True, help="Lines.")
+@click.option("--lines", type=click.IntRange(min=6), default=12, show_default=True)
+@seed_option
+@json_option
+@click.pass_context
+def plant_seam(ctx: click.Context, times: int, lines: int, seed: int, as_json: bool) -> None:
+    """Plant faults at seams: blocks have to find them.
+
+    Lines that take play up wrongly, firmware whose grid loses a part of a tick. Exit status 0 only
+    if simulated blocks find each at its seam, lines simulated alone find none, and nothing is found
+    where nothing was planted.
+    """
+    from pixstep_dev.jobs import plant_seam as campaign  # takes a while to load
+
+    with progress.shown(f"{times} faults") as show:
+        outcome = campaign.run(campaign.Plan(times, lines, seed), show)
+    rows = [
+        f"{one.what} at line {one.line}: blocks find {len(one.in_blocks)} lines from "
+        f"{min(one.in_blocks, default=0)} on, lines alone {len(one.alone)}\n  {one.reason}"
+        for one in outcome.plants
+    ]
+    finish(ctx, asdict(outcome), rows, "blocks find each, lines alone none", as_json=as_json)
+
+
+@jobs_group.command()
 @click.option("--pairs", type=click.IntRange(min=1), help="So many, by chance.  [default: all]")
 @seed_option
 @json_option

@@ -23,7 +23,7 @@ PLACES = {"M39": (0, 0), "M40": (0, 1), "M41": (1, 0)}
 PITCH = 12
 _SPEED, _BACKLASH, _TURN = 200, 50, 120
 _MACHINE = f"""\
-clock = {{ pixel = "HZ Hz", divider = 1, sync = "SYNC" }}
+clock = {{ pixel = "RATE Hz", divider = 1, sync = "SYNC" }}
 line.lead_in = 4
 
 [boards.main]
@@ -73,7 +73,7 @@ class Press:
     @classmethod
     def make(
         cls, folder: Path, lines: int, pixels: int = 20, sync: str = "lock",
-        starts: Mapping[str, int] | None = None, hz: Fraction = PIXEL_HZ,
+        starts: Mapping[str, int] | None = None, pixel_hz: Fraction = PIXEL_HZ,
     ) -> Press:  # fmt: skip
         """Write a machine and a job of so many lines; `starts` is where motors begin."""
         formats.write_prn(folder / "line.PRN", [20, 60, 120, 180, _SPEED])
@@ -83,14 +83,14 @@ class Press:
         for name, counts in _HOMING.items():
             formats.write_csv(folder / f"home-{name}.csv", counts, _HOME)
         machine = folder / "machine.toml"
-        machine.write_text(_MACHINE.replace("SYNC", sync).replace("HZ Hz", f"{hz} Hz"))
+        machine.write_text(_MACHINE.replace("SYNC", sync).replace("RATE", str(pixel_hz)))
         path = folder / "print.pxjob"
         ops.job_make(
             image_size=f"{pixels}x{lines}", scan=f"M39={_SPEED}", step=f"M41={PITCH}",
             turn=f"M40={_TURN}", output=path, machine=machine,
             start=tuple(f"{name}={at}" for name, at in (starts or {}).items()),
         )  # fmt: skip
-        return cls(folder, Job.read(path), hz)
+        return cls(folder, Job.read(path), pixel_hz)
 
     @property
     def machine(self) -> Path:

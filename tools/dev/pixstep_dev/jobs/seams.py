@@ -69,7 +69,7 @@ def run(plan: Plan, show: Progress = unseen) -> Outcome:
     """Print a job and measure its seams."""
     outcome = Outcome(plan.lines)
     with tempfile.TemporaryDirectory() as folder:
-        press = Press.make(Path(folder), plan.lines, sync=plan.sync, hz=_HZ)
+        press = Press.make(Path(folder), plan.lines, sync=plan.sync, pixel_hz=_HZ)
         options: dict[str, Any] = {
             "pixel_ppm": plan.ppm, "pixel_jitter_ns": round(1000 * plan.jitter_us),
             "seed": plan.seed,

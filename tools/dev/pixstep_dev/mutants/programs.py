@@ -7,6 +7,7 @@ a folder of its own; nothing is written anywhere else.
 """
 
 import json
+import os
 import re
 import shlex
 import subprocess
@@ -19,6 +20,7 @@ from pixstep.errors import UserError
 
 _CHANGEABLE = re.compile(r"libpixstep_\w+\.a$")  # archives whose members are linked by name
 _MEMBER = re.compile(r"(?P<archive>[^\s(]+\.a)\((?P<name>[^)]+)\)")  # begins a line of a linker map
+_CACHE = "ccache"  # before the compiler, where CMake was told to launch it so
 _NO_DEBUG = ("-g0", "-w")  # line numbers of the debugger's are not what a program does
 
 
@@ -37,8 +39,9 @@ def _output(command: list[str], cwd: Path) -> str:
 
 
 def _without_deps(words: list[str]) -> list[str]:
-    """Return a compiler's command that notes nowhere what it has read."""
-    kept = [word for word in words if word != "-MD"]
+    """Return a compiler's command that notes nowhere what it has read, without a cache of it."""
+    cached = Path(words[0]).name == _CACHE
+    kept = [word for word in words[cached:] if word != "-MD"]
     for option in ("-MT", "-MF"):
         if option in kept:
             at = kept.index(option)
@@ -77,7 +80,8 @@ class Build:
                 found = set()
                 self.deps[line.split(":")[0]] = found  # filled by the lines that follow
             elif line.strip():
-                found.add(str(self.folder / line.strip()))
+                # A compiler's cache names files by where they are from here.
+                found.add(os.path.normpath(self.folder / line.strip()))
 
     @cached_property
     def folder(self) -> Path:

@@ -70,19 +70,21 @@ def _same_counts(boards: Sequence[Board], counts: Sequence[float]) -> None:
     )
 
 
-def start(group: list[Lines], world: World, progress: Progress = unseen) -> Together:
+def start(
+    group: list[Lines], world: World, progress: Progress = unseen, token: int | None = None
+) -> Together:
     """Start lines of several boards on one edge of the pixel clock.
 
     All are armed with a token and have to be ready; then each is told the edge by its own count.
     While the clock rests the boards wait for it, for as long as this function polls them. If a
     board does not arm, is not ready, refuses or faults, if the counts of edges do not fit, or if
     Ctrl-C comes, all are stopped and their lines are forgotten. Raises BoardError then, which names
-    the board.
+    the board. Without a `token` one is made at random.
     """
     for lines in group:
         lines.board.require("tokens")
     clocked = _are_clocked([lines.board for lines in group])
-    token = secrets.randbelow(0xFFFF) + 1
+    token = token or secrets.randbelow(0xFFFF) + 1
     armed: list[Lines] = []
     gone = False
     try:

@@ -79,6 +79,10 @@ EXAMPLES = {
         "job run print.pxjob --folder monday.pxrun",
         "job run print.pxjob --to-start --accept-amber",
     ),
+    "job simulate": (
+        "job simulate print.pxjob",
+        "job simulate print.pxjob --scheduler tcp://lab7:8786 --out print.pxsim --json",
+    ),
     "job status": ("job status print.pxrun",),
     "job show": ("job show print.pxjob", "job show print.pxjob --line 7 --json"),
     "job show-config": ("job show-config print.pxjob", "job show-config print.pxjob --out copy"),

@@ -16,6 +16,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import astuple, dataclass
 from fractions import Fraction
 from functools import cached_property
+from itertools import zip_longest
 from pathlib import Path
 
 from pixstep import atomic
@@ -33,7 +34,10 @@ PROFILES, SETTINGS = "profiles/", "settings/"
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """A job that was made or read. `copies` are the members that are files of the user's."""
+    """A job that was made or read. `copies` are the members that are files of the user's.
+
+    `runs` are line by line, the motors of each in their order.
+    """
 
     header: JobHeader
     copies: Mapping[str, bytes]
@@ -118,7 +122,8 @@ class Job:
         """Return how each motor runs in a line, from 1. Raises UserError if there is no such."""
         if not 1 <= number <= self.lines:
             raise UserError(f"{self.path}: line {number}: there are lines 1 to {self.lines}")
-        return self._by_line[number]
+        motors = len(self.motors)
+        return {run.motor: run for run in self.runs[(number - 1) * motors : number * motors]}
 
     def expected(self, number: int, motor: str) -> tuple[int, ...]:
         """Return the motor's positions at the pixels' end edges of a line."""
@@ -134,13 +139,6 @@ class Job:
                 found.setdefault((run.shape, run.negative), run.line)
         return found
 
-    @cached_property
-    def _by_line(self) -> dict[int, dict[str, Run]]:
-        found: dict[int, dict[str, Run]] = {}
-        for run in self.runs:
-            found.setdefault(run.line, {})[run.motor] = run
-        return found
-
 
 def _refuse_strange(
     about: JobHeader,
@@ -150,8 +148,9 @@ def _refuse_strange(
 ) -> None:
     """Refuse a job whose members are right and do not fit each other: pixstep makes no such one."""
     motors = tuple(about.motors)
-    wanted = [(line, name) for line in range(1, about.line.lines + 1) for name in motors]
-    if [(run.line, run.motor) for run in runs] != wanted or not runs:
+    wanted = ((line, name) for line in range(1, about.line.lines + 1) for name in motors)
+    found = ((run.line, run.motor) for run in runs)
+    if not runs or any(one != other for one, other in zip_longest(found, wanted)):
         raise RefusedError(f"{LINES}: not {about.line.lines} lines of {', '.join(motors)}")
     if any(run.shape not in shapes or run.pixels != about.line.pixels for run in runs):
         raise RefusedError(f"{LINES}: a line has a shape or a length that the job has not")

@@ -73,7 +73,8 @@ class Chain:
     """Lines `first` to `last` of a job, one after the other without a gap.
 
     `made` is the last line that every board has confirmed, `reserve_px` how many pixels before its
-    turn a line was in the queues as a whole, at the least.
+    turn a line was in the queues as a whole, at the least. Boards that begin together are armed
+    with `token`, or one made at random.
     """
 
     job: Job
@@ -86,6 +87,7 @@ class Chain:
     last: int
     parts: Parts | None = None
     gaps: Gaps | None = None
+    token: int | None = None
     made: int = field(init=False)
     reserve_px: float = field(default=math.inf, init=False)
     lost: dict[str, BoardError] = field(default_factory=dict)
@@ -187,7 +189,9 @@ class Chain:
         """Queue the first lines and start them, on one edge of the clock."""
         self._sender.send(self.stations, self._allowed())
         if len(self.stations) > 1:
-            return together.start([one.lines for one in self.stations], self.world)
+            return together.start(
+                [one.lines for one in self.stations], self.world, token=self.token
+            )
         (station,) = self.stations
         run.arm_lines(station.lines)
         return None

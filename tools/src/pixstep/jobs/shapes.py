@@ -66,7 +66,7 @@ def key_of(counts: Iterable[int], decode: str, backlash: int) -> bytes:
     return content.digest()[:KEY_BYTES]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Run:
     """What one motor does in one line.
 

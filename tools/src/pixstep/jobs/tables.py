@@ -30,6 +30,8 @@ _GROUPS_KEPT = 8
 _LISTS = ("counts", "expected")
 _PACKED = {f"{name}.list.element": "DELTA_BINARY_PACKED" for name in _LISTS}
 _COLUMNS = tuple(one.name for one in fields(Run))
+_SHARED = [k for k, one in enumerate(fields(Run)) if one.type in ("str", "bytes")]
+_ROWS = 1024
 
 
 def pack_shapes(shapes: Iterable[Shape]) -> bytes:
@@ -62,10 +64,17 @@ def pack_runs(runs: Iterable[Run]) -> bytes:
 
 def unpack_runs(data: bytes) -> list[Run]:
     """Return the rows of the table of lines. Raises RefusedError for what is no such table."""
+    runs: list[Run] = []
+    same: dict[Any, Any] = {}  # texts and keys: ten thousand lines have few different ones
     with _readable("lines"):
-        found = parquet.read_table(pyarrow.BufferReader(data))
-        columns = [found.column(name).to_pylist() for name in _COLUMNS]
-    return [Run(*row) for row in zip(*columns, strict=True)]
+        # Part by part, so that a long table takes no memory besides its rows.
+        found = parquet.ParquetFile(pyarrow.BufferReader(data))
+        for part in found.iter_batches(_ROWS, columns=list(_COLUMNS), use_threads=False):
+            columns = [part.column(name).to_pylist() for name in _COLUMNS]
+            for k in _SHARED:
+                columns[k] = [same.setdefault(value, value) for value in columns[k]]
+            runs += (Run(*row) for row in zip(*columns, strict=True))
+    return runs
 
 
 @contextlib.contextmanager

@@ -48,6 +48,11 @@ class Instant:
         root = isqrt(self.d)
         return root * root == self.d and (self.x + self.y * root) % self.e == 0
 
+    def later(self, ticks: Fraction) -> Instant:
+        """Return the instant that is so many ticks later."""
+        part, parts = ticks.numerator, ticks.denominator
+        return Instant(self.x * parts + part * self.e, self.y * parts, self.d, self.e * parts)
+
     def at_or_before(self, bound: Fraction) -> bool:
         """True if the instant is <= `bound` ticks, in exact arithmetic."""
         # y*sqrt(d) <= bound*e - x, after multiplying by the bound's denominator

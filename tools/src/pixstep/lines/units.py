@@ -370,8 +370,13 @@ def period_ticks(hz: Fraction, tick_hz: int) -> Fraction:
     return Fraction(tick_hz) / hz
 
 
-def edge_tick(pixel: int, period: Fraction) -> int:
-    """Return B_k = floor(k * P), the tick of the end edge of pixel k after line zero."""
+def edge_tick(pixel: int, period: Fraction, phase: Fraction = Fraction(0)) -> int:
+    """Return B_k = floor(k * P), the tick of the end edge of pixel k after line zero.
+
+    A line that follows another one begins a `phase` of a tick late.
+    """
+    if phase:
+        return int((phase + pixel * period) // 1)
     return pixel * period.numerator // period.denominator
 
 

@@ -133,6 +133,8 @@ OPERATIONS: dict[str, tuple[str, str]] = {
         "Say how far a run is, by its log alone; no board is asked."),
     "job pause": ("job.resume:JobPause",
         "Ask a run of another console to pause."),
+    "job simulate": ("job.simulate:JobSimulate",
+        "Simulate a whole job: every board, motor and line, cycle by cycle, on all cores."),
     "job report": ("job.report:JobReport",
         "Write the report of a run: one HTML file, which needs no network."),
     "watch": ("job.watch:WatchRun",

@@ -125,7 +125,7 @@ class PixelGrid:
         return mapped
 
 
-def nominal(line: Line, period: Fraction, zero: int) -> PixelGrid:
+def nominal(line: Line, period: Fraction, zero: float) -> PixelGrid:
     """Return the grid of a line on the board's own time, which began in cycle `zero`."""
     ends = np.array([0.0, float(line.pixels)])
     return PixelGrid(float(period), ends, zero + ends * float(period))

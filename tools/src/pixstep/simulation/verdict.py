@@ -35,6 +35,7 @@ _DIGITS = {
     "max_interval_error_ticks": 6,
 }  # fmt: skip
 NEAR_ONE = 1e-3  # ticks from the limit where floating point hands over to exact arithmetic
+NO_PHASE = Fraction(0)
 DIRECTION_SETUP_S = 20e-6  # the default setting
 
 
@@ -75,10 +76,12 @@ class AxisVerdict:
         return cast("Axis", found)
 
 
-def find_zero(line: Line, period: Fraction, rising: np.ndarray) -> int | None:
+def find_zero(
+    line: Line, period: Fraction, rising: np.ndarray, phase: Fraction = NO_PHASE
+) -> int | None:
     """Return the line's zero in cycles, None if there is no step to tell it from."""
     votes = Counter(
-        int(rising[done - 1]) - edge_tick(pixel, period)
+        int(rising[done - 1]) - edge_tick(pixel, period, phase)
         for pixel, done in exact.edge_ends(line)
         if 0 < done <= len(rising)
     )
@@ -87,12 +90,13 @@ def find_zero(line: Line, period: Fraction, rising: np.ndarray) -> int | None:
 
 def judge_axis(
     line: Line, period: Fraction, edges: AxisEdges, axis: int = 0, *, tick_hz: int,
-    stopped: bool = False,
+    stopped: bool = False, phase: Fraction = NO_PHASE,
 ) -> AxisVerdict:  # fmt: skip
     """Return the verdict on one axis' edges against the exact instants of its line.
 
     A second has `tick_hz` ticks. Of a line that a fault `stopped` the edges may end early; those
-    made must be right.
+    made must be right. A line that a board chained to others begins a `phase` of a tick after the
+    whole tick that counts as its zero.
     """
     verdict = AxisVerdict(axis, 0, len(edges.rising), line.total_steps)
     _judge_number(verdict, edges, stopped)
@@ -100,8 +104,8 @@ def judge_axis(
     count = min(len(rising), line.total_steps)
     if count == 0:
         return verdict
-    ideal = exact.instants(line, period)[:count]
-    zero = find_zero(line, period, rising)
+    ideal = exact.instants(line, period)[:count] + float(phase)
+    zero = find_zero(line, period, rising, phase)
     if zero is None:  # stopped before the first step that falls on an edge
         middle = round(float(np.median(rising[:count] - ideal)))
         zero = min(
@@ -111,19 +115,21 @@ def judge_axis(
     verdict.line_zero_cycle = zero
     errors = (rising[:count] - zero) - ideal
     _note_errors(verdict, errors, tick_hz)
-    _judge_errors(verdict, line, period, rising[:count] - zero, errors)
+    _judge_errors(verdict, line, period, rising[:count] - zero, errors, phase)
     _judge_rates(verdict, ideal, rising[:count], errors)
-    _judge_edge_ends(verdict, line, period, rising, zero)
+    _judge_edge_ends(verdict, line, period, rising, zero, phase)
     _judge_directions(verdict, line, edges, tick_hz)
     return verdict
 
 
 def judge_locked_axis(
-    line: Line, period: Fraction, edges: AxisEdges, axis: int = 0, *, tick_hz: int
-) -> tuple[AxisVerdict, PixelGrid | None]:
+    line: Line, period: Fraction, edges: AxisEdges, axis: int = 0, *, tick_hz: int,
+    rounded: bool = False,
+) -> tuple[AxisVerdict, PixelGrid | None]:  # fmt: skip
     """Return the verdict on edges that follow the pixel clock, and the grid that they show.
 
     Errors are those against the board's own grid; `clock_judge` compares the grid with the clock.
+    Edges of a board whose ticks are others than the cycles of the log are `rounded` to these.
     """
     verdict = AxisVerdict(axis, 0, len(edges.rising), line.total_steps)
     _judge_number(verdict, edges)
@@ -136,7 +142,7 @@ def judge_locked_axis(
     errors = rising - grid.at(units)
     _note_errors(verdict, errors, tick_hz)
     # Ends of pieces that run ahead of the pixels are no whole ticks: one more may be between.
-    most = np.where(units > line.shifted_pixels, 1 + NEAR_ONE, 2 + NEAR_ONE)
+    most = rounded + np.where(units > line.shifted_pixels, 1 + NEAR_ONE, 2 + NEAR_ONE)
     far = np.flatnonzero(np.abs(errors) > most)
     if len(far):
         verdict.reasons.append(
@@ -201,17 +207,24 @@ def _note_errors(verdict: AxisVerdict, errors: np.ndarray, tick_hz: int) -> None
 
 
 def _judge_errors(
-    verdict: AxisVerdict, line: Line, period: Fraction, ticks: np.ndarray, errors: np.ndarray
-) -> None:
-    """Require every edge strictly within one tick of its exact instant."""
+    verdict: AxisVerdict, line: Line, period: Fraction, ticks: np.ndarray, errors: np.ndarray,
+    phase: Fraction,
+) -> None:  # fmt: skip
+    """Require every edge strictly within one tick of its exact instant.
+
+    Where a chained line takes play up, its pieces run ahead on a grid that begins on a whole tick:
+    one more may be between, as in a locked line.
+    """
+    ahead = sum(line.counts[: line.shifted_pixels]) + line.backlash if phase else 0
     doubtful = np.flatnonzero(np.abs(errors) > 1 - NEAR_ONE).tolist()
+    doubtful = [step for step in doubtful if step >= ahead or abs(errors[step]) > 2 + NEAR_ONE]
     far = [step for step in doubtful if abs(errors[step]) > 1 + NEAR_ONE]
     close = sorted({*doubtful} - {*far})
     instants = exact.instants_of(line, period, close) if close else []
     far += [
         step
         for step, when in zip(close, instants, strict=True)
-        if not when.strictly_within_one(int(ticks[step]))
+        if not when.later(phase).strictly_within_one(int(ticks[step]))
     ]
     if far:
         first = min(far)
@@ -235,14 +248,15 @@ def _judge_rates(
 
 
 def _judge_edge_ends(
-    verdict: AxisVerdict, line: Line, period: Fraction, rising: np.ndarray, zero: int
-) -> None:
+    verdict: AxisVerdict, line: Line, period: Fraction, rising: np.ndarray, zero: int,
+    phase: Fraction,
+) -> None:  # fmt: skip
     """Require the last step of every pixel exactly on its end edge (floor(k*P))."""
     off = []
     for pixel, done in exact.edge_ends(line):
         if done > len(rising):
             break
-        if int(rising[done - 1]) == zero + edge_tick(pixel, period):
+        if int(rising[done - 1]) == zero + edge_tick(pixel, period, phase):
             verdict.last_steps_on_edge += 1
         else:
             off.append(pixel)

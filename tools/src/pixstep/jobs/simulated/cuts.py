@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: MIT
+"""A job in blocks of chained lines, each named by its content.
+
+The line before a block runs first, so that the seam to the block is a real one. Everything that
+decides edges and verdict is in a block's key, and nothing else: not where it is in the job, nor
+where the motors are. So equal blocks of a job have one key, and a line that was changed changes the
+keys of its block and of the next one alone.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, astuple, dataclass, field
+from typing import Any
+
+from pixstep.board import registers as regs
+from pixstep.board import settings, values
+from pixstep.board.boards import load as load_kind
+from pixstep.errors import AskedText, UserError
+from pixstep.jobs.job import Job
+from pixstep.jobs.simulated import tools
+from pixstep.jobs.simulated.tools import Images, Tools
+from pixstep.lines.units import hz_text
+from pixstep.simulation.pixel_clock import ClockFlaws
+
+LINES = 32  # of a block, besides the one before
+MOST_STEPS = 2_000_000  # of a block, or one line: a list of edges is held in memory
+VERSION = 1  # of what rows and edges mean
+_SPEAKING = ("unit_address", "baud_100", "parity")  # to the simulated bus as it is
+
+
+@dataclass(frozen=True)
+class World:
+    """In which world blocks are simulated: the pixel clock, what is random, blocks' lines.
+
+    Without `run_in` no line runs before a block.
+    """
+
+    ppm: float = 0.0
+    flaws: ClockFlaws = field(default_factory=ClockFlaws)
+    seed: int = 1
+    lines: int = LINES
+    run_in: bool = True
+    images: Images = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Cut:
+    """Lines `first` to `last` of a job, after line `begin`, if that is another one."""
+
+    begin: int
+    first: int
+    last: int
+    key: str = ""
+
+    @property
+    def lines(self) -> int:
+        """How many lines are judged."""
+        return self.last + 1 - self.first
+
+
+@dataclass(frozen=True)
+class Follows:
+    """What lines are to the pixel clock, of which a pixel has `divider` edges."""
+
+    sync: str
+    divider: int
+    gate_edges: int
+
+    @classmethod
+    def of(cls, job: Job) -> Follows:
+        """Return what a job's machine file says, else what its boards are set to."""
+        clock, (first, *_) = job.machine.tables.clock, Place.of(job).boards
+        held = settings.defaults() | settings_of(job).get(first, {})
+        names = {number: name for name, number in regs.SYNCS.items()}
+        gate = settings.gate_of(held) if clock.gate_edges is None else clock.gate_edges
+        return cls(clock.sync or names[held["sync"]], clock.edges, gate)
+
+
+@dataclass(frozen=True)
+class Place:
+    """The simulated boards by name, with their kinds; each motor's board, from 0, and axis.
+
+    A board with the most ticks a second is the first: its cycles are the time of all.
+    """
+
+    boards: Mapping[str, str]
+    motors: Mapping[str, tuple[int, int]]
+
+    @classmethod
+    def of(cls, job: Job) -> Place:
+        """Return the boards and motors of a job."""
+        machine = job.machine.tables
+        names = {name: machine.board_name(machine[name]) for name in job.motors}
+        kinds = {name: machine.boards[name].kind for name in names.values()}
+        boards = sorted(kinds, key=lambda name: -load_kind(kinds[name]).tick_hz)
+        kinds = {name: kinds[name] for name in boards}
+        return cls(
+            kinds,
+            {name: (boards.index(of), machine[name].axis) for name, of in names.items()},
+        )
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """The different kinds of boards."""
+        return tuple(dict.fromkeys(self.boards.values()))
+
+
+def settings_of(job: Job) -> dict[str, dict[str, int]]:
+    """Return the settings of boards that a job has, but for how they are spoken to."""
+    known = {register.name for register in regs.settings()}
+    return {
+        board: {
+            name: value
+            for name, value in tomllib.loads(job.copies[member].decode())[values.TABLE].items()
+            if name in known and name not in _SPEAKING
+        }
+        for board, member in job.header.settings.items()
+    }
+
+
+def refuse(job: Job, world: World) -> None:
+    """Raise UserError for a job that cannot be simulated in a world."""
+    follows = Follows.of(job)
+    if follows.gate_edges and not world.flaws.gate_edges:
+        raise UserError(AskedText(
+            "{path}: its pixel clock is gated, with {edges} edges before line zero: say by "
+            "{pixel_gate} how the clock comes, at least {all} edges a burst",
+            path=job.path, edges=follows.gate_edges,
+            all=follows.gate_edges + job.pixels * follows.divider + 1,
+        ))  # fmt: skip
+
+
+class Cutter:
+    """Cuts a job into blocks, in a world, for some tools."""
+
+    def __init__(self, job: Job, world: World, found: Tools) -> None:
+        self._job, self._world = job, world
+        self._steps: dict[tuple[bytes, str], int] = {}
+        place = Place.of(job)
+        self._same = {
+            "version": VERSION, "tools": dict(found), "boards": list(place.boards.values()),
+            "settings": [settings_of(job).get(name, {}) for name in place.boards],
+            "clock": [hz_text(job.machine.tables.clock_hz), astuple(Follows.of(job))],
+            "world": [world.ppm, asdict(world.flaws), world.seed],
+            "motors": [
+                [name, *at, job.header.motors[name].backlash] for name, at in place.motors.items()
+            ],
+        }  # fmt: skip
+
+    def cuts(self) -> Iterator[Cut]:
+        """Yield the blocks one after the other."""
+        first = 1
+        while first <= self._job.lines:
+            last, steps = first, self._steps_of(first)
+            while last < min(self._job.lines, first + self._world.lines - 1):
+                steps += self._steps_of(last + 1)
+                if steps > MOST_STEPS:
+                    break
+                last += 1
+            begin = first - 1 if self._world.run_in and first > 1 else first
+            yield Cut(begin, first, last, self._key(begin, first, last))
+            first = last + 1
+
+    def _steps_of(self, line: int) -> int:
+        """Return the steps of all motors in a line."""
+        found = 0
+        for run in self._job.runs_of(line).values():
+            key = run.shape, run.motor
+            if key not in self._steps:
+                shape = self._job.shapes[run.shape]
+                self._steps[key] = shape.backlash + sum(map(abs, shape.counts))
+            found += self._steps[key]
+        return found
+
+    def _key(self, begin: int, first: int, last: int) -> str:
+        zero = {name: run.start_steps for name, run in self._job.runs_of(begin).items()}
+        lines: list[Any] = [
+            [
+                [*_plain(astuple(run)[2:4]), run.start_steps - zero[name], run.play_side]
+                for name, run in self._job.runs_of(line).items()
+            ]
+            for line in range(begin, last + 1)
+        ]
+        facts = {**self._same, "first": first - begin, "lines": lines}
+        text = json.dumps(facts, sort_keys=True, separators=(",", ":"))
+        return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _plain(values_of: tuple[Any, ...]) -> list[Any]:
+    return [value.hex() if isinstance(value, bytes) else value for value in values_of]
+
+
+def tools_of(job: Job, world: World) -> Tools:
+    """Return the tools of this process for a job."""
+    return tools.tools(Place.of(job).kinds, world.images)
