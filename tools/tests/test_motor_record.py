@@ -297,6 +297,11 @@ def test_conditional_restores_where_moves_are_relative():
     assert "LOAD_POS 200" in map(str, asked)
 
 
+def test_user_limits_are_there_before_the_motor_has_answered():
+    record = MotorRecord({"DHLM": 3, "DLLM": -1, "OFF": 1})
+    assert (record["LLM"], record["HLM"]) == (0, 4)
+
+
 def test_a_position_outside_is_told_at_the_start():
     record = MotorRecord({"MRES": 0.01, "DHLM": 1, "DLLM": -1})
     record.initialise(Status(700))

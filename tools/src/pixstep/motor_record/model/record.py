@@ -7,7 +7,7 @@ from typing import Literal
 from pixstep.motor_record.field import Field, PutRefusedError, Value
 from pixstep.motor_record.fields import FIELDS
 from pixstep.motor_record.mip import Mip
-from pixstep.motor_record.model import start, writes
+from pixstep.motor_record.model import limits, start, writes
 from pixstep.motor_record.model.foresight import second_leg
 from pixstep.motor_record.model.processing import process
 from pixstep.motor_record.model.state import Link, State
@@ -35,6 +35,7 @@ class MotorRecord:
             self._r.v.write(name, _writable(name, value).taken(value))
         self._r.dol.exists = names_a_record(self._r.v.dol)
         self._r.rdbl.exists = names_a_record(self._r.v.rdbl)
+        limits.user_limits_from_dial(self._r.v)  # clients look at them before a motor has answered
 
     def __getitem__(self, field: str) -> Value:
         """Return any field of FIELDS: menus, buttons and flags as numbers."""
