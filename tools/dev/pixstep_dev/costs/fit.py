@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: MIT
+"""Costs from what probes have spent: least squares, every cost at least nothing.
+
+The model itself says how often a line has each cost (guarantee_demand() of the C core with one
+cost of 1 and all others 0), so that table and model mean the same by every name.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+
+import numpy as np
+from scipy.optimize import nnls
+
+from pixstep.board.costs import NAMES, Costs
+from pixstep.board import boards
+from pixstep.lines.replay import Loop, Replay
+from pixstep.lines.units import period_ticks
+from pixstep_dev.costs.probes import Spent
+from fractions import Fraction
+
+DECODING = NAMES[: NAMES.index("account")]
+ACCOUNTS = ("account_px", "account_entry", "account_long_entry", "account_train_step")
+_NOTHING = dict.fromkeys(NAMES, 0.0)
+
+
+def loop_of(board: str, hz: Fraction, *, locked: bool = False) -> Loop:
+    """Return a board's loop, as far as a demand depends on it."""
+    kind = boards.load(board)
+    return Loop(
+        kind.axes,
+        kind.all_features,
+        float(period_ticks(hz, kind.tick_hz)),
+        lead_edges=1 if locked else 0,
+    )
+
+
+def _times(board: str, spent: Spent) -> dict[str, tuple[float, float]]:
+    """Return how often the probe's line has each cost: of decoding, of its account."""
+    probe = spent.probe
+    replay = Replay([probe.line])
+    loop = loop_of(board, Fraction(probe.hz), locked=probe.locked)
+    return {name: replay.demand(_NOTHING | {name: 1.0}, loop) for name in NAMES}
+
+
+def _solve(
+    rows: Sequence[Spent], names: Sequence[str], times: Callable[[Spent, str], float],
+    value: Callable[[Spent], float],
+) -> dict[str, float]:  # fmt: skip
+    """Fit the costs by their relative errors."""
+    wanted = np.array([max(1.0, value(row)) for row in rows])
+    table = np.array([[times(row, name) for name in names] for row in rows]) / wanted[:, None]
+    scale = np.maximum(table.max(axis=0), 1e-12)
+    found, _ = nnls(table / scale, np.ones(len(rows)))
+    return {name: float(cost) for name, cost in zip(names, found / scale, strict=True)}
+
+
+def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
+    """Return the costs of decoding, of accounts and of rounds."""
+    times = {row.probe.name: _times(board, row) for row in spent}
+
+    def decode(row: Spent, name: str) -> float:
+        return row.calls if name == "call" else times[row.probe.name][name][0]
+
+    decoding = _solve(spent, DECODING, decode, lambda row: row.decode)
+
+    def account(row: Spent, name: str) -> float:
+        if name == "account":
+            return row.looks
+        return times[row.probe.name][name][1] * row.share
+
+    accounts = _solve(spent, ("account", *ACCOUNTS), account, lambda row: row.account)
+    everything = [row for row in spent if row.probe.axes == boards.load(board).axes]
+    rounds = {}
+    for locked, behind in ((False, ""), (True, "_locked")):
+        found = _solve(
+            [row for row in everything if row.probe.locked == locked], ("round", "edge"),
+            lambda row, name: row.passes if name == "round" else row.edges, lambda row: row.rounds,
+        )  # fmt: skip
+        rounds |= {name + behind: cost for name, cost in found.items()}
+    return decoding | accounts | rounds
+
+
+def misses(board: str, spent: Sequence[Spent], costs: dict[str, float]) -> list[tuple[str, float, float]]:
+    """Return of each probe by how much its costs are reckoned too low, as a share."""
+    rows = []
+    for row in spent:
+        times = _times(board, row)
+        decode = costs["call"] * row.calls + sum(
+            costs[name] * times[name][0] for name in DECODING
+        )
+        account = costs["account"] * row.looks + row.share * sum(
+            costs[name] * times[name][1] for name in ACCOUNTS
+        )
+        rows.append((row.probe.name, row.decode / max(1.0, decode) - 1, row.account / max(1.0, account) - 1))
+    return rows

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: MIT
+"""What an image costs its board, in cycles: measured by `pixstep-dev costs`, kept beside the images.
+
+The names are those of struct guarantee_costs (tools/native/core/guarantee.h).
+"""
+
+import json
+from dataclasses import dataclass, fields
+from functools import cache
+from pathlib import Path
+
+PATH = Path(__file__).resolve().parents[1] / "data" / "costs.json"
+
+
+@dataclass(frozen=True)
+class Costs:
+    """Cycles of the main loop, interrupts excluded, and of the interrupts."""
+
+    call: float
+    even_px: float
+    even_step: float
+    even_changed: float
+    train_px: float
+    train_step: float
+    single_px: float
+    single_step: float
+    curved_px: float
+    piece_px: float
+    piece_step: float
+    curve_px: float
+    shifted_px: float
+    flat_step: float
+    wide_step: float
+    steep_step: float
+    slow_step: float
+    zero_px: float
+    pump: float
+    locked_px: float
+    account: float
+    account_px: float
+    account_entry: float
+    account_long_entry: float
+    account_train_step: float
+    edge: float
+    round: float
+    edge_locked: float
+    round_locked: float
+    request: float
+    request_byte: float
+    step_isr: float
+    train_isr: float
+    edge_isr: float
+    byte_isr: float
+    other_isr_share: float
+
+
+NAMES = tuple(field.name for field in fields(Costs))
+
+
+def of(board: str) -> Costs:
+    """Return the costs of a board's image."""
+    return table()[board]
+
+
+@cache
+def table() -> dict[str, Costs]:
+    """Return the costs of every board, as they were measured."""
+    rows = json.loads(PATH.read_text(encoding="utf-8"))
+    return {board: Costs(**row) for board, row in rows.items()}
