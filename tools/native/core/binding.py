@@ -82,6 +82,7 @@ struct guarantee_board {
     double pixel_ticks;
     uint32_t divider;
     uint32_t lead_edges;
+    uint32_t more_edges;
     double bytes_per_tick;
     double margin;
 };

@@ -25,6 +25,7 @@
 #define PIXEL_SLACK   0.0002 // a clock may be off by so much
 #define WIDE_LIMIT    7e8
 #define WAITING_LEADS 4u
+#define FIRST_STEPS   3.0
 
 enum kind { EVEN, TRAIN, SINGLES, CURVED, PIECE, CURVE, ZERO };
 
@@ -67,6 +68,7 @@ struct replay {
     double blocked;    // the longest request, ticks
     uint8_t rounds;
     bool several;
+    bool started; // line zero has come: what is written from then on takes time
 };
 
 // ---- curves ----
@@ -87,6 +89,16 @@ static double slower(double speed, double from, double half, double k0, double k
     return fmax(0.0, k1 - fmax(k, k0));
 }
 
+// The first steps of a piece are found by Newton's method where its speed does not foretell them.
+static bool foretold(double ticks, double speed, double h)
+{
+    double interval = ticks / fmax(speed, 1.0);
+    double change = interval * h / fmax(speed * speed, 1.0);
+
+    return speed > ticks / 65536.0 && interval <= QUICK_TICKS - 255.0 &&
+           change <= 255.0 && change * change <= interval;
+}
+
 void guarantee_curve(double ticks,
                      double speed,
                      double half,
@@ -100,6 +112,9 @@ void guarantee_curve(double ticks,
         fmax(pow(12.0 / MISS_TICKS * h * h * ticks, 0.2), ticks / QUICK_TICKS);
     double steep_speed = cbrt(h * ticks);
     double slow = slower(slow_speed, speed, half, k0, k1);
+    if (k0 <= 0.0 && !foretold(ticks, speed, h)) {
+        slow = fmax(slow, fmin(k1, FIRST_STEPS));
+    }
     double bent = steep ? k1 - k0 : slower(steep_speed, speed, half, k0, k1);
     double end = sqrt(fmax(0.0, speed * speed + 4.0 * half * k1));
 
@@ -428,13 +443,15 @@ static bool is_early(const struct replay *r, const struct axis *a)
     if (b->lead_edges == 0 || a->done > 0.0) {
         return false;
     }
-    if (r->edges <= 0.0 && r->several) {
+    if (!r->started && r->several) {
         lead = (lead - 1.0) * WAITING_LEADS + 1.0;
+    } else if (r->several) {
+        lead += b->more_edges;
     }
-    // The pixel that is to be written is number a->pixel, counted from 1: its end is edge a->pixel.
-    double edge = (double)a->pixel * b->divider + (a->shifted ? b->divider : 0.0);
+    // The pixel begins at edge a->pixel - 1, counted from line zero; before that none has come.
+    double begins = (double)a->pixel - (a->shifted ? 2.0 : 1.0);
 
-    return edge - r->edges > lead;
+    return begins * b->divider - (r->edges - 1.0) > lead;
 }
 
 // The next part of an axis that may be written now.
@@ -505,16 +522,36 @@ static void spend(struct replay *r, double cycles)
     }
 }
 
+static void lose(struct replay *r, const struct axis *a, double late_ticks)
+{
+    struct guarantee_verdict *v = r->verdict;
+
+    if (v->follows) {
+        v->follows = false;
+        v->axis = (uint32_t)(a - r->axis);
+        v->pixel = a->pixel;
+        v->late_ticks = late_ticks;
+    }
+}
+
 static double round_cost(const struct replay *r)
 {
     return r->board->lead_edges != 0 ? r->cost->round_locked : r->cost->round;
 }
 
+// Take the edges that wait, and no more: edges that come faster than they can be taken are lost.
 static void take_edges(struct replay *r)
 {
-    while (r->edges + 1.0 <= r->now / r->edge_ticks + 1.0 && r->now >= 0.0) {
+    double waiting = floor(r->now / r->edge_ticks) + 1.0 - r->edges;
+    double cycles = r->board->lead_edges != 0 ? r->cost->edge_locked : r->cost->edge;
+    double most = r->several ? 8.0 : 5.0; // as many as the capture queue holds
+
+    if (waiting > most) {
+        lose(r, &r->axis[0], (waiting - most) * r->edge_ticks);
+    }
+    for (; waiting > 0.5; waiting -= 1.0) {
         r->edges += 1.0;
-        spend(r, r->board->lead_edges != 0 ? r->cost->edge_locked : r->cost->edge);
+        spend(r, cycles);
     }
 }
 
@@ -549,21 +586,20 @@ static void note_time(struct replay *r, struct axis *a)
     struct guarantee_verdict *v = r->verdict;
     double slack = a->end - 2.0 * a->interval - r->now - r->blocked;
 
-    if (r->now > 0.0 && slack < v->slack_ticks) {
+    if (slack < v->slack_ticks) {
         v->slack_ticks = slack;
     }
-    if (r->now > 0.0 && slack < 0.0 && v->follows) {
-        v->follows = false;
-        v->axis = (uint32_t)(a - r->axis);
-        v->pixel = a->pixel;
-        v->late_ticks = -slack;
+    if (slack < 0.0) {
+        lose(r, a, -slack);
     }
 }
 
 static void write_part(struct replay *r, struct axis *a, const struct job *job)
 {
-    spend(r, job->cycles);
-    note_time(r, a);
+    if (r->started) {
+        spend(r, job->cycles);
+        note_time(r, a);
+    }
     a->parts[a->head++] = job->part;
     a->used += job->part.entries;
     a->marks += job->part.mark ? 1u : 0u;
@@ -689,9 +725,7 @@ static void fill(struct replay *r)
     for (uint32_t i = 0; i < r->axes; i++) {
         struct axis *a = &r->axis[i];
         while (may_write(r, a, &job)) {
-            double now = r->now;
             write_part(r, a, &job);
-            r->now = now;
         }
     }
 }
@@ -701,7 +735,6 @@ static void begin(struct replay *r, const struct guarantee_axis *line, uint32_t 
     r->axes = lines;
     r->several = r->board->axes > 1;
     r->edge_ticks = period(r) / r->board->divider;
-    r->now = -1.0;
     r->blocked = r->cost->request;
     for (uint32_t i = 0; i < lines; i++) {
         struct axis *a = &r->axis[i];
@@ -757,8 +790,7 @@ void guarantee_judge(const struct guarantee_costs *costs,
     r->verdict = verdict;
     begin(r, line, lines);
     fill(r);
-    r->now = 0.0;
-    r->work = 0.0;
+    r->started = true;
     while (verdict->follows && !all_written(r)) {
         look_after(r);
         if (!decode_in_turn(r) && verdict->follows) {

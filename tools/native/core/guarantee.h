@@ -58,6 +58,7 @@ struct guarantee_board {
     double pixel_ticks; // the shortest that is declared
     uint32_t divider;
     uint32_t lead_edges; // of a locked line, else 0
+    uint32_t more_edges; // of one that has begun
     double bytes_per_tick;
     double margin; // of all costs of the main loop
 };

@@ -69,15 +69,19 @@ def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
         return times[row.probe.name][name][1] * row.share
 
     accounts = _solve(spent, ("account", *ACCOUNTS), account, lambda row: row.account)
-    everything = [row for row in spent if row.probe.axes == boards.load(board).axes]
+    everything = [row for row in spent if row.probe.name.startswith(("all", "locked"))]
     rounds = {}
     for locked, behind in ((False, ""), (True, "_locked")):
-        found = _solve(
-            [row for row in everything if row.probe.locked == locked], ("round", "edge"),
-            lambda row, name: row.passes if name == "round" else row.edges, lambda row: row.rounds,
-        )  # fmt: skip
-        rounds |= {name + behind: cost for name, cost in found.items()}
+        found = [row for row in everything if row.probe.locked == locked]
+        rounds |= {name + behind: cost for name, cost in _rounds(found).items()}
     return decoding | accounts | rounds
+
+
+def _rounds(rows: Sequence[Spent]) -> dict[str, float]:
+    """Return the costs of a round by the slowest clock, and that of an edge by the fastest."""
+    slowest, fastest = (pick(rows, key=lambda row: row.probe.hz) for pick in (min, max))
+    a_round = slowest.rounds / slowest.passes
+    return {"round": a_round, "edge": (fastest.rounds - a_round * fastest.passes) / fastest.edges}
 
 
 def misses(board: str, spent: Sequence[Spent], costs: dict[str, float]) -> list[tuple[str, float, float]]:

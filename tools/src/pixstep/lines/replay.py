@@ -19,6 +19,7 @@ class Loop:
     pixel_ticks: float
     divider: int = 1
     lead_edges: int = 0
+    more_edges: int = 0
     bytes_per_tick: float = 0.0
     margin: float = 1.0
 
