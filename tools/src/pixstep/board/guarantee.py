@@ -4,39 +4,65 @@
 The board's main loop is replayed with the costs that were measured on its image, once for each of
 some margins: which part of a line comes first depends on every cost, so that no single margin is
 the worst one. A line that passes runs without a fault whatever a host asks meanwhile, and with
-every record kept; what a replay cannot know (noise on the clock's input, a host that sends line
-data too late) it does not promise.
+every record kept. What a replay cannot know it does not promise: a clock that is worse than
+declared, a host that sends line data too late.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from fractions import Fraction
+from itertools import pairwise
 
 from pixstep.board import boards, costs, settings
-from pixstep.lines.line import Line
+from pixstep.board.port import BAUD
+from pixstep.errors import RefusedError
+from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.replay import Loop, Replay, Verdict
 from pixstep.lines.units import period_ticks
 
 MARGINS = (1.0, 1.05, 1.1)
-BAUD = 115_200
+MOTIONS = ("constant", "smooth", "ramp")
+DECLARED_PPM = 1000  # a clock may be so much faster
 # A master that asks again as soon as it has a reply: bytes of a request and its reply, and how long
 # the bus rests between them, measured (silences, rounds of the board).
 _BYTES, _REST_S, _BYTE_BITS = 100, 0.0043, 11
 _LEAD_TICKS = 0x20000  # firmware/app/reference.c
 _MARKS = 16
-_DECLARED_PPM = 1000  # a clock may be so much faster
+_FEWER = 64  # parts of a line's counts, or of its clock, by which less is tried
+_LOOK_PX = 256  # of a long line, behind the pixel that is late
+_HELD_PX, _RAMP_STEPS_S2 = 48, 100_000  # of a line that shows a rate
+_BUSY = 0.5  # of the time: no look further ahead would help
 
 
 @dataclass(frozen=True)
 class World:
-    """What lines run on: the board, the frequency of pixels, settings, the bus."""
+    """What lines run on: the board, the frequency of pixels, settings of its clock, the bus."""
 
     board: str
     pixel_hz: Fraction
     sync: int = 1
     divider: int = 1
     baud: int = BAUD
-    ppm: float = _DECLARED_PPM
+    ppm: float = DECLARED_PPM
+
+
+def world(
+    board: str, pixel_hz: Fraction, clock: Mapping[str, int] | None = None, baud: int = BAUD
+) -> World:
+    """Return a world whose clock has these settings: `sync` and `divider`."""
+    known = settings.defaults() | dict(clock or {})
+    return World(board, pixel_hz, known["sync"], settings.divider_of(known), baud)
+
+
+@dataclass(frozen=True)
+class Late:
+    """The first place where a board may be late, and what it would follow instead."""
+
+    axis: int  # a place in the sequence of lines
+    pixel: int
+    hz: Fraction | None  # of pixels, with the same counts
+    steps: int  # a pixel, of the fastest, at the same clock
+    most_steps: int  # that it has
 
 
 def loop_of(world: World, margin: float = 1.0) -> Loop:
@@ -61,18 +87,133 @@ def loop_of(world: World, margin: float = 1.0) -> Loop:
     )
 
 
-def verdicts(
-    lines: Sequence[Line], world: World, table: Mapping[str, float] | None = None
-) -> Iterator[Verdict]:
+def verdicts(lines: Sequence[Line], world: World) -> Iterator[Verdict]:
     """Yield how the lines fare with each margin."""
-    found = table or asdict(costs.of(world.board))
+    found = asdict(costs.of(world.board))
     replay = Replay(lines)
     for margin in MARGINS:
         yield replay.judge(found, loop_of(world, margin))
 
 
-def first_late(
-    lines: Sequence[Line], world: World, table: Mapping[str, float] | None = None
-) -> Verdict | None:
+def first_late(lines: Sequence[Line], world: World) -> Verdict | None:
     """Return the verdict of the first margin with which a line is late; None: all are followed."""
-    return next((one for one in verdicts(lines, world, table) if not one.follows), None)
+    return next((one for one in verdicts(lines, world) if not one.follows), None)
+
+
+def follows(lines: Sequence[Line], world: World) -> bool:
+    """Return whether the board is guaranteed to follow the lines."""
+    return first_late(lines, world) is None
+
+
+def judge(lines: Sequence[Line], world: World) -> Late | None:
+    """Return where the board may be late, and what fits; None: it follows the lines."""
+    late = first_late(lines, world)
+    if late is None:
+        return None
+    near = [_cut(line, late.pixel + _LOOK_PX) for line in lines]
+    most = max(_fastest(line) for line in lines)
+    share = highest(_FEWER, lambda part: follows([_slower(one, part) for one in near], world))
+    slower = highest(
+        _FEWER, lambda part: follows(near, replace(world, pixel_hz=world.pixel_hz * part / _FEWER))
+    )
+    hz = world.pixel_hz * slower / _FEWER if slower else None
+    return Late(late.axis, late.pixel, hz, most * share // _FEWER, most)
+
+
+def refusal(lines: Sequence[Line], world: World) -> str:
+    """Return why the board is not guaranteed to follow the lines; empty: it is."""
+    late = judge(lines, world)
+    if late is None:
+        return ""
+    label = boards.load(world.board).label
+    cures = []
+    if late.hz:
+        cures.append(f"{float(late.hz):.4g} Hz with these counts")
+    if late.steps:
+        cures.append(f"{late.steps} steps/px in place of {late.most_steps}")
+    together = f" of {len(lines)} together" if len(lines) > 1 else ""
+    return (
+        f"{lines[late.axis].name}: beyond_guarantee at pixel {late.pixel}: the {label} may decode "
+        f"this line{together} too late at {float(world.pixel_hz):.6g} Hz; "
+        + (f"it follows {' or '.join(cures)}" if cures else "no slower clock helps")
+    )
+
+
+def refuse(lines: Sequence[Line], world: World, advice: str = "") -> None:
+    """Raise RefusedError for lines that the board is not guaranteed to follow."""
+    if text := refusal(lines, world):
+        raise RefusedError(f"{text}{f'; {advice}' if advice else ''}")
+
+
+def highest(most: int, fits: Callable[[int], bool]) -> int:
+    """Return the highest count up to `most` that fits, by bisection; 0: none."""
+    low, high = 0, most + 1
+    while high - low > 1 + low // 64:
+        middle = (low + high) // 2
+        if fits(middle):
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+def line_at(motion: str, steps: int, hz: Fraction) -> Line:
+    """Return a line that shows what a motion costs at so many steps a pixel.
+
+    constant: a plain line. ramp: up at 100,000 steps/s2, a while at this speed, down again. smooth:
+    there every pixel accelerates or brakes. They are those of `pixstep bench`.
+    """
+    if motion == "constant":
+        return Line((steps,) * _HELD_PX, PLAIN, name=motion)
+    peak_steps = max(2, steps // 2 * 2)
+    up = [0]
+    while up[-1] < peak_steps:
+        even = 2 * round(len(up) * _RAMP_STEPS_S2 / (hz * hz) / 2)
+        up.append(min(peak_steps, max(up[-1] + 2, even)))
+    peak = [peak_steps] * _HELD_PX
+    if motion == "smooth":
+        low = max(0, peak_steps - 4 * max(1, peak_steps // 100))
+        peak += [(low, (low + peak_steps) // 4 * 2, peak_steps)[k % 3] for k in range(_HELD_PX)]
+    speeds = [*up, *peak, *reversed(up)]
+    return Line(tuple((a + b) // 2 for a, b in pairwise(speeds)), SMOOTH, name=motion)
+
+
+def rate(motion: str, axes: int, world: World, most: int) -> int:
+    """Return the most steps a pixel, up to `most`, that so many axes at once are guaranteed."""
+    return highest(
+        most, lambda steps: follows([line_at(motion, steps, world.pixel_hz)] * axes, world)
+    )
+
+
+def bound_by(motion: str, axes: int, world: World, most: int) -> str:
+    """Return what keeps a guaranteed rate from being higher.
+
+    interrupt: the shortest interval of the step interrupt. bus: with a silent one it would be
+    higher by a tenth. ring: the main loop has time, but cannot look further ahead. processor.
+    """
+    found = rate(motion, axes, world, most)
+    if found >= most - most // 64 - 1:
+        return "interrupt"
+    beyond = [line_at(motion, found + max(2, found // 32), world.pixel_hz)] * axes
+    if follows([line_at(motion, found + max(2, found // 10), world.pixel_hz)] * axes, replace(world, baud=300)):
+        return "bus"
+    late = first_late(beyond, world)
+    return "processor" if late is None or late.busy > _BUSY else "ring"
+
+
+def _cut(line: Line, pixels: int) -> Line:
+    return replace(line, counts=line.counts[:pixels])
+
+
+def _fastest(line: Line) -> int:
+    return max(map(abs, line.speeds if line.smooth else line.counts), default=0)
+
+
+def _slower(line: Line, part: int) -> Line:
+    """Return the line with so many 64ths of its counts; a smooth one keeps even speeds."""
+    if not line.smooth:
+        return replace(line, counts=tuple(int(count * part / _FEWER) for count in line.counts))
+    speeds = [speed * part // _FEWER // 2 * 2 for speed in line.speeds]
+    counts = tuple((a + b) // 2 for a, b in pairwise(speeds))
+    keeps = line.backlash if max(speeds, default=0) > line.backlash else 0
+    return replace(line, counts=counts, backlash=keeps)
