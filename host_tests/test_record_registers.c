@@ -2,11 +2,13 @@
 // The records of the pixels, as the register map of the fake board shows them.
 #include <stdint.h>
 
+#include "app/events.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"
 #include "unity.h"
 #include "wire/bytes.h"
 #include "wire/register_map.h"
+#include "wire/server_data.h"
 
 void setUp(void)
 {
@@ -98,25 +100,53 @@ static void records_are_read_together(void)
                 (uint16_t)(together + check_together(REG_RECORD_BASE + offset, count));
         }
     }
-    TEST_ASSERT_EQUAL_UINT8(0, check_together(REG_EVENT_BASE, 12));
     TEST_ASSERT_EQUAL_UINT8(0, check_together(REG_RECORD_BASE + REG_RECORD_STRIDE, 60));
     TEST_ASSERT_TRUE(together > 1000u);
 }
 
-static void registers_of_an_axis_are_read_together(void)
+// All registers from `first` on up to the one before `end`, from each of them on.
+static void check_area(uint16_t first, uint16_t end)
 {
-    uint16_t end = REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE;
-
-    start_line(-7, 3);
-    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
-    for (uint16_t address = REG_AXIS_BASE; address < end; address++) {
-        uint8_t left =
-            (uint8_t)(REG_AXIS_STRIDE - (address - REG_AXIS_BASE) % REG_AXIS_STRIDE);
-        TEST_ASSERT_EQUAL_UINT8(left, check_together(address, 125));
+    for (uint16_t address = first; address < end; address++) {
+        TEST_ASSERT_EQUAL_UINT8(end - address, check_together(address, 125));
         TEST_ASSERT_EQUAL_UINT8(1, check_together(address, 1));
     }
-    TEST_ASSERT_EQUAL_UINT8(0, check_together(REG_AXIS_BASE - 1, 1));
-    TEST_ASSERT_EQUAL_UINT8(0, check_together(end, 1));
+}
+
+static void registers_of_the_board_and_of_an_axis_are_read_together(void)
+{
+    start_line(-7, 3);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    check_area(0, REG_AXIS_BASE);
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        uint16_t axis = (uint16_t)(REG_AXIS_BASE + i * REG_AXIS_STRIDE);
+        uint16_t position = (uint16_t)(axis + REG_AXIS_position_steps);
+        check_area(axis, position);
+        check_area(position, (uint16_t)(axis + REG_AXIS_STRIDE));
+    }
+    check_area(REG_INPUT_fault_mask_high, REG_INPUT_clock_expected_ticks + 2u);
+    TEST_ASSERT_EQUAL_UINT8(0, check_together(REG_ROOM_BASE, 1));
+}
+
+#define EVENTS_MOST 15u // of one request
+
+static void events_are_read_together(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(0, check_together(REG_EVENT_BASE, 125));
+    for (uint8_t event = 0; event <= CONFIG_EVENTS; event++) {
+        for (uint8_t i = 0; i < CONFIG_EVENTS; i++) {
+            uint16_t first =
+                (uint16_t)(REG_EVENT_BASE + REG_EVENT_HEADER + i * REG_EVENT_WORDS);
+            uint8_t left = (uint8_t)(CONFIG_EVENTS - i);
+            left = left > EVENTS_MOST ? EVENTS_MOST : left;
+            TEST_ASSERT_EQUAL_UINT8(
+                left * REG_EVENT_WORDS,
+                check_together(first, (uint8_t)(left * REG_EVENT_WORDS + 5u)));
+            TEST_ASSERT_EQUAL_UINT8(0, check_together(first, 7));
+            TEST_ASSERT_EQUAL_UINT8(0, check_together((uint16_t)(first + 1u), 7));
+        }
+        events_note(event, 1, (uint16_t)(0x1234u + event), 0x12345678u);
+    }
 }
 
 // The addresses at which hosts expect these registers.
@@ -138,7 +168,8 @@ int main(void)
     RUN_TEST(records_of_a_single_pixel);
     if (SEVERAL_AXES) {
         RUN_TEST(records_are_read_together);
-        RUN_TEST(registers_of_an_axis_are_read_together);
+        RUN_TEST(registers_of_the_board_and_of_an_axis_are_read_together);
+        RUN_TEST(events_are_read_together);
     }
     RUN_TEST(each_axis_has_its_records);
     return UNITY_END();

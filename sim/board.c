@@ -148,7 +148,7 @@ static void restart_part(void *board, bool cold)
     uint64_t cycle = b->avr->cycle;
 
     hang_end(&b->hang, b->avr, &b->program, cold);
-    irq_stats_section(&b->stats, b->stats.section, cycle);
+    irq_stats_section(&b->stats, cycle);
     avr_reset(b->avr);
     b->avr->cycle = cycle; // simavr may set it back; the boards' common time goes on
     b->avr->state = cpu_Running;

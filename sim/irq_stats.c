@@ -176,13 +176,40 @@ static void on_running(struct avr_irq_t *irq, uint32_t value, void *param)
     }
 }
 
+static void note_longest(uint64_t *longest, uint64_t cycles)
+{
+    if (cycles > *longest) {
+        *longest = cycles;
+    }
+}
+
+// own_cycles: those of the main program so far.
+static void enter_section(struct irq_stats *s, unsigned section, uint64_t own_cycles)
+{
+    if (s->section != s->calling) {
+        note_longest(&s->section_longest[s->section], own_cycles - s->called_since);
+    }
+    if (section == IRQ_SECTION_CALLER) {
+        s->section = s->calling;
+        return;
+    }
+    s->section = (section < IRQ_SECTIONS) ? section : IRQ_SECTIONS - 1;
+    s->section_entries[s->section]++;
+    s->called_since = own_cycles;
+    if (section == 0 || section > IRQ_SECTION_CALLED_LAST) {
+        note_longest(&s->section_longest[s->calling], own_cycles - s->calling_since);
+        s->calling = s->section;
+        s->calling_since = own_cycles;
+    }
+}
+
 static void write_gpior1(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
 {
     struct irq_stats *s = param;
 
     avr->data[address] = value;
-    irq_stats_section(s, value, access_cycle(avr) + 1);
-    s->section_entries[s->section]++;
+    irq_stats_section(s, access_cycle(avr) + 1);
+    enter_section(s, value, s->section_since - s->interrupt_cycles);
 }
 
 void irq_stats_attach(struct irq_stats *s, avr_t *avr)
@@ -208,9 +235,10 @@ void irq_stats_reset(struct irq_stats *s)
 {
     s->depth = 0;
     s->woken = s->returned = false;
-    s->section = 0;
+    s->section = s->calling = 0;
     s->section_since = s->avr->cycle;
     s->section_interrupts_since = s->interrupt_cycles;
+    s->calling_since = s->called_since = s->section_since - s->interrupt_cycles;
     s->off = true;
     s->started = false;
     s->off_since = s->avr->cycle;
@@ -229,15 +257,15 @@ void irq_stats_mark(struct irq_stats *s)
         v->cycles_min = v->cycles_max = v->latency_max = 0;
     }
     s->off_max = s->off_main_max = 0;
+    (void)memset(s->section_longest, 0, sizeof s->section_longest);
 }
 
-void irq_stats_section(struct irq_stats *s, unsigned section, uint64_t cycle)
+void irq_stats_section(struct irq_stats *s, uint64_t cycle)
 {
     uint64_t interrupts = s->interrupt_cycles - s->section_interrupts_since;
     uint64_t all = cycle - s->section_since;
 
     s->section_cycles[s->section] += (all > interrupts) ? all - interrupts : 0;
-    s->section = (section < IRQ_SECTIONS) ? section : IRQ_SECTIONS - 1;
     s->section_since = cycle;
     s->section_interrupts_since = s->interrupt_cycles;
 }
@@ -249,13 +277,6 @@ static void end_start_up(struct irq_stats *s)
     s->started = true;
     for (int i = 0; i < IRQ_VECTORS; i++) {
         s->vector[i].flag_cycle = s->avr->cycle;
-    }
-}
-
-static void note_longest(uint64_t *longest, uint64_t cycles)
-{
-    if (cycles > *longest) {
-        *longest = cycles;
     }
 }
 

@@ -17,6 +17,9 @@
 #define IRQ_VECTORS  64
 #define IRQ_NESTING  16
 #define IRQ_SECTIONS 6
+// Sections 1 to 3 are called by another one, which 6 goes back to.
+#define IRQ_SECTION_CALLED_LAST 3
+#define IRQ_SECTION_CALLER      6
 
 // Data sheet, Interrupt Response Time: 4 cycles minimum, 5 on parts with a 22-bit program counter.
 #define IRQ_RESPONSE_16_BIT_PC 4
@@ -54,6 +57,12 @@ struct irq_stats {
     uint64_t section_entries[IRQ_SECTIONS];
     unsigned section; // in which the main program is, since these cycles:
     uint64_t section_since, section_interrupts_since;
+    // The longest stay in each since irq_stats_mark(), with the sections that it called.
+    uint64_t section_longest[IRQ_SECTIONS];
+    // The section that calls the others, and the main program's cycles when the stay in it, and in
+    // the one that it has called, began.
+    unsigned calling;
+    uint64_t calling_since, called_since;
 
     uint64_t off_since; // interrupts are off since this cycle
     bool off;           // interrupts are off
@@ -77,9 +86,8 @@ void irq_stats_mark(struct irq_stats *stats);
 // An interrupt flag has come up at exactly this cycle; its interrupt is raised just afterwards.
 void irq_stats_flag(struct irq_stats *stats, uint8_t vector, uint64_t cycle);
 
-// The main program enters this section at this cycle: adds the cycles since the last call to the
-// section that it leaves. Call with the present section to bring its sum up to date.
-void irq_stats_section(struct irq_stats *stats, unsigned section, uint64_t cycle);
+// Brings the sum of the present section up to this cycle.
+void irq_stats_section(struct irq_stats *stats, uint64_t cycle);
 
 // The I bit has changed at avr->cycle; off: interrupts are disabled.
 void irq_stats_i_bit(struct irq_stats *stats, bool off);

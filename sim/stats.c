@@ -47,7 +47,7 @@ static void write_sections(FILE *out, struct board *b)
 {
     struct irq_stats *s = &b->stats;
 
-    irq_stats_section(s, s->section, b->avr->cycle); // up to now
+    irq_stats_section(s, b->avr->cycle); // up to now
     for (int i = 0; i < IRQ_SECTIONS; i++) {
         (void)fprintf(out, "%s%" PRIu64, (i == 0) ? "" : ",", s->section_cycles[i]);
     }
@@ -57,6 +57,13 @@ static void write_entries(FILE *out, const struct irq_stats *s)
 {
     for (int i = 0; i < IRQ_SECTIONS; i++) {
         (void)fprintf(out, "%s%" PRIu64, (i == 0) ? "" : ",", s->section_entries[i]);
+    }
+}
+
+static void write_longest(FILE *out, const struct irq_stats *s)
+{
+    for (int i = 0; i < IRQ_SECTIONS; i++) {
+        (void)fprintf(out, "%s%" PRIu64, (i == 0) ? "" : ",", s->section_longest[i]);
     }
 }
 
@@ -81,6 +88,8 @@ static void write_board(FILE *out, struct board *b)
     write_sections(out, b);
     (void)fputs("],\"section_entries\":[", out);
     write_entries(out, &b->stats);
+    (void)fputs("],\"section_longest\":[", out);
+    write_longest(out, &b->stats);
     (void)fprintf(out,
                   "],\"sleep_cycles\":%" PRIu64 ",\"stack_free_bytes\":%u,"
                   "\"stack_used_bytes\":%u,\"axes\":[",

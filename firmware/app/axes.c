@@ -107,7 +107,7 @@ static APART bool advance(uint8_t i, enum ledger_extent extent, bool rested)
         ledger_due(&axis->ledger, &axis->feed.stream, &sample)) {
         cpu_section(CPU_SECTION_LEDGER);
         ledger_advance(&axis->ledger, &axis->feed.stream, &sample, extent);
-        cpu_section(CPU_SECTION_ROUND);
+        cpu_section(CPU_SECTION_CALLER);
     }
     return true;
 }
@@ -126,7 +126,7 @@ bool axes_time_at(uint8_t i,
     cpu_section(CPU_SECTION_LEDGER);
     *ticks =
         ledger_advance_to_capture(&axis->ledger, &axis->feed.stream, sample, 1, counter);
-    cpu_section(CPU_SECTION_ROUND);
+    cpu_section(CPU_SECTION_CALLER);
     return true;
 }
 #endif
@@ -141,7 +141,7 @@ bool axes_sample(uint8_t i, struct engine_sample *sample)
     }
     cpu_section(CPU_SECTION_LEDGER);
     ledger_advance(&axis->ledger, &axis->feed.stream, sample, LEDGER_BY_BATCHES);
-    cpu_section(CPU_SECTION_ROUND);
+    cpu_section(CPU_SECTION_CALLER);
     return true;
 }
 

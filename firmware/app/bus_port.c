@@ -17,8 +17,8 @@ _Static_assert(FRAME_ROOM_BYTES == UART_BUFFER_BYTES, "the port receives into th
 _Static_assert(CONFIG_TIMER_HZ / 8u == BAUD_CLOCK_100 * 100uL,
                "the clock that divisors are counted in");
 
-// The checksum of a reply up to this long takes no time worth a round of its own.
-#define SHORT_REPLY_BYTES 64u
+// The checksum of a frame up to this long takes no time worth a round of its own.
+#define SHORT_BYTES 32u
 
 // The one buffer of the bus: a request is received here, its reply replaces it and is sent from
 // here.
@@ -133,6 +133,10 @@ APART void bus_port_poll(void)
     // waiting.
     if (phase == LISTENING) {
         take_frame();
+        // So does the checksum of a long request.
+        if (phase == REQUESTED && bus_frame.length > SHORT_BYTES) {
+            return;
+        }
     }
     if (phase == ANSWERED) {
         send_reply();
@@ -140,7 +144,7 @@ APART void bus_port_poll(void)
         build_reply();
         // A round of several axes takes milliseconds: a host that asks often would wait for most of
         // them.
-        if (CONFIG_AXES > 1 && phase == ANSWERED && reply_bytes <= SHORT_REPLY_BYTES) {
+        if (CONFIG_AXES > 1 && phase == ANSWERED && reply_bytes <= SHORT_BYTES) {
             send_reply();
         }
     }

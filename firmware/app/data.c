@@ -2,9 +2,9 @@
 // The register map's contents: what the Modbus server reads and writes.
 #include "app/axes.h"            // axes_get
 #include "app/commands.h"        // commands_*
-#include "app/events.h"          // events_word
+#include "app/events.h"          // events_word, events_words
 #include "app/limits.h"          // limits_*
-#include "app/report.h"          // report_word
+#include "app/report.h"          // report_word, report_words
 #include "app/settings.h"        // settings_*
 #include "app/store.h"           // store_*
 #include "base/apart.h"          // APART
@@ -112,31 +112,20 @@ APART uint16_t data_input(uint16_t address)
                            (uint8_t)(offset % REG_RECORD_STRIDE));
 }
 
-static void put_record(uint8_t *to, const struct records *records, uint8_t number)
-{
-    struct pixel_record record = {0}; // of one that there is not
-
-    if (number < records_shown(records)) {
-        record = records_get(records, number);
-    }
-    put_word(&to[0], record.pixel);
-    put_word(&to[2], (uint16_t)((uint32_t)record.expected_steps >> 16));
-    put_word(&to[4], (uint16_t)record.expected_steps);
-    put_word(&to[6], (uint16_t)((uint32_t)record.actual_steps >> 16));
-    put_word(&to[8], (uint16_t)record.actual_steps);
-    put_word(&to[10], (uint16_t)record.edge_error_ticks);
-}
-
+#if SEVERAL_AXES
 // Records that there is room for in the registers of an axis.
 #define RECORDS_MAPPED ((REG_RECORD_STRIDE - REG_RECORD_HEADER) / REG_RECORD_WORDS)
 
 APART uint8_t data_inputs(uint16_t address, uint8_t count, uint8_t *to)
 {
-    if (address < REG_RECORD_BASE + REG_RECORD_HEADER) {
-        return report_axis_words(address, count, to);
+    if (address < REG_ROOM_BASE) {
+        return report_words(address, count, to);
     }
-    if (address >= REG_EVENT_BASE) {
+    if (address < REG_RECORD_BASE + REG_RECORD_HEADER) {
         return 0;
+    }
+    if (FEATURE_EVENTS && address >= REG_EVENT_BASE) {
+        return events_words(address, count, to);
     }
     uint16_t offset = (uint16_t)(address - REG_RECORD_BASE);
     const struct records *records =
@@ -144,19 +133,19 @@ APART uint8_t data_inputs(uint16_t address, uint8_t count, uint8_t *to)
     uint8_t behind_header =
         (uint8_t)((uint8_t)(offset % REG_RECORD_STRIDE) - REG_RECORD_HEADER);
     uint8_t number = behind_header / REG_RECORD_WORDS;
-    uint8_t words = 0;
+    uint8_t wanted = count / REG_RECORD_WORDS;
 
     // Whole records of one axis.
-    if (behind_header % REG_RECORD_WORDS != 0) {
+    if (behind_header % REG_RECORD_WORDS != 0 || number >= RECORDS_MAPPED) {
         return 0;
     }
-    while (number < RECORDS_MAPPED && words + REG_RECORD_WORDS <= count) {
-        put_record(&to[2u * words], records, number);
-        words = (uint8_t)(words + REG_RECORD_WORDS);
-        number++;
+    if (wanted > RECORDS_MAPPED - number) {
+        wanted = (uint8_t)(RECORDS_MAPPED - number);
     }
-    return words;
+    records_write(records, number, wanted, to);
+    return (uint8_t)(wanted * REG_RECORD_WORDS);
 }
+#endif
 
 // The word itself; NULL when nothing is mapped there.
 static APART const uint16_t *holding_word(uint16_t address)
@@ -198,14 +187,15 @@ static bool read_block(struct block *block, uint16_t count, uint8_t *words)
     return bytes != 0 ? (uint8_t)(room - bytes) < 2u : room % 4u == 0;
 }
 
-// Settings that were just written may come into force: they are possible, and now.
+// Settings that were just written may come into force: now, and they are possible.
 static APART_LARGE enum modbus_exception judge_settings(void)
 {
-    if (!settings_are_possible()) {
-        return MODBUS_ILLEGAL_VALUE;
+    // Queued lines were checked against the settings of their time. While an axis moves, no time
+    // goes into the settings themselves.
+    if (axes_any_queued() || store_busy()) {
+        return MODBUS_BUSY;
     }
-    // Queued lines were checked against the settings of their time.
-    return axes_any_queued() || store_busy() ? MODBUS_BUSY : MODBUS_OK;
+    return settings_are_possible() ? MODBUS_OK : MODBUS_ILLEGAL_VALUE;
 }
 
 static APART void apply_settings(void)

@@ -1,13 +1,24 @@
 // SPDX-License-Identifier: MIT
+#include "app/axes.h"       // axes_first_moving
 #include "app/board.h"      // board_start
 #include "app/bus_port.h"   // bus_port_*
 #include "app/round.h"      // round_poll
 #include "app/safety.h"     // safety_start
 #include "app/settings.h"   // settings_override_address
 #include "app/time_check.h" // time_check_start
+#include "base/interlude.h" // interlude
 #include "hal/clock.h"      // clock_start
 #include "hal/cpu.h"        // cpu_*
 #include "hal/pins.h"       // pins_start
+
+// In the middle of a request.
+void interlude(void)
+{
+    if (CONFIG_AXES > 1 && axes_first_moving() != NO_AXIS) {
+        round_poll();
+        cpu_section(CPU_SECTION_SERIAL);
+    }
+}
 
 int main(void)
 {

@@ -371,16 +371,17 @@ static const void *object_of(enum owner owner, uint8_t axis)
     }
 }
 
-static uint16_t member_word(const struct source *source, uint8_t axis)
+static uint16_t member_word(uint16_t value, uint8_t kind, uint8_t axis)
 {
-    uint8_t width = source->kind & (uint8_t)~OWNER_MASK;
-    enum owner owner = (enum owner)(source->kind & OWNER_MASK);
-    const void *at = (const uint8_t *)object_of(owner, axis) + source->value;
+    enum owner owner = (enum owner)(kind & OWNER_MASK);
+    // Most are an axis's.
+    const void *object =
+        SEVERAL_AXES && owner == OWNER_AXIS ? axes_get(axis) : object_of(owner, axis);
 
-    return word_at(at, width);
+    return word_at((const uint8_t *)object + value, kind & (uint8_t)~OWNER_MASK);
 }
 
-static uint16_t word_of(const struct source *entry, uint8_t axis)
+static inline uint16_t word_of(const struct source *entry, uint8_t axis)
 {
     struct source source = {.kind = KIND_CONSTANT};
 
@@ -389,47 +390,58 @@ static uint16_t word_of(const struct source *entry, uint8_t axis)
         return source.value;
     }
     return source.kind <= KIND_CALL_LOW ? source.call(axis, source.kind == KIND_CALL_LOW)
-                                        : member_word(&source, axis);
+                                        : member_word(source.value, source.kind, axis);
+}
+
+// The place of a register among the sources.
+static inline uint8_t place_of(uint16_t address, uint8_t *axis)
+{
+    uint8_t place = (uint8_t)address;
+
+    *axis = 0;
+    if (address >= MORE_BASE) {
+        place = (uint8_t)(place - (MORE_BASE - MORE_PLACE));
+    } else if (CONFIG_AXES > 1 && place >= REG_AXIS_BASE) {
+        *axis = (uint8_t)(place - REG_AXIS_BASE) / REG_AXIS_STRIDE;
+        place = (uint8_t)(place - *axis * REG_AXIS_STRIDE);
+    }
+    return place;
 }
 
 uint16_t report_word(uint16_t address)
 {
-    uint8_t place = (uint8_t)address;
     uint8_t axis = 0;
+    uint8_t place = place_of(address, &axis);
 
-    if (address >= MORE_BASE) {
-        place = (uint8_t)(place - (MORE_BASE - MORE_PLACE));
-    } else if (CONFIG_AXES > 1 && place >= REG_AXIS_BASE) {
-        axis = (uint8_t)(place - REG_AXIS_BASE) / REG_AXIS_STRIDE;
-        place = (uint8_t)(place - axis * REG_AXIS_STRIDE);
-    }
     return word_of(&sources[place], axis);
 }
 
-uint8_t report_axis_words(uint16_t address, uint8_t count, uint8_t *to)
+#if SEVERAL_AXES
+// The place behind those that are read together. The position of an axis, which takes as long as all
+// the others, begins anew.
+static inline uint8_t end_of(uint8_t place)
 {
-    uint8_t place = (uint8_t)(address - REG_AXIS_BASE);
-
-    if (address < REG_AXIS_BASE ||
-        address >= REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE) {
-        return 0;
+    if (place < AXIS(0)) {
+        return AXIS(0);
     }
-    uint8_t axis = CONFIG_INDEX(place / REG_AXIS_STRIDE);
-    const uint8_t *of = (const uint8_t *)axes_get(axis);
-    uint8_t words = (uint8_t)(REG_AXIS_STRIDE - place % REG_AXIS_STRIDE);
-    const struct source *entry = &sources[AXIS(place % REG_AXIS_STRIDE)];
+    if (place < AXIS(REG_AXIS_position_steps)) {
+        return AXIS(REG_AXIS_position_steps);
+    }
+    return place < MORE_PLACE ? MORE_PLACE : SOURCES;
+}
+
+uint8_t report_words(uint16_t address, uint8_t count, uint8_t *to)
+{
+    uint8_t axis = 0;
+    uint8_t place = place_of(address, &axis);
+    uint8_t words = (uint8_t)(end_of(place) - place);
+    const struct source *entry = &sources[place];
 
     words = count < words ? count : words;
     for (uint8_t left = words; left != 0; left--) {
-        struct source source = {.kind = KIND_CONSTANT};
-        flash_copy(&source, entry++, sizeof source);
-        // What is no function's result is a member of the axis.
-        uint16_t word =
-            source.kind <= KIND_CALL_LOW
-                ? source.call(axis, source.kind == KIND_CALL_LOW)
-                : word_at(of + source.value, source.kind & (uint8_t)~OWNER_MASK);
-        put_word(to, word);
+        put_word(to, word_of(entry++, axis));
         to += 2;
     }
     return words;
 }
+#endif

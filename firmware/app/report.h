@@ -30,10 +30,10 @@
 // the second word completes; read both in one request, in order.
 uint16_t report_word(uint16_t address);
 
-// The first of `count` (1..125) input registers from `address` on, big-endian, if they are those of
-// an axis, up to the axis's last one. Returns their number, 0 when `address` is no axis's register.
-// A board of several axes only.
-uint8_t report_axis_words(uint16_t address, uint8_t count, uint8_t *to);
+// The first of `count` (1..125) input registers from `address` on, big-endian: up to the last one
+// of the board's first registers, in front of the axis's position, of the axis, or of the board's others. Returns their number. On a
+// board of several axes: quicker than one by one.
+uint8_t report_words(uint16_t address, uint8_t count, uint8_t *to);
 
 // Input register `status`: REPORT_* bits.
 uint16_t report_status(void);

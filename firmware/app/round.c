@@ -269,7 +269,7 @@ static uint8_t decode_one(uint8_t i, uint8_t budget)
 #endif
     cpu_section(axis->line.smooth ? CPU_SECTION_SMOOTH : CPU_SECTION_PLAIN);
     budget = decode_axis(axis, reference_pixel(), budget);
-    cpu_section(CPU_SECTION_ROUND);
+    cpu_section(CPU_SECTION_CALLER);
     return budget;
 }
 

@@ -39,6 +39,8 @@ enum cpu_section {
     CPU_SECTION_SERIAL = 4,
     // The rest of a round.
     CPU_SECTION_ROUND = 5,
+    // Decoding, or following, is over: the section from which it was called goes on.
+    CPU_SECTION_CALLER = 6,
 };
 // The main loop enters this section.
 void cpu_section(enum cpu_section section);

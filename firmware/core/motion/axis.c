@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "motion/axis.h"
 
-#include "base/apart.h" // APART
+#include "base/apart.h"     // APART
+#include "base/interlude.h" // interlude
 
 // Discard what is written and not made. slot: where the step interrupt reads next.
 static void empty_stream(struct axis *axis, uint8_t slot)
@@ -53,13 +54,79 @@ static bool read_entry(const struct block *block,
     return true;
 }
 
-// True when every entry is possible after the queued ones. The axis's check then has passed the
+// Entries that are checked between two interludes: one may take 680 cycles.
+#define CHECKED_AT_ONCE 4u
+// Bytes of easy entries, at 30 cycles each.
+#define PASSED_AT_ONCE 40u
+// To append a longer block takes some time, too.
+#define LONG_BYTES 80u
+
+// Check as many entries as may be checked at once. Returns the error of the first one that is not
+// possible.
+static inline enum line_error check_some(struct line_check *check,
+                                         const struct line_limits *limits,
+                                         const struct block *block,
+                                         struct segment_reader *reader,
+                                         uint8_t *whole_lines)
+{
+    uint8_t end = block->size;
+    uint8_t checked = 0;
+
+#if SEVERAL_AXES
+    if ((uint8_t)(end - (uint8_t)reader->at) > PASSED_AT_ONCE) {
+        end = (uint8_t)(reader->at + PASSED_AT_ONCE);
+    }
+#endif
+    while (!SEVERAL_AXES || checked < CHECKED_AT_ONCE) {
+        struct segment entry;
+#if SEVERAL_AXES
+        if (block->packed) {
+            line_check_pass_easy(check, reader, end);
+        }
+#endif
+        if (reader->at >= end) {
+            break;
+        }
+        if (!read_entry(block, reader, check, &entry)) {
+            return LINE_malformed;
+        }
+        enum line_error error = line_check_entry(check, limits, entry);
+        if (error != LINE_none) {
+            return error;
+        }
+        if (check->phase == LINE_CHECK_OUTSIDE) {
+            (*whole_lines)++;
+        }
+        checked++;
+    }
+    return LINE_none;
+}
+
+static inline bool is_long(const struct block *block)
+{
+    return SEVERAL_AXES && block->size > LONG_BYTES;
+}
+
+// Let the axes be looked after. Returns false when the block must come again: the axis has failed
+// meanwhile, or its lines were discarded.
+static inline bool pause_check(const struct axis *axis)
+{
+    uint8_t before = axis->life.state;
+
+    interlude();
+    uint8_t state = axis->life.state;
+
+    return state == before || !(state == AXIS_EMPTY || state == AXIS_STOPPING ||
+                                state == AXIS_REFUSED || state == AXIS_FAULT);
+}
+
+// Check every entry after the queued ones. If the block is taken, the axis's check has passed the
 // whole block, and *reader has read all of it.
-static bool check_block(struct axis *axis,
-                        const struct line_limits *limits,
-                        const struct block *block,
-                        struct segment_reader *reader,
-                        uint8_t *whole_lines)
+static enum block_result check_block(struct axis *axis,
+                                     const struct line_limits *limits,
+                                     const struct block *block,
+                                     struct segment_reader *reader,
+                                     uint8_t *whole_lines)
 {
     // An axis at rest has no line that the new one could follow without a pause: any direction may
     // come next.
@@ -67,33 +134,23 @@ static bool check_block(struct axis *axis,
         line_check_reset(&axis->check);
     }
     struct line_check check = axis->check;
+    bool goes_on = false;
 
-    for (;;) {
-        struct segment entry;
-#if SEVERAL_AXES
-        if (block->packed) {
-            line_check_pass_easy(&check, reader, block->size);
-        }
-#endif
-        if (reader->at >= block->size) {
-            break;
-        }
-        enum line_error error = LINE_malformed;
-        if (read_entry(block, reader, &check, &entry)) {
-            error = line_check_entry(&check, limits, entry);
-        }
+    do {
+        enum line_error error = check_some(&check, limits, block, reader, whole_lines);
         if (error != LINE_none) {
             axis->line_error = (uint8_t)error;
             axis->line_error_pixel = check.pixel + 1u;
-            return false;
+            return BLOCK_REFUSED;
         }
-        if (check.phase == LINE_CHECK_OUTSIDE) {
-            (*whole_lines)++;
+        goes_on = SEVERAL_AXES && reader->at < block->size;
+        if ((goes_on || is_long(block)) && !pause_check(axis)) {
+            return BLOCK_FULL;
         }
-    }
+    } while (goes_on);
     axis->check = check;
     axis->line_warning = check.warning;
-    return true;
+    return BLOCK_TAKEN;
 }
 
 // Report that the axis may be armed: when the queue holds a whole line, or when most of the queue
@@ -141,11 +198,14 @@ enum block_result axis_queue_block(struct axis *axis,
         return admitted;
     }
     line_check_limits(&axis->check, limits);
-    if (!check_block(axis, limits, block, &reader, &whole_lines)) {
+    admitted = check_block(axis, limits, block, &reader, &whole_lines);
+    if (admitted == BLOCK_REFUSED) {
         // An armed or running line runs dry, which is a fault, unless a better block comes in time.
         // A line that is neither armed nor running never starts.
         (void)lifecycle_report(&axis->life, LIFECYCLE_REFUSE);
-        return BLOCK_REFUSED;
+    }
+    if (admitted != BLOCK_TAKEN) {
+        return admitted;
     }
     segment_queue_append(&axis->queue, block->bytes, block->size, reader.last);
     axis->whole_lines = (uint8_t)(axis->whole_lines + whole_lines);

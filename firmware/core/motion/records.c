@@ -5,6 +5,8 @@
 
 #include "base/apart.h" // APART
 
+#define RECORD_BYTES 12u // as the registers show it
+
 struct records_thinning records_thinned;
 
 void records_thin(uint16_t every, uint16_t error_ticks)
@@ -232,3 +234,47 @@ uint16_t records_word(const struct records *records, uint8_t number, uint8_t wor
     }
     return (word & 1u) != 0 ? (uint16_t)((uint32_t)steps >> 16) : (uint16_t)steps;
 }
+
+#if SEVERAL_AXES
+// Big-endian. Returns the place behind it.
+static inline uint8_t *put_16(uint8_t *to, uint16_t word)
+{
+    to[0] = (uint8_t)(word >> 8);
+    to[1] = (uint8_t)word;
+    return to + 2;
+}
+
+static inline uint8_t *put_32(uint8_t *to, uint32_t word)
+{
+    to = put_16(to, (uint16_t)(word >> 16));
+    return put_16(to, (uint16_t)word);
+}
+
+void records_write(const struct records *records,
+                   uint8_t number,
+                   uint8_t count,
+                   uint8_t *to)
+{
+    uint8_t shown = records_shown(records);
+    const struct kept_record *record = &records->kept[slot_of(records, number)];
+
+    for (; count != 0 && number < shown; count--) {
+        uint32_t actual_steps = (uint32_t)record->actual_steps;
+
+        to = put_16(to, record->pixel);
+        to = put_32(to, (uint32_t)(record->actual_steps - record->beyond_steps));
+        to = put_32(to, actual_steps);
+        to = put_16(to, (uint16_t)error_of(record));
+        number++;
+        record++;
+        if (record == &records->kept[RECORDS_KEPT]) {
+            record = records->kept;
+        }
+    }
+    for (; count != 0; count--) {
+        for (uint8_t left = RECORD_BYTES; left != 0; left--) {
+            *to++ = 0;
+        }
+    }
+}
+#endif

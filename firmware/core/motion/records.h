@@ -137,6 +137,13 @@ static inline uint8_t records_shown(const struct records *records)
 // Record `number`, 0..count-1; 0 is the oldest. The one behind those shown is the newest pixel's.
 struct pixel_record records_get(const struct records *records, uint8_t number);
 
+// The same of `count` records from `number` on, big-endian as the registers show them; zeros where
+// there is none.
+void records_write(const struct records *records,
+                   uint8_t number,
+                   uint8_t count,
+                   uint8_t *to);
+
 // The same, word by word as the registers show it: pixel, expected (high, low), actual (high, low),
 // error of the clock's edge.
 uint16_t records_word(const struct records *records, uint8_t number, uint8_t word);

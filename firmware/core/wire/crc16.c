@@ -46,10 +46,8 @@ static uint16_t byte_remainder(uint8_t byte)
 
 #endif
 
-uint16_t crc16(const uint8_t *bytes, uint16_t length)
+uint16_t crc16_go_on(uint16_t crc, const uint8_t *bytes, uint16_t length)
 {
-    uint16_t crc = 0xFFFFu;
-
     for (uint16_t i = 0; i < length; i++) {
         crc = (uint16_t)((crc >> 8) ^ byte_remainder((uint8_t)(crc ^ bytes[i])));
     }

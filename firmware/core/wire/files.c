@@ -3,6 +3,7 @@
 
 #include "build_features.h"    // FEATURE_FILES
 #include "wire/bytes.h"        // get_word, put_word
+#include "wire/read_words.h"   // read_words
 #include "wire/register_map.h" // REG_*
 
 #if FEATURE_FILES
@@ -63,12 +64,7 @@ static uint8_t *write_reply(uint8_t *to, const uint8_t *planned)
 
     to[0] = (uint8_t)(2u * words + 1u);
     to[1] = KIND;
-    for (to += REPLY_HEADER; words != 0; words--) {
-        put_word(to, holding ? data_holding(address) : data_input(address));
-        to += 2;
-        address++;
-    }
-    return to;
+    return read_words(&to[REPLY_HEADER], address, words, !holding);
 }
 
 // Check all quantities, then the addresses. *reply_bytes gets the number of bytes of all replies.

@@ -2,9 +2,11 @@
 #include "wire/server.h"
 
 #include "base/apart.h"        // APART
+#include "base/interlude.h"    // interlude
 #include "build_features.h"    // FEATURE_*
 #include "wire/bytes.h"        // get_word, put_word
 #include "wire/files.h"        // files_read
+#include "wire/read_words.h"   // read_words
 #include "wire/register_map.h" // REG_INPUT_status
 #include "wire/server_data.h"  // data_*
 
@@ -74,28 +76,6 @@ static APART enum modbus_exception check_range(uint16_t address,
     return mapped ? MODBUS_OK : MODBUS_ILLEGAL_ADDRESS;
 }
 
-// Read words, big-endian. Returns the place behind them.
-static inline uint8_t *read_words(uint8_t *to,
-                                  uint16_t address,
-                                  uint8_t count,
-                                  bool inputs)
-{
-    while (count != 0) {
-        uint8_t read = 0;
-        if (SEVERAL_AXES && inputs) {
-            read = data_inputs(address, count, to);
-        }
-        if (read == 0) {
-            put_word(to, inputs ? data_input(address) : data_holding(address));
-            read = 1;
-        }
-        to += (uint8_t)(2u * read);
-        address = (uint16_t)(address + read);
-        count = (uint8_t)(count - read);
-    }
-    return to;
-}
-
 // Read bits, the lowest one first. Returns the place behind them.
 static inline uint8_t *read_bits(uint8_t *to,
                                  uint16_t address,
@@ -106,6 +86,7 @@ static inline uint8_t *read_bits(uint8_t *to,
 
     for (; count != 0; count--) {
         if (bit == 0) {
+            interlude();
             *to++ = 0;
             bit = 1;
         }

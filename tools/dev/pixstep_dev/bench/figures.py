@@ -12,6 +12,7 @@ from pixstep_dev.bench import (
     share,
     simspeed,
     sizes,
+    turns,
     waits,
 )
 from pixstep_dev.bench.figure import Figure
@@ -19,7 +20,7 @@ from pixstep_dev.bench.figure import Figure
 FIGURES: tuple[Figure, ...] = tuple(
     module.FIGURE
     for module in (
-        handlers, decode, rates, clocks, share, ramp, accuracy, overload, waits, sizes, simspeed,
+        handlers, decode, rates, clocks, share, ramp, accuracy, overload, waits, turns, sizes, simspeed,
     )
 )  # fmt: skip
 NAMES = tuple(figure.name for figure in FIGURES)

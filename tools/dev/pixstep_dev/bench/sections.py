@@ -21,6 +21,11 @@ def following(view: dict[str, Any]) -> int:
     return int(view["sections"][SECTIONS.index("ledger")])
 
 
+def longest(stats: dict[str, Any], section: str) -> int:
+    """Return the longest stay in a section, with those it calls, by a board's statistics."""
+    return int(stats["section_longest"][SECTIONS.index(section)])
+
+
 def passes(view: dict[str, Any]) -> int:
     """Return how often the main loop went round."""
     return int(view["section_entries"][SECTIONS.index(_PASS)])

@@ -1,0 +1,8 @@
+// SPDX-License-Identifier: MIT
+// Long work of the main loop, in pieces.
+#pragma once
+
+// Called in the middle of work that may take thousands of cycles, where nothing is half done. The
+// image looks after its axes there, if one of them moves (app/main.c); elsewhere nothing happens.
+// What the axes do meanwhile the caller must bear: a line may end, fail or be discarded.
+void interlude(void);
