@@ -4,15 +4,13 @@
 from fractions import Fraction
 from typing import Any
 
-from pixstep.board.errors import BoardError
 from pixstep.board import boards
 from pixstep.simulation.simulated_board import SerialLoad, SimulatedBoard
-from pixstep_dev.bench import sections
+from pixstep_dev.bench import sections, turns
 from pixstep_trials import lines
 
 _HZ, _RATE = Fraction(100), 12_000  # steps/s of all axes together
 _SECONDS = 30
-_TRIES = 3
 _LOAD_S = 1.0
 
 
@@ -31,10 +29,6 @@ def costs(board: str) -> dict[str, float]:
         idle = _serial(before, simulator.stats())
         a_pass = idle[0] / idle[1]
         load = SerialLoad(under.board, axes, under.uploads)
-        longest = 0.0
-        for request in load._kinds(axes):
-            for _ in range(_TRIES):
-                longest = max(longest, _one(under, request, a_pass))
         before = simulator.stats()
         simulator.mark()
         end = simulator.cycle + simulator.cycles(_LOAD_S)
@@ -49,22 +43,17 @@ def costs(board: str) -> dict[str, float]:
         states = under.states()
     assert set(states.values()) == {"running"}, states
     byte = max(row["cycles_mean"] for name, row in handlers.items() if "USART" in name and "_TX" not in name)
+    turned = turns.measure(board)
     return {
-        "request": longest,
+        "request": max(row["request_cycles"] for row in turned if not _brings_data(row)),
+        "data_request": max(row["request_cycles"] for row in turned if _brings_data(row)),
         "request_byte": max(0.0, spent - a_pass * passes) / sent,
         "byte_isr": byte,
     }
 
 
-def _one(under: SimulatedBoard, request: Any, a_pass: float) -> float:
-    before = under.simulator.stats()
-    try:
-        request()
-    except BoardError as error:
-        if error.code is None:
-            raise
-    cycles, passes = _serial(before, under.simulator.stats())
-    return cycles - a_pass * passes
+def _brings_data(row: dict[str, Any]) -> bool:
+    return str(row["request"]).startswith("block")
 
 
 def _serial(before: dict[str, Any], after: dict[str, Any]) -> tuple[int, int]:

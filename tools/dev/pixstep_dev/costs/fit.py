@@ -11,16 +11,16 @@ from dataclasses import fields
 import numpy as np
 from scipy.optimize import nnls
 
-from pixstep.board.costs import NAMES, Costs
+from pixstep.board.costs import OF_REPLAY
 from pixstep.board import boards
 from pixstep.lines.replay import Loop, Replay
 from pixstep.lines.units import period_ticks
 from pixstep_dev.costs.probes import Spent
 from fractions import Fraction
 
-DECODING = NAMES[: NAMES.index("account")]
+DECODING = OF_REPLAY[: OF_REPLAY.index("account")]
 ACCOUNTS = ("account_px", "account_entry", "account_long_entry", "account_train_step")
-_NOTHING = dict.fromkeys(NAMES, 0.0)
+_NOTHING = dict.fromkeys(OF_REPLAY, 0.0)
 
 
 def loop_of(board: str, hz: Fraction, *, locked: bool = False) -> Loop:
@@ -39,7 +39,7 @@ def _times(board: str, spent: Spent) -> dict[str, tuple[float, float]]:
     probe = spent.probe
     replay = Replay([probe.line])
     loop = loop_of(board, Fraction(probe.hz), locked=probe.locked)
-    return {name: replay.demand(_NOTHING | {name: 1.0}, loop) for name in NAMES}
+    return {name: replay.demand(_NOTHING | {name: 1.0}, loop) for name in OF_REPLAY}
 
 
 def _solve(

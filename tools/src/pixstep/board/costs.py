@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""What an image costs its board, in cycles: measured by `pixstep-dev costs`, kept beside the images.
+"""What an image costs its board, in cycles: measured by `pixstep-dev costs`, kept in the package.
 
-The names are those of struct guarantee_costs (tools/native/core/guarantee.h).
+The names are those of struct guarantee_costs (tools/native/core/guarantee.h), and `data_request`
+the longest request that brings line data.
 """
 
 import json
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from functools import cache
 from pathlib import Path
 
@@ -46,6 +47,7 @@ class Costs:
     edge_locked: float
     round_locked: float
     request: float
+    data_request: float
     request_byte: float
     step_isr: float
     train_isr: float
@@ -55,11 +57,20 @@ class Costs:
 
 
 NAMES = tuple(field.name for field in fields(Costs))
+_DATA = "data_request"
+OF_REPLAY = tuple(name for name in NAMES if name != _DATA)
 
 
 def of(board: str) -> Costs:
     """Return the costs of a board's image."""
     return table()[board]
+
+
+def of_replay(board: str, *, streamed: bool) -> dict[str, float]:
+    """Return them as a replay takes them; `streamed`: line data come while the board moves."""
+    found = asdict(of(board))
+    data = found.pop(_DATA)
+    return found | ({"request": max(found["request"], data)} if streamed else {})
 
 
 @cache

@@ -9,13 +9,14 @@ declared, a host that sends line data too late.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
 
 from pixstep.board import boards, costs, settings
 from pixstep.board.port import BAUD
 from pixstep.errors import RefusedError
+from pixstep.lines import runs
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.replay import Loop, Replay, Verdict
 from pixstep.lines.units import period_ticks
@@ -89,7 +90,7 @@ def loop_of(world: World, margin: float = 1.0) -> Loop:
 
 def verdicts(lines: Sequence[Line], world: World) -> Iterator[Verdict]:
     """Yield how the lines fare with each margin."""
-    found = asdict(costs.of(world.board))
+    found = costs.of_replay(world.board, streamed=_is_streamed(lines, world))
     replay = Replay(lines)
     for margin in MARGINS:
         yield replay.judge(found, loop_of(world, margin))
@@ -98,6 +99,12 @@ def verdicts(lines: Sequence[Line], world: World) -> Iterator[Verdict]:
 def first_late(lines: Sequence[Line], world: World) -> Verdict | None:
     """Return the verdict of the first margin with which a line is late; None: all are followed."""
     return next((one for one in verdicts(lines, world) if not one.follows), None)
+
+
+def _is_streamed(lines: Sequence[Line], world: World) -> bool:
+    """Return whether a line does not fit its queue: more of it comes while the board moves."""
+    room = boards.load(world.board).queue_entries * runs.MOST_BYTES
+    return any(runs.packed_size(runs.queue_entries(line)) > room for line in lines)
 
 
 def follows(lines: Sequence[Line], world: World) -> bool:
