@@ -14,6 +14,7 @@ from fractions import Fraction
 from itertools import pairwise
 
 from pixstep.board import boards, costs, settings
+from pixstep.board.device import Board
 from pixstep.board.port import BAUD
 from pixstep.errors import RefusedError
 from pixstep.lines import runs
@@ -21,6 +22,7 @@ from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.replay import Loop, Replay, Verdict
 from pixstep.lines.units import period_ticks
 
+NAME = "beyond_guarantee"  # of what is found
 MARGINS = (1.0, 1.05, 1.1)
 MOTIONS = ("constant", "smooth", "ramp")
 DECLARED_PPM = 1000  # a clock may be so much faster
@@ -48,11 +50,27 @@ class World:
 
 
 def world(
-    board: str, pixel_hz: Fraction, clock: Mapping[str, int] | None = None, baud: int = BAUD
+    board: str, pixel_hz: Fraction, clock: Mapping[str, int] | None = None, baud: int = BAUD,
+    ppm: float = 0.0,
 ) -> World:
-    """Return a world whose clock has these settings: `sync` and `divider`."""
+    """Return a world whose clock has these settings: `sync` and `divider`.
+
+    `ppm`: the clock is so much faster, if that is more than is declared anyway.
+    """
     known = settings.defaults() | dict(clock or {})
-    return World(board, pixel_hz, known["sync"], settings.divider_of(known), baud)
+    declared = max(ppm, DECLARED_PPM)
+    return World(board, pixel_hz, known["sync"], settings.divider_of(known), baud, declared)
+
+
+def of_board(
+    board: Board, pixel_hz: Fraction, clock: Mapping[str, int] | None = None
+) -> World | None:
+    """Return the world of a connected board; None: nobody has measured what its image costs."""
+    number = board.inputs()["board_id"]
+    name = next((item.name for item in boards.all_boards() if item.id == number), "")
+    known = settings.read(board)
+    baud = known["baud_100"] * 100
+    return world(name, pixel_hz, known | dict(clock or {}), baud) if name in costs.table() else None
 
 
 @dataclass(frozen=True)
@@ -132,6 +150,11 @@ def refusal(lines: Sequence[Line], world: World) -> str:
     late = judge(lines, world)
     if late is None:
         return ""
+    return f"{lines[late.axis].name}: {NAME} at pixel {late.pixel}: {reason(late, lines, world)}"
+
+
+def reason(late: Late, lines: Sequence[Line], world: World) -> str:
+    """Return in words why the board may be late, and what it would follow."""
     label = boards.load(world.board).label
     cures = []
     if late.hz:
@@ -140,8 +163,7 @@ def refusal(lines: Sequence[Line], world: World) -> str:
         cures.append(f"{late.steps} steps/px in place of {late.most_steps}")
     together = f" of {len(lines)} together" if len(lines) > 1 else ""
     return (
-        f"{lines[late.axis].name}: beyond_guarantee at pixel {late.pixel}: the {label} may decode "
-        f"this line{together} too late at {float(world.pixel_hz):.6g} Hz; "
+        f"the {label} may decode this line{together} too late at {float(world.pixel_hz):.6g} Hz; "
         + (f"it follows {' or '.join(cures)}" if cures else "no slower clock helps")
     )
 
