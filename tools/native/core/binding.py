@@ -63,7 +63,8 @@ struct guarantee_costs {
     double flat_step, wide_step, steep_step, slow_step;
     double zero_px, pump;
     double locked_px;
-    double account, account_px, account_entry, account_long_entry, account_train_step;
+    double account, account_px, account_entry, account_long_entry;
+    double account_train_px, account_train_step;
     double edge, round, edge_locked, round_locked;
     double request;
     double request_byte;
@@ -94,7 +95,8 @@ struct guarantee_verdict {
     double slack_ticks;
     double busy;
 };
-void guarantee_curve(double ticks, double speed, double half, double k0, double k1, bool steep, double *counts);
+void guarantee_curve(double ticks, double speed, double half, double k0, double k1, bool steep,
+                     double *counts);
 void guarantee_demand(const struct guarantee_costs *costs,
                       const struct guarantee_board *board,
                       const struct guarantee_axis *line,

@@ -35,6 +35,14 @@ struct part {
     bool mark, train;
 };
 
+// What the decoder writes at once.
+struct job {
+    struct part part;
+    double cycles, units;
+    bool last; // of its piece
+    double interval;
+};
+
 struct axis {
     const struct guarantee_axis *line;
     uint32_t entry, repeat; // runs that are used up, pixels of the present one that are
@@ -53,6 +61,8 @@ struct axis {
     double used;
     uint32_t marks, trains;
     double end, interval; // of what is written
+    bool known;           // the part that is to be written next
+    struct job next;
 };
 
 struct replay {
@@ -257,13 +267,6 @@ static bool have_piece(struct replay *r, struct axis *a)
 
 // ---- what is written at once ----
 
-struct job {
-    struct part part;
-    double cycles, units;
-    bool last; // of its piece
-    double interval;
-};
-
 static double when(const struct axis *a, double k)
 {
     if (fabs(a->half) < 0.5) {
@@ -306,7 +309,7 @@ static void cost_train(const struct replay *r, const struct axis *a, struct job 
     job->part.train = true;
     job->cycles = c->train_px + c->train_step * a->steps;
     job->units = 20.0;
-    job->part.account = c->account_px + c->account_train_step * a->steps;
+    job->part.account = c->account_train_px + c->account_train_step * a->steps;
 }
 
 static void cost_part_of_singles(const struct replay *r,
@@ -362,7 +365,7 @@ static void cost_piece(const struct replay *r, const struct axis *a, struct job 
     job->units = 42.0 + 6.0 * waits;
     job->part.account = c->account_px + entry_cost(r, a) * (job->part.entries);
     if (train > 0.0) {
-        job->part.account += c->account_train_step * a->steps;
+        job->part.account += c->account_train_px + c->account_train_step * a->steps;
     }
 }
 
@@ -454,15 +457,18 @@ static bool is_early(const struct replay *r, const struct axis *a)
     return begins * b->divider - (r->edges - 1.0) > lead;
 }
 
-// The next part of an axis that may be written now.
-static bool may_write(struct replay *r, struct axis *a, struct job *job)
+// True when the next part of an axis, a->next, may be written now.
+static bool may_write(struct replay *r, struct axis *a)
 {
-    if (!have_piece(r, a)) {
-        return false;
+    if (!a->known) {
+        if (!have_piece(r, a)) {
+            return false;
+        }
+        next_job(r, a, &a->next);
+        a->known = true;
     }
-    next_job(r, a, job);
-    return has_room(a, job) && a->marks < MARKS &&
-           (!job->part.train || a->trains < TRAINS) && !is_early(r, a) &&
+    return has_room(a, &a->next) && a->marks < MARKS &&
+           (!a->next.part.train || a->trains < TRAINS) && !is_early(r, a) &&
            (uint8_t)(a->head + 1u) != a->tail;
 }
 
@@ -594,8 +600,10 @@ static void note_time(struct replay *r, struct axis *a)
     }
 }
 
-static void write_part(struct replay *r, struct axis *a, const struct job *job)
+static void write_part(struct replay *r, struct axis *a)
 {
+    const struct job *job = &a->next;
+
     if (r->started) {
         spend(r, job->cycles);
         note_time(r, a);
@@ -610,18 +618,18 @@ static void write_part(struct replay *r, struct axis *a, const struct job *job)
     if (job->last) {
         a->begun = false;
     }
+    a->known = false;
 }
 
 // One call of the decoder: up to a number of units. Returns the units used; 0: nothing to do.
 static double decode(struct replay *r, struct axis *a)
 {
     double units = 0.0;
-    struct job job;
 
     spend(r, r->cost->call);
-    while (units < CALL_UNITS && r->verdict->follows && may_write(r, a, &job)) {
-        write_part(r, a, &job);
-        units += job.units;
+    while (units < CALL_UNITS && r->verdict->follows && may_write(r, a)) {
+        units += a->next.units;
+        write_part(r, a);
     }
     return units;
 }
@@ -629,19 +637,18 @@ static double decode(struct replay *r, struct axis *a)
 static struct axis *first_to_end(struct replay *r, uint32_t out)
 {
     struct axis *found = NULL;
-    struct job job;
 
     for (uint32_t i = 0; i < r->axes; i++) {
         struct axis *a = &r->axis[i];
         if ((out & 1u << i) != 0 || (found != NULL && found->end <= a->end)) {
             continue;
         }
-        if (!may_write(r, a, &job)) {
+        if (!may_write(r, a)) {
             if (!account_helps(r, a)) {
                 continue;
             }
             advance(r, a);
-            if (!may_write(r, a, &job)) {
+            if (!may_write(r, a)) {
                 continue;
             }
         }
@@ -720,12 +727,10 @@ static bool all_written(const struct replay *r)
 
 static void fill(struct replay *r)
 {
-    struct job job;
-
     for (uint32_t i = 0; i < r->axes; i++) {
         struct axis *a = &r->axis[i];
-        while (may_write(r, a, &job)) {
-            write_part(r, a, &job);
+        while (may_write(r, a)) {
+            write_part(r, a);
         }
     }
 }

@@ -35,7 +35,8 @@ struct guarantee_costs {
     double locked_px;     // more of each locked pixel
     // The account of what was made: a look, a pixel, an entry of a short pixel and of a long one, a
     // step of a pulse train.
-    double account, account_px, account_entry, account_long_entry, account_train_step;
+    double account, account_px, account_entry, account_long_entry;
+    double account_train_px, account_train_step;
     // An edge of the clock, a pass of the main loop with nothing to do; of locked lines.
     double edge, round, edge_locked, round_locked;
     double request;      // the longest request

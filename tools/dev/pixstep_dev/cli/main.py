@@ -10,6 +10,7 @@ from pixstep_dev.cli import (
     campaign,
     docs,
     fuzz,
+    guarantee,
     jobs,
     motor_record,
     mutants,
@@ -24,6 +25,17 @@ def main() -> None:
     """Prove pixstep: measure, inject faults, fuzz, mutate, keep the documents true."""
 
 
-for group in (bench, campaign, robustness, jobs, fuzz, motor_record, mutants, docs, wheels):
+for group in (
+    bench,
+    guarantee,
+    campaign,
+    robustness,
+    jobs,
+    fuzz,
+    motor_record,
+    mutants,
+    docs,
+    wheels,
+):
     for command in group.COMMANDS:
         main.add_command(command)

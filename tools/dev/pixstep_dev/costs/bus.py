@@ -42,7 +42,11 @@ def costs(board: str) -> dict[str, float]:
         )
         states = under.states()
     assert set(states.values()) == {"running"}, states
-    byte = max(row["cycles_mean"] for name, row in handlers.items() if "USART" in name and "_TX" not in name)
+    byte = max(
+        row["cycles_mean"]
+        for name, row in handlers.items()
+        if "USART" in name and "_TX" not in name
+    )
     turned = turns.measure(board)
     return {
         "request": max(row["request_cycles"] for row in turned if not _brings_data(row)),

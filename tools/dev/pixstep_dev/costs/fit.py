@@ -6,20 +6,21 @@ cost of 1 and all others 0), so that table and model mean the same by every name
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import fields
+from fractions import Fraction
 
 import numpy as np
-from scipy.optimize import nnls
+from scipy.optimize import nnls  # type: ignore[import-untyped]
 
-from pixstep.board.costs import OF_REPLAY
 from pixstep.board import boards
+from pixstep.board.costs import OF_REPLAY
 from pixstep.lines.replay import Loop, Replay
 from pixstep.lines.units import period_ticks
 from pixstep_dev.costs.probes import Spent
-from fractions import Fraction
 
 DECODING = OF_REPLAY[: OF_REPLAY.index("account")]
-ACCOUNTS = ("account_px", "account_entry", "account_long_entry", "account_train_step")
+ACCOUNTS = (
+    "account_px", "account_entry", "account_long_entry", "account_train_px", "account_train_step",
+)  # fmt: skip
 _NOTHING = dict.fromkeys(OF_REPLAY, 0.0)
 
 
@@ -70,7 +71,7 @@ def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
 
     accounts = _solve(spent, ("account", *ACCOUNTS), account, lambda row: row.account)
     everything = [row for row in spent if row.probe.name.startswith(("all", "locked"))]
-    rounds = {}
+    rounds: dict[str, float] = {}
     for locked, behind in ((False, ""), (True, "_locked")):
         found = [row for row in everything if row.probe.locked == locked]
         rounds |= {name + behind: cost for name, cost in _rounds(found).items()}
@@ -84,16 +85,18 @@ def _rounds(rows: Sequence[Spent]) -> dict[str, float]:
     return {"round": a_round, "edge": (fastest.rounds - a_round * fastest.passes) / fastest.edges}
 
 
-def misses(board: str, spent: Sequence[Spent], costs: dict[str, float]) -> list[tuple[str, float, float]]:
+def misses(
+    board: str, spent: Sequence[Spent], costs: dict[str, float]
+) -> list[tuple[str, float, float]]:
     """Return of each probe by how much its costs are reckoned too low, as a share."""
     rows = []
     for row in spent:
         times = _times(board, row)
-        decode = costs["call"] * row.calls + sum(
-            costs[name] * times[name][0] for name in DECODING
-        )
+        decode = costs["call"] * row.calls + sum(costs[name] * times[name][0] for name in DECODING)
         account = costs["account"] * row.looks + row.share * sum(
             costs[name] * times[name][1] for name in ACCOUNTS
         )
-        rows.append((row.probe.name, row.decode / max(1.0, decode) - 1, row.account / max(1.0, account) - 1))
+        rows.append(
+            (row.probe.name, row.decode / max(1.0, decode) - 1, row.account / max(1.0, account) - 1)
+        )
     return rows

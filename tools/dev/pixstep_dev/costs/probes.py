@@ -93,7 +93,9 @@ def of_board(board: str) -> list[Probe]:
         for n, hz in ((150, 200), (300, 200), (600, 100), (1500, 30))
     ]
     found += [Probe(f"singles {n}", 30, _constant(n, 30, 0.5)) for n in _untrained(board, 30)]
-    found += [Probe(f"slow {n} {hz}", hz, _constant(n, hz, 0.6)) for n, hz in ((2, 30), (6, 30), (12, 30))]
+    found += [
+        Probe(f"slow {n} {hz}", hz, _constant(n, hz, 0.6)) for n, hz in ((2, 30), (6, 30), (12, 30))
+    ]
     found += [Probe(f"short {n} 70", 70, _constant(n, 70, 0.4)) for n in (20, 90)]
     found += [
         Probe(f"curves {a}-{b} {hz}", hz, _turns(a, b, px, hz))

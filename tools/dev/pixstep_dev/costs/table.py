@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: MIT
 """The table of costs: measured, written, compared."""
 
+from dataclasses import asdict
 from pathlib import Path
 
 from pixstep import atomic
-from pixstep.board import boards
+from pixstep.board import boards, costs
 from pixstep.board.costs import NAMES, PATH
 from pixstep_dev.costs import bus, fit, probes
+
+TOLERANCE = 0.02
+LEAST = 2.0  # cycles
 
 
 def measure(board: str) -> dict[str, float]:
@@ -14,6 +18,16 @@ def measure(board: str) -> dict[str, float]:
     spent = probes.run_all(board, probes.of_board(board))
     found = fit.fit(board, spent) | interrupts(board, spent) | bus.costs(board)
     return {name: round(found[name], 6 if "share" in name else 1) for name in NAMES}
+
+
+def stale(board: str, found: dict[str, float]) -> list[str]:
+    """Return in which costs the table does not fit what was found."""
+    known = asdict(costs.of(board))
+    return [
+        f"{board}: {name} costs {found[name]:g}, the table has {known[name]:g}"
+        for name in NAMES
+        if abs(found[name] - known[name]) > max(LEAST, TOLERANCE * known[name])
+    ]
 
 
 def interrupts(board: str, spent: list[probes.Spent]) -> dict[str, float]:

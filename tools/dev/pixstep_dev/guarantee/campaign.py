@@ -14,6 +14,7 @@ from pixstep.simulation.job import run_job
 from pixstep_dev.guarantee.sets import Set, random_set
 
 CLEAN, REFUSED = "", "refused"
+_NO_RECORD = "no record of"
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,9 @@ def run_set(one: Set) -> str:
             return f"{REFUSED} {result.refused.name}"
         if result.trouble:
             return result.trouble[0]
-        return "; ".join(judge.judge(result).summary["reasons"])
+        reasons = judge.judge(result).summary["reasons"]
+        # Records that were overwritten before they were read are no matter of the motion.
+        return "; ".join(text for text in reasons if _NO_RECORD not in text)
 
 
 def run(plan: Plan, progress: Progress = unseen) -> Outcome:

@@ -4,7 +4,7 @@
 import math
 import random
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
@@ -50,7 +50,9 @@ class Shape:
             return Line((steps,) * held, PLAIN, name=f"constant {axis}")
         if self.kind in ("own counts", "turns"):
             few = _OWN_PX[board]
-            least = steps // 2 if self.kind == "turns" else max(0, steps - some.choice((2, steps // 2)))
+            least = (
+                steps // 2 if self.kind == "turns" else max(0, steps - some.choice((2, steps // 2)))
+            )
             counts = [some.randint(least, steps) for _ in range(few)]
             return Line(tuple(counts), PLAIN, name=f"own {axis}")
         return self._smooth(some, axis, steps // 2 * 2, held)
@@ -148,8 +150,16 @@ def random_set(seed: str, board: str | None = None) -> Set:
     baud = some.choice((115_200, 115_200, 250_000, 500_000))
     shares = tuple(1.0 if some.random() < 0.6 else some.uniform(0.3, 1) for _ in range(axes))
     shares = (1.0, *shares[1:])
-    shape = Shape(kind, some.randrange(1 << 30), shares, some.choice((1, 2, 4, 8, 16)), some.choice((3, 7, 20)))
-    able = capability_of(board, Fraction(hz), axes=axes, clock={"sync": 2 if sync == LOCK else 1, "divider": 1})
+    shape = Shape(
+        kind,
+        some.randrange(1 << 30),
+        shares,
+        some.choice((1, 2, 4, 8, 16)),
+        some.choice((3, 7, 20)),
+    )
+    able = capability_of(
+        board, Fraction(hz), axes=axes, clock={"sync": 2 if sync == LOCK else 1, "divider": 1}
+    )
     smooth = kind in ("smooth", "ramps", "backlash")
     most = able.top_speed(SMOOTH_KIND if smooth else PLAIN_KIND)
     world = world_of(board, hz, sync, baud)

@@ -41,6 +41,7 @@ class Costs:
     account_px: float
     account_entry: float
     account_long_entry: float
+    account_train_px: float
     account_train_step: float
     edge: float
     round: float

@@ -23,7 +23,9 @@ from pixstep.lines.replay import Loop, Replay, Verdict
 from pixstep.lines.units import period_ticks
 
 NAME = "beyond_guarantee"  # of what is found
-MARGINS = (1.0, 1.05, 1.1)
+INTERVALS = 1.1  # of the shortest interval of several axes
+ADVICE = "check=False lets the board try"
+MARGINS = (1.0, 1.07, 1.15)
 MOTIONS = ("constant", "smooth", "ramp")
 DECLARED_PPM = 1000  # a clock may be so much faster
 # A master that asks again as soon as it has a reply: bytes of a request and its reply, and how long
@@ -50,7 +52,10 @@ class World:
 
 
 def world(
-    board: str, pixel_hz: Fraction, clock: Mapping[str, int] | None = None, baud: int = BAUD,
+    board: str,
+    pixel_hz: Fraction,
+    clock: Mapping[str, int] | None = None,
+    baud: int = BAUD,
     ppm: float = 0.0,
 ) -> World:
     """Return a world whose clock has these settings: `sync` and `divider`.
@@ -116,7 +121,30 @@ def verdicts(lines: Sequence[Line], world: World) -> Iterator[Verdict]:
 
 def first_late(lines: Sequence[Line], world: World) -> Verdict | None:
     """Return the verdict of the first margin with which a line is late; None: all are followed."""
+    if close := _too_close(lines, world):
+        return close
     return next((one for one in verdicts(lines, world) if not one.follows), None)
+
+
+def _too_close(lines: Sequence[Line], world: World) -> Verdict | None:
+    """Return where several axes leave the step interrupt less time than it is promised.
+
+    The boards accept shorter intervals, at which now and then three of its calls meet a byte, an
+    edge of the clock and a timer.
+    """
+    if len(lines) == 1:
+        return None
+    loop, kind = loop_of(world), boards.load(world.board)
+    for axis, line in enumerate(lines):
+        least = (kind.smooth_min_intervals_ticks if line.smooth else kind.min_intervals_ticks)[
+            len(lines) - 1
+        ]
+        fastest = _fastest(line)
+        if fastest and loop.pixel_ticks / fastest < INTERVALS * least:
+            places = line.speeds[1:] if line.smooth else [abs(count) for count in line.counts]
+            pixel = next((k for k, one in enumerate(places, 1) if one == fastest), 1)
+            return Verdict(False, axis, pixel, 0.0, 0.0, 1.0)
+    return None
 
 
 def _is_streamed(lines: Sequence[Line], world: World) -> bool:
@@ -163,7 +191,7 @@ def reason(late: Late, lines: Sequence[Line], world: World) -> str:
         cures.append(f"{late.steps} steps/px in place of {late.most_steps}")
     together = f" of {len(lines)} together" if len(lines) > 1 else ""
     return (
-        f"the {label} may decode this line{together} too late at {float(world.pixel_hz):.6g} Hz; "
+        f"the {label} may be too late with this line{together} at {float(world.pixel_hz):.6g} Hz; "
         + (f"it follows {' or '.join(cures)}" if cures else "no slower clock helps")
     )
 
@@ -224,7 +252,12 @@ def bound_by(motion: str, axes: int, world: World, most: int) -> str:
     if found >= most - most // 64 - 1:
         return "interrupt"
     beyond = [line_at(motion, found + max(2, found // 32), world.pixel_hz)] * axes
-    if follows([line_at(motion, found + max(2, found // 10), world.pixel_hz)] * axes, replace(world, baud=300)):
+    if _too_close(beyond, world):
+        return "interrupt"
+    if follows(
+        [line_at(motion, found + max(2, found // 10), world.pixel_hz)] * axes,
+        replace(world, baud=300),
+    ):
         return "bus"
     late = first_late(beyond, world)
     return "processor" if late is None or late.busy > _BUSY else "ring"

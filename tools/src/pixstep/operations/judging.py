@@ -11,9 +11,9 @@ from pixstep.board import capability, guarantee
 from pixstep.board.capability import BoardLimits
 from pixstep.board.guarantee import World
 from pixstep.errors import AskedText
-from pixstep.operations.asked import AskedRefusedError
 from pixstep.lines.line import Line
 from pixstep.lines.line_check import Limits
+from pixstep.operations.asked import AskedRefusedError
 from pixstep.operations.request import flag, unless
 
 if TYPE_CHECKING:

@@ -309,8 +309,8 @@ def _rates(
     page.print(table)
     page.print(
         f"Guaranteed: {able.axes} {'axes' if able.axes > 1 else 'axis'} at once at this clock, "
-        f"whatever a host asks meanwhile; `pixstep line check` asks it of lines. Seen: the highest rates "
-        f"measured, every edge right (docs/TIMING.md).",
+        "whatever a host asks meanwhile; `pixstep line check` asks it of lines. Seen: the highest "
+        "rates measured, every edge right (docs/TIMING.md).",
         soft_wrap=True,
     )
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TypedDict
 
 from pixstep import formats
-from pixstep.board import capability, run, settings, snapshot, together, upload
+from pixstep.board import capability, guarantee, run, settings, snapshot, together, upload
 from pixstep.board.device import Board
 from pixstep.board.link import World
 from pixstep.board.run import Lines

@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import TypedDict
 
 from pixstep import atomic, formats
-from pixstep.board import boards, settings
-from pixstep.board import guarantee
+from pixstep.board import boards, guarantee, settings
 from pixstep.board.capability import named_limits
 from pixstep.board.port import BAUD
 from pixstep.errors import AskedText, RefusedError, UserError
