@@ -78,11 +78,12 @@ static inline void rounds(void)
     }
 }
 
-// The reply is made in one round, sealed and sent in the next.
+// A long request is taken in one round, its reply made in the next, sealed and sent in another.
 static inline uint16_t answer(void)
 {
     rounds();
     fake_pass(SILENCE_TICKS + SLACK_TICKS);
+    bus_port_poll();
     bus_port_poll();
     bus_port_poll();
     return taken();

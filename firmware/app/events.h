@@ -32,8 +32,8 @@ void events_note(uint16_t code, uint8_t axis, uint16_t argument, uint32_t pixel)
 // number of events since reset, which wraps; events follow, the oldest first.
 uint16_t events_word(uint16_t address);
 
-// The same of `count` (1..125) registers from `address` on, big-endian: as many whole events. Returns the number of
-// words, 0 when no event begins there or only a part of one is asked for.
+// The same of `count` (1..125) registers from `address` on, big-endian: as many whole events.
+// Returns the number of words, 0 when no event begins there or only a part of one is asked for.
 uint8_t events_words(uint16_t address, uint8_t count, uint8_t *to);
 
 #else

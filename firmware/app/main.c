@@ -11,14 +11,16 @@
 #include "hal/cpu.h"        // cpu_*
 #include "hal/pins.h"       // pins_start
 
+#if SEVERAL_AXES
 // In the middle of a request.
 void interlude(void)
 {
-    if (CONFIG_AXES > 1 && axes_first_moving() != NO_AXIS) {
-        round_poll();
+    if (axes_first_moving() != NO_AXIS) {
+        round_poll_briefly();
         cpu_section(CPU_SECTION_SERIAL);
     }
 }
+#endif
 
 int main(void)
 {

@@ -19,6 +19,7 @@
 #include "app/store.h"         // store_state
 #include "app/traffic.h"       // traffic_counters
 #include "base/flash.h"        // IN_FLASH
+#include "base/interlude.h"    // interlude
 #include "hal/cpu.h"           // cpu_reset_cause
 #include "hal/estop.h"         // estop_tripped
 #include "motion/lock_grid.h"  // lock_grid_now
@@ -417,8 +418,7 @@ uint16_t report_word(uint16_t address)
 }
 
 #if SEVERAL_AXES
-// The place behind those that are read together. The position of an axis, which takes as long as all
-// the others, begins anew.
+// The place behind those that are read together. The position of an axis begins anew.
 static inline uint8_t end_of(uint8_t place)
 {
     if (place < AXIS(0)) {
@@ -438,6 +438,11 @@ uint8_t report_words(uint16_t address, uint8_t count, uint8_t *to)
     const struct source *entry = &sources[place];
 
     words = count < words ? count : words;
+    // A position takes as long as all other registers of an axis; in front of the axes may be the
+    // board's registers.
+    if (place == AXIS(REG_AXIS_position_steps) || address == REG_AXIS_BASE) {
+        interlude();
+    }
     for (uint8_t left = words; left != 0; left--) {
         put_word(to, word_of(entry++, axis));
         to += 2;

@@ -18,21 +18,23 @@
 #include "app/time_check.h"  // time_check_poll
 #include "app/witness.h"     // witness_poll
 #include "base/apart.h"      // APART
+#include "hal/clock.h"       // clock_now_units
 #include "hal/cpu.h"         // cpu_section
 #include "hal/estop.h"       // estop_latched
 #include "hal/step_timer.h"  // step_timer_*
 #include "motion/decode.h"   // decode_*
 
-// Cost of the steps decoded in one round: a round must stay short beside the silence of a bus
-// frame. With several axes under full load rounds cost more than long ones do: 6 ms.
-#define DECODE_BUDGET  (CONFIG_AXES == 1 ? 120u : 720u)
+// Cost of the steps that one call of the decoder may take.
 #define DECODE_AT_ONCE 120u
-// Calls of the decoder in one round: axes whose pulse trains end together are all served.
-#define DECODE_CALLS (CONFIG_AXES + 2u)
-// So many come first even where the bus brings entries of lines.
-#define DECODE_CALLS_LEAST 2u
 // The same while an axis waits for its release: the release must come within a few milliseconds.
-#define DECODE_BUDGET_STARTING 12u
+#define DECODE_AT_ONCE_STARTING 12u
+// Several axes are decoded for one after the other until so much time is over, interrupts included,
+// microseconds: with shorter rounds their other work would cost too much, with longer ones bus,
+// switches and releases would wait for too long.
+#define DECODE_US 4000u
+// So many calls come first even where the bus brings entries of lines, or waits in the middle of a
+// request.
+#define DECODE_CALLS_LEAST 2u
 // The switches of every axis are read once in this many rounds; those of a seeking axis, in every
 // round.
 #define INPUT_ROUNDS 4u
@@ -47,6 +49,9 @@
 #define ADVANCE_ROUNDS  8u
 
 static uint8_t rounds; // counts rounds, for work that serves one axis after the other
+#if CONFIG_AXES > 1
+static bool brief; // the bus waits for this round
+#endif
 
 void round_start(void)
 {
@@ -274,10 +279,10 @@ static uint8_t decode_one(uint8_t i, uint8_t budget)
 }
 
 #if CONFIG_AXES == 1
-static void decode_in_turn(uint8_t budget)
+static void decode_in_turn(uint8_t at_once)
 {
     if (!decode_is_ahead(axes_get(0))) {
-        (void)decode_one(0, budget);
+        (void)decode_one(0, at_once);
     }
 }
 #else
@@ -372,48 +377,69 @@ static bool line_data_waits(void)
 
 // True when a long turn must end before the next curve: an edge taken in it has placed lines, and
 // their release comes soon.
-static APART bool must_end(uint16_t budget)
+static APART bool must_end(uint8_t at_once)
 {
-    return budget > DECODE_BUDGET_STARTING && start_near();
+    return at_once > DECODE_AT_ONCE_STARTING && start_near();
 }
 
-static inline bool ends_before(const struct axis *axis, uint16_t budget)
+static inline bool ends_before(const struct axis *axis, uint8_t at_once)
 {
-    return axis->line.smooth && must_end(budget);
+    return axis->line.smooth && must_end(at_once);
 }
 
-// Whether an axis has no part in the rest of a round: it left all of what it was given, or a plain
-// line left some.
+// Whether an axis has no part in what follows: it left all of what it was given, or a plain line
+// left some.
 static inline bool is_out(const struct axis *axis, uint8_t given, uint8_t left)
 {
     return left == given || (left != 0 && !axis->line.smooth);
 }
 
-// Decode for the axis that runs out first, and again for it until another axis would. An axis that
-// must wait after all is out for this round, and so is one of a plain line that has come to wait:
-// whole pixels are decoded as far as there is room for them. The clock's edges are taken in
-// between: at kilohertz as many as can wait come in one such round, and the accounts pass no pixel
-// whose edge is not known yet.
-static void decode_in_turn(uint16_t budget)
+// Those of the axes that are out whose train is not over meanwhile.
+static inline uint8_t still_out(uint8_t out)
 {
-    uint8_t out = 0;
+    for (uint8_t i = 0; out != 0 && i < CONFIG_AXES; i++) {
+        if ((out & axis_bit(i)) != 0 && train_may_be_over(i)) {
+            out = (uint8_t)(out & ~axis_bit(i));
+        }
+    }
+    return out;
+}
 
-    for (uint8_t calls = DECODE_CALLS; calls != 0 && budget != 0; calls--) {
-        if (calls <= DECODE_CALLS - DECODE_CALLS_LEAST && line_data_waits()) {
+static inline bool time_is_over(uint16_t since_units)
+{
+    return (uint16_t)((uint16_t)clock_now_units() - since_units) >=
+           clock_units_of_us(DECODE_US);
+}
+
+// Decode for the axis that runs out first, and again for it until another axis would. An axis that
+// must wait after all is out, and so is one of a plain line that has come to wait: whole pixels are
+// decoded as far as there is room for them. One that waits for a train comes back when the train is
+// over. The clock's edges are taken in between: at kilohertz as many as can wait come in one such
+// round, and the accounts pass no pixel whose edge is not known yet.
+static void decode_in_turn(uint8_t at_once)
+{
+    uint16_t since_units = (uint16_t)clock_now_units();
+    uint8_t out = 0;
+    uint8_t calls = 0;
+    uint8_t left = at_once;
+
+    do {
+        if (calls >= DECODE_CALLS_LEAST && (brief || line_data_waits())) {
             return;
         }
         clock_edges_poll_between();
+        out = still_out(out);
         uint8_t i = first_to_end(out);
-        if (i == NO_AXIS || ends_before(axes_get(i), budget)) {
+        if (i == NO_AXIS || ends_before(axes_get(i), at_once)) {
             return;
         }
-        uint8_t once = budget < DECODE_AT_ONCE ? (uint8_t)budget : DECODE_AT_ONCE;
-        uint8_t left = decode_one(i, once);
-        if (is_out(axes_get(i), once, left)) {
+        left = decode_one(i, at_once);
+        if (is_out(axes_get(i), at_once, left)) {
             out |= bit_of(i);
         }
-        budget = (uint16_t)(budget - once + left);
-    }
+        calls++;
+    } while (at_once == DECODE_AT_ONCE_STARTING ? left == at_once
+                                                : !time_is_over(since_units));
 }
 #endif
 
@@ -427,7 +453,7 @@ static bool starting(void)
 
 static APART void decode_some(void)
 {
-    decode_in_turn(starting() ? DECODE_BUDGET_STARTING : DECODE_BUDGET);
+    decode_in_turn(starting() ? DECODE_AT_ONCE_STARTING : DECODE_AT_ONCE);
 }
 
 // The axis of the pixel clock cannot be released while an edge waits. At kilohertz a round brings
@@ -485,3 +511,12 @@ void round_poll(void)
         clock_edges_poll();
     }
 }
+
+#if CONFIG_AXES > 1
+void round_poll_briefly(void)
+{
+    brief = true;
+    round_poll();
+    brief = false;
+}
+#endif

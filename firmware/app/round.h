@@ -8,8 +8,15 @@
 //     +-------------------------------------------------------------------------------+
 #pragma once
 
+#include "build_features.h" // SEVERAL_AXES
+
 // The next round begins with the first axis.
 void round_start(void);
 
 // One round: short, never waits. Call it again and again.
 void round_poll(void);
+
+#if SEVERAL_AXES
+// The same where something else waits for it: decoding ends soon.
+void round_poll_briefly(void);
+#endif

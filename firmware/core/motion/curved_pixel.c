@@ -7,6 +7,9 @@
 // Cost of a pixel and of each step, in units of a step of a flat curve.
 #define PIXEL_COST 40u
 #define STEP_COST  3u
+// Of a step that is found by itself, beyond that.
+#define SLOW_STEP_COST 20u
+#define MOST_COST      120u // as much as the whole budget of a call
 // Longest pixel in which every interval fits a single period, ticks. In a longer one the speed must
 // be such that no interval is longer than 2^15 ticks.
 #define SHORT_PIXEL_TICKS 0xFC00u
@@ -20,12 +23,12 @@ static bool intervals_fit(uint32_t ticks, uint16_t slowest, uint16_t fastest)
 }
 
 // Make the next steps, at most `count`, into the ring from `slot` on, except for the high byte of
-// the first.
-static void make_steps(struct curve_steep *steep,
-                       struct step_ring *ring,
-                       uint8_t slot,
-                       uint8_t count,
-                       struct curve_made *made)
+// the first. Returns what they cost beyond STEP_COST.
+static uint8_t make_steps(struct curve_steep *steep,
+                          struct step_ring *ring,
+                          uint8_t slot,
+                          uint8_t count,
+                          struct curve_made *made)
 {
     curve_steep_burst(steep, ring, slot, count, made);
     if (made->steps == 0) {
@@ -33,23 +36,27 @@ static void make_steps(struct curve_steep *steep,
         uint16_t top = (uint16_t)(ticks - 1u);
         ring->low[slot] = (uint8_t)top;
         *made = (struct curve_made){ticks, 1, (uint8_t)(top >> 8)};
+        return SLOW_STEP_COST;
     }
+    return 0;
 }
 
 // Write the periods of the pixel, except for the high byte of the first, which is returned. The
-// last step lies at the end of the pixel.
+// last step lies at the end of the pixel. *cost is increased up to MOST_COST.
 static uint8_t write_periods(struct curve_steep *steep,
                              struct step_ring *ring,
                              uint8_t slot,
                              uint8_t steps,
-                             uint32_t ticks)
+                             uint32_t ticks,
+                             uint8_t *cost)
 {
     uint8_t first_high = 0;
     uint8_t left = (uint8_t)(steps - 1u);
 
     while (left != 0) {
         struct curve_made made;
-        make_steps(steep, ring, slot, left, &made);
+        uint8_t more = make_steps(steep, ring, slot, left, &made);
+        *cost = *cost < MOST_COST - more ? (uint8_t)(*cost + more) : MOST_COST;
         if (left == steps - 1u) {
             first_high = made.first_high;
         } else {
@@ -110,7 +117,9 @@ APART uint8_t curved_pixel_write(struct line *line,
     }
     uint8_t first = stream->head;
     begin(line, steep, ticks, (int16_t)(steps - line->speed));
-    uint8_t first_high = write_periods(steep, stream->ring, first, (uint8_t)steps, ticks);
+    uint8_t cost = (uint8_t)(PIXEL_COST + STEP_COST * steps);
+    uint8_t first_high =
+        write_periods(steep, stream->ring, first, (uint8_t)steps, ticks, &cost);
     line_pass_even(line, (int16_t)(line->negative ? -(int16_t)steps : (int16_t)steps));
     line->speed = end_speed;
     stream_put_pixel(
@@ -121,5 +130,5 @@ APART uint8_t curved_pixel_write(struct line *line,
                    1u),
         (uint16_t)line->position);
     stream->ring->high[first] = first_high;
-    return (uint8_t)(PIXEL_COST + STEP_COST * steps);
+    return cost;
 }

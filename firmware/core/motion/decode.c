@@ -21,14 +21,14 @@ _Static_assert(!SEVERAL_AXES || CURVED_PIXEL_MAX_STEPS <= DECODE_ROOM_PIECE,
 _Static_assert(DECODE_ROOM_LEFT > FEED_BURST, "a step fits");
 // A round of decoding must stay short: the bus and the starts of lines wait for it. Costs in units
 // of a step of a flat curve, about 60 cycles.
-#define STEEP_STEP_SHIFT 1u
-#define CURVED_STEP_COST 12u
+#define STEEP_STEP_SHIFT (SEVERAL_AXES ? 2u : 1u)
+#define CURVED_STEP_COST (SEVERAL_AXES ? 22u : 12u)
 #define SLOW_STEP_COST   (SEVERAL_AXES ? 36u : 24u) // found by the slow path
 #define TRAIN_COST       12u
 // Even steps that are entries, with several axes: some 15 cycles for one.
 #define SINGLES_COST(count) ((uint8_t)((count) / 4u + 1u))
 #define PUMP_COST           6u // a part of a long interval, some 330 cycles
-#define PIECE_COST          (SEVERAL_AXES ? 30u : 1u) // to begin a piece
+#define PIECE_COST          (SEVERAL_AXES ? 60u : 1u) // to begin a piece
 #define TRAIN_PIXEL_COST    20u
 // A seek is decoded no further ahead than this, ticks (8 ms, several rounds of the main loop),
 // because all steps in the ring are made even if the switch trips.

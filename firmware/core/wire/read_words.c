@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "wire/read_words.h"
 
-#include "base/interlude.h"   // interlude
 #include "build_features.h"   // SEVERAL_AXES
 #include "wire/bytes.h"       // put_word
 #include "wire/server_data.h" // data_*
@@ -12,12 +11,7 @@ static inline uint8_t read_several(uint8_t *to,
                                    uint8_t count,
                                    bool inputs)
 {
-    uint8_t read = SEVERAL_AXES && inputs ? data_inputs(address, count, to) : 0;
-
-    if (read != 0 && read != count) {
-        interlude();
-    }
-    return read;
+    return SEVERAL_AXES && inputs ? data_inputs(address, count, to) : 0;
 }
 
 uint8_t *read_words(uint8_t *to, uint16_t address, uint8_t count, bool inputs)

@@ -6,6 +6,5 @@
 #include <stdint.h>
 
 // Read `count` (1..125) mapped input registers, or holding registers, from `address` on,
-// big-endian. Returns the place behind them. On a board of several axes there are interludes
-// between what belongs to one axis or to another.
+// big-endian. Returns the place behind them.
 uint8_t *read_words(uint8_t *to, uint16_t address, uint8_t count, bool inputs);

@@ -20,7 +20,8 @@ from pixstep_dev.bench.figure import Figure
 FIGURES: tuple[Figure, ...] = tuple(
     module.FIGURE
     for module in (
-        handlers, decode, rates, clocks, share, ramp, accuracy, overload, waits, turns, sizes, simspeed,
+        handlers, decode, rates, clocks, share, ramp, accuracy, overload, waits, turns, sizes,
+        simspeed,
     )
 )  # fmt: skip
 NAMES = tuple(figure.name for figure in FIGURES)

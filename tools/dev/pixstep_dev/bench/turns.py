@@ -10,6 +10,7 @@ import random
 import struct
 from collections.abc import Callable, Iterator
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 from pixstep.board import boards
@@ -138,7 +139,7 @@ def _requests(run: SimulatedBoard) -> Iterator[tuple[str, Request, int]]:
     for name in _COMMANDS:
         words = struct.pack(">HHH", mask, regs.COMMANDS[name], 0)
         pdu = (_WRITE_MANY, *struct.pack(">HHB", regs.COMMAND_BASE, 3, 6), *words)
-        yield f"command {name}", lambda pdu=pdu: ask(*pdu), _TRIES
+        yield f"command {name}", partial(ask, *pdu), _TRIES
 
 
 def _block(name: str, size: int) -> Callable[[SimulatedBoard], Iterator[tuple[str, Request, int]]]:
