@@ -84,7 +84,8 @@ struct guarantee_board {
     uint32_t divider;
     uint32_t lead_edges;
     uint32_t more_edges;
-    double bytes_per_tick;
+    double bytes_per_tick, asked_per_tick;
+    double round_ticks;
     double margin;
 };
 struct guarantee_verdict {

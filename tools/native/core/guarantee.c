@@ -19,7 +19,6 @@
 #define PARTS            256u    // a ring has no more
 // Budgets of the firmware's rounds (round.c, decode.c), in units of a step of a flat curve.
 #define CALL_UNITS    120.0
-#define ROUND_UNITS   720.0
 #define MISS_TICKS    16.0
 #define QUICK_TICKS   32767.0
 #define PIXEL_SLACK   0.0002 // a clock may be off by so much
@@ -344,7 +343,7 @@ static void cost_curve(const struct replay *r, const struct axis *a, struct job 
     job->part.entries = steps;
     job->cycles = (first ? pixel : 0.0) + n[0] * c->flat_step + n[1] * c->wide_step +
                   n[2] * c->steep_step + n[3] * c->slow_step;
-    job->units = (first ? 30.0 : 0.0) + n[0] + n[1] + 2.0 * n[2] + 36.0 * n[3];
+    job->units = (first ? 60.0 : 0.0) + n[0] + n[1] + 4.0 * n[2] + 36.0 * n[3];
     if (a->kind == CURVED) {
         job->units = 40.0 + 3.0 * steps;
     }
@@ -492,7 +491,8 @@ static double interrupts(struct replay *r, double *until)
 {
     const struct guarantee_costs *c = r->cost;
     double share = c->other_isr_share + c->edge_isr / r->edge_ticks +
-                   r->board->bytes_per_tick * (c->byte_isr + c->request_byte);
+                   r->board->bytes_per_tick * c->byte_isr +
+                   r->board->asked_per_tick * c->request_byte;
 
     *until = r->now + period(r);
     for (uint32_t i = 0; i < r->axes; i++) {
@@ -657,9 +657,20 @@ static struct axis *first_to_end(struct replay *r, uint32_t out)
     return found;
 }
 
+// Those of the axes that are out for which an account finds nothing new.
+static uint32_t still_out(const struct replay *r, uint32_t out)
+{
+    for (uint32_t i = 0; i < r->axes; i++) {
+        if (account_helps(r, &r->axis[i])) {
+            out &= ~(1u << i);
+        }
+    }
+    return out;
+}
+
 static bool decode_in_turn(struct replay *r)
 {
-    double budget = ROUND_UNITS;
+    double since = r->now;
     uint32_t out = 0;
     bool any = false;
 
@@ -667,8 +678,9 @@ static bool decode_in_turn(struct replay *r)
         advance(r, &r->axis[0]);
         return decode(r, &r->axis[0]) > 0.0;
     }
-    for (uint32_t calls = r->board->axes + 2u; calls != 0 && budget > 0.0; calls--) {
+    do {
         take_edges(r);
+        out = still_out(r, out);
         struct axis *a = first_to_end(r, out);
         if (a == NULL || !r->verdict->follows) {
             break;
@@ -679,8 +691,7 @@ static bool decode_in_turn(struct replay *r)
             out |= 1u << (a - r->axis);
         }
         any = any || units > 0.0;
-        budget -= units;
-    }
+    } while (r->now - since < r->board->round_ticks);
     return any;
 }
 

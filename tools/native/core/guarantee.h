@@ -60,8 +60,10 @@ struct guarantee_board {
     uint32_t divider;
     uint32_t lead_edges; // of a locked line, else 0
     uint32_t more_edges; // of one that has begun
-    double bytes_per_tick;
-    double margin; // of all costs of the main loop
+    // Of the bus: bytes while a frame is under way, bytes of frames and the rests between them.
+    double bytes_per_tick, asked_per_tick;
+    double round_ticks; // that a round of several axes decodes for
+    double margin;      // of all costs of the main loop
 };
 
 struct guarantee_verdict {

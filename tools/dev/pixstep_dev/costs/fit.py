@@ -21,6 +21,10 @@ DECODING = OF_REPLAY[: OF_REPLAY.index("account")]
 ACCOUNTS = (
     "account_px", "account_entry", "account_long_entry", "account_train_px", "account_train_step",
 )  # fmt: skip
+# No probe of curves is reckoned cheaper than by so much: their steps are of more kinds than the
+# table has.
+CURVES, LOW = ("curves", "bends", "shifted"), 0.1
+OF_CURVES = ("curved_px", "curve_px", "flat_step", "wide_step", "steep_step", "slow_step")
 _NOTHING = dict.fromkeys(OF_REPLAY, 0.0)
 
 
@@ -63,6 +67,14 @@ def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
         return row.calls if name == "call" else times[row.probe.name][name][0]
 
     decoding = _solve(spent, DECODING, decode, lambda row: row.decode)
+    decoding["wide_step"] = max(decoding["wide_step"], decoding["flat_step"])
+    worst = max(
+        row.decode / sum(cost * decode(row, name) for name, cost in decoding.items())
+        for row in spent
+        if row.probe.name.startswith(CURVES)
+    )
+    for name in OF_CURVES:
+        decoding[name] *= max(1.0, worst / (1 + LOW))
 
     def account(row: Spent, name: str) -> float:
         if name == "account":

@@ -31,6 +31,8 @@ DECLARED_PPM = 1000  # a clock may be so much faster
 # A master that asks again as soon as it has a reply: bytes of a request and its reply, and how long
 # the bus rests between them, measured (silences, rounds of the board).
 _BYTES, _REST_S, _BYTE_BITS = 100, 0.0043, 11
+_WINDOW_S, _FRAME_BYTES = 0.008, 256  # as long as rings last; all of it may fall into a frame
+_ROUND_S = 0.004  # firmware/app/round.c
 _LEAD_TICKS = 0x20000  # firmware/app/reference.c
 _MARKS = 16
 _FEWER = 64  # parts of a line's counts, or of its clock, by which less is tried
@@ -99,6 +101,7 @@ def loop_of(world: World, margin: float = 1.0) -> Loop:
     lead, all_ahead = (
         min(int(ticks // clock) + 1, most) for ticks in (_LEAD_TICKS, _LEAD_TICKS + clock * 3 / 8)
     )
+    a_second = world.baud / _BYTE_BITS
     return Loop(
         kind.axes,
         kind.all_features,
@@ -106,7 +109,9 @@ def loop_of(world: World, margin: float = 1.0) -> Loop:
         world.divider,
         lead if locked else 0,
         all_ahead - lead if locked else 0,
-        _BYTES / (_BYTES * _BYTE_BITS / world.baud + _REST_S) / kind.tick_hz,
+        min(_WINDOW_S * a_second, _FRAME_BYTES) / _WINDOW_S / kind.tick_hz,
+        _BYTES / (_BYTES / a_second + _REST_S) / kind.tick_hz,
+        _ROUND_S * kind.tick_hz,
         margin,
     )
 

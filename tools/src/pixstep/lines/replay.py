@@ -21,6 +21,8 @@ class Loop:
     lead_edges: int = 0
     more_edges: int = 0
     bytes_per_tick: float = 0.0
+    asked_per_tick: float = 0.0
+    round_ticks: float = 0.0
     margin: float = 1.0
 
 
