@@ -6,7 +6,7 @@
 # `long`). All of these begin first: nothing else takes as long.
 set(PIXSTEP_LONG_RUNNING
     bench board board_images campaign every_output examples figures holes homing job_campaigns
-    late_interrupts lock motor_record_traces pixel_rates program_run programs programs_jerk
+    costs guarantee late_interrupts lock motor_record_traces pixel_rates program_run programs programs_jerk
     programs_mode1 programs_smooth trajectory_runs wrong_values
 )
 # These talk to a simulated board over a pseudo terminal, in real time. Much of it they wait: one

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Lines that run together are refused by name and pixel if a board may not have the time."""
 
+import json
 import re
 import time
 from fractions import Fraction
@@ -66,3 +67,36 @@ def test_a_million_pixels_of_four_axes_take_seconds():
     started_s = time.process_time()
     assert guarantee.follows([line] * 4, world("mega", 500))
     assert time.process_time() - started_s < 5
+
+
+def written(path, line):
+    """Write the line as a file; return its path as a text."""
+    path.write_bytes(b"".join(f"{count:6d}\r\n".encode() for count in line.counts))
+    return str(path)
+
+
+def test_limits_and_line_check_agree(pixstep, tmp_path):
+    told = json.loads(pixstep("limits", "--board", "mega", "--pixel-hz", "1000", "--json"))
+    row = next(one for one in told["guaranteed"] if one["motion"] == "constant")
+    assert row["max_rate_steps_s"] == 1000 * row["max_speed_steps_px"]
+    words = ("--decode", "plain", "--board", "mega", "--pixel-hz", "1000")
+    steps = row["max_speed_steps_px"]
+    for count, status in ((steps, 0), (steps + 2 + steps // 16, 3)):
+        line = Line((count,) * 48, PLAIN)
+        files = [written(tmp_path / f"{name}.csv", line) for name in "abcd"]
+        checked = pixstep("line", "check", *files, *words, "--json", status=status)
+        names = [one["name"] for one in json.loads(checked)["findings"]]
+        assert names == ([] if status == 0 else [guarantee.NAME])
+        out = str(tmp_path / "run")
+        run = pixstep("sim", *files, *words, "--out", out, status=status)
+        assert (guarantee.NAME in run) == (status == 3)
+
+
+def test_beyond_says_so(pixstep, tmp_path):
+    file = written(tmp_path / "a.csv", ramps(14))
+    words = ("--decode", "smooth", "--backlash", "7", "--board", "mega", "--pixel-hz", "2500")
+    told = json.loads(
+        pixstep("line", "check", file, "--axes", "4", "--beyond", *words, "--json", status=1)
+    )
+    assert told["verdict"] == "warnings"
+    assert [one["name"] for one in told["findings"]] == [guarantee.NAME]

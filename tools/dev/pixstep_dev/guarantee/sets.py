@@ -17,10 +17,12 @@ from pixstep.simulation.job import LOCK, START, Job
 from pixstep.simulation.pixel_clock import ClockFlaws
 from pixstep_trials import lines
 
-KINDS = ("constant", "own counts", "turns", "smooth", "ramps", "backlash")
+_OWN = ("own counts", "wild counts", "turns")
+KINDS = ("constant", "own counts", "wild counts", "turns", "smooth", "ramps", "backlash")
 LEAST_HZ, MOST_HZ = 20, 5000
 _SECONDS, _PIXELS = 1.2, (24, 1500)
 _CURVES_PX = 18
+_STREAM_S = 1.0  # of counts that a host sends while the board moves
 _OWN_PX = {"uno": 20, "mega": 56, "m1284": 56}  # a count of their own, so that the queue holds them
 SHARE = (0.4, 1.2)  # of the limit,
 BEYOND = 1 / 0.85  # which lies so far beyond what is guaranteed
@@ -35,6 +37,7 @@ class Shape:
     shares: tuple[float, ...]
     ramp_px: int
     backlash: int
+    streamed: bool = False
 
     def lines(self, steps: int, hz: int, board: str) -> dict[int, Line]:
         """Return a line for each axis, the fastest with so many steps a pixel."""
@@ -48,12 +51,15 @@ class Shape:
         held = min(_PIXELS[1], max(_PIXELS[0], round(_SECONDS * hz)))
         if self.kind == "constant":
             return Line((steps,) * held, PLAIN, name=f"constant {axis}")
-        if self.kind in ("own counts", "turns"):
-            few = _OWN_PX[board]
-            least = (
-                steps // 2 if self.kind == "turns" else max(0, steps - some.choice((2, steps // 2)))
-            )
-            counts = [some.randint(least, steps) for _ in range(few)]
+        if self.kind in _OWN:
+            few = round(hz * _STREAM_S) if self.streamed else _OWN_PX[board]
+            if self.kind == "turns":
+                most = min(steps, capability_of(board, Fraction(hz)).direct_reversal_speed)
+                counts = [some.choice((-1, 1)) * some.randint(0, most) for _ in range(few)]
+            else:
+                wild = self.kind == "wild counts"
+                least = steps // 2 if wild else max(0, steps - some.choice((2, steps // 10)))
+                counts = [some.randint(least, steps) for _ in range(few)]
             return Line(tuple(counts), PLAIN, name=f"own {axis}")
         return self._smooth(some, axis, steps // 2 * 2, held)
 
@@ -118,7 +124,8 @@ class Set:
         return (
             f"{self.board} {len(self.shape.shares)} {self.kind} {self.sync} {self.hz} Hz, "
             f"{self.steps} of {self.limit} steps, {self.ppm:+.0f} ppm, {self.jitter_us:.1f} us, "
-            f"{self.baud} baud{', loaded' if self.loaded else ''}, shape {self.shape.seed}"
+            f"{self.baud} baud{', loaded' if self.loaded else ''}"
+            f"{', streamed' if self.shape.streamed else ''}, shape {self.shape.seed}"
         )
 
 
@@ -156,6 +163,7 @@ def random_set(seed: str, board: str | None = None) -> Set:
         shares,
         some.choice((1, 2, 4, 8, 16)),
         some.choice((3, 7, 20)),
+        some.random() < 0.4,
     )
     able = capability_of(
         board, Fraction(hz), axes=axes, clock={"sync": 2 if sync == LOCK else 1, "divider": 1}
@@ -168,10 +176,11 @@ def random_set(seed: str, board: str | None = None) -> Set:
         return guarantee.first_late(list(shape.lines(steps, hz, board).values()), world) is None
 
     limit = highest(most, fits)
+    loaded = some.random() < 0.4 and not (shape.streamed and kind in _OWN)
     top = min(most, limit * BEYOND) if limit else most * 0.5
     steps = max(1, min(most, round(some.uniform(*SHARE) * top)))
     return Set(
         board, kind, hz, sync, shape, steps, limit,
         some.uniform(-900, 900), some.choice((0.0, 0.0, some.uniform(0, 3))),
-        some.random() < 0.4, baud,
+        loaded, baud,
     )  # fmt: skip

@@ -32,6 +32,7 @@ DECLARED_PPM = 1000  # a clock may be so much faster
 # the bus rests between them, measured (silences, rounds of the board).
 _BYTES, _REST_S, _BYTE_BITS = 100, 0.0043, 11
 _WINDOW_S, _FRAME_BYTES = 0.008, 256  # as long as rings last; all of it may fall into a frame
+_DATA_SHARE = 0.25  # of the bytes on the bus are line data, its checks and records the rest
 _ROUND_S = 0.004  # firmware/app/round.c
 _LEAD_TICKS = 0x20000  # firmware/app/reference.c
 _MARKS = 16
@@ -126,8 +127,9 @@ def verdicts(lines: Sequence[Line], world: World) -> Iterator[Verdict]:
 
 def first_late(lines: Sequence[Line], world: World) -> Verdict | None:
     """Return the verdict of the first margin with which a line is late; None: all are followed."""
-    if close := _too_close(lines, world):
-        return close
+    for found in (_too_close(lines, world), _starved(lines, world)):
+        if found:
+            return found
     return next((one for one in verdicts(lines, world) if not one.follows), None)
 
 
@@ -152,10 +154,32 @@ def _too_close(lines: Sequence[Line], world: World) -> Verdict | None:
     return None
 
 
+def _starved(lines: Sequence[Line], world: World) -> Verdict | None:
+    """Return the line for which counts cannot come in time, by the bytes that the bus carries."""
+    room = _room(world)
+    sizes = [_size(line) for line in lines]
+    more = [
+        max(0, size - room) / max(1, line.pixels) for size, line in zip(sizes, lines, strict=True)
+    ]
+    a_second = sum(more) * float(world.pixel_hz)
+    if a_second <= _DATA_SHARE * loop_of(world).asked_per_tick * boards.load(world.board).tick_hz:
+        return None
+    axis = more.index(max(more))
+    pixel = lines[axis].pixels * room // sizes[axis] + 1
+    return Verdict(False, axis, pixel, 0.0, 0.0, 0.0)
+
+
 def _is_streamed(lines: Sequence[Line], world: World) -> bool:
     """Return whether a line does not fit its queue: more of it comes while the board moves."""
-    room = boards.load(world.board).queue_entries * runs.MOST_BYTES
-    return any(runs.packed_size(runs.queue_entries(line)) > room for line in lines)
+    return any(_size(line) > _room(world) for line in lines)
+
+
+def _room(world: World) -> int:
+    return boards.load(world.board).queue_entries * runs.MOST_BYTES
+
+
+def _size(line: Line) -> int:
+    return runs.packed_size(runs.queue_entries(line))
 
 
 def follows(lines: Sequence[Line], world: World) -> bool:
