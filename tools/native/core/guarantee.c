@@ -74,7 +74,6 @@ struct replay {
     double work;       // cycles of the main loop so far
     double edges;      // of the clock that were taken
     double edge_ticks; // between two
-    double blocked;    // the longest request, ticks
     uint8_t rounds;
     bool several;
     bool started; // line zero has come: what is written from then on takes time
@@ -590,7 +589,9 @@ static bool account_helps(const struct replay *r, const struct axis *a)
 static void note_time(struct replay *r, struct axis *a)
 {
     struct guarantee_verdict *v = r->verdict;
-    double slack = a->end - 2.0 * a->interval - r->now - r->blocked;
+    double until;
+    double request_ticks = r->cost->request / (1.0 - interrupts(r, &until));
+    double slack = a->end - 2.0 * a->interval - r->now - request_ticks;
 
     if (slack < v->slack_ticks) {
         v->slack_ticks = slack;
@@ -751,7 +752,6 @@ static void begin(struct replay *r, const struct guarantee_axis *line, uint32_t 
     r->axes = lines;
     r->several = r->board->axes > 1;
     r->edge_ticks = period(r) / r->board->divider;
-    r->blocked = r->cost->request;
     for (uint32_t i = 0; i < lines; i++) {
         struct axis *a = &r->axis[i];
         a->line = &line[i];
