@@ -60,11 +60,12 @@ struct guarantee_costs {
     double curved_px;
     double piece_px, piece_step, curve_px;
     double shifted_px;
+    double turned_px;
     double flat_step, wide_step, steep_step, slow_step;
     double zero_px, pump;
     double locked_px;
     double account, account_px, account_entry, account_long_entry;
-    double account_train_px, account_train_step;
+    double account_piece_px, account_train_px, account_train_step;
     double edge, round, edge_locked, round_locked;
     double request;
     double request_byte;

@@ -47,6 +47,7 @@ struct axis {
     uint32_t entry, repeat; // runs that are used up, pixels of the present one that are
     uint32_t pixel;         // pixels that are taken
     bool over, shifted, turned;
+    bool rested;   // the piece before has no step: what follows takes the common way
     double speed;  // at the place, steps a pixel
     int32_t count; // of the pixel before
     bool negative;
@@ -163,7 +164,7 @@ static enum kind kind_of_even(const struct axis *a, double ticks, double steps)
     bool even = steps <= EVEN_STEPS && ticks / steps >= EVEN_LEAST_TICKS &&
                 ticks <= EVEN_MOST_TICKS && ticks / steps <= PERIOD_TICKS;
 
-    if (a->turned || a->shifted) {
+    if (a->turned || a->shifted || a->rested) {
         return PIECE;
     }
     if (even) {
@@ -190,6 +191,7 @@ static enum kind kind_of_curve(
 static void set_piece(struct axis *a, enum kind kind, double ticks, double steps)
 {
     a->kind = kind;
+    a->rested = steps <= 0.0;
     a->from = a->from + a->ticks;
     a->ticks = ticks;
     a->steps = steps;
@@ -358,10 +360,11 @@ static void cost_piece(const struct replay *r, const struct axis *a, struct job 
     job->part.entries =
         train > 0.0 ? 8.0 + ceil(a->steps / TRAIN_ENTRY) : a->steps + waits;
     job->part.train = train > 0.0;
-    job->cycles = c->piece_px + (a->shifted ? c->shifted_px : 0.0) + c->pump * waits;
+    job->cycles = c->piece_px + (a->shifted ? c->shifted_px : 0.0) +
+                  (a->turned ? c->turned_px : 0.0) + c->pump * waits;
     job->cycles += train > 0.0 ? c->train_step * a->steps : c->piece_step * a->steps;
     job->units = 42.0 + 6.0 * waits;
-    job->part.account = c->account_px + entry_cost(r, a) * (job->part.entries);
+    job->part.account = c->account_piece_px + entry_cost(r, a) * (job->part.entries);
     if (train > 0.0) {
         job->part.account += c->account_train_px + c->account_train_step * a->steps;
     }
@@ -375,7 +378,7 @@ static void cost_zero(const struct replay *r, const struct axis *a, struct job *
     job->part.entries = waits;
     job->cycles = c->zero_px + c->pump * waits;
     job->units = 30.0 + 6.0 * waits;
-    job->part.account = c->account_px + entry_cost(r, a) * waits;
+    job->part.account = c->account_piece_px + entry_cost(r, a) * waits;
 }
 
 // A piece of a curve goes in batches; a long one of single steps too.

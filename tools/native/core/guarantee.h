@@ -29,6 +29,7 @@ struct guarantee_costs {
     double curved_px;                        // short pixels under acceleration
     double piece_px, piece_step, curve_px;   // all others, even and curved
     double shifted_px;                       // more of one before backlash is taken up
+    double turned_px;                        // and of one in the other direction
     // Steps of a curve, by how they are found.
     double flat_step, wide_step, steep_step, slow_step;
     double zero_px, pump; // a part of a long wait
@@ -36,7 +37,7 @@ struct guarantee_costs {
     // The account of what was made: a look, a pixel, an entry of a short pixel and of a long one, a
     // step of a pulse train.
     double account, account_px, account_entry, account_long_entry;
-    double account_train_px, account_train_step;
+    double account_piece_px, account_train_px, account_train_step;
     // An edge of the clock, a pass of the main loop with nothing to do; of locked lines.
     double edge, round, edge_locked, round_locked;
     double request;      // the longest request

@@ -19,7 +19,8 @@ from pixstep_dev.costs.probes import Spent
 
 DECODING = OF_REPLAY[: OF_REPLAY.index("account")]
 ACCOUNTS = (
-    "account_px", "account_entry", "account_long_entry", "account_train_px", "account_train_step",
+    "account_px", "account_entry", "account_long_entry", "account_piece_px",
+    "account_train_px", "account_train_step",
 )  # fmt: skip
 # No probe of curves is reckoned cheaper than by so much: their steps are of more kinds than the
 # table has.

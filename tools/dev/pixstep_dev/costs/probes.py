@@ -112,6 +112,15 @@ def of_board(board: str) -> list[Probe]:
         Probe(f"shifted {v} {hz}", hz, _shifted(v, hz, 7))
         for v, hz in ((14, 1000), (20, 500), (100, 200), (400, 60))
     ]
+    found += [
+        Probe(f"turns {name} {hz}", hz, Line(tuple(counts * 5), PLAIN, name="turns"))
+        for hz in (200, 800)
+        for name, counts in (
+            ("each", [2, -2]),
+            ("every other", [3, 3, -3, -3]),
+            ("rests", [2, 0, -2, 0]),
+        )
+    ]
     rests = Line(tuple([20, 20, 20, 0] * 4), PLAIN, name="rests")
     found += [Probe(f"rests {hz}", hz, rests) for hz in (30, 200)]
     for locked, name in ((False, "all"), (True, "locked")):

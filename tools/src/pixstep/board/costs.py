@@ -30,6 +30,7 @@ class Costs:
     piece_step: float
     curve_px: float
     shifted_px: float
+    turned_px: float
     flat_step: float
     wide_step: float
     steep_step: float
@@ -41,6 +42,7 @@ class Costs:
     account_px: float
     account_entry: float
     account_long_entry: float
+    account_piece_px: float
     account_train_px: float
     account_train_step: float
     edge: float
