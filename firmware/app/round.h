@@ -17,6 +17,7 @@ void round_start(void);
 void round_poll(void);
 
 #if SEVERAL_AXES
-// The same where something else waits for it: decoding ends soon.
+// The same in the middle of a request, which waits for it: the decoder is called for two axes at
+// most, those that run out first. All else of a round is done.
 void round_poll_briefly(void);
 #endif

@@ -50,6 +50,7 @@ class Interrupts(unittest.TestCase):
         self.assertIn(waited["TIMER0_OVF"], range(90, 110))
         # 1000 nops and the out that ends the section; the handler served in it does not count.
         self.assertEqual(stats["sections"][3], 1001)
+        self.assertEqual(stats["section_longest"][3], 1001)
         # Off for the 100 nops of eight_bits() at most; on for 1000 and more at a time.
         self.assertIn(stats["interrupts_off_max_cycles"], range(101, 160))
         self.assertGreaterEqual(
@@ -59,6 +60,7 @@ class Interrupts(unittest.TestCase):
         # A mark begins the handlers anew and leaves the sums that only grow.
         self.assertEqual(marked["handlers"], [])
         self.assertEqual(marked["interrupts_off_max_cycles"], 0)
+        self.assertEqual(set(marked["section_longest"]), {0})
         self.assertEqual(marked["interrupt_cycles"], stats["interrupt_cycles"])
 
     def test_uno(self):

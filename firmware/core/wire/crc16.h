@@ -5,6 +5,7 @@
 
 #include <stdint.h>
 
+// The checksum of no bytes.
 #define CRC16_START 0xFFFFu
 
 // Checksum of `length` bytes (0: the start value). The checksum is 0 over bytes that end with their

@@ -1,5 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Reading registers into a reply. Main loop only.
+// Reading registers into a reply, whatever function asks for them: by its words, or as a file. Main
+// loop only.
+//
+//     server.c, files.c ---- read_words() ----> data_inputs(), data_input(), data_holding()
+//
+// Where there are several axes, registers that take less time together are read together.
 #pragma once
 
 #include <stdbool.h>

@@ -37,8 +37,8 @@ bool data_input_mapped(uint16_t address, uint16_t count);
 // The value of a mapped input register.
 uint16_t data_input(uint16_t address);
 // Of these mapped input registers, `count` (1..125) from `address` on, the first ones that take
-// less time together than one by one, big-endian. Returns their number, 0 when there are none. There
-// may be an interlude. A board of several axes only.
+// less time together than one by one, big-endian. Returns their number, 0 when there are none.
+// There may be an interlude. A board of several axes only.
 uint8_t data_inputs(uint16_t address, uint8_t count, uint8_t *to);
 // True when every one of the `count` holding registers (1..125) from `address` on exists. The queue
 // window takes any count at its first address and none elsewhere.
