@@ -54,7 +54,8 @@ class Shape:
         if self.kind in _OWN:
             few = round(hz * _STREAM_S) if self.streamed else _OWN_PX[board]
             if self.kind == "turns":
-                most = min(steps, capability_of(board, Fraction(hz)).direct_reversal_speed)
+                able = capability_of(board, Fraction(hz))
+                most = min(steps, max(1, round(0.97 * able.direct_reversal_speed)))
                 counts = [some.choice((-1, 1)) * some.randint(0, most) for _ in range(few)]
             else:
                 wild = self.kind == "wild counts"
