@@ -22,8 +22,8 @@ ACCOUNTS = (
     "account_px", "account_entry", "account_long_entry", "account_piece_px",
     "account_train_px", "account_train_step",
 )  # fmt: skip
-# No probe of curves is reckoned cheaper than by so much: their steps are of more kinds than the
-# table has.
+# No probe of curves, turns and trains is reckoned cheaper than by so much: they are of more kinds
+# than the table has.
 CURVES, LOW = ("curves", "bends", "shifted"), 0.1
 OF_CURVES = ("curved_px", "curve_px", "flat_step", "wide_step", "steep_step", "slow_step")
 _NOTHING = dict.fromkeys(OF_REPLAY, 0.0)
@@ -83,12 +83,27 @@ def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
         return times[row.probe.name][name][1] * row.share
 
     accounts = _solve(spent, ("account", *ACCOUNTS), account, lambda row: row.account)
+    _raise(decoding, "turned_px", spent, ("turns",), decode, lambda row: row.decode)
+    _raise(accounts, "account_piece_px", spent, ("turns",), account, lambda row: row.account)
+    _raise(accounts, "account_train_px", spent, ("train",), account, lambda row: row.account)
     everything = [row for row in spent if row.probe.name.startswith(("all", "locked"))]
     rounds: dict[str, float] = {}
     for locked, behind in ((False, ""), (True, "_locked")):
         found = [row for row in everything if row.probe.locked == locked]
         rounds |= {name + behind: cost for name, cost in _rounds(found).items()}
     return decoding | accounts | rounds
+
+
+def _raise(
+    costs: dict[str, float], name: str, rows: Sequence[Spent], kinds: tuple[str, ...],
+    times: Callable[[Spent, str], float], value: Callable[[Spent], float],
+) -> None:  # fmt: skip
+    """Raise a cost until no probe of these kinds is reckoned cheaper than by LOW."""
+    for row in rows:
+        often = times(row, name)
+        if row.probe.name.startswith(kinds) and often > 0:
+            reckoned = sum(cost * times(row, one) for one, cost in costs.items())
+            costs[name] += max(0.0, value(row) / (1 + LOW) - reckoned) / often
 
 
 def _rounds(rows: Sequence[Spent]) -> dict[str, float]:

@@ -32,7 +32,7 @@ DECLARED_PPM = 1000  # a clock may be so much faster
 # the bus rests between them, measured (silences, rounds of the board).
 _BYTES, _REST_S, _BYTE_BITS = 100, 0.0043, 11
 _WINDOW_S, _FRAME_BYTES = 0.008, 256  # as long as rings last; all of it may fall into a frame
-_DATA_SHARE = 0.25  # of the bytes on the bus are line data, its checks and records the rest
+_DATA_SHARE = 0.2  # of the bytes on the bus are line data, its checks and records the rest
 _ROUND_S = 0.004  # firmware/app/round.c
 _LEAD_TICKS = 0x20000  # firmware/app/reference.c
 _MARKS = 16
@@ -159,7 +159,7 @@ def _starved(lines: Sequence[Line], world: World) -> Verdict | None:
     room = _room(world)
     sizes = [_size(line) for line in lines]
     more = [
-        max(0, size - room) / max(1, line.pixels) for size, line in zip(sizes, lines, strict=True)
+        size / line.pixels if size > room else 0.0 for size, line in zip(sizes, lines, strict=True)
     ]
     a_second = sum(more) * float(world.pixel_hz)
     if a_second <= _DATA_SHARE * loop_of(world).asked_per_tick * boards.load(world.board).tick_hz:
