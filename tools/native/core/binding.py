@@ -61,7 +61,7 @@ struct guarantee_costs {
     double piece_px, piece_step, curve_px;
     double shifted_px;
     double turned_px;
-    double flat_step, wide_step, steep_step, slow_step;
+    double flat_step, wide_step, steep_step, slow_step, loose_step;
     double zero_px, pump;
     double locked_px;
     double account, account_px, account_entry, account_long_entry;
@@ -97,8 +97,6 @@ struct guarantee_verdict {
     double slack_ticks;
     double busy;
 };
-void guarantee_curve(double ticks, double speed, double half, double k0, double k1, bool steep,
-                     double *counts);
 void guarantee_demand(const struct guarantee_costs *costs,
                       const struct guarantee_board *board,
                       const struct guarantee_axis *line,

@@ -23,6 +23,7 @@
 #define QUICK_TICKS   32767.0
 #define PIXEL_SLACK   0.0002 // a clock may be off by so much
 #define WIDE_LIMIT    7e8
+#define WIDE_SPEED    2800.0
 #define WAITING_LEADS 4u
 #define FIRST_STEPS   3.0
 
@@ -111,6 +112,7 @@ static bool foretold(double ticks, double speed, double h)
 void guarantee_curve(double ticks,
                      double speed,
                      double half,
+                     double total,
                      double k0,
                      double k1,
                      bool steep,
@@ -125,16 +127,21 @@ void guarantee_curve(double ticks,
         slow = fmax(slow, fmin(k1, FIRST_STEPS));
     }
     double bent = steep ? k1 - k0 : slower(steep_speed, speed, half, k0, k1);
-    double end = sqrt(fmax(0.0, speed * speed + 4.0 * half * k1));
 
     bent = fmax(0.0, fmin(bent, k1 - k0) - slow);
     double flat = k1 - k0 - slow - bent;
-    bool wide = fmax(speed, end) * ticks > WIDE_LIMIT;
+    double last = sqrt(fmax(0.0, speed * speed + 4.0 * half * total));
+    double top = fmax(speed, last);
+    double low = fmin(speed, last);
+    bool loose = 2.0 * h * ticks >= low * low * low;
+    bool wide = top * ticks > (loose ? WIDE_LIMIT / 2.0 : WIDE_LIMIT) ||
+                top > (loose ? WIDE_SPEED / 2.0 : WIDE_SPEED);
 
-    counts[0] += wide ? 0.0 : flat;
+    counts[0] += wide || loose ? 0.0 : flat;
     counts[1] += wide ? flat : 0.0;
     counts[2] += bent;
     counts[3] += slow;
+    counts[4] += loose && !wide ? flat : 0.0;
 }
 
 // ---- pieces ----
@@ -328,7 +335,7 @@ static void cost_part_of_singles(const struct replay *r,
 static void cost_curve(const struct replay *r, const struct axis *a, struct job *job)
 {
     const struct guarantee_costs *c = r->cost;
-    double n[4] = {0.0, 0.0, 0.0, 0.0};
+    double n[5] = {0.0};
     double steps = job->part.steps;
     bool first = a->done <= 0.0;
     double pixel = a->kind == CURVED ? c->curved_px
@@ -337,14 +344,15 @@ static void cost_curve(const struct replay *r, const struct axis *a, struct job 
     guarantee_curve(a->ticks,
                     a->start_speed,
                     a->half,
+                    a->steps,
                     a->done,
                     a->done + steps,
                     a->kind == CURVED,
                     n);
     job->part.entries = steps;
     job->cycles = (first ? pixel : 0.0) + n[0] * c->flat_step + n[1] * c->wide_step +
-                  n[2] * c->steep_step + n[3] * c->slow_step;
-    job->units = (first ? 60.0 : 0.0) + n[0] + n[1] + 4.0 * n[2] + 36.0 * n[3];
+                  n[2] * c->steep_step + n[3] * c->slow_step + n[4] * c->loose_step;
+    job->units = (first ? 60.0 : 0.0) + n[0] + n[1] + n[4] + 4.0 * n[2] + 36.0 * n[3];
     if (a->kind == CURVED) {
         job->units = 40.0 + 3.0 * steps;
     }

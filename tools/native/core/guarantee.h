@@ -31,7 +31,7 @@ struct guarantee_costs {
     double shifted_px;                       // more of one before backlash is taken up
     double turned_px;                        // and of one in the other direction
     // Steps of a curve, by how they are found.
-    double flat_step, wide_step, steep_step, slow_step;
+    double flat_step, wide_step, steep_step, slow_step, loose_step;
     double zero_px, pump; // a part of a long wait
     double locked_px;     // more of each locked pixel
     // The account of what was made: a look, a pixel, an entry of a short pixel and of a long one, a
@@ -76,11 +76,13 @@ struct guarantee_verdict {
     double busy;        // share of the time in which the main loop had something to do
 };
 
-// How the steps from k0 to k1 of a curve are found, added to counts: flat, wide, steep, slow. The
+// How the steps from k0 to k1 of a curve are found, added to counts: flat, wide, steep, slow, and flat
+// ones of much acceleration. The
 // piece has so many ticks, its speed at the start and half its acceleration.
 void guarantee_curve(double ticks,
                      double speed,
                      double half,
+                     double total,
                      double k0,
                      double k1,
                      bool steep,

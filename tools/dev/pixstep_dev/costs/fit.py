@@ -24,8 +24,16 @@ ACCOUNTS = (
 )  # fmt: skip
 # No probe of curves, turns and trains is reckoned cheaper than by so much: they are of more kinds
 # than the table has.
-CURVES, LOW = ("curves", "bends", "shifted"), 0.1
-OF_CURVES = ("curved_px", "curve_px", "flat_step", "wide_step", "steep_step", "slow_step")
+CURVES, LOW = ("curves", "bends", "shifted", "drops"), 0.1
+OF_CURVES = (
+    "curved_px",
+    "curve_px",
+    "flat_step",
+    "wide_step",
+    "steep_step",
+    "slow_step",
+    "loose_step",
+)
 _NOTHING = dict.fromkeys(OF_REPLAY, 0.0)
 
 
@@ -68,7 +76,8 @@ def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
         return row.calls if name == "call" else times[row.probe.name][name][0]
 
     decoding = _solve(spent, DECODING, decode, lambda row: row.decode)
-    decoding["wide_step"] = max(decoding["wide_step"], decoding["flat_step"])
+    for name in ("wide_step", "loose_step"):
+        decoding[name] = max(decoding[name], decoding["flat_step"])
     worst = max(
         row.decode / sum(cost * decode(row, name) for name, cost in decoding.items())
         for row in spent

@@ -109,6 +109,19 @@ def of_board(board: str) -> list[Probe]:
         for a, b, hz in ((8, 12, 500), (16, 24, 500), (4, 16, 500), (30, 44, 500), (40, 56, 300))
     ]
     found += [
+        Probe(f"drops {v} {hz}", hz, lines.smooth([0, *[v] * 12, 0]))
+        for v, hz in (
+            (1436, 46),
+            (848, 46),
+            (300, 46),
+            (400, 150),
+            (100, 300),
+            (60, 500),
+            (600, 30),
+        )
+        if v * hz < (60_000 if board == "uno" else 70_000)
+    ]
+    found += [
         Probe(f"shifted {v} {hz}", hz, _shifted(v, hz, 7))
         for v, hz in ((14, 1000), (20, 500), (100, 200), (400, 60))
     ]

@@ -24,6 +24,7 @@ _SECONDS, _PIXELS = 1.2, (24, 1500)
 _CURVES_PX = 18
 _STREAM_S = 1.0  # of counts that a host sends while the board moves
 _OWN_PX = {"uno": 20, "mega": 56, "m1284": 56}  # a count of their own, so that the queue holds them
+_JITTER = 0.005  # of a period: more of it is a clock that boards refuse, whatever they do
 SHARE = (0.4, 1.2)  # of the limit,
 BEYOND = 1 / 0.85  # which lies so far beyond what is guaranteed
 
@@ -182,6 +183,6 @@ def random_set(seed: str, board: str | None = None) -> Set:
     steps = max(1, min(most, round(some.uniform(*SHARE) * top)))
     return Set(
         board, kind, hz, sync, shape, steps, limit,
-        some.uniform(-900, 900), some.choice((0.0, 0.0, some.uniform(0, 3))),
+        some.uniform(-900, 900), some.choice((0.0, 0.0, some.uniform(0, min(3, _JITTER * 1e6 / hz)))),
         loaded, baud,
     )  # fmt: skip

@@ -35,6 +35,7 @@ class Costs:
     wide_step: float
     steep_step: float
     slow_step: float
+    loose_step: float
     zero_px: float
     pump: float
     locked_px: float

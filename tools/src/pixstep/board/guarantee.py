@@ -219,10 +219,13 @@ def reason(late: Late, lines: Sequence[Line], world: World) -> str:
     if late.steps:
         cures.append(f"{late.steps} steps/px in place of {late.most_steps}")
     together = f" of {len(lines)} together" if len(lines) > 1 else ""
-    return (
-        f"the {label} may be too late with this line{together} at {float(world.pixel_hz):.6g} Hz; "
-        + (f"it follows {' or '.join(cures)}" if cures else "no slower clock helps")
+    hz_text = f"{float(world.pixel_hz):.6g} Hz"
+    late_text = (
+        f"{world.baud} baud may bring the counts of this line{together} too late at {hz_text}; "
+        if _starved(lines, world)
+        else f"the {label} may be too late with this line{together} at {hz_text}; "
     )
+    return late_text + (f"it follows {' or '.join(cures)}" if cures else "no slower clock helps")
 
 
 def refuse(lines: Sequence[Line], world: World, advice: str = "") -> None:
