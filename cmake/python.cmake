@@ -5,9 +5,9 @@
 # that knows more cases (tools/tests/effort.py) is run with all of them by `py.<name>.long` (label
 # `long`). All of these begin first: nothing else takes as long.
 set(PIXSTEP_LONG_RUNNING
-    bench board board_images campaign every_output examples figures holes homing job_campaigns
-    late_interrupts lock motor_record_traces pixel_rates program_run programs programs_jerk
-    programs_mode1 programs_smooth trajectory_runs wrong_values
+    bench board board_images campaign costs every_output examples figures guarantee holes homing
+    job_campaigns late_interrupts lock motor_record_traces pixel_rates program_run programs
+    programs_jerk programs_mode1 programs_smooth trajectory_runs wrong_values
 )
 # These talk to a simulated board over a pseudo terminal, in real time. Much of it they wait: one
 # after the other they run beside the rest, on the job that the presets have beyond the cores.

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Writes the C source of the Python extension `_core` by cffi: core.h and law.h as Python
-sees them.
+"""Writes the C source of the Python extension `_core` by cffi: core.h, law.h and
+guarantee.h as Python sees them.
 
 binding.py OUTPUT.c
 """
@@ -53,6 +53,61 @@ void law_caps(const struct law *law, double *cap);
 double law_backward(const struct law *law, double end, double *highest);
 double law_forward(const struct law *law, const double *highest, double following, double w,
                    double *begin, double *end);
+struct guarantee_costs {
+    double call;
+    double even_px, even_step, even_changed;
+    double train_px, train_step;
+    double single_px, single_step;
+    double curved_px;
+    double piece_px, piece_step, curve_px;
+    double shifted_px;
+    double turned_px;
+    double flat_step, wide_step, steep_step, slow_step, loose_step;
+    double zero_px, pump;
+    double locked_px;
+    double account, account_px, account_entry, account_long_entry;
+    double account_piece_px, account_train_px, account_train_step;
+    double edge, round, edge_locked, round_locked;
+    double request;
+    double request_byte;
+    double step_isr, train_isr, edge_isr, byte_isr, other_isr_share;
+};
+struct guarantee_axis {
+    const struct segment *entries;
+    uint32_t count;
+    bool smooth;
+    uint16_t backlash_steps;
+    uint16_t line_speed;
+};
+struct guarantee_board {
+    uint32_t axes;
+    bool short_curves;
+    double pixel_ticks;
+    uint32_t divider;
+    uint32_t lead_edges;
+    uint32_t more_edges;
+    double bytes_per_tick, asked_per_tick;
+    double round_ticks;
+    double margin;
+};
+struct guarantee_verdict {
+    bool follows;
+    uint32_t axis;
+    uint32_t pixel;
+    double late_ticks;
+    double slack_ticks;
+    double busy;
+};
+void guarantee_demand(const struct guarantee_costs *costs,
+                      const struct guarantee_board *board,
+                      const struct guarantee_axis *line,
+                      double *decode,
+                      double *account);
+void guarantee_judge(const struct guarantee_costs *costs,
+                     const struct guarantee_board *board,
+                     const struct guarantee_axis *line,
+                     uint32_t lines,
+                     struct guarantee_verdict *verdict);
 """
 
 
@@ -60,7 +115,7 @@ def main() -> None:
     """Write the source."""
     binding = FFI()
     binding.cdef(DECLARATIONS)
-    binding.set_source("_core", '#include "core.h"\n#include "law.h"')
+    binding.set_source("_core", '#include "core.h"\n#include "law.h"\n#include "guarantee.h"')
     binding.emit_c_code(sys.argv[1])
 
 

@@ -10,6 +10,7 @@ from pixstep_dev.cli import (
     campaign,
     docs,
     fuzz,
+    guarantee,
     jobs,
     motor_record,
     mutants,
@@ -28,6 +29,7 @@ def main() -> None:
 
 for group in (
     bench,
+    guarantee,
     campaign,
     robustness,
     jobs,

@@ -13,7 +13,7 @@ from pixstep import arguments, lazy
 from pixstep.api import given
 from pixstep.api.motion import AxisState, Recording, states_of
 from pixstep.api.motions import CheckResult, MotionLine
-from pixstep.board import capability, recording, settings, snapshot, together, upload
+from pixstep.board import capability, guarantee, recording, settings, snapshot, together, upload
 from pixstep.board import run as running
 from pixstep.board.device import Board as Device
 from pixstep.board.handle import Course
@@ -185,6 +185,10 @@ def prepare(
     if checked:
         for item in found.values():
             check(device, item, len(found), wanted).raise_if_refused()
+        known = settings.of_clock(given.sync(wanted.sync), given.divider(wanted.divider))
+        world = guarantee.of_board(device, hz, known)
+        if world:
+            guarantee.refuse([item.line for item in found.values()], world, guarantee.ADVICE)
     edges = wanted.divider or settings.divider(device)
     axes = list(found)
     upload.require_idle(device, axes)

@@ -22,7 +22,7 @@ from pixstep.api.running import Clocking, Lines
 from pixstep.api.running import by_axis as axes_of
 from pixstep.api.shown import Facts, Shown, Ticks, count, frame
 from pixstep.api.words import BoardKind, Sync
-from pixstep.board import boards
+from pixstep.board import boards, guarantee, settings
 from pixstep.errors import PlainError, UserError
 from pixstep.lazy import lazy
 from pixstep.progress import Progress, unseen
@@ -339,6 +339,10 @@ def _refuse(
             item.check(
                 kind, axes=len(lines), sync=clocking.sync, divider=clocking.divider
             ).raise_if_refused()
+    if check:
+        known = settings.of_clock(given.sync(clocking.sync), given.divider(clocking.divider))
+        together = [item.line for item in lines.values()]
+        guarantee.refuse(together, guarantee.world(kind, hz, known), guarantee.ADVICE)
 
 
 def _chosen(drawn: Mapping[int, _Drawn], axis: int | None, what: str) -> _Drawn:

@@ -126,6 +126,8 @@ class _Comparison:
             return
         for key in _BOARD:
             yield self._compared(("boards", name, key))
+        judged = judging.of_board(self.job, self.today.tables, name)
+        yield row_of_lines(self._place, f"boards.{name} time", self.job, judged)
 
     def _motor(self, name: str) -> Iterator[Row]:
         if name not in self.today.tables.motors:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep.board import boards, capability, settings
+from pixstep.board import boards, capability, guarantee, settings
 from pixstep.board.capability import BoardLimits
 from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.jobs.job import Job
@@ -86,6 +86,38 @@ def of_motor(
         return found.of(_lines(job, name))
     except UserError as error:
         return Judged(f"motor {name}: {error}")
+
+
+def of_board(job: Job, machine: MachineFile, name: str) -> Judged:
+    """Return whether a board is guaranteed to follow the lines that its motors run together."""
+    board = machine.boards[name]
+    motors = [
+        one for one in job.motors
+        if one in machine.motors and machine.board_of(machine[one]) is board
+    ]  # fmt: skip
+    clock = settings.of_clock(machine.clock.sync, machine.clock.edges)
+    try:
+        world = guarantee.world(board.kind, machine.pixel_hz, clock)
+        for number in _different(job, motors):
+            lines = job.line(number)
+            if text := guarantee.refusal([lines[one] for one in motors if one in lines], world):
+                return Judged(text)
+    except UserError as error:
+        return Judged(f"board {name}: {error}")
+    return Judged()
+
+
+def _different(job: Job, motors: list[str]) -> Iterator[int]:
+    """Yield the number of each line of which no earlier one has the same shapes for the motors."""
+    seen: set[frozenset[tuple[str, bytes, bool]]] = set()
+    for number in range(1, job.lines + 1):
+        runs = job.runs_of(number)
+        shapes = frozenset(
+            (one, runs[one].shape, runs[one].negative) for one in motors if one in runs
+        )
+        if shapes and shapes not in seen:
+            seen.add(shapes)
+            yield number
 
 
 @dataclass(frozen=True)

@@ -3,15 +3,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from pixstep.board import capability
+from pixstep.board import capability, guarantee
 from pixstep.board.capability import BoardLimits
+from pixstep.board.guarantee import World
 from pixstep.errors import AskedText
 from pixstep.lines.line import Line
 from pixstep.lines.line_check import Limits
-from pixstep.operations.request import unless
+from pixstep.operations.asked import AskedRefusedError
+from pixstep.operations.request import flag, unless
 
 if TYPE_CHECKING:
     from pixstep.operations.desk import Desk
@@ -23,6 +26,27 @@ ADVICE = AskedText("`pixstep line check` shows all; {no_check} lets the board ju
 def no_check() -> Any:
     """Return the field `check`: yes unless the host's check is to be left out."""
     return unless("Leave the host's check of the line out: let the board judge it.", "--no-check")
+
+
+def beyond() -> Any:
+    """Return the field `beyond`: go past what a board is guaranteed to follow."""
+    return flag(
+        "Run lines together too that the board may not have the time for: what is not guaranteed "
+        "may end in a named fault."
+    )
+
+
+def together(desk: Desk, lines: Sequence[Line], world: World, *, beyond: bool) -> bool:
+    """Ask whether the board is guaranteed to follow these lines together; True if it is.
+
+    Raises RefusedError if it is not, and says so instead with `beyond`.
+    """
+    text = guarantee.refusal(lines, world)
+    if text and not beyond:
+        raise AskedRefusedError("{text} ({beyond} tries it)", text=text)
+    if text:
+        desk.say([f"beyond what is guaranteed: {text}"])
+    return not text
 
 
 def motor_limits(facts: Facts, lines: list[Line], hz: Fraction) -> list[Limits]:

@@ -8,8 +8,9 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, TypedDict
 
-from pixstep.board import boards, capability, settings
-from pixstep.board.capability import DRIVER_US, KINDS, MOTIONS, SMOOTH, Capability, Measured
+from pixstep.board import boards, capability, guarantee, settings
+from pixstep.board.capability import DRIVER_US, KINDS, PLAIN, SMOOTH, Capability, Measured
+from pixstep.board.port import BAUD
 from pixstep.lines.units import (
     ACCELERATION,
     DISTANCE,
@@ -59,6 +60,18 @@ class MeasuredRate(TypedDict):
     max_rate_steps_s: int
 
 
+class GuaranteedRate(TypedDict):
+    """The highest rate that all axes at once are guaranteed at the pixel frequency asked for.
+
+    `bound_by`: interrupt, processor, ring (how far the board looks ahead) or bus.
+    """
+
+    motion: str
+    max_speed_steps_px: int
+    max_rate_steps_s: int
+    bound_by: str
+
+
 class ReversalLimits(TypedDict):
     """What a reversal needs: the time between its steps, and pixels of rest if it is faster."""
 
@@ -92,6 +105,7 @@ class BoardLimits(TypedDict):
     pixel_hz_most: float
     queue_segments: int
     lines: list[LineLimits]
+    guaranteed: list[GuaranteedRate]
     measured: list[MeasuredRate]
     reversal: ReversalLimits
     divider: int
@@ -116,6 +130,7 @@ class ShowLimits(OfClock):
         Time("us", 1, 1000, int), default=DRIVER_US,
         about="The longer of the board's settings dir_setup_us and dir_hold_us.",
     )  # fmt: skip
+    baud: int = option(Whole(300, 4_000_000), "Of the serial line while they move.", default=BAUD)
     max_speed: Quantity | None = shared.max_speed()
     max_acceleration: Quantity | None = shared.max_acceleration()
     max_jerk: Quantity | None = shared.max_jerk()
@@ -129,6 +144,7 @@ class ShowLimits(OfClock):
         able = capability.of(self.board, hz, self.driver_us, self.axes, clock)
         shortest = _shortest(desk, able, self)
         low, high = able.clock_range_hz
+        guaranteed = _guaranteed(able, guarantee.world(self.board, hz, clock, self.baud))
         data: BoardLimits = {
             "board": able.board.name,
             "axes": able.axes,
@@ -150,6 +166,7 @@ class ShowLimits(OfClock):
                 }
                 for kind in KINDS
             ],
+            "guaranteed": guaranteed,
             "measured": [
                 {"motion": row.motion, "pixel_hz": row.pixel_hz, "max_rate_steps_s": row.steps_s}
                 for row in capability.measured(able.board.name, able.axes)
@@ -165,7 +182,22 @@ class ShowLimits(OfClock):
             "shortest_line": shortest,
         }
         scale = desk.facts.scale_if_known()
-        return Result(data, lambda page: _page(page, able, self.edges, shortest, scale))
+        return Result(data, lambda page: _page(page, data, able, shortest, scale))
+
+
+def _guaranteed(able: Capability, world: guarantee.World) -> list[GuaranteedRate]:
+    """Return what so many axes are guaranteed at once, for each motion."""
+    found: list[GuaranteedRate] = []
+    for motion in guarantee.MOTIONS:
+        most = able.top_speed(PLAIN if motion == "constant" else SMOOTH)
+        steps = guarantee.rate(motion, able.axes, world, most)
+        found.append({
+            "motion": motion,
+            "max_speed_steps_px": steps,
+            "max_rate_steps_s": int(steps * able.pixel_hz),
+            "bound_by": guarantee.bound_by(motion, able.axes, world, most),
+        })  # fmt: skip
+    return found
 
 
 def _enough_edges(able: Capability, divider: int) -> Iterator[int]:
@@ -212,13 +244,13 @@ def _shortest(desk: Desk, able: Capability, asked: ShowLimits) -> ShortestLine:
 
 
 def _page(
-    page: Page, able: Capability, divider: int, shortest: ShortestLine, scale: Scale | None
+    page: Page, data: BoardLimits, able: Capability, shortest: ShortestLine, scale: Scale | None
 ) -> None:
     hz, board = able.pixel_hz, able.board
     low, high = able.clock_range_hz
     page.print(
         f"{board.label} at {float(hz):.10g} Hz: {able.pixel_ticks} ticks of {board.tick_ns:g} "
-        f"ns a pixel{_clock_text(able, divider)}; the board takes {float(low):.3g} to "
+        f"ns a pixel{_clock_text(able, data['divider'])}; the board takes {float(low):.3g} to "
         f"{float(high):.0f} Hz",
         soft_wrap=True,
     )  # fmt: skip
@@ -229,9 +261,7 @@ def _page(
         "Most: what the board accepts. Least: smooth lines have even speeds, so that the\n"
         "smallest are 2 f steps/s and 2 f^2 steps/s2; on others f and f^2."
     )
-    measured = capability.measured(board.name, able.axes)
-    if measured:
-        _measured(page, measured, able.axes)
+    _rates(page, data["guaranteed"], capability.measured(board.name, able.axes), able)
     _reversal(page, able, scale)
     page.print(
         f"Shortest smooth line at {shortest['speed_steps_px']} {unit(SPEED)}, accelerating by up "
@@ -263,17 +293,25 @@ def _kinds_table(able: Capability, scale: Scale | None) -> rich.table.Table:
     return table
 
 
-def _measured(page: Page, measured: Sequence[Measured], axes: int) -> None:
+def _rates(
+    page: Page, guaranteed: Sequence[GuaranteedRate], measured: Sequence[Measured], able: Capability
+) -> None:
     """Write the rates of so many axes at once, which no rule of a single line tells."""
     clocks = sorted({row.pixel_hz for row in measured})
-    table = new_table("motion", *(f"steps/s at {hz} Hz" for hz in clocks))
-    for motion in MOTIONS:
-        found = {row.pixel_hz: row.steps_s for row in measured if row.motion == motion}
-        table.add_row(motion, *(str(found.get(hz, "-")) for hz in clocks))
+    seen = [f"seen at {hz} Hz" for hz in clocks]
+    table = new_table("guaranteed", "steps/px", "steps/s", "bound by", *seen)
+    for row in guaranteed:
+        found = {one.pixel_hz: one.steps_s for one in measured if one.motion == row["motion"]}
+        table.add_row(
+            row["motion"], str(row["max_speed_steps_px"]), str(row["max_rate_steps_s"]),
+            row["bound_by"], *(str(found.get(hz, "-")) for hz in clocks),
+        )  # fmt: skip
     page.print(table)
     page.print(
-        f"Highest rates measured with {axes} {'axes' if axes > 1 else 'axis'} at once, every edge "
-        f"right (docs/TIMING.md).\nAt higher pixel clocks less: simulate the line."
+        f"Guaranteed: {able.axes} {'axes' if able.axes > 1 else 'axis'} at once at this clock, "
+        "whatever a host asks meanwhile; `pixstep line check` asks it of lines. Seen: the highest "
+        "rates measured, every edge right (docs/TIMING.md).",
+        soft_wrap=True,
     )
 
 

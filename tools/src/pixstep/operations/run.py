@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from pixstep import atomic, formats, natives, outfolder
-from pixstep.board import boards, capability, settings
+from pixstep.board import boards, capability, guarantee, settings
 from pixstep.board.port import BAUD
 from pixstep.errors import FINE, NEGATIVE, UserError
 from pixstep.lazy import have_package, lazy
@@ -93,6 +93,7 @@ class Sim(OfClock, FlawFields):
     negative: bool | None = reading_lines.negative()
     image: Path | None = shared.image()
     check: bool = judging.no_check()
+    beyond: bool = judging.beyond()
     plot: bool = shared.plots()
     details: bool = shared.details()
     plant: tuple[str, ...] = option(
@@ -134,6 +135,8 @@ class Sim(OfClock, FlawFields):
         motors = judging.motor_limits(desk.facts, lines, line_hz)
         for line, motor in zip(lines, motors, strict=True):
             judging.check(desk, line, found, motor)
+        world = guarantee.world(self.board, line_hz, clock, self.baud, self.pixel_ppm)
+        judging.together(desk, lines, world, beyond=self.beyond)
 
     def _job(self, desk: Desk, lines: dict[int, Line]) -> Job:
         plants, ideals = self._plants(desk, lines)

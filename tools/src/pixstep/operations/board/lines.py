@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TypedDict
 
 from pixstep import formats
-from pixstep.board import capability, run, settings, snapshot, together, upload
+from pixstep.board import capability, guarantee, run, settings, snapshot, together, upload
 from pixstep.board.device import Board
 from pixstep.board.link import World
 from pixstep.board.run import Lines
@@ -81,6 +81,7 @@ class Upload(RecordFields, BoardLineClock, ToBoard):
         off="--no-wait", default=True,
     )  # fmt: skip
     check: bool = judging.no_check()
+    beyond: bool = judging.beyond()
     raw: bool = shared.raw()
     line_number: tuple[int, ...] = reading_lines.line_numbers()
 
@@ -133,6 +134,9 @@ class Upload(RecordFields, BoardLineClock, ToBoard):
             motors = judging.motor_limits(desk.facts, list(lines.values()), pixel_hz)
             clock = settings.of_clock(self.sync, divider)
             check_lines(desk, known, lines, pixel_hz, clock, motors)
+            world = guarantee.of_board(known.board, pixel_hz, clock)
+            if world:
+                judging.together(desk, list(lines.values()), world, beyond=self.beyond)
 
     def _set(self, board: Board) -> None:
         """Write the settings that were asked for."""

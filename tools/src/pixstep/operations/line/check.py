@@ -10,14 +10,15 @@ from pathlib import Path
 from typing import TypedDict
 
 from pixstep import atomic, formats
-from pixstep.board import boards, settings
+from pixstep.board import boards, guarantee, settings
 from pixstep.board.capability import named_limits
+from pixstep.board.port import BAUD
 from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.lines import core, line_check, units
 from pixstep.lines.line import Line
 from pixstep.lines.line_check import Finding, FindingFacts, Limits
 from pixstep.lines.units import Quantity
-from pixstep.operations import shared, showing
+from pixstep.operations import judging, shared, showing
 from pixstep.operations.asked import AskedError, AskedRefusedError
 from pixstep.operations.clocks import OfClock
 from pixstep.operations.desk import Desk
@@ -48,7 +49,8 @@ class CheckedLine(TypedDict):
 class LineCheck(OfClock):
     """Check a line of a CSV or CSB file, and the file's form as `file check` does.
 
-    With a pixel frequency by the limits of the board too, and by those of the machine file's motor.
+    With a pixel frequency by the limits of the board too, by those of the machine file's motor, and
+    by what the board is guaranteed to follow in time: several files are lines that run together.
     What is refused here `sim` and `board upload` refuse too, unless they are given --no-check.
     Exit status 0 fine, 1 warnings, 3 refused.
     """
@@ -56,6 +58,10 @@ class LineCheck(OfClock):
     result = CheckedLine
 
     csv: Path = argument(FILE, shown="FILE")
+    beside: tuple[Path, ...] = argument(
+        FILE, "Lines of other axes that run together with it.", shown="[FILE...]", many=True,
+        required=False,
+    )  # fmt: skip
     decode: str = shared.decode()
     backlash: int = shared.backlash()
     raw: bool = shared.raw()
@@ -65,10 +71,12 @@ class LineCheck(OfClock):
 
     sync: str = shared.sync()
     board: str = shared.timer_of()
-    axes: int = option(
+    axes: int | None = option(
         Whole(1), "Axes that move together with it, itself included: the more, the slower.",
-        default=1,
+        default_text="as many as there are files",
     )  # fmt: skip
+    baud: int = option(Whole(300, 4_000_000), "Of the serial line while they move.", default=BAUD)
+    beyond: bool = judging.beyond()
     min_interval: int | None = option(Whole(1, 65_535), "Ticks. [default: the board's]")
     max_speed: Quantity | None = shared.max_speed("steps/px or steps/s")
     max_acceleration: Quantity | None = shared.max_acceleration("steps/px2 or steps/s2")
@@ -79,19 +87,14 @@ class LineCheck(OfClock):
 
     def run(self, desk: Desk) -> Result:
         """Read the line and check it."""
-        line = load_line(
-            desk,
-            self.csv,
-            self.decode,
-            self.backlash,
-            raw=self.raw,
-            number=self.line_number,
-            read=functools.partial(_read_strictly, lenient=self.lenient),
-            pixel_hz=self.pixel_hz,
-            refuse_faster=True,
-            divider=self.edges,
-        )
+        line, *beside = (self._load(desk, path) for path in (self.csv, *self.beside))
         found = line_check.check(line, self._bounds(line, desk))
+        for other in beside:
+            line_check.raise_if_refused(
+                other.name, line_check.check(other, self._bounds(other, desk))
+            )
+        if not line_check.refused(found):
+            found += self._together([line, *beside])
         severity = line_check.exit_status(found)
         data: CheckedLine = {
             "file": str(self.csv),
@@ -107,16 +110,50 @@ class LineCheck(OfClock):
         }
         return Result(data, functools.partial(_page, data, found), STATUSES[severity])
 
+    @property
+    def together(self) -> int:
+        """How many axes move at once."""
+        return max(self.axes or 1, 1 + len(self.beside))
+
+    def _load(self, desk: Desk, path: Path) -> Line:
+        return load_line(
+            desk,
+            path,
+            self.decode,
+            self.backlash,
+            raw=self.raw,
+            number=self.line_number,
+            read=functools.partial(_read_strictly, lenient=self.lenient),
+            pixel_hz=self.pixel_hz,
+            refuse_faster=True,
+            divider=self.edges,
+        )
+
+    def _together(self, lines: list[Line]) -> list[Finding]:
+        """Return what the board's time says: of one line as many as there are axes."""
+        if not self.pixel_hz:
+            return []
+        several = [*lines, *[lines[0]] * (self.together - len(lines))]
+        clock = settings.of_clock(self.sync, self.edges)
+        world = guarantee.world(self.board, self.pixel_hz, clock, self.baud)
+        late = guarantee.judge(several, world)
+        if late is None:
+            return []
+        severity = line_check.WARNING if self.beyond else line_check.ERROR
+        name = several[late.axis].name
+        told = guarantee.reason(late, several, world)
+        return [Finding(guarantee.NAME, severity, late.pixel, f"{name}: {told}")]
+
     def _bounds(self, line: Line, desk: Desk) -> Limits:
         """Return what the board and the motor let the line do."""
         from pixstep.machine import line_limits  # pydantic takes a while to load
 
         hz, of_board = self.pixel_hz, Limits()
-        if self.axes > boards.load(self.board).axes:
-            raise AskedError(f"{{axes}} {self.axes}: {boards.axes_text(self.board)}")
+        if self.together > boards.load(self.board).axes:
+            raise AskedError(f"{{axes}} {self.together}: {boards.axes_text(self.board)}")
         if hz:
             clock = settings.of_clock(self.sync, self.edges)
-            of_board = named_limits(self.board, hz, axes=self.axes, clock=clock).of(line)
+            of_board = named_limits(self.board, hz, axes=self.together, clock=clock).of(line)
             if not (desk.given("board") or desk.by_machine("board")):
                 label = boards.load(self.board).label
                 desk.say([AskedText(

@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: MIT
+"""Costs from what probes have spent: least squares, every cost at least nothing.
+
+The model itself says how often a line has each cost (guarantee_demand() of the C core with one
+cost of 1 and all others 0), so that table and model mean the same by every name.
+"""
+
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+
+import numpy as np
+from scipy.optimize import nnls  # type: ignore[import-untyped]
+
+from pixstep.board import boards
+from pixstep.board.costs import OF_REPLAY
+from pixstep.lines.replay import Loop, Replay
+from pixstep.lines.units import period_ticks
+from pixstep_dev.costs.probes import Spent
+
+DECODING = OF_REPLAY[: OF_REPLAY.index("account")]
+ACCOUNTS = (
+    "account_px", "account_entry", "account_long_entry", "account_piece_px",
+    "account_train_px", "account_train_step",
+)  # fmt: skip
+# No probe of curves, turns and trains is reckoned cheaper than by so much: they are of more kinds
+# than the table has.
+CURVES, LOW = ("curves", "bends", "shifted", "drops"), 0.1
+OF_CURVES = (
+    "curved_px",
+    "curve_px",
+    "flat_step",
+    "wide_step",
+    "steep_step",
+    "slow_step",
+    "loose_step",
+)
+_NOTHING = dict.fromkeys(OF_REPLAY, 0.0)
+
+
+def loop_of(board: str, hz: Fraction, *, locked: bool = False) -> Loop:
+    """Return a board's loop, as far as a demand depends on it."""
+    kind = boards.load(board)
+    return Loop(
+        kind.axes,
+        kind.all_features,
+        float(period_ticks(hz, kind.tick_hz)),
+        lead_edges=1 if locked else 0,
+    )
+
+
+def _times(board: str, spent: Spent) -> dict[str, tuple[float, float]]:
+    """Return how often the probe's line has each cost: of decoding, of its account."""
+    probe = spent.probe
+    replay = Replay([probe.line])
+    loop = loop_of(board, Fraction(probe.hz), locked=probe.locked)
+    return {name: replay.demand(_NOTHING | {name: 1.0}, loop) for name in OF_REPLAY}
+
+
+def _solve(
+    rows: Sequence[Spent], names: Sequence[str], times: Callable[[Spent, str], float],
+    value: Callable[[Spent], float],
+) -> dict[str, float]:  # fmt: skip
+    """Fit the costs by their relative errors."""
+    wanted = np.array([max(1.0, value(row)) for row in rows])
+    table = np.array([[times(row, name) for name in names] for row in rows]) / wanted[:, None]
+    scale = np.maximum(table.max(axis=0), 1e-12)
+    found, _ = nnls(table / scale, np.ones(len(rows)))
+    return {name: float(cost) for name, cost in zip(names, found / scale, strict=True)}
+
+
+def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
+    """Return the costs of decoding, of accounts and of rounds."""
+    times = {row.probe.name: _times(board, row) for row in spent}
+
+    def decode(row: Spent, name: str) -> float:
+        return row.calls if name == "call" else times[row.probe.name][name][0]
+
+    decoding = _solve(spent, DECODING, decode, lambda row: row.decode)
+    for name in ("wide_step", "loose_step"):
+        decoding[name] = max(decoding[name], decoding["flat_step"])
+    worst = max(
+        row.decode / sum(cost * decode(row, name) for name, cost in decoding.items())
+        for row in spent
+        if row.probe.name.startswith(CURVES)
+    )
+    for name in OF_CURVES:
+        decoding[name] *= max(1.0, worst / (1 + LOW))
+
+    def account(row: Spent, name: str) -> float:
+        if name == "account":
+            return row.looks
+        return times[row.probe.name][name][1] * row.share
+
+    accounts = _solve(spent, ("account", *ACCOUNTS), account, lambda row: row.account)
+    _raise(decoding, "turned_px", spent, ("turns",), decode, lambda row: row.decode)
+    _raise(accounts, "account_piece_px", spent, ("turns",), account, lambda row: row.account)
+    _raise(accounts, "account_train_px", spent, ("train",), account, lambda row: row.account)
+    everything = [row for row in spent if row.probe.name.startswith(("all", "locked"))]
+    rounds: dict[str, float] = {}
+    for locked, behind in ((False, ""), (True, "_locked")):
+        found = [row for row in everything if row.probe.locked == locked]
+        rounds |= {name + behind: cost for name, cost in _rounds(found).items()}
+    return decoding | accounts | rounds
+
+
+def _raise(
+    costs: dict[str, float], name: str, rows: Sequence[Spent], kinds: tuple[str, ...],
+    times: Callable[[Spent, str], float], value: Callable[[Spent], float],
+) -> None:  # fmt: skip
+    """Raise a cost until no probe of these kinds is reckoned cheaper than by LOW."""
+    for row in rows:
+        often = times(row, name)
+        if row.probe.name.startswith(kinds) and often > 0:
+            reckoned = sum(cost * times(row, one) for one, cost in costs.items())
+            costs[name] += max(0.0, value(row) / (1 + LOW) - reckoned) / often
+
+
+def _rounds(rows: Sequence[Spent]) -> dict[str, float]:
+    """Return the costs of a round by the slowest clock, and that of an edge by the fastest."""
+    slowest, fastest = (pick(rows, key=lambda row: row.probe.hz) for pick in (min, max))
+    a_round = slowest.rounds / slowest.passes
+    return {"round": a_round, "edge": (fastest.rounds - a_round * fastest.passes) / fastest.edges}
+
+
+def misses(
+    board: str, spent: Sequence[Spent], costs: dict[str, float]
+) -> list[tuple[str, float, float]]:
+    """Return of each probe by how much its costs are reckoned too low, as a share."""
+    rows = []
+    for row in spent:
+        times = _times(board, row)
+        decode = costs["call"] * row.calls + sum(costs[name] * times[name][0] for name in DECODING)
+        account = costs["account"] * row.looks + row.share * sum(
+            costs[name] * times[name][1] for name in ACCOUNTS
+        )
+        rows.append(
+            (row.probe.name, row.decode / max(1.0, decode) - 1, row.account / max(1.0, account) - 1)
+        )
+    return rows

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: MIT
+"""What an image costs its board, in cycles: measured by `pixstep-dev costs`, kept in the package.
+
+The names are those of struct guarantee_costs (tools/native/core/guarantee.h), and `data_request`
+the longest request that brings line data.
+"""
+
+import json
+from dataclasses import asdict, dataclass, fields
+from functools import cache
+from pathlib import Path
+
+PATH = Path(__file__).resolve().parents[1] / "data" / "costs.json"
+
+
+@dataclass(frozen=True)
+class Costs:
+    """Cycles of the main loop, interrupts excluded, and of the interrupts."""
+
+    call: float
+    even_px: float
+    even_step: float
+    even_changed: float
+    train_px: float
+    train_step: float
+    single_px: float
+    single_step: float
+    curved_px: float
+    piece_px: float
+    piece_step: float
+    curve_px: float
+    shifted_px: float
+    turned_px: float
+    flat_step: float
+    wide_step: float
+    steep_step: float
+    slow_step: float
+    loose_step: float
+    zero_px: float
+    pump: float
+    locked_px: float
+    account: float
+    account_px: float
+    account_entry: float
+    account_long_entry: float
+    account_piece_px: float
+    account_train_px: float
+    account_train_step: float
+    edge: float
+    round: float
+    edge_locked: float
+    round_locked: float
+    request: float
+    data_request: float
+    request_byte: float
+    step_isr: float
+    train_isr: float
+    edge_isr: float
+    byte_isr: float
+    other_isr_share: float
+
+
+NAMES = tuple(field.name for field in fields(Costs))
+_DATA = "data_request"
+OF_REPLAY = tuple(name for name in NAMES if name != _DATA)
+
+
+def of(board: str) -> Costs:
+    """Return the costs of a board's image."""
+    return table()[board]
+
+
+def of_replay(board: str, *, streamed: bool) -> dict[str, float]:
+    """Return them as a replay takes them; `streamed`: line data come while the board moves."""
+    found = asdict(of(board))
+    data = found.pop(_DATA)
+    return found | ({"request": max(found["request"], data)} if streamed else {})
+
+
+@cache
+def table() -> dict[str, Costs]:
+    """Return the costs of every board, as they were measured."""
+    rows = json.loads(PATH.read_text(encoding="utf-8"))
+    return {board: Costs(**row) for board, row in rows.items()}

@@ -1,0 +1,313 @@
+# SPDX-License-Identifier: MIT
+"""What a board is guaranteed to follow: lines that run together, its clock, its bus.
+
+The board's main loop is replayed with the costs that were measured on its image, once for each of
+some margins: which part of a line comes first depends on every cost, so that no single margin is
+the worst one. A line that passes runs without a fault whatever a host asks meanwhile, and with
+every record kept. What a replay cannot know it does not promise: a clock that is worse than
+declared, a host that sends line data too late.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from itertools import pairwise
+
+from pixstep.board import boards, costs, settings
+from pixstep.board.device import Board
+from pixstep.board.port import BAUD
+from pixstep.errors import RefusedError
+from pixstep.lines import runs
+from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.lines.replay import Loop, Replay, Verdict
+from pixstep.lines.units import period_ticks
+
+NAME = "beyond_guarantee"  # of what is found
+INTERVALS = 1.1  # of the shortest interval of several axes
+ADVICE = "check=False lets the board try"
+MARGINS = (1.0, 1.07, 1.15)
+MOTIONS = ("constant", "smooth", "ramp")
+DECLARED_PPM = 1000  # a clock may be so much faster
+# A master that asks again as soon as it has a reply: bytes of a request and its reply, and how long
+# the bus rests between them, measured (silences, rounds of the board).
+_BYTES, _REST_S, _BYTE_BITS = 100, 0.0043, 11
+_WINDOW_S, _FRAME_BYTES = 0.008, 256  # as long as rings last; all of it may fall into a frame
+_DATA_SHARE = 0.2  # of the bytes on the bus are line data, its checks and records the rest
+_ROUND_S = 0.004  # firmware/app/round.c
+_LEAD_TICKS = 0x20000  # firmware/app/reference.c
+_MARKS = 16
+_FEWER = 64  # parts of a line's counts, or of its clock, by which less is tried
+_LOOK_PX = 256  # of a long line, behind the pixel that is late
+_HELD_PX, _RAMP_STEPS_S2 = 48, 100_000  # of a line that shows a rate
+_BUSY = 0.5  # of the time: no look further ahead would help
+
+
+@dataclass(frozen=True)
+class World:
+    """What lines run on: the board, the frequency of pixels, settings of its clock, the bus."""
+
+    board: str
+    pixel_hz: Fraction
+    sync: int = 1
+    divider: int = 1
+    baud: int = BAUD
+    ppm: float = DECLARED_PPM
+
+
+def world(
+    board: str,
+    pixel_hz: Fraction,
+    clock: Mapping[str, int] | None = None,
+    baud: int = BAUD,
+    ppm: float = 0.0,
+) -> World:
+    """Return a world whose clock has these settings: `sync` and `divider`.
+
+    `ppm`: the clock is so much faster, if that is more than is declared anyway.
+    """
+    known = settings.defaults() | dict(clock or {})
+    declared = max(ppm, DECLARED_PPM)
+    return World(board, pixel_hz, known["sync"], settings.divider_of(known), baud, declared)
+
+
+def of_board(
+    board: Board, pixel_hz: Fraction, clock: Mapping[str, int] | None = None
+) -> World | None:
+    """Return the world of a connected board; None: nobody has measured what its image costs."""
+    number = board.inputs()["board_id"]
+    name = next((item.name for item in boards.all_boards() if item.id == number), "")
+    known = settings.read(board)
+    baud = known["baud_100"] * 100
+    return world(name, pixel_hz, known | dict(clock or {}), baud) if name in costs.table() else None
+
+
+@dataclass(frozen=True)
+class Late:
+    """The first place where a board may be late, and what it would follow instead."""
+
+    axis: int  # a place in the sequence of lines
+    pixel: int
+    hz: Fraction | None  # of pixels, with the same counts
+    steps: int  # a pixel, of the fastest, at the same clock
+    most_steps: int  # that it has
+
+
+def loop_of(world: World, margin: float = 1.0) -> Loop:
+    """Return the board's main loop in this world."""
+    kind = boards.load(world.board)
+    nominal = float(period_ticks(world.pixel_hz, kind.tick_hz))
+    locked = settings.locks({"sync": world.sync})
+    clock = nominal / world.divider
+    most = _MARKS * world.divider
+    lead, all_ahead = (
+        min(int(ticks // clock) + 1, most) for ticks in (_LEAD_TICKS, _LEAD_TICKS + clock * 3 / 8)
+    )
+    a_second = world.baud / _BYTE_BITS
+    return Loop(
+        kind.axes,
+        kind.all_features,
+        nominal / (1 + world.ppm / 1e6) if locked else nominal,
+        world.divider,
+        lead if locked else 0,
+        all_ahead - lead if locked else 0,
+        min(_WINDOW_S * a_second, _FRAME_BYTES) / _WINDOW_S / kind.tick_hz,
+        _BYTES / (_BYTES / a_second + _REST_S) / kind.tick_hz,
+        _ROUND_S * kind.tick_hz,
+        margin,
+    )
+
+
+def verdicts(lines: Sequence[Line], world: World) -> Iterator[Verdict]:
+    """Yield how the lines fare with each margin."""
+    found = costs.of_replay(world.board, streamed=_is_streamed(lines, world))
+    replay = Replay(lines)
+    for margin in MARGINS:
+        yield replay.judge(found, loop_of(world, margin))
+
+
+def first_late(lines: Sequence[Line], world: World) -> Verdict | None:
+    """Return the verdict of the first margin with which a line is late; None: all are followed."""
+    for found in (_too_close(lines, world), _starved(lines, world)):
+        if found:
+            return found
+    return next((one for one in verdicts(lines, world) if not one.follows), None)
+
+
+def _too_close(lines: Sequence[Line], world: World) -> Verdict | None:
+    """Return where several axes leave the step interrupt less time than it is promised.
+
+    The boards accept shorter intervals, at which now and then three of its calls meet a byte, an
+    edge of the clock and a timer.
+    """
+    if len(lines) == 1:
+        return None
+    loop, kind = loop_of(world), boards.load(world.board)
+    for axis, line in enumerate(lines):
+        least = (kind.smooth_min_intervals_ticks if line.smooth else kind.min_intervals_ticks)[
+            len(lines) - 1
+        ]
+        fastest = _fastest(line)
+        if fastest and loop.pixel_ticks / fastest < INTERVALS * least:
+            places = line.speeds[1:] if line.smooth else [abs(count) for count in line.counts]
+            pixel = next((k for k, one in enumerate(places, 1) if one == fastest), 1)
+            return Verdict(False, axis, pixel, 0.0, 0.0, 1.0)
+    return None
+
+
+def _starved(lines: Sequence[Line], world: World) -> Verdict | None:
+    """Return the line for which counts cannot come in time, by the bytes that the bus carries."""
+    room = _room(world)
+    sizes = [_size(line) for line in lines]
+    more = [
+        size / line.pixels if size > room else 0.0 for size, line in zip(sizes, lines, strict=True)
+    ]
+    a_second = sum(more) * float(world.pixel_hz)
+    if a_second <= _DATA_SHARE * loop_of(world).asked_per_tick * boards.load(world.board).tick_hz:
+        return None
+    axis = more.index(max(more))
+    pixel = lines[axis].pixels * room // sizes[axis] + 1
+    return Verdict(False, axis, pixel, 0.0, 0.0, 0.0)
+
+
+def _is_streamed(lines: Sequence[Line], world: World) -> bool:
+    """Return whether a line does not fit its queue: more of it comes while the board moves."""
+    return any(_size(line) > _room(world) for line in lines)
+
+
+def _room(world: World) -> int:
+    return boards.load(world.board).queue_entries * runs.MOST_BYTES
+
+
+def _size(line: Line) -> int:
+    return runs.packed_size(runs.queue_entries(line))
+
+
+def follows(lines: Sequence[Line], world: World) -> bool:
+    """Return whether the board is guaranteed to follow the lines."""
+    return first_late(lines, world) is None
+
+
+def judge(lines: Sequence[Line], world: World) -> Late | None:
+    """Return where the board may be late, and what fits; None: it follows the lines."""
+    late = first_late(lines, world)
+    if late is None:
+        return None
+    near = [_cut(line, late.pixel + _LOOK_PX) for line in lines]
+    most = max(_fastest(line) for line in lines)
+    share = highest(_FEWER, lambda part: follows([_slower(one, part) for one in near], world))
+    slower = highest(
+        _FEWER, lambda part: follows(near, replace(world, pixel_hz=world.pixel_hz * part / _FEWER))
+    )
+    hz = world.pixel_hz * slower / _FEWER if slower else None
+    return Late(late.axis, late.pixel, hz, most * share // _FEWER, most)
+
+
+def refusal(lines: Sequence[Line], world: World) -> str:
+    """Return why the board is not guaranteed to follow the lines; empty: it is."""
+    late = judge(lines, world)
+    if late is None:
+        return ""
+    return f"{lines[late.axis].name}: {NAME} at pixel {late.pixel}: {reason(late, lines, world)}"
+
+
+def reason(late: Late, lines: Sequence[Line], world: World) -> str:
+    """Return in words why the board may be late, and what it would follow."""
+    label = boards.load(world.board).label
+    cures = []
+    if late.hz:
+        cures.append(f"{float(late.hz):.4g} Hz with these counts")
+    if late.steps:
+        cures.append(f"{late.steps} steps/px in place of {late.most_steps}")
+    together = f" of {len(lines)} together" if len(lines) > 1 else ""
+    hz_text = f"{float(world.pixel_hz):.6g} Hz"
+    late_text = (
+        f"{world.baud} baud may bring the counts of this line{together} too late at {hz_text}; "
+        if _starved(lines, world)
+        else f"the {label} may be too late with this line{together} at {hz_text}; "
+    )
+    return late_text + (f"it follows {' or '.join(cures)}" if cures else "no slower clock helps")
+
+
+def refuse(lines: Sequence[Line], world: World, advice: str = "") -> None:
+    """Raise RefusedError for lines that the board is not guaranteed to follow."""
+    if text := refusal(lines, world):
+        raise RefusedError(f"{text}{f'; {advice}' if advice else ''}")
+
+
+def highest(most: int, fits: Callable[[int], bool]) -> int:
+    """Return the highest count up to `most` that fits, by bisection; 0: none."""
+    low, high = 0, most + 1
+    while high - low > 1 + low // 64:
+        middle = (low + high) // 2
+        if fits(middle):
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+def line_at(motion: str, steps: int, hz: Fraction) -> Line:
+    """Return a line that shows what a motion costs at so many steps a pixel.
+
+    constant: a plain line. ramp: up at 100,000 steps/s2, a while at this speed, down again. smooth:
+    there every pixel accelerates or brakes. They are those of `pixstep bench`.
+    """
+    if motion == "constant":
+        return Line((steps,) * _HELD_PX, PLAIN, name=motion)
+    peak_steps = max(2, steps // 2 * 2)
+    up = [0]
+    while up[-1] < peak_steps:
+        even = 2 * round(len(up) * _RAMP_STEPS_S2 / (hz * hz) / 2)
+        up.append(min(peak_steps, max(up[-1] + 2, even)))
+    peak = [peak_steps] * _HELD_PX
+    if motion == "smooth":
+        low = max(0, peak_steps - 4 * max(1, peak_steps // 100))
+        peak += [(low, (low + peak_steps) // 4 * 2, peak_steps)[k % 3] for k in range(_HELD_PX)]
+    speeds = [*up, *peak, *reversed(up)]
+    return Line(tuple((a + b) // 2 for a, b in pairwise(speeds)), SMOOTH, name=motion)
+
+
+def rate(motion: str, axes: int, world: World, most: int) -> int:
+    """Return the most steps a pixel, up to `most`, that so many axes at once are guaranteed."""
+    return highest(
+        most, lambda steps: follows([line_at(motion, steps, world.pixel_hz)] * axes, world)
+    )
+
+
+def bound_by(motion: str, axes: int, world: World, most: int) -> str:
+    """Return what keeps a guaranteed rate from being higher.
+
+    interrupt: the shortest interval of the step interrupt. bus: with a silent one it would be
+    higher by a tenth. ring: the main loop has time, but cannot look further ahead. processor.
+    """
+    found = rate(motion, axes, world, most)
+    if found >= most - most // 64 - 1:
+        return "interrupt"
+    beyond = [line_at(motion, found + max(2, found // 32), world.pixel_hz)] * axes
+    if _too_close(beyond, world):
+        return "interrupt"
+    if follows(
+        [line_at(motion, found + max(2, found // 10), world.pixel_hz)] * axes,
+        replace(world, baud=300),
+    ):
+        return "bus"
+    late = first_late(beyond, world)
+    return "processor" if late is None or late.busy > _BUSY else "ring"
+
+
+def _cut(line: Line, pixels: int) -> Line:
+    return replace(line, counts=line.counts[:pixels])
+
+
+def _fastest(line: Line) -> int:
+    return max(map(abs, line.speeds if line.smooth else line.counts), default=0)
+
+
+def _slower(line: Line, part: int) -> Line:
+    """Return the line with so many 64ths of its counts; a smooth one keeps even speeds."""
+    if not line.smooth:
+        return replace(line, counts=tuple(int(count * part / _FEWER) for count in line.counts))
+    speeds = [speed * part // _FEWER // 2 * 2 for speed in line.speeds]
+    counts = tuple((a + b) // 2 for a, b in pairwise(speeds))
+    keeps = line.backlash if max(speeds, default=0) > line.backlash else 0
+    return replace(line, counts=counts, backlash=keeps)
