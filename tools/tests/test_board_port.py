@@ -68,7 +68,7 @@ def test_a_session_over_a_terminal(pixstep, invoke, sim_port, tmp_path, monkeypa
     (axis,) = json.loads(pixstep(*words))["axes"]
     assert (axis["state"], axis["position_steps"]) == ("done", 2250)
     assert "axis 1: done, position_steps 2250" in pixstep("board", "watch", "--once", *PATIENT)
-    assert "map_version = 5" in pixstep("board", "get", "map_version", "--baud", 9600, *PATIENT)
+    assert "map_version = 6" in pixstep("board", "get", "map_version", "--baud", 9600, *PATIENT)
     assert "board 1: at rest: axis 0 at" in pixstep("board", "stop", "--unit", 1, *PATIENT)
     text = invoke("board", "get", "status", "--parity", "E", status=2).stderr
     assert text == f"pixstep: {sim_port}: a pseudo terminal has no parity E: --parity N\n"

@@ -432,7 +432,8 @@ def test_serial_interrupts_slower_than_the_line_do_not_pile_up(board, count, loa
         master = run_beside(bench, count, load)
         assert master.input(RESET_CAUSE) == 1  # power-on
         assert master.input(FAULT_CODE) in FOR_LACK_OF_TIME
-        assert bench.sim.stats()["boards"][0]["stack_free_bytes"] > 200
+        # Handlers that piled up would take some 20 bytes each, and as many as bytes come.
+        assert bench.sim.stats()["boards"][0]["stack_free_bytes"] > 150
         bench.assert_rest()
 
 

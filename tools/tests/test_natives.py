@@ -56,7 +56,7 @@ def test_without_tables_the_command_ends_with_one_line(tmp_path, text):
 def test_version_names_commit_and_register_map(invoke, monkeypatch):
     monkeypatch.setattr(natives, "commit", lambda: "0123456789")
     said = invoke("--version").stdout
-    assert said == f"pixstep, version {__version__} (commit 0123456789, register map 5)\n"
+    assert said == f"pixstep, version {__version__} (commit 0123456789, register map 6)\n"
 
 
 def test_a_clone_names_its_commit(tmp_path, monkeypatch):

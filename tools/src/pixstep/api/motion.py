@@ -208,11 +208,11 @@ class Motion(Generic[Result]):
     Example:
         >>> from pixstep import line, simulated_board
         >>> with simulated_board("uno", pixel_hz=100) as board:
-        ...     with board.start(line([2, 6, 8, 6, 2], pixel_hz=100)) as motion:
+        ...     with board.start(line([2, 6, 8, 8, 8, 8, 6, 2], pixel_hz=100)) as motion:
         ...         before = motion.status()[0]
         ...     after = motion.wait()[0]
         >>> before.pixels, before.share < 1, after.state, after.position_steps
-        (5, True, 'done', 24)
+        (8, True, 'done', 48)
     """
 
     def __init__(
