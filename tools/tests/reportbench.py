@@ -20,8 +20,10 @@ class MadeUp:
             name: {"unit": 1, "axis": axis, "lines_done": 0, "next_block": 0, "position_steps": 0}
             for axis, name in enumerate(job.motors)
         }
-        board = {"unit": 1, "kind": "mega", "firmware": "0.1", "bus_timeout_ms": 3000, "tag": 7,
-                 "axes": axes}  # fmt: skip
+        board = {
+            "unit": 1, "kind": "mega", "firmware": "0.2", "bus_timeout_ms": 3000,
+            "silence_ms": 7000, "tag": 7, "axes": axes,
+        }  # fmt: skip
         self.add(
             "begin", job=job.header.id, lines=job.lines, pixels=job.pixels,
             boards={"main": board}, **self._compared(machine),
