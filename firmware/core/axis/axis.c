@@ -201,16 +201,17 @@ static inline enum line_error check_some(struct line_check *check,
         end = (uint8_t)(reader->at + PASSED_AT_ONCE);
     }
 #endif
-    while (!SEVERAL_AXES || checked < CHECKED_AT_ONCE) {
+    // The last entry may go beyond `end`.
+    while (reader->at < end && (!SEVERAL_AXES || checked < CHECKED_AT_ONCE)) {
         struct segment entry;
 #if SEVERAL_AXES
         if (block->packed) {
             line_check_pass_easy(check, reader, end);
         }
-#endif
-        if (reader->at >= end) {
+        if (reader->at == end) {
             break;
         }
+#endif
         if (!read_entry(block, reader, check, &entry)) {
             return LINE_malformed;
         }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What becomes of a block when its axis goes on, ends or fails in the middle of the check.
 #include <stddef.h>
+#include <string.h>
 
 #include "base/interlude.h"
 #include "fakes/axis_bench.h"
@@ -82,6 +83,35 @@ static void easy_entries_have_interludes(void)
     TEST_ASSERT_GREATER_OR_EQUAL_UINT16(4, interludes);
 }
 
+// An entry of four bytes at every place of a block, and entries of one byte on both sides of it.
+// What stood behind the block in its buffer before would be good entries, too.
+static void entries_at_every_place(void)
+{
+    for (uint8_t place = 4; place < 120u; place++) {
+        for (uint8_t more = 0; more < 40u; more++) {
+            uint8_t bytes[200];
+            uint8_t size = (uint8_t)(place + 4u + more);
+
+            memset(bytes, ZERO, sizeof bytes);
+            memcpy(bytes, (const uint8_t[]){0x80, 7, 0, 1}, 4);
+            memcpy(&bytes[place], (const uint8_t[]){0x80, 8, 0, 1}, 4);
+            setUp();
+            begin_line();
+            // The buffer is full of them before.
+            TEST_ASSERT_EQUAL(
+                BLOCK_TAKEN,
+                bench_queue_block(bench.axis.next_block, bytes, sizeof bytes, true));
+            setUp();
+            begin_line();
+            TEST_ASSERT_EQUAL(
+                BLOCK_TAKEN,
+                bench_queue_block(bench.axis.next_block, bytes, size, true));
+            TEST_ASSERT_EQUAL_UINT32(place - 2u + more, bench.axis.check.pixel);
+            TEST_ASSERT_EQUAL_UINT16(8u + size, segment_queue_fill(&bench.axis.queue));
+        }
+    }
+}
+
 static void fail(void)
 {
     axis_fail(&bench.axis);
@@ -151,6 +181,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(long_checks_have_interludes);
     RUN_TEST(easy_entries_have_interludes);
+    RUN_TEST(entries_at_every_place);
     RUN_TEST(an_axis_that_fails_takes_no_block);
     RUN_TEST(lines_that_were_discarded_take_no_block);
     RUN_TEST(checksum_of_a_long_frame);
