@@ -25,6 +25,7 @@
 #define WIDE_LIMIT    7e8
 #define WIDE_SPEED    2800.0
 #define WAITING_LEADS 4u
+#define NEVER_TICKS   1e300
 #define FIRST_STEPS   3.0
 
 enum kind { EVEN, TRAIN, SINGLES, CURVED, PIECE, CURVE, ZERO };
@@ -109,6 +110,21 @@ static bool foretold(double ticks, double speed, double h)
            change <= 255.0 && change * change <= interval;
 }
 
+// Where flat steps count: the usual ones, those of 40 bits, those of much acceleration.
+static int flat_kind(double ticks, double speed, double half, double total)
+{
+    double last = sqrt(fmax(0.0, speed * speed + 4.0 * half * total));
+    double top = fmax(speed, last);
+    double low = fmin(speed, last);
+    bool loose = 2.0 * fabs(half) * ticks >= low * low * low;
+    double share = loose ? 0.5 : 1.0;
+
+    if (top * ticks > WIDE_LIMIT * share || top > WIDE_SPEED * share) {
+        return 1;
+    }
+    return loose ? 4 : 0;
+}
+
 void guarantee_curve(double ticks,
                      double speed,
                      double half,
@@ -130,18 +146,10 @@ void guarantee_curve(double ticks,
 
     bent = fmax(0.0, fmin(bent, k1 - k0) - slow);
     double flat = k1 - k0 - slow - bent;
-    double last = sqrt(fmax(0.0, speed * speed + 4.0 * half * total));
-    double top = fmax(speed, last);
-    double low = fmin(speed, last);
-    bool loose = 2.0 * h * ticks >= low * low * low;
-    bool wide = top * ticks > (loose ? WIDE_LIMIT / 2.0 : WIDE_LIMIT) ||
-                top > (loose ? WIDE_SPEED / 2.0 : WIDE_SPEED);
 
-    counts[0] += wide || loose ? 0.0 : flat;
-    counts[1] += wide ? flat : 0.0;
+    counts[flat_kind(ticks, speed, half, total)] += flat;
     counts[2] += bent;
     counts[3] += slow;
-    counts[4] += loose && !wide ? flat : 0.0;
 }
 
 // ---- pieces ----
@@ -395,17 +403,8 @@ static bool in_batches(const struct axis *a)
     return a->kind == SINGLES || a->kind == CURVE;
 }
 
-static void next_job(const struct replay *r, const struct axis *a, struct job *job)
+static void cost_part(const struct replay *r, const struct axis *a, struct job *job)
 {
-    *job = (struct job){0};
-    double left = a->steps - a->done;
-    double steps = in_batches(a) ? fmin(left, BATCH) : left;
-
-    job->part.steps = steps;
-    job->part.begin = when(a, a->done);
-    job->last = a->done + steps >= a->steps;
-    job->part.end = job->last ? a->from + a->ticks : when(a, a->done + steps);
-    job->part.mark = job->last;
     switch (a->kind) {
     case EVEN:
         cost_even(r, a, job);
@@ -428,6 +427,20 @@ static void next_job(const struct replay *r, const struct axis *a, struct job *j
         cost_zero(r, a, job);
         break;
     }
+}
+
+static void next_job(const struct replay *r, const struct axis *a, struct job *job)
+{
+    *job = (struct job){0};
+    double left = a->steps - a->done;
+    double steps = in_batches(a) ? fmin(left, BATCH) : left;
+
+    job->part.steps = steps;
+    job->part.begin = when(a, a->done);
+    job->last = a->done + steps >= a->steps;
+    job->part.end = job->last ? a->from + a->ticks : when(a, a->done + steps);
+    job->part.mark = job->last;
+    cost_part(r, a, job);
     if (r->board->lead_edges != 0 && a->done <= 0.0) {
         job->cycles += r->cost->locked_px;
     }
@@ -724,7 +737,7 @@ static void look_after(struct replay *r)
 // The end of the wait of all axes, at the earliest.
 static double next_event(struct replay *r)
 {
-    double next = INFINITY;
+    double next = NEVER_TICKS;
 
     for (uint32_t i = 0; i < r->axes; i++) {
         const struct axis *a = &r->axis[i];
@@ -807,7 +820,7 @@ void guarantee_judge(const struct guarantee_costs *costs,
 {
     struct replay *r = calloc(1, sizeof *r);
 
-    *verdict = (struct guarantee_verdict){.follows = true, .slack_ticks = INFINITY};
+    *verdict = (struct guarantee_verdict){.follows = true, .slack_ticks = NEVER_TICKS};
     if (r == NULL) {
         verdict->follows = false;
         return;
@@ -822,7 +835,7 @@ void guarantee_judge(const struct guarantee_costs *costs,
         look_after(r);
         if (!decode_in_turn(r) && verdict->follows) {
             double next = next_event(r);
-            if (next > r->now && isfinite(next)) {
+            if (next > r->now && next < NEVER_TICKS) {
                 r->now = next;
                 spend(r, round_cost(r));
             }

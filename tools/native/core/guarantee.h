@@ -76,9 +76,9 @@ struct guarantee_verdict {
     double busy;        // share of the time in which the main loop had something to do
 };
 
-// How the steps from k0 to k1 of a curve are found, added to counts: flat, wide, steep, slow, and flat
-// ones of much acceleration. The
-// piece has so many ticks, its speed at the start and half its acceleration.
+// How the steps from k0 to k1 of a curve are found, added to counts: flat, wide, steep, slow, and
+// flat ones of much acceleration. The piece has so many ticks and steps (`total`), its speed at the
+// start and half its acceleration.
 void guarantee_curve(double ticks,
                      double speed,
                      double half,

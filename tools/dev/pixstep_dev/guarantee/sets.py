@@ -181,9 +181,9 @@ def random_set(seed: str, board: str | None = None) -> Set:
     loaded = some.random() < 0.4 and not (shape.streamed and kind in _OWN)
     top = min(most, limit * BEYOND) if limit else most * 0.5
     steps = max(1, min(most, round(some.uniform(*SHARE) * top)))
+    jitter_us = some.choice((0.0, 0.0, some.uniform(0, min(3, _JITTER * 1e6 / hz))))
     return Set(
         board, kind, hz, sync, shape, steps, limit,
-        some.uniform(-900, 900),
-        some.choice((0.0, 0.0, some.uniform(0, min(3, _JITTER * 1e6 / hz)))),
+        some.uniform(-900, 900), jitter_us,
         loaded, baud,
     )  # fmt: skip

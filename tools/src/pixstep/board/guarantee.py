@@ -33,6 +33,7 @@ DECLARED_PPM = 1000  # a clock may be so much faster
 _BYTES, _REST_S, _BYTE_BITS = 100, 0.0043, 11
 _WINDOW_S, _FRAME_BYTES = 0.008, 256  # as long as rings last; all of it may fall into a frame
 _DATA_SHARE = 0.2  # of the bytes on the bus are line data, its checks and records the rest
+_FAST_HZ, _FAST_MARGIN = 3000, 1.35  # of a clock that lines are locked to
 _ROUND_S = 0.004  # firmware/app/round.c
 _LEAD_TICKS = 0x20000  # firmware/app/reference.c
 _MARKS = 16
@@ -117,11 +118,17 @@ def loop_of(world: World, margin: float = 1.0) -> Loop:
     )
 
 
+def _margins(world: World) -> tuple[float, ...]:
+    """Return the margins; edges that a lock follows so fast cost more than the table has."""
+    fast = world.pixel_hz * world.divider >= _FAST_HZ and settings.locks({"sync": world.sync})
+    return (*MARGINS, _FAST_MARGIN) if fast else MARGINS
+
+
 def verdicts(lines: Sequence[Line], world: World) -> Iterator[Verdict]:
     """Yield how the lines fare with each margin."""
     found = costs.of_replay(world.board, streamed=_is_streamed(lines, world))
     replay = Replay(lines)
-    for margin in MARGINS:
+    for margin in _margins(world):
         yield replay.judge(found, loop_of(world, margin))
 
 
