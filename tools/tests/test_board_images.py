@@ -96,7 +96,7 @@ def test_a_line_of_many_clock_edges_a_pixel(live, invoke, name):
 def test_look_set_store(live, name):
     one = live(name)
     (found,) = one.json("info")["boards"]
-    assert (found["board"], found["map_version"], found["reset_cause"]) == (name, 5, "power-on")
+    assert (found["board"], found["map_version"], found["reset_cause"]) == (name, 6, "power-on")
     assert found["server_id"] == f"pixstep {name} {found['firmware']}"
     assert found["pixel_clock"]["present"]
     text = one.out("set", "pixel_hz=100", "dir_hold_us=25", "idle_off_ms=700", "--store")
@@ -127,7 +127,7 @@ def test_every_range_is_the_boards_own(live, name):
 def with_feature(name):
     """Return the boards whose image has a feature by default, by the board file."""
     dropped = name in (
-        "bits", "clock_statistics", "diagnosis", "events", "files", "gate", "line_divider",
+        "bits", "clock_statistics", "diagnosis", "events", "files", "gate", "line_divider", "line_ends",
         "short_curves", "shared_switch",
     )  # fmt: skip
     return [board for board in BOARDS if boards.load(board).all_features or not dropped]

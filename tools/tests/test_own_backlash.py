@@ -46,11 +46,11 @@ def test_a_line_that_takes_play_up_says_how_much(line, tmp_path):
 
 
 @pytest.mark.parametrize("today", ["100 steps", "0 steps"])
-@pytest.mark.parametrize("words", [("check",), ("sim", "--board", "mega")])
+@pytest.mark.parametrize("words", [("line", "check"), ("sim",)])
 def test_the_lines_own_backlash_comes_before_the_machines(line, tmp_path, today, words, simulator):
     set_play(tmp_path, today)
-    data = line("line", words[0], "line.csv", *words[1:], "--motor", "M39", "--sync", "start",
-                *(("--out", "run") if words[0] == "sim" else ()))  # fmt: skip
+    more = ("--board", "mega", "--out", "run") if words[0] == "sim" else ()
+    data = line(*words, "line.csv", "--motor", "M39", "--sync", "start", *more)
     assert OWN.format(today.removesuffix(" steps")) in data.replace(str(tmp_path) + "/", "")
     if words[0] == "sim":
         summary = json.loads((tmp_path / "run" / "summary.json").read_text())

@@ -19,7 +19,8 @@ def test_all_facts_are_there_once():
 
 @pytest.mark.parametrize(("number", "fact", "file", "name"), ROWS)
 def test_a_fact_has_its_test(number, fact, file, name):
-    folder = "tools/tests" if file.endswith(".py") else "host_tests"
-    text = (natives.root() / folder / file).read_text("utf-8")
+    folder = natives.root() / ("tools/tests" if file.endswith(".py") else "host_tests")
+    (path,) = folder.rglob(file)
+    text = path.read_text("utf-8")
     begins = rf"^(?:    )?def {name}\(" if file.endswith(".py") else rf"^ *RUN_TEST\({name}\);"
     assert re.search(begins, text, re.MULTILINE), f"{number}: {fact}"

@@ -123,21 +123,8 @@ static void send_reply(void)
     }
 }
 
-APART void bus_port_poll(void)
+static inline void answer(void)
 {
-    traffic_count_overruns(uart_take_overruns());
-    if (phase == SENDING && !uart_sending()) {
-        resume_listening();
-    }
-    // Take one frame a round: at fast rates a buffer full of short frames would keep the watchdog
-    // waiting.
-    if (phase == LISTENING) {
-        take_frame();
-        // So does the checksum of a long request.
-        if (phase == REQUESTED && bus_frame.length > SHORT_BYTES) {
-            return;
-        }
-    }
     if (phase == ANSWERED) {
         send_reply();
     } else if (phase == REQUESTED && uart_silent()) {
@@ -148,6 +135,23 @@ APART void bus_port_poll(void)
             send_reply();
         }
     }
+}
+
+APART void bus_port_poll(void)
+{
+    traffic_count_overruns(uart_take_overruns());
+    if (phase == SENDING && !uart_sending()) {
+        resume_listening();
+    }
+    // Take one frame a round: at fast rates a buffer full of short frames would keep the watchdog
+    // waiting. The checksum of a long request takes a round, too.
+    if (phase == LISTENING) {
+        take_frame();
+        if (phase == REQUESTED && bus_frame.length > SHORT_BYTES) {
+            return;
+        }
+    }
+    answer();
 }
 
 #if SEVERAL_AXES

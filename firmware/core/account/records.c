@@ -256,7 +256,8 @@ void records_write(const struct records *records,
                    uint8_t *to)
 {
     uint8_t shown = records_shown(records);
-    const struct kept_record *record = &records->kept[slot_of(records, number)];
+    uint8_t slot = number < shown ? slot_of(records, number) : 0;
+    const struct kept_record *record = &records->kept[slot];
 
     for (; count != 0 && number < shown; count--) {
         uint32_t actual_steps = (uint32_t)record->actual_steps;

@@ -185,6 +185,15 @@ static bool begins_anew(const struct axis *axis)
 // To append a longer block takes some time, too.
 #define LONG_BYTES 80u
 
+static inline uint8_t end_of_part(const struct block *block,
+                                  const struct segment_reader *reader)
+{
+    bool goes_on =
+        SEVERAL_AXES && (uint8_t)(block->size - (uint8_t)reader->at) > PASSED_AT_ONCE;
+
+    return goes_on ? (uint8_t)(reader->at + PASSED_AT_ONCE) : block->size;
+}
+
 // Check as many entries as may be checked at once. Returns the error of the first one that is not
 // possible.
 static inline enum line_error check_some(struct line_check *check,
@@ -193,14 +202,9 @@ static inline enum line_error check_some(struct line_check *check,
                                          struct segment_reader *reader,
                                          uint8_t *whole_lines)
 {
-    uint8_t end = block->size;
+    uint8_t end = end_of_part(block, reader);
     uint8_t checked = 0;
 
-#if SEVERAL_AXES
-    if ((uint8_t)(end - (uint8_t)reader->at) > PASSED_AT_ONCE) {
-        end = (uint8_t)(reader->at + PASSED_AT_ONCE);
-    }
-#endif
     // The last entry may go beyond `end`.
     while (reader->at < end && (!SEVERAL_AXES || checked < CHECKED_AT_ONCE)) {
         struct segment entry;
@@ -241,6 +245,8 @@ static inline bool pause_check(const struct axis *axis)
     interlude();
     uint8_t state = axis->life.state;
 
+    // The image's interlude() changes it; cppcheck sees the empty one.
+    // cppcheck-suppress knownConditionTrueFalse
     return state == before || !(state == AXIS_EMPTY || state == AXIS_STOPPING ||
                                 state == AXIS_REFUSED || state == AXIS_FAULT);
 }
@@ -267,6 +273,7 @@ static enum block_result check_block(struct axis *axis,
             return BLOCK_REFUSED;
         }
         goes_on = SEVERAL_AXES && reader->at < block->size;
+        // cppcheck-suppress knownConditionTrueFalse
         if ((goes_on || is_long(block)) && !pause_check(axis)) {
             return BLOCK_FULL;
         }

@@ -5,8 +5,8 @@
 #include <stdint.h>
 
 #include "app/board.h"
-#include "app/round.h"
 #include "app/bus/traffic.h"
+#include "app/round.h"
 #include "app/watch/drivers.h"
 #include "app/watch/safety.h"
 #include "app/watch/time_check.h"

@@ -73,7 +73,7 @@ static void easy_entries_have_interludes(void)
 {
     uint8_t bytes[200] = {0x80, 7, 0, 1};
 
-    for (uint8_t i = 4; i < sizeof bytes; i++) {
+    for (size_t i = 4; i < sizeof bytes; i++) {
         bytes[i] = ZERO;
     }
     begin_line();
@@ -104,8 +104,7 @@ static void entries_at_every_place(void)
             setUp();
             begin_line();
             TEST_ASSERT_EQUAL(
-                BLOCK_TAKEN,
-                bench_queue_block(bench.axis.next_block, bytes, size, true));
+                BLOCK_TAKEN, bench_queue_block(bench.axis.next_block, bytes, size, true));
             TEST_ASSERT_EQUAL_UINT32(place - 2u + more, bench.axis.check.pixel);
             TEST_ASSERT_EQUAL_UINT16(8u + size, segment_queue_fill(&bench.axis.queue));
         }

@@ -60,5 +60,6 @@ def interrupts(board: str, spent: list[probes.Spent]) -> dict[str, float]:
 
 
 def write(found: dict[str, dict[str, float]], path: Path = PATH) -> None:
-    """Write the table."""
-    atomic.write_json(path, found)
+    """Write the table in the place of the one that is there."""
+    with atomic.rules(atomic.WriteRules(force=True)):  # that is what was asked for
+        atomic.write_json(path, found)

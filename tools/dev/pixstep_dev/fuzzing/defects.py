@@ -48,8 +48,8 @@ DEFECTS = (
     Defect(
         "server",
         FRAME,
-        "return crc16(frame->bytes, length) == 0;",
-        "return length > 8u || crc16(frame->bytes, length) == 0;",
+        "return checksum(frame, length) == 0;",
+        "return length > 8u || checksum(frame, length) == 0;",
         "a checksum that only short frames need",
     ),
     Defect(

@@ -17,7 +17,7 @@ from pixstep.simulation.simulated_board import SimulatedBoard
 from pixstep.simulation.simulator import Simulator
 from pixstep_trials.probe import Probe
 
-_STORE_S = 0.22  # of which 53 bytes take 3.4 ms each
+_STORE_S = 0.23  # of which 55 bytes take 3.4 ms each
 _COMMAND_S = 0.004  # the request that begins it is on the line for 2 ms
 
 
