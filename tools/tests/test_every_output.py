@@ -52,6 +52,7 @@ CALLS = {
                     "mill.toml"),
     "job report -o": ("job", "report", "print.pxrun"),
     "job show-config --out": ("job", "show-config", "print.pxjob"),
+    "job simulate --out": ("job", "simulate", "print.pxjob"),
     "line compensate --plot": ("line", "compensate", "line.csv", "--play", 2, "--max-acceleration",
                                9, "--start-stop", 9, "-o", "{other}"),
     "line compensate -o": ("line", "compensate", "line.csv", "--play", 2, "--max-acceleration", 9,
@@ -270,13 +271,16 @@ def test_a_folder_of_the_users_is_left_alone(call, output, tmp_path):
     out = tmp_path / "work" / "out"
     out.mkdir()
     names = {"trajectory": "summary.json", "plan": "report.json", "export": "X.csv",
-             "show-config": "machine.toml"}  # fmt: skip
+             "show-config": "machine.toml", "simulate": "simulation.json"}  # fmt: skip
     first = names.get(output.words[-1], names.get(output.words[0], "edges.csv"))
     for name in (first, "edges.csv", "notes.txt"):
         (out / name).write_text("mine")
     before = tree(tmp_path)
     text = call(output, "out", status=2).stderr
-    assert last_line(text).startswith(f"out/{first}: already exists and is not as an earlier run")
+    said = f"out/{first}: already exists and is not as an earlier run"
+    if output.words[-1] == "simulate":
+        said = "out: is the folder of no simulation"
+    assert last_line(text).startswith(said)
     assert tree(tmp_path) == before
 
 
@@ -285,6 +289,8 @@ def test_a_folder_that_cannot_be_written_is_one_line(call, output, tmp_path):
     before = tree(tmp_path)
     for place in ("line.csv/x", "/proc/x", "x" * 256):
         assert last_line(call(output, place, status=2).stderr).startswith(f"{place}: ")
+    if output.words[-1] == "simulate":
+        return  # it keeps what is finished, and goes on from there
     with no_room():
         text = call(output, "full", status=2).stderr
     wanted = ("simulator: ended: File size limit exceeded", "full/line.csv: File too large",

@@ -23,7 +23,7 @@
 #define PERIOD      0x0014
 #define FEATURES    0x0068
 #define RECORDS     0x0100
-#define SETTINGS    25
+#define SETTINGS    26
 #define PIXEL_HZ    2
 #define DIR_SETUP   6
 #define DIR_DEFAULT 20
@@ -158,7 +158,7 @@ static bool holding_registers_read(void)
 {
     static const uint16_t defaults[SETTINGS] = {1, 1152,  0, 30, 0, 1, 20,   20, 0,
                                                 0, 1000,  0, 0,  2, 0, 3000, 0,  0,
-                                                1, 10000, 4, 1,  1, 0, 0};
+                                                1, 10000, 4, 1,  1, 0, 0,    0};
     uint16_t words[SETTINGS];
 
     if (!good(modbus_read_registers(client, 0, SETTINGS, words))) {

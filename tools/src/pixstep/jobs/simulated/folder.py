@@ -51,12 +51,20 @@ class Told:
     sha256: str = ""
 
 
+def _tells_of_a_simulation(path: Path) -> bool:
+    try:
+        about = json.loads(path.read_text("utf-8"))
+    except (OSError, ValueError):
+        return False
+    return isinstance(about, dict) and {"job", "verdict"} <= about.keys()
+
+
 class SimFolder:
     """A folder of a simulation; nothing is made before it is begun."""
 
     def __init__(self, path: Path, edges: Path | None = None) -> None:
         """Take a folder. Raises UserError for one that holds something else."""
-        if path.is_dir() and any(path.iterdir()) and not (path / _ABOUT).is_file():
+        if path.is_dir() and any(path.iterdir()) and not _tells_of_a_simulation(path / _ABOUT):
             raise UserError(AskedText(
                 "{path}: is the folder of no simulation: name another one with {out}", path=path,
             ))  # fmt: skip

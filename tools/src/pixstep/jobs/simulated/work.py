@@ -65,7 +65,8 @@ def _judged(block: Block, path: Path) -> list[rows.Row]:
     """Run and judge a block, and write its edges."""
     part = atomic.unfinished_folder(path.parent)
     try:
-        trouble = _run(block, part.path)
+        with atomic.told_of(path):
+            trouble = _run(block, part.path)
         place = part.path / _PLANTS
         made = Made(
             block, read_edges(part.path / _EDGES), read_clock_log(part.path / _CLOCK),
