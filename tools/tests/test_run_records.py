@@ -77,7 +77,7 @@ def test_every_record_of_a_line_on_a_board(on_board, kind, hz, axes, step):
     names = [put(counts, f"{axis}.csv") for axis, counts in enumerate(lines)]
     _, console = on_board(kind, hz)
     done = console.run("upload", *names, "--decode", "plain", "--arm", "--records", "r.csv",
-                       "--pixel-hz", hz)  # fmt: skip
+                       "--pixel-hz", hz, "--beyond")  # fmt: skip
     found = rows_of("r.csv")
     assert exact(found) == {(1, 1, axis): every(one, step) for axis, one in enumerate(lines)}
     said = f"board 1: records of every {step} pixels and of every deviation"

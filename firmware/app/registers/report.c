@@ -441,7 +441,8 @@ uint8_t report_words(uint16_t address, uint8_t count, uint8_t *to)
     words = count < words ? count : words;
     // A position takes as long as all other registers of an axis; in front of an axis are the
     // board's registers, or those of another axis.
-    if (place == AXIS(REG_AXIS_position_steps) || place == AXIS(0)) {
+    if (place == AXIS(REG_AXIS_position_steps) || place == AXIS(0) ||
+        place == MORE_PLACE) {
         interlude();
     }
     for (uint8_t left = words; left != 0; left--) {

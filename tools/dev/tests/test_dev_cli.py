@@ -12,7 +12,7 @@ from pixstep_dev.cli.main import main as main_dev
 
 OFFERED = {
     "bench", "campaign", "docs", "fuzz", "jobs", "motor-record", "mutants", "robustness", "wheels",
-    "release", "site",
+    "costs", "guarantee", "release", "site",
 }  # fmt: skip
 
 # Runs pixstep where pixstep_dev cannot be found, and says whether it tried to import it.

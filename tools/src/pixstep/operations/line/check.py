@@ -49,8 +49,9 @@ class CheckedLine(TypedDict):
 class LineCheck(OfClock):
     """Check a line of a CSV or CSB file, and the file's form as `file check` does.
 
-    With a pixel frequency by the limits of the board too, by those of the machine file's motor, and
-    by what the board is guaranteed to follow in time: several files are lines that run together.
+    With a pixel frequency by the limits of the board too and by those of the machine file's motor.
+    Where the board is named, by what it is guaranteed to follow in time: several files are lines
+    that run together.
     What is refused here `sim` and `board upload` refuse too, unless they are given --no-check.
     Exit status 0 fine, 1 warnings, 3 refused.
     """
@@ -94,7 +95,7 @@ class LineCheck(OfClock):
                 other.name, line_check.check(other, self._bounds(other, desk))
             )
         if not line_check.refused(found):
-            found += self._together([line, *beside])
+            found += self._together([line, *beside], desk)
         severity = line_check.exit_status(found)
         data: CheckedLine = {
             "file": str(self.csv),
@@ -129,9 +130,9 @@ class LineCheck(OfClock):
             divider=self.edges,
         )
 
-    def _together(self, lines: list[Line]) -> list[Finding]:
+    def _together(self, lines: list[Line], desk: Desk) -> list[Finding]:
         """Return what the board's time says: of one line as many as there are axes."""
-        if not self.pixel_hz:
+        if not self.pixel_hz or not _board_is_named(desk):
             return []
         several = [*lines, *[lines[0]] * (self.together - len(lines))]
         clock = settings.of_clock(self.sync, self.edges)
@@ -154,7 +155,7 @@ class LineCheck(OfClock):
         if hz:
             clock = settings.of_clock(self.sync, self.edges)
             of_board = named_limits(self.board, hz, axes=self.together, clock=clock).of(line)
-            if not (desk.given("board") or desk.by_machine("board")):
+            if not _board_is_named(desk):
                 label = boards.load(self.board).label
                 desk.say([AskedText(
                     "{path}: checked by what the {label} can do ({board})",
@@ -171,6 +172,11 @@ class LineCheck(OfClock):
             jerk_warning=None if jerk is None else units.whole_limit(jerk, hz, least=0),
             min_interval_ticks=self.min_interval or of_board.min_interval_ticks,
         )
+
+
+def _board_is_named(desk: Desk) -> bool:
+    """Whether somebody has said which board it is, not the default alone."""
+    return bool(desk.given("board") or desk.by_machine("board"))
 
 
 def _read_strictly(path: Path, *, raw: bool, lenient: bool) -> formats.MotionFile:
