@@ -8,7 +8,7 @@ import pixstep as px
 
 def tried(speed: int) -> px.Run:
     """Simulate a line of so many steps a pixel."""
-    line = px.make_line(speed=speed, max_acceleration=60, pixels=24, pixel_hz=500)
+    line = px.make_line(speed=speed, max_acceleration=60, pixels=24, pixel_hz=300)
     return px.simulate(line, "mega")
 
 

@@ -513,10 +513,24 @@ void round_poll(void)
 }
 
 #if CONFIG_AXES > 1
+// What cannot wait for the end of a request: edges of the clock, room in the rings, a start.
+static APART void look_briefly(void)
+{
+    cpu_section(CPU_SECTION_ROUND);
+    take_underruns();
+    clock_edges_poll();
+    if (starting()) {
+        release_lines();
+    }
+    advance_in_turn();
+    advance_ended_trains();
+}
+
 void round_poll_briefly(void)
 {
+    look_briefly();
     brief = true;
-    round_poll();
+    decode_some();
     brief = false;
 }
 #endif

@@ -17,7 +17,7 @@ void round_start(void);
 void round_poll(void);
 
 #if SEVERAL_AXES
-// The same in the middle of a request, which waits for it: the decoder is called for two axes at
-// most, those that run out first. All else of a round is done.
+// What cannot wait for the end of a request: edges of the clock, accounts, a start that is near.
+// The decoder is called for two axes at most, those that run out first.
 void round_poll_briefly(void);
 #endif

@@ -241,7 +241,7 @@ def test_the_larger_start_lies_below_the_curve(drawn):
     counts = [(one + other) // 2 for one, other in pairwise(speeds)]
     Path("line2.csv").write_text("".join(f"{count:6d}\r\n" for count in counts), newline="")
     line = ("line2.csv", "--decode", "smooth", "--pixel-hz", 30)
-    figures = drawn("sim", *line, "--board", "uno", "--out", "a", "--plot")
+    figures = drawn("sim", *line, "--board", "mega", "--beyond", "--out", "a", "--plot")
     speed = figures["motion.png"].axes[0]
     (inset,) = speed.child_axes
     box = inset.get_tightbbox()

@@ -48,7 +48,7 @@ def test_records_of_a_simulated_board_as_a_table(tmp_path):
 
 
 def test_fifty_lines_in_a_pool(tmp_path):
-    assert run("many_lines", tmp_path) == ["<Run pass, 1 axis of a mega at 500 Hz>"]
+    assert run("many_lines", tmp_path) == ["<Run pass, 1 axis of a mega at 300 Hz>"]
 
 
 def test_a_folder_of_files(tmp_path):

@@ -25,7 +25,7 @@ PEAK = 60_000  # steps/s of all axes together, in smooth lines
 SEEK, DOWN, END = 0x81, (3, 0), (2, 0)
 # Of the counted stack so much at least must have been seen, or the count says little: it adds up
 # interrupts that need a coincidence of a few cycles each.
-SEEN = {board.name: 0.55 if board.axes == 1 else 0.45 for board in boards.all_boards()}
+SEEN = {board.name: 0.55 if board.axes == 1 else 0.4 for board in boards.all_boards()}
 
 
 class Driven(Bench):

@@ -131,6 +131,8 @@ def with_value(words, command, param, value):
         above = click.Context(command, parent=above, info_name=group)
     context = command.make_context(name, line[len(groups) + 1 :], parent=above)
     old = context.params[param.name]
+    if old == ():
+        return [*line, value]
     old = old[0] if isinstance(old, tuple) else old
     if str(old) in line:
         return [value if word == str(old) else word for word in line]
