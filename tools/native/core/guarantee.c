@@ -89,10 +89,10 @@ static double steps_until(double speed, double from, double half)
     return (speed * speed - from * from) / (4.0 * half);
 }
 
-// Steps of k0..k1 that are slower than `speed`.
-static double slower(double speed, double from, double half, double k0, double k1)
+// Steps of k0..k1 that are slower than `limit`.
+static double slower(double limit, double from, double half, double k0, double k1)
 {
-    double k = steps_until(speed, from, half);
+    double k = steps_until(limit, from, half);
 
     if (half > 0.0) {
         return fmax(0.0, fmin(k, k1) - k0);
@@ -380,7 +380,7 @@ static void cost_piece(const struct replay *r, const struct axis *a, struct job 
                   (a->turned ? c->turned_px : 0.0) + c->pump * waits;
     job->cycles += train > 0.0 ? c->train_step * a->steps : c->piece_step * a->steps;
     job->units = 42.0 + 6.0 * waits;
-    job->part.account = c->account_piece_px + entry_cost(r, a) * (job->part.entries);
+    job->part.account = c->account_piece_px + entry_cost(r, a) * job->part.entries;
     if (train > 0.0) {
         job->part.account += c->account_train_px + c->account_train_step * a->steps;
     }
@@ -578,7 +578,7 @@ static void take_edges(struct replay *r)
     if (waiting > most) {
         lose(r, &r->axis[0], (waiting - most) * r->edge_ticks);
     }
-    for (; waiting > 0.5; waiting -= 1.0) {
+    for (uint32_t left = waiting > 0.0 ? (uint32_t)waiting : 0; left != 0; left--) {
         r->edges += 1.0;
         spend(r, cycles);
     }
