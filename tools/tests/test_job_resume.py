@@ -208,3 +208,24 @@ def test_ctrl_c_stops_motors_on_their_way_to_the_start(folder):
             runbench.run(folder, link, to_start=True)
         assert 500 < link.simulator.count(0, 0) - made < 4000
     assert not events(folder, "chain")
+
+
+def test_what_is_of_the_run_itself_is_neither_guessed_nor_replaced(folder, invoke, monkeypatch):
+    with runbench.bus() as link:
+        runbench.run(folder, link)
+    run = folder / "a.pxrun"
+    kept = (run / "log.jsonl").read_bytes()
+    done = invoke("job", "report", run, "-o", run / "log.jsonl", "--force", status=2)
+    assert "is of the run itself" in done.stderr and (run / "log.jsonl").read_bytes() == kept
+    (run / "log.jsonl").write_text("")
+    for words in (("job", "resume"), ("job", "status"), ("job", "report")):
+        assert "tells of no run that has begun" in invoke(*words, run, status=3).stderr
+    (run / "log.jsonl").write_bytes(kept)
+    monkeypatch.chdir(folder)
+    machine = (folder / "machine.toml").read_bytes()
+    words = ("--image-size", "9x2", "--scan", "M39=400", "-o", "machine.toml", "--force")
+    assert "is the input" in invoke("job", "make", *words, status=2).stderr
+    assert (folder / "machine.toml").read_bytes() == machine
+    invoke("job", "make", *words[:-3], "-o", "b.pxjob")
+    (run / "job.pxjob").write_bytes((folder / "b.pxjob").read_bytes())
+    assert "is not the job" in invoke("job", "resume", run, status=3).stderr

@@ -18,9 +18,9 @@ import shutil
 import stat
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pixstep.errors import AskedText, UserError
@@ -144,6 +144,17 @@ def rules(new: WriteRules) -> Iterator[None]:
         yield
     finally:
         _rules.reset(token)
+
+
+@contextlib.contextmanager
+def inputs(more: Iterable[Path]) -> Iterator[None]:
+    """Hold the block to the rules in force, with more inputs; without rules nothing is held."""
+    found = _rules.get()
+    if found is None:
+        yield
+        return
+    with rules(replace(found, inputs=(*found.inputs, *more))):
+        yield
 
 
 def forced() -> bool:

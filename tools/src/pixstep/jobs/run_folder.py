@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pixstep import atomic
-from pixstep.errors import UserError
-from pixstep.jobs import run_log
-from pixstep.jobs.history import History
+from pixstep.errors import RefusedError, UserError
+from pixstep.jobs import parts, run_log
+from pixstep.jobs.history import BEGIN, History
 from pixstep.jobs.job import Job
 from pixstep.jobs.run_log import Event, RunLog
 
@@ -58,6 +58,26 @@ class RunFolder:
     def log_path(self) -> Path:
         """The log."""
         return self.path / run_log.NAME
+
+    def require_job(self, job: Job) -> None:
+        """Raise RefusedError unless the log says that this job was begun."""
+        begun = [event.get("job") for event in self.events() if event.get("event") == BEGIN]
+        if not begun:
+            raise RefusedError(
+                f"{self.log_path}: tells of no run that has begun: if it is lost, nobody knows what "
+                f"is printed; to print anew, run the job into another folder"
+            )
+        if job.header.id not in begun:
+            raise RefusedError(f"{self.job_path}: is not the job that this run has begun with")
+
+    def require_outside(self, output: Path) -> None:
+        """Raise UserError for an output that would replace what the run itself has written."""
+        kept, place = self.path.resolve(), output.resolve()
+        if (
+            place in (kept / run_log.NAME, kept / _JOB, kept / _PAUSE)
+            or place.parent == kept / parts.FOLDER
+        ):
+            raise UserError(f"{output}: is of the run itself: name another file")
 
     def log(self) -> RunLog:
         """Open the log to write."""

@@ -136,8 +136,13 @@ def _paths(request: Request) -> list[tuple[Field, Path]]:
     ]
 
 
-def _several(value: object) -> tuple[object, ...]:
-    return value if isinstance(value, tuple) else (value,)
+def _several(value: object) -> Iterator[object]:
+    """Yield a value, or all that are in it: files may stand in pairs with names."""
+    if isinstance(value, tuple):
+        for one in value:
+            yield from _several(one)
+    else:
+        yield value
 
 
 def rules(request: Request, *, force: bool) -> atomic.WriteRules:
@@ -169,8 +174,12 @@ def perform(
 
 def finish(request: Request, desk: Desk) -> Result:
     """Run a request that is whole; every front end does it here."""
+    machine = desk.facts.found
+    inputs = [path for field, path in _paths(request) if not field.writes]
+    inputs += [machine.path] if machine is not None and request.needs_machine else []
     try:
-        return request.run(desk)
+        with atomic.inputs(inputs):
+            return request.run(desk)
     except TooLittleError as error:
         raise _advised(error, request, desk) from None
 

@@ -40,4 +40,6 @@ def opened(path: Path) -> tuple[RunFolder, Job]:
     from pixstep.jobs.run_folder import RunFolder
 
     folder = RunFolder.of(path)
-    return folder, Job.read(folder.job_path)
+    job = Job.read(folder.job_path)
+    folder.require_job(job)
+    return folder, job

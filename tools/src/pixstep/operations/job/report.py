@@ -72,6 +72,7 @@ class JobReport(Request):
 def write(run: Path, output: Path, measured: Path | None = None) -> ReportedJob:
     """Write the report of a run into a file."""
     folder, job = opened(run)
+    folder.require_outside(output)
     from pixstep.jobs.report import page, pixels
     from pixstep.jobs.report.story import Story
 
