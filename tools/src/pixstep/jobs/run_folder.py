@@ -64,8 +64,8 @@ class RunFolder:
         begun = [event.get("job") for event in self.events() if event.get("event") == BEGIN]
         if not begun:
             raise RefusedError(
-                f"{self.log_path}: tells of no run that has begun: if it is lost, nobody knows what "
-                f"is printed; to print anew, run the job into another folder"
+                f"{self.log_path}: tells of no run that has begun: if it is lost, nobody knows "
+                f"what is printed; to print anew, run the job into another folder"
             )
         if job.header.id not in begun:
             raise RefusedError(f"{self.job_path}: is not the job that this run has begun with")
