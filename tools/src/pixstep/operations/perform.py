@@ -174,9 +174,10 @@ def perform(
 
 def finish(request: Request, desk: Desk) -> Result:
     """Run a request that is whole; every front end does it here."""
-    machine = desk.facts.found
+    # To look for a machine file says that it was used.
+    machine = desk.facts.found if request.needs_machine else None
     inputs = [path for field, path in _paths(request) if not field.writes]
-    inputs += [machine.path] if machine is not None and request.needs_machine else []
+    inputs += [machine.path] if machine is not None else []
     try:
         with atomic.inputs(inputs):
             return request.run(desk)
