@@ -175,7 +175,8 @@ def perform(
 def finish(request: Request, desk: Desk) -> Result:
     """Run a request that is whole; every front end does it here."""
     # To look for a machine file says that it was used.
-    machine = desk.facts.found if request.needs_machine else None
+    writes = request.needs_machine and bool(outputs(request))
+    machine = desk.facts.found if writes else None
     inputs = [path for field, path in _paths(request) if not field.writes]
     inputs += [machine.path] if machine is not None else []
     try:
