@@ -12,6 +12,7 @@ import click
 import pytest
 from click.testing import CliRunner
 
+import reportbench
 from command_tree import own_commands
 from console import PORT
 from fake_board import FakeBoard, FakeLine, FakeWorld
@@ -24,7 +25,6 @@ from pixstep.cli.examples import EXAMPLES
 from pixstep.cli.main import main
 from pixstep.errors import MISUSE, REFUSED
 from pixstep.jobs.job import Job
-from pixstep.jobs.run_folder import RunFolder
 
 DATA = natives.root() / "tools/data"
 MACHINE = """\
@@ -161,8 +161,7 @@ def folder(tmp_path_factory):
     (made / "machine.toml").write_text(MACHINE)
     motors = {"scan": "X=200", "step": "Y=40", "machine": made / "machine.toml"}
     ops.job_make(image_size="9x2", output=made / "print.pxjob", **motors)
-    run = RunFolder.begin(made / "print.pxrun", Job.read(made / "print.pxjob"))
-    run.log().close()
+    reportbench.MadeUp(made / "print.pxrun", Job.read(made / "print.pxjob")).print(1)
     (made / "broken.toml").write_text(MACHINE.replace("mega", "mgea"))
     return made
 
