@@ -145,10 +145,13 @@ def _several(value: object) -> Iterator[object]:
         yield value
 
 
-def rules(request: Request, *, force: bool) -> atomic.WriteRules:
-    """Return what the request may replace: existing files only with `force`, its inputs never."""
-    inputs = tuple(path for field, path in _paths(request) if not field.writes)
-    return atomic.WriteRules(force, inputs)
+def _inputs(request: Request, desk: Desk) -> list[Path]:
+    """Return the files that the request reads, which it never replaces."""
+    # To look for a machine file says that it was used.
+    writes = request.needs_machine and bool(outputs(request))
+    machine = desk.facts.found if writes else None
+    named = [path for field, path in _paths(request) if not field.writes]
+    return named if machine is None else [*named, machine.path]
 
 
 def perform(
@@ -167,20 +170,15 @@ def perform(
     desk = make_desk(facts, {})
     request.prepare(facts, desk.say)
     made, desk.sources = resolve(request, given, facts)
-    with atomic.rules(rules(made, force=caller.force)):
-        refuse_outputs((field.name, path) for field, path in outputs(made))
+    with atomic.rules(atomic.WriteRules(caller.force)):
         return finish(made, desk)
 
 
 def finish(request: Request, desk: Desk) -> Result:
     """Run a request that is whole; every front end does it here."""
-    # To look for a machine file says that it was used.
-    writes = request.needs_machine and bool(outputs(request))
-    machine = desk.facts.found if writes else None
-    inputs = [path for field, path in _paths(request) if not field.writes]
-    inputs += [machine.path] if machine is not None else []
     try:
-        with atomic.inputs(inputs):
+        with atomic.inputs(_inputs(request, desk)):
+            refuse_outputs((field.name, path) for field, path in outputs(request))
             return request.run(desk)
     except TooLittleError as error:
         raise _advised(error, request, desk) from None
