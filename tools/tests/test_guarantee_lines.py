@@ -92,6 +92,13 @@ def test_limits_and_line_check_agree(pixstep, tmp_path):
         assert (guarantee.NAME in run) == (status == 3)
 
 
+def test_of_pixels_of_several_edges_nothing_is_promised(pixstep):
+    words = ("limits", "--board", "mega", "--clock-hz", "400", "--divider", "4")
+    assert json.loads(pixstep(*words, "--json"))["guaranteed"] == []
+    text = pixstep(*words)
+    assert "Guaranteed: nothing" in text and "seen at 30 Hz" in text
+
+
 def test_beyond_says_so(pixstep, tmp_path):
     file = written(tmp_path / "a.csv", ramps(14))
     words = ("--decode", "smooth", "--backlash", "7", "--board", "mega", "--pixel-hz", "2500")

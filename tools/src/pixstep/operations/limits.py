@@ -144,7 +144,8 @@ class ShowLimits(OfClock):
         able = capability.of(self.board, hz, self.driver_us, self.axes, clock)
         shortest = _shortest(desk, able, self)
         low, high = able.clock_range_hz
-        guaranteed = _guaranteed(able, guarantee.world(self.board, hz, clock, self.baud))
+        world = guarantee.world(self.board, hz, clock, self.baud)
+        guaranteed = _guaranteed(able, world) if guarantee.is_known(world) else []
         data: BoardLimits = {
             "board": able.board.name,
             "axes": able.axes,
@@ -300,17 +301,24 @@ def _rates(
     clocks = sorted({row.pixel_hz for row in measured})
     seen = [f"seen at {hz} Hz" for hz in clocks]
     table = new_table("guaranteed", "steps/px", "steps/s", "bound by", *seen)
-    for row in guaranteed:
-        found = {one.pixel_hz: one.steps_s for one in measured if one.motion == row["motion"]}
-        table.add_row(
-            row["motion"], str(row["max_speed_steps_px"]), str(row["max_rate_steps_s"]),
-            row["bound_by"], *(str(found.get(hz, "-")) for hz in clocks),
+    known = {row["motion"]: row for row in guaranteed}
+    for motion in guarantee.MOTIONS:
+        found = {one.pixel_hz: one.steps_s for one in measured if one.motion == motion}
+        row = known.get(motion)
+        figures = ("-",) * 3 if row is None else (
+            str(row["max_speed_steps_px"]), str(row["max_rate_steps_s"]), row["bound_by"],
         )  # fmt: skip
+        table.add_row(motion, *figures, *(str(found.get(hz, "-")) for hz in clocks))
     page.print(table)
+    of_clock = (
+        f"{able.axes} {'axes' if able.axes > 1 else 'axis'} at once at this clock, whatever a host "
+        "asks meanwhile; `pixstep line check` asks it of lines."
+        if guaranteed
+        else "nothing, where a pixel is several edges of the clock."
+    )
     page.print(
-        f"Guaranteed: {able.axes} {'axes' if able.axes > 1 else 'axis'} at once at this clock, "
-        "whatever a host asks meanwhile; `pixstep line check` asks it of lines. Seen: the highest "
-        "rates measured, every edge right (docs/TIMING.md).",
+        f"Guaranteed: {of_clock} Seen: the highest rates measured, every edge right "
+        "(docs/TIMING.md).",
         soft_wrap=True,
     )
 
