@@ -32,8 +32,8 @@ uint16_t report_word(uint16_t address);
 
 // The first of `count` (1..125) input registers from `address` on, big-endian: up to the last one
 // of the board's first registers, of those in front of an axis's position, of the axis, or of the
-// board's others. Returns their number. An interlude comes before a position and before the first
-// axis. A board of several axes only: quicker than one by one.
+// board's others. Returns their number. An interlude comes before a position, before each axis and
+// before those others. A board of several axes only: quicker than one by one.
 uint8_t report_words(uint16_t address, uint8_t count, uint8_t *to);
 
 // Input register `status`: REPORT_* bits.

@@ -26,9 +26,8 @@ class Gaps:
     gated: bool
     looks: int = 0
     _most_px: int = 0
-    _zero: tuple[int, int] | None = (
-        None  # the first line that is known to have begun, its line zero
-    )
+    # The first line that is known to have begun, and the edge of its line zero.
+    _zero: tuple[int, int] | None = None
     _zeros: dict[int, int] = field(default_factory=dict)  # on a gated clock, by line
 
     @property
