@@ -3,7 +3,6 @@
 
 import math
 import random
-from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
@@ -136,18 +135,6 @@ def world_of(board: str, hz: int, sync: str, baud: int) -> guarantee.World:
     return guarantee.World(board, Fraction(hz), 2 if sync == LOCK else 1, baud=baud)
 
 
-def highest(most: int, fits: Callable[[int], bool]) -> int:
-    """Return the highest count up to `most` that fits, by bisection; 0: none."""
-    low, high = 0, most
-    while high - low > 1 + low // 50:
-        middle = (low + high) // 2
-        if fits(middle):
-            low = middle
-        else:
-            high = middle
-    return low
-
-
 def random_set(seed: str, board: str | None = None) -> Set:
     """Return the set of a seed."""
     some = random.Random(seed)
@@ -177,7 +164,7 @@ def random_set(seed: str, board: str | None = None) -> Set:
     def fits(steps: int) -> bool:
         return guarantee.first_late(list(shape.lines(steps, hz, board).values()), world) is None
 
-    limit = highest(most, fits)
+    limit = guarantee.highest(most, fits)
     loaded = some.random() < 0.4 and not (shape.streamed and kind in _OWN)
     top = min(most, limit * BEYOND) if limit else most * 0.5
     steps = max(1, min(most, round(some.uniform(*SHARE) * top)))
