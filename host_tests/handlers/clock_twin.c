@@ -62,7 +62,8 @@ static void change(void)
         bench_put((uint16_t)(timer.engine + STATE), PARKED);
     }
     bench_put(overflows, bench_margin());
-    bench_put(GPIOR0, bench_get(GPIOR0) ^ (bench_noise() & bench_noise() & ~(1U << BUSY)));
+    bench_put(GPIOR0,
+              (uint8_t)(bench_get(GPIOR0) ^ (bench_noise() & bench_noise() & 0xFEU))); // not BUSY
 }
 
 static void prepare(void)
@@ -155,9 +156,9 @@ static uint16_t clock_units(void)
     wrapped |= twin_has(GPIOR0, COUNTING);
     uint8_t high = twin_reads(overflows);
     twin_opens();
-    high += wrapped && low < 0x80U;
+    high = (uint8_t)(high + (wrapped && low < 0x80U));
     if (twin_has(GPIOR0, WRAPPED)) {
-        high -= low < *queued(FIRST_UNIT);
+        high = (uint8_t)(high - (low < *queued(FIRST_UNIT)));
         low = *queued(FIRST_UNIT);
     }
     return (uint16_t)(high << 8 | low);
@@ -184,13 +185,13 @@ static void begin(void)
 
 static uint8_t periods_back(uint16_t ticks)
 {
-    uint8_t back = 1;
+    unsigned back = 1;
 
     if (twin_has(GPIOR0, WRAPPED)) {
-        back += twin_has(GPIOR0, WRAPPED_TWICE);
-        back += ticks >= WAIT_MAX_TICKS;
+        back += twin_has(GPIOR0, WRAPPED_TWICE) ? 1U : 0U;
+        back += ticks >= WAIT_MAX_TICKS ? 1U : 0U;
     }
-    return back;
+    return (uint8_t)back;
 }
 
 // Of a seek: this very moment, in m.
@@ -215,7 +216,9 @@ static uint8_t left_or_cut(uint8_t *notes)
 
     if (left == 0 && engine_reads(TAIL) == *queued(FIRST_TAIL)) {
         left = engine_reads(CUT);
-        *notes |= left != 0 ? NOTE_CUT : 0;
+        if (left != 0) {
+            *notes |= NOTE_CUT;
+        }
     }
     return left;
 }
@@ -248,7 +251,9 @@ static void take_edge(void)
     uint8_t head = *queued(QUEUE_HEAD);
 
     if ((uint8_t)(*queued(QUEUE_TAIL) - head) == (uint8_t)-EDGES) {
-        *queued(QUEUE_LOST) += *queued(QUEUE_LOST) != 0xFFU;
+        if (*queued(QUEUE_LOST) != 0xFFU) {
+            *queued(QUEUE_LOST) += 1U;
+        }
         return;
     }
     twin_closes();

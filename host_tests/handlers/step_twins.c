@@ -143,7 +143,7 @@ static void train_period(uint8_t left)
     }
     uint16_t after = twin_word((uint16_t)(sum_at + (is_long ? AFTER_LONG : AFTER_SHORT)));
     twin_put_word(sum_at, (uint16_t)(twin_word(sum_at) + after));
-    left += second ? 1U : 0xFFU;
+    left = (uint8_t)(left + (second ? 1U : 0xFFU));
     *engine(LEFT) = left;
     if (left == 0 && entry(HIGH_OFFSET) == HIGH_TRAIN) {
         take_train();
