@@ -51,12 +51,14 @@ static int32_t any_position(void)
     return (int32_t)chance_between(0, 0x3FFFFFFF) - 0x20000000;
 }
 
+#if FEATURE_CLOCK_STATISTICS
 // Near the small limits or near the large ones.
 static int32_t any_error(void)
 {
     return once_in(2) ? (int32_t)chance_between(0, 8)
                       : (int32_t)chance_between(0, 9000) - 4500;
 }
+#endif
 
 static void begin_ledger(void)
 {

@@ -18,7 +18,8 @@
 
 #include "twins/even_pixel_twin.inc" // twin_even_pixels_write, twin_train_pixel_singles
 
-#define QUEUE_BYTES 64u
+#define QUEUE_BYTES 512u
+#define CHOSEN      64u // of these; the others are the same again
 #define SCENES      500u
 #define CALLS       4u // in each of them
 #define SHIFT_STEP  (sizeof(void *) > 2u ? 16u : 1u)
@@ -95,8 +96,11 @@ static void fill_queue(struct segment_queue *queue, uint8_t *bytes)
         queue->out.last = (int16_t)-queue->out.last;
     }
     queue->head = (uint16_t)(queue->out.at + small(20));
+    if (once_in(6)) { // the same low byte
+        queue->head = (uint16_t)(queue->out.at + 256u);
+    }
     queue->last = (int16_t)chance();
-    for (uint8_t i = 0; i < QUEUE_BYTES; i++) {
+    for (uint8_t i = 0; i < CHOSEN; i++) {
         switch (small(7)) {
         case 0:
             bytes[i] = (uint8_t)chance();
@@ -112,6 +116,9 @@ static void fill_queue(struct segment_queue *queue, uint8_t *bytes)
             bytes[i] = (uint8_t)(SEGMENT_NEAR_ZERO - 8u + small(16));
             break;
         }
+    }
+    for (uint16_t i = CHOSEN; i < QUEUE_BYTES; i += CHOSEN) {
+        memcpy(&bytes[i], bytes, CHOSEN);
     }
 }
 
