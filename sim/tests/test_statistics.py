@@ -128,5 +128,28 @@ class Names(unittest.TestCase):
         self.check("mega")
 
 
+class LateMasks(unittest.TestCase):
+    """images/late_masks.c: flags wait for their masks, and then for the end of one instruction.
+
+    Not of timers 0 and 2, which are libsimavr's own, nor of TXC, whose wait begins with its flag.
+    """
+
+    def check(self, board):
+        with Session(image(board, "late_masks")) as sim:
+            sim.run(400_000)
+            self.assertEqual(sim.results(1), [0x600D])
+            stats = statistics(sim)
+        waited = {one["name"]: (one["count"], one["latency_max"]) for one in stats["handlers"]}
+        self.assertEqual(waited.pop("USART0_TX")[0], 1)
+        names = ("INT0", "INT1", "TIMER1_COMPA", "TIMER1_COMPB", "TIMER1_OVF", "WDT")
+        self.assertEqual(waited, dict.fromkeys(names, (1, 0)))
+
+    def test_uno(self):
+        self.check("uno")
+
+    def test_mega(self):
+        self.check("mega")
+
+
 if __name__ == "__main__":
     unittest.main()
