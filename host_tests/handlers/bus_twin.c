@@ -44,8 +44,9 @@ static void prepare(void)
         put_word((uint16_t)(place + member), (uint16_t)(somewhere() + shift));
     }
     if ((bench_noise() & 1U) != 0) { // no silence yet
-        put_word(place + FIRST_SILENCE,
-                 (uint16_t)(bench_get(place + FIRST) | bench_get(place + FIRST + 1U) << 8));
+        put_word(
+            place + FIRST_SILENCE,
+            (uint16_t)(bench_get(place + FIRST) | bench_get(place + FIRST + 1U) << 8));
     }
     if ((bench_noise() & 3U) == 0) { // full, but perhaps for 256 bytes
         put_word(place + END,
@@ -118,11 +119,13 @@ void run_bus_handlers(unsigned runs)
 {
     static const struct shared_memory nothing[] = {{0, 0}};
     static struct made_up functions[2];
-    struct handler handler = {.shared = nothing, .made_up = functions, .prepare = prepare};
+    struct handler handler = {
+        .shared = nothing, .made_up = functions, .prepare = prepare};
 
     place = bench_variable("uart_place");
-    sent = (struct made_up){
-        .function = bench_function("__vector_sent"), .interrupts_on = true, .is_signal = true};
+    sent = (struct made_up){.function = bench_function("__vector_sent"),
+                            .interrupts_on = true,
+                            .is_signal = true};
     functions[0] = sent;
     handler.name = "receive";
     handler.vector = VECTOR_RECEIVE;

@@ -13,17 +13,17 @@
 #define TO_CAPTURE    2U // ACIC of ACSR
 
 // struct capture_queue
-#define QUEUE_HEAD      0U
-#define QUEUE_TAIL      1U
-#define QUEUE_LOST      2U
-#define FIRST_LEFT      3U
-#define FIRST_TAIL      4U
-#define FIRST_IDLE_LOW  5U
-#define FIRST_COUNTER   6U
-#define FIRST_UNIT      8U
-#define QUEUE_ENTRIES   (BOARD_AXES > 1 ? 9U : 6U)
-#define EDGES           8U
-#define EDGE_BYTES      (BOARD_AXES > 1 ? 7U : 6U)
+#define QUEUE_HEAD     0U
+#define QUEUE_TAIL     1U
+#define QUEUE_LOST     2U
+#define FIRST_LEFT     3U
+#define FIRST_TAIL     4U
+#define FIRST_IDLE_LOW 5U
+#define FIRST_COUNTER  6U
+#define FIRST_UNIT     8U
+#define QUEUE_ENTRIES  (BOARD_AXES > 1 ? 9U : 6U)
+#define EDGES          8U
+#define EDGE_BYTES     (BOARD_AXES > 1 ? 7U : 6U)
 // struct captured_edge
 #define EDGE_TICKS      0U
 #define EDGE_TAIL       2U
@@ -39,11 +39,20 @@
 static struct board_timer timer;
 static uint16_t queue, overflows;
 
+// A quarter of all bits.
+static uint8_t few_bits(void)
+{
+    uint8_t bits = bench_noise();
+
+    return bits & bench_noise();
+}
+
 // What the hardware and the step interrupts change.
 static void change(void)
 {
     static const uint8_t counts[] = {0, 1, 20, 21, 22, 23, 0x7F, 0x80, 0xFF};
-    static const uint8_t registers[] = {TIMER_TCNT, TIMER_TCNT + 1U, TIMER_ICR, TIMER_ICR + 1U};
+    static const uint8_t registers[] = {
+        TIMER_TCNT, TIMER_TCNT + 1U, TIMER_ICR, TIMER_ICR + 1U};
 
     for (unsigned i = 0; i < sizeof registers; i++) {
         bench_put((uint16_t)(timer.base + registers[i]),
@@ -63,7 +72,7 @@ static void change(void)
     }
     bench_put(overflows, bench_margin());
     bench_put(GPIOR0,
-              (uint8_t)(bench_get(GPIOR0) ^ (bench_noise() & bench_noise() & 0xFEU))); // not BUSY
+              (uint8_t)(bench_get(GPIOR0) ^ (few_bits() & 0xFEU))); // not BUSY
 }
 
 static void prepare(void)
@@ -71,10 +80,11 @@ static void prepare(void)
     change();
     bench_put((uint16_t)(queue + QUEUE_LOST), bench_margin());
     if ((bench_noise() & 3U) != 0) { // some room
-        bench_put((uint16_t)(queue + QUEUE_TAIL),
-                  (uint8_t)(bench_get((uint16_t)(queue + QUEUE_HEAD)) - bench_noise() % 9U));
+        bench_put(
+            (uint16_t)(queue + QUEUE_TAIL),
+            (uint8_t)(bench_get((uint16_t)(queue + QUEUE_HEAD)) - bench_noise() % 9U));
     }
-    bench_put(GPIOR0, bench_noise() & bench_noise());
+    bench_put(GPIOR0, few_bits());
     if ((bench_noise() & 7U) != 0) {
         bench_put(GPIOR0, bench_get(GPIOR0) & 0xFEU);
     }
@@ -231,7 +241,8 @@ static void queue_edge(uint16_t entry, uint16_t ticks, uint16_t idle_now)
     *twin_own((uint16_t)(entry + EDGE_TAIL)) = *queued(FIRST_TAIL);
     *twin_own((uint16_t)(entry + EDGE_LEFT)) = left_or_cut(&notes);
 #if BOARD_AXES > 1
-    uint8_t high = (uint8_t)((idle_now >> 8) - ((idle_now & 0xFFU) < *queued(FIRST_IDLE_LOW)));
+    uint8_t high =
+        (uint8_t)((idle_now >> 8) - ((idle_now & 0xFFU) < *queued(FIRST_IDLE_LOW)));
     uint16_t idle = (uint16_t)(high << 8 | *queued(FIRST_IDLE_LOW));
     if (engine_reads(STATE) == PARKED) {
         idle = clock_units();
@@ -257,7 +268,9 @@ static void take_edge(void)
         return;
     }
     twin_closes();
-    uint16_t ticks = timer_reads(TIMER_ICR), idle_now = 0;
+    uint16_t ticks = timer_reads(TIMER_ICR);
+    uint16_t idle_now = 0;
+
     restore_temp();
     if (BOARD_AXES > 1) {
         idle_now = engine_reads(IDLE_COUNT);
@@ -275,7 +288,8 @@ static void take_edge(void)
         ticks = count_now();
 #endif
     }
-    queue_edge((uint16_t)(queue + QUEUE_ENTRIES + head % EDGES * EDGE_BYTES), ticks, idle_now);
+    queue_edge(
+        (uint16_t)(queue + QUEUE_ENTRIES + head % EDGES * EDGE_BYTES), ticks, idle_now);
 }
 
 static void capture(void)

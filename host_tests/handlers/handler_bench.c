@@ -13,15 +13,15 @@
 #include "skips.h"
 #include "symbols.h"
 
-#define VECTOR_BYTES  4U // a jmp each
-#define RETURN_AT     0U // the interrupted program: where it is does not matter
-#define ACCESSES      4000U
-#define STACK_BYTES   64U // below the stack pointer, that a handler may use
-#define ABOVE_STACK   24U
-#define REGISTERS     32U
-#define STEP_FIRST    2U // r2 to r6 belong to the step interrupts
-#define STEP_LAST     6U
-#define CHANGES_MOST  64U
+#define VECTOR_BYTES 4U // a jmp each
+#define RETURN_AT    0U // the interrupted program: where it is does not matter
+#define ACCESSES     4000U
+#define STACK_BYTES  64U // below the stack pointer, that a handler may use
+#define ABOVE_STACK  24U
+#define REGISTERS    32U
+#define STEP_FIRST   2U // r2 to r6 belong to the step interrupts
+#define STEP_LAST    6U
+#define CHANGES_MOST 64U
 
 enum kind { READS, WRITES, SETS, CLEARS, OPENS, CLOSES, CALLS };
 
@@ -56,9 +56,8 @@ __attribute__((format(printf, 1, 2), noreturn)) static void fail(const char *for
 {
     va_list arguments;
 
-    (void)printf("%s, run %u: ",
-                 bench.handler != NULL ? bench.handler->name : "image",
-                 bench.run);
+    (void)printf(
+        "%s, run %u: ", bench.handler != NULL ? bench.handler->name : "image", bench.run);
     va_start(arguments, format);
     (void)vprintf(format, arguments);
     va_end(arguments);
@@ -182,7 +181,8 @@ static bool is_shared(uint16_t address)
         return address >= REGISTERS && address != R_SREG && address != R_SPL &&
                address != R_SPH;
     }
-    for (const struct shared_memory *one = bench.handler->shared; one->bytes != 0; one++) {
+    for (const struct shared_memory *one = bench.handler->shared; one->bytes != 0;
+         one++) {
         if (address >= one->first && address - one->first < one->bytes) {
             return true;
         }
@@ -261,7 +261,8 @@ static void make_up(const struct made_up *function)
     uint32_t pc = 0;
 
     note(CALLS, 0, avr->sreg[S_I]);
-    if (avr->sreg[S_I] != function->interrupts_on || (!function->is_signal && avr->data[1])) {
+    if (avr->sreg[S_I] != function->interrupts_on ||
+        (!function->is_signal && avr->data[1])) {
         fail("a function is called with I %u, r1 %u", avr->sreg[S_I], avr->data[1]);
     }
     bench.is_making_up = true;
@@ -315,8 +316,13 @@ static void step(void)
 
 // ---- the twin's side ----
 
-static const char *const kinds[] = {
-    "read of", "write to", "set bit of", "clear bit of", "interrupts on", "interrupts off", "call"};
+static const char *const kinds[] = {"read of",
+                                    "write to",
+                                    "set bit of",
+                                    "clear bit of",
+                                    "interrupts on",
+                                    "interrupts off",
+                                    "call"};
 
 static const struct access *expect(enum kind kind, uint16_t address)
 {
@@ -445,7 +451,10 @@ static void compare_registers(uint16_t sp, const uint8_t *sreg)
         }
     }
     if (stack_pointer() != sp || !avr->sreg[S_I]) {
-        fail("the stack pointer is %04X, was %04X; I %u", stack_pointer(), sp, avr->sreg[S_I]);
+        fail("the stack pointer is %04X, was %04X; I %u",
+             stack_pointer(),
+             sp,
+             avr->sreg[S_I]);
     }
 }
 

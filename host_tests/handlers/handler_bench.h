@@ -44,10 +44,11 @@ struct made_up {
 struct handler {
     const char *name;
     uint8_t vector;
-    const struct shared_memory *shared; // beside the hardware's registers; up to one of 0 bytes
-    const struct made_up *made_up;      // up to one of function 0
-    void (*prepare)(void);              // puts what should not be quite random
-    void (*interrupt)(void);            // what interrupts may do, with what bench_put() changes
+    const struct shared_memory
+        *shared; // beside the hardware's registers; up to one of 0 bytes
+    const struct made_up *made_up; // up to one of function 0
+    void (*prepare)(void);         // puts what should not be quite random
+    void (*interrupt)(void); // what interrupts may do, with what bench_put() changes
     void (*twin)(void);
 };
 

@@ -93,7 +93,8 @@ static void prepare_ring(void)
     if ((bench_noise() & 3U) == 0) {
         bench_put((uint16_t)(timer.engine + LEFT), 0);
     }
-    bench_put(timer.flags, (uint8_t)(bench_noise() & ((bench_noise() & 3U) == 0 ? 0xFFU : 0xFEU)));
+    bench_put(timer.flags,
+              (uint8_t)(bench_noise() & ((bench_noise() & 3U) == 0 ? 0xFFU : 0xFEU)));
 }
 
 static uint8_t entry(uint16_t offset)
@@ -116,7 +117,7 @@ static void give_way(void)
 {
     uint8_t mask = twin_reads(timer.mask);
 
-    mask &= (uint8_t) ~(1U << OVERFLOW);
+    mask &= (uint8_t)~(1U << OVERFLOW);
     twin_writes(timer.mask, mask | 1U << COMPARE_A);
 }
 
@@ -137,7 +138,8 @@ static void train_period(uint8_t left)
     uint16_t sum_at = (uint16_t)(timer.engine + train);
     bool is_long = twin_word(sum_at) < 0x8000U;
 
-    twin_writes(at(TIMER_OCRA), *engine((uint16_t)(train + (is_long ? LONG_LOW : SHORT_LOW))));
+    twin_writes(at(TIMER_OCRA),
+                *engine((uint16_t)(train + (is_long ? LONG_LOW : SHORT_LOW))));
     if (is_late()) {
         return;
     }

@@ -191,7 +191,8 @@ static void bits_of_the_second_byte_are_coils_too(void)
     TEST_ASSERT_EQUAL(MODBUS_OK, write(DRIVER, BITS_COILS, 0x0Fu));
     TEST_ASSERT_EQUAL(false, coil(PERMIT));
     TEST_ASSERT_EQUAL(true, coil(DRIVER + 3u));
-    TEST_ASSERT_EQUAL(MODBUS_OK, write(DRIVER + 1u, BITS_COILS - 1u, 1u << (PERMIT - 1u)));
+    TEST_ASSERT_EQUAL(MODBUS_OK,
+                      write(DRIVER + 1u, BITS_COILS - 1u, 1u << (PERMIT - 1u)));
     TEST_ASSERT_EQUAL(true, coil(PERMIT));
     TEST_ASSERT_EQUAL(true, coil(DRIVER));
     TEST_ASSERT_EQUAL(false, coil(DRIVER + 1u));

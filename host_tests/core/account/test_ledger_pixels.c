@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The account of whole pixels is the same whether they are taken one by one or many at once, when
-// those whose records are not kept pass in a row; and whether by the assembly of a board or by the C
-// that it stands for, in all of the memory. The same of an edge's place.
+// those whose records are not kept pass in a row; and whether by the assembly of a board or by the
+// C that it stands for, in all of the memory. The same of an edge's place.
 #include <stdbool.h>
 #include <stdint.h>
 #include <string.h>
@@ -214,7 +214,8 @@ static void begin_ring(uint16_t about_ticks)
             ring.high[i] = (uint8_t)chance_between(0, STEP_HIGH_TRAIN - 1u);
         }
         if (once_in(200)) {
-            ring.low[i] = (uint8_t)chance_between(STEP_COMMAND_QUIET, STEP_COMMAND_NEGATIVE);
+            ring.low[i] =
+                (uint8_t)chance_between(STEP_COMMAND_QUIET, STEP_COMMAND_NEGATIVE);
             ring.high[i] = STEP_HIGH_COMMAND;
         }
     }
@@ -235,7 +236,8 @@ static uint32_t place(struct account *account,
 #else
     (void)quick;
 #endif
-    return ledger_advance_to_capture(&account->ledger, &account->stream, sample, back, ticks);
+    return ledger_advance_to_capture(
+        &account->ledger, &account->stream, sample, back, ticks);
 }
 
 static void begin_batches(struct stream *stream)
@@ -267,7 +269,8 @@ static void an_edge_in_a_pixel_has_its_place(void)
         struct engine_sample sample = {
             .tail = (uint8_t)(start.stream.retired + chance_between(0, 60)),
             .cut = once_in(16),
-            .idle_count = (uint16_t)(start.ledger.idle_seen + (once_in(16) ? chance() : 0)),
+            .idle_count =
+                (uint16_t)(start.ledger.idle_seen + (once_in(16) ? chance() : 0)),
         };
         uint8_t back = (uint8_t)chance_between(0, 2);
         memcpy(&at_once, &start, sizeof start);

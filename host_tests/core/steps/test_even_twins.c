@@ -150,7 +150,8 @@ static void choose_grid(struct parts *p)
     bool is_short = once_in(2);
 
     p->period.whole_ticks = some_length();
-    p->period.divisor = is_short ? chance_between(1, 0xFFFFu) : chance_between(1, 0xFFFFFFFFuL);
+    p->period.divisor =
+        is_short ? chance_between(1, 0xFFFFu) : chance_between(1, 0xFFFFFFFFuL);
     p->period.remainder = once_in(3) ? 0 : chance_between(0, p->period.divisor - 1u);
     line->edges.mode = once_in(5) ? LINE_GRID_WAITS : LINE_GRID_EXACT;
     line->edges.exact.sum = chance_between(0, p->period.divisor - 1u);
@@ -208,7 +209,8 @@ static void choose_stream(struct stream *stream)
 
 static void choose_even(struct even *even)
 {
-    even->steps = (uint16_t)(once_in(2) ? chance_between(1, 300) : chance_between(1, 32767));
+    even->steps =
+        (uint16_t)(once_in(2) ? chance_between(1, 300) : chance_between(1, 32767));
     even->base_ticks = once_in(2) ? chance_between(2, 0xFCFEu) : chance_between(250, 260);
     even->remainder = once_in(3) ? 0 : (uint16_t)chance_between(0, even->steps - 1u);
     even->sum = (uint16_t)chance_between(0, even->steps - 1u);
@@ -217,8 +219,8 @@ static void choose_even(struct even *even)
 static void choose_scene(void)
 {
     for (uint8_t i = 0; i < 2u; i++) {
-        parts[i] = (struct parts *)(void *)&places[i][small(SHIFT_MOST - 1u) / SHIFT_STEP *
-                                                     SHIFT_STEP];
+        parts[i] = (struct parts *)(void *)&places[i][small(SHIFT_MOST - 1u) /
+                                                      SHIFT_STEP * SHIFT_STEP];
         memset(places[i], 0, sizeof places[i]);
     }
     memset(&rings[0], (int)(uint8_t)chance(), sizeof rings[0]);
@@ -284,8 +286,8 @@ static void read_some(void)
 
     for (uint8_t i = 0; i < 2u; i++) {
         struct stream *stream = &parts[i]->stream;
-        stream->retired = (uint8_t)(stream->retired +
-                                    (passed < stream_used(stream) ? passed : 0u));
+        stream->retired =
+            (uint8_t)(stream->retired + (passed < stream_used(stream) ? passed : 0u));
         uint8_t most = (uint8_t)(stream->mark_placed - stream->mark_tail);
         stream->mark_tail = (uint8_t)(stream->mark_tail + (marks < most ? marks : 0u));
     }
@@ -294,12 +296,15 @@ static void read_some(void)
 static void write_pixels(void)
 {
     bool negative = once_in(3);
-    uint8_t budget = once_in(2) ? (uint8_t)chance_between(1, 20) : (uint8_t)chance_between(1, 255);
+    uint8_t budget =
+        once_in(2) ? (uint8_t)chance_between(1, 20) : (uint8_t)chance_between(1, 255);
     uint8_t from = parts[0]->stream.head;
     uint32_t before = parts[0]->stream.end_ticks;
 
-    uint8_t made = even_pixels_write(&parts[0]->line, &parts[0]->stream, negative, budget);
-    uint8_t wanted = twin_even_pixels_write(&parts[1]->line, &parts[1]->stream, negative, budget);
+    uint8_t made =
+        even_pixels_write(&parts[0]->line, &parts[0]->stream, negative, budget);
+    uint8_t wanted =
+        twin_even_pixels_write(&parts[1]->line, &parts[1]->stream, negative, budget);
     TEST_ASSERT_EQUAL_UINT8(wanted, made);
     compare();
     TEST_ASSERT_EQUAL_UINT32(parts[0]->stream.end_ticks - before,

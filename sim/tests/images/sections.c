@@ -25,7 +25,13 @@ int main(void)
 
     // Kept in registers all the time: what loads one would lie in a stay.
     __asm__ volatile(""
-                     : "+r"(s0), "+r"(s1), "+r"(s2), "+r"(s3), "+r"(s4), "+r"(s5), "+r"(back),
+                     : "+r"(s0),
+                       "+r"(s1),
+                       "+r"(s2),
+                       "+r"(s3),
+                       "+r"(s4),
+                       "+r"(s5),
+                       "+r"(back),
                        "+r"(far));
 
     OCR1A = 0xFFFF;

@@ -50,7 +50,7 @@ MORE_IMAGE_TESTS = (
 REPLAYS = {"replay server": "server", "replay board": "board"}
 # What the Python tests run beside images: the host's own programs of the firmware.
 HOST_PROGRAMS = ("python/_core.abi3.so", "bin/pixstep-native-board")
-# For assembly before these: an image's handlers beside their twins in C, of the boards that have the test.
+# For assembly before these: handlers beside their twins in C, of boards that have the test.
 TWINS = ("handlers", "catch_up")
 # And behind them: what meets the interrupts' rare ways.
 ASSEMBLY_TESTS = ("late_interrupts",)
