@@ -8,7 +8,7 @@ import time
 
 from ideal_drive import IdealDrive, Stepper
 from pixstep.ioc.saved import Saved
-from pixstep.ioc.server import Motor, Server
+from pixstep.ioc.server import MotorSpec, RecordServer
 from pixstep_trials.ca_wire import HOST, Wire
 
 FIELDS = {
@@ -71,9 +71,10 @@ class Bench:
         self.log = Noted()
         fields = fields or {}
         motors = [
-            Motor(name, FIELDS | fields.get(name, {}), drive) for name, drive in self.drives.items()
+            MotorSpec(name, FIELDS | fields.get(name, {}), drive)
+            for name, drive in self.drives.items()
         ]
-        self.server = Server(motors, prefix, Saved(state), self.log)
+        self.server = RecordServer(motors, prefix, Saved(state), self.log)
         self.wires = []
 
     def start(self):

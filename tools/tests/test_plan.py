@@ -79,7 +79,7 @@ def test_core_and_host_refuse_alike(counts, options, name):
     line = Line(tuple(counts), **options)
     found = check(line)
     assert refused(found) and name in [item.name for item in found]
-    with pytest.raises(core.LineRefusedError, match=f"line refused: {name} at pixel"):
+    with pytest.raises(core.LineRefusedByCoreError, match=f"line refused: {name} at pixel"):
         core.plan(line, Fraction(30), tick_hz=TICK_HZ)
 
 
@@ -98,7 +98,7 @@ def test_core_and_host_agree_on_random_counts(seed):
         try:
             core.plan(line, tested.pixel_hz, tick_hz=tested.tick_hz)
             core_refuses = False
-        except core.LineRefusedError as error:
+        except core.LineRefusedByCoreError as error:
             core_refuses = True
             assert host, f"{counts}: only the core refuses: {error}"
         assert host == core_refuses, f"{counts}: only the host refuses: {check(line)}"

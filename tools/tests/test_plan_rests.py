@@ -19,7 +19,7 @@ from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.line_check import check, refused
 from pixstep.lines.units import edge_tick
 from pixstep.simulation.experiment import simulate
-from pixstep.simulation.job import Job
+from pixstep.simulation.job import LineExperiment
 from pixstep.simulation.logs import read_edges
 from pixstep_trials.cases import Bounds, Case, case
 from plan_judge import judge
@@ -99,7 +99,7 @@ def test_empty_time_costs_nothing(monkeypatch):
 )
 def test_the_plan_is_what_the_board_makes(tmp_path, board, counts):
     line, hz = Line(counts, PLAIN), Fraction(2500)
-    judged = simulate(Job(board, {0: line}, hz), tmp_path)
+    judged = simulate(LineExperiment(board, {0: line}, hz), tmp_path)
     assert judged.passed, judged.summary["reasons"]
     zero = judged.summary["line_zero_cycle"]
     made = read_edges(tmp_path / "edges.csv").axis(0, 0).rising - zero

@@ -129,6 +129,9 @@ class _Noted:
         if event == "serving":
             self.tcp = facts["tcp"]
 
+    def close(self) -> None:
+        """Keep what was told."""
+
 
 @contextmanager
 def _served(motors: int, edges: Path) -> Iterator[tuple[Wire, BusDrives]]:
@@ -146,10 +149,10 @@ def _served(motors: int, edges: Path) -> Iterator[tuple[Wire, BusDrives]]:
     log = _Noted()
     with motor_drives.simulated(machine, edges) as drives:
         made = [
-            server.Motor(name, settings.fields_of(machine, motor), drives[name])
+            server.MotorSpec(name, settings.fields_of(machine, motor), drives[name])
             for name, motor in machine.motors.items()
         ]
-        found = server.Server(made, "", Saved(None), log)
+        found = server.RecordServer(made, "", Saved(None), log)
         try:
             found.start()
             wire = Wire(log.tcp)

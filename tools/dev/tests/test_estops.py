@@ -6,7 +6,7 @@ import json
 import pytest
 
 from effort import TRIED_BOARDS, cases
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.simulation.simulator import Simulator
@@ -36,7 +36,7 @@ class AtCommands(estops.Stopper):
 
     def stop_behind_a_step(self, counts, offset, outcome):
         for axis in self.axes:
-            Upload(self.board, axis, queue_entries(Line(counts, PLAIN))).push()
+            LineUpload(self.board, axis, queue_entries(Line(counts, PLAIN))).push()
         self.board.command("arm", self.axes)
         made = self.sim.count(0, 0)
         while self.sim.count(0, 0) < made + 2:

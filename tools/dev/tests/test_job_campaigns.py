@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from pixstep.jobs import resuming, rules, runner, shapes
-from pixstep.jobs.resuming import Fate, Line
+from pixstep.jobs.resuming import Fate, LineInFlight
 from pixstep.jobs.rules import Rule
 from pixstep_dev.jobs import compare, disagree, kill, late, machine_changes, power, seams
 
@@ -46,7 +46,7 @@ class TestCampaigns:
     def test_the_disagreements_find_a_resume_that_believes_one_board(self, monkeypatch):
         def believes(job, told, stations):
             found = judge(job, told, stations)
-            return resuming.Verdict([replace(one, trusted=True) for one in found.boards])
+            return resuming.ResumeVerdict([replace(one, trusted=True) for one in found.boards])
 
         judge = resuming.judge
         monkeypatch.setattr(resuming, "judge", believes)
@@ -78,7 +78,7 @@ class TestCampaigns:
 
     def test_the_kills_find_a_resume_that_guesses(self, monkeypatch):
         def guesses(job, number, found):
-            return Line(number, Fate.LEFT, "not printed")
+            return LineInFlight(number, Fate.LEFT, "not printed")
 
         monkeypatch.setattr(resuming, "_line", guesses)
         outcome = kill.run(kill.Plan(times=4, lines=4, seed=7))

@@ -8,7 +8,7 @@ import pytest
 
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation import judge
-from pixstep.simulation.job import Job, run_job
+from pixstep.simulation.job import LineExperiment, run_job
 from pixstep_dev.bench import clocks, rates
 from pixstep_dev.bench.drive import Run
 from pixstep_dev.bench.trial import attempt
@@ -86,7 +86,7 @@ def test_a_smooth_line_keeps_up_with_the_clock():
 def test_axes_keep_up_with_a_clock_that_is_off(tmp_path, board, axes, motion, hz, sync, ppm):
     case = clocks.Case(board, axes, motion, 20)
     own = {axis: case.line(hz, 2.0, axis) for axis in range(axes)}
-    job = Job(board, own, Fraction(hz), sync=sync, pixel_ppm=ppm, baud=500_000)
+    job = LineExperiment(board, own, Fraction(hz), sync=sync, pixel_ppm=ppm, baud=500_000)
     result = run_job(job, tmp_path)
     assert result.trouble == []
     assert judge.judge(result).summary["reasons"] == []
@@ -119,7 +119,7 @@ def test_slow_smooth_lines_of_a_divided_clock(tmp_path, hz, divider, sync):
         speeds.append(max(2, min(16, speeds[-1] + some.choice((-2, 0, 2)))))
     speeds += range(speeds[-1] - 2, -1, -2)
     line = lines.smooth(speeds)
-    job = Job("uno", {0: line}, Fraction(hz), divider=divider, sync=sync, baud=500_000)
+    job = LineExperiment("uno", {0: line}, Fraction(hz), divider=divider, sync=sync, baud=500_000)
     result = run_job(job, tmp_path)
     assert result.trouble == []
     assert judge.judge(result).summary["reasons"] == []

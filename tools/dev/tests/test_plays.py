@@ -6,7 +6,7 @@ import json
 import pytest
 
 from effort import TRIED_BOARDS, cases
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.lines.line import SMOOTH, Line
 from pixstep_dev.robustness.plays import campaign, motions
 from pixstep_dev.robustness.plays.load import Load, follow
@@ -56,12 +56,12 @@ def test_a_load_elsewhere_is_a_complaint(monkeypatch):
 
 @pytest.mark.usefixtures("simulator")
 def test_a_board_that_does_not_know_is_a_complaint(monkeypatch):
-    real = Board.input
+    real = Device.input
 
     def says_unknown(board, name):
         return 0xF000 if name == "status" else real(board, name)
 
-    monkeypatch.setattr(Board, "input", says_unknown)
+    monkeypatch.setattr(Device, "input", says_unknown)
     outcome = campaign.run(campaign.Plan("uno", 4))
     assert any("unknown to the board" in text for text in outcome.complaints)
 

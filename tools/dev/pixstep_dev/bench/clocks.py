@@ -13,7 +13,7 @@ from typing import Any
 from pixstep.board import boards
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.simulation import judge
-from pixstep.simulation.job import Job, run_job
+from pixstep.simulation.job import LineExperiment, run_job
 from pixstep_dev.bench.drive import Outcome, Run, drive
 from pixstep_dev.bench.figure import Column, Figure, Task, key
 from pixstep_dev.bench.search import Found, Search, holes, texts, under_load
@@ -100,7 +100,7 @@ def attempt(case: Case, hz: int, seconds: float, *, serial_load: bool = False) -
 def _streamed(case: Case, hz: int, seconds: float, serial_load: bool) -> Trial:
     """Run a line of its own on each axis, sent meanwhile by a host that reads what is done."""
     own = {axis: case.line(hz, seconds, axis) for axis in range(case.axes)}
-    job = Job(case.board, own, Fraction(hz), baud=_STREAM_BAUD, serial_load=serial_load)
+    job = LineExperiment(case.board, own, Fraction(hz), baud=_STREAM_BAUD, serial_load=serial_load)
     with tempfile.TemporaryDirectory(prefix="pixstep-") as folder:
         result = run_job(job, Path(folder))
     text = "; ".join(result.trouble)

@@ -20,7 +20,7 @@ from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError, LineRefusedByBoardError
 from pixstep.board.link import World
-from pixstep.board.upload import Upload, pause_s
+from pixstep.board.upload import LineUpload, pause_s
 from pixstep.lines.line import Line
 from pixstep.lines.units import period_ticks
 from pixstep.simulation.logs import EdgeLog, no_cycles, read_clock, read_edges
@@ -139,13 +139,13 @@ class _Records:
     def __init__(self, board: SimulatedBoard) -> None:
         self._board, self._due_s = board, 0.0
 
-    def look_if_due(self, world: World, uploads: list[Upload]) -> None:
+    def look_if_due(self, world: World, uploads: list[LineUpload]) -> None:
         """Read them if it is time for that."""
         if world.now_s() >= self._due_s:
             self._due_s = world.now_s() + RECORDS_S
             self.look(uploads)
 
-    def look(self, uploads: list[Upload], *, ended: bool = False) -> None:
+    def look(self, uploads: list[LineUpload], *, ended: bool = False) -> None:
         """Read them, unless no line runs any more."""
         del uploads
         for axis, found in {} if ended else self._board.lines.seen.items():

@@ -4,7 +4,7 @@
 from fractions import Fraction
 from typing import Any
 
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
 from pixstep.simulation.simulated_board import SerialLoad, SimulatedBoard
@@ -59,7 +59,7 @@ def at_rest(
     with SimulatedBoard(board, hz) as run:
         run.set_up(hz, [0])
         simulator = run.simulator
-        uploads = {0: Upload(run.board, 0, [])}
+        uploads = {0: LineUpload(run.board, 0, [])}
         load = SerialLoad(run.board, [0], uploads) if serial_load else None
         before = simulator.stats() | {"made": 0}
         simulator.mark()

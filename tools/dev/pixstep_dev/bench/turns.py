@@ -15,7 +15,7 @@ from typing import Any
 
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.lines import runs
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.simulated_board import SimulatedBoard
@@ -148,7 +148,7 @@ def _block(name: str, size: int) -> Callable[[SimulatedBoard], Iterator[tuple[st
     mark = runs.MARK_START | (runs.MARK_SMOOTH if smooth else 0)
 
     def requests(run: SimulatedBoard) -> Iterator[tuple[str, Request, int]]:
-        upload = Upload(run.board, 0, [(mark, 0), (0, 0), *((count, 1) for count in counts)])
+        upload = LineUpload(run.board, 0, [(mark, 0), (0, 0), *((count, 1) for count in counts)])
         upload.push_into(8)  # the head of the line
         yield f"block of {size} bytes, {name}", lambda: upload.push_into(size), _BLOCKS
 

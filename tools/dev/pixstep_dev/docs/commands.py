@@ -14,7 +14,7 @@ from fractions import Fraction
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
@@ -68,7 +68,7 @@ class _Trial:
         return regs.AXIS_STATES[self.board.axis(AXIS)["axis_state"]]
 
     def load(self, pixels: int = 200) -> None:
-        Upload(self.board, AXIS, queue_entries(Line((STEPS_PX,) * pixels, PLAIN))).push()
+        LineUpload(self.board, AXIS, queue_entries(Line((STEPS_PX,) * pixels, PLAIN))).push()
 
     def block(self, *entries: tuple[int, int]) -> None:
         number = self.board.axis(AXIS)["next_block"]

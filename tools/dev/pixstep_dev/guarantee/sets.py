@@ -12,7 +12,7 @@ from pixstep.board.capability import PLAIN as PLAIN_KIND
 from pixstep.board.capability import SMOOTH as SMOOTH_KIND
 from pixstep.board.capability import of as capability_of
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.simulation.job import LOCK, START, Job
+from pixstep.simulation.job import LOCK, START, LineExperiment
 from pixstep.simulation.pixel_clock import ClockFlaws
 from pixstep_trials import lines
 
@@ -102,9 +102,9 @@ class Set:
         return self.shape.lines(self.steps, self.hz, self.board)
 
     @property
-    def job(self) -> Job:
+    def job(self) -> LineExperiment:
         """What is simulated."""
-        return Job(
+        return LineExperiment(
             self.board,
             self.lines,
             Fraction(self.hz),
@@ -116,7 +116,7 @@ class Set:
         )
 
     @property
-    def world(self) -> guarantee.World:
+    def world(self) -> guarantee.LineConditions:
         """What is judged."""
         return world_of(self.board, self.hz, self.sync, self.baud)
 
@@ -130,9 +130,9 @@ class Set:
         )
 
 
-def world_of(board: str, hz: int, sync: str, baud: int) -> guarantee.World:
+def world_of(board: str, hz: int, sync: str, baud: int) -> guarantee.LineConditions:
     """Return the world of a set."""
-    return guarantee.World(board, Fraction(hz), 2 if sync == LOCK else 1, baud=baud)
+    return guarantee.LineConditions(board, Fraction(hz), 2 if sync == LOCK else 1, baud=baud)
 
 
 def random_set(seed: str, board: str | None = None) -> Set:

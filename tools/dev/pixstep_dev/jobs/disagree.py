@@ -20,8 +20,8 @@ from unittest import mock
 from pixstep import ops
 from pixstep.board import run as board_run
 from pixstep.board.errors import BoardError
-from pixstep.board.run import Lines
-from pixstep.board.upload import Upload
+from pixstep.board.run import LinesOfBoard
+from pixstep.board.upload import LineUpload
 from pixstep.jobs import sender
 from pixstep.jobs.run_folder import RunFolder
 from pixstep.operations.result import Result
@@ -262,7 +262,7 @@ def _shifted(board: int) -> Iterator[None]:
     """Let the positions of a board be read 7 steps further; all else is as the board says it."""
     real = board_run.look
 
-    def look(lines: Lines) -> Any:
+    def look(lines: LinesOfBoard) -> Any:
         found = real(lines)
         if lines.board.unit == board + 1:
             lines.seen = {
@@ -281,7 +281,7 @@ def _dies_with(link: SimLink, line: int, board: int) -> Iterator[None]:
     transmit, gone_s = link.modbus._transmit, [float("inf")]
     counts: dict[tuple[int, int], int] = {}
 
-    class Held(Upload):
+    class Held(LineUpload):
         """An upload that a dying host does not make."""
 
         def __init__(self, board_: Any, axis: int, *more: Any) -> None:
@@ -303,7 +303,7 @@ def _dies_with(link: SimLink, line: int, board: int) -> Iterator[None]:
         link.world.wait(_GONE_S)
         return b""
 
-    with mock.patch.object(sender, "Upload", Held), mock.patch.object(
+    with mock.patch.object(sender, "LineUpload", Held), mock.patch.object(
         link.modbus, "_transmit", cut
     ):  # fmt: skip
         yield

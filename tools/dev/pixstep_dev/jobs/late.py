@@ -18,7 +18,7 @@ from typing import Any
 from unittest import mock
 
 from pixstep.board.errors import BoardError
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.jobs import run_log, sender
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simulated_board import SimLink
@@ -120,7 +120,7 @@ def _late(link: SimLink, line: int, held: set[tuple[int, int]], late_s: float) -
     """Let a line of some axes wait before its first block."""
     counts: Counter[tuple[int, int]] = Counter()
 
-    class Late(Upload):
+    class Late(LineUpload):
         """An upload that may have to wait."""
 
         def __init__(self, board: Any, axis: int, *more: Any) -> None:
@@ -134,5 +134,5 @@ def _late(link: SimLink, line: int, held: set[tuple[int, int]], late_s: float) -
             """Send a block, if it is time."""
             return super().push_into(room) if link.world.now_s() >= self._from_s else 0
 
-    with mock.patch.object(sender, "Upload", Late):
+    with mock.patch.object(sender, "LineUpload", Late):
         yield

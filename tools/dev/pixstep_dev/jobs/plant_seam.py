@@ -25,7 +25,7 @@ from pixstep.jobs.shapes import MINUS, PLUS, Shape
 from pixstep.jobs.simulated import crews, cuts
 from pixstep.jobs.simulated.campaign import Campaign
 from pixstep.jobs.simulated.crews import Crew
-from pixstep.jobs.simulated.cuts import World
+from pixstep.jobs.simulated.cuts import SimulatedWorld
 from pixstep.jobs.simulated.folder import SimFolder
 from pixstep.progress import Progress, unseen
 from pixstep_dev.jobs.press import Press
@@ -101,7 +101,7 @@ def press(folder: Path, lines: int, sync: str) -> Press:
 
 def _control(outcome: Outcome, job: Job, folder: Path, crew: Crew) -> None:
     """Require that nothing is found where nothing was planted."""
-    failed, why = _failing(job, World(), folder / f"control-{job.header.id[:8]}", crew)
+    failed, why = _failing(job, SimulatedWorld(), folder / f"control-{job.header.id[:8]}", crew)
     if failed:
         outcome.complaints.append(f"nothing was planted, and lines {failed} fail: {why}")
 
@@ -111,9 +111,9 @@ def look(
     images: Mapping[str, Path] | None = None,
 ) -> None:  # fmt: skip
     """Look for a fault in blocks and line by line; complain if not just the blocks find it."""
-    in_blocks, why = _failing(job, World(images=images or {}), folder / "blocks", crew)
+    in_blocks, why = _failing(job, SimulatedWorld(images=images or {}), folder / "blocks", crew)
     alone, _ = _failing(
-        job, World(lines=1, run_in=False, images=images or {}), folder / "alone", crew
+        job, SimulatedWorld(lines=1, run_in=False, images=images or {}), folder / "alone", crew
     )
     outcome.plants.append(Plant(what, line, in_blocks, alone, why))
     if min(in_blocks, default=0) != line:
@@ -122,7 +122,7 @@ def look(
         outcome.complaints.append(f"{what} at line {line}: lines alone find it too: {alone}")
 
 
-def _failing(job: Job, world: World, folder: Path, crew: Crew) -> tuple[list[int], str]:
+def _failing(job: Job, world: SimulatedWorld, folder: Path, crew: Crew) -> tuple[list[int], str]:
     """Return the lines of a job that fail, and the first reason."""
     campaign = Campaign(job, world, cuts.tools_of(job, world), SimFolder(folder))
     campaign.folder.begin({"job": str(job.path)})

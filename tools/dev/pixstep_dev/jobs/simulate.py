@@ -32,7 +32,7 @@ from pyarrow import parquet
 from pixstep import ops
 from pixstep.jobs import job as jobs
 from pixstep.jobs.job import Job
-from pixstep.jobs.shapes import Run, Shape
+from pixstep.jobs.shapes import MotorRun, Shape
 from pixstep.progress import Progress, unseen
 from pixstep_dev.jobs.cluster import Cluster
 from pixstep_dev.jobs.press import Press
@@ -231,7 +231,7 @@ def varied(press: Press, folder: Path, seed: int) -> Job:
     return Job.read(path)
 
 
-def _sides(runs: list[Run], shapes: dict[bytes, Shape]) -> Iterator[Run]:
+def _sides(runs: list[MotorRun], shapes: dict[bytes, Shape]) -> Iterator[MotorRun]:
     """Yield the lines with the sides from which the swinging motor comes."""
     side = ""
     for run in runs:

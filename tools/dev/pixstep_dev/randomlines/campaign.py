@@ -11,7 +11,7 @@ from typing import Any
 from pixstep.board import boards
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.experiment import simulate
-from pixstep.simulation.job import Job
+from pixstep.simulation.job import LineExperiment
 from pixstep_trials import cases
 
 
@@ -28,7 +28,7 @@ class Plan:
     serial_load: bool = False
 
 
-def jobs(plan: Plan, decode: str) -> Iterator[Job]:
+def jobs(plan: Plan, decode: str) -> Iterator[LineExperiment]:
     """Yield the jobs of one decode rule; the same plan yields the same jobs."""
     bounds = cases.Bounds(
         min_interval_ticks=plan.min_interval_ticks, tick_hz=boards.load(plan.board).tick_hz
@@ -43,7 +43,7 @@ def jobs(plan: Plan, decode: str) -> Iterator[Job]:
             if other.pixel_hz == first.pixel_hz:
                 lines[len(lines)] = other.line
         left -= len(lines)
-        yield Job(
+        yield LineExperiment(
             board=plan.board,
             lines=lines,
             pixel_hz=first.pixel_hz,
@@ -74,7 +74,7 @@ def run(plan: Plan, progress: Progress = unseen) -> dict[str, Any]:
     return {"verdict": "pass" if passed else "fail", "plan": asdict(plan), "results": results}
 
 
-def _add(row: dict[str, Any], job: Job) -> None:
+def _add(row: dict[str, Any], job: LineExperiment) -> None:
     """Run one job and add it to the row of its decode rule."""
     with tempfile.TemporaryDirectory(prefix="pixstep-") as folder:
         judged = simulate(job, Path(folder))

@@ -19,7 +19,7 @@ from fractions import Fraction
 from pixstep.board import registers as regs
 from pixstep.board import snapshot
 from pixstep.board.errors import BoardError
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.progress import Progress, unseen
@@ -155,7 +155,7 @@ class Bench:
             snapshot.await_measured(self.board, self.world, 1 / trial.hz)
         else:
             self.world.wait(3 / trial.hz)
-        Upload(self.board, 0, queue_entries(Line((2,) * _LINE_PX, PLAIN))).push()
+        LineUpload(self.board, 0, queue_entries(Line((2,) * _LINE_PX, PLAIN))).push()
 
     def _change(self, trial: Trial) -> None:
         """Make the clock another one, at any phase of its period."""

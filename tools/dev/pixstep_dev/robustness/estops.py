@@ -20,7 +20,7 @@ from pathlib import Path
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.lines.units import period_ticks
@@ -134,7 +134,7 @@ class Stopper:
         board = self.board
         board.command("permit_on", [])
         for axis in self.axes:
-            Upload(board, axis, queue_entries(line(rng, self._name))).push()
+            LineUpload(board, axis, queue_entries(line(rng, self._name))).push()
         board.command("arm", self.axes)
 
     def press(self, trip: int) -> None:

@@ -27,9 +27,9 @@ from typing import TextIO
 from pixstep import natives
 from pixstep.board import boards, run, snapshot
 from pixstep.board import registers as regs
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import BoardError
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.progress import Progress, unseen
@@ -204,7 +204,7 @@ class Bench:
         )  # fmt: skip
         self.sim = self.link.simulator
         try:
-            self.board: Board = self.link.board(1)
+            self.board: Device = self.link.board(1)
             self.axes = self.board.who().axis_count
             self.board.require(boards.GATE_FEATURE)
         except BaseException:
@@ -323,7 +323,7 @@ class Bench:
             while self._queued[axis] < trial.count:
                 if self.board.axis(axis)["queue_free"] < len(entries):
                     break
-                Upload(self.board, axis, entries).push()
+                LineUpload(self.board, axis, entries).push()
                 self._queued[axis] += 1
 
     def _follow(self, trial: Trial) -> str:

@@ -28,7 +28,7 @@ from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.progress import Progress, unseen
 from pixstep.simulation import judge
-from pixstep.simulation.job import LOCK, START, Job, run_job
+from pixstep.simulation.job import LOCK, START, LineExperiment, run_job
 
 SYNCS = (START, LOCK)
 MOTIONS = ("plain", "smooth", "backlash", "ramps")
@@ -165,7 +165,7 @@ def line_of(motion: str, steps: int, hz: int) -> Line:
 def attempt(case: Combination, hz: int, steps: int) -> str:
     """Run one point of the grid; return how it ended: OK, REFUSED, or what went wrong."""
     lines = dict.fromkeys(range(case.axes), line_of(case.motion, steps, hz))
-    job = Job(case.board, lines, Fraction(hz), sync=case.sync)
+    job = LineExperiment(case.board, lines, Fraction(hz), sync=case.sync)
     with tempfile.TemporaryDirectory(prefix="pixstep-") as folder:
         try:
             result = run_job(job, Path(folder))

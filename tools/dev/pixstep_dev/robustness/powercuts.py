@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from pixstep.board import settings
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import BoardError
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simulated_board import SimulatedBoard
@@ -71,7 +71,7 @@ def run(plan: Plan, progress: Progress = unseen) -> Outcome:
     return outcome
 
 
-def _cut_once(rng: random.Random, simulator: Simulator, board: Board, outcome: Outcome) -> None:
+def _cut_once(rng: random.Random, simulator: Simulator, board: Device, outcome: Outcome) -> None:
     old = settings.read(board)
     for name, value in random_settings(rng).items():
         board.write_setting(name, value)

@@ -21,10 +21,10 @@ from pathlib import Path
 from pixstep import natives
 from pixstep.board import registers as regs
 from pixstep.board import run, snapshot, together
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import BoardError
-from pixstep.board.run import Lines
-from pixstep.board.upload import Upload
+from pixstep.board.run import LinesOfBoard
+from pixstep.board.upload import LineUpload
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.progress import Progress, unseen
@@ -223,7 +223,7 @@ class Bench:
         self._judge(trial, outcome, where, why)
         self._recover()
 
-    def _load(self, trial: Trial) -> list[Lines]:
+    def _load(self, trial: Trial) -> list[LinesOfBoard]:
         """Give the boards clock and lines; a lock has measured its clock then."""
         self.sim.clock(f"hz {trial.hz}")
         for board, divider in zip(self.boards, trial.dividers, strict=True):
@@ -236,19 +236,19 @@ class Bench:
             axes = list(range(board.who().axis_count)) if trial.heavy else [0]
             for axis in axes:
                 self._upload(board, axis, trial.hz / divider)
-            group.append(Lines(board, axes))
+            group.append(LinesOfBoard(board, axes))
         for board in self.boards:
             if trial.sync == "lock":
                 snapshot.await_measured(board, self.world, 1 / trial.hz)
         return group
 
-    def _upload(self, board: Board, axis: int, pixel_hz: float) -> None:
+    def _upload(self, board: Device, axis: int, pixel_hz: float) -> None:
         """Load a line whose first step tells when it began: of the first axis a plain one."""
         most = max(1, int(min(40, 4000 / pixel_hz)))
         line = Line((self._steps(axis, most),) * _LINE_PX, PLAIN)
         if axis and most >= 8:
             line = Line((1, 3, 5, 5, 3, 1), SMOOTH)
-        Upload(board, axis, queue_entries(line)).push()
+        LineUpload(board, axis, queue_entries(line)).push()
 
     @staticmethod
     def _steps(axis: int, most: int) -> int:

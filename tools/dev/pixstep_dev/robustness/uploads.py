@@ -17,10 +17,10 @@ from typing import TypeVar
 from pixstep import natives
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import BoardError, LineRefusedByBoardError
 from pixstep.board.modbus import SimClient
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.progress import Progress, unseen
@@ -119,7 +119,7 @@ class _Side:
         self.quiet = link.board()
         self.bad_line = NoisyLine(link.simulator, rng, plan.model)
         self.client = SimClient(self.bad_line)
-        self.noisy = Board(self.client)
+        self.noisy = Device(self.client)
         self.axes = _NATIVE_AXES if plan.board == NATIVE else boards.load(plan.board).axes
 
     def line(self) -> None:
@@ -166,11 +166,11 @@ class _Side:
                 self.outcome.given_up += 1
         raise BoardError(f"not through in {_ATTEMPTS} attempts")
 
-    def begin(self, axis: int, entries: list[tuple[int, int]]) -> Upload:
+    def begin(self, axis: int, entries: list[tuple[int, int]]) -> LineUpload:
         """Return the upload of a line."""
-        return self.persistently(lambda: Upload(self.noisy, axis, entries))
+        return self.persistently(lambda: LineUpload(self.noisy, axis, entries))
 
-    def push(self, upload: Upload) -> None:
+    def push(self, upload: LineUpload) -> None:
         """Push once, whatever it takes, and count the blocks."""
         before = upload.block
         self.persistently(upload.push)

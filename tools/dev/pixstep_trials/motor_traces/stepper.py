@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import Final
 
-from pixstep.motor_record import Command, Msta, Status, Verb
+from pixstep.motor_record import MotorCommand, Msta, Status, Verb
 
 TICK_S: Final = 0.02
 FAR: Final = 1e9
@@ -48,9 +48,9 @@ class Stepper:
     motion: Motion = Motion.REST
     forwards: bool = True
     status_wanted: bool = False
-    _noted: Command | None = field(default=None, repr=False)
+    _noted: MotorCommand | None = field(default=None, repr=False)
 
-    def obey(self, commands: Sequence[Command]) -> None:
+    def obey(self, commands: Sequence[MotorCommand]) -> None:
         """Take commands, in order."""
         for command in commands:
             deed = _DEEDS.get(command.verb)
@@ -131,13 +131,13 @@ class Stepper:
 
     # --- commands ------------------------------------------------------------------------------
 
-    def _note(self, command: Command) -> None:
+    def _note(self, command: MotorCommand) -> None:
         self._noted = command
 
-    def _set_speed(self, command: Command) -> None:
+    def _set_speed(self, command: MotorCommand) -> None:
         self.speed = _given(command)
 
-    def _go(self, _command: Command) -> None:
+    def _go(self, _command: MotorCommand) -> None:
         noted = self._noted
         if noted is None:
             return
@@ -151,21 +151,21 @@ class Stepper:
             self.forwards = self.target > self.position
         self.motion = Motion.TO_TARGET
 
-    def _jog(self, command: Command) -> None:
+    def _jog(self, command: MotorCommand) -> None:
         self.speed = _given(command)
         if self.speed:
             self.forwards = self.speed > 0
         self.motion = Motion.JOG
 
-    def _stop(self, _command: Command) -> None:
+    def _stop(self, _command: MotorCommand) -> None:
         self._rest_at(math.floor(self.position + 0.5))
 
-    def _load(self, command: Command) -> None:
+    def _load(self, command: MotorCommand) -> None:
         self.position = _given(command)
         self.slip = 0.0
 
 
-def _given(command: Command) -> float:
+def _given(command: MotorCommand) -> float:
     if command.argument is None:
         raise ValueError(f"{command} has no argument")
     return command.argument
@@ -173,7 +173,7 @@ def _given(command: Command) -> float:
 
 KNOBS: Final = ("lo", "hi", "home", "slip", "comm", "problem", "stuck")
 _WANT_STATUS: Final = (Verb.GET_INFO, Verb.GO, Verb.STOP_AXIS, Verb.JOG, Verb.LOAD_POS)
-_DEEDS: Final[Mapping[Verb, Callable[[Stepper, Command], None]]] = {
+_DEEDS: Final[Mapping[Verb, Callable[[Stepper, MotorCommand], None]]] = {
     Verb.SET_VELOCITY: Stepper._set_speed,
     Verb.MOVE_ABS: Stepper._note,
     Verb.MOVE_REL: Stepper._note,

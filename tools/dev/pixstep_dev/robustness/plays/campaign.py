@@ -23,7 +23,7 @@ from pathlib import Path
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simulated_board import SimulatedBoard
 from pixstep_dev.robustness.plays import motions
@@ -141,7 +141,7 @@ class Sequence:
     def _load(self, axis: int, motion: Motion) -> None:
         """Queue all of a motion."""
         for entries in motion.entries:
-            upload = Upload(self._board, axis, entries)
+            upload = LineUpload(self._board, axis, entries)
             upload.push()
             if not upload.done:
                 raise BoardError(f"axis {axis}: the queue is full")
