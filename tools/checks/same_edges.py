@@ -142,7 +142,7 @@ def worked_example(board: str) -> LineExperiment:
 def random_jobs(board: str, lines: int, seed: int) -> Iterator[LineExperiment]:
     """Random lines, smooth and plain in turn, each on the next axis."""
     axes = boards.load(board).axes
-    plan = campaign.Plan(board, (lines + 1) // 2, seed=seed)
+    plan = campaign.RandomLinesPlan(board, (lines + 1) // 2, seed=seed)
     both = zip(*(campaign.jobs(plan, decode) for decode in plan.decodes), strict=True)
     for number, job in enumerate(job for pair in both for job in pair):
         if number < lines:
@@ -152,7 +152,7 @@ def random_jobs(board: str, lines: int, seed: int) -> Iterator[LineExperiment]:
 def all_axes_jobs(board: str, seed: int) -> Iterator[LineExperiment]:
     """One run of each decode rule with every axis at once, on a board of several."""
     axes = boards.load(board).axes
-    plan = campaign.Plan(board, axes, seed=seed, axes=axes, min_interval_ticks=3_200)
+    plan = campaign.RandomLinesPlan(board, axes, seed=seed, axes=axes, min_interval_ticks=3_200)
     for decode in plan.decodes if axes > 1 else ():
         yield next(campaign.jobs(plan, decode))
 

@@ -19,7 +19,7 @@ BLOCKS = cases(2000, 10_000)
 
 @pytest.mark.usefixtures("native_board")
 def test_every_queue_is_exact():
-    outcome = uploads.run(uploads.Plan(uploads.NATIVE, BLOCKS))
+    outcome = uploads.run(uploads.UploadsPlan(uploads.NATIVE, BLOCKS))
     assert outcome.complaints == []
     assert outcome.blocks >= BLOCKS
     assert outcome.given_up > BLOCKS // 100
@@ -30,7 +30,7 @@ def test_every_queue_is_exact():
 @pytest.mark.usefixtures("simulator")
 @pytest.mark.parametrize("board", TWO)
 def test_lines_play_exactly(board):
-    outcome = uploads.run(uploads.Plan(board, cases(40, 80)))
+    outcome = uploads.run(uploads.UploadsPlan(board, cases(40, 80)))
     assert outcome.complaints == []
     assert outcome.blocks >= cases(40, 80)
     assert outcome.steps > 5_000
@@ -48,7 +48,7 @@ def test_what_a_careless_upload_does_is_found(monkeypatch):
             self._open = 0
 
     monkeypatch.setattr(LineUpload, "_send", careless)
-    assert uploads.run(uploads.Plan(uploads.NATIVE, 3000)).complaints
+    assert uploads.run(uploads.UploadsPlan(uploads.NATIVE, 3000)).complaints
 
 
 @pytest.mark.parametrize("spoiler", noise.ALWAYS_FOUND)

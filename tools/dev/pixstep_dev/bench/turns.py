@@ -20,7 +20,7 @@ from pixstep.lines import runs
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.simulated_board import SimulatedBoard
 from pixstep_dev.bench import sections
-from pixstep_dev.bench.figure import Figure, Task, key
+from pixstep_dev.bench.figure import BenchFigure, Task, key
 from pixstep_trials import lines
 
 NAME = "turns"
@@ -155,7 +155,7 @@ def _block(name: str, size: int) -> Callable[[SimulatedBoard], Iterator[tuple[st
     return requests
 
 
-FIGURE = Figure(
+FIGURE = BenchFigure(
     NAME,
     "The longest stay of the main loop in a request, and in a round, cycles",
     "Cycles of the main program between two looks at the axes, interrupts not counted, while all "

@@ -37,7 +37,7 @@ _MOVED = {0: ("M40", "move.csv"), 1: ("M41", "step.csv")}  # what others move, b
 
 
 @dataclass(frozen=True)
-class Plan:
+class DisagreePlan:
     """How often boards disagree, in jobs of so many lines."""
 
     times: int = 10
@@ -46,7 +46,7 @@ class Plan:
 
 
 @dataclass
-class Outcome:
+class DisagreeOutcome:
     """What was found."""
 
     times: int = 0
@@ -58,9 +58,9 @@ class Outcome:
     complaints: list[str] = field(default_factory=list)
 
 
-def run(plan: Plan, show: Progress = unseen) -> Outcome:
+def run(plan: DisagreePlan, show: Progress = unseen) -> DisagreeOutcome:
     """Let boards disagree `times` times."""
-    outcome, chance = Outcome(), random.Random(plan.seed)
+    outcome, chance = DisagreeOutcome(), random.Random(plan.seed)
     with tempfile.TemporaryDirectory() as folder:
         press = Press.make(Path(folder), plan.lines, starts=power.STARTS)
         press.options["plants"] = power.plants()
@@ -68,20 +68,20 @@ def run(plan: Plan, show: Progress = unseen) -> Outcome:
             kind = [*_KINDS][number % len(_KINDS)]
             outcome.times += 1
             outcome.kinds[kind] = outcome.kinds.get(kind, 0) + 1
-            _Trial(press, Path(folder) / f"{number}.pxrun", kind, chance, outcome).make()
+            _DisagreeTrial(press, Path(folder) / f"{number}.pxrun", kind, chance, outcome).make()
             show((number + 1) / plan.times)
     return outcome
 
 
 @dataclass
-class _Trial:
+class _DisagreeTrial:
     """One job whose boards disagree."""
 
     press: Press
     where: Path
     kind: str
     chance: random.Random
-    outcome: Outcome
+    outcome: DisagreeOutcome
     board: int = 0
 
     def make(self) -> None:
@@ -233,13 +233,13 @@ class _Trial:
                 self._complain(f"line {line} was printed {full[line]} times, asked about {asked}")
 
 
-_KINDS: dict[str, Callable[[_Trial, SimLink], None]] = {
-    "a line alone": _Trial.by_a_line,
-    "counters": _Trial.by_counters,
-    "a tag": _Trial.by_a_tag,
-    "a reset": _Trial.by_a_reset,
-    "homed by others": _Trial.by_homing,
-    "positions": _Trial.by_positions,
+_KINDS: dict[str, Callable[[_DisagreeTrial, SimLink], None]] = {
+    "a line alone": _DisagreeTrial.by_a_line,
+    "counters": _DisagreeTrial.by_counters,
+    "a tag": _DisagreeTrial.by_a_tag,
+    "a reset": _DisagreeTrial.by_a_reset,
+    "homed by others": _DisagreeTrial.by_homing,
+    "positions": _DisagreeTrial.by_positions,
 }
 
 

@@ -16,7 +16,7 @@ from pixstep_trials import cases
 
 
 @dataclass(frozen=True)
-class Plan:
+class RandomLinesPlan:
     """What to run: `lines` lines of each decode rule, `axes` of them at once."""
 
     board: str
@@ -28,7 +28,7 @@ class Plan:
     serial_load: bool = False
 
 
-def jobs(plan: Plan, decode: str) -> Iterator[LineExperiment]:
+def jobs(plan: RandomLinesPlan, decode: str) -> Iterator[LineExperiment]:
     """Yield the jobs of one decode rule; the same plan yields the same jobs."""
     bounds = cases.Bounds(
         min_interval_ticks=plan.min_interval_ticks, tick_hz=boards.load(plan.board).tick_hz
@@ -52,7 +52,7 @@ def jobs(plan: Plan, decode: str) -> Iterator[LineExperiment]:
         )
 
 
-def run(plan: Plan, progress: Progress = unseen) -> dict[str, Any]:
+def run(plan: RandomLinesPlan, progress: Progress = unseen) -> dict[str, Any]:
     """Run a plan and return its outcome as plain data."""
     results: list[dict[str, Any]] = []
     total = plan.lines * len(plan.decodes)

@@ -12,7 +12,7 @@ QUIET_TICKS: Final = 3
 
 
 @dataclass
-class Bench:
+class TraceBench:
     """One record above one stepper, and what was seen of them since the last look."""
 
     record: MotorRecord

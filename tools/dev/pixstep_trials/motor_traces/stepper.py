@@ -17,7 +17,7 @@ FAR: Final = 1e9
 HOME_WITHIN_STEPS: Final = 0.5
 
 
-class Motion(Enum):
+class StepperMotion(Enum):
     """What the motor does."""
 
     REST = auto()
@@ -45,7 +45,7 @@ class Stepper:
     position: float = 0.0
     target: float = 0.0
     speed: float = 0.0
-    motion: Motion = Motion.REST
+    motion: StepperMotion = StepperMotion.REST
     forwards: bool = True
     status_wanted: bool = False
     _noted: MotorCommand | None = field(default=None, repr=False)
@@ -67,7 +67,7 @@ class Stepper:
 
     def tick(self) -> Status | None:
         """Let one tick pass. Return a status, if the driver of this motor would report one."""
-        moved = self.motion is not Motion.REST
+        moved = self.motion is not StepperMotion.REST
         if moved and not self.stuck:
             self._advance()
         if not moved and not self.status_wanted:
@@ -78,7 +78,7 @@ class Stepper:
     @property
     def at_rest(self) -> bool:
         """True if the motor rests."""
-        return self.motion is Motion.REST
+        return self.motion is StepperMotion.REST
 
     @property
     def quiet(self) -> bool:
@@ -95,8 +95,8 @@ class Stepper:
     def _flags(self) -> Msta:
         conditions = {
             Msta.DIRECTION: self.forwards,
-            Msta.DONE: self.motion is Motion.REST,
-            Msta.MOVING: self.motion is not Motion.REST,
+            Msta.DONE: self.motion is StepperMotion.REST,
+            Msta.MOVING: self.motion is not StepperMotion.REST,
             Msta.PLUS_LS: self.position >= self.hi,
             Msta.MINUS_LS: self.position <= self.lo,
             Msta.HOME: abs(self.position - self.home) <= HOME_WITHIN_STEPS,
@@ -120,14 +120,14 @@ class Stepper:
 
     def _aim(self) -> float | None:
         """Return where the motor will rest, if it is on its way to such a place."""
-        if self.motion is Motion.TO_TARGET:
+        if self.motion is StepperMotion.TO_TARGET:
             return self.target
         ahead = self.home > self.position if self.forwards else self.home < self.position
-        return self.home if self.motion is Motion.HOME and ahead else None
+        return self.home if self.motion is StepperMotion.HOME and ahead else None
 
     def _rest_at(self, position: float) -> None:
         self.position = position
-        self.motion = Motion.REST
+        self.motion = StepperMotion.REST
 
     # --- commands ------------------------------------------------------------------------------
 
@@ -143,19 +143,19 @@ class Stepper:
             return
         if noted.verb in (Verb.HOME_FOR, Verb.HOME_REV):
             self.forwards = noted.verb is Verb.HOME_FOR
-            self.motion = Motion.HOME
+            self.motion = StepperMotion.HOME
             return
         way = math.floor(_given(noted) + 0.5)
         self.target = way if noted.verb is Verb.MOVE_ABS else self.position + way
         if self.target != self.position:
             self.forwards = self.target > self.position
-        self.motion = Motion.TO_TARGET
+        self.motion = StepperMotion.TO_TARGET
 
     def _jog(self, command: MotorCommand) -> None:
         self.speed = _given(command)
         if self.speed:
             self.forwards = self.speed > 0
-        self.motion = Motion.JOG
+        self.motion = StepperMotion.JOG
 
     def _stop(self, _command: MotorCommand) -> None:
         self._rest_at(math.floor(self.position + 0.5))
