@@ -3,8 +3,8 @@
 
 What a checksum of 16 bits promises, it keeps: every error of 1 to 3 bits in a frame, and every
 burst of up to 16 bits, is found. Lost or inserted bytes, and garbage in the place of a frame, pass
-it once in 65,536 times; the length that the function asks for must be right as well. `NoiseModel` says
-how often each happens.
+it once in 65,536 times; the length that the function asks for must be right as well. `NoiseModel`
+says how often each happens.
 """
 
 import random
