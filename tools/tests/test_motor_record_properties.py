@@ -121,7 +121,10 @@ class Trial:
                 holds.at_rest_when_done(self.bench)
 
     def settle(self):
-        holds.ends(self.bench, self.bench.settle()[1])
+        ended = self.bench.settle()[1]
+        if not ended and self.bench.stepper.at_rest:  # perhaps since the last tick only
+            ended = self.bench.settle()[1]
+        holds.ends(self.bench, ended)
 
     def delay(self):
         self.bench.end_delay()

@@ -116,7 +116,10 @@ class ServedMotor:
             await self._act(outcome)
         elif not status.flags & Msta.COMM_ERR:
             self.is_ready = True
-            await self._act(self.record.initialise(self._with_offset(status)))
+            status = self._with_offset(status)
+            await self._act(self.record.initialise(status))
+            if status.flags & Msta.MOVING:  # a record that begins shows DMOV = 1 until then
+                await self._act(self.record.update(status))
             await self._show_all()
             self.ready.set()
 
