@@ -132,7 +132,7 @@ class ClockLog(SimTest):
             self.check_periods(rows, [round(1000 * period)] * (len(rows) - 1))
 
     def test_periods_of_whole_cycles_stay_so(self):
-        """Far off in either direction, an edge that lies on a cycle is in it, not in the one before."""
+        """Far off in either direction, an edge that lies on a cycle is not in the one before."""
         for ppm, hz in (("-100000", "1000/9"), ("100000", "1000/11"), ("-50000", "2000/19")):
             rows = self.rows("--pixel-ppm", ppm, hz=hz)
             wanted = range(FIRST, rows[-1][0] + 1, PERIOD)
@@ -255,6 +255,11 @@ class OnePin(PinTest):
         pins = self.pins(commands)
         self.assertEqual(pins, [[(300_123, "false")], []])
         self.check_captured(0, pins)
+        # Nor is there an edge to wait for where there is no clock.
+        with Session(image("uno", "capture")) as sim:
+            for command in ("edge 0 jitter 20000", "edge 0 pulse at 300123", "run 400000"):
+                self.assertTrue(sim.ask(command).startswith("ok"), command)
+            self.assertEqual(sim.results(1), [1])
         at = edges_of(2) + 40_000
         pins = self.pins(["edge 0 jitter 20000", f"edge 0 pulse at {at}", "run 600000"])
         self.assertEqual([row for row in pins[0] if row[1] == "false"], [(at, "false")])
