@@ -6,9 +6,10 @@
 
 #include "result.h"
 
-#define COUNT_BEHIND(count, nops)                                                        \
-    ({                                                                                   \
-        uint8_t low, high;                                                               \
+#define COUNT_BEHIND(result, count, nops)                                                \
+    do {                                                                                 \
+        uint8_t low;                                                                     \
+        uint8_t high;                                                                    \
         __asm__ volatile("sts %[tcnth], %[to_high]\n\t"                                  \
                          "sts %[tcntl], %[to_low]\n\t"                                   \
                          ".rept " #nops "\n\tnop\n\t.endr\n\t"                           \
@@ -19,18 +20,18 @@
                            [to_high] "r"((uint8_t)((count) >> 8)),                       \
                            [tcntl] "n"(_SFR_MEM_ADDR(TCNT1L)),                           \
                            [tcnth] "n"(_SFR_MEM_ADDR(TCNT1H)));                          \
-        (uint16_t)(high << 8 | low);                                                     \
-    })
+        RESULT[result] = (uint16_t)(high << 8 | low);                                    \
+    } while (0)
 
 int main(void)
 {
     TCCR1B = (uint8_t)(1U << CS10);
-    RESULT[0] = COUNT_BEHIND(0x1234U, 0);
-    RESULT[1] = COUNT_BEHIND(0x1234U, 1);
-    RESULT[2] = COUNT_BEHIND(0x1234U, 2);
-    RESULT[3] = COUNT_BEHIND(0x1234U, 3);
-    RESULT[4] = COUNT_BEHIND(0xFFFEU, 10);
-    RESULT[5] = COUNT_BEHIND(0x12FEU, 10);
+    COUNT_BEHIND(0, 0x1234U, 0);
+    COUNT_BEHIND(1, 0x1234U, 1);
+    COUNT_BEHIND(2, 0x1234U, 2);
+    COUNT_BEHIND(3, 0x1234U, 3);
+    COUNT_BEHIND(4, 0xFFFEU, 10);
+    COUNT_BEHIND(5, 0x12FEU, 10);
     RESULT[6] = 0x600D;
     for (;;) {
     }
