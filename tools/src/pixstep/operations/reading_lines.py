@@ -221,6 +221,7 @@ def read_lines(
     pixel_hz: Fraction | None,
     divider: int = 1,
     refuse_faster: bool = False,
+    read: Callable[..., formats.MotionFile] = formats.read_motion,
 ) -> list[Line]:
     """Read the lines of an operation, each with its decode rule and backlash."""
     count = len(asked.csv)
@@ -240,6 +241,7 @@ def read_lines(
             raw=asked.raw,
             negative=backward and rule == SMOOTH,
             number=number,
+            read=read,
             pixel_hz=pixel_hz,
             divider=divider,
             refuse_faster=refuse_faster,
