@@ -79,6 +79,31 @@ def until_ctrl_c() -> Iterator[None]:
 
 
 @contextlib.contextmanager
+def once() -> Iterator[None]:
+    """Let a signal end the block once: those that come while it tidies up are ignored."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    ours = {number: signal.getsignal(number) for number in _numbers(("SIGINT", *_ENDING))}
+    before = {
+        number: handler for number, handler in ours.items()
+        if handler in (_raise, signal.default_int_handler)
+    }  # fmt: skip
+
+    def end(number: int, _frame: object) -> None:
+        for other in before:
+            signal.signal(other, signal.SIG_IGN)
+        raise KeyboardInterrupt if number == signal.SIGINT else Ended(number)
+
+    for number in before:
+        signal.signal(number, end)
+    try:
+        yield
+    finally:
+        _restore(before)
+
+
+@contextlib.contextmanager
 def ignored() -> Iterator[None]:
     """Ignore SIGINT, SIGTERM and SIGHUP: stopping motion must not be broken off."""
     if threading.current_thread() is not threading.main_thread():

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -54,11 +54,17 @@ def room(job: Job, machine: MachineFile, name: str) -> Room:
 
 
 def judge(
-    job: Job, machine: MachineFile, path: Path, show: Progress = unseen, *, refuse: bool = True
+    job: Job,
+    machine: MachineFile,
+    path_of: Callable[[str], Path],
+    show: Progress = unseen,
+    *,
+    refuse: bool = True,
 ) -> list[str]:
     """Return the warnings of all lines. Raises RefusedError for the first that is refused.
 
-    Without `refuse` that one is a warning too.
+    Without `refuse` that one is a warning too. `path_of` returns the file that says a motor's
+    lines.
     """
     said: list[str] = []
     for number, name in enumerate(job.motors, 1):
@@ -66,7 +72,7 @@ def judge(
         if found.refusal and refuse:
             raise RefusedError(AskedText(
                 "{path}: {refusal} ({no_check} writes it all the same)",
-                path=path, refusal=found.refusal,
+                path=path_of(name), refusal=found.refusal,
             ))  # fmt: skip
         if found.refusal:
             said.append(found.refusal)
