@@ -22,6 +22,10 @@ from pixstep.machine.model import MotorTable
 from pixstep.progress import Progress, unseen
 
 
+_SLOW_EDGES_HZ = 60  # so few edges are all seen before any board fixes the next one
+_LEAST_AHEAD_STEPS = 200  # of a pixel, that any board decodes ahead
+
+
 @dataclass(frozen=True)
 class Judged:
     """What is said of a motor's lines: the first that is refused, and all that gets a warning."""
@@ -111,6 +115,30 @@ def of_board(job: Job, machine: MachineFile, name: str) -> Judged:
     except UserError as error:
         return Judged(f"board {name}: {error}")
     return Judged()
+
+
+def apart(job: Job, machine: MachineFile) -> Iterator[str]:
+    """Yield what keeps boards on one clock from ending their pixels within 2 ticks (CLOCK.md).
+
+    A board decodes no more single steps ahead than its ring holds: of denser pixels it fixes an
+    edge later than another board, by newer edges of the clock.
+    """
+    there = [name for name in job.motors if name in machine.motors]
+    names = {machine.board_name(machine[name]) for name in there}
+    locked = settings.locks(settings.of_clock(machine.clock.sync, machine.clock.edges))
+    if len(names) < 2 or not locked or machine.clock_hz <= _SLOW_EDGES_HZ:
+        return
+    for name in there:
+        for first, line in _lines(job, name):
+            steps = max(map(abs, line.counts))
+            if steps > _LEAST_AHEAD_STEPS:
+                pixel = [abs(count) for count in line.counts].index(steps) + 1
+                yield (
+                    f"line {first} of motor {name}: {steps} steps at pixel {pixel}: with more than "
+                    f"{_LEAST_AHEAD_STEPS}, and more than {_SLOW_EDGES_HZ} edges of the clock a "
+                    f"second, boards may end pixels more than 2 ticks apart if the clock jitters"
+                )
+                break
 
 
 def _different(job: Job, motors: list[str]) -> Iterator[int]:

@@ -171,7 +171,7 @@ class JobMake(Request):
         with desk.progress("checking") as show:
             path_of = self._path_of(machine)
             warned = judging.judge(made.job, machine, path_of, show, refuse=self.check)
-        desk.say(warned)
+        desk.say([*warned, *judging.apart(made.job, machine)])
         size = made.job.write(self.output)
         job = made.job
         data: MadeJob = {

@@ -92,11 +92,12 @@ class Prints(Compares):
         The boards' clock is set in between, for which nothing may move. Raises RefusedError for
         red, and for amber to which nobody agrees.
         """
-        from pixstep.jobs import comparison, stations
+        from pixstep.jobs import comparison, judging, stations
         from pixstep.jobs.rules import GREEN
 
         rows = self.compare_file(job, found)
         machine = found.tables
+        desk.say(judging.apart(job, machine))
         stations.set_clock(stations.of_job(job, machine, bus_of), machine)
         rows += buses.compared(job, machine, bus_of)
         accepted = self._accepted(desk, rows)
