@@ -122,20 +122,23 @@ def test_a_folder_that_is_called_pause_asks_for_none(folder, asked):
     ("data", "said"),
     [
         (b"\xff\xfe\x00\x80", "machine.toml: not UTF-8 at byte 0"),
-        (b"[clock]\npixel =", "machine.toml:2:"),
+        (b"[clock]\npixel = \n[x]", "machine.toml:2:"),
         (jobbench.MACHINE.replace("axis = 1", "axis = 9").encode(), ": motors.M40.axis = 9: "),
-        (b"", "machine.toml:1: boards"),
+        (b"", "machine.toml:1: clock: is missing"),
     ],
 )
 def test_a_machine_file_that_is_none(folder, asked, data, said):
     (folder / "machine.toml").write_bytes(data)
-    for words in (("job", "check", "a.pxjob"), ("job", "resume", "a.pxrun", "--port", "nowhere"),
-                  ("job", "run", "a.pxjob", "--port", "nowhere", "--folder", "b.pxrun")):  # fmt: skip
+    nowhere = ("--port", "nowhere")
+    for words in (
+        ("job", "check", "a.pxjob"), ("job", "resume", "a.pxrun", *nowhere),
+        ("job", "run", "a.pxjob", *nowhere, "--folder", "b.pxrun"),
+    ):  # fmt: skip
         found = refused(asked, *words)
         assert said in found and "validation" not in found and "Input should" not in found
     (folder / "machine.toml").unlink()
     (folder / "machine.toml").mkdir()
-    assert "machine.toml: Is a directory" in refused(asked, "job", "check", "a.pxjob")
+    assert "no machine file: --machine FILE, " in refused(asked, "job", "check", "a.pxjob")
 
 
 def test_red_is_said_before_anybody_homes(folder, asked):
@@ -206,9 +209,10 @@ def test_a_pixel_that_is_measured_twice(folder, asked):
         ("useq", '{"stage_positions": [{"x": "a", "y": 0}]}',
          "s.json: stage_positions.x = 'a': expected a valid number"),
         ("useq", '{"stage_positions": 7}', "s.json: stage_positions = 7: not what useq has there"),
-        ("useq", '{"stage_positions": [{"x": 0', "s.json:1:28: no YAML: expected"),
-        ("useq", "", "s.json: no useq specification: fields with values are wanted"),
-        ("useq", b"\xff\xfe\x00", "s.json: "),
+        ("useq", '{"stage_positions": [{"x": 0', "s.json:1:28: no JSON: EOF while parsing an object"),
+        ("useq", "", "s.json:1:0: no JSON: EOF while parsing a value"),
+        ("useq", "[]", "s.json: no useq specification: fields with values are wanted"),
+        ("useq", b"\xff\xfe\x00", "s.json:1:1: no JSON: "),
         ("scanspec", '{"type": "Nix"}', "s.json: type = 'Nix': one of Product, Zip, "),
         ("scanspec", '{"type": "Linspace"', "s.json:1:20: no JSON: "),
         ("scanspec", "[]", "s.json: no scanspec specification: fields with values are wanted"),
@@ -222,7 +226,7 @@ def test_a_specification_is_refused_in_our_words(folder, asked, kind, text, said
     (folder / "s.json").write_bytes(text if isinstance(text, bytes) else text.encode())
     found = refused(asked, "job", "make", f"--{kind}", "s.json", "-o", "b.pxjob")
     assert said in found
-    for word in ("pydantic", "validation error", "Input", "class", "codec", "MDASequence", "byte s"):
+    for word in ("pydantic", "validation", "Input", "class", "codec", "MDASequence"):
         assert word not in found
 
 
@@ -249,7 +253,7 @@ def test_dense_pixels_of_several_boards_are_told(tmp_path):
         job = runbench.folder_with_job(tmp_path, text=text, **more)
         return [*judging.apart(job, job.machine.tables)]
 
-    fast = runbench.TWO.replace('"30 Hz"', '"100 Hz"').replace("30000", "100000")
+    fast = runbench.TWO.replace('"30 Hz"', '"300 Hz"').replace("divider = 1", "divider = 10")
     (first, *_) = told(fast)
     assert "of motor M39: " in first and "more than 2 ticks apart if the clock jitters" in first
     assert told(runbench.TWO) == []

@@ -345,7 +345,7 @@ def test_a_scanspec_specification(in_folder, machine):
     ("spec", "said"),
     [
         (specs.Linspace("M39", 0, 5, 6), "two are wanted, as motors are called"),
-        (specs.Linspace("M41", 0, 2, 3) * specs.Linspace("M7", 0, 5, 6), "axis M7: no motor is called so"),
+        (specs.Linspace("M41", 0, 2, 3) * specs.Linspace("M7", 0, 5, 6), "axis M7: no motor"),
         (specs.Linspace("M41", 0, 2, 3).zip(specs.Linspace("M39", 0, 5, 3)), "place 2: one"),
         (specs.Linspace("M41", 0, 0.0001, 3) * specs.Linspace("M39", 0, 5, 6), "not a whole"),
         (specs.Linspace("M41", 0, 2, 3) * specs.Linspace("M39", 0, 1, 7), "speed of .* a pixel"),

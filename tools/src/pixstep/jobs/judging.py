@@ -21,7 +21,6 @@ from pixstep.machine.files import MachineFile
 from pixstep.machine.model import MotorTable
 from pixstep.progress import Progress, unseen
 
-
 _SLOW_EDGES_HZ = 60  # so few edges are all seen before any board fixes the next one
 _LEAST_AHEAD_STEPS = 200  # of a pixel, that any board decodes ahead
 

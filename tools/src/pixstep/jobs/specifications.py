@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -192,6 +193,9 @@ def _place_and_reason(error: Exception, kind: Kind) -> str:
     found = error.errors(include_url=False)
     first = max(found, key=lambda one: len(one["loc"]))
     field, value = ".".join(str(key) for key in first["loc"]), first["input"]
+    if first["type"] == "json_invalid":
+        why = re.fullmatch(r"(.*) at line (\d+) column (\d+)", first["ctx"]["error"])
+        return f":{why[2]}:{why[3]}: no JSON: {why[1]}" if why else ": no JSON"
     if first["type"] == "union_tag_invalid":
         place, tags = f"{field}.type".lstrip("."), first["ctx"]
         return f": {place} = {tags['tag']!r}: one of {tags['expected_tags'].replace(chr(39), '')}"

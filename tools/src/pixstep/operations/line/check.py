@@ -99,7 +99,9 @@ class LineCheck(OfClock):
         """Read the lines and check them."""
         self._refuse_fewer_axes()
         lines = self._read(desk)
-        found = [line_check.check(*one) for one in zip(lines, self._bounds(lines, desk), strict=True)]
+        found = [
+            line_check.check(*one) for one in zip(lines, self._bounds(lines, desk), strict=True)
+        ]
         if not any(map(line_check.refused, found)):
             for axis, item in self._together(lines, desk):
                 found[axis].append(item)
@@ -212,6 +214,7 @@ class LineCheck(OfClock):
             jerk_warning=None if jerk is None else units.whole_limit(jerk, hz, least=0),
             min_interval_ticks=self.min_interval or found.min_interval_ticks,
         )
+
 
 def _refuse_idle(desk: Desk, lines: list[Line], limits: list[Limits]) -> None:
     """Refuse a start/stop speed that nothing would be judged by."""
