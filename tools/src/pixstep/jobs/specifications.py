@@ -21,7 +21,7 @@ from pydantic import ValidationError
 
 from pixstep.errors import AskedText, RefusedError, UserError, one_line
 from pixstep.jobs.header import SourceTable
-from pixstep.jobs.image import Image
+from pixstep.jobs.image import ImageGeometry
 from pixstep.jobs.making import AskedImage, source_files
 from pixstep.jobs.points import Point, Raster, exact, raster
 from pixstep.lazy import missing_package, require_package
@@ -127,7 +127,7 @@ def _image(
     pixel = _in_steps(fast, found.pixel, unit)
     first = _in_steps(fast, found.first[0], unit) - pixel / 2
     return AskedImage(
-        Image(found.lines, found.pixels, alternate=found.alternate),
+        ImageGeometry(found.lines, found.pixels, alternate=found.alternate),
         {fast.name: Quantity(abs(pixel), SPEED, False, f"of {_text(found)} a pixel")},
         _steps(slow, found, unit),
         still=() if found.pitch else (slow.name,),

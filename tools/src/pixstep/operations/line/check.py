@@ -31,7 +31,7 @@ from pixstep.operations.showing import ShownMotion
 from pixstep.profiles.kinematics import LineDrawing
 
 
-class CheckedFile(TypedDict):
+class LineFindings(TypedDict):
     """What a check says of one line; its speed in steps/pixel."""
 
     file: str
@@ -45,11 +45,11 @@ class CheckedFile(TypedDict):
     findings: list[FindingFacts]
 
 
-class CheckedLine(CheckedFile):
+class CheckedLine(LineFindings):
     """The same of the first line and of those beside it; the first verdict is that of them all."""
 
     board: str | None
-    beside: list[CheckedFile]
+    beside: list[LineFindings]
 
 
 @operation("line check")
@@ -140,7 +140,7 @@ class LineCheck(OfClock):
             read=functools.partial(_read_strictly, lenient=self.lenient),
         )
 
-    def _facts(self, index: int, line: Line, found: list[Finding]) -> CheckedFile:
+    def _facts(self, index: int, line: Line, found: list[Finding]) -> LineFindings:
         severity = line_check.exit_status(found)
         numbers = reading_lines.per_line("line_number", self.line_number, len(self.csv), 1)
         return {
@@ -252,13 +252,13 @@ def _reads_leniently(path: Path, *, raw: bool) -> bool:
     return True
 
 
-def _page(checked: Sequence[CheckedFile], found: Sequence[list[Finding]], page: Page) -> None:
+def _page(checked: Sequence[LineFindings], found: Sequence[list[Finding]], page: Page) -> None:
     """Write the findings of each line, and its verdict."""
     for data, items in zip(checked, found, strict=True):
         _write_line(data, items, page)
 
 
-def _write_line(data: CheckedFile, found: list[Finding], page: Page) -> None:
+def _write_line(data: LineFindings, found: list[Finding], page: Page) -> None:
     """Write the findings of a line, one for neighbours that say the same, and the verdict."""
     name = data["file"]
     # Neighbours are alike but for their pixels, which count up as their places do.
@@ -281,7 +281,7 @@ class PlannedLine(TypedDict):
 
 
 @operation("ticks")
-class Ticks(OfClock):
+class PlanTicks(OfClock):
     """Plan the edges of a line of a CSV or CSB with the native build of the firmware's core."""
 
     result = PlannedLine
