@@ -39,6 +39,16 @@ def test_each_line_has_its_rule_and_the_refused_one_is_named(invoke):
     assert (data["verdict"], data["beside"][0]["steps"]) == ("fine", 60)
 
 
+def test_lines_of_one_file_are_told_by_their_numbers(invoke):
+    made = ("--speed", 4, "--pixels", 12, "--max-acceleration", 2, "--lines", 2)
+    invoke("line", "make", *made, "-o", "two.csv")
+    words = ("line", "check", "two.csv", "two.csv", "--decode", "smooth")
+    said = invoke(*words, "--line", 1, "--pixel-hz", 30, status=2).stderr
+    assert said == "pixstep: 2 files, --board: uno has 1 axis: 0\n"
+    told = invoke(*words, "--line", 2, "--line", 1).stdout
+    assert told.startswith("two.csv line 2: fine: ") and "\ntwo.csv line 1: fine: " in told
+
+
 def test_what_the_time_refuses_is_said_of_the_line_that_is_late(invoke):
     Path("fast.csv").write_bytes(b"".join(b"%6d\r\n" % (1 + k * k % 7) for k in range(3000)))
     words = ("line", "check", "rises.csv", "fast.csv", "--board", "mega", "--pixel-hz", 1000)

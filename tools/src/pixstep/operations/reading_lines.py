@@ -258,7 +258,8 @@ def per_line(field: str, values: Sequence[Value], count: int, default: Value) ->
     if len(values) == count:
         return list(values)
     if len(values) > 1:
-        raise AskedError(f"{{{field}}} is given {len(values)} times for {count} lines")
+        lines = f"{count} line{'s' * (count != 1)}"
+        raise AskedError(f"{{{field}}} is given {len(values)} times for {lines}")
     return [values[0] if values else default] * count
 
 

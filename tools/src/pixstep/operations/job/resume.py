@@ -255,5 +255,7 @@ class JobPause(Request):
         folder.ask_pause()
         told = folder.history()
         data = printing.facts_of(self.run_path, job, told, "running")
-        last = max(told.in_flight, default=told.next_line)
-        return Result(data, f"{self.run_path}: pauses at the end of line {last}")
+        where = "the line after the one that moves"  # where that is not known yet
+        if len(told.in_flight) > 1 or job.lines in told.in_flight:
+            where = f"line {max(told.in_flight)}"
+        return Result(data, f"{self.run_path}: pauses at the end of {where}")

@@ -97,7 +97,7 @@ class LineCheck(OfClock):
 
     def run(self, desk: Desk) -> Result:
         """Read the lines and check them."""
-        self._refuse_fewer_axes()
+        self._refuse_axes(desk)
         lines = self._read(desk)
         found = [
             line_check.check(*one) for one in zip(lines, self._bounds(lines, desk), strict=True)
@@ -113,7 +113,8 @@ class LineCheck(OfClock):
             "board": self.board if self.pixel_hz else None,
             "beside": beside,
         }
-        page = functools.partial(_page, [first, *beside], found)
+        names = [line.name for line in lines] if beside else [first["file"]]
+        page = functools.partial(_page, names, [first, *beside], found)
         return Result(data, page, STATUSES[severity])
 
     @property
@@ -121,14 +122,17 @@ class LineCheck(OfClock):
         """How many axes move at once."""
         return self.axes or len(self.csv)
 
-    def _refuse_fewer_axes(self) -> None:
+    def _refuse_axes(self, desk: Desk) -> None:
+        """Refuse fewer axes than files, and more than the board has, where one is judged by."""
         if self.together < len(self.csv):
             raise AskedError(
                 f"{{axes}} {self.axes}: {len(self.csv)} files are lines of as many axes",
                 cure=f": {{axes}} {len(self.csv)} or more, or none",
             )
-        if self.together > boards.load(self.board).axes:
-            raise AskedError(f"{{axes}} {self.together}: {boards.axes_text(self.board)}")
+        is_judged = self.axes or self.pixel_hz or _board_is_named(desk)
+        if is_judged and self.together > boards.load(self.board).axes:
+            asked = f"{{axes}} {self.axes}" if self.axes else f"{len(self.csv)} files, {{board}}"
+            raise AskedError(f"{asked}: {boards.axes_text(self.board)}")
 
     def _read(self, desk: Desk) -> list[Line]:
         return reading_lines.read_lines(
@@ -252,15 +256,17 @@ def _reads_leniently(path: Path, *, raw: bool) -> bool:
     return True
 
 
-def _page(checked: Sequence[LineFindings], found: Sequence[list[Finding]], page: Page) -> None:
+def _page(
+    names: Sequence[str], checked: Sequence[LineFindings], found: Sequence[list[Finding]],
+    page: Page,
+) -> None:  # fmt: skip
     """Write the findings of each line, and its verdict."""
-    for data, items in zip(checked, found, strict=True):
-        _write_line(data, items, page)
+    for name, data, items in zip(names, checked, found, strict=True):
+        _write_line(name, data, items, page)
 
 
-def _write_line(data: LineFindings, found: list[Finding], page: Page) -> None:
+def _write_line(name: str, data: LineFindings, found: list[Finding], page: Page) -> None:
     """Write the findings of a line, one for neighbours that say the same, and the verdict."""
-    name = data["file"]
     # Neighbours are alike but for their pixels, which count up as their places do.
     placed = [(replace(item, pixel=item.pixel - place), item) for place, item in enumerate(found)]
     for _, run in groupby(placed, lambda one: one[0]):
