@@ -40,7 +40,7 @@ def test_each_line_has_its_rule_and_the_refused_one_is_named(invoke):
 
 
 def test_lines_of_one_file_are_told_by_their_numbers(invoke):
-    made = ("--speed", 4, "--pixels", 12, "--max-acceleration", 2, "--lines", 2)
+    made = ("--speed", 4, "--pixels", 12, "--max-acceleration", 2, "--lines", 2, "--pixel-hz", 30)
     invoke("line", "make", *made, "-o", "two.csv")
     words = ("line", "check", "two.csv", "two.csv", "--decode", "smooth")
     said = invoke(*words, "--line", 1, "--pixel-hz", 30, status=2).stderr
