@@ -108,11 +108,15 @@ class TestSimulated:
 
     def test_a_block_without_its_rows_or_edges_is_simulated_again(self, simulated):
         folder, done = simulated
-        first, second, *_ = sorted((folder / "print.pxsim/blocks").iterdir())
+        first, second, third = sorted((folder / "print.pxsim/blocks").iterdir())
         first.write_bytes(b"nonsense")
-        (folder / "print.pxsim/edges" / second.name).unlink()
+        edges = folder / "print.pxsim/edges"
+        (edges / second.name).unlink()
+        whole = (edges / third.name).read_bytes()
+        (edges / third.name).write_bytes(whole[: len(whole) // 2])
         again = simulate(folder)
-        assert again["simulated"] == 2 and again["sha256"] == done["sha256"]
+        assert again["simulated"] == 3 and again["sha256"] == done["sha256"]
+        assert (edges / third.name).read_bytes() == whole
 
     def test_a_block_simulated_twice_has_the_same_edges(self, simulated, tmp_path):
         folder, _ = simulated

@@ -10,6 +10,7 @@ simulation.json      what was simulated, and the verdict
 from __future__ import annotations
 
 import json
+import os
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -36,6 +37,7 @@ SUFFIX = ".pxsim"
 _BLOCKS, _EDGES, _LINES, _ABOUT = "blocks", "edges", "lines.parquet", "simulation.json"
 _WHERE = b"pixstep"  # the metadata of a block's rows: who made them, and where its edges are
 _GROUP = 4096  # rows that are written together: each group takes memory until the end
+_MARK = b"PAR1"
 MOST_FAILED = 20  # lines that are told one by one
 
 
@@ -116,7 +118,7 @@ class SimFolder:
         """Whether a block is finished, and its edges are there, if they were left here."""
         try:
             where = self._where(key)
-            return where["local"] is False or Path(where["edges"]).is_file()
+            return where["local"] is False or _is_whole(Path(where["edges"]))
         except (UserError, KeyError, TypeError, ValueError):
             return False
 
@@ -179,6 +181,16 @@ class SimFolder:
                 writer.write_table(pyarrow.concat_tables(waiting))
         told.sha256 = total.hexdigest()
         return told
+
+
+def _is_whole(path: Path) -> bool:
+    """Return whether a file is Parquet to its end, where its writer puts the mark last."""
+    try:
+        with path.open("rb") as file:
+            file.seek(-len(_MARK), os.SEEK_END)
+            return file.read() == _MARK
+    except OSError:
+        return False
 
 
 def _schema() -> pyarrow.Schema:
