@@ -49,13 +49,17 @@ def served(desk: Desk, asked: WatchRun, run: LiveRun | None) -> Iterator[str]:
             stack.callback(eye.close)
         site.open()
         stack.callback(site.close)
-        desk.row({"web": site.address})
-        desk.tell(f"{site.address}   Ctrl-C ends")
+        _told(desk, site.address)
         try:
             yield site.address
         finally:
             with signals.ignored():
                 stack.close()
+
+
+def _told(desk: Desk, address: str) -> None:
+    desk.row({"web": address})
+    desk.tell(f"{address}   Ctrl-C ends")
 
 
 def text() -> str:
