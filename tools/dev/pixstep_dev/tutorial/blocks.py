@@ -78,5 +78,5 @@ def _said(run: int, long: int, needs: Counter[str]) -> str:
     return ", ".join(parts)
 
 
-def _is_command(step: document.Step) -> bool:
+def _is_command(step: document.TutorialStep) -> bool:
     return not step.command.startswith("cat >")

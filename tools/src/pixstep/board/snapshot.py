@@ -11,7 +11,7 @@ from typing import TypedDict
 
 from pixstep.board import registers as regs
 from pixstep.board import settings, values
-from pixstep.board.device import Board, Identity
+from pixstep.board.device import Device, Identity
 from pixstep.board.errors import BoardError
 from pixstep.board.link import World
 from pixstep.board.state import beside_set, interval_hz
@@ -84,12 +84,12 @@ class ClockState:
         }
 
 
-def is_awaited(board: Board, inputs: Mapping[str, int]) -> bool:
+def is_awaited(board: Device, inputs: Mapping[str, int]) -> bool:
     """True if a board locks lines to its pixel clock and has not measured it yet."""
     return settings.locks(settings.read(board)) and not regs.is_measured(inputs["status"])
 
 
-def await_lock(board: Board, world: World) -> None:
+def await_lock(board: Device, world: World) -> None:
     """Wait, if the board locks lines to its pixel clock, until it can: then it has measured it.
 
     Raises BoardError if it does not in a time that a steady clock needs.
@@ -100,7 +100,7 @@ def await_lock(board: Board, world: World) -> None:
 
 
 def await_measured(
-    board: Board, world: World, clock_s: float, edges: int = _MEASURING_EDGES
+    board: Device, world: World, clock_s: float, edges: int = _MEASURING_EDGES
 ) -> None:
     """Wait until a board has measured its pixel clock, whose edges are `clock_s` apart.
 
@@ -128,7 +128,7 @@ def await_measured(
         world.wait(min(_POLL_S, _POLL_EDGES * clock_s))
 
 
-def clock_beside(board: Board, world: World | None = None) -> str:
+def clock_beside(board: Device, world: World | None = None) -> str:
     """Return in words the frequency that a board sees beside the one that it is set to.
 
     While the board has measured none, its count of edges tells, if there is time for that.
@@ -154,7 +154,7 @@ def _is_known(status: int, *, gated: bool) -> bool:
     return comes and regs.is_measured(status)
 
 
-def _gated(board: Board) -> bool:
+def _gated(board: Device) -> bool:
     return settings.gate_of(settings.read(board)) != 0
 
 
@@ -171,7 +171,7 @@ def measured_hz(clock: ClockState | None, inputs: Mapping[str, int], tick_hz: in
 
 
 def read_clock(
-    board: Board, inputs: Mapping[str, int], clock_hz: Fraction | None = None
+    board: Device, inputs: Mapping[str, int], clock_hz: Fraction | None = None
 ) -> ClockState | None:
     """Return what a board has measured, by its input registers and its settings.
 
@@ -294,7 +294,7 @@ class Snapshot:
 
 
 def take(
-    board: Board, who: Identity, time_s: float, axes: list[dict[str, int]] | None = None
+    board: Device, who: Identity, time_s: float, axes: list[dict[str, int]] | None = None
 ) -> Snapshot:
     """Read a board, but for its axes if these are given; raises BoardError for no answer."""
     inputs, clock_hz = board.inputs(), board.clock_hz()

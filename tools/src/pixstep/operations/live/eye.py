@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from pixstep.board import snapshot
-from pixstep.board.device import Board, Identity
+from pixstep.board.device import Device, Identity
 from pixstep.board.errors import BoardError
 from pixstep.board.link import Link, SerialLink
 from pixstep.board.port import Port
@@ -54,7 +54,7 @@ class Seen:
     """A board as it was seen last; `trouble` says why it is not seen now."""
 
     unit: int
-    board: Board | None = None
+    board: Device | None = None
     who: Identity | None = None
     now: Snapshot | None = None
     before: Snapshot | None = None
