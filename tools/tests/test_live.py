@@ -21,7 +21,7 @@ from pixstep import ops
 from pixstep.board import run, snapshot
 from pixstep.board.link import SerialLink
 from pixstep.board.port import Port
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.errors import UserError
 from pixstep.jobs.job import Job
 from pixstep.jobs.report.story import Story
@@ -53,7 +53,7 @@ class Scene:
         self.board = link.board()
         tables = job.machine.tables
         for motor, line in job.line(1).items():
-            upload = Upload(self.board, tables[motor].axis, queue_entries(line))
+            upload = LineUpload(self.board, tables[motor].axis, queue_entries(line))
             upload.push()
         self.link, self.job, self.bell = link, job, Bell()
         snapshot.await_measured(self.board, link.world, 1 / 30)
@@ -138,7 +138,8 @@ def test_figures_are_those_of_the_board(site, scene, chromium):
     position = scene.board.axis(0)["position_steps"]
     steps = scene.eye.seen[1].now.axes[0]["position_steps"]
     assert 0 < steps <= position
-    assert text_of(chromium, ".pane .figures b") == f"{steps / 400:.3f}"
+    shown = float(text_of(chromium, ".pane .figures b").replace(",", ""))
+    assert shown == pytest.approx(steps / 400, abs=0.0006)
     assert f"mm ({steps:,} steps)" in text_of(chromium, ".pane .figures")
     cards = text_of(chromium, ".cards")
     assert "30 Hz\nset to 30 Hz, " in cards and "fault\nnone" in cards

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from effort import cases, only_long
-from pixstep import natives
 from pixstep.board import registers as regs
 from pixstep.board import run
 from pixstep.errors import UserError

@@ -230,10 +230,12 @@ def _file(first: int, name: str, body: list[str]) -> TutorialStep:
 
 
 def _commands(first: int, body: list[str]) -> list[NotRun]:
-    found = []
+    found: list[NotRun] = []
+    begun = ""
     for number, line in enumerate(body, start=first):
-        command = line.split("  #")[0].strip()
-        if command and not command.startswith("#"):
+        command = begun + line.split("  #")[0].strip()
+        begun = command.removesuffix("\\") if command.endswith("\\") else ""
+        if command and not begun and not command.startswith("#"):
             found.append(NotRun(number, command, ""))
     return found
 

@@ -49,7 +49,7 @@ class LiveView:
             "run": self._run.as_json() if self._run else None,
         }
         plan = self._run.plan(self.eyes) if self._run else None
-        return {"look": look} | ({"plan": plan} if plan else {})
+        return ({"plan": plan} if plan else {}) | {"look": look}
 
     def stop(self) -> str:
         """Stop all boards; return in words what was done."""
