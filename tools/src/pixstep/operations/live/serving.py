@@ -7,12 +7,14 @@ import contextlib
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from pixstep import signals
 from pixstep.board.link import Link
+from pixstep.board.port import Port
 from pixstep.operations import bus, serve
 from pixstep.operations.asked import AskedError
+from pixstep.operations.bus import Units
 from pixstep.operations.desk import Desk
 from pixstep.operations.live import spots
 from pixstep.operations.live.eye import Eye, Spot
@@ -23,15 +25,44 @@ from pixstep.server.serving import new_token
 from pixstep.server.web import Bell, Site
 from pixstep.version import __version__
 
-if TYPE_CHECKING:
-    from pixstep.operations.job.watch import WatchRun
-
 _DATA = Path(__file__).resolve().parents[2] / "data"
 _CHARTS = "uplot-1.6.32"
 
 
+class LivePageAsked(Protocol):
+    """What is asked for: where the page is and what it may, and which boards it shows."""
+
+    @property
+    def at(self) -> serve.Door:
+        """Host and port number of the page."""
+
+    @property
+    def token_file(self) -> Path | None:
+        """Where its token is."""
+
+    @property
+    def allow_stop(self) -> bool:
+        """Whether it has a button that stops all boards."""
+
+    @property
+    def interval_s(self) -> float:
+        """The time from one look to the next."""
+
+    @property
+    def port(self) -> str | None:
+        """The port of the boards, if it is named."""
+
+    @property
+    def bus(self) -> Port:
+        """That port, and how it is spoken to."""
+
+    @property
+    def units(self) -> Units:
+        """The addresses on it."""
+
+
 @contextlib.contextmanager
-def served(desk: Desk, asked: WatchRun, run: LiveRun | None) -> Iterator[str]:
+def served(desk: Desk, asked: LivePageAsked, run: LiveRun | None) -> Iterator[str]:
     """Yield the address of the page, which is told, and serve it meanwhile."""
     token = serve.token_in(asked.token_file) if asked.token_file else new_token()
     found = _spots(desk, asked, run)
@@ -77,7 +108,7 @@ def _file(name: str) -> str:
     return (_DATA / name).read_text(encoding="utf-8")
 
 
-def _spots(desk: Desk, asked: WatchRun, run: LiveRun | None) -> list[Spot]:
+def _spots(desk: Desk, asked: LivePageAsked, run: LiveRun | None) -> list[Spot]:
     """Return where the boards are: of the run, of the port, or of the machine file."""
     if run:
         machine = run.job.machine.tables
@@ -96,7 +127,9 @@ def _spots(desk: Desk, asked: WatchRun, run: LiveRun | None) -> list[Spot]:
     return found
 
 
-def _eye(desk: Desk, spot: Spot, asked: WatchRun, bell: Bell, stack: contextlib.ExitStack) -> Eye:
+def _eye(
+    desk: Desk, spot: Spot, asked: LivePageAsked, bell: Bell, stack: contextlib.ExitStack
+) -> Eye:
     """Return what looks at boards; a port that it opens itself is there, or this fails."""
     link: Link | None = None
     if not spot.served:
