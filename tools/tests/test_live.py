@@ -33,7 +33,7 @@ from pixstep.operations.live.job_run import LiveRun
 from pixstep.operations.live.view import LiveView
 from pixstep.server import remote, web
 from pixstep.server.web import Bell, Site
-from serverbench import Desk, runtime, terminal, until  # noqa: F401 (fixtures)
+from serverbench import Desk, until
 
 LOOK_S, LOOKS = 0.25, 24
 TOKEN = "a-token"
@@ -241,7 +241,7 @@ def test_a_place_that_is_taken_is_named():
 
 
 @pytest.fixture
-def desk(terminal, runtime):  # noqa: F811
+def desk(terminal, runtime):
     made = Desk(terminal, timeout_s=0.05)
     yield made
     made.close()
@@ -282,7 +282,7 @@ def test_the_button_stops_all_boards(desk, chromium):
     assert sum(frame[0] == 0 for frame in desk.frames()) >= 1
 
 
-def test_a_run_without_a_server_shows_its_log_and_says_why(scene, runtime):  # noqa: F811
+def test_a_run_without_a_server_shows_its_log_and_says_why(scene, runtime):
     eye = Eye(Spot(Port("/dev/nowhere"), (1,), served=True), None, LOOK_S, lambda: None)
     view = LiveView([eye], scene.run, "a.pxrun", stops=False)
     assert remote.find(Port("/dev/nowhere")) is None
