@@ -66,7 +66,7 @@
 #ifndef FEATURE_LINE_ENDS
 #define FEATURE_LINE_ENDS BOARD_ALL_FEATURES
 #endif
-// A pixel clock that timer 2 makes on pin CLOCK_OUT: setting `clock_out_hz`.
+// A pixel clock that the board makes on pin CLOCK_OUT: setting `clock_out_hz`.
 #ifndef FEATURE_CLOCK_OUT
 #define FEATURE_CLOCK_OUT BOARD_ALL_FEATURES
 #endif

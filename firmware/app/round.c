@@ -20,7 +20,6 @@
 #include "axis/decode.h"            // decode_*
 #include "base/apart.h"             // APART
 #include "hal/clock.h"              // clock_now_units
-#include "hal/clock_out.h"          // clock_out_poll
 #include "hal/cpu.h"                // cpu_section
 #include "hal/estop.h"              // estop_latched
 #include "hal/step_timer.h"         // step_timer_*
@@ -496,7 +495,6 @@ static APART void look_after_axes(void)
     release_lines();
     clock_edges_miss();
     store_poll();
-    clock_out_poll();
     if (CONFIG_AXES > 1) {
         clock_edges_poll();
         advance_in_turn();
@@ -521,7 +519,6 @@ static APART void look_briefly(void)
     cpu_section(CPU_SECTION_ROUND);
     take_underruns();
     clock_edges_poll();
-    clock_out_poll();
     if (starting()) {
         release_lines();
     }

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
-// A pixel clock of the board's own, for a board that has no other: timer 2 makes it on pin
-// CLOCK_OUT, and a wire takes it to PIXEL_CLOCK, of this board or of others. The edges are the
-// hardware's, without an interrupt, so that they cost the step engines nothing and keep their
-// distance whatever the program does. Main loop only.
+// A pixel clock of the board's own, for a machine that has no other yet: the board makes it on pin
+// CLOCK_OUT, and a wire takes it to PIXEL_CLOCK, of this board or of others. Main loop only.
+//
+// Where CLOCK_OUT is a compare output of the coarse clock's timer, the hardware makes the edges. An
+// interrupt a millisecond, and one an edge, moves the compare register on: it lets the step
+// interrupts in at once. On other boards that interrupt makes the edges, later by as long as it has
+// to wait.
 //
 // Without FEATURE_CLOCK_OUT nothing of it is there, and the pin is left alone.
 #pragma once
@@ -13,23 +16,15 @@
 
 #if FEATURE_CLOCK_OUT
 
-// Make a clock of so many hertz (core/clock/clock_out_plan.h) from now on; 0: none, and the pin is
-// an input again. The clock goes on undisturbed if it is that already.
+// Make a clock of so many hertz (core/clock/clock_out.h) from now on; 0: none, and the pin is an
+// input again. The clock goes on undisturbed if it is that already.
 void clock_out_set(uint16_t hz);
-
-// Look after a clock that is too slow for the hardware alone. Once a round, and at least every
-// 8 ms: a change of level comes a match later, up to 16 ms, for a call that is missing.
-void clock_out_poll(void);
 
 #else
 
 static inline void clock_out_set(uint16_t hz)
 {
     (void)hz;
-}
-
-static inline void clock_out_poll(void)
-{
 }
 
 #endif

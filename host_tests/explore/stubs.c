@@ -59,10 +59,6 @@ void clock_out_set(uint16_t hz)
 {
     (void)hz;
 }
-
-void clock_out_poll(void)
-{
-}
 #endif
 
 void cpu_watchdog_start(void)

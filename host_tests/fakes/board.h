@@ -42,8 +42,7 @@ void fake_estop(bool high);
 
 extern bool fake_permit;           // the permit output
 extern uint16_t fake_clock_out_hz; // of the clock that the board makes
-extern unsigned fake_clock_out_polls;
-extern uint8_t fake_reset_cause; // from the next start on
+extern uint8_t fake_reset_cause;   // from the next start on
 extern bool fake_stack_intact;
 extern uint16_t fake_watchdog_feeds;
 

@@ -5,14 +5,8 @@
 #include "fakes/board.h"
 
 uint16_t fake_clock_out_hz;
-unsigned fake_clock_out_polls;
 
 void clock_out_set(uint16_t hz)
 {
     fake_clock_out_hz = hz;
-}
-
-void clock_out_poll(void)
-{
-    fake_clock_out_polls++;
 }

@@ -7,10 +7,15 @@
 #include <avr/io.h>
 #include <stdbool.h>
 
-#include "config.h" // CONFIG_AXES
+#include "avr/hal/clock_units.h" // clock_overflows, clock_interrupts
+#include "config.h"              // CONFIG_AXES
+
+#if FEATURE_CLOCK_OUT
+uint8_t clock_interrupts;
+#endif
 
 #if CONFIG_AXES == 1
-static volatile uint32_t clock_overflows;
+volatile uint32_t clock_overflows;
 
 // Budget: 50 cycles, once a millisecond; 35 where one byte is enough. The step interrupts are let
 // in at once. A byte is counted up when the one below it has wrapped. Nobody asks for the fourth:
@@ -37,8 +42,7 @@ ISR(TIMER0_OVF_vect, ISR_NAKED)
 #else
 #include <util/atomic.h>
 
-#include "avr/hal/clock_units.h" // clock_overflows
-#include "avr/hal/flag_bits.h"   // FLAG_CLOCK_COUNTING
+#include "avr/hal/flag_bits.h" // FLAG_CLOCK_COUNTING
 
 volatile uint32_t clock_overflows;
 
@@ -69,15 +73,17 @@ static void clock_body(void)
         clock_overflows = overflows;
         GPIOR0 &= (uint8_t)~_BV(FLAG_CLOCK_COUNTING);
     }
-    TIMSK0 = (uint8_t)_BV(TOIE0);
+    TIMSK0 = CLOCK_INTERRUPTS;
 }
 #endif
 
 void clock_start(void)
 {
-    TCCR0A = 0;
+#if FEATURE_CLOCK_OUT
+    clock_interrupts |= (uint8_t)_BV(TOIE0);
+#endif
     TCCR0B = (uint8_t)(_BV(CS01) | _BV(CS00));
-    TIMSK0 = (uint8_t)_BV(TOIE0);
+    TIMSK0 = CLOCK_INTERRUPTS;
 }
 
 // The overflow interrupt may still wait behind step interrupts although the count has wrapped, so

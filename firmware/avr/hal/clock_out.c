@@ -1,64 +1,113 @@
 // SPDX-License-Identifier: MIT
-// Timer 2 in CTC mode: the count returns to 0 after OCR2A, which is a match of both channels. The
-// board file says which of the two has its output on pin CLOCK_OUT.
+// Timer 0 is the coarse clock (clock.c); its compare B makes the pixel clock beside that.
 #include "hal/clock_out.h"
 
+#include <avr/interrupt.h>
 #include <avr/io.h>
 #include <stdbool.h>
+#include <util/atomic.h>
 
-#include "avr/hal/board.h"        // BOARD_KEEP
-#include "clock/clock_out_plan.h" // clock_out_plan_of
-#include "config.h"               // CONFIG_TIMER_HZ
+#include "avr/hal/board.h"       // BOARD_KEEP
+#include "avr/hal/clock_units.h" // clock_interrupts
+#include "clock/clock_out.h"     // clock_out_begin, clock_out_match
+#include "config.h"              // CONFIG_TIMER_HZ
+#include "hal/clock.h"           // CLOCK_UNIT_TICKS
 
 #if FEATURE_CLOCK_OUT
 
-#define JOIN(a, b, c)      JOIN_NOW(a, b, c)
-#define JOIN_NOW(a, b, c)  a##b##c
-#define OUTPUT_TOGGLE_BITS ((uint8_t)_BV(JOIN(COM2, BOARD_CLOCK_OUT_CHANNEL, 0)))
-#define OUTPUT_LOW_BITS    ((uint8_t)_BV(JOIN(COM2, BOARD_CLOCK_OUT_CHANNEL, 1)))
-#define OUTPUT_HIGH_BITS   ((uint8_t)(OUTPUT_TOGGLE_BITS | OUTPUT_LOW_BITS))
-#define MATCH_FLAG         ((uint8_t)_BV(JOIN(OCF2, BOARD_CLOCK_OUT_CHANNEL, )))
-
 static uint16_t set_hz; // the clock that there is
-static struct {
-    uint8_t matches; // in half a period; 1: the hardware needs no help
-    uint8_t left;    // of them until the level changes
-    bool high;       // what the next match makes the output
-} slow;
+static struct clock_out own_clock;
+static volatile bool serving;
 
+// What of a port's registers pin CLOCK_OUT has.
+#define WRITE_PORT(axis, port, bit)                                                      \
+    if (high) {                                                                          \
+        PORT##port |= (uint8_t)_BV(bit);                                                 \
+    } else {                                                                             \
+        PORT##port &= (uint8_t)~_BV(bit);                                                \
+    }
 #define WRITE_DDR(axis, port, bit)                                                       \
     if (output) {                                                                        \
         DDR##port |= (uint8_t)_BV(bit);                                                  \
     } else {                                                                             \
         DDR##port &= (uint8_t)~_BV(bit);                                                 \
     }
+#define WANT_CLOCK_OUT BOARD_WANTED
+
 static void make_pin_output(bool output)
 {
-#define WANT_CLOCK_OUT BOARD_WANTED
 #define BOARD_PIN(signal, axis, port, bit, header_pin)                                   \
     BOARD_KEEP(WANT_##signal)(WRITE_DDR(axis, port, bit))
 #include BOARD_FILE
+}
+
+#if BOARD_CLOCK_OUT_IS_OC0B
+// The hardware has made the level of this match, and needs to know that of the next one.
+static inline void make_level(bool high)
+{
+    (void)high;
+}
+
+static inline void let_next_match_make(bool high)
+{
+    TCCR0A = (uint8_t)(_BV(COM0B1) | (high ? _BV(COM0B0) : 0));
+}
+#else
+static inline void make_level(bool high)
+{
+#define BOARD_PIN(signal, axis, port, bit, header_pin)                                   \
+    BOARD_KEEP(WANT_##signal)(WRITE_PORT(axis, port, bit))
+#include BOARD_FILE
+}
+
+static inline void let_next_match_make(bool high)
+{
+    (void)high;
+}
+#endif
 #undef WANT_CLOCK_OUT
+
+static void clock_out_body(void) __asm__("__vector_clock_out_body")
+    __attribute__((signal, used));
+
+// Budget: 140 cycles, once a millisecond and once an edge. The step interrupts are let in after 10
+// cycles.
+ISR(TIMER0_COMPB_vect, ISR_NAKED)
+{
+    __asm__ volatile("sei\n\t"
+                     "jmp __vector_clock_out_body");
 }
 
-static void let_match_make(uint8_t output_bits)
+// Under traffic that leaves this handler an instruction now and then, the next match may come before
+// this one is over: that match is left out, the clock is late.
+static void clock_out_body(void)
 {
-    TCCR2A = (uint8_t)(output_bits | _BV(WGM21));
+    if (serving) {
+        return;
+    }
+    serving = true;
+    make_level(clock_out_next_level(&own_clock));
+    OCR0B = (uint8_t)(OCR0B + clock_out_match(&own_clock));
+    let_next_match_make(clock_out_next_level(&own_clock));
+    serving = false;
 }
 
-static void start(const struct clock_out_plan *plan)
+static void start(uint16_t hz)
 {
-    uint8_t top = (uint8_t)(plan->counts - 1u);
+    clock_out_begin(&own_clock, hz, CONFIG_TIMER_HZ / CLOCK_UNIT_TICKS);
+    let_next_match_make(false);
+    OCR0B = (uint8_t)(TCNT0 + CLOCK_OUT_COUNTS_MAX / 2u);
+    TIFR0 = (uint8_t)_BV(OCF0B);
+    clock_interrupts |= (uint8_t)_BV(OCIE0B);
+    TIMSK0 = clock_interrupts;
+}
 
-    TCNT2 = 0;
-    OCR2A = top;
-    OCR2B = top;
-    TIFR2 = MATCH_FLAG;
-    slow.matches = plan->matches;
-    slow.left = plan->matches;
-    slow.high = false;
-    let_match_make(plan->matches == 1 ? OUTPUT_TOGGLE_BITS : OUTPUT_LOW_BITS);
-    TCCR2B = plan->select;
+static void stop(void)
+{
+    clock_interrupts &= (uint8_t)~_BV(OCIE0B);
+    TIMSK0 = clock_interrupts;
+    TCCR0A = 0;
+    make_level(false);
 }
 
 void clock_out_set(uint16_t hz)
@@ -67,30 +116,14 @@ void clock_out_set(uint16_t hz)
         return;
     }
     set_hz = hz;
-    slow.matches = 1;
-    TCCR2B = 0;
-    TCCR2A = 0;
-    make_pin_output(hz != 0);
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    {
+        stop();
+        make_pin_output(hz != 0);
+    }
+    // Nobody but the interrupt, which is off, knows the clock.
     if (hz != 0) {
-        struct clock_out_plan plan = clock_out_plan_of(hz, CONFIG_TIMER_HZ);
-        start(&plan);
-    }
-}
-
-// The output keeps its level through all matches but the last one of a half period.
-void clock_out_poll(void)
-{
-    if (slow.matches == 1 || (TIFR2 & MATCH_FLAG) == 0) {
-        return;
-    }
-    TIFR2 = MATCH_FLAG;
-    slow.left--;
-    if (slow.left == 0) {
-        slow.left = slow.matches;
-    }
-    if (slow.left == 1) {
-        slow.high = !slow.high;
-        let_match_make(slow.high ? OUTPUT_HIGH_BITS : OUTPUT_LOW_BITS);
+        start(hz);
     }
 }
 
