@@ -11,6 +11,7 @@
 #define TCCR0A      0x44U // data addresses, the same on all parts
 #define TCCR0B      0x45U
 #define OCR0B       0x48U
+#define TIMSK0      0x6EU
 #define CHANNEL_B   1
 #define COM0B_BITS  0x30U
 #define COM0B_SHIFT 4
@@ -122,6 +123,21 @@ static void write_ocr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *pa
     plan(t, access_cycle(avr));
 }
 
+// simavr forgets an interrupt that is disabled while it waits; on the part its flag stays, and the
+// interrupt comes once it is enabled again.
+static void write_timsk(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
+{
+    struct timer0 *t = param;
+    avr_int_vector_t *vector = &t->part->comp[CHANNEL_B].interrupt;
+
+    avr->data[address] = value;
+    if (avr_regbit_get(avr, vector->enable) == 0) {
+        vector->pending = 0;
+    } else if (avr_regbit_get(avr, vector->raised) != 0 && !vector->pending) {
+        peripheral_raise(&t->hooks->host, avr, vector, access_cycle(avr) + 1);
+    }
+}
+
 void timer0_reset(struct timer0 *t)
 {
     t->ocr = 0;
@@ -152,4 +168,5 @@ void timer0_attach(struct timer0 *t, avr_t *avr, const struct timer0_hooks *hook
     access_take(avr, TCCR0A, NULL, write_tccra, t);
     access_take(avr, TCCR0B, avr->io[tccrb].r.c, write_tccrb, t);
     access_take(avr, OCR0B, NULL, write_ocr, t);
+    access_take(avr, TIMSK0, NULL, write_timsk, t);
 }
