@@ -7,7 +7,8 @@
 #include "clock/clock_out.h"
 #include "unity.h"
 
-#define EDGES 9u
+#define EDGES     9u
+#define COUNTS_HZ ((uint32_t)250000)
 
 static struct clock_out own;
 static bool level;
@@ -66,10 +67,10 @@ static void check_clock(uint16_t hz, uint32_t counts_hz, uint32_t period_counts)
 
 static void slow_and_fast_clocks(void)
 {
-    check_clock(1, 250000uL, 250000uL);
-    check_clock(30, 250000uL, 8333);
-    check_clock(1000, 250000uL, 250);
-    check_clock(2000, 250000uL, 125);
+    check_clock(1, COUNTS_HZ, 250000);
+    check_clock(30, COUNTS_HZ, 8333);
+    check_clock(1000, COUNTS_HZ, 250);
+    check_clock(2000, COUNTS_HZ, 125);
     check_clock(1, 312500uL, 312500uL);
     check_clock(2000, 312500uL, 156);
 }
@@ -78,7 +79,7 @@ static void slow_and_fast_clocks(void)
 static void clocks_a_little_over_a_wrap(void)
 {
     for (uint16_t hz = 393; hz <= 487; hz++) {
-        check_clock(hz, 250000uL, (250000uL + hz / 2u) / hz);
+        check_clock(hz, COUNTS_HZ, (COUNTS_HZ + hz / 2u) / hz);
     }
 }
 
@@ -87,10 +88,10 @@ static void every_frequency(void)
 {
     for (uint16_t hz = 100; hz <= CLOCK_OUT_HZ_MAX; hz++) {
         setUp();
-        clock_out_begin(&own, hz, 250000uL);
+        clock_out_begin(&own, hz, COUNTS_HZ);
         uint32_t period = pass_level() + pass_level();
         uint32_t off =
-            period * hz > 250000uL ? period * hz - 250000uL : 250000uL - period * hz;
+            period * hz > COUNTS_HZ ? period * hz - COUNTS_HZ : COUNTS_HZ - period * hz;
         TEST_ASSERT_LESS_OR_EQUAL_UINT32(hz / 2u, off);
     }
 }
