@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
 // The outputs of a board: STEP, DIR, ENABLE, PERMIT and CLOCK_OUT with the exact cycles of their
-// edges, and the driver enable of the serial bus. Every edge goes to the log of edges, every rising STEP edge
-// to the mechanics. A pin that the program does not drive counts as low.
+// edges, and the driver enable of the serial bus. Every edge goes to the log of edges, every rising
+// STEP edge to the mechanics. A pin that the program does not drive counts as low.
 //
 //   PORTx, DDRx written ------> DIR, ENABLE, PERMIT, driver enable
 //   compare output OCnB ------> STEP, while the timer is connected to the pin (COMnB1:0)
 //   PORTx, DDRx written ------> STEP, while it is not
-//   compare output OC0B ------> CLOCK_OUT, while timer 0 is connected to the pin; else PORTx, DDRx
+//   compare output OC0B ------> CLOCK_OUT, while timer 0 is connected to the pin
 //
 // The functions that follow something are called by the board's wiring, within an instruction or an
 // event of the part; everything else may be read at any time between two instructions.

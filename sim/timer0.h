@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Compare B of timer 0 in the place of libsimavr's, while the timer counts freely (mode 0) at clk/64;
-// libsimavr keeps the count and its overflow.
+// Compare B of timer 0 in the place of libsimavr's, while the timer counts freely (mode 0) at
+// clk/64; libsimavr keeps the count and its overflow.
 //
 // Rules, from the ATmega328P and ATmega2560 data sheets (8-bit timer 0):
 //  * a match "will set the output compare flag at the next timer clock cycle", and changes the

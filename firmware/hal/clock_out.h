@@ -3,7 +3,7 @@
 // CLOCK_OUT, and a wire takes it to PIXEL_CLOCK, of this board or of others. Main loop only.
 //
 // Where CLOCK_OUT is a compare output of the coarse clock's timer, the hardware makes the edges. An
-// interrupt a millisecond, and one an edge, moves the compare register on: it lets the step
+// interrupt moves the compare register on, once a millisecond or twice a period: it lets the step
 // interrupts in at once. On other boards that interrupt makes the edges, later by as long as it has
 // to wait.
 //
@@ -12,11 +12,11 @@
 
 #include <stdint.h>
 
-#include "build_features.h" // FEATURE_CLOCK_OUT
+#include "config.h" // FEATURE_CLOCK_OUT
 
 #if FEATURE_CLOCK_OUT
 
-// Make a clock of so many hertz (core/clock/clock_out.h) from now on; 0: none, and the pin is an
+// Make a clock of so many hertz (core/base/clock_out.h) from now on; 0: none, and the pin is an
 // input again. The clock goes on undisturbed if it is that already.
 void clock_out_set(uint16_t hz);
 

@@ -15,7 +15,7 @@ from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.simulation.logs import read_edges
 from test_board_images import Live
-from test_board_images import live as live  # noqa: PLC0414
+from test_board_images import live as live
 
 pytestmark = pytest.mark.usefixtures("simulator")
 BUILT = [board.name for board in boards.all_boards() if board.all_features]

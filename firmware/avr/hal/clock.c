@@ -7,12 +7,11 @@
 #include <avr/io.h>
 #include <stdbool.h>
 
-#include "avr/hal/clock_units.h" // clock_overflows, clock_interrupts
+#include "avr/hal/clock_units.h" // clock_overflows
 #include "config.h"              // CONFIG_AXES
 
-#if FEATURE_CLOCK_OUT
-uint8_t clock_interrupts;
-#endif
+// The overflow interrupt beside compare B's (clock_out.c), which only the main loop switches.
+#define OVERFLOW_TOO ((uint8_t)((FEATURE_CLOCK_OUT ? TIMSK0 : 0) | _BV(TOIE0)))
 
 #if CONFIG_AXES == 1
 volatile uint32_t clock_overflows;
@@ -65,7 +64,7 @@ ISR(TIMER0_OVF_vect, ISR_NAKED)
 // before this one is counted. Its handler waits meanwhile, or one of the two would be lost.
 static void clock_body(void)
 {
-    TIMSK0 = 0;
+    TIMSK0 = FEATURE_CLOCK_OUT ? TIMSK0 & (uint8_t)~_BV(TOIE0) : 0;
     uint32_t overflows = clock_overflows + 1u;
 
     ATOMIC_BLOCK(ATOMIC_FORCEON)
@@ -73,17 +72,14 @@ static void clock_body(void)
         clock_overflows = overflows;
         GPIOR0 &= (uint8_t)~_BV(FLAG_CLOCK_COUNTING);
     }
-    TIMSK0 = CLOCK_INTERRUPTS;
+    TIMSK0 = OVERFLOW_TOO;
 }
 #endif
 
 void clock_start(void)
 {
-#if FEATURE_CLOCK_OUT
-    clock_interrupts |= (uint8_t)_BV(TOIE0);
-#endif
     TCCR0B = (uint8_t)(_BV(CS01) | _BV(CS00));
-    TIMSK0 = CLOCK_INTERRUPTS;
+    TIMSK0 = OVERFLOW_TOO;
 }
 
 // The overflow interrupt may still wait behind step interrupts although the count has wrapped, so

@@ -7,17 +7,15 @@
 #include <stdbool.h>
 #include <util/atomic.h>
 
-#include "avr/hal/board.h"       // BOARD_KEEP
-#include "avr/hal/clock_units.h" // clock_interrupts
-#include "clock/clock_out.h"     // clock_out_begin, clock_out_match
-#include "config.h"              // CONFIG_TIMER_HZ
-#include "hal/clock.h"           // CLOCK_UNIT_TICKS
+#include "avr/hal/board.h"  // BOARD_KEEP
+#include "base/clock_out.h" // clock_out_*
+#include "config.h"         // CONFIG_TIMER_HZ
+#include "hal/clock.h"      // CLOCK_UNIT_TICKS
 
 #if FEATURE_CLOCK_OUT
 
-static uint16_t set_hz; // the clock that there is
+// A period of 0: there is no clock.
 static struct clock_out own_clock;
-static volatile bool serving;
 
 // What of a port's registers pin CLOCK_OUT has.
 #define WRITE_PORT(axis, port, bit)                                                      \
@@ -70,60 +68,65 @@ static inline void let_next_match_make(bool high)
 static void clock_out_body(void) __asm__("__vector_clock_out_body")
     __attribute__((signal, used));
 
-// Budget: 140 cycles, once a millisecond and once an edge. The step interrupts are let in after 10
-// cycles.
+// Budget: 225 cycles, once a millisecond, or twice a period of a clock that is faster. The step
+// interrupts are let in after 10 cycles.
 ISR(TIMER0_COMPB_vect, ISR_NAKED)
 {
     __asm__ volatile("sei\n\t"
                      "jmp __vector_clock_out_body");
 }
 
-// Under traffic that leaves this handler an instruction now and then, the next match may come before
-// this one is over: that match is left out, the clock is late.
-static void clock_out_body(void)
+__attribute__((always_inline)) static inline void let_match_come(void)
 {
-    if (serving) {
-        return;
-    }
-    serving = true;
-    make_level(clock_out_next_level(&own_clock));
-    OCR0B = (uint8_t)(OCR0B + clock_out_match(&own_clock));
+    OCR0B = (uint8_t)(OCR0B + clock_out_counts(&own_clock));
     let_next_match_make(clock_out_next_level(&own_clock));
-    serving = false;
 }
 
-static void start(uint16_t hz)
+// A match that comes before this is over waits: the clock is late then. The overflow's handler may
+// interrupt this one, and this one that; each leaves the other's bit of TIMSK0 as it was.
+static void clock_out_body(void)
 {
-    clock_out_begin(&own_clock, hz, CONFIG_TIMER_HZ / CLOCK_UNIT_TICKS);
-    let_next_match_make(false);
-    OCR0B = (uint8_t)(TCNT0 + CLOCK_OUT_COUNTS_MAX / 2u);
+    TIMSK0 &= (uint8_t)~_BV(OCIE0B);
+    clock_out_match(&own_clock);
+    make_level(own_clock.high);
+    let_match_come();
+    TIMSK0 |= (uint8_t)_BV(OCIE0B);
+}
+
+static void start(void)
+{
+    OCR0B = TCNT0;
+    let_match_come();
     TIFR0 = (uint8_t)_BV(OCF0B);
-    clock_interrupts |= (uint8_t)_BV(OCIE0B);
-    TIMSK0 = clock_interrupts;
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    {
+        TIMSK0 |= (uint8_t)_BV(OCIE0B);
+    }
 }
 
 static void stop(void)
 {
-    clock_interrupts &= (uint8_t)~_BV(OCIE0B);
-    TIMSK0 = clock_interrupts;
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    {
+        TIMSK0 &= (uint8_t)~_BV(OCIE0B);
+    }
     TCCR0A = 0;
     make_level(false);
 }
 
 void clock_out_set(uint16_t hz)
 {
-    if (hz == set_hz) {
+    uint32_t period_counts =
+        hz == 0 ? 0 : clock_out_period_counts(hz, CONFIG_TIMER_HZ / CLOCK_UNIT_TICKS);
+
+    if (period_counts == own_clock.period_counts) {
         return;
     }
-    set_hz = hz;
-    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
-    {
-        stop();
-        make_pin_output(hz != 0);
-    }
-    // Nobody but the interrupt, which is off, knows the clock.
+    stop();
+    make_pin_output(hz != 0);
+    clock_out_begin(&own_clock, period_counts);
     if (hz != 0) {
-        start(hz);
+        start();
     }
 }
 

@@ -8,19 +8,9 @@
 #include <stdint.h>
 
 #include "avr/hal/flag_bits.h" // FLAG_CLOCK_COUNTING
-#include "build_features.h"    // FEATURE_CLOCK_OUT
 
 // Timer 0's overflows, changed with interrupts off where there are several axes.
 extern volatile uint32_t clock_overflows;
-
-// The interrupts of timer 0: its overflow, and a compare match where the board makes a pixel clock
-// (clock_out.c). Changed in the main loop alone.
-#if FEATURE_CLOCK_OUT
-extern uint8_t clock_interrupts;
-#define CLOCK_INTERRUPTS clock_interrupts
-#else
-#define CLOCK_INTERRUPTS ((uint8_t)_BV(TOIE0))
-#endif
 
 struct clock_look {
     uint16_t overflows;

@@ -2,8 +2,8 @@
 """Boards: all that differs between them, as firmware/avr/boards/*.def says; what images have.
 
 The boards there are, are these files. What an image was built with (firmware/build_features.def) a
-board says in its input registers `features` and `features_high`; what needs a missing one is refused before anything is
-sent.
+board says in its input registers `features` and `features_high`; what needs a missing one is
+refused before anything is sent.
 
 A gated pixel clock has bursts of edges, one for each line, with rests between them. Line zero is
 `gate_edges` (a board's setting) behind a burst's first edge. The board needs some of them to give a

@@ -4,7 +4,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "clock/clock_out.h"
+#include "base/clock_out.h"
 #include "unity.h"
 
 #define EDGES     9u
@@ -12,7 +12,7 @@
 
 static struct clock_out own;
 static bool level;
-static uint32_t now_counts;   // since the first call of clock_out_match()
+static uint32_t now_counts;   // since the clock began
 static uint32_t begun_counts; // of the last change of level
 
 void setUp(void)
@@ -29,11 +29,13 @@ void tearDown(void)
 // Pass on to the next match; return whether the level changes there.
 static bool pass_match(void)
 {
-    uint16_t counts = clock_out_match(&own);
+    uint16_t counts = clock_out_counts(&own);
     bool next = clock_out_next_level(&own);
 
     TEST_ASSERT_GREATER_OR_EQUAL_UINT16(CLOCK_OUT_COUNTS_MIN, counts);
     TEST_ASSERT_LESS_OR_EQUAL_UINT16(CLOCK_OUT_COUNTS_MAX, counts);
+    clock_out_match(&own);
+    TEST_ASSERT_EQUAL(next, own.high);
     now_counts += counts;
     if (next == level) {
         return false;
@@ -56,7 +58,7 @@ static uint32_t pass_level(void)
 static void check_clock(uint16_t hz, uint32_t counts_hz, uint32_t period_counts)
 {
     setUp();
-    clock_out_begin(&own, hz, counts_hz);
+    clock_out_begin(&own, clock_out_period_counts(hz, counts_hz));
     for (uint8_t i = 0; i < EDGES; i++) {
         TEST_ASSERT_EQUAL_UINT32(period_counts - period_counts / 2u, pass_level());
         TEST_ASSERT_TRUE(level);
@@ -88,7 +90,7 @@ static void every_frequency(void)
 {
     for (uint16_t hz = 100; hz <= CLOCK_OUT_HZ_MAX; hz++) {
         setUp();
-        clock_out_begin(&own, hz, COUNTS_HZ);
+        clock_out_begin(&own, clock_out_period_counts(hz, COUNTS_HZ));
         uint32_t period = pass_level() + pass_level();
         uint32_t off =
             period * hz > COUNTS_HZ ? period * hz - COUNTS_HZ : COUNTS_HZ - period * hz;
