@@ -47,7 +47,7 @@ volatile uint32_t clock_overflows;
 
 static void clock_body(void) __asm__("__vector_clock_body") __attribute__((signal, used));
 
-// Budget: 95 cycles, once a millisecond. The step interrupts are let in after 10 cycles. A capture
+// Budget: 100 cycles, once a millisecond. The step interrupts are let in after 10 cycles. A capture
 // may ask for the time in the middle of this handler: until the overflow is counted, a bit stands
 // in for the flag that the hardware has cleared. SEI lets SBI execute before any interrupt.
 ISR(TIMER0_OVF_vect, ISR_NAKED)

@@ -68,7 +68,7 @@ static inline void let_next_match_make(bool high)
 static void clock_out_body(void) __asm__("__vector_clock_out_body")
     __attribute__((signal, used));
 
-// Budget: 225 cycles, once a millisecond, or twice a period of a clock that is faster. The step
+// Budget: 200 cycles, once a millisecond, or twice a period of a clock that is faster. The step
 // interrupts are let in after 10 cycles.
 ISR(TIMER0_COMPB_vect, ISR_NAKED)
 {
