@@ -19,7 +19,7 @@
 #define CS_BITS     0x07U
 #define CS_BY_64    3U
 #define FORCE_BITS  0xC8U // FOC0A, FOC0B, WGM02 in TCCR0B
-#define TICK        64U
+#define TICK        UINT64_C(64)
 #define WRAP        (256U * TICK)
 
 enum { COM_PORT = 0, COM_TOGGLE = 1, COM_CLEAR = 2, COM_SET = 3 };
