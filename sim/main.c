@@ -213,7 +213,7 @@ static int close_all(const struct options *o, int status)
     check_closed(csv_close(&bench.switch_log), o->switch_log_path, &status);
     check_closed(csv_close(&bench.pin_log), o->pin_log_path, &status);
     check_closed(wire_log_close(&bench.wire_log), o->wire_log_path, &status);
-    pixel_clock_close(&bench.clock);
+    check_closed(pixel_clock_close(&bench.clock), o->clock_log_path, &status);
     if (error != NULL) {
         (void)fprintf(stderr, "pixstep-sim: %s\n", error);
     }
