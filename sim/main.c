@@ -100,6 +100,11 @@ static bool open_boards(const struct options *o)
             return false;
         }
     }
+    for (int i = 0; i < o->boards; i++) {
+        if (o->clock_from[i] != 0) {
+            board_wire_clock(&bench.board[o->clock_from[i] - 1], &bench.board[i]);
+        }
+    }
     return true;
 }
 
