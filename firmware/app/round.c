@@ -431,7 +431,7 @@ static void decode_in_turn(uint8_t at_once)
         if (calls >= DECODE_CALLS_LEAST && (brief || line_data_waits())) {
             return;
         }
-        clock_edges_poll_between();
+        clock_edges_poll();
         out = still_out(out);
         uint8_t i = first_to_end(out);
         if (i == NO_AXIS || ends_before(axes_get(i), at_once)) {

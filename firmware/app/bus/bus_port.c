@@ -6,7 +6,6 @@
 #include "app/bus/traffic.h"       // traffic_*
 #include "app/settings/settings.h" // settings_*
 #include "base/apart.h"            // APART
-#include "base/interlude.h"        // interlude
 #include "config.h"                // CONFIG_TIMER_HZ
 #include "hal/clock.h"             // clock_now_units
 #include "hal/uart.h"              // uart_*
@@ -112,8 +111,8 @@ static void build_reply(void)
     }
 }
 
-// Send the reply when its delay is over. Motion does not wait for a long reply and for its checksum
-// in one go: on a board of one axis they come in two rounds, else there is an interlude.
+// Send the reply when its delay is over. The checksum of a long one is computed in another round
+// than the reply, so that motion waits for one of the two at a time.
 static void send_reply(void)
 {
     uint16_t waited_units = (uint16_t)((uint16_t)clock_now_units() - reply_since_units);
@@ -132,10 +131,7 @@ static inline void answer(void)
         build_reply();
         // A round of several axes takes milliseconds: a host that asks often would wait for most of
         // them.
-        if (SEVERAL_AXES && phase == ANSWERED) {
-            if (reply_bytes > SHORT_BYTES) {
-                interlude();
-            }
+        if (CONFIG_AXES > 1 && phase == ANSWERED && reply_bytes <= SHORT_BYTES) {
             send_reply();
         }
     }
@@ -148,14 +144,11 @@ APART void bus_port_poll(void)
         resume_listening();
     }
     // Take one frame a round: at fast rates a buffer full of short frames would keep the watchdog
-    // waiting. The checksum of a long request takes a round, too, or an interlude.
+    // waiting. The checksum of a long request takes a round, too.
     if (phase == LISTENING) {
         take_frame();
         if (phase == REQUESTED && bus_frame.length > SHORT_BYTES) {
-            if (!SEVERAL_AXES) {
-                return;
-            }
-            interlude();
+            return;
         }
     }
     answer();

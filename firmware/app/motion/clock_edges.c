@@ -392,17 +392,6 @@ void clock_edges_poll(void)
     }
 }
 
-#if SEVERAL_AXES
-void clock_edges_poll_between(void)
-{
-    if (pixel_clock_waiting()) {
-        reference_measure(false);
-        clock_edges_poll();
-        reference_measure(true);
-    }
-}
-#endif
-
 // The clock does not run, and has been silent for long enough to say so.
 static void miss_clock(void)
 {
