@@ -11,16 +11,17 @@ ISR(BADISR_vect, ISR_NAKED)
     __asm__ volatile("reti\n\t");
 }
 
-#define TIMER(n, mask)                                                                   \
+#define TIMER_BY(n, mask, clock, cycles)                                                 \
     do {                                                                                 \
         OCR##n##A = 50;                                                                  \
         OCR##n##B = 60;                                                                  \
         TIMSK##n = (mask);                                                               \
-        TCCR##n##B = 1;                                                                  \
-        __builtin_avr_delay_cycles(600);                                                 \
+        TCCR##n##B = (clock);                                                            \
+        __builtin_avr_delay_cycles(cycles);                                              \
         TCCR##n##B = 0;                                                                  \
         TIMSK##n = 0;                                                                    \
     } while (0)
+#define TIMER(n, mask) TIMER_BY(n, mask, 1, 600)
 #define WIDE_TIMER(n)                                                                    \
     do {                                                                                 \
         TCNT##n = 0xFF80;                                                                \
@@ -49,7 +50,7 @@ static void outside_edges(void)
 int main(void)
 {
     sei();
-    TIMER(0, 7);
+    TIMER_BY(0, 7, 3, 20000); // compare B of timer 0 is modelled at clk/64
     TIMER(2, 7);
     WIDE_TIMER(1);
 #if defined(__AVR_ATmega2560__)
