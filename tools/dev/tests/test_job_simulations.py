@@ -39,9 +39,9 @@ def here(monkeypatch, simulator):
 @only_long
 @pytest.mark.usefixtures("simulator")
 def test_the_rows_are_the_same_whoever_dies():
-    outcome = simulate.run(simulate.JobSimulatePlan(lines=24, block=3, memory_lines=(100, 400)))
+    outcome = simulate.run(simulate.JobSimulatePlan(lines=36, block=6, memory_lines=(100, 400)))
     assert outcome.complaints == []
-    assert [one.simulated for one in outcome.passes[:2]] == [8, 8]
+    assert [one.simulated for one in outcome.passes[:2]] == [6, 6]
     assert len({one.sha256 for one in outcome.passes}) == 1 and len(outcome.passes) == 6
     print(outcome)
 
