@@ -26,6 +26,8 @@ class Costs:
     single_px: float
     single_step: float
     curved_px: float
+    curved_start: float
+    curved_step: float
     piece_px: float
     piece_step: float
     curve_px: float
@@ -35,10 +37,13 @@ class Costs:
     wide_step: float
     steep_step: float
     slow_step: float
-    loose_step: float
+    moved_tick: float
+    missed_tick: float
+    short_batch: float
     zero_px: float
     pump: float
     locked_px: float
+    early: float
     account: float
     account_px: float
     account_entry: float
@@ -50,6 +55,7 @@ class Costs:
     round: float
     edge_locked: float
     round_locked: float
+    turn: float
     request: float
     data_request: float
     request_byte: float
