@@ -68,7 +68,7 @@ struct guarantee_costs {
     double locked_px;
     double early;
     double account, account_px, account_entry, account_long_entry;
-    double account_piece_px, account_train_px, account_train_step;
+    double account_piece_px, account_train_px;
     double edge, round, edge_locked, round_locked;
     double turn;
     double request;

@@ -20,7 +20,7 @@ void guarantee_demand(const struct guarantee_costs *costs,
     *decode = 0.0;
     *account = 0.0;
     while (walk_piece(&walk, board)) {
-        walk_job(&walk, costs, board, &job);
+        walk_job(&walk, costs, board, BATCH, &job);
         *decode += job.cycles;
         *account += job.part.account;
         walk_pass(&walk, &job);

@@ -38,10 +38,10 @@ struct guarantee_costs {
     double zero_px, pump; // a part of a long wait
     double locked_px;     // more of each locked pixel
     double early;         // to ask for one that must wait for the clock, once a call
-    // The account of what was made: a look, a pixel, an entry of a short pixel and of a long one, a
-    // step of a pulse train.
+    // The account of what was made: a look, a pixel, an entry of a short pixel and of a long one,
+    // more of one at a pulse train.
     double account, account_px, account_entry, account_long_entry;
-    double account_piece_px, account_train_px, account_train_step;
+    double account_piece_px, account_train_px;
     // An edge of the clock, a pass of the main loop with nothing to do; of locked lines.
     double edge, round, edge_locked, round_locked;
     double turn;         // more of a round for each call of the decoder

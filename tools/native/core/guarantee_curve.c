@@ -13,7 +13,6 @@
 #define START_CHANGE  255.0
 #define MISS_TICKS    16.0
 #define FIRST_STEPS   3.0 // found by Newton's method where nothing foretells them
-#define BATCH         60.0
 #define NEVER         1e300
 
 enum flat { NOT_FLAT, NARROW, WIDE };
@@ -150,4 +149,11 @@ void guarantee_curve(const struct curve_shape *curve,
             fabs(2.0 * h * curve->ticks * (1.0 / (a * a * a) - 1.0 / (b * b * b)));
     }
     found->slow += fmax(0.0, slow);
+}
+
+bool guarantee_curve_steep(const struct curve_shape *curve, double k)
+{
+    struct flat_part flat = flat_part(curve);
+
+    return flat.kind == NOT_FLAT || speed_at(curve, k) < flat.from;
 }

@@ -6,6 +6,7 @@
 
 #define ROOM_TO_BEGIN 64.0
 #define ROOM_IN_CURVE 40.0
+#define ROOM_TO_GO_ON 20.0
 #define MARKS         15u
 #define TRAINS        2u
 // Budget of a call of the firmware's decoder, in units of a step of a flat curve (round.c).
@@ -27,17 +28,27 @@ static double period(const struct loop *r)
 
 // ---- what may be written ----
 
-static bool has_room(const struct axis *a)
+// A batch is no larger than the room that is left.
+static double batch_most(const struct axis *a)
 {
-    const struct job *job = &a->next;
-    double room = RING_ENTRIES + 8.0 - a->used;
+    double room = RING_ENTRIES - a->used;
+
+    return room < BATCH ? fmax(room, 1.0) : BATCH;
+}
+
+// Room in the ring. A call of the decoder begins only where there is much of it, and goes on with
+// little.
+static bool has_room(const struct loop *r, const struct axis *a, bool goes_on)
+{
     enum kind kind = a->walk.kind;
-    double least = kind == CURVE && a->walk.done > 0.0 ? ROOM_IN_CURVE : ROOM_TO_BEGIN;
+    double room = RING_ENTRIES + 8.0 - a->used;
+    bool short_call = !r->several || (kind == CURVE && a->walk.done > 0.0);
+    double least = goes_on ? ROOM_TO_GO_ON : short_call ? ROOM_IN_CURVE : ROOM_TO_BEGIN;
 
     if (kind == CURVE || kind == SINGLES) {
         return room >= least;
     }
-    return room >= fmin(fmax(least, job->part.entries), RING_ENTRIES);
+    return room >= fmin(fmax(least, a->next.part.entries), RING_ENTRIES);
 }
 
 static bool is_early(const struct loop *r, const struct axis *a)
@@ -60,18 +71,29 @@ static bool is_early(const struct loop *r, const struct axis *a)
     return begins * b->divider - (r->edges - 1.0) > lead;
 }
 
-// True when the next part of an axis, a->next, may be written now.
-static bool may_write(const struct loop *r, struct axis *a)
+// True when the next part of an axis, a->next, may be written now; `goes_on`: in the call that has
+// written the one before.
+static bool may_write_more(const struct loop *r, struct axis *a, bool goes_on)
 {
     if (!a->known) {
         if (!walk_piece(&a->walk, r->board)) {
             return false;
         }
-        walk_job(&a->walk, r->cost, r->board, &a->next);
         a->known = true;
+        a->most = 0.0;
     }
-    return has_room(a) && a->marks < MARKS && (!a->next.part.train || a->trains < TRAINS) &&
-           !is_early(r, a) && (uint8_t)(a->head + 1u) != a->tail;
+    if (fabs(a->most - batch_most(a)) > 0.5) {
+        a->most = batch_most(a);
+        walk_job(&a->walk, r->cost, r->board, a->most, &a->next);
+    }
+    return has_room(r, a, goes_on) && a->marks < MARKS &&
+           (!a->next.part.train || a->trains < TRAINS) && !is_early(r, a) &&
+           (uint8_t)(a->head + 1u) != a->tail;
+}
+
+static bool may_write(const struct loop *r, struct axis *a)
+{
+    return may_write_more(r, a, false);
 }
 
 // ---- time ----
@@ -235,7 +257,7 @@ static double decode(struct loop *r, struct axis *a)
     double units = 0.0;
 
     spend(r, r->cost->call);
-    while (units < CALL_UNITS && r->verdict->follows && may_write(r, a)) {
+    while (units < CALL_UNITS && r->verdict->follows && may_write_more(r, a, units > 0.0)) {
         units += a->next.units;
         write_part(r, a);
     }

@@ -16,7 +16,8 @@ struct axis {
     double used;
     uint32_t marks, trains;
     double end, interval; // of what is written
-    bool known;           // the job that is to be written next
+    bool known;           // the job that is to be written next,
+    double most;          // in a batch of so many steps at most
     struct job next;
 };
 

@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-#define BATCH            60.0
+#define STEEP_BATCH      30.0 // of a board of several axes
 #define EVEN_STEPS       120u
 #define EVEN_LEAST_TICKS 128.0
 #define EVEN_MOST_TICKS  262143.0
@@ -206,7 +206,7 @@ static void cost_train(const struct walk *w, const struct guarantee_costs *c, st
     job->part.train = true;
     job->cycles = c->train_px + c->train_step * w->steps;
     job->units = 20.0;
-    job->part.account = c->account_train_px + c->account_train_step * w->steps;
+    job->part.account = c->account_train_px;
 }
 
 static void cost_singles(const struct walk *w, const struct guarantee_costs *c, struct job *job)
@@ -281,7 +281,7 @@ static void cost_piece(const struct walk *w, const struct guarantee_costs *c, st
     job->units = 42.0 + 6.0 * waits;
     job->part.account = c->account_piece_px + entry_cost(w, c) * job->part.entries;
     if (train) {
-        job->part.account += c->account_train_px + c->account_train_step * w->steps;
+        job->part.account += c->account_train_px;
     }
 }
 
@@ -329,12 +329,20 @@ static void cost_part(const struct walk *w,
 void walk_job(const struct walk *walk,
               const struct guarantee_costs *costs,
               const struct guarantee_board *board,
+              double most,
               struct job *job)
 {
     // A piece of a curve goes in batches; a long one of single steps too.
     bool in_batches = walk->kind == SINGLES || walk->kind == CURVE;
     double left = walk->steps - walk->done;
-    double steps = in_batches ? fmin(left, BATCH) : left;
+    double steps = in_batches ? fmin(left, most) : left;
+
+    if (walk->kind == CURVE && board->axes > 1 && steps > STEEP_BATCH &&
+        guarantee_curve_steep(&(struct curve_shape){walk->ticks, walk->steps, walk->start_speed,
+                                                    walk->half, false, false},
+                              walk->done)) {
+        steps = STEEP_BATCH;
+    }
 
     *job = (struct job){0};
     job->part.steps = steps;

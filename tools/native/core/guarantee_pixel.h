@@ -11,6 +11,7 @@
 
 #define RING_ENTRIES 244.0   // of 252, less what a step may take
 #define PERIOD_TICKS 64768.0 // longest period of the timer
+#define BATCH        60.0    // most steps of one
 
 enum kind { EVEN, TRAIN, SINGLES, CURVED, PIECE, CURVE, ZERO };
 
@@ -65,10 +66,11 @@ void walk_begin(struct walk *walk, const struct guarantee_axis *line);
 // Take the next piece if none is in work. False when the line is over.
 bool walk_piece(struct walk *walk, const struct guarantee_board *board);
 
-// What is written next of the piece in work.
+// What is written next of the piece in work, in a batch of at most so many steps.
 void walk_job(const struct walk *walk,
               const struct guarantee_costs *costs,
               const struct guarantee_board *board,
+              double most,
               struct job *job);
 
 // It is written.
@@ -79,3 +81,6 @@ void guarantee_curve(const struct curve_shape *curve,
                      double k0,
                      double k1,
                      struct steps_found *found);
+
+// True where the curve is steep after k steps.
+bool guarantee_curve_steep(const struct curve_shape *curve, double k);

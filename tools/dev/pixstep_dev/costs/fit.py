@@ -20,7 +20,7 @@ from pixstep_dev.costs.probes import Spent
 DECODING = OF_REPLAY[: OF_REPLAY.index("account")]
 ACCOUNTS = (
     "account_px", "account_entry", "account_long_entry", "account_piece_px",
-    "account_train_px", "account_train_step",
+    "account_train_px",
 )  # fmt: skip
 ROUNDS = ("round", "edge", "round_locked", "edge_locked", "turn")
 # No probe of curves, turns, trains and rounds is reckoned cheaper than by so much: they are of more
@@ -86,6 +86,8 @@ def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
     def account(row: Spent, name: str) -> float:
         if name == "account":
             return row.looks
+        if name == "account_train_px":
+            return row.looks * times[row.probe.name]["train_step"][0] / row.probe.line.total_steps
         return times[row.probe.name][name][1] * row.share
 
     accounts = _solve(spent, ("account", *ACCOUNTS), account, lambda row: row.account)

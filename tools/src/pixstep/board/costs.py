@@ -50,7 +50,6 @@ class Costs:
     account_long_entry: float
     account_piece_px: float
     account_train_px: float
-    account_train_step: float
     edge: float
     round: float
     edge_locked: float
