@@ -426,9 +426,9 @@ void loop_play(struct loop *loop)
         bool any = loop->several ? decode_in_turn(loop) : decode_alone(loop);
         if (!any && loop->verdict->follows) {
             double next = next_event(loop);
+            // What ends a wait may come right after the look at it: a round goes by before the next.
             if (next > loop->now && next < NEVER_TICKS) {
                 loop->now = next;
-                spend(loop, round_cost(loop));
             }
         }
     }

@@ -25,7 +25,7 @@ from pixstep.lines.units import period_ticks
 NAME = "beyond_guarantee"  # of what is found
 INTERVALS = 1.1  # of the shortest interval of several axes
 ADVICE = "check=False lets the board try"
-MARGINS = (1.0, 1.07, 1.15)
+MARGINS = (1.0, 1.05, 1.1)
 MOTIONS = ("constant", "smooth", "ramp")
 DECLARED_PPM = 1000  # a clock may be so much faster
 # A master that asks again as soon as it has a reply: bytes of a request and its reply, and how long
@@ -165,9 +165,8 @@ def _starved(lines: Sequence[Line], world: World) -> Verdict | None:
     """Return the line for which counts cannot come in time, by the bytes that the bus carries."""
     room = _room(world)
     sizes = [_size(line) for line in lines]
-    more = [
-        size / line.pixels if size > room else 0.0 for size, line in zip(sizes, lines, strict=True)
-    ]
+    # A queue is full when its line begins: what does not fit must come until the line is over.
+    more = [max(0, size - room) / line.pixels for size, line in zip(sizes, lines, strict=True)]
     a_second = sum(more) * float(world.pixel_hz)
     if a_second <= _DATA_SHARE * loop_of(world).asked_per_tick * boards.load(world.board).tick_hz:
         return None
