@@ -193,17 +193,9 @@ def follows(lines: Sequence[Line], world: World) -> bool:
     return first_late(lines, world) is None
 
 
-def is_known(world: World) -> bool:
-    """Whether anything is known of such a clock: of pixels of several edges nothing is."""
-    return world.divider == 1
-
-
 def judge(lines: Sequence[Line], world: World) -> Late | None:
-    """Return where the board may be late, and what fits; None: it follows the lines.
-
-    None says nothing where nothing is known.
-    """
-    late = first_late(lines, world) if is_known(world) else None
+    """Return where the board may be late, and what fits; None: it follows the lines."""
+    late = first_late(lines, world)
     if late is None:
         return None
     near = [_cut(line, late.pixel + _LOOK_PX) for line in lines]
