@@ -22,7 +22,7 @@ def ramps(steps, backlash=7, held=60):
 
 
 def world(board, hz, sync=1):
-    return guarantee.World(board, Fraction(hz), sync)
+    return guarantee.LineConditions(board, Fraction(hz), sync)
 
 
 def test_slow_lines_are_followed():
@@ -39,7 +39,7 @@ def test_a_refusal_names_the_line_its_pixel_and_what_fits():
     )
     assert found, text
     assert 1 <= int(found[1]) <= 80
-    slower = guarantee.World("mega", Fraction(found[2]) * Fraction(99, 100))
+    slower = guarantee.LineConditions("mega", Fraction(found[2]) * Fraction(99, 100))
     assert guarantee.follows(lines, slower)
     with pytest.raises(RefusedError, match="beyond_guarantee"):
         guarantee.refuse(lines, world("mega", 2500))

@@ -12,8 +12,9 @@
 #include "stream/stream.h"
 #include "unity.h"
 
-#define LEAD_TICKS  0x20000uL // time to decode a pixel of a locked line
-#define PLACE_TICKS 0x14000uL // time to place a line
+// Time to decode a pixel of a locked line, 8,192 us; and to place a line.
+#define LEAD_TICKS  (CONFIG_TIMER_HZ / 1000000uL * 8192uL)
+#define PLACE_TICKS 0x14000uL
 #define FAST_TICKS  0x4000uL
 #define HOLD_OVER   3u
 
@@ -165,7 +166,7 @@ static void an_edge_is_overdue(void)
 // Of an unlocked clock the time-out begins anew when somebody looks, of a lock with the edge.
 static void an_edge_restarts(uint16_t sync)
 {
-    set_up_clock(sync, 1000, 1);
+    set_up_clock(sync, 500, 1); // a period is whole units of every board's clock
     reference_await_edge();
     uint32_t most_units = overdue_after_units();
     TEST_ASSERT_TRUE(reference_overdue());

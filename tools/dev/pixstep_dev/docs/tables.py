@@ -99,7 +99,9 @@ def _per_axis(board: boards.BoardKind, pin: boards.Pin) -> bool:
     )
 
 
-def _rows(found: tuple[registers.Register, ...], *, limits: bool = False) -> list[tuple[str, ...]]:
+def _rows(
+    found: tuple[registers.RegisterEntry, ...], *, limits: bool = False
+) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for register in found:
         row: tuple[str, ...] = (

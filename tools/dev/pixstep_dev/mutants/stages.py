@@ -24,7 +24,7 @@ from pixstep.board import boards
 from pixstep.errors import UserError
 from pixstep_dev.mutants.programs import (
     Build,
-    Program,
+    BuiltProgram,
     Workshop,
 )
 
@@ -78,12 +78,12 @@ _OUT_OF_TIME = (-signal.SIGXCPU, -signal.SIGKILL)
 
 
 # The name of each run of a stage, and the run: it takes its limit of processor time.
-Runs = Iterator[tuple[str, Callable[[float | None], "Verdict"]]]
+Runs = Iterator[tuple[str, Callable[[float | None], "StageVerdict"]]]
 _running: set[subprocess.Popen[bytes]] = set()
 
 
 @dataclass(frozen=True)
-class Verdict:
+class StageVerdict:
     """What became of a mutant in a stage: `how` is empty if it was not killed."""
 
     how: str = ""
@@ -129,7 +129,7 @@ class Stages:
             if stale := build.stale():
                 raise UserError(f"{build.folder}: {stale[0]} is older than its source: build first")
 
-    def suites(self, stage: str) -> list[Program]:
+    def suites(self, stage: str) -> list[BuiltProgram]:
         """Return the Unity suites of a stage."""
         build, pattern, end = {
             "native": (self.builds["host"], "bin/test_", ""),
@@ -170,7 +170,7 @@ class Stages:
                     return False
         return True
 
-    def try_stage(self, stage: str, workshop: Workshop, file: Path) -> Verdict:
+    def try_stage(self, stage: str, workshop: Workshop, file: Path) -> StageVerdict:
         """Try a changed file by a stage; CannotBuildError if it does not compile."""
         for name, run in self._runs(stage, workshop, file):
             verdict = run(_SLOWER * self.seconds.get(name, _LEAST_S) + _LEAST_S)
@@ -178,7 +178,7 @@ class Stages:
                 with self._lock:
                     self._kills[file.stem, name] += 1
                 return verdict
-        return Verdict()
+        return StageVerdict()
 
     def _runs(self, stage: str, workshop: Workshop, file: Path | None) -> Runs:
         """Yield name and run of all that a stage has for a file; None: for every file."""
@@ -247,7 +247,7 @@ class Stages:
 
     def _run_images(
         self, workshop: Workshop, limit: float | None, tests: tuple[str, ...]
-    ) -> Verdict:
+    ) -> StageVerdict:
         """Run the Python tests on what is made of the firmware, in a folder like the tree."""
         root = _lookalike(workshop.folder / "tree")
         host = [self.builds["host"].program(target) for target in HOST_PROGRAMS]
@@ -266,11 +266,13 @@ class Stages:
         environment = {"PIXSTEP_ROOT": str(root), "PIXSTEP_REQUIRE_BUILT": "1"}
         done = _limited(command, limit, tree, environment)
         if done.status in _OUT_OF_TIME:
-            return Verdict("timeout", "images")
+            return StageVerdict("timeout", "images")
         if done.status == 0:
-            return Verdict(seconds=done.seconds)
+            return StageVerdict(seconds=done.seconds)
         failed = [line for line in done.text.splitlines() if line.startswith(("FAILED", "ERROR"))]
-        return Verdict("images", failed[0].split(" - ")[0].split("/")[-1] if failed else "crash")
+        return StageVerdict(
+            "images", failed[0].split(" - ")[0].split("/")[-1] if failed else "crash"
+        )
 
 
 def _test_file(tree: Path, name: str) -> Path:
@@ -284,26 +286,26 @@ def _is_own(file: Path, name: str) -> bool:
     return suite in file.stem or file.stem in suite
 
 
-def _uses(program: Program, file: Path) -> bool:
+def _uses(program: BuiltProgram, file: Path) -> bool:
     depending = set(program.build.depending(file))
     return any(name in depending for name in program.objects)
 
 
 def _run_linked(
     workshop: Workshop,
-    program: Program,
+    program: BuiltProgram,
     name: str,
     limit: float | None,
     first: list[str],
     last: tuple[str, ...],
-) -> Verdict:
+) -> StageVerdict:
     """Link a program and run it."""
     made = str(workshop.link(program))
     command = [*[word.format(made) for word in first or ["{}"]], *last]
     done = _limited(command, limit, natives.root())
     if done.status == 0:
-        return Verdict(seconds=done.seconds)
-    return Verdict("timeout" if done.status in _OUT_OF_TIME else name.split()[0], name)
+        return StageVerdict(seconds=done.seconds)
+    return StageVerdict("timeout" if done.status in _OUT_OF_TIME else name.split()[0], name)
 
 
 def _limited(

@@ -37,7 +37,7 @@ _IMAGE = re.compile(r'!\[[^\]]*\]\((?P<shown>[^)\s]+)(?: "(?P<made>[^"]+)")?\)')
 
 
 @dataclass(frozen=True)
-class Step:
+class TutorialStep:
     """A command and the output that the document shows; `line` is where it stands, from 1."""
 
     line: int
@@ -84,7 +84,7 @@ class Document:
     """All that a document says; `complaints` are places that say nothing clear."""
 
     text: tuple[str, ...]
-    steps: tuple[Step, ...]
+    steps: tuple[TutorialStep, ...]
     not_run: tuple[NotRun, ...]
     pictures: tuple[Picture, ...]
     complaints: tuple[str, ...]
@@ -102,7 +102,7 @@ class Document:
 def parse(text: str) -> Document:
     """Read a document."""
     lines = tuple(text.rstrip("\n").split("\n"))
-    steps: list[Step] = []
+    steps: list[TutorialStep] = []
     not_run: list[NotRun] = []
     pictures: list[Picture] = []
     complaints: list[str] = []
@@ -131,7 +131,7 @@ def agrees(shown: tuple[str, ...] | list[str], printed: list[str]) -> bool:
     return re.fullmatch(pattern, "".join(f"{line}\n" for line in plain(printed))) is not None
 
 
-def cues(step: Step) -> list[Cue]:
+def cues(step: TutorialStep) -> list[Cue]:
     """Return what is typed while a command runs, in its order."""
     found: list[Cue] = []
     after = ""
@@ -173,9 +173,9 @@ def _parts(lines: tuple[str, ...]) -> list[tuple[int, str, list[str]]]:
     return parts
 
 
-def _steps(first: int, body: list[str], complaints: list[str]) -> list[Step]:
+def _steps(first: int, body: list[str], complaints: list[str]) -> list[TutorialStep]:
     """Return the commands of a console block."""
-    steps: list[Step] = []
+    steps: list[TutorialStep] = []
     before: list[str] = []
     continued = False
     for number, line in enumerate(body, start=first):
@@ -184,7 +184,7 @@ def _steps(first: int, body: list[str], complaints: list[str]) -> list[Step]:
         elif line.startswith(_PROMPT):
             if steps:
                 steps[-1], before = _without_bench(steps[-1])
-            steps.append(Step(number, line.removeprefix(_PROMPT), (), tuple(before)))
+            steps.append(TutorialStep(number, line.removeprefix(_PROMPT), (), tuple(before)))
         elif steps:
             steps[-1] = replace(steps[-1], shown=(*steps[-1].shown, line))
         elif line.startswith(BENCH):
@@ -197,7 +197,7 @@ def _steps(first: int, body: list[str], complaints: list[str]) -> list[Step]:
     return steps
 
 
-def _without_bench(step: Step) -> tuple[Step, list[str]]:
+def _without_bench(step: TutorialStep) -> tuple[TutorialStep, list[str]]:
     """Return a step without what is typed at the bench behind its output, and that."""
     shown = list(step.shown)
     before: list[str] = []
@@ -206,10 +206,10 @@ def _without_bench(step: Step) -> tuple[Step, list[str]]:
     return replace(step, shown=tuple(shown)), before
 
 
-def _file(first: int, name: str, body: list[str]) -> Step:
+def _file(first: int, name: str, body: list[str]) -> TutorialStep:
     """Return the step that writes a file as a reader would with an editor."""
     text = "\n".join([f"cat >{shlex.quote(name)} <<'{_END_OF_FILE}'", *body, _END_OF_FILE])
-    return Step(first - 1, text, ())
+    return TutorialStep(first - 1, text, ())
 
 
 def _commands(first: int, body: list[str]) -> list[NotRun]:

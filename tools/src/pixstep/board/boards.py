@@ -161,7 +161,7 @@ FEATURE_OF_REGISTERS = {
 
 
 @dataclass(frozen=True)
-class Feature:
+class FirmwareFeature:
     """A row of the table: its bit in register `features`, its name, what it is."""
 
     bit: int
@@ -170,12 +170,12 @@ class Feature:
 
 
 @cache
-def features() -> tuple[Feature, ...]:
+def features() -> tuple[FirmwareFeature, ...]:
     """Return all features, in the order of their bits."""
-    return tuple(Feature(**row) for row in natives.tables()["features"])
+    return tuple(FirmwareFeature(**row) for row in natives.tables()["features"])
 
 
-def feature_named(name: str) -> Feature:
+def feature_named(name: str) -> FirmwareFeature:
     """Return a feature by name; raises UserError if there is none."""
     for feature in features():
         if feature.name == name:

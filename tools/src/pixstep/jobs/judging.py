@@ -9,7 +9,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from pixstep.board import boards, capability, guarantee, settings
-from pixstep.board.capability import BoardLimits
+from pixstep.board.capability import BoardCapability
 from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.jobs.job import Job
 from pixstep.lines import line_check
@@ -23,7 +23,7 @@ from pixstep.progress import Progress, unseen
 
 
 @dataclass(frozen=True)
-class Judged:
+class MotorFindings:
     """What is said of a motor's lines: the first that is refused, and all that gets a warning."""
 
     refusal: str = ""
@@ -76,8 +76,8 @@ def judge(
 
 
 def of_motor(
-    job: Job, machine: MachineFile, name: str, limits: BoardLimits | None = None
-) -> Judged:
+    job: Job, machine: MachineFile, name: str, limits: BoardCapability | None = None
+) -> MotorFindings:
     """Return what a machine says of a motor's lines; `limits` are those of a connected board."""
     motor = machine[name]
     try:
@@ -85,10 +85,10 @@ def of_motor(
         found = _Findings(motor, bounds, machine.pixel_hz)
         return found.of(_lines(job, name))
     except UserError as error:
-        return Judged(f"motor {name}: {error}")
+        return MotorFindings(f"motor {name}: {error}")
 
 
-def of_board(job: Job, machine: MachineFile, name: str) -> Judged:
+def of_board(job: Job, machine: MachineFile, name: str) -> MotorFindings:
     """Return whether a board is guaranteed to follow the lines that its motors run together."""
     board = machine.boards[name]
     motors = [
@@ -101,10 +101,10 @@ def of_board(job: Job, machine: MachineFile, name: str) -> Judged:
         for number in _different(job, motors):
             lines = job.line(number)
             if text := guarantee.refusal([lines[one] for one in motors if one in lines], world):
-                return Judged(text)
+                return MotorFindings(text)
     except UserError as error:
-        return Judged(f"board {name}: {error}")
-    return Judged()
+        return MotorFindings(f"board {name}: {error}")
+    return MotorFindings()
 
 
 def _different(job: Job, motors: list[str]) -> Iterator[int]:
@@ -125,10 +125,10 @@ class _Findings:
     """The limits of a motor and its board, at a frequency of pixels."""
 
     motor: MotorTable
-    board: BoardLimits
+    board: BoardCapability
     hz: Fraction
 
-    def of(self, lines: Iterable[tuple[int, Line]]) -> Judged:
+    def of(self, lines: Iterable[tuple[int, Line]]) -> MotorFindings:
         """Judge lines, each with the number of the first one like it."""
         refusal, warnings = "", []
         for first, line in lines:
@@ -139,7 +139,7 @@ class _Findings:
                     warnings.append(told)
                 elif not refusal:
                     refusal = told
-        return Judged(refusal, tuple(warnings))
+        return MotorFindings(refusal, tuple(warnings))
 
     def _check(self, line: Line) -> list[Finding]:
         motor = line_limits.of_motor(self.motor, line, self.hz)
@@ -148,7 +148,7 @@ class _Findings:
         return [] if still else line_check.without_idle_pixel(found)
 
 
-def _limits(job: Job, machine: MachineFile, name: str) -> BoardLimits:
+def _limits(job: Job, machine: MachineFile, name: str) -> BoardCapability:
     """Return the limits of a motor's board while all of its motors in the job move."""
     board = machine.board_of(machine[name])
     beside = [

@@ -17,7 +17,7 @@ from typing import Any, Literal
 
 from pixstep.errors import RefusedError, UserError, one_line
 from pixstep.jobs.header import SourceTable
-from pixstep.jobs.image import Image
+from pixstep.jobs.image import ImageGeometry
 from pixstep.jobs.making import AskedImage, source_files
 from pixstep.jobs.points import Point, Raster, exact, raster
 from pixstep.lazy import missing_package, require_package
@@ -79,7 +79,7 @@ def image_of(machine: MachineFile, kind: Kind, path: Path, motors: Mapping[str, 
     pixel = _in_steps(fast, found.pixel, places.unit)
     first = _in_steps(fast, found.first[0], places.unit) - pixel / 2
     return AskedImage(
-        Image(found.lines, found.pixels, alternate=found.alternate),
+        ImageGeometry(found.lines, found.pixels, alternate=found.alternate),
         {fast.name: Quantity(abs(pixel), SPEED, False, f"of {_text(found)} a pixel")},
         _steps(slow, found, places.unit),
         still=() if found.pitch else (slow.name,),

@@ -126,7 +126,7 @@ class Serve(OnPort):
                 "{socket} {path}: there is something else of this name", path=self.socket
             )
         log = log_of(desk)
-        server = serving.Server(self.bus, log)
+        server = serving.BusServer(self.bus, log)
         try:
             with signals.until_ctrl_c():
                 server.open()
@@ -139,7 +139,7 @@ class Serve(OnPort):
                 log.close()
         return Result({"port": self.port}, f"{self.port}: ended", told=True)
 
-    def _listen(self, server: serving.Server, log: Log) -> None:
+    def _listen(self, server: serving.BusServer, log: Log) -> None:
         """Open the doors for pixstep's own clients."""
         path = server.listen_here(self.socket)
         log.tell("serving", port=server.port.text, socket=str(path), pid=os.getpid())
@@ -148,7 +148,7 @@ class Serve(OnPort):
             number = server.listen_tcp(*self.tcp, _token(place))
             log.tell("serving", tcp=f"{remote.TCP}{self.tcp[0]}:{number}", token_file=str(place))
 
-    def _listen_to_plcs(self, server: serving.Server, log: Log) -> None:
+    def _listen_to_plcs(self, server: serving.BusServer, log: Log) -> None:
         """Open the door for Modbus TCP."""
         if self.modbus_tcp:
             host, number = self.modbus_tcp

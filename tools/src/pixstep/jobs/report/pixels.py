@@ -38,7 +38,7 @@ Table = dict[str, "NDArray[Any]"]
 
 
 @dataclass
-class Figures:
+class ReportFigures:
     """The arrays of a report by name, and what they say as a whole.
 
     `worst_off` is the largest distance of a motor from where it should have been, in steps, with
@@ -67,9 +67,9 @@ class Figures:
         return listed, base64.b64encode(gzip.compress(b"".join(parts_), 9, mtime=0)).decode()
 
 
-def of_run(job: Job, folder: Path, measured: Path | None = None) -> Figures:
+def of_run(job: Job, folder: Path, measured: Path | None = None) -> ReportFigures:
     """Return the figures of a run: of its job, its records, and what was measured if there is."""
-    found = Figures()
+    found = ReportFigures()
     expected = _of_job(job, found)
     _of_records(job, folder, expected, found)
     if measured is not None:
@@ -92,7 +92,7 @@ class _Expected:
         return found
 
 
-def _of_job(job: Job, found: Figures) -> _Expected:
+def _of_job(job: Job, found: ReportFigures) -> _Expected:
     keys = {key: number for number, key in enumerate(dict.fromkeys(run.shape for run in job.runs))}
     steps = numpy.array([job.shapes[key].expected for key in keys], numpy.int64)
     steps = steps.reshape(len(keys), job.pixels)
@@ -110,7 +110,7 @@ def _of_job(job: Job, found: Figures) -> _Expected:
     return made
 
 
-def _of_records(job: Job, folder: Path, expected: _Expected, found: Figures) -> None:
+def _of_records(job: Job, folder: Path, expected: _Expected, found: ReportFigures) -> None:
     numbers = {name: number for number, name in enumerate(job.motors)}
     rows = [-1] * len(job.runs)
     off: list[NDArray[Any]] = []
@@ -136,7 +136,7 @@ def _of_records(job: Job, folder: Path, expected: _Expected, found: Figures) -> 
 
 
 def _note_worst(
-    found: Figures, off: NDArray[Any], errors: NDArray[Any], pixel: NDArray[Any], where: str
+    found: ReportFigures, off: NDArray[Any], errors: NDArray[Any], pixel: NDArray[Any], where: str
 ) -> None:
     at = int(numpy.abs(off).argmax())
     if abs(int(off[at])) > abs(found.worst_off):
@@ -157,7 +157,7 @@ def _tables(folder: Path, lines: int) -> Iterator[tuple[int, Table]]:
             yield line, table
 
 
-def _of_measured(job: Job, path: Path, expected: _Expected, found: Figures) -> None:
+def _of_measured(job: Job, path: Path, expected: _Expected, found: ReportFigures) -> None:
     table = _measured(path)
     numbers = {name: number for number, name in enumerate(job.motors)}
     motors = numpy.array([numbers.get(str(name), -1) for name in table["motor"]])

@@ -16,7 +16,7 @@ from pixstep.server import remote
 
 if TYPE_CHECKING:
     from pixstep.board.link import Link
-    from pixstep.jobs.comparison import Row
+    from pixstep.jobs.comparison import ComparisonRow
     from pixstep.jobs.job import Job
     from pixstep.jobs.machine_copy import MachineCopy
     from pixstep.machine.files import MachineFile
@@ -74,11 +74,11 @@ def opened(
         yield bus_of
 
 
-def compared(job: Job, machine: MachineFile, bus_of: BusOf) -> list[Row]:
+def compared(job: Job, machine: MachineFile, bus_of: BusOf) -> list[ComparisonRow]:
     """Return the rows of all boards of a job."""
     from pixstep.jobs import on_boards
 
-    rows: list[Row] = []
+    rows: list[ComparisonRow] = []
     for name in boards_of(job, machine):
         try:
             board = bus_of(name).board(machine.boards[name].unit)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, TypedDict
 
 from pixstep.errors import UserError
 from pixstep.jobs import judging, line_files, making
-from pixstep.jobs.image import Image
-from pixstep.jobs.making import Asked, AskedImage, Made
+from pixstep.jobs.image import ImageGeometry
+from pixstep.jobs.making import AskedImage, JobOptions, NewJob
 from pixstep.lazy import require_package
 from pixstep.lines import units
 from pixstep.lines.units import DISTANCE, Quantity, parse_pixels
@@ -191,7 +191,7 @@ class JobMake(Request):
             raise AskedError(f"{{{alone[0]}}}: not with {{{given[0]}}}, which says that")
         return given[0]
 
-    def _made(self, machine: MachineFile, source: str) -> Made:
+    def _made(self, machine: MachineFile, source: str) -> NewJob:
         asked = self._asked(machine)
         if source == "lines_of":
             paths = pairs("lines_of", self.lines_of)
@@ -203,7 +203,7 @@ class JobMake(Request):
             return position_table.of_table(machine, self.table, asked)
         return making.of_image(machine, self._image(machine, source), asked)
 
-    def _asked(self, machine: MachineFile) -> Asked:
+    def _asked(self, machine: MachineFile) -> JobOptions:
         signs = {name: -1 if motor.negative else 1 for name, motor in machine.motors.items()}
         starts = in_steps(machine, pairs("start", self.start))
         plays = in_steps(machine, pairs("backlash_of", self.backlash_of))
@@ -212,7 +212,7 @@ class JobMake(Request):
                 raise UserError(f"motor {name}: backlash {steps}: 0 or more, of a smooth motor")
         for name in (*pairs("profile", self.profile), *self.still):
             _ = machine[name]  # names the motors that there are
-        return Asked(
+        return JobOptions(
             pairs("profile", self.profile),
             plays,
             {name: signs[name] * place for name, place in starts.items()},
@@ -256,7 +256,9 @@ class JobMake(Request):
         turns = in_steps(machine, pairs("turn", self.turn))
         return replace(found, image=common, turns=turns, still=(*found.still, *self.still))
 
-    def _common(self, machine: MachineFile, lines: int, pixels: int, motor: str | None) -> Image:
+    def _common(
+        self, machine: MachineFile, lines: int, pixels: int, motor: str | None
+    ) -> ImageGeometry:
         """Return an image with the lead-in, lead-out and offsets that are asked for."""
         lead_in = self.lead_in
         if lead_in is None:
@@ -267,7 +269,7 @@ class JobMake(Request):
             or getattr(machine.line, f"scan_offset_{name}")
             for name in ("forward", "back")
         }
-        return Image(
+        return ImageGeometry(
             lines, pixels, lead_in, lead_in if lead_out is None else lead_out, self.alternate,
             *(_offset(machine, motor, offsets[name]) for name in ("forward", "back")),
         )  # fmt: skip

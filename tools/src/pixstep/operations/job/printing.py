@@ -24,11 +24,11 @@ from pixstep.operations.request import flag, option, shared_fields
 from pixstep.operations.result import Result
 
 if TYPE_CHECKING:
-    from pixstep.jobs.comparison import Row
+    from pixstep.jobs.comparison import ComparisonRow
     from pixstep.jobs.job import Job
     from pixstep.jobs.machine_copy import MachineCopy
-    from pixstep.jobs.runner import Watch
-    from pixstep.jobs.session import Session
+    from pixstep.jobs.runner import RunWatch
+    from pixstep.jobs.session import JobSession
     from pixstep.machine.files import MachineFile
 
 Confirm = Callable[[str], bool]
@@ -112,7 +112,7 @@ class Prints(Compares):
             told["accepted_by"] = _user()
         return told
 
-    def _accepted(self, desk: Desk, rows: list[Row]) -> bool:
+    def _accepted(self, desk: Desk, rows: list[ComparisonRow]) -> bool:
         from pixstep.jobs import comparison
         from pixstep.jobs.rules import AMBER
 
@@ -134,12 +134,12 @@ def safe(job: Job, machine: MachineFile) -> bool:
 
 
 @contextlib.contextmanager
-def watched(desk: Desk, pause_asked: Callable[[], bool]) -> Iterator[Watch]:
+def watched(desk: Desk, pause_asked: Callable[[], bool]) -> Iterator[RunWatch]:
     """Yield what a run is watched by.
 
     While lines move, Ctrl-C asks for a pause and the second one stops; before that it stops.
     """
-    from pixstep.jobs.runner import Watch
+    from pixstep.jobs.runner import RunWatch
 
     asked = threading.Event()
 
@@ -149,7 +149,7 @@ def watched(desk: Desk, pause_asked: Callable[[], bool]) -> Iterator[Watch]:
         asked.set()
 
     with desk.progress("printing") as show, _on_ctrl_c(take):
-        watch = Watch(lambda: asked.is_set() or pause_asked(), show, desk.aside)
+        watch = RunWatch(lambda: asked.is_set() or pause_asked(), show, desk.aside)
         yield watch
 
 
@@ -166,7 +166,7 @@ def _on_ctrl_c(take: Callable[[int, Any], None]) -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def make(session: Session, path: Path, *, may_move: bool) -> Result:
+def make(session: JobSession, path: Path, *, may_move: bool) -> Result:
     """Make the lines that are left, and return the result.
 
     Raises StoppedError after a signal, JobBrokenError after a fault, both saying where all is.

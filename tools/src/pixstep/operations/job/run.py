@@ -42,7 +42,7 @@ class JobRun(Prints):
         from pixstep.jobs.history import History
         from pixstep.jobs.parts import Parts
         from pixstep.jobs.run_folder import SUFFIX, RunFolder
-        from pixstep.jobs.session import Session, elsewhere
+        from pixstep.jobs.session import JobSession, elsewhere
         from pixstep.jobs.stations import of_job
 
         path = self.folder or Path(self.job.name).with_suffix(SUFFIX)
@@ -61,7 +61,7 @@ class JobRun(Prints):
             folder = RunFolder.begin(path, job)
             with folder.log() as log, printing.watched(desk, lambda: folder.pause_asked) as watch:
                 parts = Parts(path) if self.records else None
-                session = Session(job, machine, stations, log, History(0), watch, parts)
+                session = JobSession(job, machine, stations, log, History(0), watch, parts)
                 if self.time_gaps:
                     session.time_gaps()
                 session.begin(told, safe=printing.safe(job, machine))

@@ -112,7 +112,7 @@ class JobSimulate(FlawFields):
         from pixstep.jobs.simulated.folder import SUFFIX, SimFolder
 
         began = time.monotonic()
-        world = cuts.World(self.pixel_ppm, self.flaws, self.seed, self.block)
+        world = cuts.SimulatedWorld(self.pixel_ppm, self.flaws, self.seed, self.block)
         cuts.refuse(found, world)
         own = cuts.tools_of(found, world)
         edges = self.edges or (None if self.scheduler is None else _REMOTE_EDGES)
@@ -134,10 +134,10 @@ class JobSimulate(FlawFields):
 
     def _crew(self, campaign: Campaign, job: Job) -> contextlib.AbstractContextManager[Crew]:
         from pixstep.jobs.simulated import crews
-        from pixstep.jobs.simulated.cuts import Place
+        from pixstep.jobs.simulated.cuts import MotorPlaces
 
         if self.scheduler is not None:
-            return crews.cluster(self.scheduler, campaign.tools, Place.of(job).kinds)
+            return crews.cluster(self.scheduler, campaign.tools, MotorPlaces.of(job).kinds)
         return crews.processes(self.processes or len(os.sched_getaffinity(0)))
 
     def _data(self, job: Job, campaign: Campaign, told: Told, seconds: float) -> SimulatedJob:

@@ -221,7 +221,7 @@ class PlannedLine(TypedDict):
 
 
 @operation("ticks")
-class Ticks(OfClock):
+class PlanTicks(OfClock):
     """Plan the edges of a line of a CSV or CSB with the native build of the firmware's core."""
 
     result = PlannedLine
