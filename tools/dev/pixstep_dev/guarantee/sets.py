@@ -134,15 +134,9 @@ class LineSet:
         )
 
 
-<<<<<<< HEAD
-def world_of(board: str, hz: int, sync: str, baud: int, divider: int = 1) -> guarantee.World:
+def world_of(board: str, hz: int, sync: str, baud: int, divider: int = 1) -> guarantee.LineConditions:
     """Return the world of a set."""
-    return guarantee.World(board, Fraction(hz), 2 if sync == LOCK else 1, divider, baud=baud)
-=======
-def world_of(board: str, hz: int, sync: str, baud: int) -> guarantee.LineConditions:
-    """Return the world of a set."""
-    return guarantee.LineConditions(board, Fraction(hz), 2 if sync == LOCK else 1, baud=baud)
->>>>>>> main
+    return guarantee.LineConditions(board, Fraction(hz), 2 if sync == LOCK else 1, divider, baud=baud)
 
 
 def random_set(seed: str, board: str | None = None) -> LineSet:

@@ -24,7 +24,7 @@ from pixstep.lines.units import period_ticks
 
 NAME = "beyond_guarantee"  # of what is found
 INTERVALS = 1.1  # of the shortest interval of several axes
-ADVICE = "check=False lets the board try"
+ADVICE = "beyond=True lets the board try"
 MARGINS = (1.0, 1.05, 1.1)
 MOTIONS = ("constant", "smooth", "ramp")
 DECLARED_PPM = 1000  # a clock may be so much faster
@@ -40,6 +40,7 @@ _MARKS = 16
 _FEWER = 64  # parts of a line's counts, or of its clock, by which less is tried
 _LOOK_PX = 256  # of a long line, behind the pixel that is late
 _HELD_PX, _RAMP_STEPS_S2 = 48, 100_000  # of a line that shows a rate
+_LONG_PX = 6000  # of one whose counts come while it runs
 _BUSY = 0.5  # of the time: no look further ahead would help
 
 
@@ -195,23 +196,9 @@ def follows(lines: Sequence[Line], world: LineConditions) -> bool:
     return first_late(lines, world) is None
 
 
-<<<<<<< HEAD
-def judge(lines: Sequence[Line], world: World) -> Late | None:
+def judge(lines: Sequence[Line], world: LineConditions) -> LatePlace | None:
     """Return where the board may be late, and what fits; None: it follows the lines."""
     late = first_late(lines, world)
-=======
-def is_known(world: LineConditions) -> bool:
-    """Whether anything is known of such a clock: of pixels of several edges nothing is."""
-    return world.divider == 1
-
-
-def judge(lines: Sequence[Line], world: LineConditions) -> LatePlace | None:
-    """Return where the board may be late, and what fits; None: it follows the lines.
-
-    None says nothing where nothing is known.
-    """
-    late = first_late(lines, world) if is_known(world) else None
->>>>>>> main
     if late is None:
         return None
     near = [_cut(line, late.pixel + _LOOK_PX) for line in lines]
@@ -279,32 +266,44 @@ def highest(most: int, fits: Callable[[int], bool]) -> int:
     return low
 
 
-def line_at(motion: str, steps: int, hz: Fraction) -> Line:
+def line_at(motion: str, steps: int, hz: Fraction, held: int = _HELD_PX) -> Line:
     """Return a line that shows what a motion costs at so many steps a pixel.
 
     constant: a plain line. ramp: up at 100,000 steps/s2, a while at this speed, down again. smooth:
     there every pixel accelerates or brakes. They are those of `pixstep bench`.
     """
     if motion == "constant":
-        return Line((steps,) * _HELD_PX, PLAIN, name=motion)
+        return Line((steps,) * held, PLAIN, name=motion)
     peak_steps = max(2, steps // 2 * 2)
     up = [0]
     while up[-1] < peak_steps:
         even = 2 * round(len(up) * _RAMP_STEPS_S2 / (hz * hz) / 2)
         up.append(min(peak_steps, max(up[-1] + 2, even)))
-    peak = [peak_steps] * _HELD_PX
+    peak = [peak_steps] * held
     if motion == "smooth":
         low = max(0, peak_steps - 4 * max(1, peak_steps // 100))
-        peak += [(low, (low + peak_steps) // 4 * 2, peak_steps)[k % 3] for k in range(_HELD_PX)]
+        peak += [(low, (low + peak_steps) // 4 * 2, peak_steps)[k % 3] for k in range(held)]
     speeds = [*up, *peak, *reversed(up)]
     return Line(tuple((a + b) // 2 for a, b in pairwise(speeds)), SMOOTH, name=motion)
 
 
 def rate(motion: str, axes: int, world: LineConditions, most: int) -> int:
-    """Return the most steps a pixel, up to `most`, that so many axes at once are guaranteed."""
+    """Return the most steps a pixel, up to `most`, that so many axes at once are guaranteed.
+
+    For lines of any length: the bus must bring their counts, too.
+    """
     return highest(
-        most, lambda steps: follows([line_at(motion, steps, world.pixel_hz)] * axes, world)
+        most,
+        lambda steps: not _starves(motion, steps, axes, world)
+        and follows([line_at(motion, steps, world.pixel_hz)] * axes, world),
     )
+
+
+def _starves(motion: str, steps: int, axes: int, world: LineConditions) -> bool:
+    """Whether a long line takes more counts than the bus brings: of pixels that differ it may."""
+    if motion != "smooth":
+        return False
+    return bool(_starved([line_at(motion, steps, world.pixel_hz, _LONG_PX)] * axes, world))
 
 
 def bound_by(motion: str, axes: int, world: LineConditions, most: int) -> str:
@@ -316,6 +315,8 @@ def bound_by(motion: str, axes: int, world: LineConditions, most: int) -> str:
     found = rate(motion, axes, world, most)
     if found >= most - most // 64 - 1:
         return "interrupt"
+    if _starves(motion, found + max(2, found // 32), axes, world):
+        return "bus"
     beyond = [line_at(motion, found + max(2, found // 32), world.pixel_hz)] * axes
     if _too_close(beyond, world):
         return "interrupt"
