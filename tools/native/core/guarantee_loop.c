@@ -168,14 +168,19 @@ static void lose(struct loop *r, const struct axis *a, double late_ticks)
     }
 }
 
+static double request_ticks(struct loop *r)
+{
+    double until;
+
+    return r->cost->request / (1.0 - interrupts(r, &until));
+}
+
 // What is written now must be there two intervals before what stands in front of it is over, the
 // longest request still to come.
 static void note_time(struct loop *r, const struct axis *a)
 {
     struct guarantee_verdict *v = r->verdict;
-    double until;
-    double request_ticks = r->cost->request / (1.0 - interrupts(r, &until));
-    double slack = a->end - 2.0 * a->interval - r->now - request_ticks;
+    double slack = a->end - 2.0 * a->interval - r->now - request_ticks(r);
 
     if (slack < v->slack_ticks) {
         v->slack_ticks = slack;
@@ -192,14 +197,15 @@ static double round_cost(const struct loop *r)
     return r->board->lead_edges != 0 ? r->cost->round_locked : r->cost->round;
 }
 
-// Take the edges that wait, and no more: edges that come faster than they can be taken are lost.
+// Take the edges that wait, and no more: edges that come faster than they can be taken are lost,
+// and so are those for which there is no room in the queue after the longest request.
 static void take_edges(struct loop *r)
 {
     double waiting = floor(r->now / r->edge_ticks) + 1.0 - r->edges;
     double cycles = r->board->lead_edges != 0 ? r->cost->edge_locked : r->cost->edge;
     double most = r->several ? EDGES_SEVERAL : EDGES_ONE;
 
-    if (waiting > most) {
+    if (waiting > most || request_ticks(r) > most * r->edge_ticks) {
         lose(r, &r->axis[0], (waiting - most) * r->edge_ticks);
     }
     for (uint32_t left = waiting > 0.0 ? (uint32_t)waiting : 0; left != 0; left--) {

@@ -145,7 +145,7 @@ class ShowLimits(OfClock):
         shortest = _shortest(desk, able, self)
         low, high = able.clock_range_hz
         world = guarantee.world(self.board, hz, clock, self.baud)
-        guaranteed = _guaranteed(able, world) if guarantee.is_known(world) else []
+        guaranteed = _guaranteed(able, world)
         data: BoardLimits = {
             "board": able.board.name,
             "axes": able.axes,
