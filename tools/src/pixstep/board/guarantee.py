@@ -211,20 +211,9 @@ def judge(lines: Sequence[Line], world: LineConditions) -> LatePlace | None:
     return LatePlace(late.axis, late.pixel, hz, most * share // _FEWER, most)
 
 
-_SHARP_CYCLES = 10_000  # of the longest request: beyond, most lines that may be late are not
-
-
-def is_binding(world: LineConditions) -> bool:
-    """Whether lines that the board may not follow are refused, not only told.
-
-    A board that checks a block of line data in one go may be late with nearly anything.
-    """
-    return costs.of(world.board).data_request <= _SHARP_CYCLES
-
-
 def refusal(lines: Sequence[Line], world: LineConditions) -> str:
-    """Return why the board is not guaranteed to follow the lines; empty: it is, or it may try."""
-    late = judge(lines, world) if is_binding(world) else None
+    """Return why the board is not guaranteed to follow the lines; empty: it is."""
+    late = judge(lines, world)
     if late is None:
         return ""
     return f"{lines[late.axis].name}: {NAME} at pixel {late.pixel}: {reason(late, lines, world)}"

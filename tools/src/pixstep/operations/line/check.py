@@ -140,8 +140,7 @@ class LineCheck(OfClock):
         late = guarantee.judge(several, world)
         if late is None:
             return []
-        told_only = self.beyond or not guarantee.is_binding(world)
-        severity = line_check.WARNING if told_only else line_check.ERROR
+        severity = line_check.WARNING if self.beyond else line_check.ERROR
         name = several[late.axis].name
         told = guarantee.reason(late, several, world)
         return [Finding(guarantee.NAME, severity, late.pixel, f"{name}: {told}")]
