@@ -95,7 +95,7 @@ def test_limits_and_line_check_agree(pixstep, tmp_path):
 def test_pixels_of_several_edges_are_judged(pixstep):
     words = ("--board", "mega", "--clock-hz", "2000", "--divider", "4", "--json")
     row = json.loads(pixstep("limits", *words))["guaranteed"][0]
-    assert 0 < row["max_speed_steps_px"]
+    assert row["max_speed_steps_px"] > 0
     lines = [Line((40,) * 48, PLAIN, name="wide")] * 4
     assert guarantee.refusal(lines, guarantee.LineConditions("mega", Fraction(500), 1, 4)) == ""
     fast = guarantee.LineConditions("mega", Fraction(500), 2, 10)

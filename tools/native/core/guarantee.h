@@ -28,9 +28,9 @@ struct guarantee_costs {
     double single_px, single_step;           // those that no pulse train can make
     // Short pixels under acceleration, more of one that does not go on as the one before it.
     double curved_px, curved_start, curved_step;
-    double piece_px, piece_step, curve_px;   // all others, even and curved
-    double shifted_px;                       // more of one before backlash is taken up
-    double turned_px;                        // and of one in the other direction
+    double piece_px, piece_step, curve_px; // all others, even and curved
+    double shifted_px;                     // more of one before backlash is taken up
+    double turned_px;                      // and of one in the other direction
     // Steps of a curve, by how they are found; ticks by which an interval moves, or is guessed
     // wrong; a batch of few steps.
     double flat_step, wide_step, steep_step, slow_step;

@@ -4,16 +4,16 @@
 #include <math.h>
 
 // Limits of the firmware: curve.c, curve_flat.c, curve_steep.c.
-#define INTERVAL_MAX  64256.0 // of flat steps
-#define NARROW_LIMIT  7.0e8   // of speed * ticks, where 32 bits are enough
-#define NARROW_SPEED  2800.0
-#define WIDE_LIMIT    1.8e11
-#define STEEP_LIMIT   9.0e10
-#define QUICK_TICKS   32767.0
-#define START_CHANGE  255.0
-#define MISS_TICKS    16.0
-#define FIRST_STEPS   3.0 // found by Newton's method where nothing foretells them
-#define NEVER         1e300
+#define INTERVAL_MAX 64256.0 // of flat steps
+#define NARROW_LIMIT 7.0e8   // of speed * ticks, where 32 bits are enough
+#define NARROW_SPEED 2800.0
+#define WIDE_LIMIT   1.8e11
+#define STEEP_LIMIT  9.0e10
+#define QUICK_TICKS  32767.0
+#define START_CHANGE 255.0
+#define MISS_TICKS   16.0
+#define FIRST_STEPS  3.0 // found by Newton's method where nothing foretells them
+#define NEVER        1e300
 
 enum flat { NOT_FLAT, NARROW, WIDE };
 
@@ -51,7 +51,8 @@ static enum flat flat_kind(double ticks, double top, bool loose)
     if (top * ticks >= WIDE_LIMIT * share) {
         return NOT_FLAT;
     }
-    return top * ticks < NARROW_LIMIT * share && top <= NARROW_SPEED * share ? NARROW : WIDE;
+    return top * ticks < NARROW_LIMIT * share && top <= NARROW_SPEED * share ? NARROW
+                                                                             : WIDE;
 }
 
 // Where the interval changes by less than four ticks from step to step the curve begins flat; one
@@ -130,9 +131,9 @@ void guarantee_curve(const struct curve_shape *curve,
     if (flat.kind == NOT_FLAT) {
         flat.from = NEVER;
     }
-    double slow_below =
-        fmin(fmax(pow(12.0 / MISS_TICKS * h * h * curve->ticks, 0.2), curve->ticks / QUICK_TICKS),
-             flat.from);
+    double slow_below = fmin(fmax(pow(12.0 / MISS_TICKS * h * h * curve->ticks, 0.2),
+                                  curve->ticks / QUICK_TICKS),
+                             flat.from);
     double steep_below = fmax(slow_below, fmin(flat.from, STEEP_LIMIT / curve->ticks));
     double slow = k1 - k0 - between(curve, k0, k1, slow_below, steep_below) -
                   between(curve, k0, k1, flat.from, NEVER);

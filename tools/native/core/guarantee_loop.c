@@ -16,7 +16,7 @@
 // A single axis is accounted for every so many rounds; any one where so many entries are made.
 #define ADVANCE_ROUNDS 8u
 #define URGENT_ENTRIES 64.0
-#define MOST_BUSY     0.98 // of the interrupts: some time is always left
+#define MOST_BUSY      0.98 // of the interrupts: some time is always left
 // Edges that the capture queue holds, of boards of several axes and of one.
 #define EDGES_SEVERAL 8.0
 #define EDGES_ONE     5.0
@@ -42,8 +42,12 @@ static bool has_room(const struct loop *r, const struct axis *a, bool goes_on)
 {
     enum kind kind = a->walk.kind;
     double room = RING_ENTRIES + 8.0 - a->used;
-    bool short_call = !r->several || (kind == CURVE && a->walk.done > 0.0);
-    double least = goes_on ? ROOM_TO_GO_ON : short_call ? ROOM_IN_CURVE : ROOM_TO_BEGIN;
+    bool in_curve = !r->several || (kind == CURVE && a->walk.done > 0.0);
+    double least = in_curve ? ROOM_IN_CURVE : ROOM_TO_BEGIN;
+
+    if (goes_on) {
+        least = ROOM_TO_GO_ON;
+    }
 
     if (kind == CURVE || kind == SINGLES) {
         return room >= least;
@@ -263,7 +267,8 @@ static double decode(struct loop *r, struct axis *a)
     double units = 0.0;
 
     spend(r, r->cost->call);
-    while (units < CALL_UNITS && r->verdict->follows && may_write_more(r, a, units > 0.0)) {
+    while (units < CALL_UNITS && r->verdict->follows &&
+           may_write_more(r, a, units > 0.0)) {
         units += a->next.units;
         write_part(r, a);
     }

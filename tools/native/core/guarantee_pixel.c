@@ -67,7 +67,8 @@ static enum kind kind_of_curve(const struct walk *w,
     bool fits = (ticks <= 0xFC00 || slowest > ticks / 32768.0) &&
                 ticks / EVEN_LEAST_TICKS >= fastest;
 
-    return board->short_curves && !w->shifted && !w->rested && steps <= CURVED_STEPS && fits
+    return board->short_curves && !w->shifted && !w->rested && steps <= CURVED_STEPS &&
+                   fits
                ? CURVED
                : CURVE;
 }
@@ -192,15 +193,20 @@ static double pumps(double ticks)
     return ticks > PERIOD_TICKS ? ceil(ticks / PERIOD_TICKS) : 0.0;
 }
 
-static void cost_even(const struct walk *w, const struct guarantee_costs *c, struct job *job)
+static void cost_even(const struct walk *w,
+                      const struct guarantee_costs *c,
+                      struct job *job)
 {
     job->part.entries = w->steps;
-    job->cycles = c->even_px + c->even_step * w->steps + (w->changed ? c->even_changed : 0.0);
+    job->cycles =
+        c->even_px + c->even_step * w->steps + (w->changed ? c->even_changed : 0.0);
     job->units = 10.0 + w->steps / 4.0;
     job->part.account = c->account_px + entry_cost(w, c) * w->steps;
 }
 
-static void cost_train(const struct walk *w, const struct guarantee_costs *c, struct job *job)
+static void cost_train(const struct walk *w,
+                       const struct guarantee_costs *c,
+                       struct job *job)
 {
     job->part.entries = 8.0 + ceil(w->steps / TRAIN_ENTRY);
     job->part.train = true;
@@ -209,7 +215,9 @@ static void cost_train(const struct walk *w, const struct guarantee_costs *c, st
     job->part.account = c->account_train_px;
 }
 
-static void cost_singles(const struct walk *w, const struct guarantee_costs *c, struct job *job)
+static void cost_singles(const struct walk *w,
+                         const struct guarantee_costs *c,
+                         struct job *job)
 {
     double steps = job->part.steps;
     bool first = w->done <= 0.0;
@@ -220,25 +228,35 @@ static void cost_singles(const struct walk *w, const struct guarantee_costs *c, 
     job->part.account = (first ? c->account_px : 0.0) + entry_cost(w, c) * steps;
 }
 
-static double cycles_of(const struct steps_found *n, const struct guarantee_costs *c, bool whole)
+static double cycles_of(const struct steps_found *n,
+                        const struct guarantee_costs *c,
+                        bool whole)
 {
     double steep = whole ? c->curved_step : c->steep_step;
 
     return n->flat * c->flat_step + n->wide * c->wide_step + n->steep * steep +
-           n->slow * c->slow_step + n->moved * c->moved_tick + n->missed * c->missed_tick +
-           n->batches * c->short_batch;
+           n->slow * c->slow_step + n->moved * c->moved_tick +
+           n->missed * c->missed_tick + n->batches * c->short_batch;
+}
+
+static struct curve_shape shape_of(const struct walk *w, bool whole)
+{
+    return (struct curve_shape){
+        w->ticks, w->steps, w->start_speed, w->half, whole, whole && w->goes_on};
 }
 
 // A pixel that is written as a whole: its last step is what is left of it.
-static void cost_curved(const struct walk *w, const struct guarantee_costs *c, struct job *job)
+static void cost_curved(const struct walk *w,
+                        const struct guarantee_costs *c,
+                        struct job *job)
 {
-    const struct curve_shape shape = {
-        w->ticks, w->steps, w->start_speed, w->half, true, w->goes_on};
+    const struct curve_shape shape = shape_of(w, true);
     struct steps_found n = {0};
 
     guarantee_curve(&shape, 0.0, w->steps - 1.0, &n);
     job->part.entries = w->steps;
-    job->cycles = c->curved_px + (w->goes_on ? 0.0 : c->curved_start) + cycles_of(&n, c, true);
+    job->cycles =
+        c->curved_px + (w->goes_on ? 0.0 : c->curved_start) + cycles_of(&n, c, true);
     job->units = fmin(40.0 + 3.0 * w->steps + 20.0 * n.slow, 120.0);
     job->part.account = c->account_px + entry_cost(w, c) * w->steps;
 }
@@ -248,8 +266,7 @@ static void cost_curve(const struct walk *w,
                        const struct guarantee_board *board,
                        struct job *job)
 {
-    const struct curve_shape shape = {
-        w->ticks, w->steps, w->start_speed, w->half, false, false};
+    const struct curve_shape shape = shape_of(w, false);
     struct steps_found n = {0};
     double steps = job->part.steps;
     bool first = w->done <= 0.0;
@@ -268,7 +285,9 @@ static void cost_curve(const struct walk *w,
     job->part.account = (first ? c->account_px : 0.0) + entry_cost(w, c) * steps;
 }
 
-static void cost_piece(const struct walk *w, const struct guarantee_costs *c, struct job *job)
+static void cost_piece(const struct walk *w,
+                       const struct guarantee_costs *c,
+                       struct job *job)
 {
     double waits = pumps(w->ticks / fmax(w->steps, 1.0)) * fmax(w->steps, 1.0);
     bool train = w->steps > 16.0;
@@ -285,7 +304,9 @@ static void cost_piece(const struct walk *w, const struct guarantee_costs *c, st
     }
 }
 
-static void cost_zero(const struct walk *w, const struct guarantee_costs *c, struct job *job)
+static void cost_zero(const struct walk *w,
+                      const struct guarantee_costs *c,
+                      struct job *job)
 {
     double waits = 1.0 + pumps(w->ticks);
 
@@ -326,23 +347,33 @@ static void cost_part(const struct walk *w,
     }
 }
 
+// How many steps are written at once. A piece of a curve goes in batches, and so do steps that no
+// train can make.
+static double batch(const struct walk *w,
+                    const struct guarantee_board *board,
+                    double most)
+{
+    double left = w->steps - w->done;
+
+    if (w->kind == SINGLES) {
+        return fmin(left, most);
+    }
+    if (w->kind != CURVE) {
+        return left;
+    }
+    const struct curve_shape shape = shape_of(w, false);
+    bool steep = board->axes > 1 && guarantee_curve_steep(&shape, w->done);
+
+    return fmin(left, steep ? fmin(most, STEEP_BATCH) : most);
+}
+
 void walk_job(const struct walk *walk,
               const struct guarantee_costs *costs,
               const struct guarantee_board *board,
               double most,
               struct job *job)
 {
-    // A piece of a curve goes in batches; a long one of single steps too.
-    bool in_batches = walk->kind == SINGLES || walk->kind == CURVE;
-    double left = walk->steps - walk->done;
-    double steps = in_batches ? fmin(left, most) : left;
-
-    if (walk->kind == CURVE && board->axes > 1 && steps > STEEP_BATCH &&
-        guarantee_curve_steep(&(struct curve_shape){walk->ticks, walk->steps, walk->start_speed,
-                                                    walk->half, false, false},
-                              walk->done)) {
-        steps = STEEP_BATCH;
-    }
+    double steps = batch(walk, board, most);
 
     *job = (struct job){0};
     job->part.steps = steps;

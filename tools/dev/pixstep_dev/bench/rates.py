@@ -6,13 +6,13 @@ from functools import partial
 from typing import Any
 
 from pixstep.board import boards
+from pixstep.board.guaranteed import rate
 from pixstep.lines.line import Line
 from pixstep.lines.units import period_ticks
 from pixstep.profiles.generator import MAX_SPEED
 from pixstep_dev.bench.drive import BenchRun
 from pixstep_dev.bench.figure import BenchFigure, FigureColumn, Task, key
 from pixstep_dev.bench.search import LONG_S, Found, Search, holes, texts, under_load
-from pixstep_dev.guarantee.rates import rate
 from pixstep_dev.bench.trial import BenchTrial, attempt
 from pixstep_trials import lines
 

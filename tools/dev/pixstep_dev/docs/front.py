@@ -11,17 +11,14 @@ from collections.abc import Iterable
 from fractions import Fraction
 
 from pixstep import natives
-from pixstep.board import boards
+from pixstep.board import boards, guaranteed
 from pixstep.errors import PlainError
-from pixstep_dev.bench import clocks
-from pixstep_dev.guarantee import rates as guaranteed
 from pixstep_dev.markdown import table
 
 _TIMING = "docs/TIMING.md"
 _HZ = ("30", "100")
 _MOTIONS = ("constant", "smooth")
 _STEPS = "20"  # a pixel, of the highest clocks
-_LINE_PX = 200  # of the lines that are asked for these
 _OURS, _OTHERS = "#1f5f8b", "#9aa5ad"
 _WIDTH, _NAME, _BAR = 860, 130, 16
 _NOTE = re.compile(r"\((.*)\)")
@@ -55,8 +52,8 @@ def _clock(board: str, axes: int, motion: str) -> str:
     clean = _clocks(board, axes, motion)
     if not clean:
         return "-"
-    line = clocks.line_of(motion, int(_STEPS), _LINE_PX)
-    promised = guaranteed.clock(board, axes, line, int(clean))
+    ours = {"one count": "constant", "ramps": "ramp"}[motion]
+    promised = guaranteed.clock(board, axes, ours, int(_STEPS), int(clean))
     return f"{promised:,} / {_number(clean)} Hz"
 
 

@@ -134,9 +134,13 @@ class LineSet:
         )
 
 
-def world_of(board: str, hz: int, sync: str, baud: int, divider: int = 1) -> guarantee.LineConditions:
+def world_of(
+    board: str, hz: int, sync: str, baud: int, divider: int = 1
+) -> guarantee.LineConditions:
     """Return the world of a set."""
-    return guarantee.LineConditions(board, Fraction(hz), 2 if sync == LOCK else 1, divider, baud=baud)
+    return guarantee.LineConditions(
+        board, Fraction(hz), 2 if sync == LOCK else 1, divider, baud=baud
+    )
 
 
 def random_set(seed: str, board: str | None = None) -> LineSet:

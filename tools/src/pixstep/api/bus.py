@@ -120,9 +120,7 @@ class Board:
         """
         arguments.function("progress", progress)
         clock = Clocking(sync, divider, gate_edges)
-        prepared = running.prepare(
-            self.device, lines, axis, clock, checked=check, beyond=beyond
-        )
+        prepared = running.prepare(self.device, lines, axis, clock, checked=check, beyond=beyond)
         prepared.set_clock()
         return self._motions.begin(
             self._link, [prepared.lines], partial(running.make, prepared), progress,

@@ -33,7 +33,8 @@ DECLARED_PPM = 1000  # a clock may be so much faster
 _BYTES, _REST_S, _BYTE_BITS = 100, 0.0043, 11
 _WINDOW_S, _FRAME_BYTES = 0.008, 256  # as long as rings last; all of it may fall into a frame
 _DATA_SHARE = 0.2  # of the bytes on the bus are line data, its checks and records the rest
-_FAST_HZ, _FAST_MARGIN = 3000, 1.35  # of a clock that lines are locked to
+_FAST_HZ, _FAST_MARGIN = 2500, 1.2  # of a clock: the table's own probes cost up to 15 % more there
+_LOCKED_HZ, _LOCKED_MARGIN = 3000, 1.35  # of one that lines are locked to
 _ROUND_S = 0.004  # firmware/app/round.c
 _LEAD_TICKS = 0x20000  # firmware/app/reference.c
 _MARKS = 16
@@ -122,9 +123,11 @@ def loop_of(world: LineConditions, margin: float = 1.0) -> Loop:
 
 
 def _margins(world: LineConditions) -> tuple[float, ...]:
-    """Return the margins; edges that a lock follows so fast cost more than the table has."""
-    fast = world.pixel_hz * world.divider >= _FAST_HZ and settings.locks({"sync": world.sync})
-    return (*MARGINS, _FAST_MARGIN) if fast else MARGINS
+    """Return the margins: edges that come fast cost more than the table has, locked ones most."""
+    clock_hz = world.pixel_hz * world.divider
+    if clock_hz >= _LOCKED_HZ and settings.locks({"sync": world.sync}):
+        return (*MARGINS, _LOCKED_MARGIN)
+    return (*MARGINS, _FAST_MARGIN) if clock_hz >= _FAST_HZ else MARGINS
 
 
 def verdicts(lines: Sequence[Line], world: LineConditions) -> Iterator[ReplayVerdict]:
@@ -283,8 +286,10 @@ def rate(motion: str, axes: int, world: LineConditions, most: int) -> int:
     """
     return highest(
         most,
-        lambda steps: not _starves(motion, steps, axes, world)
-        and follows([line_at(motion, steps, world.pixel_hz)] * axes, world),
+        lambda steps: (
+            not _starves(motion, steps, axes, world)
+            and follows([line_at(motion, steps, world.pixel_hz)] * axes, world)
+        ),
     )
 
 

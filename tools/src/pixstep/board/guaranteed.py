@@ -4,7 +4,6 @@
 from fractions import Fraction
 
 from pixstep.board import capability, guarantee
-from pixstep.lines.line import Line
 
 _STRIDE_HZ = 50
 _MOTIONS = {"ramp and hold": "ramp"}  # of the bench, where `limits` has another name
@@ -19,11 +18,12 @@ def rate(board: str, axes: int, motion: str, hz: Fraction) -> int:
     return int(guarantee.rate(motion, axes, world, able.top_speed(kind)) * hz)
 
 
-def clock(board: str, axes: int, line: Line, most_hz: int) -> int:
-    """Return the highest clock up to `most_hz` at which a line is guaranteed on all axes, Hz."""
+def clock(board: str, axes: int, motion: str, steps: int, most_hz: int) -> int:
+    """Return the highest clock up to `most_hz` that is guaranteed with so many steps a pixel, Hz."""
 
     def fits(strides: int) -> bool:
-        hz = strides * _STRIDE_HZ
-        return guarantee.follows([line] * axes, guarantee.world(board, Fraction(hz)))
+        hz = Fraction(strides * _STRIDE_HZ)
+        line = guarantee.line_at(motion, steps, hz)
+        return guarantee.follows([line] * axes, guarantee.world(board, hz))
 
     return guarantee.highest(most_hz // _STRIDE_HZ, fits) * _STRIDE_HZ
