@@ -437,7 +437,7 @@ void loop_play(struct loop *loop)
         bool any = loop->several ? decode_in_turn(loop) : decode_alone(loop);
         if (!any && loop->verdict->follows) {
             double next = next_event(loop);
-            // What ends a wait may come right after the look at it: a round goes by before the next.
+            // It may come right after the look at it: a round goes by until the next.
             if (next > loop->now && next < NEVER_TICKS) {
                 loop->now = next;
             }

@@ -19,7 +19,7 @@ def rate(board: str, axes: int, motion: str, hz: Fraction) -> int:
 
 
 def clock(board: str, axes: int, motion: str, steps: int, most_hz: int) -> int:
-    """Return the highest clock up to `most_hz` that is guaranteed with so many steps a pixel, Hz."""
+    """Return the highest guaranteed clock up to `most_hz` with so many steps a pixel, Hz."""
 
     def fits(strides: int) -> bool:
         hz = Fraction(strides * _STRIDE_HZ)
