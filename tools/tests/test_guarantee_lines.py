@@ -9,9 +9,12 @@ from itertools import pairwise
 
 import pytest
 
+from pixstep import line as line_of
+from pixstep import simulate
 from pixstep.board import boards, capability, guarantee
 from pixstep.errors import RefusedError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.simulation.simulated_board import SimulatedBoard
 
 
 def ramps(steps, backlash=7, held=60):
@@ -124,3 +127,18 @@ def test_beyond_says_so(pixstep, tmp_path):
     )
     assert told["verdict"] == "warnings"
     assert [one["name"] for one in told["findings"]] == [guarantee.NAME]
+
+
+@pytest.mark.usefixtures("simulator")
+def test_python_goes_beyond_where_it_is_told_to():
+    crowd = [line_of([40] * 60, decode="plain", pixel_hz=1500)] * 4
+    with pytest.raises(RefusedError, match="beyond_guarantee.*beyond=True"):
+        simulate(crowd, "mega")
+    assert simulate(crowd, "mega", beyond=True).axes[0].steps > 0
+
+
+@pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize(("board", "most"), [("uno", 48), ("mega", 120)])
+def test_a_board_of_one_axis_gets_short_blocks(board, most):
+    with SimulatedBoard(board, Fraction(100)) as run:
+        assert run.board.block_bytes() == most
