@@ -132,7 +132,7 @@ def test_beyond_says_so(pixstep, tmp_path):
 @pytest.mark.usefixtures("simulator")
 def test_python_goes_beyond_where_it_is_told_to():
     crowd = [line_of([40] * 60, decode="plain", pixel_hz=1500)] * 4
-    with pytest.raises(RefusedError, match="beyond_guarantee.*beyond=True"):
+    with pytest.raises(RefusedError, match=r"beyond_guarantee.*beyond=True"):
         simulate(crowd, "mega")
     assert simulate(crowd, "mega", beyond=True).axes[0].steps > 0
 
