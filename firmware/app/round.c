@@ -189,11 +189,13 @@ static void advance_in_turn(void)
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         const struct axis *axis = axes_get(i);
         uint8_t tail = step_timer_tail(i);
-        bool new_entries = tail != axis->feed.stream.retired ||
-                           step_timer_state(i) != STEP_ENGINE_IN_LINE;
-        if (is_urgent(axis, tail) || (i == due && new_entries)) {
-            (void)axes_advance(i, LEDGER_BY_BATCHES);
+        // Without new entries there is nothing to account for.
+        if (!is_urgent(axis, tail) &&
+            (i != due || (tail == axis->feed.stream.retired &&
+                          step_timer_state(i) == STEP_ENGINE_IN_LINE))) {
+            continue;
         }
+        (void)axes_advance(i, LEDGER_BY_BATCHES);
     }
 }
 
@@ -464,10 +466,10 @@ static APART void decode_some(void)
 // such an edge nearly every time, and line zero does not wait.
 static void release_lines(void)
 {
-    uint8_t tries = CONFIG_AXES == 1 ? 1u : RELEASE_TRIES;
+    uint8_t tries = RELEASE_TRIES;
 
     do {
-        if (starting()) {
+        if (CONFIG_AXES == 1 || starting()) {
             clock_edges_poll();
         }
         tries--;
