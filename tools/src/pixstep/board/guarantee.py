@@ -25,7 +25,7 @@ from pixstep.lines.units import period_ticks
 NAME = "beyond_guarantee"  # of what is found
 INTERVALS = 1.1  # of the shortest interval of several axes
 ADVICE = "beyond=True lets the board try"
-MARGINS = (1.0, 1.05, 1.1)
+MARGINS = (1.0, 1.07, 1.15)
 MOTIONS = ("constant", "smooth", "ramp")
 DECLARED_PPM = 1000  # a clock may be so much faster
 # A master that asks again as soon as it has a reply: bytes of a request and its reply, and how long
