@@ -9,9 +9,12 @@ from itertools import pairwise
 
 import pytest
 
+from pixstep import line as line_of
+from pixstep import simulate
 from pixstep.board import boards, capability, guarantee
 from pixstep.errors import RefusedError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.simulation.simulated_board import SimulatedBoard
 
 
 def ramps(steps, backlash=7, held=60):
@@ -94,11 +97,28 @@ def test_limits_and_line_check_agree(pixstep, tmp_path):
         assert (guarantee.NAME in run) == (status == 3)
 
 
-def test_of_pixels_of_several_edges_nothing_is_promised(pixstep):
-    words = ("limits", "--board", "mega", "--clock-hz", "400", "--divider", "4")
-    assert json.loads(pixstep(*words, "--json"))["guaranteed"] == []
-    text = pixstep(*words)
-    assert "Guaranteed: nothing" in text and "seen at 30 Hz" in text
+def test_pixels_of_several_edges_are_judged(pixstep):
+    words = ("--board", "mega", "--clock-hz", "2000", "--divider", "4", "--json")
+    row = json.loads(pixstep("limits", *words))["guaranteed"][0]
+    assert row["max_speed_steps_px"] > 0
+    lines = [Line((40,) * 48, PLAIN, name="wide")] * 4
+    assert guarantee.refusal(lines, guarantee.LineConditions("mega", Fraction(500), 1, 4)) == ""
+    fast = guarantee.LineConditions("mega", Fraction(500), 2, 10)
+    assert "beyond_guarantee" in guarantee.refusal(lines, fast)
+
+
+def test_a_slow_bus_is_promised_no_rate_whose_counts_it_cannot_bring(pixstep):
+    words = ("limits", "--board", "mega", "--pixel-hz", "1000", "--baud", "300", "--json")
+    rows = {row["motion"]: row for row in json.loads(pixstep(*words))["guaranteed"]}
+    assert (rows["smooth"]["max_speed_steps_px"], rows["smooth"]["bound_by"]) == (0, "bus")
+    assert rows["constant"]["max_speed_steps_px"] > 0
+
+
+def test_an_uno_refuses_too(pixstep, tmp_path):
+    file = written(tmp_path / "a.csv", Line(tuple(100 + k % 7 for k in range(300)), PLAIN))
+    words = ("--decode", "plain", "--board", "uno", "--pixel-hz", "2000")
+    told = json.loads(pixstep("line", "check", file, *words, "--json", status=3))
+    assert [one["name"] for one in told["findings"]] == [guarantee.NAME]
 
 
 def test_beyond_says_so(pixstep, tmp_path):
@@ -109,3 +129,18 @@ def test_beyond_says_so(pixstep, tmp_path):
     )
     assert told["verdict"] == "warnings"
     assert [one["name"] for one in told["findings"]] == [guarantee.NAME]
+
+
+@pytest.mark.usefixtures("simulator")
+def test_python_goes_beyond_where_it_is_told_to():
+    crowd = [line_of([40] * 60, decode="plain", pixel_hz=1500)] * 4
+    with pytest.raises(RefusedError, match=r"beyond_guarantee.*beyond=True"):
+        simulate(crowd, "mega")
+    assert simulate(crowd, "mega", beyond=True).axes[0].steps > 0
+
+
+@pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize(("board", "most"), [("uno", 48), ("mega", 120)])
+def test_a_board_of_one_axis_gets_short_blocks(board, most):
+    with SimulatedBoard(board, Fraction(100)) as run:
+        assert run.board.block_bytes() == most

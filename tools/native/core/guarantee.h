@@ -26,20 +26,25 @@ struct guarantee_costs {
     double even_px, even_step, even_changed; // pixels of few even steps
     double train_px, train_step;             // pixels that are a pulse train
     double single_px, single_step;           // those that no pulse train can make
-    double curved_px;                        // short pixels under acceleration
-    double piece_px, piece_step, curve_px;   // all others, even and curved
-    double shifted_px;                       // more of one before backlash is taken up
-    double turned_px;                        // and of one in the other direction
-    // Steps of a curve, by how they are found.
-    double flat_step, wide_step, steep_step, slow_step, loose_step;
+    // Short pixels under acceleration, more of one that does not go on as the one before it.
+    double curved_px, curved_start, curved_step;
+    double piece_px, piece_step, curve_px; // all others, even and curved
+    double shifted_px;                     // more of one before backlash is taken up
+    double turned_px;                      // and of one in the other direction
+    // Steps of a curve, by how they are found; ticks by which an interval moves, or is guessed
+    // wrong; a batch of few steps.
+    double flat_step, wide_step, steep_step, slow_step;
+    double moved_tick, missed_tick, short_batch;
     double zero_px, pump; // a part of a long wait
     double locked_px;     // more of each locked pixel
-    // The account of what was made: a look, a pixel, an entry of a short pixel and of a long one, a
-    // step of a pulse train.
+    double early;         // to ask for one that must wait for the clock, once a call
+    // The account of what was made: a look, a pixel, an entry of a short pixel and of a long one,
+    // more of one at a pulse train.
     double account, account_px, account_entry, account_long_entry;
-    double account_piece_px, account_train_px, account_train_step;
+    double account_piece_px, account_train_px;
     // An edge of the clock, a pass of the main loop with nothing to do; of locked lines.
     double edge, round, edge_locked, round_locked;
+    double turn;         // more of a round for each call of the decoder
     double request;      // the longest request
     double request_byte; // requests of a saturated bus, for each byte on the bus
     // Interrupts: a step, one of a pulse train, an edge, a byte; share of all others.
@@ -75,18 +80,6 @@ struct guarantee_verdict {
     double slack_ticks; // of all parts the least time to spare
     double busy;        // share of the time in which the main loop had something to do
 };
-
-// How the steps from k0 to k1 of a curve are found, added to counts: flat, wide, steep, slow, and
-// flat ones of much acceleration. The piece has so many ticks and steps (`total`), its speed at the
-// start and half its acceleration.
-void guarantee_curve(double ticks,
-                     double speed,
-                     double half,
-                     double total,
-                     double k0,
-                     double k1,
-                     bool steep,
-                     double *counts);
 
 // Add up what it costs to decode and to account for a line, looks not counted, interrupts excluded.
 void guarantee_demand(const struct guarantee_costs *costs,

@@ -6,6 +6,7 @@ from functools import partial
 from typing import Any
 
 from pixstep.board import boards
+from pixstep.board.guaranteed import rate
 from pixstep.lines.line import Line
 from pixstep.lines.units import period_ticks
 from pixstep.profiles.generator import MAX_SPEED
@@ -102,6 +103,11 @@ def _attempt(
     return attempt(BenchRun(board, dict.fromkeys(range(axes), line), hz, serial_load=serial_load))
 
 
+def guaranteed(row: dict[str, Any]) -> str:
+    """Return what is guaranteed of a row's motion, steps/s on each axis."""
+    return str(rate(row["board"], row["axes"], row["motion"], Fraction(row["hz"])))
+
+
 FIGURE = BenchFigure(
     NAME,
     "Highest clean rate, steps/s on each of the axes at once",
@@ -109,7 +115,8 @@ FIGURE = BenchFigure(
     "one, and no fault; searched in strides of at most 500 steps/s. Constant: plain lines. Smooth: "
     "every pixel near the peak accelerates or brakes. Beyond: how the next higher rate ends. "
     "Holes: rates at 50, 75, 90 and 95 % of the result were run too. Serial load: clean at this "
-    "rate while the serial line is saturated.",
+    "rate while the serial line is saturated. Guaranteed: what `limits` promises, whatever a host "
+    "asks meanwhile and with a clock as bad as declared.",
     tasks,
     (
         key("board", "board", left=True),
@@ -117,6 +124,7 @@ FIGURE = BenchFigure(
         key("motion", "motion", left=True),
         key("pixel clock, Hz", "hz", "g"),
         key("steps/s", "steps_per_s"),
+        FigureColumn("guaranteed", guaranteed),
         key("beyond", "beyond", left=True),
         FigureColumn("holes below", holes, left=True),
         key("serial load", "serial_load_steps_per_s"),

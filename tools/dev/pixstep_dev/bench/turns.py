@@ -43,7 +43,7 @@ DATA: dict[str, tuple[bool, tuple[int, ...]]] = {
     "ramps": (True, (*_UP, *reversed(_UP)) * 40),
     "even": (True, (10, *(20,) * 799)),
 }
-_BLOCKS_BYTES = (50, 120)
+_BLOCKS_BYTES = (48, 120)  # a board takes no more of them than its host sends at once
 _BLOCKS = 2
 
 Request = Callable[[], object]

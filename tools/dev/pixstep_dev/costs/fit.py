@@ -20,20 +20,17 @@ from pixstep_dev.costs.probes import Spent
 DECODING = OF_REPLAY[: OF_REPLAY.index("account")]
 ACCOUNTS = (
     "account_px", "account_entry", "account_long_entry", "account_piece_px",
-    "account_train_px", "account_train_step",
+    "account_train_px",
 )  # fmt: skip
-# No probe of curves, turns and trains is reckoned cheaper than by so much: they are of more kinds
-# than the table has.
+ROUNDS = ("round", "edge", "round_locked", "edge_locked", "turn")
+# No probe of curves, turns, trains and rounds is reckoned cheaper than by so much: they are of more
+# kinds than the table has.
 CURVES, LOW = ("curves", "bends", "shifted", "drops"), 0.1
 OF_CURVES = (
-    "curved_px",
-    "curve_px",
-    "flat_step",
-    "wide_step",
-    "steep_step",
-    "slow_step",
-    "loose_step",
-)
+    "curved_px", "curved_start", "curved_step", "curve_px", "flat_step", "wide_step", "steep_step",
+    "slow_step", "moved_tick", "missed_tick", "short_batch",
+)  # fmt: skip
+_LEAD_TICKS, _MARKS = 0x20000, 13  # of lines that are locked
 _NOTHING = dict.fromkeys(OF_REPLAY, 0.0)
 
 
@@ -73,11 +70,11 @@ def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
     times = {row.probe.name: _times(board, row) for row in spent}
 
     def decode(row: Spent, name: str) -> float:
-        return row.calls if name == "call" else times[row.probe.name][name][0]
+        if name == "call":
+            return row.calls
+        return _early(board, row) if name == "early" else times[row.probe.name][name][0]
 
     decoding = _solve(spent, DECODING, decode, lambda row: row.decode)
-    for name in ("wide_step", "loose_step"):
-        decoding[name] = max(decoding[name], decoding["flat_step"])
     worst = max(
         row.decode / sum(cost * decode(row, name) for name, cost in decoding.items())
         for row in spent
@@ -89,18 +86,25 @@ def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
     def account(row: Spent, name: str) -> float:
         if name == "account":
             return row.looks
+        if name == "account_train_px":
+            return row.looks * times[row.probe.name]["train_step"][0] / row.probe.line.total_steps
         return times[row.probe.name][name][1] * row.share
 
     accounts = _solve(spent, ("account", *ACCOUNTS), account, lambda row: row.account)
     _raise(decoding, "turned_px", spent, ("turns",), decode, lambda row: row.decode)
     _raise(accounts, "account_piece_px", spent, ("turns",), account, lambda row: row.account)
     _raise(accounts, "account_train_px", spent, ("train",), account, lambda row: row.account)
-    everything = [row for row in spent if row.probe.name.startswith(("all", "locked"))]
-    rounds: dict[str, float] = {}
-    for locked, behind in ((False, ""), (True, "_locked")):
-        found = [row for row in everything if row.probe.locked == locked]
-        rounds |= {name + behind: cost for name, cost in _rounds(found).items()}
-    return decoding | accounts | rounds
+    return decoding | accounts | _rounds(spent)
+
+
+def _early(board: str, row: Spent) -> float:
+    """Return how often the decoder asked for a pixel that had to wait for an edge of the clock.
+
+    Where clocks are fast the marks are full before.
+    """
+    probe = row.probe
+    ticks = float(period_ticks(Fraction(probe.hz), boards.load(board).tick_hz))
+    return row.calls if probe.locked and _LEAD_TICKS // ticks + 1 < _MARKS else 0.0
 
 
 def _raise(
@@ -115,11 +119,21 @@ def _raise(
             costs[name] += max(0.0, value(row) / (1 + LOW) - reckoned) / often
 
 
-def _rounds(rows: Sequence[Spent]) -> dict[str, float]:
-    """Return the costs of a round by the slowest clock, and that of an edge by the fastest."""
-    slowest, fastest = (pick(rows, key=lambda row: row.probe.hz) for pick in (min, max))
-    a_round = slowest.rounds / slowest.passes
-    return {"round": a_round, "edge": (fastest.rounds - a_round * fastest.passes) / fastest.edges}
+def _rounds(spent: Sequence[Spent]) -> dict[str, float]:
+    """Return the costs of a round, of the clock's edges in it, and of each call of the decoder."""
+
+    def often(row: Spent, name: str) -> float:
+        if name == "turn":
+            return row.calls * row.share * row.probe.axes
+        if name.endswith("_locked") != row.probe.locked:
+            return 0.0
+        return row.passes if name.startswith("round") else row.edges
+
+    found = _solve(spent, ROUNDS, often, lambda row: row.rounds)
+    worst = max(
+        row.rounds / sum(cost * often(row, name) for name, cost in found.items()) for row in spent
+    )
+    return {name: cost * max(1.0, worst / (1 + LOW)) for name, cost in found.items()}
 
 
 def misses(
@@ -129,7 +143,8 @@ def misses(
     rows = []
     for row in spent:
         times = _times(board, row)
-        decode = costs["call"] * row.calls + sum(costs[name] * times[name][0] for name in DECODING)
+        decode = costs["call"] * row.calls + costs["early"] * _early(board, row)
+        decode += sum(costs[name] * times[name][0] for name in DECODING)
         account = costs["account"] * row.looks + row.share * sum(
             costs[name] * times[name][1] for name in ACCOUNTS
         )

@@ -78,6 +78,12 @@ def _shifted(speed: int, hz: int, backlash: int) -> Line:
     return Line((0, *counts), SMOOTH, backlash=backlash, name="shifted")
 
 
+def _down(speed: int) -> range:
+    """Return boundary speeds that fall by a sixteenth of a speed each."""
+    step = max(2, speed // 16 * 2)
+    return range(speed - step, 0, -step)
+
+
 def of_board(board: str) -> list[CostProbe]:
     """Return the probes of a board. Their lines fit its queues: a host has nothing to add."""
     own = 20 if board == "uno" else 60
@@ -125,6 +131,20 @@ def of_board(board: str) -> list[CostProbe]:
         if v * hz < (60_000 if board == "uno" else 70_000)
     ]
     found += [
+        CostProbe(f"curves near {v} {hz}", hz, _turns(low, v, 15, hz))
+        for v, hz in ((3000, 30), (5000, 10), (700, 100), (900, 60), (400, 150))
+        for low in (v * 24 // 50 * 2, v * 9 // 20 * 2)
+        if v * hz < (60_000 if board == "uno" else 95_000)
+    ]
+    found += [
+        CostProbe(f"drops down {v} {hz}", hz, lines.smooth([0, *[v] * 3, *_down(v), 0]))
+        for v, hz in ((200, 30), (1500, 20), (300, 100), (1200, 46), (120, 250))
+    ]
+    found += [
+        CostProbe(f"bends up {a} {hz}", hz, lines.smooth([*range(0, a, 2), a, *range(a, -1, -2)]))
+        for a, hz in ((40, 300), (60, 250), (16, 1000))
+    ]
+    found += [
         CostProbe(f"shifted {v} {hz}", hz, _shifted(v, hz, 7))
         for v, hz in ((14, 1000), (20, 500), (100, 200), (400, 60))
     ]
@@ -139,6 +159,10 @@ def of_board(board: str) -> list[CostProbe]:
     ]
     rests = Line(tuple([20, 20, 20, 0] * 4), PLAIN, name="rests")
     found += [CostProbe(f"rests {hz}", hz, rests) for hz in (30, 200)]
+    found += [
+        CostProbe(f"busy {n} {hz}", hz, _turns(n - n // 12 * 2, n, own // 2, hz), all_axes)
+        for n, hz in ((600, 30), (160, 100))
+    ]
     for locked, name in ((False, "all"), (True, "locked")):
         found += [
             CostProbe(

@@ -2,15 +2,16 @@
 """What README.md shows of docs/TIMING.md: the table of rates and the comparison's picture.
 
 Both are read from the document, which `bench --write` writes: no figure is typed a second time.
-The rates of the table come from `_rates` and `_clocks` alone; other figures take their place there.
+What is guaranteed stands in front of each highest clean figure.
 """
 
 import math
 import re
 from collections.abc import Iterable
+from fractions import Fraction
 
 from pixstep import natives
-from pixstep.board import boards
+from pixstep.board import boards, guaranteed
 from pixstep.errors import PlainError
 from pixstep_dev.markdown import table
 
@@ -25,17 +26,35 @@ Row = dict[str, str]
 
 
 def rates() -> str:
-    """Return the table: board, axes at once, rates at two clocks, highest clocks."""
+    """Return the table: board, axes at once, rates at two clocks, highest clocks.
+
+    Each cell: what is guaranteed / the highest that ran clean.
+    """
     kinds = [f"{motion}, {hz} Hz" for hz in _HZ for motion in _MOTIONS]
     head = ("board", "axes", *kinds, "top clock", "with ramps")
     rows = []
     for board in boards.all_boards():
         for axes in range(1, board.axes + 1):
-            cells = [_rates(board.name, axes, motion, hz) for hz in _HZ for motion in _MOTIONS]
-            clocks = [_clocks(board.name, axes, motion) for motion in ("one count", "ramps")]
-            rows.append((f"`{board.name}`", str(axes), *map(_number, cells),
-                         *[f"{_number(hz)} Hz" if hz else "-" for hz in clocks]))  # fmt: skip
+            cells = [_rate(board.name, axes, motion, hz) for hz in _HZ for motion in _MOTIONS]
+            tops = [_clock(board.name, axes, motion) for motion in ("one count", "ramps")]
+            rows.append((f"`{board.name}`", str(axes), *cells, *tops))
     return table(head, rows)
+
+
+def _rate(board: str, axes: int, motion: str, hz: str) -> str:
+    """Return what is guaranteed of a motion, and its highest clean rate."""
+    promised = guaranteed.rate(board, axes, motion, Fraction(hz))
+    return f"{promised:,} / {_number(_rates(board, axes, motion, hz))}"
+
+
+def _clock(board: str, axes: int, motion: str) -> str:
+    """Return the clock that is guaranteed, and the highest clean one."""
+    clean = _clocks(board, axes, motion)
+    if not clean:
+        return "-"
+    ours = {"one count": "constant", "ramps": "ramp"}[motion]
+    promised = guaranteed.clock(board, axes, ours, int(_STEPS), int(clean))
+    return f"{promised:,} / {_number(clean)} Hz"
 
 
 def _rates(board: str, axes: int, motion: str, hz: str) -> str:

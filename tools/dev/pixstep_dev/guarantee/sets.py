@@ -23,6 +23,7 @@ _SECONDS, _PIXELS = 1.2, (24, 1500)
 _CURVES_PX = 18
 _STREAM_S = 1.0  # of counts that a host sends while the board moves
 _OWN_PX = {"uno": 20, "mega": 56, "m1284": 56}  # a count of their own, so that the queue holds them
+DIVIDERS = (1, 1, 1, 2, 3, 8)
 _JITTER = 0.005  # of a period: more of it is a clock that boards refuse, whatever they do
 SHARE = (0.4, 1.2)  # of the limit,
 BEYOND = 1 / 0.85  # which lies so far beyond what is guaranteed
@@ -95,6 +96,7 @@ class LineSet:
     jitter_us: float
     loaded: bool
     baud: int
+    divider: int = 1  # edges of the clock a pixel
 
     @property
     def lines(self) -> dict[int, Line]:
@@ -107,7 +109,8 @@ class LineSet:
         return LineExperiment(
             self.board,
             self.lines,
-            Fraction(self.hz),
+            Fraction(self.hz * self.divider),
+            divider=self.divider,
             sync=self.sync,
             pixel_ppm=self.ppm,
             flaws=ClockFlaws(jitter_us=self.jitter_us),
@@ -118,21 +121,26 @@ class LineSet:
     @property
     def world(self) -> guarantee.LineConditions:
         """What is judged."""
-        return world_of(self.board, self.hz, self.sync, self.baud)
+        return world_of(self.board, self.hz, self.sync, self.baud, self.divider)
 
     def __str__(self) -> str:
         """Return it in a line."""
         return (
-            f"{self.board} {len(self.shape.shares)} {self.kind} {self.sync} {self.hz} Hz, "
+            f"{self.board} {len(self.shape.shares)} {self.kind} {self.sync} {self.hz} Hz"
+            f"{f' of {self.divider} edges' if self.divider > 1 else ''}, "
             f"{self.steps} of {self.limit} steps, {self.ppm:+.0f} ppm, {self.jitter_us:.1f} us, "
             f"{self.baud} baud{', loaded' if self.loaded else ''}"
             f"{', streamed' if self.shape.streamed else ''}, shape {self.shape.seed}"
         )
 
 
-def world_of(board: str, hz: int, sync: str, baud: int) -> guarantee.LineConditions:
+def world_of(
+    board: str, hz: int, sync: str, baud: int, divider: int = 1
+) -> guarantee.LineConditions:
     """Return the world of a set."""
-    return guarantee.LineConditions(board, Fraction(hz), 2 if sync == LOCK else 1, baud=baud)
+    return guarantee.LineConditions(
+        board, Fraction(hz), 2 if sync == LOCK else 1, divider, baud=baud
+    )
 
 
 def random_set(seed: str, board: str | None = None) -> LineSet:
@@ -154,12 +162,13 @@ def random_set(seed: str, board: str | None = None) -> LineSet:
         some.choice((3, 7, 20)),
         some.random() < 0.4,
     )
-    able = capability_of(
-        board, Fraction(hz), axes=axes, clock={"sync": 2 if sync == LOCK else 1, "divider": 1}
-    )
+    divider = random.Random(f"{seed} divider").choice(DIVIDERS)
+    divider = divider if hz * divider <= MOST_HZ else 1
+    clock = {"sync": 2 if sync == LOCK else 1, "divider": divider}
+    able = capability_of(board, Fraction(hz), axes=axes, clock=clock)
     smooth = kind in ("smooth", "ramps", "backlash")
     most = able.top_speed(SMOOTH_KIND if smooth else PLAIN_KIND)
-    world = world_of(board, hz, sync, baud)
+    world = world_of(board, hz, sync, baud, divider)
 
     def fits(steps: int) -> bool:
         return guarantee.first_late(list(shape.lines(steps, hz, board).values()), world) is None
@@ -172,5 +181,5 @@ def random_set(seed: str, board: str | None = None) -> LineSet:
     return LineSet(
         board, kind, hz, sync, shape, steps, limit,
         some.uniform(-900, 900), jitter_us,
-        loaded, baud,
+        loaded, baud, divider,
     )  # fmt: skip

@@ -98,6 +98,7 @@ class Board:
         divider: int | None = None,
         gate_edges: int | None = None,
         check: bool = True,
+        beyond: bool = False,
         progress: Progress = unseen,
     ) -> Motion[tuple[AxisState, ...]]:
         """Start lines and return the Motion, which watches, stops and awaits them.
@@ -112,13 +113,14 @@ class Board:
         waited for. When `start` returns the axes are armed. `progress` is called by the motion's
         thread, with the share done.
         Raises RefusedError for a line that the board or its motor's limits refuse (nothing is sent
-        then), unless `check` is False; UserError
+        then), unless `check` is False, and for lines that the board may not have the time for,
+        unless `beyond` is True; UserError
         for a divider that is not that of the lines' machine, BoardError for a clock that
         cannot be measured and a board that does not answer. A fault later on is raised by `wait`.
         """
         arguments.function("progress", progress)
         clock = Clocking(sync, divider, gate_edges)
-        prepared = running.prepare(self.device, lines, axis, clock, checked=check)
+        prepared = running.prepare(self.device, lines, axis, clock, checked=check, beyond=beyond)
         prepared.set_clock()
         return self._motions.begin(
             self._link, [prepared.lines], partial(running.make, prepared), progress,
@@ -134,6 +136,7 @@ class Board:
         divider: int | None = None,
         gate_edges: int | None = None,
         check: bool = True,
+        beyond: bool = False,
         progress: Progress = unseen,
     ) -> tuple[AxisState, ...]:
         """Run lines to their end and return the axes that moved: `start(...).wait()`.
@@ -144,7 +147,7 @@ class Board:
         """
         return self.start(
             lines, axis, sync=sync, divider=divider, gate_edges=gate_edges, check=check,
-            progress=progress,
+            beyond=beyond, progress=progress,
         ).wait()  # fmt: skip
 
     def start_program(
@@ -359,6 +362,7 @@ class Bus:
         divider: int | None = None,
         gate_edges: int | None = None,
         check: bool = True,
+        beyond: bool = False,
         progress: Progress = unseen,
     ) -> Motion[dict[int, tuple[AxisState, ...]]]:
         """Start lines of several boards on one edge of their common clock; return the Motion.
@@ -371,7 +375,7 @@ class Bus:
         arguments.function("progress", progress)
         clock = Clocking(sync, divider, gate_edges)
         several = running.prepare_several(
-            lines, lambda unit: self.board(unit).device, clock, checked=check
+            lines, lambda unit: self.board(unit).device, clock, checked=check, beyond=beyond
         )
         for one in several:
             one.set_clock()

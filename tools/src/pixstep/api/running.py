@@ -173,11 +173,17 @@ def check(device: Device, line: MotionLine, axes: int, clock: Clocking) -> Check
 
 
 def prepare(
-    device: Device, lines: Lines, axis: int | None, clock: Clocking, *, checked: bool
+    device: Device,
+    lines: Lines,
+    axis: int | None,
+    clock: Clocking,
+    *,
+    checked: bool,
+    beyond: bool,
 ) -> Prepared:
     """Check lines for a board; nothing is sent."""
     found = by_axis(lines, axis)
-    checked = arguments.flag("check", checked)
+    checked, beyond = arguments.flag("check", checked), arguments.flag("beyond", beyond)
     hz = _one_frequency(found)
     wanted = clock.of_lines(found)
     refuse_period(hz, device.tick_hz())
@@ -187,7 +193,7 @@ def prepare(
             check(device, item, len(found), wanted).raise_if_refused()
         known = settings.of_clock(given.sync(wanted.sync), given.divider(wanted.divider))
         world = guarantee.of_board(device, hz, known)
-        if world:
+        if world and not beyond:
             guarantee.refuse([item.line for item in found.values()], world, guarantee.ADVICE)
     edges = wanted.divider or settings.divider(device)
     axes = list(found)
@@ -236,12 +242,14 @@ def prepare_several(
     clock: Clocking,
     *,
     checked: bool,
+    beyond: bool,
 ) -> list[Prepared]:
     """Check lines by the addresses of their boards, and that one clock drives them all."""
     if not isinstance(lines, Mapping) or not lines:
         raise UserError(f"lines {arguments.shown(lines)}: expected lines by address of a board")
     found = [
-        prepare(device_of(unit), ours, None, clock, checked=checked) for unit, ours in lines.items()
+        prepare(device_of(unit), ours, None, clock, checked=checked, beyond=beyond)
+        for unit, ours in lines.items()
     ]
     clocks = {one.clock_hz for one in found}
     if len(clocks) > 1:

@@ -227,6 +227,7 @@ def simulate(
     *,
     pixel_hz: Hz | None = None,
     check: bool = True,
+    beyond: bool = False,
     out: str | PathLike[str] | None = None,
     sync: Sync | None = None,
     divider: int | None = None,
@@ -253,8 +254,9 @@ def simulate(
     as `"play=40"`, or of axes by number. The files of the run go to `out`, by
     `pixstep sim`'s rules, if it is given; with `vcd` run.vcd for a waveform viewer too.
     `progress` is called with the share done, 0 to 1. Needs the simulator, pixstep-sim. Raises
-    RefusedError for a line that the check refuses, unless `check` is False, UserError for a divider
-    by which the pixels of a line are not edges of its machine's clock.
+    RefusedError for a line that the check refuses, unless `check` is False, and for lines that the
+    board may not have the time for, unless `beyond` is True; UserError for a divider by which the
+    pixels of a line are not edges of its machine's clock.
 
     Example:
         >>> from pixstep import line
@@ -278,7 +280,12 @@ def simulate(
     clock = arguments.instance("clock", clock, PixelClock, "a PixelClock")
     clocking = Clocking(sync, divider, gate_edges).of_lines(by_axis)
     arguments.function("progress", progress)
-    _refuse(by_axis, kind, hz, clocking, check=arguments.flag("check", check))
+    check = arguments.flag("check", check)
+    _refuse(by_axis, kind, hz, clocking, check=check)
+    if check and not arguments.flag("beyond", beyond):
+        known = settings.of_clock(given.sync(clocking.sync), given.divider(clocking.divider))
+        world = guarantee.world(kind, hz, known, ppm=clock.ppm)
+        guarantee.refuse([item.line for item in by_axis.values()], world, guarantee.ADVICE)
     if arguments.flag("vcd", vcd) and out is None:
         raise UserError("vcd: run.vcd needs a folder: give out")
     job = LineExperiment(
@@ -339,10 +346,6 @@ def _refuse(
             item.check(
                 kind, axes=len(lines), sync=clocking.sync, divider=clocking.divider
             ).raise_if_refused()
-    if check:
-        known = settings.of_clock(given.sync(clocking.sync), given.divider(clocking.divider))
-        together = [item.line for item in lines.values()]
-        guarantee.refuse(together, guarantee.world(kind, hz, known), guarantee.ADVICE)
 
 
 def _chosen(drawn: Mapping[int, _Drawn], axis: int | None, what: str) -> _Drawn:

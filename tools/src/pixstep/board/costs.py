@@ -26,6 +26,8 @@ class Costs:
     single_px: float
     single_step: float
     curved_px: float
+    curved_start: float
+    curved_step: float
     piece_px: float
     piece_step: float
     curve_px: float
@@ -35,21 +37,24 @@ class Costs:
     wide_step: float
     steep_step: float
     slow_step: float
-    loose_step: float
+    moved_tick: float
+    missed_tick: float
+    short_batch: float
     zero_px: float
     pump: float
     locked_px: float
+    early: float
     account: float
     account_px: float
     account_entry: float
     account_long_entry: float
     account_piece_px: float
     account_train_px: float
-    account_train_step: float
     edge: float
     round: float
     edge_locked: float
     round_locked: float
+    turn: float
     request: float
     data_request: float
     request_byte: float

@@ -87,6 +87,7 @@ class Device(Wire):
         self._identity: Identity | None = None
         self._features: frozenset[str] | None = None
         self._packs: bool | None = None
+        self._block_bytes = 0
 
     def input(self, name: str) -> int:
         """Return a board-wide input register by name."""
@@ -161,6 +162,16 @@ class Device(Wire):
         if self._packs is None:
             self._packs = self.input("map_version") >= regs.PACKED_MAP_VERSION
         return self._packs
+
+    def block_bytes(self) -> int:
+        """Return how many packed bytes a block has at most (asked once).
+
+        A board of one axis does nothing else while it checks a block.
+        """
+        if not self._block_bytes:
+            several = self.input("axis_count") > 1
+            self._block_bytes = regs.MAX_PACKED if several else regs.SHORT_PACKED
+        return self._block_bytes
 
     def room(self, first: int = 0, count: int = 1) -> list[int]:
         """Return the free bytes in the queues of `count` axes from `first` on, in one request."""

@@ -24,7 +24,7 @@ from pixstep.lines.units import period_ticks
 
 NAME = "beyond_guarantee"  # of what is found
 INTERVALS = 1.1  # of the shortest interval of several axes
-ADVICE = "check=False lets the board try"
+ADVICE = "beyond=True lets the board try"
 MARGINS = (1.0, 1.07, 1.15)
 MOTIONS = ("constant", "smooth", "ramp")
 DECLARED_PPM = 1000  # a clock may be so much faster
@@ -33,13 +33,15 @@ DECLARED_PPM = 1000  # a clock may be so much faster
 _BYTES, _REST_S, _BYTE_BITS = 100, 0.0043, 11
 _WINDOW_S, _FRAME_BYTES = 0.008, 256  # as long as rings last; all of it may fall into a frame
 _DATA_SHARE = 0.2  # of the bytes on the bus are line data, its checks and records the rest
-_FAST_HZ, _FAST_MARGIN = 3000, 1.35  # of a clock that lines are locked to
+_FAST_HZ, _FAST_MARGIN = 2500, 1.2  # of a clock: the table's own probes cost up to 15 % more there
+_LOCKED_HZ, _LOCKED_MARGIN = 3000, 1.35  # of one that lines are locked to
 _ROUND_S = 0.004  # firmware/app/round.c
 _LEAD_TICKS = 0x20000  # firmware/app/reference.c
 _MARKS = 16
 _FEWER = 64  # parts of a line's counts, or of its clock, by which less is tried
 _LOOK_PX = 256  # of a long line, behind the pixel that is late
 _HELD_PX, _RAMP_STEPS_S2 = 48, 100_000  # of a line that shows a rate
+_LONG_PX = 6000  # of one whose counts come while it runs
 _BUSY = 0.5  # of the time: no look further ahead would help
 
 
@@ -121,9 +123,11 @@ def loop_of(world: LineConditions, margin: float = 1.0) -> Loop:
 
 
 def _margins(world: LineConditions) -> tuple[float, ...]:
-    """Return the margins; edges that a lock follows so fast cost more than the table has."""
-    fast = world.pixel_hz * world.divider >= _FAST_HZ and settings.locks({"sync": world.sync})
-    return (*MARGINS, _FAST_MARGIN) if fast else MARGINS
+    """Return the margins: edges that come fast cost more than the table has, locked ones most."""
+    clock_hz = world.pixel_hz * world.divider
+    if clock_hz >= _LOCKED_HZ and settings.locks({"sync": world.sync}):
+        return (*MARGINS, _LOCKED_MARGIN)
+    return (*MARGINS, _FAST_MARGIN) if clock_hz >= _FAST_HZ else MARGINS
 
 
 def verdicts(lines: Sequence[Line], world: LineConditions) -> Iterator[ReplayVerdict]:
@@ -167,9 +171,8 @@ def _starved(lines: Sequence[Line], world: LineConditions) -> ReplayVerdict | No
     """Return the line for which counts cannot come in time, by the bytes that the bus carries."""
     room = _room(world)
     sizes = [_size(line) for line in lines]
-    more = [
-        size / line.pixels if size > room else 0.0 for size, line in zip(sizes, lines, strict=True)
-    ]
+    # A queue is full when its line begins: what does not fit must come until the line is over.
+    more = [max(0, size - room) / line.pixels for size, line in zip(sizes, lines, strict=True)]
     a_second = sum(more) * float(world.pixel_hz)
     if a_second <= _DATA_SHARE * loop_of(world).asked_per_tick * boards.load(world.board).tick_hz:
         return None
@@ -196,17 +199,9 @@ def follows(lines: Sequence[Line], world: LineConditions) -> bool:
     return first_late(lines, world) is None
 
 
-def is_known(world: LineConditions) -> bool:
-    """Whether anything is known of such a clock: of pixels of several edges nothing is."""
-    return world.divider == 1
-
-
 def judge(lines: Sequence[Line], world: LineConditions) -> LatePlace | None:
-    """Return where the board may be late, and what fits; None: it follows the lines.
-
-    None says nothing where nothing is known.
-    """
-    late = first_late(lines, world) if is_known(world) else None
+    """Return where the board may be late, and what fits; None: it follows the lines."""
+    late = first_late(lines, world)
     if late is None:
         return None
     near = [_cut(line, late.pixel + _LOOK_PX) for line in lines]
@@ -219,20 +214,9 @@ def judge(lines: Sequence[Line], world: LineConditions) -> LatePlace | None:
     return LatePlace(late.axis, late.pixel, hz, most * share // _FEWER, most)
 
 
-_SHARP_CYCLES = 10_000  # of the longest request: beyond, most lines that may be late are not
-
-
-def is_binding(world: LineConditions) -> bool:
-    """Whether lines that the board may not follow are refused, not only told.
-
-    A board that checks a block of line data in one go may be late with nearly anything.
-    """
-    return costs.of(world.board).data_request <= _SHARP_CYCLES
-
-
 def refusal(lines: Sequence[Line], world: LineConditions) -> str:
-    """Return why the board is not guaranteed to follow the lines; empty: it is, or it may try."""
-    late = judge(lines, world) if is_binding(world) else None
+    """Return why the board is not guaranteed to follow the lines; empty: it is."""
+    late = judge(lines, world)
     if late is None:
         return ""
     return f"{lines[late.axis].name}: {NAME} at pixel {late.pixel}: {reason(late, lines, world)}"
@@ -274,32 +258,46 @@ def highest(most: int, fits: Callable[[int], bool]) -> int:
     return low
 
 
-def line_at(motion: str, steps: int, hz: Fraction) -> Line:
+def line_at(motion: str, steps: int, hz: Fraction, held: int = _HELD_PX) -> Line:
     """Return a line that shows what a motion costs at so many steps a pixel.
 
     constant: a plain line. ramp: up at 100,000 steps/s2, a while at this speed, down again. smooth:
     there every pixel accelerates or brakes. They are those of `pixstep bench`.
     """
     if motion == "constant":
-        return Line((steps,) * _HELD_PX, PLAIN, name=motion)
+        return Line((steps,) * held, PLAIN, name=motion)
     peak_steps = max(2, steps // 2 * 2)
     up = [0]
     while up[-1] < peak_steps:
         even = 2 * round(len(up) * _RAMP_STEPS_S2 / (hz * hz) / 2)
         up.append(min(peak_steps, max(up[-1] + 2, even)))
-    peak = [peak_steps] * _HELD_PX
+    peak = [peak_steps] * held
     if motion == "smooth":
         low = max(0, peak_steps - 4 * max(1, peak_steps // 100))
-        peak += [(low, (low + peak_steps) // 4 * 2, peak_steps)[k % 3] for k in range(_HELD_PX)]
+        peak += [(low, (low + peak_steps) // 4 * 2, peak_steps)[k % 3] for k in range(held)]
     speeds = [*up, *peak, *reversed(up)]
     return Line(tuple((a + b) // 2 for a, b in pairwise(speeds)), SMOOTH, name=motion)
 
 
 def rate(motion: str, axes: int, world: LineConditions, most: int) -> int:
-    """Return the most steps a pixel, up to `most`, that so many axes at once are guaranteed."""
+    """Return the most steps a pixel, up to `most`, that so many axes at once are guaranteed.
+
+    For lines of any length: the bus must bring their counts, too.
+    """
     return highest(
-        most, lambda steps: follows([line_at(motion, steps, world.pixel_hz)] * axes, world)
+        most,
+        lambda steps: (
+            not _starves(motion, steps, axes, world)
+            and follows([line_at(motion, steps, world.pixel_hz)] * axes, world)
+        ),
     )
+
+
+def _starves(motion: str, steps: int, axes: int, world: LineConditions) -> bool:
+    """Whether a long line takes more counts than the bus brings: of pixels that differ it may."""
+    if motion != "smooth":
+        return False
+    return bool(_starved([line_at(motion, steps, world.pixel_hz, _LONG_PX)] * axes, world))
 
 
 def bound_by(motion: str, axes: int, world: LineConditions, most: int) -> str:
@@ -311,6 +309,8 @@ def bound_by(motion: str, axes: int, world: LineConditions, most: int) -> str:
     found = rate(motion, axes, world, most)
     if found >= most - most // 64 - 1:
         return "interrupt"
+    if _starves(motion, found + max(2, found // 32), axes, world):
+        return "bus"
     beyond = [line_at(motion, found + max(2, found // 32), world.pixel_hz)] * axes
     if _too_close(beyond, world):
         return "interrupt"

@@ -140,7 +140,7 @@ class LineUpload:
 
     def _fitting(self, room: int) -> int:
         """Return how many of the next entries fit the room, and a block."""
-        most = regs.MAX_PACKED if self._packed else regs.MAX_ENTRIES * runs.MOST_BYTES
+        most = self.board.block_bytes() if self._packed else regs.MAX_ENTRIES * runs.MOST_BYTES
         room = min(room, most)
         count = 0
         for data in self._left:

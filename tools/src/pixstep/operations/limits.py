@@ -145,7 +145,7 @@ class ShowLimits(OfClock):
         shortest = _shortest(desk, able, self)
         low, high = able.clock_range_hz
         world = guarantee.world(self.board, hz, clock, self.baud)
-        guaranteed = _guaranteed(able, world) if guarantee.is_known(world) else []
+        guaranteed = _guaranteed(able, world)
         data: BoardLimits = {
             "board": able.board.name,
             "axes": able.axes,
@@ -310,15 +310,10 @@ def _rates(
         )  # fmt: skip
         table.add_row(motion, *figures, *(str(found.get(hz, "-")) for hz in clocks))
     page.print(table)
-    of_clock = (
-        f"{able.axes} {'axes' if able.axes > 1 else 'axis'} at once at this clock, whatever a host "
-        "asks meanwhile; `pixstep line check` asks it of lines."
-        if guaranteed
-        else "nothing, where a pixel is several edges of the clock."
-    )
     page.print(
-        f"Guaranteed: {of_clock} Seen: the highest rates measured, every edge right "
-        "(docs/TIMING.md).",
+        f"Guaranteed: {able.axes} {'axes' if able.axes > 1 else 'axis'} at once at this clock, "
+        "whatever a host asks meanwhile; `pixstep line check` asks it of lines. Seen: the highest "
+        "rates measured, every edge right (docs/TIMING.md).",
         soft_wrap=True,
     )
 

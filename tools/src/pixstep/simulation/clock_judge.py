@@ -30,6 +30,7 @@ else:
 EDGE_TICKS = 2  # a locked line's pixel edges are so near to those of an even clock
 POSITION_STEPS = 1
 _JUDGED_JITTER = 100  # pixels, from which on their errors tell how much jitter is let through
+_ROUNDING = 12**-0.5  # ticks rms: a STEP edge lies on a whole tick, a clock's true edge anywhere
 _SYNC_TEXTS = {"free": "free of the clock", "lock": "locked to the clock"}
 _ON_EDGE = 1e-9  # pixels that floating point may lack
 
@@ -176,7 +177,7 @@ def reasons(job: LineExperiment, kept: ClockKeeping) -> list[str]:
         jitter = flaws.jitter_us * job.tick_hz / 1e6
         alone = not (flaws.wander_ppm or flaws.step_ppm) and len(kept.pixels) >= _JUDGED_JITTER
         rms = kept.rms_ticks
-        if not alone or rms <= jitter:
+        if not alone or rms <= math.hypot(jitter, _ROUNDING):
             return []
         return [f"pixel edges are {rms:.1f} ticks rms off, the jitter is {jitter:.1f} rms"]
     far = np.flatnonzero(np.abs(kept.errors_ticks) > EDGE_TICKS)

@@ -169,8 +169,7 @@ class LineCheck(OfClock):
         late = guarantee.judge(several, world)
         if late is None:
             return
-        told_only = self.beyond or not guarantee.is_binding(world)
-        severity = line_check.WARNING if told_only else line_check.ERROR
+        severity = line_check.WARNING if self.beyond else line_check.ERROR
         told = guarantee.reason(late, several, world)
         place = late.axis if late.axis < len(lines) else 0
         yield place, Finding(guarantee.NAME, severity, late.pixel, told)

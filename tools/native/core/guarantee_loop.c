@@ -1,0 +1,446 @@
+// SPDX-License-Identifier: MIT
+#include "guarantee_loop.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#define ROOM_TO_BEGIN 64.0
+#define ROOM_IN_CURVE 40.0
+#define ROOM_TO_GO_ON 20.0
+#define MARKS         15u
+#define TRAINS        2u
+// Budget of a call of the firmware's decoder, in units of a step of a flat curve (round.c).
+#define CALL_UNITS    120.0
+#define WAITING_LEADS 4u
+#define NEVER_TICKS   1e300
+// A single axis is accounted for every so many rounds; any one where so many entries are made.
+#define ADVANCE_ROUNDS 8u
+#define URGENT_ENTRIES 64.0
+#define MOST_BUSY      0.98 // of the interrupts: some time is always left
+// Edges that the capture queue holds, of boards of several axes and of one.
+#define EDGES_SEVERAL 8.0
+#define EDGES_ONE     5.0
+
+static double period(const struct loop *r)
+{
+    return r->board->pixel_ticks;
+}
+
+// ---- what may be written ----
+
+// A batch is no larger than the room that is left.
+static double batch_most(const struct axis *a)
+{
+    double room = RING_ENTRIES - a->used;
+
+    return room < BATCH ? fmax(room, 1.0) : BATCH;
+}
+
+// Room in the ring. A call of the decoder begins only where there is much of it, and goes on with
+// little.
+static bool has_room(const struct loop *r, const struct axis *a, bool goes_on)
+{
+    enum kind kind = a->walk.kind;
+    double room = RING_ENTRIES + 8.0 - a->used;
+    bool in_curve = !r->several || (kind == CURVE && a->walk.done > 0.0);
+    double least = in_curve ? ROOM_IN_CURVE : ROOM_TO_BEGIN;
+
+    if (goes_on) {
+        least = ROOM_TO_GO_ON;
+    }
+
+    if (kind == CURVE || kind == SINGLES) {
+        return room >= least;
+    }
+    return room >= fmin(fmax(least, a->next.part.entries), RING_ENTRIES);
+}
+
+static bool is_early(const struct loop *r, const struct axis *a)
+{
+    const struct guarantee_board *b = r->board;
+    double lead = b->lead_edges;
+
+    if (b->lead_edges == 0 || a->walk.done > 0.0) {
+        return false;
+    }
+    if (!r->started && r->several) {
+        lead = (lead - 1.0) * WAITING_LEADS + 1.0;
+    } else if (r->several) {
+        lead += b->more_edges;
+    }
+    // The pixel begins at the edge before its number, counted from line zero; before that none has
+    // come.
+    double begins = (double)a->walk.pixel - (a->walk.shifted ? 2.0 : 1.0);
+
+    return begins * b->divider - (r->edges - 1.0) > lead;
+}
+
+// True when the next part of an axis, a->next, may be written now; `goes_on`: in the call that has
+// written the one before.
+static bool may_write_more(const struct loop *r, struct axis *a, bool goes_on)
+{
+    if (!a->known) {
+        if (!walk_piece(&a->walk, r->board)) {
+            return false;
+        }
+        a->known = true;
+        a->most = 0.0;
+    }
+    if (fabs(a->most - batch_most(a)) > 0.5) {
+        a->most = batch_most(a);
+        walk_job(&a->walk, r->cost, r->board, a->most, &a->next);
+    }
+    return has_room(r, a, goes_on) && a->marks < MARKS &&
+           (!a->next.part.train || a->trains < TRAINS) && !is_early(r, a) &&
+           (uint8_t)(a->head + 1u) != a->tail;
+}
+
+static bool may_write(const struct loop *r, struct axis *a)
+{
+    return may_write_more(r, a, false);
+}
+
+// ---- time ----
+
+// Steps a tick that the interrupt of an axis makes now.
+static double rate(struct axis *a, double now)
+{
+    while (a->plays != a->head && a->parts[a->plays].end <= now) {
+        a->plays++;
+    }
+    if (a->plays == a->head) {
+        return 0.0;
+    }
+    const struct part *part = &a->parts[a->plays];
+
+    return part->end > part->begin ? part->steps / (part->end - part->begin) : 0.0;
+}
+
+// Share of the processor that interrupts take now; *until: when that may change.
+static double interrupts(struct loop *r, double *until)
+{
+    const struct guarantee_costs *c = r->cost;
+    double share = c->other_isr_share + c->edge_isr / r->edge_ticks +
+                   r->board->bytes_per_tick * c->byte_isr +
+                   r->board->asked_per_tick * c->request_byte;
+
+    *until = r->now + period(r);
+    for (uint32_t i = 0; i < r->axes; i++) {
+        struct axis *a = &r->axis[i];
+        double steps = rate(a, r->now);
+        bool train = a->plays != a->head && a->parts[a->plays].train;
+        share += steps * (train ? c->train_isr : c->step_isr);
+        if (a->plays != a->head) {
+            *until = fmin(*until, a->parts[a->plays].end);
+        }
+    }
+    return fmin(share, MOST_BUSY);
+}
+
+// Let the main loop work for so many cycles.
+static void spend(struct loop *r, double cycles)
+{
+    cycles *= r->board->margin;
+    r->work += cycles;
+    while (cycles > 0.0) {
+        double until;
+        double free = 1.0 - interrupts(r, &until);
+        double ticks = cycles / free;
+        if (until - r->now < 1.0) {
+            until = r->now + 1.0;
+        }
+        if (r->now + ticks <= until) {
+            r->now += ticks;
+            return;
+        }
+        cycles -= (until - r->now) * free;
+        r->now = until;
+    }
+}
+
+// ---- being late ----
+
+static void lose(struct loop *r, const struct axis *a, double late_ticks)
+{
+    struct guarantee_verdict *v = r->verdict;
+
+    if (v->follows) {
+        v->follows = false;
+        v->axis = (uint32_t)(a - r->axis);
+        v->pixel = a->walk.pixel;
+        v->late_ticks = late_ticks;
+    }
+}
+
+static double request_ticks(struct loop *r)
+{
+    double until;
+
+    return r->cost->request / (1.0 - interrupts(r, &until));
+}
+
+// What is written now must be there two intervals before what stands in front of it is over, the
+// longest request still to come.
+static void note_time(struct loop *r, const struct axis *a)
+{
+    struct guarantee_verdict *v = r->verdict;
+    double slack = a->end - 2.0 * a->interval - r->now - request_ticks(r);
+
+    if (slack < v->slack_ticks) {
+        v->slack_ticks = slack;
+    }
+    if (slack < 0.0) {
+        lose(r, a, -slack);
+    }
+}
+
+// ---- edges and accounts ----
+
+static double round_cost(const struct loop *r)
+{
+    return r->board->lead_edges != 0 ? r->cost->round_locked : r->cost->round;
+}
+
+// Take the edges that wait, and no more: edges that come faster than they can be taken are lost,
+// and so are those for which there is no room in the queue after the longest request.
+static void take_edges(struct loop *r)
+{
+    double waiting = floor(r->now / r->edge_ticks) + 1.0 - r->edges;
+    double cycles = r->board->lead_edges != 0 ? r->cost->edge_locked : r->cost->edge;
+    double most = r->several ? EDGES_SEVERAL : EDGES_ONE;
+
+    if (waiting > most || request_ticks(r) > most * r->edge_ticks) {
+        lose(r, &r->axis[0], (waiting - most) * r->edge_ticks);
+    }
+    for (uint32_t left = waiting > 0.0 ? (uint32_t)waiting : 0; left != 0; left--) {
+        r->edges += 1.0;
+        spend(r, cycles);
+    }
+}
+
+static bool account_helps(const struct loop *r, const struct axis *a)
+{
+    return a->tail != a->head && a->parts[a->tail].end <= r->now;
+}
+
+// Boards of several axes look only where something is made.
+static void advance(struct loop *r, struct axis *a)
+{
+    double cycles = r->cost->account;
+
+    if (r->several && !account_helps(r, a)) {
+        return;
+    }
+    for (; account_helps(r, a); a->tail++) {
+        const struct part *part = &a->parts[a->tail];
+        cycles += part->account;
+        a->used -= part->entries;
+        a->marks -= part->mark ? 1u : 0u;
+        a->trains -= part->train ? 1u : 0u;
+    }
+    spend(r, cycles);
+}
+
+// ---- decoding ----
+
+static void write_part(struct loop *r, struct axis *a)
+{
+    const struct job *job = &a->next;
+
+    if (r->started) {
+        spend(r, job->cycles);
+        note_time(r, a);
+    }
+    a->parts[a->head++] = job->part;
+    a->used += job->part.entries;
+    a->marks += job->part.mark ? 1u : 0u;
+    a->trains += job->part.train ? 1u : 0u;
+    a->end = job->part.end;
+    a->interval = job->interval;
+    walk_pass(&a->walk, job);
+    a->known = false;
+}
+
+// One call of the decoder: up to a number of units. Returns the units used; 0: nothing to do.
+static double decode(struct loop *r, struct axis *a)
+{
+    double units = 0.0;
+
+    spend(r, r->cost->call);
+    while (units < CALL_UNITS && r->verdict->follows &&
+           may_write_more(r, a, units > 0.0)) {
+        units += a->next.units;
+        write_part(r, a);
+    }
+    if (units < CALL_UNITS && a->known && a->marks < MARKS && is_early(r, a)) {
+        spend(r, r->cost->early);
+    }
+    return units;
+}
+
+static struct axis *first_to_end(struct loop *r, uint32_t out)
+{
+    struct axis *found = NULL;
+
+    for (uint32_t i = 0; i < r->axes; i++) {
+        struct axis *a = &r->axis[i];
+        if ((out & 1u << i) != 0 || (found != NULL && found->end <= a->end)) {
+            continue;
+        }
+        if (!may_write(r, a)) {
+            if (!account_helps(r, a)) {
+                continue;
+            }
+            advance(r, a);
+            if (!may_write(r, a)) {
+                continue;
+            }
+        }
+        found = a;
+    }
+    return found;
+}
+
+// Those of the axes that are out for which an account finds nothing new.
+static uint32_t still_out(const struct loop *r, uint32_t out)
+{
+    for (uint32_t i = 0; i < r->axes; i++) {
+        if (account_helps(r, &r->axis[i])) {
+            out &= ~(1u << i);
+        }
+    }
+    return out;
+}
+
+static bool decode_alone(struct loop *r)
+{
+    struct axis *a = &r->axis[0];
+
+    if (!may_write(r, a)) {
+        return false;
+    }
+    spend(r, r->cost->turn);
+    advance(r, a);
+    return decode(r, a) > 0.0;
+}
+
+static bool decode_in_turn(struct loop *r)
+{
+    double since = r->now;
+    uint32_t out = 0;
+    bool any = false;
+
+    do {
+        take_edges(r);
+        out = still_out(r, out);
+        struct axis *a = first_to_end(r, out);
+        if (a == NULL || !r->verdict->follows) {
+            break;
+        }
+        spend(r, r->cost->turn);
+        advance(r, a);
+        double units = decode(r, a);
+        if (units <= 0.0 || (units < CALL_UNITS && !a->walk.line->smooth)) {
+            out |= 1u << (a - r->axis);
+        }
+        any = any || units > 0.0;
+    } while (r->now - since < r->board->round_ticks);
+    return any;
+}
+
+// True when an account is advanced out of turn: much is made, or the marks are full.
+static bool is_urgent(const struct loop *r, const struct axis *a)
+{
+    double made = 0.0;
+
+    for (uint8_t i = a->tail; i != a->head && a->parts[i].end <= r->now; i++) {
+        made += a->parts[i].entries;
+    }
+    return made >= URGENT_ENTRIES || (made > 0.0 && a->marks >= MARKS);
+}
+
+static void look_after(struct loop *r)
+{
+    spend(r, round_cost(r));
+    take_edges(r);
+    r->rounds++;
+    for (uint32_t i = 0; i < r->axes; i++) {
+        struct axis *a = &r->axis[i];
+        bool due = !r->several && r->rounds % ADVANCE_ROUNDS == 0;
+        if (is_urgent(r, a) || (due && account_helps(r, a))) {
+            advance(r, a);
+        }
+    }
+}
+
+// ---- the whole ----
+
+static bool is_over(const struct axis *a)
+{
+    return a->walk.over && !a->walk.begun;
+}
+
+// The end of the wait of all axes, at the earliest.
+static double next_event(const struct loop *r)
+{
+    double next = NEVER_TICKS;
+
+    for (uint32_t i = 0; i < r->axes; i++) {
+        const struct axis *a = &r->axis[i];
+        if (a->tail != a->head && !is_over(a)) {
+            next = fmin(next, a->parts[a->tail].end);
+        }
+    }
+    if (r->board->lead_edges != 0) {
+        next = fmin(next, (floor(r->now / r->edge_ticks) + 1.0) * r->edge_ticks);
+    }
+    return next;
+}
+
+static bool all_written(const struct loop *r)
+{
+    for (uint32_t i = 0; i < r->axes; i++) {
+        if (!is_over(&r->axis[i])) {
+            return false;
+        }
+    }
+    return true;
+}
+
+// Before line zero there is time enough.
+static void fill(struct loop *r)
+{
+    for (uint32_t i = 0; i < r->axes; i++) {
+        struct axis *a = &r->axis[i];
+        while (may_write(r, a)) {
+            write_part(r, a);
+        }
+    }
+}
+
+void loop_begin(struct loop *loop, const struct guarantee_axis *line, uint32_t lines)
+{
+    loop->axes = lines;
+    loop->several = loop->board->axes > 1;
+    loop->edge_ticks = period(loop) / loop->board->divider;
+    for (uint32_t i = 0; i < lines; i++) {
+        walk_begin(&loop->axis[i].walk, &line[i]);
+    }
+}
+
+void loop_play(struct loop *loop)
+{
+    fill(loop);
+    loop->started = true;
+    while (loop->verdict->follows && !all_written(loop)) {
+        look_after(loop);
+        bool any = loop->several ? decode_in_turn(loop) : decode_alone(loop);
+        if (!any && loop->verdict->follows) {
+            double next = next_event(loop);
+            // It may come right after the look at it: a round goes by until the next.
+            if (next > loop->now && next < NEVER_TICKS) {
+                loop->now = next;
+            }
+        }
+    }
+}

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+// The board's main loop, round by round: accounts, edges of the clock, the decoder's calls, and the
+// interrupts that take their share of the time meanwhile.
+#pragma once
+
+#include "guarantee.h"
+#include "guarantee_pixel.h"
+
+#define PARTS 256u // a ring has no more
+
+// An axis: its line, and what of the line is written and not accounted for.
+struct axis {
+    struct walk walk;
+    struct part parts[PARTS];
+    uint8_t head, tail, plays; // written, accounted for, being made
+    double used;
+    uint32_t marks, trains;
+    double end, interval; // of what is written
+    bool known;           // the job that is to be written next,
+    double most;          // in a batch of so many steps at most
+    struct job next;
+};
+
+struct loop {
+    const struct guarantee_costs *cost;
+    const struct guarantee_board *board;
+    struct axis axis[GUARANTEE_AXES];
+    uint32_t axes;
+    double now;        // ticks from line zero
+    double work;       // cycles of the main loop so far
+    double edges;      // of the clock that were taken
+    double edge_ticks; // between two
+    uint8_t rounds;
+    bool several;
+    bool started; // line zero has come: what is written from then on takes time
+    // Told of each part when it is written, before what it ends is replaced, and of edges that are
+    // lost.
+    struct guarantee_verdict *verdict;
+};
+
+void loop_begin(struct loop *loop, const struct guarantee_axis *line, uint32_t lines);
+
+// Play until everything is written, or something is late.
+void loop_play(struct loop *loop);

@@ -1,0 +1,399 @@
+// SPDX-License-Identifier: MIT
+#include "guarantee_pixel.h"
+
+#include <math.h>
+
+#define STEEP_BATCH      30.0 // of a board of several axes
+#define EVEN_STEPS       120u
+#define EVEN_LEAST_TICKS 128.0
+#define EVEN_MOST_TICKS  262143.0
+#define CURVED_STEPS     64u
+#define TRAIN_ENTRY      127.0
+#define PIXEL_SLACK      0.0002 // a clock may be off by so much
+
+void walk_begin(struct walk *walk, const struct guarantee_axis *line)
+{
+    *walk = (struct walk){
+        .line = line,
+        .shifted = line->backlash_steps != 0 && line->line_speed != 0,
+        .count = INT32_MIN,
+        .rested = true,
+    };
+}
+
+// ---- pieces ----
+
+static double ahead(const struct walk *w, const struct guarantee_board *board)
+{
+    return w->shifted ? board->pixel_ticks * w->line->backlash_steps / w->line->line_speed
+                      : 0.0;
+}
+
+// A train's two intervals must have one high byte: whole periods of 256 k ticks do not.
+static bool no_train(double ticks, double steps)
+{
+    double least = ticks / steps * (1.0 - PIXEL_SLACK);
+    double most = ticks / steps * (1.0 + PIXEL_SLACK);
+
+    return floor(least / 256.0) < floor(most / 256.0) ||
+           least - 256.0 * floor(least / 256.0) < 1.0;
+}
+
+static enum kind kind_of_even(const struct walk *w, double ticks, double steps)
+{
+    bool even = steps <= EVEN_STEPS && ticks / steps >= EVEN_LEAST_TICKS &&
+                ticks <= EVEN_MOST_TICKS && ticks / steps <= PERIOD_TICKS;
+
+    if (w->turned || w->shifted || w->rested) {
+        return PIECE;
+    }
+    if (even) {
+        return EVEN;
+    }
+    if (steps > EVEN_STEPS) {
+        return no_train(ticks, steps) ? SINGLES : TRAIN;
+    }
+    return PIECE;
+}
+
+static enum kind kind_of_curve(const struct walk *w,
+                               const struct guarantee_board *board,
+                               double ticks,
+                               double steps,
+                               double end)
+{
+    double slowest = fmin(w->speed, end);
+    double fastest = fmax(w->speed, end);
+    bool fits = (ticks <= 0xFC00 || slowest > ticks / 32768.0) &&
+                ticks / EVEN_LEAST_TICKS >= fastest;
+
+    return board->short_curves && !w->shifted && !w->rested && steps <= CURVED_STEPS &&
+                   fits
+               ? CURVED
+               : CURVE;
+}
+
+static void set_piece(struct walk *w, enum kind kind, double ticks, double steps)
+{
+    w->kind = kind;
+    w->rested = steps <= 0.0;
+    w->from = w->from + w->ticks;
+    w->ticks = ticks;
+    w->steps = steps;
+    w->done = 0.0;
+    w->half = 0.0;
+    w->begun = true;
+    w->changed = false;
+    w->goes_on = false;
+}
+
+// The backlash, at line speed, up to the pixel's edge.
+static void take_up(struct walk *w, const struct guarantee_board *board)
+{
+    double ticks = ahead(w, board);
+
+    w->shifted = false;
+    w->going = 0.0;
+    set_piece(w, PIECE, ticks, w->line->backlash_steps);
+}
+
+static void take_curve(struct walk *w, const struct guarantee_board *board, double steps)
+{
+    double end = 2.0 * steps - w->speed;
+    double half = steps - w->speed;
+    enum kind kind = kind_of_curve(w, board, board->pixel_ticks, steps, end);
+
+    set_piece(w, kind, board->pixel_ticks, steps);
+    w->goes_on = kind == CURVED && fabs(half - w->going) < 0.5;
+    w->half = half;
+    w->start_speed = w->speed;
+    w->speed = end;
+}
+
+static void take_even(struct walk *w, double ticks, int32_t count, double steps)
+{
+    bool changed = count != w->count || w->kind != EVEN;
+
+    set_piece(w, kind_of_even(w, ticks, steps), ticks, steps);
+    w->changed = changed;
+    w->speed = steps;
+}
+
+static void take_pixel(struct walk *w, const struct guarantee_board *board)
+{
+    const struct segment *run = &w->line->entries[w->entry];
+    double steps = fabs((double)run->count);
+    double ticks = board->pixel_ticks;
+    bool leading = w->shifted && w->pixel == 0;
+
+    if (++w->repeat >= run->repeat) {
+        w->entry++;
+        w->repeat = 0;
+    }
+    w->pixel++;
+    if (leading) {
+        set_piece(w, ZERO, ticks - ahead(w, board), 0.0);
+        return;
+    }
+    w->turned = run->count != 0 && (run->count < 0) != w->negative;
+    if (run->count != 0) {
+        w->negative = run->count < 0;
+    }
+    if (steps <= 0.0) {
+        set_piece(w, ZERO, ticks, 0.0);
+    } else if (w->line->smooth && fabs(steps - w->speed) > 0.5) {
+        take_curve(w, board, steps);
+    } else {
+        take_even(w, ticks, run->count, steps);
+    }
+    w->going = w->kind == CURVED ? w->half : 0.0;
+    w->count = run->count;
+}
+
+bool walk_piece(struct walk *walk, const struct guarantee_board *board)
+{
+    if (walk->begun) {
+        return true;
+    }
+    if (walk->shifted && walk->pixel > 0 &&
+        fabs(walk->speed - walk->line->line_speed) < 0.5) {
+        take_up(walk, board);
+        return true;
+    }
+    if (walk->over || walk->entry >= walk->line->count) {
+        walk->over = true;
+        return false;
+    }
+    take_pixel(walk, board);
+    return true;
+}
+
+// ---- what is written at once ----
+
+static double when(const struct walk *w, double k)
+{
+    if (fabs(w->half) < 0.5) {
+        return w->from + w->ticks * k / fmax(w->steps, 1.0);
+    }
+    double speed = sqrt(fmax(0.0, w->start_speed * w->start_speed + 4.0 * w->half * k));
+
+    return w->from + w->ticks * (speed - w->start_speed) / (2.0 * w->half);
+}
+
+// Entries of pixels that the account does not take as a whole cost more.
+static double entry_cost(const struct walk *w, const struct guarantee_costs *c)
+{
+    bool whole = (w->kind == EVEN || w->kind == CURVED) && w->ticks <= UINT16_MAX;
+
+    return whole ? c->account_entry : c->account_long_entry;
+}
+
+static double pumps(double ticks)
+{
+    return ticks > PERIOD_TICKS ? ceil(ticks / PERIOD_TICKS) : 0.0;
+}
+
+static void cost_even(const struct walk *w,
+                      const struct guarantee_costs *c,
+                      struct job *job)
+{
+    job->part.entries = w->steps;
+    job->cycles =
+        c->even_px + c->even_step * w->steps + (w->changed ? c->even_changed : 0.0);
+    job->units = 10.0 + w->steps / 4.0;
+    job->part.account = c->account_px + entry_cost(w, c) * w->steps;
+}
+
+static void cost_train(const struct walk *w,
+                       const struct guarantee_costs *c,
+                       struct job *job)
+{
+    job->part.entries = 8.0 + ceil(w->steps / TRAIN_ENTRY);
+    job->part.train = true;
+    job->cycles = c->train_px + c->train_step * w->steps;
+    job->units = 20.0;
+    job->part.account = c->account_train_px;
+}
+
+static void cost_singles(const struct walk *w,
+                         const struct guarantee_costs *c,
+                         struct job *job)
+{
+    double steps = job->part.steps;
+    bool first = w->done <= 0.0;
+
+    job->part.entries = steps;
+    job->cycles = (first ? c->single_px : 0.0) + c->single_step * steps;
+    job->units = (first ? 20.0 : 0.0) + steps / 4.0;
+    job->part.account = (first ? c->account_px : 0.0) + entry_cost(w, c) * steps;
+}
+
+static double cycles_of(const struct steps_found *n,
+                        const struct guarantee_costs *c,
+                        bool whole)
+{
+    double steep = whole ? c->curved_step : c->steep_step;
+
+    return n->flat * c->flat_step + n->wide * c->wide_step + n->steep * steep +
+           n->slow * c->slow_step + n->moved * c->moved_tick +
+           n->missed * c->missed_tick + n->batches * c->short_batch;
+}
+
+static struct curve_shape shape_of(const struct walk *w, bool whole)
+{
+    return (struct curve_shape){
+        w->ticks, w->steps, w->start_speed, w->half, whole, whole && w->goes_on};
+}
+
+// A pixel that is written as a whole: its last step is what is left of it.
+static void cost_curved(const struct walk *w,
+                        const struct guarantee_costs *c,
+                        struct job *job)
+{
+    const struct curve_shape shape = shape_of(w, true);
+    struct steps_found n = {0};
+
+    guarantee_curve(&shape, 0.0, w->steps - 1.0, &n);
+    job->part.entries = w->steps;
+    job->cycles =
+        c->curved_px + (w->goes_on ? 0.0 : c->curved_start) + cycles_of(&n, c, true);
+    job->units = fmin(40.0 + 3.0 * w->steps + 20.0 * n.slow, 120.0);
+    job->part.account = c->account_px + entry_cost(w, c) * w->steps;
+}
+
+static void cost_curve(const struct walk *w,
+                       const struct guarantee_costs *c,
+                       const struct guarantee_board *board,
+                       struct job *job)
+{
+    const struct curve_shape shape = shape_of(w, false);
+    struct steps_found n = {0};
+    double steps = job->part.steps;
+    bool first = w->done <= 0.0;
+    bool several = board->axes > 1;
+
+    guarantee_curve(&shape, w->done, w->done + steps, &n);
+    job->part.entries = steps;
+    job->cycles = (first ? c->curve_px + (w->shifted ? c->shifted_px : 0.0) : 0.0) +
+                  cycles_of(&n, c, false);
+    job->units = n.flat + n.wide;
+    if (several) {
+        job->units += (first ? 60.0 : 0.0) + 4.0 * n.steep + 36.0 * n.slow;
+    } else {
+        job->units += 2.0 * n.steep + 24.0 * n.slow;
+    }
+    job->part.account = (first ? c->account_px : 0.0) + entry_cost(w, c) * steps;
+}
+
+static void cost_piece(const struct walk *w,
+                       const struct guarantee_costs *c,
+                       struct job *job)
+{
+    double waits = pumps(w->ticks / fmax(w->steps, 1.0)) * fmax(w->steps, 1.0);
+    bool train = w->steps > 16.0;
+
+    job->part.entries = train ? 8.0 + ceil(w->steps / TRAIN_ENTRY) : w->steps + waits;
+    job->part.train = train;
+    job->cycles = c->piece_px + (w->shifted ? c->shifted_px : 0.0) +
+                  (w->turned ? c->turned_px : 0.0) + c->pump * waits;
+    job->cycles += (train ? c->train_step : c->piece_step) * w->steps;
+    job->units = 42.0 + 6.0 * waits;
+    job->part.account = c->account_piece_px + entry_cost(w, c) * job->part.entries;
+    if (train) {
+        job->part.account += c->account_train_px;
+    }
+}
+
+static void cost_zero(const struct walk *w,
+                      const struct guarantee_costs *c,
+                      struct job *job)
+{
+    double waits = 1.0 + pumps(w->ticks);
+
+    job->part.entries = waits;
+    job->cycles = c->zero_px + c->pump * waits;
+    job->units = 30.0 + 6.0 * waits;
+    job->part.account = c->account_piece_px + entry_cost(w, c) * waits;
+}
+
+static void cost_part(const struct walk *w,
+                      const struct guarantee_costs *c,
+                      const struct guarantee_board *board,
+                      struct job *job)
+{
+    switch (w->kind) {
+    case EVEN:
+        cost_even(w, c, job);
+        break;
+    case TRAIN:
+        cost_train(w, c, job);
+        break;
+    case SINGLES:
+        cost_singles(w, c, job);
+        break;
+    case CURVED:
+        cost_curved(w, c, job);
+        break;
+    case CURVE:
+        cost_curve(w, c, board, job);
+        break;
+    case PIECE:
+        cost_piece(w, c, job);
+        break;
+    case ZERO:
+    default:
+        cost_zero(w, c, job);
+        break;
+    }
+}
+
+// How many steps are written at once. A piece of a curve goes in batches, and so do steps that no
+// train can make.
+static double batch(const struct walk *w,
+                    const struct guarantee_board *board,
+                    double most)
+{
+    double left = w->steps - w->done;
+
+    if (w->kind == SINGLES) {
+        return fmin(left, most);
+    }
+    if (w->kind != CURVE) {
+        return left;
+    }
+    const struct curve_shape shape = shape_of(w, false);
+    bool steep = board->axes > 1 && guarantee_curve_steep(&shape, w->done);
+
+    return fmin(left, steep ? fmin(most, STEEP_BATCH) : most);
+}
+
+void walk_job(const struct walk *walk,
+              const struct guarantee_costs *costs,
+              const struct guarantee_board *board,
+              double most,
+              struct job *job)
+{
+    double steps = batch(walk, board, most);
+
+    *job = (struct job){0};
+    job->part.steps = steps;
+    job->part.begin = when(walk, walk->done);
+    job->last = walk->done + steps >= walk->steps;
+    job->part.end = job->last ? walk->from + walk->ticks : when(walk, walk->done + steps);
+    job->part.mark = job->last;
+    cost_part(walk, costs, board, job);
+    if (board->lead_edges != 0 && walk->done <= 0.0) {
+        job->cycles += costs->locked_px;
+    }
+    job->interval = steps > 0.0 ? job->part.end - when(walk, walk->done + steps - 1.0)
+                                : fmin(walk->ticks, PERIOD_TICKS);
+    job->interval = fmin(job->interval, PERIOD_TICKS);
+}
+
+void walk_pass(struct walk *walk, const struct job *job)
+{
+    walk->done += job->part.steps;
+    if (job->last) {
+        walk->begun = false;
+    }
+}
