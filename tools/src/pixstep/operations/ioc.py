@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NotRequired, TypedDict
 
 from pixstep import signals
-from pixstep.ioc import names, saved, settings
+from pixstep.ioc import common, saved, settings
 from pixstep.lazy import lazy
 from pixstep.machine import FILE_NAME, VARIABLE
 from pixstep.operations import motor_drives
@@ -74,7 +74,7 @@ class Ioc(Request):
         records = settings.record_names(machine, prefix)
         data: dict[str, Any] = {"machine": str(machine.path), "records": records}
         if self.list:
-            pvs = names.all_names(prefix, records.values())
+            pvs = common.all_names(prefix, records.values())
             return Result(data | {"pvs": pvs}, "\n".join(pvs))
         self._serve(desk, machine, prefix, records)
         return Result(data, f"{machine.path}: ended", told=True)
