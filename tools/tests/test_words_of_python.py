@@ -34,7 +34,11 @@ CONTENTS = {
     "motors.toml": wrong.MACHINE.replace('line.motor = "X"\n', ""),
     "broken.toml": wrong.MACHINE.replace("mega", "mgea"),
 }
-ENDLESS = ("serve", "ioc", "board watch", "board simulate", "watch")  # with files that will do
+# With files that will do these go on for ever, or simulate for long.
+ENDLESS = (
+    "serve", "ioc", "board watch", "board simulate", "watch", "sim", "demo", "home sim", "move sim",
+    "trajectory sim", "job simulate", "job run", "job resume",
+)  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -102,5 +106,5 @@ def test_no_text_names_an_option(words, contents):
 
 
 def test_a_field_that_is_wrong_is_named():
-    with pytest.raises(UserError, match="^divider: "):
+    with pytest.raises(UserError, match=r"^divider: "):
         ops.line_make(prn="x.prn", speed=100, divider="abc", output="x.csv")

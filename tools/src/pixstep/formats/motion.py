@@ -185,7 +185,7 @@ def _block(
 ) -> FileBlock | None:
     """Return the block that begins at a row, or None if it is refused."""
     if rows[start] != number:
-        message = _or_raw(f"line number {rows[start]}, {number} expected")
+        message: str = _or_raw(f"line number {rows[start]}, {number} expected")
         findings.error("line_number", *place(start), message)
         return None
     if start + 1 == len(rows):

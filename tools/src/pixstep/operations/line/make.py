@@ -259,7 +259,8 @@ def _use_text(facts: Facts, edges: int) -> AskedText:
     elif found.clock.divider == edges:
         text += ", as {path} has it"
     else:
-        text += ": {divider} {edges} where it is used, or divider = {edges} in the table [clock] of {path}"
+        text += ": {divider} {edges} where it is used, or divider = {edges} in the table [clock]"
+        text += " of {path}"
     return AskedText(text, edges=edges, path=found and found.path)
 
 
