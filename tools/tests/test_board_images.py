@@ -127,8 +127,8 @@ def test_every_range_is_the_boards_own(live, name):
 def with_feature(name):
     """Return the boards whose image has a feature by default, by the board file."""
     dropped = name in (
-        "bits", "clock_statistics", "diagnosis", "events", "files", "gate", "line_divider",
-        "line_ends", "short_curves", "shared_switch",
+        "bits", "clock_out", "clock_statistics", "diagnosis", "events", "files", "gate",
+        "line_divider", "line_ends", "short_curves", "shared_switch",
     )  # fmt: skip
     return [board for board in BOARDS if boards.load(board).all_features or not dropped]
 

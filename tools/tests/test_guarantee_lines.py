@@ -85,7 +85,9 @@ def test_limits_and_line_check_agree(pixstep, tmp_path):
         line = Line((count,) * 48, PLAIN)
         files = [written(tmp_path / f"{name}.csv", line) for name in "abcd"]
         checked = pixstep("line", "check", *files, *words, "--json", status=status)
-        names = [one["name"] for one in json.loads(checked)["findings"]]
+        first = json.loads(checked)
+        lines = [first, *first["beside"]]
+        names = [one["name"] for each in lines for one in each["findings"]]
         assert names == ([] if status == 0 else [guarantee.NAME])
         out = str(tmp_path / "run")
         run = pixstep("sim", *files, *words, "--out", out, status=status)

@@ -215,8 +215,8 @@ def test_a_profile_that_was_named_for_the_job_is_no_difference(made, tmp_path):
 
 def test_a_wrong_value_of_today_is_refused(made, tmp_path):
     for text, said in (
-        (jobbench.MACHINE.replace('"30 Hz"', '"x Hz"'), "clock.pixel: "),
-        (jobbench.MACHINE.replace("axis = 1", "axis = 9"), "motors.M40.axis: "),
+        (jobbench.MACHINE.replace('"30 Hz"', '"x Hz"'), "clock.pixel = 'x Hz': "),
+        (jobbench.MACHINE.replace("axis = 1", "axis = 9"), "motors.M40.axis = 9: "),
         ("x = ", "machine.toml: "),
     ):
         with pytest.raises(RefusedError, match=said):

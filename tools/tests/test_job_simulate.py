@@ -3,6 +3,10 @@
 
 import json
 import re
+import signal
+import subprocess
+import sys
+import time
 from dataclasses import replace
 from fractions import Fraction
 
@@ -104,11 +108,15 @@ class TestSimulated:
 
     def test_a_block_without_its_rows_or_edges_is_simulated_again(self, simulated):
         folder, done = simulated
-        first, second, *_ = sorted((folder / "print.pxsim/blocks").iterdir())
+        first, second, third = sorted((folder / "print.pxsim/blocks").iterdir())
         first.write_bytes(b"nonsense")
-        (folder / "print.pxsim/edges" / second.name).unlink()
+        edges = folder / "print.pxsim/edges"
+        (edges / second.name).unlink()
+        whole = (edges / third.name).read_bytes()
+        (edges / third.name).write_bytes(whole[: len(whole) // 2])
         again = simulate(folder)
-        assert again["simulated"] == 2 and again["sha256"] == done["sha256"]
+        assert again["simulated"] == 3 and again["sha256"] == done["sha256"]
+        assert (edges / third.name).read_bytes() == whole
 
     def test_a_block_simulated_twice_has_the_same_edges(self, simulated, tmp_path):
         folder, _ = simulated
@@ -225,6 +233,36 @@ class TestKeys:
         job = runbench.folder_with_job(tmp_path, lines=9)
         found = [cut.lines for cut in Cutter(job, SimulatedWorld(), TOOLS).cuts()]
         assert sum(found) == 9 and 1 < max(found) < 9
+
+
+@pytest.mark.usefixtures("simulator")
+def test_whoever_is_in_a_hurry_gets_one_line_and_leaves_nothing(tmp_path):
+    """Several signals end a simulation as one does."""
+    runbench.folder_with_job(tmp_path, lines=40)
+    words = ("job", "simulate", "a.pxjob", "--block", "40", "--processes", "1", "--out", "a.pxsim")
+    edges = tmp_path / "a.pxsim/edges"
+    with subprocess.Popen(
+        [sys.executable, "-m", "pixstep", *words], cwd=tmp_path, stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE, text=True,
+    ) as process:  # fmt: skip
+        while process.poll() is None and not [*edges.glob(".pixstep-part-*/edges.csv")]:
+            time.sleep(0.02)
+        for _ in range(3):
+            process.send_signal(signal.SIGINT)
+            time.sleep(0.01)
+        said, complaints = process.communicate()
+    assert process.returncode in (130, -signal.SIGINT), complaints  # 130 of a shell, both
+    assert said == "" and complaints.count("\n") == 1, complaints
+    assert complaints.startswith("pixstep: stopped by Ctrl-C: 0 of 1 blocks are finished")
+    assert [*edges.iterdir()] == []
+
+
+@pytest.mark.usefixtures("simulator")
+def test_a_full_disk_is_told_with_its_file():
+    with runbench.bus(clock_log="/dev/full") as link:
+        link.world.wait(1)
+        with pytest.raises(UserError, match="/dev/full: No space left on device"):
+            link.simulator.quit()
 
 
 class TestRefused:

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from effort import cases, only_long
-from pixstep import natives
 from pixstep.board import registers as regs
 from pixstep.board import run
 from pixstep.errors import UserError
@@ -267,17 +266,6 @@ def test_units_and_limits_come_from_the_machine_file(folder):
     assert x.max_acceleration == pytest.approx(500 * 400 / 1e6)
     assert x.max_speed == pytest.approx(30 * 400 / 1e3)
     assert (x.counts_per_unit, y.counts_per_unit) == (400, 400)
-
-
-def test_the_example_of_the_document_runs(tmp_path, monkeypatch, pixstep):
-    text = natives.source("docs/PROGRAMS.md").read_text(encoding="utf-8")
-    blocks = dict(re.findall(r"```(\w+)\n(.*?)```", text, re.DOTALL)[:3])
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "machine.toml").write_text(blocks["toml"])
-    (tmp_path / "square.pmc").write_text(blocks["text"])
-    command = blocks["console"].splitlines()[0].removeprefix("$ pixstep ").split()
-    assert "moves slowed" in pixstep(*command)
-    assert (tmp_path / "square/motion.png").is_file()
 
 
 # On the simulated Mega

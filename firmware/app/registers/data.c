@@ -47,7 +47,7 @@ struct area {
 // The input registers that there are, in order.
 static const struct area input_areas[] IN_FLASH = {
     {0, REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE},
-    {REG_INPUT_fault_mask_high, REG_INPUT_clock_expected_ticks + 2u},
+    {REG_INPUT_fault_mask_high, REG_INPUT_features_high + 1u},
     {REG_ROOM_BASE, REG_ROOM_BASE + CONFIG_AXES},
     {REG_RECORD_BASE, REG_RECORD_BASE + CONFIG_AXES * REG_RECORD_STRIDE},
 #if FEATURE_EVENTS

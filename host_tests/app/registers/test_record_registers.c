@@ -161,7 +161,7 @@ static void registers_of_the_board_and_of_an_axis_are_read_together(void)
         check_area(axis, position);
         check_area(position, (uint16_t)(axis + REG_AXIS_STRIDE));
     }
-    check_area(REG_INPUT_fault_mask_high, REG_INPUT_clock_expected_ticks + 2u);
+    check_area(REG_INPUT_fault_mask_high, REG_INPUT_features_high + 1u);
     TEST_ASSERT_EQUAL_UINT8(0, check_together(REG_ROOM_BASE, 1));
 }
 

@@ -59,8 +59,10 @@ def catch() -> Handlers:
 
 @contextlib.contextmanager
 def caught() -> Iterator[None]:
-    """Let SIGTERM and SIGHUP raise EndedBySignal as long as this lasts."""
+    """Let SIGTERM and SIGHUP raise EndedBySignal as long as this lasts; put SIGINT back then."""
     before = catch()
+    if before:
+        before[signal.SIGINT] = signal.getsignal(signal.SIGINT)
     try:
         yield
     finally:
@@ -76,6 +78,34 @@ def until_ctrl_c() -> Iterator[None]:
         raise
     except KeyboardInterrupt:
         pass
+
+
+@contextlib.contextmanager
+def once() -> Iterator[None]:
+    """Let a signal end the block once: those that come while it tidies up are ignored.
+
+    In a command they are ignored until its end.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    found = {number: signal.getsignal(number) for number in _numbers(("SIGINT", *_ENDING))}
+    ours = (_raise, signal.default_int_handler)
+    before: Handlers = {number: one for number, one in found.items() if one in ours}
+
+    def end(number: int, _frame: object) -> None:
+        for other in before:
+            signal.signal(other, signal.SIG_IGN)
+        if _raise in before.values():
+            before.clear()
+        raise KeyboardInterrupt if number == signal.SIGINT else EndedBySignal(number)
+
+    for number in before:
+        signal.signal(number, end)
+    try:
+        yield
+    finally:
+        _restore(before)
 
 
 @contextlib.contextmanager

@@ -89,7 +89,7 @@ def _boards() -> str:
 def _features() -> str:
     """Return a row for every feature that an image may be built without."""
     rows = [(str(item.bit), f"`{item.name}`", item.meaning) for item in boards.features()]
-    return table(("bit of `features`", "name", "what"), rows)
+    return table(("bit of `features`, from 16 on of `features_high`", "name", "what"), rows)
 
 
 def _per_axis(board: boards.BoardKind, pin: boards.Pin) -> bool:

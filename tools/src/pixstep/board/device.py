@@ -101,7 +101,8 @@ class Device(Wire):
     def features(self) -> frozenset[str]:
         """Return the names of what the board's image was built with (asked once)."""
         if self._features is None:
-            self._features = boards.feature_names(self.input(boards.FEATURES))
+            words = (self.input(name) for name in (boards.FEATURES, boards.FEATURES_HIGH))
+            self._features = boards.feature_names(*words)
         return self._features
 
     def has(self, feature: str) -> bool:

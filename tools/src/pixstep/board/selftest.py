@@ -148,6 +148,15 @@ class SelftestResult:
         return dict(vars(self))
 
 
+def _clock_result(text: str, *, right: bool) -> SelftestResult:
+    return SelftestResult("pixel clock", OK if right else FAILED, text)
+
+
+def _watch_s(hz: Fraction) -> float:
+    """Return for how long edges of a clock are counted."""
+    return float(max(Fraction(_CLOCK_S), 4 / hz))
+
+
 @dataclass
 class SelfTest(AtMachine):
     """The checks of one board; without a person only those that need nobody."""
@@ -231,23 +240,72 @@ class SelfTest(AtMachine):
         return SelftestResult("fault", OK, f"cleared: {text}")
 
     def clock(self) -> SelftestResult:
-        """Whether pixel clock edges come, and as fast as the board is set to."""
+        """Whether pixel clock edges come, and as fast as the board is set to.
+
+        Where none comes the board can make them itself, if a wire takes them to the input.
+        """
+        if self.board.has(boards.CLOCK_OUT_FEATURE):
+            own = self.board.setting(boards.CLOCK_OUT_SETTING)
+            if own:
+                return self._own_clock(own)
         wanted = self.board.clock_hz()
-        least_s = float(max(Fraction(_CLOCK_S), 4 / wanted))
-        first, began = self.board.input("pixel_edges"), self.world.now_s()
-        self.world.wait(least_s)
-        last, ended = self.board.input("pixel_edges"), self.world.now_s()
-        edges = (last - first) % (1 << 32)
-        pin = self.pin("PIXEL_CLOCK")
+        edges, seconds = self._count_edges(wanted)
         if not edges:
-            return SelftestResult(
-                "pixel clock", FAILED, f"no edge on {pin} in {ended - began:.1f} s"
-            )
-        hz = edges / (ended - began)
-        text = f"{edges} edges in {ended - began:.2f} s, {hz:.2f} Hz; set to {float(wanted):g} Hz"
-        slack = _CLOCK_SHARE * float(wanted) + 1.5 / (ended - began)
-        right = abs(hz - wanted) <= slack or self._board_times_clock(least_s)
-        return SelftestResult("pixel clock", OK if right else FAILED, text)
+            return self._no_clock(wanted, seconds)
+        text = f"{edges} edges in {seconds:.2f} s, {edges / seconds:.2f} Hz"
+        right = self._is_right(edges, seconds, wanted)
+        return _clock_result(f"{text}; set to {float(wanted):g} Hz", right=right)
+
+    def _count_edges(self, wanted: Fraction) -> tuple[int, float]:
+        """Return how many edges of a clock of about so many hertz come, and in which time."""
+        first, began = self.board.input("pixel_edges"), self.world.now_s()
+        self.world.wait(_watch_s(wanted))
+        last, ended = self.board.input("pixel_edges"), self.world.now_s()
+        return (last - first) % (1 << 32), ended - began
+
+    def _is_right(self, edges: int, seconds: float, wanted: Fraction) -> bool:
+        slack = _CLOCK_SHARE * float(wanted) + 1.5 / seconds
+        return abs(edges / seconds - wanted) <= slack or self._board_times_clock(_watch_s(wanted))
+
+    def _no_clock(self, wanted: Fraction, seconds: float) -> SelftestResult:
+        """Let the board make the clock if someone says that it is wired; else tell what to do."""
+        text = f"no edge on {self.pin('PIXEL_CLOCK')} in {seconds:.1f} s"
+        if not self.board.has(boards.CLOCK_OUT_FEATURE):
+            return _clock_result(text, right=False)
+        hz = min(max(round(wanted), 1), boards.MOST_CLOCK_OUT_HZ)
+        out = self.pin("CLOCK_OUT")
+        wired = self.agreed(f"No pixel clock comes. Does a wire join {out} and {self._input()}?")
+        if not wired:
+            make = f"`pixstep board set {boards.CLOCK_OUT_SETTING}={hz}`"
+            return _clock_result(f"{text}; {make} makes a clock on {out}", right=False)
+        self.board.write_setting(boards.CLOCK_OUT_SETTING, hz)
+        try:
+            return self._own_clock(hz)
+        finally:
+            self.board.write_setting(boards.CLOCK_OUT_SETTING, 0)
+
+    def _own_clock(self, asked_hz: int) -> SelftestResult:
+        """Whether the clock that the board makes comes in again, and is what the lines expect."""
+        made = boards.clock_out_hz(asked_hz, self.board.tick_hz())
+        edges, seconds = self._count_edges(made)
+        if not edges:
+            wire = f"is {self.pin('CLOCK_OUT')} wired to {self._input()}?"
+            text = f"no edge on the clock input in {seconds:.1f} s: {wire}"
+            return _clock_result(text, right=False)
+        text = (
+            f"the board's own on {self.pin('CLOCK_OUT')}: measured {edges / seconds:.2f} Hz, "
+            f"set {float(made):.6g} Hz"
+        )
+        wanted = self.board.clock_hz()
+        if abs(made - wanted) > _CLOCK_SHARE * wanted:
+            return _clock_result(f"{text}; but pixel_hz is {float(wanted):g} Hz", right=False)
+        return _clock_result(text, right=self._is_right(edges, seconds, made))
+
+    def _input(self) -> str:
+        """Return the pins that take the pixel clock; some boards have two."""
+        pins = boards.load(self.who.board).pins
+        found = [pin.header for pin in pins if pin.signal.startswith("PIXEL_CLOCK")]
+        return f"PIXEL_CLOCK on {' and '.join(found)}"
 
     def _board_times_clock(self, wait_s: float) -> bool:
         """Whether the clock is right by the board's own time, each edge in its place.

@@ -6,6 +6,7 @@ Its pixel clock is as it has measured it: period, offset from its setting, jitte
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import TypedDict
 
 from pixstep.board import registers as regs
@@ -169,10 +170,13 @@ def measured_hz(clock: ClockState | None, inputs: Mapping[str, int], tick_hz: in
     return off
 
 
-def read_clock(board: Device, inputs: Mapping[str, int]) -> ClockState | None:
+def read_clock(
+    board: Device, inputs: Mapping[str, int], clock_hz: Fraction | None = None
+) -> ClockState | None:
     """Return what a board has measured, by its input registers and its settings.
 
-    None before it has seen enough edges, and of a board without the registers.
+    None before it has seen enough edges, and of a board without the registers. The board is asked
+    for the frequency that it is set to unless that is given.
     """
     measured = regs.is_measured(inputs["status"])
     if not measured or not inputs.get("clock_period_ticks"):
@@ -180,7 +184,7 @@ def read_clock(board: Device, inputs: Mapping[str, int]) -> ClockState | None:
     tick_hz = board.tick_hz()
     return ClockState(
         inputs["clock_period_ticks"] + inputs["clock_period_fraction"] / 0x10000,
-        float(tick_hz / board.clock_hz()),
+        float(tick_hz / (clock_hz or board.clock_hz())),
         inputs["clock_jitter"] / 16,
         inputs["clock_missing"],
         inputs["clock_glitches"],
@@ -289,13 +293,16 @@ class Snapshot:
         }
 
 
-def take(board: Device, who: Identity, time_s: float) -> Snapshot:
-    """Read a board; raises BoardError if it does not answer."""
-    inputs = board.inputs()
+def take(
+    board: Device, who: Identity, time_s: float, axes: list[dict[str, int]] | None = None
+) -> Snapshot:
+    """Read a board, but for its axes if these are given; raises BoardError for no answer."""
+    inputs, clock_hz = board.inputs(), board.clock_hz()
     return Snapshot(
-        who, time_s, inputs, board.axes(who.axis_count), clock=read_clock(board, inputs),
+        who, time_s, inputs, axes or board.axes(who.axis_count),
+        clock=read_clock(board, inputs, clock_hz),
         off_hz=interval_hz(inputs.get("clock_interval", 0), board.tick_hz()),
-        set_hz=float(board.clock_hz()),
+        set_hz=float(clock_hz),
     )  # fmt: skip
 
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -20,6 +20,9 @@ from pixstep.machine import line_limits
 from pixstep.machine.files import MachineFile
 from pixstep.machine.model import MotorTable
 from pixstep.progress import Progress, unseen
+
+_SLOW_EDGES_HZ = 60  # so few edges are all seen before any board fixes the next one
+_LEAST_AHEAD_STEPS = 200  # of a pixel, that any board decodes ahead
 
 
 @dataclass(frozen=True)
@@ -54,11 +57,17 @@ def room(job: Job, machine: MachineFile, name: str) -> Room:
 
 
 def judge(
-    job: Job, machine: MachineFile, path: Path, show: Progress = unseen, *, refuse: bool = True
+    job: Job,
+    machine: MachineFile,
+    path_of: Callable[[str], Path],
+    show: Progress = unseen,
+    *,
+    refuse: bool = True,
 ) -> list[str]:
     """Return the warnings of all lines. Raises RefusedError for the first that is refused.
 
-    Without `refuse` that one is a warning too.
+    Without `refuse` that one is a warning too. `path_of` returns the file that says a motor's
+    lines.
     """
     said: list[str] = []
     for number, name in enumerate(job.motors, 1):
@@ -66,7 +75,7 @@ def judge(
         if found.refusal and refuse:
             raise RefusedError(AskedText(
                 "{path}: {refusal} ({no_check} writes it all the same)",
-                path=path, refusal=found.refusal,
+                path=path_of(name), refusal=found.refusal,
             ))  # fmt: skip
         if found.refusal:
             said.append(found.refusal)
@@ -105,6 +114,30 @@ def of_board(job: Job, machine: MachineFile, name: str) -> MotorFindings:
     except UserError as error:
         return MotorFindings(f"board {name}: {error}")
     return MotorFindings()
+
+
+def apart(job: Job, machine: MachineFile) -> Iterator[str]:
+    """Yield what keeps boards on one clock from ending their pixels within 2 ticks (CLOCK.md).
+
+    A board decodes no more single steps ahead than its ring holds: of denser pixels it fixes an
+    edge later than another board, by newer edges of the clock.
+    """
+    there = [name for name in job.motors if name in machine.motors]
+    names = {machine.board_name(machine[name]) for name in there}
+    locked = settings.locks(settings.of_clock(machine.clock.sync, machine.clock.edges))
+    if len(names) < 2 or not locked or machine.clock_hz <= _SLOW_EDGES_HZ:
+        return
+    for name in there:
+        for first, line in _lines(job, name):
+            steps = max(map(abs, line.counts))
+            if steps > _LEAST_AHEAD_STEPS:
+                pixel = [abs(count) for count in line.counts].index(steps) + 1
+                yield (
+                    f"line {first} of motor {name}: {steps} steps at pixel {pixel}: with more than "
+                    f"{_LEAST_AHEAD_STEPS}, and more than {_SLOW_EDGES_HZ} edges of the clock a "
+                    f"second, boards may end pixels more than 2 ticks apart if the clock jitters"
+                )
+                break
 
 
 def _different(job: Job, motors: list[str]) -> Iterator[int]:

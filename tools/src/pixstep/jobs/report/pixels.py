@@ -151,8 +151,13 @@ def _tables(folder: Path, lines: int) -> Iterator[tuple[int, Table]]:
             line = int(path.stem.rpartition("-")[2])
             table = _columns(parquet.read_table(path))
             table = {key: table[key] for key in ("motor", *parts.FIELDS)}
-        except (OSError, ValueError, KeyError) as error:
-            raise RefusedError(f"{path}: no records of a run: {error}") from None
+            strange = next((key for key in parts.FIELDS if table[key].dtype.kind not in "iu"), None)
+        except KeyError as error:
+            raise RefusedError(f"{path}: no records of a run: no column {error}") from None
+        except (OSError, ValueError):
+            raise RefusedError(f"{path}: no records of a run: no Parquet, or damaged") from None
+        if strange:
+            raise RefusedError(f"{path}: no records of a run: {strange}: no whole numbers")
         if 1 <= line <= lines:
             yield line, table
 
@@ -171,6 +176,7 @@ def _of_measured(job: Job, path: Path, expected: _Expected, found: ReportFigures
             f"{path}: row {row + 1}: {told}: the job has lines 1 to {job.lines}, pixels 1 to "
             f"{job.pixels}, motors {', '.join(job.motors)}"
         )
+    _refuse_doubled(path, table, place * job.pixels + table["pixel"])
     rows = [-1] * len(job.runs)
     off: list[NDArray[Any]] = []
     order = numpy.argsort(place, kind="stable")
@@ -182,6 +188,20 @@ def _of_measured(job: Job, path: Path, expected: _Expected, found: ReportFigures
             off.append(_row(job.pixels, pixel, table["measured_steps"][one] - where))
             found.measured += len(pixel)
     found.arrays |= {"measured_row": numpy.array(rows), "measured": _stacked(off)}
+
+
+def _refuse_doubled(path: Path, table: Table, places: NDArray[Any]) -> None:
+    """Refuse a pixel that two rows measure: nothing says which of them is right."""
+    order = numpy.argsort(places, kind="stable")
+    again = numpy.flatnonzero(numpy.diff(places[order]) == 0)
+    if again.size:
+        at = int(again[order[again + 1].argmin()])
+        first, second = int(order[at]), int(order[at + 1])
+        told = ", ".join(f"{name} {table[name][second]}" for name in _MEASURED[:3])
+        raise RefusedError(
+            f"{path}: row {second + 1}: {told}: row {first + 1} has measured it already: one row a "
+            f"pixel is wanted"
+        )
 
 
 def _measured(path: Path) -> Table:

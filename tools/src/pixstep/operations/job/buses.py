@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING
 from pixstep.board.errors import BoardError
 from pixstep.board.port import BAUD, Port
 from pixstep.errors import UserError
+from pixstep.operations.asked import AskedError
 from pixstep.operations.desk import Desk
+from pixstep.operations.facts import NO_MACHINE
 from pixstep.operations.request import Request
 from pixstep.server import remote
 
@@ -40,7 +42,7 @@ def today(facts: Facts) -> MachineCopy:
 
     path = facts.path
     if path is None:
-        raise UserError("no machine file")
+        raise AskedError(NO_MACHINE)
     try:
         return MachineCopy.of(path.read_bytes(), path)
     except OSError as error:

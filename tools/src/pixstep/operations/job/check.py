@@ -98,6 +98,7 @@ class JobCheck(Compares):
         machine = today.tables
         rows = comparison.with_machine(found, today)
         rows += self._on_boards(desk, found, machine)
+        desk.say(judging.apart(found, machine))
         worst = comparison.verdict(rows).word
         accepted = self.accept_amber and worst == "amber"
         rooms = ((name, judging.room(found, machine, name)) for name in found.motors

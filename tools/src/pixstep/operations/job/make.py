@@ -3,11 +3,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
 
-from pixstep.errors import UserError
+from pixstep.errors import AskedText, UserError
 from pixstep.jobs import judging, line_files, making
 from pixstep.jobs.image import ImageGeometry
 from pixstep.jobs.making import AskedImage, JobOptions, NewJob
@@ -168,8 +169,9 @@ class JobMake(Request):
         made = self._made(machine, source)
         desk.say(made.notes)
         with desk.progress("checking") as show:
-            warned = judging.judge(made.job, machine, machine.path, show, refuse=self.check)
-        desk.say(warned)
+            path_of = self._path_of(machine)
+            warned = judging.judge(made.job, machine, path_of, show, refuse=self.check)
+        desk.say([*warned, *judging.apart(made.job, machine)])
         size = made.job.write(self.output)
         job = made.job
         data: MadeJob = {
@@ -191,6 +193,12 @@ class JobMake(Request):
             raise AskedError(f"{{{alone[0]}}}: not with {{{given[0]}}}, which says that")
         return given[0]
 
+    def _path_of(self, machine: MachineFile) -> Callable[[str], Path]:
+        """Return what says which file a motor's lines come from; an image has only the machine."""
+        lines = pairs("lines_of", self.lines_of)
+        source = self.table or self.useq or self.scanspec or machine.path
+        return lambda name: lines.get(name, source)
+
     def _made(self, machine: MachineFile, source: str) -> NewJob:
         asked = self._asked(machine)
         if source == "lines_of":
@@ -201,7 +209,14 @@ class JobMake(Request):
 
             assert self.table is not None
             return position_table.of_table(machine, self.table, asked)
-        return making.of_image(machine, self._image(machine, source), asked)
+        image = self._image(machine, source)
+        try:
+            return making.of_image(machine, image, asked)
+        except UserError as error:
+            path = self.useq or self.scanspec
+            if path is None or str(error).startswith(str(machine.path)):
+                raise
+            raise UserError(AskedText("{path}: {error}", path=path, error=error)) from None
 
     def _asked(self, machine: MachineFile) -> JobOptions:
         signs = {name: -1 if motor.negative else 1 for name, motor in machine.motors.items()}

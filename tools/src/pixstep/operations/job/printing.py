@@ -92,12 +92,12 @@ class Prints(Compares):
         The boards' clock is set in between, for which nothing may move. Raises RefusedError for
         red, and for amber to which nobody agrees.
         """
-        from pixstep.jobs import comparison, stations
+        from pixstep.jobs import comparison, judging, stations
         from pixstep.jobs.rules import GREEN
 
-        rows = comparison.with_machine(job, found)
-        comparison.require(job, rows, accept_amber=True)
+        rows = self.compare_file(job, found)
         machine = found.tables
+        desk.say(judging.apart(job, machine))
         stations.set_clock(stations.of_job(job, machine, bus_of), machine)
         rows += buses.compared(job, machine, bus_of)
         accepted = self._accepted(desk, rows)
@@ -111,6 +111,15 @@ class Prints(Compares):
         if told["comparison"] == "amber":
             told["accepted_by"] = _user()
         return told
+
+    @staticmethod
+    def compare_file(job: Job, found: MachineCopy) -> list[ComparisonRow]:
+        """Compare a job with the machine file alone. Raises RefusedError for red."""
+        from pixstep.jobs import comparison
+
+        rows = comparison.with_machine(job, found)
+        comparison.require(job, rows, accept_amber=True)
+        return rows
 
     def _accepted(self, desk: Desk, rows: list[ComparisonRow]) -> bool:
         from pixstep.jobs import comparison

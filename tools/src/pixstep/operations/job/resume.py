@@ -56,7 +56,6 @@ class JobResume(Prints):
         """Look at the boards, and print what is left."""
         folder, job = opened(self.run_path)
         from pixstep.jobs import history, resuming
-        from pixstep.jobs.history import History
         from pixstep.jobs.parts import Parts
         from pixstep.jobs.session import JobSession
         from pixstep.jobs.stations import of_job
@@ -64,12 +63,13 @@ class JobResume(Prints):
         found = buses.today(desk.facts)
         machine = found.tables
         with folder.log() as log:
-            told = History.of(folder.events())
+            told = folder.history()
             if told.finished:
                 data = printing.facts_of(self.run_path, job, told, "finished")
                 return Result(data, printing.text_of(data))
             if (told.chain or told.printed) and not job.header.resumable:
                 raise RefusedError(f"{self.run_path}: the job is not resumable: begin it again")
+            self.compare_file(job, found)  # red needs no board, and nobody homes for it in vain
             with buses.opened(desk, machine, self.port, self.timeout) as bus_of:
                 stations = of_job(job, machine, bus_of)
                 most_s = 2 * job.pixels / float(job.pixel_hz) + _SPARE_S
@@ -263,5 +263,7 @@ class JobPause(Request):
         folder.ask_pause()
         told = folder.history()
         data = printing.facts_of(self.run_path, job, told, "running")
-        last = max(told.in_flight, default=told.next_line)
-        return Result(data, f"{self.run_path}: pauses at the end of line {last}")
+        where = "the line after the one that moves"  # where that is not known yet
+        if len(told.in_flight) > 1 or job.lines in told.in_flight:
+            where = f"line {max(told.in_flight)}"
+        return Result(data, f"{self.run_path}: pauses at the end of {where}")

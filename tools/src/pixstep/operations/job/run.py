@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pixstep.errors import AskedText, RefusedError
 from pixstep.operations.desk import Desk
 from pixstep.operations.job import buses, printing
 from pixstep.operations.job.printing import Prints, RunOfJob
@@ -46,11 +45,7 @@ class JobRun(Prints):
         from pixstep.jobs.stations import of_job
 
         path = self.folder or Path(self.job.name).with_suffix(SUFFIX)
-        if RunFolder.is_begun(path):
-            raise RefusedError(AskedText(
-                "{path}: has a run already: `pixstep job resume {path}` goes on with it, {folder} "
-                "names another one", path=path,
-            ))  # fmt: skip
+        RunFolder.refuse_other(path, job)
         machine = found.tables
         with buses.opened(desk, machine, self.port, self.timeout) as bus_of:
             told = self.compare(desk, job, found, bus_of)
