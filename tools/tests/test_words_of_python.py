@@ -89,7 +89,7 @@ def texts(words, given):
     """Return what an operation says when it is called so."""
     try:
         done = getattr(ops, python.name_of(words))(**given)
-    except PlainError as error:
+    except (PlainError, OSError) as error:
         return [str(error)]
     return [*done.notes, done.page()]
 
