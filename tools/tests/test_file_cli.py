@@ -37,7 +37,7 @@ def test_info_says_what_is_in_the_sample(pixstep):
     assert facts["name"] == "4editing1n (profile name)"
     assert facts["HAPs"].startswith("10 (homing acceleration pixels")
     assert facts["line 1"] == "3 of 100 values (truncated), 2 to 5, 11 steps"
-    assert facts["other reading"] == "raw (--raw): 5 values, 1 to 100, 112 steps"
+    assert facts["other reading"] == "raw: 5 values, 1 to 100, 112 steps"
     assert "truncated, 3 of 100 values of line 1: accepted" in facts["note"]
 
 

@@ -28,7 +28,7 @@ CONTENTS = {
     "short.csv": "1\n9\n250\n500\n250\n",
     "unix.csv": "0\n250\n500\n250\n",
     "commas.csv": "0,5\n1,25\n2,125\n",
-    "arc.pmc": "TS0 TA9 TM90 NORMAL K-1 CIRCLE1 X10 Y0 I3 J0\n",
+    "arc.pmc": "TS0 TA5 TM90 CIRCLE2 X100 R5\n",  # the radius is too short
     "garbage.csv": "\x00\x01 these are no numbers\n",
     "empty.csv": "",
     "motors.toml": wrong.MACHINE.replace('line.motor = "X"\n', ""),
@@ -48,7 +48,13 @@ def contents(tmp_path_factory):
     for name, text in CONTENTS.items():
         ends = "\n" if name == "unix.csv" else "\r\n"
         (made / name).write_text(text, newline=ends)
-    return [made / name for name in CONTENTS]
+    whole = made / "whole.csv"
+    ops.line_make(max_acceleration=100, speed=300, pixels=9, pixel_hz=30, lines=2, name="TWO",
+                  output=whole)  # fmt: skip
+    rows = whole.read_bytes().splitlines(keepends=True)
+    (made / "truncated.csv").write_bytes(b"".join(rows[:-3]))
+    (made / "second.csv").write_bytes(b"".join(rows[:-11] + [b"7\r\n"] + rows[-10:]))
+    return sorted(made.iterdir())
 
 
 def example(words):
