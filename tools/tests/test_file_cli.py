@@ -217,7 +217,7 @@ def test_sim_takes_a_line_number_for_each_file(pixstep, many):
     output = pixstep("sim", many, many, *common, "--line", 1, "--line", 2, status=3).stderr
     assert "many.csv line 2: line refused: " in output
     output = pixstep("sim", many, *common, "--line", 1, "--line", 2, status=2).stderr
-    assert "--line is given 2 times for 1 lines" in output
+    assert "--line is given 2 times for 1 line" in output
 
 
 def test_a_profile_is_no_line(pixstep):
