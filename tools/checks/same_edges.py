@@ -56,7 +56,7 @@ from pixstep.simulation.simulator import BOOT_S
 from pixstep_dev.randomlines import campaign
 
 CLOCK_START_MS = 20
-UPLOAD_MS = 60  # for the requests before the first block of an axis, with a margin
+UPLOAD_MS = 70  # for the requests before the first block of an axis, with a margin
 ENTRY_MS = Fraction(1, 2)  # for an entry at 115200 baud, with its share of the block's head
 MEASURED_MS, MEASURED_EDGES = 500, 800  # until a lock can begin, however poor the clock
 LOCK_TICKS = 2

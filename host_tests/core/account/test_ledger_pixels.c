@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The account of whole pixels is the same whether they are taken one by one or many at once, when
-// those whose records are not kept pass in a row.
+// those whose records are not kept pass in a row; and whether by the assembly of a board or by the
+// C that it stands for, in all of the memory. The same of an edge's place.
 #include <stdbool.h>
 #include <stdint.h>
 #include <string.h>
@@ -11,7 +12,10 @@
 #include "stream/stream.h"
 #include "unity.h"
 
-#define TRIALS       3000u
+#include "twins/ledger_pixel_twin.inc" // twin_ledger_take_pixels, twin_ledger_pass_edge
+
+#define TRIALS       2000u
+#define TWIN_TRIALS  400u
 #define FEW_PERIODS  40u // of a pixel, so that one alone is never taken in a row
 #define MANY_PERIODS 120u
 
@@ -23,6 +27,7 @@ struct account {
 static struct account start;
 static struct account at_once;
 static struct account one_by_one;
+static struct step_ring ring;
 static uint8_t pixels;
 
 void setUp(void)
@@ -46,12 +51,14 @@ static int32_t any_position(void)
     return (int32_t)chance_between(0, 0x3FFFFFFF) - 0x20000000;
 }
 
+#if FEATURE_CLOCK_STATISTICS
 // Near the small limits or near the large ones.
 static int32_t any_error(void)
 {
     return once_in(2) ? (int32_t)chance_between(0, 8)
                       : (int32_t)chance_between(0, 9000) - 4500;
 }
+#endif
 
 static void begin_ledger(void)
 {
@@ -152,6 +159,14 @@ static void compare(uint8_t most_periods)
     take_one_by_one(tail, &inside);
     TEST_ASSERT_EQUAL(inside, inside_at_once);
     TEST_ASSERT_EQUAL_MEMORY(&one_by_one, &at_once, sizeof start);
+
+    if (!once_in(6)) {
+        return;
+    }
+    memcpy(&one_by_one, &start, sizeof start);
+    inside = twin_ledger_take_pixels(&one_by_one.ledger, &one_by_one.stream, tail);
+    TEST_ASSERT_EQUAL(inside, inside_at_once);
+    TEST_ASSERT_EQUAL_MEMORY(&one_by_one, &at_once, sizeof start);
 }
 
 static void pixels_of_few_periods(void)
@@ -165,6 +180,105 @@ static void pixels_of_many_periods(void)
 {
     for (uint16_t trial = 0; trial < TRIALS; trial++) {
         compare(MANY_PERIODS);
+    }
+}
+
+static void edges_and_periods_by_themselves(void)
+{
+    for (uint16_t trial = 0; trial < TWIN_TRIALS; trial++) {
+        int32_t position = any_position();
+        uint16_t expected = (uint16_t)(once_in(2) ? chance() : (uint32_t)position);
+        uint8_t count = (uint8_t)chance();
+
+        memset(&start, 0, sizeof start);
+        begin_ledger();
+        memcpy(&at_once, &start, sizeof start);
+        memcpy(&one_by_one, &start, sizeof start);
+        ledger_pass_periods(&at_once.ledger, count);
+        ledger_pass_edge(&at_once.ledger, position, expected);
+        twin_ledger_pass_periods(&one_by_one.ledger, count);
+        twin_ledger_pass_edge(&one_by_one.ledger, position, expected);
+        TEST_ASSERT_EQUAL_MEMORY(&one_by_one, &at_once, sizeof start);
+    }
+}
+
+// Periods of about the length of a captured count, commands here and there.
+static void begin_ring(uint16_t about_ticks)
+{
+    for (uint16_t i = 0; i < STEP_RING_SLOTS; i++) {
+        uint16_t ticks = (uint16_t)(about_ticks + chance_between(0, 4) - 2u);
+        ring.low[i] = (uint8_t)ticks;
+        ring.high[i] = (uint8_t)(ticks >> 8);
+        if (once_in(3)) {
+            ring.low[i] = (uint8_t)chance();
+            ring.high[i] = (uint8_t)chance_between(0, STEP_HIGH_TRAIN - 1u);
+        }
+        if (once_in(200)) {
+            ring.low[i] =
+                (uint8_t)chance_between(STEP_COMMAND_QUIET, STEP_COMMAND_NEGATIVE);
+            ring.high[i] = STEP_HIGH_COMMAND;
+        }
+    }
+}
+
+// By the quick way and by the long one, which is the C of all places.
+static uint32_t place(struct account *account,
+                      bool quick,
+                      const struct engine_sample *sample,
+                      uint8_t back,
+                      uint16_t ticks)
+{
+#if defined(__AVR__) && SEVERAL_AXES
+    if (!quick) {
+        return ledger_capture_anywhere(
+            &account->ledger, &account->stream, sample, back, ticks);
+    }
+#else
+    (void)quick;
+#endif
+    return ledger_advance_to_capture(
+        &account->ledger, &account->stream, sample, back, ticks);
+}
+
+static void begin_batches(struct stream *stream)
+{
+#if STREAM_BATCHES > 0
+    stream->batch_head = stream->batch_tail = (uint8_t)chance();
+    if (once_in(8)) {
+        stream->batch_head++;
+        stream->batches[stream->batch_tail & (STREAM_BATCHES - 1u)] =
+            (struct stream_batch){stream->retired, 5, 4000};
+    }
+#else
+    (void)stream;
+#endif
+}
+
+static void an_edge_in_a_pixel_has_its_place(void)
+{
+    for (uint16_t trial = 0; trial < TWIN_TRIALS; trial++) {
+        uint16_t ticks = (uint16_t)chance_between(2, 0xFCF0u);
+
+        memset(&start, 0, sizeof start);
+        begin_ledger();
+        begin_stream(once_in(2) ? FEW_PERIODS : MANY_PERIODS);
+        begin_ring(ticks);
+        begin_batches(&start.stream);
+        start.stream.ring = &ring;
+        start.ledger.idle_seen = (uint16_t)chance();
+        struct engine_sample sample = {
+            .tail = (uint8_t)(start.stream.retired + chance_between(0, 60)),
+            .cut = once_in(16),
+            .idle_count =
+                (uint16_t)(start.ledger.idle_seen + (once_in(16) ? chance() : 0)),
+        };
+        uint8_t back = (uint8_t)chance_between(0, 2);
+        memcpy(&at_once, &start, sizeof start);
+        memcpy(&one_by_one, &start, sizeof start);
+
+        uint32_t quick = place(&at_once, true, &sample, back, ticks);
+        TEST_ASSERT_EQUAL_UINT32(place(&one_by_one, false, &sample, back, ticks), quick);
+        TEST_ASSERT_EQUAL_MEMORY(&one_by_one, &at_once, sizeof start);
     }
 }
 
@@ -201,6 +315,8 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(pixels_of_few_periods);
     RUN_TEST(pixels_of_many_periods);
+    RUN_TEST(edges_and_periods_by_themselves);
+    RUN_TEST(an_edge_in_a_pixel_has_its_place);
     RUN_TEST(numbers_of_pixels_wrap);
     return UNITY_END();
 }

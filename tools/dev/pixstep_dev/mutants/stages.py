@@ -6,6 +6,7 @@ did; before anything is tried, all of it has passed unchanged.
 """
 
 import contextlib
+import itertools
 import os
 import shutil
 import signal
@@ -49,7 +50,9 @@ MORE_IMAGE_TESTS = (
 REPLAYS = {"replay server": "server", "replay board": "board"}
 # What the Python tests run beside images: the host's own programs of the firmware.
 HOST_PROGRAMS = ("python/_core.abi3.so", "bin/pixstep-native-board")
-# For assembly beside these: what meets the interrupts' rare ways.
+# For assembly before these: handlers beside their twins in C, of boards that have the test.
+TWINS = ("handlers", "catch_up")
+# And behind them: what meets the interrupts' rare ways.
 ASSEMBLY_TESTS = ("late_interrupts",)
 # The Uno's as the quick check has them; of two axes `explore_two` goes further.
 EXPLORERS = {
@@ -190,7 +193,7 @@ class Stages:
         elif stage == "explore":
             yield from self._explorer_runs(workshop, file)
         else:
-            yield from self._catch_ups(workshop, file)
+            yield from self._beside_twins(workshop, file)
             yield stage, lambda limit: self._run_images(workshop, limit, IMAGE_TESTS)
             yield "more images", lambda limit: self._run_images(workshop, limit, MORE_IMAGE_TESTS)
             if self._assembly:
@@ -208,13 +211,15 @@ class Stages:
                 first, told = ["{}", corpus], f"native {name}"
                 yield told, partial(_run_linked, workshop, program, told, first=first, last=())
 
-    def _catch_ups(self, workshop: Workshop, file: Path | None) -> Runs:
-        """Yield the step interrupts of each image of several axes beside their twin in C."""
-        for board in BOARDS:
-            tester = natives.root() / f"build/host/bin/catch_up_test_{board}"
+    def _beside_twins(self, workshop: Workshop, file: Path | None) -> Runs:
+        """Yield the handlers of each image beside their twins in C."""
+        if not self._assembly:
+            return
+        for twin, board in itertools.product(TWINS, BOARDS):
+            tester = natives.root() / f"build/host/bin/{twin}_test_{board}"
             image = self.builds[board].program(f"firmware/pixstep-{board}.elf")
-            if tester.is_file() and (file is None or _uses(image, file)) and self._assembly:
-                name = f"images catch_up {board}"
+            if tester.is_file() and (file is None or _uses(image, file)):
+                name = f"images {twin} {board}"
                 first = [str(tester), "{}"]
                 yield name, partial(_run_linked, workshop, image, name, first=first, last=())
 
