@@ -53,7 +53,7 @@ def contents(tmp_path_factory):
                   output=whole)  # fmt: skip
     rows = whole.read_bytes().splitlines(keepends=True)
     (made / "truncated.csv").write_bytes(b"".join(rows[:-3]))
-    (made / "second.csv").write_bytes(b"".join(rows[:-11] + [b"7\r\n"] + rows[-10:]))
+    (made / "second.csv").write_bytes(b"".join([*rows[:-11], b"7\r\n", *rows[-10:]]))
     return sorted(made.iterdir())
 
 
