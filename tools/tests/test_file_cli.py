@@ -37,7 +37,7 @@ def test_info_says_what_is_in_the_sample(pixstep):
     assert facts["name"] == "4editing1n (profile name)"
     assert facts["HAPs"].startswith("10 (homing acceleration pixels")
     assert facts["line 1"] == "3 of 100 values (truncated), 2 to 5, 11 steps"
-    assert facts["other reading"] == "raw (--raw): 5 values, 1 to 100, 112 steps"
+    assert facts["other reading"] == "raw: 5 values, 1 to 100, 112 steps"
     assert "truncated, 3 of 100 values of line 1: accepted" in facts["note"]
 
 
@@ -217,7 +217,7 @@ def test_sim_takes_a_line_number_for_each_file(pixstep, many):
     output = pixstep("sim", many, many, *common, "--line", 1, "--line", 2, status=3).stderr
     assert "many.csv line 2: line refused: " in output
     output = pixstep("sim", many, *common, "--line", 1, "--line", 2, status=2).stderr
-    assert "--line is given 2 times for 1 lines" in output
+    assert "--line is given 2 times for 1 line" in output
 
 
 def test_a_profile_is_no_line(pixstep):

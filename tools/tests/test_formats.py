@@ -291,7 +291,7 @@ def test_q1_info_shows_both_readings(put):
     assert facts["lines"][0] == {
         "line": 1, "values": 3, "announced": 100, "minimum": 2, "maximum": 5, "steps": 11,
     }  # fmt: skip
-    assert facts["other_readings"] == ["raw (--raw): 5 values, 1 to 100, 112 steps"]
+    assert facts["other_readings"] == ["raw: 5 values, 1 to 100, 112 steps"]
     fragment = put(SAMPLE_CSV.read_bytes()[:168] + b"    10\r\n" * 3)
     facts = describe.describe(fragment)
     assert facts["lines"][0]["values"] == 3 and facts["lines"][0]["steps"] == 30

@@ -10,7 +10,7 @@ from caproto import ChannelType
 from ideal_drive import JOG, REST, IdealDrive, Stepper
 from iocbench import FIELDS as GIVEN
 from iocbench import served, until
-from pixstep.ioc import common, names
+from pixstep.ioc import common
 from pixstep.ioc.circuits import Circuit
 from pixstep.motor_record import FIELDS, FieldType, Msta
 
@@ -321,7 +321,7 @@ def test_the_server_has_pvs_of_its_own(bench):
     until(lambda: wire.value("T:IOC:HEARTBEAT") > before)
     assert wire.value("T:IOC:MOTORS") == 1
     assert bytes(wire.get("T:IOC:RECORDS", ChannelType.CHAR).data).rstrip(b"\0") == b"T:m"
-    for name in names.all_names("T:", [REC]):
+    for name in common.all_names("T:", [REC]):
         wire.get(name)
 
 

@@ -14,7 +14,7 @@ from ideal_ioc import ideal
 from iocbench import free_port, loopback, until
 from iocprocess import MACHINE, Command
 from pixstep import natives
-from pixstep.ioc import names
+from pixstep.ioc import common
 from pixstep.operations import motor_drives
 
 
@@ -61,7 +61,7 @@ def check_fields(wire):
 
 def test_the_list_has_every_pv(folder, pixstep):
     found = pixstep("ioc", "--list", "--prefix", "X:").split()
-    assert found == names.all_names("X:", ["X:m1", "X:second"])
+    assert found == common.all_names("X:", ["X:m1", "X:second"])
     assert json.loads(pixstep("ioc", "--list", "--json"))["records"] == {
         "m1": "T:m1", "m2": "T:second"
     }  # fmt: skip
@@ -119,7 +119,7 @@ def test_an_address_that_cannot_be_had_is_one_line(folder, invoke, monkeypatch):
 
 def test_the_screen_shows_pvs_that_there_are():
     tree = ElementTree.parse(natives.source("docs/epics/motor.bob"))
-    there = set(names.all_names("P:", ["P:M"]))
+    there = set(common.all_names("P:", ["P:M"]))
     shown = {one.text for one in tree.findall(".//pv_name")} - {"$(pv_name)"}
     assert len(shown) > 40
     for name in shown:

@@ -51,7 +51,7 @@ def test_ctrl_c_pauses_and_the_second_one_stops(folder):
         assert found.status == 3 and found["state"] == "undecided"
         (line,) = [one for one in found["in_flight"] if one["fate"] == "broken"]
         assert line["line"] == 1 and "broken at pixel" in line["text"]
-        assert "--redo 1 or --skip 1" in found.page() and "nothing has moved" in found.page()
+        assert "redo 1 or skip 1" in found.page() and "nothing has moved" in found.page()
         assert link.simulator.count(0, 0) == made
         with pytest.raises(UserError, match="line 3 is neither broken nor unknown: 1 are"):
             runbench.resume(folder, link, redo=(3,))

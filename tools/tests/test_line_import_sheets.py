@@ -14,7 +14,7 @@ from spreadsheets import STEPS_PER_MM, sheet, spoiled
 
 SCALE = Scale(Fraction(STEPS_PER_MM), MM)
 SOUND, SPOILED = cases((700, 300), (14_000, 6000))
-WAYS_IN = ("can be read as ", "choose one by column", "say what it holds", "--decimal says which")
+WAYS_IN = ("can be read as ", "choose one by column", "say what it holds", "decimal says which")
 
 
 def read(made, place, *, told=False):

@@ -71,24 +71,24 @@ def test_what_is_read(load, data, counts):
     [
         (
             "0,0\n1,5\n2,5\n3,0\n",
-            ":1: '0,0' can be read as 2 columns 0 | 0 (--separator comma), or as 0 (--decimal ",
+            ":1: '0,0' can be read as 2 columns 0 | 0 (separator comma), or as 0 (decimal ",
         ),
         (
             "1,000\n2,000\n3,000\n",
-            ":1: '1,000' can be read as 2 columns 1 | 0 (--separator comma), or as 1000 (--decimal "
-            "point --separator none), or as 1 (--decimal comma)",
+            ":1: '1,000' can be read as 2 columns 1 | 0 (separator comma), or as 1000 (decimal "
+            "point separator none), or as 1 (decimal comma)",
         ),
         (
             "pos_mm\n1.000\n2.000\n",
-            ":2: '1.000' can be read as 1 (--decimal point), or as 1000 (--decimal comma)",
+            ":2: '1.000' can be read as 1 (decimal point), or as 1000 (decimal comma)",
         ),
         (
             "pixel;pos_mm\n0;1.000\n1;2.000\n",
-            ":2: '0;1.000' can be read as 2 columns 0 | 1 (--decimal point), or as 2 columns 0 | "
-            "1000 (--decimal comma)",
+            ":2: '0;1.000' can be read as 2 columns 0 | 1 (decimal point), or as 2 columns 0 | "
+            "1000 (decimal comma)",
         ),
-        ("1 000\n2 000\n", "2 columns 1 | 0 (--separator blank), or as 1000 (--separator none)"),
-        ("0,5\n1,5\n2\n3,5\n", "can be read as 0.5 (--decimal comma), or as 2 columns 0 | 5"),
+        ("1 000\n2 000\n", "2 columns 1 | 0 (separator blank), or as 1000 (separator none)"),
+        ("0,5\n1,5\n2\n3,5\n", "can be read as 0.5 (decimal comma), or as 2 columns 0 | 5"),
         ("pixel,steps\n0,4\n1,8\n2\n3,4\n", ":4: 1 fields, 2 in the rows before: '2'"),
         ("pos_mm\n0,5\n1.500\n2,5\n", ":3: column 1 'pos_mm': '1.500': thousands or decimals, bes"),
         ("pos_um\n1,500.0\n2000.0\n", ":3: column 1 'pos_um': '2000.0': thousands or decimals"),

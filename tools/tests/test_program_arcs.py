@@ -148,7 +148,7 @@ def test_more_than_the_tolerance_is_refused_with_what_would_do():
         (text.replace("5.004", "5.006"), "ends at radius 5.006, 0.003 mm off a circle, and 0.0025"),
         ("TS0 TA5 TM90 CIRCLE2 X10.006 R5", "10.006 apart, 0.003 mm off a circle, and 0.0025 mm"),
     ):
-        with pytest.raises(ProgramError, match=message + r".*: --arc-tolerance 0.0031?mm takes it"):
+        with pytest.raises(ProgramError, match=message + r".*: arc_tolerance 0.0031?mm takes it"):
             planned(wrong, machine())
         assert planned(wrong, machine(arc_tolerance=1.3))[0].any()
 

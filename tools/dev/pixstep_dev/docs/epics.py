@@ -3,7 +3,7 @@
 
 from collections.abc import Iterable
 
-from pixstep.ioc import common, names
+from pixstep.ioc import common
 from pixstep.motor_record import FIELDS, NOT_SERVED, FieldType, RecordField
 from pixstep_dev.markdown import table
 
@@ -24,7 +24,7 @@ _TYPES = {
 
 def epics() -> str:
     """Return the tables as Markdown."""
-    not_served = {**NOT_SERVED, **names.NOT_SERVED}
+    not_served = {**NOT_SERVED, **common.NOT_SERVED}
     return "\n".join(
         [
             "### Fields of a motor: `PREFIX` + motor + `.FIELD`\n",
@@ -34,7 +34,7 @@ def epics() -> str:
             "\n### The server itself: `PREFIX` + `IOC:` + name\n",
             table(
                 ("PV", "meaning"),
-                [(f"`{names.GROUP}{name}`", text) for name, text in names.STATUS.items()],
+                [(f"`{common.GROUP}{name}`", text) for name, text in common.STATUS.items()],
             ),
             "\n### Not served\n",
             table(

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pixstep import natives
 from pixstep.board import boards
-from pixstep.errors import PlainError, UserError
+from pixstep.errors import AskedText, PlainError, UserError
 
 # Avrdude without a board goes on for minutes, at full load. A boot loader answers within two
 # seconds of the reset; writing and verifying a full Mega takes a third of LIMIT_S.
@@ -41,9 +41,9 @@ def read_image(path: Path) -> FirmwareImage:
     except UnicodeDecodeError:
         raise UserError(f"{path}: not an Intel HEX file") from None
     except FileNotFoundError:
-        raise UserError(
-            f"{path}: missing: build it with `tools/build`, or name another with --hex"
-        ) from None
+        raise UserError(AskedText(
+            "{path}: missing: build it with `tools/build`, or name another with {hex}", path=path
+        )) from None  # fmt: skip
     except OSError as error:
         raise UserError(f"{path}: {error.strerror or error}") from None
     found = _IDENTITY.search(b"".join(_data(path, number, row) for number, row in _rows(lines)))

@@ -36,7 +36,7 @@ from pixstep.board.device import Device, Identity
 from pixstep.board.port import PARITIES
 from pixstep.board.registers import PlacedRegister, RegisterEntry
 from pixstep.board.state import set_hz
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.lazy import lazy
 from pixstep.lines.units import parse_hz
 
@@ -253,10 +253,8 @@ class SettingsFile:
     def refuse_other(self, who: Identity) -> None:
         """Raise RefusedError for a board that the file is not of."""
         if self.board and self.board != who.board:
-            raise RefusedError(
-                f"{self.path}: board = {self.board!r}: board {who.unit} is a {who.board} "
-                f"(--skip board imports it all the same)"
-            )
+            text = f"{self.path}: board = {self.board!r}: board {who.unit} is a {who.board}"
+            raise RefusedError(AskedText("{text} ({skip} board imports it)", text=text))
 
 
 def write_file(path: Path, who: Identity, settings: dict[str, int]) -> None:

@@ -209,9 +209,13 @@ def _note_machine(ctx: click.Context, _param: click.Parameter, value: str | None
 class _ConsolePage:
     """A page on the stream that is free for words."""
 
-    def __init__(self, output: Path | None):
-        self._output = output
-        self.tell = teller(output)
+    def __init__(self, output: Path | None, words: failures.OptionNames):
+        self._output, self._words = output, words
+        self._tell = teller(output)
+
+    def tell(self, text: str) -> None:
+        """Print a line, which names options."""
+        self._tell(told(text, self._words))
 
     def draw(self, what: Any, *, wide: bool = False) -> None:
         """Print a table or another thing of rich's."""
@@ -239,7 +243,7 @@ def _run(**_params: Any) -> None:
     request, facts, sources = asked
     as_json = bool(ctx.params.get("as_json"))
     outputs = [path for _, path in perform.outputs(request)]
-    page = _ConsolePage(next(filter(atomic.is_stdout, outputs), None))
+    page = _ConsolePage(next(filter(atomic.is_stdout, outputs), None), _words(type(request)))
     desk = Desk(
         facts, sources, _sayer(type(request)), warn=_warn, progress=progress.shown,
         complain=failures.complain, view=views.of(request.words, as_json=as_json), keeps=False,

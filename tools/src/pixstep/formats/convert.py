@@ -122,7 +122,7 @@ def _to_motion(file: MotionFile, request: Conversion) -> tuple[MotionFile, tuple
     """Return a CSV or CSB with the header asked for."""
     made = replace(file, kind=request.to, ends=REGULAR, notes=())
     if request.drop_header:
-        return _without_header(made, "--drop-header")
+        return _without_header(made, AskedText("{drop_header}"))
     if not request.changes.given:
         return made, ()
     if made.header:
@@ -148,7 +148,8 @@ def _without_header(file: MotionFile, why: str) -> tuple[MotionFile, tuple[str, 
     if file.header is None:
         return file, ()
     values = file.values
-    notes = [f"header {file.header.name!r} dropped: {why}"]
+    name = repr(file.header.name)
+    notes: list[str] = [AskedText("header {name} dropped: {why}", name=name, why=why)]
     if file.header.lines > 1:
         notes.append(f"that {file.header.lines} lines were announced is dropped with it")
     if file.blocks[0].truncated:

@@ -209,7 +209,7 @@ def _other_readings(file: MotionFile, read: Examined, blocks_refused: str | None
     if file.reading == BLOCKS:
         rows = tuple(file.rows)
         _, text = _line_row(line_figures(1, FileBlock(rows, len(rows))))
-        return [f"raw (--raw): {text}"]
+        return [f"raw: {text}"]
     if file.reading == RAW:
         blocks = examine(read.path, LENIENT, kinds=(CSV_KIND, CSB_KIND))
         if blocks.findings.refused:

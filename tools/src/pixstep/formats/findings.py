@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pixstep.errors import RefusedError
+from pixstep.errors import AskedText, RefusedError
 
 ERROR = "error"  # refuses the file
 WARNING = "warning"  # read all the same, but hardly meant so
@@ -44,7 +44,8 @@ class RecordFinding:
 
     def text(self, path: Path | str) -> str:
         """Return the finding as `file:line:column: message`, one line of bounded length."""
-        return f"{shown_path(path)}:{self.line}:{self.column}: {self.message}"
+        place = f"{shown_path(path)}:{self.line}:{self.column}"
+        return AskedText("{place}: {message}", place=place, message=self.message)
 
 
 Place = Callable[[int, int], tuple[int, int]]

@@ -176,12 +176,16 @@ def _blocks(
     return tuple(blocks)
 
 
+def _or_raw(text: str) -> AskedText:
+    return AskedText("{text} ({raw} takes every row as a value)", text=text)
+
+
 def _block(
     rows: list[int], start: int, number: int, place: RowPlace, findings: Findings
 ) -> FileBlock | None:
     """Return the block that begins at a row, or None if it is refused."""
     if rows[start] != number:
-        message = f"line number {rows[start]}, {number} expected (--raw takes every row as a value)"
+        message: str = _or_raw(f"line number {rows[start]}, {number} expected")
         findings.error("line_number", *place(start), message)
         return None
     if start + 1 == len(rows):
@@ -196,7 +200,7 @@ def _block(
     values = rows[start + 2 : start + 2 + declared]
     if len(values) < declared:
         text = f"truncated, {len(values)} of {declared} values"
-        hint = f"{text} of line {number} (--raw takes every row as a value)"
+        hint = _or_raw(f"{text} of line {number}")
         tolerated = findings.rules.truncated and bool(values)
         findings.quirk("truncated", tolerated, place(start + 1), (f"{text} of line {number}", hint))
         if not values:

@@ -9,7 +9,7 @@ from typing import Any
 
 import caproto
 
-from pixstep.ioc.names import GROUP
+from pixstep.ioc.common import GROUP
 from pixstep.version import __version__
 
 _NAMES_BYTES = 65_536

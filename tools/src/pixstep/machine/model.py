@@ -11,7 +11,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PrivateAttr
 
 from pixstep.board import boards
 from pixstep.board.port import LAST_UNIT, LEAST_BAUD, MOST_BAUD
-from pixstep.errors import UserError
+from pixstep.errors import AskedText, UserError
 from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.units import ACCELERATION, DISTANCE, JERK, SPEED, Quantity, Scale, parse_hz
@@ -214,10 +214,10 @@ class MachineTables(_MachineTable):
         if self.line.motor:
             return self[self.line.motor]
         if len(self.motors) > 1:
-            raise UserError(
-                f"{self.path}: has motors {', '.join(self.motors)}: choose by --motor, or set "
-                f"motor in the table [line]"
-            )
+            raise UserError(AskedText(
+                "{path}: has motors {motors}: choose by {motor}, or set motor in the table [line]",
+                path=self.path, motors=", ".join(self.motors),
+            ))  # fmt: skip
         return next(iter(self.motors.values()))
 
     def board_of(self, motor: MotorTable) -> BoardTable:

@@ -4,7 +4,7 @@
 import struct
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import cached_property
+from functools import cached_property, partial
 
 from pixstep.errors import MISUSE, PlainError
 from pixstep.motor_record.menus import OTHER_TEXTS
@@ -132,3 +132,16 @@ class RecordField:
         if not lowest <= int(number) <= highest:
             raise PutRefusedError(self.name, number, f"{lowest} to {highest}")
         return int(number)
+
+
+setting = partial(RecordField, type=FieldType.DOUBLE)
+"""A number that clients write."""
+reading = partial(RecordField, type=FieldType.DOUBLE, writable=False)
+"""A number that only the record writes."""
+count = partial(RecordField, type=FieldType.LONG)
+counted = partial(RecordField, type=FieldType.LONG, writable=False)
+button = partial(RecordField, type=FieldType.SHORT)
+flag = partial(RecordField, type=FieldType.SHORT, writable=False)
+choice = partial(RecordField, type=FieldType.MENU)
+text = partial(RecordField, type=FieldType.STRING)
+link = partial(RecordField, type=FieldType.LINK, default="")

@@ -21,7 +21,7 @@ from pixstep.board.port import (
     PARITIES,
     Port,
 )
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.operations import machine_defaults as machine
 from pixstep.operations import shared
 from pixstep.operations.desk import Desk
@@ -264,11 +264,12 @@ def note_unattended(desk: Desk, board: Device) -> None:
     """Say that a board does not go on for long without requests, if it is set so."""
     limit_ms = settings.read(board)["bus_timeout_ms"]
     if limit_ms:
-        desk.say((
-            f"board {board.unit} stops with fault bus_silent when no request comes for "
-            f"{limit_ms / 1000:g} s while an axis is armed or moves: follow it (--wait, `pixstep "
-            f"board watch`), or let it run alone (`pixstep board set bus_timeout_ms=0`, at rest)",
-        ))  # fmt: skip
+        desk.say((AskedText(
+            "board {unit_number} stops with fault bus_silent when no request comes for {limit:g} s "
+            "while an axis is armed or moves: follow it ({wait}, `pixstep board watch`), or let it "
+            "run alone (`pixstep board set bus_timeout_ms=0`, at rest)",
+            unit_number=board.unit, limit=limit_ms / 1000,
+        ),))  # fmt: skip
 
 
 def note_play(desk: Desk, board: Device, axes: list[int]) -> None:

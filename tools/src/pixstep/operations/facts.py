@@ -62,11 +62,6 @@ class Named:
             return tuple(range(self.axes[0], self.axes[0] + self.lines))
         return self.axes
 
-    @property
-    def option(self) -> str:
-        """The option that names the motors, in words."""
-        return f"--motor {self.motors[0]}" if self.motors else f"--axis {self.axes[0]}"
-
 
 def choose(machine: MachineTables, named: Named) -> list[MotorTable]:
     """Return the motors that are meant, in the order of their lines.

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, TypedDict
 
 from pixstep import formats
-from pixstep.errors import FINE, NEGATIVE, REFUSED, UserError
+from pixstep.errors import FINE, NEGATIVE, REFUSED, AskedText, UserError
 from pixstep.formats import convert, records
 from pixstep.formats.describe import Description, describe, table
 from pixstep.formats.files import KINDS, NAMES, Examined, check_name, examine
@@ -129,10 +129,12 @@ class FileCheck(Request):
             name = shown_path(self.path)
             for item in findings:
                 severity = to.styled(item.severity, colour=_COLOURS.get(item.severity))
-                to.tell(f"{name}:{item.line}:{item.column}: {severity}: {item.message}")
+                place = f"{name}:{item.line}:{item.column}: {severity}"
+                to.tell(AskedText("{place}: {text}", place=place, text=item.message))
             what = NAMES[examined.kind] if examined.kind else "unknown format"
-            hint = " (--lenient accepts it)" if helps else ""
-            to.tell(f"{name}: {data['verdict']}: {what}{hint}")
+            hint = AskedText(" ({lenient} accepts it)") if helps else ""
+            text = f"{name}: {data['verdict']}: {what}"
+            to.tell(AskedText("{text}{hint}", text=text, hint=hint))
 
         return Result(data, write, status)
 

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NotRequired, TypedDict
 
 from pixstep import signals
-from pixstep.errors import UserError
-from pixstep.ioc import names, saved, settings
+from pixstep.ioc import common, saved, settings
 from pixstep.lazy import lazy
 from pixstep.machine import FILE_NAME, VARIABLE
 from pixstep.operations import motor_drives
+from pixstep.operations.asked import AskedError
 from pixstep.operations.desk import Desk, log_of
 from pixstep.operations.kinds import PATH, TEXT
 from pixstep.operations.request import Request, flag, operation, option
@@ -65,15 +65,16 @@ class Ioc(Request):
         """Serve until a signal comes."""
         machine = desk.facts.found
         if machine is None:
-            raise UserError(
-                f"no machine file: --machine FILE, {VARIABLE}, or {FILE_NAME} in this folder "
-                f"(`pixstep machine new` begins one)"
-            )
+            raise AskedError(
+                "no machine file: {machine} FILE, {variable}, or {name} in this folder (`pixstep "
+                "machine new` begins one)",
+                variable=VARIABLE, name=FILE_NAME,
+            )  # fmt: skip
         prefix = self.prefix if self.prefix is not None else machine.epics.prefix or ""
         records = settings.record_names(machine, prefix)
         data: dict[str, Any] = {"machine": str(machine.path), "records": records}
         if self.list:
-            pvs = names.all_names(prefix, records.values())
+            pvs = common.all_names(prefix, records.values())
             return Result(data | {"pvs": pvs}, "\n".join(pvs))
         self._serve(desk, machine, prefix, records)
         return Result(data, f"{machine.path}: ended", told=True)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from pixstep import natives
 from pixstep.board.port import BAUD, Port
-from pixstep.errors import UserError
+from pixstep.errors import AskedText, UserError
 from pixstep.motor_drive import BusDrives, Pacer
 from pixstep.motor_drive.of_machine import motors_of
 from pixstep.server import remote
@@ -54,9 +54,10 @@ def _ports(machine: MachineFile, port: str | None) -> dict[Port, dict[str, Board
         board = machine.boards[name]
         place = port or board.port
         if place is None:
-            raise UserError(
-                f"{machine.path}: board {name} has no port: --port PORT, or port in [boards.{name}]"
-            )
+            raise UserError(AskedText(
+                "{path}: board {name} has no port: {port} PORT, or port in [boards.{name}]",
+                path=machine.path, name=name,
+            ))  # fmt: skip
         bus = Port(place, board.baud or BAUD, board.parity, None)
         found.setdefault(bus, {})[name] = board
     return found

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, TypedDict
 
-from pixstep.errors import FINE, NEGATIVE, UserError
+from pixstep.errors import FINE, NEGATIVE, AskedText, UserError
 from pixstep.formats.findings import counted
 from pixstep.lines.units import Quantity
 from pixstep.operations import bus, shared
@@ -185,10 +185,11 @@ def _write(page: Page, done: Planned, out: Path) -> None:
             f"move before is too short for it"
         )
     if report.arc_off_steps >= _WORTH_SAYING:
-        page.tell(
-            f"arcs leave their circles by up to {report.arc_off_steps:.2g} steps, as the program's "
-            f"numbers are rounded: --arc-tolerance allows {report.setup.arc_tolerance:g}"
-        )
+        page.tell(AskedText(
+            "arcs leave their circles by up to {off:.2g} steps, as the program's numbers are "
+            "rounded: {arc_tolerance} allows {allowed:g}",
+            off=report.arc_off_steps, allowed=report.setup.arc_tolerance,
+        ))  # fmt: skip
     for row in report.motors:
         _write_limits(page, row)
     name = done.plan.name

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.owndata.columns import INDEX, TIME, ChoiceError, Column, choose, of_table
 from pixstep.owndata.layout import SourceText, TableLayout, read_text
 from pixstep.owndata.table import (
@@ -229,10 +229,14 @@ def _ambiguous(text: SourceText, groups: list[list[_Trial]]) -> RefusedError:
     """Return the refusal of a file that can be read in several ways."""
     line, seen = _difference(groups)
     raw = dict(text.lines)[line]
-    ways = [f"{read} ({options})" for read, options in zip(seen, _options(groups), strict=True)][
-        :_MOST_READINGS
-    ]
-    return RefusedError(f"{text.path}:{line}: {shown(raw)} can be read as {', or as '.join(ways)}")
+    ways = {
+        f"way_{number}": AskedText("{read} ({options})", read=read, options=options)
+        for number, (read, options) in enumerate(zip(seen, _options(groups), strict=True))
+        if number < _MOST_READINGS
+    }
+    listed = ", or as ".join(f"{{{name}}}" for name in ways)
+    place = f"{text.path}:{line}: {shown(raw)}"
+    return RefusedError(AskedText(f"{{place}} can be read as {listed}", place=place, **ways))
 
 
 def _difference(groups: list[list[_Trial]]) -> tuple[int, list[str]]:
@@ -262,14 +266,15 @@ def _short(number: Fraction) -> str:
     return f"{float(number):.10g}"
 
 
-def _options(groups: list[list[_Trial]]) -> list[str]:
+def _options(groups: list[list[_Trial]]) -> list[AskedText]:
     """Return for each group of ways the options that leave no other one."""
     return [_option(group, groups) for group in groups]
 
 
-def _option(group: list[_Trial], groups: list[list[_Trial]]) -> str:
+def _option(group: list[_Trial], groups: list[list[_Trial]]) -> AskedText:
     way = group[0].way
-    decimal, separator = f"--decimal {way.decimal}", f"--separator {way.separator}"
+    decimal = AskedText("{decimal} {text}", text=way.decimal)
+    separator = AskedText("{separator} {text}", text=way.separator)
     separators = [{trial.way.separator for trial in one} for one in groups]
     decimals = [{trial.way.decimal for trial in one} for one in groups]
     choices = [(separator, way.separator, separators), (decimal, way.decimal, decimals)]
@@ -278,4 +283,4 @@ def _option(group: list[_Trial], groups: list[list[_Trial]]) -> str:
     for text, value, among in choices:
         if sum(value in one for one in among) == 1:
             return text
-    return f"{decimal} {separator}"
+    return AskedText("{one} {other}", one=decimal, other=separator)

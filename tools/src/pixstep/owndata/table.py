@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep.errors import RefusedError
+from pixstep.errors import AskedText, RefusedError
 
 POINT, COMMA = "point", "comma"
 DECIMALS = {POINT: ".", COMMA: ","}
@@ -146,8 +146,8 @@ class TextTable:
     def error(self, row: int, column: int, message: str) -> RefusedError:
         """Return the refusal of a field, with its place and value."""
         line, fields = self.rows[row]
-        text = shown(fields[column])
-        return RefusedError(f"{self.path}:{line}: {self.title(column)}: {text}: {message}")
+        place = f"{self.path}:{line}: {self.title(column)}: {shown(fields[column])}"
+        return RefusedError(AskedText("{place}: {message}", place=place, message=message))
 
     def values(self, column: int) -> list[Fraction]:
         """Return the numbers of a column, exactly as they are written."""
@@ -172,9 +172,8 @@ class TextTable:
             found.append(number)
         doubtful = None if self.chosen_decimal else self.style.doubtful(texts)
         if doubtful is not None:
-            raise self.error(
-                doubtful, column, "thousands or decimals, beside the others? --decimal says which"
-            )
+            text = AskedText("thousands or decimals, beside the others? {decimal} says which")
+            raise self.error(doubtful, column, text)
         return found
 
     def _any(self, has: Callable[[str], bool]) -> bool:

@@ -119,10 +119,12 @@ class ArcRequest(NamedTuple):
             return
         digit = 10.0 ** (math.floor(math.log10(off)) - 1)
         enough = math.ceil(off / digit) * digit
-        raise ValueError(
+        text = (
             f"{text}, {off:.3g} {self.unit} off a circle, and {self.tolerance:.3g} {self.unit} "
-            f"are allowed: --arc-tolerance {enough:.2g}{self.unit} takes it"
+            f"are allowed"
         )
+        cure = f"{enough:.2g}{self.unit}"
+        raise ValueError(AskedText("{text}: {arc_tolerance} {cure} takes it", text=text, cure=cure))
 
 
 def segments_of(arc: Arc, scale: float, most: float, at_least: float) -> int:
@@ -374,7 +376,7 @@ class Program:
         try:
             arc = request.solved()
         except ValueError as error:
-            raise self._wrong(first, str(error)) from None
+            raise self._wrong(first, error.args[0]) from None
         tm = self._move_time(first, target, arc.length)
         self.arc_off_steps = max(self.arc_off_steps, arc.off * scale)
         off = min(self.setup.path_tolerance, MOST_OFF_STEPS)

@@ -20,13 +20,13 @@ from typing import NamedTuple, Self
 
 from pixstep import natives
 from pixstep.board import boards
-from pixstep.errors import UserError
+from pixstep.errors import AskedText, UserError
 from pixstep.lines.units import hz_text
 from pixstep.simulation.pixel_clock import ClockFlaws
 from pixstep.simulation.summary import Stats
 
 _ANSWER_LIMIT_S = 300  # wall-clock seconds; a longer silence means that the runner hangs
-_ARGUMENT = re.compile(r"pixstep-sim: (--plant) [0-9]+\.([0-9]+): ")  # of a board's axis
+_ARGUMENT = re.compile(r"pixstep-sim: --plant [0-9]+\.([0-9]+): ")  # of a board's axis
 _READ_BYTES = 65_536  # at once
 _LOGS = ("edges", "clock_log", "pin_log", "serial_log", "vcd", "plant_log", "switch_log")
 BOOT_S = 0.05  # from the supply or a reset to a board that answers
@@ -129,7 +129,9 @@ class SimPipe:
         refused = _ARGUMENT.match(last)
         self._ended = f"simulator: ended: {last}"
         if refused:
-            self._ended = f"{refused[1]}: axis {refused[2]}: {last[refused.end() :]}"
+            self._ended = AskedText(
+                "{plant}: axis {axis}: {text}", axis=refused[1], text=last[refused.end() :]
+            )
         return self._ended
 
 

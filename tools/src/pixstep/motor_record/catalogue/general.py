@@ -3,8 +3,16 @@
 
 from collections.abc import Mapping
 
-from pixstep.motor_record.catalogue.rows import choice, flag, link, reading, setting, text
-from pixstep.motor_record.field import FieldType, RecordField
+from pixstep.motor_record.field import (
+    FieldType,
+    RecordField,
+    choice,
+    flag,
+    link,
+    reading,
+    setting,
+    text,
+)
 from pixstep.motor_record.menus import NO_YES_CAPITALS, OUTPUT_MODE, RESTORE
 
 VERSION = 7.4

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: MIT
 """Fields of speeds, motions, retries and states."""
 
-from pixstep.motor_record.catalogue.rows import (
+from pixstep.motor_record.field import (
+    FieldType,
+    RecordField,
     button,
     choice,
     flag,
     setting,
 )
-from pixstep.motor_record.field import FieldType, RecordField
 from pixstep.motor_record.menus import (
     ACCELERATION,
     ALARM,

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Fields of targets, positions and coordinates."""
 
-from pixstep.motor_record.catalogue.rows import (
+from pixstep.motor_record.field import (
     button,
     choice,
     count,

@@ -2,10 +2,10 @@
 """What follows when the motor rests: second legs, ends of jogs, homing after a stop, retries."""
 
 from pixstep.motor_record.menus import Spmg
-from pixstep.motor_record.mip import Mip
 from pixstep.motor_record.model import asking, buttons, coordinates, decision, moving
 from pixstep.motor_record.model.state import State
 from pixstep.motor_record.model.values import Values
+from pixstep.motor_record.traffic import Mip
 
 _WITH_TARGET = Mip.MOVE | Mip.MOVE_BL | Mip.JOG_BL1 | Mip.JOG_BL2
 

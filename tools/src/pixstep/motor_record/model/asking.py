@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: MIT
 """What the record asks of the motor for each kind of motion: the commands and their order."""
 
-from pixstep.motor_record.mip import Mip
-from pixstep.motor_record.model.arithmetic import share
-from pixstep.motor_record.model.coordinates import direction, user_is_raw
+from pixstep.motor_record.model.coordinates import direction, share, user_is_raw
 from pixstep.motor_record.model.decision import WayInSteps
 from pixstep.motor_record.model.speeds import gain
 from pixstep.motor_record.model.state import State
 from pixstep.motor_record.model.values import Values
-from pixstep.motor_record.traffic import Verb
+from pixstep.motor_record.traffic import Mip, Verb
 
 
 def raw(v: Values, egu: float) -> float:

@@ -5,12 +5,11 @@ A function that returns True has settled what this processing does.
 """
 
 from pixstep.motor_record.menus import Spmg
-from pixstep.motor_record.mip import Mip
 from pixstep.motor_record.model import asking, coordinates, limits
-from pixstep.motor_record.model.readback import release_buttons
+from pixstep.motor_record.model.readback import release_buttons, targets_become_readbacks
 from pixstep.motor_record.model.state import State
-from pixstep.motor_record.model.sync import targets_become_readbacks
 from pixstep.motor_record.model.values import Values
+from pixstep.motor_record.traffic import Mip
 
 
 def held(v: Values) -> bool:

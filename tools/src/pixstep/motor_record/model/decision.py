@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from pixstep.motor_record.menus import RetryMode
-from pixstep.motor_record.model.arithmetic import nearest
+from pixstep.motor_record.model.coordinates import nearest
 from pixstep.motor_record.model.readback import relative
 from pixstep.motor_record.model.values import Values
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """What clients are told: each monitored field when its value differs from what they know."""
 
+from pixstep.motor_record.catalogue import FIELDS, MONITOR_ORDER
 from pixstep.motor_record.field import Value
-from pixstep.motor_record.fields import FIELDS, MONITOR_ORDER
 from pixstep.motor_record.model.values import Values
 from pixstep.motor_record.traffic import Post
 

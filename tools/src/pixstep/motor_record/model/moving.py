@@ -5,12 +5,12 @@ The order of the questions is that of `toward_target`; each of them may end the 
 """
 
 from pixstep.motor_record.menus import RetryMode
-from pixstep.motor_record.mip import Mip
 from pixstep.motor_record.model import asking, coordinates, decision, limits
-from pixstep.motor_record.model.arithmetic import nearest_long
+from pixstep.motor_record.model.coordinates import nearest_long
 from pixstep.motor_record.model.decision import BacklashLeg, WayInSteps
 from pixstep.motor_record.model.state import State
 from pixstep.motor_record.model.values import Values
+from pixstep.motor_record.traffic import Mip
 
 
 def toward_target(r: State) -> None:

@@ -3,14 +3,13 @@
 
 from enum import Enum, auto
 
-from pixstep.motor_record.menus import RetryMode, StatusUpdate
-from pixstep.motor_record.mip import Mip
-from pixstep.motor_record.model import alarms, asking, limits, readback, work
+from pixstep.motor_record.menus import Alarm, RetryMode, Severity, StatusUpdate
+from pixstep.motor_record.model import asking, limits, readback, work
 from pixstep.motor_record.model.after_motion import follow_up, retry_or_end
-from pixstep.motor_record.model.readback import at_switch_ahead
+from pixstep.motor_record.model.readback import at_switch_ahead, shows
 from pixstep.motor_record.model.state import State
 from pixstep.motor_record.model.values import Values
-from pixstep.motor_record.traffic import Status, Verb
+from pixstep.motor_record.traffic import Mip, Msta, Status, Verb
 
 
 class Next(Enum):
@@ -37,7 +36,7 @@ def process(r: State, status: Status | None = None, *, by_write: bool = False) -
     if from_motor and v.stup == StatusUpdate.BUSY:
         v.stup = StatusUpdate.OFF
     r.resolution_written = False
-    alarms.raise_alarm(v)
+    raise_alarm(v)
     r.journal.post_changes()
 
 
@@ -167,3 +166,28 @@ def _guard_limits(v: Values, violated: int) -> None:
     if v.lvio and not violated and not v.set and not v.igset:
         v.stop = 1
         readback.release_buttons(v)
+
+
+def raise_alarm(v: Values) -> None:
+    """Set STAT and SEVR."""
+    v.stat, v.sevr = _alarm(v)
+
+
+def _alarm(v: Values) -> tuple[int, int]:
+    if v.udf:
+        return Alarm.UDF, Severity.INVALID
+    if v.hlsv and (v.hls or v.dval > v.dhlm):
+        return Alarm.HIGH, v.hlsv
+    if v.hlsv and (v.lls or v.dval < v.dllm):
+        return Alarm.LOW, v.hlsv
+    if shows(v, Msta.COMM_ERR):
+        return _communication(v)
+    if shows(v, Msta.SLIP_STALL) or shows(v, Msta.PROBLEM):
+        return Alarm.STATE, Severity.MAJOR
+    return Alarm.NONE, Severity.NONE
+
+
+def _communication(v: Values) -> tuple[int, int]:
+    """Report the error once: the bit goes, the next status sets it again."""
+    v.msta &= ~Msta.COMM_ERR.value
+    return Alarm.COMM, Severity.INVALID

@@ -2,12 +2,11 @@
 """A status of the motor becomes fields: positions, switches, states."""
 
 from pixstep.motor_record.menus import RetryMode
-from pixstep.motor_record.mip import Mip
-from pixstep.motor_record.model.arithmetic import nearest_long
-from pixstep.motor_record.model.coordinates import difference, user, user_is_raw
+from pixstep.motor_record.model import coordinates
+from pixstep.motor_record.model.coordinates import difference, nearest_long, user, user_is_raw
 from pixstep.motor_record.model.state import State
 from pixstep.motor_record.model.values import Values
-from pixstep.motor_record.traffic import Msta, Status
+from pixstep.motor_record.traffic import Mip, Msta, Status
 
 
 def shows(v: Values, flag: Msta) -> bool:
@@ -93,3 +92,10 @@ def release_buttons(v: Values) -> None:
 def relative(v: Values) -> bool:
     """True where moves are distances, since the position comes from elsewhere than the motor."""
     return v.rtry != 0 and v.rmod != RetryMode.IN_POSITION and bool(v.ueip or v.urip)
+
+
+def targets_become_readbacks(r: State) -> None:
+    """Make all targets the newest position, also as the last ones."""
+    newest_position(r)
+    coordinates.targets_from_readback(r.v)
+    coordinates.keep_as_last(r.v)

@@ -1,18 +1,17 @@
 # SPDX-License-Identifier: MIT
 """The motor record: writes, statuses and the end of a delay go in, an Outcome comes out."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterable, Mapping
 from typing import Literal
 
+from pixstep.motor_record.catalogue import FIELDS
 from pixstep.motor_record.field import PutRefusedError, RecordField, Value
-from pixstep.motor_record.fields import FIELDS
-from pixstep.motor_record.mip import Mip
 from pixstep.motor_record.model import limits, start, writes
-from pixstep.motor_record.model.foresight import second_leg
 from pixstep.motor_record.model.processing import process
 from pixstep.motor_record.model.state import InputLink, State
 from pixstep.motor_record.record_name import names_a_record
-from pixstep.motor_record.traffic import Outcome, Status
+from pixstep.motor_record.traffic import Mip, MotorCommand, Msta, Outcome, Status, Verb, whole
 
 LinkName = Literal["RDBL", "DOL"]
 _NO_FIELDS: Mapping[str, float | str] = {}
@@ -125,3 +124,36 @@ def _writable(name: str, value: Value) -> RecordField:
     if not field.writable:
         raise PutRefusedError(name, value, "only the record writes it")
     return field
+
+
+_FIRST_LEGS = Mip.MOVE | Mip.JOG_BL1
+_SECOND_LEGS = Mip.MOVE_BL | Mip.JOG_BL2
+
+
+def second_leg(r: State, commands: Iterable[MotorCommand]) -> tuple[MotorCommand, ...]:
+    """Return the approach that follows the leg among `commands`, or nothing."""
+    way = next((one for one in commands if one.verb in (Verb.MOVE_ABS, Verb.MOVE_REL)), None)
+    if way is None or not r.v.mip & _FIRST_LEGS:
+        return ()
+    twin = r.twin()
+    steps = _length(r, way)
+    if twin.rdbl.value is not None and r.v.rres != 0:
+        twin.rdbl.value += steps * r.v.mres / r.v.rres
+    process(twin, _arrived(r, steps))
+    return tuple(twin.commands) if twin.v.mip & _SECOND_LEGS else ()
+
+
+def _length(r: State, way: MotorCommand) -> int:
+    """Return how many steps the leg makes, with their sign."""
+    steps = whole(way.argument)
+    return steps if way.verb is Verb.MOVE_REL else steps - r.v.rmp
+
+
+def _arrived(r: State, steps: int) -> Status:
+    """Return the status that the end of the leg brings."""
+    v = r.v
+    counts = math.floor(steps * v.mres / v.eres + 0.5) if v.ueip else 0
+    flags = (Msta(v.msta) | Msta.DONE) & ~(Msta.MOVING | Msta.DIRECTION)
+    if v.cdir:
+        flags |= Msta.DIRECTION
+    return Status(v.rmp + steps, v.rep + counts, flags)

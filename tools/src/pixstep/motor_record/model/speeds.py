@@ -4,7 +4,7 @@
 from dataclasses import dataclass
 from typing import Final
 
-from pixstep.motor_record.model.arithmetic import share, within
+from pixstep.motor_record.model.coordinates import share, within
 from pixstep.motor_record.model.values import Values
 
 LEAST_TIME_S: Final = 0.1

@@ -4,12 +4,11 @@
 from dataclasses import replace
 
 from pixstep.motor_record.menus import Restore, Spmg
-from pixstep.motor_record.mip import Mip
 from pixstep.motor_record.model import coordinates, limits, readback, resolution, speeds
-from pixstep.motor_record.model.arithmetic import nearest_long
+from pixstep.motor_record.model.coordinates import nearest_long
 from pixstep.motor_record.model.state import State
 from pixstep.motor_record.model.values import Values
-from pixstep.motor_record.traffic import Status, Verb
+from pixstep.motor_record.traffic import Mip, Status, Verb
 
 
 def initialise(r: State, status: Status) -> None:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The values of all fields, as attributes in small letters: `values.val` is the field VAL."""
 
+from pixstep.motor_record.catalogue import FIELDS
 from pixstep.motor_record.field import Value
-from pixstep.motor_record.fields import FIELDS
 
 
 class Values:

@@ -5,14 +5,13 @@ Status, stop, resolution, buttons, targets: the first that is there settles this
 """
 
 from pixstep.motor_record.menus import StatusUpdate
-from pixstep.motor_record.mip import Mip
-from pixstep.motor_record.model import buttons, coordinates, moving
-from pixstep.motor_record.model.position_load import load_position, redefine_user_position
+from pixstep.motor_record.model import buttons, coordinates, limits, moving
+from pixstep.motor_record.model.coordinates import nearest_long
+from pixstep.motor_record.model.readback import targets_become_readbacks
 from pixstep.motor_record.model.resolution import keep_dead_bands
 from pixstep.motor_record.model.state import State
-from pixstep.motor_record.model.sync import targets_become_readbacks
 from pixstep.motor_record.model.values import Values
-from pixstep.motor_record.traffic import Verb
+from pixstep.motor_record.traffic import Mip, Verb
 
 
 def do_work(r: State, *, from_motor: bool) -> None:
@@ -113,3 +112,33 @@ def wanted(v: Values, *, from_motor: bool) -> bool:
     """True if this processing looks at wishes at all: not while a motion goes on."""
     waits_for_motor = from_motor and not v.dmov and not v.mip & Mip.RETRY
     return bool(v.stop) or buttons.held(v) or not waits_for_motor
+
+
+def load_position(r: State) -> None:
+    """Set the controller's position to DVAL; OFF or VAL follows, as FOFF says."""
+    v = r.v
+    if not coordinates.countable(v, v.dval):
+        coordinates.back_to_last(v)
+        v.dmov = 1
+        return
+    raw = v.dval / v.mres
+    v.rval = nearest_long(raw)
+    if v.foff:
+        v.val = coordinates.user(v, v.dval)
+    else:
+        v.off = v.val - v.dval * coordinates.direction(v)
+        limits.user_limits_from_dial(v)
+    coordinates.keep_as_last(v)
+    v.mip, v.dmov = Mip.LOAD_P, 0
+    r.ask(Verb.LOAD_POS, raw)
+    r.ask(Verb.GET_INFO)
+
+
+def redefine_user_position(r: State) -> None:
+    """Change OFF so that the axis is at VAL. The controller is not asked."""
+    v = r.v
+    v.off = v.val - v.dval * coordinates.direction(v)
+    v.rbv = coordinates.user(v, v.drbv)
+    limits.user_limits_from_dial(v)
+    v.lval = v.val
+    v.mip, v.dmov = Mip.DONE, 1

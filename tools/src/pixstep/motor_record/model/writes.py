@@ -5,16 +5,15 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Final
 
+from pixstep.motor_record.catalogue import FIELDS
 from pixstep.motor_record.field import PutRefusedError, Value
-from pixstep.motor_record.fields import FIELDS
 from pixstep.motor_record.menus import StatusUpdate
-from pixstep.motor_record.mip import Mip
 from pixstep.motor_record.model import asking, coordinates, limits, resolution, speeds
-from pixstep.motor_record.model.arithmetic import within
+from pixstep.motor_record.model.coordinates import within
 from pixstep.motor_record.model.readback import shows
 from pixstep.motor_record.model.state import State
 from pixstep.motor_record.model.values import Values
-from pixstep.motor_record.traffic import Msta, Verb
+from pixstep.motor_record.traffic import Mip, Msta, Verb
 
 TARGETS: Final = frozenset({"VAL", "DVAL", "RVAL", "RLV", "TWF", "TWR"})
 """A write of one of these makes DMOV 0 at once, whatever comes of it."""

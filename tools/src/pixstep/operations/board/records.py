@@ -353,7 +353,7 @@ def _records_text(followed: list[AxisLog]) -> str:
         return f"{text}, none missed"
     return (
         f"{text}; missed: {each}, overwritten before they were read (`board upload`, `start` and "
-        f"`run` have --records, which reads them while the line runs)"
+        f"`run` read them while the line runs)"
     )
 
 

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypedDict, cast
 
-from pixstep.errors import FINE, MISUSE, NEGATIVE
+from pixstep.errors import FINE, MISUSE, NEGATIVE, AskedText
 from pixstep.operations import shared
 from pixstep.operations.desk import Desk
 from pixstep.operations.job import buses
@@ -148,7 +148,7 @@ def _write(data: ComparedJob, all_fields: bool, page: Page) -> None:
     page.tell(LEGEND)
     left = len(data["fields"]) - len(shown)
     if left:
-        page.tell(f"{left} fields more are equal (--all shows them)")
+        page.tell(AskedText("{left} fields more are equal ({all} shows them)", left=left))
     for room in data["room"]:
         page.tell(_room_text(room))
     page.tell(page.styled(_verdict_text(data), bold=True))
@@ -169,5 +169,6 @@ def _verdict_text(data: ComparedJob) -> str:
         return f"{data['job']}: green: the machine is as it was when the job was made"
     if verdict == "red":
         return f"{data['job']}: red: {differences} by which the job must not be printed"
-    agreed = "accepted" if data["accepted"] else "--accept-amber agrees to them"
-    return f"{data['job']}: amber: {differences}: {agreed}"
+    agreed = AskedText("accepted" if data["accepted"] else "{accept_amber} agrees to them")
+    text = f"{data['job']}: amber: {differences}"
+    return AskedText("{text}: {agreed}", text=text, agreed=agreed)

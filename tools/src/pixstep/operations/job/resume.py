@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pixstep.errors import FINE, NEGATIVE, REFUSED, RefusedError, UserError
+from pixstep.errors import FINE, NEGATIVE, REFUSED, AskedText, RefusedError, UserError
 from pixstep.operations.asked import AskedError
 from pixstep.operations.desk import Desk
 from pixstep.operations.job import buses, printing
@@ -15,7 +15,7 @@ from pixstep.operations.job.printing import Prints, RunOfJob
 from pixstep.operations.job.reading import opened, run_folder
 from pixstep.operations.kinds import Whole
 from pixstep.operations.request import Request, flag, operation, option
-from pixstep.operations.result import Result
+from pixstep.operations.result import Page, Result
 
 if TYPE_CHECKING:
     from pixstep.jobs.job import Job
@@ -112,18 +112,21 @@ class JobResume(Prints):
         if both:
             raise AskedError("line {line}: either {redo} or {skip}", line=min(both))
         texts = [
-            f"line {one.number} is {one.text}: --redo {one.number} or --skip {one.number}"
+            AskedText("line {n} is {text}: {redo} {n} or {skip} {n}", n=one.number, text=one.text)
             for one in verdict.asked
             if one.number not in (*self.redo, *self.skip)
         ]
         if verdict.disagree and not self.together:
-            texts.append("the boards have made different lines: --together goes on with the first "
-                         "that is not printed on all of them")  # fmt: skip
+            texts.append(AskedText(
+                "the boards have made different lines: {together} goes on with the first that is "
+                "not printed on all of them"
+            ))  # fmt: skip
         to_home = verdict.to_home
         if to_home and not (self.homed or self.home):
-            texts.append(
-                f"positions do not hold: {', '.join(to_home)}: home them, then --homed; or --home"
-            )
+            texts.append(AskedText(
+                "positions do not hold: {motors}: home them, then {homed}; or {home}",
+                motors=", ".join(to_home),
+            ))  # fmt: skip
         if not texts:
             return None
         data = printing.facts_of(self.run_path, job, told, "undecided")
@@ -131,7 +134,12 @@ class JobResume(Prints):
         rows = [f"board {one['board']}: {one['text']}" for one in data["boards"]]
         rows += [f"line {one.number}: {one.text}" for one in verdict.lines
                  if one.number not in asked]  # fmt: skip
-        return Result(data, "\n".join([*rows, *texts, "nothing has moved"]), REFUSED)
+
+        def write(page: Page) -> None:
+            for text in (*rows, *texts, "nothing has moved"):
+                page.tell(text)
+
+        return Result(data, write, REFUSED)
 
     def _settle(self, session: JobSession, verdict: ResumeVerdict) -> None:
         """Log what became of the lines in flight."""

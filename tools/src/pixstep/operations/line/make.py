@@ -140,7 +140,8 @@ class LineMake(OfClock):
         if self.jerk_warn is not None and not self.is_plain:
             status = _warn_of_jerk(desk, line, units.whole_limit(self.jerk_warn, line_hz, least=0))
         data = _data(self, line)
-        text = _text(data, line_hz) + _use_text(desk.facts, line.divider)
+        use = _use_text(desk.facts, line.divider)
+        text = AskedText("{text}{use}", text=_text(data, line_hz), use=use)
         return Result(data, text, status)
 
     @property
@@ -247,20 +248,20 @@ def _text(data: MadeLine, clock_hz: Fraction) -> str:
     )
 
 
-def _use_text(facts: Facts, edges: int) -> str:
+def _use_text(facts: Facts, edges: int) -> AskedText:
     """Return where a line of several clock edges a pixel has to be told of them."""
     if edges == 1:
-        return ""
-    text = f", {edges} clock edges a pixel"
+        return AskedText("")
+    text = ", {edges} clock edges a pixel"
     found = facts.found
     if found is None:
-        return f"{text}: --divider {edges} where it is used"
-    if found.clock.divider == edges:
-        return f"{text}, as {found.path} has it"
-    return (
-        f"{text}: --divider {edges} where it is used, or divider = {edges} in the table [clock] of "
-        f"{found.path}"
-    )
+        text += ": {divider} {edges} where it is used"
+    elif found.clock.divider == edges:
+        text += ", as {path} has it"
+    else:
+        text += ": {divider} {edges} where it is used, or divider = {edges} in the table [clock]"
+        text += " of {path}"
+    return AskedText(text, edges=edges, path=found and found.path)
 
 
 def _warn_of_jerk(desk: Desk, line: _MadeLine, limit: int) -> int:

@@ -8,6 +8,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, TypedDict
 
+from pixstep.errors import AskedText
 from pixstep.lines import line_check, units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.line_check import Finding, FindingFacts
@@ -212,7 +213,7 @@ def _advice(found: list[ProfileReading]) -> Iterator[str]:
     if readings.ambiguous(found):
         yield "ambiguous: the rows fit a block too: line number 1, number of values, values"
     elif not sound and any(reading.sound for reading in found):
-        yield "only all rows as values make a profile: --raw reads them so"
+        yield AskedText("only all rows as values make a profile: {raw} reads them so")
     failing = (reading for reading in adopted if reading.decode == SMOOTH and not reading.sound)
     if any(item.name in _REPAIRABLE for reading in failing for item in reading.findings):
         yield "pixstep profile repair proposes values that a smooth motor can follow"
