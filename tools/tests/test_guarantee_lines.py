@@ -32,6 +32,16 @@ def test_slow_lines_are_followed():
     assert guarantee.refusal([ramps(14)] * 4, world("mega", 100, 2)) == ""
 
 
+@pytest.mark.parametrize("board", boards.BOARD_NAMES)
+@pytest.mark.parametrize("hz", [2, 5, 12, 30])
+def test_a_slow_clock_is_always_followed(board, hz):
+    """Between steps that are far apart the counter wraps, and the ring fills with the wraps."""
+    axes, here = boards.load(board).axes, world(board, hz)
+    lines = [Line((n, 2 * n, n, 1, 0, 3), PLAIN, name=str(n)) for n in (1, 2, 3, 7, 20, 60, 128)]
+    lines += [ramps(steps, held=3) for steps in (2, 8, 30, 100)]
+    assert [guarantee.refusal([one] * axes, here) for one in lines] == [""] * len(lines)
+
+
 def test_a_refusal_names_the_line_its_pixel_and_what_fits():
     lines = [ramps(14)] * 4
     text = guarantee.refusal(lines, world("mega", 2500))

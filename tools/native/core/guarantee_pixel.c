@@ -8,6 +8,7 @@
 #define EVEN_LEAST_TICKS 128.0
 #define EVEN_MOST_TICKS  262143.0
 #define CURVED_STEPS     64u
+#define SLOW_ENTRIES     48.0
 #define TRAIN_ENTRY      127.0
 #define PIXEL_SLACK      0.0002 // a clock may be off by so much
 
@@ -285,6 +286,13 @@ static void cost_curve(const struct walk *w,
     job->part.account = (first ? c->account_px : 0.0) + entry_cost(w, c) * steps;
 }
 
+// Entries of steps between which the counter wraps: as the wraps pass, each some 4 ms, there is
+// room for more, and the decoder writes a few at a time.
+static double slow_entries(double steps, double waits)
+{
+    return waits > 0.0 ? fmin(steps + waits, SLOW_ENTRIES) : steps;
+}
+
 static void cost_piece(const struct walk *w,
                        const struct guarantee_costs *c,
                        struct job *job)
@@ -292,7 +300,8 @@ static void cost_piece(const struct walk *w,
     double waits = pumps(w->ticks / fmax(w->steps, 1.0)) * fmax(w->steps, 1.0);
     bool train = w->steps > 16.0;
 
-    job->part.entries = train ? 8.0 + ceil(w->steps / TRAIN_ENTRY) : w->steps + waits;
+    job->part.entries =
+        train ? 8.0 + ceil(w->steps / TRAIN_ENTRY) : slow_entries(w->steps, waits);
     job->part.train = train;
     job->cycles = c->piece_px + (w->shifted ? c->shifted_px : 0.0) +
                   (w->turned ? c->turned_px : 0.0) + c->pump * waits;
@@ -310,7 +319,7 @@ static void cost_zero(const struct walk *w,
 {
     double waits = 1.0 + pumps(w->ticks);
 
-    job->part.entries = waits;
+    job->part.entries = slow_entries(0.0, waits);
     job->cycles = c->zero_px + c->pump * waits;
     job->units = 30.0 + 6.0 * waits;
     job->part.account = c->account_piece_px + entry_cost(w, c) * waits;

@@ -20,7 +20,7 @@ from pixstep.errors import RefusedError
 from pixstep.lines import runs
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.replay import Loop, Replay, ReplayVerdict
-from pixstep.lines.units import period_ticks
+from pixstep.lines.units import period_ticks, refuse_period
 
 NAME = "beyond_guarantee"  # of what is found
 INTERVALS = 1.1  # of the shortest interval of several axes
@@ -216,6 +216,9 @@ def judge(lines: Sequence[Line], world: LineConditions) -> LatePlace | None:
 
 def refusal(lines: Sequence[Line], world: LineConditions) -> str:
     """Return why the board is not guaranteed to follow the lines; empty: it is."""
+    rate = boards.load(world.board).tick_hz
+    refuse_period(world.pixel_hz, rate, locked=settings.locks({"sync": world.sync}))
+    refuse_period(world.pixel_hz * world.divider, rate)
     late = judge(lines, world)
     if late is None:
         return ""

@@ -182,11 +182,10 @@ class LineCheck(OfClock):
                 "{path}: checked by what the {label} can do ({board})",
                 path=self.csv[0], label=label,
             )])  # fmt: skip
+        of_board = [self._of_board(line) for line in lines]
         motors = self._of_motors(lines, desk)
         _refuse_idle(desk, lines, motors)
-        return [
-            self._of_board(line).lower(motor) for line, motor in zip(lines, motors, strict=True)
-        ]
+        return [one.lower(motor) for one, motor in zip(of_board, motors, strict=True)]
 
     def _of_motors(self, lines: list[Line], desk: Desk) -> list[Limits]:
         """Return the limits of the motors: what is asked for comes before a machine file's."""
