@@ -63,7 +63,7 @@ def test_values_are_exact_and_in_steps(machine, tmp_path):
 
 def test_the_motor_of_lines_is_the_only_one_or_named(machine):
     several = GOOD.replace('motor = "M39"\n', "")
-    with pytest.raises(UserError, match="has motors M39, M40: choose by --motor"):
+    with pytest.raises(UserError, match="has motors M39, M40: choose by motor, or"):
         machine(several).default_motor()
     alone = several[: several.index("[motors.M40]")]
     assert machine(alone).default_motor().name == "M39"

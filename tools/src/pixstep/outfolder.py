@@ -38,6 +38,8 @@ def of_run(out: Path, names: Iterable[str]) -> Iterator[Path]:
         with atomic.told_of(out):
             _deliver(part.path, out, wanted)
     except UserError as error:  # names a file by the place where it should have been
+        if str(part.path) not in str(error):
+            raise
         raise type(error)(str(error).replace(str(part.path), str(out))) from None
     finally:
         part.remove()
