@@ -19,15 +19,17 @@
 
 #include "peripheral.h"
 
+// What the model needs of its board.
 struct timer0_hooks {
-    struct peripheral_host host;
+    struct peripheral_host host; // raises interrupts, refuses what is not modelled
     // Compare output B has a new level, or was connected or disconnected, at this cycle.
     void (*output)(void *board, uint64_t cycle);
 };
 
+// One timer 0. All fields but `oc_level` are the model's own.
 struct timer0 {
     avr_t *avr;
-    avr_timer_t *part;
+    avr_timer_t *part; // libsimavr's
     const struct timer0_hooks *hooks;
     avr_io_write_t start; // libsimavr's own callbacks of TCCR0B
     void *start_param;

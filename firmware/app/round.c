@@ -469,7 +469,7 @@ static void release_lines(void)
     uint8_t tries = RELEASE_TRIES;
 
     do {
-        if (CONFIG_AXES == 1 || starting()) {
+        if (starting()) {
             clock_edges_poll();
         }
         tries--;

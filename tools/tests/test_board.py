@@ -101,7 +101,8 @@ STEP_CYCLES = {
 BUDGETS = {"OVF": 320, "CAPT": 165, "RX": 126, "UDRE": 115, "TX": 145}
 # The pixel clock's capture where its axis is parked, and the coarse clock that it then reads.
 PARKED_CAPTURE = 215
-CLOCK_BUDGET = {board: 70 if AXES[board] == 1 else 95 for board in BOARDS}
+# Boards of several axes also move the compare of a clock of their own on.
+CLOCK_BUDGET = {board: 70 if AXES[board] == 1 else 99 for board in BOARDS}
 # A serial handler ends by a RET (firmware/avr/hal/uart.c): what it takes behind its RETI counts as
 # the time of a handler that it came between.
 SERIAL_TAIL = 15

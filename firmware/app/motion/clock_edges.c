@@ -252,6 +252,13 @@ static inline void drop_edge(void)
     }
 }
 
+// True when lines may start on an edge; `number` is that before it. A false edge starts nothing. Line
+// zero is counted from the newest edge: an older one may be too long ago.
+static inline bool may_start(uint16_t number)
+{
+    return reference_number() != number && !pixel_clock_waiting() && !fault_noted();
+}
+
 // Take a captured clock edge. after_loss: edges were lost, so that its distance from the one before
 // is no fault of the clock.
 static void take_edge(const struct pixel_capture *capture, bool after_loss)
@@ -279,10 +286,7 @@ static void take_edge(const struct pixel_capture *capture, bool after_loss)
         note_edge_error(pixel);
     }
     judge_taken(first, needed, after_loss);
-    // A false edge starts nothing. Line zero is counted from the newest edge: an older one may be
-    // too long ago.
-    if (any_waits && reference_number() != number && !pixel_clock_waiting() &&
-        !fault_noted()) {
+    if (any_waits && may_start(number)) {
         start_on_edge(edge_ticks);
     }
 }

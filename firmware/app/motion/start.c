@@ -381,9 +381,6 @@ static APART enum release release_line(uint8_t i)
     struct feed *feed = &axis->feed;
 
     BY_POINTER(feed);
-    if (is_far(axis)) {
-        return RELEASE_DONE;
-    }
     if (!axes_advance(i, LEDGER_EXACTLY)) {
         return RELEASE_EDGE;
     }
@@ -432,7 +429,7 @@ bool start_poll(void)
     while (left != 0) {
         uint8_t i = (uint8_t)(left - 1u);
         enum release result = RELEASE_DONE;
-        if (may_release(axes_get(i))) {
+        if (may_release(axes_get(i)) && !is_far(axes_get(i))) {
             result = release_line(CONFIG_INDEX(i));
         }
         if (result != RELEASE_AGAIN) {

@@ -135,9 +135,8 @@ APART uint8_t data_inputs(uint16_t address, uint8_t count, uint8_t *to)
     uint8_t number = behind_header / REG_RECORD_WORDS;
     uint8_t wanted = count / REG_RECORD_WORDS;
 
-    // Before the header only: the header counts the records behind it. Twenty records take 2,000
-    // cycles.
-    if (place == 0) {
+    // Not between a header and its records, which it counts. Twenty records take 2,000 cycles.
+    if (place == 0 || (number != 0 && behind_header % REG_RECORD_WORDS == 0)) {
         interlude();
     }
     // Whole records of one axis.

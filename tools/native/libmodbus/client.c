@@ -23,7 +23,7 @@
 #define PERIOD      0x0014
 #define FEATURES    0x0068
 #define RECORDS     0x0100
-#define SETTINGS    26
+#define SETTINGS    27
 #define PIXEL_HZ    2
 #define DIR_SETUP   6
 #define DIR_DEFAULT 20

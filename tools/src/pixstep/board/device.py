@@ -102,7 +102,7 @@ class Device(Wire):
     def features(self) -> frozenset[str]:
         """Return the names of what the board's image was built with (asked once)."""
         if self._features is None:
-            words = (self.input(name) for name in (boards.FEATURES, boards.FEATURES_HIGH))
+            words = [self.input(name) for name in (boards.FEATURES, boards.FEATURES_HIGH)]
             self._features = boards.feature_names(*words)
         return self._features
 
@@ -160,7 +160,9 @@ class Device(Wire):
     def packs(self) -> bool:
         """Return whether the board takes packed blocks (asked once)."""
         if self._packs is None:
-            self._packs = self.input("map_version") >= regs.PACKED_MAP_VERSION
+            known = self._identity
+            version = known.map_version if known else self.input("map_version")
+            self._packs = version >= regs.PACKED_MAP_VERSION
         return self._packs
 
     def block_bytes(self) -> int:
@@ -169,8 +171,9 @@ class Device(Wire):
         A board of one axis does nothing else while it checks a block.
         """
         if not self._block_bytes:
-            several = self.input("axis_count") > 1
-            self._block_bytes = regs.MAX_PACKED if several else regs.SHORT_PACKED
+            known = self._identity
+            axes = known.axis_count if known else self.input("axis_count")
+            self._block_bytes = regs.MAX_PACKED if axes > 1 else regs.SHORT_PACKED
         return self._block_bytes
 
     def room(self, first: int = 0, count: int = 1) -> list[int]:
