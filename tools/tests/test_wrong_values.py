@@ -66,6 +66,8 @@ GOES_ON = (
     ("ioc", "--state"),  # it is made
     ("job run", "--folder"),  # so is this
     ("job simulate", "--edges"),
+    ("watch", "--port"),  # the log of a run is read; only the page of --web asks boards
+    ("watch", "--machine"),  # what is wrong in it is noted
 )
 # A profile may be made for any motor.
 OWN_TEXTS = {("profile make", "--motor"): ("a/b",)}

@@ -116,6 +116,34 @@ APART uint16_t data_input(uint16_t address)
 // Records that there is room for in the registers of an axis.
 #define RECORDS_MAPPED ((REG_RECORD_STRIDE - REG_RECORD_HEADER) / REG_RECORD_WORDS)
 
+// Whole records of an axis.
+static inline uint8_t record_words(uint16_t offset, uint8_t count, uint8_t *to)
+{
+    const struct records *records =
+        &axes_get(CONFIG_INDEX(offset / REG_RECORD_STRIDE))->ledger.records;
+    uint8_t place = (uint8_t)(offset % REG_RECORD_STRIDE);
+    uint8_t behind_header = (uint8_t)(place - REG_RECORD_HEADER);
+    uint8_t number = behind_header / REG_RECORD_WORDS;
+    uint8_t wanted = count / REG_RECORD_WORDS;
+
+    // Not between a header and its records, which it counts. Twenty records take 2,000 cycles.
+    if (place == 0) {
+        interlude();
+    }
+    if (place < REG_RECORD_HEADER || behind_header % REG_RECORD_WORDS != 0 ||
+        number >= RECORDS_MAPPED) {
+        return 0;
+    }
+    if (number != 0) {
+        interlude();
+    }
+    if (wanted > RECORDS_MAPPED - number) {
+        wanted = (uint8_t)(RECORDS_MAPPED - number);
+    }
+    records_write(records, number, wanted, to);
+    return (uint8_t)(wanted * REG_RECORD_WORDS);
+}
+
 APART uint8_t data_inputs(uint16_t address, uint8_t count, uint8_t *to)
 {
     if (address < REG_ROOM_BASE) {
@@ -127,28 +155,7 @@ APART uint8_t data_inputs(uint16_t address, uint8_t count, uint8_t *to)
     if (FEATURE_EVENTS && address >= REG_EVENT_BASE) {
         return events_words(address, count, to);
     }
-    uint16_t offset = (uint16_t)(address - REG_RECORD_BASE);
-    const struct records *records =
-        &axes_get(CONFIG_INDEX(offset / REG_RECORD_STRIDE))->ledger.records;
-    uint8_t place = (uint8_t)(offset % REG_RECORD_STRIDE);
-    uint8_t behind_header = (uint8_t)(place - REG_RECORD_HEADER);
-    uint8_t number = behind_header / REG_RECORD_WORDS;
-    uint8_t wanted = count / REG_RECORD_WORDS;
-
-    // Not between a header and its records, which it counts. Twenty records take 2,000 cycles.
-    if (place == 0 || (number != 0 && behind_header % REG_RECORD_WORDS == 0)) {
-        interlude();
-    }
-    // Whole records of one axis.
-    if (place < REG_RECORD_HEADER || behind_header % REG_RECORD_WORDS != 0 ||
-        number >= RECORDS_MAPPED) {
-        return 0;
-    }
-    if (wanted > RECORDS_MAPPED - number) {
-        wanted = (uint8_t)(RECORDS_MAPPED - number);
-    }
-    records_write(records, number, wanted, to);
-    return (uint8_t)(wanted * REG_RECORD_WORDS);
+    return record_words((uint16_t)(address - REG_RECORD_BASE), count, to);
 }
 #endif
 
