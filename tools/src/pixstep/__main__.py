@@ -14,7 +14,10 @@ def run() -> None:
     except KeyboardInterrupt as error:  # loading takes a moment; the command is not there yet
         print(f"pixstep: ended by {signals.name(error)}", file=sys.stderr)
         sys.exit(signals.status(error))
-    main(prog_name="pixstep")
+    try:
+        main(prog_name="pixstep")
+    finally:
+        signals.leave()
 
 
 if __name__ == "__main__":

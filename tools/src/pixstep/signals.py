@@ -108,6 +108,12 @@ def once() -> Iterator[None]:
         _restore(before)
 
 
+def leave() -> None:
+    """Ignore signals for good: Python would tell of one that comes while it ends by a traceback."""
+    for number in _numbers(("SIGINT", *_ENDING)):
+        signal.signal(number, signal.SIG_IGN)
+
+
 @contextlib.contextmanager
 def ignored() -> Iterator[None]:
     """Ignore SIGINT, SIGTERM and SIGHUP: stopping motion must not be broken off."""

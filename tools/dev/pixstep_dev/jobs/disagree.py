@@ -186,7 +186,7 @@ class _DisagreeTrial:
         """Judge which board is said to differ, and what would help."""
         mine, other = NAMES[self.board], NAMES[1 - self.board]
         if self.kind == "a line alone":
-            if "made different lines: --together" not in page or "--redo" not in page:
+            if "made different lines: together goes on" not in page or "redo" not in page:
                 self._complain(f"does not say what would help: {page}")
             if not (rows[mine]["trusted"] and rows[other]["trusted"]):
                 self._complain(f"positions are not trusted: {rows}")

@@ -23,7 +23,7 @@ from pixstep_dev.jobs.press import PLACES, Press
 
 PLAY = 50
 _TICK_HZ = 16_000_000
-_HZ = Fraction(110)  # a pixel is not a whole number of ticks: a seam could lose the rest
+_HZ = Fraction(97)  # a pixel is not a whole number of ticks: a seam could lose the rest
 _APART_TICKS, _GRID_TICKS, _LOAD_STEPS = 2.0, 1.0, 1
 _DRIFT_TICKS = 1.0
 _LOCK = "lock"
