@@ -24,9 +24,9 @@ ROUNDS = cases(3, 6)
 PEAK = 60_000  # steps/s of all axes together, in smooth lines
 SEEK, DOWN, END = 0x81, (3, 0), (2, 0)
 # Of the counted stack so much at least must have been seen, or the count says little: it adds up
-# interrupts that need a coincidence of a few cycles each: on a board of four axes seven of them, and
-# one more where it makes a clock of its own.
-SEEN = {"uno": 0.55, "m1284": 0.4, "mega": 0.38}
+# interrupts that need a coincidence of a few cycles each: on a board of four axes seven of them,
+# and one more where it makes a clock of its own.
+SEEN = {"uno": 0.55, "m1284": 0.4, "mega": 0.36}
 
 
 class Driven(Bench):

@@ -252,8 +252,8 @@ static inline void drop_edge(void)
     }
 }
 
-// True when lines may start on an edge; `number` is that before it. A false edge starts nothing. Line
-// zero is counted from the newest edge: an older one may be too long ago.
+// True when lines may start on an edge; `number` is that before it. A false edge starts nothing.
+// Line zero is counted from the newest edge: an older one may be too long ago.
 static inline bool may_start(uint16_t number)
 {
     return reference_number() != number && !pixel_clock_waiting() && !fault_noted();

@@ -133,7 +133,8 @@ RECORDS = 0x0100
 
 # Holding registers, their defaults, and other values within their ranges.
 DEFAULTS = (
-    1, 1152, 0, 30, 0, 1, 20, 20, 0, 0, 1000, 0, 0, 2, 0, 3000, 0, 0, 1, 10_000, 4, 1, 1, 0, 0, 0, 0,
+    1, 1152, 0, 30, 0, 1, 20, 20, 0, 0, 1000, 0, 0, 2, 0, 3000, 0, 0, 1, 10_000, 4, 1, 1, 0, 0, 0,
+    0,
 )  # fmt: skip
 PIXEL_HZ = 2
 DIR_SETUP, DIR_HOLD = 6, 7
