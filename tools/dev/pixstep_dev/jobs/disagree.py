@@ -22,11 +22,12 @@ from pixstep.board import run as board_run
 from pixstep.board.errors import BoardError
 from pixstep.board.run import LinesOfBoard
 from pixstep.board.upload import LineUpload
-from pixstep.jobs import sender
+from pixstep.jobs import sender, tag
 from pixstep.jobs.run_folder import RunFolder
 from pixstep.operations.result import Result
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simulated_board import SimLink
+
 from pixstep_dev.jobs import passes, power
 from pixstep_dev.jobs.press import PLACES, Press
 
@@ -137,10 +138,10 @@ class _DisagreeTrial:
             )  # fmt: skip
 
     def by_a_tag(self, link: SimLink) -> None:
-        """Let others give one board another time for a silent bus."""
+        """Let others give one board another tag."""
         self._print_until_pause(link)
-        ops.board_set((f"bus_timeout_ms={self.chance.randint(3001, 4000)}",), link=link,
-                      units=self.board + 1)  # fmt: skip
+        board = link.board(self.board + 1)
+        tag.put(board, tag.NAME, board.setting(tag.NAME) % 0xFFFF + 1)
 
     def by_a_reset(self, link: SimLink) -> None:
         """Reset one board while the run is paused."""
