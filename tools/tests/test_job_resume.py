@@ -10,9 +10,11 @@ import pytest
 
 import runbench
 from pixstep import ops
+from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
 from pixstep.errors import RefusedError, UserError
 from pixstep.jobs import account, resuming, runner
+from pixstep.jobs.history import Base
 from pixstep.jobs.run_folder import RunFolder
 from pixstep.operations.bus import StoppedError
 
@@ -79,6 +81,17 @@ def test_a_board_that_was_reset_leaves_two_lines_unknown(folder):
         done = runbench.resume(folder, link, skip=tuple(unknown), homed=True)
         assert done["state"] == "finished" and done["skipped"] == unknown
         assert done["printed"] == 4 - len(unknown)
+
+
+@pytest.mark.parametrize("state", ["done", "loaded", "empty", "fault"])
+def test_counters_that_have_gone_back_are_no_place(folder, state):
+    job = runbench.Job.read(folder / "a.pxjob")
+    base = Base(unit=1, axis=0, lines_done=7, next_block=9, position_steps=0)
+    now = {"lines_done": 0, "next_block": 0, "position_steps": 0, "pixel": 0}
+    now["axis_state"] = next(code for code in range(8) if regs.axis_state(code) == state)
+    axis = account.JobAxis(next(iter(job.motors)), base, now)
+    assert axis.has_gone_back
+    assert account.place_of(job, 1, axis) is None
 
 
 def test_a_job_of_wet_material_begins_again(tmp_path, simulator):

@@ -79,9 +79,11 @@ def place_of(job: Job, first: int, axis: JobAxis) -> LinePlace | None:
     At the end of a line that nothing followed it is at pixel 0 of the next one.
     """
     newest = first + axis.counted
+    if newest > job.lines + 1:  # a count that has gone back, or lines of others
+        return None
     if axis.state in ENDED or (not axis.moves and _is_at_end(job, axis)):
         at_end = axis.position_steps == end_of(job, newest - 1, axis.motor, first)
-        return LinePlace(newest, 0) if at_end and newest <= job.lines + 1 else None
+        return LinePlace(newest, 0) if at_end else None
     for line in (newest, newest - 1):
         if line >= first and _fits(job, line, axis):
             return LinePlace(line, axis.now["pixel"])
