@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Rule: what must not be in an image. No float and no heap anywhere; in what an interrupt handler
-can reach also no software division, which takes hundreds of cycles. The registers of the step
+"""Rule: what must not be in an image. No float, no heap and no division of signed values anywhere:
+`/ 2` of a signed value is such a division, where a shift does. In what an interrupt handler can
+reach also no other software division, which takes hundreds of cycles. The registers of the step
 interrupt, which it changes without saving, are used by nobody else.
 
     symbols.py IMAGE.elf...
@@ -20,6 +21,7 @@ FLOAT = re.compile(
     r"^__(f\w+[sd]f\w*|(add|sub|mul|div|cmp|eq|ne|lt|le|gt|ge|neg|unord)[sd]f\d?"
     r"|fp_\w+|float\w*[sd]f|fix\w*[sd]f\w*)$"
 )
+SIGNED_DIVISION = re.compile(r"^__(div|mod|divmod)[qhpsd]i\d?$")
 DIVISION = re.compile(r"^__u?(div|mod|divmod)[qhpsd]i\d?(_u?moddi3)?$")
 
 # The step handlers' own code, and what only moves all registers to the stack and back.
@@ -30,7 +32,11 @@ STEP_HANDLER_PARTS = re.compile(
     r"|__vectors|__prologue_saves__|__epilogue_restores__)$"
 )
 
-ANYWHERE = [(HEAP, "the heap"), (FLOAT, "floating point")]
+ANYWHERE = [
+    (HEAP, "the heap"),
+    (FLOAT, "floating point"),
+    (SIGNED_DIVISION, "a division of signed values"),
+]
 IN_HANDLERS = [(DIVISION, "a software division")]
 
 

@@ -181,6 +181,7 @@ bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks)
             return false;
         }
         if (error <= most) {
+            // A shift: to divide a signed value the compiler calls a routine of 500 cycles.
             take(filter, error, doubt_of(filter, error, most >> 1));
             return true;
         }

@@ -10,6 +10,7 @@ import figures
 import module_graph
 import modules
 import pytest
+import symbols
 import writable
 
 APP, CORE, HAL = "firmware/app", "firmware/core/wire", "firmware/hal"
@@ -225,6 +226,14 @@ def test_a_variable_that_others_can_write_is_found(tree):
     assert problems == [
         f"{APP}/a.c: common_one can be written by every module: make it static",
         "the table's gone is no variable of the firmware",
+    ]
+
+
+def test_a_division_of_signed_values_is_found():
+    names = {"__divmodsi4", "__udivmodsi4", "divide", "__divhi3"}
+    assert symbols.forbidden_in(names, symbols.ANYWHERE) == [
+        "a division of signed values (__divhi3)",
+        "a division of signed values (__divmodsi4)",
     ]
 
 
