@@ -21,7 +21,8 @@
 #define START_MIN_TICKS ((int32_t)60000)
 // Release as soon as the delay fits, with a margin.
 #define RELEASE_MAX_TICKS ((int32_t)120000)
-#define FAR_TICKS         ((int32_t)0x20000)
+// By so much a clock that is not asked for the account may be ahead of it.
+#define FAR_TICKS ((int32_t)0x20000)
 // The delay is two periods; the second covers the direction set-up time, and neither may be too
 // short for the commands before it.
 #define COMMANDS_TICKS 1000u
@@ -358,22 +359,15 @@ enum release {
     RELEASE_EDGE,
 };
 
-#if CONFIG_AXES > 1
 // True when the line of an axis begins so late that a round to come releases it, whatever its
-// account says: that lags by two idle periods at most. Asks no account: rounds and long requests
-// try all axes, and a line may wait for seconds.
+// account says: that lags by two idle periods at most. Asks no account: with several axes, rounds
+// and long requests try all of them, and a line may wait for seconds.
 static inline bool is_far(const struct axis *axis)
 {
-    return axis->clocked && (int32_t)(axis->zero_ticks - time_check_now_ticks()) >
-                                RELEASE_MAX_TICKS + FAR_TICKS;
+    return CONFIG_AXES > 1 && axis->clocked &&
+           (int32_t)(axis->zero_ticks - time_check_now_ticks()) >
+               RELEASE_MAX_TICKS + FAR_TICKS;
 }
-#else
-static inline bool is_far(const struct axis *axis)
-{
-    (void)axis;
-    return false;
-}
-#endif
 
 static APART enum release release_line(uint8_t i)
 {
