@@ -19,7 +19,7 @@ from pixstep.lines import line_check
 from pixstep.lines.core import CoreLimits
 from pixstep.lines.line import Line
 from pixstep.lines.line_check import MAX_COUNT, Finding, Limits
-from pixstep.lines.units import PERIOD_TICKS, period_ticks, refuse_period
+from pixstep.lines.units import PERIOD_TICKS, period_ticks, refuse_periods
 
 PLAIN, SMOOTH, SEEK = "plain", "smooth", "seek"
 KINDS = (PLAIN, SMOOTH, SEEK)
@@ -213,8 +213,8 @@ def named_limits(
     board = boards.load(name)
     rate = tick_hz or board.tick_hz
     known = settings.defaults() | dict(clock or {})
-    refuse_period(pixel_hz, rate, locked=settings.locks(known))
-    refuse_period(pixel_hz * settings.divider_of(known), rate)  # the edges by themselves
+    locked = settings.locks(known)
+    refuse_periods(pixel_hz, settings.divider_of(known), rate, locked=locked)
     return BoardCapability(
         pixel_hz,
         rate,

@@ -30,8 +30,7 @@ from pixstep.board.state import (
     Record,
     Switches,
     Trip,
-    beside_set,
-    fault_hz,
+    fault_beside_set,
     parse_events,
     read_records,
     read_records_short,
@@ -160,9 +159,7 @@ class Device(Wire):
     def packs(self) -> bool:
         """Return whether the board takes packed blocks (asked once)."""
         if self._packs is None:
-            known = self._identity
-            version = known.map_version if known else self.input("map_version")
-            self._packs = version >= regs.PACKED_MAP_VERSION
+            self._packs = self._first("map_version") >= regs.PACKED_MAP_VERSION
         return self._packs
 
     def block_bytes(self) -> int:
@@ -171,10 +168,13 @@ class Device(Wire):
         A board of one axis does nothing else while it checks a block.
         """
         if not self._block_bytes:
-            known = self._identity
-            axes = known.axis_count if known else self.input("axis_count")
-            self._block_bytes = regs.MAX_PACKED if axes > 1 else regs.SHORT_PACKED
+            several = self._first("axis_count") > 1
+            self._block_bytes = regs.MAX_PACKED if several else regs.SHORT_PACKED
         return self._block_bytes
+
+    def _first(self, name: str) -> int:
+        """Return what the board says of itself first; it is asked unless it has said that."""
+        return getattr(self._identity, name) if self._identity else self.input(name)
 
     def room(self, first: int = 0, count: int = 1) -> list[int]:
         """Return the free bytes in the queues of `count` axes from `first` on, in one request."""
@@ -403,8 +403,7 @@ class Device(Wire):
         name = regs.code_name(regs.faults(), state["fault_code"])
         beside = ""
         if name in CLOCK_FAULTS:
-            measured = fault_hz(name, state["fault_argument"], self.tick_hz())
-            beside = beside_set(measured, float(self.clock_hz()))
+            beside = fault_beside_set(state, self.tick_hz(), float(self.clock_hz()))
         text = regs.fault_text(state, beside)
         return name if text else "", text
 

@@ -20,7 +20,7 @@ from pixstep.errors import RefusedError
 from pixstep.lines import runs
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.replay import Loop, Replay, ReplayVerdict
-from pixstep.lines.units import period_ticks, refuse_period
+from pixstep.lines.units import period_ticks, refuse_periods
 
 NAME = "beyond_guarantee"  # of what is found
 INTERVALS = 1.1  # of the shortest interval of several axes
@@ -79,8 +79,7 @@ def of_board(
     board: Device, pixel_hz: Fraction, clock: Mapping[str, int] | None = None
 ) -> LineConditions | None:
     """Return the world of a connected board; None: nobody has measured what its image costs."""
-    number = board.inputs()["board_id"]
-    name = next((item.name for item in boards.all_boards() if item.id == number), "")
+    name = board.who().board
     known = settings.read(board)
     baud = known["baud_100"] * 100
     return world(name, pixel_hz, known | dict(clock or {}), baud) if name in costs.table() else None
@@ -217,8 +216,8 @@ def judge(lines: Sequence[Line], world: LineConditions) -> LatePlace | None:
 def refusal(lines: Sequence[Line], world: LineConditions) -> str:
     """Return why the board is not guaranteed to follow the lines; empty: it is."""
     rate = boards.load(world.board).tick_hz
-    refuse_period(world.pixel_hz, rate, locked=settings.locks({"sync": world.sync}))
-    refuse_period(world.pixel_hz * world.divider, rate)
+    locked = settings.locks({"sync": world.sync})
+    refuse_periods(world.pixel_hz, world.divider, rate, locked=locked)
     late = judge(lines, world)
     if late is None:
         return ""

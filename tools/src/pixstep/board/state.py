@@ -7,7 +7,7 @@ request therefore begins some records before the first one ends: by these the tw
 what comes out is the block as it was at the first request.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -212,3 +212,9 @@ def beside_set(measured_hz: float | None, set_hz: float) -> str:
     """Return in words what is measured beside what is set."""
     measured = f"measured {measured_hz:.4g} Hz, " if measured_hz else ""
     return f"{measured}set to {set_hz:.6g} Hz"
+
+
+def fault_beside_set(inputs: Mapping[str, int], tick_hz: int, set_hz: float) -> str:
+    """Return the same of a board with a clock's fault, by its registers."""
+    name = regs.code_name(regs.faults(), inputs["fault_code"])
+    return beside_set(fault_hz(name, inputs["fault_argument"], tick_hz), set_hz)

@@ -393,3 +393,9 @@ def refuse_period(hz: Fraction, tick_hz: int, *, locked: bool = False) -> None:
             f"pixel frequency {float(hz):g} Hz: the period must be {low} to {high} ticks"
             f"{', as lines are locked to the clock' if locked else ''}"
         )
+
+
+def refuse_periods(hz: Fraction, divider: int, tick_hz: int, *, locked: bool) -> None:
+    """Do the same for pixels of `divider` clock edges, and for the edges by themselves."""
+    refuse_period(hz, tick_hz, locked=locked)
+    refuse_period(hz * divider, tick_hz)

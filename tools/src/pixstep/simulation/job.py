@@ -28,7 +28,7 @@ from pixstep.board.state import Record
 from pixstep.errors import UserError
 from pixstep.lines import units
 from pixstep.lines.line import Line
-from pixstep.lines.units import period_ticks, refuse_period
+from pixstep.lines.units import period_ticks, refuse_periods
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.logs import (
     AxisPlant,
@@ -206,8 +206,7 @@ def run_job(job: LineExperiment, out: Path, progress: Progress = unseen) -> RunR
     `progress` is called with the share of pixels done. Raises UserError if the simulator cannot
     run; what the board does wrong is in the result.
     """
-    refuse_period(job.line_hz, job.tick_hz, locked=job.locked)
-    refuse_period(job.pixel_hz, job.tick_hz)
+    refuse_periods(job.line_hz, job.divider, job.tick_hz, locked=job.locked)
     boards.refuse_gate(job.gate_edges, job.pixel_hz, job.tick_hz, locked=job.locked)
     result = RunResult(job)
     files = {"edges": "edges.csv", "clock_log": "clock.csv", "serial_log": "serial.csv"}

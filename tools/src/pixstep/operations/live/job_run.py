@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
+from pixstep.jobs.account import WRAPS
 from pixstep.jobs.job import Job
 from pixstep.jobs.report.story import Story
 from pixstep.operations.live.eye import Eye
 
 _MOST = 1000  # places of a line that a browser is told
-_WRAP = 1 << 16  # of a board's count of lines
 
 
 class LiveRun:
@@ -50,7 +50,7 @@ class LiveRun:
             if (seen := eye.seen.get(unit)) and seen.now and axis < len(seen.now.axes)
         }  # fmt: skip
         counts = [
-            (done[motor] - base.lines_done) % _WRAP
+            (done[motor] - base.lines_done) % WRAPS
             for motor, base in told.bases.items() if motor in done
         ]  # fmt: skip
         if not counts or min(counts) > self.job.lines:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pixstep.board import registers as regs
 from pixstep.board.snapshot import Snapshot, measured_hz
-from pixstep.board.state import CLOCK_FAULTS, beside_set, fault_hz
+from pixstep.board.state import CLOCK_FAULTS, beside_set, fault_beside_set
 from pixstep.operations.live.eye import AxisName, Eye, Seen
 
 if TYPE_CHECKING:
@@ -115,8 +115,7 @@ def _fault(now: Snapshot) -> str:
     name = regs.code_name(regs.faults(), now.inputs["fault_code"])
     beside = ""
     if name in CLOCK_FAULTS and now.clock:
-        argument = now.inputs["fault_argument"]
-        beside = beside_set(fault_hz(name, argument, now.clock.tick_hz), now.set_hz)
+        beside = fault_beside_set(now.inputs, now.clock.tick_hz, now.set_hz)
     return regs.fault_text(now.inputs, beside)
 
 
