@@ -27,7 +27,6 @@ from pixstep.jobs.run_folder import RunFolder
 from pixstep.operations.result import Result
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simulated_board import SimLink
-
 from pixstep_dev.jobs import passes, power
 from pixstep_dev.jobs.press import PLACES, Press
 
