@@ -6,8 +6,8 @@ find_path(SIMAVR_INCLUDE sim_avr.h PATH_SUFFIXES simavr)
 find_library(SIMAVR_LIBRARY NAMES libsimavr.a simavr)
 find_library(ELF_LIBRARY elf)
 
-# A program that tests the image of a board, of these sources and those of the simulator that read an
-# image. Sets `image` to the image's path.
+# A program that tests the image of a board, of these sources and those of the simulator that read
+# an image. Sets `image` to the path of the image.
 function(pixstep_image_test test board)
     set(sim "${CMAKE_SOURCE_DIR}/sim")
     add_executable(${test} ${ARGN} "${sim}/grow.c" "${sim}/skips.c" "${sim}/symbols.c")
