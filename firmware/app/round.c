@@ -188,7 +188,7 @@ static void advance_in_turn(void)
         bool new_entries = tail != axis->feed.stream.retired ||
                            step_timer_state(i) != STEP_ENGINE_IN_LINE;
         if (is_urgent(axis, tail) || (i == due && new_entries)) {
-            (void)axes_advance(i, LEDGER_BY_BATCHES);
+            (void)axes_advance(i, LEDGER_BY_WAYPOINTS);
         }
     }
 }
@@ -218,7 +218,7 @@ static bool advance_now(uint8_t i)
     if (i == CONFIG_PIXEL_CLOCK_AXIS) {
         clock_edges_poll();
     }
-    return axes_advance(i, LEDGER_BY_BATCHES);
+    return axes_advance(i, LEDGER_BY_WAYPOINTS);
 }
 
 // Advance these accounts, right before the decoding. A pixel's edge ends the trains of all axes,
@@ -265,7 +265,7 @@ static uint8_t decode_one(uint8_t i, uint8_t budget)
     }
     // An axis that waited for a train has one now: its account was advanced for that.
     if (CONFIG_AXES == 1 || !axis_awaits_train(axis)) {
-        (void)axes_advance(i, LEDGER_BY_BATCHES);
+        (void)axes_advance(i, LEDGER_BY_WAYPOINTS);
     }
 #if CONFIG_AXES > 1
     if (axis->line.smooth) { // of others nobody asks
@@ -287,7 +287,7 @@ static void decode_in_turn(uint8_t at_once)
 }
 #else
 // True when the ring of an axis may look full only because its account lags: slots are free when
-// they are accounted for, and the interrupt has made a batch or more of what stands there.
+// they are accounted for, and the interrupt has made much of what stands there.
 static inline bool account_lags(const struct axis *axis, uint8_t tail)
 {
     const struct stream *stream = &axis->feed.stream;

@@ -9,7 +9,6 @@
 #include <avr/io.h>
 
 #include "account/ledger.h"
-#include "account/ledger_pixels.h"
 #include "base/divide.h"
 #include "base/multiply.h"
 #include "base/wide.h"
@@ -44,7 +43,7 @@ uint16_t curve_steep_root(uint32_t value);
 #else
 #define CALL_LESS 2u
 #endif
-// pixel_grid_advance() with the call, and a whole pixel in ledger_take_pixels().
+// pixel_grid_advance() with the call, and a pixel in ledger_pass_waypoints().
 #define GRID_CYCLES  76u
 #define WHOLE_CYCLES 40u // where the period is a whole number of ticks
 #define PIXEL_CYCLES 235u
@@ -448,16 +447,16 @@ MEASURING time_pixels(uint8_t count, int16_t error_ticks, uint16_t every)
     ledger.line_origin = ORIGIN_STEPS;
     stream = (struct stream){.mark_placed = count};
     for (uint8_t i = 0; i < count; i++) {
-        stream.marks[i] = (struct stream_mark){
+        stream.waypoints[i] = (struct waypoint){
             .slot = (uint8_t)(PIXEL_STEPS * (i + 1u)),
-            .periods = PIXEL_STEPS,
-            .ticks = 800,
+            .way = WAYPOINT_PLAIN,
+            .ticks_low = 2000u + 800uL * (i + 1u),
             .position = (uint16_t)(PIXEL_STEPS * (i + 1u)),
         };
         records_note_early(&ledger.records, (uint16_t)(i + 1u), error_ticks);
     }
     uint16_t start = now();
-    result = ledger_take_pixels(&ledger, &stream, (uint8_t)(PIXEL_STEPS * count));
+    result = ledger_pass_waypoints(&ledger, &stream, (uint8_t)(PIXEL_STEPS * count));
     uint16_t end = now();
 
     TEST_ASSERT_EQUAL_INT32(ORIGIN_STEPS + (int32_t)(PIXEL_STEPS * count),

@@ -84,7 +84,6 @@ static bool next_piece(struct axis *axis, const struct pixel_period *period)
     if (no_more_pieces(axis)) {
         return false;
     }
-    stream_lose_count(&axis->feed.stream);
     axis->line.curve_half = 0;
     switch (line_next(&axis->line, &axis->piece)) {
     case LINE_PIECE:
@@ -234,7 +233,7 @@ static uint8_t burst_size(const struct axis *axis, uint8_t budget, uint8_t shift
     if (count == 0) {
         count = 1;
     }
-    // The slots of a batch are free when all of it is made. A single axis has no batches.
+    // The slots of a batch are free when all of it is made. A single axis notes no batch.
     if (SEVERAL_AXES && count > CURVE_BATCH) {
         count = CURVE_BATCH;
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The account of whole pixels is the same whether they are taken one by one or many at once, when
-// those whose records are not kept pass in a row.
+// The account is the same whether waypoints are passed one by one or many at once, and whether
+// periods are passed by a waypoint's time or added up.
 #include <stdbool.h>
 #include <stdint.h>
 #include <string.h>
@@ -20,6 +20,7 @@ struct account {
     struct stream stream;
 };
 
+static struct step_ring ring;
 static struct account start;
 static struct account at_once;
 static struct account one_by_one;
@@ -81,43 +82,69 @@ static void begin_ledger(void)
 #endif
 }
 
-// So many whole pixels, as many as fit the ring; a deviation now and then.
+// Periods of any length from `slot` on. Returns how long they are together.
+static uint32_t fill_ring(uint8_t slot, uint8_t count)
+{
+    uint32_t ticks = 0;
+
+    for (; count != 0; count--, slot++) {
+        uint16_t top = (uint16_t)chance_between(0, STEP_PERIOD_MAX_TICKS - 1u);
+        ring.high[slot] = (uint8_t)(top >> 8);
+        ring.low[slot] = (uint8_t)top;
+        ticks += (uint32_t)top + 1u;
+    }
+    return ticks;
+}
+
+static uint8_t any_way(void)
+{
+    if (once_in(60)) {
+        return once_in(2) ? 0 : WAYPOINT_START;
+    }
+    return once_in(6) ? WAYPOINT_PLACE : WAYPOINT_PLAIN;
+}
+
+// So many pixels, as many as fit the ring; a deviation and a place now and then.
 static void begin_stream(uint8_t most_periods)
 {
     struct stream *stream = &start.stream;
     uint16_t periods = 0;
     uint16_t steps = (uint16_t)(start.ledger.position_steps - start.ledger.line_origin);
 
+    stream->ring = &ring;
     stream->retired = (uint8_t)chance();
     stream->mark_tail = (uint8_t)chance();
-    for (pixels = 0; pixels < STREAM_MARKS - 1u; pixels++) {
+    uint32_t ticks = start.ledger.loaded_ticks;
+    for (pixels = 0; pixels < STREAM_WAYPOINTS - 1u; pixels++) {
         uint8_t more = (uint8_t)chance_between(1, most_periods);
         if (periods + more > 252u) {
             break;
         }
+        ticks += fill_ring((uint8_t)(stream->retired + periods), more);
         periods = (uint16_t)(periods + more);
         if (start.ledger.pulse) {
             steps = start.ledger.negative ? (uint16_t)(steps - more)
                                           : (uint16_t)(steps + more);
         }
-        stream->marks[(uint8_t)(stream->mark_tail + pixels) & (STREAM_MARKS - 1u)] =
-            (struct stream_mark){
-                .slot = (uint8_t)(stream->retired + periods),
-                .periods = more & 0x7Fu,
-                .ticks = once_in(60) ? 0 : (uint16_t)chance(),
-                .position = (uint16_t)(steps + (once_in(40) ? 1u : 0u)),
+        stream->waypoints[(uint8_t)(stream->mark_tail + pixels) &
+                          (STREAM_WAYPOINTS - 1u)] = (struct waypoint){
+            .slot = (uint8_t)(stream->retired + periods),
+            .way = any_way(),
+            .ticks_low = (uint16_t)ticks,
+            .ticks_high = (uint8_t)(ticks >> 16),
+            .position = (uint16_t)(steps + (once_in(40) ? 1u : 0u)),
         };
     }
     uint8_t end = (uint8_t)(stream->mark_tail + pixels);
 
     stream->mark_placed = once_in(4) ? (uint8_t)(end - 1u) : end;
     stream->mark_head = (uint8_t)(end + 1u);
-    stream->behind_periods = once_in(4) ? STREAM_UNKNOWN : (uint8_t)chance_between(0, 40);
+    stream->plain = once_in(4) ? 0 : WAYPOINT_PLAIN;
 }
 
 static void take(struct account *account, uint8_t tail, bool *inside)
 {
-    *inside = ledger_take_pixels(&account->ledger, &account->stream, tail);
+    *inside = ledger_pass_waypoints(&account->ledger, &account->stream, tail);
 }
 
 // The ends of pixels up to `tail`, in order, and then that itself.
@@ -127,8 +154,10 @@ static void take_one_by_one(uint8_t tail, bool *inside)
     uint8_t made = (uint8_t)(tail - stream->retired);
 
     for (uint8_t i = 0; i < pixels; i++) {
-        uint8_t slot =
-            stream->marks[(uint8_t)(stream->mark_tail + i) & (STREAM_MARKS - 1u)].slot;
+        uint8_t slot = stream
+                           ->waypoints[(uint8_t)(stream->mark_tail + i) &
+                                       (STREAM_WAYPOINTS - 1u)]
+                           .slot;
         if ((uint8_t)(slot - stream->retired) < made) {
             take(&one_by_one, slot, inside);
         }
@@ -181,16 +210,20 @@ static void numbers_of_pixels_wrap(void)
             records_reset(&start.ledger.records);
             start.ledger.pixel = before[i];
             start.ledger.pulse = true;
+            start.stream.ring = &ring;
+            uint32_t ticks = start.ledger.loaded_ticks;
             for (uint8_t k = 0; k < 4u; k++) {
-                start.stream.marks[k] =
-                    (struct stream_mark){.slot = (uint8_t)(60u * (k + 1u)),
-                                         .periods = 60,
-                                         .position = (uint16_t)(60u * (k + 1u)),
-                                         .ticks = 800};
+                ticks += fill_ring((uint8_t)(60u * k), 60);
+                start.stream.waypoints[k] =
+                    (struct waypoint){.slot = (uint8_t)(60u * (k + 1u)),
+                                      .way = WAYPOINT_PLAIN,
+                                      .position = (uint16_t)(60u * (k + 1u)),
+                                      .ticks_low = (uint16_t)ticks,
+                                      .ticks_high = (uint8_t)(ticks >> 16)};
             }
             start.stream.mark_placed = 4;
             start.stream.mark_head = 5;
-            (void)ledger_take_pixels(&start.ledger, &start.stream, 240);
+            (void)ledger_pass_waypoints(&start.ledger, &start.stream, 240);
             TEST_ASSERT_EQUAL_UINT32(before[i] + 4u, start.ledger.pixel);
         }
     }

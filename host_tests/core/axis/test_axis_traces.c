@@ -49,27 +49,14 @@ void tearDown(void)
 static void see_marks(const struct stream *stream)
 {
     for (uint8_t m = stream->mark_tail; m != stream->mark_head; m++) {
-        const struct stream_mark *mark = &stream->marks[m & (STREAM_MARKS - 1u)];
+        const struct waypoint *mark = &stream->waypoints[m & (STREAM_WAYPOINTS - 1u)];
         // A mark that waits has no slot yet.
-        bool waits = (uint8_t)(m - stream->mark_placed) < STREAM_MARKS;
+        bool waits = (uint8_t)(m - stream->mark_placed) < STREAM_WAYPOINTS;
         trace(waits ? 0 : mark->slot);
-        trace((uint16_t)(mark->periods << 1 | mark->line_start));
-        trace(mark->position);
-        trace(mark->ticks);
+        trace(mark->way);
+        trace(mark->way < WAYPOINT_START ? mark->position : 0);
+        trace_long(waits ? 0 : waypoint_ticks(mark));
     }
-}
-
-static void see_batches(const struct stream *stream)
-{
-#if STREAM_BATCHES > 0
-    for (uint8_t b = stream->batch_tail; b != stream->batch_head; b++) {
-        const struct stream_batch *batch = &stream->batches[b & (STREAM_BATCHES - 1u)];
-        trace((uint16_t)(batch->slot << 8 | batch->count));
-        trace_long(batch->ticks);
-    }
-#else
-    (void)stream;
-#endif
 }
 
 static void see_stream(const struct stream *stream)
@@ -78,12 +65,8 @@ static void see_stream(const struct stream *stream)
     trace_long(stream->end_ticks);
     trace(stream->trains[0].steps);
     trace(stream->trains[1].steps);
-    trace(stream->behind_periods);
-    if (stream->behind_periods != STREAM_UNKNOWN) {
-        trace(stream->behind_ticks);
-    }
+    trace(stream->plain);
     see_marks(stream);
-    see_batches(stream);
 }
 
 static void see_line(const struct axis *axis)
@@ -172,16 +155,16 @@ static void follow(void)
         break;
     case 2:
     case 3:
-        ledger_advance(ledger, stream, &sample, LEDGER_BY_BATCHES);
+        ledger_advance(ledger, stream, &sample, LEDGER_BY_WAYPOINTS);
         trace((uint16_t)ledger_position_at(ledger, stream, sample.tail));
         break;
     case 4:
-        trace(ledger_advance_whole(ledger, stream, sample.tail));
+        trace(ledger_advance_plain(ledger, stream, sample.tail));
         break;
     case 5:
     case 6:
         if (ledger_due(ledger, stream, &sample)) {
-            ledger_advance(ledger, stream, &sample, LEDGER_BY_BATCHES);
+            ledger_advance(ledger, stream, &sample, LEDGER_BY_WAYPOINTS);
         }
         break;
     default:

@@ -150,12 +150,12 @@ static void check_capture(const struct engine_sample *sample)
             &axis->ledger, &axis->feed.stream, sample, seen, (uint16_t)captured_ticks));
 }
 
-// An account by batches tells where the axis is, too.
-static void check_batches(const struct engine_sample *sample)
+// An account by waypoints tells where the axis is, too.
+static void check_waypoints(const struct engine_sample *sample)
 {
     struct axis *axis = &bench.axis;
 
-    ledger_advance(&axis->ledger, &axis->feed.stream, sample, LEDGER_BY_BATCHES);
+    ledger_advance(&axis->ledger, &axis->feed.stream, sample, LEDGER_BY_WAYPOINTS);
     TEST_ASSERT_EQUAL_INT32(
         steps_loaded,
         ledger_position_at(&axis->ledger, &axis->feed.stream, sample->tail));
@@ -170,7 +170,8 @@ static void count_whole_pixels(void)
     const struct stream *stream = &bench.axis.feed.stream;
 
     for (; seen_marks != stream->mark_placed; seen_marks++) {
-        if (stream->marks[seen_marks & (STREAM_MARKS - 1u)].ticks != 0) {
+        if (waypoint_is_plain(
+                &stream->waypoints[seen_marks & (STREAM_WAYPOINTS - 1u)])) {
             whole_pixels++;
         }
     }
@@ -185,7 +186,7 @@ static void follow(void)
 
     if (what < 4) {
         if (ledger_due(&axis->ledger, &axis->feed.stream, &sample)) {
-            ledger_advance(&axis->ledger, &axis->feed.stream, &sample, LEDGER_BY_BATCHES);
+            ledger_advance(&axis->ledger, &axis->feed.stream, &sample, LEDGER_BY_WAYPOINTS);
         }
     } else if (what == 4) {
         ledger_advance(&axis->ledger, &axis->feed.stream, &sample, LEDGER_EXACTLY);
@@ -195,9 +196,9 @@ static void follow(void)
     } else if (what == 5) {
         check_capture(&sample);
     } else if (what == 6) {
-        check_batches(&sample);
+        check_waypoints(&sample);
     } else if (what == 7) {
-        (void)ledger_advance_batches(&axis->ledger, &axis->feed.stream, sample.tail);
+        (void)ledger_advance_plain(&axis->ledger, &axis->feed.stream, sample.tail);
     }
 }
 
@@ -579,7 +580,7 @@ static void the_account_waits_outside_batches(void)
 {
     ramps(400, 40);
     check_line(30, 1, true, 0);
-    TEST_ASSERT_TRUE(STREAM_BATCHES == 0 || lags > 50u);
+    TEST_ASSERT_TRUE(lags > 50u);
 }
 
 // Intervals of 256 k and 256 k + 1 ticks: no pulse train can make them, and such pixels are written
