@@ -46,15 +46,15 @@ uint16_t curve_steep_root(uint32_t value);
 // pixel_grid_advance() with the call, and a pixel in ledger_pass_waypoints().
 #define GRID_CYCLES  76u
 #define WHOLE_CYCLES 40u // where the period is a whole number of ticks
-#define PIXEL_CYCLES 235u
+#define PIXEL_CYCLES 233u
 // line_grid_advance() with the call: a locked pixel whose edge has its time, on several axes.
 #define LOCKED_CYCLES 99u
 #define BELOW_CYCLES  6u // more where it is shorter than nominal
 // Pixels whose records are not kept.
-#define PASSING_CYCLES 210u
+#define PASSING_CYCLES 208u
 // Whole pixels of up to 24 steps in even_pixels_write().
-#define EVEN_CYCLES     318u // with a segment of its own, and
-#define SAME_CYCLES     240u // inside a run, besides its steps; up to
+#define EVEN_CYCLES     317u // with a segment of its own, and
+#define SAME_CYCLES     239u // inside a run, besides its steps; up to
 #define GROUPS_CYCLES   8u   // less, as the steps make groups of one, two, four and eight
 #define EQUAL_CYCLES    4u   // a step where all are equally long
 #define MIXED_CYCLES    2u   // more for a pixel where some are a tick longer:
@@ -450,7 +450,7 @@ MEASURING time_pixels(uint8_t count, int16_t error_ticks, uint16_t every)
         stream.waypoints[i] = (struct waypoint){
             .slot = (uint8_t)(PIXEL_STEPS * (i + 1u)),
             .way = WAYPOINT_PLAIN,
-            .ticks_low = 2000u + 800uL * (i + 1u),
+            .ticks_low = (uint16_t)(2000u + 800u * (i + 1u)),
             .position = (uint16_t)(PIXEL_STEPS * (i + 1u)),
         };
         records_note_early(&ledger.records, (uint16_t)(i + 1u), error_ticks);
