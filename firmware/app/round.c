@@ -339,7 +339,7 @@ static inline uint8_t first_of_others(uint8_t out)
     uint32_t found_ticks = 0;
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        uint32_t end_ticks = axes_get(i)->feed.stream.end_ticks;
+        uint32_t end_ticks = stream_end_ticks(&axes_get(i)->feed.stream);
         if ((out & axis_bit(i)) == 0 &&
             (found == NO_AXIS || (int32_t)(end_ticks - found_ticks) < 0)) {
             found = i;

@@ -113,6 +113,7 @@ void layout_stream(void)
     OFFSET(EVEN_PIXEL_MARK_TAIL, struct stream, mark_tail);
     LAYOUT(EVEN_PIXEL_MARK_COUNT, STREAM_WAYPOINTS);
     OFFSET(EVEN_PIXEL_PLAIN, struct stream, plain);
+    OFFSET(EVEN_PIXEL_DELAY_TICKS, struct stream, delay_ticks);
     OFFSET(EVEN_PIXEL_END_TICKS, struct stream, end_ticks);
     OFFSET(EVEN_PIXEL_MARKS, struct stream, waypoints);
     LAYOUT(EVEN_PIXEL_LAG_MOST, STREAM_LAG_MOST);

@@ -357,8 +357,8 @@ divided:
     std Z + EVEN_PIXEL_MARK_SLOT, r25
     ldd r25, Y + EVEN_PIXEL_PLAIN       ; 7
     std Z + EVEN_PIXEL_MARK_WAY, r25
-    ldi r26, EVEN_PIXEL_WAY_PLAIN
-    std Y + EVEN_PIXEL_PLAIN, r26
+    ldi r25, EVEN_PIXEL_WAY_PLAIN
+    std Y + EVEN_PIXEL_PLAIN, r25
     movw r26, r20                       ; 4   which is a longer one if any is
     cpse r24, r1
     adiw r26, 1

@@ -216,8 +216,8 @@ end_function ledger_pass_edge
 ;
 ;     r15  where the interrupt reads next   r16, r17  stream   Y  ledger   r22  periods passed
 ;
-; Cycles of a pixel edge: 233, all included but an error of an edge that is another than the one
-; before; with a single axis 247.
+; Cycles of a pixel edge: 244, all included but an error of an edge that is another than the one
+; before; with a single axis 258.
 #define TAIL    r15
 #define PERIODS r22
 
@@ -271,9 +271,17 @@ function ledger_pass_waypoints
     adiw r26, EVEN_PIXEL_MARK_TAIL - EVEN_PIXEL_RETIRED
     inc r24
     st X, r24
-    .irp byte, 0, 1, 2                  ; 17  time, of which the waypoint knows 24 bits
+    movw r26, r16                       ; 28  time, of which the waypoint knows 24 bits
+    adiw r26, EVEN_PIXEL_DELAY_TICKS
+    ldd r0, Y + LEDGER_LOADED + 2
+    .irp byte, 0, 1, 2
+    ld r25, X+
     ldd r18, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_TICKS + \byte
-    ldd r0, Y + LEDGER_LOADED + \byte
+    .if \byte == 0
+    add r18, r25
+    .else
+    adc r18, r25
+    .endif
     std Y + LEDGER_LOADED + \byte, r18
     .endr
     cp r18, r0

@@ -46,7 +46,8 @@ static void pass_time(struct ledger *ledger,
 
     ledger->loaded_ticks += ticks;
     REQUIRE(slot == waypoint->slot &&
-            (ledger->loaded_ticks & 0xFFFFFFuL) == waypoint_ticks(waypoint));
+            (ledger->loaded_ticks & 0xFFFFFFuL) ==
+                ((waypoint_ticks(waypoint) + stream->delay_ticks) & 0xFFFFFFuL));
 }
 
 bool ledger_pass_waypoints(struct ledger *ledger, struct stream *stream, uint8_t tail)
@@ -311,12 +312,14 @@ static APART_LARGE void arrive_in_train(struct ledger *ledger,
                                         const struct engine_sample *sample)
 {
     BY_POINTER_SMALL(ledger);
-    const struct stream_train *train = &stream->trains[ledger->train];
     uint16_t loaded = ledger->train_steps;
 
     ledger->left = stream->retired == sample->tail ? sample->left : 0;
-    if (ledger->left == 0 && loaded == train->steps) {
-        close_train(ledger, stream, loaded, train->ticks);
+    if (ledger->left == 0 && loaded == stream->trains[ledger->train].steps) {
+        close_train(ledger,
+                    stream,
+                    loaded,
+                    stream_train_ticks(stream, ledger->train, loaded));
     }
 }
 
@@ -411,17 +414,18 @@ static APART_LARGE bool advance_by_entries(struct ledger *ledger,
                                            const struct engine_sample *sample,
                                            bool whole)
 {
-    ledger_arrive(ledger, stream, sample);
-    while (stream->retired != sample->tail) {
+    for (;;) {
+        ledger_arrive(ledger, stream, sample);
+        if (stream->retired == sample->tail) {
+            return true;
+        }
         if (ledger_advance_plain(ledger, stream, sample->tail) && whole) {
             return false;
         }
         if (stream->retired != sample->tail) {
             take_entries(ledger, stream, sample->tail);
         }
-        ledger_arrive(ledger, stream, sample);
     }
-    return true;
 }
 
 // True unless an idle period or a cut has come: behind those nothing is left to be passed later.
@@ -466,12 +470,35 @@ int32_t ledger_position_at(const struct ledger *ledger,
     return ledger->negative ? position - steps : position + steps;
 }
 
-uint32_t ledger_advance_to_capture(struct ledger *ledger,
-                                   struct stream *stream,
-                                   const struct engine_sample *sample,
-                                   uint8_t back,
-                                   uint16_t captured_ticks)
+// Start of the period that the interrupt of an axis at rest was in, by a sample that is not
+// accounted for yet.
+static uint32_t idle_start(const struct ledger *ledger,
+                           const struct engine_sample *sample)
 {
+    uint16_t count = (uint16_t)(sample->idle_count - ledger->idle_seen);
+
+    return ledger->loaded_ticks - (uint32_t)(2u * STEP_IDLE_TICKS) +
+           multiply_u32_u16(STEP_IDLE_TICKS, count);
+}
+
+// Apart from the quick way of ledger_capture.S, which boards of several axes take first.
+#if defined(__AVR__) && SEVERAL_AXES
+#define TO_CAPTURE ledger_capture_anywhere
+#else
+#define TO_CAPTURE ledger_advance_to_capture
+#endif
+
+APART uint32_t TO_CAPTURE(struct ledger *ledger,
+                          struct stream *stream,
+                          const struct engine_sample *sample,
+                          uint8_t back,
+                          uint16_t captured_ticks)
+{
+    // Most edges come while the clock's axis rests, or among single periods.
+    if (SEVERAL_AXES && back == 1 && stream->retired == sample->tail &&
+        ledger_idles(ledger)) {
+        return idle_start(ledger, sample) + captured_ticks;
+    }
     ledger_advance(ledger, stream, sample, LEDGER_EXACTLY);
     return ledger_capture_ticks(ledger, stream, back, captured_ticks);
 }

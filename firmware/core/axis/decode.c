@@ -61,7 +61,7 @@ static void begin_piece(struct axis *axis)
 
 APART_LARGE uint32_t decode_ahead_ticks(const struct axis *axis)
 {
-    uint32_t ahead = axis->feed.stream.end_ticks - axis->ledger.loaded_ticks;
+    uint32_t ahead = stream_end_ticks(&axis->feed.stream) - axis->ledger.loaded_ticks;
 
     if (axis->ledger.train != LEDGER_NO_TRAIN) {
         ahead -= (uint32_t)ledger_train_loaded(&axis->ledger) *
@@ -130,7 +130,7 @@ static bool train_awaited(const struct axis *axis)
     const struct stream *stream = &axis->feed.stream;
 
     return axis->walk.steps.even.base_ticks < TRAIN_ENTRY_MIN_TICKS ||
-           stream->trains[stream->newest_train].ticks >= TRAIN_WAIT_TICKS;
+           stream_newest_train_ticks(stream) >= TRAIN_WAIT_TICKS;
 }
 
 // Entries that must be free for decode_axis() to begin.

@@ -2,6 +2,7 @@
 #include "stream/stream.h"
 
 #include "base/apart.h"         // APART
+#include "base/multiply.h"      // multiply_u32_u16
 #include "base/require.h"       // REQUIRE
 #include "build_features.h"     // SEVERAL_AXES
 #include "ring/step_ring_sum.h" // step_ring_sum
@@ -20,18 +21,10 @@ APART void stream_reset(struct stream *stream, uint8_t slot, uint32_t end_ticks)
     stream->mark_tail = 0;
     stream->plain = 0;
     stream->end_ticks = end_ticks;
+    stream->delay_ticks = 0;
     stream->trains[0].steps = 0;
     stream->trains[1].steps = 0;
     stream->ring->high[slot] = STEP_HIGH_EMPTY;
-}
-
-APART void stream_delay(struct stream *stream, uint32_t ticks)
-{
-    stream->end_ticks += ticks;
-    for (uint8_t i = stream->mark_tail; i != stream->mark_placed; i++) {
-        struct waypoint *waypoint = &stream->waypoints[i & (STREAM_WAYPOINTS - 1u)];
-        waypoint_set_ticks(waypoint, waypoint_ticks(waypoint) + ticks);
-    }
 }
 
 // Place the waypoint that is next in turn at `slot`, where time is `ticks`.
@@ -119,7 +112,6 @@ static inline void put_train(struct stream *stream,
                              uint16_t steps,
                              uint32_t ticks)
 {
-    stream->trains[train].ticks = ticks;
     stream->newest_train = train;
     while (steps != 0) {
         uint8_t now =
@@ -240,6 +232,13 @@ uint16_t stream_pass_train(struct stream *stream, uint8_t train, uint8_t tail)
     }
     stream->retired = slot;
     return steps;
+}
+
+uint32_t stream_newest_train_ticks(const struct stream *stream)
+{
+    uint8_t train = stream->newest_train;
+
+    return multiply_u32_u16(stream_train_base(stream, train), stream->trains[train].steps);
 }
 
 uint32_t stream_train_ticks(const struct stream *stream, uint8_t train, uint16_t index)

@@ -47,8 +47,8 @@ struct waypoint {
     uint8_t way;
     // Expected position at a pixel edge: signed steps of the line, modulo 2^16.
     uint16_t position;
-    // If single periods alone lead here: the end of the last of them, ticks since the timers
-    // started, modulo 2^24. All periods of a ring together are shorter.
+    // If single periods alone lead here: the end of the last of them as end_ticks has it, modulo
+    // 2^24. All periods of a ring together are shorter.
     uint16_t ticks_low;
     uint8_t ticks_high;
 };
@@ -70,7 +70,6 @@ struct stream_train {
     uint16_t steps;
     // Sum of struct even at the start of the train.
     uint16_t sum;
-    uint32_t ticks; // of all its steps
 };
 
 struct stream {
@@ -89,9 +88,10 @@ struct stream {
     // Writer: WAYPOINT_PLAIN if single periods alone were written since the newest waypoint that has
     // its slot, else 0.
     uint8_t plain;
-    // The end of the newest entry, ticks since the timers started, if no idle period comes before
-    // that entry; wraps. Without the delay of a held line.
+    // The end of the newest entry, ticks since the timers started, but for delay_ticks; wraps.
     uint32_t end_ticks;
+    // Time that has come before entries since the stream was empty last.
+    uint32_t delay_ticks;
     // The writer fills a train that is free, the reader frees a train that is over.
     struct stream_train trains[STEP_TRAINS];
     struct waypoint waypoints[STREAM_WAYPOINTS];
@@ -114,7 +114,17 @@ static inline uint8_t stream_space(const struct stream *stream)
 }
 
 // Time comes before whatever is not passed yet: idle periods, or the delay of a held line.
-void stream_delay(struct stream *stream, uint32_t ticks);
+static inline void stream_delay(struct stream *stream, uint32_t ticks)
+{
+    stream->delay_ticks += ticks;
+}
+
+// The end of the newest entry, ticks since the timers started, if no more idle period comes before
+// that entry; wraps. Without the delay of a held line.
+static inline uint32_t stream_end_ticks(const struct stream *stream)
+{
+    return stream->end_ticks + stream->delay_ticks;
+}
 
 // The writer's end. The caller keeps to stream_space().
 
@@ -352,6 +362,9 @@ static inline uint16_t stream_train_base(const struct stream *stream, uint8_t tr
 
     return (uint16_t)(top_ticks + carried->short_low + 1u);
 }
+
+// Ticks of the train that was written last, or less by its number of steps at most.
+uint32_t stream_newest_train_ticks(const struct stream *stream);
 
 // The train (0 or 1) is over.
 static inline void stream_free_train(struct stream *stream, uint8_t train)

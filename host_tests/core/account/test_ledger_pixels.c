@@ -114,7 +114,8 @@ static void begin_stream(uint8_t most_periods)
     stream->ring = &ring;
     stream->retired = (uint8_t)chance();
     stream->mark_tail = (uint8_t)chance();
-    uint32_t ticks = start.ledger.loaded_ticks;
+    stream->delay_ticks = chance();
+    uint32_t ticks = start.ledger.loaded_ticks - stream->delay_ticks;
     for (pixels = 0; pixels < STREAM_WAYPOINTS - 1u; pixels++) {
         uint8_t more = (uint8_t)chance_between(1, most_periods);
         if (periods + more > 252u) {

@@ -144,7 +144,7 @@ static void end_is_the_sum_of_all_entries(void)
     TEST_ASSERT_EQUAL_UINT32(START_TICKS + ticks + 100003u, stream.end_ticks);
     stream_delay(&stream, STEP_IDLE_TICKS);
     TEST_ASSERT_EQUAL_UINT32(START_TICKS + ticks + 100003u + STEP_IDLE_TICKS,
-                             stream.end_ticks);
+                             stream_end_ticks(&stream));
 }
 
 // A train to the end of its piece needs no sum of its steps: everything else is alike.
@@ -167,7 +167,6 @@ static void the_rest_of_a_piece_is_a_train_like_others(void)
     TEST_ASSERT_EQUAL_MEMORY(&put, &trains[0], sizeof(put));
     TEST_ASSERT_EQUAL_UINT16(noted.steps, stream.trains[0].steps);
     TEST_ASSERT_EQUAL_UINT16(noted.sum, stream.trains[0].sum);
-    TEST_ASSERT_EQUAL_UINT32(noted.ticks, stream.trains[0].ticks);
     TEST_ASSERT_EQUAL_UINT8(head, stream.head);
     TEST_ASSERT_EQUAL_MEMORY(&other_ring, &ring, sizeof(ring));
 }
@@ -404,15 +403,27 @@ static void on_the_plain_way(void)
     TEST_ASSERT_FALSE(stream_on_plain_way(&stream, first));
 }
 
-// Time that comes before what is not passed moves its waypoints.
-static void a_delay_moves_waypoints(void)
+// Waypoints know the time but for what comes before all of them.
+static void a_delay_moves_no_waypoint(void)
 {
     begin_line();
     put_batch(30);
     stream_delay(&stream, 0x12345678uL);
     put_batch(30);
-    check_way(30, WAYPOINT_PLACE, 0x12345678uL + appended_ticks(FIRST_SLOT, 30));
-    check_way(60, WAYPOINT_PLACE, 0x12345678uL + appended_ticks(FIRST_SLOT, 60));
+    check_way(30, WAYPOINT_PLACE, appended_ticks(FIRST_SLOT, 30));
+    check_way(60, WAYPOINT_PLACE, appended_ticks(FIRST_SLOT, 60));
+    TEST_ASSERT_EQUAL_UINT32(START_TICKS + 0x12345678uL + appended_ticks(FIRST_SLOT, 60),
+                             stream_end_ticks(&stream));
+}
+
+// Whether to wait for a train is asked by its shorter interval.
+static void length_of_the_newest_train(void)
+{
+    struct even even;
+
+    even_start(&even, 100003, 300);
+    (void)stream_put_train(&stream, &even, 300);
+    TEST_ASSERT_EQUAL_UINT32(333uL * 300u, stream_newest_train_ticks(&stream));
 }
 
 static void append_some(void)
@@ -473,7 +484,8 @@ int main(void)
     RUN_TEST(single_periods_lead_from_edge_to_edge);
     RUN_TEST(other_entries_are_no_plain_way);
     RUN_TEST(on_the_plain_way);
-    RUN_TEST(a_delay_moves_waypoints);
+    RUN_TEST(a_delay_moves_no_waypoint);
+    RUN_TEST(length_of_the_newest_train);
     RUN_TEST(random_streams);
     return UNITY_END();
 }
