@@ -46,12 +46,12 @@ uint16_t curve_steep_root(uint32_t value);
 // pixel_grid_advance() with the call, and a pixel in ledger_pass_waypoints().
 #define GRID_CYCLES  76u
 #define WHOLE_CYCLES 40u // where the period is a whole number of ticks
-#define PIXEL_CYCLES 233u
+#define PIXEL_CYCLES 241u
 // line_grid_advance() with the call: a locked pixel whose edge has its time, on several axes.
 #define LOCKED_CYCLES 99u
 #define BELOW_CYCLES  6u // more where it is shorter than nominal
 // Pixels whose records are not kept.
-#define PASSING_CYCLES 208u
+#define PASSING_CYCLES 216u
 // Whole pixels of up to 24 steps in even_pixels_write().
 #define EVEN_CYCLES     317u // with a segment of its own, and
 #define SAME_CYCLES     239u // inside a run, besides its steps; up to

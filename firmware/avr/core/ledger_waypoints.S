@@ -216,8 +216,8 @@ end_function ledger_pass_edge
 ;
 ;     r15  where the interrupt reads next   r16, r17  stream   Y  ledger   r22  periods passed
 ;
-; Cycles of a pixel edge: 244, all included but an error of an edge that is another than the one
-; before; with a single axis 258.
+; Cycles of a pixel edge: 241, all included but an error of an edge that is another than the one
+; before; with a single axis 255.
 #define TAIL    r15
 #define PERIODS r22
 

@@ -470,6 +470,42 @@ int32_t ledger_position_at(const struct ledger *ledger,
     return ledger->negative ? position - steps : position + steps;
 }
 
+// Start of the period at this slot, one of the single periods around the place that the account has
+// come to. ahead: it is not accounted for yet.
+static uint32_t start_beside(const struct ledger *ledger,
+                             const struct stream *stream,
+                             uint8_t slot,
+                             bool ahead)
+{
+    uint8_t from = ahead ? stream->retired : slot;
+    uint8_t to = ahead ? slot : stream->retired;
+    uint32_t ticks = step_ring_sum(stream->ring, &from, to);
+
+    return ahead ? ledger->loaded_ticks + ticks : ledger->loaded_ticks - ticks;
+}
+
+// Start of period `back`, or of the first one before it that is as long as the captured count, among
+// the single periods around this place that still stand in the ring. False if it is none of them.
+static bool start_in_ring(const struct ledger *ledger,
+                          const struct stream *stream,
+                          uint8_t tail,
+                          uint8_t back,
+                          uint16_t captured_ticks,
+                          uint32_t *start_ticks)
+{
+    uint8_t ahead = (uint8_t)(tail - stream->retired);
+    uint8_t known = (uint8_t)(ahead + ledger->fresh);
+
+    for (uint8_t at = back; at < known; at++) {
+        uint8_t slot = (uint8_t)(tail - 1u - at);
+        if (captured_ticks < stream_entry_ticks(stream, slot)) {
+            *start_ticks = start_beside(ledger, stream, slot, at < ahead);
+            return true;
+        }
+    }
+    return false;
+}
+
 // Start of the period that the interrupt of an axis at rest was in, by a sample that is not
 // accounted for yet.
 static uint32_t idle_start(const struct ledger *ledger,
@@ -498,6 +534,14 @@ APART uint32_t TO_CAPTURE(struct ledger *ledger,
     if (SEVERAL_AXES && back == 1 && stream->retired == sample->tail &&
         ledger_idles(ledger)) {
         return idle_start(ledger, sample) + captured_ticks;
+    }
+    if (SEVERAL_AXES) {
+        uint32_t start_ticks = 0;
+        ledger_advance(ledger, stream, sample, LEDGER_BY_WAYPOINTS);
+        if (start_in_ring(
+                ledger, stream, sample->tail, back, captured_ticks, &start_ticks)) {
+            return start_ticks + captured_ticks;
+        }
     }
     ledger_advance(ledger, stream, sample, LEDGER_EXACTLY);
     return ledger_capture_ticks(ledger, stream, back, captured_ticks);
