@@ -292,6 +292,12 @@ static inline void stream_forget_marks(struct stream *stream)
     stream->mark_tail = stream->mark_placed;
 }
 
+// True when single periods were written behind the newest waypoint, and the reader has passed that.
+static inline bool stream_is_open(const struct stream *stream)
+{
+    return !stream_has_mark(stream) && stream->plain != 0;
+}
+
 // True when the interrupt, which reads slot `tail` next, is on its way from the reader to a waypoint
 // by single periods alone: they may wait to be passed as a whole.
 static inline bool stream_on_plain_way(const struct stream *stream, uint8_t tail)
