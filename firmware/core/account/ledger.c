@@ -517,18 +517,11 @@ static uint32_t idle_start(const struct ledger *ledger,
            multiply_u32_u16(STEP_IDLE_TICKS, count);
 }
 
-// Apart from the quick way of ledger_capture.S, which boards of several axes take first.
-#if defined(__AVR__) && SEVERAL_AXES
-#define TO_CAPTURE ledger_capture_anywhere
-#else
-#define TO_CAPTURE ledger_advance_to_capture
-#endif
-
-APART uint32_t TO_CAPTURE(struct ledger *ledger,
-                          struct stream *stream,
-                          const struct engine_sample *sample,
-                          uint8_t back,
-                          uint16_t captured_ticks)
+APART uint32_t ledger_advance_to_capture(struct ledger *ledger,
+                                         struct stream *stream,
+                                         const struct engine_sample *sample,
+                                         uint8_t back,
+                                         uint16_t captured_ticks)
 {
     // Most edges come while the clock's axis rests, or among single periods.
     if (SEVERAL_AXES && back == 1 && stream->retired == sample->tail &&
