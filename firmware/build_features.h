@@ -66,6 +66,10 @@
 #ifndef FEATURE_LINE_ENDS
 #define FEATURE_LINE_ENDS BOARD_ALL_FEATURES
 #endif
+// A pixel clock that the board makes on pin CLOCK_OUT: setting `clock_out_hz`.
+#ifndef FEATURE_CLOCK_OUT
+#define FEATURE_CLOCK_OUT BOARD_ALL_FEATURES
+#endif
 // Pixel clocks that come in bursts: setting `gate_edges`. A burst names an edge as `go` does: an
 // image without start tokens has no gate.
 #ifndef FEATURE_GATE
@@ -87,3 +91,5 @@
      FEATURE_FILES << 9 | FEATURE_NARROW_CURVES << 10 | FEATURE_SHORT_CURVES << 11 |     \
      FEATURE_LINE_DIVIDER << 12 | FEATURE_GATE << 13 | FEATURE_SHARED_SWITCH << 14 |     \
      (uint16_t)FEATURE_LINE_ENDS << 15)
+// Input register `features_high`: those from 16 on.
+#define FEATURES_HIGH_BITS (FEATURE_CLOCK_OUT << 0)

@@ -112,7 +112,9 @@ static void hand_out_pulses(struct bench *bench, uint64_t before)
     while (pixel_clock_next(&bench->clock, before + most_jitter(bench), &pulse)) {
         log_pulse(bench, &pulse);
         for (int i = 0; i < bench->boards; i++) {
-            give_clock_pulse(bench, i, pulse);
+            if (!bench->board[i].clock_is_wired) {
+                give_clock_pulse(bench, i, pulse);
+            }
         }
     }
     for (int i = 0; i < bench->boards; i++) {

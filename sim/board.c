@@ -95,6 +95,55 @@ static void on_compare_output(void *board,
     outputs_follow_compare(&b->outputs, timer, channel, cycle);
 }
 
+static void on_timer0_output(void *board, uint64_t cycle)
+{
+    struct board *b = board;
+
+    outputs_follow_timer0(&b->outputs, cycle);
+}
+
+static void drive_by_wire(const struct board *from,
+                          struct board *to,
+                          const struct board_pin *pin,
+                          bool level,
+                          uint64_t cycle)
+{
+    const struct scheduled_event event = {
+        .cycle = own_time_to_bench(&from->time, cycle),
+        .port = pin->port,
+        .bit = pin->bit,
+        .level = level,
+    };
+
+    if (!schedule_add(&to->schedule, &event)) {
+        board_refuse(to, "clock wire too fast for the simulator");
+    }
+}
+
+static void on_clock_out(void *board, bool level, uint64_t cycle)
+{
+    struct board *b = board;
+
+    for (int i = 0; i < b->clock_wires; i++) {
+        struct board *to = b->clock_wire[i];
+
+        if (to == b) {
+            pixel_input_drive(&b->pixel_input, level, cycle);
+            continue;
+        }
+        drive_by_wire(b, to, to->pixel_input.pin, level, cycle);
+        if (to->pixel_input.copy != NULL) {
+            drive_by_wire(b, to, to->pixel_input.copy, level, cycle);
+        }
+    }
+}
+
+void board_wire_clock(struct board *from, struct board *to)
+{
+    from->clock_wire[from->clock_wires++] = to;
+    to->clock_is_wired = true;
+}
+
 static void on_comparator_changed(void *board, uint64_t cycle)
 {
     struct board *b = board;
@@ -183,6 +232,7 @@ static void reset_models(avr_io_t *io)
     supply_reset(&b->supply);
     uart_reset(&b->uart); // before its driver is let go: a frame on its way is cut
     timers_reset(&b->timers);
+    timer0_reset(&b->timer0);
     comparator_reset(&b->comparator);
     eeprom_reset(&b->eeprom);
     watchdog_reset(&b->watchdog);
@@ -241,6 +291,8 @@ static void make_wiring(struct board *b)
         .host = host,
         .ports = {.board = b, .written = on_port_written},
         .timers = {.host = host, .output = on_compare_output},
+        .timer0 = {.host = host, .output = on_timer0_output},
+        .outputs = {.board = b, .clock_out = on_clock_out},
         .comparator = {.host = host, .changed = on_comparator_changed},
         .uart = {.host = host, .may_send = may_send, .byte = on_byte},
         .watchdog = {.host = host, .reset = on_watchdog_reset},
@@ -267,11 +319,13 @@ static void connect_pins(struct board *b, const struct board_logs *logs)
         .wire_log = logs->wire,
     };
     b->outputs = (struct outputs){
+        .hooks = &b->wiring.outputs,
         .board = b->index,
         .time = &b->time,
         .kind = b->kind,
         .ports = &b->ports,
         .timers = &b->timers,
+        .timer0 = &b->timer0,
         .mechanics = &b->mechanics,
         .uart = &b->uart,
         .edges = logs->edges,
@@ -285,6 +339,7 @@ static void attach_models(struct board *b)
 
     irq_stats_attach(&b->stats, avr);
     timers_attach(&b->timers, avr, &w->timers);
+    timer0_attach(&b->timer0, avr, &w->timer0);
     comparator_attach(&b->comparator, avr, &b->ports, &w->comparator);
     uart_attach(&b->uart, avr, b->bus, b->index, &b->time, &w->uart);
     eeprom_attach(&b->eeprom, avr, &w->host);

@@ -48,6 +48,7 @@
 #include "supply.h"
 #include "switches.h"
 #include "symbols.h"
+#include "timer0.h"
 #include "timers.h"
 #include "uart.h"
 #include "watchdog.h"
@@ -69,6 +70,8 @@ struct board_wiring {
     struct peripheral_host host;
     struct ports_hooks ports;
     struct timer16_hooks timers;
+    struct timer0_hooks timer0;
+    struct outputs_hooks outputs;
     struct comparator_hooks comparator;
     struct uart_hooks uart;
     struct watchdog_hooks watchdog;
@@ -86,6 +89,7 @@ struct board {
 
     // What events need.
     struct timers timers;
+    struct timer0 timer0;
     struct ports ports;
     struct inputs inputs;
     struct outputs outputs;
@@ -111,6 +115,9 @@ struct board {
     struct schedule schedule;
     struct hang hang;
     struct stack_watch stack;
+    struct board *clock_wire[BUS_BOARDS]; // whose pixel clock this board makes
+    int clock_wires;
+    bool clock_is_wired;     // a board makes this one's pixel clock
     struct symbols symbols;  // of the image
     uint8_t strap;           // GPIOR2 after a reset
     char error[BOARD_ERROR]; // not empty: the board has stopped for this reason
@@ -127,6 +134,10 @@ bool board_open(struct board *board,
                 double oscillator_ppm,
                 struct bus *bus,
                 const struct board_logs *logs);
+
+// Wires CLOCK_OUT of a board to PIXEL_CLOCK of itself, or of a board that runs after it in each
+// quantum. Call once for each of the two.
+void board_wire_clock(struct board *from, struct board *to);
 
 // The bench's cycle that the board has reached.
 uint64_t board_bench_cycle(const struct board *board);

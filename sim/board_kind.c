@@ -26,6 +26,7 @@ const struct board_kind BOARD_KIND = {
 #define BOARD_AXIS(axis, timer) [axis] = '0' + (timer),
 #include BOARD_FILE
         },
+    .clock_out_is_oc0b = BOARD_CLOCK_OUT_IS_OC0B != 0,
     .pins = pins,
     .pin_count = sizeof pins / sizeof pins[0],
 };

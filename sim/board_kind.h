@@ -3,6 +3,7 @@
 // What the simulator knows about a kind of board: the contents of its board file.
 #pragma once
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -20,6 +21,7 @@ enum board_signal {
     SIGNAL_ESTOP,
     SIGNAL_RS485_DE,
     SIGNAL_PERMIT,
+    SIGNAL_CLOCK_OUT,
     SIGNAL_ENCODER_A,
     SIGNAL_ENCODER_B,
 };
@@ -37,6 +39,7 @@ struct board_kind {
     uint32_t cpu_hz;
     int axes;
     char axis_timer[BOARD_KIND_AXES]; // '1' for timer 1
+    bool clock_out_is_oc0b;           // else the program makes its edges
     const struct board_pin *pins;
     size_t pin_count;
 };

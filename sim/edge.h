@@ -10,8 +10,9 @@ enum edge_signal {
     EDGE_STEP,
     EDGE_DIR,
     EDGE_ENABLE,
-    EDGE_PERMIT, // of the whole board: axis 0
-    EDGE_CLOCK,  // of the whole bench: board 0, axis 0
+    EDGE_PERMIT,    // of the whole board: axis 0
+    EDGE_CLOCK_OUT, // the same
+    EDGE_CLOCK,     // of the whole bench: board 0, axis 0
     EDGE_SIGNALS,
 };
 

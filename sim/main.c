@@ -100,6 +100,11 @@ static bool open_boards(const struct options *o)
             return false;
         }
     }
+    for (int i = 0; i < o->boards; i++) {
+        if (o->clock_from[i] != 0) {
+            board_wire_clock(&bench.board[o->clock_from[i] - 1], &bench.board[i]);
+        }
+    }
     return true;
 }
 
@@ -208,7 +213,7 @@ static int close_all(const struct options *o, int status)
     check_closed(csv_close(&bench.switch_log), o->switch_log_path, &status);
     check_closed(csv_close(&bench.pin_log), o->pin_log_path, &status);
     check_closed(wire_log_close(&bench.wire_log), o->wire_log_path, &status);
-    pixel_clock_close(&bench.clock);
+    check_closed(pixel_clock_close(&bench.clock), o->clock_log_path, &status);
     if (error != NULL) {
         (void)fprintf(stderr, "pixstep-sim: %s\n", error);
     }

@@ -58,6 +58,10 @@ static const char manual_of_boards[] =
     "the "
     "time of the\n"
     "                         run, in whose cycles all commands and files count\n"
+    "  --clock-wire A:B       pin CLOCK_OUT of board A is wired to PIXEL_CLOCK of board "
+    "B: "
+    "of A itself,\n"
+    "                         or of a later board; B gets no edge of --pixel-hz\n"
     "  --power-up-ms M        each board gets its supply at a random cycle of its own "
     "within the\n"
     "                         first M ms (0: all at the start)\n";
@@ -225,6 +229,22 @@ static void read_eeprom(struct options *o, const char *text)
     o->eeprom_path[board] = text + 2;
 }
 
+// One clock reaches a board's input.
+static void read_clock_wire(struct options *o, const char *text)
+{
+    unsigned from = (unsigned)(unsigned char)text[0] - '0';
+    unsigned to = (from < BUS_BOARDS && text[1] == ':')
+                      ? (unsigned)(unsigned char)text[2] - '0'
+                      : BUS_BOARDS;
+
+    if (to >= BUS_BOARDS || to < from || text[3] != '\0' || o->clock_from[to] != 0) {
+        fail("--clock-wire '%s': expected FROM:TO, as in 0:1, two boards of which TO is "
+             "not the earlier one and has no other clock wire",
+             text);
+    }
+    o->clock_from[to] = (int)from + 1;
+}
+
 static void read_oscillator(struct options *o, const char *text)
 {
     unsigned board = (unsigned)(unsigned char)text[0] - '0';
@@ -277,6 +297,7 @@ enum option_id {
     OPTION_PLANT,
     OPTION_EEPROM,
     OPTION_OSCILLATOR,
+    OPTION_CLOCK_WIRE,
     OPTION_POWER_UP,
     OPTION_HZ,
     OPTION_PPM,
@@ -310,6 +331,7 @@ static const struct option table[] = {
     {"plant", required_argument, NULL, OPTION_PLANT},
     {"eeprom", required_argument, NULL, OPTION_EEPROM},
     {"oscillator-ppm", required_argument, NULL, OPTION_OSCILLATOR},
+    {"clock-wire", required_argument, NULL, OPTION_CLOCK_WIRE},
     {"power-up-ms", required_argument, NULL, OPTION_POWER_UP},
     {"pixel-hz", required_argument, NULL, OPTION_HZ},
     {"pixel-ppm", required_argument, NULL, OPTION_PPM},
@@ -458,6 +480,9 @@ static void read_board_option(struct options *o, int id, char *value)
     case OPTION_OSCILLATOR:
         read_oscillator(o, value);
         break;
+    case OPTION_CLOCK_WIRE:
+        read_clock_wire(o, value);
+        break;
     default:
         o->power_up_ms = read_whole("--power-up-ms", value, 0, POWER_UP_MOST_MS);
         break;
@@ -492,6 +517,18 @@ static void check_eeproms(const struct options *o)
     for (int board = o->boards; board < BUS_BOARDS; board++) {
         if (o->eeprom_path[board] != NULL) {
             fail("--eeprom %d: there is no such board", board);
+        }
+    }
+}
+
+static void check_clock_wires(const struct options *o)
+{
+    for (int board = o->boards; board < BUS_BOARDS; board++) {
+        if (o->clock_from[board] != 0) {
+            fail("--clock-wire %d:%d: there is no board %d",
+                 o->clock_from[board] - 1,
+                 board,
+                 board);
         }
     }
 }
@@ -533,4 +570,5 @@ void options_read(struct options *o, int argc, char **argv)
     }
     check_plants(o);
     check_eeproms(o);
+    check_clock_wires(o);
 }

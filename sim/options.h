@@ -21,6 +21,8 @@ struct options {
     char *board_image[BUS_BOARDS];
     const char *eeprom_path[BUS_BOARDS]; // NULL for none
     double oscillator_ppm[BUS_BOARDS];   // of the first board always 0
+    int clock_from
+        [BUS_BOARDS]; // the board whose clock each gets, counted from 1; 0: the bench's
     // Mechanics of each axis; `present` is false where none was given.
     struct plant_settings plant[BUS_BOARDS][BOARD_AXES];
     struct pixel_clock_settings clock;

@@ -102,6 +102,37 @@ static void follow_permit(struct outputs *o, bool level, uint64_t cycle)
     }
 }
 
+// Without a compare output of timer 0 at the pin the program makes the clock.
+static bool clock_out_level(const struct outputs *o, const struct board_pin *pin)
+{
+    if (o->kind->clock_out_is_oc0b && timer0_is_connected(o->timer0)) {
+        return ports_is_output(o->ports, pin->port, pin->bit) && o->timer0->oc_level;
+    }
+    return is_high(o, pin);
+}
+
+static void follow_clock_out(struct outputs *o,
+                             const struct board_pin *pin,
+                             uint64_t cycle)
+{
+    bool level = clock_out_level(o, pin);
+
+    if (level != o->clock_out) {
+        o->clock_out = level;
+        add_edge(o, 0, EDGE_CLOCK_OUT, level, cycle);
+        o->hooks->clock_out(o->hooks->board, level, cycle);
+    }
+}
+
+void outputs_follow_timer0(struct outputs *o, uint64_t cycle)
+{
+    const struct board_pin *pin = board_kind_pin(o->kind, SIGNAL_CLOCK_OUT, 0);
+
+    if (pin != NULL) {
+        follow_clock_out(o, pin, cycle);
+    }
+}
+
 static void follow_pin(struct outputs *o, const struct board_pin *pin, uint64_t cycle)
 {
     struct outputs_axis *a = &o->axis[pin->axis];
@@ -116,6 +147,8 @@ static void follow_pin(struct outputs *o, const struct board_pin *pin, uint64_t 
         add_edge(o, pin->axis, EDGE_ENABLE, a->enable, cycle);
     } else if (pin->signal == SIGNAL_PERMIT) {
         follow_permit(o, is_high(o, pin), cycle);
+    } else if (pin->signal == SIGNAL_CLOCK_OUT) {
+        follow_clock_out(o, pin, cycle);
     } else if (pin->signal == SIGNAL_RS485_DE && !outputs_may_send(o)) {
         uart_driver_off(o->uart, cycle);
     }

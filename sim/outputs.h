@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
-// The outputs of a board: STEP, DIR, ENABLE and PERMIT with the exact cycles of their edges, and
-// the driver enable of the serial bus. Every edge goes to the log of edges, every rising STEP edge
-// to the mechanics. A pin that the program does not drive counts as low.
+// The outputs of a board: STEP, DIR, ENABLE, PERMIT and CLOCK_OUT with the exact cycles of their
+// edges, and the driver enable of the serial bus. Every edge goes to the log of edges, every rising
+// STEP edge to the mechanics. A pin that the program does not drive counts as low.
 //
 //   PORTx, DDRx written ------> DIR, ENABLE, PERMIT, driver enable
 //   compare output OCnB ------> STEP, while the timer is connected to the pin (COMnB1:0)
 //   PORTx, DDRx written ------> STEP, while it is not
+//   compare output OC0B ------> CLOCK_OUT, while timer 0 is connected to the pin
 //
 // The functions that follow something are called by the board's wiring, within an instruction or an
 // event of the part; everything else may be read at any time between two instructions.
@@ -20,6 +21,7 @@
 #include "mechanics.h"
 #include "own_time.h"
 #include "ports.h"
+#include "timer0.h"
 #include "timers.h"
 #include "uart.h"
 
@@ -40,17 +42,26 @@ struct outputs_permit {
     uint64_t rise;    // and of the last rise
 };
 
+struct outputs_hooks {
+    void *board;
+    // CLOCK_OUT has this level from this cycle on.
+    void (*clock_out)(void *board, bool level, uint64_t cycle);
+};
+
 struct outputs {
+    const struct outputs_hooks *hooks;
     int board; // the board's number in the log of edges
     const struct own_time *time;
     const struct board_kind *kind;
     const struct ports *ports;
     struct timers *timers;
+    const struct timer0 *timer0;
     struct mechanics *mechanics;
     struct uart *uart; // whose frame ends when the bus driver is switched off
     struct edges *edges;
     struct outputs_axis axis[BOARD_AXES];
     struct outputs_permit permit;
+    bool clock_out; // level of CLOCK_OUT now
 };
 
 // The program has written PORTx or DDRx of this port (an index, 0 is port A): its pins change at
@@ -63,6 +74,9 @@ void outputs_follow_compare(struct outputs *outputs,
                             const struct timer16 *timer,
                             int channel,
                             uint64_t cycle);
+
+// Compare output B of timer 0 has a new level, or was connected or disconnected, at this cycle.
+void outputs_follow_timer0(struct outputs *outputs, uint64_t cycle);
 
 // The driver of the serial bus is on. It always is if the program leaves its pin alone or the board
 // has none: the program then uses the board's USB bridge.

@@ -306,7 +306,7 @@ bool pixel_clock_next(struct pixel_clock *c, uint64_t before, struct pixel_pulse
     }
 }
 
-void pixel_clock_close(struct pixel_clock *c)
+bool pixel_clock_close(struct pixel_clock *c)
 {
-    (void)csv_close(&c->log);
+    return csv_close(&c->log);
 }

@@ -124,5 +124,5 @@ void pixel_clock_set_hz(struct pixel_clock *clock,
                         uint32_t hz_den,
                         uint64_t cycle);
 
-// Closes the log.
-void pixel_clock_close(struct pixel_clock *clock);
+// Closes the log; false if it could not be written whole.
+bool pixel_clock_close(struct pixel_clock *clock);

@@ -11,11 +11,11 @@ static uint64_t next_edge(const struct pixel_input *p)
     return p->high ? pulse->fall : pulse->rise;
 }
 
-static void drive_pins(struct pixel_input *p, uint64_t cycle)
+void pixel_input_drive(const struct pixel_input *p, bool level, uint64_t cycle)
 {
-    inputs_drive(p->inputs, p->pin->port, p->pin->bit, p->high, cycle);
+    inputs_drive(p->inputs, p->pin->port, p->pin->bit, level, cycle);
     if (p->copy != NULL) {
-        inputs_drive(p->inputs, p->copy->port, p->copy->bit, p->high, cycle);
+        inputs_drive(p->inputs, p->copy->port, p->copy->bit, level, cycle);
     }
 }
 
@@ -32,7 +32,7 @@ static avr_cycle_count_t on_edge(avr_t *avr, avr_cycle_count_t when, void *param
         }
         p->high = !p->high;
         p->first += p->high ? 0 : 1;
-        drive_pins(p, due);
+        pixel_input_drive(p, p->high, due);
     }
     return 0;
 }

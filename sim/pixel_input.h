@@ -38,5 +38,8 @@ void pixel_input_attach(struct pixel_input *pixel_input,
 // Queues a pulse, which must come after those already queued. False if the queue is full.
 bool pixel_input_add(struct pixel_input *pixel_input, const struct pixel_pulse *pulse);
 
+// Drives the pins at this cycle, without a queue: where a wire brings the clock.
+void pixel_input_drive(const struct pixel_input *pixel_input, bool level, uint64_t cycle);
+
 // Schedules the next edge. Call after a reset, which empties libsimavr's list of events.
 void pixel_input_schedule(struct pixel_input *pixel_input);

@@ -8,7 +8,7 @@
 #include "cpu_clock.h"
 
 #define UNITS_A_SECOND 10000000000U // of 100 ps
-#define FIRST_ID       '!' // identifiers are printable characters; 53 are needed at most
+#define FIRST_ID       '!' // identifiers are printable characters; 57 are needed at most
 
 static uint64_t units_per_cycle(void)
 {
@@ -29,11 +29,13 @@ static void declare_board(
                           axis);
         }
     }
-    v->id[board][0][EDGE_PERMIT] = (*next_id)++;
-    (void)fprintf(v->file,
-                  "$var wire 1 %c %s $end\n",
-                  v->id[board][0][EDGE_PERMIT],
-                  edge_signal_name(EDGE_PERMIT));
+    for (unsigned signal = EDGE_PERMIT; signal <= EDGE_CLOCK_OUT; signal++) {
+        v->id[board][0][signal] = (*next_id)++;
+        (void)fprintf(v->file,
+                      "$var wire 1 %c %s $end\n",
+                      v->id[board][0][signal],
+                      edge_signal_name(signal));
+    }
     (void)fputs("$upscope $end\n", v->file);
 }
 

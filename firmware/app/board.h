@@ -5,7 +5,7 @@
 //         store_load()              settings: stored ones or defaults
 //         seek_start()              no seek
 //         axes_start()              every axis EMPTY, at position 0
-//         limits_apply_settings()   pixel period, limits, reversal times
+//         limits_apply_settings()   pixel period, limits, reversal times, the board's own clock
 #pragma once
 
 // Start settings, axes, faults and the modules between them. Called with interrupts off;

@@ -35,6 +35,10 @@
 // So many calls come first even where the bus brings entries of lines, or waits in the middle of a
 // request.
 #define DECODE_CALLS_LEAST 2u
+// What is decoded for an axis is enough for now when it lasts so long: the board looks again within
+// 4,000 cycles, interrupts not counted, and may then decode for other axes first. Longer is not
+// needed: what is decoded in the middle of a request holds up its reply, and the bytes that follow.
+#define ENOUGH_TICKS ((uint32_t)(CONFIG_TIMER_HZ / 1000uL * 2uL))
 // The switches of every axis are read once in this many rounds; those of a seeking axis, in every
 // round.
 #define INPUT_ROUNDS 4u
@@ -185,11 +189,13 @@ static void advance_in_turn(void)
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         const struct axis *axis = axes_get(i);
         uint8_t tail = step_timer_tail(i);
-        bool new_entries = tail != axis->feed.stream.retired ||
-                           step_timer_state(i) != STEP_ENGINE_IN_LINE;
-        if (is_urgent(axis, tail) || (i == due && new_entries)) {
-            (void)axes_advance(i, LEDGER_BY_WAYPOINTS);
+        // Without new entries there is nothing to account for.
+        if (!is_urgent(axis, tail) &&
+            (i != due || (tail == axis->feed.stream.retired &&
+                          step_timer_state(i) == STEP_ENGINE_IN_LINE))) {
+            continue;
         }
+        (void)axes_advance(i, LEDGER_BY_WAYPOINTS);
     }
 }
 
@@ -427,7 +433,7 @@ static void decode_in_turn(uint8_t at_once)
         if (calls >= DECODE_CALLS_LEAST && (brief || line_data_waits())) {
             return;
         }
-        clock_edges_poll_between();
+        clock_edges_poll();
         out = still_out(out);
         uint8_t i = first_to_end(out);
         if (i == NO_AXIS || ends_before(axes_get(i), at_once)) {
@@ -460,10 +466,10 @@ static APART void decode_some(void)
 // such an edge nearly every time, and line zero does not wait.
 static void release_lines(void)
 {
-    uint8_t tries = CONFIG_AXES == 1 ? 1u : RELEASE_TRIES;
+    uint8_t tries = RELEASE_TRIES;
 
     do {
-        if (starting()) {
+        if (CONFIG_AXES == 1 || starting()) {
             clock_edges_poll();
         }
         tries--;
@@ -513,22 +519,48 @@ void round_poll(void)
 }
 
 #if CONFIG_AXES > 1
-// What cannot wait for the end of a request: edges of the clock, room in the rings, a start.
-static APART void look_briefly(void)
+// True when what is decoded for this axis lasts until then, or nothing more can be decoded.
+static inline bool lasts_until(const struct axis *axis, uint32_t until_ticks)
+{
+    return axis->phase == DECODE_OUTSIDE || axis->phase == DECODE_DRY ||
+           (int32_t)(stream_end_ticks(&axis->feed.stream) - until_ticks) >= 0;
+}
+
+// True when no axis comes near the end of what is decoded for it before the next look.
+static APART bool all_have_enough(void)
+{
+    uint32_t until_ticks = time_check_now_ticks() + ENOUGH_TICKS;
+
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if (!lasts_until(axes_get(i), until_ticks)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+// What cannot wait for the end of a request: edges of the clock, a start, and rings that run low.
+// Returns false when none runs low.
+static APART bool look_briefly(void)
 {
     cpu_section(CPU_SECTION_ROUND);
     take_underruns();
     clock_edges_poll();
     if (starting()) {
         release_lines();
+    } else if (all_have_enough()) {
+        return false;
     }
     advance_in_turn();
     advance_ended_trains();
+    return true;
 }
 
 void round_poll_briefly(void)
 {
-    look_briefly();
+    if (!look_briefly()) {
+        return;
+    }
     brief = true;
     decode_some();
     brief = false;

@@ -17,7 +17,8 @@ void round_start(void);
 void round_poll(void);
 
 #if SEVERAL_AXES
-// What cannot wait for the end of a request: edges of the clock, accounts, a start that is near.
-// The decoder is called for two axes at most, those that run out first.
+// What cannot wait for the end of a request: edges of the clock, a start that is near, and rings
+// that run low. While what is decoded lasts for all axes, nothing more is done; else accounts are
+// advanced, and the decoder is called for two axes at most, those that run out first.
 void round_poll_briefly(void);
 #endif

@@ -217,6 +217,35 @@ static void a_brief_round_leaves_axes_for_the_next(void)
     (void)round_of(STEP_RING_CAPACITY, &served);
     TEST_ASSERT_EQUAL_UINT8(CONFIG_AXES - 2u, served);
 }
+
+static uint8_t served_briefly(void)
+{
+    uint8_t served = 0;
+
+    round_poll_briefly();
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        served = (uint8_t)(served + (got(i) != 0));
+    }
+    return served;
+}
+
+// In the middle of a request nothing is decoded for rings that last, although there is room: some
+// 8 ms fill them.
+static void a_brief_round_leaves_rings_that_last(void)
+{
+    slow_pixels();
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        bench_plain_line(i, SINGLE_STEP, 20);
+    }
+    arm_all();
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
+    bench_rounds(200);
+    (void)served_briefly();
+    fake_pass(3u * BENCH_TICKS_PER_MS);
+    TEST_ASSERT_EQUAL_UINT8(0, served_briefly());
+    fake_pass(3u * BENCH_TICKS_PER_MS);
+    TEST_ASSERT_EQUAL_UINT8(2, served_briefly());
+}
 #endif
 
 // A block of line data for this board, all there but for its checksum, and a silence behind it.
@@ -451,6 +480,7 @@ int main(void)
     RUN_TEST(a_round_ends_by_time);
 #if CONFIG_AXES > 2
     RUN_TEST(a_brief_round_leaves_axes_for_the_next);
+    RUN_TEST(a_brief_round_leaves_rings_that_last);
 #endif
     RUN_TEST(line_data_ends_a_round_of_lines_that_need_it);
     RUN_TEST(line_data_waits_for_lines_that_are_whole);

@@ -53,8 +53,8 @@ uint16_t curve_steep_root(uint32_t value);
 // Pixels whose records are not kept.
 #define PASSING_CYCLES 216u
 // Whole pixels of up to 24 steps in even_pixels_write().
-#define EVEN_CYCLES     317u // with a segment of its own, and
-#define SAME_CYCLES     239u // inside a run, besides its steps; up to
+#define EVEN_CYCLES     320u // with a segment of its own, and
+#define SAME_CYCLES     242u // inside a run, besides its steps; up to
 #define GROUPS_CYCLES   8u   // less, as the steps make groups of one, two, four and eight
 #define EQUAL_CYCLES    4u   // a step where all are equally long
 #define MIXED_CYCLES    2u   // more for a pixel where some are a tick longer:

@@ -4,6 +4,7 @@
 #include "app/bus/bus_port.h"
 #include "explore/part.h"
 #include "hal/clock.h"
+#include "hal/clock_out.h"
 #include "hal/cpu.h"
 #include "hal/eeprom.h"
 #include "hal/pixel_clock.h"
@@ -52,6 +53,13 @@ uint8_t cpu_reset_cause(void)
 {
     return 1;
 }
+
+#if FEATURE_CLOCK_OUT
+void clock_out_set(uint16_t hz)
+{
+    (void)hz;
+}
+#endif
 
 void cpu_watchdog_start(void)
 {

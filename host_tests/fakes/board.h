@@ -40,8 +40,9 @@ void fake_switch(uint8_t axis, uint8_t which, bool high);
 // The emergency stop pin from now on; high at power on. An edge to what trips halts every axis.
 void fake_estop(bool high);
 
-extern bool fake_permit;         // the permit output
-extern uint8_t fake_reset_cause; // from the next start on
+extern bool fake_permit;           // the permit output
+extern uint16_t fake_clock_out_hz; // of the clock that the board makes
+extern uint8_t fake_reset_cause;   // from the next start on
 extern bool fake_stack_intact;
 extern uint16_t fake_watchdog_feeds;
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
@@ -43,7 +43,7 @@ class Recording:
     ) -> None:
         self.folder, self.pixel_hz = folder, pixel_hz
         self.axes = list(range(boards.load(name).axes))
-        self.uploads: dict[int, Upload] = {}
+        self.uploads: dict[int, LineUpload] = {}
         folder.mkdir(parents=True, exist_ok=True)
         self.simulated = SimulatedBoard(
             name,
@@ -69,7 +69,7 @@ class Recording:
         self.board.command("enable", list(lines))
         self.board.command("permit_on", [])
         for axis, line in lines.items():
-            self.uploads[axis] = Upload(self.board, axis, queue_entries(line))
+            self.uploads[axis] = LineUpload(self.board, axis, queue_entries(line))
             self.uploads[axis].push()
         self.board.command("arm", list(lines))
 

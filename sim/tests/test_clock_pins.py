@@ -131,6 +131,19 @@ class ClockLog(SimTest):
             period = PERIOD / (1 + ppm / 1e6)
             self.check_periods(rows, [round(1000 * period)] * (len(rows) - 1))
 
+    def test_periods_of_whole_cycles_stay_so(self):
+        """Far off in either direction, an edge that lies on a cycle is not in the one before."""
+        for ppm, hz in (("-100000", "1000/9"), ("100000", "1000/11"), ("-50000", "2000/19")):
+            rows = self.rows("--pixel-ppm", ppm, hz=hz)
+            wanted = range(FIRST, rows[-1][0] + 1, PERIOD)
+            self.assertGreater(len(wanted), 10)
+            self.assertEqual(rows, [(cycle, 1000 * cycle, "true") for cycle in wanted])
+
+    def test_a_step_at_the_first_edge(self):
+        rows = self.rows("--pixel-step", "2000@1")
+        later = round(1000 * PERIOD / 1.002)
+        self.check_periods(rows, [1000 * PERIOD] + [later] * (len(rows) - 2))
+
     def test_a_step_of_the_frequency(self):
         rows = self.rows("--pixel-step", "2000@7")
         later = round(1000 * PERIOD / 1.002)
@@ -194,6 +207,9 @@ class ClockLog(SimTest):
             rises = [at for at, level in edges if level == "1"]
             falls = [at for at, level in edges if level == "0"]
             self.assertGreater(len(rises), 1)
+            period = 16_000_000 // int(hz)
+            self.assertEqual(rises, [FIRST + k * period for k in range(len(rises))])
+            self.assertGreaterEqual(len(falls), len(rises) - 1)
             for rise, fall in zip(rises, falls, strict=False):
                 self.assertEqual(fall - rise, high, hz)
 
@@ -232,6 +248,22 @@ class OnePin(PinTest):
         pins = self.pins(commands)
         self.assertEqual(pins, [[(300_005, "false"), (300_123, "false")], []])
         self.check_captured(0, pins)
+
+    def test_a_false_edge_at_a_pin_with_jitter(self):
+        """The jitter is that of the clock's edges alone, whether the clock goes on or rests."""
+        commands = ["edge 0 jitter 20000", "clock off", "edge 0 pulse at 300123", "run 400000"]
+        pins = self.pins(commands)
+        self.assertEqual(pins, [[(300_123, "false")], []])
+        self.check_captured(0, pins)
+        # Nor is there an edge to wait for where there is no clock.
+        with Session(image("uno", "capture")) as sim:
+            for command in ("edge 0 jitter 20000", "edge 0 pulse at 300123", "run 400000"):
+                self.assertTrue(sim.ask(command).startswith("ok"), command)
+            self.assertEqual(sim.results(1), [1])
+        at = edges_of(2) + 40_000
+        pins = self.pins(["edge 0 jitter 20000", f"edge 0 pulse at {at}", "run 600000"])
+        self.assertEqual([row for row in pins[0] if row[1] == "false"], [(at, "false")])
+        self.assertEqual(len(pins[0]), len(pins[1]) + 1)
 
     def test_an_edge_without_room_before_the_next_one_is_lost(self):
         pins = self.pins([f"edge 0 pulse at {edges_of(1) - 3}", "run 500000"])

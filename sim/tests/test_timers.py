@@ -46,6 +46,25 @@ class Intervals(SimTest):
         self.check("mega")
 
 
+class CountWrites(unittest.TestCase):
+    """images/count_writes.c: TCNT1 has what is written from the cycle behind the write on."""
+
+    def check(self, board):
+        with Session(image(board, "count_writes")) as sim:
+            sim.run(5000)
+            *counts, end = sim.results(7)
+        self.assertEqual(end, 0x600D)
+        written = ((0x1234, 0), (0x1234, 1), (0x1234, 2), (0x1234, 3), (0xFFFE, 10), (0x12FE, 10))
+        # LDS reads two cycles behind the write, in its second one.
+        self.assertEqual(counts, [(count + nops + 1) & 0xFFFF for count, nops in written])
+
+    def test_uno(self):
+        self.check("uno")
+
+    def test_mega(self):
+        self.check("mega")
+
+
 # By number of experiment.
 REGISTERS = {
     0: 0x0034,  # reading TCNT1L (TCNT1 = 0) has put 0 in TEMP's place of 0x12

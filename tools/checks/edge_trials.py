@@ -13,7 +13,7 @@ from fractions import Fraction
 from pixstep.board import boards
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.runs import Seek
-from pixstep.simulation.job import LOCK, Job
+from pixstep.simulation.job import LOCK, LineExperiment
 from pixstep.simulation.pixel_clock import ClockFlaws
 from pixstep_trials.cases import Bounds, case
 
@@ -40,7 +40,7 @@ class Trial:
     made in the place of the job's line on its axis, towards a switch.
     """
 
-    job: Job
+    job: LineExperiment
     kind: str = "line"
     records: bool = False  # are read while the line is streamed
     stop_s: float = 0.0
@@ -75,7 +75,7 @@ def fast_clock(rng: random.Random, board: str) -> Trial:
     axes = _axes(rng, board)
     hz = Fraction(rng.choice(FAST_HZ if axes == 1 else SHARED_HZ))
     lines = _lines(rng, board, axes, hz, 100, rng.choice((SMOOTH, PLAIN)))
-    return Trial(Job(board, lines, hz, baud=FAST_BAUD), "fast clock")
+    return Trial(LineExperiment(board, lines, hz, baud=FAST_BAUD), "fast clock")
 
 
 def locked(rng: random.Random, board: str) -> Trial:
@@ -91,7 +91,7 @@ def locked(rng: random.Random, board: str) -> Trial:
     )
     pixels = 100 if hz / divider >= FAST_HZ[0] else 16
     lines = _lines(rng, board, axes, hz / divider, pixels, rng.choice((SMOOTH, PLAIN)))
-    job = Job(
+    job = LineExperiment(
         board, lines, hz, pixel_ppm=rng.randint(-MOST_PPM, MOST_PPM), flaws=flaws, sync=LOCK,
         divider=divider, seed=rng.randint(1, 1 << 30), baud=FAST_BAUD,
     )  # fmt: skip
@@ -104,7 +104,7 @@ def divided(rng: random.Random, board: str) -> Trial:
     hz = Fraction(rng.choice((1000, 2000, MOST_HZ) if axes == 1 else (1000, 2000)))
     divider = rng.choice((5, 10, 50))
     lines = _lines(rng, board, axes, hz / divider, 30, rng.choice((SMOOTH, PLAIN)))
-    return Trial(Job(board, lines, hz, divider=divider, baud=FAST_BAUD), "divider")
+    return Trial(LineExperiment(board, lines, hz, divider=divider, baud=FAST_BAUD), "divider")
 
 
 def streamed(rng: random.Random, board: str) -> Trial:
@@ -116,7 +116,7 @@ def streamed(rng: random.Random, board: str) -> Trial:
         counts.append(min(max(1, counts[-1] + rng.choice((-2, -1, 1, 2))), top))
     line = Line(tuple(counts), PLAIN, name="stream")
     axis = rng.randrange(boards.load(board).axes)
-    return Trial(Job(board, {axis: line}, hz, baud=FAST_BAUD), "stream", records=True)
+    return Trial(LineExperiment(board, {axis: line}, hz, baud=FAST_BAUD), "stream", records=True)
 
 
 def stopped(rng: random.Random, board: str) -> Trial:
@@ -128,7 +128,7 @@ def stopped(rng: random.Random, board: str) -> Trial:
         axis: Line((rng.randint(1, top),) * int(hz), PLAIN, name="constant") for axis in range(axes)
     }
     return Trial(
-        Job(board, lines, hz, baud=FAST_BAUD), "stop",
+        LineExperiment(board, lines, hz, baud=FAST_BAUD), "stop",
         stop_s=rng.uniform(0.1, 0.5), by_contact=rng.random() < 0.5,
     )  # fmt: skip
 
@@ -143,7 +143,9 @@ def seeking(rng: random.Random, board: str) -> Trial:
     knobs = f"home={HOME_STEPS + rng.randint(0, 99)},hyst=5,start=0,active=low"
     knobs += f",bounce={rng.choice((0, 2, 6))},bounce_ticks={rng.randint(1, 2000)}"
     stand_in = Line(rising, PLAIN, name="seek")
-    job = Job(board, {axis: stand_in}, hz, seed=rng.randint(1, 1 << 30), plants={axis: knobs})
+    job = LineExperiment(
+        board, {axis: stand_in}, hz, seed=rng.randint(1, 1 << 30), plants={axis: knobs}
+    )
     return Trial(replace(job, baud=FAST_BAUD), "seek", seek=seek)
 
 

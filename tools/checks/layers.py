@@ -80,6 +80,7 @@ LAYERS: Rows = {
     ),
     # The images' own interrupts beside a twin, on the simulator's model of the timer.
     "host_tests/late": ({"firmware/core", "firmware/avr/boards", "host_tests", "sim"}, HOSTED),
+    "host_tests/handlers": ({"firmware/avr/boards", "host_tests", "sim"}, HOSTED),
     "sim": ({"firmware/avr/boards", "firmware/core/base"}, HOSTED),
     "tools/native": (
         {"firmware/config.h", "firmware/core", "firmware/app", "host_tests/fakes"},

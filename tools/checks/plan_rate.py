@@ -16,7 +16,7 @@ import numpy as np
 
 from pixstep.programs.motors import PlanMotor, Setup
 from pixstep.programs.plan import Plan
-from pixstep.programs.plan_data import Options
+from pixstep.programs.plan_data import PlanOptions
 
 PIXEL_HZ = 500
 MACHINE = Setup(
@@ -40,7 +40,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("moves", type=int, nargs="?", default=1_000_000, metavar="MOVES")
-    plan = Plan("p.pmc", program(parser.parse_args().moves), MACHINE, Options())
+    plan = Plan("p.pmc", program(parser.parse_args().moves), MACHINE, PlanOptions())
     pixels = sum(len(counts) for counts in plan.counts())
     took_s = time.process_time()
     memory_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1000

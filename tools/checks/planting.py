@@ -36,6 +36,8 @@ def compile_words(build: Path, source: Path, target: str) -> list[str]:
     the target would stay what it was.
     """
     words = shlex.split(next(one for one in _steps(build, target) if one.endswith(f" {source}")))
+    if Path(words[0]).name == "ccache":  # the compiler itself: options follow its name
+        del words[0]
     for option in ("-MT", "-MF"):  # the build's own list of what it depends on stays
         at = words.index(option)
         del words[at : at + 2]

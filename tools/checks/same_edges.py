@@ -42,21 +42,21 @@ from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError, LineRefusedByBoardError
 from pixstep.board.link import World
 from pixstep.board.port import BAUD
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
 from pixstep.lines.runs import queue_entries, seek_entries
 from pixstep.operations import run as demo
 from pixstep.profiles import generator
 from pixstep.progress import Progress, unseen
-from pixstep.simulation.job import Job
+from pixstep.simulation.job import LineExperiment
 from pixstep.simulation.logs import HEADER
 from pixstep.simulation.simulated_board import SimulatedBoard
 from pixstep.simulation.simulator import BOOT_S
 from pixstep_dev.randomlines import campaign
 
 CLOCK_START_MS = 20
-UPLOAD_MS = 60  # for the requests before the first block of an axis, with a margin
+UPLOAD_MS = 70  # for the requests before the first block of an axis, with a margin
 ENTRY_MS = Fraction(1, 2)  # for an entry at 115200 baud, with its share of the block's head
 MEASURED_MS, MEASURED_EDGES = 500, 800  # until a lock can begin, however poor the clock
 LOCK_TICKS = 2
@@ -131,28 +131,28 @@ class Outcome:
     ends: dict[str, int] = field(default_factory=dict)  # how those of the old image ended
 
 
-def worked_example(board: str) -> Job:
+def worked_example(board: str) -> LineExperiment:
     """The worked example on the board's first axis."""
     speeds, _ = formats.read_prn(natives.example(demo.PROFILE))
     made = generator.generate(speeds, demo.REQUEST, demo.PROFILE)
     line = Line(tuple(made.counts), backlash=demo.REQUEST.backlash, name="worked example")
-    return Job(board, {0: line}, demo.PIXEL_HZ)
+    return LineExperiment(board, {0: line}, demo.PIXEL_HZ)
 
 
-def random_jobs(board: str, lines: int, seed: int) -> Iterator[Job]:
+def random_jobs(board: str, lines: int, seed: int) -> Iterator[LineExperiment]:
     """Random lines, smooth and plain in turn, each on the next axis."""
     axes = boards.load(board).axes
-    plan = campaign.Plan(board, (lines + 1) // 2, seed=seed)
+    plan = campaign.RandomLinesPlan(board, (lines + 1) // 2, seed=seed)
     both = zip(*(campaign.jobs(plan, decode) for decode in plan.decodes), strict=True)
     for number, job in enumerate(job for pair in both for job in pair):
         if number < lines:
             yield replace(job, lines={number % axes: job.lines[0]})
 
 
-def all_axes_jobs(board: str, seed: int) -> Iterator[Job]:
+def all_axes_jobs(board: str, seed: int) -> Iterator[LineExperiment]:
     """One run of each decode rule with every axis at once, on a board of several."""
     axes = boards.load(board).axes
-    plan = campaign.Plan(board, axes, seed=seed, axes=axes, min_interval_ticks=3_200)
+    plan = campaign.RandomLinesPlan(board, axes, seed=seed, axes=axes, min_interval_ticks=3_200)
     for decode in plan.decodes if axes > 1 else ():
         yield next(campaign.jobs(plan, decode))
 
@@ -229,7 +229,7 @@ def prepare(trial: Trial, board: SimulatedBoard) -> None:
     if trial.seek:
         (axis,) = job.lines
         board.board.command("disarm", [axis])
-        board.lines.uploads = [Upload(board.board, axis, seek_entries(trial.seek))]
+        board.lines.uploads = [LineUpload(board.board, axis, seek_entries(trial.seek))]
         board.lines.uploads[0].push()
 
 
@@ -272,13 +272,13 @@ class Records:
     def __init__(self, board: SimulatedBoard) -> None:
         self.board, self.due_s = board, 0.0
 
-    def look_if_due(self, world: World, uploads: list[Upload]) -> None:
+    def look_if_due(self, world: World, uploads: list[LineUpload]) -> None:
         """Read the records if it is time for that."""
         if world.now_s() >= self.due_s:
             self.due_s = world.now_s() + RECORDS_S
             self.look(uploads)
 
-    def look(self, uploads: list[Upload], *, ended: bool = False) -> None:
+    def look(self, uploads: list[LineUpload], *, ended: bool = False) -> None:
         """Read the records."""
         del uploads, ended
         for axis in self.board.axes:

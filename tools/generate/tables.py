@@ -14,6 +14,8 @@ import board_files
 import register_rows
 from deffiles import TableError
 
+FEATURES_HIGH = 16  # the first bit of register `features_high`
+
 
 def tables(firmware: Path) -> dict:
     """Return everything that the .def files say; raises TableError for a mistake in one."""
@@ -30,7 +32,12 @@ def tables(firmware: Path) -> dict:
         "fault_code": faults,
         "line_error": line_errors,
         "line_warning": line_errors,
-        "features": features,
+        "features": [row for row in features if row["bit"] < FEATURES_HIGH],
+        "features_high": [
+            row | {"bit": row["bit"] - FEATURES_HIGH}
+            for row in features
+            if row["bit"] >= FEATURES_HIGH
+        ],
     }
     axes = max((len(board["timers"]) for board in boards), default=0)
     register_rows.add_meanings(registers, named, axes)

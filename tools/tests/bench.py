@@ -6,7 +6,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from pixstep.board import registers as regs
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.lines.runs import queue_entries
 from pixstep.lines.units import period_ticks
 from pixstep.simulation import verdict
@@ -46,7 +46,7 @@ class Bench:
 
     def load(self, line, axis=0):
         """Upload as much of a line as the queue takes."""
-        upload = Upload(self.board, axis, queue_entries(line))
+        upload = LineUpload(self.board, axis, queue_entries(line))
         upload.push()
         return upload
 

@@ -22,7 +22,7 @@ PATIENCE_S = 120
 OPTIONS = (
     "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
     "--no-first-run", "--disable-background-networking", "--remote-debugging-pipe",
-    "--host-resolver-rules=MAP * ~NOTFOUND", "--hide-scrollbars",
+    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1", "--hide-scrollbars",
 )  # fmt: skip
 
 
@@ -71,8 +71,14 @@ class Browser:
         for domain in ("Page", "Network", "Runtime", "Log"):
             self.call(f"{domain}.enable")
 
-    def open(self, path, width=1280, height=900, scale=1, **more):
+    def open(self, path, **more):
         """Open a file and wait until it has been drawn."""
+        return self.visit(f"file://{path}{more.pop('fragment', '')}", **more)
+
+    def visit(self, address, width=1280, height=900, scale=1, scheme="light"):
+        """Go to an address and wait until its page has been drawn."""
+        scheme = {"name": "prefers-color-scheme", "value": scheme}
+        self.call("Emulation.setEmulatedMedia", features=[scheme])
         self.call(
             "Emulation.setDeviceMetricsOverride", width=width, height=height,
             deviceScaleFactor=scale, mobile=width < 600,
@@ -80,8 +86,7 @@ class Browser:
         self.call("Page.navigate", url="about:blank")  # a fragment alone would load nothing
         self.await_event("Page.loadEventFired")
         self.events.clear()
-        fragment = more.get("fragment", "")
-        self.call("Page.navigate", url=f"file://{path}{fragment}")
+        self.call("Page.navigate", url=address)
         self.await_event("Page.loadEventFired")
         return self.run(
             "new Promise((done) => { const look = () => document.body.dataset.readyMs ? "

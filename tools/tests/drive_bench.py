@@ -7,7 +7,7 @@ from contextlib import contextmanager
 import pixstep as px
 from pixstep.motor_drive import BusDrives, DrivenMotor
 from pixstep.motor_record import MotorRecord
-from pixstep.motor_record.traffic import Command, Msta, Verb
+from pixstep.motor_record.traffic import MotorCommand, Msta, Verb
 from pixstep.simulation.logs import read_edges
 
 NEAR_S = 1e-6  # simulated time passes in cycles
@@ -16,28 +16,28 @@ NEAR_S = 1e-6  # simulated time passes in cycles
 def speeds(speed, base=100, acceleration=20_000):
     """Return the commands with which a record sets its speeds, steps/s and steps/s2."""
     return (
-        Command(Verb.SET_VELOCITY, speed),
-        Command(Verb.SET_VEL_BASE, base),
-        Command(Verb.SET_ACCEL, acceleration),
+        MotorCommand(Verb.SET_VELOCITY, speed),
+        MotorCommand(Verb.SET_VEL_BASE, base),
+        MotorCommand(Verb.SET_ACCEL, acceleration),
     )
 
 
 def move(target, speed=4000, base=100, acceleration=20_000, *, verb=Verb.MOVE_ABS):
     """Return the commands of a move."""
-    return (*speeds(speed, base, acceleration), Command(verb, target), Command(Verb.GO))
+    return (*speeds(speed, base, acceleration), MotorCommand(verb, target), MotorCommand(Verb.GO))
 
 
 def home(verb, speed=2000):
     """Return the commands of a homing."""
-    return (*speeds(speed), Command(verb), Command(Verb.GO))
+    return (*speeds(speed), MotorCommand(verb), MotorCommand(Verb.GO))
 
 
 def jog(velocity, base=100, acceleration=5000):
     """Return the commands of a jog."""
-    return (*speeds(abs(velocity), base, acceleration)[1:], Command(Verb.JOG, velocity))
+    return (*speeds(abs(velocity), base, acceleration)[1:], MotorCommand(Verb.JOG, velocity))
 
 
-STOP = (Command(Verb.STOP_AXIS),)
+STOP = (MotorCommand(Verb.STOP_AXIS),)
 
 
 class Watched:

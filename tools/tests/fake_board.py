@@ -112,7 +112,7 @@ class FakeBoard(FakeServer):
             "map_version": regs.MAP_VERSION, "firmware_version": 0x0001,
             "record_capacity": 10, "reset_cause": 1,
             **self.intervals(), "event_capacity": 4,
-            "features": (1 << len(boards.features())) - 1,
+            "features": 0xFFFF, "features_high": (1 << len(boards.features()) - 16) - 1,
         }  # fmt: skip
         self.inputs_bits = 0
         self.estop = self.clock = self.permit = False
@@ -153,12 +153,19 @@ class FakeBoard(FakeServer):
     def without(self, *names):
         """Take features away, and what goes with them."""
         for name in names:
-            self.values["features"] &= ~(1 << boards.feature_named(name).bit)
+            register, bit = self.place_of(name)
+            self.values[register] &= ~(1 << bit)
         if "events" in names:
             self.values["event_capacity"] = 0
 
     def has(self, name):
-        return bool(self.values["features"] >> boards.feature_named(name).bit & 1)
+        register, bit = self.place_of(name)
+        return bool(self.values[register] >> bit & 1)
+
+    @staticmethod
+    def place_of(name):
+        bit = boards.feature_named(name).bit
+        return ("features_high", bit - 16) if bit > 15 else ("features", bit)
 
     def latch(self, name, argument=0, axis=0, pixel=0):
         """Stop everything with a fault."""

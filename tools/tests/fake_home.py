@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A test double of a board with one axis, a load and its switches, for homing without a simulator.
 
-It stands where `Board` does, below its names. A line is worked out when it is armed; the double is
+It stands where `Device` does, below its names. A line is worked out when it is armed; the double is
 its world too, and time passes by `wait`. The rules of a seek line are those of the protocol: the
 filtered switch skips the runs up to the mark DOWN, then those not slower than the pixel decoded
 last (a smooth one's end), which lies up to 8 ms and the rest of a pixel ahead of the switch.
@@ -12,7 +12,7 @@ from math import ceil, sqrt
 
 from clock import TICK_HZ
 from pixstep.board import registers as regs
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.state import TRIP_ALREADY, TRIP_CLOSED, TRIP_NONE, TRIP_OPENED, Trip
 from pixstep.lines import runs
 
@@ -47,7 +47,7 @@ class Plant:
         return self.load <= self.travel[0], self.load >= self.travel[1]
 
 
-class FakeHome(Board):
+class FakeHome(Device):
     """The board and its world."""
 
     def __init__(self, plant, hz=300, queue=32):

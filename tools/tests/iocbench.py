@@ -8,8 +8,8 @@ import time
 
 from ideal_drive import IdealDrive, Stepper
 from pixstep.ioc.saved import Saved
-from pixstep.ioc.server import Motor, Server
-from pixstep_trials.ca_wire import HOST, Wire
+from pixstep.ioc.server import MotorSpec, RecordServer
+from pixstep_trials.ca_wire import HOST, CaWire
 
 FIELDS = {
     "EGU": "mm", "PREC": 3, "MRES": 0.01, "VELO": 20.0, "VMAX": 40.0, "ACCL": 0.1,
@@ -71,9 +71,10 @@ class Bench:
         self.log = Noted()
         fields = fields or {}
         motors = [
-            Motor(name, FIELDS | fields.get(name, {}), drive) for name, drive in self.drives.items()
+            MotorSpec(name, FIELDS | fields.get(name, {}), drive)
+            for name, drive in self.drives.items()
         ]
-        self.server = Server(motors, prefix, Saved(state), self.log)
+        self.server = RecordServer(motors, prefix, Saved(state), self.log)
         self.wires = []
 
     def start(self):
@@ -84,7 +85,7 @@ class Bench:
     def wire(self, host="test"):
         """Return another client."""
         (facts,) = self.log.facts("serving")
-        self.wires.append(Wire(facts["tcp"], host))
+        self.wires.append(CaWire(facts["tcp"], host))
         return self.wires[-1]
 
     def close(self):

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from iocbench import free_port, loopback, until
 from pixstep import natives
-from pixstep_trials.ca_wire import Wire
+from pixstep_trials.ca_wire import CaWire
 
 HERE = Path(__file__).parent
 MACHINE = """
@@ -60,7 +60,7 @@ class Command:
     def wire(self):
         """Return a client, as soon as it can connect."""
         until(lambda: self.events("serving"), 20)
-        return Wire(self.events("serving")[0]["tcp"])
+        return CaWire(self.events("serving")[0]["tcp"])
 
     def end(self, number):
         """End it by a signal, and return its exit status."""

@@ -9,9 +9,9 @@ from pathlib import Path
 
 from pixstep import formats, natives
 from pixstep.jobs import making
-from pixstep.jobs.assembly import Place, Stroke
+from pixstep.jobs.assembly import ImagePlace, MotorStroke
 from pixstep.jobs.header import SourceTable
-from pixstep.jobs.making import Asked, AskedImage
+from pixstep.jobs.making import AskedImage, JobOptions
 from pixstep.lines import units
 from pixstep.lines.units import SPEED
 from pixstep.machine.files import MachineFile
@@ -77,7 +77,7 @@ def write_machine(folder, text=MACHINE):
 
 def image(lines=4, pixels=30, lead_in=8, **more):
     """Return an image of some size."""
-    return making.Image(lines, pixels, lead_in, more.pop("lead_out", lead_in), **more)
+    return making.ImageGeometry(lines, pixels, lead_in, more.pop("lead_out", lead_in), **more)
 
 
 def speed(text="1000"):
@@ -88,7 +88,7 @@ def speed(text="1000"):
 def make(machine, of=None, asked=None, **motions):
     """Return the job of an image: M39 scans, M41 steps, M40 turns, unless said otherwise."""
     wanted = {"scans": {"M39": speed()}, "steps": {"M41": 40}, "turns": {"M40": 400}, **motions}
-    return making.of_image(machine, AskedImage(of or image(), **wanted), asked or Asked()).job
+    return making.of_image(machine, AskedImage(of or image(), **wanted), asked or JobOptions()).job
 
 
 def large(machine, lines=1000, pixels=500):
@@ -98,12 +98,12 @@ def large(machine, lines=1000, pixels=500):
     asked = generator.LineRequest(1000, pixels, 250)
     along = tuple(generator.generate(speeds, asked).counts)
     strokes = {
-        "M39": [Stroke(along, number % 2 == 1) for number in range(lines)],
-        "M40": [Stroke(_swing(chance, pixels)) for _ in range(lines)],
-        "M41": [Stroke(_swing(chance, pixels)) for _ in range(lines)],
+        "M39": [MotorStroke(along, number % 2 == 1) for number in range(lines)],
+        "M40": [MotorStroke(_swing(chance, pixels)) for _ in range(lines)],
+        "M41": [MotorStroke(_swing(chance, pixels)) for _ in range(lines)],
     }
-    places = [Place(25)] * lines
-    return making.of_lines(machine, strokes, places, SourceTable(kind="lines"), Asked()).job
+    places = [ImagePlace(25)] * lines
+    return making.of_lines(machine, strokes, places, SourceTable(kind="lines"), JobOptions()).job
 
 
 def _swing(chance, pixels):

@@ -2,7 +2,7 @@
 """A motor record above the ideal stepper, for tests of single behaviours."""
 
 from pixstep.motor_record import MotorRecord
-from pixstep_trials.motor_traces.bench import Bench
+from pixstep_trials.motor_traces.bench import TraceBench
 from pixstep_trials.motor_traces.stepper import Stepper
 
 FIELDS = {
@@ -24,7 +24,7 @@ def motor(stepper=None, links=None, **fields):
     record = MotorRecord(FIELDS | fields)
     for name, value in (links or {}).items():
         record.set_link(name, value)
-    bench = Bench(record, stepper or Stepper())
+    bench = TraceBench(record, stepper or Stepper())
     bench.take(record.initialise(bench.stepper.status()))
     bench.forget()
     return bench

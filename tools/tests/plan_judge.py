@@ -3,10 +3,10 @@
 
 from pixstep.lines import core, exact
 from pixstep.lines.units import edge_tick
-from pixstep_trials.cases import Case
+from pixstep_trials.cases import LineCase
 
 
-def judge(tested: Case) -> None:
+def judge(tested: LineCase) -> None:
     """Require the planned ticks and table of a case to be right in exact arithmetic."""
     line, period = tested.line, tested.period
     ticks = core.plan(line, tested.pixel_hz, tick_hz=tested.tick_hz).columns()[:, 1].tolist()

@@ -11,7 +11,7 @@ from pixstep.programs.language import read
 from pixstep.programs.motors import PlanMotor, Setup
 from pixstep.programs.moves import Program
 from pixstep.programs.plan import Plan
-from pixstep.programs.plan_data import Options
+from pixstep.programs.plan_data import PlanOptions
 from pixstep.programs.time_law import MotorLimits
 
 WORDS = "XYZA"
@@ -45,7 +45,7 @@ def events(text, of):
 
 def planned(text, of, **options):
     """Return the counts of a program and its report."""
-    plan = Plan("p.pmc", text.splitlines(), of, Options(**options))
+    plan = Plan("p.pmc", text.splitlines(), of, PlanOptions(**options))
     return np.vstack(list(plan.counts())), plan.report
 
 

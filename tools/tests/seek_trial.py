@@ -11,7 +11,7 @@ from bench import Bench
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.lines.line import Line
 from pixstep.lines.units import period_ticks
 from pixstep.simulation import verdict
@@ -165,7 +165,7 @@ class Run:
         bench.sim.run(bench.sim.tick_hz // 20 + trial.rng.randint(0, 200_000))
         for axis, line in trial.lines.items():
             bench.load(line, axis)
-        seek = Upload(bench.board, trial.axis, trial.entries())
+        seek = LineUpload(bench.board, trial.axis, trial.entries())
         seek.push()
         assert seek.done, bench.state(trial.axis)
 
@@ -257,7 +257,7 @@ class Run:
         assert fault == ("limit_plus" if trial.sign > 0 else "limit_minus")
         before = bench.sim.steps(0, trial.axis)
         bench.board.command("clear_fault", bench.axes)
-        away = Upload(bench.board, trial.axis, [(START, 0), (0, 0), (-trial.sign * 2, 4), END])
+        away = LineUpload(bench.board, trial.axis, [(START, 0), (0, 0), (-trial.sign * 2, 4), END])
         away.push()
         bench.board.command("arm", [trial.axis])
         bench.until(self._over)

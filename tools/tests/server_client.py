@@ -23,7 +23,7 @@ COUNTS = [1 + index // 5 % 5 for index in range(20_000)]  # far more than a queu
 def stream(board, pixel_hz):
     settings.set_clock(board, Fraction(pixel_hz), "start", 1, 0)
     while True:
-        lines = run.Lines(board, [0])
+        lines = run.LinesOfBoard(board, [0])
         try:
             with recording.recorded(lines, lambda _: None), run.stopped_on_failure([lines]):
                 lines.uploads += upload.begin(board, {0: Line(COUNTS, PLAIN)})

@@ -13,10 +13,10 @@ from pathlib import Path
 import pytest
 
 from bad_bus import Terminal
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.port import Port
 from pixstep.server import remote
-from pixstep.server.serving import Server
+from pixstep.server.serving import BusServer
 
 HANG_S = 120  # a guard alone: what is judged is order and content, not time
 
@@ -48,7 +48,7 @@ class Desk:
     def __init__(self, terminal, timeout_s=0.5):
         self.terminal, self.notes = terminal, Notes()
         self.port = Port(terminal.name, timeout_s=timeout_s)
-        self.server = Server(self.port, self.notes)
+        self.server = BusServer(self.port, self.notes)
         self.server.open()
         self.path = self.server.listen_here(None)
         self._links = []
@@ -61,7 +61,7 @@ class Desk:
 
     def board(self, unit=1, **options):
         """Return a board as another client sees it."""
-        return Board(self.client(**options), unit)
+        return Device(self.client(**options), unit)
 
     def raw(self):
         """Return a client that speaks the protocol by hand."""

@@ -19,7 +19,7 @@ import pixstep as px
 from pixstep import natives
 from pixstep.api.bus import Bus
 from pixstep.board import link
-from pixstep.board.device import Board as Device
+from pixstep.board.device import Device
 from pixstep.simulation.simulated_board import SimLink
 from pixstep.simulation.simulator import SimOptions
 

@@ -19,7 +19,7 @@ from bad_bus import (
 from effort import cases
 from fake_board import FakeWorld
 from pixstep.board import orders, run, scan, settings, upload
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import BoardError, NoReplyError
 from pixstep.lines.line import PLAIN, Line
 
@@ -37,7 +37,7 @@ class Session:
         self.fake.clock = True
         self.fake.values["pixel_period_ticks"] = 800_000  # a twentieth of a second
         self.line = BadBus(self.world, self.rng, faults, self.fake)
-        self.board = Board(VirtualMaster(self.line))
+        self.board = Device(VirtualMaster(self.line))
         self.given_up = 0
         for number, axis in enumerate(self.fake.axes, 1):
             axis.position = 8 * number
@@ -107,7 +107,7 @@ class Session:
         mine, counts = self.fake.axes[axis], self.counts()
         before, begun = mine.position, self.fake.begun[axis]
         self.fake.holdings[3] = self.rng.choice((5, 30, 1000) if len(counts) < 100 else (20,))
-        group = [run.Lines(self.board, [axis])]
+        group = [run.LinesOfBoard(self.board, [axis])]
 
         def do():
             with run.stopped_on_failure(group):
@@ -216,7 +216,7 @@ def lossy(*lost):
     line = BadBus(FakeWorld(), random.Random(1), NO_FAULTS)
     line.boards = (QueueingBoard(line.world), QueueingBoard(line.world, 2))
     line.reply = lambda reply: len(line.requests) - 1 in lost or line.put(reply, REPLY_S)
-    return line, Board(VirtualMaster(line))
+    return line, Device(VirtualMaster(line))
 
 
 def waits(line):
@@ -236,7 +236,7 @@ def test_the_line_is_quiet_for_a_time_out_after_a_repetition():
 def test_another_board_is_asked_after_the_quiet_too_but_needs_no_fence():
     line, board = lossy(0)
     board.setting("dir_hold_us")
-    Board(board.modbus, 2).setting("dir_hold_us")
+    Device(board.modbus, 2).setting("dir_hold_us")
     _, quiet = waits(line)
     assert quiet >= TIMEOUT_S
 
@@ -251,7 +251,7 @@ def test_a_scan_of_silent_addresses_waits_for_no_quiet():
 
 def test_a_good_line_has_no_waits_and_few_fences():
     line, board = lossy()
-    group = [run.Lines(board, [0])]
+    group = [run.LinesOfBoard(board, [0])]
     group[0].uploads += upload.begin(board, {0: Line((5, 6) * 20, PLAIN)})
     run.arm(board, [0])
     run.follow(group, line.world)

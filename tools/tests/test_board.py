@@ -13,7 +13,7 @@ from pixstep.board import boards
 from pixstep.lines import core
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.experiment import simulate
-from pixstep.simulation.job import Job
+from pixstep.simulation.job import LineExperiment
 from pixstep.simulation.logs import read_edges
 from pixstep_trials.cases import rate_case
 from worked import EXPECTED, worked_line
@@ -34,7 +34,7 @@ def passed(judged):
 @pytest.mark.parametrize("backlash", sorted(EXPECTED))
 def test_worked_example(tmp_path, board, backlash):
     line = worked_line(backlash, pixels=34)
-    judged = passed(simulate(Job(board, {0: line}, HZ), tmp_path))
+    judged = passed(simulate(LineExperiment(board, {0: line}, HZ), tmp_path))
     assert [row.expected_steps for row in judged.pixels[:17]] == EXPECTED[backlash]
     assert judged.summary["axes"][0]["last_steps_off_edge"] == 0
 
@@ -42,8 +42,10 @@ def test_worked_example(tmp_path, board, backlash):
 @pytest.mark.parametrize("board", BOARDS)
 def test_serial_load_changes_no_edge(tmp_path, board):
     line = worked_line(250, pixels=34)
-    passed(simulate(Job(board, {0: line}, HZ), tmp_path / "quiet"))
-    judged = passed(simulate(Job(board, {0: line}, HZ, serial_load=True), tmp_path / "loaded"))
+    passed(simulate(LineExperiment(board, {0: line}, HZ), tmp_path / "quiet"))
+    judged = passed(
+        simulate(LineExperiment(board, {0: line}, HZ, serial_load=True), tmp_path / "loaded")
+    )
     assert judged.summary["requests"]["load"] > 50
     quiet = (tmp_path / "quiet" / "edges.csv").read_bytes()
     assert (tmp_path / "loaded" / "edges.csv").read_bytes() == quiet
@@ -54,7 +56,7 @@ def test_serial_load_changes_no_edge(tmp_path, board):
 def test_constant_rate_is_exact(tmp_path, board, rate):
     steps = cases(14_400, 60_000)
     tested = rate_case(rate, steps, tick_hz=boards.load(board).tick_hz)
-    judged = passed(simulate(Job(board, {0: tested.line}, tested.pixel_hz), tmp_path))
+    judged = passed(simulate(LineExperiment(board, {0: tested.line}, tested.pixel_hz), tmp_path))
     (axis,) = judged.summary["axes"]
     assert axis["steps"] == steps
     assert axis["rate_error_ppm"] == 0
@@ -70,24 +72,24 @@ def test_four_axes_run_four_lines_at_once(tmp_path, serial_load):
         2: Line((4, 12, 20, 28, 32, 28, 20, 12, 4), negative=True),
         3: Line((0, 100, 200, 200, 100, 0), backlash=200),
     }
-    judged = passed(simulate(Job("mega", lines, HZ, serial_load=serial_load), tmp_path))
+    judged = passed(simulate(LineExperiment("mega", lines, HZ, serial_load=serial_load), tmp_path))
     assert len(judged.axes) == 4
 
 
 @pytest.mark.parametrize("ppm", [-80.0, 80.0])
 def test_clock_error_moves_no_edge(tmp_path, ppm):
     line = worked_line(0, pixels=32)
-    passed(simulate(Job("uno", {0: line}, HZ, pixel_ppm=ppm), tmp_path))
+    passed(simulate(LineExperiment("uno", {0: line}, HZ, pixel_ppm=ppm), tmp_path))
 
 
 def test_rational_frequency(tmp_path):
     line = worked_line(250, pixels=34)
-    passed(simulate(Job("uno", {0: line}, Fraction(30000, 1001)), tmp_path))
+    passed(simulate(LineExperiment("uno", {0: line}, Fraction(30000, 1001)), tmp_path))
 
 
 def test_line_longer_than_the_queue_is_streamed(tmp_path):
     counts = [n + 40 * (n % 2) for n in range(60, 260)]
-    passed(simulate(Job("uno", {0: Line(tuple(counts), PLAIN)}, HZ), tmp_path))
+    passed(simulate(LineExperiment("uno", {0: Line(tuple(counts), PLAIN)}, HZ), tmp_path))
 
 
 # Cycles, response and RETI included: the budgets written at the handlers in firmware/avr/hal. The
@@ -108,7 +110,7 @@ SERIAL_TAIL = 15
 @pytest.mark.parametrize("board", BOARDS)
 def test_handlers_keep_their_budgets_and_never_wait_a_whole_interval(tmp_path, board):
     lines = {axis: worked_line(0, pixels=28, speed=256) for axis in range(AXES[board])}
-    judged = passed(simulate(Job(board, lines, HZ, serial_load=True), tmp_path))
+    judged = passed(simulate(LineExperiment(board, lines, HZ, serial_load=True), tmp_path))
     assert judged.summary["handlers"]
     for handler in judged.summary["handlers"]:
         name = handler["name"]
@@ -136,7 +138,7 @@ def test_demo(tmp_path):
 
 def test_planned_ticks_are_the_boards_edges(tmp_path):
     line = worked_line(250, pixels=34)
-    simulate(Job("uno", {0: line}, HZ), tmp_path)
+    simulate(LineExperiment("uno", {0: line}, HZ), tmp_path)
     zero = json.loads((tmp_path / "summary.json").read_text())["line_zero_cycle"]
     made = read_edges(tmp_path / "edges.csv").axis(0, 0).rising - zero
     assert made.tolist() == core.plan(line, HZ, tick_hz=TICK_HZ).columns()[:, 1].tolist()

@@ -11,7 +11,7 @@ from rich.console import Console
 from clock import TICK_HZ
 from console import put
 from pixstep.board import snapshot
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import BoardError
 from pixstep.cli.board import watchview
 from pixstep.cli.main import main
@@ -163,9 +163,9 @@ def test_help_of_every_command(words):
 )  # fmt: skip
 def test_a_clock_that_is_awaited_is_counted(one, hz, text):
     one.board.clock, one.board.clock_hz = hz > 0, hz
-    assert snapshot.clock_beside(Board(one.client), one.world) == text
+    assert snapshot.clock_beside(Device(one.client), one.world) == text
     with pytest.raises(BoardError, match=f"no steady pixel clock in 500 edges: {text}"):
-        snapshot.await_measured(Board(one.client), one.world, 1 / 30)
+        snapshot.await_measured(Device(one.client), one.world, 1 / 30)
 
 
 def of_another_clock(one):
@@ -177,9 +177,9 @@ def of_another_clock(one):
 def test_another_clock_than_the_one_set_is_named_wherever_it_is_awaited(one):
     of_another_clock(one)
     wanted = "measured 200.3 Hz, set to 30 Hz"
-    assert snapshot.clock_beside(Board(one.client)) == wanted
+    assert snapshot.clock_beside(Device(one.client)) == wanted
     assert wanted in one.out("watch", "--once")
-    board = Board(one.client)
+    board = Device(one.client)
     now = snapshot.take(board, board.who(), 0.0)
     console = Console(width=120, record=True, file=io.StringIO())
     console.print(watchview.page(now, None))

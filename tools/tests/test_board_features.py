@@ -5,7 +5,7 @@ import pytest
 
 from console import put
 from pixstep.board import boards, run, together
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import MissingFeatureError
 from test_board_nonsense import PROFILE
 
@@ -65,7 +65,7 @@ def test_what_a_board_lacks_is_refused_with_one_line(one, feature, words):
 
 def test_boards_are_started_together_only_if_all_know_tokens(two):
     two.boards[1].without("tokens")
-    group = [run.Lines(Board(two.client, unit), [0]) for unit in (1, 2)]
+    group = [run.LinesOfBoard(Device(two.client, unit), [0]) for unit in (1, 2)]
     with pytest.raises(MissingFeatureError, match=r"board 2: .* without tokens"):
         together.start(group, two.world)
     assert not two.boards[0].commands and not two.boards[1].commands
@@ -77,7 +77,7 @@ def test_records_of_a_board_without_clock_statistics_say_so(one):
 
 
 def test_functions_that_are_not_served_name_the_feature(one):
-    board = Board(one.client)
+    board = Device(one.client)
     one.board.without("bits", "diagnosis")
     for ask in (lambda: board.read_coils(0, 1), lambda: board.write_coil(0, True)):
         with pytest.raises(MissingFeatureError, match="without bits") as refused:

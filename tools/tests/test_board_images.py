@@ -10,7 +10,7 @@ from console import put
 from pixstep import natives
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import BoardError
 from pixstep.simulation.simulated_board import SimLink
 from pixstep.simulation.simulator import SimOptions
@@ -114,7 +114,7 @@ def test_look_set_store(live, name):
 def test_every_range_is_the_boards_own(live, name):
     """What the tool would refuse the board refuses too: written behind the tool's back."""
     one = live(name)
-    board = Board(one.client)
+    board = Device(one.client)
     for item in regs.settings():
         outside = [item.maximum + 1] if item.maximum < 0xFFFF else []
         outside += [item.minimum - 1] if item.minimum > 0 else []
@@ -127,15 +127,15 @@ def test_every_range_is_the_boards_own(live, name):
 def with_feature(name):
     """Return the boards whose image has a feature by default, by the board file."""
     dropped = name in (
-        "bits", "clock_statistics", "diagnosis", "events", "files", "gate", "line_divider",
-        "line_ends", "short_curves", "shared_switch",
+        "bits", "clock_out", "clock_statistics", "diagnosis", "events", "files", "gate",
+        "line_divider", "line_ends", "short_curves", "shared_switch",
     )  # fmt: skip
     return [board for board in BOARDS if boards.load(board).all_features or not dropped]
 
 
 @pytest.mark.parametrize("name", BOARDS)
 def test_a_board_says_what_it_has_by_default(live, name):
-    has = Board(live(name).client).features()
+    has = Device(live(name).client).features()
     for feature in boards.features():
         if feature.name != "narrow_curves":
             assert (feature.name in has) == (name in with_feature(feature.name)), feature.name
@@ -153,7 +153,7 @@ REQUESTS = {
 @pytest.mark.parametrize("name", BOARDS)
 def test_functions_of_missing_features_are_refused_and_change_nothing(live, name):
     one = live(name)
-    board = Board(one.client)
+    board = Device(one.client)
     has = board.features()
     missing = {code: row for code, row in REQUESTS.items() if row[0] not in has}
     assert bool(missing) == (name not in with_feature("bits"))
@@ -172,7 +172,7 @@ def test_functions_of_missing_features_are_refused_and_change_nothing(live, name
 
 @pytest.mark.parametrize("name", with_feature("diagnosis"))
 def test_every_function_that_the_client_has(live, name):
-    board = Board(live(name).client)
+    board = Device(live(name).client)
     assert board.identification(1) == {
         "vendor": "pixstep", "product_code": name, "revision": board.who().firmware,
     }  # fmt: skip
@@ -191,7 +191,7 @@ def test_every_function_that_the_client_has(live, name):
 @pytest.mark.parametrize("name", with_feature("bits"))
 def test_bits(live, name):
     one = live(name)
-    board = Board(one.client)
+    board = Device(one.client)
     one.pin("LIMIT_PLUS", 0)
     one.seconds(0.02)
     bits = board.read_discretes(0, 32)
@@ -228,7 +228,7 @@ def test_events_of_the_image(live):
 @pytest.mark.parametrize("name", with_feature("diagnosis"))
 def test_a_silent_board_comes_back(live, name):
     one = live(name)
-    board = Board(one.client)
+    board = Device(one.client)
     board.listen_only()
     with pytest.raises(BoardError):
         board.who()

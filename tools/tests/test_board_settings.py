@@ -87,7 +87,7 @@ def test_several_boards_cannot_have_one_address(two):
 
 def test_export_and_import(one, tmp_path):
     one.out("set", "dir_hold_us=33")
-    assert "24 settings of board 1 (mega)" in one.out("settings", "export", "a.toml")
+    assert "25 settings of board 1 (mega)" in one.out("settings", "export", "a.toml")
     text = (tmp_path / "a.toml").read_text()
     assert "# us, 1 to 1000, default 20\ndir_hold_us = 33\n" in text
     assert one.out("settings", "export", "-") == text

@@ -12,7 +12,7 @@ from serial import SerialTimeoutException
 from console import put
 from fake_board import FakeBoard, FakeWorld
 from pixstep.board import together
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import LineLostError
 from pixstep.board.modbus import SerialClient
 from pixstep.board.port import Port
@@ -62,7 +62,7 @@ def terminal():
 
 
 def test_a_line_that_goes_away_is_named_and_no_misuse(terminal):
-    board = Board(terminal.client)
+    board = Device(terminal.client)
     assert board.who().board == "mega"
     terminal.unplug()
     with pytest.raises(LineLostError, match=f"board 1: {terminal.name} .* is gone: was it unplug"):
@@ -74,7 +74,7 @@ def test_a_line_that_goes_away_is_named_and_no_misuse(terminal):
 
 
 def test_a_port_that_takes_no_bytes_is_not_gone(terminal, monkeypatch):
-    board = Board(terminal.client)
+    board = Device(terminal.client)
 
     def block(_):
         raise SerialTimeoutException("Write timeout")

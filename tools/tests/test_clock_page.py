@@ -9,8 +9,8 @@ from rich.console import Console
 
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation import clock_judge, plots, report
-from pixstep.simulation.clock_judge import Kept
-from pixstep.simulation.job import LOCK, START, Job
+from pixstep.simulation.clock_judge import ClockKeeping
+from pixstep.simulation.job import LOCK, START, LineExperiment
 from pixstep.simulation.pixel_clock import ClockFlaws
 
 LINE = Line((20,) * 60, PLAIN)
@@ -22,7 +22,7 @@ def kept(errors, off=0):
     """How a line of one axis kept to its clock, its pixel edges being so many ticks late."""
     errors = np.array(errors, dtype=float)
     pixels = np.arange(1, len(errors) + 1)
-    return Kept(
+    return ClockKeeping(
         axis=0, pixels=pixels, errors_ticks=errors, free_ticks=160.0 * pixels,
         off_steps=np.array([0, off]), period=80_000.0, line_speed=20, speed_hz=200.0, first_edge=9,
         lasts_ticks=80_000 + np.diff(errors),
@@ -86,7 +86,7 @@ def test_on_edge_is_told_where_it_means_something(sync, flaws, says):
 
 
 def job(sync, flaws):
-    return Job("uno", {0: LINE}, Fraction(200), sync=sync, flaws=flaws, pixel_ppm=2000)
+    return LineExperiment("uno", {0: LINE}, Fraction(200), sync=sync, flaws=flaws, pixel_ppm=2000)
 
 
 @pytest.mark.parametrize(

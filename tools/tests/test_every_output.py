@@ -18,7 +18,7 @@ import pytest
 import reportbench
 from command_tree import FOREIGN, commands, walk
 from pixstep import formats, natives, ops, plotting
-from pixstep.cli.command import Command, OutFile, OutFolder
+from pixstep.cli.command import Command, OutFileType, OutFolderType
 from pixstep.jobs.job import Job
 
 PRN, FAST = (
@@ -99,7 +99,7 @@ class Output:
 
     @property
     def folder(self):
-        return isinstance(self.param.type, OutFolder)
+        return isinstance(self.param.type, OutFolderType)
 
     @property
     def picture(self):
@@ -110,7 +110,7 @@ OUTPUTS = [
     Output(words, param)
     for words, command in walk()
     for param in command.params
-    if isinstance(param.type, (OutFile, OutFolder))
+    if isinstance(param.type, (OutFileType, OutFolderType))
 ]
 FILES = [output for output in OUTPUTS if not output.folder]
 FOLDERS = [output for output in OUTPUTS if output.folder]
@@ -199,7 +199,7 @@ def test_every_option_that_writes_says_so_by_its_type():
             about = (getattr(param, "help", None) or "").lower()
             named = {"-o", "--output", "--out", "--csv"} & set(param.opts)
             if isinstance(param.type, click.Path) and (named or "write" in about.split()[:4]):
-                assert isinstance(param.type, (OutFile, OutFolder)), (words, param.name)
+                assert isinstance(param.type, (OutFileType, OutFolderType)), (words, param.name)
 
 
 @every_file

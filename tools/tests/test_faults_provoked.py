@@ -8,7 +8,7 @@ import pytest
 from faultbench import FaultBench
 from pixstep import natives
 from pixstep.board import boards
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.lines import runs
 from pixstep.lines.line import PLAIN, Line
 from pixstep_trials import lines
@@ -25,7 +25,7 @@ START, SEEK, OPEN, DOWN, END = 0x01, 0x80, 0x100, (3, 0), (2, 0)
 
 def seek(bench, axis, count, pixels, flags=0):
     """Queue a seek of constant speed."""
-    upload = Upload(
+    upload = LineUpload(
         bench.board, axis, [(START | SEEK | flags, 0), (0, 0), (count, pixels), DOWN, END]
     )
     upload.push()
@@ -39,7 +39,7 @@ def test_starved(board):
     with FaultBench(board, hz=200) as bench:
         pixels = bench.board.room()[0] * 3 // 4 + 1
         line = Line(tuple(20 + n % 2 for n in range(pixels)), PLAIN)
-        upload = Upload(bench.board, 0, runs.queue_entries(line)[:-1])
+        upload = LineUpload(bench.board, 0, runs.queue_entries(line)[:-1])
         upload.push()
         assert upload.done and bench.state() == "loaded"
         bench.arm()

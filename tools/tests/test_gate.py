@@ -11,13 +11,13 @@ from pixstep import formats, natives
 from pixstep.board import boards, run, settings, snapshot, together
 from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError, NotPossibleError
-from pixstep.board.run import Lines
-from pixstep.board.upload import Upload
+from pixstep.board.run import LinesOfBoard
+from pixstep.board.upload import LineUpload
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.simulation import clock_judge
-from pixstep.simulation.job import Job
+from pixstep.simulation.job import LineExperiment
 from pixstep.simulation.logs import read_edges
 from pixstep.simulation.pixel_clock import ClockFlaws
 from pixstep.simulation.simulated_board import SimLink
@@ -86,7 +86,7 @@ def test_a_simulated_board_without_gates_is_refused(invoke):
 
 
 def test_a_line_elsewhere_in_its_burst_is_a_reason():
-    job = Job(
+    job = LineExperiment(
         "mega", {0: Line((5,), PLAIN)}, Fraction(500), gate_edges=20,
         flaws=ClockFlaws(gate_edges=60, gate_rest_ms=9),
     )  # fmt: skip
@@ -188,8 +188,8 @@ def test_boards_begin_with_one_burst(boards_of, sync, rest_us, later_s):
     group = []
     for board in one.boards:
         for _ in range(2):
-            Upload(board, 0, queue_entries(Line((3,) * 40, PLAIN))).push()
-        group.append(Lines(board, [0]))
+            LineUpload(board, 0, queue_entries(Line((3,) * 40, PLAIN))).push()
+        group.append(LinesOfBoard(board, [0]))
     started = together.start(group, one.world)
     run.follow(group, one.world)
     started.compare(one.world)
@@ -206,8 +206,8 @@ def test_boards_of_different_gates_do_not_begin(boards_of):
     one.boards[1].write_setting("gate_edges", 31)
     group = []
     for board in one.boards:
-        Upload(board, 0, queue_entries(Line((3,) * 4, PLAIN))).push()
-        group.append(Lines(board, [0]))
+        LineUpload(board, 0, queue_entries(Line((3,) * 4, PLAIN))).push()
+        group.append(LinesOfBoard(board, [0]))
     with pytest.raises(BoardError, match="board 1 has gate_edges 30 and board 2 31"):
         together.start(group, one.world)
     assert all(board.axis(0)["axis_state"] == 0 for board in one.boards)
@@ -221,8 +221,8 @@ def test_a_free_board_does_not_begin_with_one_on_the_clock(boards_of, free):
     one.boards[free].write_setting("sync", regs.SYNCS["free"])
     group = []
     for board in one.boards:
-        Upload(board, 0, queue_entries(Line((3,) * 4, PLAIN))).push()
-        group.append(Lines(board, [0]))
+        LineUpload(board, 0, queue_entries(Line((3,) * 4, PLAIN))).push()
+        group.append(LinesOfBoard(board, [0]))
     wanted = f"board {free + 1} has sync free and board {2 - free} begins on the pixel clock"
     with pytest.raises(BoardError, match=wanted):
         together.start(group, one.world)
@@ -238,9 +238,9 @@ def test_no_start_beside_locked_lines_of_a_divided_clock(boards_of):
     one.world.wait(1)
     group = []
     for board in one.boards:
-        Upload(board, 0, queue_entries(Line((3,) * 400, PLAIN))).push()
-        Upload(board, 1, queue_entries(Line((3,) * 4, PLAIN))).push()
-        group.append(Lines(board, [1]))
+        LineUpload(board, 0, queue_entries(Line((3,) * 400, PLAIN))).push()
+        LineUpload(board, 1, queue_entries(Line((3,) * 4, PLAIN))).push()
+        group.append(LinesOfBoard(board, [1]))
     run.arm(one.boards[1], [0])
     one.world.wait(1)
     assert regs.axis_state(one.boards[1].axis(0)["axis_state"]) == "running"
@@ -255,7 +255,7 @@ def test_the_board_says_why_it_does_not_arm(boards_of):
     one = boards_of("mega")
     one.set("start", 2)
     (board,) = one.boards
-    Upload(board, 0, queue_entries(Line((3,) * 4, PLAIN))).push()
+    LineUpload(board, 0, queue_entries(Line((3,) * 4, PLAIN))).push()
     with pytest.raises(NotPossibleError, match="gate_edges 2: at 500 Hz a line can begin 3 edges"):
         run.arm(board, [0])
     with pytest.raises(UserError, match="gate_edges 2"):

@@ -13,7 +13,7 @@ import pytest
 
 from command_tree import FOREIGN, own_commands, walk
 from pixstep import natives
-from pixstep.cli.command import Late, OutFile, OutFolder, OutPicture
+from pixstep.cli.command import LazyCommand, OutFileType, OutFolderType, OutPictureType
 from pixstep.cli.examples import EXAMPLES
 from pixstep.cli.main import main
 from pixstep.cli.output import SCHEMA
@@ -60,9 +60,9 @@ def meaning(option):
     if option.is_flag:
         return "a flag"
     kind = option.type
-    if isinstance(kind, OutFile):
+    if isinstance(kind, OutFileType):
         return "a file to write"
-    if isinstance(kind, OutFolder):
+    if isinstance(kind, OutFolderType):
         return "a folder"
     if isinstance(kind, click.Choice):
         return "smooth or plain" if list(kind.choices) == ["smooth", "plain"] else "a board's name"
@@ -82,12 +82,14 @@ def test_an_option_has_one_meaning(name):
 @every_command
 def test_drawings_and_outputs(name):
     for option in options(COMMANDS[name]):
-        if isinstance(option.type, OutPicture):
+        if isinstance(option.type, OutPictureType):
             assert "--plot" in option.opts, name
         if "--plot" in option.opts:
-            out = any(isinstance(other.type, OutFolder) for other in options(COMMANDS[name]))
+            out = any(isinstance(other.type, OutFolderType) for other in options(COMMANDS[name]))
             assert option.is_flag == out, f"{name}: into the folder of --out, or else into a file"
-    writes = any(isinstance(param.type, (OutFile, OutFolder)) for param in COMMANDS[name].params)
+    writes = any(
+        isinstance(param.type, (OutFileType, OutFolderType)) for param in COMMANDS[name].params
+    )
     assert writes == any("--force" in option.opts for option in options(COMMANDS[name]))
 
 
@@ -122,7 +124,7 @@ def test_groups_and_their_tables_say_the_same():
     for name, command in EVERY:
         for nested, late in getattr(getattr(command, "commands", None), "late", {}).items():
             if nested != "bench":
-                assert isinstance(late, Late)
+                assert isinstance(late, LazyCommand)
                 said = command.commands[nested].get_short_help_str(500)
                 assert late.about == said, f"{name} {nested}"
 

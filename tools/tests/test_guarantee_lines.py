@@ -22,7 +22,7 @@ def ramps(steps, backlash=7, held=60):
 
 
 def world(board, hz, sync=1):
-    return guarantee.World(board, Fraction(hz), sync)
+    return guarantee.LineConditions(board, Fraction(hz), sync)
 
 
 def test_slow_lines_are_followed():
@@ -39,7 +39,7 @@ def test_a_refusal_names_the_line_its_pixel_and_what_fits():
     )
     assert found, text
     assert 1 <= int(found[1]) <= 80
-    slower = guarantee.World("mega", Fraction(found[2]) * Fraction(99, 100))
+    slower = guarantee.LineConditions("mega", Fraction(found[2]) * Fraction(99, 100))
     assert guarantee.follows(lines, slower)
     with pytest.raises(RefusedError, match="beyond_guarantee"):
         guarantee.refuse(lines, world("mega", 2500))
@@ -85,7 +85,9 @@ def test_limits_and_line_check_agree(pixstep, tmp_path):
         line = Line((count,) * 48, PLAIN)
         files = [written(tmp_path / f"{name}.csv", line) for name in "abcd"]
         checked = pixstep("line", "check", *files, *words, "--json", status=status)
-        names = [one["name"] for one in json.loads(checked)["findings"]]
+        first = json.loads(checked)
+        lines = [first, *first["beside"]]
+        names = [one["name"] for each in lines for one in each["findings"]]
         assert names == ([] if status == 0 else [guarantee.NAME])
         out = str(tmp_path / "run")
         run = pixstep("sim", *files, *words, "--out", out, status=status)

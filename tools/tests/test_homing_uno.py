@@ -5,7 +5,7 @@ import pytest
 
 from effort import cases
 from homebench import HomeBench, assert_repeats, repeat
-from pixstep_trials.probe import Probe
+from pixstep_trials.probe import BoardProbe
 
 pytestmark = pytest.mark.usefixtures("simulator")
 COUNT = cases(15, 125)
@@ -20,7 +20,7 @@ def test_many_homings_end_on_one_step(seed):
 def test_the_switchs_reference_is_on_from_the_start():
     """It takes 70 us to settle: a seek that switched it on could see an edge that is none."""
     with HomeBench("uno") as bench:
-        seen = [Probe(bench.sim).peek(0, ACSR, 1)[0] & (ACBG | ACIC)]
+        seen = [BoardProbe(bench.sim).peek(0, ACSR, 1)[0] & (ACBG | ACIC)]
         bench.home()
-        seen.append(Probe(bench.sim).peek(0, ACSR, 1)[0] & (ACBG | ACIC))
+        seen.append(BoardProbe(bench.sim).peek(0, ACSR, 1)[0] & (ACBG | ACIC))
     assert seen == [ACBG, ACBG]

@@ -7,7 +7,7 @@ import caproto as ca
 import pytest
 from caproto import ChannelType
 
-from ideal_drive import REST, IdealDrive, Stepper
+from ideal_drive import JOG, REST, IdealDrive, Stepper
 from iocbench import FIELDS as GIVEN
 from iocbench import served, until
 from pixstep.ioc import common, names
@@ -272,6 +272,19 @@ def test_a_record_whose_board_never_answered_is_there_and_refuses(monkeypatch):
         wire.monitor("T:m.SEVR")
         until(lambda: wire.value("T:m.UDF") == 0 and wire.put("T:m.VAL", 1.0) == "")
         assert wire.value("T:m.RBV") == 1.0
+
+
+def test_a_motor_that_moves_when_its_record_begins_is_not_done(monkeypatch):
+    class Once(IdealDrive):
+        """Reports once: what a client sees until the next look at a board."""
+
+        def connect(self, on_status):
+            self.motor.state = JOG
+            on_status(self.motor.status())
+
+    with served(monkeypatch, drives={"T:m": Once()}) as (_, wire):
+        until(lambda: wire.value("T:m.UDF") == 0)
+        assert (wire.value("T:m.DMOV"), wire.value("T:m.MOVN")) == (0, 1)
 
 
 def test_links_to_records_of_the_same_server(monkeypatch):

@@ -8,7 +8,7 @@ import pytest
 from ideal_drive import IdealDrive, Stepper
 from iocbench import Noted, served, until
 from pixstep import UserError
-from pixstep.ioc.saved import Kept, Saved
+from pixstep.ioc.saved import Saved, SavedRecord
 
 REC = "T:m"
 
@@ -82,8 +82,8 @@ def test_the_machine_file_wins_where_it_has_changed(tmp_path):
     kept = again.kept("m", given | {"VELO": 2.0})
     assert (kept.fields["VELO"], kept.fields["BDST"], kept.fields["DVAL"]) == (2.0, 0.5, 2.0)
     assert not kept.is_moving
-    assert again.kept("m", given | {"EGU": "deg"}) == Kept(given | {"EGU": "deg"})
-    assert again.kept("other", given) == Kept(given)
+    assert again.kept("m", given | {"EGU": "deg"}) == SavedRecord(given | {"EGU": "deg"})
+    assert again.kept("other", given) == SavedRecord(given)
 
 
 @pytest.mark.parametrize("restores", [0, 2])

@@ -85,7 +85,7 @@ def test_settings_that_went_into_the_job_are_compared_one_by_one(folder, mega, t
     ops.board_set(["sync=2", "dir_setup_us=35"], link=mega)
     ops.board_settings_export(tmp_path / "main.toml", link=mega)
     machine = jobbench.write_machine(tmp_path)
-    asked = jobbench.Asked(settings={"main": tmp_path / "main.toml"})
+    asked = jobbench.JobOptions(settings={"main": tmp_path / "main.toml"})
     jobbench.make(machine, asked=asked).write(tmp_path / "a.pxjob")
     done, rows = rows_of(tmp_path, mega)
     assert done["verdict"] == "green" and rows["dir_setup_us"]["colour"] == "green"

@@ -206,7 +206,7 @@ def test_a_profile_of_another_name_and_the_same_content_is_grey(compared, tmp_pa
 def test_a_profile_that_was_named_for_the_job_is_no_difference(made, tmp_path):
     machine = jobbench.write_machine(tmp_path)
     formats.write_prn(tmp_path / "own.PRN", [8, 16, 32, 64, 128, 256, 512, 1000])
-    asked = jobbench.Asked(profiles={"M39": tmp_path / "own.PRN"})
+    asked = jobbench.JobOptions(profiles={"M39": tmp_path / "own.PRN"})
     job = _written(jobbench.make(machine, asked=asked), tmp_path)
     rows = compare(job, jobbench.MACHINE, tmp_path)
     assert comparison.verdict(rows) is GREEN
@@ -215,8 +215,8 @@ def test_a_profile_that_was_named_for_the_job_is_no_difference(made, tmp_path):
 
 def test_a_wrong_value_of_today_is_refused(made, tmp_path):
     for text, said in (
-        (jobbench.MACHINE.replace('"30 Hz"', '"x Hz"'), "clock.pixel: "),
-        (jobbench.MACHINE.replace("axis = 1", "axis = 9"), "motors.M40.axis: "),
+        (jobbench.MACHINE.replace('"30 Hz"', '"x Hz"'), "clock.pixel = 'x Hz': "),
+        (jobbench.MACHINE.replace("axis = 1", "axis = 9"), "motors.M40.axis = 9: "),
         ("x = ", "machine.toml: "),
     ):
         with pytest.raises(RefusedError, match=said):

@@ -14,7 +14,7 @@ from pixstep import formats, ops
 from pixstep.errors import UserError
 from pixstep.jobs import judging, line_files, making
 from pixstep.jobs.job import Job
-from pixstep.jobs.making import Asked, AskedImage
+from pixstep.jobs.making import AskedImage, JobOptions
 from pixstep.lines.line import SMOOTH
 from pixstep.profiles import turning
 
@@ -78,7 +78,7 @@ def test_lines_go_on_from_where_the_one_before_ends(machine):
 
 def test_every_line_is_one_that_boards_take(machine):
     job = make(machine)
-    assert judging.judge(job, machine, machine.path) == []
+    assert judging.judge(job, machine, lambda _: machine.path) == []
 
 
 def test_one_way_has_a_return_after_each_line_but_the_last(machine):
@@ -103,7 +103,7 @@ def test_a_motor_steps_after_the_image_and_not_after_the_last_line(machine):
 def test_lead_ins_grow_until_a_motor_that_steps_has_the_time(machine):
     """4,000 steps at 100 a pixel take 44 pixels: lead-in 8 and 16 pixels of ramp are too few."""
     wanted = AskedImage(image(), {"M39": speed()}, {"M41": 4000})
-    made = making.of_image(machine, wanted, Asked())
+    made = making.of_image(machine, wanted, JobOptions())
     assert any(note.startswith("lead-out") for note in made.notes)
     assert any(note.startswith("lead-in") for note in made.notes)
     for number in (1, 2):
@@ -134,7 +134,7 @@ def test_a_turning_motor_with_a_hard_first_pixel_gets_advice(machine):
 
 def _notes(machine):
     wanted = AskedImage(image(), {"M39": speed()}, {}, {"M40": 400})
-    return making.of_image(machine, wanted, Asked()).notes
+    return making.of_image(machine, wanted, JobOptions()).notes
 
 
 def test_several_motors_scan_and_the_image_is_at_the_same_pixels(machine):
@@ -157,12 +157,12 @@ def test_the_motors_direction_is_in_the_lines(tmp_path):
 
 
 def test_a_backlash_of_its_own_and_none(machine):
-    job = make(machine, asked=Asked(backlash={"M39": 100}))
+    job = make(machine, asked=JobOptions(backlash={"M39": 100}))
     assert job.line(1)["M39"].backlash == 100 and job.header.motors["M39"].backlash == 100
-    job = make(machine, asked=Asked(backlash={"M39": 0}))
+    job = make(machine, asked=JobOptions(backlash={"M39": 0}))
     assert job.line(1)["M39"].counts[0] == 4
     with pytest.raises(UserError, match="backlash 1100 does not fit one pixel at speed 1000"):
-        make(machine, asked=Asked(backlash={"M39": 1100}))
+        make(machine, asked=JobOptions(backlash={"M39": 1100}))
 
 
 def test_make_says_what_it_made(in_folder, machine):
@@ -246,7 +246,7 @@ def test_exported_lines_make_the_same_job(in_folder, machine):
 
 def test_files_say_their_own_backlash(in_folder, machine):
     folder = machine.path.parent
-    make(machine, asked=Asked(backlash={"M39": 120})).write(folder / "a.pxjob")
+    make(machine, asked=JobOptions(backlash={"M39": 120})).write(folder / "a.pxjob")
     in_folder("job", "export", "a.pxjob", "--of", "M39", "--line", 1, "--out", "lines")
     told = in_folder("job", "make", "--lines-of", "M39=lines/M39.csv", "-o", "b.pxjob")
     assert "its own backlash of 120 steps is taken; machine.toml has 250" in told
@@ -258,7 +258,9 @@ def test_files_of_other_lengths_are_refused(machine):
     formats.write_csv(folder / "a.csv", [0, 10, 10, 0])
     formats.write_csv(folder / "b.csv", [0, 10, 0])
     with pytest.raises(UserError, match="has 3 pixels, line 1 of motor M40 4"):
-        line_files.of_files(machine, {"M40": folder / "a.csv", "M41": folder / "b.csv"}, Asked())
+        line_files.of_files(
+            machine, {"M40": folder / "a.csv", "M41": folder / "b.csv"}, JobOptions()
+        )
 
 
 TABLE = """\
@@ -282,7 +284,7 @@ def test_a_table_of_positions(machine, put):
 def making_of_table(machine, path):
     from pixstep.jobs import position_table
 
-    return position_table.of_table(machine, path, Asked()).job
+    return position_table.of_table(machine, path, JobOptions()).job
 
 
 @pytest.mark.parametrize(
@@ -345,7 +347,7 @@ def test_a_scanspec_specification(in_folder, machine):
     ("spec", "said"),
     [
         (specs.Linspace("M39", 0, 5, 6), "two are wanted, as motors are called"),
-        (specs.Linspace("M41", 0, 2, 3) * specs.Linspace("M7", 0, 5, 6), "there is no motor 'M7'"),
+        (specs.Linspace("M41", 0, 2, 3) * specs.Linspace("M7", 0, 5, 6), "axis M7: no motor"),
         (specs.Linspace("M41", 0, 2, 3).zip(specs.Linspace("M39", 0, 5, 3)), "place 2: one"),
         (specs.Linspace("M41", 0, 0.0001, 3) * specs.Linspace("M39", 0, 5, 6), "not a whole"),
         (specs.Linspace("M41", 0, 2, 3) * specs.Linspace("M39", 0, 1, 7), "speed of .* a pixel"),
@@ -381,7 +383,7 @@ def test_a_smooth_motor_may_step(machine):
     line = job.line(1)["M39"]
     assert line.negative and sum(line.counts) == 500 and line.backlash == 0
     assert job.runs_of(4)["M39"].start_steps == -1500
-    assert judging.judge(job, machine, machine.path) == []
+    assert judging.judge(job, machine, lambda _: machine.path) == []
 
 
 @pytest.mark.parametrize(
@@ -400,7 +402,7 @@ def test_lines_that_are_too_long_or_too_many(machine, of, motions, said):
 
 def test_a_place_that_no_board_can_count_to_is_refused(machine):
     with pytest.raises(UserError, match="line 1 of motor M41 ends at 2147483648 steps"):
-        make(machine, asked=Asked(starts={"M41": 2**31 - 40}))
+        make(machine, asked=JobOptions(starts={"M41": 2**31 - 40}))
 
 
 def test_settings_that_are_none_are_refused(in_folder, machine):

@@ -185,8 +185,8 @@ def test_a_board_that_was_reset_and_has_taken_a_line_since_is_named(folder):
 def test_what_became_of_a_line(places, fate, text):
     job = SimpleNamespace(pixels=40)
     found = [
-        resuming.Found(
-            SimpleNamespace(name=name), account.Place(*place) if place else None, True, ""
+        resuming.BoardAtResume(
+            SimpleNamespace(name=name), account.LinePlace(*place) if place else None, True, ""
         )
         for name, place in zip("AB", places, strict=True)
     ]

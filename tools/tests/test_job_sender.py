@@ -52,7 +52,7 @@ def accept(uploads):
 @pytest.fixture
 def stations(monkeypatch):
     """Return two boards with a motor each."""
-    monkeypatch.setattr(sender, "Upload", FakeUpload)
+    monkeypatch.setattr(sender, "LineUpload", FakeUpload)
     monkeypatch.setattr(sender, "feed", accept)
     return [
         SimpleNamespace(name=name, board=Board(unit), motors={name: 0})

@@ -3,6 +3,10 @@
 
 import json
 import re
+import signal
+import subprocess
+import sys
+import time
 from dataclasses import replace
 from fractions import Fraction
 
@@ -17,13 +21,13 @@ from pixstep.errors import UserError
 from pixstep.jobs.job import Job, id_of
 from pixstep.jobs.shapes import Shape
 from pixstep.jobs.simulated import blocks, cuts, tools, work
-from pixstep.jobs.simulated.cuts import Cutter, World
+from pixstep.jobs.simulated.cuts import Cutter, SimulatedWorld
 from pixstep.jobs.simulated.judge import _Part, _turns
 from pixstep.jobs.simulated.rows import Edges
 from pixstep.lines import exact
 from pixstep.lines.line import Line
 from pixstep.simulation import verdict
-from pixstep.simulation.job import Job as OneLine
+from pixstep.simulation.job import LineExperiment
 from pixstep.simulation.logs import AxisEdges
 from pixstep.simulation.pixel_clock import ClockFlaws
 
@@ -47,7 +51,7 @@ def simulate(folder, **more):
 
 def keys(job, **world):
     """Return the keys of a job's blocks."""
-    return [cut.key for cut in Cutter(job, World(lines=2, **world), TOOLS).cuts()]
+    return [cut.key for cut in Cutter(job, SimulatedWorld(lines=2, **world), TOOLS).cuts()]
 
 
 def with_machine(job, text):
@@ -104,16 +108,20 @@ class TestSimulated:
 
     def test_a_block_without_its_rows_or_edges_is_simulated_again(self, simulated):
         folder, done = simulated
-        first, second, *_ = sorted((folder / "print.pxsim/blocks").iterdir())
+        first, second, third = sorted((folder / "print.pxsim/blocks").iterdir())
         first.write_bytes(b"nonsense")
-        (folder / "print.pxsim/edges" / second.name).unlink()
+        edges = folder / "print.pxsim/edges"
+        (edges / second.name).unlink()
+        whole = (edges / third.name).read_bytes()
+        (edges / third.name).write_bytes(whole[: len(whole) // 2])
         again = simulate(folder)
-        assert again["simulated"] == 2 and again["sha256"] == done["sha256"]
+        assert again["simulated"] == 3 and again["sha256"] == done["sha256"]
+        assert (edges / third.name).read_bytes() == whole
 
     def test_a_block_simulated_twice_has_the_same_edges(self, simulated, tmp_path):
         folder, _ = simulated
         job = Job.read(folder / "a.pxjob")
-        world = World(lines=2)
+        world = SimulatedWorld(lines=2)
         found = cuts.tools_of(job, world)
         cut = [*Cutter(job, world, found).cuts()][1]
         answer = work.simulate(blocks.pack(job, cut, world, found), str(tmp_path))
@@ -123,7 +131,7 @@ class TestSimulated:
 
     def test_other_tools_are_refused(self, simulated, tmp_path):
         job = Job.read(simulated[0] / "a.pxjob")
-        world = World()
+        world = SimulatedWorld()
         other = {**cuts.tools_of(job, world), "pixstep-sim": "another one"}
         cut = next(Cutter(job, world, other).cuts())
         answer = work.simulate(blocks.pack(job, cut, world, other), str(tmp_path))
@@ -165,7 +173,7 @@ class TestChained:
             AxisEdges(cycles[:2], levels[:2]),
             AxisEdges(cycles[2:], levels[2:], np.array([1000 + hold]), np.array([1])),
         ]
-        of = OneLine("mega", {}, Fraction(110))
+        of = LineExperiment("mega", {}, Fraction(110))
         parts = [_Part(k, "M39", self.LINE, edges, of, 0, False) for k, edges in enumerate(lines)]
         _turns(parts)
         assert [part.reasons == [] for part in parts] == [True, right]
@@ -214,7 +222,8 @@ class TestKeys:
         machine = jobbench.write_machine(tmp_path)
         job = jobbench.large(machine, lines=64)
         found = [
-            len(blocks.pack(job, cut, World(), TOOLS)) for cut in Cutter(job, World(), TOOLS).cuts()
+            len(blocks.pack(job, cut, SimulatedWorld(), TOOLS))
+            for cut in Cutter(job, SimulatedWorld(), TOOLS).cuts()
         ]
         print(f"a line of 3 motors with 500 pixels: {sum(found) / 64:.0f} bytes to its worker")
         assert sum(found) < 64 * 1500
@@ -222,8 +231,38 @@ class TestKeys:
     def test_long_lines_make_short_blocks(self, tmp_path, monkeypatch):
         monkeypatch.setattr(cuts, "MOST_STEPS", 100_000)
         job = runbench.folder_with_job(tmp_path, lines=9)
-        found = [cut.lines for cut in Cutter(job, World(), TOOLS).cuts()]
+        found = [cut.lines for cut in Cutter(job, SimulatedWorld(), TOOLS).cuts()]
         assert sum(found) == 9 and 1 < max(found) < 9
+
+
+@pytest.mark.usefixtures("simulator")
+def test_whoever_is_in_a_hurry_gets_one_line_and_leaves_nothing(tmp_path):
+    """Several signals end a simulation as one does."""
+    runbench.folder_with_job(tmp_path, lines=40)
+    words = ("job", "simulate", "a.pxjob", "--block", "40", "--processes", "1", "--out", "a.pxsim")
+    edges = tmp_path / "a.pxsim/edges"
+    with subprocess.Popen(
+        [sys.executable, "-m", "pixstep", *words], cwd=tmp_path, stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE, text=True,
+    ) as process:  # fmt: skip
+        while process.poll() is None and not [*edges.glob(".pixstep-part-*/edges.csv")]:
+            time.sleep(0.02)
+        for _ in range(3):
+            process.send_signal(signal.SIGINT)
+            time.sleep(0.01)
+        said, complaints = process.communicate()
+    assert process.returncode in (130, -signal.SIGINT), complaints  # 130 of a shell, both
+    assert said == "" and complaints.count("\n") == 1, complaints
+    assert complaints.startswith("pixstep: stopped by Ctrl-C: 0 of 1 blocks are finished")
+    assert [*edges.iterdir()] == []
+
+
+@pytest.mark.usefixtures("simulator")
+def test_a_full_disk_is_told_with_its_file():
+    with runbench.bus(clock_log="/dev/full") as link:
+        link.world.wait(1)
+        with pytest.raises(UserError, match="/dev/full: No space left on device"):
+            link.simulator.quit()
 
 
 class TestRefused:

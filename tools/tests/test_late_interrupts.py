@@ -14,7 +14,7 @@ from lockbench import LockBench
 from pixstep.board import boards
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.logs import read_edges
-from pixstep_trials.probe import Probe
+from pixstep_trials.probe import BoardProbe
 from test_lock import errors, ppm
 
 HZ = 100
@@ -69,7 +69,7 @@ def run(bench, counts, period, most=0, seed=0, *, aimed=False, sync="lock"):
             at, stop = (at_pixels if aimed else now_and_then)()
             run_clock(min(end, at) - bench.sim.cycle)
             if at <= end:
-                Probe(bench.sim).hang(0, f"for {stop}")
+                BoardProbe(bench.sim).hang(0, f"for {stop}")
 
     if most:
         bench.sim.run = run_with_stops

@@ -9,7 +9,7 @@ import runbench
 from pixstep import ops
 from pixstep.board import run
 from pixstep.board.errors import BoardError
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
 
@@ -18,7 +18,7 @@ LINE_S = 0.2
 
 
 def queue(board, axis, line):
-    upload = Upload(board, axis, queue_entries(line))
+    upload = LineUpload(board, axis, queue_entries(line))
     upload.push()
     assert upload.done
     return upload
@@ -56,7 +56,7 @@ def test_an_axis_that_falls_a_line_behind_is_named(simulator, known):
             upload = queue(board, axis, behind)
         if not known:
             queue(board, 0, behind)
-        lines = run.Lines(board, axes)
+        lines = run.LinesOfBoard(board, axes)
         run.arm_lines(lines)
 
         if known:  # three were sent, as far as the sender knows
@@ -77,7 +77,7 @@ def test_a_line_that_waits_for_its_turn_is_no_fault(simulator):
         for axis in (0, 1):
             queue(board, axis, LINE)
             queue(board, axis, LINE)  # it waits for the clock: it is armed by hand
-        lines = run.Lines(board, [0, 1])
+        lines = run.LinesOfBoard(board, [0, 1])
         run.arm_lines(lines)
         run.follow([lines], link.world)
         assert set(run.states(board, [0, 1]).values()) == {"loaded"}

@@ -9,7 +9,7 @@ import pytest
 from bench import Bench
 from pixstep.board import registers as regs
 from pixstep.board.errors import BusyError, LineRefusedByBoardError
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.lines import runs
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.runs import MARK_DIVIDER, queue_entries
@@ -37,7 +37,7 @@ def mega():
 
 def load(bench, line, divider, axis=0):
     """Upload a line with its divider."""
-    upload = Upload(bench.board, axis, queue_entries(line, divider))
+    upload = LineUpload(bench.board, axis, queue_entries(line, divider))
     upload.push()
     return upload
 
@@ -129,13 +129,13 @@ def test_behind_a_line_only_its_own_number(bench):
 def test_a_refused_block_leaves_the_setting(bench):
     entries = [*queue_entries(LINE, 3)[:-1], (0, 0)]
     with pytest.raises(LineRefusedByBoardError, match="malformed"):
-        Upload(bench.board, 0, entries).push()
+        LineUpload(bench.board, 0, entries).push()
     assert edges_of(bench) == DEFAULT
 
 
 def test_cut_off_before_its_divider(bench):
     head = queue_entries(LINE, 5)[:2]
-    Upload(bench.board, 0, head).push()
+    LineUpload(bench.board, 0, head).push()
     assert bench.state() == "loading"
     bench.board.write_setting("divider", 4)  # nothing was checked by it
     forget(bench)
@@ -168,7 +168,9 @@ def test_clear_and_stop_leave_it(bench):
 
 def test_beside_a_queued_or_moving_axis(mega):
     for state in ("loading", "loaded", "armed", "running"):
-        Upload(mega.board, 1, queue_entries(LONG, 2)[: 4 if state == "loading" else None]).push()
+        LineUpload(
+            mega.board, 1, queue_entries(LONG, 2)[: 4 if state == "loading" else None]
+        ).push()
         if state in ("armed", "running"):
             mega.board.command("arm", [1], 5 if state == "armed" else 0)
         if state == "running":

@@ -20,7 +20,7 @@ HZ = Fraction(1000)
 
 
 def wanted(speed="40000steps/s", acceleration="200000steps/s2", jerk=None, **more):
-    return accelerate.Wanted(
+    return accelerate.WantedLine(
         units.parse(speed, SPEED),
         units.parse(acceleration, ACCELERATION),
         jerk and units.parse(jerk, JERK),

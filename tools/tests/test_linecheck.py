@@ -127,6 +127,26 @@ def test_jerk_counts_from_rest_and_to_rest(counts, limit, pixels):
     assert len(found) == len(pixels)
 
 
+@pytest.mark.parametrize(
+    ("counts", "limits", "pixels"),
+    [
+        ([10, 20, 10], Limits(jerk_warning=19), [3]),  # 10, 10, -10, -10
+        ([10, 20, 10], Limits(jerk_warning=9), [1, 3]),
+        ([20, -20], Limits(jerk_warning=59), [2, 2]),
+        ([20, -20], Limits(jerk_warning=1, start_stop=20), []),
+    ],
+)
+def test_the_jerk_of_a_plain_line(counts, limits, pixels):
+    found = check(Line(tuple(counts), PLAIN), limits)
+    assert [item.pixel for item in found if item.name == "jerk"] == pixels
+
+
+def test_whole_steps_of_a_plain_line_have_a_jerk_of_their_own():
+    limits = Limits(max_acceleration=5, jerk_warning=3)
+    assert limits.with_rounding(Line((1,), PLAIN)) == Limits(max_acceleration=7, jerk_warning=7)
+    assert limits.with_rounding(Line((1,))) == limits
+
+
 def test_rate_limit():
     limits = Limits(min_interval_ticks=100, period_ticks=Fraction(TICK_HZ, 30))
     assert ("too_fast", 1) in names([6000], limits, decode=PLAIN)

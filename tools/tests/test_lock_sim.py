@@ -19,7 +19,7 @@ from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.profiles import generator
 from pixstep.simulation import clock_judge, pixel_clock, report, verdict
 from pixstep.simulation.experiment import run_and_judge
-from pixstep.simulation.job import LOCK, START, Job
+from pixstep.simulation.job import LOCK, START, LineExperiment
 from pixstep.simulation.judge import judge
 from pixstep.simulation.logs import AxisEdges, ClockLog, read_clock_log, read_edges
 from pixstep.simulation.pixel_clock import ClockFlaws
@@ -55,7 +55,7 @@ def smooth_line(backlash=12):
 def run(folder, board, lines, hz=HZ, **world):
     """Run lines, locked to the clock; return what the run left and its judgement."""
     result, judged, _ = run_and_judge(
-        Job(board, lines, Fraction(hz), **{"sync": LOCK, **world}), folder
+        LineExperiment(board, lines, Fraction(hz), **{"sync": LOCK, **world}), folder
     )
     return result, judged
 
@@ -149,7 +149,7 @@ def test_axes_end_their_pixels_together(tmp_path):
     grids = dict(judged.grids)
     shifted = grids[3]
     grids[3] = replace(shifted, knots_cycle=shifted.knots_cycle + 1)
-    job = Job("mega", lines, HZ, sync=LOCK)
+    job = LineExperiment("mega", lines, HZ, sync=LOCK)
     (reason,) = clock_judge.apart(job, grids)
     assert "20 pixels do not end together" in reason
 
@@ -465,7 +465,7 @@ def test_a_pixel_edge_off_the_clocks_is_found(late, wrong):
     true = ends.astype(float)
     ends[30] += late
     edges = moving_edges(PLAIN_LINE, ends)
-    job = Job("uno", {0: PLAIN_LINE}, HZ, sync=LOCK)
+    job = LineExperiment("uno", {0: PLAIN_LINE}, HZ, sync=LOCK)
     grid = pixel_clock.of_steps(PLAIN_LINE, PERIOD, edges.rising)
     found = clock_judge.keep(job, 0, PLAIN_LINE, edges, grid, ClockLog(true=true))
     assert len(clock_judge.reasons(job, found)) == wrong

@@ -13,7 +13,7 @@ from bench import Bench
 from lockbench import LockBench
 from pixstep.board import boards
 from pixstep.lines.line import PLAIN, Line
-from pixstep_trials.probe import Probe
+from pixstep_trials.probe import BoardProbe
 from test_lock import errors, ppm, run_line
 from test_safety_faults import estop_pin
 
@@ -59,7 +59,7 @@ def test_what_was_missed_before_a_halt_is_named(board, counts, way):
     with Bench(board, hz=HZ, axes=tuple(counts)) as bench:
         start(bench, counts)
         bench.run_until_steps(8000, min(counts))
-        Probe(bench.sim).hang(0, f"for {HELD_CYCLES}")
+        BoardProbe(bench.sim).hang(0, f"for {HELD_CYCLES}")
         halt(bench, way)
         assert bench.board.input("fault_mask") & UNDERRUN
         assert any(bench.board.axis(axis)["underruns"] for axis in counts)
@@ -93,8 +93,8 @@ def test_a_coarse_clock_that_lost_time_is_named():
     with Bench("mega", hz=HZ, axes=(2,)) as bench:
         start(bench, {2: 100})
         bench.run_until_steps(300, 2)
-        overflows = int.from_bytes(Probe(bench.sim).peek(0, "clock_overflows"), "little")
-        Probe(bench.sim).poke(0, "clock_overflows", (overflows - 2).to_bytes(4, "little"))
+        overflows = int.from_bytes(BoardProbe(bench.sim).peek(0, "clock_overflows"), "little")
+        BoardProbe(bench.sim).poke(0, "clock_overflows", (overflows - 2).to_bytes(4, "little"))
         bench.sim.wait_s(0.05)
         assert bench.board.input("fault_mask") & UNDERRUN
 

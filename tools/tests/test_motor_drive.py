@@ -13,8 +13,8 @@ from drive_bench import STOP, Watched, counter, driven, home, jog, move, rising_
 from effort import cases
 from pixstep.board import settings
 from pixstep.motor_drive import BusDrives, DrivenMotor
-from pixstep.motor_record.traffic import Command, Msta, Verb
-from pixstep.moves.trapezoid import Kinematics, Trapezoid
+from pixstep.motor_record.traffic import MotorCommand, Msta, Verb
+from pixstep.moves.trapezoid import MoveKinematics, Trapezoid
 
 pytestmark = pytest.mark.usefixtures("simulator")
 QUIET_S = 0.3
@@ -47,7 +47,7 @@ def test_moves_end_where_they_should(kind):
             motor.settle(slice_s=0.005)
             assert motor.edges() == motor.last.position_steps == here
             top = int(drives["1.0"].top_speed_steps_s / hz)
-            wanted = Kinematics(speed, base, acceleration).within(top, hz)
+            wanted = MoveKinematics(speed, base, acceleration).within(top, hz)
             late_s = motor.times[-1] - begun_s - Trapezoid(steps, wanted, hz).lasts_s
             assert 0 < late_s < 0.08  # requests before it, a look after it
             assert (Msta.DIRECTION in motor.last.flags) == (steps > 0)
@@ -222,11 +222,11 @@ def test_a_jog_changes_its_speed_and_turns():
         motor.obey(jog(1000))
         bus.let_pass(1.5)
         before = motor.edges()
-        motor.obey([Command(Verb.JOG_VELOCITY, 3000)])
+        motor.obey([MotorCommand(Verb.JOG_VELOCITY, 3000)])
         bus.let_pass(2)
         faster = motor.edges()
         assert faster - before > 3500
-        motor.obey([Command(Verb.JOG_VELOCITY, -2000)])
+        motor.obey([MotorCommand(Verb.JOG_VELOCITY, -2000)])
         bus.let_pass(3)
         assert motor.edges() < faster
         assert Msta.MOVING in motor.last.flags and Msta.DIRECTION not in motor.last.flags
@@ -278,7 +278,7 @@ def test_home_limits_and_faults():
         bad.settle()
         bus.let_pass(QUIET_S)
         assert bad.last.position_steps == bad.edges() and Msta.HOMED not in bad.last.flags
-        bad.obey([Command(Verb.LOAD_POS, 77)])
+        bad.obey([MotorCommand(Verb.LOAD_POS, 77)])
         bad.settle()
         assert bad.last.position_steps == 77 and bad.flags() == Msta.DONE
 
@@ -321,7 +321,7 @@ def test_a_board_that_is_switched_off_and_back():
         lost.obey(move(100))
         lost.settle()
         assert lost.edges() == made and Msta.PROBLEM in lost.last.flags
-        lost.obey([Command(Verb.LOAD_POS, 500)])
+        lost.obey([MotorCommand(Verb.LOAD_POS, 500)])
         lost.settle()
         lost.obey(move(600))
         assert at_rest(lost, 600) and lost.edges() == made + 100
@@ -558,7 +558,7 @@ def test_each_command_twice():
         motor.obey(twice(STOP))
         assert at_rest(motor, motor.settle().position_steps)
         assert motor.edges() == motor.last.position_steps > 900
-        motor.obey(twice([Command(Verb.LOAD_POS, -5), Command(Verb.GET_INFO)]))
+        motor.obey(twice([MotorCommand(Verb.LOAD_POS, -5), MotorCommand(Verb.GET_INFO)]))
         assert at_rest(motor, -5)
 
 
@@ -580,7 +580,7 @@ def test_commands_in_any_order(seed):
                 motor.obey(jog(chosen.uniform(-3000, 3000)))
                 target = None
             elif what == "velocity":
-                motor.drive.obey([Command(Verb.JOG_VELOCITY, chosen.uniform(-3000, 3000))])
+                motor.drive.obey([MotorCommand(Verb.JOG_VELOCITY, chosen.uniform(-3000, 3000))])
             elif what == "stop":
                 motor.obey(STOP)
                 target = None
@@ -588,11 +588,11 @@ def test_commands_in_any_order(seed):
                 motor.obey(STOP)
                 motor.settle()
                 value = chosen.randint(-1000, 1000)
-                motor.obey([Command(Verb.LOAD_POS, value)])
+                motor.obey([MotorCommand(Verb.LOAD_POS, value)])
                 motor.settle()
                 zero, target = motor.edges() - value, value
             elif what == "info":
-                motor.drive.obey([Command(Verb.GET_INFO), *speeds(1000)])
+                motor.drive.obey([MotorCommand(Verb.GET_INFO), *speeds(1000)])
             bus.let_pass(chosen.choice([0, 0.01, 0.1, 0.4]))
             if chosen.random() < 0.3 and (target is not None or motor.rests):
                 motor.settle()

@@ -10,7 +10,7 @@ from drive_bench import STOP, Watched, move
 from pixstep.board.port import Port
 from pixstep.motor_drive import BusDrives, DrivenMotor, Pacer
 from pixstep.motor_record.traffic import Msta
-from pixstep.server.serving import Server
+from pixstep.server.serving import BusServer
 from serverbench import until
 from sim_terminal import on_terminal
 
@@ -39,7 +39,7 @@ class Quiet:
 def test_through_a_server_that_is_killed_and_back(runtime):
     with on_terminal("mega", 30) as (name, _):
         port = Port(name, timeout_s=0.5)
-        server = Server(port, Quiet())
+        server = BusServer(port, Quiet())
         server.open()
         server.listen_here(None)
         with px.connect(name) as bus:
@@ -56,7 +56,7 @@ def test_through_a_server_that_is_killed_and_back(runtime):
                 server.close()
                 until(lambda: Msta.COMM_ERR in motor.last.flags, "COMM_ERR")
                 assert drives["x"].problem
-                server = Server(port, Quiet())
+                server = BusServer(port, Quiet())
                 server.open()
                 server.listen_here(None)
                 until(lambda: Msta.COMM_ERR not in motor.last.flags, "the server is back")

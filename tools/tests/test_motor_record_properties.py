@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 import motor_invariants as holds
 from effort import LONG, cases, only_long
 from pixstep.motor_record import FIELDS, MotorRecord
-from pixstep_trials.motor_traces.bench import Bench
+from pixstep_trials.motor_traces.bench import TraceBench
 from pixstep_trials.motor_traces.stepper import Stepper
 
 WANTED = 1_000_000  # operations of a long check
@@ -84,7 +84,7 @@ class Trial:
     """One record, its motor, and a client that listens to all posts."""
 
     def __init__(self, fields, ratio):
-        self.bench = Bench(MotorRecord(fields), Stepper(ratio=ratio))
+        self.bench = TraceBench(MotorRecord(fields), Stepper(ratio=ratio))
         self.known = {}
         self._take, self.bench.take = self.bench.take, self.take
         self.bench.take(self.bench.record.initialise(self.bench.stepper.status()))
@@ -121,7 +121,10 @@ class Trial:
                 holds.at_rest_when_done(self.bench)
 
     def settle(self):
-        holds.ends(self.bench, self.bench.settle()[1])
+        ended = self.bench.settle()[1]
+        if not ended and self.bench.stepper.at_rest:  # perhaps since the last tick only
+            ended = self.bench.settle()[1]
+        holds.ends(self.bench, ended)
 
     def delay(self):
         self.bench.end_delay()

@@ -20,7 +20,7 @@ from effort import cases
 from pixstep.board import boards, capability
 from pixstep.board import registers as regs
 from pixstep.board.errors import BUSY, BoardError, LineRefusedByBoardError
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.lines import core
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import MARK_DIVIDER, queue_entries
@@ -94,7 +94,7 @@ class Judge:
 
     def moving(self, queued):
         """Return what the board says of a line that begins to move before it is all there."""
-        upload = Upload(self.board, 0, queued)
+        upload = LineUpload(self.board, 0, queued)
         try:
             upload.push()
             self.board.command("arm", [0])

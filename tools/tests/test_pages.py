@@ -13,7 +13,7 @@ from rich.console import Console
 from clock import TICK_HZ
 from pixstep import formats, plotting
 from pixstep.board import boards, registers
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.cli.main import main
 from pixstep.lines import exact
 from pixstep.lines.line import PLAIN, SMOOTH, Line
@@ -113,7 +113,7 @@ def test_a_run_says_where_its_files_are(tmp_path, monkeypatch):
 
 def test_a_fault_is_said_with_its_meaning_and_its_cure(monkeypatch):
     state = {"fault_code": 2, "fault_axis": 0, "fault_pixel": 9, "fault_argument": 0}
-    board = Board.__new__(Board)
+    board = Device.__new__(Device)
     monkeypatch.setattr(board, "inputs", lambda: state)
     assert board.fault_text() == (
         "fault decoder_late on axis 0 at pixel 9: the next interval was not decoded in time. "

@@ -15,7 +15,7 @@ from pixstep.lines import core
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.line_check import check, refused
 from pixstep.lines.units import edge_tick, period_ticks
-from pixstep_trials.cases import PIXEL_HZ, Bounds, Case, case
+from pixstep_trials.cases import PIXEL_HZ, Bounds, LineCase, case
 from plan_judge import judge
 from worked import EXPECTED, worked_line
 
@@ -40,7 +40,7 @@ def test_random_lines(lines_option, decode, seed, tick_hz):
     cases(zip(PIXEL_HZ, cycle(BACKLASHES), strict=False), product(PIXEL_HZ, BACKLASHES)),
 )
 def test_worked_example(hz, backlash, tick_hz):
-    judge(Case(worked_line(backlash, pixels=34), hz, tick_hz))
+    judge(LineCase(worked_line(backlash, pixels=34), hz, tick_hz))
 
 
 @pytest.mark.parametrize("backlash", sorted(EXPECTED))
@@ -58,7 +58,7 @@ def test_other_timer_frequency():
 
 def test_long_constant_line_does_not_drift():
     line = Line((500,) * 130, PLAIN)
-    judge(Case(line, Fraction(30000, 1001), TICK_HZ))
+    judge(LineCase(line, Fraction(30000, 1001), TICK_HZ))
 
 
 HAZARDS = [
@@ -79,7 +79,7 @@ def test_core_and_host_refuse_alike(counts, options, name):
     line = Line(tuple(counts), **options)
     found = check(line)
     assert refused(found) and name in [item.name for item in found]
-    with pytest.raises(core.LineRefusedError, match=f"line refused: {name} at pixel"):
+    with pytest.raises(core.LineRefusedByCoreError, match=f"line refused: {name} at pixel"):
         core.plan(line, Fraction(30), tick_hz=TICK_HZ)
 
 
@@ -98,7 +98,7 @@ def test_core_and_host_agree_on_random_counts(seed):
         try:
             core.plan(line, tested.pixel_hz, tick_hz=tested.tick_hz)
             core_refuses = False
-        except core.LineRefusedError as error:
+        except core.LineRefusedByCoreError as error:
             core_refuses = True
             assert host, f"{counts}: only the core refuses: {error}"
         assert host == core_refuses, f"{counts}: only the host refuses: {check(line)}"

@@ -19,9 +19,9 @@ from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.line_check import check, refused
 from pixstep.lines.units import edge_tick
 from pixstep.simulation.experiment import simulate
-from pixstep.simulation.job import Job
+from pixstep.simulation.job import LineExperiment
 from pixstep.simulation.logs import read_edges
-from pixstep_trials.cases import Bounds, Case, case
+from pixstep_trials.cases import Bounds, LineCase, case
 from plan_judge import judge
 
 pytestmark = pytest.mark.usefixtures("plan_program")
@@ -43,7 +43,7 @@ def rested(rng: random.Random, line: Line) -> Line:
     return replace(line, counts=tuple(counts))
 
 
-def random_case(rng: random.Random, decode: str) -> Case:
+def random_case(rng: random.Random, decode: str) -> LineCase:
     hz = Fraction(rng.choice(CLOCKS_HZ))
     shortest = max(SHORTEST_TICKS, int(TICK_HZ / hz) // STEPS_A_PIXEL)
     while True:
@@ -72,7 +72,7 @@ def test_a_step_behind_a_rest(zeros, hz):
 @pytest.mark.parametrize("counts", [(0,), (0,) * 40, (1,) + (0,) * 400, (0,) * 9 + (-1, 0, 1)])
 def test_lines_that_hardly_move(counts):
     for hz in CLOCKS_HZ:
-        judge(Case(Line(counts, PLAIN), Fraction(hz), TICK_HZ))
+        judge(LineCase(Line(counts, PLAIN), Fraction(hz), TICK_HZ))
 
 
 def test_empty_time_costs_nothing(monkeypatch):
@@ -99,7 +99,7 @@ def test_empty_time_costs_nothing(monkeypatch):
 )
 def test_the_plan_is_what_the_board_makes(tmp_path, board, counts):
     line, hz = Line(counts, PLAIN), Fraction(2500)
-    judged = simulate(Job(board, {0: line}, hz), tmp_path)
+    judged = simulate(LineExperiment(board, {0: line}, hz), tmp_path)
     assert judged.passed, judged.summary["reasons"]
     zero = judged.summary["line_zero_cycle"]
     made = read_edges(tmp_path / "edges.csv").axis(0, 0).rising - zero

@@ -44,7 +44,9 @@ def drawn(axes, gid):
 def test_arrays_of_the_worked_example(backlash):
     line = worked_line(backlash)
     motion = kinematics.of(line)
-    assert kinematics.figures(line) == kinematics.Figures(60, line.total_steps, 1000, 128, 104)
+    assert kinematics.figures(line) == kinematics.LineMagnitudes(
+        60, line.total_steps, 1000, 128, 104
+    )
     assert motion.positions[-1] == line.total_steps == sum(line.counts) + backlash
     times, steps = motion.curve()
     on_edges = {round(t, 9): s for t, s in zip(times, steps, strict=True)}

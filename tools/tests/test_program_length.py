@@ -16,9 +16,9 @@ from pixstep.lines.core import Checker, CoreLimits, check
 from pixstep.lines.line import Line
 from pixstep.lines.runs import safe_entries
 from pixstep.programs import plan
-from pixstep.programs.pixels import Rounding, Track, in_pieces
+from pixstep.programs.pixels import ProgramTrack, Rounding, in_pieces
 from pixstep.programs.plan import MOST_PIXELS, Plan
-from pixstep.programs.plan_data import Options
+from pixstep.programs.plan_data import PlanOptions
 from pixstep.programs.plan_lines import rehearse
 from programbench import random_program, setup
 
@@ -36,7 +36,7 @@ limits = { max_speed = "20000 steps/s", max_acceleration = "5000000 steps/s2" }
 
 def peak_bytes(text, of, pixels):
     """Return the most memory that so many pixels of a plan take, and how many it has planned."""
-    plan = Plan("p.pmc", text.splitlines(), of, Options())
+    plan = Plan("p.pmc", text.splitlines(), of, PlanOptions())
     tracemalloc.start()
     for _ in plan.counts():
         if plan.report.pixels >= pixels:
@@ -65,9 +65,9 @@ def test_pieces_of_a_plan_have_the_counts_of_the_whole(seed):
     motors, smooth = int(rng.integers(1, 4)), bool(seed % 3 == 2)
     of = setup(rng.uniform(0.2, 3, motors), motors, 100, speed=4, smooth=smooth)
     text, _ = random_program(rng, motors, 12, rising=smooth)
-    lines = list(Plan("p.pmc", text.splitlines(), of, Options()).timelines())
+    lines = list(Plan("p.pmc", text.splitlines(), of, PlanOptions()).timelines())
     whole, parts = (
-        np.vstack(list(Rounding(of).counts(Track(found, of))))
+        np.vstack(list(Rounding(of).counts(ProgramTrack(found, of))))
         for found in (lines, in_pieces(lines, 23.0))
     )
     assert len(list(in_pieces(lines, 23.0))) > 5
@@ -158,11 +158,11 @@ def test_no_plan_is_shorter_than_what_the_quick_look_says(seed, mode, monkeypatc
     of = setup(10 ** rng.uniform(-1, 1), motors, 100, speed=10 ** rng.uniform(-1, 2))
     text, _ = random_program(rng, motors, int(rng.integers(1, 15)))
     text += "\nDWELL30\nRAPID X7\nDELAY30"
-    total = Plan("p.pmc", text.splitlines(), of, Options(mode))
+    total = Plan("p.pmc", text.splitlines(), of, PlanOptions(mode))
     for _ in total.counts():
         pass
     monkeypatch.setattr(plan, "MOST_PIXELS", total.report.total_ms / of.pixel_ms + 1e-6)
-    plan.require_length("p.pmc", text.splitlines(), of, Options(mode))
+    plan.require_length("p.pmc", text.splitlines(), of, PlanOptions(mode))
 
 
 @only_long

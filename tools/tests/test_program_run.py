@@ -25,7 +25,7 @@ from pixstep.programs import plan, streaming
 from pixstep.programs.language import KNOWN
 from pixstep.programs.motors import of_machine
 from pixstep.programs.plan import PlanProcess, PlanRequest
-from pixstep.programs.plan_data import Options
+from pixstep.programs.plan_data import PlanOptions
 from pixstep.simulation.simulated_board import SimLink
 from pixstep.simulation.simulator import SimOptions
 from programbench import setup
@@ -299,7 +299,7 @@ def test_a_smooth_line_begins_when_its_direction_is_known(ways, given):
 
 def test_the_planner_s_process_makes_the_same_plan(folder):
     made = of_machine(MachineFile.load("machine.toml"))
-    request = PlanRequest("long.pmc", made, Options())
+    request = PlanRequest("long.pmc", made, PlanOptions())
     with PlanProcess(request) as source:
         parts = []
         while (part := source.more(wait=True)) is not None:
@@ -312,7 +312,7 @@ def test_the_planner_s_process_makes_the_same_plan(folder):
 def test_a_planner_that_is_done_ends_without_a_word(folder, capfd):
     """Its pipe is still open then, and somebody waits for the end of it."""
     (folder / "corner.pmc").write_text(CORNER)
-    request = PlanRequest("corner.pmc", of_machine(MachineFile.load("machine.toml")), Options())
+    request = PlanRequest("corner.pmc", of_machine(MachineFile.load("machine.toml")), PlanOptions())
     with PlanProcess(request) as source:
         while source.more(wait=True) is not None:
             pass
@@ -322,7 +322,7 @@ def test_a_planner_that_is_done_ends_without_a_word(folder, capfd):
 
 def test_a_planner_that_is_not_needed_any_more_ends(folder):
     (folder / "long.pmc").write_text(LONG * 50)
-    request = PlanRequest("long.pmc", of_machine(MachineFile.load("machine.toml")), Options())
+    request = PlanRequest("long.pmc", of_machine(MachineFile.load("machine.toml")), PlanOptions())
     with PlanProcess(request) as source:
         assert source.more(wait=True) is not None
     assert source._process.returncode is not None
@@ -333,10 +333,10 @@ import time
 from pixstep.machine.files import MachineFile
 from pixstep.programs.motors import of_machine
 from pixstep.programs.plan import PlanProcess, PlanRequest
-from pixstep.programs.plan_data import Options
+from pixstep.programs.plan_data import PlanOptions
 
 setup = of_machine(MachineFile.load("machine.toml"))
-with PlanProcess(PlanRequest("silent", setup, Options())) as source:
+with PlanProcess(PlanRequest("silent", setup, PlanOptions())) as source:
     print(source._process.pid, flush=True)
     time.sleep(60)
 """
@@ -360,14 +360,14 @@ def test_a_planner_that_cannot_be_asked_ends(folder, monkeypatch):
     monkeypatch.setattr(
         plan.pickle, "dump", lambda *_: started.append(psutil.Process().children()) or 1 / 0
     )
-    request = PlanRequest("long.pmc", of_machine(MachineFile.load("machine.toml")), Options())
+    request = PlanRequest("long.pmc", of_machine(MachineFile.load("machine.toml")), PlanOptions())
     with pytest.raises(ZeroDivisionError), PlanProcess(request):
         pass
     assert started[0] and not any(child.is_running() for child in started[0])
 
 
 def test_a_planner_that_dies_is_an_error(folder):
-    request = PlanRequest("long.pmc", of_machine(MachineFile.load("machine.toml")), Options())
+    request = PlanRequest("long.pmc", of_machine(MachineFile.load("machine.toml")), PlanOptions())
     with PlanProcess(request) as source:
         source._process.kill()
         with pytest.raises(PlainError, match=r"long.pmc: the planner has ended"):

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from effort import cases, only_long
-from pixstep import natives
 from pixstep.board import registers as regs
 from pixstep.board import run
 from pixstep.errors import UserError
@@ -18,9 +17,9 @@ from pixstep.machine.files import MachineFile
 from pixstep.programs import streaming
 from pixstep.programs.motors import of_machine
 from pixstep.programs.plan import Plan
-from pixstep.programs.plan_data import Options
+from pixstep.programs.plan_data import PlanOptions
 from pixstep.simulation.experiment import run_and_judge
-from pixstep.simulation.job import Job
+from pixstep.simulation.job import LineExperiment
 from pixstep.simulation.simulated_board import SimulatedBoard
 from programbench import RUN_IN, SHORT_MOVES, planned, random_program, setup
 
@@ -269,17 +268,6 @@ def test_units_and_limits_come_from_the_machine_file(folder):
     assert (x.counts_per_unit, y.counts_per_unit) == (400, 400)
 
 
-def test_the_example_of_the_document_runs(tmp_path, monkeypatch, pixstep):
-    text = natives.source("docs/PROGRAMS.md").read_text(encoding="utf-8")
-    blocks = dict(re.findall(r"```(\w+)\n(.*?)```", text, re.DOTALL)[:3])
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "machine.toml").write_text(blocks["toml"])
-    (tmp_path / "square.pmc").write_text(blocks["text"])
-    command = blocks["console"].splitlines()[0].removeprefix("$ pixstep ").split()
-    assert "moves slowed" in pixstep(*command)
-    assert (tmp_path / "square/motion.png").is_file()
-
-
 # On the simulated Mega
 
 
@@ -289,7 +277,7 @@ def _run(of, counts, folder, board="mega"):
         motor.axis: Line(tuple(counts[:, index].tolist()), SMOOTH if motor.smooth else PLAIN)
         for index, motor in enumerate(of.motors)
     }
-    result, judged, _ = run_and_judge(Job(board, lines, of.pixel_hz), folder)
+    result, judged, _ = run_and_judge(LineExperiment(board, lines, of.pixel_hz), folder)
     assert judged.summary["verdict"] == "pass", judged.summary["reasons"]
     zero = judged.axes[0].line_zero_cycle
     period = Fraction(result.job.tick_hz) / of.pixel_hz
@@ -407,7 +395,7 @@ def _stream(board, world, plan, watch):
 
 def _streamed(moves, pixels, hz, motors=2):
     of = setup(0.02, motors, hz, speed=5, reversal_steps=3)
-    plan = Plan("p.pmc", _endless(moves, motors), of, Options())
+    plan = Plan("p.pmc", _endless(moves, motors), of, PlanOptions())
     watch = _Until(pixels)
     with SimulatedBoard("mega", Fraction(hz)) as made:
         made.set_up(made.pixel_hz, list(range(motors)))
@@ -449,7 +437,7 @@ def test_memory_does_not_grow_with_the_program():
     of = setup(0.02, 2, speed=5)
     held = []
     for moves in (cases(1000, 2000), cases(2200, 6000)):
-        plan = Plan("p.pmc", _endless(moves, 2), of, Options(window=64))
+        plan = Plan("p.pmc", _endless(moves, 2), of, PlanOptions(window=64))
         most = 0
         for _ in plan.counts():
             most = max(most, plan.report.waiting)

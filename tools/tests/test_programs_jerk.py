@@ -11,7 +11,7 @@ from effort import cases
 from pixstep.errors import RefusedError
 from pixstep.programs import figure, jerk
 from pixstep.programs.plan import Plan
-from pixstep.programs.plan_data import Options
+from pixstep.programs.plan_data import PlanOptions
 from programbench import CHORDS, SHORT_MOVES, path, path_distance, planned, random_program, setup
 
 PIXEL_MS = 10  # at 100 Hz
@@ -142,7 +142,7 @@ def drawn(**options):
     """The drawing of a plan of two motors; the first one has a limit of the jerk that is near."""
     of = setup(2.0, 2, 100)
     of = replace(of, motors=(replace(of.motors[0], max_jerk=20.0), of.motors[1]))
-    plan = Plan("p.pmc", SHORT_MOVES.splitlines(), of, Options(**options))
+    plan = Plan("p.pmc", SHORT_MOVES.splitlines(), of, PlanOptions(**options))
     return figure.draw_motion(figure.Drawn(plan, np.vstack(list(plan.counts()))))
 
 

@@ -63,6 +63,7 @@ def test_each_promise_has_a_link_to_what_proves_it():
 
 def test_wire_and_flash_are_commands_that_there_are(invoke):
     block = README.read_text(encoding="utf-8").partition("## Wire and flash")[2].split("```")[1]
+    block = block.removeprefix("sh board\n")
     variable, *commands = block.strip().splitlines()
     assert variable.startswith("export PIXSTEP_PORT=") and len(commands) == 3
     for row in commands:

@@ -19,7 +19,7 @@ from pixstep.lines.units import period_ticks
 from pixstep.reversals.compensate import MotionLimits, TakeUpRequest, compensate
 from pixstep.simulation import verdict
 from pixstep.simulation.experiment import simulate
-from pixstep.simulation.job import Job
+from pixstep.simulation.job import LineExperiment
 from pixstep.simulation.logs import read_edges, read_plant
 from pixstep.simulation.simulator import SimOptions
 from strokes_line import LIMITS, PLAY, four_reversals
@@ -35,7 +35,7 @@ def compensated(transition_px=TRANSITION_PX):
 
 
 def run(board, counts, out, axis=0, **more):
-    job = Job(
+    job = LineExperiment(
         board=board,
         lines={axis: Line(tuple(counts), PLAIN)},
         pixel_hz=HZ,

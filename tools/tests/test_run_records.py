@@ -16,7 +16,7 @@ from pixstep import natives
 from pixstep.board import recording
 from pixstep.board import registers as regs
 from pixstep.board.recording import COLUMNS, AxisLog
-from pixstep.board.state import Record, Records
+from pixstep.board.state import NewestRecords, Record
 from pixstep.simulation.simulated_board import SimLink
 from pixstep.simulation.simulator import SimOptions
 
@@ -311,7 +311,7 @@ def test_a_record_is_given_out_once_it_is_final():
 
     def look(made, *pixels, ended=False, error=0):
         records = [Record(pixel, pixel, pixel, error) for pixel in pixels]
-        rows = log.take(Records(made, records), ended=ended)
+        rows = log.take(NewestRecords(made, records), ended=ended)
         return [(row.line, row.record.pixel, row.record.edge_error_ticks) for row in rows]
 
     assert look(0) == [] and look(2, 1, 2) == [(4, 1, 0)]

@@ -12,7 +12,7 @@ from faultbench import FaultBench
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
 from pixstep_trials.wire import seal
@@ -134,7 +134,7 @@ def test_a_silent_bus_may_let_the_line_end(board):
         for axis in (0, 1):
             for clocked in (True, False):
                 line = replace(Line((9,) * 60, PLAIN), clocked=clocked)
-                upload = Upload(bench.board, axis, queue_entries(line, more=clocked))
+                upload = LineUpload(bench.board, axis, queue_entries(line, more=clocked))
                 upload.push()
                 assert upload.done
         bench.board.command("arm", [0, 1])

@@ -13,7 +13,7 @@ import pytest
 from bench import Bench
 from effort import cases
 from pixstep.board import boards
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.simulation.logs import read_edges
 
 pytestmark = pytest.mark.usefixtures("simulator")
@@ -51,7 +51,7 @@ class Seeks(Bench):
         down = ramp[::-1]
         word = SEEK_OPEN if opening else SEEK
         entries = [(word, 0), (0, 0), *ramp, (top, 200), DOWN, *down, END]
-        upload = Upload(self.board, self.axis, entries)
+        upload = LineUpload(self.board, self.axis, entries)
         upload.push()
         assert upload.done
         before = self.count(self.axis)

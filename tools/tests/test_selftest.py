@@ -5,7 +5,7 @@ import pytest
 
 from fake_board import FakeBoard, FakeLine, FakeWorld
 from pixstep.board import boards, selftest
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import BoardError
 from pixstep.board.modbus import SimClient
 from pixstep.board.selftest import FAILED, OK, SKIPPED, SelfTest
@@ -74,7 +74,7 @@ class Person:
 
 
 def test_of(machine, person, axes=(0,), **options):
-    board = Board(machine.client)
+    board = Device(machine.client)
     return SelfTest(board, board.who(), machine.world, person, list(axes), **options)
 
 
@@ -291,7 +291,7 @@ def test_drivers_are_as_before_whatever_comes():
     machine.fake.obey("enable", 0b0010, 0)
     assert test_of(machine, Person(machine), axes=(0, 1, 2)).go()
     assert machine.fake.commands[-1] == ("disable", 0b0101, 0)
-    assert Board(machine.client).input("outputs") == 0b0010
+    assert Device(machine.client).input("outputs") == 0b0010
 
 
 def test_ctrl_c_stops_the_motor_that_turns():

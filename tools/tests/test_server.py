@@ -16,17 +16,17 @@ import pytest
 from bad_bus import Terminal
 from pixstep.board import registers as regs
 from pixstep.board import run
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import BusTakenError, OvertakenError
 from pixstep.board.link import WallClock
 from pixstep.board.port import Port, PortBusyError
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.server import journal, meaning, places, remote, sessions
 from pixstep.server.local import LocalModbus
-from pixstep.server.meaning import Meaning
+from pixstep.server.meaning import RequestMeaning
 from serverbench import Desk, Raw, beside, until
 
 STOP = regs.COMMANDS["stop"]
@@ -62,7 +62,7 @@ def hold(terminal, wanted, until_event=None):
 
 
 def load(board, axis=0, pixels=3000):
-    upload = Upload(board, axis, queue_entries(Line([1] * pixels, PLAIN)))
+    upload = LineUpload(board, axis, queue_entries(Line([1] * pixels, PLAIN)))
     upload.push()
 
 
@@ -76,32 +76,32 @@ def command(name, mask=1):
 @pytest.mark.parametrize(
     ("pdu", "means"),
     [
-        (struct.pack(">BHH", 4, 0, 9), Meaning(writes=False)),
-        (struct.pack(">BHH", 3, 0, 9), Meaning(writes=False)),
-        (struct.pack(">BHH", 1, 0, 9), Meaning(writes=False)),
-        (bytes([17]), Meaning(writes=False)),
-        (bytes([43, 14, 1, 0]), Meaning(writes=False)),
-        (struct.pack(">BHH", 8, 11, 0), Meaning(writes=False)),
-        (struct.pack(">BHH", 8, 4, 0), Meaning()),
-        (struct.pack(">BHH", 8, 10, 0), Meaning()),
-        (struct.pack(">BHH", 6, 2, 9), Meaning()),
-        (bytes([99]), Meaning()),
-        (bytes([16]), Meaning(void_after=0)),
-        (bytes([5, 0]), Meaning()),
-        (command("stop", 0b1010), Meaning(stops=0b1010)),
-        (command("arm", 0b101), Meaning(drives=0b101, void_after=0b101)),
-        (command("mark"), Meaning(marks=True)),
-        (command("permit_on"), Meaning()),
+        (struct.pack(">BHH", 4, 0, 9), RequestMeaning(writes=False)),
+        (struct.pack(">BHH", 3, 0, 9), RequestMeaning(writes=False)),
+        (struct.pack(">BHH", 1, 0, 9), RequestMeaning(writes=False)),
+        (bytes([17]), RequestMeaning(writes=False)),
+        (bytes([43, 14, 1, 0]), RequestMeaning(writes=False)),
+        (struct.pack(">BHH", 8, 11, 0), RequestMeaning(writes=False)),
+        (struct.pack(">BHH", 8, 4, 0), RequestMeaning()),
+        (struct.pack(">BHH", 8, 10, 0), RequestMeaning()),
+        (struct.pack(">BHH", 6, 2, 9), RequestMeaning()),
+        (bytes([99]), RequestMeaning()),
+        (bytes([16]), RequestMeaning(void_after=0)),
+        (bytes([5, 0]), RequestMeaning()),
+        (command("stop", 0b1010), RequestMeaning(stops=0b1010)),
+        (command("arm", 0b101), RequestMeaning(drives=0b101, void_after=0b101)),
+        (command("mark"), RequestMeaning(marks=True)),
+        (command("permit_on"), RequestMeaning()),
         (
             struct.pack(">BHHBHHH", 16, 0x1000, 3, 6, 7, 0x0502, 0),
-            Meaning(drives=0b100, void_after=0b100),
+            RequestMeaning(drives=0b100, void_after=0b100),
         ),
-        (struct.pack(">BHHBHHH", 16, 0x1000, 3, 6, 7, 9, 0), Meaning(void_after=0)),
-        (struct.pack(">BHHBH", 16, 2, 1, 2, 9), Meaning(void_after=0)),
-        (struct.pack(">BHH", 5, 9, 0xFF00), Meaning(stops=0b10)),
-        (struct.pack(">BHH", 5, 9, 0), Meaning()),
-        (struct.pack(">BHH", 5, 7, 0xFF00), Meaning(drives=0b1000, void_after=0b1000)),
-        (struct.pack(">BHH", 5, 13, 0xFF00), Meaning()),
+        (struct.pack(">BHHBHHH", 16, 0x1000, 3, 6, 7, 9, 0), RequestMeaning(void_after=0)),
+        (struct.pack(">BHHBH", 16, 2, 1, 2, 9), RequestMeaning(void_after=0)),
+        (struct.pack(">BHH", 5, 9, 0xFF00), RequestMeaning(stops=0b10)),
+        (struct.pack(">BHH", 5, 9, 0), RequestMeaning()),
+        (struct.pack(">BHH", 5, 7, 0xFF00), RequestMeaning(drives=0b1000, void_after=0b1000)),
+        (struct.pack(">BHH", 5, 13, 0xFF00), RequestMeaning()),
     ],
 )
 def test_what_a_request_does(pdu, means):
@@ -127,7 +127,7 @@ def test_a_server_of_a_link_is_found_by_both_names(terminal, runtime):
     terminal.name, real = str(link), terminal.name
     made = Desk(terminal)
     for name in (real, str(link)):
-        assert Board(remote.find(Port(name))).input("axis_count") == 4
+        assert Device(remote.find(Port(name))).input("axis_count") == 4
     link.unlink()  # the board comes back at another terminal
     link.symlink_to("/dev/null")
     assert remote.find(Port(str(link)))
@@ -219,7 +219,7 @@ def test_a_second_writer_stops_nothing_of_the_first(desk):
     first, second = desk.board(), desk.board()
     load(first)
     run.arm(first, [0])
-    with pytest.raises(BusTakenError), run.stopped_on_failure([run.Lines(second, [0])]):
+    with pytest.raises(BusTakenError), run.stopped_on_failure([run.LinesOfBoard(second, [0])]):
         run.arm(second, [0])
     assert run.states(second, [0]) == {0: "running"}
     assert not any(map(is_stop, desk.frames()))
@@ -277,9 +277,9 @@ def test_a_request_that_gave_way_is_made_afterwards(desk, terminal):
 
     terminal.plan = plan
     reader = desk.client()
-    reading = beside(Board(reader).read_inputs, 0, 9)
+    reading = beside(Device(reader).read_inputs, 0, 9)
     until(lambda: lost, "the request")
-    Board(desk.client()).stop_all()
+    Device(desk.client()).stop_all()
     assert reading()[:1] == [regs.MAP_VERSION]
 
 
@@ -290,7 +290,7 @@ def test_a_stop_goes_before_what_the_server_itself_asks(slow_desk, terminal):
     reading = beside(slow_desk.board().read_inputs, 0, 9)
     assert begun.wait(60)
     bus = slow_desk.server.bus
-    looking = beside(Board(LocalModbus(bus), 1).read_inputs, 0, 8)
+    looking = beside(Device(LocalModbus(bus), 1).read_inputs, 0, 8)
     until(lambda: bus.waiting() == 1, "the server's own request")
     stopping = beside(run.stop_axes, slow_desk.board(), [0])
     until(lambda: bus.waiting() == 2, "the stop")
@@ -329,7 +329,7 @@ def test_what_other_axes_are_told_is_not_overtaken(slow_desk, terminal):
     """A stop of axis 3 comes while a line of axis 0 and a setting wait."""
     go_on = threading.Event()
     first = slow_desk.board()
-    upload = Upload(first, 0, queue_entries(Line([1] * 30, PLAIN)))
+    upload = LineUpload(first, 0, queue_entries(Line([1] * 30, PLAIN)))
     begun = hold(terminal, lambda frame: is_read(frame, 9), go_on)
     reading = beside(slow_desk.board(2).read_inputs, 0, 9)
     assert begun.wait(60)
@@ -368,7 +368,7 @@ def test_nothing_goes_out_between_a_stop_and_what_was_on_the_wire(desk, terminal
             board.read_inputs(0, count)
 
     readers = [beside(read_on, count) for count in (5, 6, 7, 8)]
-    stopper = Board(desk.client())
+    stopper = Device(desk.client())
     for _ in range(50):
         stopper.stop_all()
         time.sleep(0.003)
@@ -676,7 +676,7 @@ def test_another_version_of_the_protocol_is_refused(desk):
 def test_a_log_that_nobody_reads_keeps_nobody_waiting(monkeypatch):
     end, output = os.pipe()
     monkeypatch.setattr(sys, "stdout", os.fdopen(output, "w"))
-    log = journal.Journal(as_json=True)
+    log = journal.ServerJournal(as_json=True)
     for number in range(20_000):  # far more than a pipe takes
         log.tell("stop", number=number)
     assert log._writer.is_alive()

@@ -26,7 +26,7 @@ from bad_bus import whole
 from effort import cases
 from pixstep import formats, natives
 from pixstep.board import registers as regs
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import NoReplyError
 from pixstep.board.port import Port
 from pixstep.server import remote
@@ -211,7 +211,7 @@ def test_a_stop_is_the_next_frame_while_another_client_streams_at_2_khz(shop):
     """A third one reads without pause. What a stop may wait for was on the wire when it came."""
     rng = random.Random(7)
     streamer, reader = shop.client("stream", STREAM_HZ), shop.client("read")
-    stopper = Board(remote.find(Port(shop.port)))
+    stopper = Device(remote.find(Port(shop.port)))
     stops = cases(8, 100)
     for number in range(stops):
         streamer.line(lambda text: text == "running\n")
@@ -262,7 +262,7 @@ def test_clients_that_are_killed_stall_nobody_and_no_line(shop):
     rng = random.Random(11)
     streamer = shop.client("stream", 200)
     streamer.line(lambda text: text == "running\n")
-    board = Board(remote.find(Port(shop.port)))
+    board = Device(remote.find(Port(shop.port)))
     pixel, longest_s = patiently(lambda: board.axis(0))["pixel"], 0.0
     for _ in range(cases(10, 200)):
         victim = shop.client(rng.choice(("read", "wish")))
@@ -286,7 +286,7 @@ def test_clients_that_are_killed_stall_nobody_and_no_line(shop):
 def test_the_line_of_a_client_that_is_killed_is_stopped(shop):
     """At any moment: while it asks, queues, or follows. The next one writes at once."""
     rng = random.Random(13)
-    board = Board(remote.find(Port(shop.port)))
+    board = Device(remote.find(Port(shop.port)))
     for _ in range(cases(4, 60)):
         streamer = shop.client("stream", 100)
         if rng.random() < 0.7:
@@ -321,7 +321,7 @@ def test_a_server_that_ends_is_one_line_to_its_clients(shop, number):
     formats.write_csv(shop.folder / "long.csv", [9] * 60_000)
     words = ("board", "upload", shop.folder / "long.csv", "--decode", "plain", "--arm")
     runner = shop.console(*words)
-    board = Board(remote.find(Port(shop.port)))
+    board = Device(remote.find(Port(shop.port)))
     until(lambda: regs.axis_state(seen(board, "axis_state")) == "running", "the line")
     watcher = shop.console("board", "watch", "--interval", "0.1s", "--json")
     watcher.line()
@@ -350,14 +350,14 @@ def test_a_stop_goes_beside_a_server_that_hangs(shop):
     _, errors = shop.run("board", "info", status=2)
     assert errors == f"pixstep: the server of {shop.port} is gone: it does not answer\n"
     shop.server.send_signal(signal.SIGCONT)
-    assert state_of(Board(remote.find(Port(shop.port)))) == "empty"
+    assert state_of(Device(remote.find(Port(shop.port)))) == "empty"
 
 
 def test_ctrl_c_in_a_console_stops_its_axes(shop):
     formats.write_csv(shop.folder / "long.csv", ([9] * 8 + [11] * 8) * 2000)  # streamed
     words = ("board", "upload", shop.folder / "long.csv", "--decode", "plain", "--arm")
     runner = shop.console(*words)
-    board = Board(remote.find(Port(shop.port)))
+    board = Device(remote.find(Port(shop.port)))
     until(lambda: seen(board, "pixel") > 20, "the line")
     runner.send_signal(signal.SIGINT)
     _, errors = runner.communicate(timeout=HANG_S)
@@ -371,7 +371,7 @@ def test_a_line_without_wait_goes_on_after_its_console(shop):
     formats.write_csv(shop.folder / "long.csv", [9] * 60_000)
     words = ("board", "upload", shop.folder / "long.csv", "--decode", "plain", "--arm", "--no-wait")
     shop.run(*words)
-    board = Board(remote.find(Port(shop.port)))
+    board = Device(remote.find(Port(shop.port)))
     until(lambda: seen(board, "pixel") > 200, "the line goes on")
     out, _ = shop.run("board", "stop")
     assert "axis 0 at position" in out
@@ -383,7 +383,7 @@ def test_modbus_tcp_by_pymodbus_and_mbpoll(simulator, runtime, tmp_path, mbpoll)
     number = int(json.loads(shop.server.line())["modbus_tcp"].rpartition(":")[2])
     try:
         with ModbusTcpClient("127.0.0.1", port=number, timeout=60, retries=0) as plc:
-            board = Board(remote.find(Port(shop.port)))
+            board = Device(remote.find(Port(shop.port)))
             head = plc.read_input_registers(0, count=4, device_id=1).registers
             assert head == board.read_inputs(0, 4)
             assert plc.read_holding_registers(0, count=20, device_id=1).registers == (
@@ -425,7 +425,7 @@ def test_modbus_tcp_writes_where_it_may_and_one_at_a_time(simulator, runtime, tm
     shop = Shop(tmp_path, "--modbus-tcp", "127.0.0.1:0", "--allow-writes")
     number = int(json.loads(shop.server.line())["modbus_tcp"].rpartition(":")[2])
     try:
-        board = Board(remote.find(Port(shop.port)))
+        board = Device(remote.find(Port(shop.port)))
         board.write_setting("dir_hold_us", 31)
         with ModbusTcpClient("127.0.0.1", port=number, timeout=60, retries=0) as plc:
             assert plc.write_register(6, 25, device_id=1).exception_code == 6  # the console writes

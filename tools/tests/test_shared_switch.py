@@ -12,7 +12,7 @@ from homebench import HomeBench
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.cli.main import main
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH
@@ -51,7 +51,7 @@ def share(made, limit=None):
 def line(made, count, pixels):
     """Run a line to its end, a fault or a stop; return the steps made and the fault."""
     before = made.sim.steps(0, made.axis)
-    upload = Upload(made.board, made.axis, [START, (0, 0), (count, pixels), END])
+    upload = LineUpload(made.board, made.axis, [START, (0, 0), (count, pixels), END])
     upload.push()
     made.board.command("arm", [made.axis])
     made.until(lambda: made.state(made.axis) in ("done", "fault"))
@@ -161,7 +161,7 @@ def test_one_axis_seeks_while_another_meets_its_limit():
         made.sim.knobs(0, 1, "home=0,hyst=2,start=-200")
         made.board.write_setting("home_is_limit", 0b1010)
         made.board.command("enable", [1])
-        upload = Upload(made.board, 1, [START, (0, 0), (1, 500), END])
+        upload = LineUpload(made.board, 1, [START, (0, 0), (1, 500), END])
         upload.push()
         made.board.command("arm", [1])
         with pytest.raises(BoardError):

@@ -132,7 +132,7 @@ def test_a_signal_that_is_ignored_stays_ignored(monkeypatch):
 
 def test_a_system_without_sighup(monkeypatch):
     monkeypatch.delattr(signal, "SIGHUP")
-    with signals.caught(), pytest.raises(signals.Ended):
+    with signals.caught(), pytest.raises(signals.EndedBySignal):
         os.kill(os.getpid(), signal.SIGTERM)
     with signals.ignored():
         os.kill(os.getpid(), signal.SIGTERM)

@@ -17,7 +17,7 @@ from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.logs import read_edges
 from pixstep.simulation.simulated_board import SimLink
 from pixstep.simulation.simulator import SimOptions, SimulatorError
-from pixstep_trials.probe import Probe
+from pixstep_trials.probe import BoardProbe
 
 pytestmark = pytest.mark.usefixtures("simulator")
 BOARDS = boards.BOARD_NAMES
@@ -50,18 +50,18 @@ def test_reset_causes(board):
         assert cause_after(bench, lambda: sim.reset(0, "brownout")) == BROWN_OUT
         assert cause_after(bench, lambda: sim.supply(0, "cycle")) == POWER_ON
         assert cause_after(bench, lambda: sim.supply(0, "cycle", at=sim.cycle + 100)) == POWER_ON
-        Probe(sim).hang(0, "main")
+        BoardProbe(sim).hang(0, "main")
         sim.run(200 * MS)
         assert bench.board.input("reset_cause") == WATCHDOG
 
 
 def test_a_kept_hang_resets_again_and_again():
     with Bench("uno") as bench:
-        Probe(bench.sim).hang(0, "main", kept=True)
+        BoardProbe(bench.sim).hang(0, "main", kept=True)
         bench.sim.run(500 * MS)
         with pytest.raises(BoardError):
             bench.board.input("reset_cause")
-        Probe(bench.sim).hang(0, "off")
+        BoardProbe(bench.sim).hang(0, "off")
         bench.sim.run(200 * MS)
         assert bench.board.input("reset_cause") == WATCHDOG
 
@@ -80,12 +80,12 @@ def test_no_power():
 
 def store(bench):
     """Have the settings stored, and return the bytes of EEPROM that this has changed."""
-    before = Probe(bench.sim).eeprom_read(0, 0, 1024)
+    before = BoardProbe(bench.sim).eeprom_read(0, 0, 1024)
     bench.board.write(regs.COMMAND_BASE, [0, STORE, KEY])
-    assert Probe(bench.sim).eeprom_state(0).address is not None
+    assert BoardProbe(bench.sim).eeprom_state(0).address is not None
     bench.sim.run(80 * EEPROM_BYTE_CYCLES)
-    assert Probe(bench.sim).eeprom_state(0).address is None
-    after = Probe(bench.sim).eeprom_read(0, 0, 1024)
+    assert BoardProbe(bench.sim).eeprom_state(0).address is None
+    after = BoardProbe(bench.sim).eeprom_read(0, 0, 1024)
     return [at for at in range(1024) if after[at] != before[at]]
 
 
@@ -97,18 +97,18 @@ def test_eeprom(board, tmp_path):
     with bench:
         changed = store(bench)
         assert changed
-        writes = Probe(bench.sim).eeprom_state(0).writes
+        writes = BoardProbe(bench.sim).eeprom_state(0).writes
         assert writes >= len(changed)
         bench.sim.flush()
-        assert path.read_bytes()[:1024] == Probe(bench.sim).eeprom_read(0, 0, 1024)
-        Probe(bench.sim).eeprom_write(0, 1000, b"\x12\x34")
-        assert Probe(bench.sim).eeprom_read(0, 999, 3) == b"\xff\x12\x34"
+        assert path.read_bytes()[:1024] == BoardProbe(bench.sim).eeprom_read(0, 0, 1024)
+        BoardProbe(bench.sim).eeprom_write(0, 1000, b"\x12\x34")
+        assert BoardProbe(bench.sim).eeprom_read(0, 999, 3) == b"\xff\x12\x34"
         bench.sim.quit()
     bench = Bench(board)
     bench.options["eeproms"] = {0: path}
     with bench:  # what the run before has left
         assert bench.board.input("settings_serial") == 1
-        assert Probe(bench.sim).eeprom_read(0, 1000, 2) == b"\x12\x34"
+        assert BoardProbe(bench.sim).eeprom_read(0, 1000, 2) == b"\x12\x34"
 
 
 @pytest.mark.parametrize("board", BOARDS)
@@ -148,13 +148,13 @@ def test_a_planned_pin_is_exact():
 @pytest.mark.parametrize("board", BOARDS)
 def test_memory_by_name(board):
     with Bench(board) as bench:
-        end = Probe(bench.sim).symbol(0, "_end")
+        end = BoardProbe(bench.sim).symbol(0, "_end")
         assert end.space == "ram"
-        Probe(bench.sim).poke(0, end.address + 200, b"\x12\x34\x56")
-        assert Probe(bench.sim).peek(0, "_end+200", 3) == b"\x12\x34\x56"
-        assert Probe(bench.sim).symbol(0, "main").space == "flash"
+        BoardProbe(bench.sim).poke(0, end.address + 200, b"\x12\x34\x56")
+        assert BoardProbe(bench.sim).peek(0, "_end+200", 3) == b"\x12\x34\x56"
+        assert BoardProbe(bench.sim).symbol(0, "main").space == "flash"
         with pytest.raises(UserError, match="no symbol 'nowhere'"):
-            Probe(bench.sim).peek(0, "nowhere")
+            BoardProbe(bench.sim).peek(0, "nowhere")
 
 
 @pytest.mark.parametrize("board", BOARDS)

@@ -12,7 +12,7 @@ import fake_runner
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.experiment import simulate
-from pixstep.simulation.job import Job
+from pixstep.simulation.job import LineExperiment
 from pixstep.simulation.simulator import SimulatorError
 from worked import worked_line
 
@@ -22,7 +22,7 @@ HZ = Fraction(30)
 
 def fake_job(lines, **changes):
     options = {"board": "mega", "pixel_hz": HZ, "image": Path("none.elf"), "program": FAKE}
-    return Job(lines=lines, **{**options, **changes})
+    return LineExperiment(lines=lines, **{**options, **changes})
 
 
 @pytest.fixture(autouse=True)

@@ -13,7 +13,7 @@ from pixstep import natives
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.simulated_board import SerialLoad
 from pixstep_trials import lines
@@ -74,7 +74,7 @@ class Driven(Bench):
         for axis in self.axes[1:]:
             self.load(Line((37, -37) * 12, PLAIN), axis)
         entries = [(SEEK, 0), (0, 0), (10, 1), (60, 30), DOWN, (10, 1), END]
-        Upload(self.board, 0, entries).push()
+        LineUpload(self.board, 0, entries).push()
         self.arm()
         while self.state() in ("armed", "running"):
             self.attempt(self.board.records, 0)

@@ -10,7 +10,7 @@ from bench import Bench
 from effort import TRIED_BOARDS, cases
 from pixstep.board import boards
 from pixstep.board.errors import LineRefusedByBoardError
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.logs import read_edges
 
@@ -28,7 +28,7 @@ def fastest_seek(board):
 
 def queue(bench, axis, runs, flags=0):
     """Queue a plain line of these runs."""
-    upload = Upload(bench.board, axis, [(START | flags, 0), (0, 0), *runs, END])
+    upload = LineUpload(bench.board, axis, [(START | flags, 0), (0, 0), *runs, END])
     upload.push()
     assert upload.done
 

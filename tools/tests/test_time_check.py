@@ -5,7 +5,7 @@ import pytest
 
 from bench import Bench
 from pixstep.board import boards
-from pixstep_trials.probe import Probe
+from pixstep_trials.probe import BoardProbe
 
 SEVERAL_AXES = [board.name for board in boards.all_boards() if board.axes > 1]
 IDLE_TICKS = 4096
@@ -31,7 +31,7 @@ def captured_edge(bench):
     cycle = bench.sim.cycle + 1000
     bench.sim.pin(0, pin.port, pin.bit, 1, cycle)
     bench.sim.run(1400)
-    queue = Probe(bench.sim).peek(0, "pixel_clock_edges")
+    queue = BoardProbe(bench.sim).peek(0, "pixel_clock_edges")
     first = len(queue) - ENTRY_BYTES * ENTRIES
     place = first + ENTRY_BYTES * ((queue[QUEUE_HEAD] - 1) % ENTRIES)
     return cycle + CAPTURE_DELAY, number(queue[place : place + 2])
@@ -39,11 +39,11 @@ def captured_edge(bench):
 
 def coarse_ticks_now(bench):
     """Return the coarse clock, right behind a count."""
-    before = Probe(bench.sim).peek(0, TCNT0, 1)
-    while Probe(bench.sim).peek(0, TCNT0, 1) == before:
+    before = BoardProbe(bench.sim).peek(0, TCNT0, 1)
+    while BoardProbe(bench.sim).peek(0, TCNT0, 1) == before:
         bench.sim.run(1)
-    overflows = number(Probe(bench.sim).peek(0, "clock_overflows"))
-    return (256 * overflows + Probe(bench.sim).peek(0, TCNT0, 1)[0]) * COUNT_TICKS
+    overflows = number(BoardProbe(bench.sim).peek(0, "clock_overflows"))
+    return (256 * overflows + BoardProbe(bench.sim).peek(0, TCNT0, 1)[0]) * COUNT_TICKS
 
 
 # A start that is taken for earlier than it was is an underrun that never happened.
@@ -53,5 +53,5 @@ def test_the_start_of_the_timers_is_known_to_a_few_ticks(board):
         cycle, count = captured_edge(bench)
         now = coarse_ticks_now(bench)
         started = now - (bench.sim.cycle - cycle) - count
-        late = (number(Probe(bench.sim).peek(0, "started_ticks")) - started) % IDLE_TICKS
+        late = (number(BoardProbe(bench.sim).peek(0, "started_ticks")) - started) % IDLE_TICKS
         assert BETWEEN_LOOKS[0] <= late <= BETWEEN_LOOKS[1]

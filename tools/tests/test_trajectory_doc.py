@@ -1,31 +1,16 @@
 # SPDX-License-Identifier: MIT
-"""docs/TRAJECTORIES.md: its commands print what it says, its table is the model's."""
+"""docs/TRAJECTORIES.md: its table is the model's."""
 
 import re
-import shlex
 from fractions import Fraction
 
-from click.testing import CliRunner
-
 from pixstep import natives
-from pixstep.cli.main import main
 from pixstep.trajectories import transitions
 from pixstep.trajectories.transitions import Servo
 
 TEXT = (natives.root() / "docs" / "TRAJECTORIES.md").read_text(encoding="utf-8")
-_BLOCK = re.compile(r"```console\n(.*?)```", re.DOTALL)
 _CELL = re.compile(r"(?:(\d+): )?(\d\.\d{6})")
 IN = 1_638_400
-
-
-def test_the_commands_print_what_the_document_says(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    sessions = "".join(_BLOCK.findall(TEXT)).replace("\\\n", "").split("$ pixstep ")[1:]
-    assert len(sessions) == 5
-    for session in sessions:
-        command, _, wanted = session.partition("\n")
-        done = CliRunner().invoke(main, shlex.split(command))
-        assert done.output == wanted, command
 
 
 def test_the_table_of_transitions_is_the_model_s():

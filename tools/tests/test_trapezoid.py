@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 
 from pixstep.lines.runs import MAX_REPEAT, decode
-from pixstep.moves.trapezoid import JogLaw, Kinematics, Trapezoid, merged, ramp_counts, spread
+from pixstep.moves.trapezoid import JogLaw, MoveKinematics, Trapezoid, merged, ramp_counts, spread
 
 CASES = 1500
 
@@ -17,7 +17,7 @@ def chosen_moves():
     chosen = random.Random(7)
     for _ in range(CASES):
         hz = chosen.choice([1, 30, 100, 1000 / 3, 2000])
-        wanted = Kinematics(
+        wanted = MoveKinematics(
             10 ** chosen.uniform(-1, 4.5),
             chosen.choice([0, 1]) * 10 ** chosen.uniform(-1, 3),
             chosen.choice([0, 1, 1]) * 10 ** chosen.uniform(0, 6),
@@ -39,7 +39,7 @@ def test_a_move_has_its_steps_its_time_and_its_speed():
 
 
 def test_a_move_follows_its_trapezoid():
-    wanted, hz = Kinematics(3000, 300, 9000).within(1000, 100), 100
+    wanted, hz = MoveKinematics(3000, 300, 9000).within(1000, 100), 100
     counts = decode(Trapezoid(3000, wanted, hz).runs())
     ramp_s = 2700 / 9000
     made = 0
@@ -54,13 +54,13 @@ def test_a_move_follows_its_trapezoid():
 
 
 def test_a_constant_speed_of_many_steps_is_one_run():
-    move = Trapezoid(1_000_000, Kinematics(4000, 0, 20_000).within(1000, 30), 30)
+    move = Trapezoid(1_000_000, MoveKinematics(4000, 0, 20_000).within(1000, 30), 30)
     runs = list(move.runs())
     assert len(runs) < 20 and max(runs, key=lambda run: run[1])[0] == 133
 
 
 def test_slow_steps_are_even():
-    counts = decode(Trapezoid(40, Kinematics(7), 100).runs())
+    counts = decode(Trapezoid(40, MoveKinematics(7), 100).runs())
     places = [pixel for pixel, count in enumerate(counts) for _ in range(count)]
     assert {later - one for one, later in pairwise(places)} <= {13, 14, 15, 16}
 
@@ -76,21 +76,21 @@ def test_steps_are_spread_evenly():
 
 def test_a_jog_accelerates_changes_its_speed_and_turns():
     hz, law = 100, JogLaw(100, turns_below_steps_px=5, rest_px=2)
-    counts = decode(law.pixels(Kinematics(1000, 100, 2000), 1, 100))
+    counts = decode(law.pixels(MoveKinematics(1000, 100, 2000), 1, 100))
     assert counts[0] <= 2 and counts[-1] == 10 and law.steps_s == 1000
     assert all(later - one < 0.2 + 2 for one, later in pairwise(counts))
-    counts = decode(law.pixels(Kinematics(2000, 100, 2000), 1, 60))
+    counts = decode(law.pixels(MoveKinematics(2000, 100, 2000), 1, 60))
     assert counts[-1] == 20
-    counts = decode(law.pixels(Kinematics(1500, 100, 2000), -1, 300))
+    counts = decode(law.pixels(MoveKinematics(1500, 100, 2000), -1, 300))
     assert counts[-1] == -15 and law.steps_s == -1500
-    sudden = decode(law.pixels(Kinematics(1500), 1, 3))
+    sudden = decode(law.pixels(MoveKinematics(1500), 1, 3))
     assert sudden[:2] == [0, 0] and sudden[-1] == 15  # it rests before it turns
     assert len(sudden) == 5 and hz == 100
 
 
 def test_the_ramp_of_a_seek_rises_to_its_speed():
-    assert ramp_counts(Kinematics(1000, 100, 2000), 100)[-1] == 10
-    for wanted in (Kinematics(10, 0, 100), Kinematics(5000), Kinematics(3000, 50, 1e6)):
+    assert ramp_counts(MoveKinematics(1000, 100, 2000), 100)[-1] == 10
+    for wanted in (MoveKinematics(10, 0, 100), MoveKinematics(5000), MoveKinematics(3000, 50, 1e6)):
         counts = ramp_counts(wanted, 100)
         assert counts == sorted(counts) and counts[0] >= 1
         assert counts[-1] == max(1, int(wanted.speed_steps_s / 100))

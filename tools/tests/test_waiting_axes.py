@@ -8,7 +8,7 @@ import pytest
 from bench import Bench
 from effort import TRIED_BOARDS
 from pixstep.board import registers as regs
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
 from pixstep_trials import lines
@@ -26,7 +26,7 @@ def test_a_line_that_is_held_back_takes_no_time_from_one_that_runs(token, settle
     with Bench("mega", [0], hz=HZ) as bench:
         bench.board.write_setting("enable_settle_ms", settle_ms)
         upload = bench.load(line)
-        Upload(bench.board, 1, CHAINED).push()
+        LineUpload(bench.board, 1, CHAINED).push()
         bench.arm()
         bench.run_until_steps(100)
         bench.board.write(regs.COMMAND_BASE, [2, regs.COMMANDS["arm"], token])

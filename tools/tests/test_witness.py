@@ -15,7 +15,7 @@ from faultbench import FaultBench
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.lines.line import PLAIN, Line
-from pixstep_trials.probe import Probe
+from pixstep_trials.probe import BoardProbe
 from pixstep_trials.wire import seal
 
 pytestmark = pytest.mark.usefixtures("simulator")
@@ -34,16 +34,16 @@ def mask_of(bench, axis):
 
 def settle_as_it_should_not(bench, axis):
     """Make an engine idle whose timer still holds a pulsing period."""
-    Probe(bench.sim).poke(0, f"step_engines+{axis * ENGINE_BYTES + STATE}", bytes([IDLE]))
+    BoardProbe(bench.sim).poke(0, f"step_engines+{axis * ENGINE_BYTES + STATE}", bytes([IDLE]))
     mask = mask_of(bench, axis)
-    Probe(bench.sim).poke(
-        0, mask, bytes([Probe(bench.sim).peek(0, mask, 1)[0] & ~COMPARE_A | OVERFLOW])
+    BoardProbe(bench.sim).poke(
+        0, mask, bytes([BoardProbe(bench.sim).peek(0, mask, 1)[0] & ~COMPARE_A | OVERFLOW])
     )
 
 
 def halting(bench, axis):
-    state = Probe(bench.sim).peek(0, f"step_engines+{axis * ENGINE_BYTES + STATE}", 1)[0]
-    mask = Probe(bench.sim).peek(0, mask_of(bench, axis), 1)[0]
+    state = BoardProbe(bench.sim).peek(0, f"step_engines+{axis * ENGINE_BYTES + STATE}", 1)[0]
+    mask = BoardProbe(bench.sim).peek(0, mask_of(bench, axis), 1)[0]
     return state == HALTING and mask & COMPARE_A
 
 

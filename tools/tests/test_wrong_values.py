@@ -20,7 +20,7 @@ from pixstep import formats, natives, ops
 from pixstep.board import link
 from pixstep.board.link import SerialLink
 from pixstep.board.modbus import SimClient
-from pixstep.cli.command import OutFile, OutFolder, OutPicture
+from pixstep.cli.command import OutFileType, OutFolderType, OutPictureType
 from pixstep.cli.examples import EXAMPLES
 from pixstep.cli.main import main
 from pixstep.errors import MISUSE, REFUSED
@@ -86,11 +86,11 @@ def typed(param):
 def wrong_values(words, param):
     """Return values that a parameter must not take."""
     kind = param.type
-    if isinstance(kind, OutPicture):
+    if isinstance(kind, OutPictureType):
         return ("picture.txt", "line.csv/x.png", "/no-such-folder/x.png")
-    if isinstance(kind, OutFile):
+    if isinstance(kind, OutFileType):
         return ("line.csv/x.csv", "/no-such-folder/x.csv")
-    if isinstance(kind, OutFolder):
+    if isinstance(kind, OutFolderType):
         return ("line.csv", "/no-such-folder")
     if param.name == "link":
         return ("line.csv", "nowhere/x")

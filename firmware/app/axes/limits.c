@@ -8,6 +8,7 @@
 #include "base/apart.h"            // APART, BY_POINTER
 #include "base/flash.h"            // flash_word
 #include "clock/lock_grid.h"       // lock_grid_now
+#include "hal/clock_out.h"         // clock_out_set
 
 // A change of the clock edge's error by more than this part of a pixel is a deviation.
 #define DEVIATION_PARTS 64u
@@ -28,6 +29,7 @@ void limits_apply_settings(void)
 {
     limits_try_settings();
     reference_measure_anew();
+    clock_out_set(settings_now()->clock_out_hz);
 }
 
 APART void limits_try_settings(void)

@@ -25,8 +25,7 @@ static uint32_t edge_seen_units; // when the last clock edge was handled
 
 #define FAST_TICKS ((uint32_t)0x4000) // 976 Hz at 16 MHz
 #if SEVERAL_AXES
-static bool fast;       // edges come in this or less
-static bool leaves_out; // edges that are fast
+static bool fast; // edges come in this or less
 #else
 #define FAST_EDGES (PLACE_TICKS / FAST_TICKS + 1u) // place_edges of such a clock, or more
 #endif
@@ -125,16 +124,11 @@ bool reference_present(void)
     return edge_watch.known;
 }
 
-#if SEVERAL_AXES
-void reference_measure(bool fast_edges)
-{
-    leaves_out = fast && !fast_edges;
-}
-
 // A board at rest has the time for all of them.
+#if SEVERAL_AXES
 static inline bool too_many(void)
 {
-    return (leaves_out || pixel_clock_waiting()) && axes_any_running();
+    return (fast || pixel_clock_waiting()) && axes_any_running();
 }
 #else
 static inline bool too_many(void)

@@ -37,12 +37,6 @@ bool reference_present(void);
 // that is locked to the clock leaves out glitches.
 bool reference_edge(uint32_t edge_ticks, uint16_t *pixel);
 
-#if SEVERAL_AXES
-// Whether the next edges are to be measured although they come at a kilohertz or more and no line
-// is locked to them. It costs 190 cycles an edge.
-void reference_measure(bool fast_edges);
-#endif
-
 // The number of the newest clock edge; it wraps. With lines that are locked to the clock it counts
 // edges that were bridged and leaves false ones out; else it counts what came, lost edges included.
 uint16_t reference_number(void);

@@ -269,7 +269,9 @@ static void take_edge(const struct pixel_capture *capture, bool after_loss)
                                                     capture->back,
                                                     capture->ticks) -
                           PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
-    uint16_t number = reference_number();
+    // Nearly always none waits; with a single axis to ask costs more flash than it saves time.
+    bool any_waits = !SEVERAL_AXES || start_any_waits();
+    uint16_t number = any_waits ? reference_number() : 0;
     bool needed = !gate_on() || first_clocked() != NO_AXIS;
     bool first = !needed && gate_begins(edge_ticks);
 
@@ -279,7 +281,8 @@ static void take_edge(const struct pixel_capture *capture, bool after_loss)
     judge_taken(first, needed, after_loss);
     // A false edge starts nothing. Line zero is counted from the newest edge: an older one may be
     // too long ago.
-    if (reference_number() != number && !pixel_clock_waiting() && !fault_noted()) {
+    if (any_waits && reference_number() != number && !pixel_clock_waiting() &&
+        !fault_noted()) {
         start_on_edge(edge_ticks);
     }
 }
@@ -391,17 +394,6 @@ void clock_edges_poll(void)
         take_captures();
     }
 }
-
-#if SEVERAL_AXES
-void clock_edges_poll_between(void)
-{
-    if (pixel_clock_waiting()) {
-        reference_measure(false);
-        clock_edges_poll();
-        reference_measure(true);
-    }
-}
-#endif
 
 // The clock does not run, and has been silent for long enough to say so.
 static void miss_clock(void)

@@ -8,14 +8,9 @@
 
 #include "axis/axis.h" // struct axis
 
-// Take a captured edge. Once a round, before any other function follows the axes.
+// Take the captured edges that wait. Once a round, before any other function follows the axes, and
+// with several axes between two decodings.
 void clock_edges_poll(void);
-
-#if SEVERAL_AXES
-// The same between two decodings of a round, if an edge waits. Edges of a kilohertz and more are
-// not measured there, unless lines are locked to them.
-void clock_edges_poll_between(void);
-#endif
 
 // Latch a fault when an edge is overdue. Once a round.
 void clock_edges_miss(void);

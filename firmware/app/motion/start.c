@@ -9,6 +9,7 @@
 #include "app/axes/token.h"        // token_*
 #include "app/settings/settings.h" // settings_now
 #include "app/watch/drivers.h"     // drivers_settling
+#include "app/watch/time_check.h"  // time_check_now_ticks
 #include "app/watch/witness.h"     // witness_excuse
 #include "axis/decode.h"           // decode_is_ahead
 #include "base/apart.h"            // BY_POINTER
@@ -20,6 +21,7 @@
 #define START_MIN_TICKS ((int32_t)60000)
 // Release as soon as the delay fits, with a margin.
 #define RELEASE_MAX_TICKS ((int32_t)120000)
+#define FAR_TICKS         ((int32_t)0x20000)
 // The delay is two periods; the second covers the direction set-up time, and neither may be too
 // short for the commands before it.
 #define COMMANDS_TICKS 1000u
@@ -356,12 +358,32 @@ enum release {
     RELEASE_EDGE,
 };
 
+#if CONFIG_AXES > 1
+// True when the line of an axis begins so late that a round to come releases it, whatever its
+// account says: that lags by two idle periods at most. Asks no account: rounds and long requests
+// try all axes, and a line may wait for seconds.
+static inline bool is_far(const struct axis *axis)
+{
+    return axis->clocked && (int32_t)(axis->zero_ticks - time_check_now_ticks()) >
+                                RELEASE_MAX_TICKS + FAR_TICKS;
+}
+#else
+static inline bool is_far(const struct axis *axis)
+{
+    (void)axis;
+    return false;
+}
+#endif
+
 static APART enum release release_line(uint8_t i)
 {
     struct axis *axis = axes_get(i);
     struct feed *feed = &axis->feed;
 
     BY_POINTER(feed);
+    if (is_far(axis)) {
+        return RELEASE_DONE;
+    }
     if (!axes_advance(i, LEDGER_EXACTLY)) {
         return RELEASE_EDGE;
     }

@@ -47,7 +47,7 @@ struct area {
 // The input registers that there are, in order.
 static const struct area input_areas[] IN_FLASH = {
     {0, REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE},
-    {REG_INPUT_fault_mask_high, REG_INPUT_clock_expected_ticks + 2u},
+    {REG_INPUT_fault_mask_high, REG_INPUT_features_high + 1u},
     {REG_ROOM_BASE, REG_ROOM_BASE + CONFIG_AXES},
     {REG_RECORD_BASE, REG_RECORD_BASE + CONFIG_AXES * REG_RECORD_STRIDE},
 #if FEATURE_EVENTS
@@ -121,7 +121,7 @@ APART uint8_t data_inputs(uint16_t address, uint8_t count, uint8_t *to)
     if (address < REG_ROOM_BASE) {
         return report_words(address, count, to);
     }
-    if (address < REG_RECORD_BASE + REG_RECORD_HEADER) {
+    if (address < REG_RECORD_BASE) {
         return 0;
     }
     if (FEATURE_EVENTS && address >= REG_EVENT_BASE) {
@@ -130,20 +130,24 @@ APART uint8_t data_inputs(uint16_t address, uint8_t count, uint8_t *to)
     uint16_t offset = (uint16_t)(address - REG_RECORD_BASE);
     const struct records *records =
         &axes_get(CONFIG_INDEX(offset / REG_RECORD_STRIDE))->ledger.records;
-    uint8_t behind_header =
-        (uint8_t)((uint8_t)(offset % REG_RECORD_STRIDE) - REG_RECORD_HEADER);
+    uint8_t place = (uint8_t)(offset % REG_RECORD_STRIDE);
+    uint8_t behind_header = (uint8_t)(place - REG_RECORD_HEADER);
     uint8_t number = behind_header / REG_RECORD_WORDS;
     uint8_t wanted = count / REG_RECORD_WORDS;
 
+    // Before the header only: the header counts the records behind it. Twenty records take 2,000
+    // cycles.
+    if (place == 0) {
+        interlude();
+    }
     // Whole records of one axis.
-    if (behind_header % REG_RECORD_WORDS != 0 || number >= RECORDS_MAPPED) {
+    if (place < REG_RECORD_HEADER || behind_header % REG_RECORD_WORDS != 0 ||
+        number >= RECORDS_MAPPED) {
         return 0;
     }
     if (wanted > RECORDS_MAPPED - number) {
         wanted = (uint8_t)(RECORDS_MAPPED - number);
     }
-    // Twenty of them take 2,000 cycles.
-    interlude();
     records_write(records, number, wanted, to);
     return (uint8_t)(wanted * REG_RECORD_WORDS);
 }

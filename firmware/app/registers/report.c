@@ -230,7 +230,7 @@ struct source {
 #define MORE_PLACE    (REG_AXIS_BASE + REG_AXIS_STRIDE)
 #define AXIS(offset)  (REG_AXIS_BASE + (offset))
 #define MORE(address) (MORE_PLACE + (address) - MORE_BASE)
-#define SOURCES       MORE(REG_INPUT_clock_expected_ticks + 2)
+#define SOURCES       MORE(REG_INPUT_features_high + 1)
 
 // The board's registers, those of one axis for all of them, and the board's others.
 static const struct source sources[SOURCES] IN_FLASH = {
@@ -331,6 +331,7 @@ static const struct source sources[SOURCES] IN_FLASH = {
     LONG(MORE(REG_INPUT_clock_expected_ticks),
          OWNER_GRID,
          IN_FILTER(expected) + offsetof(struct fine_ticks, ticks)),
+    [MORE(REG_INPUT_features_high)] = CONSTANT(FEATURES_HIGH_BITS),
 };
 
 _Static_assert(AXIS(0) == REG_INPUT_trip_ticks + 2,

@@ -18,27 +18,32 @@
 // Each word of a 32-bit setting has limits of its own; the whole value is checked where it is used.
 struct settings_limits {
     uint16_t max;
-    uint16_t initial;
     char min; // 0 to 127
 };
 
-#define HIGH(value)                   ((uint16_t)((uint32_t)(value) >> 16))
-#define LOW(value)                    ((uint16_t)((uint32_t)(value) & 0xFFFFu))
-#define LIMITS_u16(min, max, initial) {(max), (initial), (min)},
-#define LIMITS_u32(min, max, initial)                                                    \
-    {HIGH(max), HIGH(initial), 0}, {LOW(max), LOW(initial), 0},
+#define HIGH(value)          ((uint16_t)((uint32_t)(value) >> 16))
+#define LOW(value)           ((uint16_t)((uint32_t)(value) & 0xFFFFu))
+#define WORDS_u16(value)     (value),
+#define WORDS_u32(value)     HIGH(value), LOW(value),
+#define LIMITS_u16(min, max) {(max), (min)},
+#define LIMITS_u32(min, max) {HIGH(max), 0}, {LOW(max), 0},
 // A setting of a feature that the image was built without can only be 0.
 #define IS_ABSENT(address)                                                               \
     ((!FEATURE_SHARED_SWITCH && (address) == REG_HOLDING_home_is_limit) ||               \
-     (!FEATURE_LINE_ENDS && (address) == REG_HOLDING_silence_waits))
-static const struct settings_limits settings_limits[] IN_FLASH = {
+     (!FEATURE_LINE_ENDS && (address) == REG_HOLDING_silence_waits) ||                   \
+     (!FEATURE_CLOCK_OUT && (address) == REG_HOLDING_clock_out_hz))
+static const struct settings_limits settings_limits[SETTINGS_WORDS] IN_FLASH = {
 #define HOLDING(address, name, type, unit, min, max, initial, meaning)                   \
-    LIMITS_##type(min, IS_ABSENT(address) ? 0 : (max), initial)
+    LIMITS_##type(min, IS_ABSENT(address) ? 0 : (max))
 #include "wire/registers.def"
 #undef HOLDING
 };
-_Static_assert(sizeof settings_limits / sizeof settings_limits[0] == SETTINGS_WORDS,
-               "one for each word");
+static const uint16_t settings_initial[SETTINGS_WORDS] IN_FLASH = {
+#define HOLDING(address, name, type, unit, min, max, initial, meaning)                   \
+    WORDS_##type(initial)
+#include "wire/registers.def"
+#undef HOLDING
+};
 
 #define HOLDING(address, name, type, unit, min, max, initial, meaning)                   \
     _Static_assert(offsetof(struct settings, name) ==                                    \
@@ -61,9 +66,7 @@ struct settings *settings_record(void)
 
 void settings_set_defaults(void)
 {
-    for (uint8_t i = 0; i < (uint8_t)SETTINGS_WORDS; i++) {
-        current_settings.words[i] = flash_word(&settings_limits[i].initial);
-    }
+    flash_copy(current_settings.words, settings_initial, sizeof settings_initial);
 }
 
 void settings_override_address(uint8_t address)

@@ -73,13 +73,18 @@ void time_check_start(void)
     }
 }
 
+uint32_t time_check_now_ticks(void)
+{
+    return clock_now_units() * CLOCK_UNIT_TICKS - started_ticks;
+}
+
 // Without a look: nobody may serve the axis. Then its newest loaded period has begun, by the clock,
 // and is still the newest.
 static bool is_left_behind(uint8_t i)
 {
     struct axis *axis = axes_get(i);
     // Before the account is brought up to date: the time is never ahead of it.
-    uint32_t now_ticks = clock_now_units() * CLOCK_UNIT_TICKS - started_ticks;
+    uint32_t now_ticks = time_check_now_ticks();
 
     if (!axes_advance(i, LEDGER_EXACTLY)) {
         return false;

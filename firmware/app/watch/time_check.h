@@ -19,5 +19,9 @@ void time_check_poll(void);
 // of time has fallen behind; the fault is then latched.
 bool time_check_passes(uint8_t axis);
 
+// The time by the coarse clock, ticks since the timers started, rounded down; wraps. Where an axis
+// has an account of its own, that is exact.
+uint32_t time_check_now_ticks(void);
+
 // True when this axis's account of time has fallen behind; brings its ledger up to date before.
 bool time_check_lags(uint8_t axis);

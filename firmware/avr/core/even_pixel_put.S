@@ -12,7 +12,7 @@
 ;     r23      so many intervals are a tick longer              Z         a mark, then the next
 ;                                                                         entry's high byte
 ;
-; Cycles: 115 and 12 for each step, 14 for a longer one.
+; Cycles: 118 and 12 for each step, 14 for a longer one.
 #include "avr/core/asm.inc" // macros
 #include "build_features.h" // SEVERAL_AXES
 #include "layout.h" // offsets
@@ -62,7 +62,9 @@ function even_pixel_put
     ldd r20, Y + EVEN_PIXEL_HEAD
     inc r20
     std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_SLOT, r20
-    ldd r20, Y + EVEN_PIXEL_PLAIN       ; 7
+    ldd r20, Y + EVEN_PIXEL_PLAIN       ; 10
+    ldd r21, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_WAY
+    or r20, r21
     std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_WAY, r20
     ldi r20, EVEN_PIXEL_WAY_PLAIN
     std Y + EVEN_PIXEL_PLAIN, r20

@@ -29,7 +29,7 @@
 ; A pixel below 2^16 ticks takes the last quotient of as many steps, on whatever axis, if one
 ; product shows that it holds. Only another one is divided, by way of the reciprocals.
 ;
-; Cycles of a pixel on a grid of whole ticks: 239 inside a run, 317 with a segment of one byte of
+; Cycles of a pixel on a grid of whole ticks: 242 inside a run, 320 with a segment of one byte of
 ; its own; for each step 6, 10 for a longer one, or 4 where all are equally long. Where the grid has
 ; fractions of a tick some 30 more, or 90 if 16 bits do not hold them; where no quotient holds 46
 ; more.
@@ -355,7 +355,9 @@ divided:
 1:  ldd r25, Y + EVEN_PIXEL_HEAD        ; 5   behind the first period
     inc r25
     std Z + EVEN_PIXEL_MARK_SLOT, r25
-    ldd r25, Y + EVEN_PIXEL_PLAIN       ; 7
+    ldd r25, Y + EVEN_PIXEL_PLAIN       ; 10
+    ldd r26, Z + EVEN_PIXEL_MARK_WAY
+    or r25, r26
     std Z + EVEN_PIXEL_MARK_WAY, r25
     ldi r25, EVEN_PIXEL_WAY_PLAIN
     std Y + EVEN_PIXEL_PLAIN, r25

@@ -7,10 +7,14 @@
 #include <avr/io.h>
 #include <stdbool.h>
 
-#include "config.h" // CONFIG_AXES
+#include "avr/hal/clock_units.h" // clock_overflows
+#include "config.h"              // CONFIG_AXES
+
+// The overflow interrupt beside compare B's (clock_out.c), which only the main loop switches.
+#define OVERFLOW_TOO ((uint8_t)((FEATURE_CLOCK_OUT ? TIMSK0 : 0) | _BV(TOIE0)))
 
 #if CONFIG_AXES == 1
-static volatile uint32_t clock_overflows;
+volatile uint32_t clock_overflows;
 
 // Budget: 50 cycles, once a millisecond; 35 where one byte is enough. The step interrupts are let
 // in at once. A byte is counted up when the one below it has wrapped. Nobody asks for the fourth:
@@ -37,14 +41,13 @@ ISR(TIMER0_OVF_vect, ISR_NAKED)
 #else
 #include <util/atomic.h>
 
-#include "avr/hal/clock_units.h" // clock_overflows
-#include "avr/hal/flag_bits.h"   // FLAG_CLOCK_COUNTING
+#include "avr/hal/flag_bits.h" // FLAG_CLOCK_COUNTING
 
 volatile uint32_t clock_overflows;
 
 static void clock_body(void) __asm__("__vector_clock_body") __attribute__((signal, used));
 
-// Budget: 95 cycles, once a millisecond. The step interrupts are let in after 10 cycles. A capture
+// Budget: 100 cycles, once a millisecond. The step interrupts are let in after 10 cycles. A capture
 // may ask for the time in the middle of this handler: until the overflow is counted, a bit stands
 // in for the flag that the hardware has cleared. SEI lets SBI execute before any interrupt.
 ISR(TIMER0_OVF_vect, ISR_NAKED)
@@ -61,7 +64,7 @@ ISR(TIMER0_OVF_vect, ISR_NAKED)
 // before this one is counted. Its handler waits meanwhile, or one of the two would be lost.
 static void clock_body(void)
 {
-    TIMSK0 = 0;
+    TIMSK0 = FEATURE_CLOCK_OUT ? TIMSK0 & (uint8_t)~_BV(TOIE0) : 0;
     uint32_t overflows = clock_overflows + 1u;
 
     ATOMIC_BLOCK(ATOMIC_FORCEON)
@@ -69,15 +72,14 @@ static void clock_body(void)
         clock_overflows = overflows;
         GPIOR0 &= (uint8_t)~_BV(FLAG_CLOCK_COUNTING);
     }
-    TIMSK0 = (uint8_t)_BV(TOIE0);
+    TIMSK0 = OVERFLOW_TOO;
 }
 #endif
 
 void clock_start(void)
 {
-    TCCR0A = 0;
     TCCR0B = (uint8_t)(_BV(CS01) | _BV(CS00));
-    TIMSK0 = (uint8_t)_BV(TOIE0);
+    TIMSK0 = OVERFLOW_TOO;
 }
 
 // The overflow interrupt may still wait behind step interrupts although the count has wrapped, so

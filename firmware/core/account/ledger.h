@@ -63,6 +63,12 @@ struct ledger {
     struct records records;
 };
 
+// Count steps in the direction that periods have at this place.
+static inline void ledger_move_position(struct ledger *ledger, uint16_t steps)
+{
+    ledger->position_steps += ledger->negative ? -(int16_t)steps : (int16_t)steps;
+}
+
 // Entries of a pulse train that may wait to be accounted for.
 #define LEDGER_LAG_ENTRIES 8u
 
@@ -120,7 +126,7 @@ void ledger_advance(struct ledger *ledger,
                     enum ledger_extent extent);
 
 // The three functions below are nearly all that there is to do where the pixel clock runs at
-// kilohertz, so that they are assembly on a board (ledger_waypoints.S).
+// kilohertz, so that they are assembly on a board; their C is ledger_waypoints.c.
 
 // `count` single pulsing or quiet periods were passed. The ring still holds the last three.
 void ledger_pass_periods(struct ledger *ledger, uint8_t count);

@@ -181,7 +181,7 @@ bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks)
             return false;
         }
         if (error <= most) {
-            take(filter, error, doubt_of(filter, error, most / 2));
+            take(filter, error, doubt_of(filter, error, most >> 1));
             return true;
         }
         if (!clock_filter_bridge(filter)) {

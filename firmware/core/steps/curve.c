@@ -96,10 +96,10 @@ static uint8_t choose_kind(struct curve *curve, uint8_t count)
             curve_flatten(curve);
         }
     } else if (!curve->stays &&
-               !is_below(flat->gain_growth.high / 2, flat->difference.high)) {
+               !is_below(flat->gain_growth.high >> 1, flat->difference.high)) {
         curve_steepen(curve);
     } else if (!curve->stays &&
-               !is_below(flat->gain_growth.high, flat->difference.high / 8)) {
+               !is_below(flat->gain_growth.high, flat->difference.high >> 3)) {
         uint16_t most = (uint16_t)(flat->top / 16u + 1u);
         if (most < count) {
             return (uint8_t)most;

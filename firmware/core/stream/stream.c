@@ -158,8 +158,12 @@ void stream_add_mark(struct stream *stream, bool line_start, uint16_t position)
     struct waypoint *waypoint =
         &stream->waypoints[stream->mark_head++ & (STREAM_WAYPOINTS - 1u)];
 
-    waypoint->way = line_start ? WAYPOINT_START : 0;
+    waypoint->way = 0;
     waypoint->position = position;
+    if (line_start) {
+        waypoint->way = WAYPOINT_START;
+        stream->plain = 0;
+    }
 }
 
 void stream_place_marks(struct stream *stream, uint8_t early)
@@ -167,10 +171,7 @@ void stream_place_marks(struct stream *stream, uint8_t early)
     while (stream_mark_waits(stream)) {
         struct waypoint *waypoint = place_next(stream, stream->head, stream->end_ticks);
 
-        if (waypoint->way == 0) {
-            waypoint->way = stream->plain;
-        }
-        waypoint->way |= early;
+        waypoint->way |= stream->plain | early;
         stream->plain = early == 0 ? WAYPOINT_PLAIN : 0;
     }
 }
@@ -184,8 +185,7 @@ void stream_put_pixel(struct stream *stream,
     struct waypoint *waypoint = place_next(
         stream, (uint8_t)(stream->head + 1u), stream->end_ticks + first_ticks);
 
-    REQUIRE(waypoint->way == 0);
-    waypoint->way = stream->plain;
+    waypoint->way |= stream->plain;
     stream->plain = WAYPOINT_PLAIN;
     stream->head = (uint8_t)(stream->head + steps);
     stream->ring->high[stream->head] = STEP_HIGH_EMPTY;

@@ -4,6 +4,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "fakes/board.h"
 #include "fakes/board_bench.h"
 #include "unity.h"
 
@@ -16,6 +17,18 @@ void setUp(void)
 
 void tearDown(void)
 {
+}
+
+// What the settings say is in force at once, and again after a reset.
+static void the_boards_own_clock(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, fake_clock_out_hz);
+    bench_settings()->clock_out_hz = 30;
+    limits_apply_settings();
+    TEST_ASSERT_EQUAL_UINT16(30, fake_clock_out_hz);
+    bench_settings()->clock_out_hz = 0;
+    limits_apply_settings();
+    TEST_ASSERT_EQUAL_UINT16(0, fake_clock_out_hz);
 }
 
 #if CONFIG_AXES > 1
@@ -101,6 +114,7 @@ static void every_set_of_axes_that_move(void)
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(the_boards_own_clock);
 #if CONFIG_AXES > 1
     RUN_TEST(each_number_of_axes);
     RUN_TEST(every_set_of_axes_that_move);

@@ -182,6 +182,27 @@ static void permit_is_switched_and_read(void)
     TEST_ASSERT_EQUAL(false, coil(PERMIT));
 }
 
+// Each bit of a request of two bytes is its own coil's.
+static void bits_of_the_second_byte_are_coils_too(void)
+{
+    TEST_ASSERT_EQUAL(MODBUS_OK, write(DRIVER, BITS_COILS, 1u << PERMIT));
+    TEST_ASSERT_EQUAL(true, coil(PERMIT));
+    TEST_ASSERT_EQUAL(false, coil(DRIVER));
+    TEST_ASSERT_EQUAL(MODBUS_OK, write(DRIVER, BITS_COILS, 0x0Fu));
+    TEST_ASSERT_EQUAL(false, coil(PERMIT));
+    TEST_ASSERT_EQUAL(true, coil(DRIVER + 3u));
+    TEST_ASSERT_EQUAL(MODBUS_OK,
+                      write(DRIVER + 1u, BITS_COILS - 1u, 1u << (PERMIT - 1u)));
+    TEST_ASSERT_EQUAL(true, coil(PERMIT));
+    TEST_ASSERT_EQUAL(true, coil(DRIVER));
+    TEST_ASSERT_EQUAL(false, coil(DRIVER + 1u));
+    // The stop of the first axis, the lowest bit there.
+    load(0);
+    TEST_ASSERT_EQUAL(MODBUS_OK, write(ARMED, 1, 1));
+    TEST_ASSERT_EQUAL(MODBUS_OK, write(DRIVER, BITS_COILS, 1u << STOP | 0x0Fu));
+    TEST_ASSERT_EQUAL(false, coil(ARMED));
+}
+
 // A refused request to arm leaves the token alone; an axis that is armed by a coil needs no token.
 static void coils_have_no_token(void)
 {
@@ -212,6 +233,7 @@ int main(void)
     RUN_TEST(running_axis_reads_armed_and_stops);
     if (CONFIG_AXES == 4) {
         RUN_TEST(all_or_none_are_done);
+        RUN_TEST(bits_of_the_second_byte_are_coils_too);
     }
     RUN_TEST(two_seeks_at_once_are_refused);
     RUN_TEST(fault_is_read_and_cleared);

@@ -2,16 +2,32 @@
 // The records of the pixels, as the register map of the fake board shows them.
 #include <stdint.h>
 
+#include "app/axes/axes.h" // axes_get
 #include "app/axes/events.h"
+#include "base/interlude.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"
 #include "unity.h"
 #include "wire/bytes.h"
+#include "wire/read_words.h" // read_words
 #include "wire/register_map.h"
 #include "wire/server_data.h"
 
+static bool pixels_pass; // in every interlude one
+
+// In the middle of a request.
+void interlude(void)
+{
+    if (pixels_pass) {
+        struct ledger *ledger = &axes_get(0)->ledger;
+        ledger->pixel++;
+        records_add(&ledger->records, (uint16_t)ledger->pixel, 7, 7);
+    }
+}
+
 void setUp(void)
 {
+    pixels_pass = false;
     bench_power_on();
 }
 
@@ -104,6 +120,27 @@ static void records_are_read_together(void)
     TEST_ASSERT_TRUE(together > 1000u);
 }
 
+// Whatever passes in the middle of a reply, its header counts the records that follow.
+static void header_and_records_are_of_one_moment(void)
+{
+    uint8_t bytes[2 * 124];
+
+    start_line(-7, RECORDS_KEPT + 3u);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    pixels_pass = true;
+    (void)read_words(bytes, REG_RECORD_BASE, 124, true);
+    pixels_pass = false;
+
+    uint16_t newest = get_word(&bytes[2]);
+    uint8_t count = (uint8_t)get_word(&bytes[4]);
+    TEST_ASSERT_EQUAL_UINT16(RECORDS_KEPT + 4u, newest);
+    TEST_ASSERT_EQUAL_UINT8(RECORDS_KEPT, count);
+    for (uint8_t i = 0; i < count; i++) {
+        TEST_ASSERT_EQUAL_UINT16(newest - (count - 1u) + i,
+                                 get_word(&bytes[2u * (4u + 6u * i)]));
+    }
+}
+
 // All registers from `first` on up to the one before `end`, from each of them on.
 static void check_area(uint16_t first, uint16_t end)
 {
@@ -124,7 +161,7 @@ static void registers_of_the_board_and_of_an_axis_are_read_together(void)
         check_area(axis, position);
         check_area(position, (uint16_t)(axis + REG_AXIS_STRIDE));
     }
-    check_area(REG_INPUT_fault_mask_high, REG_INPUT_clock_expected_ticks + 2u);
+    check_area(REG_INPUT_fault_mask_high, REG_INPUT_features_high + 1u);
     TEST_ASSERT_EQUAL_UINT8(0, check_together(REG_ROOM_BASE, 1));
 }
 
@@ -168,6 +205,7 @@ int main(void)
     RUN_TEST(records_of_a_single_pixel);
     if (SEVERAL_AXES) {
         RUN_TEST(records_are_read_together);
+        RUN_TEST(header_and_records_are_of_one_moment);
         RUN_TEST(registers_of_the_board_and_of_an_axis_are_read_together);
         RUN_TEST(events_are_read_together);
     }

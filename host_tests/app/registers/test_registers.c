@@ -96,17 +96,17 @@ static void mapped_inputs(void)
 {
     // The areas of a board with four axes touch: a read may cross from one to the next.
     check_inputs(true, 0, REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE);
-    check_inputs(CONFIG_AXES == 4, 20, REG_INPUT_clock_expected_ticks + 2 - 20);
-    check_inputs(false, 20, REG_INPUT_clock_expected_ticks + 3 - 20);
+    check_inputs(CONFIG_AXES == 4, 20, REG_INPUT_features_high + 1 - 20);
+    check_inputs(false, 20, REG_INPUT_features_high + 2 - 20);
     check_inputs(CONFIG_AXES == 4, REG_INPUT_fault_mask_high - 1, 2);
     check_inputs(true, REG_ROOM_BASE, CONFIG_AXES);
     check_inputs(false, REG_ROOM_BASE - 1, 2);
     check_inputs(false, REG_ROOM_BASE, CONFIG_AXES + 1);
     check_inputs(CONFIG_AXES == 4, REG_EVENT_BASE - 1, 2);
     check_inputs(CONFIG_AXES == 4, REG_EVENT_BASE - 100, 125);
-    check_inputs(true, REG_INPUT_fault_mask_high, 37);
-    check_inputs(false, REG_INPUT_fault_mask_high, 38);
-    check_inputs(false, REG_INPUT_clock_expected_ticks + 2, 1);
+    check_inputs(true, REG_INPUT_fault_mask_high, 38);
+    check_inputs(false, REG_INPUT_fault_mask_high, 39);
+    check_inputs(false, REG_INPUT_features_high + 1, 1);
     check_inputs(
         true, REG_RECORD_BASE + BENCH_LAST * REG_RECORD_STRIDE, REG_RECORD_STRIDE);
     check_inputs(false, REG_EVENT_BASE, 1 + CONFIG_EVENTS * REG_EVENT_WORDS + 1);
@@ -125,7 +125,7 @@ static void mapped_holdings(void)
     check_holdings(true, 0, SETTINGS_WORDS);
     check_holdings(false, 0, SETTINGS_WORDS + 1);
     check_holdings(false, SETTINGS_WORDS, 1);
-    check_holdings(false, REG_HOLDING_silence_waits, 0x102);
+    check_holdings(false, REG_HOLDING_clock_out_hz, 0x102);
     check_holdings(true, REG_HOLDING_axis_mask, 5);
     check_holdings(false, REG_HOLDING_axis_mask, 6);
     check_holdings(false, REG_HOLDING_axis_mask - 1, 2);

@@ -44,7 +44,7 @@ static void words_by_address(void)
     TEST_ASSERT_EQUAL_HEX32(0x1234FEDCuL, settings_u32(SETTINGS.pixel_hz_num));
     TEST_ASSERT_EQUAL_HEX32(1, settings_u32(SETTINGS.pixel_hz_den));
     TEST_ASSERT_EQUAL_UINT16(999, SETTINGS.enable_settle_ms);
-    TEST_ASSERT_EQUAL_UINT16(REG_HOLDING_silence_waits + 1, SETTINGS_WORDS);
+    TEST_ASSERT_EQUAL_UINT16(REG_HOLDING_clock_out_hz + 1, SETTINGS_WORDS);
 }
 
 static void check_value(uint16_t address, uint16_t word, bool possible)
@@ -88,6 +88,7 @@ static void ranges(void)
     check_range(REG_HOLDING_record_every, 1, 10000);
     check_range(REG_HOLDING_home_is_limit, 0, 255);
     check_range(REG_HOLDING_gate_edges, 0, 1000);
+    check_range(REG_HOLDING_clock_out_hz, 0, 2000);
 }
 
 static void check_hz(bool possible, uint32_t num, uint32_t den)

@@ -48,6 +48,10 @@ static uint16_t fault(void)
     return bench_input(REG_INPUT_fault_code);
 }
 
+// So many pixels last as many milliseconds at 16 MHz, fewer on a faster board.
+#define PIXELS_MS(pixels)                                                                \
+    ((uint16_t)((pixels) * (uint32_t)BENCH_PIXEL_TICKS / BENCH_TICKS_PER_MS))
+
 static void pass_ms(uint16_t ms)
 {
     for (uint32_t i = 0; i < ms * BENCH_TICKS_PER_MS / BENCH_ROUND_TICKS + 1u; i++) {
@@ -182,24 +186,24 @@ static void queue_chained(uint8_t axis, uint16_t pixels)
 
 static void wait_when_silent(void)
 {
-    bench_settings()->bus_timeout_ms = 400;
+    bench_settings()->bus_timeout_ms = PIXELS_MS(400);
     bench_settings()->silence_waits = 1;
-    run_a_line(); // of half a second
+    run_a_line(); // of 500 pixels
     queue_chained(0, 100);
 }
 
 static void a_silent_bus_lets_a_line_end(void)
 {
     wait_when_silent();
-    pass_ms(440);
+    pass_ms(PIXELS_MS(440));
     TEST_ASSERT_EQUAL_UINT16(FAULT_none, fault());
     TEST_ASSERT_EQUAL_UINT8(AXIS_RUNNING, axes_get(0)->life.state);
-    pass_ms(200);
+    pass_ms(PIXELS_MS(200));
     TEST_ASSERT_EQUAL_UINT16(FAULT_bus_silent, fault());
-    TEST_ASSERT_EQUAL_UINT16(400, bench_input(REG_INPUT_fault_argument));
+    TEST_ASSERT_EQUAL_UINT16(PIXELS_MS(400), bench_input(REG_INPUT_fault_argument));
     TEST_ASSERT_EQUAL_UINT8(AXIS_LOADED, axes_get(0)->life.state);
     TEST_ASSERT_EQUAL_INT32(5000, fake_axes[0].steps);
-    pass_ms(300);
+    pass_ms(PIXELS_MS(300));
     TEST_ASSERT_EQUAL_INT32(5000, fake_axes[0].steps);
     // Somebody clears the fault and goes on.
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(0, COMMAND_CLEAR_FAULT));
@@ -213,7 +217,7 @@ static void a_silent_bus_lets_a_line_end(void)
 static void a_bus_that_speaks_again_lets_lines_go_on(void)
 {
     wait_when_silent();
-    pass_ms(440);
+    pass_ms(PIXELS_MS(440));
     traffic_note_request();
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
     TEST_ASSERT_EQUAL_INT32(6000, fake_axes[0].steps);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The account is the same whether waypoints are passed one by one or many at once, and whether
-// periods are passed by a waypoint's time or added up.
+// The account is the same whether waypoints are passed one by one or many at once, and whether by the
+// assembly of a board or by the C that it stands for, in all of the memory.
 #include <stdbool.h>
 #include <stdint.h>
 #include <string.h>
@@ -11,7 +11,10 @@
 #include "stream/stream.h"
 #include "unity.h"
 
-#define TRIALS       3000u
+#include "twins/ledger_waypoint_twin.inc" // twin_ledger_pass_waypoints
+
+#define TRIALS       2000u
+#define TWIN_TRIALS  400u
 #define FEW_PERIODS  40u // of a pixel, so that one alone is never taken in a row
 #define MANY_PERIODS 120u
 
@@ -47,12 +50,14 @@ static int32_t any_position(void)
     return (int32_t)chance_between(0, 0x3FFFFFFF) - 0x20000000;
 }
 
+#if FEATURE_CLOCK_STATISTICS
 // Near the small limits or near the large ones.
 static int32_t any_error(void)
 {
     return once_in(2) ? (int32_t)chance_between(0, 8)
                       : (int32_t)chance_between(0, 9000) - 4500;
 }
+#endif
 
 static void begin_ledger(void)
 {
@@ -182,6 +187,14 @@ static void compare(uint8_t most_periods)
     take_one_by_one(tail, &inside);
     TEST_ASSERT_EQUAL(inside, inside_at_once);
     TEST_ASSERT_EQUAL_MEMORY(&one_by_one, &at_once, sizeof start);
+
+    if (!once_in(6)) {
+        return;
+    }
+    memcpy(&one_by_one, &start, sizeof start);
+    inside = twin_ledger_pass_waypoints(&one_by_one.ledger, &one_by_one.stream, tail);
+    TEST_ASSERT_EQUAL(inside, inside_at_once);
+    TEST_ASSERT_EQUAL_MEMORY(&one_by_one, &at_once, sizeof start);
 }
 
 static void pixels_of_few_periods(void)
@@ -195,6 +208,25 @@ static void pixels_of_many_periods(void)
 {
     for (uint16_t trial = 0; trial < TRIALS; trial++) {
         compare(MANY_PERIODS);
+    }
+}
+
+static void edges_and_periods_by_themselves(void)
+{
+    for (uint16_t trial = 0; trial < TWIN_TRIALS; trial++) {
+        int32_t position = any_position();
+        uint16_t expected = (uint16_t)(once_in(2) ? chance() : (uint32_t)position);
+        uint8_t count = (uint8_t)chance();
+
+        memset(&start, 0, sizeof start);
+        begin_ledger();
+        memcpy(&at_once, &start, sizeof start);
+        memcpy(&one_by_one, &start, sizeof start);
+        ledger_pass_periods(&at_once.ledger, count);
+        ledger_pass_edge(&at_once.ledger, position, expected);
+        twin_ledger_pass_periods(&one_by_one.ledger, count);
+        twin_ledger_pass_edge(&one_by_one.ledger, position, expected);
+        TEST_ASSERT_EQUAL_MEMORY(&one_by_one, &at_once, sizeof start);
     }
 }
 
@@ -235,6 +267,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(pixels_of_few_periods);
     RUN_TEST(pixels_of_many_periods);
+    RUN_TEST(edges_and_periods_by_themselves);
     RUN_TEST(numbers_of_pixels_wrap);
     return UNITY_END();
 }

@@ -22,7 +22,7 @@ from pixstep.machine import files
 from pixstep.motor_drive import BusDrives
 from pixstep.operations import motor_drives
 from pixstep.simulation.logs import read_edges
-from pixstep_trials.ca_wire import HOST, Wire
+from pixstep_trials.ca_wire import HOST, CaWire
 
 _HEAD = """
 [clock]
@@ -96,7 +96,7 @@ def measure() -> Figures:
     return Figures(first_edge_s, nothing_s, rest, moving)
 
 
-def _one_move(wire: Wire, drives: BusDrives, distance: float) -> float:
+def _one_move(wire: CaWire, drives: BusDrives, distance: float) -> float:
     """Move, and return the boards' time of the put."""
     target = wire.value("m0.RBV") + distance
     wire.listen(0.05)
@@ -105,7 +105,7 @@ def _one_move(wire: Wire, drives: BusDrives, distance: float) -> float:
     return began_s
 
 
-def _timed(wire: Wire, name: str, value: float) -> float:
+def _timed(wire: CaWire, name: str, value: float) -> float:
     began_s = time.perf_counter()
     wire.put(name, value)
     return time.perf_counter() - began_s
@@ -118,7 +118,7 @@ def _share() -> float:
     return (time.process_time() - used_s) / (time.monotonic() - began_s)
 
 
-class _Noted:
+class _NotedPort:
     """The log: what is wanted of it is the port."""
 
     def __init__(self) -> None:
@@ -129,9 +129,12 @@ class _Noted:
         if event == "serving":
             self.tcp = facts["tcp"]
 
+    def close(self) -> None:
+        """Keep what was told."""
+
 
 @contextmanager
-def _served(motors: int, edges: Path) -> Iterator[tuple[Wire, BusDrives]]:
+def _served(motors: int, edges: Path) -> Iterator[tuple[CaWire, BusDrives]]:
     """Yield a client of a server with so many motors, and their drives."""
     rows = [
         _MOTOR.format(number=k, axis=k % 4, board="main" if k < 4 else "other")
@@ -143,16 +146,16 @@ def _served(motors: int, edges: Path) -> Iterator[tuple[Wire, BusDrives]]:
         "EPICS_CAS_AUTO_BEACON_ADDR_LIST": "NO",
         "EPICS_CAS_BEACON_ADDR_LIST": HOST,
     }
-    log = _Noted()
+    log = _NotedPort()
     with motor_drives.simulated(machine, edges) as drives:
         made = [
-            server.Motor(name, settings.fields_of(machine, motor), drives[name])
+            server.MotorSpec(name, settings.fields_of(machine, motor), drives[name])
             for name, motor in machine.motors.items()
         ]
-        found = server.Server(made, "", Saved(None), log)
+        found = server.RecordServer(made, "", Saved(None), log)
         try:
             found.start()
-            wire = Wire(log.tcp)
+            wire = CaWire(log.tcp)
             yield wire, drives
             wire.close()
         finally:

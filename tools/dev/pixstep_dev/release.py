@@ -29,7 +29,7 @@ _IN_WHEEL = re.compile(r"pixstep/_built/(pixstep-\w+\.hex)")
 
 
 @dataclass(frozen=True)
-class Source:
+class ReleaseSource:
     """What a release is made of."""
 
     commit: str
@@ -57,7 +57,7 @@ def make(out: Path, progress: Progress = unseen) -> list[Path]:
     return sorted(out.iterdir())
 
 
-def _fill(out: Path, source: Source, words: str, progress: Progress) -> None:
+def _fill(out: Path, source: ReleaseSource, words: str, progress: Progress) -> None:
     """Make a release's files in an empty folder."""
     os.environ["SOURCE_DATE_EPOCH"] = str(source.seconds)  # the same commit, the same wheels
     made = wheels.build(out, None, lambda share: progress(0.8 * share))
@@ -71,7 +71,7 @@ def _fill(out: Path, source: Source, words: str, progress: Progress) -> None:
     (out / SUMS).write_text("\n".join(rows) + "\n", encoding="utf-8")
 
 
-def _source() -> Source:
+def _source() -> ReleaseSource:
     """Return the commit; raises UserError unless the clone is just that."""
     commit = natives.commit()
     if not commit:
@@ -80,7 +80,7 @@ def _source() -> Source:
         raise UserError("files differ from the commit: commit them first, `git status` lists them")
     words = ["git", "-C", str(natives.root()), "show", "-s", "--date=short", "--format=%cd %ct"]
     date, seconds = natives.run([*words, "HEAD"]).stdout.split()
-    return Source(commit, date, int(seconds))
+    return ReleaseSource(commit, date, int(seconds))
 
 
 def _images(wheel: Path, out: Path) -> list[Path]:
@@ -119,7 +119,7 @@ def _sums(paths: list[Path]) -> dict[str, str]:
 
 
 def _notes(
-    source: Source, words: str, made: list[Path], images: list[Path], sums: dict[str, str]
+    source: ReleaseSource, words: str, made: list[Path], images: list[Path], sums: dict[str, str]
 ) -> str:
     """Return the page of notes."""
     wheel_names = " ".join(sorted((path.name for path in made), reverse=True))

@@ -8,6 +8,7 @@ are errors.
 
 import importlib.util
 import logging
+import re
 import shutil
 import tempfile
 from pathlib import Path
@@ -17,6 +18,7 @@ from pixstep.errors import PlainError, UserError
 
 _CONFIG = "tools/site/mkdocs.yml"
 # What lets the search work on a page opened as a file; of tools/setup.
+_KIND = re.compile(r"^```(\w+) .*$", re.MULTILINE)
 _WORKER = "build/deps/site/node_modules/iframe-worker/shim/index.js"
 # Beside docs/: what the documents link to.
 BESIDE = ("README.md", "DESIGN.md", "CHANGELOG.md", "LICENSE", "fuzz/CAMPAIGN.md",
@@ -66,6 +68,9 @@ def _lay_out(root: Path, source: Path) -> None:
         place = source / name
         place.parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(root / name, place)
+    for path in source.rglob("*.md"):  # what a block is for stands behind its language
+        text = _KIND.sub(r"```\1", path.read_text(encoding="utf-8"))
+        path.write_text(text, encoding="utf-8")
     (source / "assets").mkdir()
     shutil.copy(natives.source(_WORKER), source / "assets" / "iframe-worker.js")
 

@@ -16,7 +16,7 @@ HOST = "127.0.0.1"
 Found = TypeVar("Found")
 
 
-class Wire:
+class CaWire:
     """One connection: `get`, `put`, `monitor`.
 
     `seen` is what came, (name, value) each, and ("end", name) for the end of a write; `stamps_s`

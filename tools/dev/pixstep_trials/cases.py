@@ -23,7 +23,7 @@ PIXEL_HZ = (
 
 
 @dataclass(frozen=True)
-class Case:
+class LineCase:
     """A line, the exact pixel frequency to run it at, and the timer ticks a second."""
 
     line: Line
@@ -54,7 +54,7 @@ def max_speed(period: Fraction, bounds: Bounds) -> int:
 
 def smooth_case(
     rng: random.Random, bounds: Bounds | None = None, pixel_hz: Fraction | None = None
-) -> Case:
+) -> LineCase:
     """Return a valid smooth line: even boundary speeds walking from 0 to 0, some with backlash.
 
     Without `pixel_hz` its frequency is random too, as that of a plain one.
@@ -64,12 +64,12 @@ def smooth_case(
         hz = pixel_hz or rng.choice(PIXEL_HZ)
         line = _smooth_line(rng, max_speed(period_ticks(hz, bounds.tick_hz), bounds), bounds)
         if not refused(check(line)):
-            return Case(line, hz, bounds.tick_hz)
+            return LineCase(line, hz, bounds.tick_hz)
 
 
 def plain_case(
     rng: random.Random, bounds: Bounds | None = None, pixel_hz: Fraction | None = None
-) -> Case:
+) -> LineCase:
     """Return a valid plain line: signed counts, zeros and reversals included."""
     bounds = bounds or Bounds()
     hz = pixel_hz or rng.choice(PIXEL_HZ)
@@ -86,7 +86,7 @@ def plain_case(
                 counts.append(0)
             count = rng.choice((0, rng.randint(1, slow)))
         counts.extend([sign * count] * rng.choice((1, 1, 1, 2, 5)))
-    return Case(Line(tuple(counts), PLAIN, name="random plain"), hz, bounds.tick_hz)
+    return LineCase(Line(tuple(counts), PLAIN, name="random plain"), hz, bounds.tick_hz)
 
 
 def case(
@@ -94,7 +94,7 @@ def case(
     decode: str,
     bounds: Bounds | None = None,
     pixel_hz: Fraction | None = None,
-) -> Case:
+) -> LineCase:
     """Return a random case of the given decode rule."""
     make = smooth_case if decode == SMOOTH else plain_case
     return make(rng, bounds, pixel_hz)
@@ -102,13 +102,15 @@ def case(
 
 def rate_case(
     steps_per_second: int, steps: int, pixel_hz: Fraction = Fraction(50), *, tick_hz: int
-) -> Case:
+) -> LineCase:
     """Return a plain line of constant rate; the rate must be a whole number of steps a pixel."""
     count = Fraction(steps_per_second) / pixel_hz
     if count.denominator != 1:
         raise ValueError(f"{steps_per_second} steps/s is not whole at {pixel_hz} Hz")
     pixels = -(-steps // count.numerator)
-    return Case(Line((count.numerator,) * pixels, PLAIN, name="constant rate"), pixel_hz, tick_hz)
+    return LineCase(
+        Line((count.numerator,) * pixels, PLAIN, name="constant rate"), pixel_hz, tick_hz
+    )
 
 
 def _smooth_line(rng: random.Random, top: int, bounds: Bounds) -> Line:

@@ -12,7 +12,7 @@ _EXCEPTION = 0x80
 
 
 @dataclass(frozen=True)
-class Reply:
+class FrameReply:
     """The reply to a request: nothing came, an exception, or the words read."""
 
     came: bool
@@ -71,12 +71,12 @@ def coils(first: int, values: list[int], unit: int = UNIT) -> bytes:
     return seal(head + bits.to_bytes(size, "little"))
 
 
-def parse(data: bytes) -> Reply:
+def parse(data: bytes) -> FrameReply:
     """Return the facts of a reply; what cannot be read has not come."""
     if len(data) < 5 or crc16(data):
-        return Reply(False)
+        return FrameReply(False)
     if data[1] & _EXCEPTION:
-        return Reply(True, exception=data[2])
+        return FrameReply(True, exception=data[2])
     if data[1] in (3, 4):
-        return Reply(True, words=struct.unpack(f">{data[2] // 2}H", data[3 : 3 + data[2]]))
-    return Reply(True)
+        return FrameReply(True, words=struct.unpack(f">{data[2] // 2}H", data[3 : 3 + data[2]]))
+    return FrameReply(True)

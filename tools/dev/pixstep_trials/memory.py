@@ -16,7 +16,7 @@ from pathlib import Path
 
 from pixstep import natives
 from pixstep.simulation.simulator import Simulator
-from pixstep_trials.probe import Probe
+from pixstep_trials.probe import BoardProbe
 
 _SOURCE = "app/axes/axes.c"  # every source of core and app is built with its options
 _PROBE = """
@@ -48,7 +48,7 @@ _PATH = re.compile(r"(?P<variable>[a-z_]+)(?:\[(?P<index>\d+)\])?\.(?P<member>.+
 
 
 @dataclass(frozen=True)
-class Place:
+class MemberPlace:
     """Where a member lies: bytes behind its variable's symbol, and its size."""
 
     symbol: str
@@ -57,7 +57,7 @@ class Place:
 
 
 @cache
-def place(board: str, path: str) -> Place:
+def place(board: str, path: str) -> MemberPlace:
     """Return where a member of a variable lies, "axes[0].ledger.loaded_ticks"."""
     match = _PATH.fullmatch(path)
     if match is None:
@@ -67,7 +67,7 @@ def place(board: str, path: str) -> Place:
     offset, size = _words(board, source)
     index = int(match["index"] or 0)
     stride = _size_of(board, variable) if index else 0
-    return Place(variable.symbol, index * stride + offset, size)
+    return MemberPlace(variable.symbol, index * stride + offset, size)
 
 
 def _size_of(board: str, variable: Variable) -> int:
@@ -107,14 +107,14 @@ class Memory:
     def __init__(self, simulator: Simulator, board: str) -> None:
         self._simulator, self._board = simulator, board
 
-    def place(self, path: str) -> Place:
+    def place(self, path: str) -> MemberPlace:
         """Return where a member lies."""
         return place(self._board, path)
 
     def address(self, path: str) -> int:
         """Return the address of a member in RAM."""
         found = self.place(path)
-        return Probe(self._simulator).symbol(0, found.symbol).address + found.offset
+        return BoardProbe(self._simulator).symbol(0, found.symbol).address + found.offset
 
     def read(self, path: str) -> int:
         """Return a member as a number."""

@@ -3,8 +3,8 @@
 
 What a checksum of 16 bits promises, it keeps: every error of 1 to 3 bits in a frame, and every
 burst of up to 16 bits, is found. Lost or inserted bytes, and garbage in the place of a frame, pass
-it once in 65,536 times; the length that the function asks for must be right as well. `Model` says
-how often each happens.
+it once in 65,536 times; the length that the function asks for must be right as well. `NoiseModel`
+says how often each happens.
 """
 
 import random
@@ -73,7 +73,7 @@ Spoiler = Callable[[random.Random, bytes], bytes]
 
 
 @dataclass(frozen=True)
-class Model:
+class NoiseModel:
     """How often a frame (request or reply) suffers, and from what, each as often."""
 
     share: float = 0.25
@@ -87,7 +87,7 @@ class NoisyLine:
     `noise` counts what happened, by name and direction.
     """
 
-    def __init__(self, simulator: Pipe, rng: random.Random, model: Model) -> None:
+    def __init__(self, simulator: Pipe, rng: random.Random, model: NoiseModel) -> None:
         self._simulator, self._rng, self._model = simulator, rng, model
         self.noise: Counter[str] = Counter()
         self.undetected = 0  # spoilt frames whose checksum is right all the same

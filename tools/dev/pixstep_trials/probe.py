@@ -22,7 +22,7 @@ class Symbol(NamedTuple):
     size: int
 
 
-class Probe:
+class BoardProbe:
     """Reads and disturbs the boards of a simulator."""
 
     def __init__(self, simulator: Simulator) -> None:

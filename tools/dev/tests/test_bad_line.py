@@ -7,7 +7,7 @@ import pytest
 
 from effort import cases
 from pixstep.board.errors import BoardError, ExceptionReplyError
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep_dev.robustness import uploads
 from pixstep_trials import noise, wire
 
@@ -19,7 +19,7 @@ BLOCKS = cases(2000, 10_000)
 
 @pytest.mark.usefixtures("native_board")
 def test_every_queue_is_exact():
-    outcome = uploads.run(uploads.Plan(uploads.NATIVE, BLOCKS))
+    outcome = uploads.run(uploads.UploadsPlan(uploads.NATIVE, BLOCKS))
     assert outcome.complaints == []
     assert outcome.blocks >= BLOCKS
     assert outcome.given_up > BLOCKS // 100
@@ -30,7 +30,7 @@ def test_every_queue_is_exact():
 @pytest.mark.usefixtures("simulator")
 @pytest.mark.parametrize("board", TWO)
 def test_lines_play_exactly(board):
-    outcome = uploads.run(uploads.Plan(board, cases(40, 80)))
+    outcome = uploads.run(uploads.UploadsPlan(board, cases(40, 80)))
     assert outcome.complaints == []
     assert outcome.blocks >= cases(40, 80)
     assert outcome.steps > 5_000
@@ -39,7 +39,7 @@ def test_lines_play_exactly(board):
 @pytest.mark.usefixtures("native_board")
 def test_what_a_careless_upload_does_is_found(monkeypatch):
     """A block that is made anew after its answer was lost doubles entries: the campaign says so."""
-    send = Upload._send
+    send = LineUpload._send
 
     def careless(self, entries):
         try:
@@ -47,8 +47,8 @@ def test_what_a_careless_upload_does_is_found(monkeypatch):
         finally:
             self._open = 0
 
-    monkeypatch.setattr(Upload, "_send", careless)
-    assert uploads.run(uploads.Plan(uploads.NATIVE, 3000)).complaints
+    monkeypatch.setattr(LineUpload, "_send", careless)
+    assert uploads.run(uploads.UploadsPlan(uploads.NATIVE, 3000)).complaints
 
 
 @pytest.mark.parametrize("spoiler", noise.ALWAYS_FOUND)
@@ -110,19 +110,19 @@ class _Puzzled(_Deaf):
 @pytest.mark.parametrize(("taken", "times", "sent"), [(False, 1, 2), (False, 2, 3), (True, 1, 1)])
 def test_an_exception_to_a_spoilt_request_is_seen_through(taken, times, sent):
     board = _Puzzled(taken, times)
-    assert Upload(board, 0, [(5, 1)]).push() == 1
+    assert LineUpload(board, 0, [(5, 1)]).push() == 1
     assert board.blocks == [(0, [(5, 1)])] * sent
 
 
 def test_an_exception_that_stays_is_told():
     with pytest.raises(ExceptionReplyError):
-        Upload(_Puzzled(False, 9), 0, [(5, 1)]).push()
+        LineUpload(_Puzzled(False, 9), 0, [(5, 1)]).push()
 
 
 def test_a_block_without_an_answer_is_sent_again_as_it_was():
     board = _Deaf()
     entries = [(count, 1) for count in range(1, 101)]
-    upload = Upload(board, 0, entries)
+    upload = LineUpload(board, 0, entries)
     with pytest.raises(BoardError):
         upload.push()
     upload.push()

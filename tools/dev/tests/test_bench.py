@@ -36,10 +36,10 @@ from pixstep_dev.bench import (
     stretch,
     tables,
 )
-from pixstep_dev.bench.drive import Run, Window, drive
-from pixstep_dev.bench.figure import Figure, Task, key
+from pixstep_dev.bench.drive import BenchRun, RunWindow, drive
+from pixstep_dev.bench.figure import BenchFigure, Task, key
 from pixstep_dev.bench.search import LONG_S, Search
-from pixstep_dev.bench.trial import CLEAN, FAULT, MUTE, REFUSED, WRONG, Trial, judge
+from pixstep_dev.bench.trial import CLEAN, FAULT, MUTE, REFUSED, WRONG, BenchTrial, judge
 from pixstep_trials import lines
 from worked import worked_line
 
@@ -55,7 +55,7 @@ def fake(monkeypatch):
 
     def attempt(line, defect=""):
         monkeypatch.setenv("DEFECT", defect)
-        return judge(drive(Run("uno", {0: line}, HZ, program=FAKE, image=Path("none.elf"))))
+        return judge(drive(BenchRun("uno", {0: line}, HZ, program=FAKE, image=Path("none.elf"))))
 
     return attempt
 
@@ -166,8 +166,8 @@ def test_a_refusal_is_named(fake):
 
 def test_windows_account_for_their_steps(fake):
     line = Line((200,) * 40, PLAIN)
-    windows = (Window(1000, 3000), Window(4000, 6000))
-    done = drive(Run("uno", {0: line}, HZ, windows=windows, program=FAKE, image=Path("n")))
+    windows = (RunWindow(1000, 3000), RunWindow(4000, 6000))
+    done = drive(BenchRun("uno", {0: line}, HZ, windows=windows, program=FAKE, image=Path("n")))
     assert len(done.views) == 2
     for view in done.views:
         assert 1900 < view["steps"] < 2100
@@ -190,7 +190,7 @@ class World:
         self.tried.append((count, seconds))
         limit = self.limit + (self.short if seconds < LONG_S else 0)
         clean = count <= limit and count not in self.bad
-        return Trial(CLEAN) if clean else Trial(self.kind, "decoder_late")
+        return BenchTrial(CLEAN) if clean else BenchTrial(self.kind, "decoder_late")
 
 
 @pytest.mark.parametrize("limit", [0, 1, 4, 5, 398, 399, 400, 1000])
@@ -250,7 +250,7 @@ def _figure():
         return [Task("squares", _square, (n,), alone=n == 1) for n in range(5)]
 
     columns = (key("n", "number"), key("n*n", "square", ".1f"), key("none", "none"))
-    return Figure("squares", "Squares", "Of numbers.", tasks, columns)
+    return BenchFigure("squares", "Squares", "Of numbers.", tasks, columns)
 
 
 def test_rows_keep_their_order_and_wrong_ones_are_gathered():
@@ -382,10 +382,10 @@ def test_a_short_real_run(tmp_path):
 @pytest.mark.usefixtures("simulator")
 @pytest.mark.parametrize("motion", clocks.MOTIONS)
 def test_a_clock_is_clean_or_too_fast_by_name(motion):
-    two = clocks.Case("mega", 2, motion, 10)
+    two = clocks.ClockSearch("mega", 2, motion, 10)
     assert clocks.attempt(two, 500, 0.2).kind == CLEAN
     assert clocks.attempt(two, 500, 0.2, serial_load=True).kind == CLEAN
-    fast = clocks.attempt(clocks.Case("mega", 4, motion, 10), 4000, 0.2)
+    fast = clocks.attempt(clocks.ClockSearch("mega", 4, motion, 10), 4000, 0.2)
     assert fast.kind == FAULT and fast.detail
 
 

@@ -16,6 +16,6 @@ pytestmark = pytest.mark.usefixtures("simulator")
 @pytest.mark.parametrize("board", boards.BOARD_NAMES)
 @pytest.mark.parametrize("decode", [SMOOTH, PLAIN])
 def test_random_lines(lines_option, board, decode):
-    plan = campaign.Plan(board, lines=max(2, lines_option // 5), decodes=(decode,))
+    plan = campaign.RandomLinesPlan(board, lines=max(2, lines_option // 5), decodes=(decode,))
     outcome = campaign.run(plan)
     assert outcome["results"][0]["failures"] == []

@@ -26,15 +26,17 @@ def test_each_wrong_clock_is_refused_or_named(invoke, board):
 @pytest.mark.parametrize("moves", [False, True])
 def test_the_right_clock_is_a_complaint(monkeypatch, moves):
     """A clock that nobody names: here because it is the right one."""
-    trial = clocks.Trial("lock", 200, 1.0, moves, 0.5)
+    trial = clocks.ClocksTrial("lock", 200, 1.0, moves, 0.5)
     monkeypatch.setattr(clocks, "make", lambda _: trial)
-    monkeypatch.setattr(clocks.Bench, "_change", lambda *_: None)
-    outcome = clocks.run(clocks.Plan("mega", 1))
+    monkeypatch.setattr(clocks.ClocksBench, "_change", lambda *_: None)
+    outcome = clocks.run(clocks.ClocksPlan("mega", 1))
     assert len(outcome.complaints) == 1 and "not named" in outcome.complaints[0]
 
 
 def test_the_figures_are_said(invoke, monkeypatch):
-    said = clocks.Outcome(clocks.Plan("uno", 3), 3, 1, {"refused": 2, "": 1}, ["30 Hz: not named"])
+    said = clocks.ClocksOutcome(
+        clocks.ClocksPlan("uno", 3), 3, 1, {"refused": 2, "": 1}, ["30 Hz: not named"]
+    )
     monkeypatch.setattr(clocks, "run", lambda *_: said)
     done = invoke("robustness", "clocks", "--board", "uno", "--count", 3, status=1)
     assert "3 wrong clocks, 1 of them in motion" in done.stdout and "2 refused" in done.stdout

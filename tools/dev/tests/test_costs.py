@@ -23,7 +23,7 @@ def test_a_costlier_image_is_told_and_guaranteed_less(monkeypatch, name, more):
     assert table.stale("mega", asdict(costlier)) == [
         f"mega: {name} costs {getattr(costlier, name):g}, the table has {getattr(known, name):g}"
     ]
-    world = guarantee.World("mega", Fraction(1500))
+    world = guarantee.LineConditions("mega", Fraction(1500))
     before = guarantee.rate("constant", 4, world, 40)
     monkeypatch.setattr(costs, "table", lambda: {"mega": costlier})
     assert guarantee.rate("constant", 4, world, 40) < before

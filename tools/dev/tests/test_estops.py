@@ -6,7 +6,7 @@ import json
 import pytest
 
 from effort import TRIED_BOARDS, cases
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.simulation.simulator import Simulator
@@ -36,7 +36,7 @@ class AtCommands(estops.Stopper):
 
     def stop_behind_a_step(self, counts, offset, outcome):
         for axis in self.axes:
-            Upload(self.board, axis, queue_entries(Line(counts, PLAIN))).push()
+            LineUpload(self.board, axis, queue_entries(Line(counts, PLAIN))).push()
         self.board.command("arm", self.axes)
         made = self.sim.count(0, 0)
         while self.sim.count(0, 0) < made + 2:
@@ -58,7 +58,7 @@ class AtCommands(estops.Stopper):
 @pytest.mark.parametrize(("board", "stride"), [("uno", 5), ("mega", 23), ("m1284", 17)])
 def test_stops_while_a_command_is_taken(tmp_path, board, stride, counts):
     """The stop's interrupt comes at every place of the step interrupt's longest way."""
-    outcome = estops.Outcome(estops.Plan(board, 1))
+    outcome = estops.EstopsOutcome(estops.EstopsPlan(board, 1))
     with AtCommands(board, tmp_path / "edges.csv") as stopper:
         for offset in range(-700, 700, cases(7 * stride, stride)):
             stopper.board.command("permit_on", [])
@@ -69,19 +69,19 @@ def test_stops_while_a_command_is_taken(tmp_path, board, stride, counts):
 @pytest.mark.usefixtures("simulator")
 def test_an_edge_too_many_is_a_complaint(monkeypatch):
     monkeypatch.setattr(estops, "ESTOP_CYCLES", -1_000_000)
-    outcome = estops.run(estops.Plan("uno", 12))
+    outcome = estops.run(estops.EstopsPlan("uno", 12))
     assert any("cycles behind it" in text for text in outcome.complaints)
 
 
 @pytest.mark.usefixtures("simulator")
 def test_a_wrong_position_is_a_complaint(monkeypatch):
     monkeypatch.setattr(Simulator, "steps", lambda *_: 123_456_789)
-    outcome = estops.run(estops.Plan("uno", 2))
+    outcome = estops.run(estops.EstopsPlan("uno", 2))
     assert any("123456789 steps made" in text for text in outcome.complaints)
 
 
 def test_the_figures_are_said(invoke, monkeypatch):
-    said = estops.Outcome(estops.Plan("uno", 3), 3, 2, 641, 607, 1234, ["stop 1: lost"])
+    said = estops.EstopsOutcome(estops.EstopsPlan("uno", 3), 3, 2, 641, 607, 1234, ["stop 1: lost"])
     monkeypatch.setattr(estops, "run", lambda *_: said)
     done = invoke("robustness", "estops", "--board", "uno", "--count", 3, status=1)
     assert "641 cycles" in done.stdout

@@ -11,8 +11,8 @@ from effort import cases
 from pixstep import natives
 from pixstep.errors import UserError
 from pixstep_dev.mutants import assembly, campaign, judged, operators, programs, record, stages
-from pixstep_dev.mutants.campaign import Outcome, Plan, Trial
-from pixstep_dev.mutants.stages import Verdict
+from pixstep_dev.mutants.campaign import MutantsOutcome, MutantsPlan, MutantTrial
+from pixstep_dev.mutants.stages import StageVerdict
 
 CODE = """\
 #include <a-b.h> // 1 + 1
@@ -112,13 +112,13 @@ def test_of_an_instruction_one_part_is_changed():
 
 
 def test_a_pattern_chooses_the_sources():
-    few = campaign.offered(campaign.chosen(Plan(1, only="/clock_filter")))
+    few = campaign.offered(campaign.chosen(MutantsPlan(1, only="/clock_filter")))
     assert {one.file for one in few} == {
         "firmware/core/clock/clock_filter.c", "firmware/core/clock/clock_filter.h",
     }  # fmt: skip
     assert all(
         one.file.endswith((".S", ".inc"))
-        for one in campaign.offered(campaign.chosen(Plan(1, assembly=True)))
+        for one in campaign.offered(campaign.chosen(MutantsPlan(1, assembly=True)))
     )
 
 
@@ -142,7 +142,9 @@ def suites(simulator, tmp_path_factory):
 
     In the quick check three of the suites stand for all: each is linked anew for each mutant.
     """
-    made = campaign.Campaign(Plan(1, stages=(STAGE,)), tmp_path_factory.mktemp("mutants"))
+    made = campaign.MutantsCampaign(
+        MutantsPlan(1, stages=(STAGE,)), tmp_path_factory.mktemp("mutants")
+    )
     if STAGE == "avr":
         build = made.stages.builds["mega"]
         chosen = [build.program(f"host_tests/test_{name}.elf") for name in ("axis", "even", "feed")]
@@ -205,8 +207,8 @@ def folders():
 def test_ctrl_c_leaves_nothing(suites, monkeypatch):
     before, sources = folders(), tree()
     monkeypatch.setattr(stages, "Stages", lambda *_: suites.stages)
-    monkeypatch.setattr(campaign.Campaign, "measure", lambda self: None)
-    monkeypatch.setattr(suites.stages, "try_stage", lambda *_: Verdict("native", "a suite"))
+    monkeypatch.setattr(campaign.MutantsCampaign, "measure", lambda self: None)
+    monkeypatch.setattr(suites.stages, "try_stage", lambda *_: StageVerdict("native", "a suite"))
     shown = []
 
     def press(share):
@@ -214,7 +216,7 @@ def test_ctrl_c_leaves_nothing(suites, monkeypatch):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        campaign.run(Plan(2, stages=("native",)), press)
+        campaign.run(MutantsPlan(2, stages=("native",)), press)
     assert len(shown) == 1
     assert folders() == before
     assert tree() == sources
@@ -224,7 +226,9 @@ def outcome(*fates):
     """Return an outcome with a mutant for each fate."""
     text = "bool f(void)\n{\n" + "    return a < b;\n" * len(fates) + "}\n"
     found = [one for one in operators.mutants("f.c", text) if one.wrong == "<="]
-    return Outcome(Plan(3), "digest", 9, [Trial(*pair) for pair in zip(found, fates, strict=True)])
+    return MutantsOutcome(
+        MutantsPlan(3), "digest", 9, [MutantTrial(*pair) for pair in zip(found, fates, strict=True)]
+    )
 
 
 def test_figures_and_survivors_are_recorded():
@@ -233,7 +237,7 @@ def test_figures_and_survivors_are_recorded():
     assert "### Survivors that are not judged" in record.markdown(made, {})
     survivor = made.survivors[0].mutant
     assert survivor.inside == "f"
-    known = {judged.key(survivor): judged.Judgement("equivalent", "b is odd")}
+    known = {judged.key(survivor): judged.MutantJudgement("equivalent", "b is odd")}
     assert "100.0 % are killed" in record.summary(made, known)
     assert "return a <= b;`\n  b is odd" in record.markdown(made, known)
 

@@ -23,7 +23,7 @@ FRAMES = cases(600, 1500)
 @pytest.mark.usefixtures("simulator")
 @pytest.mark.parametrize("board", TWO)
 def test_no_edge_differs(board):
-    outcome = framestorm.run(framestorm.Plan(board, FRAMES))
+    outcome = framestorm.run(framestorm.FramestormPlan(board, FRAMES))
     assert outcome.complaints == []
     assert outcome.frames >= FRAMES
     assert len(outcome.kinds) == 15
@@ -47,7 +47,7 @@ def test_a_frame_that_is_obeyed_is_found(monkeypatch):
         )
 
     monkeypatch.setattr(strikes.Generator, "_any_function", any_function)
-    outcome = framestorm.run(framestorm.Plan("uno", 300))
+    outcome = framestorm.run(framestorm.FramestormPlan("uno", 300))
     assert any("edges differ" in text for text in outcome.complaints)
     assert any("axis 0: " in text for text in outcome.complaints)
 
@@ -71,7 +71,7 @@ QUIET = (
 def test_what_differs_is_said(tmp_path, storm, complaint):
     for name, text in (("quiet", QUIET), ("storm", storm)):
         (tmp_path / name).write_text(text)
-    outcome = framestorm.Outcome(framestorm.Plan("uno", 1))
+    outcome = framestorm.FramestormOutcome(framestorm.FramestormPlan("uno", 1))
     framestorm._compare(tmp_path / "quiet", tmp_path / "storm", outcome)
     assert len(outcome.complaints) == bool(complaint)
     assert not complaint or outcome.complaints[0].startswith(complaint)

@@ -19,7 +19,7 @@ ONE_EACH = [next(d for d in defects.DEFECTS if d.target == target) for target in
     "defect", cases(ONE_EACH, defects.DEFECTS), ids=lambda defect: defect.about
 )
 def test_a_planted_defect_is_found(defect):
-    outcome, _ = campaign.plant(defect, fuzzer.Limits(EXECUTIONS))
+    outcome, _ = campaign.plant(defect, fuzzer.FuzzLimits(EXECUTIONS))
     assert outcome.finding, f"not in {outcome.executions} executions"
 
 

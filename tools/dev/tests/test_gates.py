@@ -51,21 +51,21 @@ def test_scans(invoke, board):
 @pytest.mark.usefixtures("simulator")
 def test_a_line_elsewhere_is_a_complaint(monkeypatch):
     """The judge expects line zero an edge later than the board was told."""
-    real = campaign.Bench._judge
+    real = campaign.GatesBench._judge
 
     def judge(bench, trial, *more, **options):
         later = replace(trial, gate_edges=trial.gate_edges + 1)
         real(bench, later, *more, **options)
 
-    monkeypatch.setattr(campaign.Bench, "_judge", judge)
-    plan = campaign.Plan("mega", 1, 1, 20, flaws=("none",), rest_s=(0.05, 0.1))
+    monkeypatch.setattr(campaign.GatesBench, "_judge", judge)
+    plan = campaign.GatesPlan("mega", 1, 1, 20, flaws=("none",), rest_s=(0.05, 0.1))
     outcome = campaign.run_plan(plan)
     assert "clock periods off" in outcome.complaints[0]
 
 
 def test_the_figures_are_said(invoke, monkeypatch):
-    plan = campaign.Plan("mega", 2)
-    said = campaign.Outcome(
+    plan = campaign.GatesPlan("mega", 2)
+    said = campaign.GatesOutcome(
         plan, 2, 1, 1, 20, 900, 1.25, 0.012, {"start_late": 1}, ["trial 1: off"]
     )
     monkeypatch.setattr(campaign, "run_plan", lambda *_: said)

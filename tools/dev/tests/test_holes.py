@@ -11,7 +11,7 @@ from effort import cases, only_long
 from pixstep.board import boards
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.simulation import judge
-from pixstep.simulation.job import LOCK, START, Job, run_job
+from pixstep.simulation.job import LOCK, START, LineExperiment, run_job
 from pixstep_dev.robustness import holes
 from pixstep_dev.robustness.holes import Combination, Hole
 
@@ -29,7 +29,7 @@ def ramps(steps, stride, backlash, held=10):
 def assert_right(tmp_path, board, axes, line, hz, sync):
     """Run the line on so many axes at once: every step made, every edge right."""
     lines = dict.fromkeys(range(axes), line)
-    result = run_job(Job(board, lines, Fraction(hz), sync=sync), tmp_path)
+    result = run_job(LineExperiment(board, lines, Fraction(hz), sync=sync), tmp_path)
     assert (result.trouble, result.refused) == ([], None)
     assert judge.judge(result).summary["reasons"] == []
 

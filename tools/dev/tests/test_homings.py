@@ -31,23 +31,25 @@ def test_every_switch_is_found_to_a_step(invoke, board, ticks):
 @pytest.mark.usefixtures("simulator")
 def test_a_motor_somewhere_else_is_a_complaint(monkeypatch):
     monkeypatch.setattr(Simulator, "plant", lambda *_: (123, 123))
-    outcome = homings.run(homings.Plan("uno", 1))
+    outcome = homings.run(homings.HomingsPlan("uno", 1))
     assert any("homed 123 steps off" in text for text in outcome.complaints)
 
 
 @pytest.mark.usefixtures("simulator")
 def test_a_fault_is_a_complaint(monkeypatch):
-    knobs = homings.Plant.knobs
+    knobs = homings.HomingPlant.knobs
     monkeypatch.setattr(
-        homings.Plant, "knobs", property(lambda self: knobs.fget(self) + ",stuck=home:open")
+        homings.HomingPlant, "knobs", property(lambda self: knobs.fget(self) + ",stuck=home:open")
     )
-    outcome = homings.run(homings.Plan("uno", 2))
+    outcome = homings.run(homings.HomingsPlan("uno", 2))
     assert len(outcome.complaints) == 2
     assert "limit" in outcome.complaints[0] or "home_not_found" in outcome.complaints[0]
 
 
 def test_the_figures_are_said(invoke, monkeypatch):
-    said = homings.Outcome(homings.Plan("uno", 3), 3, {0: 2, -1: 1}, {0: 6}, ["plant 1: lost"])
+    said = homings.HomingsOutcome(
+        homings.HomingsPlan("uno", 3), 3, {0: 2, -1: 1}, {0: 6}, ["plant 1: lost"]
+    )
     monkeypatch.setattr(homings, "run", lambda *_: said)
     done = invoke("robustness", "homings", "--board", "uno", "--count", 3, status=1)
     assert "homed: -1 1 times, 0 2 times; play: 0 6 times" in done.stdout

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from pixstep.jobs import resuming, rules, runner, shapes
-from pixstep.jobs.resuming import Fate, Line
+from pixstep.jobs.resuming import Fate, LineInFlight
 from pixstep.jobs.rules import Rule
 from pixstep_dev.jobs import compare, disagree, kill, late, machine_changes, power, seams
 
@@ -16,16 +16,16 @@ class TestCampaigns:
     """On simulated boards."""
 
     def test_a_killed_host_loses_no_line(self):
-        outcome = kill.run(kill.Plan(times=2, lines=4, seed=5))
+        outcome = kill.run(kill.KillPlan(times=2, lines=4, seed=5))
         assert outcome.complaints == [] and outcome.killed == 2
 
     def test_a_late_line_is_never_silent(self):
-        outcome = late.run(late.Plan(times=5, lines=3, seed=2))
+        outcome = late.run(late.LatePlan(times=5, lines=3, seed=2))
         assert outcome.complaints == [] and sum(outcome.ends.values()) == 5
         assert outcome.ends["named fault"] and outcome.ends["in time"]
 
     def test_a_lost_board_is_named_and_homed(self):
-        outcome = power.run(power.Plan(times=1, lines=3))
+        outcome = power.run(power.PowerPlan(times=1, lines=3))
         assert outcome.complaints == [] and 0 < outcome.slowest_s <= 1
         assert 1 <= outcome.most_unknown <= 2 and outcome.chains == 2
 
@@ -33,35 +33,35 @@ class TestCampaigns:
         ("sync", "jitter_us", "apart_ticks"), [("lock", 0, 1), ("lock", 5, 2), ("start", 5, 0)]
     )
     def test_no_seam_shows(self, sync, jitter_us, apart_ticks):
-        outcome = seams.run(seams.Plan(lines=4, jitter_us=jitter_us, sync=sync))
+        outcome = seams.run(seams.SeamsPlan(lines=4, jitter_us=jitter_us, sync=sync))
         assert outcome.complaints == [] and outcome.gap_px == 0
         assert outcome.load_pixels == 84 and outcome.load_steps == 0
         assert outcome.apart_ticks <= apart_ticks
 
     def test_boards_that_disagree_move_nothing(self):
-        outcome = disagree.run(disagree.Plan(times=2, lines=5, seed=3))
+        outcome = disagree.run(disagree.DisagreePlan(times=2, lines=5, seed=3))
         assert outcome.complaints == [] and outcome.chains == 4
         assert (outcome.together, outcome.homed) == (1, 1)
 
     def test_the_disagreements_find_a_resume_that_believes_one_board(self, monkeypatch):
         def believes(job, told, stations):
             found = judge(job, told, stations)
-            return resuming.Verdict([replace(one, trusted=True) for one in found.boards])
+            return resuming.ResumeVerdict([replace(one, trusted=True) for one in found.boards])
 
         judge = resuming.judge
         monkeypatch.setattr(resuming, "judge", believes)
-        outcome = disagree.run(disagree.Plan(times=1, lines=5, seed=3))
+        outcome = disagree.run(disagree.DisagreePlan(times=1, lines=5, seed=3))
         assert any("something moved" in text for text in outcome.complaints)
 
     def test_a_machine_that_has_changed_is_as_the_model_says(self):
-        outcome = compare.run(compare.Plan(pairs=25))
+        outcome = compare.run(compare.JobComparePlan(pairs=25))
         assert outcome.complaints == [] and (outcome.pairs + outcome.refused) == 25
         assert outcome.alone == len(machine_changes.CHANGES) and outcome.edges == compare.EDGES
 
     def test_the_comparisons_find_rules_that_are_others(self, monkeypatch):
         monkeypatch.setitem(rules.RULES, ("clock", "pixel"), Rule(rules.AMBER, "x", key=True))
         monkeypatch.setitem(rules.RULES, ("motors", "*", "axis"), Rule(rules.RED, "x"))
-        outcome = compare.run(compare.Plan(pairs=0))
+        outcome = compare.run(compare.JobComparePlan(pairs=0))
         named = {text.partition(":")[0] for text in outcome.complaints}
         assert named == {"pixel clock", "axis"}
 
@@ -73,20 +73,20 @@ class TestCampaigns:
             return replace(found, backlash=100) if found.backlash else found
 
         monkeypatch.setattr(shapes.Shape, "line", of_machine)
-        outcome = compare.run(compare.Plan(pairs=0))
+        outcome = compare.run(compare.JobComparePlan(pairs=0))
         assert any("in all, not 17086" in text for text in outcome.complaints)
 
     def test_the_kills_find_a_resume_that_guesses(self, monkeypatch):
         def guesses(job, number, found):
-            return Line(number, Fate.LEFT, "not printed")
+            return LineInFlight(number, Fate.LEFT, "not printed")
 
         monkeypatch.setattr(resuming, "_line", guesses)
-        outcome = kill.run(kill.Plan(times=4, lines=4, seed=7))
+        outcome = kill.run(kill.KillPlan(times=4, lines=4, seed=7))
         assert any("not listed: printed 2 times" in text for text in outcome.complaints)
 
     def test_the_late_lines_find_a_runner_that_looks_away(self, monkeypatch):
         monkeypatch.setattr(runner.Chain, "_require_one_line", looks_away)
-        outcome = late.run(late.Plan(times=5, lines=3, seed=2))
+        outcome = late.run(late.LatePlan(times=5, lines=3, seed=2))
         assert outcome.complaints
 
 

@@ -39,7 +39,7 @@ def here(monkeypatch, simulator):
 @only_long
 @pytest.mark.usefixtures("simulator")
 def test_the_rows_are_the_same_whoever_dies():
-    outcome = simulate.run(simulate.Plan(lines=24, block=3, memory_lines=(100, 400)))
+    outcome = simulate.run(simulate.JobSimulatePlan(lines=24, block=3, memory_lines=(100, 400)))
     assert outcome.complaints == []
     assert [one.simulated for one in outcome.passes[:2]] == [8, 8]
     assert len({one.sha256 for one in outcome.passes}) == 1 and len(outcome.passes) == 6
@@ -51,13 +51,16 @@ class TestPlants:
     """Faults at seams."""
 
     def test_a_wrong_take_up_is_found_at_its_seam(self):
-        outcome = plant_seam.run(plant_seam.Plan(times=2, lines=4, firmware=False))
+        outcome = plant_seam.run(plant_seam.PlantSeamPlan(times=2, lines=4, firmware=False))
         assert outcome.complaints == []
         for one in outcome.plants:
             assert min(one.in_blocks) == one.line and one.alone == []
 
     def test_a_lost_part_of_a_tick_is_found_by_blocks_alone(self, tmp_path):
-        outcome, job = plant_seam.Outcome(), plant_seam.press(tmp_path / "job", 3, "start").job
+        outcome, job = (
+            plant_seam.PlantSeamOutcome(),
+            plant_seam.press(tmp_path / "job", 3, "start").job,
+        )
         images = {"mega": plant_seam.losing_image(tmp_path)}
         plant_seam.look(outcome, "lost part", 2, job, tmp_path / "sim", Here(), images)
         assert outcome.complaints == []
@@ -69,6 +72,6 @@ class TestPlants:
         right = plant_seam.press(tmp_path / "job", 3, "lock").job
         what = plant_seam.NONE_TAKEN
         job = plant_seam.wrong_take_up(right, 3, what, tmp_path / "planted.pxjob")
-        outcome = plant_seam.Outcome()
+        outcome = plant_seam.PlantSeamOutcome()
         plant_seam.look(outcome, what, 3, job, tmp_path / "sim", Here())
         assert outcome.complaints == ["no take-up at line 3: blocks find lines []"]

@@ -15,7 +15,7 @@ from pixstep.board import registers as regs
 from pixstep.simulation.simulator import PermitOutput, Simulator
 from pixstep_dev.robustness.orders import actions, campaign
 from pixstep_dev.robustness.orders.guard import Guard
-from pixstep_dev.robustness.orders.world import Outcome, World
+from pixstep_dev.robustness.orders.world import ActionOutcome, OrdersWorld
 
 pytestmark = pytest.mark.usefixtures("simulator")
 FIXED = settings(
@@ -43,7 +43,7 @@ class Orders(RuleBasedStateMachine):
 
     def __init__(self):
         super().__init__()
-        self.world = World(self.board, clock_hz=30).__enter__()
+        self.world = OrdersWorld(self.board, clock_hz=30).__enter__()
         self.guard = Guard(self.world)
 
     def teardown(self):
@@ -70,10 +70,10 @@ class Orders(RuleBasedStateMachine):
         for axis in range(self.world.axes):
             if mask >> axis & 1:
                 entries = ((mark, 0), (0, 0), (count + axis, 1000), (2, 0))
-                self.do(actions.Block(axis, entries, 0, how))
-        self.do(actions.Order("arm", mask, token, how))
+                self.do(actions.QueueBlock(axis, entries, 0, how))
+        self.do(actions.BoardOrder("arm", mask, token, how))
         axis = mask.bit_length() - 1
-        self.do(actions.Step(axis, TICK_HZ // 10, more) if step else actions.Wait(more))
+        self.do(actions.StepWait(axis, TICK_HZ // 10, more) if step else actions.Wait(more))
 
     @rule(count=st.sampled_from((10, 20, 40)), mask=st.sampled_from((1, 3, 15)), first=ENDINGS,
           second=ENDINGS, step=st.booleans(), more=st.integers(0, 70_000),
@@ -81,20 +81,20 @@ class Orders(RuleBasedStateMachine):
     def ended_twice(self, count, mask, first, second, step, more, gap, how):
         """Inside a period that the timer holds."""
         self.lines_armed(mask, count, False, None, actions.TELL, step, more, True)
-        self.do(actions.Order(first, mask & self.world.all_axes, None, actions.TELL))
+        self.do(actions.BoardOrder(first, mask & self.world.all_axes, None, actions.TELL))
         self.do(actions.Wait(gap))
-        self.do(actions.Order(second, mask & self.world.all_axes, None, how))
+        self.do(actions.BoardOrder(second, mask & self.world.all_axes, None, how))
         self.do(actions.Look())
         self.do(actions.Wait(TICK_HZ // 20))
 
     @rule(gap=st.integers(1000, 3000))
     def stopped_beside_permit(self, gap):
         """The emergency stop within the round that serves the request."""
-        self.do(actions.Pin("ESTOP", 0, 1))
-        self.do(actions.Order("clear_fault", 0))
-        self.do(actions.Order("permit_on", 0, None, actions.TELL))
+        self.do(actions.PinInput("ESTOP", 0, 1))
+        self.do(actions.BoardOrder("clear_fault", 0))
+        self.do(actions.BoardOrder("permit_on", 0, None, actions.TELL))
         self.do(actions.Wait(gap))
-        self.do(actions.Pin("ESTOP", 0, 0))
+        self.do(actions.PinInput("ESTOP", 0, 0))
         self.do(actions.Wait(1000))
 
     def do(self, action):
@@ -106,33 +106,33 @@ class Orders(RuleBasedStateMachine):
     def plain_line(self, axis, count, negative, clocked, pixels, how, off):
         mark = 0x21 if clocked else 0x01
         runs = ((-count if negative else count, pixels), (2, 0))
-        self.do(actions.Block(axis % self.world.axes, ((mark, 0), (0, 0), *runs), off, how))
+        self.do(actions.QueueBlock(axis % self.world.axes, ((mark, 0), (0, 0), *runs), off, how))
 
     @rule(axis=st.integers(0, 3), quarter=st.sampled_from((1, 5, 20)), how=HOW)
     def smooth_line(self, axis, quarter, how):
         rise = ((quarter, 1), (3 * quarter, 1))
         entries = ((0x11, 0), (0, 0), *rise, (4 * quarter, 500), *reversed(rise), (2, 0))
-        self.do(actions.Block(axis % self.world.axes, entries, 0, how))
+        self.do(actions.QueueBlock(axis % self.world.axes, entries, 0, how))
 
     @rule(axis=st.integers(0, 3), opens=st.booleans(), how=HOW)
     def seek(self, axis, opens, how):
         mark = 0x181 if opens else 0x81
         entries = ((mark, 0), (0, 0), (2, 1), (8, 20), (3, 0), (2, 1), (2, 0))
-        self.do(actions.Block(axis % self.world.axes, entries, 0, how))
+        self.do(actions.QueueBlock(axis % self.world.axes, entries, 0, how))
 
     @rule(axis=st.integers(0, 3), entries=st.sampled_from(BAD_BLOCKS), how=HOW)
     def bad_block(self, axis, entries, how):
-        self.do(actions.Block(axis % self.world.axes, entries, 0, how))
+        self.do(actions.QueueBlock(axis % self.world.axes, entries, 0, how))
 
     @rule(name=st.sampled_from([name for name in regs.COMMANDS if name != "default_settings"]),
           mask=st.sampled_from((0, 1, 1, 1, 2, 3, 5, 15, 15)),
           argument=st.sampled_from((None, None, None, 0, 5, 6)), how=HOW, ahead=AHEAD)  # fmt: skip
     def order(self, name, mask, argument, how, ahead):
-        self.do(actions.Order(name, mask, argument, how, ahead if name == "go" else 0))
+        self.do(actions.BoardOrder(name, mask, argument, how, ahead if name == "go" else 0))
 
     @rule(name=st.sampled_from(("arm", "stop", "stop", "disarm", "discard")), how=HOW)
     def order_of_all(self, name, how):
-        self.do(actions.Order(name, self.world.all_axes, None, how))
+        self.do(actions.BoardOrder(name, self.world.all_axes, None, how))
 
     @rule(first=st.integers(0, 13), value=st.integers(0, 1), more=st.integers(0, 2), how=HOW)
     def coils(self, first, value, more, how):
@@ -145,12 +145,12 @@ class Orders(RuleBasedStateMachine):
 
     @rule(text=st.sampled_from(("on", "off", "drop 1", "hz 30/1", "hz 33/1", "hz 70/1")))
     def clock(self, text):
-        self.do(actions.Clock(text))
+        self.do(actions.ClockCommand(text))
 
     @rule(signal=st.sampled_from(("ESTOP", "HOME", "LIMIT_MINUS", "LIMIT_PLUS")),
           level=st.integers(0, 1))  # fmt: skip
     def pin(self, signal, level):
-        self.do(actions.Pin(signal, 0, level))
+        self.do(actions.PinInput(signal, 0, level))
 
     @rule(what=st.sampled_from(("cycle", "external", "brownout")), chance=st.integers(0, 7))
     def supply(self, what, chance):
@@ -165,7 +165,7 @@ class Orders(RuleBasedStateMachine):
 
     @rule(axis=st.integers(0, 3), more=st.integers(0, 70_000))
     def step(self, axis, more):
-        self.do(actions.Step(axis % self.world.axes, TICK_HZ // 10, more))
+        self.do(actions.StepWait(axis % self.world.axes, TICK_HZ // 10, more))
 
     @rule()
     def look(self):
@@ -187,7 +187,7 @@ def test_any_order(machine):
 
 def play(board, *played):
     """Do actions on a fresh board; return the guard behind its recovery."""
-    with World(board) as world:
+    with OrdersWorld(board) as world:
         guard = Guard(world)
         for action in played:
             guard.do(action)
@@ -198,9 +198,9 @@ def play(board, *played):
 LINE = ((1, 0), (0, 0), (10, 1000), (2, 0))
 MOVING = (
     actions.Frequency(30),
-    actions.Block(0, LINE),
-    actions.Order("permit_on", 0),
-    actions.Order("arm", 1),
+    actions.QueueBlock(0, LINE),
+    actions.BoardOrder("permit_on", 0),
+    actions.BoardOrder("arm", 1),
     actions.Wait(TICK_HZ // 20),
 )
 
@@ -244,7 +244,7 @@ def test_rests(invoke, board):
 
 
 def test_a_trial_can_be_had_again():
-    plan = campaign.Plan("uno", 3, 9)
+    plan = campaign.OrdersPlan("uno", 3, 9)
     said = [[], []]
     for lines in said:
         assert campaign.replay(plan, 2, lines.append)
@@ -254,24 +254,24 @@ def test_a_trial_can_be_had_again():
 
 def test_edges_behind_a_stop_are_a_complaint(monkeypatch):
     """The stop does not reach the board: its steps go on."""
-    perform = World.perform
+    perform = OrdersWorld.perform
 
     def deaf(world, action):
-        if isinstance(action, actions.Order) and action.name == "stop":
-            return Outcome(True, world.cycle)
+        if isinstance(action, actions.BoardOrder) and action.name == "stop":
+            return ActionOutcome(True, world.cycle)
         return perform(world, action)
 
-    monkeypatch.setattr(World, "perform", deaf)
-    guard = play("uno", *MOVING, actions.Order("stop", 1), actions.Wait(TICK_HZ // 20))
+    monkeypatch.setattr(OrdersWorld, "perform", deaf)
+    guard = play("uno", *MOVING, actions.BoardOrder("stop", 1), actions.Wait(TICK_HZ // 20))
     assert any("halted by" in text for text in guard.complaints)
 
 
 def test_a_lost_step_is_a_complaint(monkeypatch):
-    edges = World.edges
+    edges = OrdersWorld.edges
     monkeypatch.setattr(
-        World, "edges", lambda *place: edges(*place)._replace(steps=edges(*place).made // 2)
+        OrdersWorld, "edges", lambda *place: edges(*place)._replace(steps=edges(*place).made // 2)
     )
-    guard = play("uno", *MOVING, actions.Order("stop", 1), actions.Wait(TICK_HZ // 20))
+    guard = play("uno", *MOVING, actions.BoardOrder("stop", 1), actions.Wait(TICK_HZ // 20))
     assert any("steps made" in text for text in guard.complaints)
 
 
@@ -279,12 +279,12 @@ def test_permit_behind_a_stop_is_a_complaint(monkeypatch):
     monkeypatch.setattr(
         Simulator, "permit", lambda self, _: PermitOutput(1, 1, self.cycle, self.cycle)
     )
-    guard = play("uno", *MOVING, actions.Order("stop", 1), actions.Wait(TICK_HZ // 20))
+    guard = play("uno", *MOVING, actions.BoardOrder("stop", 1), actions.Wait(TICK_HZ // 20))
     assert any("PERMIT must be low" in text for text in guard.complaints)
 
 
 def test_lost_time_is_a_complaint():
-    with World("uno") as world:
+    with OrdersWorld("uno") as world:
         guard = Guard(world)
         address, size, _ = world.time_words(0)[2]
         world.add(address, size, 65_536)
@@ -294,12 +294,12 @@ def test_lost_time_is_a_complaint():
 
 def test_what_a_refusal_changes_is_a_complaint(monkeypatch):
     written = iter(range(100))
-    monkeypatch.setattr(World, "registers", lambda _: dict.fromkeys(
+    monkeypatch.setattr(OrdersWorld, "registers", lambda _: dict.fromkeys(
         ("command", "settings", "outputs"), (next(written),)))  # fmt: skip
-    with World("uno") as world:
+    with OrdersWorld("uno") as world:
         guard = Guard(world)
         guard.careful = True
-        guard.do(actions.Order("arm", 1))
+        guard.do(actions.BoardOrder("arm", 1))
     assert any("changed command" in text for text in guard.complaints)
 
 

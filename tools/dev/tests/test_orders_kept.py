@@ -6,9 +6,9 @@ import pytest
 import orders_kept
 from effort import TRIED_BOARDS
 from pixstep_dev.robustness.orders import actions
-from pixstep_dev.robustness.orders.actions import TELL, Order, Pin, Wait
+from pixstep_dev.robustness.orders.actions import TELL, BoardOrder, PinInput, Wait
 from pixstep_dev.robustness.orders.guard import Guard
-from pixstep_dev.robustness.orders.world import World
+from pixstep_dev.robustness.orders.world import OrdersWorld
 
 pytestmark = pytest.mark.usefixtures("simulator")
 CASES = [
@@ -20,7 +20,7 @@ CASES = [
 
 @pytest.mark.parametrize(("board", "kept"), CASES)
 def test_kept(board, kept):
-    with World(board) as world:
+    with OrdersWorld(board) as world:
         guard = Guard(world)
         guard.careful = kept.careful
         for action in kept.actions:
@@ -34,13 +34,13 @@ def test_kept(board, kept):
 @pytest.mark.parametrize("board", TRIED_BOARDS)
 def test_permit_has_no_pulse_beside_a_stop(board):
     """Switching PERMIT on is carried out at every place of the emergency stop's interrupt."""
-    with World(board) as world:
+    with OrdersWorld(board) as world:
         guard = Guard(world)
         for wait in range(0, 3000, 15):
-            guard.do(Order("permit_on", 0))
-            guard.do(Order("permit_on", 0, None, TELL))
+            guard.do(BoardOrder("permit_on", 0))
+            guard.do(BoardOrder("permit_on", 0, None, TELL))
             guard.do(Wait(wait))
-            guard.do(Pin("ESTOP", 0, 0))
+            guard.do(PinInput("ESTOP", 0, 0))
             guard.do(Wait(8000))
             guard.do(actions.Look())
             guard.recover()

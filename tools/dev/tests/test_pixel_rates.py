@@ -8,9 +8,9 @@ import pytest
 
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation import judge
-from pixstep.simulation.job import Job, run_job
+from pixstep.simulation.job import LineExperiment, run_job
 from pixstep_dev.bench import clocks, rates
-from pixstep_dev.bench.drive import Run
+from pixstep_dev.bench.drive import BenchRun
 from pixstep_dev.bench.trial import attempt
 from pixstep_trials import lines
 
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.usefixtures("simulator")
 
 def assert_clean(board, axes, line, hz, serial_load):
     """Run the line on so many axes at once: every edge right, every step made, no fault."""
-    run = Run(board, dict.fromkeys(range(axes), line), Fraction(hz), serial_load=serial_load)
+    run = BenchRun(board, dict.fromkeys(range(axes), line), Fraction(hz), serial_load=serial_load)
     trial = attempt(run)
     assert (trial.kind, trial.detail) == ("clean", "")
     assert trial.steps == axes * sum(line.counts)
@@ -56,7 +56,7 @@ def test_axes_of_one_count_keep_up_with_the_clock(board, axes, steps, hz, serial
     ],
 )
 def test_axes_with_counts_of_their_own_keep_up_with_the_clock(board, axes, motion, steps, hz):
-    case = clocks.Case(board, axes, motion, steps)
+    case = clocks.ClockSearch(board, axes, motion, steps)
     trial = clocks.attempt(case, hz, 2.0)
     assert (trial.kind, trial.detail) == ("clean", "")
     assert trial.steps == sum(sum(case.line(hz, 2.0, axis).counts) for axis in range(axes))
@@ -64,7 +64,7 @@ def test_axes_with_counts_of_their_own_keep_up_with_the_clock(board, axes, motio
 
 # A smooth line that takes up backlash and comes to its speed within a pixel.
 def test_a_smooth_line_keeps_up_with_the_clock():
-    case = clocks.Case("uno", 1, "smooth", 20)
+    case = clocks.ClockSearch("uno", 1, "smooth", 20)
     trial = clocks.attempt(case, 4800, 2.0)
     assert (trial.kind, trial.detail) == ("clean", "")
     line = case.line(4800, 2.0)
@@ -84,9 +84,9 @@ def test_a_smooth_line_keeps_up_with_the_clock():
     ],
 )
 def test_axes_keep_up_with_a_clock_that_is_off(tmp_path, board, axes, motion, hz, sync, ppm):
-    case = clocks.Case(board, axes, motion, 20)
+    case = clocks.ClockSearch(board, axes, motion, 20)
     own = {axis: case.line(hz, 2.0, axis) for axis in range(axes)}
-    job = Job(board, own, Fraction(hz), sync=sync, pixel_ppm=ppm, baud=500_000)
+    job = LineExperiment(board, own, Fraction(hz), sync=sync, pixel_ppm=ppm, baud=500_000)
     result = run_job(job, tmp_path)
     assert result.trouble == []
     assert judge.judge(result).summary["reasons"] == []
@@ -119,7 +119,7 @@ def test_slow_smooth_lines_of_a_divided_clock(tmp_path, hz, divider, sync):
         speeds.append(max(2, min(16, speeds[-1] + some.choice((-2, 0, 2)))))
     speeds += range(speeds[-1] - 2, -1, -2)
     line = lines.smooth(speeds)
-    job = Job("uno", {0: line}, Fraction(hz), divider=divider, sync=sync, baud=500_000)
+    job = LineExperiment("uno", {0: line}, Fraction(hz), divider=divider, sync=sync, baud=500_000)
     result = run_job(job, tmp_path)
     assert result.trouble == []
     assert judge.judge(result).summary["reasons"] == []

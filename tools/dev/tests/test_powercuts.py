@@ -30,13 +30,13 @@ def test_cuts_at_random_cycles(invoke, board):
 def test_settings_that_are_neither_are_a_complaint(monkeypatch):
     reads = iter(range(1000))
     monkeypatch.setattr(settings, "read", lambda _: {"number": next(reads)})
-    outcome = powercuts.run(powercuts.Plan("uno", 2))
+    outcome = powercuts.run(powercuts.PowercutsPlan("uno", 2))
     assert len(outcome.complaints) == 2
     assert "neither" in outcome.complaints[0]
 
 
 def test_the_figures_are_said(invoke, monkeypatch):
-    said = powercuts.Outcome(powercuts.Plan("uno", 3), 3, 2, 1, 2, [])
+    said = powercuts.PowercutsOutcome(powercuts.PowercutsPlan("uno", 3), 3, 2, 1, 2, [])
     monkeypatch.setattr(powercuts, "run", lambda *_: said)
     done = invoke("robustness", "powercuts", "--board", "uno", "--count", 3)
     assert done.exit_code == 0

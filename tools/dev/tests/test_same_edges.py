@@ -13,7 +13,7 @@ from same_edges import Made
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import Seek
-from pixstep.simulation.job import LOCK, Job
+from pixstep.simulation.job import LOCK, LineExperiment
 from pixstep.simulation.pixel_clock import ClockFlaws
 from pixstep.simulation.simulator import BOOT_S
 
@@ -29,7 +29,7 @@ cycle,board,axis,signal,level
 3000,0,1,STEP,1
 3032,0,1,STEP,0
 """
-JOB = Job("mega", {0: Line((1,), PLAIN, name="a line")}, Fraction(30))
+JOB = LineExperiment("mega", {0: Line((1,), PLAIN, name="a line")}, Fraction(30))
 LINE = Trial(JOB)
 
 

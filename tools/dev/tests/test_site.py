@@ -22,7 +22,7 @@ def test_the_documents_are_whole_and_fetch_nothing(tmp_path):
     for page in out.rglob("*.html"):
         text = page.read_text(encoding="utf-8")
         assert not FETCHED.search(text), page
-        assert "unpkg.com" not in text, page
+        assert "unpkg.com" not in text and "```" not in text, page
     found = json.loads((out / "search" / "search_index.json").read_text(encoding="utf-8"))
     assert any("backlash" in one["text"].lower() for one in found["docs"])
     assert (out / "assets" / "iframe-worker.js").is_file()

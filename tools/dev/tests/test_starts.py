@@ -37,13 +37,13 @@ def test_a_board_that_is_told_another_edge_is_a_complaint(monkeypatch):
     monkeypatch.setattr(clock_marks, "number", another)
     monkeypatch.setattr(together.Together, "compare", lambda *_: None)
     monkeypatch.setattr(starts, "FLAWS", ("none",))
-    outcome = starts.run_plan(starts.Plan(("mega",), 2, 4))
+    outcome = starts.run_plan(starts.StartsPlan(("mega",), 2, 4))
     assert told and any("clock periods apart in silence" in text for text in outcome.complaints)
 
 
 def test_the_figures_are_said(invoke, monkeypatch):
-    plan = starts.Plan(("uno",), 3)
-    said = starts.Outcome(plan, 3, 1, 1, 1, {"board #: late": 2}, 0.01, ["start 2: apart"])
+    plan = starts.StartsPlan(("uno",), 3)
+    said = starts.StartsOutcome(plan, 3, 1, 1, 1, {"board #: late": 2}, 0.01, ["start 2: apart"])
     monkeypatch.setattr(starts, "run_plan", lambda *_: said)
     done = invoke("robustness", "starts", "--count", 3, status=1)
     assert "3 starts: 1 together (at most 0.010 clock periods apart)" in done.stdout

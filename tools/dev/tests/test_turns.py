@@ -9,7 +9,7 @@ import pytest
 from pixstep.board import boards
 from pixstep.lines.line import SMOOTH, Line
 from pixstep_dev.bench import sections, turns
-from pixstep_dev.bench.drive import Run, drive
+from pixstep_dev.bench.drive import BenchRun, drive
 from pixstep_trials import lines
 
 SEVERAL = [board.name for board in boards.all_boards() if board.axes > 1]
@@ -42,7 +42,7 @@ def ramps(times):
 )
 def test_every_round_ends_by_time(board, line, hz):
     axes = range(boards.load(board).axes)
-    outcome = drive(Run(board, dict.fromkeys(axes, line), Fraction(hz)))
+    outcome = drive(BenchRun(board, dict.fromkeys(axes, line), Fraction(hz)))
     assert (outcome.refused, outcome.fault, outcome.trouble) == ("", "", "")
     longest = sections.longest(outcome.stats["boards"][0], "round")
     assert ROUND_CYCLES / 4 < longest <= ROUND_CYCLES

@@ -134,7 +134,7 @@ def test_parts_of_a_document():
     text = "\n".join([
         "words", "```console", "$ one \\", "    more", "out", "$ two", "```",
         '![p](a.png "b/c.png")', "```sh root", "reboot  # now", "", "# only words", "```",
-        "```text", "$ no command", "```",
+        "```text", "no command", "```",
     ])  # fmt: skip
     found = document.parse(text)
     assert [(s.line, s.command, s.shown) for s in found.steps] == [

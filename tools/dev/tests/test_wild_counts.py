@@ -12,7 +12,7 @@ import pytest
 
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation import judge
-from pixstep.simulation.job import FREE, LOCK, START, Job, run_job
+from pixstep.simulation.job import FREE, LOCK, START, LineExperiment, run_job
 
 pytestmark = pytest.mark.usefixtures("simulator")
 
@@ -21,7 +21,7 @@ BOARDS = {"uno": ((0,), 200_000), "mega": ((0, 1, 2, 3), 50_000), "m1284": ((0, 
 
 
 def assert_right(tmp_path, board, lines, hz, sync="start"):
-    result = run_job(Job(board, lines, Fraction(hz), sync=sync), tmp_path)
+    result = run_job(LineExperiment(board, lines, Fraction(hz), sync=sync), tmp_path)
     assert (result.trouble, result.refused) == ([], None)
     assert judge.judge(result).summary["reasons"] == []
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Signals that end a command: SIGTERM and SIGHUP go the way of Ctrl-C, so all of them stop motion.
 
-SIGINT raises KeyboardInterrupt by itself; the others raise Ended, a KeyboardInterrupt too.
+SIGINT raises KeyboardInterrupt by itself; the others raise EndedBySignal, a KeyboardInterrupt too.
 """
 
 import contextlib
@@ -18,7 +18,7 @@ _ENDING = ("SIGTERM", "SIGHUP")  # Windows has no SIGHUP
 _BASE_STATUS = 128  # a shell's exit status for a signal is this and its number
 
 
-class Ended(KeyboardInterrupt):
+class EndedBySignal(KeyboardInterrupt):
     """SIGTERM or SIGHUP has come; `number` is the signal's."""
 
     def __init__(self, number: int) -> None:
@@ -28,7 +28,7 @@ class Ended(KeyboardInterrupt):
 
 def name(error: KeyboardInterrupt) -> str:
     """Return what ended the command, in words."""
-    return signal.Signals(error.number).name if isinstance(error, Ended) else "Ctrl-C"
+    return signal.Signals(error.number).name if isinstance(error, EndedBySignal) else "Ctrl-C"
 
 
 def status(error: KeyboardInterrupt) -> int:
@@ -39,11 +39,11 @@ def status(error: KeyboardInterrupt) -> int:
     status was asked for. The next text that is executed makes it forget.
     """
     exec("")
-    return _BASE_STATUS + (error.number if isinstance(error, Ended) else signal.SIGINT)
+    return _BASE_STATUS + (error.number if isinstance(error, EndedBySignal) else signal.SIGINT)
 
 
 def catch() -> Handlers:
-    """Let SIGTERM and SIGHUP raise Ended in this process; return the handlers before.
+    """Let SIGTERM and SIGHUP raise EndedBySignal in this process; return the handlers before.
 
     A signal that is ignored stays ignored: that is how nohup works. Only the main thread gets
     signals, and only it may change what they do.
@@ -59,8 +59,10 @@ def catch() -> Handlers:
 
 @contextlib.contextmanager
 def caught() -> Iterator[None]:
-    """Let SIGTERM and SIGHUP raise Ended as long as this lasts."""
+    """Let SIGTERM and SIGHUP raise EndedBySignal as long as this lasts; put SIGINT back then."""
     before = catch()
+    if before:
+        before[signal.SIGINT] = signal.getsignal(signal.SIGINT)
     try:
         yield
     finally:
@@ -72,10 +74,38 @@ def until_ctrl_c() -> Iterator[None]:
     """Let Ctrl-C end the block as its usual end; the other signals still end the command."""
     try:
         yield
-    except Ended:
+    except EndedBySignal:
         raise
     except KeyboardInterrupt:
         pass
+
+
+@contextlib.contextmanager
+def once() -> Iterator[None]:
+    """Let a signal end the block once: those that come while it tidies up are ignored.
+
+    In a command they are ignored until its end.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    found = {number: signal.getsignal(number) for number in _numbers(("SIGINT", *_ENDING))}
+    ours = (_raise, signal.default_int_handler)
+    before: Handlers = {number: one for number, one in found.items() if one in ours}
+
+    def end(number: int, _frame: object) -> None:
+        for other in before:
+            signal.signal(other, signal.SIG_IGN)
+        if _raise in before.values():
+            before.clear()
+        raise KeyboardInterrupt if number == signal.SIGINT else EndedBySignal(number)
+
+    for number in before:
+        signal.signal(number, end)
+    try:
+        yield
+    finally:
+        _restore(before)
 
 
 @contextlib.contextmanager
@@ -99,10 +129,10 @@ def _restore(handlers: Handlers) -> None:
 
 
 def _raise(number: int, _frame: object) -> None:
-    """Raise Ended once: a closing terminal sends SIGHUP twice, some tools SIGHUP and SIGTERM."""
+    """Raise EndedBySignal once: a closing terminal sends SIGHUP twice, some tools two signals."""
     for other in _numbers(_ENDING):
         signal.signal(other, signal.SIG_IGN)
-    raise Ended(number)
+    raise EndedBySignal(number)
 
 
 def _numbers(names: tuple[str, ...]) -> list[int]:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """TOML files that people write: what they hold, and in which line a key stands."""
 
+import io
 import re
 import tomllib
 from collections.abc import Sequence
@@ -16,11 +17,18 @@ _MARK = "pixstep-looks-for-this-line"
 def read(path: Path) -> tuple[str, dict[str, object]]:
     """Return a file's text, and what it says. Raises UserError naming file, line and column."""
     try:
-        content = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise RefusedError(f"{path}: not UTF-8 at byte {error.start}") from None
+        data = path.read_bytes()
     except OSError as error:
         raise UserError(f"{path}: {error.strerror or error}") from None
+    return parse(data, path)
+
+
+def parse(data: bytes, path: Path) -> tuple[str, dict[str, object]]:
+    """Return the text of a file's bytes, and what it says. Raises RefusedError in the same way."""
+    try:
+        content = io.TextIOWrapper(io.BytesIO(data), encoding="utf-8-sig").read()
+    except UnicodeDecodeError as error:
+        raise RefusedError(f"{path}: not UTF-8 at byte {error.start}") from None
     try:
         return content, tomllib.loads(content)
     except tomllib.TOMLDecodeError as error:

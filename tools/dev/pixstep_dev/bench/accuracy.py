@@ -7,8 +7,8 @@ from typing import Any
 from pixstep.board import boards
 from pixstep.errors import UserError
 from pixstep.simulation import verdict
-from pixstep_dev.bench.drive import Run, drive
-from pixstep_dev.bench.figure import Figure, Task, key
+from pixstep_dev.bench.drive import BenchRun, drive
+from pixstep_dev.bench.figure import BenchFigure, Task, key
 from pixstep_dev.bench.trial import CLEAN, WRONG, judge
 from pixstep_trials import lines
 
@@ -35,7 +35,7 @@ def measure(board: str, rate: int, load: bool) -> list[dict[str, Any]]:
     """
     count = lines.count_at(rate, _HZ)
     line = lines.constant(count, STEPS // count)
-    outcome = drive(Run(board, {0: line}, _HZ, serial_load=load))
+    outcome = drive(BenchRun(board, {0: line}, _HZ, serial_load=load))
     edges = outcome.edges.axis(0, 0)
     found = verdict.judge_axis(line, outcome.run.period, edges, tick_hz=outcome.run.tick_hz)
     trial = judge(outcome)
@@ -57,7 +57,7 @@ def measure(board: str, rate: int, load: bool) -> list[dict[str, Any]]:
     ]
 
 
-FIGURE = Figure(
+FIGURE = BenchFigure(
     NAME,
     "Constant rates: rate and interval error over 60,000 steps",
     "Rate error: slope of the edges over the exact instants. Interval error: the largest "

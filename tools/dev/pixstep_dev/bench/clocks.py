@@ -13,11 +13,11 @@ from typing import Any
 from pixstep.board import boards
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.simulation import judge
-from pixstep.simulation.job import Job, run_job
-from pixstep_dev.bench.drive import Outcome, Run, drive
-from pixstep_dev.bench.figure import Column, Figure, Task, key
+from pixstep.simulation.job import LineExperiment, run_job
+from pixstep_dev.bench.drive import BenchDriveOutcome, BenchRun, drive
+from pixstep_dev.bench.figure import BenchFigure, FigureColumn, Task, key
 from pixstep_dev.bench.search import Found, Search, holes, texts, under_load
-from pixstep_dev.bench.trial import CLEAN, MUTE, Trial
+from pixstep_dev.bench.trial import CLEAN, MUTE, BenchTrial
 from pixstep_dev.bench.trial import judge as judge_edges
 from pixstep_trials import lines
 
@@ -34,7 +34,7 @@ _LOADED_S = 1.0  # for so long
 
 
 @dataclass(frozen=True)
-class Case:
+class ClockSearch:
     """What a search is for: pixels of at most so many steps, on so many axes at once."""
 
     board: str
@@ -65,7 +65,7 @@ def tasks() -> list[Task]:
 
 def measure(board: str, axes: int, motion: str, steps: int) -> list[dict[str, Any]]:
     """Search the highest clean pixel clock for `axes` axes at once."""
-    case = Case(board, axes, motion, steps)
+    case = ClockSearch(board, axes, motion, steps)
     tried = partial(attempt, case)
     found = Search(tried, _UNIT_HZ, _TOP_HZ).go()
     loaded = under_load(
@@ -88,35 +88,37 @@ def line_of(motion: str, steps: int, pixels: int, seed: int = 0) -> Line:
     return Line((0, *ramps.counts), SMOOTH, backlash=_BACKLASH_STEPS, name="ramps")
 
 
-def attempt(case: Case, hz: int, seconds: float, *, serial_load: bool = False) -> Trial:
+def attempt(case: ClockSearch, hz: int, seconds: float, *, serial_load: bool = False) -> BenchTrial:
     """Run the case once at this clock, so long at its highest speed; say how it ended."""
     if case.motion in ("streamed", "mixed"):
         return _streamed(case, hz, seconds, serial_load)
     # Runs of equal counts: the whole line fits the board's queue.
     own = dict.fromkeys(range(case.axes), case.line(hz, seconds))
-    return judge_edges(drive(Run(case.board, own, Fraction(hz), serial_load=serial_load)))
+    return judge_edges(drive(BenchRun(case.board, own, Fraction(hz), serial_load=serial_load)))
 
 
-def _streamed(case: Case, hz: int, seconds: float, serial_load: bool) -> Trial:
+def _streamed(case: ClockSearch, hz: int, seconds: float, serial_load: bool) -> BenchTrial:
     """Run a line of its own on each axis, sent meanwhile by a host that reads what is done."""
     own = {axis: case.line(hz, seconds, axis) for axis in range(case.axes)}
-    job = Job(case.board, own, Fraction(hz), baud=_STREAM_BAUD, serial_load=serial_load)
+    job = LineExperiment(case.board, own, Fraction(hz), baud=_STREAM_BAUD, serial_load=serial_load)
     with tempfile.TemporaryDirectory(prefix="pixstep-") as folder:
         result = run_job(job, Path(folder))
     text = "; ".join(result.trouble)
     fault = re.search(r"fault (\w+)", text)
-    outcome = Outcome(Run(case.board, own, Fraction(hz)), result.edges, result.clock.seen)
+    outcome = BenchDriveOutcome(
+        BenchRun(case.board, own, Fraction(hz)), result.edges, result.clock.seen
+    )
     outcome.fault, outcome.trouble = (fault[1], "") if fault else ("", text)
     outcome.refused = result.refused.name if result.refused else ""
     trial = judge_edges(outcome)
     if trial.kind == CLEAN:
         summary = judge.judge(result).summary
         if summary["reasons"]:
-            return Trial(MUTE, summary["reasons"][0], trial.steps)
+            return BenchTrial(MUTE, summary["reasons"][0], trial.steps)
     return trial
 
 
-def row(case: Case, found: Found, loaded: int) -> dict[str, Any]:
+def row(case: ClockSearch, found: Found, loaded: int) -> dict[str, Any]:
     """Return a search's result as plain data."""
     return {
         "board": case.board,
@@ -133,7 +135,7 @@ def row(case: Case, found: Found, loaded: int) -> dict[str, Any]:
     }
 
 
-FIGURE = Figure(
+FIGURE = BenchFigure(
     NAME,
     "Highest pixel clock for pixels of few steps",
     "All axes at once, every edge exact for 2 s and no fault; searched in strides of 50 Hz. One "
@@ -153,7 +155,7 @@ FIGURE = Figure(
         key("pixel clock, Hz", "pixel_hz"),
         key("steps/s", "steps_per_s"),
         key("beyond", "beyond", left=True),
-        Column("holes below", holes, left=True),
+        FigureColumn("holes below", holes, left=True),
         key("serial load, Hz", "serial_load_hz"),
     ),
     long=True,

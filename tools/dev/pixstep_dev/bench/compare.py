@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from pixstep_dev.bench import peers
-from pixstep_dev.bench.figure import Column, failures, key
+from pixstep_dev.bench.figure import FigureColumn, failures, key
 from pixstep_dev.bench.peers import Goal
 
 _HEADLINE_HZ = 30.0  # pixel clock of the rates that are compared, the printer's
@@ -107,7 +107,7 @@ def _met(row: dict[str, Any]) -> str:
     return {None: "not measured", True: "met", False: "missed"}[row["met"]]
 
 
-def _peer(name: str) -> Column:
+def _peer(name: str) -> FigureColumn:
     def text(row: dict[str, Any]) -> str:
         peer = row["peers"].get(name)
         if peer is None:
@@ -115,22 +115,22 @@ def _peer(name: str) -> Column:
         note = f"({peer['note']})" if peer["note"] else ""
         return f"{_values(peer['values'])} {note}".strip()
 
-    return Column(name, text)
+    return FigureColumn(name, text)
 
 
-def columns() -> tuple[Column, ...]:
+def columns() -> tuple[FigureColumn, ...]:
     """Return the columns of the comparison: ours, the target, the best of the peers."""
     return (
         key("figure", "figure", left=True),
         key("unit", "unit", left=True),
         key("peers' best", "best"),
-        Column("target", _target),
-        Column("pixstep", _ours),
-        Column("", _met, left=True),
+        FigureColumn("target", _target),
+        FigureColumn("pixstep", _ours),
+        FigureColumn("", _met, left=True),
     )
 
 
-def peer_columns() -> tuple[Column, ...]:
+def peer_columns() -> tuple[FigureColumn, ...]:
     """Return the columns of the peers one by one."""
     unit = key("unit", "unit", left=True)
     return (key("figure", "figure", left=True), unit, *(_peer(name) for name in peers.projects()))

@@ -8,14 +8,14 @@ from typing import Any
 from pixstep.board import boards
 from pixstep.lines.line import Line
 from pixstep_dev.bench import sections, stretch
-from pixstep_dev.bench.figure import Figure, Task, key
+from pixstep_dev.bench.figure import BenchFigure, Task, key
 from pixstep_trials import lines
 
 NAME = "decode"
 
 
 @dataclass(frozen=True)
-class Kind:
+class PixelKind:
     """Pixels of one kind: their boundary speeds go from low to high and back, in steps/pixel."""
 
     name: str
@@ -37,12 +37,12 @@ class Kind:
 
 
 KINDS = (
-    Kind("plain, constant", Fraction(30), 1000, 1000, 40, plain=True),
-    Kind("smooth, constant", Fraction(30), 1000, 1000, 40),
-    Kind("smooth, flat (below a tick from step to step)", Fraction(30), 860, 900, 40),
-    Kind("smooth, steep", Fraction(30), 200, 600, 40),
-    Kind("smooth, slow", Fraction(30), 40, 60, 60),
-    Kind("smooth, 40-bit (long pixels)", Fraction(10), 960, 1000, 16),
+    PixelKind("plain, constant", Fraction(30), 1000, 1000, 40, plain=True),
+    PixelKind("smooth, constant", Fraction(30), 1000, 1000, 40),
+    PixelKind("smooth, flat (below a tick from step to step)", Fraction(30), 860, 900, 40),
+    PixelKind("smooth, steep", Fraction(30), 200, 600, 40),
+    PixelKind("smooth, slow", Fraction(30), 40, 60, 60),
+    PixelKind("smooth, 40-bit (long pixels)", Fraction(10), 960, 1000, 16),
 )
 
 
@@ -51,7 +51,7 @@ def tasks() -> list[Task]:
     return [Task(NAME, measure, (board, kind)) for board in boards.BOARD_NAMES for kind in KINDS]
 
 
-def measure(board: str, kind: Kind) -> list[dict[str, Any]]:
+def measure(board: str, kind: PixelKind) -> list[dict[str, Any]]:
     """Measure decoding of one kind of pixel on one axis."""
     line, lead = kind.line()
     view = stretch.moving(board, line, kind.hz, stretch.inside(line, lead, lead))
@@ -69,7 +69,7 @@ def measure(board: str, kind: Kind) -> list[dict[str, Any]]:
     ]
 
 
-FIGURE = Figure(
+FIGURE = BenchFigure(
     NAME,
     "Decoding, cycles a step in the main loop",
     "One axis, lines of one kind of pixel, interrupts not counted; the step interrupt beside it.",

@@ -20,7 +20,7 @@ from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError, LineRefusedByBoardError
 from pixstep.board.link import World
-from pixstep.board.upload import Upload, pause_s
+from pixstep.board.upload import LineUpload, pause_s
 from pixstep.lines.line import Line
 from pixstep.lines.units import period_ticks
 from pixstep.simulation.logs import EdgeLog, no_cycles, read_clock, read_edges
@@ -36,7 +36,7 @@ _STRETCH_PX, _STRETCH_S = 4, (0.05, 0.1)  # between two polls of a board
 
 
 @dataclass(frozen=True)
-class Window:
+class RunWindow:
     """A stretch of a run to account for: from one step of the first axis to a later one."""
 
     first: int
@@ -44,7 +44,7 @@ class Window:
 
 
 @dataclass(frozen=True)
-class Run:
+class BenchRun:
     """Lines by axis for one board, the world they run in, and what to look at."""
 
     board: str
@@ -52,7 +52,7 @@ class Run:
     hz: Fraction
     serial_load: bool = False
     records: bool = False  # read the per-pixel records, as a host does that wants them
-    windows: tuple[Window, ...] = ()
+    windows: tuple[RunWindow, ...] = ()
     program: Sequence[str | Path] | None = None  # the simulator, if not the built one
     image: Path | None = None
 
@@ -68,10 +68,10 @@ class Run:
 
 
 @dataclass
-class Outcome:
+class BenchDriveOutcome:
     """What a run left behind. Each view is the statistics of a window, `cycles` long."""
 
-    run: Run
+    run: BenchRun
     edges: EdgeLog = field(default_factory=EdgeLog)
     clock: np.ndarray = field(default_factory=no_cycles)
     refused: str = ""  # the line error's name
@@ -92,9 +92,9 @@ class Outcome:
         return sum(len(edges.rising) for edges in self.edges.axes.values())
 
 
-def drive(run: Run) -> Outcome:
+def drive(run: BenchRun) -> BenchDriveOutcome:
     """Run it; what the board does wrong is in the outcome."""
-    outcome = Outcome(run)
+    outcome = BenchDriveOutcome(run)
     with tempfile.TemporaryDirectory(prefix="pixstep-") as folder:
         edges, clock = Path(folder, "edges.csv"), Path(folder, "clock.csv")
         with SimulatedBoard(
@@ -106,7 +106,7 @@ def drive(run: Run) -> Outcome:
     return outcome
 
 
-def _go(board: SimulatedBoard, outcome: Outcome) -> None:
+def _go(board: SimulatedBoard, outcome: BenchDriveOutcome) -> None:
     """Go through all phases."""
     run, world = outcome.run, board.link.world
     ends_s = 0.0
@@ -139,13 +139,13 @@ class _Records:
     def __init__(self, board: SimulatedBoard) -> None:
         self._board, self._due_s = board, 0.0
 
-    def look_if_due(self, world: World, uploads: list[Upload]) -> None:
+    def look_if_due(self, world: World, uploads: list[LineUpload]) -> None:
         """Read them if it is time for that."""
         if world.now_s() >= self._due_s:
             self._due_s = world.now_s() + RECORDS_S
             self.look(uploads)
 
-    def look(self, uploads: list[Upload], *, ended: bool = False) -> None:
+    def look(self, uploads: list[LineUpload], *, ended: bool = False) -> None:
         """Read them, unless no line runs any more."""
         del uploads
         for axis, found in {} if ended else self._board.lines.seen.items():
@@ -156,7 +156,7 @@ class _Records:
 class _Windows:
     """Time in which the windows of a run are looked through, the line loaded if asked."""
 
-    def __init__(self, board: SimulatedBoard, outcome: Outcome, world: World) -> None:
+    def __init__(self, board: SimulatedBoard, outcome: BenchDriveOutcome, world: World) -> None:
         run = outcome.run
         self._world, self._period_s = world, float(1 / run.hz)
         self._board, self._simulator, self._outcome = board, board.simulator, outcome

@@ -28,7 +28,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Column:
+class FigureColumn:
     """One column of a table: its head, and the text of a row in it."""
 
     head: str
@@ -37,26 +37,26 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Figure:
+class BenchFigure:
     """A figure: name on the command line, title, what is measured and how, tasks, table."""
 
     name: str
     title: str
     about: str
     tasks: Callable[[], list[Task]]
-    columns: Sequence[Column]
+    columns: Sequence[FigureColumn]
     long: bool = False  # a search over many runs
     merge: Callable[[Rows], Rows] = lambda rows: rows  # rows as the table shows them
 
 
-def key(head: str, name: str, form: str = "", *, left: bool = False) -> Column:
+def key(head: str, name: str, form: str = "", *, left: bool = False) -> FigureColumn:
     """Return the column of one key of a row, formatted; a missing value is a dash."""
 
     def text(row: dict[str, Any]) -> str:
         value = row.get(name)
         return "-" if value is None else format(value, form)
 
-    return Column(head, text, left)
+    return FigureColumn(head, text, left)
 
 
 def failures(rows: list[dict[str, Any]]) -> list[str]:

@@ -15,9 +15,9 @@ from pixstep_dev.bench import (
     turns,
     waits,
 )
-from pixstep_dev.bench.figure import Figure
+from pixstep_dev.bench.figure import BenchFigure
 
-FIGURES: tuple[Figure, ...] = tuple(
+FIGURES: tuple[BenchFigure, ...] = tuple(
     module.FIGURE
     for module in (
         handlers, decode, rates, clocks, share, ramp, accuracy, overload, waits, turns, sizes,
@@ -27,7 +27,7 @@ FIGURES: tuple[Figure, ...] = tuple(
 NAMES = tuple(figure.name for figure in FIGURES)
 
 
-def chosen(only: tuple[str, ...] = (), *, quick: bool = False) -> list[Figure]:
+def chosen(only: tuple[str, ...] = (), *, quick: bool = False) -> list[BenchFigure]:
     """Return the figures with these names (none: all); `quick` leaves the long searches out."""
     return [
         figure

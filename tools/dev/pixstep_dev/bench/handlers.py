@@ -7,7 +7,7 @@ from typing import Any
 
 from pixstep.board import boards
 from pixstep_dev.bench import sections, stretch
-from pixstep_dev.bench.figure import Figure, Task, key
+from pixstep_dev.bench.figure import BenchFigure, Task, key
 from pixstep_trials import lines
 
 RATE = 30_000  # steps/s, of the step interrupt's figures
@@ -80,7 +80,7 @@ def _row(found: dict[str, Any], board: str, text: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
-FIGURE = Figure(
+FIGURE = BenchFigure(
     NAME,
     "Interrupt handlers, cycles from the flag's service to the end of RETI",
     "Response (4 cycles, 5 on the Mega) and the vector's jump included, nested handlers not. "

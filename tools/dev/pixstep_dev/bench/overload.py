@@ -7,8 +7,8 @@ from typing import Any
 
 from pixstep.board import boards
 from pixstep_dev.bench import rates
-from pixstep_dev.bench.drive import Run
-from pixstep_dev.bench.figure import Column, Figure, Task, key
+from pixstep_dev.bench.drive import BenchRun
+from pixstep_dev.bench.figure import BenchFigure, FigureColumn, Task, key
 from pixstep_dev.bench.trial import FAULT, MUTE, WRONG, attempt
 from pixstep_trials import lines
 
@@ -43,7 +43,7 @@ def measure(board: str, motion: str, rate: int) -> list[dict[str, Any]]:
     """Force a line of this rate onto the board, unchecked by the host; say how it ends."""
     axes = boards.load(board).axes
     line = rates.line_of(motion, lines.count_at(rate, _HZ), _HZ, _SECONDS)
-    trial = attempt(Run(board, dict.fromkeys(range(axes), line), _HZ))
+    trial = attempt(BenchRun(board, dict.fromkeys(range(axes), line), _HZ))
     place = f"{board}, {axes} axes, {motion} at {rate} steps/s"
     return [
         {
@@ -77,7 +77,7 @@ def _outcome(row: dict[str, Any]) -> str:
     return f"{row['outcome']} {row['detail']}".strip() + after
 
 
-FIGURE = Figure(
+FIGURE = BenchFigure(
     NAME,
     "Beyond the highest rate",
     "Lines at rates up to 1,000,000 steps/s at a pixel clock of 100 Hz, forced onto the board "
@@ -91,7 +91,7 @@ FIGURE = Figure(
         key("from steps/s", "lowest"),
         key("to steps/s", "highest"),
         key("rates", "rates"),
-        Column("outcome", _outcome, left=True),
+        FigureColumn("outcome", _outcome, left=True),
         key("edges compared", "edges"),
     ),
     long=True,

@@ -17,8 +17,8 @@ from pixstep.lazy import lazy
 from pixstep.lines import exact
 from pixstep.lines.line import Line
 from pixstep.simulation.verdict import find_zero
-from pixstep_dev.bench.drive import Run, drive
-from pixstep_dev.bench.figure import Figure, Task, key
+from pixstep_dev.bench.drive import BenchRun, drive
+from pixstep_dev.bench.figure import BenchFigure, Task, key
 from pixstep_dev.bench.trial import CLEAN, WRONG, judge
 from pixstep_trials import lines
 
@@ -61,7 +61,7 @@ def errors_us(board: str, hz: Fraction) -> tuple[np.ndarray, np.ndarray]:
     Raises UserError if the run is not clean.
     """
     line, steps = line_of(hz), steps_of(hz)
-    outcome = drive(Run(board, {0: line}, hz))
+    outcome = drive(BenchRun(board, {0: line}, hz))
     trial = judge(outcome)
     if trial.kind != CLEAN:
         kind = "" if trial.kind != WRONG else "; its edges are wrong"
@@ -89,7 +89,7 @@ def measure(board: str, hz: Fraction) -> list[dict[str, Any]]:
     return [row]
 
 
-FIGURE = Figure(
+FIGURE = BenchFigure(
     NAME,
     "Ramp from 0 to 30,000 steps/s at 100,000 steps/s2, edge error in us",
     "Smooth line of so many pixels. Ramp: every edge against sqrt(2k/a). Line: against the exact "

@@ -9,10 +9,10 @@ from pixstep.board import boards
 from pixstep.lines.line import Line
 from pixstep.lines.units import period_ticks
 from pixstep.profiles.generator import MAX_SPEED
-from pixstep_dev.bench.drive import Run
-from pixstep_dev.bench.figure import Column, Figure, Task, key
+from pixstep_dev.bench.drive import BenchRun
+from pixstep_dev.bench.figure import BenchFigure, FigureColumn, Task, key
 from pixstep_dev.bench.search import LONG_S, Found, Search, holes, texts, under_load
-from pixstep_dev.bench.trial import Trial, attempt
+from pixstep_dev.bench.trial import BenchTrial, attempt
 from pixstep_trials import lines
 
 NAME = "rates"
@@ -70,7 +70,7 @@ def row(
     def rate(count: int) -> int:
         return round(count * hz)
 
-    def text(trials: dict[int, Trial]) -> list[str]:
+    def text(trials: dict[int, BenchTrial]) -> list[str]:
         place = f"{board} {axes} {motion} {float(hz):g} Hz"
         return texts(place, "steps/s", {rate(count): one for count, one in trials.items()})
 
@@ -97,12 +97,12 @@ def _attempt(
     count: int,
     seconds: float,
     serial_load: bool = False,
-) -> Trial:
+) -> BenchTrial:
     line = line_of(motion, count, hz, seconds)
-    return attempt(Run(board, dict.fromkeys(range(axes), line), hz, serial_load=serial_load))
+    return attempt(BenchRun(board, dict.fromkeys(range(axes), line), hz, serial_load=serial_load))
 
 
-FIGURE = Figure(
+FIGURE = BenchFigure(
     NAME,
     "Highest clean rate, steps/s on each of the axes at once",
     "Clean: every edge exact for 2 s, after the line's own ramp of 100,000 steps/s2 where there is "
@@ -118,7 +118,7 @@ FIGURE = Figure(
         key("pixel clock, Hz", "hz", "g"),
         key("steps/s", "steps_per_s"),
         key("beyond", "beyond", left=True),
-        Column("holes below", holes, left=True),
+        FigureColumn("holes below", holes, left=True),
         key("serial load", "serial_load_steps_per_s"),
     ),
     long=True,

@@ -13,13 +13,13 @@ from typing import Any
 
 from pixstep.errors import UserError
 from pixstep.progress import Progress, unseen
-from pixstep_dev.bench.figure import Figure, Task, failures
+from pixstep_dev.bench.figure import BenchFigure, Task, failures
 
 _left = threading.Event()  # in a worker: Ctrl-C was pressed
 
 
 def measure(
-    figures: Iterable[Figure],
+    figures: Iterable[BenchFigure],
     progress: Progress = unseen,
     *,
     boards: Sequence[str] = (),

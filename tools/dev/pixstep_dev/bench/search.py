@@ -10,13 +10,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from pixstep_dev.bench.trial import CLEAN, WRONG, Trial
+from pixstep_dev.bench.trial import CLEAN, WRONG, BenchTrial
 
 SHORT_S = 0.3
 LONG_S = 2.0
 CONFIRMED = (0.5, 0.75, 0.9, 0.95)  # of the result
 
-Attempt = Callable[[int, float], Trial]  # a count at a line's peak, seconds there
+Attempt = Callable[[int, float], BenchTrial]  # a count at a line's peak, seconds there
 
 
 @dataclass
@@ -24,10 +24,10 @@ class Found:
     """The result: highest clean count (0: none), how the next one ended, and what was tested."""
 
     count: int = 0
-    beyond: Trial | None = None
+    beyond: BenchTrial | None = None
     confirmed: list[int] = field(default_factory=list)
-    holes: dict[int, Trial] = field(default_factory=dict)
-    wrong: dict[int, Trial] = field(default_factory=dict)
+    holes: dict[int, BenchTrial] = field(default_factory=dict)
+    wrong: dict[int, BenchTrial] = field(default_factory=dict)
 
 
 class Search:
@@ -37,7 +37,7 @@ class Search:
         self, attempt: Attempt, unit: int, top: int, shift: Callable[[int], int] = lambda n: n
     ) -> None:
         self._attempt, self._unit, self._top, self._shift = attempt, unit, top, shift
-        self._known: dict[tuple[int, float], Trial] = {}
+        self._known: dict[tuple[int, float], BenchTrial] = {}
         self._found = Found()
 
     def go(self) -> Found:
@@ -55,7 +55,7 @@ class Search:
             found.beyond = self._try((low + 1) * self._unit, LONG_S)
         return found
 
-    def _try(self, count: int, seconds: float) -> Trial:
+    def _try(self, count: int, seconds: float) -> BenchTrial:
         """Run a count once and remember how it ended."""
         if (count, seconds) not in self._known:
             trial = self._attempt(count, seconds)
@@ -96,7 +96,7 @@ class Search:
 
 
 def under_load(
-    clean: int, parts: Sequence[float], unit: int, attempt: Callable[[int], Trial]
+    clean: int, parts: Sequence[float], unit: int, attempt: Callable[[int], BenchTrial]
 ) -> int:
     """Return the first part of a clean count that is clean under a saturated serial line too.
 
@@ -109,7 +109,7 @@ def under_load(
     return 0
 
 
-def texts(place: str, unit: str, trials: dict[int, Trial]) -> list[str]:
+def texts(place: str, unit: str, trials: dict[int, BenchTrial]) -> list[str]:
     """Return how some counts of a search ended, each with its place and unit."""
     return [f"{place}, {count} {unit}: {trial.text}" for count, trial in trials.items()]
 

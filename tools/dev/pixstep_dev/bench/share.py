@@ -6,7 +6,7 @@ from typing import Any
 
 from pixstep.board import boards
 from pixstep_dev.bench import sections, stretch
-from pixstep_dev.bench.figure import Column, Figure, Task, key
+from pixstep_dev.bench.figure import BenchFigure, FigureColumn, Task, key
 from pixstep_trials import lines
 
 NAME = "share"
@@ -69,7 +69,7 @@ def _others(row: dict[str, Any]) -> str:
     return ", ".join(parts)
 
 
-FIGURE = Figure(
+FIGURE = BenchFigure(
     NAME,
     "CPU share, one axis",
     "Share: all handlers, decoding, and following what the handlers did: what grows with the "
@@ -86,6 +86,6 @@ FIGURE = Figure(
         key("following", "following", ".1%"),
         key("share", "share", ".1%"),
         key("upper bound", "upper", ".1%"),
-        Column("the loop's other sections", _others, left=True),
+        FigureColumn("the loop's other sections", _others, left=True),
     ),
 )

@@ -6,8 +6,8 @@ from typing import Any
 
 from pixstep.board import boards
 from pixstep.errors import UserError
-from pixstep_dev.bench.drive import Run, drive
-from pixstep_dev.bench.figure import Figure, Task, key
+from pixstep_dev.bench.drive import BenchRun, drive
+from pixstep_dev.bench.figure import BenchFigure, Task, key
 from pixstep_dev.bench.trial import CLEAN, judge
 from pixstep_trials import lines
 
@@ -27,7 +27,7 @@ def measure(board: str) -> list[dict[str, Any]]:
     axes = boards.load(board).axes
     for rate in RATES:
         line = lines.constant(lines.count_at(rate, _HZ), lines.pixels_in(_SECONDS, _HZ))
-        outcome = drive(Run(board, dict.fromkeys(range(axes), line), _HZ))
+        outcome = drive(BenchRun(board, dict.fromkeys(range(axes), line), _HZ))
         if judge(outcome).kind == CLEAN:
             speed = outcome.stats["cycle"] / outcome.run.tick_hz / outcome.stats["cpu_s"]
             row = {"board": board, "axes": axes, "steps_per_s": rate, "edges": outcome.steps}
@@ -35,7 +35,7 @@ def measure(board: str) -> list[dict[str, Any]]:
     raise UserError(f"{board}: no rate down to {RATES[-1]} steps/s is clean")
 
 
-FIGURE = Figure(
+FIGURE = BenchFigure(
     NAME,
     "The simulator's speed, times real time (depends on the machine)",
     "Simulated seconds for each second of CPU time, one core, every edge logged.",

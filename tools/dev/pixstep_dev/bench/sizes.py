@@ -11,7 +11,7 @@ from pixstep import natives
 from pixstep.board import boards
 from pixstep.errors import UserError
 from pixstep_dev.bench import stretch
-from pixstep_dev.bench.figure import Figure, Task, key
+from pixstep_dev.bench.figure import BenchFigure, Task, key
 from pixstep_trials import lines
 
 NAME = "sizes"
@@ -63,7 +63,7 @@ def _stack_used(board: str, steady: bool) -> int:
     return int(view["stack_used_bytes"])
 
 
-FIGURE = Figure(
+FIGURE = BenchFigure(
     NAME,
     "Size, bytes",
     "Worst stack: counted on the disassembly path by path (`tools/checks/sizes.py`); stack seen: "

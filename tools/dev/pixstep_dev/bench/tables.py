@@ -9,10 +9,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from pixstep_dev.bench.figure import Column, Figure
+from pixstep_dev.bench.figure import BenchFigure, FigureColumn
 
 
-def markdown(figures: Iterable[Figure], measured: dict[str, Any]) -> str:
+def markdown(figures: Iterable[BenchFigure], measured: dict[str, Any]) -> str:
     """Return all measured figures as Markdown."""
     parts = []
     for figure in figures:
@@ -23,7 +23,7 @@ def markdown(figures: Iterable[Figure], measured: dict[str, Any]) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def pipes(columns: Sequence[Column], rows: list[dict[str, Any]]) -> str:
+def pipes(columns: Sequence[FigureColumn], rows: list[dict[str, Any]]) -> str:
     """Return rows as a Markdown table."""
     lines = [[column.head for column in columns]]
     lines.append(["---" if column.left else "--:" for column in columns])
@@ -31,7 +31,7 @@ def pipes(columns: Sequence[Column], rows: list[dict[str, Any]]) -> str:
     return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
 
 
-def show(console: Console, figures: Iterable[Figure], measured: dict[str, Any]) -> None:
+def show(console: Console, figures: Iterable[BenchFigure], measured: dict[str, Any]) -> None:
     """Print all measured figures, and what must never be if it was."""
     for figure in figures:
         rows = measured["figures"].get(figure.name)
@@ -45,7 +45,7 @@ def show(console: Console, figures: Iterable[Figure], measured: dict[str, Any]) 
         console.print(Text(f"WRONG EDGES: {text}", style="bold red"))
 
 
-def grid(columns: Sequence[Column], rows: list[dict[str, Any]]) -> Table:
+def grid(columns: Sequence[FigureColumn], rows: list[dict[str, Any]]) -> Table:
     """Return rows as a table for a terminal."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     cells = [[column.text(row) for column in columns] for row in rows]

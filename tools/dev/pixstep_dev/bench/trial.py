@@ -8,13 +8,13 @@ doubled or in the wrong direction, and no fault said so before.
 from dataclasses import dataclass
 
 from pixstep.simulation import verdict
-from pixstep_dev.bench.drive import Outcome, Run, drive
+from pixstep_dev.bench.drive import BenchDriveOutcome, BenchRun, drive
 
 CLEAN, REFUSED, FAULT, MUTE, WRONG = "clean", "refused", "fault", "mute", "wrong"
 
 
 @dataclass(frozen=True)
-class Trial:
+class BenchTrial:
     """How one run ended; `detail` names the line error, the fault or what was wrong."""
 
     kind: str
@@ -27,28 +27,28 @@ class Trial:
         return f"{self.kind} {self.detail}".strip()
 
 
-def attempt(run: Run) -> Trial:
+def attempt(run: BenchRun) -> BenchTrial:
     """Run it and say how it ended."""
     return judge(drive(run))
 
 
-def judge(outcome: Outcome) -> Trial:
+def judge(outcome: BenchDriveOutcome) -> BenchTrial:
     """Return how a run ended, the exact instants of every line being the measure."""
     reasons = _reasons(outcome)
     if outcome.trouble and not outcome.steps:
-        return Trial(MUTE, outcome.trouble)
+        return BenchTrial(MUTE, outcome.trouble)
     if reasons:
-        return Trial(WRONG, "; ".join(reasons), outcome.steps)
+        return BenchTrial(WRONG, "; ".join(reasons), outcome.steps)
     if outcome.refused:
-        return Trial(REFUSED, outcome.refused, outcome.steps)
+        return BenchTrial(REFUSED, outcome.refused, outcome.steps)
     if outcome.fault:
-        return Trial(FAULT, outcome.fault, outcome.steps)
+        return BenchTrial(FAULT, outcome.fault, outcome.steps)
     if outcome.trouble:
-        return Trial(MUTE, outcome.trouble, outcome.steps)
-    return Trial(CLEAN, "", outcome.steps)
+        return BenchTrial(MUTE, outcome.trouble, outcome.steps)
+    return BenchTrial(CLEAN, "", outcome.steps)
 
 
-def _reasons(outcome: Outcome) -> list[str]:
+def _reasons(outcome: BenchDriveOutcome) -> list[str]:
     """Return what is wrong with the edges.
 
     A fault may cut a line short, and so may a refusal of what is streamed to a moving axis.

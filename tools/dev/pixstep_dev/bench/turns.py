@@ -15,12 +15,12 @@ from typing import Any
 
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.lines import runs
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.simulated_board import SimulatedBoard
 from pixstep_dev.bench import sections
-from pixstep_dev.bench.figure import Figure, Task, key
+from pixstep_dev.bench.figure import BenchFigure, Task, key
 from pixstep_trials import lines
 
 NAME = "turns"
@@ -148,14 +148,14 @@ def _block(name: str, size: int) -> Callable[[SimulatedBoard], Iterator[tuple[st
     mark = runs.MARK_START | (runs.MARK_SMOOTH if smooth else 0)
 
     def requests(run: SimulatedBoard) -> Iterator[tuple[str, Request, int]]:
-        upload = Upload(run.board, 0, [(mark, 0), (0, 0), *((count, 1) for count in counts)])
+        upload = LineUpload(run.board, 0, [(mark, 0), (0, 0), *((count, 1) for count in counts)])
         upload.push_into(8)  # the head of the line
         yield f"block of {size} bytes, {name}", lambda: upload.push_into(size), _BLOCKS
 
     return requests
 
 
-FIGURE = Figure(
+FIGURE = BenchFigure(
     NAME,
     "The longest stay of the main loop in a request, and in a round, cycles",
     "Cycles of the main program between two looks at the axes, interrupts not counted, while all "

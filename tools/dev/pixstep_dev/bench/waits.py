@@ -8,7 +8,7 @@ from typing import Any
 from pixstep.board import boards
 from pixstep.lines.line import PLAIN, Line
 from pixstep_dev.bench import sections, stretch
-from pixstep_dev.bench.figure import Figure, Task, key
+from pixstep_dev.bench.figure import BenchFigure, Task, key
 from pixstep_trials import lines
 
 NAME = "waits"
@@ -77,7 +77,7 @@ def _line(board: str, *, streamed: bool) -> tuple[Any, ...]:
     return line, stretch.inside(line)
 
 
-FIGURE = Figure(
+FIGURE = BenchFigure(
     NAME,
     "Interrupts off, and the step interrupt's longest wait, cycles",
     "Off: the longest stretch with the I bit clear, handlers included; in the main loop: without "

@@ -17,7 +17,7 @@ from pixstep.errors import UserError
 from pixstep.lazy import lazy
 from pixstep_dev import markdown
 from pixstep_dev.bench import compare, figures, run
-from pixstep_dev.bench.figure import Figure
+from pixstep_dev.bench.figure import BenchFigure
 
 if TYPE_CHECKING:
     import rich.console
@@ -113,7 +113,7 @@ def _deliver(measured: dict[str, Any], comparing: bool, as_json: bool, write: Pa
         _print(console, measured, comparing=comparing)
 
 
-def _measure(chosen: list[Figure], names: tuple[str, ...]) -> dict[str, Any]:
+def _measure(chosen: list[BenchFigure], names: tuple[str, ...]) -> dict[str, Any]:
     if not chosen:
         raise UserError("nothing to measure: --quick leaves out what --only names")
     natives.program("pixstep-sim")  # named once, not by every task

@@ -28,7 +28,7 @@ def campaign_command(
     ctx: click.Context, /, board: str, output: Path | None, **options: Any
 ) -> None:
     """Run random valid lines on a simulated board; exit status 0 only if every one passes."""
-    plan = campaign.Plan(
+    plan = campaign.RandomLinesPlan(
         board=board,
         lines=options["lines"],
         decodes=options["decode"] or ("smooth", "plain"),

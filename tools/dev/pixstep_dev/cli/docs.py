@@ -42,6 +42,25 @@ def tutorial(ctx: click.Context, file: Path, action: str) -> None:
     ctx.exit(1 if complaints else 0)
 
 
+@docs_group.command()
+@click.pass_context
+def blocks(ctx: click.Context) -> None:
+    """Count the commands of all documents: those that tests run, and what the others need.
+
+    Exit status 1 for a block that does not say what it is.
+    """
+    from pixstep import natives
+    from pixstep_dev.tutorial import blocks as of_documents
+
+    found = list(of_documents.survey(natives.root()))
+    for text in of_documents.table(found):
+        click.echo(text)
+    complaints = [text for one in found for text in one.complaints]
+    for text in complaints:
+        click.echo(text, err=True)
+    ctx.exit(1 if complaints else 0)
+
+
 def _deliver(
     ctx: click.Context, name: str, content: str, check: Path | None, write: Path | None
 ) -> None:

@@ -48,7 +48,7 @@ def run(
     """
     if not executions and not seconds:
         raise UserError("say when to end: --executions N, --seconds N or both")
-    limits = fuzzer.Limits(executions, seconds, seed)
+    limits = fuzzer.FuzzLimits(executions, seconds, seed)
     with progress.shown(f"fuzzing {target}") as show:
         outcome = campaign.run(target, limits, grow=grow, progress=show)
     if record:
@@ -62,7 +62,7 @@ def run(
     ctx.exit(1 if outcome.finding else 0)
 
 
-def _say(target: str, outcome: fuzzer.Outcome) -> None:
+def _say(target: str, outcome: fuzzer.FuzzerOutcome) -> None:
     """Print what a run did."""
     click.echo(
         f"{target}: {outcome.executions:,} executions, {outcome.edges:,} of "
@@ -87,7 +87,7 @@ def prove(ctx: click.Context, executions: int) -> None:
     """Plant known defects; see that fuzzing finds each."""
     missed = 0
     for defect in defects.DEFECTS:
-        outcome, kept = campaign.plant(defect, fuzzer.Limits(executions))
+        outcome, kept = campaign.plant(defect, fuzzer.FuzzLimits(executions))
         missed += not outcome.finding
         new = max(0, outcome.executions - kept)
         found = outcome.finding or "NOT FOUND"

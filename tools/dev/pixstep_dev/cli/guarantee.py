@@ -66,7 +66,7 @@ def guarantee_command(
     from pixstep_dev.guarantee import campaign
 
     with progress.shown(f"{count} sets") as show:
-        outcome = campaign.run(campaign.Plan(count, seed, board), show)
+        outcome = campaign.run(campaign.GuaranteePlan(count, seed, board), show)
     facts = {"ended": [asdict(one) for one in outcome.ended], "complaints": outcome.complaints}
     finish(ctx, facts, campaign.table(outcome), "every accepted set ran clean", as_json=as_json)
 

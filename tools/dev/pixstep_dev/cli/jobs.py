@@ -32,7 +32,7 @@ def kill(ctx: click.Context, times: int, lines: int, seed: int, as_json: bool) -
     from pixstep_dev.jobs import kill as campaign  # takes a while to load
 
     with progress.shown(f"{times} kills") as show:
-        outcome = campaign.run(campaign.Plan(times, lines, seed), show)
+        outcome = campaign.run(campaign.KillPlan(times, lines, seed), show)
     fates = ", ".join(f"{count} {name}" for name, count in sorted(outcome.fates.items()))
     rows = [
         f"{outcome.times} runs of {lines} lines, the host killed in {outcome.killed}, "
@@ -58,7 +58,7 @@ def power(ctx: click.Context, times: int, lines: int, seed: int, as_json: bool) 
     from pixstep_dev.jobs import power as campaign  # takes a while to load
 
     with progress.shown(f"{times} losses") as show:
-        outcome = campaign.run(campaign.Plan(times, lines, seed), show)
+        outcome = campaign.run(campaign.PowerPlan(times, lines, seed), show)
     kinds = ", ".join(f"{count} {name}" for name, count in outcome.kinds.items())
     rows = [
         f"{outcome.times} losses of a board ({kinds}), named within {outcome.slowest_s:.2f} s",
@@ -83,7 +83,7 @@ def late(ctx: click.Context, times: int, lines: int, seed: int, as_json: bool) -
     from pixstep_dev.jobs import late as campaign  # takes a while to load
 
     with progress.shown(f"{times} delays") as show:
-        outcome = campaign.run(campaign.Plan(times, lines, seed), show)
+        outcome = campaign.run(campaign.LatePlan(times, lines, seed), show)
     ends = ", ".join(f"{count} {name}" for name, count in sorted(outcome.ends.items()))
     rows = [f"{outcome.times} late lines: {ends}"]
     finish(ctx, asdict(outcome), rows, "none was silent", as_json=as_json)
@@ -109,7 +109,7 @@ def seams(
     """
     from pixstep_dev.jobs import seams as campaign  # takes a while to load
 
-    plan = campaign.Plan(lines, ppm, jitter_us, -ppm, sync, seed)
+    plan = campaign.SeamsPlan(lines, ppm, jitter_us, -ppm, sync, seed)
     with progress.shown(f"{lines} lines") as show:
         outcome = campaign.run(plan, show)
     rows = [
@@ -147,7 +147,8 @@ def simulate(
     from pixstep_dev.jobs import simulate as campaign  # takes a while to load
 
     with progress.shown(f"{lines} lines") as show:
-        outcome = campaign.run(campaign.Plan(lines, block, memory_lines, seed=seed), show)
+        plan = campaign.JobSimulatePlan(lines, block, memory_lines, seed=seed)
+        outcome = campaign.run(plan, show)
     rows = [
         f"{one.name}: {one.seconds:.1f} s, {one.simulated} blocks simulated, {one.known} known, "
         f"{one.repeated} again; rows {one.sha256[:12]}"
@@ -178,7 +179,7 @@ def plant_seam(ctx: click.Context, times: int, lines: int, seed: int, as_json: b
     from pixstep_dev.jobs import plant_seam as campaign  # takes a while to load
 
     with progress.shown(f"{times} faults") as show:
-        outcome = campaign.run(campaign.Plan(times, lines, seed), show)
+        outcome = campaign.run(campaign.PlantSeamPlan(times, lines, seed), show)
     rows = [
         f"{one.what} at line {one.line}: blocks find {len(one.in_blocks)} lines from "
         f"{min(one.in_blocks, default=0)} on, lines alone {len(one.alone)}\n  {one.reason}"
@@ -203,7 +204,7 @@ def compare(ctx: click.Context, pairs: int | None, seed: int, as_json: bool) -> 
     from pixstep_dev.jobs import compare as campaign  # takes a while to load
 
     with progress.shown("comparisons") as show:
-        outcome = campaign.run(campaign.Plan(pairs, seed), show)
+        outcome = campaign.run(campaign.JobComparePlan(pairs, seed), show)
     rows = [
         f"{outcome.alone} changes alone, {outcome.pairs} pairs, {outcome.boards} boards; "
         f"{outcome.refused} pairs are no machine",
@@ -228,7 +229,7 @@ def disagree(ctx: click.Context, times: int, lines: int, seed: int, as_json: boo
     from pixstep_dev.jobs import disagree as campaign  # takes a while to load
 
     with progress.shown(f"{times} disagreements") as show:
-        outcome = campaign.run(campaign.Plan(times, lines, seed), show)
+        outcome = campaign.run(campaign.DisagreePlan(times, lines, seed), show)
     kinds = ", ".join(f"{count} {name}" for name, count in outcome.kinds.items())
     rows = [
         f"{outcome.times} times boards disagreed ({kinds}); {outcome.together} went on together, "

@@ -70,7 +70,7 @@ def mutants(
     kept = campaign.read(again) if again else None
     names = stages.NAMES[: stages.NAMES.index(last) + 1]
     with progress.shown(f"{count} mutants") as show:
-        plan = campaign.Plan(count, seed, names, jobs, only, assembly)
+        plan = campaign.MutantsPlan(count, seed, names, jobs, only, assembly)
         outcome = campaign.run(plan, show, kept, lambda one: judged.equivalent(judgements, one))
     if write:
         markdown.write(write, record.NAME, record.markdown(outcome, judgements))
@@ -81,7 +81,7 @@ def mutants(
     ctx.exit(1 if judged.score(outcome, judgements).open else 0)
 
 
-def _say(outcome: campaign.Outcome, judgements: judged.Judgements) -> None:
+def _say(outcome: campaign.MutantsOutcome, judgements: judged.Judgements) -> None:
     """Print the figures, and the survivors that nobody has judged."""
     from pixstep_dev.mutants import judged, record
 

@@ -71,9 +71,9 @@ def orders(
     share = 1.0 if estop else _ESTOP_SHARE
     if replay:
         seed, index = _place(replay)
-        plan = campaign.Plan(board, 1, seed, index, share, together)
+        plan = campaign.OrdersPlan(board, 1, seed, index, share, together)
         ctx.exit(0 if campaign.replay(plan, index, click.echo) else 1)
-    plan = campaign.Plan(board, count, seed, first, share, together)
+    plan = campaign.OrdersPlan(board, count, seed, first, share, together)
     with progress.shown(f"{board}: {count} trials") as show:
         outcome = campaign.run(plan, show)
     if write:
@@ -98,7 +98,7 @@ def _run_rests(
     from pixstep_dev.robustness.orders import rests as campaign
 
     with progress.shown(f"{board}: {count} rests") as show:
-        outcome = campaign.run(campaign.Plan(board, count, seed, first), show)
+        outcome = campaign.run(campaign.RestsPlan(board, count, seed, first), show)
     if write:
         _write(write, outcome)
     if as_json:
@@ -117,14 +117,14 @@ def _place(text: str) -> tuple[int, int]:
     return int(seed), int(index)
 
 
-def _write(path: Path, outcome: campaign.Outcome | rests.Outcome) -> None:
+def _write(path: Path, outcome: campaign.OrdersOutcome | rests.RestsOutcome) -> None:
     from pixstep_dev import markdown
     from pixstep_dev.robustness.orders import record
 
     markdown.write(path, record.name(outcome), record.markdown(outcome))
 
 
-def _facts(outcome: campaign.Outcome) -> dict[str, Any]:
+def _facts(outcome: campaign.OrdersOutcome) -> dict[str, Any]:
     """Return plain data; pairs by "first, second"."""
     facts = {name: value for name, value in vars(outcome).items() if name != "plan"}
     facts["pairs"] = {", ".join(pair): number for pair, number in outcome.pairs.items()}
@@ -132,7 +132,7 @@ def _facts(outcome: campaign.Outcome) -> dict[str, Any]:
     return {"board": outcome.plan.board, "seed": outcome.plan.seed, **facts}
 
 
-def _say(outcome: campaign.Outcome) -> None:
+def _say(outcome: campaign.OrdersOutcome) -> None:
     click.echo(
         f"{outcome.plan.board}: {outcome.trials:,} trials, {len(outcome.pairs):,} different pairs "
         f"of commands, {outcome.failed:,} failed"

@@ -17,7 +17,7 @@ from pixstep_dev.robustness import holes
 from pixstep_trials.promises import ESTOP_CYCLES
 
 if TYPE_CHECKING:
-    from pixstep_dev.robustness.uploads import Outcome
+    from pixstep_dev.robustness.uploads import UploadsOutcome
 
 
 @click.group("robustness", cls=Group)
@@ -43,7 +43,7 @@ def frames(ctx: click.Context, board: str, count: int, seed: int, as_json: bool)
     from pixstep_dev.robustness import framestorm  # takes a while to load
 
     with progress.shown(f"{board}: {count} frames") as show:
-        outcome = framestorm.run(framestorm.Plan(board, count, seed), show)
+        outcome = framestorm.run(framestorm.FramestormPlan(board, count, seed), show)
     rows = [
         f"{board}: {outcome.frames:,} frames in {outcome.seconds:.0f} simulated seconds, "
         f"{outcome.answers:,} answered, {outcome.exceptions:,} of these by an exception",
@@ -86,20 +86,20 @@ def uploads(
     from pixstep_dev.robustness import uploads as campaign
     from pixstep_trials import noise
 
-    model = noise.Model(0.5, (noise.garbage,)) if garbage else noise.Model()
-    plan = campaign.Plan(board, count, seed, model, go_on=garbage)
+    model = noise.NoiseModel(0.5, (noise.garbage,)) if garbage else noise.NoiseModel()
+    plan = campaign.UploadsPlan(board, count, seed, model, go_on=garbage)
     with progress.shown(f"{board}: {count} blocks") as show:
         outcome = campaign.run(plan, show)
     rows = _upload_rows(board, outcome)
     finish(ctx, _upload_facts(outcome), rows, "every queue was exact", as_json=as_json)
 
 
-def _upload_facts(outcome: Outcome) -> dict[str, Any]:
+def _upload_facts(outcome: UploadsOutcome) -> dict[str, Any]:
     facts = {name: value for name, value in vars(outcome).items() if name != "plan"}
     return {"board": outcome.plan.board, "seed": outcome.plan.seed, **facts}
 
 
-def _upload_rows(board: str, outcome: Outcome) -> list[str]:
+def _upload_rows(board: str, outcome: UploadsOutcome) -> list[str]:
     """Return in words what a campaign did."""
     rows = [
         f"{board}: {outcome.blocks:,} blocks of {outcome.lines:,} lines, "
@@ -156,7 +156,7 @@ def estops(ctx: click.Context, board: str, count: int, seed: int, as_json: bool)
     from pixstep_dev.robustness import estops as campaign
 
     with progress.shown(f"{board}: {count} stops") as show:
-        outcome = campaign.run(campaign.Plan(board, count, seed), show)
+        outcome = campaign.run(campaign.EstopsPlan(board, count, seed), show)
     rows = [
         f"{board}: {outcome.stops:,} stops, {outcome.moving:,} of them in motion, "
         f"{outcome.edges:,} STEP edges",
@@ -196,7 +196,7 @@ def plays(ctx: click.Context, board: str, count: int, first: int, seed: int, as_
     from pixstep_dev.robustness.plays import campaign
 
     with progress.shown(f"{board}: {count} sequences") as show:
-        outcome = campaign.run(campaign.Plan(board, count, seed, first), show)
+        outcome = campaign.run(campaign.PlaysPlan(board, count, seed, first), show)
     ends = ", ".join(f"{number:,} {name}" for name, number in sorted(outcome.ends.items()))
     rows = [
         f"{board}: {outcome.sequences:,} sequences, {outcome.lines:,} lines with backlash, of "
@@ -223,7 +223,7 @@ def powercuts(ctx: click.Context, board: str, count: int, seed: int, as_json: bo
     from pixstep_dev.robustness import powercuts as campaign
 
     with progress.shown(f"{board}: {count} cuts") as show:
-        outcome = campaign.run(campaign.Plan(board, count, seed), show)
+        outcome = campaign.run(campaign.PowercutsPlan(board, count, seed), show)
     rows = [
         f"{board}: {outcome.cuts:,} cuts, {outcome.in_a_byte:,} of them inside a byte; then "
         f"{outcome.old:,} times the old settings, {outcome.new:,} times the new"
@@ -255,7 +255,7 @@ def starts(
     """
     from pixstep_dev.robustness import starts as campaign
 
-    plan = campaign.Plan(board or tuple(boards.BOARD_NAMES), count, seed)
+    plan = campaign.StartsPlan(board or tuple(boards.BOARD_NAMES), count, seed)
     with progress.shown(f"{count} starts") as show:
         outcome = campaign.run_plan(plan, show)
     rows = [
@@ -315,7 +315,7 @@ def gates(
 
     _require_order("--rest-s", *rest_s)
     chosen = campaign.FLAWS if flaws else campaign.FLAWS[:1]
-    plan = campaign.Plan(board, count, lines, pixels, seed, chosen, rest_s)
+    plan = campaign.GatesPlan(board, count, lines, pixels, seed, chosen, rest_s)
     with progress.shown(f"{board}: {count} trials") as show:
         outcome = campaign.run_plan(plan, show)
     faults = ", ".join(f"{number:,} {name}" for name, number in sorted(outcome.faults.items()))
@@ -362,7 +362,7 @@ def homings(
 
     _require_order("--bounce-ticks", *bounce_ticks)
     with progress.shown(f"{board}: {count} plants") as show:
-        outcome = campaign.run(campaign.Plan(board, count, seed, bounce_ticks), show)
+        outcome = campaign.run(campaign.HomingsPlan(board, count, seed, bounce_ticks), show)
     rows = [
         f"{board}: {outcome.plants:,} plants, contacts that bounce for {bounce_ticks[0]} to "
         f"{bounce_ticks[1]} ticks",
@@ -403,7 +403,7 @@ def clocks(ctx: click.Context, board: str, count: int, seed: int, as_json: bool)
     from pixstep_dev.robustness import clocks as campaign
 
     with progress.shown(f"{board}: {count} clocks") as show:
-        outcome = campaign.run(campaign.Plan(board, count, seed), show)
+        outcome = campaign.run(campaign.ClocksPlan(board, count, seed), show)
     rows = [
         f"{board}: {outcome.clocks:,} wrong clocks, {outcome.in_motion:,} of them in motion",
         *(f"  {number:>6,} {name}" for name, number in sorted(outcome.named.items())),
@@ -457,7 +457,7 @@ def holes_command(
                 f"{options['axes']}: none of the boards has so many axes", param_hint="--axes"
             )
     with progress.shown("holes") as show:
-        outcome = holes.run(holes.Plan(chosen, clocks, counts), show)
+        outcome = holes.run(holes.HolesPlan(chosen, clocks, counts), show)
     otherwise = f"no hole deeper than {holes.ALLOWED_PERCENT:g} %"
     finish(ctx, asdict(outcome), holes.table(outcome), otherwise, as_json=as_json)
 

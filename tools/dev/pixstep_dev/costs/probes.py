@@ -25,7 +25,7 @@ _BUSY_HZ = (2000, 2600, 3200, 4000, 4800)  # as fast as the board can, edges are
 
 
 @dataclass(frozen=True)
-class Probe:
+class CostProbe:
     """A line for each of so many axes; `costs` are those that it tells."""
 
     name: str
@@ -39,7 +39,7 @@ class Probe:
 class Spent:
     """What a probe has cost: cycles of the main loop, and how often."""
 
-    probe: Probe
+    probe: CostProbe
     decode: float  # of the whole line, of one axis
     calls: float
     share: float  # of the line's steps that were looked at
@@ -78,38 +78,41 @@ def _shifted(speed: int, hz: int, backlash: int) -> Line:
     return Line((0, *counts), SMOOTH, backlash=backlash, name="shifted")
 
 
-def of_board(board: str) -> list[Probe]:
+def of_board(board: str) -> list[CostProbe]:
     """Return the probes of a board. Their lines fit its queues: a host has nothing to add."""
     own = 20 if board == "uno" else 60
     all_axes = boards.load(board).axes
     found = [
-        Probe(f"even {n} {hz}", hz, _constant(n, hz, 0.4))
+        CostProbe(f"even {n} {hz}", hz, _constant(n, hz, 0.4))
         for n, hz in ((4, 1000), (10, 1000), (20, 1000), (60, 400), (110, 250))
     ]
-    found += [Probe(f"even 10 {hz}", hz, _constant(10, hz, 0.4)) for hz in (2500, 3500)]
-    found += [Probe(f"own {a}-{b}", 500, _own(a, b, own)) for a, b in ((8, 12), (14, 20), (30, 50))]
+    found += [CostProbe(f"even 10 {hz}", hz, _constant(10, hz, 0.4)) for hz in (2500, 3500)]
     found += [
-        Probe(f"train {n} {hz}", hz, _constant(n, hz, 0.4))
+        CostProbe(f"own {a}-{b}", 500, _own(a, b, own)) for a, b in ((8, 12), (14, 20), (30, 50))
+    ]
+    found += [
+        CostProbe(f"train {n} {hz}", hz, _constant(n, hz, 0.4))
         for n, hz in ((150, 200), (300, 200), (600, 100), (1500, 30))
     ]
-    found += [Probe(f"singles {n}", 30, _constant(n, 30, 0.5)) for n in _untrained(board, 30)]
+    found += [CostProbe(f"singles {n}", 30, _constant(n, 30, 0.5)) for n in _untrained(board, 30)]
     found += [
-        Probe(f"slow {n} {hz}", hz, _constant(n, hz, 0.6)) for n, hz in ((2, 30), (6, 30), (12, 30))
+        CostProbe(f"slow {n} {hz}", hz, _constant(n, hz, 0.6))
+        for n, hz in ((2, 30), (6, 30), (12, 30))
     ]
-    found += [Probe(f"short {n} 70", 70, _constant(n, 70, 0.4)) for n in (20, 90)]
+    found += [CostProbe(f"short {n} 70", 70, _constant(n, 70, 0.4)) for n in (20, 90)]
     found += [
-        Probe(f"curves {a}-{b} {hz}", hz, _turns(a, b, px, hz))
+        CostProbe(f"curves {a}-{b} {hz}", hz, _turns(a, b, px, hz))
         for a, b, px, hz in (
             (860, 900, 12, 30), (200, 600, 12, 30), (40, 60, 15, 30), (960, 1000, 9, 10),
             (200, 240, 24, 100), (100, 200, 24, 100), (80, 120, 24, 200), (40, 60, 24, 100),
         )
     ]  # fmt: skip
     found += [
-        Probe(f"bends {a}-{b} {hz}", hz, _turns(a, b, 60, hz))
+        CostProbe(f"bends {a}-{b} {hz}", hz, _turns(a, b, 60, hz))
         for a, b, hz in ((8, 12, 500), (16, 24, 500), (4, 16, 500), (30, 44, 500), (40, 56, 300))
     ]
     found += [
-        Probe(f"drops {v} {hz}", hz, lines.smooth([0, *[v] * 12, 0]))
+        CostProbe(f"drops {v} {hz}", hz, lines.smooth([0, *[v] * 12, 0]))
         for v, hz in (
             (1436, 46),
             (848, 46),
@@ -122,11 +125,11 @@ def of_board(board: str) -> list[Probe]:
         if v * hz < (60_000 if board == "uno" else 70_000)
     ]
     found += [
-        Probe(f"shifted {v} {hz}", hz, _shifted(v, hz, 7))
+        CostProbe(f"shifted {v} {hz}", hz, _shifted(v, hz, 7))
         for v, hz in ((14, 1000), (20, 500), (100, 200), (400, 60))
     ]
     found += [
-        Probe(f"turns {name} {hz}", hz, Line(tuple(counts * 5), PLAIN, name="turns"))
+        CostProbe(f"turns {name} {hz}", hz, Line(tuple(counts * 5), PLAIN, name="turns"))
         for hz in (200, 800)
         for name, counts in (
             ("each", [2, -2]),
@@ -135,16 +138,18 @@ def of_board(board: str) -> list[Probe]:
         )
     ]
     rests = Line(tuple([20, 20, 20, 0] * 4), PLAIN, name="rests")
-    found += [Probe(f"rests {hz}", hz, rests) for hz in (30, 200)]
+    found += [CostProbe(f"rests {hz}", hz, rests) for hz in (30, 200)]
     for locked, name in ((False, "all"), (True, "locked")):
         found += [
-            Probe(f"{name} {hz}", hz, _constant(6 if hz > 1000 else 20, hz, 0.3), all_axes, locked)
+            CostProbe(
+                f"{name} {hz}", hz, _constant(6 if hz > 1000 else 20, hz, 0.3), all_axes, locked
+            )
             for hz in (50, 500, 1000, *_BUSY_HZ)
         ]
     return found
 
 
-def run(board: str, probe: Probe) -> Spent:
+def run(board: str, probe: CostProbe) -> Spent:
     """Run a probe to its end."""
     hz = Fraction(probe.hz)
     axes = list(range(probe.axes))
@@ -203,7 +208,7 @@ def _until(under: SimulatedBoard, steps: int) -> None:
         simulator.run(simulator.cycles(_SLICE_S))
 
 
-def run_all(board: str, chosen: Sequence[Probe]) -> list[Spent]:
+def run_all(board: str, chosen: Sequence[CostProbe]) -> list[Spent]:
     """Run probes one after the other; clocks that are too fast for the board are left out."""
     found, too_fast = [], False
     for probe in sorted(chosen, key=lambda one: (one.axes > 1, one.locked, one.hz)):

@@ -14,14 +14,14 @@ from fractions import Fraction
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simulated_board import SimulatedBoard
 from pixstep_dev.markdown import table
-from pixstep_trials.probe import Probe
+from pixstep_trials.probe import BoardProbe
 from pixstep_trials.wire import seal
 
 BOARD = "mega"
@@ -56,7 +56,7 @@ class Cell:
         return ", ".join(parts)
 
 
-class _Trial:
+class _CommandTrial:
     """One board with axis 1 in one state."""
 
     def __init__(self, run: SimulatedBoard) -> None:
@@ -68,7 +68,7 @@ class _Trial:
         return regs.AXIS_STATES[self.board.axis(AXIS)["axis_state"]]
 
     def load(self, pixels: int = 200) -> None:
-        Upload(self.board, AXIS, queue_entries(Line((STEPS_PX,) * pixels, PLAIN))).push()
+        LineUpload(self.board, AXIS, queue_entries(Line((STEPS_PX,) * pixels, PLAIN))).push()
 
     def block(self, *entries: tuple[int, int]) -> None:
         number = self.board.axis(AXIS)["next_block"]
@@ -127,8 +127,8 @@ class _Trial:
 
     def halting(self) -> bool:
         """True while the timer still holds a period that pulses."""
-        size = Probe(self.sim).symbol(0, "step_engines").size // boards.load(BOARD).axes
-        return Probe(self.sim).peek(0, f"step_engines+{AXIS * size + 1}", 1)[0] == _HALTING
+        size = BoardProbe(self.sim).symbol(0, "step_engines").size // boards.load(BOARD).axes
+        return BoardProbe(self.sim).peek(0, f"step_engines+{AXIS * size + 1}", 1)[0] == _HALTING
 
     def done(self) -> None:
         self.arm(pixels=2)
@@ -162,16 +162,16 @@ def _request(unit: int, name: str) -> bytes:
 
 
 @contextmanager
-def _trial(state: str) -> Iterator[_Trial]:
+def _trial(state: str) -> Iterator[_CommandTrial]:
     with SimulatedBoard(BOARD, HZ) as run:
-        trial = _Trial(run)
+        trial = _CommandTrial(run)
         if state != "fault":
             trial.board.permit(True)
         getattr(trial, state)()
         yield trial
 
 
-def _give(trial: _Trial, row: str) -> bool:
+def _give(trial: _CommandTrial, row: str) -> bool:
     """Give a command or press the stop; return whether it was accepted."""
     if row == _ESTOP:
         trial.press(0)

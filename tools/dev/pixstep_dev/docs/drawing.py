@@ -42,7 +42,7 @@ End = tuple[str, str]  # the title of a block and the name of its pin
 
 
 @dataclass(frozen=True)
-class Block:
+class PinBlock:
     """A part with pins: rows of names on its left and right side; an empty name leaves a row."""
 
     title: str
@@ -72,7 +72,7 @@ class Block:
 
 
 @dataclass(frozen=True)
-class Wire:
+class DrawnWire:
     """A wire in one gap, and the pins that it joins."""
 
     kind: str
@@ -103,19 +103,19 @@ Part = Series | Across
 class Gap:
     """What is between two columns: wires, and parts on them from left to right."""
 
-    wires: Sequence[Wire]
+    wires: Sequence[DrawnWire]
     parts: Sequence[Part] = ()
 
 
 @dataclass(frozen=True)
-class Drawing:
+class WiringDrawing:
     """Columns of blocks, the gaps between them, and lines of text below.
 
     With `staggered`, the second column is half a row lower: no two wires meet in one row.
     """
 
     title: str
-    columns: Sequence[Sequence[Block]]
+    columns: Sequence[Sequence[PinBlock]]
     gaps: Sequence[Gap]
     notes: Sequence[str] = ()
     staggered: bool = False
@@ -163,7 +163,7 @@ class _Canvas:
         )
 
 
-def svg(drawing: Drawing) -> str:
+def svg(drawing: WiringDrawing) -> str:
     """Return the drawing as the text of an SVG file."""
     canvas = _Canvas()
     x, height = float(_MARGIN), 0.0
@@ -200,7 +200,7 @@ def svg(drawing: Drawing) -> str:
     )
 
 
-def _put(canvas: _Canvas, column: int, block: Block, x: float, y: float, width: float) -> None:
+def _put(canvas: _Canvas, column: int, block: PinBlock, x: float, y: float, width: float) -> None:
     """Draw a block and note where its pins are."""
     canvas.box(x, y, width, block.height, "#f4f6f8", 'rx="6" stroke="#555" stroke-width="1.4"')
     canvas.text(x + width / 2, y + 19, block.title, "title", "middle")
@@ -247,10 +247,10 @@ def _draw_gap(canvas: _Canvas, gap: int, what: Gap, start: float) -> None:
             begin += _part_width(part)
 
 
-def _in_order(canvas: _Canvas, gap: int, wires: Sequence[Wire]) -> list[Wire]:
+def _in_order(canvas: _Canvas, gap: int, wires: Sequence[DrawnWire]) -> list[DrawnWire]:
     """Return wires so that few cross: those that fall from the bottom on, then those that rise."""
 
-    def turn(wire: Wire) -> tuple[bool, float]:
+    def turn(wire: DrawnWire) -> tuple[bool, float]:
         left = [canvas.pin(gap, end)[1] for end in wire.ends if canvas.is_left(gap, end)]
         right = [canvas.pin(gap, end)[1] for end in wire.ends if not canvas.is_left(gap, end)]
         falls = not left or not right or max(right) >= max(left)
@@ -259,7 +259,7 @@ def _in_order(canvas: _Canvas, gap: int, wires: Sequence[Wire]) -> list[Wire]:
     return sorted(wires, key=turn)
 
 
-def _draw_wire(canvas: _Canvas, gap: int, wire: Wire, lane: float) -> None:
+def _draw_wire(canvas: _Canvas, gap: int, wire: DrawnWire, lane: float) -> None:
     """Draw a stub from each pin to the lane, and the lane between the outermost."""
     colour = COLOURS[wire.kind]
     points = [canvas.pin(gap, end) for end in wire.ends]

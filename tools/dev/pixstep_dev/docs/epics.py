@@ -4,7 +4,7 @@
 from collections.abc import Iterable
 
 from pixstep.ioc import common, names
-from pixstep.motor_record import FIELDS, NOT_SERVED, Field, FieldType
+from pixstep.motor_record import FIELDS, NOT_SERVED, FieldType, RecordField
 from pixstep_dev.markdown import table
 
 # The types by which Channel Access has the fields.
@@ -45,14 +45,14 @@ def epics() -> str:
     )
 
 
-def _fields(fields: Iterable[Field]) -> str:
+def _fields(fields: Iterable[RecordField]) -> str:
     return table(
         ("field", "type", "access", "unit", "control limits", "meaning"),
         [_row(field) for field in fields],
     )
 
 
-def _row(field: Field) -> tuple[str, ...]:
+def _row(field: RecordField) -> tuple[str, ...]:
     limits = " to ".join(f"`{name}`" for name in field.limits) if field.limits else ""
     choices = f": {', '.join(field.menu)}" if field.menu and len(field.menu) <= 4 else ""
     return (

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import click
 
-from pixstep.cli.command import OutFile, OutFolder
+from pixstep.cli.command import OutFileType, OutFolderType
 from pixstep.cli.main import main
 from pixstep_dev.markdown import table
 
@@ -64,10 +64,10 @@ def _options(command: click.Command) -> list[click.Option]:
 def _cells(command: click.Command) -> tuple[str, str, str]:
     """Return what a command takes, what it writes, and the options that no table explains."""
     arguments = [param for param in command.params if isinstance(param, click.Argument)]
-    takes = [_argument(param) for param in arguments if not isinstance(param.type, OutFile)]
+    takes = [_argument(param) for param in arguments if not isinstance(param.type, OutFileType)]
     names = {name for option in _options(command) for name in option.opts}
     takes += ["a port"] if names >= _PORT else []
-    writes = [_argument(param) for param in arguments if isinstance(param.type, OutFile)]
+    writes = [_argument(param) for param in arguments if isinstance(param.type, OutFileType)]
     writes += [f"`{_short(option)}`" for option in _options(command) if _writes(option)]
     known = {name for name, _ in _SHARED} | _PORT
     own = [_short(option) for option in _options(command) if not known & {*option.opts}]
@@ -79,7 +79,7 @@ def _argument(param: click.Argument) -> str:
 
 
 def _writes(option: click.Option) -> bool:
-    return isinstance(option.type, (OutFile, OutFolder))
+    return isinstance(option.type, (OutFileType, OutFolderType))
 
 
 def _short(option: click.Option) -> str:

@@ -89,7 +89,7 @@ def _boards() -> str:
 def _features() -> str:
     """Return a row for every feature that an image may be built without."""
     rows = [(str(item.bit), f"`{item.name}`", item.meaning) for item in boards.features()]
-    return table(("bit of `features`", "name", "what"), rows)
+    return table(("bit of `features`, from 16 on of `features_high`", "name", "what"), rows)
 
 
 def _per_axis(board: boards.BoardKind, pin: boards.Pin) -> bool:
@@ -99,7 +99,9 @@ def _per_axis(board: boards.BoardKind, pin: boards.Pin) -> bool:
     )
 
 
-def _rows(found: tuple[registers.Register, ...], *, limits: bool = False) -> list[tuple[str, ...]]:
+def _rows(
+    found: tuple[registers.RegisterEntry, ...], *, limits: bool = False
+) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for register in found:
         row: tuple[str, ...] = (

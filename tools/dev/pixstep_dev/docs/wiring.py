@@ -6,11 +6,20 @@ from pathlib import Path
 
 from pixstep.board import boards
 from pixstep_dev import markdown
-from pixstep_dev.docs.drawing import Across, Block, Drawing, End, Gap, Series, Wire, svg
+from pixstep_dev.docs.drawing import (
+    Across,
+    DrawnWire,
+    End,
+    Gap,
+    PinBlock,
+    Series,
+    WiringDrawing,
+    svg,
+)
 
 BOARDS = ("uno", "mega")
-_SUPPLY = Block("Motor supply", "", ("+", "-"))
-_MOTOR = Block("Stepper motor", "two coils", ("A +", "A -", "B +", "B -"))
+_SUPPLY = PinBlock("Motor supply", "", ("+", "-"))
+_MOTOR = PinBlock("Stepper motor", "two coils", ("A +", "A -", "B +", "B -"))
 _HOT = "Never plug or unplug a motor or a driver while the motor supply is on."
 _CURRENT = "Set the driver's current before the motor is connected."
 
@@ -72,9 +81,9 @@ def _title(name: str) -> str:
     return boards.load(name).label
 
 
-def _board_of_driver(name: str) -> Block:
+def _board_of_driver(name: str) -> PinBlock:
     signals = [_row(name, signal) for signal in ("STEP", "DIR", "ENABLE")]
-    return Block(_title(name), "USB to the host", right=(*signals, "5V", "GND"))
+    return PinBlock(_title(name), "USB to the host", right=(*signals, "5V", "GND"))
 
 
 def _power(driver: str, pins: Iterable[str], capacitor: bool = True) -> Gap:
@@ -86,24 +95,26 @@ def _power(driver: str, pins: Iterable[str], capacitor: bool = True) -> Gap:
         *[("coil", pin, (_MOTOR.title, name))
           for pin, name in zip(coils, _MOTOR.left, strict=True)],
     ]  # fmt: skip
-    wires = [Wire(kind, ((driver, pin), end)) for kind, pin, end in ends]
+    wires = [DrawnWire(kind, ((driver, pin), end)) for kind, pin, end in ends]
     parts = [Across("100 µF", (driver, plus), (driver, minus))] if capacitor else []
     return Gap(wires, parts)
 
 
-def _carrier(name: str, driver: Block, high: tuple[str, ...], notes: tuple[str, ...]) -> Drawing:
+def _carrier(
+    name: str, driver: PinBlock, high: tuple[str, ...], notes: tuple[str, ...]
+) -> WiringDrawing:
     """Return a board with a driver carrier: what is named in `high` goes to 5 V."""
     board = _board_of_driver(name)
     step, direction, enable, five, ground = board.right
     wires = [
-        Wire("step", ((board.title, step), (driver.title, "STEP"))),
-        Wire("dir", ((board.title, direction), (driver.title, "DIR"))),
-        Wire("enable", ((board.title, enable), (driver.title, driver.left[2]))),
-        Wire("5v", ((board.title, five), *[(driver.title, pin) for pin in high])),
-        Wire("ground", ((board.title, ground), (driver.title, "GND"))),
+        DrawnWire("step", ((board.title, step), (driver.title, "STEP"))),
+        DrawnWire("dir", ((board.title, direction), (driver.title, "DIR"))),
+        DrawnWire("enable", ((board.title, enable), (driver.title, driver.left[2]))),
+        DrawnWire("5v", ((board.title, five), *[(driver.title, pin) for pin in high])),
+        DrawnWire("ground", ((board.title, ground), (driver.title, "GND"))),
     ]
     pull_up = Across("10 kΩ", (board.title, enable), (board.title, five))
-    return Drawing(
+    return WiringDrawing(
         f"{_title(name)} with {driver.title} carrier",
         ((board,), (driver,), (_SUPPLY, _MOTOR)),
         (Gap(wires, (pull_up,)), _power(driver.title, driver.right)),
@@ -111,8 +122,8 @@ def _carrier(name: str, driver: Block, high: tuple[str, ...], notes: tuple[str, 
     )
 
 
-def _a4988(name: str) -> Drawing:
-    driver = Block(
+def _a4988(name: str) -> WiringDrawing:
+    driver = PinBlock(
         "A4988", "",
         ("STEP", "DIR", "ENABLE", "VDD", "MS1, MS2, MS3", "GND", "RESET joined to SLEEP"),
         ("VMOT", "GND", "1A", "1B", "2A", "2B"),
@@ -121,8 +132,8 @@ def _a4988(name: str) -> Drawing:
     return _carrier(name, driver, ("VDD", "MS1, MS2, MS3"), notes)
 
 
-def _drv8825(name: str) -> Drawing:
-    driver = Block(
+def _drv8825(name: str) -> WiringDrawing:
+    driver = PinBlock(
         "DRV8825", "",
         ("STEP", "DIR", "ENABLE", "RESET, SLEEP", "M2", "GND", "M0, M1 open"),
         ("VMOT", "GND", "A1", "A2", "B1", "B2"),
@@ -131,8 +142,8 @@ def _drv8825(name: str) -> Drawing:
     return _carrier(name, driver, ("RESET, SLEEP", "M2"), notes)
 
 
-def _tmc2209(name: str) -> Drawing:
-    driver = Block(
+def _tmc2209(name: str) -> WiringDrawing:
+    driver = PinBlock(
         "TMC2209", "names of coil pins differ",
         ("STEP", "DIR", "EN", "VIO", "MS1, MS2", "GND"),
         ("VM", "GND", "A2", "A1", "B1", "B2"),
@@ -141,17 +152,19 @@ def _tmc2209(name: str) -> Drawing:
     return _carrier(name, driver, ("VIO", "MS1, MS2"), notes)
 
 
-def _opto(name: str) -> Drawing:
+def _opto(name: str) -> WiringDrawing:
     board = _board_of_driver(name)
-    driver = Block(
+    driver = PinBlock(
         "Opto-isolated driver", "common cathode",
         ("PUL +", "DIR +", "ENA +", "", "PUL -, DIR -, ENA -"),
         ("+ V", "GND", "A +", "A -", "B +", "B -"),
     )  # fmt: skip
     pairs = zip(("step", "dir", "enable"), board.right, driver.left, strict=False)
-    wires = [Wire(kind, ((board.title, mine), (driver.title, its))) for kind, mine, its in pairs]
-    wires.append(Wire("ground", ((board.title, "GND"), (driver.title, driver.left[4]))))
-    return Drawing(
+    wires = [
+        DrawnWire(kind, ((board.title, mine), (driver.title, its))) for kind, mine, its in pairs
+    ]
+    wires.append(DrawnWire("ground", ((board.title, "GND"), (driver.title, driver.left[4]))))
+    return WiringDrawing(
         f"{_title(name)} with an opto-isolated driver",
         ((board,), (driver,), (_SUPPLY, _MOTOR)),
         (Gap(wires), _power(driver.title, driver.right, capacitor=False)),
@@ -165,42 +178,42 @@ def _opto(name: str) -> Drawing:
     )
 
 
-def _inputs(name: str) -> Drawing:
+def _inputs(name: str) -> WiringDrawing:
     """Return a board with switches, emergency stop, permit output and pixel clock."""
     own = {pin.signal for pin in boards.load(name).pins}
     first = [_row(name, signal) for signal in ("HOME", "LIMIT_MINUS", "LIMIT_PLUS")]
     stop, permit = _row(name, "ESTOP"), _row(name, "PERMIT")
     clocks = [_row(name, one) for one in ("PIXEL_CLOCK", "PIXEL_CLOCK_COPY") if one in own]
-    board = Block(_title(name), "", right=(*first, "5V", stop, "GND", permit, *clocks))
+    board = PinBlock(_title(name), "", right=(*first, "5V", stop, "GND", permit, *clocks))
     switch = [
-        Block("Home switch", "closes to ground", ("contact", "common")),
-        Block("Limit switch, minus end", "closes to ground", ("contact", "common")),
-        Block("Limit switch, plus end", "closes to ground", ("contact", "common")),
+        PinBlock("Home switch", "closes to ground", ("contact", "common")),
+        PinBlock("Limit switch, minus end", "closes to ground", ("contact", "common")),
+        PinBlock("Limit switch, plus end", "closes to ground", ("contact", "common")),
     ]
-    button = Block("Emergency stop", "two contacts, normally closed",
+    button = PinBlock("Emergency stop", "two contacts, normally closed",
                    ("contact 1", "common 1"), ("contact 2",))  # fmt: skip
-    laser = Block("Laser or spindle", "enable input, high is on", ("enable", "ground"))
-    source = Block("Pixel clock source", "5 V square wave", ("clock", "ground"))
-    power = Block("Supply of drives and laser", "contactor or relay", ("cut",))
+    laser = PinBlock("Laser or spindle", "enable input, high is on", ("enable", "ground"))
+    source = PinBlock("Pixel clock source", "5 V square wave", ("clock", "ground"))
+    power = PinBlock("Supply of drives and laser", "contactor or relay", ("cut",))
     grounds = [(one.title, "common") for one in switch]
     grounds += [(button.title, "common 1"), (laser.title, "ground"), (source.title, "ground")]
     here = board.title
     wires = [
-        *[Wire("signal", ((here, pin), (one.title, "contact")))
+        *[DrawnWire("signal", ((here, pin), (one.title, "contact")))
           for pin, one in zip(first, switch, strict=True)],
-        Wire("enable", ((here, stop), (button.title, "contact 1"))),
-        Wire("ground", ((here, "GND"), *grounds)),
-        Wire("step", ((here, permit), (laser.title, "enable"))),
-        Wire("dir", (*[(here, clock) for clock in clocks], (source.title, "clock"))),
+        DrawnWire("enable", ((here, stop), (button.title, "contact 1"))),
+        DrawnWire("ground", ((here, "GND"), *grounds)),
+        DrawnWire("step", ((here, permit), (laser.title, "enable"))),
+        DrawnWire("dir", (*[(here, clock) for clock in clocks], (source.title, "clock"))),
     ]  # fmt: skip
-    cut = Wire("motor", ((button.title, "contact 2"), (power.title, "cut")))
+    cut = DrawnWire("motor", ((button.title, "contact 2"), (power.title, "cut")))
     parts = (
         Across("100 nF", (here, stop), (here, "GND")),
         Series("1 kΩ", (here, stop)),
         Across("1 kΩ", (here, "5V"), (here, stop)),
         Across("10 kΩ", (here, "GND"), (here, permit)),
     )
-    return Drawing(
+    return WiringDrawing(
         f"{_title(name)}: switches, emergency stop, permit, pixel clock",
         ((board,), (*switch, button, laser, source), (power,)),
         (Gap(wires, parts), Gap([cut])),
@@ -213,29 +226,31 @@ def _inputs(name: str) -> Drawing:
     )  # fmt: skip
 
 
-def _rs485() -> Drawing:
+def _rs485() -> WiringDrawing:
     """Return two boards on one bus; the transceivers are those of a MAX485 module."""
-    host = Block("USB adapter for RS-485", "at the host", right=("A", "B", "GND"))
-    columns: list[list[Block]] = [[host], [], []]
+    host = PinBlock("USB adapter for RS-485", "at the host", right=("A", "B", "GND"))
+    columns: list[list[PinBlock]] = [[host], [], []]
     near, far = [], []
     for number, name in enumerate(("uno", "mega"), start=1):
-        chip = Block(f"MAX485 module {number}", "", ("A", "B", "GND"),
+        chip = PinBlock(f"MAX485 module {number}", "", ("A", "B", "GND"),
                      ("RO", "DI", "DE joined to RE", "VCC", "GND"))  # fmt: skip
-        board = Block(_title(name), f"Modbus address {number}",
+        board = PinBlock(_title(name), f"Modbus address {number}",
                       ("RX0 D0", "TX0 D1", _row(name, "RS485_DE"), "5V", "GND"))  # fmt: skip
         columns[1].append(chip)
         columns[2].append(board)
         kinds = ("signal", "step", "enable", "5v", "ground")
-        far += [Wire(kind, ((chip.title, its), (board.title, mine)))
+        far += [DrawnWire(kind, ((chip.title, its), (board.title, mine)))
                 for kind, its, mine in zip(kinds, chip.right, board.left, strict=True)]  # fmt: skip
     for kind, line in (("dir", "A"), ("coil", "B"), ("ground", "GND")):
-        near.append(Wire(kind, ((host.title, line), *[(chip.title, line) for chip in columns[1]])))
+        near.append(
+            DrawnWire(kind, ((host.title, line), *[(chip.title, line) for chip in columns[1]]))
+        )
     last = columns[1][-1].title
     ends = (
         Across("120 Ω", (host.title, "A"), (host.title, "B")),
         Across("120 Ω", (last, "A"), (last, "B")),
     )
-    return Drawing(
+    return WiringDrawing(
         "Two boards on one RS-485 bus",
         columns,
         (Gap(near, ends), Gap(far)),
@@ -246,7 +261,7 @@ def _rs485() -> Drawing:
     )
 
 
-_DRIVERS: dict[str, Callable[[str], Drawing]] = {
+_DRIVERS: dict[str, Callable[[str], WiringDrawing]] = {
     "a4988": _a4988,
     "drv8825": _drv8825,
     "tmc2209": _tmc2209,

@@ -22,8 +22,8 @@ def program(target: str) -> Path:
 
 
 def run(
-    target: str, limits: fuzzer.Limits, *, grow: bool = False, progress: Progress = unseen
-) -> fuzzer.Outcome:
+    target: str, limits: fuzzer.FuzzLimits, *, grow: bool = False, progress: Progress = unseen
+) -> fuzzer.FuzzerOutcome:
     """Fuzz a target from its kept corpus on; with `grow` keep the inputs that reach more.
 
     An input that breaks a promise is left in a folder of its own under build/fuzz.
@@ -64,7 +64,7 @@ def _spread(inputs: list[bytes], most: int) -> list[bytes]:
     return inputs[:: max(1, -(-len(inputs) // most))] if most > 0 else []
 
 
-def plant(defect: sources.Defect, limits: fuzzer.Limits) -> tuple[fuzzer.Outcome, int]:
+def plant(defect: sources.Defect, limits: fuzzer.FuzzLimits) -> tuple[fuzzer.FuzzerOutcome, int]:
     """Fuzz a target with a planted defect; return the outcome and the corpus' inputs."""
     kept = corpus.read(corpus.path(defect.target))
     with tempfile.TemporaryDirectory(prefix="pixstep-") as name:
@@ -74,7 +74,9 @@ def plant(defect: sources.Defect, limits: fuzzer.Limits) -> tuple[fuzzer.Outcome
         return fuzzer.run(built, folder / "corpus", limits), len(kept)
 
 
-def record(target: str, limits: fuzzer.Limits, outcome: fuzzer.Outcome, path: Path) -> None:
+def record(
+    target: str, limits: fuzzer.FuzzLimits, outcome: fuzzer.FuzzerOutcome, path: Path
+) -> None:
     """Write the facts of a campaign between the markers of its target."""
     kept = corpus.path(target)
     inputs = corpus.read(kept)

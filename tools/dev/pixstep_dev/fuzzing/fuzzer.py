@@ -19,7 +19,7 @@ _WORDS = re.compile(r"broken promise: .*|runtime error: .*|ERROR: AddressSanitiz
 
 
 @dataclass
-class Outcome:
+class FuzzerOutcome:
     """What a run did. `finding` is empty if nothing was found, else what was said of it."""
 
     executions: int = 0
@@ -33,7 +33,7 @@ class Outcome:
 
 
 @dataclass(frozen=True)
-class Limits:
+class FuzzLimits:
     """When a run ends: after so many executions or seconds (0: no such limit)."""
 
     executions: int = 0
@@ -53,9 +53,9 @@ class Limits:
 def run(
     program: Path,
     folder: Path,
-    limits: Limits,
+    limits: FuzzLimits,
     progress: Progress = unseen,
-) -> Outcome:
+) -> FuzzerOutcome:
     """Fuzz until a limit or a finding; `folder` holds the corpus, new inputs are added to it.
 
     What breaks a promise is kept in `artifacts` beside the folder. Raises UserError if the program
@@ -64,7 +64,7 @@ def run(
     artifacts = folder.parent / "artifacts"
     artifacts.mkdir(parents=True, exist_ok=True)
     words = [str(program), *limits.words(), f"-artifact_prefix={artifacts}/", str(folder)]
-    outcome = Outcome()
+    outcome = FuzzerOutcome()
     try:
         process = subprocess.Popen(
             words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, errors="replace"
@@ -96,7 +96,7 @@ def merge(program: Path, folder: Path, into: Path, *, counters: bool) -> None:
         raise UserError(f"{program}: merge: {done.stderr.strip().splitlines()[-1]}")
 
 
-def _take(outcome: Outcome, line: str) -> None:
+def _take(outcome: FuzzerOutcome, line: str) -> None:
     """Read one line of libFuzzer's."""
     outcome.tail = [*outcome.tail[-2:], line]
     if found := _PULSE.search(line):

@@ -11,14 +11,14 @@ from pixstep.errors import UserError
 from pixstep.progress import Progress, unseen
 from pixstep.simulation import judge
 from pixstep.simulation.job import run_job
-from pixstep_dev.guarantee.sets import Set, random_set
+from pixstep_dev.guarantee.sets import LineSet, random_set
 
 CLEAN, REFUSED = "", "refused"
 _OTHERS = ("no record of", "is more than 2 ticks off the clock's true edge")
 
 
 @dataclass(frozen=True)
-class Plan:
+class GuaranteePlan:
     """So many sets from a seed on."""
 
     sets: int
@@ -31,14 +31,14 @@ class Plan:
 class Ended:
     """A set, whether it was accepted, and how it ended."""
 
-    set: Set
+    set: LineSet
     accepted: bool
     end: str
     slack: float = 0.0
 
 
 @dataclass
-class Outcome:
+class GuaranteeOutcome:
     """All of them; `complaints` are accepted ones that did not run clean."""
 
     ended: list[Ended] = field(default_factory=list)
@@ -52,7 +52,7 @@ def attempt(seed: str, board: str | None = None) -> Ended:
     return Ended(one, late is None, run_set(one))
 
 
-def run_set(one: Set) -> str:
+def run_set(one: LineSet) -> str:
     """Run a set; return how it ended."""
     with tempfile.TemporaryDirectory(prefix="pixstep-") as folder:
         try:
@@ -69,9 +69,9 @@ def run_set(one: Set) -> str:
         return "; ".join(text for text in reasons if not any(one in text for one in _OTHERS))
 
 
-def run(plan: Plan, progress: Progress = unseen) -> Outcome:
+def run(plan: GuaranteePlan, progress: Progress = unseen) -> GuaranteeOutcome:
     """Run the sets of a plan."""
-    outcome = Outcome()
+    outcome = GuaranteeOutcome()
     names = plan.boards or (None,)
     with ProcessPoolExecutor(plan.processes) as pool:
         waiting = [
@@ -87,7 +87,7 @@ def run(plan: Plan, progress: Progress = unseen) -> Outcome:
     return outcome
 
 
-def table(outcome: Outcome) -> list[str]:
+def table(outcome: GuaranteeOutcome) -> list[str]:
     """Return a line for each board and kind: run clean, of those accepted."""
     rows = ["board kind            sets refused  faults  clean accepted  share  accepted faults"]
     groups: dict[tuple[str, str], list[Ended]] = {}

@@ -12,7 +12,7 @@ from pixstep.board.capability import PLAIN as PLAIN_KIND
 from pixstep.board.capability import SMOOTH as SMOOTH_KIND
 from pixstep.board.capability import of as capability_of
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.simulation.job import LOCK, START, Job
+from pixstep.simulation.job import LOCK, START, LineExperiment
 from pixstep.simulation.pixel_clock import ClockFlaws
 from pixstep_trials import lines
 
@@ -29,7 +29,7 @@ BEYOND = 1 / 0.85  # which lies so far beyond what is guaranteed
 
 
 @dataclass(frozen=True)
-class Shape:
+class SetShape:
     """The lines of a set but for their speed: `share` is that of each axis, of the highest."""
 
     kind: str
@@ -81,14 +81,14 @@ class Shape:
 
 
 @dataclass(frozen=True)
-class Set:
+class LineSet:
     """Lines and the world they run in."""
 
     board: str
     kind: str
     hz: int
     sync: str
-    shape: Shape
+    shape: SetShape
     steps: int  # a pixel, of the fastest axis
     limit: int  # the most that is guaranteed
     ppm: float
@@ -102,9 +102,9 @@ class Set:
         return self.shape.lines(self.steps, self.hz, self.board)
 
     @property
-    def job(self) -> Job:
+    def job(self) -> LineExperiment:
         """What is simulated."""
-        return Job(
+        return LineExperiment(
             self.board,
             self.lines,
             Fraction(self.hz),
@@ -116,7 +116,7 @@ class Set:
         )
 
     @property
-    def world(self) -> guarantee.World:
+    def world(self) -> guarantee.LineConditions:
         """What is judged."""
         return world_of(self.board, self.hz, self.sync, self.baud)
 
@@ -130,12 +130,12 @@ class Set:
         )
 
 
-def world_of(board: str, hz: int, sync: str, baud: int) -> guarantee.World:
+def world_of(board: str, hz: int, sync: str, baud: int) -> guarantee.LineConditions:
     """Return the world of a set."""
-    return guarantee.World(board, Fraction(hz), 2 if sync == LOCK else 1, baud=baud)
+    return guarantee.LineConditions(board, Fraction(hz), 2 if sync == LOCK else 1, baud=baud)
 
 
-def random_set(seed: str, board: str | None = None) -> Set:
+def random_set(seed: str, board: str | None = None) -> LineSet:
     """Return the set of a seed."""
     some = random.Random(seed)
     board = board or some.choice(boards.BOARD_NAMES)
@@ -146,7 +146,7 @@ def random_set(seed: str, board: str | None = None) -> Set:
     baud = some.choice((115_200, 115_200, 250_000, 500_000))
     shares = tuple(1.0 if some.random() < 0.6 else some.uniform(0.3, 1) for _ in range(axes))
     shares = (1.0, *shares[1:])
-    shape = Shape(
+    shape = SetShape(
         kind,
         some.randrange(1 << 30),
         shares,
@@ -169,7 +169,7 @@ def random_set(seed: str, board: str | None = None) -> Set:
     top = min(most, limit * BEYOND) if limit else most * 0.5
     steps = max(1, min(most, round(some.uniform(*SHARE) * top)))
     jitter_us = some.choice((0.0, 0.0, some.uniform(0, min(3, _JITTER * 1e6 / hz))))
-    return Set(
+    return LineSet(
         board, kind, hz, sync, shape, steps, limit,
         some.uniform(-900, 900), jitter_us,
         loaded, baud,

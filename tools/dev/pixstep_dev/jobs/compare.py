@@ -27,7 +27,7 @@ from pixstep.progress import Progress, unseen
 from pixstep.simulation.simulated_board import SimLink
 from pixstep.simulation.simulator import SimOptions
 from pixstep_dev.jobs import machine_changes as model
-from pixstep_dev.jobs.machine_changes import AMBER, GREEN, GREY, RED, Change, Expected
+from pixstep_dev.jobs.machine_changes import AMBER, GREEN, GREY, RED, Expected, MachineChange
 
 EDGES = 17_086  # of a line at 1,000 steps/px with 8 pixels at that speed and 250 steps of play
 _WIDTH = 26
@@ -47,7 +47,7 @@ BOARDS = (
 
 
 @dataclass(frozen=True)
-class Plan:
+class JobComparePlan:
     """How many of the pairs are tried, drawn by chance; None is all of them."""
 
     pairs: int | None = None
@@ -55,7 +55,7 @@ class Plan:
 
 
 @dataclass
-class Outcome:
+class JobCompareOutcome:
     """What was found."""
 
     alone: int = 0
@@ -67,9 +67,9 @@ class Outcome:
     complaints: list[str] = field(default_factory=list)
 
 
-def run(plan: Plan, show: Progress = unseen) -> Outcome:
+def run(plan: JobComparePlan, show: Progress = unseen) -> JobCompareOutcome:
     """Compare a job with changed machines, and with boards that are set otherwise."""
-    outcome = Outcome()
+    outcome = JobCompareOutcome()
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         _make(folder)
@@ -109,9 +109,9 @@ class _Judge:
     """A folder with the job, and where complaints go."""
 
     folder: Path
-    outcome: Outcome
+    outcome: JobCompareOutcome
 
-    def alone(self, change: Change) -> None:
+    def alone(self, change: MachineChange) -> None:
         """Judge one change by the command: its JSON, its text, its exit status."""
         self._write([change])
         wanted = model.expected([change])
@@ -125,7 +125,7 @@ class _Judge:
             self._text(change.name, done.stdout, wanted, colour, bool(more))
         self.outcome.alone += 1
 
-    def pair(self, two: tuple[Change, Change]) -> None:
+    def pair(self, two: tuple[MachineChange, MachineChange]) -> None:
         """Judge two changes by the operation."""
         name = " and ".join(one.name for one in two)
         self._write(two)
@@ -145,7 +145,7 @@ class _Judge:
             self._complain(name, f"exit status {done.status}, not {model.STATUS[colour]}")
         self.outcome.pairs += 1
 
-    def _write(self, changes: list[Change] | tuple[Change, ...]) -> None:
+    def _write(self, changes: list[MachineChange] | tuple[MachineChange, ...]) -> None:
         (self.folder / "machine.toml").write_text(model.text_of(changes))
 
     def _command(self, *more: str) -> Any:

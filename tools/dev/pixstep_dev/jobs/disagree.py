@@ -20,8 +20,8 @@ from unittest import mock
 from pixstep import ops
 from pixstep.board import run as board_run
 from pixstep.board.errors import BoardError
-from pixstep.board.run import Lines
-from pixstep.board.upload import Upload
+from pixstep.board.run import LinesOfBoard
+from pixstep.board.upload import LineUpload
 from pixstep.jobs import sender
 from pixstep.jobs.run_folder import RunFolder
 from pixstep.operations.result import Result
@@ -37,7 +37,7 @@ _MOVED = {0: ("M40", "move.csv"), 1: ("M41", "step.csv")}  # what others move, b
 
 
 @dataclass(frozen=True)
-class Plan:
+class DisagreePlan:
     """How often boards disagree, in jobs of so many lines."""
 
     times: int = 10
@@ -46,7 +46,7 @@ class Plan:
 
 
 @dataclass
-class Outcome:
+class DisagreeOutcome:
     """What was found."""
 
     times: int = 0
@@ -58,9 +58,9 @@ class Outcome:
     complaints: list[str] = field(default_factory=list)
 
 
-def run(plan: Plan, show: Progress = unseen) -> Outcome:
+def run(plan: DisagreePlan, show: Progress = unseen) -> DisagreeOutcome:
     """Let boards disagree `times` times."""
-    outcome, chance = Outcome(), random.Random(plan.seed)
+    outcome, chance = DisagreeOutcome(), random.Random(plan.seed)
     with tempfile.TemporaryDirectory() as folder:
         press = Press.make(Path(folder), plan.lines, starts=power.STARTS)
         press.options["plants"] = power.plants()
@@ -68,20 +68,20 @@ def run(plan: Plan, show: Progress = unseen) -> Outcome:
             kind = [*_KINDS][number % len(_KINDS)]
             outcome.times += 1
             outcome.kinds[kind] = outcome.kinds.get(kind, 0) + 1
-            _Trial(press, Path(folder) / f"{number}.pxrun", kind, chance, outcome).make()
+            _DisagreeTrial(press, Path(folder) / f"{number}.pxrun", kind, chance, outcome).make()
             show((number + 1) / plan.times)
     return outcome
 
 
 @dataclass
-class _Trial:
+class _DisagreeTrial:
     """One job whose boards disagree."""
 
     press: Press
     where: Path
     kind: str
     chance: random.Random
-    outcome: Outcome
+    outcome: DisagreeOutcome
     board: int = 0
 
     def make(self) -> None:
@@ -233,13 +233,13 @@ class _Trial:
                 self._complain(f"line {line} was printed {full[line]} times, asked about {asked}")
 
 
-_KINDS: dict[str, Callable[[_Trial, SimLink], None]] = {
-    "a line alone": _Trial.by_a_line,
-    "counters": _Trial.by_counters,
-    "a tag": _Trial.by_a_tag,
-    "a reset": _Trial.by_a_reset,
-    "homed by others": _Trial.by_homing,
-    "positions": _Trial.by_positions,
+_KINDS: dict[str, Callable[[_DisagreeTrial, SimLink], None]] = {
+    "a line alone": _DisagreeTrial.by_a_line,
+    "counters": _DisagreeTrial.by_counters,
+    "a tag": _DisagreeTrial.by_a_tag,
+    "a reset": _DisagreeTrial.by_a_reset,
+    "homed by others": _DisagreeTrial.by_homing,
+    "positions": _DisagreeTrial.by_positions,
 }
 
 
@@ -262,7 +262,7 @@ def _shifted(board: int) -> Iterator[None]:
     """Let the positions of a board be read 7 steps further; all else is as the board says it."""
     real = board_run.look
 
-    def look(lines: Lines) -> Any:
+    def look(lines: LinesOfBoard) -> Any:
         found = real(lines)
         if lines.board.unit == board + 1:
             lines.seen = {
@@ -281,7 +281,7 @@ def _dies_with(link: SimLink, line: int, board: int) -> Iterator[None]:
     transmit, gone_s = link.modbus._transmit, [float("inf")]
     counts: dict[tuple[int, int], int] = {}
 
-    class Held(Upload):
+    class Held(LineUpload):
         """An upload that a dying host does not make."""
 
         def __init__(self, board_: Any, axis: int, *more: Any) -> None:
@@ -303,7 +303,7 @@ def _dies_with(link: SimLink, line: int, board: int) -> Iterator[None]:
         link.world.wait(_GONE_S)
         return b""
 
-    with mock.patch.object(sender, "Upload", Held), mock.patch.object(
+    with mock.patch.object(sender, "LineUpload", Held), mock.patch.object(
         link.modbus, "_transmit", cut
     ):  # fmt: skip
         yield

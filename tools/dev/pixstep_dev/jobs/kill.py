@@ -35,7 +35,7 @@ _ENDED = 7  # exit status of a child that came to its end
 
 
 @dataclass(frozen=True)
-class Plan:
+class KillPlan:
     """How often the host is killed, in jobs of so many lines."""
 
     times: int = 10
@@ -44,7 +44,7 @@ class Plan:
 
 
 @dataclass
-class Outcome:
+class KillOutcome:
     """What was found; `complaints` are lines that are not as the tool had said."""
 
     times: int = 0
@@ -56,9 +56,9 @@ class Outcome:
     complaints: list[str] = field(default_factory=list)
 
 
-def run(plan: Plan, show: Progress = unseen) -> Outcome:
+def run(plan: KillPlan, show: Progress = unseen) -> KillOutcome:
     """Kill the host `times` times."""
-    outcome, chance = Outcome(), random.Random(plan.seed)
+    outcome, chance = KillOutcome(), random.Random(plan.seed)
     with tempfile.TemporaryDirectory() as folder:
         press = Press.make(Path(folder), plan.lines)
         points = _points(press, Path(folder) / "whole.pxrun")
@@ -79,7 +79,9 @@ def _points(press: Press, where: Path) -> int:
     return deaths.count
 
 
-def _one(press: Press, where: Path, chance: random.Random, points: int, outcome: Outcome) -> None:
+def _one(
+    press: Press, where: Path, chance: random.Random, points: int, outcome: KillOutcome
+) -> None:
     at, share = chance.randint(1, points), chance.random()
     name = f"kill {outcome.times + 1}, instant {at}"
     with press.bus(seed=chance.randrange(1 << 31)) as link:
@@ -123,11 +125,11 @@ def _dying_again(
     press: Press, link: SimLink, where: Path, chance: random.Random, at: int, share: float
 ) -> None:
     with _patched(_Deaths(link, at, share)):
-        _resume(press, link, where, chance, Outcome(), "")
+        _resume(press, link, where, chance, KillOutcome(), "")
 
 
 def _resume(
-    press: Press, link: SimLink, where: Path, chance: random.Random, outcome: Outcome, name: str
+    press: Press, link: SimLink, where: Path, chance: random.Random, outcome: KillOutcome, name: str
 ) -> None:
     """Go on; half of the lines that are listed first are printed again."""
     found = press.resume(link, where)
@@ -143,7 +145,7 @@ def _resume(
         outcome.complaints.append(f"{name}: {found['state']}: {found.page()}")
 
 
-def _listed(found: Result, outcome: Outcome) -> set[int]:
+def _listed(found: Result, outcome: KillOutcome) -> set[int]:
     listed = {one["line"] for one in found["in_flight"] if one["fate"] in ("broken", "unknown")}
     for one in found["in_flight"]:
         outcome.fates[one["fate"]] = outcome.fates.get(one["fate"], 0) + 1
@@ -152,7 +154,7 @@ def _listed(found: Result, outcome: Outcome) -> set[int]:
     return listed
 
 
-def _judge(press: Press, outcome: Outcome, name: str, events: list[dict[str, Any]]) -> None:
+def _judge(press: Press, outcome: KillOutcome, name: str, events: list[dict[str, Any]]) -> None:
     """Judge each line by its edges and by what the log says was decided before anything moved."""
     made = passes.of(press)
     asked = [

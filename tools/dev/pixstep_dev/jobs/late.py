@@ -18,7 +18,7 @@ from typing import Any
 from unittest import mock
 
 from pixstep.board.errors import BoardError
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.jobs import run_log, sender
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simulated_board import SimLink
@@ -33,7 +33,7 @@ _WHICH = {  # whose line is late: of one motor, of a board's, of all
 
 
 @dataclass(frozen=True)
-class Plan:
+class LatePlan:
     """How many lines are late, each in a job of so many lines."""
 
     times: int = 10
@@ -42,7 +42,7 @@ class Plan:
 
 
 @dataclass
-class Outcome:
+class LateOutcome:
     """How runs have ended: finished, finished with a rest of all axes, or by a named fault."""
 
     times: int = 0
@@ -50,9 +50,9 @@ class Outcome:
     complaints: list[str] = field(default_factory=list)
 
 
-def run(plan: Plan, show: Progress = unseen) -> Outcome:
+def run(plan: LatePlan, show: Progress = unseen) -> LateOutcome:
     """Let lines be late."""
-    outcome, chance, ends = Outcome(), random.Random(plan.seed), Counter[str]()
+    outcome, chance, ends = LateOutcome(), random.Random(plan.seed), Counter[str]()
     with tempfile.TemporaryDirectory() as folder:
         press = Press.make(Path(folder), plan.lines)
         for number in range(plan.times):
@@ -63,7 +63,7 @@ def run(plan: Plan, show: Progress = unseen) -> Outcome:
     return outcome
 
 
-def _one(press: Press, where: Path, chance: random.Random, outcome: Outcome) -> str:
+def _one(press: Press, where: Path, chance: random.Random, outcome: LateOutcome) -> str:
     """Let one line be late; return how the run has ended."""
     line, which = chance.randint(2, press.job.lines), chance.choice([*_WHICH])
     late_s = chance.random() * _MOST_LINES * press.job.pixels / float(press.job.pixel_hz)
@@ -98,7 +98,7 @@ def _lines_made(link: SimLink, board: int, axis: int) -> int:
     return link.board(board + 1).axis(axis)["lines_done"]
 
 
-def _judge(press: Press, name: str, outcome: Outcome) -> None:
+def _judge(press: Press, name: str, outcome: LateOutcome) -> None:
     """Judge that each line was printed once, and all motors are where they end."""
     made = passes.of(press)
     wrong = [line for line in range(1, press.job.lines + 1) if made.full[line] != 1]
@@ -120,7 +120,7 @@ def _late(link: SimLink, line: int, held: set[tuple[int, int]], late_s: float) -
     """Let a line of some axes wait before its first block."""
     counts: Counter[tuple[int, int]] = Counter()
 
-    class Late(Upload):
+    class Late(LineUpload):
         """An upload that may have to wait."""
 
         def __init__(self, board: Any, axis: int, *more: Any) -> None:
@@ -134,5 +134,5 @@ def _late(link: SimLink, line: int, held: set[tuple[int, int]], late_s: float) -
             """Send a block, if it is time."""
             return super().push_into(room) if link.world.now_s() >= self._from_s else 0
 
-    with mock.patch.object(sender, "Upload", Late):
+    with mock.patch.object(sender, "LineUpload", Late):
         yield

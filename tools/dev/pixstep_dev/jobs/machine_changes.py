@@ -63,7 +63,7 @@ class Expected:
 
 
 @dataclass(frozen=True)
-class Change:
+class MachineChange:
     """A change of the machine file, its rows, and the table that has another name after it."""
 
     name: str
@@ -77,8 +77,8 @@ class Change:
 def _one(
     name: str, old: str, new: str, *rows: Expected, renames: tuple[str, str] = ("", ""),
     place: str = "",
-) -> Change:  # fmt: skip
-    return Change(name, old, new, rows, renames, place or rows[0].field)
+) -> MachineChange:  # fmt: skip
+    return MachineChange(name, old, new, rows, renames, place or rows[0].field)
 
 
 def _row(
@@ -160,7 +160,7 @@ CHANGES = (
 )  # fmt: skip
 
 
-def text_of(changes: Iterable[Change]) -> str:
+def text_of(changes: Iterable[MachineChange]) -> str:
     """Return the machine file with some changes."""
     text = MACHINE
     for one in changes:
@@ -170,18 +170,18 @@ def text_of(changes: Iterable[Change]) -> str:
     return text
 
 
-def exclude(first: Change, second: Change) -> bool:
+def exclude(first: MachineChange, second: MachineChange) -> bool:
     """Return whether two changes are of one place of the file."""
     return first.place == second.place
 
 
-def lacks_axis(changes: Iterable[Change]) -> bool:
+def lacks_axis(changes: Iterable[MachineChange]) -> bool:
     """Return whether a motor is on an axis that the board of the changed file does not have."""
     names = {one.name for one in changes}
     return "kind of board" in names and bool({"axis", "a motor more"} & names)
 
 
-def expected(changes: Iterable[Change]) -> dict[str, Expected]:
+def expected(changes: Iterable[MachineChange]) -> dict[str, Expected]:
     """Return the rows that differ, by field; the file itself has one if nothing else differs."""
     several = [*changes]
     found = {row.field: row for one in several for row in one.rows}

@@ -25,7 +25,7 @@ from pixstep.jobs.shapes import MINUS, PLUS, Shape
 from pixstep.jobs.simulated import crews, cuts
 from pixstep.jobs.simulated.campaign import Campaign
 from pixstep.jobs.simulated.crews import Crew
-from pixstep.jobs.simulated.cuts import World
+from pixstep.jobs.simulated.cuts import SimulatedWorld
 from pixstep.jobs.simulated.folder import SimFolder
 from pixstep.progress import Progress, unseen
 from pixstep_dev.jobs.press import Press
@@ -44,7 +44,7 @@ NONE_TAKEN, TAKEN_TWICE, LOST_PART = "no take-up", "take-up twice", "lost part o
 
 
 @dataclass(frozen=True)
-class Plan:
+class PlantSeamPlan:
     """So many faults of a take-up, each in a job of so many lines, and one in the firmware."""
 
     times: int = 4
@@ -54,7 +54,7 @@ class Plan:
 
 
 @dataclass
-class Plant:
+class SeamPlant:
     """A fault, the line after the seam that has it, the lines that fail in blocks and alone."""
 
     what: str
@@ -65,16 +65,16 @@ class Plant:
 
 
 @dataclass
-class Outcome:
+class PlantSeamOutcome:
     """What was planted, and what was found."""
 
-    plants: list[Plant] = field(default_factory=list)
+    plants: list[SeamPlant] = field(default_factory=list)
     complaints: list[str] = field(default_factory=list)
 
 
-def run(plan: Plan, show: Progress = unseen) -> Outcome:
+def run(plan: PlantSeamPlan, show: Progress = unseen) -> PlantSeamOutcome:
     """Plant faults and look for them, in blocks and line by line."""
-    outcome, chance = Outcome(), random.Random(plan.seed)
+    outcome, chance = PlantSeamOutcome(), random.Random(plan.seed)
     with tempfile.TemporaryDirectory() as name, crews.processes(2) as crew:
         folder = Path(name)
         fast = press(folder / "take-up", plan.lines, "lock")
@@ -99,30 +99,30 @@ def press(folder: Path, lines: int, sync: str) -> Press:
     return Press.make(folder, lines, pixels=8, sync=sync, pixel_hz=_HZ)
 
 
-def _control(outcome: Outcome, job: Job, folder: Path, crew: Crew) -> None:
+def _control(outcome: PlantSeamOutcome, job: Job, folder: Path, crew: Crew) -> None:
     """Require that nothing is found where nothing was planted."""
-    failed, why = _failing(job, World(), folder / f"control-{job.header.id[:8]}", crew)
+    failed, why = _failing(job, SimulatedWorld(), folder / f"control-{job.header.id[:8]}", crew)
     if failed:
         outcome.complaints.append(f"nothing was planted, and lines {failed} fail: {why}")
 
 
 def look(
-    outcome: Outcome, what: str, line: int, job: Job, folder: Path, crew: Crew,
+    outcome: PlantSeamOutcome, what: str, line: int, job: Job, folder: Path, crew: Crew,
     images: Mapping[str, Path] | None = None,
 ) -> None:  # fmt: skip
     """Look for a fault in blocks and line by line; complain if not just the blocks find it."""
-    in_blocks, why = _failing(job, World(images=images or {}), folder / "blocks", crew)
+    in_blocks, why = _failing(job, SimulatedWorld(images=images or {}), folder / "blocks", crew)
     alone, _ = _failing(
-        job, World(lines=1, run_in=False, images=images or {}), folder / "alone", crew
+        job, SimulatedWorld(lines=1, run_in=False, images=images or {}), folder / "alone", crew
     )
-    outcome.plants.append(Plant(what, line, in_blocks, alone, why))
+    outcome.plants.append(SeamPlant(what, line, in_blocks, alone, why))
     if min(in_blocks, default=0) != line:
         outcome.complaints.append(f"{what} at line {line}: blocks find lines {in_blocks}")
     if alone:
         outcome.complaints.append(f"{what} at line {line}: lines alone find it too: {alone}")
 
 
-def _failing(job: Job, world: World, folder: Path, crew: Crew) -> tuple[list[int], str]:
+def _failing(job: Job, world: SimulatedWorld, folder: Path, crew: Crew) -> tuple[list[int], str]:
     """Return the lines of a job that fail, and the first reason."""
     campaign = Campaign(job, world, cuts.tools_of(job, world), SimFolder(folder))
     campaign.folder.begin({"job": str(job.path)})

@@ -35,7 +35,7 @@ _MOST_UNKNOWN = 2
 
 
 @dataclass(frozen=True)
-class Plan:
+class PowerPlan:
     """How often a board is lost, in jobs of so many lines."""
 
     times: int = 6
@@ -44,7 +44,7 @@ class Plan:
 
 
 @dataclass
-class Outcome:
+class PowerOutcome:
     """What was found."""
 
     times: int = 0
@@ -77,9 +77,9 @@ class Start:
     side: str
 
 
-def run(plan: Plan, show: Progress = unseen) -> Outcome:
+def run(plan: PowerPlan, show: Progress = unseen) -> PowerOutcome:
     """Lose a board `times` times."""
-    outcome, chance = Outcome(), random.Random(plan.seed)
+    outcome, chance = PowerOutcome(), random.Random(plan.seed)
     with tempfile.TemporaryDirectory() as folder:
         press = Press.make(Path(folder), plan.lines, starts=STARTS)
         press.options["plants"] = plants()
@@ -99,7 +99,9 @@ def plants() -> dict[tuple[int, int], str]:
     }  # fmt: skip
 
 
-def _one(press: Press, where: Path, kind: str, chance: random.Random, outcome: Outcome) -> None:
+def _one(
+    press: Press, where: Path, kind: str, chance: random.Random, outcome: PowerOutcome
+) -> None:
     unit = chance.choice((1, 2))
     line_s = press.job.pixels / float(press.job.pixel_hz)
     later_s = chance.random() * line_s * (press.job.lines - 1)
@@ -124,7 +126,7 @@ def _one(press: Press, where: Path, kind: str, chance: random.Random, outcome: O
 
 
 def _go_on(
-    press: Press, link: SimLink, where: Path, name: str, kind: str, outcome: Outcome
+    press: Press, link: SimLink, where: Path, name: str, kind: str, outcome: PowerOutcome
 ) -> None:
     """Resume: what is asked is answered, motors are homed if that is asked."""
     found = press.resume(link, where)
@@ -141,7 +143,7 @@ def _go_on(
         outcome.complaints.append(f"{name}: {found.page()}")
 
 
-def _judge_end(where: Path, name: str, loss: _Loss, unit: int, outcome: Outcome) -> None:
+def _judge_end(where: Path, name: str, loss: _Loss, unit: int, outcome: PowerOutcome) -> None:
     """Judge when the loss was named, and where the others have ended."""
     events = run_log.read(where / run_log.NAME)
     lost = [one for one in events if one["event"] == "lost"]
@@ -161,7 +163,7 @@ def _judge_end(where: Path, name: str, loss: _Loss, unit: int, outcome: Outcome)
         outcome.complaints.append(f"{name}: the others ended at {ends}, not line {last}")
 
 
-def _judge_asked(found: Result, name: str, kind: str, outcome: Outcome) -> None:
+def _judge_asked(found: Result, name: str, kind: str, outcome: PowerOutcome) -> None:
     """Judge what is asked before anything moves."""
     fates = [one["fate"] for one in found.data.get("in_flight", [])]
     unknown = fates.count("unknown")

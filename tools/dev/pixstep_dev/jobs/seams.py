@@ -30,7 +30,7 @@ _LOCK = "lock"
 
 
 @dataclass(frozen=True)
-class Plan:
+class SeamsPlan:
     """A job of so many lines, a clock that is off by `ppm` and jitters, an oscillator beside."""
 
     lines: int = 20
@@ -42,7 +42,7 @@ class Plan:
 
 
 @dataclass
-class Outcome:
+class SeamsOutcome:
     """The largest figures of all lines: gaps in pixels, times in ticks, the load in steps."""
 
     lines: int = 0
@@ -65,9 +65,9 @@ class Grid:
     cycles: np.ndarray
 
 
-def run(plan: Plan, show: Progress = unseen) -> Outcome:
+def run(plan: SeamsPlan, show: Progress = unseen) -> SeamsOutcome:
     """Print a job and measure its seams."""
-    outcome = Outcome(plan.lines)
+    outcome = SeamsOutcome(plan.lines)
     with tempfile.TemporaryDirectory() as folder:
         press = Press.make(Path(folder), plan.lines, sync=plan.sync, pixel_hz=_HZ)
         options: dict[str, Any] = {
@@ -89,7 +89,7 @@ def run(plan: Plan, show: Progress = unseen) -> Outcome:
     return outcome
 
 
-def _measure(press: Press, plan: Plan, outcome: Outcome) -> None:
+def _measure(press: Press, plan: SeamsPlan, outcome: SeamsOutcome) -> None:
     log = read_edges(press.edges)
     grids = {name: _grid(press, name, log.axis(*place)) for name, place in PLACES.items()}
     _seams(press, plan, grids["M39"], outcome)
@@ -127,7 +127,7 @@ def _start(press: Press, line: int, name: str) -> int:
     return press.job.runs_of(line)[name].start_steps
 
 
-def _seams(press: Press, plan: Plan, grid: Grid, outcome: Outcome) -> None:
+def _seams(press: Press, plan: SeamsPlan, grid: Grid, outcome: SeamsOutcome) -> None:
     """Measure from each line to the next, at the same pixels of both."""
     lines = (grid.numbers - 1) // press.job.pixels
     period = float(_TICK_HZ / _HZ)
@@ -144,7 +144,7 @@ def _seams(press: Press, plan: Plan, grid: Grid, outcome: Outcome) -> None:
         outcome.complaints.append(f"the grid drifts by {outcome.drift_ticks:.2f} ticks")
 
 
-def _together(grids: dict[str, Grid], outcome: Outcome) -> None:
+def _together(grids: dict[str, Grid], outcome: SeamsOutcome) -> None:
     """Compare the boards' pixel edges."""
     for name, other in (("M39", "M41"), ("M40", "M41"), ("M39", "M40")):
         one, two = grids[name], grids[other]
@@ -156,7 +156,7 @@ def _together(grids: dict[str, Grid], outcome: Outcome) -> None:
                 outcome.complaints.append(f"{name} and {other}: edges {apart:.1f} ticks apart")
 
 
-def _beside_clock(press: Press, grid: Grid, outcome: Outcome) -> None:
+def _beside_clock(press: Press, grid: Grid, outcome: SeamsOutcome) -> None:
     """Compare a board's grid with the clock's true edges, and its drift over all lines."""
     true = read_clock_log(press.folder / "clock.csv").true
     first = int(np.argmin(np.abs(true - grid.cycles[0]))) - int(grid.numbers[0])
@@ -169,7 +169,7 @@ def _beside_clock(press: Press, grid: Grid, outcome: Outcome) -> None:
         outcome.complaints.append(f"the grid drifts by {outcome.drift_ticks:.2f} ticks")
 
 
-def _inside(press: Press, edges: AxisEdges, outcome: Outcome) -> None:
+def _inside(press: Press, edges: AxisEdges, outcome: SeamsOutcome) -> None:
     """Compare the steps of image pixels with the board's own grid."""
     rising, before = edges.rising.astype(float), 0
     for line in range(1, press.job.lines + 1):
@@ -185,7 +185,7 @@ def _inside(press: Press, edges: AxisEdges, outcome: Outcome) -> None:
         outcome.complaints.append(f"a step {outcome.grid_ticks:.2f} ticks off its board's grid")
 
 
-def _load(press: Press, plant: AxisPlant, grid: Grid, outcome: Outcome) -> None:
+def _load(press: Press, plant: AxisPlant, grid: Grid, outcome: SeamsOutcome) -> None:
     """Compare the load at each edge of the image, forth and back, with the first line's."""
     where = dict(zip(grid.numbers.tolist(), grid.cycles.tolist(), strict=True))
     pixels = press.job.header.line.image_pixels

@@ -32,7 +32,7 @@ from pyarrow import parquet
 from pixstep import ops
 from pixstep.jobs import job as jobs
 from pixstep.jobs.job import Job
-from pixstep.jobs.shapes import Run, Shape
+from pixstep.jobs.shapes import MotorRun, Shape
 from pixstep.progress import Progress, unseen
 from pixstep_dev.jobs.cluster import Cluster
 from pixstep_dev.jobs.press import Press
@@ -52,7 +52,7 @@ print(usage, done["different"], done["verdict"])
 
 
 @dataclass(frozen=True)
-class Plan:
+class JobSimulatePlan:
     """A job of so many lines in blocks, and the lengths of jobs for the client's memory."""
 
     lines: int = 64
@@ -75,7 +75,7 @@ class Pass:
 
 
 @dataclass
-class Outcome:
+class JobSimulateOutcome:
     """All ways; what the client's line to the scheduler has carried; memory by lines, in MB."""
 
     lines: int
@@ -86,10 +86,10 @@ class Outcome:
     complaints: list[str] = field(default_factory=list)
 
 
-def run(plan: Plan, show: Progress = unseen) -> Outcome:
+def run(plan: JobSimulatePlan, show: Progress = unseen) -> JobSimulateOutcome:
     """Simulate a job in every way."""
     with tempfile.TemporaryDirectory() as name:
-        campaign = _Campaign(plan, Path(name), Outcome(plan.lines))
+        campaign = _Campaign(plan, Path(name), JobSimulateOutcome(plan.lines))
         ways = [*campaign.ways()]
         for number, way in enumerate(ways, 1):
             way()
@@ -100,7 +100,7 @@ def run(plan: Plan, show: Progress = unseen) -> Outcome:
 class _Campaign:
     """The ways to simulate a job in a folder."""
 
-    def __init__(self, plan: Plan, folder: Path, outcome: Outcome) -> None:
+    def __init__(self, plan: JobSimulatePlan, folder: Path, outcome: JobSimulateOutcome) -> None:
         self._plan, self._folder, self.outcome = plan, folder, outcome
         self._job = varied(Press.make(folder, plan.lines, pixels=8), folder, plan.seed)
         self._rows: pyarrow.Table | None = None
@@ -231,7 +231,7 @@ def varied(press: Press, folder: Path, seed: int) -> Job:
     return Job.read(path)
 
 
-def _sides(runs: list[Run], shapes: dict[bytes, Shape]) -> Iterator[Run]:
+def _sides(runs: list[MotorRun], shapes: dict[bytes, Shape]) -> Iterator[MotorRun]:
     """Yield the lines with the sides from which the swinging motor comes."""
     side = ""
     for run in runs:

@@ -30,7 +30,7 @@ SURVIVED = "survived"
 
 
 @dataclass(frozen=True)
-class Plan:
+class MutantsPlan:
     """So many mutants that compile, chosen by a seed from the files that `only` is found in.
 
     They are of the C sources, or of the assembly sources.
@@ -45,7 +45,7 @@ class Plan:
 
 
 @dataclass(frozen=True)
-class Trial:
+class MutantTrial:
     """A mutant and what became of it: a stage that killed it, timeout, or one of the names above.
 
     `by` is what killed it; `passed` are the stages that did not.
@@ -63,20 +63,20 @@ class Trial:
 
 
 @dataclass
-class Outcome:
+class MutantsOutcome:
     """What became of a plan's mutants, in the order of the sample."""
 
-    plan: Plan
+    plan: MutantsPlan
     sources: str = ""  # digest of what was changed
     offered: int = 0  # mutants of all sources
-    trials: list[Trial] = field(default_factory=list)
+    trials: list[MutantTrial] = field(default_factory=list)
 
     def counts(self) -> Counter[str]:
         """Return how many met which fate."""
         return Counter(trial.fate for trial in self.trials)
 
     @property
-    def survivors(self) -> list[Trial]:
+    def survivors(self) -> list[MutantTrial]:
         """Return what nothing has killed, by place."""
         found = [trial for trial in self.trials if trial.fate == SURVIVED]
         return sorted(found, key=lambda trial: (trial.mutant.file, trial.mutant.start))
@@ -106,10 +106,10 @@ def digest(paths: list[Path]) -> str:
     return found.hexdigest()[:16]
 
 
-class Campaign:
+class MutantsCampaign:
     """Trials of mutants, in folders of their own that are gone afterwards."""
 
-    def __init__(self, plan: Plan, folder: Path, judged: Judged = lambda _: False) -> None:
+    def __init__(self, plan: MutantsPlan, folder: Path, judged: Judged = lambda _: False) -> None:
         self.plan = plan
         self._judged = judged
         self.stages = stages.Stages(plan.stages, plan.assembly)
@@ -128,7 +128,7 @@ class Campaign:
         self._ended.set()
         stages.end()
 
-    def run(self, mutant: Mutant) -> Trial | None:
+    def run(self, mutant: Mutant) -> MutantTrial | None:
         """Try a mutant; None if the campaign was ended."""
         if not hasattr(self._own, "workshop"):
             name = tempfile.mkdtemp(prefix="worker-", dir=self._folder)
@@ -141,32 +141,32 @@ class Campaign:
         try:
             trial = self._stages_of(mutant, workshop, file)
         except CannotBuildError:
-            trial = Trial(mutant, INVALID)
+            trial = MutantTrial(mutant, INVALID)
         finally:
             workshop.restore()
         return None if self._ended.is_set() else trial
 
-    def _stages_of(self, mutant: Mutant, workshop: Workshop, file: Path) -> Trial:
+    def _stages_of(self, mutant: Mutant, workshop: Workshop, file: Path) -> MutantTrial:
         passed: list[str] = []
         for stage in self.plan.stages:
             verdict = self.stages.try_stage(stage, workshop, file)
             if verdict:
-                return Trial(mutant, verdict.how, verdict.by, tuple(passed))
+                return MutantTrial(mutant, verdict.how, verdict.by, tuple(passed))
             passed.append(stage)
             if stage == "native":
                 if self.stages.equivalent(workshop, self._plain, file):
-                    return Trial(mutant, EQUIVALENT, "", tuple(passed))
+                    return MutantTrial(mutant, EQUIVALENT, "", tuple(passed))
                 if self._judged(mutant):
                     break
-        return Trial(mutant, SURVIVED, "", tuple(passed))
+        return MutantTrial(mutant, SURVIVED, "", tuple(passed))
 
 
 def run(
-    plan: Plan,
+    plan: MutantsPlan,
     progress: Progress = unseen,
-    kept: Outcome | None = None,
+    kept: MutantsOutcome | None = None,
     judged: Judged = lambda _: False,
-) -> Outcome:
+) -> MutantsOutcome:
     """Run a plan; with `kept`, an outcome of the same sources, only its survivors again.
 
     What is `judged` equivalent is tried by the native suites only. Raises UserError if something
@@ -178,7 +178,7 @@ def run(
     pool = ThreadPoolExecutor(plan.jobs)
     campaign = None
     try:
-        campaign = Campaign(plan, work, judged)
+        campaign = MutantsCampaign(plan, work, judged)
         outcome = _begun(plan, kept)
         campaign.measure()
         _run_all(plan, campaign, pool, outcome, progress, kept)
@@ -190,8 +190,8 @@ def run(
         shutil.rmtree(work)
 
 
-def _begun(plan: Plan, kept: Outcome | None) -> Outcome:
-    outcome = Outcome(plan, digest(_sources(plan)), len(offered(chosen(plan))))
+def _begun(plan: MutantsPlan, kept: MutantsOutcome | None) -> MutantsOutcome:
+    outcome = MutantsOutcome(plan, digest(_sources(plan)), len(offered(chosen(plan))))
     if not outcome.offered:
         raise UserError(f"no source has {plan.only!r} in its name")
     if kept and kept.sources != outcome.sources:
@@ -199,23 +199,23 @@ def _begun(plan: Plan, kept: Outcome | None) -> Outcome:
     return outcome
 
 
-def _sources(plan: Plan) -> list[Path]:
+def _sources(plan: MutantsPlan) -> list[Path]:
     return stages.assembly_sources() if plan.assembly else stages.c_sources()
 
 
-def chosen(plan: Plan) -> list[Path]:
+def chosen(plan: MutantsPlan) -> list[Path]:
     """Return the files that the plan draws from."""
     root = natives.root()
     return [path for path in _sources(plan) if re.search(plan.only, str(path.relative_to(root)))]
 
 
 def _run_all(
-    plan: Plan,
-    campaign: Campaign,
+    plan: MutantsPlan,
+    campaign: MutantsCampaign,
     pool: ThreadPoolExecutor,
-    outcome: Outcome,
+    outcome: MutantsOutcome,
     progress: Progress,
-    kept: Outcome | None,
+    kept: MutantsOutcome | None,
 ) -> None:
     """Fill the outcome: mutants in the order of the sample, until enough of them compile."""
     order = offered(chosen(plan))
@@ -233,12 +233,14 @@ def _run_all(
             progress(valid / plan.count)
 
 
-def _again(campaign: Campaign, known: Trial | None, mutant: Mutant) -> Trial | None:
+def _again(
+    campaign: MutantsCampaign, known: MutantTrial | None, mutant: Mutant
+) -> MutantTrial | None:
     """Return what is known of a mutant, unless it survived."""
     return known if known and known.fate != SURVIVED else campaign.run(mutant)
 
 
-def facts(outcome: Outcome) -> dict[str, Any]:
+def facts(outcome: MutantsOutcome) -> dict[str, Any]:
     """Return plain data, from which `read` makes the outcome again."""
     return {
         "plan": asdict(outcome.plan),
@@ -248,13 +250,16 @@ def facts(outcome: Outcome) -> dict[str, Any]:
     }
 
 
-def read(path: Path) -> Outcome:
+def read(path: Path) -> MutantsOutcome:
     """Read what `facts` made; raises UserError."""
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
         plan = {**data["plan"], "stages": tuple(data["plan"]["stages"])}
-        return Outcome(
-            Plan(**plan), data["sources"], data["offered"], [_trial(one) for one in data["trials"]]
+        return MutantsOutcome(
+            MutantsPlan(**plan),
+            data["sources"],
+            data["offered"],
+            [_trial(one) for one in data["trials"]],
         )
     except OSError as error:
         raise UserError(f"{path}: {error.strerror}") from None
@@ -262,6 +267,6 @@ def read(path: Path) -> Outcome:
         raise UserError(f"{path}: not what `pixstep-dev mutants --json` prints") from None
 
 
-def _trial(data: dict[str, Any]) -> Trial:
+def _trial(data: dict[str, Any]) -> MutantTrial:
     mutant = Mutant(**data["mutant"])
-    return Trial(mutant, data["fate"], data["by"], tuple(data["passed"]))
+    return MutantTrial(mutant, data["fate"], data["by"], tuple(data["passed"]))

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pixstep.errors import UserError
-from pixstep_dev.mutants.campaign import Outcome
+from pixstep_dev.mutants.campaign import MutantsOutcome
 from pixstep_dev.mutants.operators import Mutant
 
 TABLE = Path(__file__).resolve().parents[1] / "data" / "mutants.toml"
@@ -20,14 +20,14 @@ UNSEEN = "unseen"
 
 
 @dataclass(frozen=True)
-class Judgement:
+class MutantJudgement:
     """What somebody found out about a mutant."""
 
     verdict: str
     why: str
 
 
-Judgements = dict[tuple[str, str, str, str], Judgement]
+Judgements = dict[tuple[str, str, str, str], MutantJudgement]
 
 
 def read(path: Path = TABLE) -> Judgements:
@@ -39,7 +39,7 @@ def read(path: Path = TABLE) -> Judgements:
             place = entry["file"], entry["inside"], entry["was"], entry["becomes"]
             if entry["verdict"] not in (EQUIVALENT, UNSEEN) or not entry["why"] or place in found:
                 raise UserError(f"{path}: {entry['file']}: {entry['was']!r}: no judgement")
-            found[place] = Judgement(entry["verdict"], entry["why"])
+            found[place] = MutantJudgement(entry["verdict"], entry["why"])
         return found
     except OSError as error:
         raise UserError(f"{path}: {error.strerror}") from None
@@ -52,7 +52,7 @@ def key(mutant: Mutant) -> tuple[str, str, str, str]:
     return mutant.file, mutant.inside, mutant.was, mutant.becomes
 
 
-def of(judgements: Judgements, mutant: Mutant) -> Judgement | None:
+def of(judgements: Judgements, mutant: Mutant) -> MutantJudgement | None:
     """Return the judgement of a mutant, if there is one."""
     return judgements.get(key(mutant))
 
@@ -84,7 +84,7 @@ class Score:
         return self.killed / self.differing if self.differing else 1.0
 
 
-def score(outcome: Outcome, judgements: Judgements) -> Score:
+def score(outcome: MutantsOutcome, judgements: Judgements) -> Score:
     """Count an outcome's mutants."""
     sorts: Counter[str] = Counter()
     for trial in outcome.survivors:

@@ -122,7 +122,7 @@ def mutants(file: str, text: str) -> list[Mutant]:
     found = [
         _mutant(file, text, *change)
         for part, start, in_macro in _parts(text)
-        for change in _Part(part, start, in_macro).changes()
+        for change in _CodePart(part, start, in_macro).changes()
     ]
     return sorted(found, key=lambda mutant: (mutant.start, mutant.kind, mutant.wrong))
 
@@ -163,7 +163,7 @@ def _parts(text: str) -> Iterator[tuple[str, int, bool]]:
             yield found["body"], found.start("body"), True
 
 
-class _Part:
+class _CodePart:
     """A piece of code as tokens."""
 
     def __init__(self, text: str, start: int, in_macro: bool) -> None:

@@ -50,7 +50,7 @@ def _without_deps(words: list[str]) -> list[str]:
 
 
 @dataclass(frozen=True)
-class Program:
+class BuiltProgram:
     """A program of a build: its link command, and the objects that it takes, by their paths."""
 
     build: "Build"
@@ -66,7 +66,7 @@ class Build:
     name: str
     deps: dict[str, set[str]] = field(default_factory=dict)  # object: sources and headers
     commands: dict[str, list[str]] = field(default_factory=dict)  # object: how it is compiled
-    programs: dict[str, Program] = field(default_factory=dict)
+    programs: dict[str, BuiltProgram] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not (self.folder / "build.ninja").is_file():
@@ -105,13 +105,13 @@ class Build:
         """Return the objects that a file goes into."""
         return [name for name in self.commands if str(file) in self.deps.get(name, ())]
 
-    def program(self, target: str) -> Program:
+    def program(self, target: str) -> BuiltProgram:
         """Return a program of this build."""
         if target not in self.programs:
             self.programs[target] = self._program(target)
         return self.programs[target]
 
-    def _program(self, target: str) -> Program:
+    def _program(self, target: str) -> BuiltProgram:
         text = _output(["ninja", "-t", "commands", target], self.folder).splitlines()[-1]
         link = next(part for part in text.split(" && ") if f" -o {target}" in part)
         words = shlex.split(link)
@@ -130,7 +130,7 @@ class Build:
             and not _CHANGEABLE.search(word)
             and not word.startswith(("-Wl,-Map", "-Wl,--start-group", "-Wl,--end-group"))
         ]
-        return Program(self, target, tuple(kept), tuple(dict.fromkeys(objects)))
+        return BuiltProgram(self, target, tuple(kept), tuple(dict.fromkeys(objects)))
 
     def _of_archive(self, archive: str, member: str) -> str:
         path = Path(archive)
@@ -211,7 +211,7 @@ class Workshop:
         if done.returncode:
             raise CannotBuildError(done.stderr.strip())
 
-    def link(self, program: Program) -> Path:
+    def link(self, program: BuiltProgram) -> Path:
         """Return the program with the changed objects in it; CannotBuildError."""
         build = program.build
         key = build.name, program.target

@@ -7,7 +7,7 @@ from pathlib import PurePosixPath
 
 from pixstep_dev.markdown import table
 from pixstep_dev.mutants import judged
-from pixstep_dev.mutants.campaign import EQUIVALENT, INVALID, SURVIVED, Outcome, Trial
+from pixstep_dev.mutants.campaign import EQUIVALENT, INVALID, SURVIVED, MutantsOutcome, MutantTrial
 from pixstep_dev.mutants.judged import Judgements
 from pixstep_dev.mutants.operators import KINDS
 from pixstep_dev.mutants.stages import NAMES
@@ -16,7 +16,7 @@ NAME = "mutants"
 _FATES = (*NAMES, "timeout", EQUIVALENT, SURVIVED)
 
 
-def summary(outcome: Outcome, judgements: Judgements) -> str:
+def summary(outcome: MutantsOutcome, judgements: Judgements) -> str:
     """Return the figures in a sentence or two."""
     score = judged.score(outcome, judgements)
     valid = sum(trial.fate != INVALID for trial in outcome.trials)
@@ -28,7 +28,7 @@ def summary(outcome: Outcome, judgements: Judgements) -> str:
     )
 
 
-def markdown(outcome: Outcome, judgements: Judgements) -> str:
+def markdown(outcome: MutantsOutcome, judgements: Judgements) -> str:
     """Return the part: figures, what killed how many, by file; the survivors."""
     paragraphs = [
         summary(outcome, judgements),
@@ -40,11 +40,13 @@ def markdown(outcome: Outcome, judgements: Judgements) -> str:
     return "\n".join(f"{paragraph.strip()}\n" for paragraph in paragraphs if paragraph)
 
 
-def _files(outcome: Outcome) -> tuple[str, ...]:
+def _files(outcome: MutantsOutcome) -> tuple[str, ...]:
     return tuple(sorted({trial.mutant.file for trial in outcome.trials}))
 
 
-def _by(what: str, keys: tuple[str, ...], outcome: Outcome, key_of: Callable[[Trial], str]) -> str:
+def _by(
+    what: str, keys: tuple[str, ...], outcome: MutantsOutcome, key_of: Callable[[MutantTrial], str]
+) -> str:
     counts = Counter((key_of(trial), trial.fate) for trial in outcome.trials)
     rows = [
         (_short(key), *(_number(counts[key, fate]) for fate in _FATES))
@@ -71,7 +73,7 @@ _SORTS = (
 )
 
 
-def _sort(title: str, outcome: Outcome, judgements: Judgements, verdict: str | None) -> str:
+def _sort(title: str, outcome: MutantsOutcome, judgements: Judgements, verdict: str | None) -> str:
     """Return a list of the survivors of one sort."""
     lines = []
     for trial in outcome.survivors:
@@ -81,7 +83,7 @@ def _sort(title: str, outcome: Outcome, judgements: Judgements, verdict: str | N
     return "\n".join([f"### {title}", "", *lines]) if lines else ""
 
 
-def _entry(trial: Trial, why: str) -> str:
+def _entry(trial: MutantTrial, why: str) -> str:
     mutant = trial.mutant
     name = PurePosixPath(mutant.file).name
     where = f"`{name}`, {mutant.inside}()" if mutant.inside else f"`{name}`"

@@ -6,6 +6,7 @@ did; before anything is tried, all of it has passed unchanged.
 """
 
 import contextlib
+import itertools
 import os
 import shutil
 import signal
@@ -24,7 +25,7 @@ from pixstep.board import boards
 from pixstep.errors import UserError
 from pixstep_dev.mutants.programs import (
     Build,
-    Program,
+    BuiltProgram,
     Workshop,
 )
 
@@ -49,7 +50,9 @@ MORE_IMAGE_TESTS = (
 REPLAYS = {"replay server": "server", "replay board": "board"}
 # What the Python tests run beside images: the host's own programs of the firmware.
 HOST_PROGRAMS = ("python/_core.abi3.so", "bin/pixstep-native-board")
-# For assembly beside these: what meets the interrupts' rare ways.
+# For assembly before these: handlers beside their twins in C, of boards that have the test.
+TWINS = ("handlers", "catch_up")
+# And behind them: what meets the interrupts' rare ways.
 ASSEMBLY_TESTS = ("late_interrupts",)
 # The Uno's as the quick check has them; of two axes `explore_two` goes further.
 EXPLORERS = {
@@ -78,12 +81,12 @@ _OUT_OF_TIME = (-signal.SIGXCPU, -signal.SIGKILL)
 
 
 # The name of each run of a stage, and the run: it takes its limit of processor time.
-Runs = Iterator[tuple[str, Callable[[float | None], "Verdict"]]]
+Runs = Iterator[tuple[str, Callable[[float | None], "StageVerdict"]]]
 _running: set[subprocess.Popen[bytes]] = set()
 
 
 @dataclass(frozen=True)
-class Verdict:
+class StageVerdict:
     """What became of a mutant in a stage: `how` is empty if it was not killed."""
 
     how: str = ""
@@ -129,7 +132,7 @@ class Stages:
             if stale := build.stale():
                 raise UserError(f"{build.folder}: {stale[0]} is older than its source: build first")
 
-    def suites(self, stage: str) -> list[Program]:
+    def suites(self, stage: str) -> list[BuiltProgram]:
         """Return the Unity suites of a stage."""
         build, pattern, end = {
             "native": (self.builds["host"], "bin/test_", ""),
@@ -170,7 +173,7 @@ class Stages:
                     return False
         return True
 
-    def try_stage(self, stage: str, workshop: Workshop, file: Path) -> Verdict:
+    def try_stage(self, stage: str, workshop: Workshop, file: Path) -> StageVerdict:
         """Try a changed file by a stage; CannotBuildError if it does not compile."""
         for name, run in self._runs(stage, workshop, file):
             verdict = run(_SLOWER * self.seconds.get(name, _LEAST_S) + _LEAST_S)
@@ -178,7 +181,7 @@ class Stages:
                 with self._lock:
                     self._kills[file.stem, name] += 1
                 return verdict
-        return Verdict()
+        return StageVerdict()
 
     def _runs(self, stage: str, workshop: Workshop, file: Path | None) -> Runs:
         """Yield name and run of all that a stage has for a file; None: for every file."""
@@ -190,7 +193,7 @@ class Stages:
         elif stage == "explore":
             yield from self._explorer_runs(workshop, file)
         else:
-            yield from self._catch_ups(workshop, file)
+            yield from self._beside_twins(workshop, file)
             yield stage, lambda limit: self._run_images(workshop, limit, IMAGE_TESTS)
             yield "more images", lambda limit: self._run_images(workshop, limit, MORE_IMAGE_TESTS)
             if self._assembly:
@@ -208,13 +211,15 @@ class Stages:
                 first, told = ["{}", corpus], f"native {name}"
                 yield told, partial(_run_linked, workshop, program, told, first=first, last=())
 
-    def _catch_ups(self, workshop: Workshop, file: Path | None) -> Runs:
-        """Yield the step interrupts of each image of several axes beside their twin in C."""
-        for board in BOARDS:
-            tester = natives.root() / f"build/host/bin/catch_up_test_{board}"
+    def _beside_twins(self, workshop: Workshop, file: Path | None) -> Runs:
+        """Yield the handlers of each image beside their twins in C."""
+        if not self._assembly:
+            return
+        for twin, board in itertools.product(TWINS, BOARDS):
+            tester = natives.root() / f"build/host/bin/{twin}_test_{board}"
             image = self.builds[board].program(f"firmware/pixstep-{board}.elf")
-            if tester.is_file() and (file is None or _uses(image, file)) and self._assembly:
-                name = f"images catch_up {board}"
+            if tester.is_file() and (file is None or _uses(image, file)):
+                name = f"images {twin} {board}"
                 first = [str(tester), "{}"]
                 yield name, partial(_run_linked, workshop, image, name, first=first, last=())
 
@@ -247,7 +252,7 @@ class Stages:
 
     def _run_images(
         self, workshop: Workshop, limit: float | None, tests: tuple[str, ...]
-    ) -> Verdict:
+    ) -> StageVerdict:
         """Run the Python tests on what is made of the firmware, in a folder like the tree."""
         root = _lookalike(workshop.folder / "tree")
         host = [self.builds["host"].program(target) for target in HOST_PROGRAMS]
@@ -266,11 +271,13 @@ class Stages:
         environment = {"PIXSTEP_ROOT": str(root), "PIXSTEP_REQUIRE_BUILT": "1"}
         done = _limited(command, limit, tree, environment)
         if done.status in _OUT_OF_TIME:
-            return Verdict("timeout", "images")
+            return StageVerdict("timeout", "images")
         if done.status == 0:
-            return Verdict(seconds=done.seconds)
+            return StageVerdict(seconds=done.seconds)
         failed = [line for line in done.text.splitlines() if line.startswith(("FAILED", "ERROR"))]
-        return Verdict("images", failed[0].split(" - ")[0].split("/")[-1] if failed else "crash")
+        return StageVerdict(
+            "images", failed[0].split(" - ")[0].split("/")[-1] if failed else "crash"
+        )
 
 
 def _test_file(tree: Path, name: str) -> Path:
@@ -284,26 +291,26 @@ def _is_own(file: Path, name: str) -> bool:
     return suite in file.stem or file.stem in suite
 
 
-def _uses(program: Program, file: Path) -> bool:
+def _uses(program: BuiltProgram, file: Path) -> bool:
     depending = set(program.build.depending(file))
     return any(name in depending for name in program.objects)
 
 
 def _run_linked(
     workshop: Workshop,
-    program: Program,
+    program: BuiltProgram,
     name: str,
     limit: float | None,
     first: list[str],
     last: tuple[str, ...],
-) -> Verdict:
+) -> StageVerdict:
     """Link a program and run it."""
     made = str(workshop.link(program))
     command = [*[word.format(made) for word in first or ["{}"]], *last]
     done = _limited(command, limit, natives.root())
     if done.status == 0:
-        return Verdict(seconds=done.seconds)
-    return Verdict("timeout" if done.status in _OUT_OF_TIME else name.split()[0], name)
+        return StageVerdict(seconds=done.seconds)
+    return StageVerdict("timeout" if done.status in _OUT_OF_TIME else name.split()[0], name)
 
 
 def _limited(

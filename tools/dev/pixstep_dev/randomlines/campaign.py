@@ -11,12 +11,12 @@ from typing import Any
 from pixstep.board import boards
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.experiment import simulate
-from pixstep.simulation.job import Job
+from pixstep.simulation.job import LineExperiment
 from pixstep_trials import cases
 
 
 @dataclass(frozen=True)
-class Plan:
+class RandomLinesPlan:
     """What to run: `lines` lines of each decode rule, `axes` of them at once."""
 
     board: str
@@ -28,7 +28,7 @@ class Plan:
     serial_load: bool = False
 
 
-def jobs(plan: Plan, decode: str) -> Iterator[Job]:
+def jobs(plan: RandomLinesPlan, decode: str) -> Iterator[LineExperiment]:
     """Yield the jobs of one decode rule; the same plan yields the same jobs."""
     bounds = cases.Bounds(
         min_interval_ticks=plan.min_interval_ticks, tick_hz=boards.load(plan.board).tick_hz
@@ -43,7 +43,7 @@ def jobs(plan: Plan, decode: str) -> Iterator[Job]:
             if other.pixel_hz == first.pixel_hz:
                 lines[len(lines)] = other.line
         left -= len(lines)
-        yield Job(
+        yield LineExperiment(
             board=plan.board,
             lines=lines,
             pixel_hz=first.pixel_hz,
@@ -52,7 +52,7 @@ def jobs(plan: Plan, decode: str) -> Iterator[Job]:
         )
 
 
-def run(plan: Plan, progress: Progress = unseen) -> dict[str, Any]:
+def run(plan: RandomLinesPlan, progress: Progress = unseen) -> dict[str, Any]:
     """Run a plan and return its outcome as plain data."""
     results: list[dict[str, Any]] = []
     total = plan.lines * len(plan.decodes)
@@ -74,7 +74,7 @@ def run(plan: Plan, progress: Progress = unseen) -> dict[str, Any]:
     return {"verdict": "pass" if passed else "fail", "plan": asdict(plan), "results": results}
 
 
-def _add(row: dict[str, Any], job: Job) -> None:
+def _add(row: dict[str, Any], job: LineExperiment) -> None:
     """Run one job and add it to the row of its decode rule."""
     with tempfile.TemporaryDirectory(prefix="pixstep-") as folder:
         judged = simulate(job, Path(folder))

@@ -19,7 +19,7 @@ from fractions import Fraction
 from pixstep.board import registers as regs
 from pixstep.board import snapshot
 from pixstep.board.errors import BoardError
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.progress import Progress, unseen
@@ -40,7 +40,7 @@ _ARMED_S = 0.01
 
 
 @dataclass(frozen=True)
-class Plan:
+class ClocksPlan:
     """So many wrong clocks at one board."""
 
     board: str
@@ -49,10 +49,10 @@ class Plan:
 
 
 @dataclass
-class Outcome:
+class ClocksOutcome:
     """What happened. `complaints` is empty if every promise was kept."""
 
-    plan: Plan
+    plan: ClocksPlan
     clocks: int = 0
     in_motion: int = 0
     named: dict[str, int] = field(default_factory=dict)  # by what named it
@@ -60,7 +60,7 @@ class Outcome:
 
 
 @dataclass(frozen=True)
-class Trial:
+class ClocksTrial:
     """One wrong clock."""
 
     sync: str
@@ -84,21 +84,21 @@ class Trial:
         return max(NAMED_S, (edges + 1) / (self.hz * self.factor)) + _ROUND_S
 
 
-def make(rng: random.Random) -> Trial:
+def make(rng: random.Random) -> ClocksTrial:
     """Return a random trial."""
     sync = rng.choice(tuple(TOLERATED))
     low, high = _RATES_HZ
     factor = 1.0
     while abs(factor - 1) <= TOLERATED[sync]:
         factor = LOWEST * (HIGHEST / LOWEST) ** rng.random()
-    return Trial(
+    return ClocksTrial(
         sync, round(low * (high / low) ** rng.random()), factor, rng.random() < 0.5, rng.random()
     )
 
 
-def run(plan: Plan, progress: Progress = unseen) -> Outcome:
+def run(plan: ClocksPlan, progress: Progress = unseen) -> ClocksOutcome:
     """Run a plan; raises UserError if the simulator cannot run."""
-    outcome = Outcome(plan)
+    outcome = ClocksOutcome(plan)
     rng = random.Random(f"clocks {plan.seed} {plan.board}")
     while outcome.clocks < plan.clocks:
         with _bench(plan.board) as bench:
@@ -110,19 +110,19 @@ def run(plan: Plan, progress: Progress = unseen) -> Outcome:
 
 
 @contextlib.contextmanager
-def _bench(board: str) -> Iterator["Bench"]:
+def _bench(board: str) -> Iterator["ClocksBench"]:
     with SimulatedBoard(board, Fraction(100)) as run:
-        yield Bench(run)
+        yield ClocksBench(run)
 
 
-class Bench:
+class ClocksBench:
     """A board on a clock that changes."""
 
     def __init__(self, run: SimulatedBoard) -> None:
         self.sim, self.board, self.world = run.simulator, run.board, run.link.world
         self.board.write_setting("bus_timeout_ms", 60_000)
 
-    def try_clock(self, trial: Trial, outcome: Outcome) -> None:
+    def try_clock(self, trial: ClocksTrial, outcome: ClocksOutcome) -> None:
         """Give the board the right clock, then the wrong one, and see what it says."""
         self._set(trial)
         outcome.in_motion += trial.moves
@@ -145,7 +145,7 @@ class Bench:
         outcome.named[name] = outcome.named.get(name, 0) + 1
         self._recover()
 
-    def _set(self, trial: Trial) -> None:
+    def _set(self, trial: ClocksTrial) -> None:
         """Set the board to the right clock, and let it know that clock."""
         self.sim.clock(f"hz {trial.hz}")
         self.board.set_pixel_hz(Fraction(trial.hz))
@@ -155,15 +155,15 @@ class Bench:
             snapshot.await_measured(self.board, self.world, 1 / trial.hz)
         else:
             self.world.wait(3 / trial.hz)
-        Upload(self.board, 0, queue_entries(Line((2,) * _LINE_PX, PLAIN))).push()
+        LineUpload(self.board, 0, queue_entries(Line((2,) * _LINE_PX, PLAIN))).push()
 
-    def _change(self, trial: Trial) -> None:
+    def _change(self, trial: ClocksTrial) -> None:
         """Make the clock another one, at any phase of its period."""
         self.world.wait(trial.phase / trial.hz)
         wrong = Fraction(trial.hz) * Fraction(trial.factor).limit_denominator(1000)
         self.sim.clock(f"hz {wrong.numerator}/{wrong.denominator}")
 
-    def _arm_and_run(self, trial: Trial) -> None:
+    def _arm_and_run(self, trial: ClocksTrial) -> None:
         self.board.command("arm", [0])
         end_s = self.world.now_s() + 60 / trial.hz + 1
         while self._state() != "running":
@@ -172,7 +172,7 @@ class Bench:
             self.world.wait(1 / trial.hz)
         self.world.wait(4 / trial.hz)
 
-    def _refused_at_rest(self, trial: Trial) -> str:
+    def _refused_at_rest(self, trial: ClocksTrial) -> str:
         """Return what keeps a line from following the clock; empty if it runs."""
         try:
             self.board.command("arm", [0])

@@ -20,7 +20,7 @@ from pathlib import Path
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.lines.units import period_ticks
@@ -35,7 +35,7 @@ _AT_ONCE = 100  # stops on one simulator: its list of edges stays short
 
 
 @dataclass(frozen=True)
-class Plan:
+class EstopsPlan:
     """So many emergency stops of one board."""
 
     board: str
@@ -44,10 +44,10 @@ class Plan:
 
 
 @dataclass
-class Outcome:
+class EstopsOutcome:
     """What happened. `complaints` is empty if every promise was kept."""
 
-    plan: Plan
+    plan: EstopsPlan
     stops: int = 0
     moving: int = 0  # stops that met at least one axis in motion
     latest_cycles: int = 0  # the last edge but one, behind the trip, at most
@@ -75,9 +75,9 @@ def steady_smooth_ticks(board: boards.BoardKind) -> int:
     return 300 if board.axes == 1 else 400 * board.axes
 
 
-def run(plan: Plan, progress: Progress = unseen) -> Outcome:
+def run(plan: EstopsPlan, progress: Progress = unseen) -> EstopsOutcome:
     """Run a plan; raises UserError if the simulator cannot run."""
-    outcome = Outcome(plan)
+    outcome = EstopsOutcome(plan)
     rng = random.Random(f"{plan.seed} {plan.board}")
     while outcome.stops < plan.stops:
         with (
@@ -118,7 +118,7 @@ class Stopper:
         self.log.close()
         self.sim.kill()
 
-    def stop_once(self, rng: random.Random, outcome: Outcome) -> None:
+    def stop_once(self, rng: random.Random, outcome: EstopsOutcome) -> None:
         """Run lines, press the stop somewhere, judge, and make the board ready again."""
         self._start(rng)
         trip = self.sim.cycle + rng.randrange(_LINE_PX * int(self.sim.tick_hz / PIXEL_HZ))
@@ -134,7 +134,7 @@ class Stopper:
         board = self.board
         board.command("permit_on", [])
         for axis in self.axes:
-            Upload(board, axis, queue_entries(line(rng, self._name))).push()
+            LineUpload(board, axis, queue_entries(line(rng, self._name))).push()
         board.command("arm", self.axes)
 
     def press(self, trip: int) -> None:
@@ -142,7 +142,7 @@ class Stopper:
         self.sim.pin(0, *self._pin, 0, at=trip)
         self.sim.run(trip - self.sim.cycle + self.sim.cycles(_SETTLE_S))
 
-    def judge(self, trip: int, outcome: Outcome, where: str) -> None:
+    def judge(self, trip: int, outcome: EstopsOutcome, where: str) -> None:
         """Compare what the board says of a stop with what the simulator has seen."""
         complain = outcome.complaints.append
         permit = self.sim.permit(0)
@@ -162,7 +162,7 @@ class Stopper:
             if seen != made:
                 complain(f"{where}: axis {axis}: position {seen}, {made} steps made")
 
-    def _late_edges(self, trip: int, outcome: Outcome) -> dict[int, list[int]]:
+    def _late_edges(self, trip: int, outcome: EstopsOutcome) -> dict[int, list[int]]:
         """Return the STEP edges of each axis from the trip on, in cycles behind it."""
         self.sim.command("flush")
         late: dict[int, list[int]] = {axis: [] for axis in self.axes}

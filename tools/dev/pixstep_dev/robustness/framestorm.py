@@ -37,7 +37,7 @@ _SAME_CYCLE = 64  # lines that may stand in another order at once
 
 
 @dataclass(frozen=True)
-class Plan:
+class FramestormPlan:
     """So many mutated frames against one board."""
 
     board: str
@@ -46,10 +46,10 @@ class Plan:
 
 
 @dataclass
-class Outcome:
+class FramestormOutcome:
     """What a storm did. `complaints` is empty if every promise was kept."""
 
-    plan: Plan
+    plan: FramestormPlan
     frames: int = 0
     kinds: Counter[str] = field(default_factory=Counter[str])
     answers: int = 0
@@ -88,9 +88,9 @@ def line(axis: int, parts: int) -> Line:
     return Line(tuple(counts), SMOOTH if smooth else PLAIN, negative=axis == 2)
 
 
-def run(plan: Plan, progress: Progress = unseen) -> Outcome:
+def run(plan: FramestormPlan, progress: Progress = unseen) -> FramestormOutcome:
     """Run a plan; raises UserError if the simulator cannot run."""
-    outcome = Outcome(plan)
+    outcome = FramestormOutcome(plan)
     pixels = plan.frames * _FRAME_S * PIXEL_HZ
     lines = {axis: line(axis, int(pixels) // PART_PX + 1) for axis in range(_axes(plan.board))}
     with tempfile.TemporaryDirectory(prefix="pixstep-") as name:
@@ -108,7 +108,7 @@ def run(plan: Plan, progress: Progress = unseen) -> Outcome:
 class _Run:
     """One board with its lines running; a context manager that ends with whole edge lists."""
 
-    def __init__(self, plan: Plan, lines: dict[int, Line], edges: Path) -> None:
+    def __init__(self, plan: FramestormPlan, lines: dict[int, Line], edges: Path) -> None:
         self._plan, self._lines, self._edges = plan, lines, edges
 
     def __enter__(self) -> "_Run":
@@ -175,7 +175,7 @@ class _Run:
             self._simulator.wait_s(_LOOK_S)
         self._simulator.wait_s(0.1)
 
-    def strike(self, outcome: Outcome, progress: Progress) -> None:
+    def strike(self, outcome: FramestormOutcome, progress: Progress) -> None:
         """Send mutated frames until the lines are nearly over, then look at the board."""
         plan = self._plan
         safety = wire.Safety(len(self._lines), lambda axis: self._seen[axis]["next_block"])
@@ -198,7 +198,9 @@ class _Run:
             outcome.complain(f"after {outcome.frames} frames: {error}")
         outcome.seconds = self._simulator.cycle / self._simulator.tick_hz
 
-    def _send(self, strike: strikes.Strike, outcome: Outcome, generator: strikes.Generator) -> None:
+    def _send(
+        self, strike: strikes.Strike, outcome: FramestormOutcome, generator: strikes.Generator
+    ) -> None:
         """Send the pieces of a strike and look at what comes back."""
         outcome.frames += 1
         outcome.kinds[strike.kind] += 1
@@ -221,7 +223,7 @@ class _Run:
         if reply:
             generator.silence()
 
-    def _judge(self, outcome: Outcome) -> None:
+    def _judge(self, outcome: FramestormOutcome) -> None:
         """The board is at rest, without a fault, and its positions are the simulator's."""
         state = self._board.inputs()
         outcome.counters = {
@@ -255,7 +257,7 @@ def reply_fault(strike: strikes.Strike, reply: bytes, unit: int) -> str:
     return ""
 
 
-def _compare(quiet: Path, storm: Path, outcome: Outcome) -> None:
+def _compare(quiet: Path, storm: Path, outcome: FramestormOutcome) -> None:
     """Compare two edge lists up to the last STEP edge: behind it settings may change.
 
     STEP to the cycle; all else, which the program writes, in its order.
@@ -294,7 +296,7 @@ def _steps(file: BinaryIO, apart: list[bytes]) -> Iterator[bytes]:
             apart.append(edge)
 
 
-def _compare_others(quiet: list[bytes], storm: list[bytes], outcome: Outcome) -> None:
+def _compare_others(quiet: list[bytes], storm: list[bytes], outcome: FramestormOutcome) -> None:
     """Compare DIR, ENABLE and PERMIT, output by output: the same edges, and how far DIR moved."""
     found = [sorted(edges, key=lambda edge: edge.split(b",")[1:4]) for edges in (quiet, storm)]
     kinds = [[edge.split(b",")[1:] for edge in edges] for edges in found]

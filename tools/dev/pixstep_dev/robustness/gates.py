@@ -27,9 +27,9 @@ from typing import TextIO
 from pixstep import natives
 from pixstep.board import boards, run, snapshot
 from pixstep.board import registers as regs
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import BoardError
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.progress import Progress, unseen
@@ -56,7 +56,7 @@ _NEAR = 0.3  # of a clock period: a pixel that ends so near an edge ends on it
 
 
 @dataclass(frozen=True)
-class Plan:
+class GatesPlan:
     """So many trials of so many lines of so many pixels on a board."""
 
     board: str
@@ -69,10 +69,10 @@ class Plan:
 
 
 @dataclass
-class Outcome:
+class GatesOutcome:
     """What happened. `complaints` is empty if every promise was kept."""
 
-    plan: Plan
+    plan: GatesPlan
     trials: int = 0
     right: int = 0
     named: int = 0
@@ -85,7 +85,7 @@ class Outcome:
 
 
 @dataclass(frozen=True)
-class Trial:
+class GatesTrial:
     """Some lines on some bursts."""
 
     sync: str
@@ -128,7 +128,7 @@ class Trial:
         )
 
 
-def make(rng: random.Random, plan: Plan, axes: int, tick_hz: int) -> Trial:
+def make(rng: random.Random, plan: GatesPlan, axes: int, tick_hz: int) -> GatesTrial:
     """Return a random trial."""
     sync = rng.choice(SYNCS)
     hz = round(_HZ[0] * (_HZ[1] / _HZ[0]) ** rng.random())
@@ -139,7 +139,7 @@ def make(rng: random.Random, plan: Plan, axes: int, tick_hz: int) -> Trial:
     rest_s = low * (high / low) ** rng.random()
     # A rest is seen that is longer than a sixteenth of the period.
     rest_s = max(rest_s, 0.125 / hz)
-    return Trial(
+    return GatesTrial(
         sync,
         hz,
         divider,
@@ -170,14 +170,14 @@ def _line(rng: random.Random, pixels: int, pixel_hz: float) -> Line:
     return Line((rng.randint(1, min(most, 80)),) * pixels, PLAIN)
 
 
-def run_plan(plan: Plan, progress: Progress = unseen) -> Outcome:
+def run_plan(plan: GatesPlan, progress: Progress = unseen) -> GatesOutcome:
     """Run a plan; raises UserError if the simulator cannot run."""
-    outcome = Outcome(plan)
+    outcome = GatesOutcome(plan)
     rng = random.Random(f"gates {plan.seed}")
     while outcome.trials < plan.trials:
         with (
             tempfile.TemporaryDirectory(prefix="pixstep-") as folder,
-            Bench(plan.board, Path(folder), rng) as bench,
+            GatesBench(plan.board, Path(folder), rng) as bench,
         ):
             bench.once(make(rng, plan, bench.axes, bench.sim.tick_hz), outcome)
         outcome.trials += 1
@@ -185,7 +185,7 @@ def run_plan(plan: Plan, progress: Progress = unseen) -> Outcome:
     return outcome
 
 
-class Bench:
+class GatesBench:
     """A board on a clock that has run for some time."""
 
     def __init__(self, board: str, folder: Path, rng: random.Random) -> None:
@@ -194,7 +194,7 @@ class Bench:
         self._ppm = rng.uniform(-_PPM, _PPM)
         self._seed = rng.randrange(1, 1 << 30)
 
-    def __enter__(self) -> "Bench":
+    def __enter__(self) -> "GatesBench":
         self.link = SimLink(
             SimOptions(
                 [(self._name, natives.image(self._name))], Fraction(100), pixel_ppm=self._ppm,
@@ -204,7 +204,7 @@ class Bench:
         )  # fmt: skip
         self.sim = self.link.simulator
         try:
-            self.board: Board = self.link.board(1)
+            self.board: Device = self.link.board(1)
             self.axes = self.board.who().axis_count
             self.board.require(boards.GATE_FEATURE)
         except BaseException:
@@ -215,7 +215,7 @@ class Bench:
     def __exit__(self, *_: object) -> None:
         self.sim.kill()
 
-    def once(self, trial: Trial, outcome: Outcome) -> None:
+    def once(self, trial: GatesTrial, outcome: GatesOutcome) -> None:
         """Run the lines of a trial and judge them."""
         where = f"trial {outcome.trials}: {trial.text}"
         try:
@@ -242,7 +242,7 @@ class Bench:
         outcome.faults[fault] = outcome.faults.get(fault, 0) + 1
         self._excuse(trial, fault, outcome, where)
 
-    def _excuse(self, trial: Trial, fault: str, outcome: Outcome, where: str) -> None:
+    def _excuse(self, trial: GatesTrial, fault: str, outcome: GatesOutcome, where: str) -> None:
         """Complain of a fault that nothing explains."""
         least = boards.least_gate_edges(Fraction(trial.hz), self.sim.tick_hz, locked=False)
         time_s = trial.rest_s + (1 + trial.spare_edges + trial.gate_edges - least) / trial.hz
@@ -253,7 +253,7 @@ class Bench:
         elif trial.flaw == "none":
             outcome.complaints.append(f"{where}: fault {fault} ({1000 * time_s:.1f} ms)")
 
-    def _set_up(self, trial: Trial) -> None:
+    def _set_up(self, trial: GatesTrial) -> None:
         """Give the board its clock and the first lines."""
         self.sim.clock(f"hz {trial.hz}")
         board = self.board
@@ -271,7 +271,7 @@ class Bench:
         self._queued = [0] * len(trial.lines)
         self._feed(trial)
 
-    def _begin(self, trial: Trial) -> int:
+    def _begin(self, trial: GatesTrial) -> int:
         """Arm the lines, and let the bursts begin; return the cycle."""
         run.arm(self.board, list(range(len(trial.lines))))
         self.link.world.wait(0.06)
@@ -292,7 +292,7 @@ class Bench:
             self._false_edge(trial, begun)
         return begun
 
-    def _false_edge(self, trial: Trial, begun: int) -> None:
+    def _false_edge(self, trial: GatesTrial, begun: int) -> None:
         """Put a false edge into the rest before a burst, where nobody can take it for a true one.
 
         One that comes a period before the burst, but for a sixteenth, is a first edge.
@@ -316,17 +316,17 @@ class Bench:
             if true:
                 return round(true[0])
 
-    def _feed(self, trial: Trial) -> None:
+    def _feed(self, trial: GatesTrial) -> None:
         """Keep the queues full of lines."""
         for axis, line in enumerate(trial.lines):
             entries = queue_entries(line)
             while self._queued[axis] < trial.count:
                 if self.board.axis(axis)["queue_free"] < len(entries):
                     break
-                Upload(self.board, axis, entries).push()
+                LineUpload(self.board, axis, entries).push()
                 self._queued[axis] += 1
 
-    def _follow(self, trial: Trial) -> str:
+    def _follow(self, trial: GatesTrial) -> str:
         """Feed the queues until all is over; return the name of the fault, "" if there is none."""
         burst_s = trial.edges / trial.hz + trial.rest_s
         end_s = self.link.world.now_s() + trial.count * burst_s + 2 * burst_s + 1
@@ -346,7 +346,7 @@ class Bench:
         states = run.states(self.board, list(range(len(trial.lines))))
         return DRY if "loaded" in states.values() else ""
 
-    def _judge(self, trial: Trial, begun: int, outcome: Outcome, *, whole: bool) -> None:
+    def _judge(self, trial: GatesTrial, begun: int, outcome: GatesOutcome, *, whole: bool) -> None:
         """Compare the ends of all pixels with the clock's edges; of lines that are whole."""
         true = _true_edges(self._folder / "clock.csv", begun)
         steps = _steps(self._folder / "edges.csv", len(trial.lines))
@@ -369,7 +369,9 @@ class Bench:
                 self._compare(trial, off, outcome, f"axis {axis}, line {number}")
                 outcome.lines += 1
 
-    def _compare(self, trial: Trial, off: list[float], outcome: Outcome, what: str) -> None:
+    def _compare(
+        self, trial: GatesTrial, off: list[float], outcome: GatesOutcome, what: str
+    ) -> None:
         """Compare the pixels' distances from the clock's edges with what the clock allows."""
         worst = max(off, key=abs)
         periods = worst / self.sim.tick_hz * trial.hz

@@ -28,7 +28,7 @@ from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.progress import Progress, unseen
 from pixstep.simulation import judge
-from pixstep.simulation.job import LOCK, START, Job, run_job
+from pixstep.simulation.job import LOCK, START, LineExperiment, run_job
 
 SYNCS = (START, LOCK)
 MOTIONS = ("plain", "smooth", "backlash", "ramps")
@@ -62,7 +62,7 @@ class Combination:
 
 
 @dataclass(frozen=True)
-class Plan:
+class HolesPlan:
     """The combinations, and the grid of each."""
 
     combinations: tuple[Combination, ...]
@@ -100,7 +100,7 @@ class Row:
 
 
 @dataclass
-class Outcome:
+class HolesOutcome:
     """What happened. `complaints` is empty if no hole is deeper than ALLOWED_PERCENT."""
 
     rows: list[Row] = field(default_factory=list)
@@ -165,7 +165,7 @@ def line_of(motion: str, steps: int, hz: int) -> Line:
 def attempt(case: Combination, hz: int, steps: int) -> str:
     """Run one point of the grid; return how it ended: OK, REFUSED, or what went wrong."""
     lines = dict.fromkeys(range(case.axes), line_of(case.motion, steps, hz))
-    job = Job(case.board, lines, Fraction(hz), sync=case.sync)
+    job = LineExperiment(case.board, lines, Fraction(hz), sync=case.sync)
     with tempfile.TemporaryDirectory(prefix="pixstep-") as folder:
         try:
             result = run_job(job, Path(folder))
@@ -191,9 +191,9 @@ def climb(case: Combination, hz: int, counts: Sequence[int]) -> dict[int, str]:
     return ends
 
 
-def run(plan: Plan, progress: Progress = unseen) -> Outcome:
+def run(plan: HolesPlan, progress: Progress = unseen) -> HolesOutcome:
     """Sweep every combination; raises UserError if the simulator cannot run."""
-    outcome = Outcome()
+    outcome = HolesOutcome()
     with ProcessPoolExecutor(plan.processes) as pool:
         for number, case in enumerate(plan.combinations):
             climbs = [pool.submit(climb, case, hz, plan.counts) for hz in plan.clocks]
@@ -227,7 +227,7 @@ def row_of(case: Combination, found: dict[tuple[int, int], str]) -> Row:
     return row
 
 
-def table(outcome: Outcome) -> list[str]:
+def table(outcome: HolesOutcome) -> list[str]:
     """Return a line for each combination."""
     lines = ["board axes sync motion         tried passed refused failed holes deepest"]
     for row in outcome.rows:

@@ -40,7 +40,7 @@ _AT_ONCE = 10  # plants on one simulator
 
 
 @dataclass(frozen=True)
-class Plan:
+class HomingsPlan:
     """So many plants on one board; `bounces_ticks`: the shortest and the longest bouncing."""
 
     board: str
@@ -50,10 +50,10 @@ class Plan:
 
 
 @dataclass
-class Outcome:
+class HomingsOutcome:
     """What happened. `complaints` is empty if every switch was found to a step."""
 
-    plan: Plan
+    plan: HomingsPlan
     plants: int = 0
     homed_off_steps: dict[int, int] = field(default_factory=dict)  # so often so far away
     play_off_steps: dict[int, int] = field(default_factory=dict)
@@ -61,7 +61,7 @@ class Outcome:
 
 
 @dataclass(frozen=True)
-class Plant:
+class HomingPlant:
     """The mechanics of one axis, lengths in steps, times in ticks."""
 
     axis: int
@@ -121,12 +121,12 @@ class Plant:
         return legs.plan(_RAMP, request, PIXEL_HZ)
 
 
-def plant(rng: random.Random, plan: Plan, direction: int) -> Plant:
+def plant(rng: random.Random, plan: HomingsPlan, direction: int) -> HomingPlant:
     """Return random mechanics whose contact moves within a slow step."""
     bounce = rng.choice(BOUNCES)
     shortest, longest = plan.bounces_ticks
     ticks = round(shortest * (longest / shortest) ** rng.random())
-    return Plant(
+    return HomingPlant(
         axis=rng.randrange(boards.load(plan.board).axes),
         direction=direction,
         shared=rng.random() < _SHARED and boards.load(plan.board).all_features,
@@ -142,9 +142,9 @@ def plant(rng: random.Random, plan: Plan, direction: int) -> Plant:
     )
 
 
-def run(plan: Plan, progress: Progress = unseen) -> Outcome:
+def run(plan: HomingsPlan, progress: Progress = unseen) -> HomingsOutcome:
     """Run a plan; raises UserError if the simulator cannot run."""
-    outcome = Outcome(plan)
+    outcome = HomingsOutcome(plan)
     rng = random.Random(f"{plan.seed} {plan.board}")
     direction = 1
     while outcome.plants < plan.plants:
@@ -155,7 +155,9 @@ def run(plan: Plan, progress: Progress = unseen) -> Outcome:
     return outcome
 
 
-def _try_all(name: str, plants: list[Plant], outcome: Outcome, progress: Progress) -> None:
+def _try_all(
+    name: str, plants: list[HomingPlant], outcome: HomingsOutcome, progress: Progress
+) -> None:
     """Home and measure plants of one direction, one after the other on one simulator."""
     first = {(0, axis): plants[0].knobs for axis in range(boards.load(name).axes)}
     with SimulatedBoard(name, PIXEL_HZ, plants=first) as run:
@@ -169,7 +171,7 @@ def _try_all(name: str, plants: list[Plant], outcome: Outcome, progress: Progres
             progress(outcome.plants / outcome.plan.plants)
 
 
-def _try(run: SimulatedBoard, plant: Plant, outcome: Outcome) -> None:
+def _try(run: SimulatedBoard, plant: HomingPlant, outcome: HomingsOutcome) -> None:
     """Put the load of a plant somewhere, home it and measure its play."""
     word = shared_limits(0, plant.axis, plant.limit)
     run.board.write_setting("home_is_limit", word)
@@ -190,7 +192,9 @@ def _try(run: SimulatedBoard, plant: Plant, outcome: Outcome) -> None:
         run.board.command("clear_fault", [])
 
 
-def _note(outcome: Outcome, counts: dict[int, int], plant: Plant, what: str, off: int) -> None:
+def _note(
+    outcome: HomingsOutcome, counts: dict[int, int], plant: HomingPlant, what: str, off: int
+) -> None:
     counts[off] = counts.get(off, 0) + 1
     if abs(off) > 1:
         outcome.complaints.append(f"plant {outcome.plants}: {what} {off} steps off: {plant}")

@@ -10,19 +10,19 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from pixstep.board import settings
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import BoardError
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simulated_board import SimulatedBoard
 from pixstep.simulation.simulator import Simulator
-from pixstep_trials.probe import Probe
+from pixstep_trials.probe import BoardProbe
 
 _STORE_S = 0.23  # of which 55 bytes take 3.4 ms each
 _COMMAND_S = 0.004  # the request that begins it is on the line for 2 ms
 
 
 @dataclass(frozen=True)
-class Plan:
+class PowercutsPlan:
     """So many power cuts of one board."""
 
     board: str
@@ -31,10 +31,10 @@ class Plan:
 
 
 @dataclass
-class Outcome:
+class PowercutsOutcome:
     """What happened. `complaints` is empty if every promise was kept."""
 
-    plan: Plan
+    plan: PowercutsPlan
     cuts: int = 0
     old: int = 0
     new: int = 0
@@ -56,9 +56,9 @@ def random_settings(rng: random.Random) -> dict[str, int]:
     }
 
 
-def run(plan: Plan, progress: Progress = unseen) -> Outcome:
+def run(plan: PowercutsPlan, progress: Progress = unseen) -> PowercutsOutcome:
     """Run a plan; raises UserError if the simulator cannot run."""
-    outcome = Outcome(plan)
+    outcome = PowercutsOutcome(plan)
     rng = random.Random(f"{plan.seed} {plan.board}")
     with SimulatedBoard(plan.board, Fraction(100), seed=plan.seed) as run:
         for _ in range(plan.cuts):
@@ -71,7 +71,9 @@ def run(plan: Plan, progress: Progress = unseen) -> Outcome:
     return outcome
 
 
-def _cut_once(rng: random.Random, simulator: Simulator, board: Board, outcome: Outcome) -> None:
+def _cut_once(
+    rng: random.Random, simulator: Simulator, board: Device, outcome: PowercutsOutcome
+) -> None:
     old = settings.read(board)
     for name, value in random_settings(rng).items():
         board.write_setting(name, value)
@@ -80,7 +82,7 @@ def _cut_once(rng: random.Random, simulator: Simulator, board: Board, outcome: O
     board.store()
     if cut > simulator.cycle:
         simulator.run(cut - simulator.cycle)
-    outcome.in_a_byte += Probe(simulator).eeprom_state(0).address is not None
+    outcome.in_a_byte += BoardProbe(simulator).eeprom_state(0).address is not None
     simulator.supply(0, "cycle")
     simulator.boot()
     found = settings.read(board)

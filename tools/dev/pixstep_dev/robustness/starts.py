@@ -21,10 +21,10 @@ from pathlib import Path
 from pixstep import natives
 from pixstep.board import registers as regs
 from pixstep.board import run, snapshot, together
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import BoardError
-from pixstep.board.run import Lines
-from pixstep.board.upload import Upload
+from pixstep.board.run import LinesOfBoard
+from pixstep.board.upload import LineUpload
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.progress import Progress, unseen
@@ -44,7 +44,7 @@ _PPM = 300
 
 
 @dataclass(frozen=True)
-class Plan:
+class StartsPlan:
     """So many starts; `boards` are the kinds to choose from."""
 
     boards: tuple[str, ...]
@@ -53,10 +53,10 @@ class Plan:
 
 
 @dataclass
-class Outcome:
+class StartsOutcome:
     """What happened. `complaints` is empty if every promise was kept."""
 
-    plan: Plan
+    plan: StartsPlan
     starts: int = 0
     together: int = 0
     named: int = 0  # refused or stopped, and nothing had moved
@@ -67,7 +67,7 @@ class Outcome:
 
 
 @dataclass(frozen=True)
-class Trial:
+class StartsTrial:
     """One start."""
 
     sync: str
@@ -92,7 +92,7 @@ class Trial:
         )
 
 
-def make(rng: random.Random, count: int) -> Trial:
+def make(rng: random.Random, count: int) -> StartsTrial:
     """Return a random trial for so many boards."""
     hz = round(_LOWEST_HZ * (_HIGHEST_HZ / _LOWEST_HZ) ** rng.random())
     most = max(1, min(100, int(hz * _PIXEL_S)))
@@ -100,7 +100,7 @@ def make(rng: random.Random, count: int) -> Trial:
     one = max(least, int(most ** rng.random()))
     mixed = tuple(max(least, int(most ** rng.random())) for _ in range(count))
     low, high = _REST_S
-    return Trial(
+    return StartsTrial(
         rng.choice(SYNCS),
         hz,
         mixed if rng.random() < 0.4 else (one,) * count,
@@ -114,7 +114,7 @@ def make(rng: random.Random, count: int) -> Trial:
     )
 
 
-class World:
+class StartsWorld:
     """The simulator's time, in which things happen at instants to come."""
 
     def __init__(self, simulator: Simulator) -> None:
@@ -146,15 +146,15 @@ class World:
             self._simulator.wait_s(end_s - self.now_s())
 
 
-def run_plan(plan: Plan, progress: Progress = unseen) -> Outcome:
+def run_plan(plan: StartsPlan, progress: Progress = unseen) -> StartsOutcome:
     """Run a plan; raises UserError if the simulator cannot run."""
-    outcome = Outcome(plan)
+    outcome = StartsOutcome(plan)
     rng = random.Random(f"starts {plan.seed}")
     while outcome.starts < plan.starts:
         names = [rng.choice(plan.boards) for _ in range(rng.choice((2, 2, 3)))]
         with (
             tempfile.TemporaryDirectory(prefix="pixstep-") as folder,
-            Bench(names, Path(folder) / "edges.csv", rng) as bench,
+            StartsBench(names, Path(folder) / "edges.csv", rng) as bench,
         ):
             for _ in range(min(_AT_ONCE, plan.starts - outcome.starts)):
                 bench.start_once(make(rng, len(names)), outcome)
@@ -163,7 +163,7 @@ def run_plan(plan: Plan, progress: Progress = unseen) -> Outcome:
     return outcome
 
 
-class Bench:
+class StartsBench:
     """Some boards on one clock and one bus."""
 
     def __init__(self, names: list[str], edges: Path, rng: random.Random) -> None:
@@ -174,11 +174,11 @@ class Bench:
         )  # fmt: skip
         self._names, self._edges, self._rng = names, edges, rng
 
-    def __enter__(self) -> "Bench":
+    def __enter__(self) -> "StartsBench":
         self.link = SimLink(self._options)
         self.sim = self.link.simulator
         try:
-            self.world = World(self.sim)
+            self.world = StartsWorld(self.sim)
             self._give_addresses()
             self.sim.flush()
             self.log = self._edges.open(encoding="utf-8")
@@ -199,7 +199,7 @@ class Bench:
             board.who()
             board.write_setting("bus_timeout_ms", 60_000)
 
-    def start_once(self, trial: Trial, outcome: Outcome) -> None:
+    def start_once(self, trial: StartsTrial, outcome: StartsOutcome) -> None:
         """Load, start, follow, judge, and make the boards ready again."""
         where = f"start {outcome.starts} ({'+'.join(self._names)}): {trial.text}"
         why = ""
@@ -223,7 +223,7 @@ class Bench:
         self._judge(trial, outcome, where, why)
         self._recover()
 
-    def _load(self, trial: Trial) -> list[Lines]:
+    def _load(self, trial: StartsTrial) -> list[LinesOfBoard]:
         """Give the boards clock and lines; a lock has measured its clock then."""
         self.sim.clock(f"hz {trial.hz}")
         for board, divider in zip(self.boards, trial.dividers, strict=True):
@@ -236,25 +236,25 @@ class Bench:
             axes = list(range(board.who().axis_count)) if trial.heavy else [0]
             for axis in axes:
                 self._upload(board, axis, trial.hz / divider)
-            group.append(Lines(board, axes))
+            group.append(LinesOfBoard(board, axes))
         for board in self.boards:
             if trial.sync == "lock":
                 snapshot.await_measured(board, self.world, 1 / trial.hz)
         return group
 
-    def _upload(self, board: Board, axis: int, pixel_hz: float) -> None:
+    def _upload(self, board: Device, axis: int, pixel_hz: float) -> None:
         """Load a line whose first step tells when it began: of the first axis a plain one."""
         most = max(1, int(min(40, 4000 / pixel_hz)))
         line = Line((self._steps(axis, most),) * _LINE_PX, PLAIN)
         if axis and most >= 8:
             line = Line((1, 3, 5, 5, 3, 1), SMOOTH)
-        Upload(board, axis, queue_entries(line)).push()
+        LineUpload(board, axis, queue_entries(line)).push()
 
     @staticmethod
     def _steps(axis: int, most: int) -> int:
         return max(1, most - axis)
 
-    def _disturb(self, trial: Trial) -> None:
+    def _disturb(self, trial: StartsTrial) -> None:
         """Let the clock rest and come back, and flaw one board's pin."""
         if trial.rest_s is not None:
             self.sim.clock("off")
@@ -268,7 +268,7 @@ class Bench:
         if trial.flaw in flaws:
             self.world.later(trial.flaw_s, flaws[trial.flaw])
 
-    def _judge(self, trial: Trial, outcome: Outcome, where: str, why: str) -> None:
+    def _judge(self, trial: StartsTrial, outcome: StartsOutcome, where: str, why: str) -> None:
         """Compare where lines began, by their first STEP edges."""
         firsts = self._new_edges()
         if why:

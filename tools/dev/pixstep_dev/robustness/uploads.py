@@ -17,16 +17,16 @@ from typing import TypeVar
 from pixstep import natives
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import BoardError, LineRefusedByBoardError
 from pixstep.board.modbus import SimClient
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simulated_board import SimLink
 from pixstep.simulation.simulator import SimOptions
-from pixstep_trials.noise import Model, NoisyLine
+from pixstep_trials.noise import NoiseModel, NoisyLine
 
 NATIVE = "native"
 _ATTEMPTS = 200  # of one step of an upload, before the line counts as dead
@@ -38,24 +38,24 @@ PIXEL_HZ = Fraction(200)
 
 
 @dataclass(frozen=True)
-class Plan:
+class UploadsPlan:
     """So many accepted blocks; `board` is native or the name of one."""
 
     board: str
     blocks: int
     seed: int = 1
-    model: Model = field(default_factory=Model)
+    model: NoiseModel = field(default_factory=NoiseModel)
     go_on: bool = False  # after a line that was not exact; else the first of them is the end
 
 
 @dataclass
-class Outcome:
+class UploadsOutcome:
     """What a campaign did. `complaints` is empty if every queue was exact.
 
     Lines that were not are `reported`, by the board or the client, or `silent`.
     """
 
-    plan: Plan
+    plan: UploadsPlan
     lines: int = 0
     blocks: int = 0
     entries: int = 0
@@ -78,10 +78,10 @@ def random_entries(rng: random.Random, most: int) -> list[tuple[int, int]]:
     return entries if len(entries) <= most else random_entries(rng, most)
 
 
-def run(plan: Plan, progress: Progress = unseen) -> Outcome:
+def run(plan: UploadsPlan, progress: Progress = unseen) -> UploadsOutcome:
     """Run a plan; raises UserError if the board cannot be run."""
     rng = random.Random(f"{plan.seed} {plan.board}")
-    outcome = Outcome(plan)
+    outcome = UploadsOutcome(plan)
     with _board(plan) as link:
         side = (_Native if plan.board == NATIVE else _Image)(link, plan, rng, outcome)
         while outcome.blocks < plan.blocks and (plan.go_on or not outcome.complaints):
@@ -93,7 +93,7 @@ def run(plan: Plan, progress: Progress = unseen) -> Outcome:
 
 
 @contextmanager
-def _board(plan: Plan) -> Iterator[SimLink]:
+def _board(plan: UploadsPlan) -> Iterator[SimLink]:
     """Start the board."""
     if plan.board == NATIVE:
         options = SimOptions([], PIXEL_HZ)
@@ -114,12 +114,14 @@ class _Side:
 
     most = 150  # entries of a line
 
-    def __init__(self, link: SimLink, plan: Plan, rng: random.Random, outcome: Outcome):
+    def __init__(
+        self, link: SimLink, plan: UploadsPlan, rng: random.Random, outcome: UploadsOutcome
+    ):
         self.simulator, self.rng, self.outcome = link.simulator, rng, outcome
         self.quiet = link.board()
         self.bad_line = NoisyLine(link.simulator, rng, plan.model)
         self.client = SimClient(self.bad_line)
-        self.noisy = Board(self.client)
+        self.noisy = Device(self.client)
         self.axes = _NATIVE_AXES if plan.board == NATIVE else boards.load(plan.board).axes
 
     def line(self) -> None:
@@ -166,11 +168,11 @@ class _Side:
                 self.outcome.given_up += 1
         raise BoardError(f"not through in {_ATTEMPTS} attempts")
 
-    def begin(self, axis: int, entries: list[tuple[int, int]]) -> Upload:
+    def begin(self, axis: int, entries: list[tuple[int, int]]) -> LineUpload:
         """Return the upload of a line."""
-        return self.persistently(lambda: Upload(self.noisy, axis, entries))
+        return self.persistently(lambda: LineUpload(self.noisy, axis, entries))
 
-    def push(self, upload: Upload) -> None:
+    def push(self, upload: LineUpload) -> None:
         """Push once, whatever it takes, and count the blocks."""
         before = upload.block
         self.persistently(upload.push)
@@ -200,7 +202,9 @@ class _Image(_Side):
     Its lines fit the queue: on a line as bad as this one a longer one would run dry.
     """
 
-    def __init__(self, link: SimLink, plan: Plan, rng: random.Random, outcome: Outcome):
+    def __init__(
+        self, link: SimLink, plan: UploadsPlan, rng: random.Random, outcome: UploadsOutcome
+    ):
         super().__init__(link, plan, rng, outcome)
         self.quiet.set_pixel_hz(PIXEL_HZ)
         self.quiet.command("enable", list(range(self.axes)))

@@ -66,7 +66,7 @@ def _walk(path: Path, found: document.Document, progress: Progress) -> Walk:
     return Walk(complaints, outputs, stale)
 
 
-def _compare(outcomes: list[session.Outcome]) -> tuple[list[str], dict[int, list[str]]]:
+def _compare(outcomes: list[session.StepOutcome]) -> tuple[list[str], dict[int, list[str]]]:
     """Return complaints about outputs and exit statuses, and the outputs that differ."""
     complaints, outputs = [], {}
     following = [*(item.step.command for item in outcomes[1:]), ""]

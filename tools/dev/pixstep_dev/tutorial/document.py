@@ -5,9 +5,11 @@ Fenced blocks are of these kinds, by the words behind their backquotes:
 
     console       commands ("$ ", continued behind a backslash) with their output: all are run
     console bench one command that goes on in a window of its own: a virtual bench
-    sh WHY        commands only, not run here because they need WHY: network, root or board
+    console long  as console, by the long check alone
+    console WHY   the same, not run because it needs WHY: one of NOT_RUN
+    sh WHY        commands only, not run
     toml FILE     a file that the reader writes (text FILE as well)
-    text          something to look at
+    text          something to look at, without commands; also toml, python, json and the like
 
 In an output stands also what is typed while the command runs: the answer behind a question
 ("[Y/n]: y"), and behind "bench> " a command in the window of the bench. Each is typed when all
@@ -27,7 +29,15 @@ import shlex
 from dataclasses import dataclass, replace
 
 DOTS = "..."
-NOT_RUN = ("network", "root", "board")
+NOT_RUN = {
+    "network": "other computers, or an index of packages",
+    "root": "the rights of root",
+    "board": "a board on a port",
+    "build": "a clone and its build, which the checks make and run themselves",
+    "hours": "minutes to hours",
+    "terminal": "somebody at a terminal, or at a browser",
+}
+LOOKED_AT = ("text", "toml", "python", "py", "json", "ini")
 _FENCE = "```"
 _PROMPT = "$ "
 BENCH = "bench> "
@@ -37,7 +47,7 @@ _IMAGE = re.compile(r'!\[[^\]]*\]\((?P<shown>[^)\s]+)(?: "(?P<made>[^"]+)")?\)')
 
 
 @dataclass(frozen=True)
-class Step:
+class TutorialStep:
     """A command and the output that the document shows; `line` is where it stands, from 1."""
 
     line: int
@@ -45,6 +55,7 @@ class Step:
     shown: tuple[str, ...]
     before: tuple[str, ...] = ()  # typed at the bench
     window: bool = False  # goes on beside the others, in a window of its own
+    long: bool = False  # run by the long check alone
 
     @property
     def typed_to(self) -> bool:
@@ -84,7 +95,7 @@ class Document:
     """All that a document says; `complaints` are places that say nothing clear."""
 
     text: tuple[str, ...]
-    steps: tuple[Step, ...]
+    steps: tuple[TutorialStep, ...]
     not_run: tuple[NotRun, ...]
     pictures: tuple[Picture, ...]
     complaints: tuple[str, ...]
@@ -102,23 +113,29 @@ class Document:
 def parse(text: str) -> Document:
     """Read a document."""
     lines = tuple(text.rstrip("\n").split("\n"))
-    steps: list[Step] = []
+    steps: list[TutorialStep] = []
     not_run: list[NotRun] = []
     pictures: list[Picture] = []
     complaints: list[str] = []
     for first, kind, body in _parts(lines):
         words = kind.split()
-        if kind in ("console", "console bench"):
-            window = kind != "console"
-            steps += [replace(step, window=window) for step in _steps(first, body, complaints)]
+        if kind in ("console", "console bench", "console long"):
+            made = _steps(first, body, complaints)
+            steps += [replace(one, window="bench" in kind, long="long" in kind) for one in made]
+        elif len(words) == 2 and words[0] in ("console", "sh") and words[1] in NOT_RUN:
+            found = (
+                _commands(first, body) if words[0] == "sh"
+                else [NotRun(one.line, one.command, "") for one in _steps(first, body, complaints)]
+            )  # fmt: skip
+            not_run += [replace(item, needs=words[1]) for item in found]
         elif words[:1] in (["toml"], ["text"]) and len(words) == 2:
             steps.append(_file(first, words[1], body))
-        elif words[:1] == ["sh"] and len(words) == 2 and words[1] in NOT_RUN:
-            not_run += [replace(item, needs=words[1]) for item in _commands(first, body)]
         elif kind == _FENCE:
             pictures += _pictures(first, body, complaints)
-        elif kind != "text":
+        elif kind not in LOOKED_AT:
             complaints.append(f"{first - 1}: a block of unknown kind {kind!r}")
+        elif kind == "text" and any(line.startswith(_PROMPT) for line in body):
+            complaints.append(f"{first - 1}: commands in a block of text")
     return Document(lines, tuple(steps), tuple(not_run), tuple(pictures), tuple(complaints))
 
 
@@ -131,7 +148,7 @@ def agrees(shown: tuple[str, ...] | list[str], printed: list[str]) -> bool:
     return re.fullmatch(pattern, "".join(f"{line}\n" for line in plain(printed))) is not None
 
 
-def cues(step: Step) -> list[Cue]:
+def cues(step: TutorialStep) -> list[Cue]:
     """Return what is typed while a command runs, in its order."""
     found: list[Cue] = []
     after = ""
@@ -173,9 +190,9 @@ def _parts(lines: tuple[str, ...]) -> list[tuple[int, str, list[str]]]:
     return parts
 
 
-def _steps(first: int, body: list[str], complaints: list[str]) -> list[Step]:
+def _steps(first: int, body: list[str], complaints: list[str]) -> list[TutorialStep]:
     """Return the commands of a console block."""
-    steps: list[Step] = []
+    steps: list[TutorialStep] = []
     before: list[str] = []
     continued = False
     for number, line in enumerate(body, start=first):
@@ -184,7 +201,7 @@ def _steps(first: int, body: list[str], complaints: list[str]) -> list[Step]:
         elif line.startswith(_PROMPT):
             if steps:
                 steps[-1], before = _without_bench(steps[-1])
-            steps.append(Step(number, line.removeprefix(_PROMPT), (), tuple(before)))
+            steps.append(TutorialStep(number, line.removeprefix(_PROMPT), (), tuple(before)))
         elif steps:
             steps[-1] = replace(steps[-1], shown=(*steps[-1].shown, line))
         elif line.startswith(BENCH):
@@ -197,7 +214,7 @@ def _steps(first: int, body: list[str], complaints: list[str]) -> list[Step]:
     return steps
 
 
-def _without_bench(step: Step) -> tuple[Step, list[str]]:
+def _without_bench(step: TutorialStep) -> tuple[TutorialStep, list[str]]:
     """Return a step without what is typed at the bench behind its output, and that."""
     shown = list(step.shown)
     before: list[str] = []
@@ -206,17 +223,19 @@ def _without_bench(step: Step) -> tuple[Step, list[str]]:
     return replace(step, shown=tuple(shown)), before
 
 
-def _file(first: int, name: str, body: list[str]) -> Step:
+def _file(first: int, name: str, body: list[str]) -> TutorialStep:
     """Return the step that writes a file as a reader would with an editor."""
     text = "\n".join([f"cat >{shlex.quote(name)} <<'{_END_OF_FILE}'", *body, _END_OF_FILE])
-    return Step(first - 1, text, ())
+    return TutorialStep(first - 1, text, ())
 
 
 def _commands(first: int, body: list[str]) -> list[NotRun]:
-    found = []
+    found: list[NotRun] = []
+    begun = ""
     for number, line in enumerate(body, start=first):
-        command = line.split("  #")[0].strip()
-        if command and not command.startswith("#"):
+        command = begun + line.split("  #")[0].strip()
+        begun = command.removesuffix("\\") if command.endswith("\\") else ""
+        if command and not begun and not command.startswith("#"):
             found.append(NotRun(number, command, ""))
     return found
 

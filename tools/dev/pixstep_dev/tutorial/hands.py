@@ -14,7 +14,7 @@ from pathlib import Path
 
 from pixstep.errors import UserError
 from pixstep_dev.tutorial import document
-from pixstep_dev.tutorial.document import Cue, Step
+from pixstep_dev.tutorial.document import Cue, TutorialStep
 
 _ASKS = re.compile(r"\[[Yy]/[Nn]\]: \Z")
 
@@ -25,7 +25,7 @@ class Hands:
     One window at most may be opened beside the first: the bench.
     """
 
-    def __init__(self, steps: tuple[Step, ...], logs: list[Path]):
+    def __init__(self, steps: tuple[TutorialStep, ...], logs: list[Path]):
         self._steps, self._logs = steps, logs
         self._pipes: list[int] = []
         self._bench: Path | None = None

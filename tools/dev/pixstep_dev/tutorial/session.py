@@ -17,7 +17,7 @@ from pixstep import natives
 from pixstep.errors import UserError
 from pixstep.progress import Progress
 from pixstep_dev.tutorial import hands
-from pixstep_dev.tutorial.document import Step
+from pixstep_dev.tutorial.document import TutorialStep
 
 CLONE = "pixstep"  # ~/pixstep, as the document has it
 _LIMIT_S = 3600  # a guard against hanging, however busy the machine
@@ -40,15 +40,17 @@ until [ -s {log} ] || [ -e {ended} ]; do sleep 0.05; done; last=0; echo "$last" 
 
 
 @dataclass(frozen=True)
-class Outcome:
+class StepOutcome:
     """What a step printed on both streams and its exit status; None if it was not reached."""
 
-    step: Step
+    step: TutorialStep
     printed: list[str]
     status: int | None
 
 
-def walk(steps: tuple[Step, ...], home: Path, logs: Path, progress: Progress) -> list[Outcome]:
+def walk(
+    steps: tuple[TutorialStep, ...], home: Path, logs: Path, progress: Progress
+) -> list[StepOutcome]:
     """Run all steps in `home`, which must be empty; `logs` keeps their outputs.
 
     `progress` is told the share done. Raises UserError if the walk takes longer than _LIMIT_S.
@@ -71,7 +73,7 @@ def walk(steps: tuple[Step, ...], home: Path, logs: Path, progress: Progress) ->
     return [_outcome(step, path) for step, path in zip(steps, paths, strict=True)]
 
 
-def _lines(step: Step, log: Path) -> str:
+def _lines(step: TutorialStep, log: Path) -> str:
     return (_WINDOW if step.window else _STEP).format(
         command=step.command,
         log=shlex.quote(str(log)),
@@ -123,9 +125,9 @@ def _environment(home: Path) -> dict[str, str]:
     }
 
 
-def _outcome(step: Step, log: Path) -> Outcome:
+def _outcome(step: TutorialStep, log: Path) -> StepOutcome:
     status = hands.status_of(log)
     if not status.exists():
-        return Outcome(step, [], None)
+        return StepOutcome(step, [], None)
     text = log.read_text(encoding="utf-8", errors="replace")
-    return Outcome(step, text.splitlines(), int(status.read_text(encoding="ascii")))
+    return StepOutcome(step, text.splitlines(), int(status.read_text(encoding="ascii")))

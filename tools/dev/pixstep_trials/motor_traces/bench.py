@@ -4,7 +4,7 @@
 from dataclasses import dataclass, field
 from typing import Final
 
-from pixstep.motor_record import FIELDS, Command, MotorRecord, Outcome, PutRefusedError
+from pixstep.motor_record import FIELDS, MotorCommand, MotorRecord, Outcome, PutRefusedError
 from pixstep_trials.motor_traces.stepper import Stepper
 
 SETTLE_TICKS: Final = 3000
@@ -12,19 +12,19 @@ QUIET_TICKS: Final = 3
 
 
 @dataclass
-class Bench:
+class TraceBench:
     """One record above one stepper, and what was seen of them since the last look."""
 
     record: MotorRecord
     stepper: Stepper
-    commands: list[Command] = field(default_factory=list)
+    commands: list[MotorCommand] = field(default_factory=list)
     dmov: list[int] = field(default_factory=list)
     """Values of DMOV that were posted."""
     delay_s: float | None = None
     """The delay that runs."""
     delays: int = 0
     """How many delays have begun."""
-    late: list[Command] = field(default_factory=list)
+    late: list[MotorCommand] = field(default_factory=list)
     """Asked for when a delay of 0 s ended: a recording has that or not, it was a race."""
 
     def take(self, outcome: Outcome) -> Outcome:

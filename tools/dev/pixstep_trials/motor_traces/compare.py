@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from pixstep.motor_record import Command
+from pixstep.motor_record import MotorCommand
 
 TOLERANCE: Final = 1e-9
 
@@ -30,12 +30,12 @@ class Difference:
         )
 
 
-def same_commands(wanted: Sequence[str], found: Sequence[Command]) -> bool:
+def same_commands(wanted: Sequence[str], found: Sequence[MotorCommand]) -> bool:
     """True if commands are equal in name, order and argument."""
     return len(wanted) == len(found) and all(map(_same_command, wanted, found))
 
 
-def _same_command(wanted: str, found: Command) -> bool:
+def _same_command(wanted: str, found: MotorCommand) -> bool:
     name, _, argument = wanted.partition(" ")
     if name != found.verb or bool(argument) != (found.argument is not None):
         return False

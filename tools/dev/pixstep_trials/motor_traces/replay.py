@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from pixstep.errors import RefusedError
 from pixstep.motor_record import FIELDS, LinkName, MotorRecord
-from pixstep_trials.motor_traces.bench import Bench
+from pixstep_trials.motor_traces.bench import TraceBench
 from pixstep_trials.motor_traces.compare import Difference, changes, close, same_commands
 from pixstep_trials.motor_traces.stepper import KNOBS, Stepper
 
@@ -58,7 +58,7 @@ def replay(trace: Trace) -> Difference | None:
     return found
 
 
-def begin(trace: Trace) -> Bench:
+def begin(trace: Trace) -> TraceBench:
     """Return a record and a motor as they were when the trace began."""
     initial = trace["initial"]
     record = MotorRecord({name: value for name, value in initial.items() if name != "UEIP"})
@@ -66,7 +66,7 @@ def begin(trace: Trace) -> Bench:
         record.set_link("RDBL", 0.0)
         record.set_link("DOL", 0.0)
     ratio = initial["MRES"] / initial["ERES"] if "UEIP" in initial else None
-    bench = Bench(record, Stepper(ratio=ratio))
+    bench = TraceBench(record, Stepper(ratio=ratio))
     bench.take(record.initialise(bench.stepper.status()))
     bench.ticks(2)
     if "UEIP" in initial:
@@ -76,7 +76,7 @@ def begin(trace: Trace) -> Bench:
     return bench
 
 
-def operate(bench: Bench, operation: Sequence[Any]) -> tuple[int, bool] | None:
+def operate(bench: TraceBench, operation: Sequence[Any]) -> tuple[int, bool] | None:
     """Do one operation; of "settle" return the ticks and whether all came to rest."""
     name, *arguments = operation
     if name == "settle":
@@ -94,7 +94,9 @@ def operate(bench: Bench, operation: Sequence[Any]) -> tuple[int, bool] | None:
     return None
 
 
-def _step(bench: Bench, number: int, step: Step, expected: dict[str, float]) -> Difference | None:
+def _step(
+    bench: TraceBench, number: int, step: Step, expected: dict[str, float]
+) -> Difference | None:
     """Do one step. Return what differs, and note in `expected` the fields as recorded."""
     operation = step["op"]
     before = int(expected["DMOV"])
@@ -129,7 +131,7 @@ def _time(number: int, step: Step, settled: tuple[int, bool], *, waited: bool) -
 
 
 def _fields(
-    bench: Bench, expected: dict[str, float], number: int, operation: Sequence[Any]
+    bench: TraceBench, expected: dict[str, float], number: int, operation: Sequence[Any]
 ) -> Difference | None:
     for name, wanted in expected.items():
         if name not in FIELDS:

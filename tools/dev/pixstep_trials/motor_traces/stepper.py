@@ -10,14 +10,14 @@ from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import Final
 
-from pixstep.motor_record import Command, Msta, Status, Verb
+from pixstep.motor_record import MotorCommand, Msta, Status, Verb
 
 TICK_S: Final = 0.02
 FAR: Final = 1e9
 HOME_WITHIN_STEPS: Final = 0.5
 
 
-class Motion(Enum):
+class StepperMotion(Enum):
     """What the motor does."""
 
     REST = auto()
@@ -45,12 +45,12 @@ class Stepper:
     position: float = 0.0
     target: float = 0.0
     speed: float = 0.0
-    motion: Motion = Motion.REST
+    motion: StepperMotion = StepperMotion.REST
     forwards: bool = True
     status_wanted: bool = False
-    _noted: Command | None = field(default=None, repr=False)
+    _noted: MotorCommand | None = field(default=None, repr=False)
 
-    def obey(self, commands: Sequence[Command]) -> None:
+    def obey(self, commands: Sequence[MotorCommand]) -> None:
         """Take commands, in order."""
         for command in commands:
             deed = _DEEDS.get(command.verb)
@@ -67,7 +67,7 @@ class Stepper:
 
     def tick(self) -> Status | None:
         """Let one tick pass. Return a status, if the driver of this motor would report one."""
-        moved = self.motion is not Motion.REST
+        moved = self.motion is not StepperMotion.REST
         if moved and not self.stuck:
             self._advance()
         if not moved and not self.status_wanted:
@@ -78,7 +78,7 @@ class Stepper:
     @property
     def at_rest(self) -> bool:
         """True if the motor rests."""
-        return self.motion is Motion.REST
+        return self.motion is StepperMotion.REST
 
     @property
     def quiet(self) -> bool:
@@ -95,8 +95,8 @@ class Stepper:
     def _flags(self) -> Msta:
         conditions = {
             Msta.DIRECTION: self.forwards,
-            Msta.DONE: self.motion is Motion.REST,
-            Msta.MOVING: self.motion is not Motion.REST,
+            Msta.DONE: self.motion is StepperMotion.REST,
+            Msta.MOVING: self.motion is not StepperMotion.REST,
             Msta.PLUS_LS: self.position >= self.hi,
             Msta.MINUS_LS: self.position <= self.lo,
             Msta.HOME: abs(self.position - self.home) <= HOME_WITHIN_STEPS,
@@ -120,52 +120,52 @@ class Stepper:
 
     def _aim(self) -> float | None:
         """Return where the motor will rest, if it is on its way to such a place."""
-        if self.motion is Motion.TO_TARGET:
+        if self.motion is StepperMotion.TO_TARGET:
             return self.target
         ahead = self.home > self.position if self.forwards else self.home < self.position
-        return self.home if self.motion is Motion.HOME and ahead else None
+        return self.home if self.motion is StepperMotion.HOME and ahead else None
 
     def _rest_at(self, position: float) -> None:
         self.position = position
-        self.motion = Motion.REST
+        self.motion = StepperMotion.REST
 
     # --- commands ------------------------------------------------------------------------------
 
-    def _note(self, command: Command) -> None:
+    def _note(self, command: MotorCommand) -> None:
         self._noted = command
 
-    def _set_speed(self, command: Command) -> None:
+    def _set_speed(self, command: MotorCommand) -> None:
         self.speed = _given(command)
 
-    def _go(self, _command: Command) -> None:
+    def _go(self, _command: MotorCommand) -> None:
         noted = self._noted
         if noted is None:
             return
         if noted.verb in (Verb.HOME_FOR, Verb.HOME_REV):
             self.forwards = noted.verb is Verb.HOME_FOR
-            self.motion = Motion.HOME
+            self.motion = StepperMotion.HOME
             return
         way = math.floor(_given(noted) + 0.5)
         self.target = way if noted.verb is Verb.MOVE_ABS else self.position + way
         if self.target != self.position:
             self.forwards = self.target > self.position
-        self.motion = Motion.TO_TARGET
+        self.motion = StepperMotion.TO_TARGET
 
-    def _jog(self, command: Command) -> None:
+    def _jog(self, command: MotorCommand) -> None:
         self.speed = _given(command)
         if self.speed:
             self.forwards = self.speed > 0
-        self.motion = Motion.JOG
+        self.motion = StepperMotion.JOG
 
-    def _stop(self, _command: Command) -> None:
+    def _stop(self, _command: MotorCommand) -> None:
         self._rest_at(math.floor(self.position + 0.5))
 
-    def _load(self, command: Command) -> None:
+    def _load(self, command: MotorCommand) -> None:
         self.position = _given(command)
         self.slip = 0.0
 
 
-def _given(command: Command) -> float:
+def _given(command: MotorCommand) -> float:
     if command.argument is None:
         raise ValueError(f"{command} has no argument")
     return command.argument
@@ -173,7 +173,7 @@ def _given(command: Command) -> float:
 
 KNOBS: Final = ("lo", "hi", "home", "slip", "comm", "problem", "stuck")
 _WANT_STATUS: Final = (Verb.GET_INFO, Verb.GO, Verb.STOP_AXIS, Verb.JOG, Verb.LOAD_POS)
-_DEEDS: Final[Mapping[Verb, Callable[[Stepper, Command], None]]] = {
+_DEEDS: Final[Mapping[Verb, Callable[[Stepper, MotorCommand], None]]] = {
     Verb.SET_VELOCITY: Stepper._set_speed,
     Verb.MOVE_ABS: Stepper._note,
     Verb.MOVE_REL: Stepper._note,

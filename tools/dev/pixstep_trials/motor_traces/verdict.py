@@ -30,7 +30,7 @@ class Differing:
 
 
 @dataclass
-class Verdict:
+class TracesVerdict:
     """How many traces of each kind are equal and how many there are."""
 
     equal: dict[str, int] = field(default_factory=dict)
@@ -64,9 +64,9 @@ class Verdict:
         }
 
 
-def judge(paths: Iterable[Path]) -> Verdict:
+def judge(paths: Iterable[Path]) -> TracesVerdict:
     """Replay all traces of these files. RefusedError: a file holds something else."""
-    verdict = Verdict()
+    verdict = TracesVerdict()
     for path in paths:
         for line, trace in enumerate(read(path), 1):
             try:

@@ -26,12 +26,11 @@ from pixstep.api.programs import MotionProgram
 from pixstep.api.running import Clocking, Lines
 from pixstep.api.words import Decode, Direction, Parity, SharedLimit, Switches, Sync, Until
 from pixstep.board import capability, recording
-from pixstep.board.device import Board as Device
+from pixstep.board.device import Device
 from pixstep.board.handle import Course
 from pixstep.board.link import Link
 from pixstep.board.port import LAST_UNIT, LEAST_BAUD, MOST_BAUD, TIMEOUTS_S, Port
-from pixstep.board.run import Lines as Group
-from pixstep.board.run import command, rests, stop_axes, stopped_on_failure
+from pixstep.board.run import LinesOfBoard, command, rests, stop_axes, stopped_on_failure
 from pixstep.lazy import lazy
 from pixstep.moves.legs import SEARCH_STEPS
 from pixstep.progress import Progress, unseen
@@ -166,7 +165,7 @@ class Board:
         )
         known = streaming.rehearse(self.device, request) if check else None
         axes = [motor.axis for motor in request.setup.motors]
-        group: list[Group] = []
+        group: list[LinesOfBoard] = []
         records = Recording(self.unit, axes)
         pixels = {(self.unit, axis): known.pixels for axis in axes} if known else {}
 

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-    from pixstep.simulation.clock_judge import Kept
-    from pixstep.simulation.job import Job
+    from pixstep.simulation.clock_judge import ClockKeeping
+    from pixstep.simulation.job import LineExperiment
 else:
     np, npt = lazy("numpy"), lazy("numpy.typing")
 
@@ -135,7 +135,7 @@ class ClockFigures(Shown):
         yield "jitter by the board", self.board_jitter
 
     @classmethod
-    def of(cls, job: Job, told: Mapping[str, Any]) -> Self:
+    def of(cls, job: LineExperiment, told: Mapping[str, Any]) -> Self:
         """Return the figures of a run's summary."""
         period, jitter = told.get("board_period_ticks"), told.get("board_jitter_ticks")
         return cls(
@@ -189,7 +189,7 @@ class ClockErrors(SmallPickle, Shown):
         yield "ripple", self.ripple
 
     @classmethod
-    def of(cls, kept: Kept, tick_hz: int) -> Self:
+    def of(cls, kept: ClockKeeping, tick_hz: int) -> Self:
         """Return what the judge has found of an axis."""
 
         def ticks(value: float) -> Ticks:

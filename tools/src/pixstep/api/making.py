@@ -187,7 +187,7 @@ def line_from_positions(
     )
 
 
-def _deviation_notes(made: through.Made, unit: str, factor: float) -> tuple[str, ...]:
+def _deviation_notes(made: through.FittedLine, unit: str, factor: float) -> tuple[str, ...]:
     """Return in words how far a line is from its positions."""
     error = float(made.largest_error_steps)
     if not error:
@@ -243,7 +243,7 @@ class _Asked:
 
 
 @dataclass(frozen=True)
-class _Made:
+class _MadeCounts:
     """Counts on their way to a line."""
 
     made: GeneratedLine
@@ -272,7 +272,7 @@ def _profile(profile: Profile | None, motor: Motor | None) -> Profile:
     return read_profile(motor.profile)
 
 
-def _by_profile(profile: Profile, asked: _Asked) -> _Made:
+def _by_profile(profile: Profile, asked: _Asked) -> _MadeCounts:
     """Make a line by a profile, whose speeds are per pixel."""
     if asked.length is not None:
         raise UserError("length: only with max_acceleration; by a profile pixels says it")
@@ -285,10 +285,12 @@ def _by_profile(profile: Profile, asked: _Asked) -> _Made:
     ]
     request = replace(asked.request, speed=asked.steps_px(hz))
     made = generator.generate(list(profile.speeds_steps_px), request, profile.name)
-    return _Made(made, profile.name, hz, asked.divider, tuple(notes))
+    return _MadeCounts(made, profile.name, hz, asked.divider, tuple(notes))
 
 
-def _by_acceleration(acceleration: float | str, jerk: float | str | None, asked: _Asked) -> _Made:
+def _by_acceleration(
+    acceleration: float | str, jerk: float | str | None, asked: _Asked
+) -> _MadeCounts:
     """Make the shortest ramps within an acceleration, in pixels that allow it."""
     scale, motor = asked.scale, asked.motor
     if asked.hz is not None:
@@ -297,7 +299,7 @@ def _by_acceleration(acceleration: float | str, jerk: float | str | None, asked:
         clock_hz = motor.pixel_hz * motor.divider
     else:
         raise UserError("max_acceleration: needs a pixel frequency: pixel_hz or motor")
-    wanted = accelerate.Wanted(
+    wanted = accelerate.WantedLine(
         given.quantity("speed", asked.speed, units.SPEED, scale),
         given.quantity("max_acceleration", acceleration, units.ACCELERATION, scale),
         given.maybe(given.quantity, "max_jerk", jerk, units.JERK, scale),
@@ -307,10 +309,10 @@ def _by_acceleration(acceleration: float | str, jerk: float | str | None, asked:
     edges, divider = _edges(wanted, asked)
     made, _, notes = accelerate.line(wanted, edges, asked.length, asked.request, scale)
     notes = [note.partition(": divider")[0] for note in notes]
-    return _Made(made, "line", clock_hz / edges, divider, tuple(notes))
+    return _MadeCounts(made, "line", clock_hz / edges, divider, tuple(notes))
 
 
-def _edges(wanted: accelerate.Wanted, asked: _Asked) -> tuple[int, int | None]:
+def _edges(wanted: accelerate.WantedLine, asked: _Asked) -> tuple[int, int | None]:
     """Return the edges of a pixel by which the clock is divided here, and what a run is told."""
     motor = asked.motor
     if asked.hz is not None:  # the pixels are given

@@ -19,12 +19,12 @@ from pixstep.api.shown import Facts, Shown, count, frame
 from pixstep.board import recording
 from pixstep.board import registers as regs
 from pixstep.board import run as running
-from pixstep.board.device import Board as Device
+from pixstep.board.device import Device
 from pixstep.board.errors import BoardError
 from pixstep.board.handle import Course, Handle
 from pixstep.board.link import Link
-from pixstep.board.recording import Recorder, Row
-from pixstep.board.run import Lines
+from pixstep.board.recording import RecordedPixel, Recorder
+from pixstep.board.run import LinesOfBoard
 from pixstep.board.state import Record
 from pixstep.lazy import lazy
 from pixstep.progress import Progress
@@ -72,7 +72,7 @@ class AxisRecords(SmallPickle, Shown):
         target = arguments.path("path", path)
         with recording.writing(target) as rows:
             for line, *values in zip(*(column.tolist() for column in self._columns), strict=True):
-                rows.take(self.unit, Row(line, self.axis, Record(*values)))
+                rows.take(self.unit, RecordedPixel(line, self.axis, Record(*values)))
         return target
 
     def to_dataframe(self) -> Any:
@@ -108,7 +108,7 @@ class Recording:
         self.recorder: Recorder | None = None
         """What reads them; None of a board that keeps none."""
 
-    def take(self, row: Row) -> None:
+    def take(self, row: RecordedPixel) -> None:
         """Take a record."""
         found = row.record
         with self._lock:
@@ -218,7 +218,7 @@ class Motion(Generic[Result]):
     def __init__(
         self,
         handle: Handle[Result],
-        group: Sequence[Lines],
+        group: Sequence[LinesOfBoard],
         pixels: Mapping[tuple[int, int], int] | None = None,
         recordings: Sequence[Recording] = (),
     ) -> None:
@@ -315,7 +315,7 @@ class Motion(Generic[Result]):
         state = "over" if self._handle.over else f"{self._handle.share:.0%} done"
         return f"<Motion of {axes}: {state}>"
 
-    def _progress(self, lines: Lines, axis: int) -> AxisProgress:
+    def _progress(self, lines: LinesOfBoard, axis: int) -> AxisProgress:
         """Return how far an axis is."""
         found = lines.seen[axis]
         state, pixel = regs.axis_state(found["axis_state"]), found["pixel"]
@@ -342,7 +342,7 @@ class Motions:
     def begin(
         self,
         link: Link,
-        group: list[Lines],
+        group: list[LinesOfBoard],
         make: Callable[[Course], Result],
         progress: Progress,
         pixels: Mapping[tuple[int, int], int] | None = None,

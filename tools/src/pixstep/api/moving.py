@@ -15,13 +15,13 @@ from pixstep.api.given import Hz, maybe
 from pixstep.api.machines import Motor
 from pixstep.api.motions import Profile
 from pixstep.board import settings
-from pixstep.board.device import Board as Device
+from pixstep.board.device import Device
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines import units
 from pixstep.lines.line import PLAIN
 from pixstep.moves import accel, fast, legs
 from pixstep.moves.accel import Acceleration
-from pixstep.moves.homing import Homed, Leg
+from pixstep.moves.homing import Homed, HomingLeg
 from pixstep.moves.legs import FILTER_US, INVERTED, SHARED, HomingPlan, HomingRequest, Inputs
 from pixstep.moves.on_board import (
     HomingOnBoard,
@@ -76,7 +76,7 @@ class HomeResult:
     """The board's position now: 0."""
     seconds: float
     """How long all legs took."""
-    legs: tuple[Leg, ...] = field(repr=False)
+    legs: tuple[HomingLeg, ...] = field(repr=False)
     """Each leg: its name, positions, pixels and times."""
 
 
@@ -248,7 +248,7 @@ def homed(device: Device, found: Homed) -> HomeResult:
     )
 
 
-def sought(device: Device, axis: int, leg: Leg) -> SeekResult:
+def sought(device: Device, axis: int, leg: HomingLeg) -> SeekResult:
     """Return what was found."""
     edge = leg.trip.position_steps if leg.trip else None
     return SeekResult(device.unit, axis, edge, leg.end_steps, leg.steps)

@@ -15,7 +15,7 @@ from pixstep.api.shown import Facts, Shown, count, frame
 from pixstep.api.words import Mode
 from pixstep.lazy import lazy
 from pixstep.lines import units
-from pixstep.programs.plan_data import MODES, MOST_WINDOW, SEGMENT_MS, WINDOW, Options
+from pixstep.programs.plan_data import MODES, MOST_WINDOW, SEGMENT_MS, WINDOW, PlanOptions
 
 if TYPE_CHECKING:
     import numpy as np
@@ -133,7 +133,7 @@ def read_program(
     """
     name = fspath(arguments.path("path", path))
     machine = arguments.instance("machine", machine, Machine, "a Machine, as Machine.load reads it")
-    options = Options(
+    options = PlanOptions(
         arguments.one_of("mode", mode, MODES), arguments.whole("window", window, 1, MOST_WINDOW)
     )
     if segment_ms is not None:

@@ -15,7 +15,7 @@ from pixstep.api.motion import AxisState, Recording, states_of
 from pixstep.api.motions import CheckResult, MotionLine
 from pixstep.board import capability, guarantee, recording, settings, snapshot, together, upload
 from pixstep.board import run as running
-from pixstep.board.device import Board as Device
+from pixstep.board.device import Device
 from pixstep.board.handle import Course
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines.units import refuse_period
@@ -121,7 +121,7 @@ class Prepared:
     clock_hz: Fraction
     edges: int  # of the clock, a pixel
     clocking: Clocking
-    lines: running.Lines
+    lines: running.LinesOfBoard
     records: Recording
 
     @property
@@ -193,7 +193,7 @@ def prepare(
     axes = list(found)
     upload.require_idle(device, axes)
     return Prepared(
-        device, found, hz * edges, edges, wanted, running.Lines(device, axes),
+        device, found, hz * edges, edges, wanted, running.LinesOfBoard(device, axes),
         Recording(device.unit, axes),
     )  # fmt: skip
 

@@ -27,8 +27,8 @@ from pixstep.errors import PlainError, UserError
 from pixstep.lazy import lazy
 from pixstep.progress import Progress, unseen
 from pixstep.simulation import experiment
-from pixstep.simulation.clock_judge import Kept
-from pixstep.simulation.job import START, Job, RunResult
+from pixstep.simulation.clock_judge import ClockKeeping
+from pixstep.simulation.job import START, LineExperiment, RunResult
 from pixstep.simulation.judge import AxisLoad, Judgement
 from pixstep.simulation.report import PixelRow
 from pixstep.simulation.small_pickle import SmallPickle
@@ -142,8 +142,8 @@ class Run(Shown):
     summary: Summary
     """All figures, as in summary.json: a dictionary whose keys have types."""
     _traces: Mapping[int, Trace] = field(repr=False)
-    _loads: Mapping[int, tuple[Job, AxisLoad]] = field(repr=False)
-    _kept: Mapping[int, tuple[Job, Kept]] = field(repr=False)
+    _loads: Mapping[int, tuple[LineExperiment, AxisLoad]] = field(repr=False)
+    _kept: Mapping[int, tuple[LineExperiment, ClockKeeping]] = field(repr=False)
 
     @property
     def passed(self) -> bool:
@@ -281,7 +281,7 @@ def simulate(
     _refuse(by_axis, kind, hz, clocking, check=arguments.flag("check", check))
     if arguments.flag("vcd", vcd) and out is None:
         raise UserError("vcd: run.vcd needs a folder: give out")
-    job = Job(
+    job = LineExperiment(
         kind,
         {axis: item.line for axis, item in by_axis.items()},
         hz * (clocking.divider or 1),
@@ -374,7 +374,7 @@ def _plants(
 
 
 def _run(
-    job: Job,
+    job: LineExperiment,
     lines: Mapping[int, MotionLine],
     result: RunResult,
     judged: Judgement,
@@ -397,7 +397,7 @@ def _run(
 
 
 def _axis(
-    job: Job, found: AxisVerdict, line: MotionLine, result: RunResult, judged: Judgement
+    job: LineExperiment, found: AxisVerdict, line: MotionLine, result: RunResult, judged: Judgement
 ) -> AxisRun:
     errors = found.errors_ticks
     known = errors is not None
@@ -425,5 +425,5 @@ def _axis(
     )
 
 
-def _kept_of(kept: Kept | None, job: Job) -> ClockErrors | None:
+def _kept_of(kept: ClockKeeping | None, job: LineExperiment) -> ClockErrors | None:
     return None if kept is None else ClockErrors.of(kept, job.tick_hz)

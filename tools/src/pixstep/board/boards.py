@@ -2,8 +2,8 @@
 """Boards: all that differs between them, as firmware/avr/boards/*.def says; what images have.
 
 The boards there are, are these files. What an image was built with (firmware/build_features.def) a
-board says in its input register `features`; what needs a missing one is refused before anything is
-sent.
+board says in its input registers `features` and `features_high`; what needs a missing one is
+refused before anything is sent.
 
 A gated pixel clock has bursts of edges, one for each line, with rests between them. Line zero is
 `gate_edges` (a board's setting) behind a burst's first edge. The board needs some of them to give a
@@ -140,6 +140,8 @@ DEFAULT = "uno"  # where a command or a test asks for no board
 
 
 FEATURES = "features"
+FEATURES_HIGH = "features_high"
+_HIGH_BIT = 16  # the first one of them
 
 # Registers that say nothing, and settings that change nothing, without a feature.
 FEATURE_OF_REGISTERS = {
@@ -157,12 +159,13 @@ FEATURE_OF_REGISTERS = {
     "gate_edges": "gate",
     "home_is_limit": "shared_switch",
     "silence_waits": "line_ends",
+    "clock_out_hz": "clock_out",
 }
 
 
 @dataclass(frozen=True)
-class Feature:
-    """A row of the table: its bit in register `features`, its name, what it is."""
+class FirmwareFeature:
+    """A row of the table: its bit in the registers of features, its name, what it is."""
 
     bit: int
     name: str
@@ -170,12 +173,12 @@ class Feature:
 
 
 @cache
-def features() -> tuple[Feature, ...]:
+def features() -> tuple[FirmwareFeature, ...]:
     """Return all features, in the order of their bits."""
-    return tuple(Feature(**row) for row in natives.tables()["features"])
+    return tuple(FirmwareFeature(**row) for row in natives.tables()["features"])
 
 
-def feature_named(name: str) -> Feature:
+def feature_named(name: str) -> FirmwareFeature:
     """Return a feature by name; raises UserError if there is none."""
     for feature in features():
         if feature.name == name:
@@ -183,8 +186,9 @@ def feature_named(name: str) -> Feature:
     raise UserError(f"there is no feature {name!r}")
 
 
-def feature_names(word: int) -> frozenset[str]:
-    """Return the names of the features of a register's value."""
+def feature_names(low: int, high: int = 0) -> frozenset[str]:
+    """Return the names of the features of the two registers' values."""
+    word = low | high << _HIGH_BIT
     return frozenset(feature.name for feature in features() if word >> feature.bit & 1)
 
 
@@ -192,6 +196,19 @@ def missing_feature(unit: int, name: str) -> MissingFeatureError:
     """Return the error for a board without a feature."""
     feature = feature_named(name)
     return MissingFeatureError(unit, feature.name, feature.bit, feature.meaning)
+
+
+# A clock that a board makes itself: its timer counts once in so many ticks.
+CLOCK_OUT_SETTING = "clock_out_hz"
+CLOCK_OUT_FEATURE = "clock_out"
+MOST_CLOCK_OUT_HZ = 2000
+_CLOCK_OUT_TICKS = 64
+
+
+def clock_out_hz(asked_hz: int, tick_hz: int) -> Fraction:
+    """Return the exact frequency that a board makes of setting `clock_out_hz`, which is not 0."""
+    counts_hz = tick_hz // _CLOCK_OUT_TICKS
+    return Fraction(counts_hz, (counts_hz + asked_hz // 2) // asked_hz)
 
 
 GATE_SETTING = "gate_edges"

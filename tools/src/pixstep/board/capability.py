@@ -14,7 +14,7 @@ from functools import cache
 from pathlib import Path
 
 from pixstep.board import boards, settings, values
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.lines import line_check
 from pixstep.lines.core import CoreLimits
 from pixstep.lines.line import Line
@@ -150,7 +150,7 @@ _ADVICE = "nothing was sent; `pixstep line check` shows all"
 
 
 @dataclass(frozen=True)
-class BoardLimits:
+class BoardCapability:
     """The limits of a board at a frequency of pixels, its settings included.
 
     Intervals are in timer ticks: the shortest ones of plain lines, of smooth lines, of seeks, and
@@ -203,7 +203,7 @@ def named_limits(
     tick_hz: int | None = None,
     axes: int = 1,
     clock: Mapping[str, int] | None = None,
-) -> BoardLimits:
+) -> BoardCapability:
     """Return the limits of a board with its default settings; at another timer's rate if given.
 
     `axes` is the number of axes that move together: the more, the longer the shortest intervals.
@@ -215,7 +215,7 @@ def named_limits(
     known = settings.defaults() | dict(clock or {})
     refuse_period(pixel_hz, rate, locked=settings.locks(known))
     refuse_period(pixel_hz * settings.divider_of(known), rate)  # the edges by themselves
-    return BoardLimits(
+    return BoardCapability(
         pixel_hz,
         rate,
         board.min_intervals_ticks[axes - 1],
@@ -229,11 +229,11 @@ def named_limits(
 
 
 def connected_limits(
-    board: Board,
+    board: Device,
     pixel_hz: Fraction | None = None,
     axes: int = 1,
     clock: Mapping[str, int] | None = None,
-) -> BoardLimits:
+) -> BoardCapability:
     """Ask a board for its limits; at another frequency of pixels than its own if one is given.
 
     `axes` is the number of axes that move together: a board with fewer has the limits of its own.
@@ -245,7 +245,7 @@ def connected_limits(
     table = next((item for item in boards.all_boards() if item.id == state["board_id"]), None)
     rate = board.tick_hz()
     hz = pixel_hz or values.hz_of(known) / settings.divider_of(known)
-    return BoardLimits(
+    return BoardCapability(
         hz,
         rate,
         state[_of_axes("min_interval", axes, state)],
@@ -259,7 +259,7 @@ def connected_limits(
 
 
 def check_line(
-    line: Line, found: BoardLimits, motor: Limits | None = None, advice: str = _ADVICE
+    line: Line, found: BoardCapability, motor: Limits | None = None, advice: str = _ADVICE
 ) -> list[Finding]:
     """Return the findings of a line, by the limits of its board and of its motor.
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from pixstep.board import registers as regs
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import BoardError
 from pixstep.board.link import World
 
@@ -29,7 +29,7 @@ REST_S = 120.0  # the longest rest of the clock that is waited for
 
 
 @dataclass(frozen=True)
-class Look:
+class EdgeCount:
     """A board's count of its clock's edges, at one moment.
 
     `edge` is the number of the newest edge, `edge_ticks` when it came, `expected_ticks` when a lock
@@ -85,13 +85,13 @@ def same_state(marks: Sequence[Mark]) -> bool:
     return len({mark.rests for mark in marks}) == 1
 
 
-def take(boards: Sequence[Board], world: World) -> list[Mark]:
+def take(boards: Sequence[Device], world: World) -> list[Mark]:
     """Make all boards mark, and find where the mark lies in the count of each."""
     before, _, now = _marked(boards, world)
     return [_placed(board, *looks) for board, *looks in zip(boards, before, now, strict=True)]
 
 
-def resting(boards: Sequence[Board], world: World, ahead: int = 0) -> list[Mark]:
+def resting(boards: Sequence[Device], world: World, ahead: int = 0) -> list[Mark]:
     """Return marks of boards whose gated clock rests: the next edge is the first one of a burst.
 
     The edge that comes so far `ahead` has a number on each board: 0 names none. Raises BoardError
@@ -110,7 +110,7 @@ def resting(boards: Sequence[Board], world: World, ahead: int = 0) -> list[Mark]
         world.wait(POLL_S)
 
 
-def agreed(boards: Sequence[Board], world: World) -> list[Mark]:
+def agreed(boards: Sequence[Device], world: World) -> list[Mark]:
     """Return marks that show the same edges; raises BoardError if the boards see different ones."""
     for _ in range(TRIES):
         marks = of_one_state(boards, world)
@@ -128,7 +128,7 @@ def agreed(boards: Sequence[Board], world: World) -> list[Mark]:
     return marks
 
 
-def of_one_state(boards: Sequence[Board], world: World) -> list[Mark]:
+def of_one_state(boards: Sequence[Device], world: World) -> list[Mark]:
     """Return marks of boards whose clock runs everywhere, or rests everywhere."""
     for _ in range(TRIES):
         marks = take(boards, world)
@@ -147,7 +147,7 @@ def _units(units: Sequence[int]) -> str:
     return ("board " if len(units) == 1 else "boards ") + ", ".join(map(str, units))
 
 
-def in_rest(boards: Sequence[Board], world: World) -> list[Mark] | None:
+def in_rest(boards: Sequence[Device], world: World) -> list[Mark] | None:
     """Return marks of boards whose clock rests from the mark until all have been looked at.
 
     No board has seen an edge since the mark, and behind the mark the first one says that the clock
@@ -162,7 +162,7 @@ def in_rest(boards: Sequence[Board], world: World) -> list[Mark] | None:
     ]
 
 
-def broadcast(board: Board, world: World) -> float:
+def broadcast(board: Device, world: World) -> float:
     """Make all boards on a board's bus mark; return when that was sent, in the world's seconds."""
     with board.modbus.turns:  # nothing may follow the broadcast on the bus
         sent_s = world.now_s()
@@ -171,7 +171,9 @@ def broadcast(board: Board, world: World) -> float:
     return sent_s
 
 
-def _marked(boards: Sequence[Board], world: World) -> tuple[list[Look], bool, list[Look]]:
+def _marked(
+    boards: Sequence[Device], world: World
+) -> tuple[list[EdgeCount], bool, list[EdgeCount]]:
     """Make all boards mark; return looks before and behind it.
 
     Between the mark and the looks behind it the first board was asked whether the clock rests.
@@ -191,15 +193,15 @@ def _marked(boards: Sequence[Board], world: World) -> tuple[list[Look], bool, li
     raise BoardError(f"board {unit}: it does not hear broadcasts, by which boards agree on an edge")
 
 
-def _clock_runs(board: Board) -> bool:
+def _clock_runs(board: Device) -> bool:
     """Whether the pixel clock is there."""
     return bool(regs.flags(board.input("status"))["clock"])
 
 
-def _look(board: Board) -> Look:
+def _look(board: Device) -> EdgeCount:
     """Read a board's count of edges, all of it as it is at one moment."""
     found = board.inputs_from("mark_units", "clock_expected_ticks")
-    return Look(
+    return EdgeCount(
         found["clock_edge"],
         found["clock_edge_ticks"],
         found["clock_expected_ticks"],
@@ -210,12 +212,12 @@ def _look(board: Board) -> Look:
     )
 
 
-def _period(board: Board) -> float:
+def _period(board: Device) -> float:
     """Return the clock's period by the board's settings, ticks."""
     return float(Fraction(board.tick_hz()) / board.clock_hz())
 
 
-def _placed(board: Board, before: Look, now: Look) -> Mark:
+def _placed(board: Device, before: EdgeCount, now: EdgeCount) -> Mark:
     """Return where a mark lies, by looks at the board before and behind it."""
     rests = not _clock_runs(board)
     # A lock knows best where the next edge is.

@@ -25,9 +25,9 @@ from pixstep.board.registers import places, read_by_name
 from pixstep.board.state import (
     CLOCK_FAULTS,
     Event,
+    NewestRecords,
     ReadBlock,
     Record,
-    Records,
     Switches,
     Trip,
     beside_set,
@@ -77,7 +77,7 @@ _CURES = {  # what keeps settings from being changed, by the state of an axis
 }
 
 
-class Board(Wire):
+class Device(Wire):
     """One board on the bus; `unit` is its Modbus address."""
 
     def __init__(self, modbus: Client, unit: int = 1) -> None:
@@ -101,7 +101,8 @@ class Board(Wire):
     def features(self) -> frozenset[str]:
         """Return the names of what the board's image was built with (asked once)."""
         if self._features is None:
-            self._features = boards.feature_names(self.input(boards.FEATURES))
+            words = (self.input(name) for name in (boards.FEATURES, boards.FEATURES_HIGH))
+            self._features = boards.feature_names(*words)
         return self._features
 
     def has(self, feature: str) -> bool:
@@ -177,13 +178,13 @@ class Board(Wire):
         """Return the newest per-pixel records of an axis, oldest first."""
         return self.record_block(axis).records
 
-    def record_block(self, axis: int) -> Records:
+    def record_block(self, axis: int) -> NewestRecords:
         """Return the same, and how many the line has made so far."""
         return read_records(
             self._block_reader(axis), self.record_capacity(), self.modbus.most_words
         )
 
-    def short_record_block(self, axis: int) -> Records | None:
+    def short_record_block(self, axis: int) -> NewestRecords | None:
         """Return the same by short requests alone; None if too much is made between them."""
         return read_records_short(
             self._block_reader(axis), self.record_capacity(), self.modbus.most_words

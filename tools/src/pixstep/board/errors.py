@@ -92,8 +92,8 @@ class MissingFeatureError(BoardError):
 
     def __init__(self, unit: int, feature: str, bit: int, meaning: str) -> None:
         super().__init__(
-            f"board {unit}: its image is built without {feature} (bit {bit} of register features "
-            f"is 0): {meaning}",
+            f"board {unit}: its image is built without {feature} (bit {bit % 16} of register "
+            f"features{'_high' * (bit > 15)} is 0): {meaning}",
             ILLEGAL_FUNCTION,
         )
         self.unit, self.feature = unit, feature

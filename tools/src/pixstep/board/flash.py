@@ -21,7 +21,7 @@ _DATA = 0
 
 
 @dataclass(frozen=True)
-class Image:
+class FirmwareImage:
     """An Intel HEX file, the board and the version that it says it is for."""
 
     path: Path
@@ -34,7 +34,7 @@ def built_image(board: str) -> Path:
     return natives.hex_image(board)
 
 
-def read_image(path: Path) -> Image:
+def read_image(path: Path) -> FirmwareImage:
     """Read an image and find what it says of itself; raises UserError if it is no pixstep image."""
     try:
         lines = path.read_text(encoding="ascii").split()
@@ -50,7 +50,7 @@ def read_image(path: Path) -> Image:
     if not found:
         raise UserError(f"{path}: not a pixstep image: it names no board and version")
     board, version = (part.decode("ascii") for part in found.groups())
-    return Image(path, board, version)
+    return FirmwareImage(path, board, version)
 
 
 def command(board: str, port: str, image: Path, *, verify: bool = False) -> list[str]:

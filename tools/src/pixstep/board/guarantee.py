@@ -14,12 +14,12 @@ from fractions import Fraction
 from itertools import pairwise
 
 from pixstep.board import boards, costs, settings
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.port import BAUD
 from pixstep.errors import RefusedError
 from pixstep.lines import runs
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.lines.replay import Loop, Replay, Verdict
+from pixstep.lines.replay import Loop, Replay, ReplayVerdict
 from pixstep.lines.units import period_ticks
 
 NAME = "beyond_guarantee"  # of what is found
@@ -44,7 +44,7 @@ _BUSY = 0.5  # of the time: no look further ahead would help
 
 
 @dataclass(frozen=True)
-class World:
+class LineConditions:
     """What lines run on: the board, the frequency of pixels, settings of its clock, the bus."""
 
     board: str
@@ -61,19 +61,21 @@ def world(
     clock: Mapping[str, int] | None = None,
     baud: int = BAUD,
     ppm: float = 0.0,
-) -> World:
+) -> LineConditions:
     """Return a world whose clock has these settings: `sync` and `divider`.
 
     `ppm`: the clock is so much faster, if that is more than is declared anyway.
     """
     known = settings.defaults() | dict(clock or {})
     declared = max(ppm, DECLARED_PPM)
-    return World(board, pixel_hz, known["sync"], settings.divider_of(known), baud, declared)
+    return LineConditions(
+        board, pixel_hz, known["sync"], settings.divider_of(known), baud, declared
+    )
 
 
 def of_board(
-    board: Board, pixel_hz: Fraction, clock: Mapping[str, int] | None = None
-) -> World | None:
+    board: Device, pixel_hz: Fraction, clock: Mapping[str, int] | None = None
+) -> LineConditions | None:
     """Return the world of a connected board; None: nobody has measured what its image costs."""
     number = board.inputs()["board_id"]
     name = next((item.name for item in boards.all_boards() if item.id == number), "")
@@ -83,7 +85,7 @@ def of_board(
 
 
 @dataclass(frozen=True)
-class Late:
+class LatePlace:
     """The first place where a board may be late, and what it would follow instead."""
 
     axis: int  # a place in the sequence of lines
@@ -93,7 +95,7 @@ class Late:
     most_steps: int  # that it has
 
 
-def loop_of(world: World, margin: float = 1.0) -> Loop:
+def loop_of(world: LineConditions, margin: float = 1.0) -> Loop:
     """Return the board's main loop in this world."""
     kind = boards.load(world.board)
     nominal = float(period_ticks(world.pixel_hz, kind.tick_hz))
@@ -118,13 +120,13 @@ def loop_of(world: World, margin: float = 1.0) -> Loop:
     )
 
 
-def _margins(world: World) -> tuple[float, ...]:
+def _margins(world: LineConditions) -> tuple[float, ...]:
     """Return the margins; edges that a lock follows so fast cost more than the table has."""
     fast = world.pixel_hz * world.divider >= _FAST_HZ and settings.locks({"sync": world.sync})
     return (*MARGINS, _FAST_MARGIN) if fast else MARGINS
 
 
-def verdicts(lines: Sequence[Line], world: World) -> Iterator[Verdict]:
+def verdicts(lines: Sequence[Line], world: LineConditions) -> Iterator[ReplayVerdict]:
     """Yield how the lines fare with each margin."""
     found = costs.of_replay(world.board, streamed=_is_streamed(lines, world))
     replay = Replay(lines)
@@ -132,7 +134,7 @@ def verdicts(lines: Sequence[Line], world: World) -> Iterator[Verdict]:
         yield replay.judge(found, loop_of(world, margin))
 
 
-def first_late(lines: Sequence[Line], world: World) -> Verdict | None:
+def first_late(lines: Sequence[Line], world: LineConditions) -> ReplayVerdict | None:
     """Return the verdict of the first margin with which a line is late; None: all are followed."""
     for found in (_too_close(lines, world), _starved(lines, world)):
         if found:
@@ -140,7 +142,7 @@ def first_late(lines: Sequence[Line], world: World) -> Verdict | None:
     return next((one for one in verdicts(lines, world) if not one.follows), None)
 
 
-def _too_close(lines: Sequence[Line], world: World) -> Verdict | None:
+def _too_close(lines: Sequence[Line], world: LineConditions) -> ReplayVerdict | None:
     """Return where several axes leave the step interrupt less time than it is promised.
 
     The boards accept shorter intervals, at which now and then three of its calls meet a byte, an
@@ -157,11 +159,11 @@ def _too_close(lines: Sequence[Line], world: World) -> Verdict | None:
         if fastest and loop.pixel_ticks / fastest < INTERVALS * least:
             places = line.speeds[1:] if line.smooth else [abs(count) for count in line.counts]
             pixel = next((k for k, one in enumerate(places, 1) if one == fastest), 1)
-            return Verdict(False, axis, pixel, 0.0, 0.0, 1.0)
+            return ReplayVerdict(False, axis, pixel, 0.0, 0.0, 1.0)
     return None
 
 
-def _starved(lines: Sequence[Line], world: World) -> Verdict | None:
+def _starved(lines: Sequence[Line], world: LineConditions) -> ReplayVerdict | None:
     """Return the line for which counts cannot come in time, by the bytes that the bus carries."""
     room = _room(world)
     sizes = [_size(line) for line in lines]
@@ -173,15 +175,15 @@ def _starved(lines: Sequence[Line], world: World) -> Verdict | None:
         return None
     axis = more.index(max(more))
     pixel = lines[axis].pixels * room // sizes[axis] + 1
-    return Verdict(False, axis, pixel, 0.0, 0.0, 0.0)
+    return ReplayVerdict(False, axis, pixel, 0.0, 0.0, 0.0)
 
 
-def _is_streamed(lines: Sequence[Line], world: World) -> bool:
+def _is_streamed(lines: Sequence[Line], world: LineConditions) -> bool:
     """Return whether a line does not fit its queue: more of it comes while the board moves."""
     return any(_size(line) > _room(world) for line in lines)
 
 
-def _room(world: World) -> int:
+def _room(world: LineConditions) -> int:
     return boards.load(world.board).queue_entries * runs.MOST_BYTES
 
 
@@ -189,17 +191,17 @@ def _size(line: Line) -> int:
     return runs.packed_size(runs.queue_entries(line))
 
 
-def follows(lines: Sequence[Line], world: World) -> bool:
+def follows(lines: Sequence[Line], world: LineConditions) -> bool:
     """Return whether the board is guaranteed to follow the lines."""
     return first_late(lines, world) is None
 
 
-def is_known(world: World) -> bool:
+def is_known(world: LineConditions) -> bool:
     """Whether anything is known of such a clock: of pixels of several edges nothing is."""
     return world.divider == 1
 
 
-def judge(lines: Sequence[Line], world: World) -> Late | None:
+def judge(lines: Sequence[Line], world: LineConditions) -> LatePlace | None:
     """Return where the board may be late, and what fits; None: it follows the lines.
 
     None says nothing where nothing is known.
@@ -214,13 +216,13 @@ def judge(lines: Sequence[Line], world: World) -> Late | None:
         _FEWER, lambda part: follows(near, replace(world, pixel_hz=world.pixel_hz * part / _FEWER))
     )
     hz = world.pixel_hz * slower / _FEWER if slower else None
-    return Late(late.axis, late.pixel, hz, most * share // _FEWER, most)
+    return LatePlace(late.axis, late.pixel, hz, most * share // _FEWER, most)
 
 
 _SHARP_CYCLES = 10_000  # of the longest request: beyond, most lines that may be late are not
 
 
-def is_binding(world: World) -> bool:
+def is_binding(world: LineConditions) -> bool:
     """Whether lines that the board may not follow are refused, not only told.
 
     A board that checks a block of line data in one go may be late with nearly anything.
@@ -228,7 +230,7 @@ def is_binding(world: World) -> bool:
     return costs.of(world.board).data_request <= _SHARP_CYCLES
 
 
-def refusal(lines: Sequence[Line], world: World) -> str:
+def refusal(lines: Sequence[Line], world: LineConditions) -> str:
     """Return why the board is not guaranteed to follow the lines; empty: it is, or it may try."""
     late = judge(lines, world) if is_binding(world) else None
     if late is None:
@@ -236,7 +238,7 @@ def refusal(lines: Sequence[Line], world: World) -> str:
     return f"{lines[late.axis].name}: {NAME} at pixel {late.pixel}: {reason(late, lines, world)}"
 
 
-def reason(late: Late, lines: Sequence[Line], world: World) -> str:
+def reason(late: LatePlace, lines: Sequence[Line], world: LineConditions) -> str:
     """Return in words why the board may be late, and what it would follow."""
     label = boards.load(world.board).label
     cures = []
@@ -254,7 +256,7 @@ def reason(late: Late, lines: Sequence[Line], world: World) -> str:
     return late_text + (f"it follows {' or '.join(cures)}" if cures else "no slower clock helps")
 
 
-def refuse(lines: Sequence[Line], world: World, advice: str = "") -> None:
+def refuse(lines: Sequence[Line], world: LineConditions, advice: str = "") -> None:
     """Raise RefusedError for lines that the board is not guaranteed to follow."""
     if text := refusal(lines, world):
         raise RefusedError(f"{text}{f'; {advice}' if advice else ''}")
@@ -293,14 +295,14 @@ def line_at(motion: str, steps: int, hz: Fraction) -> Line:
     return Line(tuple((a + b) // 2 for a, b in pairwise(speeds)), SMOOTH, name=motion)
 
 
-def rate(motion: str, axes: int, world: World, most: int) -> int:
+def rate(motion: str, axes: int, world: LineConditions, most: int) -> int:
     """Return the most steps a pixel, up to `most`, that so many axes at once are guaranteed."""
     return highest(
         most, lambda steps: follows([line_at(motion, steps, world.pixel_hz)] * axes, world)
     )
 
 
-def bound_by(motion: str, axes: int, world: World, most: int) -> str:
+def bound_by(motion: str, axes: int, world: LineConditions, most: int) -> str:
     """Return what keeps a guaranteed rate from being higher.
 
     interrupt: the shortest interval of the step interrupt. bus: with a silent one it would be

@@ -25,7 +25,7 @@ from pixstep.board import run, shared_time
 from pixstep.board.errors import BoardError, MotionStoppedError, MotionTimeoutError
 from pixstep.board.link import Link, World
 from pixstep.board.port import InterruptedBusError
-from pixstep.board.run import Lines
+from pixstep.board.run import LinesOfBoard
 from pixstep.progress import Progress, unseen
 
 Result = TypeVar("Result")
@@ -54,7 +54,7 @@ class Handle(Generic[Result]):
     def __init__(
         self,
         link: Link,
-        group: list[Lines],
+        group: list[LinesOfBoard],
         make: Callable[[Course], Result],
         progress: Progress = unseen,
     ) -> None:

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.modbus import Client, SerialClient
 from pixstep.board.port import BOOT_S, Port
 
@@ -43,7 +43,7 @@ class Link(Protocol):
     def port(self) -> str:
         """The bus's name, for messages."""
 
-    def board(self, unit: int = 1) -> Board:
+    def board(self, unit: int = 1) -> Device:
         """Return a unit of the bus; nothing is asked of it yet."""
 
     def close(self) -> None:
@@ -70,9 +70,9 @@ class SerialLink:
     port: str
     world: World = field(default_factory=WallClock)
 
-    def board(self, unit: int = 1) -> Board:
+    def board(self, unit: int = 1) -> Device:
         """Return a unit of the bus; nothing is asked of it yet."""
-        return Board(self.modbus, unit)
+        return Device(self.modbus, unit)
 
     def close(self) -> None:
         """Give the port back."""

@@ -8,7 +8,7 @@ says of itself afterwards tells whether it has carried out the order.
 from collections.abc import Callable, Sequence
 
 from pixstep.board import registers as regs
-from pixstep.board.device import STORING, Board
+from pixstep.board.device import STORING, Device
 from pixstep.board.errors import IMPOSSIBLE, BoardError, ExceptionReplyError, NoReplyError
 
 _TRIES = 4
@@ -17,7 +17,7 @@ _FAULT = ("fault_code", "fault_argument", "fault_axis", "fault_pixel")
 
 
 def arm(
-    board: Board, axes: list[int], token: int = 0, known: Sequence[tuple[int, int]] | None = None
+    board: Device, axes: list[int], token: int = 0, known: Sequence[tuple[int, int]] | None = None
 ) -> None:
     """Arm axes. A line that has begun since, or is over already, was armed.
 
@@ -27,7 +27,7 @@ def arm(
     _give(lambda: board.command("arm", axes, token), lambda: _lines(board, axes) != before)
 
 
-def go(board: Board, token: int, edge: int) -> None:
+def go(board: Device, token: int, edge: int) -> None:
     """Let axes go. A board that has been told so refuses it the second time, and its axes begin."""
     lost = False
     for last in (False, False, False, True):
@@ -44,7 +44,7 @@ def go(board: Board, token: int, edge: int) -> None:
             raise
 
 
-def clear_fault(board: Board) -> None:
+def clear_fault(board: Device) -> None:
     """Clear the fault. Another one that has come since stays, and is raised."""
     before = _fault(board)
 
@@ -57,7 +57,7 @@ def clear_fault(board: Board) -> None:
     _give(lambda: board.command("clear_fault", [0]), cleared)
 
 
-def store(board: Board, serial: int) -> None:
+def store(board: Device, serial: int) -> None:
     """Begin to store the settings, the newest record being number `serial`."""
     _give(
         board.store,
@@ -81,13 +81,13 @@ def _give(order: Callable[[], None], is_done: Callable[[], bool]) -> None:
                 raise
 
 
-def _lines(board: Board, axes: list[int]) -> list[tuple[int, int]]:
+def _lines(board: Device, axes: list[int]) -> list[tuple[int, int]]:
     """Return of some axes what an order to arm them changes: the state, the lines done."""
     found = board.axes(max(axes) + 1)
     return [(found[axis]["axis_state"], found[axis]["lines_done"]) for axis in axes]
 
 
-def _has_gone(board: Board) -> bool:
+def _has_gone(board: Device) -> bool:
     """Whether a board without a fault has axes that wait for an edge, run or have run."""
     if board.input("fault_code"):
         return False
@@ -95,6 +95,6 @@ def _has_gone(board: Board) -> bool:
     return any(regs.axis_state(axis["axis_state"]) in _BEGUN for axis in found)
 
 
-def _fault(board: Board) -> tuple[int, ...]:
+def _fault(board: Device) -> tuple[int, ...]:
     state = board.inputs()
     return tuple(state[name] for name in _FAULT)

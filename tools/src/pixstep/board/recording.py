@@ -26,12 +26,12 @@ from typing import TYPE_CHECKING, Protocol
 from pixstep import atomic
 from pixstep.board import registers as regs
 from pixstep.board import settings, values
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import BoardError
 from pixstep.board.link import World
-from pixstep.board.run import Lines
-from pixstep.board.state import Record, Records
-from pixstep.board.upload import Upload, feed
+from pixstep.board.run import LinesOfBoard
+from pixstep.board.state import NewestRecords, Record
+from pixstep.board.upload import LineUpload, feed
 from pixstep.errors import UserError
 
 HEADER = "line,axis,pixel,expected_steps,actual_steps,edge_error_ticks"
@@ -41,7 +41,7 @@ _UNFINISHED = ("running", "fault")
 
 
 @dataclass(frozen=True)
-class Row:
+class RecordedPixel:
     """One record; `line` counts the axis' lines since reset, from 1."""
 
     line: int
@@ -66,7 +66,7 @@ class AxisLog:
     if that is to be found out.
     """
 
-    def __init__(self, board: Board, axis: int, line: int = 0) -> None:
+    def __init__(self, board: Device, axis: int, line: int = 0) -> None:
         self._board, self.axis = board, axis
         self._line = line
         self._pixel = 0  # of the newest record that was given out
@@ -76,7 +76,7 @@ class AxisLog:
         self.missed = 0
         self.state = ""
 
-    def poll(self) -> list[Row]:
+    def poll(self) -> list[RecordedPixel]:
         """Return the records that have come since the last time.
 
         Raises BoardError as the board does.
@@ -84,7 +84,9 @@ class AxisLog:
         line, block = self._read()
         return self.take(block, line, ended=self.state not in regs.MOVING_STATES)
 
-    def take(self, block: Records, line: int | None = None, *, ended: bool) -> list[Row]:
+    def take(
+        self, block: NewestRecords, line: int | None = None, *, ended: bool
+    ) -> list[RecordedPixel]:
         """Return the new records of a block; `ended` if the line makes no more.
 
         Without the number of the line it is the same one, or the next if pixels count anew.
@@ -109,14 +111,14 @@ class AxisLog:
             self._made -= 1
         return before + self._rows(fresh)
 
-    def _rows(self, records: list[Record]) -> list[Row]:
+    def _rows(self, records: list[Record]) -> list[RecordedPixel]:
         """Give records out."""
         self.rows += len(records)
         if records:
             self._pixel = records[-1].pixel
-        return [Row(self._line, self.axis, record) for record in records]
+        return [RecordedPixel(self._line, self.axis, record) for record in records]
 
-    def _read(self) -> tuple[int, Records]:
+    def _read(self) -> tuple[int, NewestRecords]:
         """Return the line and its records, of one moment."""
         before = (self._number(), self.state)
         for _ in range(_TRIES):
@@ -150,10 +152,10 @@ CSV, PARQUET = ".csv", ".parquet"
 _GROUP = 1 << 16  # rows of a Parquet file that are written at once
 
 
-class Rows(Protocol):
+class RecordSink(Protocol):
     """What takes the records of boards."""
 
-    def take(self, unit: int, row: Row) -> None:
+    def take(self, unit: int, row: RecordedPixel) -> None:
         """Take a record of a board."""
 
     def close(self) -> None:
@@ -167,7 +169,7 @@ def refuse_name(path: Path) -> None:
 
 
 @contextlib.contextmanager
-def writing(path: Path) -> Iterator[Rows]:
+def writing(path: Path) -> Iterator[RecordSink]:
     """Yield what takes records; the file appears whole at the end.
 
     What was read before an error is in it as well; if that was nothing there is no file. A file
@@ -193,12 +195,12 @@ def writing(path: Path) -> Iterator[Rows]:
 class _Patient:
     """Takes records on, whatever becomes of their file: motors move meanwhile."""
 
-    def __init__(self, rows: Rows) -> None:
+    def __init__(self, rows: RecordSink) -> None:
         self._rows = rows
         self._failure: OSError | None = None
         self.any = False
 
-    def take(self, unit: int, row: Row) -> None:
+    def take(self, unit: int, row: RecordedPixel) -> None:
         """Take a record of a board."""
         self.any = True
         if self._failure is None:
@@ -214,7 +216,7 @@ class _Patient:
         self._rows.close()
 
 
-def _values(unit: int, row: Row) -> tuple[int, ...]:
+def _values(unit: int, row: RecordedPixel) -> tuple[int, ...]:
     found = row.record
     return (
         unit, row.line, row.axis, found.pixel, found.expected_steps, found.actual_steps,
@@ -229,7 +231,7 @@ class _Csv:
         self._file = place.open("w", encoding="ascii", newline="\n")
         print(",".join(COLUMNS), file=self._file)
 
-    def take(self, unit: int, row: Row) -> None:
+    def take(self, unit: int, row: RecordedPixel) -> None:
         """Take a record of a board."""
         print(",".join(map(str, _values(unit, row))), file=self._file)
 
@@ -254,7 +256,7 @@ class _Parquet:
         self._writer = pyarrow.parquet.ParquetWriter(place, self._schema)
         self._rows: list[tuple[int, ...]] = []
 
-    def take(self, unit: int, row: Row) -> None:
+    def take(self, unit: int, row: RecordedPixel) -> None:
         """Take a record of a board."""
         self._rows.append(_values(unit, row))
         if len(self._rows) >= _GROUP:
@@ -285,7 +287,7 @@ _MOST_S = 0.5
 _PIXEL_BYTES = 1.5  # of a line that goes over the bus at the same time, at most,
 _MOST_SHARE = 0.75  # which takes so much of its time from the records, never more
 
-Take = Callable[[Row], None]
+Take = Callable[[RecordedPixel], None]
 
 
 class Recorder:
@@ -294,7 +296,7 @@ class Recorder:
     `take` gets each record once, those of an axis in their order.
     """
 
-    def __init__(self, board: Board, axes: list[int], take: Take, pixel_s: float) -> None:
+    def __init__(self, board: Device, axes: list[int], take: Take, pixel_s: float) -> None:
         self._board, self._take = board, take
         found = board.axes(max(axes) + 1)
         self.logs = [AxisLog(board, axis, found[axis]["lines_done"] + 1) for axis in axes]
@@ -312,14 +314,14 @@ class Recorder:
         """How many were overwritten before they were read, by axis."""
         return {log.axis: log.missed for log in self.logs}
 
-    def look_if_due(self, world: World, uploads: list[Upload]) -> None:
+    def look_if_due(self, world: World, uploads: list[LineUpload]) -> None:
         """Read what is new, if it is time for that; what is left of lines is sent in between."""
         now_s = world.now_s()
         if now_s >= self._due_s:
             self._due_s = now_s + self._pause_s
             self.look(uploads)
 
-    def look(self, uploads: list[Upload], *, ended: bool = False) -> None:
+    def look(self, uploads: list[LineUpload], *, ended: bool = False) -> None:
         """Read what is new; `ended` if no line makes any more."""
         for log in self.logs:
             block = self._board.short_record_block(log.axis)
@@ -347,7 +349,7 @@ def every_of(hz: Fraction, axes: int, capacity: int, baud: int, *, streamed: boo
 
 @contextlib.contextmanager
 def recorded(
-    lines: Lines,
+    lines: LinesOfBoard,
     take: Take,
     *,
     streamed: bool = True,

@@ -72,7 +72,7 @@ _WORDS = {"u16": 1, "i16": 1, "u32": 2, "i32": 2}
 
 
 @dataclass(frozen=True)
-class Register:
+class RegisterEntry:
     """One register: where, what, its unit and meaning; limits only for a holding register.
 
     `values` has what each value (of a state or code) or each bit stands for, if any does.
@@ -135,19 +135,19 @@ class Fault:
 class RegisterMap:
     """The whole map; axis registers hold offsets inside an axis' block."""
 
-    inputs: tuple[Register, ...]
-    axis_inputs: tuple[Register, ...]
-    holdings: tuple[Register, ...]
+    inputs: tuple[RegisterEntry, ...]
+    axis_inputs: tuple[RegisterEntry, ...]
+    holdings: tuple[RegisterEntry, ...]
 
-    def input(self, name: str) -> Register:
+    def input(self, name: str) -> RegisterEntry:
         """Return a board-wide input register by name."""
         return _named(self.inputs, name)
 
-    def axis_input(self, name: str) -> Register:
+    def axis_input(self, name: str) -> RegisterEntry:
         """Return a per-axis input register by name."""
         return _named(self.axis_inputs, name)
 
-    def holding(self, name: str) -> Register:
+    def holding(self, name: str) -> RegisterEntry:
         """Return a holding register by name."""
         return _named(self.holdings, name)
 
@@ -208,7 +208,7 @@ def fault_text(state: Mapping[str, int], beside: str = "") -> str:
     return f"fault {fault.name} {where}: {fault.text}{told}. {fault.cure}"
 
 
-def settings() -> tuple[Register, ...]:
+def settings() -> tuple[RegisterEntry, ...]:
     """Return the holding registers that are settings, in the order of their addresses."""
     found = (item for item in register_map().holdings if item.address < COMMAND_BASE)
     return tuple(sorted(found, key=lambda item: item.address))
@@ -219,7 +219,7 @@ def version_text(version: int) -> str:
     return f"{version >> 8}.{version & 0xFF}"
 
 
-def words(register: Register, value: int) -> str:
+def words(register: RegisterEntry, value: int) -> str:
     """Return a value in words: its state, its bits joined by commas; empty if it has none."""
     known = register.values
     if not known:
@@ -230,7 +230,7 @@ def words(register: Register, value: int) -> str:
     return known.get(value, f"unknown {register.unit} {value}")
 
 
-def _special(register: Register, value: int) -> str:
+def _special(register: RegisterEntry, value: int) -> str:
     """Return the words of the few registers that are coded in their own way."""
     if register.name == "firmware_version":
         return version_text(value)
@@ -246,12 +246,12 @@ def code_name(codes: Mapping[int, Code | Fault], code: int) -> str:
     return codes[code].name if code in codes else f"code {code}"
 
 
-def _register(row: dict[str, Any]) -> Register:
+def _register(row: dict[str, Any]) -> RegisterEntry:
     values = {int(value): text for value, text in row.get("values", {}).items()}
-    return Register(**row | {"values": values})
+    return RegisterEntry(**row | {"values": values})
 
 
-def _named(registers: tuple[Register, ...], name: str) -> Register:
+def _named(registers: tuple[RegisterEntry, ...], name: str) -> RegisterEntry:
     for register in registers:
         if register.name == name:
             return register
@@ -266,12 +266,12 @@ MOST_WORDS = 125  # of one request
 ReadWords = Callable[[int, int], list[int]]  # first address and number of words
 
 
-class Place(NamedTuple):
+class PlacedRegister(NamedTuple):
     """A register of a board under the name and at the address that it has there."""
 
     name: str
     address: int
-    register: Register
+    register: RegisterEntry
 
     @property
     def end(self) -> int:
@@ -279,12 +279,12 @@ class Place(NamedTuple):
         return self.address + self.register.words
 
 
-def places(registers: Iterable[Register]) -> list[Place]:
+def places(registers: Iterable[RegisterEntry]) -> list[PlacedRegister]:
     """Return registers under their own names, where the map has them."""
-    return [Place(item.name, item.address, item) for item in registers]
+    return [PlacedRegister(item.name, item.address, item) for item in registers]
 
 
-def read_by_name(wanted: Iterable[Place], read: ReadWords) -> dict[str, int]:
+def read_by_name(wanted: Iterable[PlacedRegister], read: ReadWords) -> dict[str, int]:
     """Read registers of one area in one request per gapless stretch; return them by name."""
     found = {}
     for stretch in _stretches(wanted):
@@ -296,9 +296,9 @@ def read_by_name(wanted: Iterable[Place], read: ReadWords) -> dict[str, int]:
     return found
 
 
-def _stretches(wanted: Iterable[Place]) -> list[list[Place]]:
+def _stretches(wanted: Iterable[PlacedRegister]) -> list[list[PlacedRegister]]:
     """Group registers into gapless stretches, each fit for one request."""
-    groups: list[list[Place]] = []
+    groups: list[list[PlacedRegister]] = []
     for place in sorted(wanted, key=lambda item: item.address):
         last = groups[-1] if groups else []
         fits = last and place.address == last[-1].end

@@ -10,7 +10,7 @@ from typing import Protocol
 from pixstep import signals
 from pixstep.board import boards, orders, settings, snapshot, values
 from pixstep.board import registers as regs
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import (
     IMPOSSIBLE,
     BoardError,
@@ -21,7 +21,7 @@ from pixstep.board.errors import (
     NotPossibleError,
 )
 from pixstep.board.link import World
-from pixstep.board.upload import Upload, feed, pause_s
+from pixstep.board.upload import LineUpload, feed, pause_s
 from pixstep.errors import UserError
 from pixstep.progress import Progress, unseen
 
@@ -40,20 +40,20 @@ _LOOK_S = 0.05  # between the two positions that show whether an axis rests
 class Reader(Protocol):
     """What reads the records of lines while they run."""
 
-    def look_if_due(self, world: World, uploads: list[Upload]) -> None:
+    def look_if_due(self, world: World, uploads: list[LineUpload]) -> None:
         """Read what is new, if it is time for that; what is left of lines is sent in between."""
 
-    def look(self, uploads: list[Upload], *, ended: bool = False) -> None:
+    def look(self, uploads: list[LineUpload], *, ended: bool = False) -> None:
         """Read what is new; `ended` if no line makes any more."""
 
 
 @dataclass
-class Lines:
+class LinesOfBoard:
     """The axes of one board that take part, and what is still to be queued of their lines."""
 
-    board: Board
+    board: Device
     axes: list[int]
-    uploads: list[Upload] = field(default_factory=list)
+    uploads: list[LineUpload] = field(default_factory=list)
     recorder: Reader | None = None
     # The registers of each axis as they were seen last, by whoever follows the lines.
     seen: Mapping[int, Mapping[str, int]] = field(default_factory=dict)
@@ -75,25 +75,25 @@ class Rest:
         return not self.moved and self.state not in regs.MOVING_STATES
 
 
-def states(board: Board, axes: list[int]) -> dict[int, str]:
+def states(board: Device, axes: list[int]) -> dict[int, str]:
     """Return the states of some axes by name."""
     found = board.axes(max(axes) + 1)
     return {axis: regs.axis_state(found[axis]["axis_state"]) for axis in axes}
 
 
-def look(lines: Lines) -> None:
+def look(lines: LinesOfBoard) -> None:
     """Note the registers of the axes as they are now."""
     found = lines.board.axes(max(lines.axes) + 1)
     lines.seen = {axis: found[axis] for axis in lines.axes}
 
 
-def loaded(board: Board, count: int) -> list[int]:
+def loaded(board: Device, count: int) -> list[int]:
     """Return the axes of a board that have a line loaded."""
     return [axis for axis, state in states(board, list(range(count))).items() if state == "loaded"]
 
 
 def arm(
-    board: Board, axes: list[int], token: int = 0, known: Sequence[tuple[int, int]] | None = None
+    board: Device, axes: list[int], token: int = 0, known: Sequence[tuple[int, int]] | None = None
 ) -> None:
     """Arm axes; raises BoardError saying why the board would not.
 
@@ -106,7 +106,7 @@ def arm(
         orders.arm(board, axes, token, known)
 
 
-def arm_lines(lines: Lines, token: int = 0) -> None:
+def arm_lines(lines: LinesOfBoard, token: int = 0) -> None:
     """Arm the axes of a group, and note how many lines they have finished before."""
     look(lines)
     lines.before = {axis: found["lines_done"] for axis, found in lines.seen.items()}
@@ -114,7 +114,7 @@ def arm_lines(lines: Lines, token: int = 0) -> None:
     arm(lines.board, lines.axes, token, known)
 
 
-def arm_queued(lines: Lines) -> None:
+def arm_queued(lines: LinesOfBoard) -> None:
     """Arm lines that have just been queued to run at once.
 
     If the board refuses that, they are discarded: left in the queue they would run before the next
@@ -127,13 +127,13 @@ def arm_queued(lines: Lines) -> None:
         raise
 
 
-def play_unknown(board: Board, axes: list[int]) -> list[int]:
+def play_unknown(board: Device, axes: list[int]) -> list[int]:
     """Return those of some axes whose newest line with backlash began without knowing the play."""
     status = board.input("status") if axes else 0
     return [axis for axis in axes if status >> (regs.STATUS_PLAY + axis) & 1]
 
 
-def command(board: Board, name: str, axes: list[int], argument: int = 0) -> None:
+def command(board: Device, name: str, axes: list[int], argument: int = 0) -> None:
     """Give a command; a refusal is explained by the state of the board."""
     with _explained(board, name, axes):
         if name == "clear_fault":
@@ -143,7 +143,7 @@ def command(board: Board, name: str, axes: list[int], argument: int = 0) -> None
 
 
 @contextlib.contextmanager
-def _explained(board: Board, name: str, axes: list[int]) -> Iterator[None]:
+def _explained(board: Device, name: str, axes: list[int]) -> Iterator[None]:
     """Let the state of the board explain why it refuses a command."""
     try:
         yield
@@ -153,7 +153,9 @@ def _explained(board: Board, name: str, axes: list[int]) -> Iterator[None]:
         raise _why_not(board, name, axes) from None
 
 
-def follow(group: list[Lines], world: World, pixels: int = 0, progress: Progress = unseen) -> None:
+def follow(
+    group: list[LinesOfBoard], world: World, pixels: int = 0, progress: Progress = unseen
+) -> None:
     """Stream what is left and wait until all lines are over.
 
     `pixels` is the length of the longest, for the progress. Raises BoardError for a fault, and for
@@ -168,13 +170,13 @@ def follow(group: list[Lines], world: World, pixels: int = 0, progress: Progress
     _read_last_records(group)
 
 
-def _read_last_records(group: list[Lines]) -> None:
+def _read_last_records(group: list[LinesOfBoard]) -> None:
     for lines in group:
         if lines.recorder:
             lines.recorder.look([], ended=True)
 
 
-def _follow(group: list[Lines], world: World, pixels: int, progress: Progress) -> None:
+def _follow(group: list[LinesOfBoard], world: World, pixels: int, progress: Progress) -> None:
     streamed = [lines for lines in group if any(not item.done for item in lines.uploads)]
     pixel_s = {lines.board.unit: lines.board.pixel_period_s() for lines in streamed}
     while True:
@@ -196,7 +198,7 @@ def _follow(group: list[Lines], world: World, pixels: int, progress: Progress) -
     _require_all_made(group)
 
 
-def _require_all_made(group: list[Lines]) -> None:
+def _require_all_made(group: list[LinesOfBoard]) -> None:
     """Raise BoardError for an axis that has a line loaded which was to follow without a gap.
 
     Axes that begin together make equally many lines: one that has made fewer, and has the next one
@@ -226,7 +228,9 @@ def _is_loaded(found: Mapping[str, int]) -> bool:
     return regs.axis_state(found["axis_state"]) == "loaded"
 
 
-def _stream(group: list[Lines], world: World, until_s: float, pixel_s: Mapping[int, float]) -> None:
+def _stream(
+    group: list[LinesOfBoard], world: World, until_s: float, pixel_s: Mapping[int, float]
+) -> None:
     """Stream what is left until it is time for a look again, or a board has come to its end.
 
     `pixel_s` is the pixel period of the boards whose lines are streamed, by unit.
@@ -243,7 +247,7 @@ def _stream(group: list[Lines], world: World, until_s: float, pixel_s: Mapping[i
             return
 
 
-def stop_axes(board: Board, axes: list[int]) -> None:
+def stop_axes(board: Device, axes: list[int]) -> None:
     """Stop axes by one request.
 
     Only if it is not acknowledged, and the board does not say either that nothing moves, it is
@@ -258,7 +262,7 @@ def stop_axes(board: Board, axes: list[int]) -> None:
         raise failure
 
 
-def rests(board: Board, axes: list[int], world: World) -> dict[int, Rest]:
+def rests(board: Device, axes: list[int], world: World) -> dict[int, Rest]:
     """Look twice at some axes, a little after the last step of a stop; return what each does."""
     end = world.now_s() + _LAST_STEP_S
     while (stopping := _stopping(board, axes)) and world.now_s() < end:
@@ -276,7 +280,7 @@ def rests(board: Board, axes: list[int], world: World) -> dict[int, Rest]:
     }
 
 
-def stop(group: list[Lines]) -> str:
+def stop(group: list[LinesOfBoard]) -> str:
     """Stop all axes of a group, also behind a board that does not answer; return in words how.
 
     Each board is told once before any is asked again. One that does not acknowledge it is named:
@@ -287,14 +291,14 @@ def stop(group: list[Lines]) -> str:
         return "; ".join(_stop_all(group))
 
 
-def discard(lines: Lines) -> None:
+def discard(lines: LinesOfBoard) -> None:
     """Discard what is queued of lines that do not run, as far as the board can be told."""
     with contextlib.suppress(BoardError), lines.board.once():
         lines.board.command("disarm", lines.axes)
 
 
 @contextlib.contextmanager
-def stopped_on_failure(group: list[Lines]) -> Iterator[None]:
+def stopped_on_failure(group: list[LinesOfBoard]) -> Iterator[None]:
     """Stop all axes of a group when a signal comes, a board is lost, or this program fails.
 
     The exception goes on with a note saying where the axes are, a BoardError says so itself. A
@@ -318,7 +322,7 @@ def stopped_on_failure(group: list[Lines]) -> Iterator[None]:
         raise
 
 
-def _stop_all(group: list[Lines]) -> list[str]:
+def _stop_all(group: list[LinesOfBoard]) -> list[str]:
     """Stop all axes of a group; return in words how, by board and axis."""
     failures = [_try_stop(lines.board, lines.axes) for lines in group]
     told = []
@@ -336,13 +340,13 @@ def _stop_all(group: list[Lines]) -> list[str]:
     return told
 
 
-def positions(board: Board, axes: list[int]) -> Mapping[int, int]:
+def positions(board: Device, axes: list[int]) -> Mapping[int, int]:
     """Return the positions of some axes, steps."""
     found = board.axes(max(axes) + 1)
     return {axis: found[axis]["position_steps"] for axis in axes}
 
 
-def _try_stop(board: Board, axes: list[int]) -> BoardError | None:
+def _try_stop(board: Device, axes: list[int]) -> BoardError | None:
     """Send one stop; return what went wrong."""
     try:
         with board.once(urgent=True):
@@ -352,7 +356,7 @@ def _try_stop(board: Board, axes: list[int]) -> BoardError | None:
     return None
 
 
-def _known_still(board: Board, axes: list[int]) -> bool:
+def _known_still(board: Device, axes: list[int]) -> bool:
     """Whether a board says that none of some axes moves or is about to; False if it is silent."""
     try:
         with board.once():
@@ -361,13 +365,13 @@ def _known_still(board: Board, axes: list[int]) -> bool:
         return False
 
 
-def _stopping(board: Board, axes: list[int]) -> set[int]:
+def _stopping(board: Device, axes: list[int]) -> set[int]:
     """Return those of some axes whose timer still holds the period that a stop has cut short."""
     status = board.input("status")
     return {axis for axis in axes if status >> (regs.STATUS_STOPPING + axis) & 1}
 
 
-def require(lines: Lines, wanted: tuple[str, ...], text: str) -> None:
+def require(lines: LinesOfBoard, wanted: tuple[str, ...], text: str) -> None:
     """Raise BoardError for the first axis in another state, with the board's fault if any."""
     for axis, state in states(lines.board, lines.axes).items():
         if state not in wanted:
@@ -378,14 +382,14 @@ def require(lines: Lines, wanted: tuple[str, ...], text: str) -> None:
             raise_fault(lines.board)
 
 
-def raise_fault(board: Board) -> None:
+def raise_fault(board: Device) -> None:
     """Raise the board's fault, if it has one."""
     name, text = board.fault()
     if text:
         raise FaultError(f"board {board.unit}: {text}", name)
 
 
-def _why_not(board: Board, name: str, axes: list[int]) -> BoardError:
+def _why_not(board: Device, name: str, axes: list[int]) -> BoardError:
     """Return what speaks against a command at present."""
     state = board.inputs()
     said = f"board {board.unit}: {name}:"
@@ -399,7 +403,7 @@ def _why_not(board: Board, name: str, axes: list[int]) -> BoardError:
     return NotPossibleError(f"{said} {_not_now(board, name, axes, state)}")
 
 
-def _gate_too_near(board: Board) -> str:
+def _gate_too_near(board: Device) -> str:
     """Return that line zero is too near a burst's first edge; "" if it is not."""
     known = settings.read(board)
     clock_hz, locked = values.hz_of(known), settings.locks(known)
@@ -410,7 +414,7 @@ def _gate_too_near(board: Board) -> str:
     return boards.gate_text(edges, clock_hz, least, locked=locked)
 
 
-def _not_now(board: Board, name: str, axes: list[int], state: Mapping[str, int]) -> str:
+def _not_now(board: Device, name: str, axes: list[int], state: Mapping[str, int]) -> str:
     """Return which state of a board without a fault speaks against a command."""
     if name == "arm" and snapshot.is_awaited(board, state):
         return (

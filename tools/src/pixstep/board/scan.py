@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from pixstep.board import registers as regs
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import ExceptionReplyError, NoReplyError
 from pixstep.progress import Progress, unseen
 
@@ -23,7 +23,7 @@ _HEAD_WORDS = 6  # map, firmware, board, axes, status, fault
 
 
 @dataclass(frozen=True)
-class Found:
+class ScannedBoard:
     """What answered at an address; `trouble` says why it is not a board to talk to."""
 
     unit: int
@@ -40,32 +40,34 @@ class Found:
         return dict(vars(self))
 
 
-def scan(modbus: Client, units: Iterable[int] = UNITS, progress: Progress = unseen) -> list[Found]:
+def scan(
+    modbus: Client, units: Iterable[int] = UNITS, progress: Progress = unseen
+) -> list[ScannedBoard]:
     """Ask every address once; return what answered."""
     wanted = list(units)
     found = []
     for index, unit in enumerate(wanted):
         progress(index / len(wanted))
-        answer = look(Board(modbus, unit))
+        answer = look(Device(modbus, unit))
         if answer:
             found.append(answer)
     return found
 
 
-def look(board: Board) -> Found | None:
+def look(board: Device) -> ScannedBoard | None:
     """Return what answers at one address; None if nothing does."""
     try:
         words = board.read_inputs(0, _HEAD_WORDS)
     except ExceptionReplyError as error:
-        return Found(board.unit, trouble=f"another device (exception {error.code})")
+        return ScannedBoard(board.unit, trouble=f"another device (exception {error.code})")
     except NoReplyError as error:
         if not error.heard:
             return None
         text = f"unreadable ({error.heard} bytes): two boards with this address, or another rate"
-        return Found(board.unit, trouble=text)
+        return ScannedBoard(board.unit, trouble=text)
     version, firmware, board_id, axes, status, fault = words
     trouble = "" if version == regs.MAP_VERSION else f"this tool knows map {regs.MAP_VERSION}"
-    return Found(
+    return ScannedBoard(
         unit=board.unit,
         board=regs.BOARD_IDS.get(board_id, f"board {board_id}"),
         firmware=regs.version_text(firmware),

@@ -9,11 +9,11 @@ from typing import TypedDict
 
 from pixstep.board import boards, orders, registers, values
 from pixstep.board import registers as regs
-from pixstep.board.device import STORING, Board
+from pixstep.board.device import STORING, Device
 from pixstep.board.errors import BoardError, ExceptionReplyError, NoReplyError
 from pixstep.board.link import World
 from pixstep.board.port import PARITIES
-from pixstep.board.registers import Register
+from pixstep.board.registers import RegisterEntry
 from pixstep.errors import UserError
 from pixstep.lines.units import refuse_period
 
@@ -39,7 +39,7 @@ class ChangeData(TypedDict):
 class Change:
     """One setting, before and after."""
 
-    register: Register
+    register: RegisterEntry
     old: int
     new: int
 
@@ -53,7 +53,7 @@ class Change:
         return {"name": self.name, "old": self.old, "new": self.new, "unit": self.register.unit}
 
 
-def read(board: Board) -> dict[str, int]:
+def read(board: Device) -> dict[str, int]:
     """Return all settings by name, read in one request."""
     return registers.read_by_name(registers.places(regs.settings()), board.read_holdings)
 
@@ -72,7 +72,7 @@ def changes(old: dict[str, int], new: dict[str, int]) -> list[Change]:
     ]
 
 
-def write(board: Board, old: dict[str, int], wanted: list[Change]) -> None:
+def write(board: Device, old: dict[str, int], wanted: list[Change]) -> None:
     """Make changes in one all-or-nothing request, and read them back.
 
     The settings in between are written as they were. When address, rate or parity change, the
@@ -106,7 +106,7 @@ def write(board: Board, old: dict[str, int], wanted: list[Change]) -> None:
             )
 
 
-def _read_back(board: Board, changed: set[str]) -> dict[str, int]:
+def _read_back(board: Device, changed: set[str]) -> dict[str, int]:
     """Read the settings after a change; say so if the board has taken it and is lost since."""
     try:
         return read(board)
@@ -120,20 +120,20 @@ def _read_back(board: Board, changed: set[str]) -> dict[str, int]:
         ) from None
 
 
-def follow(board: Board, old: Mapping[str, int], new: Mapping[str, int]) -> None:
+def follow(board: Device, old: Mapping[str, int], new: Mapping[str, int]) -> None:
     """Let the client talk to the board as its new settings say."""
     board.unit = new[_ADDRESS]
     if any(old[name] != new[name] for name in _LINE):
         board.modbus.follow(100 * new["baud_100"], _PARITY_LETTERS[new["parity"]])
 
 
-def use_defaults(board: Board) -> None:
+def use_defaults(board: Device) -> None:
     """Put the defaults into force and follow them on the line."""
     _move(board, board.default_settings, read(board), defaults())
 
 
 def _move(
-    board: Board, order: Callable[[], None], old: Mapping[str, int], new: Mapping[str, int]
+    board: Device, order: Callable[[], None], old: Mapping[str, int], new: Mapping[str, int]
 ) -> None:
     """Give an order after which the board may answer at another address or rate, and follow it.
 
@@ -160,11 +160,11 @@ def _move(
             return
 
 
-def _refuse_taken(board: Board, unit: int) -> None:
+def _refuse_taken(board: Device, unit: int) -> None:
     """Raise UserError if another board has an address: neither could be asked any more."""
     try:
         with board.once():
-            Board(board.modbus, unit).read_inputs(0, 1)
+            Device(board.modbus, unit).read_inputs(0, 1)
     except NoReplyError:
         return
     except ExceptionReplyError:
@@ -174,7 +174,7 @@ def _refuse_taken(board: Board, unit: int) -> None:
     )
 
 
-def _is_there(board: Board) -> bool:
+def _is_there(board: Device) -> bool:
     """Whether the board answers at the address and rate at which the client asks."""
     try:
         return board.setting(_ADDRESS) == board.unit
@@ -182,7 +182,7 @@ def _is_there(board: Board) -> bool:
         return False
 
 
-def store(board: Board, world: World) -> int:
+def store(board: Device, world: World) -> int:
     """Store the settings in the board's EEPROM; return the number of the record.
 
     Raises MissingFeatureError, and nothing is sent, for a board that cannot.
@@ -201,7 +201,7 @@ def store(board: Board, world: World) -> int:
     return serial
 
 
-def divider(board: Board) -> int:
+def divider(board: Device) -> int:
     """Return how many edges of the clock a pixel has on the board."""
     return divider_of(read(board))
 
@@ -211,7 +211,7 @@ def divider_of(known: dict[str, int]) -> int:
     return known.get("divider", 1)
 
 
-def pixel_hz(board: Board, clock: Fraction | None = None, divider: int | None = None) -> Fraction:
+def pixel_hz(board: Device, clock: Fraction | None = None, divider: int | None = None) -> Fraction:
     """Return the exact frequency of the board's pixels; of those of another clock or divider."""
     known = read(board)
     return (clock or values.hz_of(known)) / (divider or divider_of(known))
@@ -240,7 +240,7 @@ def of_clock(
 
 
 def set_clock(
-    board: Board,
+    board: Device,
     clock: Fraction | None,
     sync: str | None = None,
     divider: int | None = None,
@@ -262,6 +262,6 @@ def set_clock(
     write(board, old, changes(old, wanted))
 
 
-def _span(table: Sequence[regs.Register]) -> tuple[int, int]:
+def _span(table: Sequence[regs.RegisterEntry]) -> tuple[int, int]:
     """Return the first address of registers and the one behind the last."""
     return table[0].address, table[-1].address + table[-1].words

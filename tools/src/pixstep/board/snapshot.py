@@ -6,11 +6,12 @@ Its pixel clock is as it has measured it: period, offset from its setting, jitte
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import TypedDict
 
 from pixstep.board import registers as regs
 from pixstep.board import settings, values
-from pixstep.board.device import Board, Identity
+from pixstep.board.device import Device, Identity
 from pixstep.board.errors import BoardError
 from pixstep.board.link import World
 from pixstep.board.state import beside_set, interval_hz
@@ -83,12 +84,12 @@ class ClockState:
         }
 
 
-def is_awaited(board: Board, inputs: Mapping[str, int]) -> bool:
+def is_awaited(board: Device, inputs: Mapping[str, int]) -> bool:
     """True if a board locks lines to its pixel clock and has not measured it yet."""
     return settings.locks(settings.read(board)) and not regs.is_measured(inputs["status"])
 
 
-def await_lock(board: Board, world: World) -> None:
+def await_lock(board: Device, world: World) -> None:
     """Wait, if the board locks lines to its pixel clock, until it can: then it has measured it.
 
     Raises BoardError if it does not in a time that a steady clock needs.
@@ -99,7 +100,7 @@ def await_lock(board: Board, world: World) -> None:
 
 
 def await_measured(
-    board: Board, world: World, clock_s: float, edges: int = _MEASURING_EDGES
+    board: Device, world: World, clock_s: float, edges: int = _MEASURING_EDGES
 ) -> None:
     """Wait until a board has measured its pixel clock, whose edges are `clock_s` apart.
 
@@ -127,7 +128,7 @@ def await_measured(
         world.wait(min(_POLL_S, _POLL_EDGES * clock_s))
 
 
-def clock_beside(board: Board, world: World | None = None) -> str:
+def clock_beside(board: Device, world: World | None = None) -> str:
     """Return in words the frequency that a board sees beside the one that it is set to.
 
     While the board has measured none, its count of edges tells, if there is time for that.
@@ -153,7 +154,7 @@ def _is_known(status: int, *, gated: bool) -> bool:
     return comes and regs.is_measured(status)
 
 
-def _gated(board: Board) -> bool:
+def _gated(board: Device) -> bool:
     return settings.gate_of(settings.read(board)) != 0
 
 
@@ -169,10 +170,13 @@ def measured_hz(clock: ClockState | None, inputs: Mapping[str, int], tick_hz: in
     return off
 
 
-def read_clock(board: Board, inputs: Mapping[str, int]) -> ClockState | None:
+def read_clock(
+    board: Device, inputs: Mapping[str, int], clock_hz: Fraction | None = None
+) -> ClockState | None:
     """Return what a board has measured, by its input registers and its settings.
 
-    None before it has seen enough edges, and of a board without the registers.
+    None before it has seen enough edges, and of a board without the registers. The board is asked
+    for the frequency that it is set to unless that is given.
     """
     measured = regs.is_measured(inputs["status"])
     if not measured or not inputs.get("clock_period_ticks"):
@@ -180,7 +184,7 @@ def read_clock(board: Board, inputs: Mapping[str, int]) -> ClockState | None:
     tick_hz = board.tick_hz()
     return ClockState(
         inputs["clock_period_ticks"] + inputs["clock_period_fraction"] / 0x10000,
-        float(tick_hz / board.clock_hz()),
+        float(tick_hz / (clock_hz or board.clock_hz())),
         inputs["clock_jitter"] / 16,
         inputs["clock_missing"],
         inputs["clock_glitches"],
@@ -289,13 +293,16 @@ class Snapshot:
         }
 
 
-def take(board: Board, who: Identity, time_s: float) -> Snapshot:
-    """Read a board; raises BoardError if it does not answer."""
-    inputs = board.inputs()
+def take(
+    board: Device, who: Identity, time_s: float, axes: list[dict[str, int]] | None = None
+) -> Snapshot:
+    """Read a board, but for its axes if these are given; raises BoardError for no answer."""
+    inputs, clock_hz = board.inputs(), board.clock_hz()
     return Snapshot(
-        who, time_s, inputs, board.axes(who.axis_count), clock=read_clock(board, inputs),
+        who, time_s, inputs, axes or board.axes(who.axis_count),
+        clock=read_clock(board, inputs, clock_hz),
         off_hz=interval_hz(inputs.get("clock_interval", 0), board.tick_hz()),
-        set_hz=float(board.clock_hz()),
+        set_hz=float(clock_hz),
     )  # fmt: skip
 
 

@@ -28,7 +28,7 @@ class Record:
 
 
 @dataclass(frozen=True)
-class Records:
+class NewestRecords:
     """The newest per-pixel records of an axis, oldest first.
 
     `made` is how many its line has made so far, modulo 65536.
@@ -94,7 +94,7 @@ class Event:
         return faults[self.code].text if self.code in faults else "unknown to this tool"
 
 
-def parse_records(words: list[int]) -> Records:
+def parse_records(words: list[int]) -> NewestRecords:
     """Decode the record block; each record holds only the low 16 bits of its pixel.
 
     From arming to a line's first pixel edge the block still has records of the line before: those
@@ -109,7 +109,7 @@ def parse_records(words: list[int]) -> Records:
         error = rest[4] - 0x10000 if rest[4] & 0x8000 else rest[4]
         if pixel > 0:
             records.append(Record(pixel, _signed32(rest[0:2]), _signed32(rest[2:4]), error))
-    return Records(words[3], records)
+    return NewestRecords(words[3], records)
 
 
 def parse_events(words: list[int], total: int) -> list[Event]:
@@ -137,7 +137,7 @@ ReadBlock = Callable[[int, int, bool], list[int]]
 _RecordWords = list[int]
 
 
-def read_records(read_words: ReadBlock, capacity: int, most_words: int) -> Records:
+def read_records(read_words: ReadBlock, capacity: int, most_words: int) -> NewestRecords:
     """Return the records of a block, no request for more than `most_words`.
 
     Only if they do not fit together time and again, one request asks for the whole block.
@@ -146,7 +146,9 @@ def read_records(read_words: ReadBlock, capacity: int, most_words: int) -> Recor
     return found or parse_records(read_words(0, _HEAD + capacity * _WIDTH, False))
 
 
-def read_records_short(read_words: ReadBlock, capacity: int, most_words: int) -> Records | None:
+def read_records_short(
+    read_words: ReadBlock, capacity: int, most_words: int
+) -> NewestRecords | None:
     """Return the same; None if too many records are made between two requests."""
     size = _HEAD + capacity * _WIDTH
     first, second = (most_words - _HEAD) // _WIDTH, most_words // _WIDTH

@@ -16,11 +16,11 @@ from dataclasses import dataclass
 from pixstep import signals
 from pixstep.board import clock_marks, orders, run, settings, snapshot
 from pixstep.board import registers as regs
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import BoardError, ExceptionReplyError, LineLostError, NoReplyError
 from pixstep.board.link import World
 from pixstep.board.port import InterruptedBusError
-from pixstep.board.run import Lines
+from pixstep.board.run import LinesOfBoard
 from pixstep.progress import Progress, unseen
 
 _LEAD_S, _LEAD_BOARD_S = 0.15, 0.1  # from the mark to line zero: go and a second mark come between
@@ -34,7 +34,7 @@ class Together:
     """Lines that have begun together, with the token that they were armed with."""
 
     token: int
-    group: list[Lines]
+    group: list[LinesOfBoard]
 
     def compare(self, world: World) -> None:
         """Compare the boards' counts of clock edges since line zero.
@@ -57,7 +57,7 @@ class Together:
         _same_counts(boards, counts)
 
 
-def _same_counts(boards: Sequence[Board], counts: Sequence[float]) -> None:
+def _same_counts(boards: Sequence[Device], counts: Sequence[float]) -> None:
     """Raise BoardError if boards have counted different numbers of clock edges."""
     if max(counts) - min(counts) <= clock_marks.AGREE:
         return
@@ -71,7 +71,7 @@ def _same_counts(boards: Sequence[Board], counts: Sequence[float]) -> None:
 
 
 def start(
-    group: list[Lines], world: World, progress: Progress = unseen, token: int | None = None
+    group: list[LinesOfBoard], world: World, progress: Progress = unseen, token: int | None = None
 ) -> Together:
     """Start lines of several boards on one edge of the pixel clock.
 
@@ -85,7 +85,7 @@ def start(
         lines.board.require("tokens")
     clocked = _are_clocked([lines.board for lines in group])
     token = token or secrets.randbelow(0xFFFF) + 1
-    armed: list[Lines] = []
+    armed: list[LinesOfBoard] = []
     gone = False
     try:
         for lines in group:
@@ -101,7 +101,7 @@ def start(
     return Together(token, group)
 
 
-def _are_clocked(boards: Sequence[Board]) -> bool:
+def _are_clocked(boards: Sequence[Device]) -> bool:
     """Return whether the boards' lines wait for the pixel clock.
 
     Raises BoardError if some do and others do not, or if a board cannot begin on each edge.
@@ -119,7 +119,7 @@ def _are_clocked(boards: Sequence[Board]) -> bool:
     return not free
 
 
-def _require_free_grid(board: Board, found: Mapping[str, int]) -> None:
+def _require_free_grid(board: Device, found: Mapping[str, int]) -> None:
     """Raise BoardError if a board's running lines leave it no choice among the clock's edges."""
     if not (settings.locks(found) and found["divider"] > 1):
         return
@@ -131,7 +131,7 @@ def _require_free_grid(board: Board, found: Mapping[str, int]) -> None:
         )
 
 
-def _arm_one(lines: Lines, token: int, armed: list[Lines]) -> None:
+def _arm_one(lines: LinesOfBoard, token: int, armed: list[LinesOfBoard]) -> None:
     """Arm a board's lines and note it; a board that did not say no may be armed too."""
     armed.append(lines)
     try:
@@ -143,7 +143,7 @@ def _arm_one(lines: Lines, token: int, armed: list[Lines]) -> None:
         raise
 
 
-def _take_back(armed: list[Lines], *, gone: bool) -> None:
+def _take_back(armed: list[LinesOfBoard], *, gone: bool) -> None:
     """Disarm what was armed, or stop it if it may have been told to go; nobody may begin alone."""
     if not armed:
         return
@@ -156,7 +156,7 @@ def _take_back(armed: list[Lines], *, gone: bool) -> None:
             lines.board.command("disarm", lines.axes)
 
 
-def _await_ready(group: list[Lines], world: World, *, clocked: bool) -> None:
+def _await_ready(group: list[LinesOfBoard], world: World, *, clocked: bool) -> None:
     """Wait until every board has decoded ahead and knows its clock."""
     waiting = list(group)
     end_s = world.now_s() + _READY_S
@@ -179,21 +179,21 @@ def _await_ready(group: list[Lines], world: World, *, clocked: bool) -> None:
             world.wait(clock_marks.POLL_S)
 
 
-def _what_is_not(board: Board, status: int, world: World) -> str:
+def _what_is_not(board: Device, status: int, world: World) -> str:
     """Return in words what a board is not ready with."""
     if regs.is_measured(status):
         return "its decoder"
     return f"its pixel clock is not measured: {snapshot.clock_beside(board, world)}"
 
 
-def _go_at_once(group: list[Lines], token: int) -> dict[int, int]:
+def _go_at_once(group: list[LinesOfBoard], token: int) -> dict[int, int]:
     """Let boards go whose lines wait for no clock, one after the other."""
     for lines in group:
         orders.go(lines.board, token, 1)
     return {}
 
 
-def _agree_and_go(group: list[Lines], token: int, world: World) -> dict[int, int]:
+def _agree_and_go(group: list[LinesOfBoard], token: int, world: World) -> dict[int, int]:
     """Find the edge that all boards begin on, tell it to each, and check that they still agree.
 
     Returns the older line zero of each unit, of boards on a gated clock alone.
@@ -223,7 +223,7 @@ def _agree_and_go(group: list[Lines], token: int, world: World) -> dict[int, int
 
 
 def _check_again(
-    boards: Sequence[Board], marks: Sequence[clock_marks.Mark], again: Sequence[clock_marks.Mark]
+    boards: Sequence[Device], marks: Sequence[clock_marks.Mark], again: Sequence[clock_marks.Mark]
 ) -> None:
     """Raise BoardError if a board has lost an edge, or seen a false one, between two marks."""
     for board, mark in zip(boards, again, strict=True):
@@ -244,7 +244,7 @@ def _check_again(
             )
 
 
-def _gate_of(boards: Sequence[Board]) -> int:
+def _gate_of(boards: Sequence[Device]) -> int:
     """Return how many edges behind a burst's first one the boards' lines begin; 0: no gate.
 
     Raises BoardError if they have different gates.
@@ -259,7 +259,7 @@ def _gate_of(boards: Sequence[Board]) -> int:
     return gates[0]
 
 
-def _go(board: Board, token: int, edge: int) -> None:
+def _go(board: Device, token: int, edge: int) -> None:
     """Tell a board its edge; raises BoardError with the reason if it refuses."""
     try:
         orders.go(board, token, edge)
@@ -268,7 +268,7 @@ def _go(board: Board, token: int, edge: int) -> None:
         raise BoardError(f"board {board.unit}: it refuses to go: none of its axes waits") from None
 
 
-def _edges_ahead(boards: Sequence[Board], marks: Sequence[clock_marks.Mark]) -> int:
+def _edges_ahead(boards: Sequence[Device], marks: Sequence[clock_marks.Mark]) -> int:
     """Return how many edges behind the mark all begin."""
     lead_s = _LEAD_S + _LEAD_BOARD_S * len(boards)
     clock_s = marks[0].period_ticks / boards[0].tick_hz()
@@ -280,7 +280,12 @@ def _edges_ahead(boards: Sequence[Board], marks: Sequence[clock_marks.Mark]) -> 
 
 
 def _await_start(
-    group: list[Lines], zeros: dict[int, int], world: World, progress: Progress, *, clocked: bool
+    group: list[LinesOfBoard],
+    zeros: dict[int, int],
+    world: World,
+    progress: Progress,
+    *,
+    clocked: bool,
 ) -> None:
     """Wait until no axis is armed any more, while the clock rests for as long as it does.
 

@@ -2,7 +2,7 @@
 """The way of lines into the queues of axes.
 
 A block whose reply was lost is repeated as it was (the board drops the copy); a line longer than
-the queue is streamed: call `Upload.push`, or `feed` for several axes, again while it runs.
+the queue is streamed: call `LineUpload.push`, or `feed` for several axes, again while it runs.
 
 Boards since map 4 take blocks of packed entries, of a byte or little more for each pixel with a
 count of its own; an older board takes runs of 4 bytes.
@@ -11,7 +11,7 @@ count of its own; an older board takes runs of 4 bytes.
 from collections.abc import Iterable
 
 from pixstep.board import registers as regs
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import BUSY, BoardError
 from pixstep.lines import runs
 from pixstep.lines.line import Line
@@ -23,15 +23,15 @@ _WORTH = 48  # bytes: for less room a block is not worth its request, unless it 
 _PAUSE = 0.3  # of the time in which a full queue runs dry, between two calls of feed()
 
 
-class Upload:
+class LineUpload:
     """The blocks of one line on their way into an axis' queue.
 
-    `state` is what `Board.axis` says of it, if that has just been asked.
+    `state` is what `Device.axis` says of it, if that has just been asked.
     """
 
     def __init__(
         self,
-        board: Board,
+        board: Device,
         axis: int,
         entries: list[tuple[int, int]],
         state: dict[str, int] | None = None,
@@ -238,7 +238,7 @@ class Upload:
             self._open, self.last = len(entries), None
 
 
-def begin(board: Board, lines: dict[int, Line], divider: int | None = None) -> list[Upload]:
+def begin(board: Device, lines: dict[int, Line], divider: int | None = None) -> list[LineUpload]:
     """Queue lines by axis, or as much of them as the queues hold; return what may be left.
 
     `divider` is how many clock edges a pixel has, if the lines are to say it. Call it where a
@@ -250,19 +250,19 @@ def begin(board: Board, lines: dict[int, Line], divider: int | None = None) -> l
     uploads = []
     said = said_divider(board, divider)
     for axis, line in lines.items():
-        upload = Upload(board, axis, queue_entries(line, said))
+        upload = LineUpload(board, axis, queue_entries(line, said))
         upload.push()
         upload.require_taken()
         uploads.append(upload)
     return uploads
 
 
-def said_divider(board: Board, divider: int | None) -> int | None:
+def said_divider(board: Device, divider: int | None) -> int | None:
     """Return the divider as lines say it; None for a board that has only the setting."""
     return divider if divider is not None and board.has("line_divider") else None
 
 
-def require_whole(board: Board, axes: Iterable[int]) -> None:
+def require_whole(board: Device, axes: Iterable[int]) -> None:
     """Raise BoardError for the first axis with a part of a line, whose host was ended there."""
     for axis in axes:
         if regs.axis_state(board.axis(axis)["axis_state"]) == "loading":
@@ -272,14 +272,14 @@ def require_whole(board: Board, axes: Iterable[int]) -> None:
             )
 
 
-def forget_refused(board: Board, axes: Iterable[int]) -> None:
+def forget_refused(board: Device, axes: Iterable[int]) -> None:
     """Discard lines that the board has refused: until then it answers others as it did those."""
     for axis in axes:
         if regs.axis_state(board.axis(axis)["axis_state"]) == "refused":
             board.command("disarm", [axis])
 
 
-def require_idle(board: Board, axes: Iterable[int]) -> None:
+def require_idle(board: Device, axes: Iterable[int]) -> None:
     """Raise BoardError for the first axis that has a line already: that one would be made first.
 
     For what queues a line and runs it at once.
@@ -302,7 +302,7 @@ def require_idle(board: Board, axes: Iterable[int]) -> None:
             )
 
 
-def room(board: Board, axis: int, line: Line, divider: int | None = None) -> tuple[int, int]:
+def room(board: Device, axis: int, line: Line, divider: int | None = None) -> tuple[int, int]:
     """Return the queue entries that a line takes, and those that are free."""
     state = board.axis(axis)
     if not state["queue_free"]:
@@ -313,7 +313,7 @@ def room(board: Board, axis: int, line: Line, divider: int | None = None) -> tup
     return len(queue_entries(line, said_divider(board, divider))), state["queue_free"]
 
 
-def feed(uploads: Iterable[Upload]) -> int:
+def feed(uploads: Iterable[LineUpload]) -> int:
     """Fill the queues of axes of one board from lines that are longer; return the blocks sent.
 
     The queue with the most room is served first, block by block, until none is worth a block more.
@@ -339,7 +339,7 @@ def feed(uploads: Iterable[Upload]) -> int:
     return blocks
 
 
-def pause_s(uploads: Iterable[Upload], pixel_s: float, most_s: float) -> float:
+def pause_s(uploads: Iterable[LineUpload], pixel_s: float, most_s: float) -> float:
     """Return the seconds that may pass until `feed` is called again, `most_s` at most.
 
     A kilohertz line with a count of its own in each pixel empties a small queue in less.

@@ -32,9 +32,9 @@ from typing import TYPE_CHECKING
 from pixstep import atomic, tomltext
 from pixstep.board import registers
 from pixstep.board import registers as regs
-from pixstep.board.device import Board, Identity
+from pixstep.board.device import Device, Identity
 from pixstep.board.port import PARITIES
-from pixstep.board.registers import Place, Register
+from pixstep.board.registers import PlacedRegister, RegisterEntry
 from pixstep.board.state import set_hz
 from pixstep.errors import RefusedError, UserError
 from pixstep.lazy import lazy
@@ -55,7 +55,7 @@ class Item:
 
     name: str
     kind: str  # INPUT, AXIS or SETTING
-    register: Register
+    register: RegisterEntry
     address: int
 
 
@@ -122,13 +122,13 @@ def select(patterns: Iterable[str], axes: int) -> list[Item]:
     return list(chosen.values())
 
 
-def read(board: Board, items: list[Item]) -> list[RegisterReading]:
+def read(board: Device, items: list[Item]) -> list[RegisterReading]:
     """Read registers, those that adjoin in one request; in the order given."""
     found: dict[str, int] = {}
     for area, of_settings in ((board.read_holdings, True), (board.read_inputs, False)):
         wanted = [item for item in items if (item.kind == SETTING) == of_settings]
         found |= registers.read_by_name(
-            [Place(item.name, item.address, item.register) for item in wanted], area
+            [PlacedRegister(item.name, item.address, item.register) for item in wanted], area
         )
     return [RegisterReading(item, found[item.name]) for item in items]
 
@@ -152,7 +152,7 @@ def assignments(texts: Iterable[str]) -> dict[str, int]:
     return wanted
 
 
-def check(name: str, value: int) -> Register:
+def check(name: str, value: int) -> RegisterEntry:
     """Return the setting of a name; raises UserError if there is none or the value is no good."""
     known = {item.name: item for item in regs.settings()}
     if name not in known:
@@ -174,12 +174,12 @@ def number_text(value: int) -> str:
     return str(value) if bits <= _MOST_BITS else f"a number of {bits} bits"
 
 
-def range_text(register: Register) -> str:
+def range_text(register: RegisterEntry) -> str:
     """Return the range of a setting with its unit: "1 to 1000 us"."""
     return f"{register.minimum} to {register.maximum}{unit_text(register)}"
 
 
-def unit_text(register: Register) -> str:
+def unit_text(register: RegisterEntry) -> str:
     """Return a unit behind a blank; nothing for a number without one."""
     return "" if register.unit in _BARE else f" {register.unit}"
 
@@ -354,9 +354,9 @@ def _line_of(lines: list[str], name: str) -> int:
     return 1
 
 
-def _unit(item: regs.Register) -> str:
+def _unit(item: regs.RegisterEntry) -> str:
     return "" if item.unit in ("1", "") else f"{item.unit}, "
 
 
-def _range(item: regs.Register) -> str:
+def _range(item: regs.RegisterEntry) -> str:
     return f"{item.minimum} to {item.maximum}"

@@ -24,14 +24,14 @@ PICTURES = (".png", ".svg", ".pdf")
 FILE = click.Path(path_type=Path, dir_okay=False)
 
 
-class OutFile(click.Path[Path]):
+class OutFileType(click.Path[Path]):
     """A file that a command writes; "-" is the standard output."""
 
     def __init__(self, *, folder: bool = False) -> None:
         super().__init__(path_type=Path, dir_okay=folder, allow_dash=True)
 
 
-class OutPicture(OutFile):
+class OutPictureType(OutFileType):
     """A drawing that a command writes; its name says the format, a stream gets PNG."""
 
     def convert(
@@ -48,17 +48,17 @@ class OutPicture(OutFile):
         return path
 
 
-class OutFolder(click.Path[Path]):
+class OutFolderType(click.Path[Path]):
     """A folder for the results of a run."""
 
     def __init__(self) -> None:
         super().__init__(path_type=Path, file_okay=False)
 
 
-OUTPUT = OutFile()
-PICTURE = OutPicture()
-OUTPUT_OR_FOLDER = OutFile(folder=True)
-FOLDER = OutFolder()
+OUTPUT = OutFileType()
+PICTURE = OutPictureType()
+OUTPUT_OR_FOLDER = OutFileType(folder=True)
+FOLDER = OutFolderType()
 _FORCE = "force"
 
 
@@ -70,7 +70,7 @@ class Command(click.Command):
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
-        if any(isinstance(param.type, (OutFile, OutFolder)) for param in self.params):
+        if any(isinstance(param.type, (OutFileType, OutFolderType)) for param in self.params):
             self.params.append(
                 click.Option(
                     ["--force"],
@@ -92,7 +92,7 @@ class Command(click.Command):
 
     def invoke(self, ctx: click.Context) -> object:
         """Run the command under the rules for its files."""
-        named = list(_paths(ctx, OutFile))
+        named = list(_paths(ctx, OutFileType))
         inputs = tuple(path for _, path in _paths(ctx, click.Path, _is_input))
         with atomic.rules(atomic.WriteRules(ctx.meta.get(_FORCE, False), inputs)):
             _refuse_outputs(ctx, named)
@@ -102,7 +102,7 @@ class Command(click.Command):
                 raise missing_package(error) or error from None
 
 
-class Late(NamedTuple):
+class LazyCommand(NamedTuple):
     """A command that is imported when it is called, so that help and completion are quick."""
 
     place: str  # module:name
@@ -112,7 +112,7 @@ class Late(NamedTuple):
 class _Commands(MutableMapping[str, click.Command]):
     """The commands of a group by name; those that come late are imported when looked up."""
 
-    def __init__(self, late: Mapping[str, Late]) -> None:
+    def __init__(self, late: Mapping[str, LazyCommand]) -> None:
         self.late = late
         self._loaded: dict[str, click.Command] = {}
 
@@ -156,7 +156,7 @@ class Group(click.Group):
     commands: _Commands
 
     def __init__(
-        self, *arguments: Any, late: Mapping[str, Late] | None = None, **options: Any
+        self, *arguments: Any, late: Mapping[str, LazyCommand] | None = None, **options: Any
     ) -> None:
         super().__init__(*arguments, **options)
         early = self.commands
@@ -259,7 +259,7 @@ def _note_force(ctx: click.Context, _param: click.Parameter, value: bool) -> Non
 
 
 def _is_input(param: click.Parameter) -> bool:
-    return not isinstance(param.type, (OutFile, OutFolder))
+    return not isinstance(param.type, (OutFileType, OutFolderType))
 
 
 def _paths(

@@ -139,5 +139,5 @@ EXAMPLES = {
         "--out circle --plot",
     ),
     "ticks": (f"ticks {_SMOOTH} --pixel-hz 30000/1001 -o ticks.csv",),
-    "watch": ("watch print.pxrun", "watch print.pxrun --page print.html"),
+    "watch": ("watch print.pxrun", "watch print.pxrun --web", "watch --web --port /dev/ttyACM0"),
 }

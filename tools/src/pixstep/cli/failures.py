@@ -13,7 +13,7 @@ import click
 from pixstep.errors import one_line, told
 
 
-class Options(dict[str, str]):
+class OptionNames(dict[str, str]):
     """Options by the fields of a command; what is no field is an option of its own name."""
 
     def __missing__(self, name: str) -> str:
@@ -24,7 +24,7 @@ class Options(dict[str, str]):
 def complain(error: Exception | str) -> None:
     """Print an error as its one line, if its stream is still there: a closed terminal is not."""
     with contextlib.suppress(OSError):
-        click.echo(f"pixstep: {one_line(told(error, Options()))}", err=True)
+        click.echo(f"pixstep: {one_line(told(error, OptionNames()))}", err=True)
 
 
 def complain_of_system(error: OSError) -> None:

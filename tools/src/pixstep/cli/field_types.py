@@ -45,7 +45,7 @@ class KindType(click.ParamType[Any, Any]):
             return self.fail(str(error), param, ctx)
 
 
-class OutType(command.OutFile):
+class OutType(command.OutFileType):
     """A file that is written, whose kind has more to say of its name."""
 
     def __init__(self, kind: kinds.OutFile):
@@ -74,7 +74,7 @@ _TYPES: dict[type[kinds.Kind], Any] = {
     kinds.Choice: lambda kind: click.Choice(kind.words, case_sensitive=not kind.any_case),
     kinds.Text: lambda _: click.STRING,
     kinds.InFile: lambda _: command.FILE,
-    kinds.Place: lambda _: click.Path(path_type=Path),
+    kinds.AnyPath: lambda _: click.Path(path_type=Path),
     kinds.OutFile: lambda kind: command.OUTPUT_OR_FOLDER if kind.folder else command.OUTPUT,
     kinds.OutPicture: lambda _: command.PICTURE,
     kinds.OutFolder: lambda _: command.FOLDER,

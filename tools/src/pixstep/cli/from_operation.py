@@ -277,11 +277,11 @@ def _explained(ctx: click.Context, request: type[Request]) -> Iterator[None]:
         raise RefusedError(f"{failures.said(error)}{origins.origin(ctx)}") from None
 
 
-def _words(request: type[Request]) -> failures.Options:
-    return failures.Options({name: one.option for name, one in fields(request).items()})
+def _words(request: type[Request]) -> failures.OptionNames:
+    return failures.OptionNames({name: one.option for name, one in fields(request).items()})
 
 
-def _worded(data: Any, words: failures.Options) -> Any:
+def _worded(data: Any, words: failures.OptionNames) -> Any:
     """Return data whose texts name options."""
     if isinstance(data, Mapping):
         return {key: _worded(value, words) for key, value in data.items()}

@@ -4,18 +4,18 @@
 import click
 
 from pixstep.cli import late
-from pixstep.cli.command import Group, Late, group
+from pixstep.cli.command import Group, LazyCommand, group
 from pixstep.operations import catalog
 from pixstep.version import __version__
 
 
-def _operation(words: str) -> Late:
+def _operation(words: str) -> LazyCommand:
     """Return the command of an operation."""
     place, about = catalog.OPERATIONS[words]
-    return Late(f"pixstep.operations.{place}", about)
+    return LazyCommand(f"pixstep.operations.{place}", about)
 
 
-def _under(group: str) -> dict[str, Late]:
+def _under(group: str) -> dict[str, LazyCommand]:
     """Return the commands of the operations that stand in a group, by their last word."""
     parted = (words.rpartition(" ") for words in catalog.OPERATIONS)
     return {
@@ -24,8 +24,8 @@ def _under(group: str) -> dict[str, Late]:
 
 
 _MAIN = {
-    "bench": Late("pixstep.cli.late:BENCH", late.ABOUT),
-    "completion": Late(
+    "bench": LazyCommand("pixstep.cli.late:BENCH", late.ABOUT),
+    "completion": LazyCommand(
         "pixstep.cli.completion:completion",
         "Complete commands, options and files in the shell: install it.",
     ),

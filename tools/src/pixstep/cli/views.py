@@ -31,21 +31,21 @@ def _watch(as_json: bool) -> watch.Screen | None:
 
 
 def _selftest(as_json: bool) -> bring_up.AtTerminal:
-    from pixstep.cli.board.person import Person  # which other commands do not need
+    from pixstep.cli.board.person import TerminalPerson  # which other commands do not need
 
-    return Person(as_json=as_json)
+    return TerminalPerson(as_json=as_json)
 
 
 def _simulate(as_json: bool) -> simulate.Terminal:
-    from pixstep.cli.board.benchview import Terminal  # rich takes a while to load
+    from pixstep.cli.board.benchview import BenchTerminal  # rich takes a while to load
 
-    return Terminal(as_json=as_json)
+    return BenchTerminal(as_json=as_json)
 
 
 def _serve(as_json: bool) -> Callable[[], Log]:
-    from pixstep.server.journal import Journal  # which other commands do not need
+    from pixstep.server.journal import ServerJournal  # which other commands do not need
 
-    return partial(Journal, as_json=as_json)
+    return partial(ServerJournal, as_json=as_json)
 
 
 def _confirm(as_json: bool) -> Callable[[str], bool] | None:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 from pixstep.board import clock_marks, settings, values
 from pixstep.board import registers as regs
 from pixstep.board.clock_marks import COUNT, TICKS, UNIT_TICKS
-from pixstep.board.device import Board as Device
+from pixstep.board.device import Device
 from pixstep.board.link import World
 from pixstep.lazy import lazy
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pixstep.api.motion import AxisRecords
-from pixstep.fly.places import Place
+from pixstep.fly.places import FlownAxis
 from pixstep.fly.scan_line import ScanLine
-from pixstep.fly.tracks import Track
+from pixstep.fly.tracks import FlightTrack
 from pixstep.lazy import lazy
 
 if TYPE_CHECKING:
@@ -26,11 +26,11 @@ Columns = dict[str, "npt.NDArray[Any]"]
 
 
 @dataclass(frozen=True)
-class Layout:
+class DocumentLayout:
     """The data keys of a flyer's documents, each of which begins with the flyer's name."""
 
     name: str
-    places: Sequence[Place]
+    places: Sequence[FlownAxis]
     clock_errors: bool
     """True if the first board knows the errors of the clock's edges."""
 
@@ -78,7 +78,7 @@ def _data_key(source: str, dtype: str, numpy_dtype: str, unit: str) -> DataKey:
     }  # fmt: skip
 
 
-class Rows:
+class FlightRows:
     """The rows of one flight: given out once each, in the order of the pixels.
 
     Each pixel has a row whose position is known of all axes (tracks.py); `records` is how many of
@@ -86,7 +86,7 @@ class Rows:
     `tracks` are the axes', in the order of the layout's places; `tick_hz` the first board's ticks.
     """
 
-    def __init__(self, layout: Layout, tracks: Sequence[Track], tick_hz: int) -> None:
+    def __init__(self, layout: DocumentLayout, tracks: Sequence[FlightTrack], tick_hz: int) -> None:
         self._layout, self._tracks, self._tick_hz = layout, tracks, tick_hz
         self._length = max(track.length for track in tracks)
         self._last = 0  # pixel of the newest row that was given out

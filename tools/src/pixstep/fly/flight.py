@@ -16,15 +16,15 @@ from typing import TYPE_CHECKING, Any
 
 from pixstep.api.motion import AxisRecords, Motion
 from pixstep.board import snapshot
-from pixstep.board.device import Board as Device
+from pixstep.board.device import Device
 from pixstep.board.errors import BoardError, MotionStoppedError, MotionTimeoutError
 from pixstep.board.link import Link
 from pixstep.errors import PlainError
 from pixstep.fly.clock_times import ClockTimes
-from pixstep.fly.documents import Columns, Layout, Rows
-from pixstep.fly.places import Place
+from pixstep.fly.documents import Columns, DocumentLayout, FlightRows
+from pixstep.fly.places import FlownAxis
 from pixstep.fly.status import FlightStatus
-from pixstep.fly.tracks import Track
+from pixstep.fly.tracks import FlightTrack
 from pixstep.lazy import lazy
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class Flight:
 
     def __init__(
         self,
-        layout: Layout,
+        layout: DocumentLayout,
         link: Link,
         devices: Sequence[Device],
         begin: Callable[[], Motion[Any]],
@@ -54,7 +54,7 @@ class Flight:
         self.armed = FlightStatus(f"{layout.name}: kickoff")
         self.over = FlightStatus(f"{layout.name}: complete")
         self._motion: Motion[Any] | None = None
-        self._rows: Rows | None = None
+        self._rows: FlightRows | None = None
         self._seen: tuple[AxisRecords, ...] = ()
         self._clock: ClockTimes | None = None
         self._epoch_s = 0.0  # of the world's second 0
@@ -129,7 +129,7 @@ class Flight:
     def _arm(self) -> None:
         """Start the lines; return when the axes are armed."""
         places = self._layout.places
-        tracks = [Track(place, place.origin(self._position(place))) for place in places]
+        tracks = [FlightTrack(place, place.origin(self._position(place))) for place in places]
         clock = ClockTimes(self._devices[0], self._world)
         with self._stopping:
             if self._reason:
@@ -139,9 +139,9 @@ class Flight:
         with self._lock:
             self._epoch_s = time.time() - self._world.now_s()
             self._clock = clock
-            self._rows = Rows(self._layout, tracks, self._devices[0].tick_hz())
+            self._rows = FlightRows(self._layout, tracks, self._devices[0].tick_hz())
 
-    def _position(self, place: Place) -> int:
+    def _position(self, place: FlownAxis) -> int:
         """Return where the motor of a place is, steps."""
         device = next(one for one in self._devices if one.unit == place.unit)
         return device.axis(place.axis)["position_steps"]

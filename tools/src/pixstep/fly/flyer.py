@@ -16,9 +16,9 @@ from pixstep.api.bus import Board, Bus
 from pixstep.api.motion import Motion
 from pixstep.api.running import Lines
 from pixstep.api.words import Sync
-from pixstep.board.device import Board as Device
+from pixstep.board.device import Device
 from pixstep.errors import UserError
-from pixstep.fly.documents import DataKey, Layout, number_key
+from pixstep.fly.documents import DataKey, DocumentLayout, number_key
 from pixstep.fly.flight import Flight
 from pixstep.fly.places import places_of
 from pixstep.fly.status import FlightStatus
@@ -176,10 +176,10 @@ class LineFlyer:
         return f"<LineFlyer {self.name} of {names}>"
 
     @cached_property
-    def _layout(self) -> Layout:
+    def _layout(self) -> DocumentLayout:
         """The data keys; the first board is asked once what it can tell of the clock."""
         errors = self._devices[0].has("clock_statistics")
-        return Layout(self.name, self._places, clock_errors=errors)
+        return DocumentLayout(self.name, self._places, clock_errors=errors)
 
     @property
     def _flying(self) -> bool:

@@ -13,7 +13,7 @@ from pixstep.fly.scan_line import ScanLine
 
 
 @dataclass(frozen=True)
-class Place:
+class FlownAxis:
     """An axis of a board with its line."""
 
     unit: int
@@ -70,7 +70,7 @@ class Place:
         return start
 
 
-def places_of(lines: Mapping[int, Lines]) -> list[Place]:
+def places_of(lines: Mapping[int, Lines]) -> list[FlownAxis]:
     """Return the axes of lines by the addresses of their boards.
 
     An axis is called by its motor, else by the axis of its scan, else `axis0`; with several boards
@@ -82,11 +82,11 @@ def places_of(lines: Mapping[int, Lines]) -> list[Place]:
             name = f"axis{axis}" if len(lines) == 1 else f"board{unit}_axis{axis}"
             if isinstance(line, ScanLine):
                 name = line.scan_axis
-            found.append(Place(unit, axis, line.motor.name if line.motor else name, line))
+            found.append(FlownAxis(unit, axis, line.motor.name if line.motor else name, line))
     names = [place.name for place in found]
     return [
         place
         if names.count(place.name) == 1
-        else Place(place.unit, place.axis, f"board{place.unit}_{place.name}", place.line)
+        else FlownAxis(place.unit, place.axis, f"board{place.unit}_{place.name}", place.line)
         for place in found
     ]

@@ -41,7 +41,7 @@ _EVEN_PIXELS = 2  # in which the speed swings in, so that all play is taken up
 
 
 @dataclass(frozen=True)
-class Drive:
+class ScanDrive:
     """What moves an axis of a scan, and how it is to fly."""
 
     axis: str
@@ -69,7 +69,7 @@ class ScanLines:
     """The lines of some axes over the same points, as they are asked for."""
 
     points: Points
-    drives: Sequence[Drive]
+    drives: Sequence[ScanDrive]
     hz: Fraction
     run_up: int | None
     tolerance: float
@@ -120,7 +120,7 @@ class ScanLines:
             found.append(max(found[-1] + 1, found[-1] * 3 // 2))
         return found
 
-    def _line(self, drive: Drive, run_up: int) -> ScanLine:
+    def _line(self, drive: ScanDrive, run_up: int) -> ScanLine:
         """Make the line of an axis with a run-up of so many pixels."""
         edges = self.points.edges(drive.axis)
         if drive.rule == SMOOTH:
@@ -149,7 +149,7 @@ class ScanLines:
         return line
 
 
-def _run_up(edges: Places, drive: Drive) -> int:
+def _run_up(edges: Places, drive: ScanDrive) -> int:
     """Return the pixels that an axis needs to its speed in the first point, or from the last."""
     steps = edges * drive.factor
     speed = max(abs(steps[1] - steps[0]), abs(steps[-1] - steps[-2]))
@@ -199,7 +199,7 @@ def _where(line: ScanLine, pixel: int) -> str:
     return f"{'run-up' if pixel <= line.run_up else 'run-down'} (pixel {pixel})"
 
 
-def _refuse_turns(edges: Places, drive: Drive, points: Points) -> None:
+def _refuse_turns(edges: Places, drive: ScanDrive, points: Points) -> None:
     """Raise RefusedError where a smooth motor would turn back."""
     moves = np.sign(np.diff(edges))
     first = moves[np.flatnonzero(moves)[0]]
@@ -247,7 +247,7 @@ def _refuse_late_play(line: ScanLine, most: float) -> None:
             )
 
 
-def _refuse_findings(line: ScanLine, drive: Drive, axes: int) -> None:
+def _refuse_findings(line: ScanLine, drive: ScanDrive, axes: int) -> None:
     """Raise RefusedError for what the motor or its board cannot make."""
     found = list(line.check(axes=axes).errors)
     if drive.acceleration:

@@ -15,7 +15,7 @@ from pixstep.api.making import steps_of
 from pixstep.api.words import Decode
 from pixstep.errors import UserError
 from pixstep.fly.scan_line import ScanLine
-from pixstep.fly.scan_making import Drive, ScanLines
+from pixstep.fly.scan_making import ScanDrive, ScanLines
 from pixstep.fly.scan_points import axes_of, points_of
 from pixstep.lines import units
 from pixstep.lines.units import Scale
@@ -111,7 +111,7 @@ def _drive(
     backlash: int | str | None,
     acceleration: float | str | None,
     hz: Fraction | None,
-) -> Drive:
+) -> ScanDrive:
     motor = given.motor(motor)
     rule = given.decode(decode, motor)
     scale = given.scale(steps_per_unit, motor)
@@ -125,12 +125,12 @@ def _drive(
         most = given.needs_hz("max_acceleration", found, hz).per_pixel(hz)
     sign = -1 if motor and motor.negative else 1
     play = given.backlash(backlash, rule, motor)
-    return Drive(axis, motor, rule, named, scale, sign * factor, play, float(most))
+    return ScanDrive(axis, motor, rule, named, scale, sign * factor, play, float(most))
 
 
 def _making(
     spec: Any,
-    drives: Sequence[Drive],
+    drives: Sequence[ScanDrive],
     hz: Fraction | None,
     run_up: int | str | None,
     max_deviation: float,

@@ -18,7 +18,7 @@ from itertools import accumulate
 from typing import TYPE_CHECKING
 
 from pixstep.api.motion import AxisRecords
-from pixstep.fly.places import Place
+from pixstep.fly.places import FlownAxis
 from pixstep.fly.scan_line import ScanLine
 from pixstep.lazy import lazy
 
@@ -32,10 +32,10 @@ else:
     np, npt = lazy("numpy"), lazy("numpy.typing")
 
 
-class Track:
+class FlightTrack:
     """An axis on its way; `origin` is where it is at line zero, in its unit."""
 
-    def __init__(self, place: Place, origin: float) -> None:
+    def __init__(self, place: FlownAxis, origin: float) -> None:
         self.place, self._origin = place, origin
         line = place.line.line
         self.length = line.pixels

@@ -17,11 +17,11 @@ from pixstep.formats.files import (
     write_prn,
 )
 from pixstep.formats.header import ProfileHeader, hz_text
-from pixstep.formats.motion import Block, MotionFile, of_lines
+from pixstep.formats.motion import FileBlock, MotionFile, of_lines
 from pixstep.formats.records import PrnFile
 
 __all__ = [
-    "Block",
+    "FileBlock",
     "MotionFile",
     "PrnFile",
     "ProfileHeader",

@@ -10,7 +10,7 @@ from pixstep.errors import AskedText, UserError
 from pixstep.formats.files import encode
 from pixstep.formats.findings import shown_path
 from pixstep.formats.header import ProfileHeader
-from pixstep.formats.motion import BARE, BLOCKS, Block, MotionFile
+from pixstep.formats.motion import BARE, BLOCKS, FileBlock, MotionFile
 from pixstep.formats.records import PRN_KIND, REGULAR, PrnFile
 
 
@@ -54,7 +54,7 @@ def convert(
     if isinstance(file, PrnFile):
         if to_prn:
             return PrnFile(file.values), ends
-        file = MotionFile((Block(file.values, len(file.values)),))
+        file = MotionFile((FileBlock(file.values, len(file.values)),))
     else:
         file = _chosen(file, request)
     if not to_prn:
@@ -154,5 +154,5 @@ def _without_header(file: MotionFile, why: str) -> tuple[MotionFile, tuple[str, 
     if file.blocks[0].truncated:
         announced = file.blocks[0].declared
         notes.append(f"{len(values)} values, that {announced} were announced is dropped with it")
-    blocks = (Block(values, len(values)),)
+    blocks = (FileBlock(values, len(values)),)
     return replace(file, header=None, reading=BARE, blocks=blocks), tuple(notes)

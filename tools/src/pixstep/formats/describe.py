@@ -16,7 +16,7 @@ from pixstep.formats.motion import (
     CSB_KIND,
     CSV_KIND,
     RAW,
-    Block,
+    FileBlock,
     MotionFile,
     could_be_blocks,
 )
@@ -62,7 +62,7 @@ def smooth_steps(speeds: tuple[int, ...]) -> int | None:
     return sum((start + end) // 2 for start, end in zip((0, *speeds[:-1]), speeds, strict=True))
 
 
-def line_figures(number: int, block: Block) -> LineFigures:
+def line_figures(number: int, block: FileBlock) -> LineFigures:
     """Return the figures of one line: number of values, extremes, steps in both directions."""
     return {
         "line": number,
@@ -170,7 +170,7 @@ def table(facts: Description) -> list[tuple[str, str]]:
 
 def _profile(file: PrnFile) -> Content:
     """Return what only a PRN has: one list, whose steps depend on the motor."""
-    figures = line_figures(1, Block(file.values, len(file.values)))
+    figures = line_figures(1, FileBlock(file.values, len(file.values)))
     smooth, plain = smooth_steps(file.values), figures.pop("steps")
     figures["steps_smooth"], figures["steps_plain"] = smooth, plain
     return {
@@ -208,7 +208,7 @@ def _other_readings(file: MotionFile, read: Examined, blocks_refused: str | None
         return [f"numbered blocks: refused: {blocks_refused}"]
     if file.reading == BLOCKS:
         rows = tuple(file.rows)
-        _, text = _line_row(line_figures(1, Block(rows, len(rows))))
+        _, text = _line_row(line_figures(1, FileBlock(rows, len(rows))))
         return [f"raw (--raw): {text}"]
     if file.reading == RAW:
         blocks = examine(read.path, LENIENT, kinds=(CSV_KIND, CSB_KIND))

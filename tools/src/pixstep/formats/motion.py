@@ -61,7 +61,7 @@ RowPlace = Callable[[int], tuple[int, int]]
 
 
 @dataclass(frozen=True)
-class Block:
+class FileBlock:
     """One line: its values (steps in each pixel), the number that the file announces."""
 
     values: tuple[int, ...]
@@ -77,7 +77,7 @@ class Block:
 class MotionFile:
     """What a CSV or CSB holds, all that is needed to write the same bytes, what was tolerated."""
 
-    blocks: tuple[Block, ...]  # line 1, 2, ...
+    blocks: tuple[FileBlock, ...]  # line 1, 2, ...
     header: ProfileHeader | None = None
     reading: str = BARE
     kind: str = CSV_KIND
@@ -100,7 +100,7 @@ class MotionFile:
             rows += (number, block.declared, *block.values)
         return rows
 
-    def line(self, number: int | None = None) -> Block:
+    def line(self, number: int | None = None) -> FileBlock:
         """Return a line by its number from 1; None stands for the only one there is."""
         count = len(self.blocks)
         line, column = self.header.lines_place if self.header else (1, 1)
@@ -121,7 +121,7 @@ def of_lines(lines: Sequence[Sequence[int]], header: ProfileHeader | None = None
     """Return a file of lines, counts per pixel; more than one need a header."""
     if header is None and len(lines) != 1:
         raise UserError(f"{len(lines)} lines need a header: without one a file holds one line")
-    blocks = tuple(Block(tuple(values), len(values)) for values in lines)
+    blocks = tuple(FileBlock(tuple(values), len(values)) for values in lines)
     if header is None:
         return MotionFile(blocks)
     return MotionFile(blocks, replace(header, lines=len(lines)), BLOCKS)
@@ -141,7 +141,7 @@ def make_file(
         return None
     if header is None or raw:
         reading = RAW if header else BARE
-        blocks: tuple[Block, ...] = (Block(tuple(rows), len(rows)),)
+        blocks: tuple[FileBlock, ...] = (FileBlock(tuple(rows), len(rows)),)
     else:
         reading = BLOCKS
         blocks = _blocks(rows, header, place, findings)
@@ -157,9 +157,9 @@ def could_be_blocks(rows: Sequence[int]) -> bool:
 
 def _blocks(
     rows: list[int], header: ProfileHeader, place: RowPlace, findings: Findings
-) -> tuple[Block, ...]:
+) -> tuple[FileBlock, ...]:
     """Split rows into numbered blocks; a refused one ends the reading and gives none."""
-    blocks: list[Block] = []
+    blocks: list[FileBlock] = []
     start = 0
     while start < len(rows) and len(blocks) < header.lines:
         block = _block(rows, start, len(blocks) + 1, place, findings)
@@ -178,7 +178,7 @@ def _blocks(
 
 def _block(
     rows: list[int], start: int, number: int, place: RowPlace, findings: Findings
-) -> Block | None:
+) -> FileBlock | None:
     """Return the block that begins at a row, or None if it is refused."""
     if rows[start] != number:
         message = f"line number {rows[start]}, {number} expected (--raw takes every row as a value)"
@@ -201,11 +201,15 @@ def _block(
         findings.quirk("truncated", tolerated, place(start + 1), (f"{text} of line {number}", hint))
         if not values:
             return None
-    return Block(tuple(values), declared)
+    return FileBlock(tuple(values), declared)
 
 
 def _surplus(
-    rows_left: int, header: ProfileHeader, last: Block, where: tuple[int, int], findings: Findings
+    rows_left: int,
+    header: ProfileHeader,
+    last: FileBlock,
+    where: tuple[int, int],
+    findings: Findings,
 ) -> None:
     """Refuse rows after the last announced line."""
     message = (
@@ -215,7 +219,7 @@ def _surplus(
     findings.error("surplus", *where, message)
 
 
-def _check_haps(header: ProfileHeader, blocks: tuple[Block, ...], findings: Findings) -> None:
+def _check_haps(header: ProfileHeader, blocks: tuple[FileBlock, ...], findings: Findings) -> None:
     """Warn if more entries are usable in homing than there are."""
     fewest = min(len(block.values) for block in blocks)
     if header.haps > fewest:

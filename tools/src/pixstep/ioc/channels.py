@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import caproto
 from caproto import AlarmSeverity, AlarmStatus, ChannelType, SubscriptionType
 
-from pixstep.motor_record import Field, FieldType
+from pixstep.motor_record import FieldType, RecordField
 
 if TYPE_CHECKING:
     from pixstep.motor_record.field import Value
@@ -30,7 +30,7 @@ SHAPE = (
 )  # fmt: skip
 
 
-class Owner(Protocol):
+class FieldOwner(Protocol):
     """A record whose fields are PVs."""
 
     def __getitem__(self, field: str) -> Value:
@@ -43,7 +43,9 @@ class Owner(Protocol):
 class FieldChannel(caproto.ChannelData):  # type: ignore[misc]  # caproto has no types
     """One field. The classes below add its type."""
 
-    def __init__(self, owner: Owner, field: Field, alarm: caproto.ChannelAlarm, **more: Any):
+    def __init__(
+        self, owner: FieldOwner, field: RecordField, alarm: caproto.ChannelAlarm, **more: Any
+    ):
         self._owner, self.field = owner, field
         self._flags = _ON_CHANGE
         super().__init__(
@@ -202,7 +204,7 @@ class _Byte(FieldChannel, caproto.ChannelShort):  # type: ignore[misc]
 class _Menu(FieldChannel, caproto.ChannelEnum):  # type: ignore[misc]
     """A menu. Clients get the texts of its first 16 choices: Channel Access has room for these."""
 
-    def __init__(self, owner: Owner, field: Field, alarm: caproto.ChannelAlarm):
+    def __init__(self, owner: FieldOwner, field: RecordField, alarm: caproto.ChannelAlarm):
         super().__init__(owner, field, alarm, enum_strings=field.menu[:MAX_ENUM_STATES])
         self._data["enum_strings"] = field.menu
 
@@ -231,7 +233,7 @@ _CLASSES: dict[FieldType, type[FieldChannel]] = {
 }
 
 
-def of_field(owner: Owner, field: Field, alarm: caproto.ChannelAlarm) -> FieldChannel:
+def of_field(owner: FieldOwner, field: RecordField, alarm: caproto.ChannelAlarm) -> FieldChannel:
     """Return the PV of a field; all PVs of a record share its alarm."""
     more: dict[str, Any] = {}
     if field.type in (FieldType.STRING, FieldType.LINK):

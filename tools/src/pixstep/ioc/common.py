@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
-from pixstep.motor_record import FIELDS, Field, FieldType
+from pixstep.motor_record import FIELDS, FieldType, RecordField
 from pixstep.motor_record.menus import NO_YES_CAPITALS, SEVERITY
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ _SCAN = (
     ".2 second", ".1 second",
 )  # fmt: skip
 
-_field = partial(Field, writable=False, monitored=False)
+_field = partial(RecordField, writable=False, monitored=False)
 _text = partial(_field, type=FieldType.STRING)
 _number = partial(_field, type=FieldType.SHORT)
 _byte = partial(_field, type=FieldType.UCHAR)
@@ -46,7 +46,7 @@ VALUES: Mapping[str, Value] = {
     "LCNT": 0,
 }
 
-COMMON: Mapping[str, Field] = {
+COMMON: Mapping[str, RecordField] = {
     one.name: one
     for one in (
         _text("NAME", meaning="the name of the record", size=61),
@@ -72,4 +72,4 @@ COMMON: Mapping[str, Field] = {
     if one.name not in FIELDS
 }
 
-ALL: Mapping[str, Field] = {**FIELDS, **COMMON}
+ALL: Mapping[str, RecordField] = {**FIELDS, **COMMON}

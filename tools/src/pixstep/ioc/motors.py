@@ -16,8 +16,8 @@ from pixstep.ioc import channels, common
 from pixstep.ioc.channels import SHAPE, FieldChannel
 from pixstep.motor_record import (
     FIELDS,
-    Command,
     Mip,
+    MotorCommand,
     MotorRecord,
     Msta,
     PutRefusedError,
@@ -27,7 +27,7 @@ from pixstep.motor_record.menus import Alarm, Severity
 from pixstep.motor_record.record_name import names_a_record
 
 if TYPE_CHECKING:
-    from pixstep.ioc.saved import Kept
+    from pixstep.ioc.saved import SavedRecord
     from pixstep.motor_record import Drive, Outcome, Status
     from pixstep.motor_record.field import Value
 
@@ -40,7 +40,9 @@ LINKS: tuple[Literal["DOL", "RDBL"], ...] = ("DOL", "RDBL")
 class ServedMotor:
     """One record. Everything but `_report` runs in the loop of the server."""
 
-    def __init__(self, name: str, kept: Kept, drive: Drive, tell: Tell, find: FindPv) -> None:
+    def __init__(
+        self, name: str, kept: SavedRecord, drive: Drive, tell: Tell, find: FindPv
+    ) -> None:
         self.name, self.record, self._kept = name, MotorRecord(kept.fields), kept
         self.is_ready = False
         self.is_lost = False
@@ -82,7 +84,7 @@ class ServedMotor:
         """Follow the motor until this is cancelled."""
         self._loop = asyncio.get_running_loop()
         self._drive.connect(self._report)
-        self._drive.obey([Command(Verb.GET_INFO)])
+        self._drive.obey([MotorCommand(Verb.GET_INFO)])
         while True:
             status = await self._statuses.get()
             async with self._turn:
@@ -114,7 +116,10 @@ class ServedMotor:
             await self._act(outcome)
         elif not status.flags & Msta.COMM_ERR:
             self.is_ready = True
-            await self._act(self.record.initialise(self._with_offset(status)))
+            status = self._with_offset(status)
+            await self._act(self.record.initialise(status))
+            if status.flags & Msta.MOVING:  # a record that begins shows DMOV = 1 until then
+                await self._act(self.record.update(status))
             await self._show_all()
             self.ready.set()
 
@@ -141,7 +146,7 @@ class ServedMotor:
         if not offset:
             return status
         self._drive.add_offset(offset)
-        self._drive.obey([Command(Verb.GET_INFO)])  # what was reported before lacks the offset
+        self._drive.obey([MotorCommand(Verb.GET_INFO)])  # what was reported before lacks the offset
         return replace(status, position_steps=status.position_steps + offset)
 
     def _note_loss(self, lost: bool) -> None:

@@ -37,7 +37,7 @@ Fields = Mapping[str, "Value"]
 
 
 @dataclass(frozen=True)
-class Kept:
+class SavedRecord:
     """A record as it was, or as the machine file gives it where nothing was kept of it.
 
     Where a position was set, the record's raw position is the board's register and an offset that
@@ -63,17 +63,17 @@ class Saved:
         self._motors: dict[str, dict[str, Any]] = _read(path) if path else {}
         self._written = json.dumps(self._motors)
 
-    def kept(self, name: str, given: Fields) -> Kept:
+    def kept(self, name: str, given: Fields) -> SavedRecord:
         """Return a record; `given` are the fields of the machine file."""
         kept = self._motors.get(name)
         if kept is None or kept["given"].get(_UNIT) != given.get(_UNIT):
-            return Kept(dict(given))
+            return SavedRecord(dict(given))
         same = {
             field: value
             for field, value in kept["fields"].items()
             if field == _POSITION or kept["given"].get(field) == given.get(field)
         }
-        return Kept({**given, **same}, kept["moving"], *(kept[count] for count in _COUNTS))
+        return SavedRecord({**given, **same}, kept["moving"], *(kept[count] for count in _COUNTS))
 
     def note(
         self, name: str, given: Fields, record: Any, *, is_moving: bool, offset_steps: int = 0

@@ -9,7 +9,7 @@ import logging
 import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import caproto
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from pixstep.ioc.saved import Saved
     from pixstep.motor_record import Drive
     from pixstep.motor_record.field import Value
+    from pixstep.server.journal import Log
 
 _FIRST_STATUS_S = 5.0  # for boards to answer before their records are served without them
 _BEAT_S = 1.0
@@ -30,15 +31,8 @@ _STOP_S = 3.0  # for motors to come to rest when the server ends
 _END_S = 5.0
 
 
-class Log(Protocol):
-    """Where a server tells what happens."""
-
-    def tell(self, event: str, **facts: Any) -> None:
-        """Tell what has happened."""
-
-
 @dataclass(frozen=True)
-class Motor:
+class MotorSpec:
     """A motor to be served: its record's name, the fields of its machine file, its drive."""
 
     record: str
@@ -46,10 +40,10 @@ class Motor:
     drive: Drive
 
 
-class Server:
+class RecordServer:
     """Records on Channel Access: `start`, `wait`, `close`."""
 
-    def __init__(self, motors: Sequence[Motor], prefix: str, saved: Saved, log: Log) -> None:
+    def __init__(self, motors: Sequence[MotorSpec], prefix: str, saved: Saved, log: Log) -> None:
         self._given = {motor.record: motor.fields for motor in motors}
         self._specs, self._prefix, self._saved, self._log = motors, prefix, saved, log
         self._motors: list[ServedMotor] = []
@@ -128,7 +122,7 @@ class Server:
             self._keep()
             self._log.tell("ended", motors=len(self._motors))
 
-    def _made(self, spec: Motor) -> ServedMotor:
+    def _made(self, spec: MotorSpec) -> ServedMotor:
         kept = self._saved.kept(spec.record, spec.fields)
         if kept.is_moving:
             self._log.tell("was moving when the last IOC ended", motor=spec.record)
@@ -220,7 +214,7 @@ _ONCE = (
 )
 
 
-class _Told(logging.Handler):
+class _LogHandler(logging.Handler):
     """Turns what caproto logs into lines of our log: a line each, without a traceback."""
 
     def __init__(self, log: Log) -> None:
@@ -252,7 +246,7 @@ def _client(record: logging.LogRecord) -> str:
 def _told_by(log: Log) -> Any:
     """Let caproto's messages be told by our log."""
     logger = logging.getLogger("caproto")
-    handler, spreads = _Told(log), logger.propagate
+    handler, spreads = _LogHandler(log), logger.propagate
     logger.addHandler(handler)
     logger.propagate = False
     try:

@@ -22,7 +22,7 @@ _SLACK_STEPS = 2  # steps that the timer has and the account has not
 
 
 @dataclass(frozen=True)
-class Place:
+class LinePlace:
     """A line of the job and the pixel edges passed in it."""
 
     line: int
@@ -30,7 +30,7 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Axis:
+class JobAxis:
     """An axis of a job: its motor, where its chain of lines began, its registers now."""
 
     motor: str
@@ -73,7 +73,7 @@ class Axis:
         return self.now["position_steps"]
 
 
-def place_of(job: Job, first: int, axis: Axis) -> Place | None:
+def place_of(job: Job, first: int, axis: JobAxis) -> LinePlace | None:
     """Return where an axis is that runs lines from `first` on; None: where no line takes it.
 
     At the end of a line that nothing followed it is at pixel 0 of the next one.
@@ -81,16 +81,16 @@ def place_of(job: Job, first: int, axis: Axis) -> Place | None:
     newest = first + axis.counted
     if axis.state in ENDED or (not axis.moves and _is_at_end(job, axis)):
         at_end = axis.position_steps == end_of(job, newest - 1, axis.motor, first)
-        return Place(newest, 0) if at_end and newest <= job.lines + 1 else None
+        return LinePlace(newest, 0) if at_end and newest <= job.lines + 1 else None
     for line in (newest, newest - 1):
         if line >= first and _fits(job, line, axis):
-            return Place(line, axis.now["pixel"])
+            return LinePlace(line, axis.now["pixel"])
     if not axis.counted and axis.position_steps == axis.base.position_steps:
-        return Place(first, 0)  # what was queued is discarded, `pixel` is of a line before
+        return LinePlace(first, 0)  # what was queued is discarded, `pixel` is of a line before
     return None
 
 
-def place_of_board(places: Sequence[Place | None]) -> Place | None:
+def place_of_board(places: Sequence[LinePlace | None]) -> LinePlace | None:
     """Return where the axes of a board are; None if they are not in one line.
 
     Of axes that were stopped at a seam one may be a pixel beyond it.
@@ -103,7 +103,7 @@ def place_of_board(places: Sequence[Place | None]) -> Place | None:
     return least if not apart or (apart == 1 and most.pixel <= 1) else None
 
 
-def _order(place: Place) -> tuple[int, int]:
+def _order(place: LinePlace) -> tuple[int, int]:
     return place.line, place.pixel
 
 
@@ -114,7 +114,7 @@ def end_of(job: Job, line: int, motor: str, first: int = 1) -> int:
     return job.expected(line, motor)[-1]
 
 
-def _fits(job: Job, line: int, axis: Axis) -> bool:
+def _fits(job: Job, line: int, axis: JobAxis) -> bool:
     """Whether a position is one that the motor passes in a line, about this pixel."""
     pixel, position = axis.now["pixel"], axis.position_steps
     if line > job.lines or pixel > job.pixels:
@@ -124,7 +124,7 @@ def _fits(job: Job, line: int, axis: Axis) -> bool:
     return min(near) - _SLACK_STEPS <= position <= max(near) + _SLACK_STEPS
 
 
-def _is_at_end(job: Job, axis: Axis) -> bool:
+def _is_at_end(job: Job, axis: JobAxis) -> bool:
     """Whether an axis that does not move was stopped before, or after, all that it has counted."""
     untouched = not axis.counted and not axis.blocks
     return untouched or (bool(axis.counted) and axis.now["pixel"] == job.pixels)

@@ -11,9 +11,9 @@ from pathlib import Path
 
 from pixstep.errors import UserError
 from pixstep.jobs import header, job
-from pixstep.jobs.header import JobHeader, LineTable, MotorTable, SourceTable
+from pixstep.jobs.header import JobHeader, JobLineTable, JobMotorTable, SourceTable
 from pixstep.jobs.job import Job
-from pixstep.jobs.shapes import IMAGE, MINUS, NONE, PLUS, Run, Shape, key_of
+from pixstep.jobs.shapes import IMAGE, MINUS, NONE, PLUS, MotorRun, Shape, key_of
 from pixstep.lines.line import SMOOTH
 from pixstep.machine.files import MachineFile
 
@@ -23,7 +23,7 @@ _EPOCH = "SOURCE_DATE_EPOCH"  # https://reproducible-builds.org/specs/source-dat
 
 
 @dataclass(frozen=True)
-class Stroke:
+class MotorStroke:
     """What a motor makes in a line: counts, of a smooth line with their direction."""
 
     counts: Counts
@@ -31,7 +31,7 @@ class Stroke:
 
 
 @dataclass(frozen=True)
-class Place:
+class ImagePlace:
     """Where the image begins in a line, from pixel 1, 0 without one; what the line is for."""
 
     image_pixel: int
@@ -42,8 +42,8 @@ class Place:
 class MotorPart:
     """A motor of a job: what its lines were made with, a stroke a line, where it begins."""
 
-    about: MotorTable
-    strokes: Sequence[Stroke]
+    about: JobMotorTable
+    strokes: Sequence[MotorStroke]
     start_steps: int = 0
 
 
@@ -87,14 +87,14 @@ class Copies:
 class Common:
     """What a job has beside its motors."""
 
-    line: LineTable
+    line: JobLineTable
     source: SourceTable
     copies: Copies
     resumable: bool = True
     settings: Mapping[str, str] = field(default_factory=dict)
 
 
-def assemble(parts: Mapping[str, MotorPart], places: Sequence[Place], common: Common) -> Job:
+def assemble(parts: Mapping[str, MotorPart], places: Sequence[ImagePlace], common: Common) -> Job:
     """Return the job. Raises UserError if the motors' lines have different lengths."""
     shapes: dict[bytes, Shape] = {}
     rows = [[*_runs(name, part, places, shapes)] for name, part in parts.items()]
@@ -117,8 +117,8 @@ def assemble(parts: Mapping[str, MotorPart], places: Sequence[Place], common: Co
 
 
 def _runs(
-    name: str, part: MotorPart, places: Sequence[Place], shapes: dict[bytes, Shape]
-) -> Iterable[Run]:
+    name: str, part: MotorPart, places: Sequence[ImagePlace], shapes: dict[bytes, Shape]
+) -> Iterable[MotorRun]:
     """Yield a motor's lines, each from where the one before ends."""
     where, decode, backlash = part.start_steps, part.about.decode, part.about.backlash
     side = _first_side(part)
@@ -127,7 +127,7 @@ def _runs(
         if key not in shapes:
             shapes[key] = Shape.of(stroke.counts, decode, backlash)
         shape = shapes[key]
-        yield Run(
+        yield MotorRun(
             number, name, key, stroke.negative, where, side, place.image_pixel,
             len(stroke.counts), place.purpose,
         )  # fmt: skip
@@ -154,7 +154,7 @@ def _first_side(part: MotorPart) -> str:
     return {PLUS: MINUS, MINUS: PLUS}[side] if taken_up else side
 
 
-def _last_side(stroke: Stroke) -> str:
+def _last_side(stroke: MotorStroke) -> str:
     last = next(filter(None, reversed(stroke.counts)), 0)
     return _side(last, stroke.negative) if last else NONE
 
@@ -163,7 +163,7 @@ def _side(count: int, negative: bool) -> str:
     return MINUS if (count < 0) != negative else PLUS
 
 
-def _refuse_lengths(runs: Sequence[Run]) -> None:
+def _refuse_lengths(runs: Sequence[MotorRun]) -> None:
     if not runs:
         raise UserError("a job has a line and a motor at least")
     first = runs[0]

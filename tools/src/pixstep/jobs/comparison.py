@@ -14,7 +14,7 @@ from pixstep.formats.findings import LENIENT
 from pixstep.formats.motion import MotionFile
 from pixstep.jobs import judging, rules
 from pixstep.jobs.job import MACHINE, Job
-from pixstep.jobs.judging import Judged
+from pixstep.jobs.judging import MotorFindings
 from pixstep.jobs.machine_copy import NOTHING, MachineCopy
 from pixstep.jobs.rules import AMBER, GREEN, GREY, RED, Colour, Keys, Rule
 from pixstep.lines.line import SMOOTH
@@ -32,7 +32,7 @@ _USES = ("line", "move", "home")
 
 
 @dataclass(frozen=True)
-class Row:
+class ComparisonRow:
     """A field of a configuration: what the job says, what is found, and what that means.
 
     `place` is the file or the board where it was found.
@@ -51,26 +51,28 @@ class Row:
         return {**vars(self), "colour": self.colour.word}
 
 
-def row(place: str, field: str, rule: Rule, job: object, found: object, *, equal: bool) -> Row:
+def row(
+    place: str, field: str, rule: Rule, job: object, found: object, *, equal: bool
+) -> ComparisonRow:
     """Return the row of a field: green if it is equal, else as its rule says."""
     colour, why = (GREEN, "") if equal else (rule.colour, rule.why)
-    return Row(place, field, rule.key, colour, _told(job), _told(found), why)
+    return ComparisonRow(place, field, rule.key, colour, _told(job), _told(found), why)
 
 
-def row_of_lines(place: str, field: str, job: Job, judged: Judged) -> Row:
+def row_of_lines(place: str, field: str, job: Job, judged: MotorFindings) -> ComparisonRow:
     """Return the row of a motor's lines: whether they pass the limits of today."""
     found = judged.refusal or f"all {job.lines} pass"
     equal = not judged.refusal
     return row(place, field, rules.LINES, f"{job.lines} lines", found, equal=equal)
 
 
-def verdict(rows: Iterable[Row]) -> Colour:
+def verdict(rows: Iterable[ComparisonRow]) -> Colour:
     """Return the worst of some rows; grey ones count as green."""
     worst = max((one.colour for one in rows), default=GREEN)
     return GREEN if worst is GREY else worst
 
 
-def require(job: Job, rows: Iterable[Row], *, accept_amber: bool) -> None:
+def require(job: Job, rows: Iterable[ComparisonRow], *, accept_amber: bool) -> None:
     """Refuse what is to move by a job whose configuration is not today's.
 
     Raises RefusedError for red, and for amber that nobody has accepted.
@@ -85,7 +87,7 @@ def require(job: Job, rows: Iterable[Row], *, accept_amber: bool) -> None:
         )
 
 
-def with_machine(job: Job, today: MachineCopy) -> list[Row]:
+def with_machine(job: Job, today: MachineCopy) -> list[ComparisonRow]:
     """Compare a job with a machine file of today."""
     return [*_Comparison(job, today).rows()]
 
@@ -97,7 +99,7 @@ class _Comparison:
     job: Job
     today: MachineCopy
 
-    def rows(self) -> Iterator[Row]:
+    def rows(self) -> Iterator[ComparisonRow]:
         """Yield a row a field, in the order of a machine file."""
         found = [*self._fields(), *self._unknown()]
         found += self._rest({one.field for one in found})
@@ -106,7 +108,7 @@ class _Comparison:
         if same and self.today.data != self.job.copies[MACHINE]:
             yield self._row("file", rules.LAYOUT, "as copied", "changed", equal=False)
 
-    def _fields(self) -> Iterator[Row]:
+    def _fields(self) -> Iterator[ComparisonRow]:
         for table, keys in _TABLES.items():
             for key in keys:
                 yield self._compared((table, key))
@@ -120,7 +122,7 @@ class _Comparison:
         then = self.job.machine.tables
         return list(dict.fromkeys(then.board_name(then[name]) for name in self.job.motors))
 
-    def _board(self, name: str) -> Iterator[Row]:
+    def _board(self, name: str) -> Iterator[ComparisonRow]:
         if name not in self.today.tables.boards:
             yield self._row(f"boards.{name}", rules.GONE, "there", "gone", equal=False)
             return
@@ -129,7 +131,7 @@ class _Comparison:
         judged = judging.of_board(self.job, self.today.tables, name)
         yield row_of_lines(self._place, f"boards.{name} time", self.job, judged)
 
-    def _motor(self, name: str) -> Iterator[Row]:
+    def _motor(self, name: str) -> Iterator[ComparisonRow]:
         if name not in self.today.tables.motors:
             yield self._row(f"motors.{name}", rules.GONE, "there", "gone", equal=False)
             return
@@ -146,7 +148,7 @@ class _Comparison:
         judged = judging.of_motor(self.job, self.today.tables, name)
         yield row_of_lines(self._place, f"motors.{name} lines", self.job, judged)
 
-    def _compared(self, keys: Keys) -> Row:
+    def _compared(self, keys: Keys) -> ComparisonRow:
         """Return the row of a key of the file: by what it means, however it is written."""
         then, now = self.job.machine, self.today
         rule = rules.of(keys)
@@ -158,7 +160,7 @@ class _Comparison:
             return replace(found, colour=AMBER, why=f"missing {where}; its default is the same")
         return found
 
-    def _backlash(self, name: str) -> Row:
+    def _backlash(self, name: str) -> ComparisonRow:
         """Return the row of the play that the job's lines have in them."""
         about, keys = self.job.header.motors[name], ("motors", name, "backlash")
         if about.decode != SMOOTH or about.role not in ("scan", "lines"):
@@ -182,7 +184,7 @@ class _Comparison:
         speeds = (self.job.shapes[key].line().line_speed for key, _ in keys)
         return min(filter(None, speeds), default=0)
 
-    def _profile(self, name: str, use: str) -> Iterator[Row]:
+    def _profile(self, name: str, use: str) -> Iterator[ComparisonRow]:
         """Yield the sum of a profile, and of one for homing how much of it homing may use."""
         about = self.job.header.motors[name]
         member = about.profiles.get(use)
@@ -209,14 +211,14 @@ class _Comparison:
         except OSError as error:
             return None, f"{path.name}: {error.strerror or error}"
 
-    def _unknown(self) -> Iterator[Row]:
+    def _unknown(self) -> Iterator[ComparisonRow]:
         then, now = self.job.machine, self.today
         for keys in sorted({*then.unknown, *now.unknown}):
             there = [copy.under(keys) for copy in (then, now)]
             equal = there[0] == there[1]
             yield self._row(".".join(keys), rules.UNKNOWN, *there, equal=equal)
 
-    def _rest(self, covered: set[str]) -> Iterator[Row]:
+    def _rest(self, covered: set[str]) -> Iterator[ComparisonRow]:
         """Yield what differs in the files and has no row yet: what lines do not depend on."""
         then, now = self.job.machine, self.today
         for keys in dict.fromkeys([*then.values, *now.values]):
@@ -235,7 +237,9 @@ class _Comparison:
     def _place(self) -> str:
         return self.today.tables.path.name
 
-    def _row(self, field: str, rule: Rule, job: object, found: object, *, equal: bool) -> Row:
+    def _row(
+        self, field: str, rule: Rule, job: object, found: object, *, equal: bool
+    ) -> ComparisonRow:
         return row(self._place, field, rule, job, found, equal=equal)
 
 

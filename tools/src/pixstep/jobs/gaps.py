@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from pixstep.jobs.account import Axis
+from pixstep.jobs.account import JobAxis
 from pixstep.jobs.job import Job
 from pixstep.jobs.stations import Station
 
@@ -42,7 +42,7 @@ class Gaps:
         ]  # fmt: skip
         return sum(one - min(apart) for one in apart) // self.divider
 
-    def look(self, station: Station, first: int) -> list[Axis]:
+    def look(self, station: Station, first: int) -> list[JobAxis]:
         """Look at a board's axes, and at its clock right before; `first` began the chain."""
         clock = station.board.inputs_from("zero_edge", "clock_edge")
         axes = station.look()

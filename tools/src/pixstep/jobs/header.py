@@ -26,27 +26,27 @@ _SEAL = "\n[seal]\n"
 Count = Annotated[int, Field(ge=0)]
 
 
-class _Table(BaseModel):
+class _JobTable(BaseModel):
     """A table of job.toml: no key but those that are known."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, populate_by_name=True)
 
 
-class MadeTable(_Table):
+class MadeTable(_JobTable):
     """When, and by which pixstep."""
 
     at: datetime.datetime
     by: str
 
 
-class SourceTable(_Table):
+class SourceTable(_JobTable):
     """What the lines come from, and the files that say it."""
 
     kind: Literal["image", "lines", "table", "useq", "scanspec"]
     files: dict[str, str] = {}  # name and sha256
 
 
-class LineTable(_Table):
+class JobLineTable(_JobTable):
     """What all lines have in common; lengths in pixels, offsets in steps of the scanning motor."""
 
     lines: Count
@@ -59,7 +59,7 @@ class LineTable(_Table):
     scan_offset_back: int = 0
 
 
-class MotorTable(_Table):
+class JobMotorTable(_JobTable):
     """What a motor's lines were made with: steps, and steps/pixel.
 
     `profiles` are the members with its profiles, by use: line, move, home, and own, a line profile
@@ -75,7 +75,7 @@ class MotorTable(_Table):
     profiles: dict[str, str] = {}
 
 
-class JobHeader(_Table):
+class JobHeader(_JobTable):
     """What job.toml says."""
 
     schema_version: Literal[1] = Field(1, alias="schema")
@@ -83,8 +83,8 @@ class JobHeader(_Table):
     resumable: bool = True
     made: MadeTable
     source: SourceTable
-    line: LineTable
-    motors: dict[str, MotorTable]
+    line: JobLineTable
+    motors: dict[str, JobMotorTable]
     settings: dict[str, str] = {}  # members with the settings of boards, by the board's name
     sha256: dict[str, str] = {}
 

@@ -19,15 +19,15 @@ from dataclasses import dataclass, replace
 
 from pixstep.errors import UserError
 from pixstep.formats.header import MOST_LINES
-from pixstep.jobs.assembly import Place, Stroke
-from pixstep.jobs.ramps import Ramp
+from pixstep.jobs.assembly import ImagePlace, MotorStroke
+from pixstep.jobs.ramps import RampFromRest
 from pixstep.jobs.shapes import RETURN
 from pixstep.profiles import turning
 from pixstep.profiles.generator import MOST_PIXELS
 
 
 @dataclass(frozen=True)
-class Image:
+class ImageGeometry:
     """What all lines have in common: lengths in pixels, offsets in steps of the scanning motor."""
 
     lines: int
@@ -40,11 +40,11 @@ class Image:
 
 
 @dataclass(frozen=True)
-class Scan:
+class ScanMotor:
     """A motor that moves along the lines. `negative`: forth is its negative direction."""
 
     motor: str
-    ramp: Ramp
+    ramp: RampFromRest
     plain: bool = False
     backlash: int = 0
     negative: bool = False
@@ -63,7 +63,7 @@ class Scan:
         """Return the steps of the load from line zero to where it has made so many pixels."""
         return sum(self.ramp.counts) + (pixels - self.head) * self.ramp.speed
 
-    def stroke(self, total: int, rest: int, *, back: bool) -> Stroke:
+    def stroke(self, total: int, rest: int, *, back: bool) -> MotorStroke:
         """Return a line of `total` pixels, `rest` steps of which are part of a pixel's."""
         down = self.ramp.falling(rest, plain=self.plain)
         constant = total - 2 * len(self.zeros) - self.ramp.pixels - len(down)
@@ -71,19 +71,19 @@ class Scan:
         counts = (*self.zeros, *self.ramp.counts, *speed, *down, *self.zeros)
         negative = self.negative != back
         if self.plain and negative:
-            return Stroke(tuple(-count for count in counts))
-        return Stroke(counts, negative)
+            return MotorStroke(tuple(-count for count in counts))
+        return MotorStroke(counts, negative)
 
 
 @dataclass(frozen=True)
-class Move:
+class ImageMove:
     """A motor's move of exactly so many steps: between lines, or forth and back inside each.
 
     The counts of a smooth motor have no sign: `negative` says its direction.
     """
 
     motor: str
-    ramp: Ramp
+    ramp: RampFromRest
     negative: bool = False
 
     @property
@@ -93,10 +93,10 @@ class Move:
 
 
 @dataclass(frozen=True)
-class Layout:
+class ImageLayout:
     """Where the image is in the lines of some scanning motors; pixels count from 0."""
 
-    image: Image
+    image: ImageGeometry
     head: int
     shift: int = 0  # whole pixels that the image of a line back begins earlier
     rest: int = 0  # steps beside them
@@ -123,12 +123,12 @@ class Layout:
         return self.total - self.end(back=back)
 
 
-def layout(image: Image, scans: Sequence[Scan]) -> Layout:
+def layout(image: ImageGeometry, scans: Sequence[ScanMotor]) -> ImageLayout:
     """Return where the image is. Raises UserError for offsets that the lines cannot have."""
     head = max((scan.head for scan in scans), default=0)
     offset = image.offset_back - image.offset_forward
     if not offset or not image.alternate:
-        return Layout(image, head)
+        return ImageLayout(image, head)
     if len(scans) != 1:
         raise UserError(f"scan offsets: of one scanning motor only, there are {len(scans)}")
     (scan,) = scans
@@ -138,7 +138,7 @@ def layout(image: Image, scans: Sequence[Scan]) -> Layout:
             f"scan offset of {offset} steps between forth and back: a smooth line has an even "
             f"number of steps, nearest {offset - 1} and {offset + 1}"
         )
-    made = Layout(image, head, shift, rest)
+    made = ImageLayout(image, head, shift, rest)
     if made.begin(back=True) < head or made.after(back=True) < head:
         raise UserError(
             f"scan offset of {offset} steps between forth and back is {shift} pixels and {rest} "
@@ -147,7 +147,7 @@ def layout(image: Image, scans: Sequence[Scan]) -> Layout:
     return made
 
 
-def roomy(found: Layout, moves: Sequence[Move]) -> Layout:
+def roomy(found: ImageLayout, moves: Sequence[ImageMove]) -> ImageLayout:
     """Return a layout with lead-ins and lead-outs in which the motors that step can do it."""
     longest = max((len(move.counts) for move in moves), default=0)
     image = found.image
@@ -160,24 +160,24 @@ def roomy(found: Layout, moves: Sequence[Move]) -> Layout:
     return replace(found, image=longer)
 
 
-def places(found: Layout) -> list[Place]:
+def places(found: ImageLayout) -> list[ImagePlace]:
     """Return where the image is in each line; between lines of one direction there are returns."""
     return [
-        Place(0, RETURN) if is_return else Place(found.begin(back=back) + 1)
+        ImagePlace(0, RETURN) if is_return else ImagePlace(found.begin(back=back) + 1)
         for back, is_return in _order(found.image)
     ]
 
 
-def scan_strokes(found: Layout, scan: Scan) -> list[Stroke]:
+def scan_strokes(found: ImageLayout, scan: ScanMotor) -> list[MotorStroke]:
     """Return the lines of a motor that scans."""
     made = {back: scan.stroke(found.total, found.rest, back=back) for back in (False, True)}
     return [made[back] for back, _ in _order(found.image)]
 
 
-def step_strokes(found: Layout, move: Move) -> list[Stroke]:
+def step_strokes(found: ImageLayout, move: ImageMove) -> list[MotorStroke]:
     """Return the lines of a motor that steps after each image but the last."""
     order = [*_order(found.image)]
-    still = Stroke((0,) * found.total)
+    still = MotorStroke((0,) * found.total)
     strokes = [
         _stepping(found, move, back=back, is_return=is_return)
         if is_return or found.image.alternate
@@ -187,31 +187,31 @@ def step_strokes(found: Layout, move: Move) -> list[Stroke]:
     return [*strokes[:-1], still]
 
 
-def turn_strokes(found: Layout, move: Move, rest_px: int) -> list[Stroke]:
+def turn_strokes(found: ImageLayout, move: ImageMove, rest_px: int) -> list[MotorStroke]:
     """Return the lines of a motor that goes forth and back around the middle of each image."""
     made = {back: _turning(found, move, rest_px, back=back) for back in (False, True)}
-    still = Stroke((0,) * found.total)
+    still = MotorStroke((0,) * found.total)
     return [still if is_return else made[back] for back, is_return in _order(found.image)]
 
 
-def still_strokes(found: Layout) -> list[Stroke]:
+def still_strokes(found: ImageLayout) -> list[MotorStroke]:
     """Return the lines of a motor that stands still."""
-    return [Stroke((0,) * found.total)] * len(_order(found.image))
+    return [MotorStroke((0,) * found.total)] * len(_order(found.image))
 
 
-def _order(image: Image) -> list[tuple[bool, bool]]:
+def _order(image: ImageGeometry) -> list[tuple[bool, bool]]:
     """Return of each line whether it goes back, and whether it is a return without an image."""
     if image.alternate:
         return [(number % 2 == 1, False) for number in range(image.lines)]
     return [(False, False), *[(True, True), (False, False)] * (image.lines - 1)]
 
 
-def _stepping(found: Layout, move: Move, *, back: bool, is_return: bool) -> Stroke:
+def _stepping(found: ImageLayout, move: ImageMove, *, back: bool, is_return: bool) -> MotorStroke:
     begin = 0 if is_return else found.end(back=back)
     return _within(found, move, begin, move.counts)
 
 
-def _turning(found: Layout, move: Move, rest_px: int, *, back: bool) -> Stroke:
+def _turning(found: ImageLayout, move: ImageMove, rest_px: int, *, back: bool) -> MotorStroke:
     forth = move.counts
     counts = turning.forth_and_back(forth, rest_px)
     middle = found.begin(back=back) + found.image.pixels // 2
@@ -225,12 +225,14 @@ def _turning(found: Layout, move: Move, rest_px: int, *, back: bool) -> Stroke:
     return _within(found, move, begin, counts)
 
 
-def _within(found: Layout, move: Move, begin: int, counts: tuple[int, ...]) -> Stroke:
+def _within(
+    found: ImageLayout, move: ImageMove, begin: int, counts: tuple[int, ...]
+) -> MotorStroke:
     after = found.total - begin - len(counts)
-    return Stroke((*(0,) * begin, *counts, *(0,) * after), move.negative)
+    return MotorStroke((*(0,) * begin, *counts, *(0,) * after), move.negative)
 
 
-def refuse_long(found: Layout) -> None:
+def refuse_long(found: ImageLayout) -> None:
     """Raise UserError for lines that no file holds, and for more of them than a job may have."""
     if found.total > MOST_PIXELS:
         raise UserError(f"lines of {found.total} pixels: a line has {MOST_PIXELS} at most")
@@ -239,9 +241,9 @@ def refuse_long(found: Layout) -> None:
 
 
 def strokes_of(
-    found: Layout, scans: Sequence[Scan], steps: Sequence[Move], turns: Mapping[str, Move],
-    rest_px: int, still: Sequence[str],
-) -> dict[str, list[Stroke]]:  # fmt: skip
+    found: ImageLayout, scans: Sequence[ScanMotor], steps: Sequence[ImageMove],
+    turns: Mapping[str, ImageMove], rest_px: int, still: Sequence[str],
+) -> dict[str, list[MotorStroke]]:  # fmt: skip
     """Return the lines of all motors. Raises UserError for lines that are too long or too many."""
     refuse_long(found)
     return {

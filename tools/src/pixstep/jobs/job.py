@@ -24,7 +24,7 @@ from pixstep.errors import RefusedError, UserError
 from pixstep.jobs import archive, header, tables
 from pixstep.jobs.header import JobHeader
 from pixstep.jobs.machine_copy import MachineCopy
-from pixstep.jobs.shapes import Run, Shape
+from pixstep.jobs.shapes import MotorRun, Shape
 from pixstep.lines.line import Line
 
 SUFFIX = ".pxjob"
@@ -41,7 +41,7 @@ class Job:
 
     header: JobHeader
     copies: Mapping[str, bytes]
-    runs: tuple[Run, ...]
+    runs: tuple[MotorRun, ...]
     shapes: Mapping[bytes, Shape]
     path: Path = Path(f"job{SUFFIX}")
 
@@ -118,7 +118,7 @@ class Job:
             for motor, run in self.runs_of(number).items()
         }
 
-    def runs_of(self, number: int) -> dict[str, Run]:
+    def runs_of(self, number: int) -> dict[str, MotorRun]:
         """Return how each motor runs in a line, from 1. Raises UserError if there is no such."""
         if not 1 <= number <= self.lines:
             raise UserError(f"{self.path}: line {number}: there are lines 1 to {self.lines}")
@@ -143,7 +143,7 @@ class Job:
 def _refuse_strange(
     about: JobHeader,
     copies: Mapping[str, bytes],
-    runs: Sequence[Run],
+    runs: Sequence[MotorRun],
     shapes: Mapping[bytes, Shape],
 ) -> None:
     """Refuse a job whose members are right and do not fit each other: pixstep makes no such one."""
@@ -161,7 +161,7 @@ def _refuse_strange(
         raise RefusedError(f"member {lacking} is missing")
 
 
-def id_of(runs: Iterable[Run]) -> str:
+def id_of(runs: Iterable[MotorRun]) -> str:
     """Return what names a job by its lines: the same lines have the same."""
     content = hashlib.sha256()
     for run in runs:

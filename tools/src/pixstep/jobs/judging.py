@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
 from pixstep.board import boards, capability, guarantee, settings
-from pixstep.board.capability import BoardLimits
+from pixstep.board.capability import BoardCapability
 from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.jobs.job import Job
 from pixstep.lines import line_check
@@ -21,9 +21,12 @@ from pixstep.machine.files import MachineFile
 from pixstep.machine.model import MotorTable
 from pixstep.progress import Progress, unseen
 
+_SLOW_EDGES_HZ = 60  # so few edges are all seen before any board fixes the next one
+_LEAST_AHEAD_STEPS = 200  # of a pixel, that any board decodes ahead
+
 
 @dataclass(frozen=True)
-class Judged:
+class MotorFindings:
     """What is said of a motor's lines: the first that is refused, and all that gets a warning."""
 
     refusal: str = ""
@@ -54,11 +57,17 @@ def room(job: Job, machine: MachineFile, name: str) -> Room:
 
 
 def judge(
-    job: Job, machine: MachineFile, path: Path, show: Progress = unseen, *, refuse: bool = True
+    job: Job,
+    machine: MachineFile,
+    path_of: Callable[[str], Path],
+    show: Progress = unseen,
+    *,
+    refuse: bool = True,
 ) -> list[str]:
     """Return the warnings of all lines. Raises RefusedError for the first that is refused.
 
-    Without `refuse` that one is a warning too.
+    Without `refuse` that one is a warning too. `path_of` returns the file that says a motor's
+    lines.
     """
     said: list[str] = []
     for number, name in enumerate(job.motors, 1):
@@ -66,7 +75,7 @@ def judge(
         if found.refusal and refuse:
             raise RefusedError(AskedText(
                 "{path}: {refusal} ({no_check} writes it all the same)",
-                path=path, refusal=found.refusal,
+                path=path_of(name), refusal=found.refusal,
             ))  # fmt: skip
         if found.refusal:
             said.append(found.refusal)
@@ -76,8 +85,8 @@ def judge(
 
 
 def of_motor(
-    job: Job, machine: MachineFile, name: str, limits: BoardLimits | None = None
-) -> Judged:
+    job: Job, machine: MachineFile, name: str, limits: BoardCapability | None = None
+) -> MotorFindings:
     """Return what a machine says of a motor's lines; `limits` are those of a connected board."""
     motor = machine[name]
     try:
@@ -85,10 +94,10 @@ def of_motor(
         found = _Findings(motor, bounds, machine.pixel_hz)
         return found.of(_lines(job, name))
     except UserError as error:
-        return Judged(f"motor {name}: {error}")
+        return MotorFindings(f"motor {name}: {error}")
 
 
-def of_board(job: Job, machine: MachineFile, name: str) -> Judged:
+def of_board(job: Job, machine: MachineFile, name: str) -> MotorFindings:
     """Return whether a board is guaranteed to follow the lines that its motors run together."""
     board = machine.boards[name]
     motors = [
@@ -101,10 +110,34 @@ def of_board(job: Job, machine: MachineFile, name: str) -> Judged:
         for number in _different(job, motors):
             lines = job.line(number)
             if text := guarantee.refusal([lines[one] for one in motors if one in lines], world):
-                return Judged(text)
+                return MotorFindings(text)
     except UserError as error:
-        return Judged(f"board {name}: {error}")
-    return Judged()
+        return MotorFindings(f"board {name}: {error}")
+    return MotorFindings()
+
+
+def apart(job: Job, machine: MachineFile) -> Iterator[str]:
+    """Yield what keeps boards on one clock from ending their pixels within 2 ticks (CLOCK.md).
+
+    A board decodes no more single steps ahead than its ring holds: of denser pixels it fixes an
+    edge later than another board, by newer edges of the clock.
+    """
+    there = [name for name in job.motors if name in machine.motors]
+    names = {machine.board_name(machine[name]) for name in there}
+    locked = settings.locks(settings.of_clock(machine.clock.sync, machine.clock.edges))
+    if len(names) < 2 or not locked or machine.clock_hz <= _SLOW_EDGES_HZ:
+        return
+    for name in there:
+        for first, line in _lines(job, name):
+            steps = max(map(abs, line.counts))
+            if steps > _LEAST_AHEAD_STEPS:
+                pixel = [abs(count) for count in line.counts].index(steps) + 1
+                yield (
+                    f"line {first} of motor {name}: {steps} steps at pixel {pixel}: with more than "
+                    f"{_LEAST_AHEAD_STEPS}, and more than {_SLOW_EDGES_HZ} edges of the clock a "
+                    f"second, boards may end pixels more than 2 ticks apart if the clock jitters"
+                )
+                break
 
 
 def _different(job: Job, motors: list[str]) -> Iterator[int]:
@@ -125,10 +158,10 @@ class _Findings:
     """The limits of a motor and its board, at a frequency of pixels."""
 
     motor: MotorTable
-    board: BoardLimits
+    board: BoardCapability
     hz: Fraction
 
-    def of(self, lines: Iterable[tuple[int, Line]]) -> Judged:
+    def of(self, lines: Iterable[tuple[int, Line]]) -> MotorFindings:
         """Judge lines, each with the number of the first one like it."""
         refusal, warnings = "", []
         for first, line in lines:
@@ -139,7 +172,7 @@ class _Findings:
                     warnings.append(told)
                 elif not refusal:
                     refusal = told
-        return Judged(refusal, tuple(warnings))
+        return MotorFindings(refusal, tuple(warnings))
 
     def _check(self, line: Line) -> list[Finding]:
         motor = line_limits.of_motor(self.motor, line, self.hz)
@@ -148,7 +181,7 @@ class _Findings:
         return [] if still else line_check.without_idle_pixel(found)
 
 
-def _limits(job: Job, machine: MachineFile, name: str) -> BoardLimits:
+def _limits(job: Job, machine: MachineFile, name: str) -> BoardCapability:
     """Return the limits of a motor's board while all of its motors in the job move."""
     board = machine.board_of(machine[name])
     beside = [

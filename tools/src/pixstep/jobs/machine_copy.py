@@ -6,15 +6,15 @@ A copy may come from another version of pixstep, and a comparison has to show wh
 
 from __future__ import annotations
 
-import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
-from pixstep.errors import RefusedError, one_line
+from pixstep import tomltext
+from pixstep.errors import RefusedError
 from pixstep.lines.units import Quantity
 from pixstep.machine import files
 from pixstep.machine.files import MachineFile
@@ -41,10 +41,7 @@ class MachineCopy:
     @classmethod
     def of(cls, data: bytes, path: Path) -> MachineCopy:
         """Return the machine of a file's bytes. Raises RefusedError naming the first wrong key."""
-        try:
-            content = tomllib.loads(data.decode("utf-8-sig"))
-        except (ValueError, RecursionError) as error:
-            raise RefusedError(f"{path}: {one_line(str(error))}") from None
+        text, content = tomltext.parse(data, path)
         values = dict(_leaves(content))
         unknown: list[Keys] = []
         while True:
@@ -52,9 +49,9 @@ class MachineCopy:
                 made = files.of_content(content, path)
                 break
             except ValidationError as error:
-                unknown += _without_unknown(content, error, path)
+                unknown += _without_unknown(text, content, error, path)
         for keys, reason in contradictions(made):
-            raise RefusedError(f"{path}: {'.'.join(keys)}: {one_line(reason)}")
+            raise _wrong(text, content, path, keys, reason)
         return cls(data, made, values, tuple(unknown))
 
     def value(self, keys: Keys) -> Any:
@@ -100,12 +97,25 @@ def _of_motor(machine: MachineFile, motor: MotorTable, keys: Keys) -> Any:
     return getattr(motor, keys[0])
 
 
-def _without_unknown(content: dict[str, Any], error: ValidationError, path: Path) -> list[Keys]:
+def _wrong(
+    text: str, content: dict[str, Any], path: Path, keys: Sequence[str | int], reason: str
+) -> RefusedError:
+    """Return the refusal of what stands at some keys."""
+    held: Any = content
+    for key in keys:
+        held = held.get(key) if isinstance(held, dict) else None
+    return RefusedError(files.told(text, path, [(keys, reason, held)])[0])
+
+
+def _without_unknown(
+    text: str, content: dict[str, Any], error: ValidationError, path: Path
+) -> list[Keys]:
     """Take the keys that are not known out of a content; raise for any other mistake."""
     found = error.errors(include_url=False, include_context=False)
     wrong = next((one for one in found if one["type"] != _UNKNOWN), None)
     if wrong is not None:
-        raise RefusedError(f"{path}: {'.'.join(map(str, wrong['loc']))}: {one_line(wrong['msg'])}")
+        said = files.reason(wrong["type"], wrong["msg"])
+        raise _wrong(text, content, path, wrong["loc"], said)
     keys = [tuple(map(str, one["loc"])) for one in found]
     for place in keys:
         table = content

@@ -10,11 +10,11 @@ from pathlib import Path
 from pixstep.board import capability, values
 from pixstep.errors import AskedText, UserError
 from pixstep.jobs import image, ramps
-from pixstep.jobs.assembly import Common, Copies, MotorPart, Place, Stroke, assemble
-from pixstep.jobs.header import LineTable, MotorTable, SourceTable, sums
-from pixstep.jobs.image import Image, Layout, Move, Scan
+from pixstep.jobs.assembly import Common, Copies, ImagePlace, MotorPart, MotorStroke, assemble
+from pixstep.jobs.header import JobLineTable, JobMotorTable, SourceTable, sums
+from pixstep.jobs.image import ImageGeometry, ImageLayout, ImageMove, ScanMotor
 from pixstep.jobs.job import SETTINGS, Job
-from pixstep.jobs.ramps import LINE, MOVE, Ramp
+from pixstep.jobs.ramps import LINE, MOVE, RampFromRest
 from pixstep.lines.units import Quantity, whole_speed
 from pixstep.machine.files import MachineFile
 from pixstep.machine.model import MotorTable as MachineMotor
@@ -23,7 +23,7 @@ from pixstep.profiles.generator import MAX_SPEED
 
 
 @dataclass(frozen=True)
-class Asked:
+class JobOptions:
     """What every job is asked for beside its lines. All distances and positions are in steps.
 
     `profiles` and `backlash` replace those of the machine file; `starts` are the motors' positions
@@ -49,7 +49,7 @@ class AskedImage:
     `backwards`: the first line runs in the negative direction.
     """
 
-    image: Image
+    image: ImageGeometry
     scans: Mapping[str, Quantity]
     steps: Mapping[str, int] = field(default_factory=dict)
     turns: Mapping[str, int] = field(default_factory=dict)
@@ -60,14 +60,14 @@ class AskedImage:
 
 
 @dataclass(frozen=True)
-class Made:
+class NewJob:
     """A job that was made, and what is to be said of it."""
 
     job: Job
     notes: tuple[str, ...] = ()
 
 
-def of_image(machine: MachineFile, wanted: AskedImage, asked: Asked) -> Made:
+def of_image(machine: MachineFile, wanted: AskedImage, asked: JobOptions) -> NewJob:
     """Return the job of an image. Raises UserError for what a motor cannot do."""
     _refuse_twice(machine, wanted)
     copies = Copies.of_machine(machine)
@@ -91,18 +91,18 @@ def of_image(machine: MachineFile, wanted: AskedImage, asked: Asked) -> Made:
     common = _common(_line_table(found), wanted.source, copies, asked)
     notes = [note for scan in scans for note in scan.ramp.notes]
     notes += _notes(machine, first, found, turns)
-    return Made(assemble(parts, image.places(found), common), tuple(notes))
+    return NewJob(assemble(parts, image.places(found), common), tuple(notes))
 
 
 def of_lines(
-    machine: MachineFile, strokes: Mapping[str, Sequence[Stroke]], places: Sequence[Place],
-    source: SourceTable, asked: Asked,
-) -> Made:  # fmt: skip
+    machine: MachineFile, strokes: Mapping[str, Sequence[MotorStroke]],
+    places: Sequence[ImagePlace], source: SourceTable, asked: JobOptions,
+) -> NewJob:  # fmt: skip
     """Return the job of lines that are there already, one a motor and place."""
     copies = Copies.of_machine(machine)
     parts = {
         name: MotorPart(
-            MotorTable(
+            JobMotorTable(
                 role="lines", decode=machine[name].kind, backlash=asked.play(machine[name]),
                 profiles=copies.profiles(machine, name, asked.profiles.get(name)),
             ),
@@ -112,8 +112,8 @@ def of_lines(
         for name in machine.motors
         if name in strokes
     }  # fmt: skip
-    common = _common(LineTable(lines=0, pixels=0), source, copies, asked)
-    return Made(assemble(parts, places, common))
+    common = _common(JobLineTable(lines=0, pixels=0), source, copies, asked)
+    return NewJob(assemble(parts, places, common))
 
 
 def source_files(paths: Iterable[Path]) -> dict[str, str]:
@@ -133,14 +133,14 @@ def _refuse_twice(machine: MachineFile, wanted: AskedImage) -> None:
         raise UserError("an image needs a motor that scans, or one that turns")
 
 
-def _scan(machine: MachineFile, name: str, wanted: AskedImage, asked: Asked) -> Scan:
+def _scan(machine: MachineFile, name: str, wanted: AskedImage, asked: JobOptions) -> ScanMotor:
     motor = machine[name]
     top = _speed(machine, motor, wanted.scans[name])
     play = asked.play(motor)
     if play > top:
         raise UserError(f"motor {name}: backlash {play} does not fit one pixel at speed {top}")
     ramp = ramps.scanning(machine, motor, top, asked.profiles.get(name))
-    return Scan(name, ramp, not motor.smooth, play, motor.negative != wanted.backwards)
+    return ScanMotor(name, ramp, not motor.smooth, play, motor.negative != wanted.backwards)
 
 
 def _speed(machine: MachineFile, motor: MachineMotor, speed: Quantity) -> int:
@@ -154,7 +154,7 @@ def _speed(machine: MachineFile, motor: MachineMotor, speed: Quantity) -> int:
     return top
 
 
-def _move(machine: MachineFile, name: str, distance: int, uses: Sequence[str]) -> Move:
+def _move(machine: MachineFile, name: str, distance: int, uses: Sequence[str]) -> ImageMove:
     """Return a move of the load as the motor's."""
     motor = machine[name]
     steps = -distance if motor.negative else distance
@@ -163,16 +163,16 @@ def _move(machine: MachineFile, name: str, distance: int, uses: Sequence[str]) -
             AskedText("motor {name}: a move of 0 steps: {still} is for one that rests", name=name)
         )
     made = ramps.move(machine, motor, steps, uses)
-    return Move(name, made, motor.smooth and steps < 0)
+    return ImageMove(name, made, motor.smooth and steps < 0)
 
 
-def _turn(machine: MachineFile, name: str, distance: int) -> Move:
+def _turn(machine: MachineFile, name: str, distance: int) -> ImageMove:
     if machine[name].smooth:
         raise UserError(f"motor {name} is smooth: only a plain motor turns inside a line")
     return _move(machine, name, distance, (LINE, MOVE))
 
 
-def _rest_px(machine: MachineFile, turns: Mapping[str, Move]) -> int:
+def _rest_px(machine: MachineFile, turns: Mapping[str, ImageMove]) -> int:
     """Return the pixels that turning motors rest in: one, or as long as their drivers need."""
     hz = machine.pixel_hz
     kinds = {machine.board_of(machine[name]).kind for name in turns}
@@ -180,7 +180,11 @@ def _rest_px(machine: MachineFile, turns: Mapping[str, Move]) -> int:
 
 
 def _starts(
-    machine: MachineFile, wanted: AskedImage, asked: Asked, found: Layout, scans: Sequence[Scan]
+    machine: MachineFile,
+    wanted: AskedImage,
+    asked: JobOptions,
+    found: ImageLayout,
+    scans: Sequence[ScanMotor],
 ) -> dict[str, int]:
     """Return where each motor is at the first line, in its own steps.
 
@@ -203,12 +207,12 @@ def _starts(
 
 
 def _about(
-    machine: MachineFile, name: str, wanted: AskedImage, asked: Asked, copies: Copies,
-    ramp: Ramp | None,
-) -> MotorTable:  # fmt: skip
+    machine: MachineFile, name: str, wanted: AskedImage, asked: JobOptions, copies: Copies,
+    ramp: RampFromRest | None,
+) -> JobMotorTable:  # fmt: skip
     motor = machine[name]
     role, distance = _role(name, wanted)
-    return MotorTable.model_validate({
+    return JobMotorTable.model_validate({
         "role": role, "decode": motor.decode, "distance": distance,
         "speed": ramp.speed if ramp and name in wanted.scans else 0,
         "backlash": asked.play(motor) if name in wanted.scans else 0,
@@ -225,16 +229,16 @@ def _role(name: str, wanted: AskedImage) -> tuple[str, int]:
     return ("turn", wanted.turns[name]) if name in wanted.turns else ("still", 0)
 
 
-def _line_table(found: Layout) -> LineTable:
+def _line_table(found: ImageLayout) -> JobLineTable:
     of = found.image
-    return LineTable(
+    return JobLineTable(
         lines=0, pixels=0, image_pixels=of.pixels, lead_in=of.lead_in, lead_out=of.lead_out,
         alternate=of.alternate, scan_offset_forward=of.offset_forward,
         scan_offset_back=of.offset_back,
     )  # fmt: skip
 
 
-def _common(line: LineTable, source: SourceTable, copies: Copies, asked: Asked) -> Common:
+def _common(line: JobLineTable, source: SourceTable, copies: Copies, asked: JobOptions) -> Common:
     for path in asked.settings.values():
         values.read_file(path)  # names what is wrong with it
     settings = {
@@ -244,7 +248,7 @@ def _common(line: LineTable, source: SourceTable, copies: Copies, asked: Asked) 
 
 
 def _notes(
-    machine: MachineFile, first: Layout, found: Layout, turns: Mapping[str, Move]
+    machine: MachineFile, first: ImageLayout, found: ImageLayout, turns: Mapping[str, ImageMove]
 ) -> Iterator[str]:
     before, after = first.image, found.image
     for words, was, now in (

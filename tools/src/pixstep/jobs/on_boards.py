@@ -10,9 +10,9 @@ from typing import Any
 
 from pixstep.board import boards, capability, settings, values
 from pixstep.board import registers as regs
-from pixstep.board.device import Board, Identity
+from pixstep.board.device import Device, Identity
 from pixstep.jobs import judging, rules
-from pixstep.jobs.comparison import Row, row, row_of_lines
+from pixstep.jobs.comparison import ComparisonRow, row, row_of_lines
 from pixstep.jobs.job import Job
 from pixstep.jobs.rules import Rule
 from pixstep.lines.units import hz_words
@@ -24,12 +24,14 @@ _POLICY = "backlash_policy"
 _BACKLASH = "backlash"
 
 
-def absent(name: str, why: str) -> Row:
+def absent(name: str, why: str) -> ComparisonRow:
     """Return the row of a board that does not answer."""
     return row(_place(name), "board", rules.BOARD_ABSENT, "there", why, equal=False)
 
 
-def with_board(job: Job, machine: MachineFile, name: str, board: Board, who: Identity) -> list[Row]:
+def with_board(
+    job: Job, machine: MachineFile, name: str, board: Device, who: Identity
+) -> list[ComparisonRow]:
     """Compare a job with what the board holds that the machine file calls by a name."""
     return [*_OnBoard(job, machine, name, board, who, settings.read(board)).rows()]
 
@@ -41,11 +43,11 @@ class _OnBoard:
     job: Job
     machine: MachineFile
     name: str
-    board: Board
+    board: Device
     who: Identity
     there: dict[str, int]
 
-    def rows(self) -> Iterator[Row]:
+    def rows(self) -> Iterator[ComparisonRow]:
         """Yield what matters to the job's lines, then the other settings."""
         kind = self.machine.boards[self.name].kind
         yield self._row("kind", rules.BOARD_KIND, kind, self.who.board)
@@ -61,14 +63,14 @@ class _OnBoard:
             if name in there and self.machine.board_name(there[name]) == self.name
         ]  # fmt: skip
 
-    def _axes(self) -> Iterator[Row]:
+    def _axes(self) -> Iterator[ComparisonRow]:
         for name in self._motors():
             axis = self.machine[name].axis
             has = axis < self.who.axis_count
             found = axis if has else f"axes 0 to {self.who.axis_count - 1}"
             yield self._row(f"axis of {name}", rules.BOARD_AXIS, axis, found)
 
-    def _clock(self) -> Iterator[Row]:
+    def _clock(self) -> Iterator[ComparisonRow]:
         """Yield the clock that the job was made for beside the registers."""
         clock = self.job.machine.tables.clock
         found = hz_words(values.hz_of(self.there))
@@ -80,7 +82,7 @@ class _OnBoard:
             texts = (self._words(key, value) for value in (wanted, self.there[key]))
             yield self._row(key, rules.BOARD_FOLLOWS, *texts)
 
-    def _settings(self) -> Iterator[Row]:
+    def _settings(self) -> Iterator[ComparisonRow]:
         """Yield the other settings: beside the job's, or beside those of a new board."""
         copy = self._copy()
         wanted = copy[values.TABLE] if copy else settings.defaults()
@@ -106,7 +108,7 @@ class _OnBoard:
             return rules.BOARD_SETTING
         return rules.BOARD_POLICY if name == _POLICY else rules.BOARD_OWN
 
-    def _lines(self) -> Iterator[Row]:
+    def _lines(self) -> Iterator[ComparisonRow]:
         """Yield whether the board takes each motor's lines, by its own limits."""
         if self.who.board != self.machine.boards[self.name].kind:
             return  # its limits say nothing then
@@ -126,7 +128,7 @@ class _OnBoard:
         register = next(item for item in regs.settings() if item.name == name)
         return regs.words(register, value) or f"{value}{values.unit_text(register)}"
 
-    def _row(self, field: str, rule: Rule, job: object, found: object) -> Row:
+    def _row(self, field: str, rule: Rule, job: object, found: object) -> ComparisonRow:
         return row(_place(self.name), field, rule, job, found, equal=str(job) == str(found))
 
 

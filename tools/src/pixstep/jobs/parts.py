@@ -30,6 +30,8 @@ class Parts:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder / FOLDER
+        with atomic.told_of(self._folder):  # here, not when the first line has been made
+            self._folder.mkdir(exist_ok=True)
         self._rows: dict[int, list[tuple[str, Record]]] = {}
 
     def take(self, line: int, motor: str, record: Record) -> None:
@@ -50,7 +52,6 @@ class Parts:
         }
         sink = pyarrow.BufferOutputStream()
         parquet.write_table(pyarrow.table(columns), sink, compression="zstd")
-        self._folder.mkdir(exist_ok=True)
         path = self._folder / f"line-{line:06}.parquet"
         with atomic.rules(atomic.WriteRules(force=True)):
             atomic.write_bytes(path, bytes(sink.getvalue().to_pybytes()))

@@ -19,9 +19,9 @@ from itertools import groupby
 from pathlib import Path
 
 from pixstep.errors import RefusedError, UserError
-from pixstep.jobs.assembly import Place, Stroke
+from pixstep.jobs.assembly import ImagePlace, MotorStroke
 from pixstep.jobs.header import SourceTable
-from pixstep.jobs.making import Asked, Made, of_lines, source_files
+from pixstep.jobs.making import JobOptions, NewJob, of_lines, source_files
 from pixstep.machine.files import MachineFile
 from pixstep.machine.model import MotorTable
 from pixstep.owndata import readings
@@ -41,7 +41,7 @@ class _Positions:
     values: Sequence[Fraction]
 
 
-def of_table(machine: MachineFile, path: Path, asked: Asked) -> Made:
+def of_table(machine: MachineFile, path: Path, asked: JobOptions) -> NewJob:
     """Return the job of a table. Raises UserError naming line, column and value of a wrong one."""
     names = _names(path)
     motors = {name: column for name in machine.motors if (column := _column(names, name))}
@@ -54,14 +54,14 @@ def of_table(machine: MachineFile, path: Path, asked: Asked) -> Made:
     strokes = {name: [*_strokes(table, lines)] for name, table in tables.items()}
     starts = {name: round(table.values[0]) for name, table in tables.items()} | {**asked.starts}
     asked = replace(asked, starts=starts)
-    places = [Place(0)] * len(lines)
+    places = [ImagePlace(0)] * len(lines)
     source = SourceTable(kind="table", files=source_files([path]))
     return of_lines(machine, strokes, places, source, asked)
 
 
 def _names(path: Path) -> tuple[str, ...]:
     """Return the names of a table's columns, by the first of them that holds numbers."""
-    read = readings.read(path, readings.Asked("1"))
+    read = readings.read(path, readings.TableHints("1"))
     if not read.table.names:
         raise RefusedError(f"{path}: a header is wanted, which names the motors")
     return read.table.names
@@ -78,7 +78,7 @@ def _column(names: Sequence[str], motor: str) -> str | None:
 
 def _positions(machine: MachineFile, path: Path, name: str, column: str) -> _Positions:
     motor = machine[name]
-    read = readings.read(path, readings.Asked(column))
+    read = readings.read(path, readings.TableHints(column))
     said = meaning_of(column.removeprefix(name))
     number = read.column.number
     if said.unclear is not None:
@@ -112,7 +112,7 @@ def _lines(read: TableReading) -> list[range]:
     return found
 
 
-def _strokes(table: _Positions, lines: Sequence[range]) -> Iterator[Stroke]:
+def _strokes(table: _Positions, lines: Sequence[range]) -> Iterator[MotorStroke]:
     last: int | None = None
     for rows in lines:
         places = [table.values[row] for row in rows]
@@ -124,7 +124,7 @@ def _strokes(table: _Positions, lines: Sequence[range]) -> Iterator[Stroke]:
             fitted=False,
         )  # fmt: skip
         last = round(places[-1])
-        yield Stroke(made.line.counts, made.line.negative)
+        yield MotorStroke(made.line.counts, made.line.negative)
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from pixstep.machine.model import MotorTable
 from pixstep.moves import accel, fast
 from pixstep.moves.accel import Acceleration
 from pixstep.profiles import accelerate, generator, origin
-from pixstep.profiles.accelerate import Wanted
+from pixstep.profiles.accelerate import WantedLine
 from pixstep.profiles.generator import LineRequest
 
 LINE, MOVE = "line", "move"
@@ -29,7 +29,7 @@ OWN = "own"  # a line profile that was named, instead of the machine file's
 
 
 @dataclass(frozen=True)
-class Ramp:
+class RampFromRest:
     """An acceleration from rest: speeds at the ends of its pixels, and the steps of each.
 
     `use` is the profile that it comes from; "" for limits.
@@ -58,7 +58,9 @@ class Ramp:
         return tuple(accelerate.falling_with_rest([*self.counts], ends, rest, plain=plain))
 
 
-def scanning(machine: MachineFile, motor: MotorTable, speed: int, profile: Path | None) -> Ramp:
+def scanning(
+    machine: MachineFile, motor: MotorTable, speed: int, profile: Path | None
+) -> RampFromRest:
     """Return the acceleration of a motor to the speed of its lines.
 
     Raises UserError for a motor that has neither a profile nor a limit of the acceleration.
@@ -78,10 +80,10 @@ def scanning(machine: MachineFile, motor: MotorTable, speed: int, profile: Path 
     make = generator.acceleration_counts if motor.smooth else generator.plain_counts
     counts = make(speeds, speed, str(path))
     ends = (*(one for one in speeds if one < speed), speed)
-    return Ramp(ends, tuple(counts), said, use)
+    return RampFromRest(ends, tuple(counts), said, use)
 
 
-def move(machine: MachineFile, motor: MotorTable, steps: int, uses: Sequence[str]) -> Ramp:
+def move(machine: MachineFile, motor: MotorTable, steps: int, uses: Sequence[str]) -> RampFromRest:
     """Return a move of exactly so many steps as counts, by the first profile that is there.
 
     Raises UserError for a motor that has neither a profile nor limits.
@@ -99,7 +101,7 @@ def move(machine: MachineFile, motor: MotorTable, steps: int, uses: Sequence[str
         )
     made = fast.plan(limited, steps)
     notes = profile.notes_at(machine.pixel_hz, refuse=True)
-    return Ramp((made.top,), made.counts, tuple(notes), use)
+    return RampFromRest((made.top,), made.counts, tuple(notes), use)
 
 
 def _acceleration(
@@ -127,15 +129,15 @@ def by_limits(machine: MachineFile, motor: MotorTable) -> Acceleration:
     return Acceleration(tuple(counts), source=f"motor {motor.name}")
 
 
-def _smooth_move(machine: MachineFile, motor: MotorTable, steps: int) -> Ramp:
+def _smooth_move(machine: MachineFile, motor: MotorTable, steps: int) -> RampFromRest:
     wanted = _wanted(machine, motor)
     top = int(wanted.speed.per_pixel(machine.pixel_hz)) // 2 * 2
     asked = LineRequest(0, 0, plain=motor.decode == PLAIN)
     made, speed = accelerate.line_of_length(wanted, top, machine.clock.edges, abs(steps), asked)
-    return Ramp((speed,), tuple(made.counts))
+    return RampFromRest((speed,), tuple(made.counts))
 
 
-def _wanted(machine: MachineFile, motor: MotorTable, speed: Quantity | None = None) -> Wanted:
+def _wanted(machine: MachineFile, motor: MotorTable, speed: Quantity | None = None) -> WantedLine:
     """Return what a motor's limits want of a line, at its highest speed if no other is given."""
     speed, acceleration = speed or motor.limit("max_speed"), motor.limit("max_acceleration")
     if speed is None or acceleration is None:
@@ -143,4 +145,6 @@ def _wanted(machine: MachineFile, motor: MotorTable, speed: Quantity | None = No
             f"{machine.path}: motor {motor.name} has no profile for this, and no limits.max_speed "
             f"and limits.max_acceleration by which one could be made"
         )
-    return Wanted(speed, acceleration, motor.limit("max_jerk"), machine.clock_hz, not motor.smooth)
+    return WantedLine(
+        speed, acceleration, motor.limit("max_jerk"), machine.clock_hz, not motor.smooth
+    )

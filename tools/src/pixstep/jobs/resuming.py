@@ -16,7 +16,7 @@ from pixstep.board import registers as regs
 from pixstep.board import run
 from pixstep.board.errors import BoardError, LineLostError, NoReplyError
 from pixstep.jobs import account, tag
-from pixstep.jobs.account import Place
+from pixstep.jobs.account import LinePlace
 from pixstep.jobs.history import History
 from pixstep.jobs.job import Job
 from pixstep.jobs.stations import Station
@@ -35,21 +35,21 @@ class Fate(Enum):
 
 
 @dataclass(frozen=True)
-class Found:
+class BoardAtResume:
     """A board as it is found: `place` is where its axes are, None if it does not say.
 
     `trusted` if its positions hold: it kept its memory, and stopped at rest at a line's end.
     """
 
     station: Station
-    place: Place | None
+    place: LinePlace | None
     trusted: bool
     text: str
     reset: bool = False
 
 
 @dataclass(frozen=True)
-class Line:
+class LineInFlight:
     """A line that was in flight."""
 
     number: int
@@ -58,18 +58,18 @@ class Line:
 
 
 @dataclass
-class Verdict:
+class ResumeVerdict:
     """What was found: a row a board, and the lines that were in flight.
 
     `disagree` if boards that kept their memory have made different lines.
     """
 
-    boards: list[Found]
-    lines: list[Line] = field(default_factory=list)
+    boards: list[BoardAtResume]
+    lines: list[LineInFlight] = field(default_factory=list)
     disagree: bool = False
 
     @property
-    def asked(self) -> list[Line]:
+    def asked(self) -> list[LineInFlight]:
         """The lines that somebody has to decide about."""
         return [one for one in self.lines if one.fate in (Fate.BROKEN, Fate.UNKNOWN)]
 
@@ -105,12 +105,12 @@ def _await_board(station: Station, most_s: float) -> None:
         world.wait(_POLL_S)
 
 
-def judge(job: Job, told: History, stations: Iterable[Station]) -> Verdict:
+def judge(job: Job, told: History, stations: Iterable[Station]) -> ResumeVerdict:
     """Look at the boards; return what became of the lines in flight."""
     found = [_found(job, told, station) for station in stations]
     lines = [_line(job, number, found) for number in told.in_flight]
     made = {one.place.line for one in found if one.place and not one.reset}
-    return Verdict(found, lines, disagree=len(made) > 1)
+    return ResumeVerdict(found, lines, disagree=len(made) > 1)
 
 
 def discard_left(stations: Iterable[Station]) -> None:
@@ -129,7 +129,7 @@ def clear(station: Station) -> None:
         run.command(station.board, "clear_fault", station.lines.axes)
 
 
-def _found(job: Job, told: History, station: Station) -> Found:
+def _found(job: Job, told: History, station: Station) -> BoardAtResume:
     try:
         run.look(station.lines)
         lost_tag = tag.is_lost(station.board, told.tags.get(station.name, 0))
@@ -145,45 +145,47 @@ def _found(job: Job, told: History, station: Station) -> Found:
         return _without_place(station, f"has made lines that are not in the log; {positions}")
     if not told.chain:
         text = f"rests before line {told.next_line}; {positions}"
-        return Found(station, None, trusted=True, text=text)
+        return BoardAtResume(station, None, trusted=True, text=text)
     place = account.place_of_board([account.place_of(job, told.chain, axis) for axis in axes])
     if not place:
         return _without_place(station, f"does not say in which line it is; {positions}")
     if not place.pixel:
         text = f"rests at the end of line {place.line - 1}; {positions}"
-        return Found(station, place, trusted=True, text=text)
+        return BoardAtResume(station, place, trusted=True, text=text)
     moved = (axis.now["pixel"] for axis in axes if axis.state not in account.ENDED)
-    place = Place(place.line, max([place.pixel, *moved]))
+    place = LinePlace(place.line, max([place.pixel, *moved]))
     text = f"stopped in line {place.line} at pixel {place.pixel}; {positions}"
-    return Found(station, place, trusted=False, text=text)
+    return BoardAtResume(station, place, trusted=False, text=text)
 
 
-def _without_place(station: Station, text: str, *, reset: bool = False) -> Found:
+def _without_place(station: Station, text: str, *, reset: bool = False) -> BoardAtResume:
     """Return a board of which nobody knows where in the job its axes are."""
-    return Found(station, None, trusted=False, text=text, reset=reset)
+    return BoardAtResume(station, None, trusted=False, text=text, reset=reset)
 
 
-def _line(job: Job, number: int, found: Iterable[Found]) -> Line:
+def _line(job: Job, number: int, found: Iterable[BoardAtResume]) -> LineInFlight:
     """Return what became of a line, by all boards."""
     boards = [*found]
     fates = {_fate(number, one.place) for one in boards}
     if fates == {Fate.PRINTED}:
-        return Line(number, Fate.PRINTED, "printed")
+        return LineInFlight(number, Fate.PRINTED, "printed")
     if fates == {Fate.LEFT}:
-        return Line(number, Fate.LEFT, "not printed")
+        return LineInFlight(number, Fate.LEFT, "not printed")
     if Fate.UNKNOWN in fates:
         silent = ", ".join(one.station.name for one in boards if one.place is None)
-        return Line(number, Fate.UNKNOWN, f"unknown: board {silent} does not know it any more")
+        return LineInFlight(
+            number, Fate.UNKNOWN, f"unknown: board {silent} does not know it any more"
+        )
     if Fate.BROKEN not in fates:
         made = ", ".join(
             one.station.name for one in boards if _fate(number, one.place) is Fate.PRINTED
         )
-        return Line(number, Fate.BROKEN, f"broken: made by board {made} alone")
+        return LineInFlight(number, Fate.BROKEN, f"broken: made by board {made} alone")
     pixel = min(_pixel(job, number, one.place) for one in boards if one.place)
-    return Line(number, Fate.BROKEN, f"broken at pixel {pixel} of {job.pixels}")
+    return LineInFlight(number, Fate.BROKEN, f"broken at pixel {pixel} of {job.pixels}")
 
 
-def _fate(number: int, place: Place | None) -> Fate:
+def _fate(number: int, place: LinePlace | None) -> Fate:
     if place is None:
         return Fate.UNKNOWN
     if place.line > number:
@@ -191,7 +193,7 @@ def _fate(number: int, place: Place | None) -> Fate:
     return Fate.BROKEN if place.line == number and place.pixel else Fate.LEFT
 
 
-def _pixel(job: Job, number: int, place: Place) -> int:
+def _pixel(job: Job, number: int, place: LinePlace) -> int:
     if place.line > number:
         return job.pixels
     return place.pixel if place.line == number else 0

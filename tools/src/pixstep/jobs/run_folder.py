@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pixstep import atomic
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.jobs import parts, run_log
 from pixstep.jobs.history import BEGIN, History
 from pixstep.jobs.job import Job
@@ -29,24 +29,49 @@ class RunFolder:
 
     @classmethod
     def begin(cls, path: Path, job: Job) -> RunFolder:
-        """Make the folder of a new run."""
+        """Make the folder of a new run. Raises RefusedError for one that is not a new run's."""
+        cls.refuse_other(path, job)
         try:
             path.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise UserError(f"{path}: {error.strerror or error}") from None
-        atomic.write_bytes(path / _JOB, job.path.read_bytes())
+        if not (path / _JOB).exists():
+            atomic.write_bytes(path / _JOB, job.path.read_bytes())
         return cls(path)
 
     @staticmethod
-    def is_begun(path: Path) -> bool:
-        """True if a folder has the log of a run."""
-        return (path / run_log.NAME).exists()
+    def refuse_other(path: Path, job: Job) -> None:
+        """Refuse a folder that has a run, or anything besides what a begin that was cut short left.
+
+        A run writes only into a folder of its own.
+        """
+        try:
+            names = {one.name for one in path.iterdir()}
+        except FileNotFoundError:
+            return
+        except OSError as error:
+            raise UserError(f"{path}: {error.strerror or error}") from None
+        if run_log.NAME in names:
+            raise RefusedError(AskedText(
+                "{path}: has a run already: `pixstep job resume {path}` goes on with it, {folder} "
+                "names another one", path=path,
+            ))  # fmt: skip
+        if _JOB in names and _is_copy(path / _JOB, job):
+            names.remove(_JOB)
+        strange = sorted(name for name in names if not name.startswith(atomic.UNFINISHED))
+        if strange:
+            raise RefusedError(AskedText(
+                "{path}: has {name} and no run: a run wants a folder of its own, {folder} names a "
+                "new one", path=path, name=strange[0],
+            ))  # fmt: skip
 
     @classmethod
     def of(cls, path: Path) -> RunFolder:
         """Return the folder of a run. Raises UserError if it is none."""
-        if not (path / run_log.NAME).is_file():
-            raise UserError(f"{path}: no run of a job: {run_log.NAME} is not there")
+        log = path / run_log.NAME
+        if not log.is_file():
+            what = "is no file" if log.exists() else "is not there"
+            raise UserError(f"{path}: no run of a job: {run_log.NAME} {what}")
         return cls(path)
 
     @property
@@ -89,7 +114,17 @@ class RunFolder:
 
     def history(self) -> History:
         """Return what the log says of each line."""
-        return History.of(self.events())
+        return self.told(self.events())
+
+    def told(self, events: list[Event]) -> History:
+        """Return what events of the log say of each line."""
+        try:
+            return History.of(events)
+        except (AttributeError, KeyError, TypeError, ValueError):
+            raise RefusedError(
+                f"{self.log_path}: has events that this pixstep does not know: the pixstep that "
+                f"began the run reads them"
+            ) from None
 
     @property
     def is_running(self) -> bool:
@@ -98,17 +133,26 @@ class RunFolder:
 
     def ask_pause(self) -> None:
         """Ask whoever runs the job to pause."""
+        place = self.path / _PAUSE
         try:
-            (self.path / _PAUSE).touch()
+            place.open("ab").close()
         except OSError as error:
-            raise UserError(f"{self.path}: {error.strerror or error}") from None
+            raise UserError(f"{place}: {error.strerror or error}") from None
 
     @property
     def pause_asked(self) -> bool:
         """True if somebody has asked for a pause."""
-        return (self.path / _PAUSE).exists()
+        return (self.path / _PAUSE).is_file()
 
     def forget_pause(self) -> None:
         """Take what was asked as done."""
         with contextlib.suppress(OSError):
             (self.path / _PAUSE).unlink()
+
+
+def _is_copy(path: Path, job: Job) -> bool:
+    """Return whether a file is the copy of a job."""
+    try:
+        return path.read_bytes() == job.path.read_bytes()
+    except OSError:
+        return False

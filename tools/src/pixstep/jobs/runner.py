@@ -20,10 +20,10 @@ from pixstep import signals
 from pixstep.board import recording, run, snapshot, together
 from pixstep.board.errors import BoardError
 from pixstep.board.link import World
-from pixstep.board.recording import Row
+from pixstep.board.recording import RecordedPixel
 from pixstep.board.together import Together
 from pixstep.jobs import account, history, stations
-from pixstep.jobs.account import Axis
+from pixstep.jobs.account import JobAxis
 from pixstep.jobs.gaps import Gaps
 from pixstep.jobs.job import Job
 from pixstep.jobs.parts import Parts
@@ -39,7 +39,7 @@ _TIMEOUT_S, _RETRIES = 0.2, 3  # so that a board that is lost is named within a 
 _AHEAD = 2  # lines that may be queued and not done
 
 
-class Ended(Enum):
+class ChainEnd(Enum):
     """How a chain of lines has ended without a fault."""
 
     FINISHED = "finished"
@@ -56,7 +56,7 @@ class JobBrokenError(BoardError):
 
 
 @dataclass
-class Watch:
+class RunWatch:
     """What whoever started a run is told, and what it may ask for.
 
     Lines can pause, `in_lines`; what goes before them can only be stopped.
@@ -82,7 +82,7 @@ class Chain:
     stations: list[Station]
     world: World
     note: Callable[[Event], None]
-    watch: Watch
+    watch: RunWatch
     first: int
     last: int
     parts: Parts | None = None
@@ -104,7 +104,7 @@ class Chain:
             gated=bool(clock.gate_edges),
         )  # fmt: skip
 
-    def make(self) -> Ended:
+    def make(self) -> ChainEnd:
         """Make the lines. Raises JobBrokenError saying where everything is."""
         group = [one.lines for one in self.stations]
         try:
@@ -154,10 +154,10 @@ class Chain:
         if self.parts:
             self.parts.write(self.job.lines)
 
-    def _take(self, station: Station) -> Callable[[Row], None]:
+    def _take(self, station: Station) -> Callable[[RecordedPixel], None]:
         motors = {axis: name for name, axis in station.motors.items()}
 
-        def take(row: Row) -> None:
+        def take(row: RecordedPixel) -> None:
             if self.parts:
                 name = motors[row.axis]
                 line = self.first + (row.line - station.bases[name].lines_done - 1) % account.WRAPS
@@ -253,7 +253,7 @@ class Chain:
                     f"before its end"
                 )
 
-    def _has_fewer_blocks(self, axis: Axis) -> bool:
+    def _has_fewer_blocks(self, axis: JobAxis) -> bool:
         """Return whether an axis has taken fewer blocks than it had at the last look."""
         before = self._blocks.get(axis.motor, 0)
         self._blocks[axis.motor] = axis.blocks
@@ -294,7 +294,7 @@ class Chain:
             )
         return line - 1
 
-    def _line_of(self, axis: Axis) -> int:
+    def _line_of(self, axis: JobAxis) -> int:
         found = account.place_of(self.job, self.first, axis)
         if not found:
             raise _BesideError(
@@ -358,10 +358,10 @@ class Chain:
         self._each(self._judge)
         return len(self.lost) > before
 
-    def _how(self) -> Ended:
+    def _how(self) -> ChainEnd:
         if self.made < self.last:
-            return Ended.DRY
-        return Ended.PAUSED if self._paused and self.made < self._wanted else Ended.FINISHED
+            return ChainEnd.DRY
+        return ChainEnd.PAUSED if self._paused and self.made < self._wanted else ChainEnd.FINISHED
 
     def _broken(self, why: str) -> JobBrokenError:
         """Log where everything is, as far as boards say it; return what to raise."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from pixstep.board.upload import Upload, feed, pause_s, said_divider
+from pixstep.board.upload import LineUpload, feed, pause_s, said_divider
 from pixstep.jobs.job import Job
 from pixstep.jobs.stations import Station
 from pixstep.lines.runs import queue_entries
@@ -34,7 +34,7 @@ class Sender:
         self._first, self._last = chain
         self._intend = intend
         self.begun = self.sent = self._first - 1
-        self._uploads: dict[str, list[Upload]] = {}
+        self._uploads: dict[str, list[LineUpload]] = {}
 
     def send(self, stations: list[Station], last: int) -> None:
         """Send what the queues have room for, of the lines up to `last`."""
@@ -69,13 +69,15 @@ class Sender:
         self.sent = self.begun
         return True
 
-    def _begin(self, station: Station) -> list[Upload]:
+    def _begin(self, station: Station) -> list[LineUpload]:
         """Return what sends the newest line to a board, its axes in turn."""
         board, lines = station.board, self._job.line(self.begun)
         said = said_divider(board, self._divider)
         waits = self._gated or self.begun == self._first
         more = not self._gated and self.begun != self._last
         return [
-            Upload(board, axis, queue_entries(replace(lines[name], clocked=waits), said, more=more))
+            LineUpload(
+                board, axis, queue_entries(replace(lines[name], clocked=waits), said, more=more)
+            )
             for name, axis in station.motors.items()
         ]

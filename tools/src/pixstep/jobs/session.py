@@ -19,13 +19,13 @@ from pixstep.jobs.job import Job
 from pixstep.jobs.parts import Parts
 from pixstep.jobs.positioning import Off
 from pixstep.jobs.run_log import Event, RunLog
-from pixstep.jobs.runner import Chain, Ended, Watch
+from pixstep.jobs.runner import Chain, ChainEnd, RunWatch
 from pixstep.jobs.stations import Station
 from pixstep.machine.files import MachineFile
 
 
 @dataclass
-class Session:
+class JobSession:
     """A job on its boards, with the log that says how far it is.
 
     `rests` counts how often the motors rested because this computer was late; `reserve_px` is how
@@ -37,7 +37,7 @@ class Session:
     stations: list[Station]
     log: RunLog
     told: History
-    watch: Watch
+    watch: RunWatch
     parts: Parts | None = None
     gaps: Gaps | None = None
     clock: Callable[[], float] = time.time
@@ -79,7 +79,7 @@ class Session:
             "pixels": self.job.pixels, "boards": boards, **facts,
         })  # fmt: skip
 
-    def make(self, *, may_move: bool) -> Ended:
+    def make(self, *, may_move: bool) -> ChainEnd:
         """Make the lines that are left; raises JobBrokenError saying where everything is.
 
         Motors that are not where their line begins are brought there, if they `may_move`, else they
@@ -88,7 +88,7 @@ class Session:
         while (first := self.told.next_line) <= self.job.lines:
             if self.watch.pause_asked():
                 self.note({"event": history.PAUSED, "line": first - 1})
-                return Ended.PAUSED
+                return ChainEnd.PAUSED
             for station in self.stations:
                 tag.put(station.board, tag.NAME, self.told.tags[station.name])
                 tag.put(station.board, tag.SILENCE, self.told.silence_ms[station.name])
@@ -105,14 +105,14 @@ class Session:
             )  # fmt: skip
             ended = chain.make()
             self.reserve_px = min(self.reserve_px, chain.reserve_px)
-            if ended is Ended.PAUSED:
+            if ended is ChainEnd.PAUSED:
                 self.note({"event": history.PAUSED, "line": chain.made})
                 return ended
-            if ended is Ended.DRY:
+            if ended is ChainEnd.DRY:
                 self._run_dry(chain)
         self.note({"event": history.FINISHED, "line": self.job.lines})
         self._give_boards_back()
-        return Ended.FINISHED
+        return ChainEnd.FINISHED
 
     def _away(self, line: int, *, takes_play: bool) -> list[Off]:
         """Return the motors that are not where a line begins.

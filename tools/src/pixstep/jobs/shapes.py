@@ -67,7 +67,7 @@ def key_of(counts: Iterable[int], decode: str, backlash: int) -> bytes:
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
+class MotorRun:
     """What one motor does in one line.
 
     `start_steps` is where the motor is at line zero, `play_side` the direction in which it moved

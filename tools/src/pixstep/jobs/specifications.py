@@ -8,24 +8,31 @@ motors pass them at constant speed, a pixel a place.
 
 from __future__ import annotations
 
+import contextlib
 import json
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, Literal
 
-from pixstep.errors import RefusedError, UserError, one_line
+from pydantic import ValidationError
+
+from pixstep.errors import AskedText, RefusedError, UserError, one_line
 from pixstep.jobs.header import SourceTable
-from pixstep.jobs.image import Image
+from pixstep.jobs.image import ImageGeometry
 from pixstep.jobs.making import AskedImage, source_files
 from pixstep.jobs.points import Point, Raster, exact, raster
 from pixstep.lazy import missing_package, require_package
 from pixstep.lines.units import MM, SPEED, Quantity
+from pixstep.machine import files
 from pixstep.machine.files import MachineFile
 from pixstep.machine.model import MotorTable
 
 _MICROMETRES = Fraction(1, 1000)  # of a millimetre
+_MOST_SHOWN = 60  # characters of a value
+_OF_LIBRARY = ("value_error", "model_type", "dataclass_type", "is_instance_of")  # names classes
 Kind = Literal["useq", "scanspec"]
 
 
@@ -43,7 +50,7 @@ def read_useq(path: Path) -> Places:
     require_package("useq")
     import useq
 
-    sequence = _loaded(path, lambda: useq.MDASequence.from_file(path))
+    sequence = _loaded(path, "useq", lambda: useq.MDASequence.from_file(path))
     points = []
     for number, event in enumerate(sequence, 1):
         if event.x_pos is None or event.y_pos is None:
@@ -57,7 +64,9 @@ def read_scanspec(path: Path) -> Places:
     require_package("scanspec")
     from scanspec.specs import Spec  # type: ignore[import-untyped]
 
-    spec: Any = _loaded(path, lambda: Spec.deserialize(json.loads(path.read_text())))
+    spec: Any = _loaded(
+        path, "scanspec", lambda: Spec.deserialize(json.loads(path.read_text("utf-8")))
+    )
     axes = [str(axis) for axis in spec.axes() if str(axis) != "DURATION"]
     if len(axes) != 2:
         raise RefusedError(f"{path}: axes {', '.join(axes)}: two are wanted, as motors are called")
@@ -74,19 +83,58 @@ def image_of(machine: MachineFile, kind: Kind, path: Path, motors: Mapping[str, 
     """
     places = read_useq(path) if kind == "useq" else read_scanspec(path)
     found = raster(places.points, str(path))
-    names = [motors.get(axis, axis) for axis in places.axes]
+    names = _names(machine, path, places.axes, motors)
     fast, slow = (machine[names[axis]] for axis in (found.fast, 1 - found.fast))
-    pixel = _in_steps(fast, found.pixel, places.unit)
-    first = _in_steps(fast, found.first[0], places.unit) - pixel / 2
+    with _named(path):
+        return _image(kind, path, found, fast, slow, places.unit)
+
+
+def _names(
+    machine: MachineFile, path: Path, axes: Sequence[str], motors: Mapping[str, str]
+) -> list[str]:
+    """Return the motors of the axes."""
+    for axis, name in motors.items():
+        if axis not in axes:
+            raise UserError(AskedText(
+                "{axis_of} {name}={axis}: {path} has axes {axes}",
+                name=name, axis=axis, path=path, axes=" and ".join(axes),
+            ))  # fmt: skip
+        _ = machine[name]  # names the motors that there are
+    for axis in axes:
+        if axis not in motors and axis not in machine.motors:
+            raise UserError(AskedText(
+                "{path}: axis {axis}: no motor is called so: {axis_of} MOTOR={axis} names one of "
+                "{motors}",
+                path=path, axis=axis, motors=", ".join(machine.motors),
+            ))  # fmt: skip
+    return [motors.get(axis, axis) for axis in axes]
+
+
+@contextlib.contextmanager
+def _named(path: Path) -> Iterator[None]:
+    """Let what is wrong with places name their file."""
+    try:
+        yield
+    except UserError as error:
+        raise UserError(f"{path}: {error}") from None
+
+
+def _image(
+    kind: Kind, path: Path, found: Raster, fast: MotorTable, slow: MotorTable,
+    unit: Fraction | None,
+) -> AskedImage:  # fmt: skip
+    """Return the image of a raster whose axes are these motors."""
+    pixel = _in_steps(fast, found.pixel, unit)
+    first = _in_steps(fast, found.first[0], unit) - pixel / 2
     return AskedImage(
-        Image(found.lines, found.pixels, alternate=found.alternate),
+        ImageGeometry(found.lines, found.pixels, alternate=found.alternate),
         {fast.name: Quantity(abs(pixel), SPEED, False, f"of {_text(found)} a pixel")},
-        _steps(slow, found, places.unit),
+        _steps(slow, found, unit),
         still=() if found.pitch else (slow.name,),
         source=SourceTable(kind=kind, files=source_files([path])),
         image_at={
             fast.name: round(first),
-            slow.name: round(_in_steps(slow, found.first[1], places.unit)),
+            slow.name: round(_in_steps(slow, found.first[1], unit)),
         },
         backwards=pixel < 0,
     )
@@ -119,7 +167,7 @@ def _text(found: Raster) -> str:
     return f"{float(abs(found.pixel)):g}"
 
 
-def _loaded(path: Path, load: Any) -> Any:
+def _loaded(path: Path, kind: Kind, load: Any) -> Any:
     """Return what a library reads of a file; its own errors become one line."""
     try:
         return load()
@@ -127,5 +175,34 @@ def _loaded(path: Path, load: Any) -> Any:
         raise UserError(f"{path}: {error.strerror or error}") from None
     except ModuleNotFoundError as error:
         raise missing_package(error) or error from None
+    except UnicodeDecodeError as error:
+        raise RefusedError(f"{path}: not UTF-8 at byte {error.start}") from None
     except Exception as error:  # whatever the library raises for what it does not take
-        raise RefusedError(f"{path}: {one_line(str(error))}") from None
+        raise RefusedError(f"{path}{_place_and_reason(error, kind)}") from None
+
+
+def _place_and_reason(error: Exception, kind: Kind) -> str:
+    """Return where a specification is wrong, and why, without the words of its library."""
+    if isinstance(error, json.JSONDecodeError):
+        return f":{error.lineno}:{error.colno}: no JSON: {error.msg}"
+    if mark := getattr(error, "problem_mark", None):  # of YAML
+        return f":{mark.line + 1}:{mark.column + 1}: no YAML: {getattr(error, 'problem', '')}"
+    if not isinstance(error, ValidationError):
+        return f": no {kind} specification: {one_line(str(error))}"
+    # Where several forms are possible each has its mistakes: those that lead deepest are meant.
+    found = error.errors(include_url=False)
+    first = max(found, key=lambda one: len(one["loc"]))
+    field, value = ".".join(str(key) for key in first["loc"]), first["input"]
+    if first["type"] == "json_invalid":
+        why = re.fullmatch(r"(.*) at line (\d+) column (\d+)", first["ctx"]["error"])
+        return f":{why[2]}:{why[3]}: no JSON: {why[1]}" if why else ": no JSON"
+    if first["type"] == "union_tag_invalid":
+        place, tags = f"{field}.type".lstrip("."), first["ctx"]
+        return f": {place} = {tags['tag']!r}: one of {tags['expected_tags'].replace(chr(39), '')}"
+    if not field:
+        return f": no {kind} specification: fields with values are wanted"
+    shown = "" if isinstance(value, (dict, list)) else f" = {one_line(repr(value), _MOST_SHOWN)}"
+    reason = files.reason(first["type"], first["msg"])
+    if first["type"] in _OF_LIBRARY:
+        reason = f"not what {kind} has there"
+    return f": {field}{shown}: {reason}"

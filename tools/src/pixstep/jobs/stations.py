@@ -7,11 +7,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from pixstep.board import boards, run, settings, upload
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.link import Link
-from pixstep.board.run import Lines
+from pixstep.board.run import LinesOfBoard
 from pixstep.errors import UserError
-from pixstep.jobs.account import Axis
+from pixstep.jobs.account import JobAxis
 from pixstep.jobs.history import Base
 from pixstep.jobs.job import Job
 from pixstep.machine.files import MachineFile
@@ -22,24 +22,24 @@ class Station:
     """A board of a job: its name in the machine file, its motors with their axes."""
 
     name: str
-    board: Board
+    board: Device
     motors: Mapping[str, int]
     link: Link
     bases: Mapping[str, Base] = field(default_factory=dict)
-    lines: Lines = field(init=False)
+    lines: LinesOfBoard = field(init=False)
 
     def __post_init__(self) -> None:
-        self.lines = Lines(self.board, sorted(self.motors.values()))
+        self.lines = LinesOfBoard(self.board, sorted(self.motors.values()))
 
-    def look(self) -> list[Axis]:
+    def look(self) -> list[JobAxis]:
         """Read the registers of the axes, in one request."""
         run.look(self.lines)
         return self.axes()
 
-    def axes(self) -> list[Axis]:
+    def axes(self) -> list[JobAxis]:
         """Return the axes as they were seen last."""
         seen = self.lines.seen
-        return [Axis(name, self.bases[name], seen[axis]) for name, axis in self.motors.items()]
+        return [JobAxis(name, self.bases[name], seen[axis]) for name, axis in self.motors.items()]
 
     def rebase(self) -> None:
         """Let counters and positions of a chain of lines begin here."""

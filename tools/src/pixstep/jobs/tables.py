@@ -16,7 +16,7 @@ from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
 from pixstep.errors import RefusedError, one_line
-from pixstep.jobs.shapes import Run, Shape
+from pixstep.jobs.shapes import MotorRun, Shape
 from pixstep.lazy import lazy, require_package
 
 if TYPE_CHECKING:
@@ -29,8 +29,8 @@ _GROUP = 192  # rows
 _GROUPS_KEPT = 8
 _LISTS = ("counts", "expected")
 _PACKED = {f"{name}.list.element": "DELTA_BINARY_PACKED" for name in _LISTS}
-_COLUMNS = tuple(one.name for one in fields(Run))
-_SHARED = [k for k, one in enumerate(fields(Run)) if one.type in ("str", "bytes")]
+_COLUMNS = tuple(one.name for one in fields(MotorRun))
+_SHARED = [k for k, one in enumerate(fields(MotorRun)) if one.type in ("str", "bytes")]
 _ROWS = 1024
 
 
@@ -47,7 +47,7 @@ def pack_shapes(shapes: Iterable[Shape]) -> bytes:
     return _packed(pyarrow.table(columns), column_encoding=_PACKED, use_dictionary=False)
 
 
-def pack_runs(runs: Iterable[Run]) -> bytes:
+def pack_runs(runs: Iterable[MotorRun]) -> bytes:
     """Return the table of who runs which shape, a row a motor and line."""
     rows = list(runs)
     kinds = {
@@ -62,9 +62,9 @@ def pack_runs(runs: Iterable[Run]) -> bytes:
     return _packed(pyarrow.table(columns))
 
 
-def unpack_runs(data: bytes) -> list[Run]:
+def unpack_runs(data: bytes) -> list[MotorRun]:
     """Return the rows of the table of lines. Raises RefusedError for what is no such table."""
-    runs: list[Run] = []
+    runs: list[MotorRun] = []
     same: dict[Any, Any] = {}  # texts and keys: ten thousand lines have few different ones
     with _readable("lines"):
         # Part by part, so that a long table takes no memory besides its rows.
@@ -73,7 +73,7 @@ def unpack_runs(data: bytes) -> list[Run]:
             columns = [part.column(name).to_pylist() for name in _COLUMNS]
             for k in _SHARED:
                 columns[k] = [same.setdefault(value, value) for value in columns[k]]
-            runs += (Run(*row) for row in zip(*columns, strict=True))
+            runs += (MotorRun(*row) for row in zip(*columns, strict=True))
     return runs
 
 

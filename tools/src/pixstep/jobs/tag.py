@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import secrets
 
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 
 NAME, SILENCE = "tag", "bus_timeout_ms"
 NONE = 0  # a board's tag after a reset, and when it is in no run
@@ -31,12 +31,12 @@ def silence_ms(stored_ms: int, two_lines_s: float, *, safe: bool) -> int:
     return min(max(stored_ms, int(1000 * two_lines_s) + _SPARE_MS), _MOST_MS)
 
 
-def put(board: Board, name: str, value: int) -> None:
+def put(board: Device, name: str, value: int) -> None:
     """Let a board keep a tag or a time, until its next reset."""
     if board.setting(name) != value:
         board.write_setting(name, value)
 
 
-def is_lost(board: Board, tag: int) -> bool:
+def is_lost(board: Device, tag: int) -> bool:
     """Return whether a board has lost its tag, by a reset or somebody else's order."""
     return board.setting(NAME) != tag

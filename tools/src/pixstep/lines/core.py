@@ -155,7 +155,7 @@ def extension() -> ModuleType:
     return module
 
 
-class LineRefusedError(RefusedError):
+class LineRefusedByCoreError(RefusedError):
     """The core refused the line; the message names the error, the pixel and why."""
 
 
@@ -197,8 +197,8 @@ def plan(
 
     `tick_hz` are the timer ticks a second. Without `limits` the line may do what no board allows.
 
-    Raises LineRefusedError if the core's line check refuses, UserError for a pixel frequency that
-    no board can carry.
+    Raises LineRefusedByCoreError if the core's line check refuses, UserError for a pixel frequency
+    that no board can carry.
     """
     refuse_period(hz, tick_hz)
     limits = limits or loosest(hz, tick_hz)
@@ -206,7 +206,7 @@ def plan(
     found = check(entries, limits)
     for code in found:
         if code.is_error:
-            raise LineRefusedError(f"{line.name}: line refused: {_text(code)}")
+            raise LineRefusedByCoreError(f"{line.name}: line refused: {_text(code)}")
     values = _planned_rows(entries, hz, tick_hz, limits, pixels=pixels)
     return EdgePlan(
         PIXELS if pixels else EDGES, values, tuple(f"warning: {_text(code)}" for code in found)

@@ -26,6 +26,7 @@ WARNING = "warning"
 IDLE_PIXEL = "idle_pixel"
 MAX_COUNT = 16_383  # steps in a pixel, either direction
 WHOLE_STEPS_PX2 = 2  # that whole steps add to the acceleration of the motion that they round
+WHOLE_STEPS_PX3 = 4  # and to its jerk
 
 
 @dataclass(frozen=True)
@@ -77,9 +78,14 @@ class Limits:
 
         A plain line's counts are rounded positions. Those of a smooth line are its motion.
         """
-        if line.smooth or not self.max_acceleration:
+        if line.smooth:
             return self
-        return replace(self, max_acceleration=self.max_acceleration + WHOLE_STEPS_PX2)
+        most, jerk = self.max_acceleration, self.jerk_warning
+        return replace(
+            self,
+            max_acceleration=most + WHOLE_STEPS_PX2 if most else most,
+            jerk_warning=None if jerk is None else jerk + WHOLE_STEPS_PX3,
+        )
 
     def of_board(self) -> CoreLimits:
         """Return those that a board has too, as its firmware takes them.
@@ -350,6 +356,8 @@ def _motor_findings(line: Line, codes: list[CoreFinding], limits: Limits) -> Ite
     """Yield what exceeds limits that no board has."""
     if not line.smooth:
         yield from _change_findings(line, limits)
+        if limits.jerk_warning is not None:
+            yield from _plain_jerk_findings(line, limits)
     elif limits.jerk_warning is not None:
         broken = [code.pixel for code in codes if code.name in _BREAKING]
         yield from _jerk_findings(line, min(broken, default=None), limits.jerk_warning)
@@ -373,6 +381,19 @@ def _jerk_findings(line: Line, broken: int | None, limit: int) -> Iterator[Findi
     if broken is None and line.speeds[-1] == 0 and accelerations and -accelerations[-1] > limit:
         text = f"the acceleration changes by {-accelerations[-1]} on coming to rest"
         yield Finding("jerk", WARNING, line.pixels, text)
+
+
+def _plain_jerk_findings(line: Line, limits: Limits) -> Iterator[Finding]:
+    """Yield the same of the changes of a plain line's count; those of free speeds are none."""
+    slow, limit = limits.start_stop or 0, limits.jerk_warning or 0
+    before = 0
+    for pixel, (count, following) in enumerate(pairwise((0, *line.counts, 0)), 1):
+        free = max(abs(count), abs(following)) <= slow
+        change = 0 if free else following - count
+        if abs(change - before) > limit:
+            text = f"the acceleration changes by {abs(change - before)}"
+            yield Finding("jerk", WARNING, min(pixel, line.pixels), text)
+        before = change
 
 
 def _change_findings(line: Line, limits: Limits) -> Iterator[Finding]:

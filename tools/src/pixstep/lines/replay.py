@@ -27,7 +27,7 @@ class Loop:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class ReplayVerdict:
     """How a replay ended: the first place that is late, or the least time to spare in ticks."""
 
     follows: bool
@@ -50,12 +50,12 @@ class Replay:
             if line.shifted_pixels:
                 axis.backlash_steps, axis.line_speed = line.backlash, line.line_speed
 
-    def judge(self, costs: Mapping[str, float], loop: Loop) -> Verdict:
+    def judge(self, costs: Mapping[str, float], loop: Loop) -> ReplayVerdict:
         """Replay the lines."""
         ffi, lib = extension().ffi, extension().lib
         found = ffi.new("struct guarantee_verdict *")
         lib.guarantee_judge(_costs(costs), _loop(loop), self._axes, len(self._kept), found)
-        return Verdict(
+        return ReplayVerdict(
             found.follows,
             found.axis,
             found.pixel,

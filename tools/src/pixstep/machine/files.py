@@ -6,7 +6,7 @@ import json
 import math
 import re
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from pathlib import Path
 
@@ -75,11 +75,18 @@ def _read(path: Path) -> tuple[MachineFile | None, list[str]]:
         found = [(keys, reason, _value(content, keys)) for keys, reason in contradictions(machine)]
     except ValidationError as error:
         found = [
-            (item["loc"], _reason(item["type"], item["msg"]), _value(content, item["loc"]))
+            (item["loc"], reason(item["type"], item["msg"]), _value(content, item["loc"]))
             for item in error.errors(include_url=False, include_context=False)
         ]
+    return machine, told(text, path, found)
+
+
+def told(
+    text: str, path: Path, found: Iterable[tuple[Sequence[str | int], str, object]]
+) -> list[str]:
+    """Return mistakes of a file's text as lines: each has keys, a reason, a value."""
     placed = sorted(_placed(text, *item) for item in found)
-    return machine, [f"{path}:{line}: {message}" for line, message in placed]
+    return [f"{path}:{line}: {message}" for line, message in placed]
 
 
 def _with_names(content: dict[str, object]) -> dict[str, object]:
@@ -94,7 +101,7 @@ def _with_names(content: dict[str, object]) -> dict[str, object]:
     return content | {"motors": named}
 
 
-def _reason(kind: str, message: str) -> str:
+def reason(kind: str, message: str) -> str:
     """Return in our words what pydantic says."""
     return _REASONS.get(kind) or message.removeprefix("Value error, ").replace(
         "Input should be", "expected"

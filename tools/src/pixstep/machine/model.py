@@ -51,7 +51,7 @@ Acceleration = Annotated[Quantity, _by(partial(units.parse, order=ACCELERATION))
 Jerk = Annotated[Quantity, _by(partial(units.parse, order=JERK))]
 
 
-class _Table(BaseModel):
+class _MachineTable(BaseModel):
     """A table of the file: no key but those that are known."""
 
     model_config = ConfigDict(
@@ -59,7 +59,7 @@ class _Table(BaseModel):
     )
 
 
-class ClockTable(_Table):
+class ClockTable(_MachineTable):
     """The pixel clock: how often it has an edge, how many are a pixel, what lines are to it."""
 
     pixel: Hz
@@ -73,7 +73,7 @@ class ClockTable(_Table):
         return self.divider or 1
 
 
-class BoardTable(_Table):
+class BoardTable(_MachineTable):
     """A board: what it is, and where on which port it answers."""
 
     kind: Annotated[str, _by(_board_kind)]
@@ -83,7 +83,7 @@ class BoardTable(_Table):
     parity: Literal["E", "O", "N"] | None = None
 
 
-class LimitsTable(_Table):
+class LimitsTable(_MachineTable):
     """What a motor can do: none of them is needed."""
 
     max_speed: Speed | None = None
@@ -92,7 +92,7 @@ class LimitsTable(_Table):
     start_stop: Speed | None = None
 
 
-class ProfilesTable(_Table):
+class ProfilesTable(_MachineTable):
     """Acceleration profiles: of lines (PRN), of fast moves and of homing (CSV or CSB)."""
 
     line: str | None = None
@@ -100,20 +100,20 @@ class ProfilesTable(_Table):
     home: str | None = None
 
 
-class MotorEpicsTable(_Table):
+class MotorEpicsTable(_MachineTable):
     """A motor as a record of EPICS: the record's name, and fields in place of what follows."""
 
     name: str | None = None
     fields: dict[str, str | int | float] = {}
 
 
-class EpicsTable(_Table):
+class EpicsTable(_MachineTable):
     """What the records of all motors have in common."""
 
     prefix: str | None = None
 
 
-class MotorTable(_Table):
+class MotorTable(_MachineTable):
     """A motor: its place, its kind, its scale and its limits."""
 
     name: str
@@ -155,7 +155,7 @@ class MotorTable(_Table):
         return given.in_steps(self.steps_per_unit) if given else None
 
 
-class LineTable(_Table):
+class LineTable(_MachineTable):
     """What lines have in common: whose they are, how long they are, where images are in them."""
 
     motor: str | None = None
@@ -166,7 +166,7 @@ class LineTable(_Table):
     scan_offset_back: SignedDistance = Quantity(Fraction(0), DISTANCE, False, "0")
 
 
-class ProgramTable(_Table):
+class ProgramTable(_MachineTable):
     """What motion programs have in common: their units of time, their feed rates."""
 
     feed_time: Annotated[Seconds, Field(gt=0)] = Fraction(1)
@@ -175,7 +175,7 @@ class ProgramTable(_Table):
     segment_time: Annotated[Seconds, Field(ge=0, le=Fraction(255, 1000))] = Fraction(0)
 
 
-class MachineTables(_Table):
+class MachineTables(_MachineTable):
     """A machine: `machine["M39"]` is a motor. `files.MachineFile` is one that comes from a file."""
 
     clock: ClockTable

@@ -30,17 +30,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pixstep.motor_drive.inbox import Inbox, OnStatus
-from pixstep.motor_drive.owner import Owner
+from pixstep.motor_drive.owner import TurnGiver
 from pixstep.motor_drive.starting import DrivenMotor
 from pixstep.motor_drive.watch import BoardWatch
 from pixstep.motor_drive.work import AxisWork
-from pixstep.motor_record.traffic import Command, Status
+from pixstep.motor_record.traffic import MotorCommand, Status
 
 
 class AxisDrive:
     """A `traffic.Drive` of one motor; `bus.BusDrives` makes them. From any thread."""
 
-    def __init__(self, owner: Owner, watch: BoardWatch, motor: DrivenMotor) -> None:
+    def __init__(self, owner: TurnGiver, watch: BoardWatch, motor: DrivenMotor) -> None:
         self.motor = motor
         self._owner, self._watch, self._inbox = owner, watch, Inbox()
         self.work = AxisWork(owner, watch, motor, self._inbox)
@@ -51,7 +51,9 @@ class AxisDrive:
         self._inbox.listen(on_status)
         self._owner.wake()
 
-    def obey(self, commands: Sequence[Command], second_leg: Sequence[Command] = ()) -> None:
+    def obey(
+        self, commands: Sequence[MotorCommand], second_leg: Sequence[MotorCommand] = ()
+    ) -> None:
         """Take the commands of one Outcome, in order.
 
         Give it the Outcome of each status, also one without commands. At the end of a first leg an

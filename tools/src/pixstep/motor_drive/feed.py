@@ -14,9 +14,9 @@ from collections.abc import Iterable, Iterator
 from itertools import chain, islice
 
 from pixstep.board import run
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import BoardError
-from pixstep.board.upload import Upload, pause_s
+from pixstep.board.upload import LineUpload, pause_s
 from pixstep.lines import runs
 
 _AHEAD = 160  # entries that are made before the board has room for them
@@ -34,11 +34,11 @@ Entry = tuple[int, int]
 Steps = Iterator[float]
 
 
-class LazyUpload(Upload):
+class LazyUpload(LineUpload):
     """An upload whose entries are made when they are wanted; more can follow."""
 
     def __init__(
-        self, board: Board, axis: int, entries: Iterable[Entry], state: dict[str, int]
+        self, board: Device, axis: int, entries: Iterable[Entry], state: dict[str, int]
     ) -> None:
         self._source = iter(entries)
         self.first_line = 0
@@ -89,7 +89,7 @@ class Feed:
 
     def __init__(
         self,
-        board: Board,
+        board: Device,
         axis: int,
         entries: Iterable[Entry],
         state: dict[str, int],

@@ -17,15 +17,15 @@ from pixstep.board.link import Link
 from pixstep.board.port import InterruptedBusError
 from pixstep.errors import PlainError
 from pixstep.lines.runs import seek_entries
-from pixstep.motor_drive.motions import Motion
+from pixstep.motor_drive.motions import DrivenMotion
 from pixstep.motor_drive.watch import BoardWatch
 from pixstep.moves import homing, legs
 from pixstep.moves.accel import Acceleration
 from pixstep.moves.legs import HomingPlan, HomingRequest
-from pixstep.moves.trapezoid import Kinematics, ramp_counts
+from pixstep.moves.trapezoid import MoveKinematics, ramp_counts
 
 
-class Home(Motion):
+class Home(DrivenMotion):
     """A homing under way. `over` is True when its thread has ended; `text` says why it failed."""
 
     def __init__(self, direction: int) -> None:
@@ -81,7 +81,12 @@ class Home(Motion):
 
 
 def plan_of(
-    watch: BoardWatch, axis: int, direction: int, wanted: Kinematics, search_steps: int, room: int
+    watch: BoardWatch,
+    axis: int,
+    direction: int,
+    wanted: MoveKinematics,
+    search_steps: int,
+    room: int,
 ) -> HomingPlan:
     """Return the legs at kinematics; raises BoardError for a board that cannot home.
 

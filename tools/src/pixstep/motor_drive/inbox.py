@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from pixstep.motor_record.traffic import Command, Status, Verb
+from pixstep.motor_record.traffic import MotorCommand, Status, Verb
 
 OnStatus = Callable[[Status], None]
 _ANSWERED = (Verb.GO, Verb.JOG, Verb.STOP_AXIS, Verb.LOAD_POS)  # a status follows each
@@ -19,8 +19,8 @@ _log = logging.getLogger(__name__)
 class Batch:
     """The commands of one Outcome, and what it has announced."""
 
-    commands: tuple[Command, ...]
-    second_leg: tuple[Command, ...]
+    commands: tuple[MotorCommand, ...]
+    second_leg: tuple[MotorCommand, ...]
     order: int
 
 
@@ -38,9 +38,9 @@ class Inbox:
         """Let somebody hear statuses, from the next look at the board on."""
         with self._lock:
             self._listener = listener
-            self._batches.append(Batch((Command(Verb.GET_INFO),), (), self._orders))
+            self._batches.append(Batch((MotorCommand(Verb.GET_INFO),), (), self._orders))
 
-    def put(self, commands: Sequence[Command], second_leg: Sequence[Command]) -> None:
+    def put(self, commands: Sequence[MotorCommand], second_leg: Sequence[MotorCommand]) -> None:
         """Leave commands."""
         with self._lock:
             self._orders += any(one.verb in _ANSWERED for one in commands)

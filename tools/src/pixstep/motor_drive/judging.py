@@ -6,14 +6,14 @@ from __future__ import annotations
 from enum import Enum, auto
 
 from pixstep.motor_drive.feed import lines_since
-from pixstep.motor_drive.motions import Motion, Move
-from pixstep.motor_drive.watch import AxisLook, Look
+from pixstep.motor_drive.motions import DrivenMotion, DrivenMove
+from pixstep.motor_drive.watch import AxisLook, BoardSnapshot
 
 _LIMITS = ("limit_minus", "limit_plus")
 _OVER = ("done", "loaded")  # the lines that were there have ended; loaded is one that came late
 
 
-class Verdict(Enum):
+class ArmedVerdict(Enum):
     """What is to be done about a motion that was armed."""
 
     MOVES = auto()
@@ -27,17 +27,17 @@ class Verdict(Enum):
     """It has ended elsewhere."""
 
 
-def judge(motion: Motion, axis: AxisLook, now_s: float) -> Verdict:
+def judge(motion: DrivenMotion, axis: AxisLook, now_s: float) -> ArmedVerdict:
     """Return the verdict on a move or a jog that is not being stopped."""
     if axis.state in ("fault", "empty", "refused"):
-        return Verdict.MOVES if axis.stopping else Verdict.BROKEN
+        return ArmedVerdict.MOVES if axis.stopping else ArmedVerdict.BROKEN
     over = axis.state in _OVER
-    if isinstance(motion, Move):
+    if isinstance(motion, DrivenMove):
         return _judge_move(motion, over, lines_since(axis.lines_done, motion.lines_before), now_s)
-    return Verdict.AGAIN if over else Verdict.MOVES
+    return ArmedVerdict.AGAIN if over else ArmedVerdict.MOVES
 
 
-def _judge_move(motion: Move, over: bool, made: int, now_s: float) -> Verdict:
+def _judge_move(motion: DrivenMove, over: bool, made: int, now_s: float) -> ArmedVerdict:
     """Return the verdict on a move of which so many lines were made.
 
     A line that another one follows counts as made when its end was decoded, before its last steps.
@@ -46,16 +46,16 @@ def _judge_move(motion: Move, over: bool, made: int, now_s: float) -> Verdict:
     if motion.queued_second and not motion.confirmed:
         past = made >= motion.first_lines and now_s >= (motion.armed_s or 0.0) + motion.first_s
         if past or (over and made >= motion.first_lines):
-            return Verdict.FIRST_OVER
+            return ArmedVerdict.FIRST_OVER
     elif over and made >= motion.lines:
-        return Verdict.OVER
+        return ArmedVerdict.OVER
     if not over:
-        return Verdict.MOVES
+        return ArmedVerdict.MOVES
     late = made >= motion.first_lines and motion.confirmed
-    return Verdict.AGAIN if late else Verdict.BROKEN
+    return ArmedVerdict.AGAIN if late else ArmedVerdict.BROKEN
 
 
-def broken_text(look: Look, unit: int, axis: int) -> str:
+def broken_text(look: BoardSnapshot, unit: int, axis: int) -> str:
     """Return why a motion has ended elsewhere; "" for its own limit switch, which has a bit."""
     if look.axes[axis].state != "fault":
         return "another program has ended the motion"
@@ -64,13 +64,13 @@ def broken_text(look: Look, unit: int, axis: int) -> str:
     return f"axis {look.fault_axis} of board {unit}: fault {look.fault}"
 
 
-def stopped_elsewhere(look: Look, axis: int) -> bool:
+def stopped_elsewhere(look: BoardSnapshot, axis: int) -> bool:
     """Whether somebody has stopped a motion that has ended before its time."""
     return look.axes[axis].state != "fault" or look.fault == "estop"
 
 
-def misplaced_text(motion: Motion, position_steps: int) -> str:
+def misplaced_text(motion: DrivenMotion, position_steps: int) -> str:
     """Return what is wrong with where a motion has ended; "" if nothing is."""
-    if not isinstance(motion, Move) or position_steps == motion.target_steps:
+    if not isinstance(motion, DrivenMove) or position_steps == motion.target_steps:
         return ""
     return f"the move ended at {position_steps} instead of {motion.target_steps} steps"

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from pixstep.motor_drive.seam import set_position
-from pixstep.motor_drive.watch import AxisLook, Look
+from pixstep.motor_drive.watch import AxisLook, BoardSnapshot
 
 
 class KnownAxis:
@@ -12,7 +12,7 @@ class KnownAxis:
 
     def __init__(self, unit: int, axis: int) -> None:
         self._unit, self._axis = unit, axis
-        self.look: Look | None = None
+        self.look: BoardSnapshot | None = None
         """The newest look; None before the first."""
         self.offset_steps = 0
         """What is added to the board's register: see `seam.py`."""

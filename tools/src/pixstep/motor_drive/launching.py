@@ -11,8 +11,8 @@ from pixstep.board.errors import BoardError, LineLostError, NoReplyError
 from pixstep.motor_drive.feed import Feed, Steps
 from pixstep.motor_drive.homing import Home, plan_of
 from pixstep.motor_drive.known import KnownAxis
-from pixstep.motor_drive.motions import Motion, Move, Wanted
-from pixstep.motor_drive.owner import Owner
+from pixstep.motor_drive.motions import DrivenMotion, DrivenMove, WantedSpeeds
+from pixstep.motor_drive.owner import TurnGiver
 from pixstep.motor_drive.seam import clear_fault, discard
 from pixstep.motor_drive.starting import DrivenMotor, Starting
 from pixstep.motor_drive.watch import BoardWatch
@@ -25,7 +25,7 @@ class Launching:
 
     def __init__(
         self,
-        owner: Owner,
+        owner: TurnGiver,
         watch: BoardWatch,
         motor: DrivenMotor,
         known: KnownAxis,
@@ -36,11 +36,11 @@ class Launching:
         self.left = False
         """Whether a part of a line that this drive has queued is there and will not run."""
 
-    def begin(self, motion: Motion, wanted: Wanted) -> Steps:
+    def begin(self, motion: DrivenMotion, wanted: WantedSpeeds) -> Steps:
         """Begin a motion; `wanted` are the speeds of a homing."""
         return self._homing(motion, wanted) if isinstance(motion, Home) else self._lines(motion)
 
-    def _lines(self, motion: Motion) -> Steps:
+    def _lines(self, motion: DrivenMotion) -> Steps:
         """Queue and arm; what the board was left with by others is cleared away before."""
         yield from self._clear()
         for last in (False, True):
@@ -50,7 +50,7 @@ class Launching:
                 self._watch.board, self._motor.axis, motion.entries(), axis.registers,
                 1 / self._watch.pixel_hz,
             )  # fmt: skip
-            if isinstance(motion, Move):
+            if isinstance(motion, DrivenMove):
                 motion.begin_second_at_once()
             try:
                 yield from feed.begin(self._owner.motions - 1)
@@ -64,7 +64,7 @@ class Launching:
             yield from self._look()  # another program was here since the last look
         yield from self._stream(motion, feed)
 
-    def again(self, motion: Motion, feed: Feed, registers: dict[str, int]) -> Steps:
+    def again(self, motion: DrivenMotion, feed: Feed, registers: dict[str, int]) -> Steps:
         """Arm lines that came when those before them were over; `registers` are the axis'."""
         yield from feed.begin_again(registers)
         yield from self._stream(motion, feed)
@@ -74,7 +74,7 @@ class Launching:
         if self._watch.seeks is self:
             self._watch.seeks = None
 
-    def _homing(self, motion: Home, wanted: Wanted) -> Steps:
+    def _homing(self, motion: Home, wanted: WantedSpeeds) -> Steps:
         """Begin a homing, when no other axis of the board seeks a switch."""
         while self._watch.seeks not in (None, self):
             yield _SEEKS_S
@@ -89,11 +89,11 @@ class Launching:
         motion.start(self._watch, plan, self._home_over)
         self._armed(motion)
 
-    def _armed(self, motion: Motion) -> None:
+    def _armed(self, motion: DrivenMotion) -> None:
         motion.armed(self._owner.now_s())
         self._watch.look_soon()
 
-    def _stream(self, motion: Motion, feed: Feed) -> Steps:
+    def _stream(self, motion: DrivenMotion, feed: Feed) -> Steps:
         """Go on with a motion that was armed just now."""
         self._armed(motion)
         yield from feed.stream()

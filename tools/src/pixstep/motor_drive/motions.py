@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from itertools import chain, islice
 
 from pixstep.motor_drive.feed import Feed
-from pixstep.motor_record.traffic import Command, Verb, whole
-from pixstep.moves.trapezoid import JogLaw, Kinematics, Run, Trapezoid, line_entries
+from pixstep.motor_record.traffic import MotorCommand, Verb, whole
+from pixstep.moves.trapezoid import JogLaw, MoveKinematics, Run, Trapezoid, line_entries
 
 # A line follows the one before it without a gap if it is queued before the board decodes the end of
 # that line. The board decodes ahead of the steps: as many periods as the ring of the step interrupt
@@ -30,15 +30,15 @@ _SAME = 1e-9
 
 
 @dataclass(frozen=True)
-class Leg:
+class MotionLeg:
     """One leg: kinematics and the target, a raw position in whole steps."""
 
-    kinematics: Kinematics
+    kinematics: MoveKinematics
     target_steps: int
 
 
 @dataclass(frozen=True)
-class Pixels:
+class PixelLimits:
     """What a board's pixels allow: their frequency, the highest speed, how it turns."""
 
     hz: float
@@ -47,9 +47,11 @@ class Pixels:
     rest_px: int
 
 
-def second_of(commands: Sequence[Command], now: Kinematics, end_steps: int) -> Leg | None:
+def second_of(
+    commands: Sequence[MotorCommand], now: MoveKinematics, end_steps: int
+) -> MotionLeg | None:
     """Return the leg that commands ask for after one that ends at `end_steps`; None for others."""
-    wanted, target = Wanted(now), None
+    wanted, target = WantedSpeeds(now), None
     for command in commands:
         if wanted.take(command):
             continue
@@ -61,10 +63,10 @@ def second_of(commands: Sequence[Command], now: Kinematics, end_steps: int) -> L
             return None
     if target is None or not commands or commands[-1].verb is not Verb.GO:
         return None
-    return Leg(wanted.kinematics, target)
+    return MotionLeg(wanted.kinematics, target)
 
 
-def same(some: Sequence[Command], others: Sequence[Command]) -> bool:
+def same(some: Sequence[MotorCommand], others: Sequence[MotorCommand]) -> bool:
     """Whether commands ask for the same; a status that is wanted as well makes no difference."""
     left, right = [
         [one for one in commands if one.verb is not Verb.GET_INFO] for commands in (some, others)
@@ -87,30 +89,30 @@ def decoded_ahead_s(steps_s: float, pixel_hz: float) -> float:
     return _HOST_S + _TRAINS_PX / pixel_hz + _RING_PERIODS / periods_s
 
 
-class Wanted:
+class WantedSpeeds:
     """The speeds that the record has set last."""
 
-    def __init__(self, kinematics: Kinematics | None = None) -> None:
-        self.kinematics = kinematics or Kinematics(1.0)
+    def __init__(self, kinematics: MoveKinematics | None = None) -> None:
+        self.kinematics = kinematics or MoveKinematics(1.0)
 
-    def take(self, command: Command) -> bool:
+    def take(self, command: MotorCommand) -> bool:
         """Take a command that sets one; return whether it does."""
         now, value = self.kinematics, abs(command.argument or 0.0)
         if not math.isfinite(value):
             raise ValueError(f"{value} is no speed or target")
         if command.verb is Verb.SET_VELOCITY:
-            now = Kinematics(value, now.base_steps_s, now.acceleration_steps_s2)
+            now = MoveKinematics(value, now.base_steps_s, now.acceleration_steps_s2)
         elif command.verb is Verb.SET_VEL_BASE:
-            now = Kinematics(now.speed_steps_s, value, now.acceleration_steps_s2)
+            now = MoveKinematics(now.speed_steps_s, value, now.acceleration_steps_s2)
         elif command.verb is Verb.SET_ACCEL:
-            now = Kinematics(now.speed_steps_s, now.base_steps_s, value)
+            now = MoveKinematics(now.speed_steps_s, now.base_steps_s, value)
         else:
             return False
         self.kinematics = now
         return True
 
 
-class Motion:
+class DrivenMotion:
     """One motion of an axis, from its first block to rest."""
 
     def __init__(self, direction: int) -> None:
@@ -159,16 +161,16 @@ class Motion:
         return False
 
 
-class Move(Motion):
+class DrivenMove(DrivenMotion):
     """A move to a target, and the second leg that the record has announced."""
 
     def __init__(
         self,
         start_steps: int,
-        first: Leg,
-        second: Leg | None,
-        announced: Sequence[Command],
-        pixels: Pixels,
+        first: MotionLeg,
+        second: MotionLeg | None,
+        announced: Sequence[MotorCommand],
+        pixels: PixelLimits,
     ) -> None:
         steps = first.target_steps - start_steps
         super().__init__(1 if steps > 0 else -1)
@@ -288,7 +290,7 @@ class Move(Motion):
         return self._pixels.rest_px if turns and fastest > self._pixels.turns_below_steps_px else 0
 
 
-def _end_steps_px(wanted: Kinematics, hz: float) -> int:
+def _end_steps_px(wanted: MoveKinematics, hz: float) -> int:
     """Return the most steps in the first or the last pixel of a leg."""
     acceleration, speed = wanted.acceleration_steps_s2, wanted.speed_steps_s
     if acceleration:
@@ -296,7 +298,7 @@ def _end_steps_px(wanted: Kinematics, hz: float) -> int:
     return math.ceil(speed / hz) + 1
 
 
-class Jog(Motion):
+class Jog(DrivenMotion):
     """A motion at a speed until it is stopped: short lines, each queued while those before run.
 
     They follow each other without a gap, and the motor stops after the last line that came. If the
@@ -304,7 +306,9 @@ class Jog(Motion):
     board's `bus_timeout_ms` would stop it too.) A change of speed begins after the same time.
     """
 
-    def __init__(self, velocity_steps_s: float, wanted: Kinematics, pixels: Pixels) -> None:
+    def __init__(
+        self, velocity_steps_s: float, wanted: MoveKinematics, pixels: PixelLimits
+    ) -> None:
         super().__init__(1 if velocity_steps_s > 0 else -1)
         self._pixels, self.kinematics = pixels, wanted
         self._law = JogLaw(pixels.hz, pixels.turns_below_steps_px, pixels.rest_px)
@@ -340,7 +344,7 @@ class Jog(Motion):
         if self.feed is not None:
             self.feed.more([*self._line()])
 
-    def change(self, velocity_steps_s: float, wanted: Kinematics) -> None:
+    def change(self, velocity_steps_s: float, wanted: MoveKinematics) -> None:
         """Go on at another speed, from the next line to be queued on."""
         self.kinematics = wanted
         self.direction = 1 if velocity_steps_s > 0 else -1

@@ -4,7 +4,7 @@
 from typing import Protocol
 
 
-class Owner(Protocol):
+class TurnGiver(Protocol):
     """The bus that gives a motor its turns."""
 
     def wake(self) -> None:

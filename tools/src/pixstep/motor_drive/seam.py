@@ -22,11 +22,11 @@ An encoder. There is none: EA_PRESENT is never set.
 from __future__ import annotations
 
 from pixstep.board import run
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.motor_drive.feed import Steps
 
 
-def stop(board: Board, axis: int) -> None:
+def stop(board: Device, axis: int) -> None:
     """Stop an axis; raises BoardError if it is not known to have been."""
     run.stop_axes(board, [axis])
 
@@ -36,12 +36,12 @@ def set_position(position_steps: int, register_steps: int) -> int:
     return position_steps - register_steps
 
 
-def clear_fault(board: Board, axes: int) -> None:
+def clear_fault(board: Device, axes: int) -> None:
     """Clear the board's fault. Raises BoardError saying why that is not possible."""
     run.command(board, "clear_fault", list(range(axes)))
 
 
-def discard(board: Board, axis: int) -> Steps:
+def discard(board: Device, axis: int) -> Steps:
     """Forget what is queued of a line that does not run."""
     run.command(board, "disarm", [axis])
     yield 0.0

@@ -7,11 +7,18 @@ from dataclasses import dataclass, replace
 
 from pixstep.board.errors import BoardError
 from pixstep.motor_drive.homing import Home
-from pixstep.motor_drive.motions import Jog, Leg, Motion, Move, Pixels, second_of
+from pixstep.motor_drive.motions import (
+    DrivenMotion,
+    DrivenMove,
+    Jog,
+    MotionLeg,
+    PixelLimits,
+    second_of,
+)
 from pixstep.motor_drive.watch import AxisLook, BoardWatch
-from pixstep.motor_record.traffic import Command, Verb, whole
+from pixstep.motor_record.traffic import MotorCommand, Verb, whole
 from pixstep.moves.fast import MAX_STEPS
-from pixstep.moves.trapezoid import Kinematics
+from pixstep.moves.trapezoid import MoveKinematics
 
 
 @dataclass(frozen=True)
@@ -30,11 +37,11 @@ class DrivenMotor:
 
 
 @dataclass(frozen=True)
-class Start:
+class MotionStart:
     """A motion that is to begin: MOVE_ABS, JOG or a homing, and what is to follow it."""
 
-    command: Command
-    announced: tuple[Command, ...] = ()
+    command: MotorCommand
+    announced: tuple[MotorCommand, ...] = ()
 
 
 class Starting:
@@ -44,8 +51,8 @@ class Starting:
         self._watch, self._motor = watch, motor
 
     def motion(
-        self, start: Start, axis: AxisLook, offset_steps: int, wanted: Kinematics
-    ) -> Motion | None:
+        self, start: MotionStart, axis: AxisLook, offset_steps: int, wanted: MoveKinematics
+    ) -> DrivenMotion | None:
         """Return the motion of an axis at rest; None for one of no steps, or against its switch.
 
         Raises BoardError for a motion that cannot be.
@@ -63,12 +70,14 @@ class Starting:
         return self._move(start, axis, offset_steps, wanted)
 
     @property
-    def pixels(self) -> Pixels:
+    def pixels(self) -> PixelLimits:
         """What the board's pixels allow."""
         watch = self._watch
-        return Pixels(watch.pixel_hz, watch.top_steps_px, watch.turns_below_steps_px, watch.rest_px)
+        return PixelLimits(
+            watch.pixel_hz, watch.top_steps_px, watch.turns_below_steps_px, watch.rest_px
+        )
 
-    def limited(self, wanted: Kinematics) -> Kinematics:
+    def limited(self, wanted: MoveKinematics) -> MoveKinematics:
         """Return what board and motor can do of kinematics."""
         most = self._motor.max_speed_steps_s or wanted.speed_steps_s
         wanted = replace(wanted, speed_steps_s=min(wanted.speed_steps_s, most))
@@ -78,8 +87,8 @@ class Starting:
         )
 
     def _move(
-        self, start: Start, axis: AxisLook, offset_steps: int, wanted: Kinematics
-    ) -> Move | None:
+        self, start: MotionStart, axis: AxisLook, offset_steps: int, wanted: MoveKinematics
+    ) -> DrivenMove | None:
         here, target = axis.position_steps + offset_steps, whole(start.command.argument)
         if abs(target - offset_steps) > MAX_STEPS:
             raise BoardError(f"a target of {target} steps: a board counts to {MAX_STEPS}")
@@ -89,9 +98,9 @@ class Starting:
         if second is not None and second.target_steps == target:
             second = None
         if second is not None:
-            second = Leg(self.limited(second.kinematics), second.target_steps)
-        first = Leg(self.limited(wanted), target)
-        return Move(here, first, second, start.announced, self.pixels)
+            second = MotionLeg(self.limited(second.kinematics), second.target_steps)
+        first = MotionLeg(self.limited(wanted), target)
+        return DrivenMove(here, first, second, start.announced, self.pixels)
 
 
 def at_limit(axis: AxisLook, direction: int) -> bool:

@@ -15,8 +15,8 @@ from fractions import Fraction
 
 from pixstep.board import capability, settings
 from pixstep.board import registers as regs
-from pixstep.board.capability import BoardLimits
-from pixstep.board.device import Board
+from pixstep.board.capability import BoardCapability
+from pixstep.board.device import Device
 from pixstep.board.errors import BoardError, BusyError, LineLostError, NoReplyError
 from pixstep.board.link import Link
 from pixstep.board.registers import places, read_by_name
@@ -51,7 +51,7 @@ class AxisLook:
 
 
 @dataclass(frozen=True)
-class Look:
+class BoardSnapshot:
     """A board at one instant."""
 
     time_s: float
@@ -68,7 +68,7 @@ class Look:
         """True if no axis has had a line since the board's reset."""
         return not any(axis.registers["next_block"] or axis.lines_done for axis in self.axes)
 
-    def follows_reset_since(self, before: Look) -> bool:
+    def follows_reset_since(self, before: BoardSnapshot) -> bool:
         """True if the board was reset since an earlier look: what only counts up is lower."""
         if self.fresh and not before.fresh:
             return True
@@ -98,10 +98,10 @@ class BoardWatch:
         kind: str | None = None,
     ) -> None:
         self.link, self.unit = link, unit
-        self.board: Board = link.board(unit)
-        self.limits: BoardLimits | None = None
+        self.board: Device = link.board(unit)
+        self.limits: BoardCapability | None = None
         """What the board can do; None before it was first reached."""
-        self.newest: Look | None = None
+        self.newest: BoardSnapshot | None = None
         self.failures = 0
         """Requests in a row without an answer."""
         self.trouble = ""
@@ -148,7 +148,7 @@ class BoardWatch:
         """How long a board that does not answer is left alone."""
         return _PAUSES_S[min(self.failures, len(_PAUSES_S)) - 1]
 
-    def look(self) -> Look:
+    def look(self) -> BoardSnapshot:
         """Look at the board; the settings are asked for again if the pixel period has changed."""
         try:
             with self.guarded(), self._impatient():
@@ -206,7 +206,7 @@ class BoardWatch:
         self.limits = capability.connected_limits(self.board, axes=self._together)
         self._home_is_limit = settings.read(self.board).get("home_is_limit", 0)
 
-    def _read(self) -> Look:
+    def _read(self) -> BoardSnapshot:
         table = self.board.map
         first, last = table.input(_FIRST), table.input(_LAST)
         head = [one for one in table.inputs if first.address <= one.address <= last.address]
@@ -232,11 +232,11 @@ class BoardWatch:
 
 def _look(
     now_s: float, state: dict[str, int], axes: list[dict[str, int]], home_is_limit: int
-) -> Look:
+) -> BoardSnapshot:
     """Return a look of what was read."""
     flags = regs.flags(state["status"])
     code = state["fault_code"]
-    return Look(
+    return BoardSnapshot(
         time_s=now_s,
         period_ticks=state["pixel_period_ticks"],
         fault=regs.code_name(regs.faults(), code) if code else "",

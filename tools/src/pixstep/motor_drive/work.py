@@ -13,7 +13,7 @@ from pixstep.motor_drive.feed import Steps, require_idle
 from pixstep.motor_drive.homing import Home
 from pixstep.motor_drive.inbox import Batch, Inbox
 from pixstep.motor_drive.judging import (
-    Verdict,
+    ArmedVerdict,
     broken_text,
     judge,
     misplaced_text,
@@ -21,13 +21,13 @@ from pixstep.motor_drive.judging import (
 )
 from pixstep.motor_drive.known import KnownAxis
 from pixstep.motor_drive.launching import Launching
-from pixstep.motor_drive.motions import Jog, Motion, Move, Wanted, same
-from pixstep.motor_drive.owner import Owner
+from pixstep.motor_drive.motions import DrivenMotion, DrivenMove, Jog, WantedSpeeds, same
+from pixstep.motor_drive.owner import TurnGiver
 from pixstep.motor_drive.seam import stop
-from pixstep.motor_drive.starting import DrivenMotor, Start, Starting
+from pixstep.motor_drive.starting import DrivenMotor, MotionStart, Starting
 from pixstep.motor_drive.statuses import Statuses
-from pixstep.motor_drive.watch import BoardWatch, Look
-from pixstep.motor_record.traffic import Command, Verb, whole
+from pixstep.motor_drive.watch import BoardSnapshot, BoardWatch
+from pixstep.motor_record.traffic import MotorCommand, Verb, whole
 
 _SILENT_S = 2.0  # a board that does not answer for less has not had its last word
 _GRACE_S = 1.0  # for the record to answer the end of a first leg
@@ -38,16 +38,18 @@ _log = logging.getLogger(__name__)
 class AxisWork:
     """The motions of one motor. Every method is called by the bus' thread."""
 
-    def __init__(self, owner: Owner, watch: BoardWatch, motor: DrivenMotor, inbox: Inbox) -> None:
+    def __init__(
+        self, owner: TurnGiver, watch: BoardWatch, motor: DrivenMotor, inbox: Inbox
+    ) -> None:
         self._owner, self._watch, self._motor, self._inbox = owner, watch, motor, inbox
         self.known = KnownAxis(motor.unit, motor.axis)
         self.statuses = Statuses(inbox, watch, motor.name, self.known)
         self._starting = Starting(watch, motor)
         self._launching = Launching(owner, watch, motor, self.known, self._starting)
-        self._wanted = Wanted()
-        self._prepared: Command | None = None
-        self._todo: deque[Start | float] = deque()  # a float: the position to be loaded
-        self._motion: Motion | None = None
+        self._wanted = WantedSpeeds()
+        self._prepared: MotorCommand | None = None
+        self._todo: deque[MotionStart | float] = deque()  # a float: the position to be loaded
+        self._motion: DrivenMotion | None = None
         self._work: Steps | None = None
         self._work_due_s = 0.0
         self._stop_wanted = False
@@ -157,7 +159,7 @@ class AxisWork:
             self.statuses.stopped_elsewhere = isinstance(error, OvertakenError)
             self._refused(motion, str(error))
 
-    def looked(self, look: Look) -> None:
+    def looked(self, look: BoardSnapshot) -> None:
         """Take what the board says now."""
         self.known.look = look
         if self._resets != self._watch.resets:
@@ -193,12 +195,16 @@ class AxisWork:
 
     def _batch(self, batch: Batch) -> None:
         motion = self._motion
-        if isinstance(motion, Move) and motion.holding and self._answered(motion, batch.commands):
+        if (
+            isinstance(motion, DrivenMove)
+            and motion.holding
+            and self._answered(motion, batch.commands)
+        ):
             return
         for command in batch.commands:
             self._command(command, batch.second_leg)
 
-    def _answered(self, motion: Move, commands: tuple[Command, ...]) -> bool:
+    def _answered(self, motion: DrivenMove, commands: tuple[MotorCommand, ...]) -> bool:
         """Take the record's answer to the end of a first leg; True if it is what was announced."""
         if commands and all(one.verb is Verb.GET_INFO for one in commands):
             return True
@@ -215,7 +221,7 @@ class AxisWork:
         self._watch.look_soon()
         return True
 
-    def _command(self, command: Command, second_leg: tuple[Command, ...]) -> None:
+    def _command(self, command: MotorCommand, second_leg: tuple[MotorCommand, ...]) -> None:
         verb = command.verb
         if self._wanted.take(command):
             return
@@ -224,7 +230,7 @@ class AxisWork:
         elif verb is Verb.GO:
             self._go(second_leg)
         elif verb is Verb.JOG:
-            self._begin(Start(command))
+            self._begin(MotionStart(command))
         elif verb is Verb.JOG_VELOCITY:
             self._change_jog(command)
         elif verb is Verb.STOP_AXIS:
@@ -236,7 +242,7 @@ class AxisWork:
             self.statuses.at_look = True
             self._watch.look_soon()
 
-    def _go(self, second_leg: tuple[Command, ...]) -> None:
+    def _go(self, second_leg: tuple[MotorCommand, ...]) -> None:
         """Begin what was prepared; a relative move goes from where the record has seen it."""
         prepared, self._prepared = self._prepared, None
         self.statuses.at_once = True
@@ -244,10 +250,10 @@ class AxisWork:
             return
         if prepared.verb is Verb.MOVE_REL:
             target = self.statuses.position_steps + (prepared.argument or 0.0)
-            prepared = Command(Verb.MOVE_ABS, target)
-        self._begin(Start(prepared, second_leg))
+            prepared = MotorCommand(Verb.MOVE_ABS, target)
+        self._begin(MotionStart(prepared, second_leg))
 
-    def _begin(self, start: Start) -> None:
+    def _begin(self, start: MotionStart) -> None:
         """Begin a motion; what moves already is stopped before, unless it is the same."""
         self.statuses.at_once = True
         motion, verb = self._motion, start.command.verb
@@ -264,15 +270,15 @@ class AxisWork:
             and motion.leads_to(whole(start.command.argument))
         ):
             return
-        self._todo = deque(one for one in self._todo if not isinstance(one, Start))
+        self._todo = deque(one for one in self._todo if not isinstance(one, MotionStart))
         self._todo.append(start)
         self._stop_wanted = self._stop_wanted or going
 
-    def _change_jog(self, command: Command) -> None:
+    def _change_jog(self, command: MotorCommand) -> None:
         motion, velocity = self._motion, command.argument or 0.0
         for at, one in enumerate(self._todo):
-            if isinstance(one, Start) and one.command.verb is Verb.JOG:
-                self._todo[at] = Start(Command(Verb.JOG, velocity))
+            if isinstance(one, MotionStart) and one.command.verb is Verb.JOG:
+                self._todo[at] = MotionStart(MotorCommand(Verb.JOG, velocity))
         if isinstance(motion, Jog) and not motion.stopping:
             wanted = replace(self._wanted.kinematics, speed_steps_s=abs(velocity))
             motion.change(velocity, self._starting.limited(wanted))
@@ -297,7 +303,7 @@ class AxisWork:
         self.statuses.position_steps = self.known.position_steps
         self.statuses.at_once = True
 
-    def _start(self, start: Start) -> None:
+    def _start(self, start: MotionStart) -> None:
         """Begin a motion from rest."""
         self.statuses.problem, self.statuses.at_once = "", True
         self.statuses.stopped_elsewhere = False
@@ -318,22 +324,22 @@ class AxisWork:
 
     # Motions.
 
-    def _judge(self, motion: Motion, look: Look) -> None:
+    def _judge(self, motion: DrivenMotion, look: BoardSnapshot) -> None:
         """Judge a motion under way by what the board says."""
         verdict = judge(motion, self.known.axis, self._owner.now_s())
-        if verdict is Verdict.OVER:
+        if verdict is ArmedVerdict.OVER:
             self._end(misplaced_text(motion, self.known.position_steps))
-        elif verdict is Verdict.BROKEN:
+        elif verdict is ArmedVerdict.BROKEN:
             self.statuses.stopped_elsewhere = stopped_elsewhere(look, self._motor.axis)
             self._end(broken_text(look, self._watch.unit, self._motor.axis))
-        elif verdict is Verdict.FIRST_OVER and isinstance(motion, Move):
+        elif verdict is ArmedVerdict.FIRST_OVER and isinstance(motion, DrivenMove):
             self._first_over(motion)
         else:
-            if verdict is Verdict.AGAIN:
+            if verdict is ArmedVerdict.AGAIN:
                 self._again(motion)
             self._show(moves=True)
 
-    def _end_stopped(self, motion: Motion, look: Look) -> None:
+    def _end_stopped(self, motion: DrivenMotion, look: BoardSnapshot) -> None:
         """The motor rests after a stop: the record's, or because the board took no more of it."""
         if motion.refused:
             self.statuses.stopped_elsewhere = stopped_elsewhere(look, self._motor.axis)
@@ -349,7 +355,7 @@ class AxisWork:
             self.statuses.homed = True
         self._end(motion.text)
 
-    def _first_over(self, motion: Move) -> None:
+    def _first_over(self, motion: DrivenMove) -> None:
         """Tell the end of the first leg, once; then wait for the record's answer."""
         now_s = self._owner.now_s()
         if not motion.holding:
@@ -360,7 +366,7 @@ class AxisWork:
             motion.holding = False
             self._stop_wanted = True
 
-    def _again(self, motion: Motion) -> None:
+    def _again(self, motion: DrivenMotion) -> None:
         """Begin lines that came when those before them were over."""
         feed, axis = motion.feed, self.known.axis
         if feed is None:
@@ -370,7 +376,7 @@ class AxisWork:
         motion.armed_s = None
         self._work, self._work_due_s = self._launching.again(motion, feed, axis.registers), 0.0
 
-    def _resume(self, motion: Motion) -> None:
+    def _resume(self, motion: DrivenMotion) -> None:
         """Go on with a motion whose launch was broken off, or end it."""
         if self.known.axis.state in ("armed", "running") and motion.feed is not None:
             motion.armed(self._owner.now_s())
@@ -388,7 +394,7 @@ class AxisWork:
             self._work_due_s = self._owner.now_s() + self._watch.pause_s
         _log.info("%s: %s", self._motor.name, text)
 
-    def _refused(self, motion: Motion, text: str) -> None:
+    def _refused(self, motion: DrivenMotion, text: str) -> None:
         """The board refuses a motion; what it has queued of it is forgotten at the next start."""
         self._work = None
         if motion.armed_s is None:
@@ -402,7 +408,7 @@ class AxisWork:
         self._forget_motion()
         self.statuses.problem = text or self.statuses.problem
         self.statuses.position_steps = self.known.position_steps
-        if not any(isinstance(one, Start) for one in self._todo):
+        if not any(isinstance(one, MotionStart) for one in self._todo):
             self.statuses.tell(moves=False)
         self._advance()
 
@@ -425,7 +431,7 @@ class AxisWork:
     @property
     def _holding(self) -> bool:
         """True from the end of a first leg until the record has answered it."""
-        return isinstance(self._motion, Move) and self._motion.holding
+        return isinstance(self._motion, DrivenMove) and self._motion.holding
 
     @property
     def _moves(self) -> bool:

@@ -6,27 +6,27 @@ Nothing here knows a board, a bus or EPICS' protocol, so that others can use the
 """
 
 from pixstep.motor_record.catalogue.general import NOT_SERVED
-from pixstep.motor_record.field import Field, FieldType, PutRefusedError
+from pixstep.motor_record.field import FieldType, PutRefusedError, RecordField
 from pixstep.motor_record.fields import FIELDS, MONITOR_ORDER
 from pixstep.motor_record.mip import Mip
 from pixstep.motor_record.model.record import LinkName, MotorRecord
-from pixstep.motor_record.traffic import Command, Drive, Msta, Outcome, Post, Status, Verb
+from pixstep.motor_record.traffic import Drive, MotorCommand, Msta, Outcome, Post, Status, Verb
 
 __all__ = [
     "FIELDS",
     "MONITOR_ORDER",
     "NOT_SERVED",
-    "Command",
     "Drive",
-    "Field",
     "FieldType",
     "LinkName",
     "Mip",
+    "MotorCommand",
     "MotorRecord",
     "Msta",
     "Outcome",
     "Post",
     "PutRefusedError",
+    "RecordField",
     "Status",
     "Verb",
 ]

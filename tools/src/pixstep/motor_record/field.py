@@ -54,7 +54,7 @@ SIGNED = (FieldType.LONG, FieldType.SHORT)
 
 
 @dataclass(frozen=True)
-class Field:
+class RecordField:
     """One field. `unit` is as clients see it, EGU standing for the text of the field EGU."""
 
     name: str

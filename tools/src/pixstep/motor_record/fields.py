@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from typing import Final
 
 from pixstep.motor_record.catalogue import general, motion, position
-from pixstep.motor_record.field import Field
+from pixstep.motor_record.field import RecordField
 
-FIELDS: Final[Mapping[str, Field]] = {
+FIELDS: Final[Mapping[str, RecordField]] = {
     field.name: field for field in position.TABLE + motion.TABLE + general.TABLE
 }
 

@@ -91,7 +91,7 @@ class Verb(StrEnum):
 
 
 @dataclass(frozen=True)
-class Command:
+class MotorCommand:
     """One thing that the record asks of the motor. `str()` gives it as the traces write it."""
 
     verb: Verb
@@ -113,11 +113,11 @@ class Post:
 class Outcome:
     """What one event, a write or a status, has brought about."""
 
-    commands: tuple[Command, ...] = ()
+    commands: tuple[MotorCommand, ...] = ()
     """What the motor is to do, in this order."""
     posts: tuple[Post, ...] = ()
     """What clients are to be told, in this order."""
-    second_leg: tuple[Command, ...] = ()
+    second_leg: tuple[MotorCommand, ...] = ()
     """What the record will ask for when the move in `commands` ends at its target, if nothing comes
     between: the final approach against backlash. A driver may queue it back to back; the record
     gives the same commands again when it sees the first leg end, and they are not to move twice."""
@@ -138,7 +138,9 @@ class Drive(Protocol):
         and when flags change. The order of statuses is that of the events.
         """
 
-    def obey(self, commands: Sequence[Command], second_leg: Sequence[Command] = ()) -> None:
+    def obey(
+        self, commands: Sequence[MotorCommand], second_leg: Sequence[MotorCommand] = ()
+    ) -> None:
         """Take the commands of one Outcome, in order; they are carried out soon."""
 
     def overtaken(self, status: Status) -> bool:

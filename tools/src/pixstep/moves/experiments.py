@@ -16,7 +16,7 @@ from pixstep.moves.legs import INVERTED, shared_limits
 from pixstep.moves.move_judge import MoveJob, MoveRun, judge_end
 from pixstep.progress import Progress, unseen
 from pixstep.simulation import report
-from pixstep.simulation.job import Job, run_job
+from pixstep.simulation.job import LineExperiment, run_job
 from pixstep.simulation.judge import judge as judge_lines
 from pixstep.simulation.logs import read_edges
 from pixstep.simulation.simulated_board import SimulatedBoard
@@ -34,7 +34,9 @@ def run_move(job: MoveJob, progress: Progress = unseen, *, out: Path) -> MoveRun
     The verdict is that of a line, and besides: the board's position register and the simulator's
     own count of the STEP edges must both be the steps asked for.
     """
-    result = run_job(Job(job.board, {job.axis: job.move.line()}, job.pixel_hz), out, progress)
+    result = run_job(
+        LineExperiment(job.board, {job.axis: job.move.line()}, job.pixel_hz), out, progress
+    )
     judged = judge_lines(result)
     judge_end(job, result, judged.summary)
     return MoveRun(job, result, judged)

@@ -17,11 +17,11 @@ from typing import TypedDict, cast
 
 from pixstep.board import registers as regs
 from pixstep.board import run
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import BoardError
 from pixstep.board.link import World
 from pixstep.board.state import TRIP_CLOSED, TRIP_NONE, TRIP_OPENED, Trip
-from pixstep.board.upload import Upload, require_idle
+from pixstep.board.upload import LineUpload, require_idle
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.runs import MARK_SMOOTH, Seek, queue_entries, seek_entries
 from pixstep.moves import fast
@@ -42,7 +42,7 @@ _LIMITS = {"limit_minus": "minus", "limit_plus": "plus"}
 
 
 @dataclass(frozen=True)
-class Leg:
+class HomingLeg:
     """One leg as it was made: positions in steps (the board's register), times in seconds."""
 
     name: str
@@ -83,7 +83,7 @@ class Homed:
     """A finished homing; the legs' positions are those before the zero, but for the last one's."""
 
     plan: HomingPlan
-    legs: tuple[Leg, ...]
+    legs: tuple[HomingLeg, ...]
     edge: Trip
     zeroed_steps: int  # position by the register just after zero: steps moved since the edge
     position_steps: int  # at the end
@@ -100,19 +100,19 @@ class Homed:
 class HomingError(BoardError):
     """Homing ended in a fault: its name (empty if it is none of the board's), the legs so far."""
 
-    def __init__(self, message: str, name: str = "", legs: tuple[Leg, ...] = ()) -> None:
+    def __init__(self, message: str, name: str = "", legs: tuple[HomingLeg, ...] = ()) -> None:
         super().__init__(message)
         self.name, self.legs = name, legs
 
 
-def legs_as_json(legs: tuple[Leg, ...]) -> list[LegData]:
+def legs_as_json(legs: tuple[HomingLeg, ...]) -> list[LegData]:
     """Return legs as plain data."""
     return [cast("LegData", asdict(leg) | {"steps": leg.steps}) for leg in legs]
 
 
 def home(
-    board: Board, plan: HomingPlan, pixel_hz: Fraction, world: World, progress: Progress = unseen,
-    *, lines: run.Lines | None = None,
+    board: Device, plan: HomingPlan, pixel_hz: Fraction, world: World, progress: Progress = unseen,
+    *, lines: run.LinesOfBoard | None = None,
 ) -> Homed:  # fmt: skip
     """Home one axis, at rest and enabled; return what was found. `lines` shows its state meanwhile.
 
@@ -123,9 +123,9 @@ def home(
 
 
 def seek(
-    board: Board, plan: HomingPlan, pixel_hz: Fraction, world: World, progress: Progress = unseen,
-    *, lines: run.Lines | None = None, opens: bool = False,
-) -> Leg:  # fmt: skip
+    board: Device, plan: HomingPlan, pixel_hz: Fraction, world: World, progress: Progress = unseen,
+    *, lines: run.LinesOfBoard | None = None, opens: bool = False,
+) -> HomingLeg:  # fmt: skip
     """Move one axis, at rest and enabled, until its home switch closes, or opens; return the leg.
 
     Its trip is None if the switch was as sought from the start. Raises what `home` raises.
@@ -142,13 +142,13 @@ class Legs:
     names: tuple[str, ...] = LEGS
 
     def __init__(
-        self, board: Board, plan: HomingPlan, pixel_hz: Fraction, world: World,
-        progress: Progress, lines: run.Lines | None = None,
+        self, board: Device, plan: HomingPlan, pixel_hz: Fraction, world: World,
+        progress: Progress, lines: run.LinesOfBoard | None = None,
     ) -> None:  # fmt: skip
         self.board, self.plan, self.pixel_hz = board, plan, pixel_hz
         self.world, self.progress = world, progress
-        self.lines = lines or run.Lines(board, [plan.axis])
-        self.legs: list[Leg] = []
+        self.lines = lines or run.LinesOfBoard(board, [plan.axis])
+        self.legs: list[HomingLeg] = []
 
     def seek(self, name: str, seek: Seek) -> Trip | None:
         """Make a seek line; return the switch's edge, None if it already was as sought."""
@@ -176,7 +176,7 @@ class Legs:
         run.arm_queued(self.lines)
         state = self._follow(name, sum(repeat for _, repeat in runs))
         trip = self.board.trip() if wanted else None
-        leg = Leg(
+        leg = HomingLeg(
             name=name, first_steps_px=runs[0][0], top_steps_px=max(count for count, _ in runs),
             start_steps=start, end_steps=state["position_steps"], pixels=state["pixel"],
             began_s=began, ended_s=self.world.now_s(),
@@ -202,7 +202,7 @@ class Legs:
                 legs=tuple(self.legs),
             )
         require_idle(self.board, [self.plan.axis])
-        upload = Upload(self.board, self.plan.axis, entries, state)
+        upload = LineUpload(self.board, self.plan.axis, entries, state)
         while not upload.done:
             if not upload.push():
                 raise HomingError(f"axis {self.plan.axis}: {name} is not accepted by the queue")
@@ -228,7 +228,7 @@ class Legs:
             self.show(name, min(1.0, state["pixel"] / pixels))
             self.world.wait(_POLL_S)
 
-    def _fault(self, leg: Leg) -> HomingError:
+    def _fault(self, leg: HomingLeg) -> HomingError:
         """Return the fault that stopped a leg, in words."""
         name, steps = self.board.fault_name(), abs(leg.steps)
         where = f"{leg.name}, {steps} steps after its start"

@@ -17,7 +17,7 @@ from pixstep.lazy import lazy
 from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.units import edge_tick, hz_text
-from pixstep.moves.homing import Homed, HomingError, Leg, LegData, legs_as_json
+from pixstep.moves.homing import Homed, HomingError, HomingLeg, LegData, legs_as_json
 from pixstep.moves.legs import INVERTED, HomingPlan
 from pixstep.simulation import verdict
 from pixstep.simulation.job import Experiment
@@ -120,7 +120,7 @@ class HomeRun:
     load_steps: int = 0
 
     @property
-    def legs(self) -> tuple[Leg, ...]:
+    def legs(self) -> tuple[HomingLeg, ...]:
         """The legs made, of a homing that failed too."""
         if self.homed:
             return self.homed.legs
@@ -192,7 +192,7 @@ def judge(run: HomeRun) -> HomeSummary:
     return summary
 
 
-def switch_edges(run: HomeRun, leg: Leg, trip: Trip) -> list[int]:
+def switch_edges(run: HomeRun, leg: HomingLeg, trip: Trip) -> list[int]:
     """Return the cycles of the edges that may have been captured, by the simulator's own log.
 
     The first edge of the home switch that ends the leg, and others that follow it so soon that the
@@ -223,7 +223,7 @@ def _capture_offset(run: HomeRun, reasons: list[str]) -> int | None:
     return None
 
 
-def _judge_leg(run: HomeRun, leg: Leg, offset: int | None, reasons: list[str]) -> LegSummary:
+def _judge_leg(run: HomeRun, leg: HomingLeg, offset: int | None, reasons: list[str]) -> LegSummary:
     """Judge one leg: its steps, its speeds, its captured edge; return its plain data."""
     in_vain = getattr(run.error, "name", "") in IN_VAIN
     stopped = run.error is not None and leg is run.legs[-1] and not in_vain
@@ -280,7 +280,7 @@ def _note_found(run: HomeRun, homed: Homed, summary: HomeSummary) -> None:
     summary["home_s"] = round(run.legs[-1].ended_s - run.legs[0].began_s, 6)
 
 
-def leg_edges(edges: AxisEdges, leg: Leg, tick_hz: int) -> AxisEdges:
+def leg_edges(edges: AxisEdges, leg: HomingLeg, tick_hz: int) -> AxisEdges:
     """Return the edges made while a leg was; those of DIR from the beginning on."""
     low, high = (round(when * tick_hz) for when in (leg.began_s, leg.ended_s))
     steps = (edges.step_cycles > low) & (edges.step_cycles <= high)
@@ -292,7 +292,13 @@ def leg_edges(edges: AxisEdges, leg: Leg, tick_hz: int) -> AxisEdges:
 
 
 def judge_leg(
-    plan: HomingPlan, leg: Leg, edges: AxisEdges, period: Fraction, *, tick_hz: int, stopped: bool
+    plan: HomingPlan,
+    leg: HomingLeg,
+    edges: AxisEdges,
+    period: Fraction,
+    *,
+    tick_hz: int,
+    stopped: bool,
 ) -> tuple[list[int], float, float | None, list[str]]:
     """Judge the edges of one leg; one that a fault has `stopped` ends at once, inside a pixel.
 
@@ -320,7 +326,7 @@ def judge_leg(
     return counts, fastest, error_ticks, reasons
 
 
-def pixel_counts(rising: np.ndarray, leg: Leg, period: Fraction) -> list[int]:
+def pixel_counts(rising: np.ndarray, leg: HomingLeg, period: Fraction) -> list[int]:
     """Return the steps in each pixel, told from where the first edge is in the planned first pixel.
 
     Of n steps it comes after 1/n of a plain pixel, 1/sqrt(n) of a smooth one that starts from rest.
@@ -335,7 +341,7 @@ def pixel_counts(rising: np.ndarray, leg: Leg, period: Fraction) -> list[int]:
     return [int(count) for count in np.diff(np.searchsorted(rising, bounds, side="right"))]
 
 
-def boundary_speeds(leg: Leg, counts: list[int]) -> tuple[int, ...]:
+def boundary_speeds(leg: HomingLeg, counts: list[int]) -> tuple[int, ...]:
     """Return the speeds that a leg has between its pixels, of a plain leg those of its pixels."""
     return Line(tuple(counts)).speeds if leg.decode == SMOOTH else (0, *counts, 0)
 
@@ -383,7 +389,7 @@ def _smooth_findings(plan: HomingPlan, counts: list[int], *, stopped: bool) -> l
 
 
 def _exact_findings(
-    leg: Leg, counts: list[int], edges: AxisEdges, period: Fraction, tick_hz: int
+    leg: HomingLeg, counts: list[int], edges: AxisEdges, period: Fraction, tick_hz: int
 ) -> tuple[float | None, list[str]]:
     """Require every edge within a tick of the exact instant of the pixels made; how far at most."""
     steps = sum(counts)

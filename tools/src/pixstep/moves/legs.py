@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
-from pixstep.board.capability import BoardLimits
+from pixstep.board.capability import BoardCapability
 from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.lines import core, line_check
 from pixstep.lines.line import PLAIN, SMOOTH, Line
@@ -143,7 +143,7 @@ def plan(profile: Acceleration, request: HomingRequest, pixel_hz: Fraction) -> H
     return made
 
 
-def refuse(homing: HomingPlan, board: BoardLimits) -> None:
+def refuse(homing: HomingPlan, board: BoardCapability) -> None:
     """Raise RefusedError for the first leg that a board would refuse, by the firmware's check.
 
     The moves between the seeks are no faster than the longest one, up the whole ramp.

@@ -9,14 +9,14 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from pixstep.board import capability, run, settings, upload
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import BoardError
 from pixstep.board.link import World
 from pixstep.lines.line import Line
 from pixstep.lines.units import refuse_period
 from pixstep.moves import homing, legs
 from pixstep.moves.fast import FastMove
-from pixstep.moves.homing import Homed, Leg
+from pixstep.moves.homing import Homed, HomingLeg
 from pixstep.moves.legs import HomingPlan, Inputs
 from pixstep.progress import Progress, unseen
 
@@ -31,7 +31,7 @@ class MotionClock:
     clock_hz: Fraction | None = None
     divider: int | None = None
 
-    def pixel_hz(self, board: Board) -> Fraction:
+    def pixel_hz(self, board: Device) -> Fraction:
         """Return the frequency of pixels. Raises UserError for one that the board cannot carry."""
         hz = settings.pixel_hz(board, self.clock_hz, self.divider)
         refuse_period(hz, board.tick_hz())
@@ -59,7 +59,7 @@ class MoveOnBoard:
 
     move: FastMove
     line: Line
-    lines: run.Lines
+    lines: run.LinesOfBoard
     pixel_hz: Fraction
     edges: int  # of the clock, a pixel
     before: int
@@ -86,7 +86,7 @@ class MoveOnBoard:
 
 
 def prepare_move(
-    board: Board, axis: int, move: FastMove, clock: MotionClock, name: str
+    board: Device, axis: int, move: FastMove, clock: MotionClock, name: str
 ) -> MoveOnBoard:
     """Check a move by the board's limits and set its clock; `name` is that of the profile."""
     hz, line = clock.pixel_hz(board), move.line(name)
@@ -95,7 +95,7 @@ def prepare_move(
     settings.set_clock(board, clock.clock_hz, divider=clock.divider)
     before = run.positions(board, [axis])[axis]
     edges = clock.divider or settings.divider(board)
-    return MoveOnBoard(move, line, run.Lines(board, [axis]), hz, edges, before)
+    return MoveOnBoard(move, line, run.LinesOfBoard(board, [axis]), hz, edges, before)
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ class HomingOnBoard:
     """A homing that a board is set up for, its axis enabled."""
 
     plan: HomingPlan
-    lines: run.Lines
+    lines: run.LinesOfBoard
     pixel_hz: Fraction
 
     def make(self, world: World, progress: Progress = unseen) -> Homed:
@@ -112,7 +112,7 @@ class HomingOnBoard:
             self.lines.board, self.plan, self.pixel_hz, world, progress, lines=self.lines
         )
 
-    def seek(self, world: World, progress: Progress = unseen, *, opens: bool = False) -> Leg:
+    def seek(self, world: World, progress: Progress = unseen, *, opens: bool = False) -> HomingLeg:
         """Move until the home switch closes, or opens; no further than the plan's search."""
         return homing.seek(
             self.lines.board, self.plan, self.pixel_hz, world, progress,
@@ -121,7 +121,7 @@ class HomingOnBoard:
 
 
 def prepare_homing(
-    board: Board, plan: HomingPlan, clock: MotionClock, inputs: Inputs
+    board: Device, plan: HomingPlan, clock: MotionClock, inputs: Inputs
 ) -> HomingOnBoard:
     """Check the legs by the board's limits, set clock and inputs, enable the axis."""
     board.require("homing")
@@ -137,4 +137,4 @@ def prepare_homing(
         board.require("shared_switch")
     settings.write(board, old, settings.changes(old, wanted))
     run.command(board, "enable", [plan.axis])
-    return HomingOnBoard(plan, run.Lines(board, [plan.axis]), hz)
+    return HomingOnBoard(plan, run.LinesOfBoard(board, [plan.axis]), hz)

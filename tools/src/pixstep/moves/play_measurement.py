@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from statistics import median_low
 
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.link import World
 from pixstep.errors import UserError
 from pixstep.lines.runs import Seek
@@ -128,7 +128,7 @@ def of_command(text: str) -> Encoder:
 
 
 def measure(
-    board: Board, plan: HomingPlan, pixel_hz: Fraction, world: World, *, repeat: int = 3,
+    board: Device, plan: HomingPlan, pixel_hz: Fraction, world: World, *, repeat: int = 3,
     hysteresis: float | None = None, encoder: Encoder | None = None, progress: Progress = unseen,
 ) -> MeasuredPlay:  # fmt: skip
     """Measure the play of one axis, at rest and enabled, `repeat` times.

@@ -14,7 +14,7 @@ from matplotlib.typing import HashableList
 
 from pixstep import plotting
 from pixstep.board.state import TRIP_CLOSED, TRIP_OPENED
-from pixstep.moves.homing import LEGS, Homed, Leg
+from pixstep.moves.homing import LEGS, Homed, HomingLeg
 from pixstep.moves.homing_judge import HYSTERESIS, HomeRun, leg_edges, switch_edges
 from pixstep.moves.move_judge import MoveJob, MoveRun
 from pixstep.plotting import BAND, BOARD, FAINT, IDEAL, INK, MADE, QUIET, WARM, number
@@ -149,7 +149,7 @@ def _homing(run: HomeRun, verdict: str) -> Figure:
     return plotting.write_numbers(figure)
 
 
-def _course(run: HomeRun, leg: Leg, origin_px: float) -> tuple[np.ndarray, np.ndarray]:
+def _course(run: HomeRun, leg: HomingLeg, origin_px: float) -> tuple[np.ndarray, np.ndarray]:
     """Return times (pixels) and the motor's places (steps of the plant) at a leg's STEP edges."""
     edges = leg_edges(run.edges, leg, run.job.tick_hz)
     rising, signs = edges.rising, edges.directions()
@@ -158,7 +158,9 @@ def _course(run: HomeRun, leg: Leg, origin_px: float) -> tuple[np.ndarray, np.nd
     return rising / float(run.job.period) - origin_px, before + np.cumsum(signs)
 
 
-def _draw_place(axes: Axes, run: HomeRun, leg: Leg, origin_px: float, width: float = 2.2) -> None:
+def _draw_place(
+    axes: Axes, run: HomeRun, leg: HomingLeg, origin_px: float, width: float = 2.2
+) -> None:
     times, places = _course(run, leg, origin_px)
     if len(times):
         axes.plot(times, places, color=COLOURS[leg.name], lw=width, solid_capstyle="round")
@@ -171,7 +173,7 @@ def _draw_place(axes: Axes, run: HomeRun, leg: Leg, origin_px: float, width: flo
         )
 
 
-def _draw_speed(axes: Axes, run: HomeRun, leg: Leg, origin_px: float) -> None:
+def _draw_speed(axes: Axes, run: HomeRun, leg: HomingLeg, origin_px: float) -> None:
     times, _ = _course(run, leg, origin_px)
     if len(times) < 2:
         return

@@ -29,7 +29,7 @@ _NEARLY = 1e-9  # of a pixel: what is left by rounding is no further pixel
 
 
 @dataclass(frozen=True)
-class Kinematics:
+class MoveKinematics:
     """Speed and base speed in steps/s, acceleration in steps/s2; 0: at its speed at once."""
 
     speed_steps_s: float
@@ -38,7 +38,7 @@ class Kinematics:
 
     def within(
         self, top_steps_px: int, pixel_hz: float, acceleration_steps_s2: float | None = None
-    ) -> "Kinematics":
+    ) -> "MoveKinematics":
         """Return what a board and its motor can do of it, the constant speed made whole."""
         speed = max(_LEAST_STEPS_S, min(self.speed_steps_s, top_steps_px * pixel_hz))
         if speed >= _WHOLE_STEPS_PX * pixel_hz:
@@ -55,7 +55,7 @@ class Kinematics:
 class Trapezoid:
     """A move of `steps` signed steps, not 0, by kinematics that the board can keep."""
 
-    def __init__(self, steps: int, wanted: Kinematics, pixel_hz: float) -> None:
+    def __init__(self, steps: int, wanted: MoveKinematics, pixel_hz: float) -> None:
         self.steps, self._hz = steps, pixel_hz
         self._distance, self._sign = abs(steps), 1 if steps > 0 else -1
         self._base, self._acceleration = wanted.base_steps_s, wanted.acceleration_steps_s2
@@ -141,7 +141,7 @@ class JogLaw:
         self._position = 0.0
         self._made = self._last = 0
 
-    def pixels(self, wanted: Kinematics, direction: int, count: int) -> list[Run]:
+    def pixels(self, wanted: MoveKinematics, direction: int, count: int) -> list[Run]:
         """Return the next pixels, `count` of them and those of a turn, at a speed wanted now."""
         found: list[Run] = []
         for _ in range(count):
@@ -155,7 +155,7 @@ class JogLaw:
             found.append((now, 1))
         return list(merged(found))
 
-    def _next(self, wanted: Kinematics, direction: int) -> float:
+    def _next(self, wanted: MoveKinematics, direction: int) -> float:
         """Return the speed one pixel later."""
         target, base = direction * wanted.speed_steps_s, wanted.base_steps_s
         if not wanted.acceleration_steps_s2:
@@ -170,7 +170,7 @@ class JogLaw:
         return math.copysign(base, target) if abs(speed) < base else speed
 
 
-def ramp_counts(wanted: Kinematics, pixel_hz: float) -> list[int]:
+def ramp_counts(wanted: MoveKinematics, pixel_hz: float) -> list[int]:
     """Return the steps in each pixel of an acceleration to a speed: whole, 1 or more, not falling.
 
     It is what a seek speeds up by, and slows down by mirrored.

@@ -10,7 +10,7 @@ from typing import Any
 
 from pixstep import signals
 from pixstep.board import run, scan, settings
-from pixstep.board.device import Board, Identity
+from pixstep.board.device import Device, Identity
 from pixstep.board.errors import BoardError
 from pixstep.board.link import Link
 from pixstep.board.port import (
@@ -129,7 +129,7 @@ class StoppedError(BoardError):
 class Known:
     """A board that has said what it is."""
 
-    board: Board
+    board: Device
     who: Identity
 
     def axes(self, chosen: tuple[int, ...]) -> list[int]:
@@ -245,7 +245,7 @@ def units_on(desk: Desk, port: str) -> tuple[int, ...]:
 
 
 @contextlib.contextmanager
-def stopping(group: list[run.Lines]) -> Iterator[None]:
+def stopping(group: list[run.LinesOfBoard]) -> Iterator[None]:
     """Stop all axes of a group when Ctrl-C, SIGTERM or SIGHUP comes, or this program fails.
 
     Raises StoppedError saying where the axes are after a signal. Keep this the innermost context.
@@ -260,7 +260,7 @@ def stopping(group: list[run.Lines]) -> Iterator[None]:
         ) from None
 
 
-def note_unattended(desk: Desk, board: Board) -> None:
+def note_unattended(desk: Desk, board: Device) -> None:
     """Say that a board does not go on for long without requests, if it is set so."""
     limit_ms = settings.read(board)["bus_timeout_ms"]
     if limit_ms:
@@ -271,7 +271,7 @@ def note_unattended(desk: Desk, board: Board) -> None:
         ))  # fmt: skip
 
 
-def note_play(desk: Desk, board: Board, axes: list[int]) -> None:
+def note_play(desk: Desk, board: Device, axes: list[int]) -> None:
     """Say which of the lines that were armed did not know the play that they take up."""
     desk.say(
         f"board {board.unit} axis {axis}: how much of the play was taken up was not known, as "

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from pixstep import arguments
 from pixstep.board import settings
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.errors import UserError
 from pixstep.lines.units import hz_words
 from pixstep.operations import shared
@@ -98,7 +98,7 @@ class BoardClock(Request):
         """Refuse two frequencies: the board may have another divider."""
         refuse_both(values, sources)
 
-    def edges_hz(self, board: Board) -> Fraction | None:
+    def edges_hz(self, board: Device) -> Fraction | None:
         """Return the frequency of edges that the board is to be set to; None leaves its own."""
         if self.pixel_hz is None:
             return self.clock_hz

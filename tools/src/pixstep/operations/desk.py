@@ -61,12 +61,12 @@ class Desk:
     link: Link | None = None  # a bus that the caller has open
     so_far: Result | None = None  # what there is to give back if the operation fails
 
-    def rows(self, key: str = "boards", beside: Data | None = None) -> Rows:
+    def rows(self, key: str = "boards", beside: Data | None = None) -> ResultRows:
         """Return what takes rows of the result as they come; they are given back in any case.
 
         `beside` is the result's other data.
         """
-        return Rows(self, key, beside or {})
+        return ResultRows(self, key, beside or {})
 
     def given(self, name: str) -> bool:
         """True if the caller says a value, and it is not only in the machine file."""
@@ -77,7 +77,7 @@ class Desk:
         return self.sources.get(name) is Source.MACHINE
 
 
-class Rows:
+class ResultRows:
     """Rows of a result, each told when it comes; those so far are what a failure leaves."""
 
     def __init__(self, desk: Desk, key: str, beside: Data):

@@ -48,6 +48,7 @@ class Named:
     units: tuple[int, ...] = ()
     lines: int = 1
     table: bool = False  # its lines are the axes of a table
+    by_axis: bool = True  # its lines may be named by their axes
 
     @property
     def any(self) -> bool:
@@ -80,8 +81,9 @@ def choose(machine: MachineTables, named: Named) -> list[MotorTable]:
     if named.axes:
         return [motor for axis in named.wanted for motor in _on_axis(machine, named, axis)]
     if named.lines > 1 and not named.table:
+        by_what = "{motor} or {axis}" if named.by_axis else "{motor}"
         raise AskedError(
-            "{lines} lines for 1 motor of {path}: give {motor} or {axis} once for each line, in "
+            f"{{lines}} lines for 1 motor of {{path}}: give {by_what} once for each line, in "
             "their order ({machine} none does without the file)",
             lines=named.lines, path=machine.path,
         )  # fmt: skip
@@ -327,11 +329,13 @@ def named_by(
     A field `axis` is of lines that go to axes in a row, a field `axes` of the same with each axis.
     """
     table = "axis" in fields and "play" in fields and fields["play"].many
+    csv = given.get("csv")
     lines = TABLE_AXES if table else 0
-    if "axis" in fields and not table:
-        csv = given.get("csv")
-        lines = len(csv) if isinstance(csv, tuple) else 1
-    named = Named(machine=machine, lines=lines, table=table)
+    if not table and isinstance(csv, tuple):
+        lines = len(csv)
+    elif not table and "axis" in fields:
+        lines = 1
+    named = Named(machine=machine, lines=lines, table=table, by_axis="axis" in fields)
     if own:
         named.own = given.get("motor")
     else:

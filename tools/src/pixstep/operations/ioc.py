@@ -82,12 +82,14 @@ class Ioc(Request):
         self, desk: Desk, machine: MachineFile, prefix: str, records: dict[str, str]
     ) -> None:
         kept = saved.Saved(self._state_of(machine))
-        make = server.Server  # says before anything is opened that a package is missing
+        make = server.RecordServer  # says before anything is opened that a package is missing
         log = log_of(desk)
         try:
             with motor_drives.opened(machine, self.port, log, simulate=self.simulate) as drives:
                 motors = [
-                    server.Motor(record, settings.fields_of(machine, machine[name]), drives[name])
+                    server.MotorSpec(
+                        record, settings.fields_of(machine, machine[name]), drives[name]
+                    )
                     for name, record in records.items()
                 ]
                 found = make(motors, prefix, kept, log)

@@ -8,8 +8,8 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from pixstep.board import capability, guarantee
-from pixstep.board.capability import BoardLimits
-from pixstep.board.guarantee import World
+from pixstep.board.capability import BoardCapability
+from pixstep.board.guarantee import LineConditions
 from pixstep.errors import AskedText
 from pixstep.lines.line import Line
 from pixstep.lines.line_check import Limits
@@ -36,7 +36,7 @@ def beyond() -> Any:
     )
 
 
-def together(desk: Desk, lines: Sequence[Line], world: World, *, beyond: bool) -> bool:
+def together(desk: Desk, lines: Sequence[Line], world: LineConditions, *, beyond: bool) -> bool:
     """Ask whether the board is guaranteed to follow these lines together; True if it is.
 
     Raises RefusedError if it is not, and says so instead with `beyond`.
@@ -65,7 +65,9 @@ def motor_limits(facts: Facts, lines: list[Line], hz: Fraction) -> list[Limits]:
     ]
 
 
-def check(desk: Desk, line: Line, board: BoardLimits, motor: Limits, advice: str = ADVICE) -> None:
+def check(
+    desk: Desk, line: Line, board: BoardCapability, motor: Limits, advice: str = ADVICE
+) -> None:
     """Check a line by the limits of its board and its motor; warnings are said.
 
     Raises RefusedError with `advice` for the first error.

@@ -166,7 +166,7 @@ class Text(Kind):
     """Any text."""
 
 
-class Place(Kind):
+class AnyPath(Kind):
     """A path that may be anything."""
 
     name = "PATH"
@@ -181,7 +181,7 @@ class Place(Kind):
         return arguments.path("path", value)
 
 
-class InFile(Place):
+class InFile(AnyPath):
     """A file that is read."""
 
     name = "FILE"
@@ -217,7 +217,7 @@ class OutPicture(OutFile):
         return path
 
 
-class OutFolder(Place):
+class OutFolder(AnyPath):
     """A folder for the results of a run."""
 
     name = "DIRECTORY"
@@ -389,7 +389,7 @@ class Parsed(Kind):
 TEXT = Text()
 FLAG = Flag()
 FILE = InFile()
-PATH = Place()
+PATH = AnyPath()
 OUTPUT = OutFile()
 OUTPUT_OR_FOLDER = OutFile(folder=True)
 PICTURE = OutPicture()

@@ -186,7 +186,7 @@ class ShowLimits(OfClock):
         return Result(data, lambda page: _page(page, data, able, shortest, scale))
 
 
-def _guaranteed(able: Capability, world: guarantee.World) -> list[GuaranteedRate]:
+def _guaranteed(able: Capability, world: guarantee.LineConditions) -> list[GuaranteedRate]:
     """Return what so many axes are guaranteed at once, for each motion."""
     found: list[GuaranteedRate] = []
     for motion in guarantee.MOTIONS:

@@ -174,6 +174,13 @@ def limit(key: str) -> Default:
     return _of(f"motors.NAME.limits.{key}")(lambda facts: facts.motor.limit(key))
 
 
+def limit_of_one(key: str) -> Default:
+    """Return the same where one motor is meant; those of several are each its line's."""
+    of_motor = limit(key)
+    named = _of(key_of(of_motor))
+    return named(lambda facts: of_motor(facts) if len(facts.motors) == 1 else None)
+
+
 @_of("motors.NAME.limits.max_speed")
 def top_speed(facts: Facts) -> Quantity | None:
     """The highest speed of a profile within the motor's limit: even, in steps/pixel."""

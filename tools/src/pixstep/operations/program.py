@@ -26,8 +26,8 @@ from pixstep.programs.plan_data import (
     MOST_WINDOW,
     SEGMENT_MS,
     WINDOW,
-    Options,
     PlannedProgram,
+    PlanOptions,
     limit_text,
 )
 from pixstep.simulation.report import new_table
@@ -71,7 +71,7 @@ class ProgramFields(Request):
         default_text="a step of the finer motor",
     )  # fmt: skip
 
-    def planned_for(self, desk: Desk) -> tuple[MachineFile, Setup, Options]:
+    def planned_for(self, desk: Desk) -> tuple[MachineFile, Setup, PlanOptions]:
         """Return the machine file, its motors, and how the program is to be planned.
 
         Raises UserError without a machine file, and for what the mode does not have.
@@ -82,7 +82,7 @@ class ProgramFields(Request):
         setup = self._setup(machine)
         if not self.assume_last and self.mode != MODE1:
             raise AskedError(f"{{assume_last}}: only with {{mode}} {MODE1}")
-        return machine, setup, Options(self.mode, self.window, self.assume_last)
+        return machine, setup, PlanOptions(self.mode, self.window, self.assume_last)
 
     def _setup(self, machine: MachineFile) -> Setup:
         from pixstep.programs.motors import of_machine  # numpy takes a while to load
@@ -115,7 +115,7 @@ _SAME = 1e-6  # part of a time that rounding explains
 
 
 @operation("plan")
-class ProgramPlan(ProgramFields):
+class PlanProgram(ProgramFields):
     """Plan a motion program of blended moves: a line for each motor, all of equal length.
 
     A plan keeps max_speed and max_acceleration of the machine file, with lookahead max_jerk too. It

@@ -221,6 +221,7 @@ def read_lines(
     pixel_hz: Fraction | None,
     divider: int = 1,
     refuse_faster: bool = False,
+    read: Callable[..., formats.MotionFile] = formats.read_motion,
 ) -> list[Line]:
     """Read the lines of an operation, each with its decode rule and backlash."""
     count = len(asked.csv)
@@ -240,6 +241,7 @@ def read_lines(
             raw=asked.raw,
             negative=backward and rule == SMOOTH,
             number=number,
+            read=read,
             pixel_hz=pixel_hz,
             divider=divider,
             refuse_faster=refuse_faster,
@@ -256,7 +258,8 @@ def per_line(field: str, values: Sequence[Value], count: int, default: Value) ->
     if len(values) == count:
         return list(values)
     if len(values) > 1:
-        raise AskedError(f"{{{field}}} is given {len(values)} times for {count} lines")
+        lines = f"{count} line{'s' * (count != 1)}"
+        raise AskedError(f"{{{field}}} is given {len(values)} times for {lines}")
     return [values[0] if values else default] * count
 
 

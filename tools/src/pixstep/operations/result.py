@@ -69,7 +69,7 @@ class Result:
         """Return the page as text."""
         if isinstance(self.text, str):
             return self.text
-        lines = Lines()
+        lines = TextPage()
         self.text(lines)
         return "\n".join(lines.rows)
 
@@ -82,7 +82,7 @@ class Result:
         return f"<Result {first[:100]!r}, status {self.status}>"
 
 
-class Lines:
+class TextPage:
     """A page that is kept as rows of text."""
 
     def __init__(self) -> None:

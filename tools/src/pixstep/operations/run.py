@@ -28,7 +28,7 @@ from pixstep.operations.result import Page, Result
 from pixstep.profiles import generator
 from pixstep.simulation import experiment, report
 from pixstep.simulation.experiment import simulate
-from pixstep.simulation.job import Job
+from pixstep.simulation.job import LineExperiment
 from pixstep.simulation.judge import Judgement
 from pixstep.simulation.summary import Summary
 
@@ -38,7 +38,7 @@ else:
     rich = lazy("rich")
 
 
-JudgedRun = TypeVar("JudgedRun", bound=report.Judged)
+JudgedRun = TypeVar("JudgedRun", bound=report.JudgedSummary)
 
 
 def simulated_result(
@@ -138,9 +138,9 @@ class Sim(OfClock, FlawFields):
         world = guarantee.world(self.board, line_hz, clock, self.baud, self.pixel_ppm)
         judging.together(desk, lines, world, beyond=self.beyond)
 
-    def _job(self, desk: Desk, lines: dict[int, Line]) -> Job:
+    def _job(self, desk: Desk, lines: dict[int, Line]) -> LineExperiment:
         plants, ideals = self._plants(desk, lines)
-        return Job(
+        return LineExperiment(
             board=self.board,
             lines=lines,
             pixel_hz=self.edges_hz,
@@ -208,7 +208,9 @@ class Demo(Request):
         speeds, _ = formats.read_prn(source)
         with outfolder.of_run(out, (*_OWN, *experiment.names())) as folder:
             host = _on_host(folder, source, speeds)
-            job = Job(_BOARD, {0: host.line}, PIXEL_HZ, serial_load=self.serial_load, vcd=True)
+            job = LineExperiment(
+                _BOARD, {0: host.line}, PIXEL_HZ, serial_load=self.serial_load, vcd=True
+            )
             with desk.progress("simulating the Mega") as show:
                 drawn = have_package("matplotlib")
                 judged = experiment.simulate_into(job, folder, out, plots=drawn, progress=show)

@@ -26,7 +26,7 @@ else:
     modbus_tcp = lazy("pixstep.server.modbus_tcp")
     serving = lazy("pixstep.server.serving")
 
-_LOOPBACK = ("127.0.0.1", "localhost")
+LOOPBACK = ("127.0.0.1", "localhost")
 _TOKEN_FILE_MODE = 0o600
 _MOST_NUMBER = 65_535
 
@@ -68,7 +68,7 @@ def _read_door(text: str) -> Door:
         raise UserError(
             f"{text!r}: a number from 0 to {_MOST_NUMBER} is wanted, as in 7420 or 127.0.0.1:7420"
         )
-    return host or _LOOPBACK[0], int(number)
+    return host or LOOPBACK[0], int(number)
 
 
 class _Door(Parsed):
@@ -81,7 +81,7 @@ class _Door(Parsed):
         return _read_door(":".join(map(str, several)))
 
 
-_DOOR = _Door()
+DOOR = _Door()
 
 
 @operation("serve")
@@ -100,11 +100,11 @@ class Serve(OnPort):
     socket: Path | None = option(
         PATH, "Another place for the socket.", default_text="the one where commands look for it"
     )
-    tcp: Door | None = option(_DOOR, "Listen on this TCP port of the loopback too.")
+    tcp: Door | None = option(DOOR, "Listen on this TCP port of the loopback too.")
     token_file: Path | None = option(
         PATH, "Where the token of --tcp is; made if it is not there.", shown="PATH"
     )
-    modbus_tcp: Door | None = option(_DOOR, "Speak Modbus TCP there, for PLCs.")
+    modbus_tcp: Door | None = option(DOOR, "Speak Modbus TCP there, for PLCs.")
     allow_writes: bool = flag("Let clients of Modbus TCP write too.")
     status: bool = flag("Ask a server that runs how it is, and end.")
 
@@ -112,10 +112,10 @@ class Serve(OnPort):
         """Serve until a signal comes, or ask another server."""
         if self.status:
             return self._status()
-        if self.tcp and self.tcp[0] not in _LOOPBACK:
+        if self.tcp and self.tcp[0] not in LOOPBACK:
             raise AskedError(
                 "{tcp} {host}: on the loopback alone: {places}",
-                host=self.tcp[0], places=" or ".join(_LOOPBACK),
+                host=self.tcp[0], places=" or ".join(LOOPBACK),
             )  # fmt: skip
         if self.token_file and not self.tcp:
             raise AskedError("{token_file}: the token is for {tcp}: add it")
@@ -126,7 +126,7 @@ class Serve(OnPort):
                 "{socket} {path}: there is something else of this name", path=self.socket
             )
         log = log_of(desk)
-        server = serving.Server(self.bus, log)
+        server = serving.BusServer(self.bus, log)
         try:
             with signals.until_ctrl_c():
                 server.open()
@@ -139,16 +139,16 @@ class Serve(OnPort):
                 log.close()
         return Result({"port": self.port}, f"{self.port}: ended", told=True)
 
-    def _listen(self, server: serving.Server, log: Log) -> None:
+    def _listen(self, server: serving.BusServer, log: Log) -> None:
         """Open the doors for pixstep's own clients."""
         path = server.listen_here(self.socket)
         log.tell("serving", port=server.port.text, socket=str(path), pid=os.getpid())
         if self.tcp:
             place = self.token_file or path.with_suffix(".token")
-            number = server.listen_tcp(*self.tcp, _token(place))
+            number = server.listen_tcp(*self.tcp, token_in(place))
             log.tell("serving", tcp=f"{remote.TCP}{self.tcp[0]}:{number}", token_file=str(place))
 
-    def _listen_to_plcs(self, server: serving.Server, log: Log) -> None:
+    def _listen_to_plcs(self, server: serving.BusServer, log: Log) -> None:
         """Open the door for Modbus TCP."""
         if self.modbus_tcp:
             host, number = self.modbus_tcp
@@ -168,7 +168,7 @@ class Serve(OnPort):
         return Result(found, "\n".join(_status_lines(found)))
 
 
-def _token(place: Path) -> str:
+def token_in(place: Path) -> str:
     """Return the token in a file, which is made for this user alone if it is not there."""
     try:
         if place.exists():

@@ -50,7 +50,7 @@ _SECONDS = {"sec": "s", "secs": "s", "second": "s", "seconds": "s", "msec": "ms"
 
 
 @dataclass(frozen=True)
-class Meaning:
+class ColumnMeaning:
     """What a name says; None where it does not. `unclear` is in the place of a unit and is none."""
 
     quantity: str | None = None
@@ -58,7 +58,7 @@ class Meaning:
     unclear: str | None = None
 
 
-def meaning_of(name: str) -> Meaning:
+def meaning_of(name: str) -> ColumnMeaning:
     """Return what a name says."""
     plain = name.replace("\u00b5", "u").replace("\u03bc", "u")
     inside = [text.strip().lower() for text in _BRACKETS.findall(plain)]
@@ -78,12 +78,14 @@ def meaning_of(name: str) -> Meaning:
         quantity = _by_unit(unit)
     elif unit is not None and (unit in units.SECOND_UNITS) != (quantity == TIME):
         unclear = unclear or unit
-    return Meaning(quantity, unit, unclear)
+    return ColumnMeaning(quantity, unit, unclear)
 
 
 def is_name(text: str) -> bool:
     """True if a comment above a single column names it; False if it is only a remark."""
-    return len(text.split()) == 1 or "[" in text or "(" in text or meaning_of(text) != Meaning()
+    return (
+        len(text.split()) == 1 or "[" in text or "(" in text or meaning_of(text) != ColumnMeaning()
+    )
 
 
 def _words(text: str) -> list[str]:

@@ -29,14 +29,14 @@ from pixstep.owndata.columns import (
     refuse_twins,
 )
 from pixstep.owndata.fitting import fit, largest_error
-from pixstep.owndata.readings import Asked, read
+from pixstep.owndata.readings import TableHints, read
 from pixstep.owndata.table import TextTable
 
 Refuse = Callable[[int, str], UserError]  # takes a pixel, from 0, and what is wrong with it
 
 
 @dataclass(frozen=True)
-class Made:
+class FittedLine:
     """A line, and how far it is from its positions at the worst pixel edge."""
 
     line: Line
@@ -47,7 +47,7 @@ class Made:
 
 def line_of(
     positions: Sequence[Fraction], decode: str, name: str, refuse: Refuse, *, fitted: bool
-) -> Made:
+) -> FittedLine:
     """Return the line through positions in steps, from 0: rounded, so that errors never add up.
 
     `fitted` lets a smooth motor make the nearest line that it can; a plain one makes any counts.
@@ -62,7 +62,7 @@ def line_of(
         counts = [-count for count in counts]
     line = Line(tuple(counts), decode, negative=negative, name=name)
     error, worst = largest_error([sign * count for count in counts], positions)
-    return Made(line, fitted, error, worst)
+    return FittedLine(line, fitted, error, worst)
 
 
 def counts_of(positions: Sequence[Fraction], refuse: Refuse) -> list[int]:
@@ -141,7 +141,7 @@ def import_line(path: str | Path, request: ImportRequest) -> Imported:
     Raises UserError naming file, line, column and value of what cannot be a line of this motor, and
     for a file that does not say what its numbers are where the request does not either.
     """
-    found = read(Path(path), Asked(request.column, request.separator, request.decimal))
+    found = read(Path(path), TableHints(request.column, request.separator, request.decimal))
     column, assumed = _meaning(found.table, found.column, request)
     assumed += _check_others(found.table, found.columns, column, request.pixel_hz)
     motion = _motion(found.table, column, request)
@@ -267,7 +267,7 @@ def _motion(read: TextTable, column: KnownColumn, request: ImportRequest) -> _Mo
     return _Motion(read, column, tuple(value - start for value in values), 1)
 
 
-def _said(made: Made, request: ImportRequest) -> list[str]:
+def _said(made: FittedLine, request: ImportRequest) -> list[str]:
     """Return what is to be said of a line."""
     said: list[str] = []
     if made.line.decode == SMOOTH and (made.line.negative or request.negative):

@@ -16,7 +16,16 @@ from pathlib import Path
 from pixstep.errors import RefusedError, UserError
 from pixstep.formats.records import MAX_BYTES
 from pixstep.owndata.columns import is_name
-from pixstep.owndata.table import BLANK, NONE, SEPARATORS, STYLES, Row, TextTable, Way, shown
+from pixstep.owndata.table import (
+    BLANK,
+    NONE,
+    SEPARATORS,
+    STYLES,
+    Row,
+    TableFormat,
+    TextTable,
+    shown,
+)
 
 _MARKS = (  # UTF-32 first: its mark begins with that of UTF-16
     (codecs.BOM_UTF32_LE, "utf-32-le"),
@@ -127,7 +136,7 @@ _WORD = re.compile(r'"[^"]*"|[^ \t]+')
 _NOTHING = re.compile(r"nan|n/?a|[+-]?inf(?:inity)?|null|none|-+|err:\d+|#.*[!?]|#n/?[a-z]|##+")
 
 
-class Layout:
+class TableLayout:
     """Rows of fields; `refusal` says why they are no table, None if they are one.
 
     `ragged`: rows differ in their number of fields. `width` is that of most of them, without the
@@ -156,7 +165,7 @@ class Layout:
 
     def table(self, decimal: str, *, chosen: bool) -> TextTable:
         """Return the table as a style of numbers reads it."""
-        way = Way(self.separator, decimal)
+        way = TableFormat(self.separator, decimal)
         names = None if self.names is None else tuple(self.names)
         return TextTable(self.text.path, tuple(self.rows), names, way, self.text.encoding, chosen)
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from pixstep.errors import RefusedError, UserError
 from pixstep.owndata.columns import INDEX, TIME, ChoiceError, Column, choose, of_table
-from pixstep.owndata.layout import Layout, SourceText, read_text
+from pixstep.owndata.layout import SourceText, TableLayout, read_text
 from pixstep.owndata.table import (
     BLANK,
     COMMA,
@@ -23,8 +23,8 @@ from pixstep.owndata.table import (
     POINT,
     SEPARATORS,
     STYLES,
+    TableFormat,
     TextTable,
-    Way,
     shown,
 )
 
@@ -34,7 +34,7 @@ _MOST_READINGS = 4  # in a message
 
 
 @dataclass(frozen=True)
-class Asked:
+class TableHints:
     """What the user says of a table; None where the file has to say."""
 
     column: str | None = None
@@ -55,8 +55,8 @@ class TableReading:
 class _Trial:
     """One way to read the file and what became of it."""
 
-    way: Way
-    layout: Layout
+    way: TableFormat
+    layout: TableLayout
     table: TextTable | None = None
     words: frozenset[tuple[int, int]] = frozenset()
     reading: TableReading | None = None
@@ -64,7 +64,7 @@ class _Trial:
     meaning: object = None  # equal where two ways say the same; None: the file is not like that
 
 
-def read(path: Path, asked: Asked) -> TableReading:
+def read(path: Path, asked: TableHints) -> TableReading:
     """Read a table in the one way that is possible.
 
     Raises RefusedError naming the place of what is no table of numbers, or what it may mean.
@@ -96,27 +96,29 @@ def _unquoted(text: SourceText) -> SourceText:
     return replace(text, lines=lines)
 
 
-def _trials(text: SourceText, asked: Asked) -> Iterator[_Trial]:
+def _trials(text: SourceText, asked: TableHints) -> Iterator[_Trial]:
     """Yield every way to read a text, the likeliest separator first."""
     separators = _separators(text, asked)
     for separator in separators:
-        layout = Layout(text, separator)
+        layout = TableLayout(text, separator)
         if len(separators) > 1 and _takes_decimals(layout, asked):
             continue
         if layout.refusal is not None:
-            yield _Trial(Way(separator, asked.decimal or POINT), layout, refusal=layout.refusal)
+            yield _Trial(
+                TableFormat(separator, asked.decimal or POINT), layout, refusal=layout.refusal
+            )
             continue
         for decimal in _decimals(layout, asked):
             table = layout.table(decimal, chosen=asked.decimal is not None)
             yield _Trial(table.way, layout, table, table.words())
 
 
-def _takes_decimals(layout: Layout, asked: Asked) -> bool:
+def _takes_decimals(layout: TableLayout, asked: TableHints) -> bool:
     """True if commas divide all fields, although the user says that they divide decimals."""
     return layout.separator == asked.decimal == COMMA and not _has_marks(layout)
 
 
-def _separators(text: SourceText, asked: Asked) -> list[str]:
+def _separators(text: SourceText, asked: TableHints) -> list[str]:
     """Return what may divide the fields: what is said, else what stands in most lines."""
     if asked.separator is not None:
         return [asked.separator]
@@ -138,14 +140,14 @@ def _separators(text: SourceText, asked: Asked) -> list[str]:
     return strong or [*weak, NONE]
 
 
-def _decimals(layout: Layout, asked: Asked) -> list[str]:
+def _decimals(layout: TableLayout, asked: TableHints) -> list[str]:
     """Return the marks of decimals that may be meant."""
     if asked.decimal is not None:
         return [asked.decimal]
     return [*DECIMALS] if _has_marks(layout) else [POINT]
 
 
-def _has_marks(layout: Layout) -> bool:
+def _has_marks(layout: TableLayout) -> bool:
     """True if a field has a mark of decimals or thousands."""
     return any("," in text or "." in text for _, fields in layout.rows for text in fields)
 
@@ -173,19 +175,19 @@ def _torn(trials: list[_Trial]) -> list[_Trial]:
     2 between 1,5 and 2,5 may be a number, or a row that lacks its second one.
     """
 
-    def fits(layout: Layout) -> bool:
+    def fits(layout: TableLayout) -> bool:
         named = layout.names is None or layout.splits_header
         return layout.ragged and layout.width > 1 and named and _all_numbers(layout)
 
     return [trial for trial in trials if fits(trial.layout)]
 
 
-def _all_numbers(layout: Layout) -> bool:
+def _all_numbers(layout: TableLayout) -> bool:
     texts = [text for _, fields in layout.rows for text in fields if text]
     return all(any(style.is_number(text) for style in STYLES.values()) for text in texts)
 
 
-def _try(trial: _Trial, asked: Asked) -> None:
+def _try(trial: _Trial, asked: TableHints) -> None:
     """Choose the column to import, and read it and those that are compared with the rows."""
     if trial.table is None:
         trial.meaning = ("torn", trial.way.separator)

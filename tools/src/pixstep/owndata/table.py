@@ -93,7 +93,7 @@ def shown(text: str) -> str:
 
 
 @dataclass(frozen=True)
-class Way:
+class TableFormat:
     """A way to read a table: what divides fields (a key of SEPARATORS, BLANK, NONE), decimals."""
 
     separator: str
@@ -107,7 +107,7 @@ class TextTable:
     path: Path
     rows: tuple[Row, ...]
     names: tuple[str, ...] | None
-    way: Way
+    way: TableFormat
     encoding: str
     chosen_decimal: bool = False  # by the user: nothing is doubtful
     kept: dict[int, list[Fraction]] = field(default_factory=dict, compare=False)

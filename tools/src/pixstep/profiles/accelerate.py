@@ -38,7 +38,7 @@ _FASTEST_TIMER_HZ = 20_000_000
 
 
 @dataclass(frozen=True)
-class Wanted:
+class WantedLine:
     """What a line shall do; speeds even (and accelerations too) unless it is plain."""
 
     speed: Quantity
@@ -74,7 +74,7 @@ class Wanted:
         )
 
 
-def choose_divider(wanted: Wanted) -> int:
+def choose_divider(wanted: WantedLine) -> int:
     """Return the smallest number of clock edges of a pixel that allows what is wanted.
 
     Raises UserError if none does.
@@ -94,11 +94,11 @@ def choose_divider(wanted: Wanted) -> int:
     return found
 
 
-def _fewest_edges(wanted: Wanted) -> int | None:
+def _fewest_edges(wanted: WantedLine) -> int | None:
     return next((edges for edges in range(1, MOST_EDGES + 1) if wanted.allows(edges)), None)
 
 
-def note(wanted: Wanted, edges: int) -> str:
+def note(wanted: WantedLine, edges: int) -> str:
     """Return what the counts make of the acceleration asked for; empty if that is nearly all."""
     share = wanted.share(edges)
     if share >= _NEARLY:
@@ -118,7 +118,7 @@ def note(wanted: Wanted, edges: int) -> str:
     )  # fmt: skip
 
 
-def speeds(wanted: Wanted, top: int, edges: int) -> list[int]:
+def speeds(wanted: WantedLine, top: int, edges: int) -> list[int]:
     """Return the speeds at the pixels' ends from rest to `top`, in the least time."""
     acceleration = _legal(wanted, wanted.acceleration, ACCELERATION, edges)
     jerk = acceleration
@@ -130,7 +130,7 @@ def speeds(wanted: Wanted, top: int, edges: int) -> list[int]:
 
 
 def line(
-    wanted: Wanted, edges: int, steps: int | None, request: LineRequest, scale: Scale | None
+    wanted: WantedLine, edges: int, steps: int | None, request: LineRequest, scale: Scale | None
 ) -> tuple[GeneratedLine, int, list[str]]:
     """Return a line of so many steps, else of the pixels that `request` has, its speed, and notes.
 
@@ -149,7 +149,7 @@ def line(
 
 
 def line_of_length(
-    wanted: Wanted, top: int, edges: int, steps: int, request: LineRequest
+    wanted: WantedLine, top: int, edges: int, steps: int, request: LineRequest
 ) -> tuple[GeneratedLine, int]:
     """Return a line of exactly so many steps, and its speed: `top`, or what the length allows.
 
@@ -176,13 +176,13 @@ def line_of_length(
     return _fill(wanted, speeds(wanted, speed, edges), speed, steps, request), speed
 
 
-def _ramp(wanted: Wanted, ends: list[int], speed: int) -> list[int]:
+def _ramp(wanted: WantedLine, ends: list[int], speed: int) -> list[int]:
     counts = generator.plain_counts if wanted.plain else generator.acceleration_counts
     return counts(ends, speed)
 
 
 def _fill(
-    wanted: Wanted, ends: list[int], speed: int, steps: int, request: LineRequest
+    wanted: WantedLine, ends: list[int], speed: int, steps: int, request: LineRequest
 ) -> GeneratedLine:
     ramp = _ramp(wanted, ends, speed)
     whole, rest = divmod(steps - 2 * sum(ramp), speed)
@@ -222,7 +222,7 @@ def falling_with_rest(ramp: list[int], ends: list[int], rest: int, *, plain: boo
     return counts
 
 
-def _legal(wanted: Wanted, quantity: Quantity, order: int, edges: int) -> int:
+def _legal(wanted: WantedLine, quantity: Quantity, order: int, edges: int) -> int:
     """Return a limit in steps/px2 or steps/px3. Raises UserError for less than counts can have."""
     hz = wanted.clock_hz / edges
     try:

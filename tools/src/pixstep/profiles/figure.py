@@ -54,7 +54,7 @@ def phases(line: Line) -> list[Phase]:
     return phases
 
 
-def _kinds(line: Line, motion: kinematics.Kinematics) -> Iterator[tuple[str, tuple[int, ...]]]:
+def _kinds(line: Line, motion: kinematics.LineKinematics) -> Iterator[tuple[str, tuple[int, ...]]]:
     """Yield the kind of every piece, with the speeds that tell it from another of its kind."""
     swings: dict[int, tuple[int, int]] = {}
     for run in line_check.oscillations(line) if line.smooth else ():
@@ -229,7 +229,7 @@ def _panel(axes: Axes, name: str, unit: str) -> None:
     axes.margins(y=0.1)
 
 
-def _speed(axes: Axes, motion: kinematics.Kinematics) -> None:
+def _speed(axes: Axes, motion: kinematics.LineKinematics) -> None:
     _panel(axes, "speed", units.unit(units.SPEED))
     times, speeds = motion.corners
     axes.fill_between(times, speeds, color=MADE, alpha=0.10, lw=0)
@@ -241,7 +241,7 @@ def _speed(axes: Axes, motion: kinematics.Kinematics) -> None:
         axes.set_ylim(0, 1.1 * max(1, np.max(speeds)))
 
 
-def _acceleration(axes: Axes, motion: kinematics.Kinematics, limit: int | None) -> None:
+def _acceleration(axes: Axes, motion: kinematics.LineKinematics, limit: int | None) -> None:
     _panel(axes, "acceleration", "steps/px²")
     if motion.line.smooth:
         axes.stairs(motion.accelerations, motion.edges_px, fill=True, color=WARM, alpha=0.15)
@@ -252,7 +252,7 @@ def _acceleration(axes: Axes, motion: kinematics.Kinematics, limit: int | None) 
         _stems(axes, motion.edges_px, motion.speed_changes, WARM, limit)
 
 
-def _jerk(axes: Axes, motion: kinematics.Kinematics, limit: int | None) -> None:
+def _jerk(axes: Axes, motion: kinematics.LineKinematics, limit: int | None) -> None:
     _panel(axes, "jerk", "steps/px³")
     _stems(axes, motion.edges_px, motion.jerks, INK, limit)
 
@@ -270,7 +270,7 @@ def _stems(
                   gid=f"{axes.get_label()} {name}")  # fmt: skip
 
 
-def _position(axes: Axes, motion: kinematics.Kinematics) -> None:
+def _position(axes: Axes, motion: kinematics.LineKinematics) -> None:
     _panel(axes, "position", "steps")
     times, steps = motion.curve()
     axes.plot(times, steps, color=MADE, lw=1.8, gid="position")

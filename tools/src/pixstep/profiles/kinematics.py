@@ -26,7 +26,7 @@ else:
 
 
 @dataclass(frozen=True)
-class Figures:
+class LineMagnitudes:
     """Magnitudes of a line: steps/px, steps/px2, steps/px3; lengths in pixels and steps."""
 
     pixels: int
@@ -37,7 +37,7 @@ class Figures:
 
 
 @dataclass(frozen=True)
-class Kinematics:
+class LineKinematics:
     """A line cut into its pieces: pixels, and the backlash take-up where there is one.
 
     `edges_px` has one entry more than there are pieces; the other arrays have one a piece. Speeds
@@ -98,7 +98,7 @@ class Kinematics:
         return np.concatenate([start, times.ravel()]), np.concatenate([[0.0], inside.ravel()])
 
 
-def of(line: Line, *, going_on: bool = False) -> Kinematics:
+def of(line: Line, *, going_on: bool = False) -> LineKinematics:
     """Return the kinematics of a line, backlash take-up included."""
     pieces = list(exact.pieces(line))
     edges = np.array([float(piece.begin) for piece in pieces] + [float(line.pixels)])
@@ -108,10 +108,10 @@ def of(line: Line, *, going_on: bool = False) -> Kinematics:
     accel = np.array([piece.accel for piece in pieces], dtype=np.int64)
     steps = np.array([piece.steps for piece in pieces], dtype=np.int64)
     ends = signs * (begin + accel)
-    return Kinematics(line, edges, signs * begin, ends, signs * steps, going_on)
+    return LineKinematics(line, edges, signs * begin, ends, signs * steps, going_on)
 
 
-def figures(line: Line, *, going_on: bool = False) -> Figures:
+def figures(line: Line, *, going_on: bool = False) -> LineMagnitudes:
     """Return the peaks and lengths of a line: what needs no arrays."""
     pieces = list(exact.pieces(line))
     begin = [piece.direction * piece.speed for piece in pieces]
@@ -123,7 +123,7 @@ def figures(line: Line, *, going_on: bool = False) -> Figures:
         behind = begin[-1:] if going_on else [0]
         accelerations = _changes([0, *begin, *behind])
         jerks = _changes([0, *accelerations])
-    return Figures(
+    return LineMagnitudes(
         line.pixels, line.total_steps, _peak(begin + end), _peak(accelerations), _peak(jerks)
     )
 
@@ -149,12 +149,12 @@ class LineDrawing:
     going_on: bool = False  # a part of a line: it does not come to rest
 
     @cached_property
-    def motion(self) -> Kinematics:
+    def motion(self) -> LineKinematics:
         """The arrays drawn."""
         return of(self.line, going_on=self.going_on)
 
     @cached_property
-    def figures(self) -> Figures:
+    def figures(self) -> LineMagnitudes:
         """Peaks and lengths."""
         return figures(self.line, going_on=self.going_on)
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NotRequired, TypedDict
 from pixstep.lazy import lazy
 from pixstep.lines import units
 from pixstep.lines.units import ACCELERATION, JERK, SPEED
-from pixstep.profiles.kinematics import Figures
+from pixstep.profiles.kinematics import LineMagnitudes
 from pixstep.profiles.repair import ValueChange
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ _SHOWN = 12  # values of a change that are printed
 _LINES = 20  # findings or changes that are printed
 
 
-def figures_table(figures: Figures, hz: Fraction | None) -> rich.table.Table:
+def figures_table(figures: LineMagnitudes, hz: Fraction | None) -> rich.table.Table:
     """Return the figures as a table, with a column per second if the frequency is known."""
     table = rich.table.Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("")
@@ -64,7 +64,7 @@ class MotionFigures(TypedDict):
     peak_jerk_steps_per_s3: NotRequired[float]
 
 
-def figures_json(figures: Figures, hz: Fraction | None) -> MotionFigures:
+def figures_json(figures: LineMagnitudes, hz: Fraction | None) -> MotionFigures:
     """Return the figures as plain data."""
     data: MotionFigures = {
         "pixels": figures.pixels,

@@ -190,7 +190,8 @@ def _count_findings(counts: tuple[int, ...], limits: Limits) -> Iterator[Finding
 def _plain_findings(counts: tuple[int, ...], limits: Limits) -> Iterator[Finding]:
     """Check counts decoded plainly: each is the speed of its pixel and may not fall."""
     # A profile goes on at its last speed: the stop that the line check would see is not there.
-    yield from line_check.check(Line(counts, PLAIN), replace(limits, max_acceleration=None))
+    still = replace(limits, max_acceleration=None, jerk_warning=None)
+    yield from line_check.check(Line(counts, PLAIN), still)
     previous, change = 0, 0
     for pixel, count in enumerate(counts, 1):
         step = count - previous

@@ -20,7 +20,7 @@ from pixstep.errors import RefusedError
 from pixstep.programs import time_law
 from pixstep.programs.blends import Floats, Intervals
 from pixstep.programs.motors import Setup
-from pixstep.programs.pixels import Counts, Rounding, Timeline, Track, timelines
+from pixstep.programs.pixels import Counts, ProgramTrack, Rounding, Timeline, timelines
 from pixstep.programs.time_law import LawBlock, MotorLimits, PacedPath
 
 MOST_PIXELS = 50_000  # between two stops: they are held in memory
@@ -341,10 +341,10 @@ def jerks(line: Timeline, setup: Setup) -> Floats:
     return np.diff(np.vstack([still, places, np.repeat(places[-1:], 3, axis=0)]), n=3, axis=0)
 
 
-def _track(line: Timeline, setup: Setup) -> Track:
+def _track(line: Timeline, setup: Setup) -> ProgramTrack:
     """Return where the motors are in a section, as if it began at 0 and at time 0."""
     path = replace(line.path, place=line.path.place - line.path.place[0])
-    return Track([replace(line, path=path, start=line.start - line.start[0])], setup)
+    return ProgramTrack([replace(line, path=path, start=line.start - line.start[0])], setup)
 
 
 def counted_jerk(counts: Counts) -> int:

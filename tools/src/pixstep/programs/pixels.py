@@ -152,7 +152,7 @@ _NOTHING = 1e-300  # instead of 0 below a fraction
 Counts = npt.NDArray[np.int64]
 
 
-class Track:
+class ProgramTrack:
     """Where the motors are to be: every half pixel from -1/2 on, and at any time of these.
 
     The motion begins at time 0, or half a pixel later with smooth motors, whose speed at the first
@@ -221,7 +221,7 @@ class Rounding:
             np.zeros(0), np.zeros((0, len(setup.motors)))
         )  # edges whose counts are not made yet
 
-    def counts(self, track: Track) -> Iterator[Counts]:
+    def counts(self, track: ProgramTrack) -> Iterator[Counts]:
         """Yield counts of whole pixels, a row each.
 
         A smooth motor's pixels are made some pixels later than others, and wait for the motion's
@@ -241,7 +241,7 @@ class Rounding:
             yield from self._made(track, known, near)
         yield from self._ready(track, [motor.last_counts() for motor in self._motors])
 
-    def _made(self, track: Track, known: Floats, near: "_Near") -> Iterator[Counts]:
+    def _made(self, track: ProgramTrack, known: Floats, near: "_Near") -> Iterator[Counts]:
         """Yield what can be made of more samples, which have these edges."""
         pixels = len(near.time)
         before, middles = known[2 : 2 * pixels + 1 : 2], known[4 : 2 * pixels + 3 : 2]
@@ -258,7 +258,7 @@ class Rounding:
         ]
         yield from self._ready(track, made)
 
-    def _ready(self, track: Track, made: list[Counts]) -> Iterator[Counts]:
+    def _ready(self, track: ProgramTrack, made: list[Counts]) -> Iterator[Counts]:
         waiting = [
             np.concatenate([before, new]) for before, new in zip(self._waiting, made, strict=True)
         ]
@@ -282,7 +282,7 @@ class _Near(ArrayRows):
     time: Floats
     place: Floats
 
-    def beside(self, before: Floats, behind: Floats, track: Track) -> "_Near":
+    def beside(self, before: Floats, behind: Floats, track: ProgramTrack) -> "_Near":
         """Return the places that are nearest to the means of the middles beside edges.
 
         They are found on the parabola edge + t speed + t^2 bend through the edge and the middles,
@@ -301,7 +301,7 @@ class _Near(ArrayRows):
         t = t + np.sum(away * slope, axis=1) / np.maximum(np.sum(slope**2, axis=1), _NOTHING)
         return _Near(self.time, track.at(self.time + np.clip(t, -1, 1) * track.half))
 
-    def off(self, positions: Floats, known: float, track: Track) -> float:
+    def off(self, positions: Floats, known: float, track: ProgramTrack) -> float:
         """Return how far positions are from the path, if that is more than `known`."""
         far = np.flatnonzero(np.abs(positions - self.place).max(axis=1) > known)
         if not len(far):

@@ -31,14 +31,14 @@ from pixstep.programs.motors import Setup
 from pixstep.programs.moves import Dwell, Program, ProgramMove
 from pixstep.programs.pixels import (
     Counts,
+    ProgramTrack,
     Rounding,
     Timeline,
-    Track,
     as_programmed,
     in_pieces,
     timelines,
 )
-from pixstep.programs.plan_data import MODE1, MODES, Options
+from pixstep.programs.plan_data import MODE1, MODES, PlanOptions
 from pixstep.programs.report import Report
 from pixstep.programs.time_law import TimeLaw, refined
 from pixstep.programs.two_moves import TwoMoves
@@ -66,10 +66,10 @@ class Plan:
     """A program that is planned as its counts are asked for; `report` is complete at the end."""
 
     def __init__(
-        self, name: str, text: Iterable[str], setup: Setup, options: Options | None = None
+        self, name: str, text: Iterable[str], setup: Setup, options: PlanOptions | None = None
     ) -> None:
         self.name, self.setup = name, setup
-        self.options = options or Options()
+        self.options = options or PlanOptions()
         if self.options.mode not in MODES:
             raise UserError(f"mode {self.options.mode!r}: expected one of {', '.join(MODES)}")
         self._keeps_jerk = self.options.mode != MODE1 and jerk.limits_jerk(setup)
@@ -81,7 +81,7 @@ class Plan:
         """Yield counts of pixels, a column for each motor, a row for each pixel."""
         pieces = in_pieces(self.timelines(), _TOGETHER * self.setup.pixel_ms)
         rounding = Rounding(self.setup)
-        for part in rounding.counts(Track(pieces, self.setup)):
+        for part in rounding.counts(ProgramTrack(pieces, self.setup)):
             self.report.add_counts(part)
             yield part
         self.report.off_path = rounding.off
@@ -182,7 +182,7 @@ _ADVICE = (
 )
 
 
-def require_length(name: str, text: Iterable[str], setup: Setup, options: Options) -> None:
+def require_length(name: str, text: Iterable[str], setup: Setup, options: PlanOptions) -> None:
     """Read a program, which is quick; no plan is shorter than what it says.
 
     Raises ProgramError for the move or the dwell with which it is too long, and for mistakes.
@@ -246,7 +246,7 @@ class PlanRequest:
 
     path: str
     setup: Setup
-    options: Options
+    options: PlanOptions
 
     def text(self) -> TextIO:
         """Open the program; wrong bytes become characters that no statement has.

@@ -14,7 +14,7 @@ SEGMENT_MS = (0, 255)  # of a circle: the shortest, 0 for none, and the longest
 
 
 @dataclass(frozen=True)
-class Options:
+class PlanOptions:
     """`window` is for lookahead, in moves; `assume_last` for mode1."""
 
     mode: str = LOOKAHEAD

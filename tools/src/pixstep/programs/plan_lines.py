@@ -17,7 +17,7 @@ from typing import BinaryIO
 import numpy as np
 
 from pixstep import atomic, outfolder
-from pixstep.board.capability import BoardLimits
+from pixstep.board.capability import BoardCapability
 from pixstep.errors import RefusedError
 from pixstep.formats.records import CSV_COLUMNS, LineEnds, join_records, number_texts
 from pixstep.lines import line_check
@@ -119,7 +119,7 @@ _ALL = 1 << 31  # more entries than there are
 class WholeCheck:
     """The lines of all motors, each by the limits of its board; memory does not grow with them."""
 
-    def __init__(self, motors: Sequence[PlanMotor], bounds: Sequence[BoardLimits]) -> None:
+    def __init__(self, motors: Sequence[PlanMotor], bounds: Sequence[BoardCapability]) -> None:
         self._lines = [MotorEntries(motor, 0) for motor in motors]
         self._checkers = [
             Checker(bound.of(Line((), SMOOTH if motor.smooth else PLAIN)).of_board())
@@ -149,7 +149,7 @@ class WholeCheck:
         errors += wrong[: _MOST_KEPT - len(errors)]
 
 
-def rehearse(plan: Plan, bounds: BoardLimits, progress: Progress = unseen) -> Report:
+def rehearse(plan: Plan, bounds: BoardCapability, progress: Progress = unseen) -> Report:
     """Plan a program to its end, every pixel checked by a board's limits; return what is known.
 
     Raises UserError for a mistake in the program, RefusedError for what the board would refuse and
@@ -194,7 +194,7 @@ class PlannedFiles:
 def write(
     plan: Plan,
     out: Path,
-    bounds: list[BoardLimits],
+    bounds: list[BoardCapability],
     *,
     plot: bool = False,
     progress: Progress = unseen,
@@ -259,7 +259,7 @@ def _opened(path: Path) -> Iterator[BinaryIO]:
 
 
 def line_errors(
-    motor: PlanMotor, counts: list[int], bounds: BoardLimits, name: str
+    motor: PlanMotor, counts: list[int], bounds: BoardCapability, name: str
 ) -> list[Finding]:
     """Return why the board would refuse a line."""
     line = Line(

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 from pixstep.board import capability, settings, snapshot
 from pixstep.board import run as running
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.link import World
-from pixstep.board.upload import Upload, require_idle, said_divider
+from pixstep.board.upload import LineUpload, require_idle, said_divider
 from pixstep.errors import PlainError, RefusedError, UserError
 from pixstep.lines.units import refuse_period
 from pixstep.machine.model import MachineTables
@@ -83,10 +83,10 @@ class Entries:
         return True
 
 
-class StreamedUpload(Upload):
+class StreamedUpload(LineUpload):
     """An upload whose entries are made when the board has room for them."""
 
-    def __init__(self, board: Board, axis: int, entries: Entries, index: int) -> None:
+    def __init__(self, board: Device, axis: int, entries: Entries, index: int) -> None:
         super().__init__(board, axis, [])
         self._entries, self._index = entries, index
 
@@ -115,8 +115,8 @@ class StreamedUpload(Upload):
 
 
 def prepare(
-    board: Board, entries: Entries, motors: Sequence[PlanMotor], divider: int | None = None
-) -> running.Lines:
+    board: Device, entries: Entries, motors: Sequence[PlanMotor], divider: int | None = None
+) -> running.LinesOfBoard:
     """Return the lines of a plan, nothing of which is queued yet.
 
     `divider` is how many clock edges a pixel has, if the lines are to say it. Raises UserError for
@@ -128,10 +128,10 @@ def prepare(
     require_idle(board, axes)
     entries.say(said_divider(board, divider))
     uploads = [StreamedUpload(board, axis, entries, index) for index, axis in enumerate(axes)]
-    return running.Lines(board, axes, list(uploads))
+    return running.LinesOfBoard(board, axes, list(uploads))
 
 
-def load(lines: running.Lines) -> None:
+def load(lines: running.LinesOfBoard) -> None:
     """Fill the queues of a board with the beginning of a plan.
 
     Call it where a signal stops the axes. If the board or the plan ends it, what is queued is
@@ -145,7 +145,9 @@ def load(lines: running.Lines) -> None:
         raise
 
 
-def follow(lines: running.Lines, world: World, pixels: int = 0, go: Progress = unseen) -> None:
+def follow(
+    lines: running.LinesOfBoard, world: World, pixels: int = 0, go: Progress = unseen
+) -> None:
     """Stream what is left of a plan that runs, and wait for its end.
 
     Raises BoardError as a board does. A mistake in the program that shows only now stops all axes;
@@ -162,9 +164,9 @@ def follow(lines: running.Lines, world: World, pixels: int = 0, go: Progress = u
 class OnBoard:
     """A program that a board is set up for; `pixels` is its length, 0 if it is not known."""
 
-    board: Board
+    board: Device
     setup: Setup
-    lines: running.Lines
+    lines: running.LinesOfBoard
     entries: Entries
     before: dict[int, int]
     pixels: int
@@ -219,7 +221,7 @@ def require_fitting(machine: MachineTables, setup: Setup, kind: str) -> None:
         raise RefusedError(f"{machine.path} has boards.{boards[0]} as a {wanted}, it is a {kind}")
 
 
-def rehearse(board: Board, request: PlanRequest, progress: Progress = unseen) -> Report:
+def rehearse(board: Device, request: PlanRequest, progress: Progress = unseen) -> Report:
     """Plan a program to its end with the board's own limits; nothing is sent.
 
     Raises UserError for a mistake in the program, RefusedError for what the board would refuse.
@@ -232,7 +234,7 @@ def rehearse(board: Board, request: PlanRequest, progress: Progress = unseen) ->
 
 
 @contextmanager
-def prepared(board: Board, request: PlanRequest, known: Report | None = None) -> Iterator[OnBoard]:
+def prepared(board: Device, request: PlanRequest, known: Report | None = None) -> Iterator[OnBoard]:
     """Set a board up for a program, its rehearsal being `known`; end the planner at the end.
 
     Sets the board's clock, and how many of its edges are a pixel, to those of the plan. Raises as

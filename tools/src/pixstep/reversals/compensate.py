@@ -228,7 +228,7 @@ def compensate(counts: Sequence[int], request: TakeUpRequest, name: str = "line"
     ideal = tuple(counts)
     _refuse_bad(ideal, request.limits, name)
     try:
-        return _Chain(ideal, request, name).result()
+        return _StrokeChain(ideal, request, name).result()
     except _DoesNotFitError as error:
         shortest = _shortest(ideal, request, name)
         raise UserError(AskedText(
@@ -259,18 +259,18 @@ def _refuse_bad(ideal: tuple[int, ...], limits: MotionLimits, name: str) -> None
 
 def _shortest(ideal: tuple[int, ...], request: TakeUpRequest, name: str) -> int:
     """Return the smallest fixed length that works at every reversal of a line."""
-    chosen = _Chain(ideal, replace(request, transition_px=None), name).result().transitions
+    chosen = _StrokeChain(ideal, replace(request, transition_px=None), name).result().transitions
     length = max(item.window_px for item in chosen)
     while True:
         try:
-            _Chain(ideal, replace(request, transition_px=length), name).result()
+            _StrokeChain(ideal, replace(request, transition_px=length), name).result()
         except _DoesNotFitError:
             length += 1
         else:
             return length
 
 
-class _Chain:
+class _StrokeChain:
     """Goes through the strokes of a line, carrying the offset from one to the next."""
 
     def __init__(self, ideal: tuple[int, ...], request: TakeUpRequest, name: str) -> None:

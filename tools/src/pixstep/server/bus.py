@@ -13,7 +13,7 @@ from pixstep.board.modbus import LineGoneError, RequestError, WriteTimeoutError
 from pixstep.errors import UserError
 from pixstep.server import meaning, messages
 from pixstep.server.line import CutShortError, SharedLine, UnsentError
-from pixstep.server.meaning import Meaning
+from pixstep.server.meaning import RequestMeaning
 from pixstep.server.messages import Message
 
 STOP, FIRST, WRITER, READER = range(4)  # ranks; FIRST: what the server itself asks
@@ -29,7 +29,7 @@ _ENDS: Message = {"error": messages.PORT, "text": "the server ends"}
 
 
 @dataclass
-class Job:
+class BusRequest:
     """A request on its way; `finish` gets its answer, in the bus's thread, and must not wait.
 
     `by` names who asked, `is_gone` says that nobody waits for the answer any more.
@@ -38,7 +38,7 @@ class Job:
     by: str
     unit: int
     pdu: bytes
-    meaning: Meaning
+    meaning: RequestMeaning
     finish: Finish
     rank: int = READER
     tells: bool = False  # nobody replies
@@ -64,7 +64,7 @@ class Job:
 
 
 @dataclass
-class Counts:
+class BusCounts:
     """What a bus has done since the server began."""
 
     requests: int = 0
@@ -75,30 +75,30 @@ class Counts:
     longest_stop_s: float = 0.0  # from a stop's arrival to its frame
 
 
-class Bus(threading.Thread):
+class BusThread(threading.Thread):
     """Makes the requests of all clients, one after the other.
 
     `note` is told of every stop: who, which unit, frames that went out since it came, seconds.
     """
 
     def __init__(
-        self, line: SharedLine, note: Callable[[Job, int, float], None] = lambda *_: None
+        self, line: SharedLine, note: Callable[[BusRequest, int, float], None] = lambda *_: None
     ) -> None:
         super().__init__(name="bus", daemon=True)
-        self.line, self.counts = line, Counts()
+        self.line, self.counts = line, BusCounts()
         self._note = note
-        self._waiting: list[tuple[int, int, Job]] = []
+        self._waiting: list[tuple[int, int, BusRequest]] = []
         self._numbers = itertools.count()
         self._changed = threading.Condition()
-        self._now: Job | None = None
+        self._now: BusRequest | None = None
         self._quiet_s = 0.0  # until then only stops go out,
         self._kept_by = ""  # and what this client asks
         self._there: set[int] = set()  # units that have replied
         self._in_doubt = False  # a request was cut short
-        self._told: list[Job] = []  # stops that nobody acknowledges, since then
+        self._told: list[BusRequest] = []  # stops that nobody acknowledges, since then
         self._over = self._ended = False
 
-    def submit(self, job: Job) -> None:
+    def submit(self, job: BusRequest) -> None:
         """Put a request in its place. A stop takes back writes to its boards that still wait."""
         overtaken = []
         with self._changed:
@@ -127,7 +127,7 @@ class Bus(threading.Thread):
         self.join()
         self.line.close()
 
-    def _overtake(self, stop: Job) -> list[Job]:
+    def _overtake(self, stop: BusRequest) -> list[BusRequest]:
         """Take out the writes that a stop makes void; mark the one that is on the line."""
         void = [item for item in self._waiting if _makes_void(stop, item[2])]
         if self._now and _makes_void(stop, self._now):
@@ -156,7 +156,7 @@ class Bus(threading.Thread):
         for _, _, job in left:
             job.finish(_ENDS)
 
-    def _next(self) -> tuple[int, Job] | None:
+    def _next(self) -> tuple[int, BusRequest] | None:
         """Return the next request and its number, as soon as it may go out; None at the end."""
         with self._changed:
             while True:
@@ -185,7 +185,7 @@ class Bus(threading.Thread):
             self._in_doubt = False
         return number, job
 
-    def _awaited(self) -> tuple[int, int, Job] | None:
+    def _awaited(self) -> tuple[int, int, BusRequest] | None:
         """Return what the client asks for whom the bus is kept, unless something goes first."""
         if not self._kept_by or self._first_waits():
             return None
@@ -202,7 +202,7 @@ class Bus(threading.Thread):
             with contextlib.suppress(LineGoneError, UserError):
                 self.line.tell(job.pdu, job.unit)
 
-    def _do(self, job: Job, number: int) -> Message | None:
+    def _do(self, job: BusRequest, number: int) -> Message | None:
         """Make a request; return its answer, or None if it waits again."""
         self.counts.requests += 1
         self.line.begin(urgent=job.urgent)
@@ -230,7 +230,7 @@ class Bus(threading.Thread):
         except UserError as error:
             return {"error": messages.PORT, "text": str(error)}
 
-    def _make(self, job: Job) -> Message:
+    def _make(self, job: BusRequest) -> Message:
         """Make a request; raises what the line raises."""
         if job.act:
             job.act(self.line)
@@ -250,7 +250,7 @@ class Bus(threading.Thread):
             self._kept_by, self._quiet_s = job.by, time.monotonic() + _MORE_S
         return {"pdu": reply.pdu.hex(), "heard": self.line.heard}
 
-    def _told_at(self, job: Job) -> None:
+    def _told_at(self, job: BusRequest) -> None:
         """Keep the line quiet as long as what nobody acknowledges asks for."""
         rest_s = 0.0
         if job.meaning.marks:
@@ -262,7 +262,7 @@ class Bus(threading.Thread):
                 self._told.append(job)
         self._quiet_s = time.monotonic() + rest_s
 
-    def _cut_short(self, job: Job, number: int) -> Message | None:
+    def _cut_short(self, job: BusRequest, number: int) -> Message | None:
         """Let a request that gave way wait again, if it may be sent again."""
         self.counts.cut_short += 1
         self._in_doubt = True
@@ -272,7 +272,7 @@ class Bus(threading.Thread):
         job.was_cut_short = True
         return self._put_back(job, number)
 
-    def _put_back(self, job: Job, number: int) -> Message | None:
+    def _put_back(self, job: BusRequest, number: int) -> Message | None:
         """Let a request wait again, in front of all others of its rank."""
         with self._changed:
             if self._over:
@@ -282,7 +282,7 @@ class Bus(threading.Thread):
                 return None
         return _overtaken(job)
 
-    def _note_stop(self, job: Job) -> None:
+    def _note_stop(self, job: BusRequest) -> None:
         """Count a stop, and tell of it."""
         late_s = time.monotonic() - job.came_s
         self.counts.stops += 1
@@ -290,7 +290,7 @@ class Bus(threading.Thread):
         self._note(job, self.line.frames - job.frames, late_s)
 
 
-def _makes_void(stop: Job, other: Job) -> bool:
+def _makes_void(stop: BusRequest, other: BusRequest) -> bool:
     """True if a stop makes another request void, which came before it and would come after it."""
     fits = stop.unit in (0, other.unit) or other.unit == 0
     means = other.meaning
@@ -298,5 +298,5 @@ def _makes_void(stop: Job, other: Job) -> bool:
     return fits and means.writes and not other.urgent and bool(stops & means.void_after)
 
 
-def _overtaken(job: Job) -> Message:
+def _overtaken(job: BusRequest) -> Message:
     return {"error": messages.OVERTAKEN, "text": job.overtaken_by}

@@ -14,10 +14,10 @@ from typing import BinaryIO
 from pixstep.board.port import LAST_UNIT, LEAST_BAUD, MOST_BAUD, PARITIES, TIMEOUTS_S
 from pixstep.errors import one_line
 from pixstep.server import bus, meaning, messages
-from pixstep.server.bus import Bus, Job
+from pixstep.server.bus import BusRequest, BusThread
 from pixstep.server.line import SharedLine
 from pixstep.server.messages import Message, MessageError
-from pixstep.server.sessions import Session, Sessions
+from pixstep.server.sessions import ClientSession, Sessions
 
 HELLO_S = 10.0  # for a client to say who it is
 _MOST_PENDING = 64  # requests of a client: pixstep's have one, or two when they are ended
@@ -31,7 +31,7 @@ _NO_SIGNAL = getattr(socket, "MSG_NOSIGNAL", 0)
 class House:
     """What all connections share."""
 
-    bus: Bus
+    bus: BusThread
     sessions: Sessions
     status: Callable[[], Message]
     hello: Callable[[], Message]
@@ -45,9 +45,9 @@ class Connection:
         self._door = "socket" if token is None else "tcp"
         self._sending = threading.Lock()
         self._orderly = self._strays = False
-        self.session = Session("", self._door)
+        self.session = ClientSession("", self._door)
 
-    def serve(self, left: Callable[[Session, bool], None]) -> None:
+    def serve(self, left: Callable[[ClientSession, bool], None]) -> None:
         """Serve the client to its end; `left` gets its session, and whether it has said goodbye."""
         with self._link, self._link.makefile("rb") as lines:
             try:
@@ -63,7 +63,9 @@ class Connection:
             finally:
                 left(self.session, self._orderly)
                 if self._strays:
-                    home = Job("the server", 0, b"\0", meaning.Meaning(), lambda _: None, bus.FIRST)
+                    home = BusRequest(
+                        "the server", 0, b"\0", meaning.RequestMeaning(), lambda _: None, bus.FIRST
+                    )
                     home.act = SharedLine.go_home
                     self._house.bus.submit(home)
 
@@ -130,7 +132,7 @@ class Connection:
         else:
             raise MessageError(f"do: {what!r} is not known")
 
-    def _request(self, request: Message, number: int, *, tells: bool) -> Job:
+    def _request(self, request: Message, number: int, *, tells: bool) -> BusRequest:
         """Return what a client wants to be sent."""
         unit = messages.whole(request, "unit", 0 if tells else 1, LAST_UNIT)
         pdu = messages.pdu(request)
@@ -157,7 +159,7 @@ class Connection:
             text = f"another rate is for a client that is alone, and {others} more use its server"
             self._send({"id": number, "error": messages.TAKEN, "text": text})
             return
-        job = self._job(number, 0, b"\0", meaning.Meaning())
+        job = self._job(number, 0, b"\0", meaning.RequestMeaning())
 
         job.act = lambda line: line.go_to(baud, parity, stays=what == messages.FOLLOW)
         self._strays = self._strays or what == messages.RECONFIGURE
@@ -168,22 +170,22 @@ class Connection:
         number: int,
         unit: int,
         pdu: bytes,
-        means: meaning.Meaning,
+        means: meaning.RequestMeaning,
         *,
         tells: bool = False,
         patience: tuple[float, int] = (0.5, 0),
-    ) -> Job:
+    ) -> BusRequest:
         def finish(answer: Message) -> None:
             self.session.open.discard(number)
             self._send({"id": number, **answer})
 
         rank = bus.WRITER if self._house.sessions.writer is self.session else bus.READER
-        return Job(
+        return BusRequest(
             self.session.name, unit, pdu, means, finish, bus.STOP if means.stops else rank,
             tells=tells, patience=patience, is_gone=self._is_gone,
         )  # fmt: skip
 
-    def _submit(self, number: int, job: Job) -> None:
+    def _submit(self, number: int, job: BusRequest) -> None:
         """Put a request before the bus, unless the client may not write, or asks too much."""
         means = job.meaning
         if len(self.session.open) >= _MOST_PENDING:

@@ -29,7 +29,7 @@ class Log(Protocol):
         """Let go of it."""
 
 
-class Journal:
+class ServerJournal:
     """The log on the standard output."""
 
     def __init__(self, *, as_json: bool = False) -> None:

@@ -13,14 +13,14 @@ from pixstep.board.modbus import (
 from pixstep.board.rtu import Reply
 from pixstep.errors import UserError
 from pixstep.server import bus, meaning, messages
-from pixstep.server.bus import Bus, Job
+from pixstep.server.bus import BusRequest, BusThread
 from pixstep.server.messages import Message
 
 
 class LocalModbus(Client):
     """What the server asks goes before what its clients ask."""
 
-    def __init__(self, owner: Bus, name: str = "the server", rank: int = bus.FIRST) -> None:
+    def __init__(self, owner: BusThread, name: str = "the server", rank: int = bus.FIRST) -> None:
         super().__init__(*owner.line.patience)
         self._bus, self._name, self._rank = owner, name, rank
         self.place = owner.line.place
@@ -49,7 +49,7 @@ class LocalModbus(Client):
         means = meaning.of(pdu)
         rank = bus.STOP if means.stops else self._rank
         self._bus.submit(
-            Job(self._name, unit, pdu, means, finish, rank, tells, patience=self.patience)
+            BusRequest(self._name, unit, pdu, means, finish, rank, tells, patience=self.patience)
         )
         came.wait()
         return answers[0]

@@ -22,7 +22,7 @@ ALL = (1 << _AXES) - 1
 
 
 @dataclass(frozen=True)
-class Meaning:
+class RequestMeaning:
     """What a request does; axes are masks, bit n of axis n."""
 
     writes: bool = True  # anything; a server gives one client at a time the right to
@@ -32,10 +32,10 @@ class Meaning:
     marks: bool = False  # boards note its end: nothing may follow for a little
 
 
-_NOTHING, _WRITES = Meaning(writes=False), Meaning()
+_NOTHING, _WRITES = RequestMeaning(writes=False), RequestMeaning()
 
 
-def of(pdu: bytes) -> Meaning:
+def of(pdu: bytes) -> RequestMeaning:
     """Return what a request does; one that is not known counts as one that writes."""
     match pdu[0]:
         case function if function in _READS:
@@ -51,30 +51,30 @@ def of(pdu: bytes) -> Meaning:
             return _WRITES
 
 
-def _of_write(pdu: bytes) -> Meaning:
+def _of_write(pdu: bytes) -> RequestMeaning:
     """Return what a write of holding registers does."""
     address = int.from_bytes(pdu[1:3])
     if address == regs.COMMAND_BASE and len(pdu) >= _COMMAND_AT + 4:
         mask, command = struct.unpack_from(">HH", pdu, _COMMAND_AT)
         if command == _STOP:
-            return Meaning(stops=mask)
+            return RequestMeaning(stops=mask)
         if command == _ARM:
             return _driving(mask)
-        return Meaning(marks=command == _MARK)
+        return RequestMeaning(marks=command == _MARK)
     if address == regs.QUEUE_WINDOW and len(pdu) >= _BLOCK_AT + 2:
         axis = int.from_bytes(pdu[_BLOCK_AT : _BLOCK_AT + 2]) & 0xFF
         return _driving(1 << axis & ALL)
-    return Meaning(void_after=0) if address < regs.COMMAND_BASE else _WRITES
+    return RequestMeaning(void_after=0) if address < regs.COMMAND_BASE else _WRITES
 
 
-def _driving(axes: int) -> Meaning:
-    return Meaning(drives=axes, void_after=axes)
+def _driving(axes: int) -> RequestMeaning:
+    return RequestMeaning(drives=axes, void_after=axes)
 
 
-def _of_coil(coil: int) -> Meaning:
+def _of_coil(coil: int) -> RequestMeaning:
     """Return what it does to switch a coil on."""
     if regs.COIL_ARMED <= coil < regs.COIL_ARMED + _AXES:
         return _driving(1 << coil - regs.COIL_ARMED)
     if regs.COIL_STOP <= coil < regs.COIL_STOP + _AXES:
-        return Meaning(stops=1 << coil - regs.COIL_STOP)
+        return RequestMeaning(stops=1 << coil - regs.COIL_STOP)
     return _WRITES

@@ -13,10 +13,10 @@ from pixstep.board import rtu
 from pixstep.board.port import LAST_UNIT
 from pixstep.errors import AskedText, UserError
 from pixstep.server import bus, meaning, messages
-from pixstep.server.bus import Bus, Job
-from pixstep.server.meaning import Meaning
+from pixstep.server.bus import BusRequest, BusThread
+from pixstep.server.meaning import RequestMeaning
 from pixstep.server.messages import Message
-from pixstep.server.sessions import Session, Sessions
+from pixstep.server.sessions import ClientSession, Sessions
 
 EXTRA = "pyModbusTCP is not installed: pip install 'pixstep[modbus-tcp]'"
 _ILLEGAL_FUNCTION, _BUSY = 1, 6
@@ -32,9 +32,9 @@ _ECHO_BYTES = 5  # of the reply to a write: function, address, count or value
 class Door:
     """The clients of Modbus TCP: each connection is one, named by its address."""
 
-    def __init__(self, owner: Bus, sessions: Sessions, *, writes: bool) -> None:
+    def __init__(self, owner: BusThread, sessions: Sessions, *, writes: bool) -> None:
         self._bus, self._sessions, self._writes = owner, sessions, writes
-        self._clients: dict[tuple[str, int], Session] = {}
+        self._clients: dict[tuple[str, int], ClientSession] = {}
         self._numbers = itertools.count()
 
     def listen(self, host: str, number: int) -> int:
@@ -48,7 +48,7 @@ class Door:
             raise UserError(AskedText("{modbus_tcp}: {text}", text=EXTRA)) from None
         door = self
 
-        class Server(ModbusServer):  # type: ignore[misc]
+        class PlcServer(ModbusServer):  # type: ignore[misc]
             """The library's server; its clients are the door's."""
 
             class ModbusService(ModbusServer.ModbusService):  # type: ignore[misc]
@@ -58,7 +58,7 @@ class Door:
                     """Let the client go."""
                     door.leave(self.client_address[:2])
 
-        server = Server(host, number, no_block=True, ext_engine=self.answer)
+        server = PlcServer(host, number, no_block=True, ext_engine=self.answer)
         try:
             server.start()
         except ModbusServer.NetworkError as error:
@@ -83,15 +83,15 @@ class Door:
         if session:
             self._sessions.leave(session)
 
-    def _session(self, address: tuple[str, int]) -> Session:
+    def _session(self, address: tuple[str, int]) -> ClientSession:
         session = self._clients.get(address)
         if not session:
-            session = Session("{}:{}".format(*address), "modbus tcp")
+            session = ClientSession("{}:{}".format(*address), "modbus tcp")
             self._clients[address] = session
             self._sessions.enter(session)
         return session
 
-    def _answer(self, session: Session, unit: int, pdu: bytes) -> bytes:
+    def _answer(self, session: ClientSession, unit: int, pdu: bytes) -> bytes:
         """Return the PDU of the reply."""
         means = meaning.of(pdu)
         if means.writes and not means.stops:
@@ -109,7 +109,7 @@ class Door:
         return pdu[:_ECHO_BYTES] if tells else bytes.fromhex(answer["pdu"])
 
     def _ask(
-        self, session: Session, unit: int, pdu: bytes, means: Meaning, *, tells: bool
+        self, session: ClientSession, unit: int, pdu: bytes, means: RequestMeaning, *, tells: bool
     ) -> Message:
         """Put a request before the bus, and wait for its answer."""
         came = threading.Event()
@@ -123,7 +123,7 @@ class Door:
         session.open.add(number)
         rank = bus.STOP if means.stops else bus.READER
         patience = self._bus.line.patience
-        job = Job(session.name, unit, pdu, means, finish, rank, tells, patience)
+        job = BusRequest(session.name, unit, pdu, means, finish, rank, tells, patience)
         if self._sessions.is_driven(session):
             job.share()
         self._bus.submit(job)

@@ -16,18 +16,18 @@ from pathlib import Path
 
 from pixstep.board import registers as regs
 from pixstep.board import run, settings
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import BoardError
 from pixstep.board.port import BOOT_S, Port, PortBusyError
 from pixstep.errors import AskedText, UserError
 from pixstep.server import connection, messages, places, remote
-from pixstep.server.bus import Bus, Job
+from pixstep.server.bus import BusRequest, BusThread
 from pixstep.server.connection import Connection, House
 from pixstep.server.journal import Log
 from pixstep.server.line import SharedLine
 from pixstep.server.local import LocalModbus
 from pixstep.server.messages import Message
-from pixstep.server.sessions import Axes, Session, Sessions
+from pixstep.server.sessions import Axes, ClientSession, Sessions
 
 _LOOK_S = 0.25  # between two looks at clients that may have fallen silent
 _LEAST_SILENCE_S = 0.5  # of a client, for which its board is not asked what it allows
@@ -43,7 +43,7 @@ class _Silence:
     since_s: float
     _limits_s: dict[int, float] = field(default_factory=dict)
 
-    def limit_s(self, board: Board) -> float:
+    def limit_s(self, board: Device) -> float:
         """Return how long a board goes on without its host, 0 for ever; it is asked once."""
         if board.unit not in self._limits_s:
             with contextlib.suppress(BoardError, UserError):
@@ -51,13 +51,13 @@ class _Silence:
         return self._limits_s.get(board.unit, 0.0)
 
 
-class Server:
+class BusServer:
     """Owns a port; open it, let it listen, then wait until it is to end."""
 
     def __init__(self, port: Port, journal: Log) -> None:
         self.port, self.journal = port, journal
         self.line = SharedLine(port)
-        self.bus = Bus(self.line, self._note_stop)
+        self.bus = BusThread(self.line, self._note_stop)
         self.sessions = Sessions(journal.tell)
         self.since_s = time.time()
         self._house = House(self.bus, self.sessions, self.status, self.hello)
@@ -198,19 +198,19 @@ class Server:
         finally:
             self._connections.discard(one)
 
-    def _leave(self, session: Session, orderly: bool) -> None:
+    def _leave(self, session: ClientSession, orderly: bool) -> None:
         """Let a client go; one that has not said goodbye has died, and its lines are stopped."""
         axes = self.sessions.leave(session)
         if not orderly and not self._over.is_set():
             self._stop_lines(session, axes, "its client died")
 
     def _stop_lines(
-        self, session: Session, axes: Axes, why: str, states: tuple[str, ...] = _HELD
+        self, session: ClientSession, axes: Axes, why: str, states: tuple[str, ...] = _HELD
     ) -> None:
         """Stop those axes of a client that are in some states, and tell of it."""
         modbus = LocalModbus(self.bus, f"the server, for {session.name}")
         for unit in sorted({unit for unit, _ in axes}):
-            board = Board(modbus, unit)
+            board = Device(modbus, unit)
             mine = sorted(axis for other, axis in axes if other == unit)
             facts = {"client": session.name, "why": why, "unit": unit}
             if unit == 0:  # it has told all boards at once
@@ -227,7 +227,7 @@ class Server:
 
     def _watch_owners(self) -> None:
         """Stop lines of clients that fall silent, as a board does with those of its only host."""
-        watches: dict[Session, _Silence] = {}
+        watches: dict[ClientSession, _Silence] = {}
         while not self._over.wait(_LOOK_S):
             present = self.sessions.present()
             watches = {one: watch for one, watch in watches.items() if one in present}
@@ -238,24 +238,24 @@ class Server:
                         watch = watches[session] = _Silence(session.last_s)
                     self._look_at(session, watch)
 
-    def _look_at(self, session: Session, watch: _Silence) -> None:
+    def _look_at(self, session: ClientSession, watch: _Silence) -> None:
         """Stop the lines of a client that has been silent longer than their board allows."""
         silent_s = time.monotonic() - watch.since_s
         if silent_s < _LEAST_SILENCE_S:
             return
         for unit in {unit for unit, _ in set(session.axes)} - {0}:
-            limit_s = watch.limit_s(Board(LocalModbus(self.bus), unit))
+            limit_s = watch.limit_s(Device(LocalModbus(self.bus), unit))
             if limit_s and silent_s > limit_s and not session.open:
                 axes = self.sessions.disown(session, unit)
                 self._stop_lines(session, axes, f"silent for {limit_s:g} s", regs.MOVING_STATES)
 
-    def _note_stop(self, job: Job, frames: int, late_s: float) -> None:
+    def _note_stop(self, job: BusRequest, frames: int, late_s: float) -> None:
         self.journal.tell(
             "stop", client=job.by, unit=job.unit, frames_between=frames, ms=round(1000 * late_s, 2)
         )
 
 
-def _in_state(board: Board, axes: list[int], states: tuple[str, ...]) -> list[int]:
+def _in_state(board: Device, axes: list[int], states: tuple[str, ...]) -> list[int]:
     """Return those of some axes that are in some states; all of them if nobody can tell."""
     try:
         return [axis for axis, state in run.states(board, axes).items() if state in states]

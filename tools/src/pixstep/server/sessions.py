@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from pixstep.server.meaning import Meaning
+from pixstep.server.meaning import RequestMeaning
 
 LAPSE_S = 10.0  # without a request: another client may write
 
@@ -15,7 +15,7 @@ Tell = Callable[..., None]
 
 
 @dataclass(eq=False)
-class Session:
+class ClientSession:
     """A client: `name` is its command and process, or the address of one on the network.
 
     `axes` are those that it was the last one to arm, or to queue a line for.
@@ -41,16 +41,16 @@ class Sessions:
     def __init__(self, tell: Tell) -> None:
         self._lock = threading.Lock()
         self._tell = tell
-        self.all: list[Session] = []
-        self.writer: Session | None = None
+        self.all: list[ClientSession] = []
+        self.writer: ClientSession | None = None
 
-    def enter(self, session: Session) -> None:
+    def enter(self, session: ClientSession) -> None:
         """Take a client in."""
         with self._lock:
             self.all.append(session)
         self._tell("connected", client=session.name, door=session.door)
 
-    def leave(self, session: Session) -> Axes:
+    def leave(self, session: ClientSession) -> Axes:
         """Let a client go; return the axes that it has moved last."""
         with self._lock:
             self.all.remove(session)
@@ -60,7 +60,7 @@ class Sessions:
         self._tell("disconnected", client=session.name, requests=session.requests)
         return left
 
-    def claim(self, session: Session) -> str:
+    def claim(self, session: ClientSession) -> str:
         """Let a client write from now on; return who does instead, or "" if it may.
 
         The right to write ends with the client, or when it has asked for nothing for LAPSE_S.
@@ -76,12 +76,12 @@ class Sessions:
         self._tell("writer", client=session.name)
         return ""
 
-    def is_driven(self, session: Session) -> bool:
+    def is_driven(self, session: ClientSession) -> bool:
         """Return whether another client moves axes, whose stream others must not keep waiting."""
         with self._lock:
             return any(other.axes for other in self.all if other is not session)
 
-    def drive(self, session: Session, unit: int, meaning: Meaning) -> None:
+    def drive(self, session: ClientSession, unit: int, meaning: RequestMeaning) -> None:
         """Note whose lines the axes of a request carry from now on."""
         mask = meaning.drives
         axes = {(unit, axis) for axis in range(mask.bit_length()) if mask >> axis & 1}
@@ -90,7 +90,7 @@ class Sessions:
                 other.axes -= axes
             session.axes |= axes
 
-    def disown(self, session: Session, unit: int | None = None) -> Axes:
+    def disown(self, session: ClientSession, unit: int | None = None) -> Axes:
         """Return the axes that a client has moved last, of all units if no other is given.
 
         They are nobody's from now on.
@@ -100,7 +100,7 @@ class Sessions:
             session.axes -= left
         return left
 
-    def present(self) -> list[Session]:
+    def present(self) -> list[ClientSession]:
         """Return all clients."""
         with self._lock:
             return list(self.all)

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from pixstep.lazy import lazy
 from pixstep.lines import exact
 from pixstep.lines.line import Line
-from pixstep.simulation.job import Job, RunResult
+from pixstep.simulation.job import LineExperiment, RunResult
 from pixstep.simulation.logs import AxisEdges, ClockLog
 from pixstep.simulation.pixel_clock import ClockFlaws, PixelGrid
 from pixstep.simulation.summary import AxisClock, Clock, Summary
@@ -35,7 +35,7 @@ _ON_EDGE = 1e-9  # pixels that floating point may lack
 
 
 @dataclass(frozen=True)
-class Kept:
+class ClockKeeping:
     """How one axis kept to the clock: errors are those of the board, late ones positive.
 
     `pixels` are those whose last step lies on their end, `errors_ticks` of them; `free_ticks` are
@@ -103,9 +103,9 @@ class Kept:
 
 
 def keep(
-    job: Job, axis: int, line: Line, edges: AxisEdges, grid: PixelGrid, clock: ClockLog, *,
-    stopped_at: float = math.inf,
-) -> Kept | None:  # fmt: skip
+    job: LineExperiment, axis: int, line: Line, edges: AxisEdges, grid: PixelGrid,
+    clock: ClockLog, *, stopped_at: float = math.inf,
+) -> ClockKeeping | None:  # fmt: skip
     """Return how an axis kept to the clock; None if its line or the clock has too few edges.
 
     No step was due from cycle `stopped_at` on.
@@ -125,7 +125,7 @@ def keep(
     made = rising[np.array([done for _, done in ends]) - 1]
     follows = np.flatnonzero(np.diff(pixels) == 1)
     due = true[zero : zero + line.pixels * job.divider + 1]
-    return Kept(
+    return ClockKeeping(
         axis=axis, pixels=pixels,
         free_ticks=true[zero] + pixels * float(job.period) - true[zero + pixels * job.divider],
         errors_ticks=made - true[zero + pixels * job.divider],
@@ -135,7 +135,7 @@ def keep(
     )  # fmt: skip
 
 
-def _off_steps(job: Job, line: Line, edges: AxisEdges, true: np.ndarray) -> np.ndarray:
+def _off_steps(job: LineExperiment, line: Line, edges: AxisEdges, true: np.ndarray) -> np.ndarray:
     """Return the steps made minus those due at each of the clock's true edges."""
     when = np.arange(len(true)) / job.divider + _ON_EDGE
     due = np.concatenate([[0], np.cumsum(exact.directions(line))])
@@ -148,7 +148,7 @@ def _off_steps(job: Job, line: Line, edges: AxisEdges, true: np.ndarray) -> np.n
     return off
 
 
-def apart(job: Job, grids: Mapping[int, PixelGrid]) -> list[str]:
+def apart(job: LineExperiment, grids: Mapping[int, PixelGrid]) -> list[str]:
     """Return a reason if pixels of locked axes that end with a step do not end together."""
     ends: dict[int, dict[int, int]] = {}
     for axis, grid in grids.items():
@@ -166,7 +166,7 @@ def apart(job: Job, grids: Mapping[int, PixelGrid]) -> list[str]:
     ]
 
 
-def reasons(job: Job, kept: Kept) -> list[str]:
+def reasons(job: LineExperiment, kept: ClockKeeping) -> list[str]:
     """Return what a locked line did that the clock it had does not excuse."""
     flaws, found = job.flaws, []
     if not job.locked:
@@ -194,7 +194,7 @@ def reasons(job: Job, kept: Kept) -> list[str]:
     return found
 
 
-def gate_reasons(job: Job, kept: Kept) -> list[str]:
+def gate_reasons(job: LineExperiment, kept: ClockKeeping) -> list[str]:
     """Return a reason if a line on a gated clock did not begin on its edge of a burst."""
     if not (job.gate_edges and job.flaws.gate_edges):
         return []

@@ -13,7 +13,7 @@ from pixstep.lazy import require_package
 from pixstep.lines.units import hz_text
 from pixstep.progress import Progress, unseen
 from pixstep.simulation import clock_judge, report
-from pixstep.simulation.job import Job, RunResult, run_job
+from pixstep.simulation.job import LineExperiment, RunResult, run_job
 from pixstep.simulation.judge import AxisLoad, Judgement, axis_load, judge
 
 if TYPE_CHECKING:
@@ -35,7 +35,9 @@ def names() -> list[str]:
     return [*OUTPUTS, *(prefix + name for prefix in prefixes for name in _PLOTS)]
 
 
-def simulate(job: Job, out: Path, *, plots: bool = False, progress: Progress = unseen) -> Judgement:
+def simulate(
+    job: LineExperiment, out: Path, *, plots: bool = False, progress: Progress = unseen
+) -> Judgement:
     """Run a job and write OUTPUTS (run.vcd and plots only if asked) to `out`, all or none.
 
     Raises UserError if a file is in the way that is not as an earlier run left it.
@@ -45,7 +47,12 @@ def simulate(job: Job, out: Path, *, plots: bool = False, progress: Progress = u
 
 
 def simulate_into(
-    job: Job, folder: Path, out: Path, *, plots: bool = False, progress: Progress = unseen
+    job: LineExperiment,
+    folder: Path,
+    out: Path,
+    *,
+    plots: bool = False,
+    progress: Progress = unseen,
 ) -> Judgement:
     """Run a job and leave the files in `folder`; the summary names them by their place in `out`."""
     result, judged, loads = run_and_judge(job, folder, progress)
@@ -62,7 +69,7 @@ def require_installed() -> None:
 
 
 def run_and_judge(
-    job: Job, folder: Path, progress: Progress = unseen
+    job: LineExperiment, folder: Path, progress: Progress = unseen
 ) -> tuple[RunResult, Judgement, list[AxisLoad]]:
     """Run a job, leave the files in `folder`; return what it left, its verdict and its loads."""
     require_installed()
@@ -122,7 +129,7 @@ def draw_plots(
     return paths
 
 
-def clock_figure(job: Job, kept: clock_judge.Kept) -> Figure:
+def clock_figure(job: LineExperiment, kept: clock_judge.ClockKeeping) -> Figure:
     """Return the drawing of how an axis kept to the clock."""
     from pixstep import plotting
     from pixstep.simulation import plots
@@ -131,7 +138,7 @@ def clock_figure(job: Job, kept: clock_judge.Kept) -> Figure:
         return plots.clock(kept, job, _title(job, kept.axis))
 
 
-def load_figure(job: Job, load: AxisLoad) -> Figure:
+def load_figure(job: LineExperiment, load: AxisLoad) -> Figure:
     """Return the drawing of an axis' load."""
     from pixstep.simulation import plots
 
@@ -161,7 +168,7 @@ def traces(result: RunResult, judged: Judgement) -> dict[int, plots.Trace]:
     }
 
 
-def _title(job: Job, axis: int) -> str:
+def _title(job: LineExperiment, axis: int) -> str:
     from pixstep.plotting import number  # matplotlib takes a second to load
 
     line = job.lines[axis]

@@ -19,11 +19,11 @@ from typing import Any
 
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import BoardError, LineRefusedByBoardError
 from pixstep.board.link import World
 from pixstep.board.port import BAUD
-from pixstep.board.recording import Recorder, Row
+from pixstep.board.recording import RecordedPixel, Recorder
 from pixstep.board.state import Record
 from pixstep.errors import UserError
 from pixstep.lines import units
@@ -91,7 +91,7 @@ class Experiment:
 
 
 @dataclass(frozen=True)
-class Job(Experiment):
+class LineExperiment(Experiment):
     """Lines by axis for one board, and the world they run in.
 
     `pixel_hz` is the frequency of the clock's edges, of which `divider` are a pixel.
@@ -173,7 +173,7 @@ class Job(Experiment):
 class RunResult:
     """What a run left behind, for the verdict."""
 
-    job: Job
+    job: LineExperiment
     edges: EdgeLog = field(default_factory=EdgeLog)
     clock: ClockLog = field(default_factory=ClockLog)
     clock_armed: Mapping[str, int] = field(default_factory=dict)  # registers before the motion
@@ -188,17 +188,17 @@ class RunResult:
     stats: Stats = field(init=False, repr=False)  # at the end
     requests: dict[str, int] = field(default_factory=dict)
 
-    def note_fault(self, board: Board) -> None:
+    def note_fault(self, board: Device) -> None:
         """Note the board's fault, if it has one."""
         if text := board.fault_text():
             self.trouble.append(text)
 
-    def take(self, row: Row) -> None:
+    def take(self, row: RecordedPixel) -> None:
         """Take a record."""
         self.records.setdefault(row.axis, {})[row.record.pixel] = row.record
 
 
-def run_job(job: Job, out: Path, progress: Progress = unseen) -> RunResult:
+def run_job(job: LineExperiment, out: Path, progress: Progress = unseen) -> RunResult:
     """Run a job; leave edges, clock, serial (.csv) and, if asked, run.vcd in `out`, each whole.
 
     With plants also plant.csv.

@@ -36,7 +36,7 @@ class Judgement:
     pixels: list[PixelRow]
     axes: list[AxisVerdict]
     grids: dict[int, PixelGrid] = field(default_factory=dict)  # of the axes that made a step
-    kept: dict[int, clock_judge.Kept] = field(default_factory=dict)  # of those on the clock
+    kept: dict[int, clock_judge.ClockKeeping] = field(default_factory=dict)  # of those on the clock
 
     @property
     def passed(self) -> bool:
@@ -110,7 +110,7 @@ def _stopped_at(result: RunResult, found: AxisVerdict) -> float:
 
 def _judge_clock(
     result: RunResult, axes: list[AxisVerdict], grids: dict[int, PixelGrid]
-) -> dict[int, clock_judge.Kept]:
+) -> dict[int, clock_judge.ClockKeeping]:
     """Return how each axis kept to the clock, unless lines ignore it; note what is wrong."""
     job, found = result.job, {}
     for of in axes:

@@ -20,7 +20,7 @@ else:
     np = lazy("numpy")
 
 HEADER = "cycle,board,axis,signal,level"
-_SIGNALS = ("STEP", "DIR", "ENABLE", "PERMIT")
+_SIGNALS = ("STEP", "DIR", "ENABLE", "PERMIT", "CLOCK_OUT")
 PLANT_HEADER = "cycle,board,axis,motor,load"
 CLOCK_HEADER = "cycle,true_cycle_x1000,edge"
 _CLOCK_EDGES = ("true", "missing", "false")
@@ -41,7 +41,8 @@ class AxisEdges(SmallPickle):
     """The edges of one axis, in cycle order: cycles as int64.
 
     Levels are those after each edge; a pin that the program does not drive counts as low, so that
-    all are low at reset. The permit output is the whole board's: its edges are with axis 0.
+    all are low at reset. The permit output and CLOCK_OUT are the whole board's: their edges are
+    with axis 0.
     """
 
     step_cycles: np.ndarray = field(default_factory=no_cycles)
@@ -52,6 +53,8 @@ class AxisEdges(SmallPickle):
     enable_levels: np.ndarray = field(default_factory=no_cycles)
     permit_cycles: np.ndarray = field(default_factory=no_cycles)
     permit_levels: np.ndarray = field(default_factory=no_cycles)
+    clock_out_cycles: np.ndarray = field(default_factory=no_cycles)
+    clock_out_levels: np.ndarray = field(default_factory=no_cycles)
 
     @property
     def rising(self) -> np.ndarray:

@@ -15,8 +15,8 @@ from pixstep import plotting
 from pixstep.lines import exact, units
 from pixstep.lines.line import Line
 from pixstep.plotting import BAND, BOARD, FAINT, IDEAL, INK, MADE, WARM, figures, number
-from pixstep.simulation.clock_judge import EDGE_TICKS, Kept
-from pixstep.simulation.job import Job
+from pixstep.simulation.clock_judge import EDGE_TICKS, ClockKeeping
+from pixstep.simulation.job import LineExperiment
 from pixstep.simulation.judge import AxisLoad
 from pixstep.simulation.logs import AxisEdges
 from pixstep.simulation.pixel_clock import PixelGrid
@@ -316,7 +316,7 @@ def _load_errors(axes: Axes, found: AxisLoad, pixel: np.ndarray) -> None:
     axes.set_title(f"Load minus ideal: largest {text if found.spans else f'{abs(worst)} steps'}")
 
 
-def clock(kept: Kept, job: Job, title: str) -> Figure:
+def clock(kept: ClockKeeping, job: LineExperiment, title: str) -> Figure:
     """Return how a line kept to the clock; of a line that is not locked it has one part."""
     figure = plotting.figure((11, 5.2))
     sign = "+" if job.pixel_ppm > 0 else ""
@@ -336,7 +336,7 @@ def clock(kept: Kept, job: Job, title: str) -> Figure:
     return plotting.write_numbers(figure)
 
 
-def _late(axes: Axes, kept: Kept, errors_s: np.ndarray, what: str, colour: str) -> float:
+def _late(axes: Axes, kept: ClockKeeping, errors_s: np.ndarray, what: str, colour: str) -> float:
     """Draw the errors in ns, µs, ms or s; return the unit, in seconds."""
     unit_s, name = plotting.prefix(float(np.max(np.abs(errors_s), initial=0)))
     errors = errors_s / unit_s
@@ -355,7 +355,7 @@ def _late(axes: Axes, kept: Kept, errors_s: np.ndarray, what: str, colour: str) 
     return unit_s
 
 
-def _allowed(axes: Axes, job: Job, tick_s: float, unit_s: float) -> None:
+def _allowed(axes: Axes, job: LineExperiment, tick_s: float, unit_s: float) -> None:
     """Show what an even clock allows, in ticks; of another one the deviation of its jitter."""
     if job.flaws.even:
         width, name = EDGE_TICKS * tick_s / unit_s, f"within {EDGE_TICKS} ticks, as required"

@@ -70,14 +70,14 @@ class Printer(Protocol):
         """Print something."""
 
 
-class Judged(TypedDict):
+class JudgedSummary(TypedDict):
     """A summary that has a verdict."""
 
     verdict: str
     reasons: list[str]
 
 
-def print_verdict(console: Printer, summary: Judged, about: str) -> None:
+def print_verdict(console: Printer, summary: JudgedSummary, about: str) -> None:
     """Print the verdict of a run, what was run, and what is wrong."""
     colour = "bold green" if summary["verdict"] == "pass" else "bold red"
     console.print(f"[{colour}]{summary['verdict'].upper()}[/]  {about}")

@@ -25,13 +25,13 @@ from typing import Any, Self
 from pixstep import natives
 from pixstep.board import registers as regs
 from pixstep.board import run, snapshot
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import BoardError, FaultError, MotionTimeoutError, NotPossibleError
 from pixstep.board.handle import Course, Handle
 from pixstep.board.link import Link, World
 from pixstep.board.modbus import SimClient
-from pixstep.board.run import Lines, Reader
-from pixstep.board.upload import Upload, said_divider
+from pixstep.board.run import LinesOfBoard, Reader
+from pixstep.board.upload import LineUpload, said_divider
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
 from pixstep.lines.runs import queue_entries
@@ -82,9 +82,9 @@ class SimLink:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def board(self, unit: int = 1) -> Board:
+    def board(self, unit: int = 1) -> Device:
         """Return a unit of the bus, the first board's if no other is given."""
-        return Board(self.modbus, unit)
+        return Device(self.modbus, unit)
 
     def close(self) -> None:
         """End the simulator if it still runs."""
@@ -92,14 +92,14 @@ class SimLink:
 
 
 class BoardUnderTest:
-    """One board of a link and the lines that it makes; methods raise BoardError as `Board` does.
+    """One board of a link and the lines that it makes; methods raise BoardError as `Device` does.
 
     Nothing is asked of it that a run does not need: the same calls give the same cycles.
     """
 
     def __init__(self, link: Link, unit: int = 1) -> None:
         self.link, self.board = link, link.board(unit)
-        self.lines = Lines(self.board, [])
+        self.lines = LinesOfBoard(self.board, [])
         self.lasts_s = 0.0  # from arming to the last pixel, at most
         self._clock_s = self._period_s = 0.0
         self._pixels = 0
@@ -112,7 +112,7 @@ class BoardUnderTest:
         return self.lines.axes
 
     @property
-    def uploads(self) -> dict[int, Upload]:
+    def uploads(self) -> dict[int, LineUpload]:
         """The lines on their way, by axis."""
         return {upload.axis: upload for upload in self.lines.uploads}
 
@@ -140,7 +140,7 @@ class BoardUnderTest:
         self.lines.uploads = []
         self._pixels = max(line.pixels for line in lines.values())
         for axis, line in sorted(lines.items()):
-            upload = Upload(self.board, axis, queue_entries(line, self._divider))
+            upload = LineUpload(self.board, axis, queue_entries(line, self._divider))
             self.lines.uploads.append(upload)
             upload.push()
             state = regs.axis_state(self.board.axis(axis)["axis_state"])
@@ -266,7 +266,7 @@ class SerialLoad:
     not change while moving is one), which are valid traffic too.
     """
 
-    def __init__(self, board: Board, axes: list[int], uploads: dict[int, Upload]) -> None:
+    def __init__(self, board: Device, axes: list[int], uploads: dict[int, LineUpload]) -> None:
         self.sent = self.exceptions = 0
         self._board, self._uploads = board, uploads
         self._requests = cycle(self._kinds(axes))
@@ -304,5 +304,5 @@ class SerialLoad:
         for axis in axes:
             kinds += [partial(board.axis, axis), partial(board.records, axis)]
             # As a master does that lost the reply.
-            kinds.append(partial(Upload.repeat_last, self._uploads[axis]))
+            kinds.append(partial(LineUpload.repeat_last, self._uploads[axis]))
         return kinds

@@ -92,7 +92,7 @@ class SimPipe:
         except subprocess.TimeoutExpired:
             raise SimulatorError("simulator: does not end after quit") from None
         if status:
-            raise SimulatorError(f"simulator: ended with status {status}")
+            raise SimulatorError(self._last_words())
 
     def kill(self) -> None:
         """End the process if it still runs, and close its pipes."""

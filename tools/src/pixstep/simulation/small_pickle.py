@@ -32,11 +32,11 @@ class SmallPickle:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         for name, value in state.items():
-            self.__dict__[name] = value.array() if isinstance(value, _Packed) else value
+            self.__dict__[name] = value.array() if isinstance(value, _PackedArray) else value
 
 
 @dataclass(frozen=True)
-class _Packed:
+class _PackedArray:
     """An array of one dimension: of whole numbers its differences, else its bytes by place."""
 
     kind: str  # of the array
@@ -63,9 +63,9 @@ def _packed(value: Any) -> Any:
             kind for kind in _WHOLE if np.iinfo(kind).min <= low and high <= np.iinfo(kind).max
         )
         data = steps.astype(held).tobytes()
-        return _Packed(value.dtype.str, held, zlib.compress(data, _QUICK))
+        return _PackedArray(value.dtype.str, held, zlib.compress(data, _QUICK))
     if value.dtype.kind != "f":
         return value
     places = np.ascontiguousarray(value).view(np.uint8).reshape(-1, value.dtype.itemsize).T
     kind = value.dtype.str
-    return _Packed(kind, kind, zlib.compress(np.ascontiguousarray(places).tobytes(), _QUICK))
+    return _PackedArray(kind, kind, zlib.compress(np.ascontiguousarray(places).tobytes(), _QUICK))

@@ -19,7 +19,7 @@ from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.units import edge_tick
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.experiment import run_and_judge
-from pixstep.simulation.job import Job
+from pixstep.simulation.job import LineExperiment
 from pixstep.simulation.logs import AxisPlant
 from pixstep.simulation.summary import Summary
 from pixstep.trajectories import transitions
@@ -129,7 +129,7 @@ def taking_up(
     return found
 
 
-def check(made: TwoAxisTable, found: capability.BoardLimits) -> None:
+def check(made: TwoAxisTable, found: capability.BoardCapability) -> None:
     """Raise RefusedError for the first pixel that a board would refuse."""
     for line in lines(made):
         for item in line_check.check(line, found.of(line)):
@@ -173,13 +173,13 @@ def run_on_board(
     )
 
 
-def _job(job: BoardJob, made: TwoAxisTable, original: TwoAxisTable) -> Job:
+def _job(job: BoardJob, made: TwoAxisTable, original: TwoAxisTable) -> LineExperiment:
     """Return the simulated run; each plant starts with its play taken up as the motion begins."""
     sides = [
         "minus" if way * transitions.initial_direction(original, index) < 0 else "plus"
         for index, way in enumerate(job.ways)
     ]
-    return Job(
+    return LineExperiment(
         board=job.board,
         lines=dict(zip(job.axes, turned(lines(made), job.ways), strict=True)),
         pixel_hz=job.pixel_hz,

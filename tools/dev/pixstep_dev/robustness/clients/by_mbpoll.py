@@ -30,7 +30,7 @@ def run(port: str, board: str) -> dict[str, str]:
         raise UserError("mbpoll is missing: tools/setup installs it")
     poll = _Poll(port)
     return cases.run_list(
-        _List(poll, board), boards.feature_names(poll.read(INPUT, cases.FEATURES)[0])
+        _MbpollCases(poll, board), boards.feature_names(poll.read(INPUT, cases.FEATURES)[0])
     )
 
 
@@ -101,7 +101,7 @@ def _last(text: str) -> str:
     return lines[-1] if lines else "no output"
 
 
-class _List:
+class _MbpollCases:
     """A method for every case that mbpoll has a way to ask for."""
 
     def __init__(self, poll: _Poll, board: str) -> None:

@@ -34,13 +34,13 @@ def run(port: str, board: str) -> dict[str, str]:
     if not client.connect():
         raise ConformanceError(f"{port}: cannot be opened")
     try:
-        checks = _List(client, board)
+        checks = _PymodbusCases(client, board)
         return cases.run_list(checks, boards.feature_names(checks.inputs(cases.FEATURES)[0]))
     finally:
         client.close()  # type: ignore[no-untyped-call]
 
 
-class _List:
+class _PymodbusCases:
     """A method for every case."""
 
     def __init__(self, client: ModbusSerialClient, board: str) -> None:

@@ -33,7 +33,7 @@ FEATURE_OF = (
 
 
 @dataclass(frozen=True)
-class Case:
+class ClientCase:
     """One case: its name, the function, what is asked for and what must come."""
 
     name: str
@@ -82,38 +82,44 @@ def same(found: object, wanted: object) -> None:
 
 
 CASES = (
-    Case("coils read", "01", "driver and permit coils, as register `outputs` has them"),
-    Case("discrete inputs read", "02", "the first 16, as register `status` has them"),
-    Case("holding registers read", "03", "all settings are their defaults"),
-    Case("input registers read", "04", "version of the map, board, axes"),
-    Case("coil written", "05", "a driver on, seen in its coil and in `outputs`, and off"),
-    Case("register written", "06", "one setting, echoed and read back"),
-    Case("loopback", "08", "data come back as they were sent"),
-    Case("counter of exceptions", "08", "sub-function 13 counts a refused request"),
-    Case("coils written", "15", "permit on and off, seen in its coil"),
-    Case("registers written", "16", "two settings at once, read back"),
-    Case("server id", "17", "byte count, board, run indicator, text"),
-    Case("mask write", "22", "(value AND and-mask) OR (or-mask AND NOT and-mask)"),
-    Case("write and read", "23", "two settings written, four read, the new values among them"),
-    Case("device identification", "43/14", "vendor, product code, revision"),
-    Case("file record", "20", "settings as file 3"),
-    Case("32-bit pair read", "04", "pixel period, high word first"),
-    Case("32-bit pair written", "16", "pixel frequency, high word first, and the period follows"),
-    Case("exception 01", "07", "a function that is not served"),
-    Case("exception 02", "03", "a range that ends behind what is mapped"),
-    Case("exception 03", "06", "a value out of its range; the setting stays"),
-    Case("exception 06", "06", "a setting while a line is queued"),
-    Case("broadcast", "16", "a setting written to all: no reply, and it counts"),
-    Case("nothing by halves", "16", "two settings, the second out of range: both stay"),
-    Case("125 words read", "04", "a whole reply"),
-    Case("126 words", "03", "exception 03"),
-    Case("123 words written", "16", "no more is mapped: exception 02, so the number was right"),
-    Case("124 words", "16", "exception 03"),
-    Case("121 words in 23", "23", "exception 02, so the number was right"),
-    Case("2000 bits", "01", "exception 02, so the number was right"),
-    Case("2001 bits", "01", "exception 03"),
-    Case("1968 bits written", "15", "exception 02, so the number was right"),
-    Case("1969 bits", "15", "exception 03"),
+    ClientCase("coils read", "01", "driver and permit coils, as register `outputs` has them"),
+    ClientCase("discrete inputs read", "02", "the first 16, as register `status` has them"),
+    ClientCase("holding registers read", "03", "all settings are their defaults"),
+    ClientCase("input registers read", "04", "version of the map, board, axes"),
+    ClientCase("coil written", "05", "a driver on, seen in its coil and in `outputs`, and off"),
+    ClientCase("register written", "06", "one setting, echoed and read back"),
+    ClientCase("loopback", "08", "data come back as they were sent"),
+    ClientCase("counter of exceptions", "08", "sub-function 13 counts a refused request"),
+    ClientCase("coils written", "15", "permit on and off, seen in its coil"),
+    ClientCase("registers written", "16", "two settings at once, read back"),
+    ClientCase("server id", "17", "byte count, board, run indicator, text"),
+    ClientCase("mask write", "22", "(value AND and-mask) OR (or-mask AND NOT and-mask)"),
+    ClientCase(
+        "write and read", "23", "two settings written, four read, the new values among them"
+    ),
+    ClientCase("device identification", "43/14", "vendor, product code, revision"),
+    ClientCase("file record", "20", "settings as file 3"),
+    ClientCase("32-bit pair read", "04", "pixel period, high word first"),
+    ClientCase(
+        "32-bit pair written", "16", "pixel frequency, high word first, and the period follows"
+    ),
+    ClientCase("exception 01", "07", "a function that is not served"),
+    ClientCase("exception 02", "03", "a range that ends behind what is mapped"),
+    ClientCase("exception 03", "06", "a value out of its range; the setting stays"),
+    ClientCase("exception 06", "06", "a setting while a line is queued"),
+    ClientCase("broadcast", "16", "a setting written to all: no reply, and it counts"),
+    ClientCase("nothing by halves", "16", "two settings, the second out of range: both stay"),
+    ClientCase("125 words read", "04", "a whole reply"),
+    ClientCase("126 words", "03", "exception 03"),
+    ClientCase(
+        "123 words written", "16", "no more is mapped: exception 02, so the number was right"
+    ),
+    ClientCase("124 words", "16", "exception 03"),
+    ClientCase("121 words in 23", "23", "exception 02, so the number was right"),
+    ClientCase("2000 bits", "01", "exception 02, so the number was right"),
+    ClientCase("2001 bits", "01", "exception 03"),
+    ClientCase("1968 bits written", "15", "exception 02, so the number was right"),
+    ClientCase("1969 bits", "15", "exception 03"),
 )
 
 UNIT = 1

@@ -14,7 +14,7 @@ Entries = tuple[tuple[int, int], ...]
 
 
 @dataclass(frozen=True)
-class Order:
+class BoardOrder:
     """A command register write: a key of registers.COMMANDS for a mask of axes.
 
     `ahead`: `go` names the clock edge that comes so many behind the newest one; 0: it names none.
@@ -37,7 +37,7 @@ class Coils:
 
 
 @dataclass(frozen=True)
-class Block:
+class QueueBlock:
     """A block for the queue window; its number is so far from the one that the axis expects."""
 
     axis: int
@@ -64,14 +64,14 @@ class Frequency:
 
 
 @dataclass(frozen=True)
-class Clock:
+class ClockCommand:
     """A command for the pixel clock: "on", "off", "drop 3", "ppm 1000", "hz 100/1"."""
 
     text: str
 
 
 @dataclass(frozen=True)
-class Pin:
+class PinInput:
     """An input pin driven from outside: ESTOP, HOME, LIMIT_MINUS or LIMIT_PLUS."""
 
     signal: str
@@ -94,7 +94,7 @@ class Wait:
 
 
 @dataclass(frozen=True)
-class Step:
+class StepWait:
     """Wait for a STEP edge of an axis, `limit` cycles at most; go on `more` cycles behind it."""
 
     axis: int
@@ -107,10 +107,34 @@ class Look:
     """Read the state of the board and compare it with what was seen."""
 
 
-Action = Order | Coils | Block | Setting | Frequency | Clock | Pin | Supply | Wait | Step | Look
+Action = (
+    BoardOrder
+    | Coils
+    | QueueBlock
+    | Setting
+    | Frequency
+    | ClockCommand
+    | PinInput
+    | Supply
+    | Wait
+    | StepWait
+    | Look
+)
 KINDS: dict[str, Callable[..., Action]] = {
     kind.__name__.lower(): kind
-    for kind in (Order, Coils, Block, Setting, Frequency, Clock, Pin, Supply, Wait, Step, Look)
+    for kind in (
+        BoardOrder,
+        Coils,
+        QueueBlock,
+        Setting,
+        Frequency,
+        ClockCommand,
+        PinInput,
+        Supply,
+        Wait,
+        StepWait,
+        Look,
+    )
 }
 
 

@@ -15,7 +15,7 @@ from pixstep.progress import Progress, unseen
 from pixstep.simulation.simulator import SimulatorError
 from pixstep_dev.robustness.orders import lines, together, trials
 from pixstep_dev.robustness.orders.guard import Guard
-from pixstep_dev.robustness.orders.world import World
+from pixstep_dev.robustness.orders.world import OrdersWorld
 
 BATCH = 50
 _DECADES = (10, 100, 1000, 10_000, 100_000)
@@ -23,7 +23,7 @@ _KEPT = 200  # complaints that an outcome holds
 
 
 @dataclass(frozen=True)
-class Plan:
+class OrdersPlan:
     """So many trials of one board, from trial `first` on."""
 
     board: str
@@ -52,10 +52,10 @@ class Failure:
 
 
 @dataclass
-class Outcome:
+class OrdersOutcome:
     """What happened."""
 
-    plan: Plan
+    plan: OrdersPlan
     trials: int = 0
     edges: int = 0
     cycles: int = 0
@@ -70,9 +70,9 @@ class Outcome:
     failures: list[Failure] = field(default_factory=list)
 
 
-def run(plan: Plan, progress: Progress = unseen) -> Outcome:
+def run(plan: OrdersPlan, progress: Progress = unseen) -> OrdersOutcome:
     """Run a plan; raises UserError if the simulator cannot run."""
-    outcome = Outcome(plan)
+    outcome = OrdersOutcome(plan)
     index = plan.first
     while index < plan.first + plan.count:
         end = min(index // BATCH * BATCH + BATCH, plan.first + plan.count)
@@ -82,11 +82,13 @@ def run(plan: Plan, progress: Progress = unseen) -> Outcome:
     return outcome
 
 
-def batch(plan: Plan, first: int, end: int, outcome: Outcome) -> Iterator[trials.Trial]:
+def batch(
+    plan: OrdersPlan, first: int, end: int, outcome: OrdersOutcome
+) -> Iterator[trials.OrdersTrial]:
     """Do the trials of a batch from its beginning, count those from `first` on; yield each."""
     index = first // BATCH * BATCH
     while index < end:
-        with World(plan.board, plan.image, clock_hz(plan, index)) as world:
+        with OrdersWorld(plan.board, plan.image, clock_hz(plan, index)) as world:
             guard = Guard(world)
             good = True
             while good and index < end:
@@ -101,12 +103,12 @@ def batch(plan: Plan, first: int, end: int, outcome: Outcome) -> Iterator[trials
                 index += 1
 
 
-def replay(plan: Plan, index: int, say: Callable[[str], None]) -> bool:
+def replay(plan: OrdersPlan, index: int, say: Callable[[str], None]) -> bool:
     """Do trial `index` again behind those of its batch, and tell of every action; True if good."""
     number = index // BATCH * BATCH
     good = True
     while number <= index:
-        with World(plan.board, plan.image, clock_hz(plan, number)) as world:
+        with OrdersWorld(plan.board, plan.image, clock_hz(plan, number)) as world:
             guard = Guard(world)
             good = True
             while good and number <= index:
@@ -116,22 +118,22 @@ def replay(plan: Plan, index: int, say: Callable[[str], None]) -> bool:
     return good
 
 
-def clock_hz(plan: Plan, index: int) -> int:
+def clock_hz(plan: OrdersPlan, index: int) -> int:
     """Return the pixel clock of a trial's batch."""
     rng = random.Random(f"{plan.board} clock {plan.seed}:{index // BATCH}")
     return rng.choice(lines.clock_hz(plan.board))
 
 
-def make(plan: Plan, index: int, world: World) -> trials.Trial:
+def make(plan: OrdersPlan, index: int, world: OrdersWorld) -> trials.OrdersTrial:
     """Return a trial by its number."""
-    place = trials.Place(plan.board, world.axes, world.clock_hz)
+    place = trials.TrialBoard(plan.board, world.axes, world.clock_hz)
     if plan.together:
         return together.make(random.Random(f"together {plan.seed}:{index}"), place)
     rng = random.Random(f"{plan.board} {plan.seed}:{index}")
     return trials.make(rng, place, plan.estop)
 
 
-def attempt(guard: Guard, trial: trials.Trial) -> bool:
+def attempt(guard: Guard, trial: trials.OrdersTrial) -> bool:
     """Do a trial and recover; False if anything did not hold: the simulator is then of no use."""
     guard.complaints.clear()
     guard.seen_faults.clear()
@@ -140,7 +142,7 @@ def attempt(guard: Guard, trial: trials.Trial) -> bool:
         before = [guard.world.edges(axis).made for axis in range(guard.world.axes)]
         for action in trial.actions:
             guard.do(action)
-        if isinstance(trial, together.Together):
+        if isinstance(trial, together.TogetherTrial):
             guard.started = together.judge(guard, trial, before)
         return guard.recover() and not guard.complaints
     except SimulatorError as error:
@@ -148,11 +150,11 @@ def attempt(guard: Guard, trial: trials.Trial) -> bool:
         return False
 
 
-def _edges(world: World) -> int:
+def _edges(world: OrdersWorld) -> int:
     return sum(world.edges(axis).made for axis in range(world.axes))
 
 
-def _count(outcome: Outcome, trial: trials.Trial, guard: Guard, index: int) -> None:
+def _count(outcome: OrdersOutcome, trial: trials.OrdersTrial, guard: Guard, index: int) -> None:
     outcome.trials += 1
     outcome.pairs.update(zip(trial.tried, trial.tried[1:], strict=False))
     outcome.speeds[next(top for top in _DECADES if trial.steps_s <= top)] += 1

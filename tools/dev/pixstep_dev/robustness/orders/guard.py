@@ -7,10 +7,15 @@ from typing import Any
 from pixstep.board import registers as regs
 from pixstep.simulation.simulator import PermitOutput
 from pixstep_dev.robustness.orders import actions
-from pixstep_dev.robustness.orders.actions import ASK, Action, Order
-from pixstep_dev.robustness.orders.model import ESTOP_ENTRY_CYCLES, HELD_CYCLES, AxisModel, Model
-from pixstep_dev.robustness.orders.state import MOVING, AxisState, Edges, State
-from pixstep_dev.robustness.orders.world import IDLE_TICKS, Outcome, World
+from pixstep_dev.robustness.orders.actions import ASK, Action, BoardOrder
+from pixstep_dev.robustness.orders.model import (
+    ESTOP_ENTRY_CYCLES,
+    HELD_CYCLES,
+    AxisModel,
+    BoardModel,
+)
+from pixstep_dev.robustness.orders.state import MOVING, AxisRegisters, AxisStepEdges, BoardReading
+from pixstep_dev.robustness.orders.world import IDLE_TICKS, ActionOutcome, OrdersWorld
 
 MARGIN_CYCLES = 16_000  # of the main loop, from a halt to the axis's being free again
 _LEAD_STEPS = 2  # a position counts a step when its period is loaded; the timer holds two periods
@@ -20,13 +25,13 @@ _ROUND_S = 0.008  # of the main loop at most, building a reply included
 _ANSWERS = {True: "done", False: "refused", None: "no answer"}
 _STAYS = ("command", "settings", "outputs")
 
-_Before = tuple[State | None, dict[str, Any]]  # what the board said, and its registers
+_Before = tuple[BoardReading | None, dict[str, Any]]  # what the board said, and its registers
 
 
 class Guard:
     """Does actions and judges them; `complaints` tells what did not hold."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: OrdersWorld) -> None:
         self.world = world
         self.careful = False  # compare what a refusal must leave as it was
         self.complaints: list[str] = []
@@ -37,7 +42,7 @@ class Guard:
 
     def begin(self) -> None:
         """The board rests, without a fault: begin anew from what it says now."""
-        self.model = Model([AxisModel() for _ in range(self.world.axes)], self.world.clock_hz)
+        self.model = BoardModel([AxisModel() for _ in range(self.world.axes)], self.world.clock_hz)
         state = self.state = self.world.look()
         assert state  # it rests: it answers
         self.counted = [self.world.edges(number).made for number in range(self.world.axes)]
@@ -53,7 +58,7 @@ class Guard:
         if self.say:
             self.say(f"        FAIL {text}")
 
-    def do(self, action: Action) -> Outcome:
+    def do(self, action: Action) -> ActionOutcome:
         """Do an action, learn from it and check what can be seen from outside."""
         begun = self.world.cycle
         outcome = self._do(action)
@@ -61,12 +66,12 @@ class Guard:
             self.say(f"{begun:>12} {actions.text(action)}: {_ANSWERS[outcome.taken]}")
         return outcome
 
-    def _do(self, action: Action) -> Outcome:
+    def _do(self, action: Action) -> ActionOutcome:
         if isinstance(action, actions.Look):
             state = self.look()
             if self.say and state:
                 self.say(f"             {state.summary()}")
-            return Outcome(True, self.world.cycle)
+            return ActionOutcome(True, self.world.cycle)
         before = self._before(action)
         permit = self.world.permit() if self._presses(action) else None
         outcome = self.world.perform(action)
@@ -82,7 +87,7 @@ class Guard:
         return outcome
 
     def _presses(self, action: Action) -> bool:
-        return action == actions.Pin("ESTOP", 0, 0) and not self.model.estop
+        return action == actions.PinInput("ESTOP", 0, 0) and not self.model.estop
 
     # ---- what can be seen at any time ----
 
@@ -140,13 +145,13 @@ class Guard:
 
     # ---- answers ----
 
-    def _judge_answer(self, action: Action, outcome: Outcome) -> None:
+    def _judge_answer(self, action: Action, outcome: ActionOutcome) -> None:
         """Some answers follow from the command alone."""
         if getattr(action, "how", "") != ASK:
             return
         if outcome.taken is None:
             self.complain(f"no reply to {actions.text(action)}")
-        elif isinstance(action, Order):
+        elif isinstance(action, BoardOrder):
             wanted = self._wanted(action)
             if wanted is not None and outcome.taken != wanted:
                 self.complain(
@@ -154,7 +159,7 @@ class Guard:
                     f"{outcome.exception}"
                 )
 
-    def _wanted(self, order: Order) -> bool | None:
+    def _wanted(self, order: BoardOrder) -> bool | None:
         """Return whether an order must be taken, None if that depends on more than is known."""
         quiets = order.name in ("disarm", "stop")
         if quiets and order.mask & self.world.all_axes == 0:
@@ -176,7 +181,7 @@ class Guard:
 
     # ---- what the board says ----
 
-    def look(self) -> State | None:
+    def look(self) -> BoardReading | None:
         """Read the state; compare it with edges, PERMIT and itself."""
         before = [self.world.edges(number) for number in range(self.world.axes)]
         state = self.world.look()
@@ -191,7 +196,7 @@ class Guard:
         self.state = state
         return state
 
-    def _judge_fault(self, state: State) -> None:
+    def _judge_fault(self, state: BoardReading) -> None:
         model = self.model
         name = state.fault_name
         self.seen_faults.add(name)
@@ -214,13 +219,15 @@ class Guard:
         model.latched = bool(state.fault) or model.estop
         model.may_be_armed = any(axis.state == "armed" for axis in state.axes)
 
-    def _lags(self, state: State) -> bool:
+    def _lags(self, state: BoardReading) -> bool:
         """The main loop hears of the emergency stop behind its interrupt, a round later."""
         return self.model.estop and state.told < self.model.pressed + self.world.sim.cycles(
             _ROUND_S
         )
 
-    def _judge_axis(self, number: int, axis: AxisState, state: State, before: Edges) -> None:
+    def _judge_axis(
+        self, number: int, axis: AxisRegisters, state: BoardReading, before: AxisStepEdges
+    ) -> None:
         """Where the state says that the axis does not move, no edge may follow."""
         model = self.model.axes[number]
         edges = self.world.edges(number)
@@ -239,7 +246,9 @@ class Guard:
         self._judge_position(number, axis, model, edges)
         self.counted[number] = before.made
 
-    def _judge_position(self, number: int, axis: AxisState, model: AxisModel, edges: Edges) -> None:
+    def _judge_position(
+        self, number: int, axis: AxisRegisters, model: AxisModel, edges: AxisStepEdges
+    ) -> None:
         """At rest the position is the steps made; in motion it is no older than the reading before.
 
         A reading may be as old as the board's last account of the axis: while a captured clock edge
@@ -263,7 +272,7 @@ class Guard:
             return None
         return self.world.look(), self.world.registers()
 
-    def _compare(self, action: Action, outcome: Outcome, before: _Before) -> None:
+    def _compare(self, action: Action, outcome: ActionOutcome, before: _Before) -> None:
         old, old_registers = before
         new, new_registers = self.world.look(), self.world.registers()
         if old is None or new is None:
@@ -279,8 +288,10 @@ class Guard:
             if was.state not in MOVING and self.model.axes[number].halted is None:
                 self._compare_axis(action, number, was, is_now)
 
-    def _compare_axis(self, action: Action, number: int, was: AxisState, is_now: AxisState) -> None:
-        mine = isinstance(action, actions.Block) and action.axis == number
+    def _compare_axis(
+        self, action: Action, number: int, was: AxisRegisters, is_now: AxisRegisters
+    ) -> None:
+        mine = isinstance(action, actions.QueueBlock) and action.axis == number
         for name in ("state", "queue_free", "next_block", "position", "lines_done", "line_error"):
             if mine and (name == "line_error" or (name, is_now.state) == ("state", "refused")):
                 continue
@@ -339,15 +350,15 @@ class Guard:
         failed = len(self.complaints)
         world = self.world
         for signal, axis in sorted(world.driven):
-            self.do(actions.Pin(signal, axis, 1))
+            self.do(actions.PinInput(signal, axis, 1))
         world.driven.clear()
         if world.clock_touched:
             for text in ("on", "ppm 0", f"hz {world.clock_hz}/1"):
-                self.do(actions.Clock(text))
+                self.do(actions.ClockCommand(text))
             world.clock_touched = False
-        self.do(Order("stop", world.all_axes))
+        self.do(BoardOrder("stop", world.all_axes))
         self.do(actions.Wait(HELD_CYCLES + MARGIN_CYCLES))
-        for order in (Order("clear_fault", 0), Order("discard", world.all_axes)):
+        for order in (BoardOrder("clear_fault", 0), BoardOrder("discard", world.all_axes)):
             outcome = self.do(order)
             if not outcome.taken:
                 self.complain(f"recovery: {order.name} refused, exception {outcome.exception}")

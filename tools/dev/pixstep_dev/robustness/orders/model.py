@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from pixstep.board import registers as regs
 from pixstep_dev.robustness.orders import actions
-from pixstep_dev.robustness.orders.world import Outcome
+from pixstep_dev.robustness.orders.world import ActionOutcome
 
 HELD_CYCLES = 2 * 65_536  # the period that the timer runs and the one that it holds
 # From the pin's edge until the main program has made its last instruction before the stop's
@@ -62,7 +62,7 @@ class PermitModel:
 
 
 @dataclass
-class Model:
+class BoardModel:
     """A board: its axes, PERMIT, whether a fault is latched, and the faults that may be."""
 
     axes: list[AxisModel]
@@ -76,18 +76,18 @@ class Model:
     may_be_armed: bool = False  # an axis, as far as is known
     told_permit: bool = False  # a broadcast may switch PERMIT on or off: none was confirmed yet
 
-    def learn(self, action: actions.Action, outcome: Outcome) -> None:
+    def learn(self, action: actions.Action, outcome: ActionOutcome) -> None:
         """Take note of what was done."""
         match action:
-            case actions.Order(name, mask):
+            case actions.BoardOrder(name, mask):
                 self._order(name, mask, outcome)
             case actions.Coils(first, values):
                 self._coils(first, values, outcome)
-            case actions.Pin(signal, _, level):
+            case actions.PinInput(signal, _, level):
                 self._pin(signal, level, outcome.done)
-            case actions.Clock():
+            case actions.ClockCommand():
                 self.expected |= clock_faults()
-            case actions.Block():
+            case actions.QueueBlock():
                 self._block(action)
             case actions.Setting("bus_timeout_ms"):
                 self.expected.add("bus_silent")
@@ -97,7 +97,7 @@ class Model:
             case actions.Supply(what):
                 self._supply(what)
 
-    def _order(self, name: str, mask: int, outcome: Outcome) -> None:
+    def _order(self, name: str, mask: int, outcome: ActionOutcome) -> None:
         if outcome.taken is False:
             return
         axes = [axis for number, axis in enumerate(self.axes) if mask >> number & 1]
@@ -114,7 +114,7 @@ class Model:
             self.expected |= {"wrong_token", "start_late"}
         self._order_permit(name, outcome)
 
-    def _order_permit(self, name: str, outcome: Outcome) -> None:
+    def _order_permit(self, name: str, outcome: ActionOutcome) -> None:
         if name == "permit_on" and (outcome.taken or self.latched is not True):
             self.permit.allow()
         elif name in ("stop", "permit_off") and outcome.taken:
@@ -122,7 +122,7 @@ class Model:
         if name in ("stop", "permit_on", "permit_off") and outcome.taken is None:
             self.told_permit = True
 
-    def _coils(self, first: int, values: tuple[int, ...], outcome: Outcome) -> None:
+    def _coils(self, first: int, values: tuple[int, ...], outcome: ActionOutcome) -> None:
         for place, value in enumerate(values, first):
             name = coil_command(place, value)
             if name:
@@ -152,7 +152,7 @@ class Model:
                 axis.halted = None
         self.estop = False
 
-    def _block(self, action: actions.Block) -> None:
+    def _block(self, action: actions.QueueBlock) -> None:
         mark = action.entries[0][0]
         if mark & _MARK_SEEK:
             self.expected |= {"home_not_found", "home_stuck"}

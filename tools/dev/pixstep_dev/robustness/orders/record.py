@@ -6,20 +6,20 @@ from typing import Any
 
 from pixstep.board import boards
 from pixstep_dev.robustness.orders import rests
-from pixstep_dev.robustness.orders.campaign import Outcome
+from pixstep_dev.robustness.orders.campaign import OrdersOutcome
 
 
-def name(outcome: Outcome | rests.Outcome) -> str:
+def name(outcome: OrdersOutcome | rests.RestsOutcome) -> str:
     """Return the name of the part."""
     board = outcome.plan.board
-    if isinstance(outcome, rests.Outcome):
+    if isinstance(outcome, rests.RestsOutcome):
         return f"rests-{board}"
     return "orders-together" if outcome.plan.together else f"orders-{board}"
 
 
-def markdown(outcome: Outcome | rests.Outcome) -> str:
+def markdown(outcome: OrdersOutcome | rests.RestsOutcome) -> str:
     """Return the part: figures, speeds, faults, pairs."""
-    if isinstance(outcome, rests.Outcome):
+    if isinstance(outcome, rests.RestsOutcome):
         return rests.text(outcome).replace("\n  ", "\n") + "\n"
     plan = outcome.plan
     hours = outcome.cycles / boards.load(plan.board).tick_hz / 3600

@@ -28,16 +28,16 @@ from pixstep.board import boards
 from pixstep.progress import Progress, unseen
 from pixstep_dev.robustness.orders import lines, state
 from pixstep_dev.robustness.orders.actions import (
-    Block,
-    Clock,
+    BoardOrder,
+    ClockCommand,
     Frequency,
     Look,
-    Order,
+    QueueBlock,
     Setting,
     Wait,
 )
 from pixstep_dev.robustness.orders.guard import Guard
-from pixstep_dev.robustness.orders.world import IDLE_TICKS, World
+from pixstep_dev.robustness.orders.world import IDLE_TICKS, OrdersWorld
 from pixstep_trials import frames
 
 SIMULATED_S = 2  # longer rests are told to the firmware
@@ -53,7 +53,7 @@ _BACK_S = 0.3  # how long the clock is watched when it is back
 
 
 @dataclass(frozen=True)
-class Plan:
+class RestsPlan:
     """So many rests of one board."""
 
     board: str
@@ -64,10 +64,10 @@ class Plan:
 
 
 @dataclass
-class Outcome:
+class RestsOutcome:
     """What happened."""
 
-    plan: Plan
+    plan: RestsPlan
     rests: int = 0
     uncounted: int = 0  # the board was just writing its account
     hours: float = 0.0
@@ -77,9 +77,9 @@ class Outcome:
     failures: list[str] = field(default_factory=list)
 
 
-def run(plan: Plan, progress: Progress = unseen) -> Outcome:
+def run(plan: RestsPlan, progress: Progress = unseen) -> RestsOutcome:
     """Run a plan; raises UserError if the simulator cannot run."""
-    outcome = Outcome(plan)
+    outcome = RestsOutcome(plan)
     for index in range(plan.first, plan.first + plan.count):
         rest = _Rest(plan, index, outcome)
         outcome.failures += [f"{plan.seed}:{index} {rest.text}: {text}" for text in rest.go()]
@@ -87,7 +87,7 @@ def run(plan: Plan, progress: Progress = unseen) -> Outcome:
     return outcome
 
 
-def text(outcome: Outcome) -> str:
+def text(outcome: RestsOutcome) -> str:
     """Return what happened in two lines."""
     return (
         f"{outcome.plan.board}: {outcome.rests:,} rests, {outcome.hours:,.0f} hours together, "
@@ -101,7 +101,7 @@ def text(outcome: Outcome) -> str:
 class _Rest:
     """One rest, on a simulator of its own."""
 
-    def __init__(self, plan: Plan, index: int, outcome: Outcome) -> None:
+    def __init__(self, plan: RestsPlan, index: int, outcome: RestsOutcome) -> None:
         rng = random.Random(f"rests {plan.board} {plan.seed}:{index}")
         low, high = _CLOCKS_HZ
         self.tick_hz = boards.load(plan.board).tick_hz
@@ -119,7 +119,7 @@ class _Rest:
 
     def go(self) -> list[str]:
         """Do it; return what did not hold."""
-        with World(self.plan.board, self.plan.image, self.hz) as self.world:
+        with OrdersWorld(self.plan.board, self.plan.image, self.hz) as self.world:
             self.guard = Guard(self.world)
             self.period = Fraction(self.tick_hz, self.hz)
             self.guard.do(Frequency(self.hz))
@@ -142,7 +142,7 @@ class _Rest:
             do(Look())
         if self.token:
             self._arm(_TOKEN)
-        do(Clock("off"))
+        do(ClockCommand("off"))
         self.guard.model.expected.clear()
         do(Wait(int(self.period) + self.phase))
         do(Look())
@@ -150,8 +150,8 @@ class _Rest:
     def _arm(self, token: int | None) -> None:
         for axis in range(self.world.axes):
             entries = ((0x21, 0), (0, 0), (_COUNT, _LINE_PX), (2, 0))
-            self.guard.do(Block(axis, entries))
-        self.guard.do(Order("arm", self.world.all_axes, token))
+            self.guard.do(QueueBlock(axis, entries))
+        self.guard.do(BoardOrder("arm", self.world.all_axes, token))
 
     def _pass(self) -> bool:
         """Let the time of the rest pass; False if the board's words do not agree afterwards."""
@@ -169,10 +169,10 @@ class _Rest:
         world, do = self.world, self.guard.do
         before = self._counts()
         if self.early:
-            do(Order("go", 0, _TOKEN, ahead=self.ahead))
+            do(BoardOrder("go", 0, _TOKEN, ahead=self.ahead))
             do(Look())
-        do(Clock(f"hz {self.hz}/1"))
-        do(Clock("on"))
+        do(ClockCommand(f"hz {self.hz}/1"))
+        do(ClockCommand("on"))
         self.guard.model.expected.clear()
         zero = world.cycle
         until = world.cycle + int(max(_BACK_S * self.tick_hz, float(3 * self.period)))
@@ -201,7 +201,7 @@ class _Rest:
         if not self.token:
             self._arm(None)
         elif not self.early:
-            self.guard.do(Order("go", 0, _TOKEN, ahead=self.ahead))
+            self.guard.do(BoardOrder("go", 0, _TOKEN, ahead=self.ahead))
         pixels = _LINE_PX + 4 + self.ahead
         self.guard.do(Wait(int(pixels * self.period) + self.tick_hz // 10))
         self.guard.do(Look())
@@ -228,7 +228,7 @@ class _Rest:
         return min(off, self.period - off)
 
 
-def tell(world: World, overflows: int) -> None:
+def tell(world: OrdersWorld, overflows: int) -> None:
     """Tell an idle board that so many overflows of timer 0 have passed."""
     ticks = overflows * OVERFLOW_TICKS
     world.add(world.coarse_overflows(), 4, overflows)
@@ -237,7 +237,7 @@ def tell(world: World, overflows: int) -> None:
             world.add(address, size, ticks // unit)
 
 
-def told_well(world: World, before: list[int], seconds: float) -> bool:
+def told_well(world: OrdersWorld, before: list[int], seconds: float) -> bool:
     """Whether every account of time has moved on by the rest."""
     ticks = int(seconds * world.tick_hz) // OVERFLOW_TICKS * OVERFLOW_TICKS
     for axis, old in enumerate(before):

@@ -10,7 +10,7 @@ FIRST = 0x0004  # `status`; the axes' registers follow those of the board withou
 MOVING = frozenset(("armed", "running"))
 
 
-class Edges(NamedTuple):
+class AxisStepEdges(NamedTuple):
     """STEP edges of an axis: rising ones, the same signed, cycles of the last two (0: none)."""
 
     made: int
@@ -20,7 +20,7 @@ class Edges(NamedTuple):
 
 
 @dataclass(frozen=True)
-class AxisState:
+class AxisRegisters:
     """The registers of an axis that commands change."""
 
     state: str
@@ -34,7 +34,7 @@ class AxisState:
 
 
 @dataclass(frozen=True)
-class State:
+class BoardReading:
     """One reading: when the request began and its reply had come, and what it said."""
 
     asked: int
@@ -45,7 +45,7 @@ class State:
     fault_axis: int
     fault_mask: int
     reset_cause: int
-    axes: tuple[AxisState, ...]
+    axes: tuple[AxisRegisters, ...]
 
     @property
     def fault_name(self) -> str:
@@ -67,7 +67,7 @@ def words(axes: int) -> int:
     return regs.AXIS_BASE + regs.AXIS_STRIDE * axes - FIRST
 
 
-def parse(found: tuple[int, ...], axes: int, asked: int, told: int) -> State:
+def parse(found: tuple[int, ...], axes: int, asked: int, told: int) -> BoardReading:
     """Return the reading of these words."""
 
     def one(address: int) -> int:
@@ -75,14 +75,14 @@ def parse(found: tuple[int, ...], axes: int, asked: int, told: int) -> State:
 
     starts = range(regs.AXIS_BASE - FIRST, words(axes), regs.AXIS_STRIDE)
     blocks = tuple(_axis(found[start : start + regs.AXIS_STRIDE]) for start in starts)
-    return State(
+    return BoardReading(
         asked, told, one(0x04), one(0x05), one(0x06), one(0x07), one(0x0A), one(0x0B), blocks
     )
 
 
-def _axis(block: tuple[int, ...]) -> AxisState:
+def _axis(block: tuple[int, ...]) -> AxisRegisters:
     position = block[6] << 16 | block[7]
-    return AxisState(
+    return AxisRegisters(
         state=regs.AXIS_STATES[block[0]],
         queue_free=block[1],
         next_block=block[2],

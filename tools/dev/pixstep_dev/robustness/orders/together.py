@@ -16,17 +16,17 @@ from pixstep_dev.robustness.orders.actions import (
     ASK,
     TELL,
     Action,
-    Block,
+    BoardOrder,
     Coils,
     Entries,
     Frequency,
     Look,
-    Order,
+    QueueBlock,
     Setting,
     Wait,
 )
 from pixstep_dev.robustness.orders.guard import Guard
-from pixstep_dev.robustness.orders.trials import Place, Trial
+from pixstep_dev.robustness.orders.trials import OrdersTrial, TrialBoard
 
 DISTURBANCES = ("repeated", "skipped", "refused", "malformed", "late", "setting", "coil", "nothing")
 _SPREAD_CYCLES = 16  # between the timers of the axes, which start two cycles after each other
@@ -37,14 +37,14 @@ _DONE_S = 0.05
 
 
 @dataclass(frozen=True)
-class Together(Trial):
+class TogetherTrial(OrdersTrial):
     """A trial with the axes that start together."""
 
     mask: int = 0
     clocked: bool = False
 
 
-def make(rng: random.Random, place: Place) -> Together:
+def make(rng: random.Random, place: TrialBoard) -> TogetherTrial:
     """Return a random trial."""
     tick_hz = boards.load(place.board).tick_hz
     clocked = rng.random() < 0.6
@@ -55,13 +55,13 @@ def make(rng: random.Random, place: Place) -> Together:
     entries = _line(steps_s // hz, clocked=clocked)
     token = _TOKEN if rng.random() < 0.4 else None
     tried = tuple(rng.choice(DISTURBANCES) for _ in range(3))
-    made: list[Action] = [Frequency(hz, TELL), *[Block(axis, entries) for axis in axes]]
+    made: list[Action] = [Frequency(hz, TELL), *[QueueBlock(axis, entries) for axis in axes]]
     made += [_disturbance(rng, tried[0], rng.choice(axes), entries, armed=False)]
-    made += [Order("arm", mask, token, ASK), Wait(rng.randrange(_STARTS_CYCLES))]
+    made += [BoardOrder("arm", mask, token, ASK), Wait(rng.randrange(_STARTS_CYCLES))]
     ahead = lines.go_ahead(tick_hz, hz) if token else 0
     made += [_disturbance(rng, tried[1], rng.choice(axes), entries, armed=True)]
     if token:
-        made += [Wait(rng.randrange(_STARTS_CYCLES)), Order("go", 0, token, TELL, ahead)]
+        made += [Wait(rng.randrange(_STARTS_CYCLES)), BoardOrder("go", 0, token, TELL, ahead)]
     made += [Wait(rng.randrange(_STARTS_CYCLES))]
     made += [_disturbance(rng, tried[2], rng.choice(axes), entries, armed=True)]
     lasts = (4 + ahead) * tick_hz // hz + _STARTS_CYCLES
@@ -71,7 +71,7 @@ def make(rng: random.Random, place: Place) -> Together:
         Wait(int(_DONE_S * tick_hz)),
         Look(),
     ]
-    return Together(tuple(made), tried, steps_s, mask, clocked)
+    return TogetherTrial(tuple(made), tried, steps_s, mask, clocked)
 
 
 def _line(count: int, *, clocked: bool) -> Entries:
@@ -86,15 +86,15 @@ def _disturbance(
     # An axis at rest is refused for good by a bad block: then the arming must be refused as well.
     match name:
         case "repeated":
-            return Block(axis, entries, -1, how)
+            return QueueBlock(axis, entries, -1, how)
         case "skipped":
-            return Block(axis, entries, rng.choice((1, 2, 7)), how)
+            return QueueBlock(axis, entries, rng.choice((1, 2, 7)), how)
         case "refused":
-            return Block(axis, ((1, 0), (0, 0), (20_000, 1), (2, 0)), 0, how)
+            return QueueBlock(axis, ((1, 0), (0, 0), (20_000, 1), (2, 0)), 0, how)
         case "malformed":
-            return Block(axis, ((0x7FFF, 0),), 0, how)
+            return QueueBlock(axis, ((0x7FFF, 0),), 0, how)
         case "late" if armed:
-            return Block(axis, _line(3, clocked=True)[:3], 0, how)
+            return QueueBlock(axis, _line(3, clocked=True)[:3], 0, how)
         case "setting":
             return Setting("backlash_policy", rng.choice((1, 2)), how)
         case "coil":
@@ -102,7 +102,7 @@ def _disturbance(
     return Wait(0)
 
 
-def judge(guard: Guard, trial: Together, before: list[int]) -> str:
+def judge(guard: Guard, trial: TogetherTrial, before: list[int]) -> str:
     """Compare the axes; return "all", "none" or "split"."""
     world = guard.world
     axes = [axis for axis in range(world.axes) if trial.mask >> axis & 1]

@@ -11,15 +11,15 @@ from pixstep_dev.robustness.orders.actions import (
     ASK,
     TELL,
     Action,
-    Block,
-    Clock,
+    BoardOrder,
+    ClockCommand,
     Coils,
     Entries,
     Frequency,
     Look,
-    Order,
-    Pin,
-    Step,
+    PinInput,
+    QueueBlock,
+    StepWait,
     Wait,
 )
 
@@ -43,7 +43,7 @@ _CLOCKS = ("off", "on", "drop 1", "drop 3", "ppm 90000", "ppm -2000", "hz 50/1",
 
 
 @dataclass(frozen=True)
-class Trial:
+class OrdersTrial:
     """What is done, which commands of COMMANDS it tries, and at what speed, steps/s."""
 
     actions: tuple[Action, ...]
@@ -52,7 +52,7 @@ class Trial:
 
 
 @dataclass(frozen=True)
-class Setup:
+class TrialLines:
     """The lines of a trial, by axis."""
 
     mask: int
@@ -64,7 +64,7 @@ class Setup:
 
 
 @dataclass(frozen=True)
-class Place:
+class TrialBoard:
     """Where a trial happens: the board, its axes, its clock."""
 
     board: str
@@ -72,7 +72,7 @@ class Place:
     clock_hz: int
 
 
-def make(rng: random.Random, place: Place, estop: float) -> Trial:
+def make(rng: random.Random, place: TrialBoard, estop: float) -> OrdersTrial:
     """Return a random trial; `estop` is the share of those in which the stop is pressed."""
     tick_hz = boards.load(place.board).tick_hz
     setup = _setup(rng, place, tick_hz)
@@ -85,10 +85,10 @@ def make(rng: random.Random, place: Place, estop: float) -> Trial:
     for name in tried:
         made += [*_command(rng, name, setup, place.axes), Wait(_gap(rng, name))]
     made += [Look(), Wait(int(_WATCH_S * tick_hz)), Look()]
-    return Trial(tuple(made), tuple(tried), setup.speed.steps_s)
+    return OrdersTrial(tuple(made), tuple(tried), setup.speed.steps_s)
 
 
-def _setup(rng: random.Random, place: Place, tick_hz: int) -> Setup:
+def _setup(rng: random.Random, place: TrialBoard, tick_hz: int) -> TrialLines:
     clocked = rng.random() < 0.25
     hz = place.clock_hz if clocked else rng.choice(lines.pixel_hz(place.board))
     mask = rng.randrange(1, 1 << place.axes)
@@ -99,24 +99,24 @@ def _setup(rng: random.Random, place: Place, tick_hz: int) -> Setup:
         if mask >> axis & 1:
             made[axis] = lines.entries(rng, speed, tick_hz, smooth=smooth, clocked=clocked)
             fastest = speed
-    return Setup(mask, hz, clocked, _TOKEN if rng.random() < 0.1 else None, made, fastest)
+    return TrialLines(mask, hz, clocked, _TOKEN if rng.random() < 0.1 else None, made, fastest)
 
 
-def _begin(rng: random.Random, setup: Setup, tick_hz: int) -> list[Action]:
+def _begin(rng: random.Random, setup: TrialLines, tick_hz: int) -> list[Action]:
     """Queue the lines and arm them."""
     how = TELL if rng.random() < 0.5 else ASK
     made: list[Action] = [Frequency(setup.hz, TELL)]
-    made += [Block(axis, entries, 0, how) for axis, entries in setup.entries.items()]
+    made += [QueueBlock(axis, entries, 0, how) for axis, entries in setup.entries.items()]
     if rng.random() < 0.7:
-        made.append(Order("permit_on", 0, None, TELL))
-    made.append(Order("arm", setup.mask, setup.token, how))
+        made.append(BoardOrder("permit_on", 0, None, TELL))
+    made.append(BoardOrder("arm", setup.mask, setup.token, how))
     if setup.token and rng.random() < 0.7:
         ahead = lines.go_ahead(tick_hz, setup.hz)
-        made += [Wait(rng.randrange(200_000)), Order("go", 0, setup.token, TELL, ahead)]
+        made += [Wait(rng.randrange(200_000)), BoardOrder("go", 0, setup.token, TELL, ahead)]
     return made
 
 
-def _moment(rng: random.Random, setup: Setup, tick_hz: int) -> Action:
+def _moment(rng: random.Random, setup: TrialLines, tick_hz: int) -> Action:
     """Return the wait for the first command: before the start, in motion, around a STEP edge."""
     way = rng.random()
     if way < 0.3:
@@ -127,7 +127,7 @@ def _moment(rng: random.Random, setup: Setup, tick_hz: int) -> Action:
     more = rng.randrange(period) if way < 0.8 else period
     axis = rng.choice(list(setup.entries))
     around = rng.randint(-_AROUND_CYCLES, _AROUND_CYCLES)
-    return Step(axis, _STEP_LIMIT_CYCLES, min(more, _STEP_LIMIT_CYCLES) + around)
+    return StepWait(axis, _STEP_LIMIT_CYCLES, min(more, _STEP_LIMIT_CYCLES) + around)
 
 
 def _gap(rng: random.Random, name: str) -> int:
@@ -136,12 +136,12 @@ def _gap(rng: random.Random, name: str) -> int:
     return int(most ** rng.random())
 
 
-def _command(rng: random.Random, name: str, setup: Setup, axes: int) -> list[Action]:
+def _command(rng: random.Random, name: str, setup: TrialLines, axes: int) -> list[Action]:
     how = TELL if rng.random() < 0.5 else ASK
     if name == ESTOP:
         return _press(rng)
     if name == "clock":
-        return [Clock(rng.choice(_CLOCKS))]
+        return [ClockCommand(rng.choice(_CLOCKS))]
     if name == "block":
         return [_block(rng, setup, axes, how)]
     if name.startswith("coil "):
@@ -154,18 +154,18 @@ def _command(rng: random.Random, name: str, setup: Setup, axes: int) -> list[Act
         argument = rng.choice((0, _TOKEN, _TOKEN, _TOKEN + 1))
     if name == "go":
         ahead = rng.choice(_AHEAD)
-    return [Order(name, mask, argument, how, ahead)]
+    return [BoardOrder(name, mask, argument, how, ahead)]
 
 
 def _press(rng: random.Random) -> list[Action]:
     """Half of the stops come while a broadcast that switches PERMIT on is being carried out."""
-    press = Pin("ESTOP", 0, 0)
+    press = PinInput("ESTOP", 0, 0)
     if rng.random() < 0.5:
         return [press]
-    return [Order("permit_on", 0, None, TELL), Wait(rng.randrange(2 * _AROUND_CYCLES)), press]
+    return [BoardOrder("permit_on", 0, None, TELL), Wait(rng.randrange(2 * _AROUND_CYCLES)), press]
 
 
-def _coil(rng: random.Random, name: str, setup: Setup, how: str) -> Coils:
+def _coil(rng: random.Random, name: str, setup: TrialLines, how: str) -> Coils:
     group = {"enable": 0, "disable": 0, "arm": 1, "disarm": 1, "stop": 2}.get(name)
     value = 0 if name in ("disable", "disarm", "permit_off") else 1
     if group is None:
@@ -179,7 +179,7 @@ def _coil(rng: random.Random, name: str, setup: Setup, how: str) -> Coils:
     return Coils(4 * group + first, tuple(values), how)
 
 
-def _block(rng: random.Random, setup: Setup, axes: int, how: str) -> Block:
+def _block(rng: random.Random, setup: TrialLines, axes: int, how: str) -> QueueBlock:
     """Return the next line, or a block that repeats, is out of order or impossible, or too big."""
     axis = rng.randrange(axes)
     entries = setup.entries.get(axis) or next(iter(setup.entries.values()))
@@ -188,4 +188,4 @@ def _block(rng: random.Random, setup: Setup, axes: int, how: str) -> Block:
         entries = rng.choice((((0x7FFF, 0),), ((1, 0), (0, 0), (20_000, 1)), ((5, 5), (2, 0))))
     elif kind == "big":
         entries = (*entries[:3], *[(1, 1), (2, 1)] * 16)
-    return Block(axis, entries, {"repeated": -1, "skipped": 1}.get(kind, 0), how)
+    return QueueBlock(axis, entries, {"repeated": -1, "skipped": 1}.get(kind, 0), how)

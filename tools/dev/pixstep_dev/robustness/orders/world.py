@@ -11,10 +11,10 @@ from pixstep.board import registers as regs
 from pixstep.simulation.simulated_board import SimLink
 from pixstep.simulation.simulator import PermitOutput, SimOptions, SimulatorError
 from pixstep_dev.robustness.orders import actions, state
-from pixstep_dev.robustness.orders.state import Edges, State
+from pixstep_dev.robustness.orders.state import AxisStepEdges, BoardReading
 from pixstep_trials import frames
 from pixstep_trials.memory import Memory
-from pixstep_trials.probe import Probe
+from pixstep_trials.probe import BoardProbe
 
 FAST_BAUD, SLOW_BAUD = 250_000, 115_200  # the fastest at which no byte is lost, whatever moves
 BITS = 11  # of a byte on the line, even parity
@@ -29,7 +29,7 @@ _EDGES = 0x10000  # their numbers are taken modulo this
 
 
 @dataclass(frozen=True)
-class Outcome:
+class ActionOutcome:
     """What came of an action: taken, refused, or (None) nobody knows.
 
     It was carried out no later than `done`.
@@ -40,7 +40,7 @@ class Outcome:
     exception: int = 0
 
 
-class World:
+class OrdersWorld:
     """A board under direct command; use as a context manager."""
 
     def __init__(self, board: str, image: Path | None = None, clock_hz: int = 100) -> None:
@@ -55,7 +55,7 @@ class World:
         self.clock_touched = False
         self.driven: set[tuple[str, int]] = set()  # pins that are not as they were at first
 
-    def __enter__(self) -> "World":
+    def __enter__(self) -> "OrdersWorld":
         self.sim = SimLink(self._options).simulator
         try:
             self.memory = Memory(self.sim, self.name)
@@ -88,7 +88,7 @@ class World:
         """The cycle reached."""
         return self.sim.cycle
 
-    def ask(self, frame: bytes) -> frames.Reply:
+    def ask(self, frame: bytes) -> frames.FrameReply:
         """Send a request and wait for the reply."""
         self.asked = self.cycle
         data = self.sim.transmit(frame, self.sim.cycles(REPLY_S))
@@ -99,7 +99,7 @@ class World:
         """Send a frame from this cycle on; return when its last bit has left. No time passes."""
         return int(self.sim.command(f"send {frame.hex()}").split()[1])
 
-    def look(self) -> State | None:
+    def look(self) -> BoardReading | None:
         """Read the state of the board; None if it does not answer."""
         reply = self.ask(frames.read_inputs(state.FIRST, state.words(self.axes)))
         if not reply.taken:
@@ -117,9 +117,9 @@ class World:
         }
         return {name: self.ask(frame).words for name, frame in wanted.items()}
 
-    def edges(self, axis: int) -> Edges:
+    def edges(self, axis: int) -> AxisStepEdges:
         """Return the STEP edges of an axis so far."""
-        return Edges(*map(int, self.sim.command(f"last 0 {axis}").split()[1:]))
+        return AxisStepEdges(*map(int, self.sim.command(f"last 0 {axis}").split()[1:]))
 
     def account(self, axis: int) -> int:
         """Return how far an axis's account of time is ahead of this cycle, modulo 2^32.
@@ -138,15 +138,17 @@ class World:
 
     def coarse_overflows(self) -> int:
         """Return where the coarse clock's overflows are counted: its address in RAM."""
-        return Probe(self.sim).symbol(0, "clock_overflows").address
+        return BoardProbe(self.sim).symbol(0, "clock_overflows").address
 
     def _coarse_units(self) -> int:
-        high = Probe(self.sim).peek(0, self.coarse_overflows(), 4)
-        return int.from_bytes(high, "little") << 8 | Probe(self.sim).peek(0, _COUNT_ADDRESS, 1)[0]
+        high = BoardProbe(self.sim).peek(0, self.coarse_overflows(), 4)
+        return (
+            int.from_bytes(high, "little") << 8 | BoardProbe(self.sim).peek(0, _COUNT_ADDRESS, 1)[0]
+        )
 
     def _parked_base(self, axis: int) -> int:
-        found = Probe(self.sim).symbol(0, "parked_bases").address
-        return int.from_bytes(Probe(self.sim).peek(0, found + 4 * axis, 4), "little")
+        found = BoardProbe(self.sim).symbol(0, "parked_bases").address
+        return int.from_bytes(BoardProbe(self.sim).peek(0, found + 4 * axis, 4), "little")
 
     def time_words(self, axis: int) -> list[tuple[int, int, int]]:
         """Return address, size and unit (ticks) of every word that counts an idle axis's time."""
@@ -163,8 +165,8 @@ class World:
 
     def add(self, address: int, size: int, amount: int) -> None:
         """Add to a number in RAM, modulo its size."""
-        old = int.from_bytes(Probe(self.sim).peek(0, address, size), "little")
-        Probe(self.sim).poke(
+        old = int.from_bytes(BoardProbe(self.sim).peek(0, address, size), "little")
+        BoardProbe(self.sim).poke(
             0, address, ((old + amount) % (1 << 8 * size)).to_bytes(size, "little")
         )
 
@@ -172,46 +174,46 @@ class World:
         """Return the permit output's level and edges."""
         return self.sim.permit(0)
 
-    def perform(self, action: actions.Action) -> Outcome:
+    def perform(self, action: actions.Action) -> ActionOutcome:
         """Do something from this cycle on."""
         match action:
             case actions.Wait(cycles):
                 self.sim.run(cycles)
-            case actions.Step():
+            case actions.StepWait():
                 self._to_step(action)
-            case actions.Clock(text):
+            case actions.ClockCommand(text):
                 self.sim.command(f"clock {text}")
                 self.clock_touched = True
-            case actions.Pin(signal, axis, level):
+            case actions.PinInput(signal, axis, level):
                 self.sim.pin(0, *self._pins[signal, axis], level)
                 self.driven.add((signal, axis))
             case actions.Supply(what):
                 self._interrupt_supply(what)
             case _:
                 return self._request(action)
-        return Outcome(True, self.cycle)
+        return ActionOutcome(True, self.cycle)
 
-    def _request(self, action: actions.Action) -> Outcome:
+    def _request(self, action: actions.Action) -> ActionOutcome:
         broadcast = getattr(action, "how", "") == actions.TELL
         frame = self._frame(action, frames.BROADCAST if broadcast else frames.UNIT)
         if broadcast:
             end = self.tell(frame)
             self._count_block(action)
             self.sim.run(max(0, end - self.cycle))
-            return Outcome(None, end)
+            return ActionOutcome(None, end)
         reply = self.ask(frame)
         if reply.taken:
             self._count_block(action)
-        return Outcome(reply.taken if reply.came else None, self.told, reply.exception)
+        return ActionOutcome(reply.taken if reply.came else None, self.told, reply.exception)
 
     def _frame(self, action: actions.Action, unit: int) -> bytes:
         table = regs.register_map()
         match action:
-            case actions.Order(name, mask, argument, _, ahead):
+            case actions.BoardOrder(name, mask, argument, _, ahead):
                 return frames.order(name, mask, argument, unit, self._edge(ahead))
             case actions.Coils(first, values):
                 return frames.coils(first, list(values), unit)
-            case actions.Block(axis, entries, off):
+            case actions.QueueBlock(axis, entries, off):
                 number = self.next_block[axis] + off
                 return frames.block(number, axis, list(entries), unit)
             case actions.Setting(name, value):
@@ -228,10 +230,10 @@ class World:
         return (self.memory.read("clock.edges") + ahead) % _EDGES or 1
 
     def _count_block(self, action: actions.Action) -> None:
-        if isinstance(action, actions.Block) and action.off == 0:
+        if isinstance(action, actions.QueueBlock) and action.off == 0:
             self.next_block[action.axis] = self.next_block[action.axis] + 1 & 0xFFFF
 
-    def _to_step(self, action: actions.Step) -> None:
+    def _to_step(self, action: actions.StepWait) -> None:
         begun, limit = self.edges(action.axis).made, self.cycle + action.limit
         while self.cycle < limit and self.edges(action.axis).made == begun:
             self.sim.run(min(_STRETCH_CYCLES, limit - self.cycle))

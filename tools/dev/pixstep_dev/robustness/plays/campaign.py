@@ -23,12 +23,12 @@ from pathlib import Path
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
-from pixstep.board.upload import Upload
+from pixstep.board.upload import LineUpload
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simulated_board import SimulatedBoard
 from pixstep_dev.robustness.plays import motions
-from pixstep_dev.robustness.plays.load import Load, follow
-from pixstep_dev.robustness.plays.motions import Clock, Motion
+from pixstep_dev.robustness.plays.load import PlayLoad, follow
+from pixstep_dev.robustness.plays.motions import ClockEdges, PlayMotion
 
 TOLERANCE_STEPS = 1
 _TOGETHER = 2  # axes that move
@@ -40,7 +40,7 @@ _ACTS = 7  # of a sequence, on average
 
 
 @dataclass(frozen=True)
-class Plan:
+class PlaysPlan:
     """So many sequences of one board; `first` is the number of the first."""
 
     board: str
@@ -50,10 +50,10 @@ class Plan:
 
 
 @dataclass
-class Outcome:
+class PlaysOutcome:
     """What happened. `complaints` is empty if every promise was kept."""
 
-    plan: Plan
+    plan: PlaysPlan
     sequences: int = 0
     lines: int = 0  # with backlash, each axis by itself
     warned: int = 0  # of these: the board said that it did not know the play
@@ -63,9 +63,9 @@ class Outcome:
     complaints: list[str] = field(default_factory=list)
 
 
-def run(plan: Plan, progress: Progress = unseen) -> Outcome:
+def run(plan: PlaysPlan, progress: Progress = unseen) -> PlaysOutcome:
     """Run a plan; raises UserError if the simulator cannot run."""
-    outcome = Outcome(plan)
+    outcome = PlaysOutcome(plan)
     for number in range(plan.first, plan.first + plan.sequences):
         rng = random.Random(f"{plan.seed} {plan.board} {number}")
         with (
@@ -84,16 +84,16 @@ class Sequence:
 
     where = ""
 
-    def __init__(self, name: str, rng: random.Random, edges: Path, outcome: Outcome) -> None:
+    def __init__(self, name: str, rng: random.Random, edges: Path, outcome: PlaysOutcome) -> None:
         table = boards.load(name)
         self._name, self._rng, self._edges, self._outcome = name, rng, edges, outcome
         self._hz = _PIXEL_HZ.get(table.axes, _SLOWER_HZ)
         self._pixel_cycles = int(table.tick_hz / self._hz)
-        self._clock = Clock(table.tick_hz * _CLOCK_START_MS // 1000, self._pixel_cycles)
+        self._clock = ClockEdges(table.tick_hz * _CLOCK_START_MS // 1000, self._pixel_cycles)
         self._pins = table.pins
         self._plays = [round(motions.MOST_PLAY ** rng.random()) for _ in range(table.axes)]
         self._loads = {
-            axis: Load(play, -rng.randint(0, play)) for axis, play in enumerate(self._plays)
+            axis: PlayLoad(play, -rng.randint(0, play)) for axis, play in enumerate(self._plays)
         }
         self._axes = sorted(rng.sample(range(table.axes), min(_TOGETHER, table.axes)))
         self._sure: set[int] = set()  # axes of which the board must know the play
@@ -138,10 +138,10 @@ class Sequence:
         self._sim.command("flush")
         follow(self._log, self._loads)
 
-    def _load(self, axis: int, motion: Motion) -> None:
+    def _load(self, axis: int, motion: PlayMotion) -> None:
         """Queue all of a motion."""
         for entries in motion.entries:
-            upload = Upload(self._board, axis, entries)
+            upload = LineUpload(self._board, axis, entries)
             upload.push()
             if not upload.done:
                 raise BoardError(f"axis {axis}: the queue is full")
@@ -180,7 +180,7 @@ class Sequence:
             if whole and motion.judged:
                 self._sure.add(axis)
 
-    def _end(self, how: str, given: dict[int, Motion]) -> None:
+    def _end(self, how: str, given: dict[int, PlayMotion]) -> None:
         """Let the motions come to their end, or stop them."""
         pixels = max(motion.pixels for motion in given.values())
         # Behind arming the clock's next edge but one is line zero.
@@ -204,7 +204,7 @@ class Sequence:
             self._twice("clear_fault", [])
             self._twice("discard", given)
 
-    def _disarm(self, given: dict[int, Motion]) -> None:
+    def _disarm(self, given: dict[int, PlayMotion]) -> None:
         """Disarm before line zero; an axis that has begun is stopped."""
         for axis in given:
             try:
@@ -213,7 +213,7 @@ class Sequence:
                 self._twice("stop", [axis])
         self._sim.wait_s(_SETTLE_S)
 
-    def _require_done(self, given: dict[int, Motion]) -> None:
+    def _require_done(self, given: dict[int, PlayMotion]) -> None:
         for axis in given:
             state = regs.axis_state(self._board.axis(axis)["axis_state"])
             if state != "done":
@@ -222,7 +222,7 @@ class Sequence:
     def _seek(self) -> None:
         """Let an axis search for its switch, and make the place of the switch its zero."""
         axis = self._rng.choice(self._axes)
-        seek = Motion(seek=motions.seek(self._rng))
+        seek = PlayMotion(seek=motions.seek(self._rng))
         pin = next(pin for pin in self._pins if pin.signal == "HOME" and pin.axis == axis)
         self._load(axis, seek)
         self._board.command("arm", [axis])
@@ -240,7 +240,7 @@ class Sequence:
     def _judge(
         self,
         axis: int,
-        motion: Motion,
+        motion: PlayMotion,
         where: str,
         before: tuple[int, int],
         *,
@@ -258,7 +258,7 @@ class Sequence:
         if not load.cycles:
             return
         place, slack = before
-        lacking = Load(load.play, slack).lacking(motion.lines[0].direction)
+        lacking = PlayLoad(load.play, slack).lacking(motion.lines[0].direction)
         for cycle, way in motions.edges(motion, load.cycles[0], lacking, self._clock):
             if cycle > load.cycles[-1] and not whole:
                 break  # cut off in this pixel

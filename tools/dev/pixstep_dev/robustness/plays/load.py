@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 
 @dataclass
-class Load:
+class PlayLoad:
     """A load that stands still while the motor crosses the play."""
 
     play: int
@@ -49,7 +49,7 @@ class Load:
         return self.places[passed - 1] if passed else None
 
 
-def follow(rows: Iterable[str], loads: dict[int, Load]) -> None:
+def follow(rows: Iterable[str], loads: dict[int, PlayLoad]) -> None:
     """Let the loads of axes follow rows of the simulator's list of edges."""
     for row in rows:
         cycle, _, axis, signal, level = row.split(",")

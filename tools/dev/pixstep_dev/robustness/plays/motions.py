@@ -17,7 +17,7 @@ _CYCLES = 8  # from an edge of the clock to the STEP edge that lies on it, at mo
 
 
 @dataclass(frozen=True)
-class Motion:
+class PlayMotion:
     """What an axis is given at once: lines without a pause between them, or a seek."""
 
     lines: tuple[Line, ...] = ()
@@ -77,27 +77,29 @@ def seek(rng: random.Random) -> Seek:
     return Seek(tuple(sign * count for count in (4, 12, 20)), 12, smooth=rng.random() < 0.5)
 
 
-def motion(rng: random.Random, play: int, *, chains: bool) -> Motion:
+def motion(rng: random.Random, play: int, *, chains: bool) -> PlayMotion:
     """Return a random motion; `chains`: it may be two lines with backlash without a pause."""
     kind = rng.random()
     if kind < 0.5:
-        return Motion((smooth(rng, play),))
+        return PlayMotion((smooth(rng, play),))
     if chains and kind < 0.6:
-        return Motion((smooth(rng, play), smooth(rng, play, clocked=False)))
+        return PlayMotion((smooth(rng, play), smooth(rng, play, clocked=False)))
     if kind < 0.8:
-        return Motion((plain(rng, play),))
-    return Motion((wiggle(rng, play) if kind < 0.92 else smooth(rng, 0),))
+        return PlayMotion((plain(rng, play),))
+    return PlayMotion((wiggle(rng, play) if kind < 0.92 else smooth(rng, 0),))
 
 
 @dataclass(frozen=True)
-class Clock:
+class ClockEdges:
     """The pixel clock's edges: cycle of the first, and cycles from one to the next."""
 
     first: int
     pixel: int
 
 
-def edges(given: Motion, first_cycle: int, lacking: int, clock: Clock) -> Iterator[tuple[int, int]]:
+def edges(
+    given: PlayMotion, first_cycle: int, lacking: int, clock: ClockEdges
+) -> Iterator[tuple[int, int]]:
     """Yield cycle and the load's way at each pixel edge away from take-ups.
 
     Which edge of the clock is line zero the first STEP edge tells: the first line takes up what was

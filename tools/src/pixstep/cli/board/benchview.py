@@ -37,7 +37,7 @@ _STYLES = {  # of what is on, and off
 }  # fmt: skip
 
 
-class Typed:
+class TypedLines:
     """Lines from a file descriptor, taken as they come; never waits for them."""
 
     def __init__(self, descriptor: int, *, keys: bool) -> None:
@@ -86,23 +86,23 @@ def key_by_key(descriptor: int) -> Iterator[None]:
         termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
 
 
-class Terminal:
+class BenchTerminal:
     """Where commands come from, and the screen on which the bench is drawn."""
 
     def __init__(self, *, as_json: bool):
         self._as_json = as_json
-        self._typed: Typed | None = None
+        self._typed: TypedLines | None = None
 
-    def typed(self, *, scripted: bool) -> Typed | None:
+    def typed(self, *, scripted: bool) -> TypedLines | None:
         """Return where commands come from: a terminal, or a pipe if there is no script."""
         try:
             descriptor = sys.stdin.fileno()
         except (AttributeError, OSError, ValueError):
             return None
         if os.isatty(descriptor):
-            self._typed = Typed(descriptor, keys=True) if in_foreground(descriptor) else None
+            self._typed = TypedLines(descriptor, keys=True) if in_foreground(descriptor) else None
         elif not scripted:
-            self._typed = Typed(descriptor, keys=False)
+            self._typed = TypedLines(descriptor, keys=False)
         return self._typed
 
     def opened(
@@ -115,7 +115,7 @@ class Terminal:
         return self._drawn(bench, port, typed)
 
     @contextlib.contextmanager
-    def _drawn(self, bench: VirtualBench, port: str, typed: Typed) -> Iterator[_View]:
+    def _drawn(self, bench: VirtualBench, port: str, typed: TypedLines) -> Iterator[_View]:
         console = Console(highlight=False)
         with (
             key_by_key(typed.descriptor),
@@ -127,7 +127,7 @@ class Terminal:
 class _View:
     """A frame that is drawn again and again, with the line that is typed below."""
 
-    def __init__(self, bench: VirtualBench, live: Live, typed: Typed, port: str) -> None:
+    def __init__(self, bench: VirtualBench, live: Live, typed: TypedLines, port: str) -> None:
         self.bench, self.live, self.typed = bench, live, typed
         self.said, self._drawn_s = f"pixstep board ... --port {port}", -_REDRAW_S
 

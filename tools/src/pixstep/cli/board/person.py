@@ -3,12 +3,12 @@
 
 import click
 
-from pixstep.board.selftest import FAILED, OK, SKIPPED, Result
+from pixstep.board.selftest import FAILED, OK, SKIPPED, SelftestResult
 
 COLOURS = {OK: "green", FAILED: "red", SKIPPED: "yellow"}
 
 
-class Person:
+class TerminalPerson:
     """Asked on the error stream, so that --json stays clean."""
 
     def __init__(self, *, as_json: bool):
@@ -22,7 +22,7 @@ class Person:
         """Tell what to do now."""
         click.echo(text, err=True)
 
-    def sees(self, check: Result) -> None:
+    def sees(self, check: SelftestResult) -> None:
         """Show a check that has ended."""
         if not self._as_json:
             verdict = click.style(f"{check.verdict:<8}", fg=COLOURS[check.verdict])

@@ -28,13 +28,13 @@ _TROUBLES = ("crc_errors", "exceptions", "rx_overruns", "busy_replies")
 _GAP = "   "
 
 
-def screen() -> Screen | None:
+def screen() -> TerminalScreen | None:
     """Return a screen if there is a terminal."""
     console = Console(highlight=False)
-    return Screen(console) if console.is_terminal else None
+    return TerminalScreen(console) if console.is_terminal else None
 
 
-class Screen:
+class TerminalScreen:
     """A terminal on which boards are drawn again and again."""
 
     def __init__(self, console: Console):

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from pixstep.jobs.report import pixels
-from pixstep.jobs.report.pixels import Figures
+from pixstep.jobs.report.pixels import ReportFigures
 from pixstep.jobs.report.story import AMBER, BLUE, GREEN, RED, Story, duration_text
 from pixstep.jobs.run_log import Event
 from pixstep.version import __version__
@@ -27,7 +27,7 @@ _WORDS = {"green": "equal", "grey": "differs, changes nothing", "amber": "differ
           "red": "differs, must not be printed"}  # fmt: skip
 
 
-def text(story: Story, figures: Figures, name: str) -> str:
+def text(story: Story, figures: ReportFigures, name: str) -> str:
     """Return the page of a run of some name."""
     verdict, notes = story.verdict[1], [*_notes(story, figures)]
     listed, data = figures.packed()
@@ -47,7 +47,7 @@ def text(story: Story, figures: Figures, name: str) -> str:
     return re.sub(r"\{\{(\w+)\}\}", lambda found: filled[found[1]], _file("page.html"))
 
 
-def colour(story: Story, figures: Figures) -> str:
+def colour(story: Story, figures: ReportFigures) -> str:
     """Return the colour of a report: the worst of its verdict and its notes."""
     found = [story.verdict[0], *(tone for tone, _ in _notes(story, figures))]
     return next(one for one in (RED, AMBER, BLUE, GREEN) if one in found)
@@ -61,7 +61,7 @@ def _json(value: object) -> str:
     return json.dumps(value, separators=(",", ":")).replace("<", "\\u003c")
 
 
-def _notes(story: Story, figures: Figures) -> Iterator[tuple[str, str]]:
+def _notes(story: Story, figures: ReportFigures) -> Iterator[tuple[str, str]]:
     """Yield what else a reader must know, the colour of each first."""
     if figures.strange:
         yield RED, f"boards expected other positions than the job has, in {figures.strange} records"
@@ -79,7 +79,7 @@ def _notes(story: Story, figures: Figures) -> Iterator[tuple[str, str]]:
         yield "grey", "no per-pixel records: run with --records, and pixels have figures here"
 
 
-def _cards(story: Story, figures: Figures) -> Iterator[tuple[str, str, str]]:
+def _cards(story: Story, figures: ReportFigures) -> Iterator[tuple[str, str, str]]:
     """Yield the figures at the top: a name, a figure, a word beside it."""
     yield "lines printed", f"{story.printed}", f"of {story.job.lines}"
     yield "motors", f"{len(story.job.motors)}", f"{story.job.pixels} pixels a line"

@@ -38,7 +38,7 @@ Table = dict[str, "NDArray[Any]"]
 
 
 @dataclass
-class Figures:
+class ReportFigures:
     """The arrays of a report by name, and what they say as a whole.
 
     `worst_off` is the largest distance of a motor from where it should have been, in steps, with
@@ -67,9 +67,9 @@ class Figures:
         return listed, base64.b64encode(gzip.compress(b"".join(parts_), 9, mtime=0)).decode()
 
 
-def of_run(job: Job, folder: Path, measured: Path | None = None) -> Figures:
+def of_run(job: Job, folder: Path, measured: Path | None = None) -> ReportFigures:
     """Return the figures of a run: of its job, its records, and what was measured if there is."""
-    found = Figures()
+    found = ReportFigures()
     expected = _of_job(job, found)
     _of_records(job, folder, expected, found)
     if measured is not None:
@@ -92,7 +92,7 @@ class _Expected:
         return found
 
 
-def _of_job(job: Job, found: Figures) -> _Expected:
+def _of_job(job: Job, found: ReportFigures) -> _Expected:
     keys = {key: number for number, key in enumerate(dict.fromkeys(run.shape for run in job.runs))}
     steps = numpy.array([job.shapes[key].expected for key in keys], numpy.int64)
     steps = steps.reshape(len(keys), job.pixels)
@@ -110,7 +110,7 @@ def _of_job(job: Job, found: Figures) -> _Expected:
     return made
 
 
-def _of_records(job: Job, folder: Path, expected: _Expected, found: Figures) -> None:
+def _of_records(job: Job, folder: Path, expected: _Expected, found: ReportFigures) -> None:
     numbers = {name: number for number, name in enumerate(job.motors)}
     rows = [-1] * len(job.runs)
     off: list[NDArray[Any]] = []
@@ -136,7 +136,7 @@ def _of_records(job: Job, folder: Path, expected: _Expected, found: Figures) -> 
 
 
 def _note_worst(
-    found: Figures, off: NDArray[Any], errors: NDArray[Any], pixel: NDArray[Any], where: str
+    found: ReportFigures, off: NDArray[Any], errors: NDArray[Any], pixel: NDArray[Any], where: str
 ) -> None:
     at = int(numpy.abs(off).argmax())
     if abs(int(off[at])) > abs(found.worst_off):
@@ -151,13 +151,18 @@ def _tables(folder: Path, lines: int) -> Iterator[tuple[int, Table]]:
             line = int(path.stem.rpartition("-")[2])
             table = _columns(parquet.read_table(path))
             table = {key: table[key] for key in ("motor", *parts.FIELDS)}
-        except (OSError, ValueError, KeyError) as error:
-            raise RefusedError(f"{path}: no records of a run: {error}") from None
+            strange = next((key for key in parts.FIELDS if table[key].dtype.kind not in "iu"), None)
+        except KeyError as error:
+            raise RefusedError(f"{path}: no records of a run: no column {error}") from None
+        except (OSError, ValueError):
+            raise RefusedError(f"{path}: no records of a run: no Parquet, or damaged") from None
+        if strange:
+            raise RefusedError(f"{path}: no records of a run: {strange}: no whole numbers")
         if 1 <= line <= lines:
             yield line, table
 
 
-def _of_measured(job: Job, path: Path, expected: _Expected, found: Figures) -> None:
+def _of_measured(job: Job, path: Path, expected: _Expected, found: ReportFigures) -> None:
     table = _measured(path)
     numbers = {name: number for number, name in enumerate(job.motors)}
     motors = numpy.array([numbers.get(str(name), -1) for name in table["motor"]])
@@ -171,6 +176,7 @@ def _of_measured(job: Job, path: Path, expected: _Expected, found: Figures) -> N
             f"{path}: row {row + 1}: {told}: the job has lines 1 to {job.lines}, pixels 1 to "
             f"{job.pixels}, motors {', '.join(job.motors)}"
         )
+    _refuse_doubled(path, table, place * job.pixels + table["pixel"])
     rows = [-1] * len(job.runs)
     off: list[NDArray[Any]] = []
     order = numpy.argsort(place, kind="stable")
@@ -182,6 +188,20 @@ def _of_measured(job: Job, path: Path, expected: _Expected, found: Figures) -> N
             off.append(_row(job.pixels, pixel, table["measured_steps"][one] - where))
             found.measured += len(pixel)
     found.arrays |= {"measured_row": numpy.array(rows), "measured": _stacked(off)}
+
+
+def _refuse_doubled(path: Path, table: Table, places: NDArray[Any]) -> None:
+    """Refuse a pixel that two rows measure: nothing says which of them is right."""
+    order = numpy.argsort(places, kind="stable")
+    again = numpy.flatnonzero(numpy.diff(places[order]) == 0)
+    if again.size:
+        at = int(again[order[again + 1].argmin()])
+        first, second = int(order[at]), int(order[at + 1])
+        told = ", ".join(f"{name} {table[name][second]}" for name in _MEASURED[:3])
+        raise RefusedError(
+            f"{path}: row {second + 1}: {told}: row {first + 1} has measured it already: one row a "
+            f"pixel is wanted"
+        )
 
 
 def _measured(path: Path) -> Table:

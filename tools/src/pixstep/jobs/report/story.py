@@ -34,7 +34,7 @@ class Story:
         """Read the log of a run."""
         is_running = folder.is_running  # asked first: what has ended since is in the log then
         events = folder.events()
-        told = History.of(events)
+        told = folder.told(events)
         return cls(job, told, told.state(is_running=is_running), events, time.time())
 
     @property

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 
 from pixstep.jobs.header import JobHeader
 from pixstep.jobs.job import MACHINE, Job
-from pixstep.jobs.shapes import Run, Shape
-from pixstep.jobs.simulated.cuts import Cut, Follows, Place, World, settings_of
+from pixstep.jobs.shapes import MotorRun, Shape
+from pixstep.jobs.simulated.cuts import Cut, Follows, MotorPlaces, SimulatedWorld, settings_of
 from pixstep.jobs.simulated.tools import Tools
 from pixstep.lazy import lazy
 from pixstep.simulation.small_pickle import SmallPickle
@@ -50,35 +50,35 @@ class _Shapes(SmallPickle):
 
 
 @dataclass(frozen=True)
-class Block:
+class JobBlock:
     """What there is to simulate: lines of a job, from 1, of which the first `run_in` only run."""
 
     key: str
     run_in: int
     job: Job
-    place: Place
+    place: MotorPlaces
     follows: Follows
     settings: dict[str, dict[str, int]]
-    world: World
+    world: SimulatedWorld
     tools: Tools
 
 
 @dataclass(frozen=True)
-class _Packed:
+class _PackedBlock:
     key: str
     run_in: int
     header: JobHeader
     machine: bytes
-    runs: list[Run]
+    runs: list[MotorRun]
     shapes: _Shapes
-    place: Place
+    place: MotorPlaces
     follows: Follows
     settings: dict[str, dict[str, int]]
-    world: World
+    world: SimulatedWorld
     tools: Tools
 
 
-def pack(job: Job, cut: Cut, world: World, tools: Tools) -> bytes:
+def pack(job: Job, cut: Cut, world: SimulatedWorld, tools: Tools) -> bytes:
     """Return a block of a job."""
     zero = {name: run.start_steps for name, run in job.runs_of(cut.begin).items()}
     runs = [
@@ -92,21 +92,21 @@ def pack(job: Job, cut: Cut, world: World, tools: Tools) -> bytes:
         update={"line": lines, "source": source, "sha256": {}, "settings": {}}
     )
     shapes = [job.shapes[key] for key in dict.fromkeys(run.shape for run in runs)]
-    packed = _Packed(
+    packed = _PackedBlock(
         cut.key, cut.first - cut.begin, header, job.copies[MACHINE], runs, _Shapes.of(shapes),
-        Place.of(job), Follows.of(job), settings_of(job), world, tools,
+        MotorPlaces.of(job), Follows.of(job), settings_of(job), world, tools,
     )  # fmt: skip
     return zlib.compress(pickle.dumps(packed, pickle.HIGHEST_PROTOCOL))
 
 
-def unpack(data: bytes) -> Block:
+def unpack(data: bytes) -> JobBlock:
     """Return the block of its bytes."""
-    found: _Packed = pickle.loads(zlib.decompress(data))
+    found: _PackedBlock = pickle.loads(zlib.decompress(data))
     job = Job(
         found.header, {MACHINE: found.machine}, tuple(found.runs), found.shapes.shapes(),
         Path(f"block {found.key[:8]}"),
     )  # fmt: skip
-    return Block(
+    return JobBlock(
         found.key, found.run_in, job, found.place, found.follows, found.settings, found.world,
         found.tools,
     )  # fmt: skip

@@ -14,7 +14,7 @@ from pixstep.errors import UserError, one_line
 from pixstep.jobs.job import Job
 from pixstep.jobs.simulated import blocks
 from pixstep.jobs.simulated.crews import Crew, LostError
-from pixstep.jobs.simulated.cuts import Cut, Cutter, World
+from pixstep.jobs.simulated.cuts import Cut, Cutter, SimulatedWorld
 from pixstep.jobs.simulated.folder import SimFolder
 from pixstep.jobs.simulated.tools import Tools
 from pixstep.jobs.simulated.work import Answer
@@ -25,7 +25,7 @@ _TRIES = 3  # of a block whose process dies
 
 
 @dataclass
-class Counts:
+class BlockCounts:
     """How many blocks there were: different ones, those simulated now, those known before."""
 
     blocks: int = 0
@@ -40,11 +40,11 @@ class Campaign:
     """The blocks of a job, in a world, on their way."""
 
     job: Job
-    world: World
+    world: SimulatedWorld
     tools: Tools
     folder: SimFolder
     show: Progress = unseen
-    counts: Counts = field(default_factory=Counts)
+    counts: BlockCounts = field(default_factory=BlockCounts)
 
     def __post_init__(self) -> None:
         self._cutter = Cutter(self.job, self.world, self.tools)

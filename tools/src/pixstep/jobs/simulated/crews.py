@@ -86,11 +86,11 @@ class _Processes:
         del waited_s
 
     def end(self) -> None:
-        """End all processes, whatever they do."""
+        """End all processes, whatever they do; none is left, nor anything that waits for one."""
         processes = [*(self._pool._processes or {}).values()]
-        self._pool.shutdown(wait=False, cancel_futures=True)
         for process in processes:
             process.terminate()
+        self._pool.shutdown(wait=True, cancel_futures=True)
 
 
 @contextlib.contextmanager

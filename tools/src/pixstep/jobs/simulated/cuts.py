@@ -33,7 +33,7 @@ _SPEAKING = ("unit_address", "baud_100", "parity")  # to the simulated bus as it
 
 
 @dataclass(frozen=True)
-class World:
+class SimulatedWorld:
     """In which world blocks are simulated: the pixel clock, what is random, blocks' lines.
 
     Without `run_in` no line runs before a block.
@@ -73,7 +73,7 @@ class Follows:
     @classmethod
     def of(cls, job: Job) -> Follows:
         """Return what a job's machine file says, else what its boards are set to."""
-        clock, (first, *_) = job.machine.tables.clock, Place.of(job).boards
+        clock, (first, *_) = job.machine.tables.clock, MotorPlaces.of(job).boards
         held = settings.defaults() | settings_of(job).get(first, {})
         names = {number: name for name, number in regs.SYNCS.items()}
         gate = settings.gate_of(held) if clock.gate_edges is None else clock.gate_edges
@@ -81,7 +81,7 @@ class Follows:
 
 
 @dataclass(frozen=True)
-class Place:
+class MotorPlaces:
     """The simulated boards by name, with their kinds; each motor's board, from 0, and axis.
 
     A board with the most ticks a second is the first: its cycles are the time of all.
@@ -91,7 +91,7 @@ class Place:
     motors: Mapping[str, tuple[int, int]]
 
     @classmethod
-    def of(cls, job: Job) -> Place:
+    def of(cls, job: Job) -> MotorPlaces:
         """Return the boards and motors of a job."""
         machine = job.machine.tables
         names = {name: machine.board_name(machine[name]) for name in job.motors}
@@ -122,7 +122,7 @@ def settings_of(job: Job) -> dict[str, dict[str, int]]:
     }
 
 
-def refuse(job: Job, world: World) -> None:
+def refuse(job: Job, world: SimulatedWorld) -> None:
     """Raise UserError for a job that cannot be simulated in a world."""
     follows = Follows.of(job)
     if follows.gate_edges and not world.flaws.gate_edges:
@@ -137,10 +137,10 @@ def refuse(job: Job, world: World) -> None:
 class Cutter:
     """Cuts a job into blocks, in a world, for some tools."""
 
-    def __init__(self, job: Job, world: World, found: Tools) -> None:
+    def __init__(self, job: Job, world: SimulatedWorld, found: Tools) -> None:
         self._job, self._world = job, world
         self._steps: dict[tuple[bytes, str], int] = {}
-        place = Place.of(job)
+        place = MotorPlaces.of(job)
         self._same = {
             "version": VERSION, "tools": dict(found), "boards": list(place.boards.values()),
             "settings": [settings_of(job).get(name, {}) for name in place.boards],
@@ -194,6 +194,6 @@ def _plain(values_of: tuple[Any, ...]) -> list[Any]:
     return [value.hex() if isinstance(value, bytes) else value for value in values_of]
 
 
-def tools_of(job: Job, world: World) -> Tools:
+def tools_of(job: Job, world: SimulatedWorld) -> Tools:
     """Return the tools of this process for a job."""
-    return tools.tools(Place.of(job).kinds, world.images)
+    return tools.tools(MotorPlaces.of(job).kinds, world.images)

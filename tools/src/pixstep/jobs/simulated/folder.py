@@ -10,6 +10,7 @@ simulation.json      what was simulated, and the verdict
 from __future__ import annotations
 
 import json
+import os
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -36,6 +37,7 @@ SUFFIX = ".pxsim"
 _BLOCKS, _EDGES, _LINES, _ABOUT = "blocks", "edges", "lines.parquet", "simulation.json"
 _WHERE = b"pixstep"  # the metadata of a block's rows: who made them, and where its edges are
 _GROUP = 4096  # rows that are written together: each group takes memory until the end
+_MARK = b"PAR1"
 MOST_FAILED = 20  # lines that are told one by one
 
 
@@ -51,12 +53,30 @@ class Told:
     sha256: str = ""
 
 
-def _tells_of_a_simulation(path: Path) -> bool:
+def _refuse_other(path: Path) -> None:
+    """Refuse a folder that holds something else than a simulation, naming the file that says so."""
     try:
-        about = json.loads(path.read_text("utf-8"))
-    except (OSError, ValueError):
-        return False
-    return isinstance(about, dict) and {"job", "verdict"} <= about.keys()
+        if not any(path.iterdir()):
+            return
+        about = json.loads((path / _ABOUT).read_text("utf-8"))
+    except NotADirectoryError as error:
+        raise UserError(f"{path}: {error.strerror}") from None
+    except FileNotFoundError:
+        if not path.exists():
+            return
+        why = f"{_ABOUT} is not there"
+    except OSError as error:
+        why = f"{_ABOUT}: {error.strerror or error}"
+    except (ValueError, RecursionError):
+        why = f"{_ABOUT} is damaged"
+    else:
+        if isinstance(about, dict) and {"job", "verdict"} <= about.keys():
+            return
+        why = f"{_ABOUT} tells of none"
+    raise UserError(AskedText(
+        "{path}: is the folder of no simulation: {why}: name another one with {out}",
+        path=path, why=why,
+    ))  # fmt: skip
 
 
 class SimFolder:
@@ -64,10 +84,7 @@ class SimFolder:
 
     def __init__(self, path: Path, edges: Path | None = None) -> None:
         """Take a folder. Raises UserError for one that holds something else."""
-        if path.is_dir() and any(path.iterdir()) and not _tells_of_a_simulation(path / _ABOUT):
-            raise UserError(AskedText(
-                "{path}: is the folder of no simulation: name another one with {out}", path=path,
-            ))  # fmt: skip
+        _refuse_other(path)
         self.path = path
         place = edges or path / _EDGES
         # "~" is that of whoever simulates.
@@ -88,6 +105,10 @@ class SimFolder:
             self.lines.unlink(missing_ok=True)
         self.write_about({**about, "verdict": "unfinished"})
 
+    def sweep(self) -> None:
+        """Remove the unfinished edges of processes that were ended."""
+        atomic.sweep(self.edges.expanduser())
+
     def write_about(self, about: dict[str, Any]) -> None:
         """Write what was simulated."""
         with atomic.rules(atomic.WriteRules(force=True)):
@@ -97,9 +118,9 @@ class SimFolder:
         """Whether a block is finished, and its edges are there, if they were left here."""
         try:
             where = self._where(key)
-        except (UserError, KeyError, ValueError):
+            return where["local"] is False or _is_whole(Path(where["edges"]))
+        except (UserError, KeyError, TypeError, ValueError):
             return False
-        return where["local"] is False or Path(where["edges"]).is_file()
 
     def keep(self, answer: Answer, *, local: bool) -> None:
         """Keep the rows of a block: it is finished then."""
@@ -160,6 +181,16 @@ class SimFolder:
                 writer.write_table(pyarrow.concat_tables(waiting))
         told.sha256 = total.hexdigest()
         return told
+
+
+def _is_whole(path: Path) -> bool:
+    """Return whether a file is Parquet to its end, where its writer puts the mark last."""
+    try:
+        with path.open("rb") as file:
+            file.seek(-len(_MARK), os.SEEK_END)
+            return file.read() == _MARK
+    except OSError:
+        return False
 
 
 def _schema() -> pyarrow.Schema:

@@ -16,14 +16,13 @@ from typing import TYPE_CHECKING
 
 from pixstep.board import boards
 from pixstep.jobs.shapes import MINUS, PLUS
-from pixstep.jobs.simulated.blocks import Block
-from pixstep.jobs.simulated.rows import FAIL, MOST_REASON, PASS, Edges, Row
+from pixstep.jobs.simulated.blocks import JobBlock
+from pixstep.jobs.simulated.rows import FAIL, MOST_REASON, PASS, Edges, LineRow
 from pixstep.lazy import lazy
 from pixstep.lines import exact
 from pixstep.lines.line import Line
 from pixstep.simulation import clock_judge, pixel_clock, verdict
-from pixstep.simulation.job import FREE, LOCK, START
-from pixstep.simulation.job import Job as OneLine
+from pixstep.simulation.job import FREE, LOCK, START, LineExperiment
 from pixstep.simulation.logs import AxisEdges, AxisPlant, ClockLog, EdgeLog
 from pixstep.simulation.pixel_clock import PixelGrid
 from pixstep.simulation.verdict import CLOCK_TOLERANCE, AxisVerdict
@@ -39,10 +38,10 @@ _KEPT_REASONS = 3
 
 
 @dataclass(frozen=True)
-class Made:
+class BlockOutcome:
     """What a run of a block has left; `trouble` says what went wrong in it."""
 
-    block: Block
+    block: JobBlock
     edges: EdgeLog
     clock: ClockLog
     plants: Mapping[tuple[int, int], AxisPlant]
@@ -50,10 +49,10 @@ class Made:
 
 
 @dataclass(frozen=True)
-class Judged:
+class JudgedBlock:
     """Rows and edges of a block's lines, without those that only ran before."""
 
-    rows: list[Row]
+    rows: list[LineRow]
     edges: list[Edges]
 
 
@@ -65,7 +64,7 @@ class _Part:
     motor: str
     line: Line
     edges: AxisEdges
-    of: OneLine
+    of: LineExperiment
     axis: int
     rounded: bool  # its board has other ticks than the cycles of the edges
     found: AxisVerdict = field(init=False)
@@ -83,10 +82,10 @@ class _Part:
         return self.found.line_zero_cycle
 
 
-def judge(made: Made) -> Judged:
+def judge(made: BlockOutcome) -> JudgedBlock:
     """Judge all lines of a block."""
     motors = {name: [*_parts(made, name)] for name in made.block.place.motors}
-    chain = _Chain(made)
+    chain = _LineGrid(made)
     for name, parts in motors.items():
         chain.judge(parts)
         _turns(parts)
@@ -97,7 +96,7 @@ def judge(made: Made) -> Judged:
     _blame(made, motors)
     begin = min((int(part.edges.rising[0]) for parts in motors.values() for part in parts
                  if len(part.edges.rising)), default=0)  # fmt: skip
-    found = Judged([], [])
+    found = JudgedBlock([], [])
     for line in [*zip(*motors.values(), strict=True)][made.block.run_in :]:
         for part in line:
             edges = Edges(
@@ -109,7 +108,7 @@ def judge(made: Made) -> Judged:
     return found
 
 
-def _parts(made: Made, name: str) -> Iterator[_Part]:
+def _parts(made: BlockOutcome, name: str) -> Iterator[_Part]:
     """Yield a motor's lines with their edges: as many as each has to make, the last one the rest.
 
     The cycles of all boards are those of the first one.
@@ -118,7 +117,7 @@ def _parts(made: Made, name: str) -> Iterator[_Part]:
     follows = block.follows
     kinds = [*block.place.boards.values()]
     rounded = boards.load(kinds[board]).tick_hz != boards.load(kinds[0]).tick_hz
-    of_line = OneLine(
+    of_line = LineExperiment(
         kinds[0], {}, block.job.machine.tables.clock_hz, block.world.ppm, block.world.flaws,
         follows.sync, follows.divider, follows.gate_edges,
     )  # fmt: skip
@@ -146,10 +145,10 @@ def _between(edges: AxisEdges, ups: np.ndarray, first: int, until: int) -> AxisE
     )  # fmt: skip
 
 
-class _Chain:
+class _LineGrid:
     """The grid of a block's lines: where it begins, and where each line should."""
 
-    def __init__(self, made: Made) -> None:
+    def __init__(self, made: BlockOutcome) -> None:
         self._made, self._job = made, made.block.job
         self._follows = made.block.follows
         self._locked = self._follows.sync == LOCK
@@ -257,7 +256,7 @@ def _turns(parts: list[_Part]) -> None:
         last = int(ups[-1]) if len(ups) else last
 
 
-def _positions(made: Made, name: str, parts: list[_Part]) -> None:
+def _positions(made: BlockOutcome, name: str, parts: list[_Part]) -> None:
     """Compare where a motor begins and ends with the job, and from which side it comes."""
     where, side = 0, ""
     for part in parts:
@@ -278,7 +277,7 @@ def _positions(made: Made, name: str, parts: list[_Part]) -> None:
             side = MINUS if made_steps[-1] < 0 else PLUS
 
 
-def _loads(made: Made, name: str, parts: list[_Part]) -> None:
+def _loads(made: BlockOutcome, name: str, parts: list[_Part]) -> None:
     """Compare a motor's load at pixel edges with where the lines' counts take it."""
     plant = made.plants.get(made.block.place.motors[name])
     if plant is None:
@@ -301,7 +300,7 @@ def _loads(made: Made, name: str, parts: list[_Part]) -> None:
         where += int(counts[-1])
 
 
-def _blame(made: Made, motors: Mapping[str, list[_Part]]) -> None:
+def _blame(made: BlockOutcome, motors: Mapping[str, list[_Part]]) -> None:
     """Put what broke the run to the first line that was not made as a whole."""
     if not made.trouble:
         return
@@ -313,12 +312,12 @@ def _blame(made: Made, motors: Mapping[str, list[_Part]]) -> None:
         part.reasons.insert(0, made.trouble)
 
 
-def _row(made: Made, part: _Part, edges: Edges, begin: int) -> Row:
+def _row(made: BlockOutcome, part: _Part, edges: Edges, begin: int) -> LineRow:
     block = made.block
     board, axis = block.place.motors[part.motor]
     told = "; ".join(dict.fromkeys(part.reasons[:_KEPT_REASONS]))
     error = part.found.max_edge_error_ticks if part.found.errors_ticks is not None else None
-    return Row(
+    return LineRow(
         part.number - block.run_in, part.motor, [*block.place.boards][board], axis,
         FAIL if part.reasons else PASS, told[:MOST_REASON], len(part.edges.rising),
         part.line.total_steps, part.off_steps, part.late_ticks,

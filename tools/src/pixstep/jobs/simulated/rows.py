@@ -24,7 +24,7 @@ MOST_REASON = 400  # characters
 
 
 @dataclass(frozen=True)
-class Row:
+class LineRow:
     """What a motor made in a line.
 
     `steps` are the steps that it made, `wanted_steps` those of the line. `off_steps` is how far it
@@ -75,10 +75,10 @@ def schema() -> pyarrow.Schema:
         "int": pyarrow.int64(), "str": pyarrow.string(), "float | None": pyarrow.float64(),
         "int | None": pyarrow.int64(),
     }  # fmt: skip
-    return pyarrow.schema([(one.name, kinds[str(one.type)]) for one in fields(Row)])
+    return pyarrow.schema([(one.name, kinds[str(one.type)]) for one in fields(LineRow)])
 
 
-def pack(found: Sequence[Row]) -> bytes:
+def pack(found: Sequence[LineRow]) -> bytes:
     """Return rows as Parquet."""
     columns: list[tuple[Any, ...]] = list(zip(*map(astuple, found), strict=True))
     table = pyarrow.table(

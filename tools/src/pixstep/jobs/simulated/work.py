@@ -16,11 +16,11 @@ from pixstep.board import settings
 from pixstep.board.errors import BoardError
 from pixstep.errors import PlainError, UserError
 from pixstep.jobs import stations
-from pixstep.jobs.runner import Chain, Ended, Watch
+from pixstep.jobs.runner import Chain, ChainEnd, RunWatch
 from pixstep.jobs.shapes import MINUS
 from pixstep.jobs.simulated import judge, rows, tools
-from pixstep.jobs.simulated.blocks import Block, unpack
-from pixstep.jobs.simulated.judge import Made
+from pixstep.jobs.simulated.blocks import JobBlock, unpack
+from pixstep.jobs.simulated.judge import BlockOutcome
 from pixstep.jobs.stations import Station
 from pixstep.simulation.logs import read_clock_log, read_edges, read_plant
 from pixstep.simulation.simulated_board import SETTLE_PIXELS, SimLink
@@ -61,14 +61,14 @@ def simulate(data: bytes, folder: str) -> Answer:
     return Answer(block.key, packed, who, str(path), round(time.monotonic() - began, 3))
 
 
-def _judged(block: Block, path: Path) -> list[rows.Row]:
+def _judged(block: JobBlock, path: Path) -> list[rows.LineRow]:
     """Run and judge a block, and write its edges."""
     part = atomic.unfinished_folder(path.parent)
     try:
         with atomic.told_of(path):
             trouble = _run(block, part.path)
         place = part.path / _PLANTS
-        made = Made(
+        made = BlockOutcome(
             block, read_edges(part.path / _EDGES), read_clock_log(part.path / _CLOCK),
             read_plant(place) if place.is_file() else {}, trouble,
         )  # fmt: skip
@@ -80,7 +80,7 @@ def _judged(block: Block, path: Path) -> list[rows.Row]:
     return found.rows
 
 
-def _run(block: Block, folder: Path) -> str:
+def _run(block: JobBlock, folder: Path) -> str:
     """Make the lines, as a printer makes them; return what went wrong, if anything did."""
     machine, job = block.job.machine.tables, block.job
     plants = plants_of(block)
@@ -96,10 +96,10 @@ def _run(block: Block, folder: Path) -> str:
             found = _stations(block, link)
             _set_up(block, found)
             chain = Chain(
-                job, machine, found, link.world, lambda event: None, Watch(), 1, job.lines,
+                job, machine, found, link.world, lambda event: None, RunWatch(), 1, job.lines,
                 token=_TOKEN,
             )  # fmt: skip
-            if chain.make() is Ended.DRY:
+            if chain.make() is ChainEnd.DRY:
                 trouble = f"the bus was too slow: the motors rested after line {chain.made}"
         except (BoardError, UserError) as error:
             trouble = str(error)
@@ -108,7 +108,7 @@ def _run(block: Block, folder: Path) -> str:
     return trouble
 
 
-def _stations(block: Block, link: SimLink) -> list[Station]:
+def _stations(block: JobBlock, link: SimLink) -> list[Station]:
     return [
         Station(
             name, link.board(number + 1),
@@ -119,7 +119,7 @@ def _stations(block: Block, link: SimLink) -> list[Station]:
     ]  # fmt: skip
 
 
-def _set_up(block: Block, found: list[Station]) -> None:
+def _set_up(block: JobBlock, found: list[Station]) -> None:
     """Set the boards as the job has them."""
     for station in found:
         old = settings.read(station.board)
@@ -130,7 +130,7 @@ def _set_up(block: Block, found: list[Station]) -> None:
     stations.ready(found)
 
 
-def plants_of(block: Block) -> dict[tuple[int, int], str]:
+def plants_of(block: JobBlock) -> dict[tuple[int, int], str]:
     """Return the play of each motor whose lines take it up, on the side that the job says."""
     found = {}
     for name, place in block.place.motors.items():

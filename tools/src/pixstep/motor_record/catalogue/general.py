@@ -4,7 +4,7 @@
 from collections.abc import Mapping
 
 from pixstep.motor_record.catalogue.rows import choice, flag, link, reading, setting, text
-from pixstep.motor_record.field import Field, FieldType
+from pixstep.motor_record.field import FieldType, RecordField
 from pixstep.motor_record.menus import NO_YES_CAPITALS, OUTPUT_MODE, RESTORE
 
 VERSION = 7.4
@@ -23,7 +23,7 @@ LINKS = (
 DISPLAY = (
     text("DESC", default="", meaning="what the axis is", size=41),
     text("EGU", default="", meaning="unit of positions", size=16),
-    Field("PREC", FieldType.SHORT, "digits after the point"),
+    RecordField("PREC", FieldType.SHORT, "digits after the point"),
     setting("HOPR", meaning="highest for displays", unit="EGU"),
     setting("LOPR", meaning="lowest for displays", unit="EGU"),
     setting("MDEL", meaning="RBV is posted when it changed by more than this", unit="EGU"),
@@ -33,16 +33,16 @@ DISPLAY = (
 )
 
 DEVICE = (
-    Field("VERS", FieldType.FLOAT, "version of the record", default=VERSION, writable=False),
+    RecordField("VERS", FieldType.FLOAT, "version of the record", default=VERSION, writable=False),
     flag("CARD", meaning="number of the card", default=-1),
     choice("RSTM", menu=RESTORE, meaning="does a restart set the position", default=2),
     choice("LOCK", menu=NO_YES_CAPITALS, meaning="kept; for a soft motor only"),
     text("INIT", default="", meaning="kept; the driver takes no texts"),
     text("PREM", default="", meaning="kept; the driver takes no texts"),
     text("POST", default="", meaning="kept; the driver takes no texts"),
-    Field("DISP", FieldType.UCHAR, "1: clients may not write"),
-    Field("DISA", FieldType.SHORT, "the record is off where this equals DISV"),
-    Field("DISV", FieldType.SHORT, "see DISA", default=1),
+    RecordField("DISP", FieldType.UCHAR, "1: clients may not write"),
+    RecordField("DISA", FieldType.SHORT, "the record is off where this equals DISV"),
+    RecordField("DISV", FieldType.SHORT, "see DISA", default=1),
 )
 
 TABLE = LINKS + DISPLAY + DEVICE

@@ -7,7 +7,7 @@ from pixstep.motor_record.catalogue.rows import (
     flag,
     setting,
 )
-from pixstep.motor_record.field import Field, FieldType
+from pixstep.motor_record.field import FieldType, RecordField
 from pixstep.motor_record.menus import (
     ACCELERATION,
     ALARM,
@@ -42,7 +42,7 @@ SPEEDS = (
 
 BACKLASH_AND_RETRIES = (
     setting("BDST", meaning="backlash: the last approach goes in its direction", unit="EGU"),
-    Field("FRAC", FieldType.FLOAT, "part of a distance that one move covers", default=1.0),
+    RecordField("FRAC", FieldType.FLOAT, "part of a distance that one move covers", default=1.0),
     setting("RDBD", meaning="a move ends well within this", unit="EGU"),
     setting("SPDB", meaning="no move to a target within this", unit="EGU"),
     flag("RCNT", meaning="retries made"),
@@ -51,7 +51,7 @@ BACKLASH_AND_RETRIES = (
     flag("MISS", meaning="the retries did not reach the target"),
     setting("DLY", meaning="wait after each motion, before the position counts", unit="sec"),
     choice("NTM", menu=NO_YES_CAPITALS, meaning="a target behind stops the move", default=1),
-    Field("NTMF", FieldType.USHORT, "NTM: that far behind, in BDST + RDBD", default=2),
+    RecordField("NTMF", FieldType.USHORT, "NTM: that far behind, in BDST + RDBD", default=2),
 )
 
 BUTTONS = (
@@ -66,14 +66,14 @@ BUTTONS = (
     setting("PCOF", meaning="proportional gain, 0 to 1"),
     setting("ICOF", meaning="integral gain, 0 to 1"),
     setting("DCOF", meaning="derivative gain, 0 to 1"),
-    Field("PROC", FieldType.UCHAR, "write: process", processes=True, monitored=False),
+    RecordField("PROC", FieldType.UCHAR, "write: process", processes=True, monitored=False),
 )
 
 STATES = (
     flag("DMOV", meaning="done: the motor rests as far as the record asked", default=1),
     flag("MOVN", meaning="the motor moves"),
-    Field("MSTA", FieldType.ULONG, "status bits of the motor", writable=False),
-    Field("MIP", FieldType.USHORT, "what is in progress, bits", writable=False),
+    RecordField("MSTA", FieldType.ULONG, "status bits of the motor", writable=False),
+    RecordField("MIP", FieldType.USHORT, "what is in progress, bits", writable=False),
     flag("CDIR", meaning="raw direction that was asked for"),
     flag("TDIR", meaning="raw direction of the last travel"),
     flag("ATHM", meaning="the home switch is active"),
@@ -91,7 +91,7 @@ STATES = (
 ALARMS = (
     choice("STAT", menu=ALARM, meaning="alarm", writable=False),
     choice("SEVR", menu=SEVERITY, meaning="severity of the alarm", writable=False),
-    Field("UDF", FieldType.UCHAR, "VAL has no value yet", writable=False, monitored=False),
+    RecordField("UDF", FieldType.UCHAR, "VAL has no value yet", writable=False, monitored=False),
     choice("HLSV", menu=SEVERITY, meaning="severity at a limit", processes=True),
     setting("HIHI", meaning="highest; raises no alarm", unit="EGU", processes=True),
     setting("HIGH", meaning="high; raises no alarm", unit="EGU", processes=True),

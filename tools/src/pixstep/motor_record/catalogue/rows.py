@@ -3,16 +3,16 @@
 
 from functools import partial
 
-from pixstep.motor_record.field import Field, FieldType
+from pixstep.motor_record.field import FieldType, RecordField
 
-setting = partial(Field, type=FieldType.DOUBLE)
+setting = partial(RecordField, type=FieldType.DOUBLE)
 """A number that clients write."""
-reading = partial(Field, type=FieldType.DOUBLE, writable=False)
+reading = partial(RecordField, type=FieldType.DOUBLE, writable=False)
 """A number that only the record writes."""
-count = partial(Field, type=FieldType.LONG)
-counted = partial(Field, type=FieldType.LONG, writable=False)
-button = partial(Field, type=FieldType.SHORT)
-flag = partial(Field, type=FieldType.SHORT, writable=False)
-choice = partial(Field, type=FieldType.MENU)
-text = partial(Field, type=FieldType.STRING)
-link = partial(Field, type=FieldType.LINK, default="")
+count = partial(RecordField, type=FieldType.LONG)
+counted = partial(RecordField, type=FieldType.LONG, writable=False)
+button = partial(RecordField, type=FieldType.SHORT)
+flag = partial(RecordField, type=FieldType.SHORT, writable=False)
+choice = partial(RecordField, type=FieldType.MENU)
+text = partial(RecordField, type=FieldType.STRING)
+link = partial(RecordField, type=FieldType.LINK, default="")

@@ -4,7 +4,7 @@
 from pixstep.motor_record.mip import Mip
 from pixstep.motor_record.model.arithmetic import share
 from pixstep.motor_record.model.coordinates import direction, user_is_raw
-from pixstep.motor_record.model.decision import Way
+from pixstep.motor_record.model.decision import WayInSteps
 from pixstep.motor_record.model.speeds import gain
 from pixstep.motor_record.model.state import State
 from pixstep.motor_record.model.values import Values
@@ -41,7 +41,7 @@ def set_speed(r: State, speed: float, acceleration: float, *, base: bool = True)
         r.ask(Verb.SET_ACCEL, raw(r.v, acceleration))
 
 
-def go(r: State, way: Way) -> None:
+def go(r: State, way: WayInSteps) -> None:
     """Begin a move at the speed asked for."""
     r.ask(Verb.MOVE_REL if way.relative else Verb.MOVE_ABS, way.steps)
     r.ask(Verb.GO)

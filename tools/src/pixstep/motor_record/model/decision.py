@@ -11,7 +11,7 @@ from pixstep.motor_record.model.readback import relative
 from pixstep.motor_record.model.values import Values
 
 
-class Leg(StrEnum):
+class BacklashLeg(StrEnum):
     """What a move against backlash begins with."""
 
     STRAIGHT = "straight"
@@ -23,7 +23,7 @@ class Leg(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class WayInSteps:
     """A way in steps: where to (`relative` False) or how far (True)."""
 
     steps: float
@@ -44,16 +44,16 @@ def preferred(v: Values) -> bool:
     return forwards == (v.bdst > 0)
 
 
-def leg(v: Values, to_overshoot: float) -> Leg:
+def leg(v: Values, to_overshoot: float) -> BacklashLeg:
     """Choose the leg that a move begins with. `to_overshoot`: steps to where an approach begins."""
     takes_out = preferred(v)
     if not has_backlash(v):
-        return Leg.STRAIGHT
+        return BacklashLeg.STRAIGHT
     if takes_out and v.bvel == v.velo and v.bacc == v.accl:
-        return Leg.STRAIGHT
+        return BacklashLeg.STRAIGHT
     if takes_out and _near(v, to_overshoot):
-        return Leg.APPROACH
-    return Leg.OVERSHOOT
+        return BacklashLeg.APPROACH
+    return BacklashLeg.OVERSHOOT
 
 
 def has_backlash(v: Values) -> bool:
@@ -68,27 +68,27 @@ def _near(v: Values, to_overshoot: float) -> bool:
     return abs(v.dval / v.mres - v.ldvl / v.mres) <= 1 + abs(v.bdst) / abs(v.mres)
 
 
-def way_to_target(v: Values, distance: float) -> Way:
+def way_to_target(v: Values, distance: float) -> WayInSteps:
     """Return the way of a leg to the target. `distance`: steps to it from the readback."""
     if relative(v):
-        return Way(distance * v.frac, relative=True)
+        return WayInSteps(distance * v.frac, relative=True)
     here, there = v.ldvl / v.mres, v.dval / v.mres
-    return Way(here + v.frac * (there - here), relative=False)
+    return WayInSteps(here + v.frac * (there - here), relative=False)
 
 
-def way_to_overshoot(v: Values, distance: float) -> Way:
+def way_to_overshoot(v: Values, distance: float) -> WayInSteps:
     """Return the way to where an approach begins. `distance`: steps to it from the readback."""
     if relative(v):
-        return Way(distance, relative=True)
-    return Way(overshoot_steps(v), relative=False)
+        return WayInSteps(distance, relative=True)
+    return WayInSteps(overshoot_steps(v), relative=False)
 
 
-def approach(v: Values, distance: float) -> Way:
+def approach(v: Values, distance: float) -> WayInSteps:
     """Return the way of the second leg. `distance`: steps, where moves are relative."""
     if relative(v):
-        return Way(distance * v.frac, relative=True)
+        return WayInSteps(distance * v.frac, relative=True)
     start = overshoot_steps(v)
-    return Way(start + v.frac * (v.dval / v.mres - start), relative=False)
+    return WayInSteps(start + v.frac * (v.dval / v.mres - start), relative=False)
 
 
 def overshoot_steps(v: Values) -> float:

@@ -11,13 +11,13 @@ from collections.abc import Iterable
 from pixstep.motor_record.mip import Mip
 from pixstep.motor_record.model.processing import process
 from pixstep.motor_record.model.state import State
-from pixstep.motor_record.traffic import Command, Msta, Status, Verb, whole
+from pixstep.motor_record.traffic import MotorCommand, Msta, Status, Verb, whole
 
 _FIRST_LEGS = Mip.MOVE | Mip.JOG_BL1
 _SECOND_LEGS = Mip.MOVE_BL | Mip.JOG_BL2
 
 
-def second_leg(r: State, commands: Iterable[Command]) -> tuple[Command, ...]:
+def second_leg(r: State, commands: Iterable[MotorCommand]) -> tuple[MotorCommand, ...]:
     """Return the approach that follows the leg among `commands`, or nothing."""
     way = next((one for one in commands if one.verb in (Verb.MOVE_ABS, Verb.MOVE_REL)), None)
     if way is None or not r.v.mip & _FIRST_LEGS:
@@ -30,7 +30,7 @@ def second_leg(r: State, commands: Iterable[Command]) -> tuple[Command, ...]:
     return tuple(twin.commands) if twin.v.mip & _SECOND_LEGS else ()
 
 
-def _length(r: State, way: Command) -> int:
+def _length(r: State, way: MotorCommand) -> int:
     """Return how many steps the leg makes, with their sign."""
     steps = whole(way.argument)
     return steps if way.verb is Verb.MOVE_REL else steps - r.v.rmp

@@ -10,7 +10,7 @@ _NAMES = tuple(FIELDS)
 _RANK = {name: rank for rank, name in enumerate(MONITOR_ORDER)}
 
 
-class Journal:
+class MonitorJournal:
     """Compares the values with those last told. RBV has dead bands of its own.
 
     This is done after every processing, so that it must be quick: what is known has the order of

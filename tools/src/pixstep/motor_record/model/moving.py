@@ -8,7 +8,7 @@ from pixstep.motor_record.menus import RetryMode
 from pixstep.motor_record.mip import Mip
 from pixstep.motor_record.model import asking, coordinates, decision, limits
 from pixstep.motor_record.model.arithmetic import nearest_long
-from pixstep.motor_record.model.decision import Leg, Way
+from pixstep.motor_record.model.decision import BacklashLeg, WayInSteps
 from pixstep.motor_record.model.state import State
 from pixstep.motor_record.model.values import Values
 
@@ -73,26 +73,26 @@ def _begin(r: State, *, retry: bool) -> None:
     chosen = decision.leg(v, overshoot)
     way = (
         decision.way_to_overshoot(v, overshoot)
-        if chosen is Leg.OVERSHOOT
+        if chosen is BacklashLeg.OVERSHOOT
         else decision.way_to_target(v, target)
     )
     coordinates.keep_as_last(v)
-    if chosen is Leg.OVERSHOOT:
+    if chosen is BacklashLeg.OVERSHOOT:
         v.pp = 1
     v.cdir = int(v.rdif >= 0)
     _set_speed(r, chosen)
     asking.go(r, way)
 
 
-def _set_speed(r: State, chosen: Leg) -> None:
+def _set_speed(r: State, chosen: BacklashLeg) -> None:
     v = r.v
-    if chosen is Leg.APPROACH:
+    if chosen is BacklashLeg.APPROACH:
         asking.set_speed(r, asking.raw(v, v.bvel), asking.backlash_acceleration(v))
     else:
         asking.set_speed(r, asking.raw(v, v.velo), asking.slew_acceleration(v, v.velo))
 
 
-def second_leg(r: State, way: Way) -> None:
+def second_leg(r: State, way: WayInSteps) -> None:
     """Ask for the approach against backlash."""
     v = r.v
     speed = asking.faster_than_base(v, v.bvel)

@@ -4,13 +4,13 @@
 from collections.abc import Mapping
 from typing import Literal
 
-from pixstep.motor_record.field import Field, PutRefusedError, Value
+from pixstep.motor_record.field import PutRefusedError, RecordField, Value
 from pixstep.motor_record.fields import FIELDS
 from pixstep.motor_record.mip import Mip
 from pixstep.motor_record.model import limits, start, writes
 from pixstep.motor_record.model.foresight import second_leg
 from pixstep.motor_record.model.processing import process
-from pixstep.motor_record.model.state import Link, State
+from pixstep.motor_record.model.state import InputLink, State
 from pixstep.motor_record.record_name import names_a_record
 from pixstep.motor_record.traffic import Outcome, Status
 
@@ -101,7 +101,7 @@ class MotorRecord:
 
     def set_link(self, link: LinkName, value: float | None) -> Outcome:
         """Say what a link gives from now on; None: what it reads is dead. Nothing is processed."""
-        known: Link = self._r.rdbl if link == "RDBL" else self._r.dol
+        known: InputLink = self._r.rdbl if link == "RDBL" else self._r.dol
         known.value, known.exists = value, True
         return self._outcome()
 
@@ -118,7 +118,7 @@ class MotorRecord:
         )
 
 
-def _writable(name: str, value: Value) -> Field:
+def _writable(name: str, value: Value) -> RecordField:
     field = FIELDS.get(name)
     if field is None:
         raise PutRefusedError(name, value, "the motor record has no such field")

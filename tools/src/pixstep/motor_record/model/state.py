@@ -4,13 +4,13 @@
 from copy import copy
 from dataclasses import dataclass, field, replace
 
-from pixstep.motor_record.model.journal import Journal
+from pixstep.motor_record.model.journal import MonitorJournal
 from pixstep.motor_record.model.values import Values
-from pixstep.motor_record.traffic import Command, Verb
+from pixstep.motor_record.traffic import MotorCommand, Verb
 
 
 @dataclass
-class Link:
+class InputLink:
     """What an input link gives. `value` is None while what it reads is dead."""
 
     value: float | None = None
@@ -22,12 +22,12 @@ class State:
     """All that a record knows between two events, and what the present one has asked for."""
 
     v: Values = field(default_factory=Values)
-    journal: Journal = field(init=False)
-    commands: list[Command] = field(default_factory=list)
+    journal: MonitorJournal = field(init=False)
+    commands: list[MotorCommand] = field(default_factory=list)
     delay_s: float | None = None
     """The settling time that this event has begun."""
-    rdbl: Link = field(default_factory=Link)
-    dol: Link = field(default_factory=Link)
+    rdbl: InputLink = field(default_factory=InputLink)
+    dol: InputLink = field(default_factory=InputLink)
     by_write: bool = False
     """A client's write made the record process."""
     status_for_client: bool = False
@@ -36,7 +36,7 @@ class State:
     """MRES, ERES or UEIP changed, and the record has not acted on that yet."""
 
     def __post_init__(self) -> None:
-        self.journal = Journal(self.v)
+        self.journal = MonitorJournal(self.v)
 
     def twin(self) -> "State":
         """Return a record in the same state, which what happens to this one does not touch."""
@@ -44,7 +44,7 @@ class State:
 
     def ask(self, verb: Verb, argument: float | None = None) -> None:
         """Ask the motor for one thing."""
-        self.commands.append(Command(verb, argument))
+        self.commands.append(MotorCommand(verb, argument))
 
     def has(self, *bits: int) -> bool:
         """True if any of these bits of MIP is set."""

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Protocol, TypedDict
 
 from pixstep.board import flash, selftest
-from pixstep.board.flash import FlashError, Image
+from pixstep.board.flash import FirmwareImage, FlashError
 from pixstep.board.selftest import FAILED, OK, SKIPPED, Person, SelfTest
 from pixstep.errors import FINE, NEGATIVE, UserError
 from pixstep.operations import bus, shared
@@ -73,7 +73,7 @@ class Flash(ToBoard):
         }  # fmt: skip
         return Result(data, "\n".join(texts))
 
-    def _asked(self, desk: Desk, image: Image) -> str:
+    def _asked(self, desk: Desk, image: FirmwareImage) -> str:
         """Compare what the board says of itself with the image; return that in words."""
         with bus.opened(desk, self) as found:
             who = found.board(self.unit).who()
@@ -106,7 +106,7 @@ class SelfTested(TypedDict):
 class AtTerminal(Person, Protocol):
     """A person who is asked, and sees each check as it ends."""
 
-    def sees(self, check: selftest.Result) -> None:
+    def sees(self, check: selftest.SelftestResult) -> None:
         """Take a check that has ended."""
 
 
@@ -150,6 +150,6 @@ class WiringTest(ToBoard):
         return Result(data, "\n".join([*rows, end]), FINE if test.passed else NEGATIVE)
 
 
-def check_text(check: selftest.Result) -> str:
+def check_text(check: selftest.SelftestResult) -> str:
     """Return a check as a line, its verdict first."""
     return f"{check.verdict:<8}{check.name}: {check.text}"

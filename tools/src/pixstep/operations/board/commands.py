@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from typing import ClassVar, TypedDict
 
 from pixstep.board import modbus, run
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.errors import BoardError
 from pixstep.board.link import Link
 from pixstep.board.port import PortBusyError
@@ -16,7 +16,7 @@ from pixstep.operations import bus
 from pixstep.operations import machine_defaults as machine
 from pixstep.operations.asked import AskedError
 from pixstep.operations.bus import ALL, UNITS, Known, OnPort, ToBoards, Units, some_axes
-from pixstep.operations.desk import Desk, Rows
+from pixstep.operations.desk import Desk, ResultRows
 from pixstep.operations.facts import Facts
 from pixstep.operations.kinds import Choice, Whole
 from pixstep.operations.request import argument, flag, operation, option, shared_fields
@@ -104,7 +104,7 @@ class Arm(ToBoards):
         with bus.boards(desk, self) as (_found, known):
             for item in known:
                 chosen, unit = self._chosen(item), item.board.unit
-                with bus.stopping([run.Lines(item.board, chosen)]):
+                with bus.stopping([run.LinesOfBoard(item.board, chosen)]):
                     run.arm(item.board, chosen, self.token or 0)
                     bus.note_play(desk, item.board, chosen)
                 rows.add(
@@ -274,7 +274,7 @@ class Stop(OnPort):
                 raise
             return self._beside()
 
-    def _each(self, desk: Desk, found: Link, rows: Rows) -> None:
+    def _each(self, desk: Desk, found: Link, rows: ResultRows) -> None:
         """Stop boards by their addresses, or look at those that were told together."""
         if self.units is not None and not self.everyone:
             bus.each_of(desk, found, self.units, lambda item: self._stop(found, item, rows))
@@ -285,7 +285,7 @@ class Stop(OnPort):
     def _beside(self) -> Result:
         """Send the broadcast on a port that another program has open; nobody can be asked then."""
         beside = modbus.Beside()
-        Board(beside).stop_all()
+        Device(beside).stop_all()
         self.bus.send_beside(beside.frames)
         text = f"{self.port}: in use by another program: stop sent to all boards beside it"
         if self.look:
@@ -307,7 +307,7 @@ class Stop(OnPort):
             f"at addresses 1 to {last}{others}: `pixstep board stop --unit all` looks at every one",
         )
 
-    def _stop(self, found: Link, item: Known, rows: Rows) -> None:
+    def _stop(self, found: Link, item: Known, rows: ResultRows) -> None:
         """Stop axes of a board."""
         axes, unit = item.axes(self.axes), item.board.unit
         run.stop_axes(item.board, axes)
@@ -317,7 +317,7 @@ class Stop(OnPort):
             rows.add({"unit": unit, "axes": axes}, f"board {unit}: stop acknowledged")
 
 
-def _look_again(desk: Desk, found: Link, item: Known, rows: Rows) -> None:
+def _look_again(desk: Desk, found: Link, item: Known, rows: ResultRows) -> None:
     """Look at a board after a broadcast; stop by its address what still moves."""
     axes = item.axes(())
     rests = run.rests(item.board, axes, found.world)
@@ -329,7 +329,7 @@ def _look_again(desk: Desk, found: Link, item: Known, rows: Rows) -> None:
     _tell(item, rests, rows)
 
 
-def _tell(item: Known, rests: dict[int, run.Rest], rows: Rows) -> None:
+def _tell(item: Known, rests: dict[int, run.Rest], rows: ResultRows) -> None:
     """Say where the axes of a board rest; raises BoardError if one does not."""
     unit = item.board.unit
     axes: list[StoppedAxis] = [

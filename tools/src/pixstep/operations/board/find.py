@@ -11,7 +11,7 @@ from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
 from pixstep.board.link import Link
 from pixstep.board.port import LEAST_BAUD, MOST_BAUD, PARITIES
-from pixstep.board.scan import BAUDS, Found
+from pixstep.board.scan import BAUDS, ScannedBoard
 from pixstep.board.snapshot import LINE_COUNTERS, ClockData
 from pixstep.errors import FINE, NEGATIVE, UserError
 from pixstep.operations import bus
@@ -41,14 +41,14 @@ class FoundBoard(TypedDict):
     trouble: str
 
 
-class Place(TypedDict):
+class SerialSettings(TypedDict):
     """How boards were spoken to; None if none answered."""
 
     baud: int | None
     parity: str | None
 
 
-class FoundBoards(Place):
+class FoundBoards(SerialSettings):
     """What answered on a port."""
 
     port: str
@@ -78,7 +78,7 @@ class Features(TypedDict):
     boards: list[BoardFeatures]
 
 
-class PixelClock(TypedDict):
+class BoardPixelClock(TypedDict):
     """A board's pixel clock: as it is set, and as it was measured."""
 
     present: bool
@@ -122,7 +122,7 @@ class BoardInfo(TypedDict):
     status: str
     reset_cause: str
     fault: str
-    pixel_clock: PixelClock
+    pixel_clock: BoardPixelClock
     outputs: str
     inputs: str
     settings: StoredSettings
@@ -137,7 +137,7 @@ class BoardInfos(TypedDict):
 
 
 @operation("board scan")
-class Scan(OnPort):
+class BoardScan(OnPort):
     """Look for boards at every address of the line.
 
     Exit status 0 if a board answers, 1 if none does.
@@ -238,9 +238,9 @@ class ShowFeatures(ToBoards):
 
 def _search(
     desk: Desk, found: Link, addresses: Iterable[int], rates: list[tuple[int, str]]
-) -> tuple[list[Found], Place]:
+) -> tuple[list[ScannedBoard], SerialSettings]:
     """Scan at one rate after the other until a board answers; return what did, and where."""
-    answers: list[Found] = []
+    answers: list[ScannedBoard] = []
     for index, (baud, parity) in enumerate(rates):
         if len(rates) > 1 and not _at(found, baud, parity):
             continue
@@ -262,7 +262,7 @@ def _at(found: Link, baud: int, parity: str) -> bool:
     return True
 
 
-def _write_found(page: Page, answers: list[Found]) -> None:
+def _write_found(page: Page, answers: list[ScannedBoard]) -> None:
     if not answers:
         return
     table = report.new_table("unit", "board", "firmware", "map", "axes", "status", "fault")
@@ -403,7 +403,7 @@ def _headline(told: BoardInfo) -> Any:
     )
 
 
-def _measured_text(clock: PixelClock) -> str:
+def _measured_text(clock: BoardPixelClock) -> str:
     """Return what there is to say of a clock: edges of a pixel if several, what was measured."""
     found, edges = clock["measured"], clock["divider"]
     text = f", {edges} edges a pixel" if edges > 1 else ""

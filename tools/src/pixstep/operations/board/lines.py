@@ -11,9 +11,9 @@ from typing import TypedDict
 
 from pixstep import formats
 from pixstep.board import capability, guarantee, run, settings, snapshot, together, upload
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.link import World
-from pixstep.board.run import Lines
+from pixstep.board.run import LinesOfBoard
 from pixstep.board.together import Together
 from pixstep.errors import AskedText, UserError
 from pixstep.lines.line import Line
@@ -21,7 +21,7 @@ from pixstep.lines.line_check import Limits
 from pixstep.lines.units import hz_text, refuse_period
 from pixstep.operations import bus, judging, reading_lines, shared
 from pixstep.operations.asked import AskedError
-from pixstep.operations.board.records import ReadRecords, RecordFields, Records, recorded
+from pixstep.operations.board.records import ReadRecords, RecordFields, RunRecords, recorded
 from pixstep.operations.bus import Known, ToBoard, ToBoards, some_axes
 from pixstep.operations.clocks import BoardLineClock
 from pixstep.operations.desk import Desk
@@ -57,7 +57,7 @@ class QueuedLines(TypedDict):
 
 
 @operation("board upload")
-class Upload(RecordFields, BoardLineClock, ToBoard):
+class BoardUpload(RecordFields, BoardLineClock, ToBoard):
     """Queue lines, one file an axis; with --arm run them.
 
     Files are CSV or CSB. Each line is first checked with the board's own limits: what it would
@@ -111,7 +111,7 @@ class Upload(RecordFields, BoardLineClock, ToBoard):
             if self.arm:
                 upload.require_idle(known.board, lines)
             self._set(known.board)
-            queues = run.Lines(known.board, list(lines))
+            queues = run.LinesOfBoard(known.board, list(lines))
             wanted, is_streamed = self.record and self.followed, bool(streamed)
             with recorded(
                 desk, [queues], self.record_file, wanted=wanted, streamed=is_streamed
@@ -138,7 +138,7 @@ class Upload(RecordFields, BoardLineClock, ToBoard):
             if world:
                 judging.together(desk, list(lines.values()), world, beyond=self.beyond)
 
-    def _set(self, board: Board) -> None:
+    def _set(self, board: Device) -> None:
         """Write the settings that were asked for."""
         settings.set_clock(board, self.edges_hz(board), self.sync, self.divider, self.gate_edges)
         if self.backlash_policy:
@@ -168,7 +168,7 @@ def check_lines(
         )
 
 
-def _streamed(board: Board, lines: dict[int, Line], divider: int) -> str:
+def _streamed(board: Device, lines: dict[int, Line], divider: int) -> str:
     """Return which line does not fit its queue as a whole, in words; empty if all do."""
     for axis, item in lines.items():
         takes, free = upload.room(board, axis, item, divider)
@@ -179,11 +179,11 @@ def _streamed(board: Board, lines: dict[int, Line], divider: int) -> str:
 
 def run_lines(
     desk: Desk,
-    queues: run.Lines,
+    queues: run.LinesOfBoard,
     world: World,
     lines: dict[int, Line],
     divider: int,
-    records: Records,
+    records: RunRecords,
     *,
     arm: bool,
     wait: bool,
@@ -261,7 +261,7 @@ class Started(TypedDict):
 
 
 @operation("board start")
-class Start(RecordFields, ToBoards):
+class BoardStart(RecordFields, ToBoards):
     """Start loaded lines, of several boards on one clock edge.
 
     Of one board the axes are armed. Of several, each is armed with a random token and asked whether
@@ -314,14 +314,14 @@ class Start(RecordFields, ToBoards):
         data: Started = {"token": started.token if started else None, "boards": rows}
         return records.result(data, texts)
 
-    def _lines(self, known: Known) -> Lines:
+    def _lines(self, known: Known) -> LinesOfBoard:
         """Return the axes of a board that are to start: those chosen, or all that are loaded."""
         if self.axes:
-            return Lines(known.board, known.axes(self.axes))
-        return Lines(known.board, run.loaded(known.board, known.who.axis_count))
+            return LinesOfBoard(known.board, known.axes(self.axes))
+        return LinesOfBoard(known.board, run.loaded(known.board, known.who.axis_count))
 
 
-def _start(group: list[Lines], world: World) -> Together | None:
+def _start(group: list[LinesOfBoard], world: World) -> Together | None:
     """Start the lines; None of a single board."""
     if len(group) > 1:
         return together.start(group, world)
@@ -329,7 +329,7 @@ def _start(group: list[Lines], world: World) -> Together | None:
     return None
 
 
-def _row(lines: Lines, records: Records) -> StartedBoard:
+def _row(lines: LinesOfBoard, records: RunRecords) -> StartedBoard:
     states, where = run.states(lines.board, lines.axes), run.positions(lines.board, lines.axes)
     return {
         "unit": lines.board.unit,

@@ -14,8 +14,8 @@ from typing import Any, TypedDict
 from pixstep import atomic, signals
 from pixstep.board import boards, recording
 from pixstep.board import registers as regs
-from pixstep.board.recording import AxisLog, Recorder, Row
-from pixstep.board.run import Lines
+from pixstep.board.recording import AxisLog, RecordedPixel, Recorder
+from pixstep.board.run import LinesOfBoard
 from pixstep.board.state import Event
 from pixstep.errors import FINE, NEGATIVE
 from pixstep.operations import bus
@@ -67,15 +67,15 @@ class RecordFields(Request):
 
 
 @dataclass
-class Records:
+class RunRecords:
     """The records of an operation's lines."""
 
     path: Path | None
-    rows: recording.Rows | None
+    rows: recording.RecordSink | None
     recorders: dict[int, Recorder] = field(default_factory=dict)
     worst: dict[tuple[int, int], int] = field(default_factory=dict)
 
-    def take(self, unit: int, row: Row) -> None:
+    def take(self, unit: int, row: RecordedPixel) -> None:
         """Take a record of a board."""
         difference = abs(row.record.actual_steps - row.record.expected_steps)
         place = (unit, row.axis)
@@ -124,13 +124,13 @@ class Records:
 @contextlib.contextmanager
 def recorded(
     desk: Desk,
-    group: list[Lines],
+    group: list[LinesOfBoard],
     path: Path | None,
     *,
     wanted: bool = True,
     streamed: bool = True,
     queued: bool = False,
-) -> Iterator[Records]:
+) -> Iterator[RunRecords]:
     """Read the records of lines along while they are followed, into a file if one is named.
 
     See `recording.recorded`. The file is written whatever ends the lines, and what it does not hold
@@ -138,7 +138,7 @@ def recorded(
     """
     with contextlib.ExitStack() as stack:
         rows = stack.enter_context(recording.writing(path)) if path else None
-        found = Records(path, rows)
+        found = RunRecords(path, rows)
         for lines in group if wanted or path else ():
             unit = lines.board.unit
             take = partial(found.take, unit)
@@ -168,7 +168,7 @@ class RecordRow(TypedDict):
     edge_error_ticks: int
 
 
-class AxisRecords(TypedDict):
+class AxisRecordCounts(TypedDict):
     """How many records of an axis were read, and were overwritten before that."""
 
     axis: int
@@ -180,7 +180,7 @@ class LoggedRecords(TypedDict):
     """What was read of a board's records; `rows` are there only for a program without a file."""
 
     unit: int
-    axes: list[AxisRecords]
+    axes: list[AxisRecordCounts]
     rows: list[RecordRow]
 
 
@@ -245,7 +245,7 @@ class LogRecords(ToBoard):
                     if not (self.follow or moves):
                         break
                     found.world.wait(wait_s)
-            except signals.Ended as error:  # what was read is kept
+            except signals.EndedBySignal as error:  # what was read is kept
                 ended = signals.status(error)
             except KeyboardInterrupt:
                 pass
@@ -333,7 +333,7 @@ def _wait_s(known: Known) -> float:
     return min(_MOST_WAIT_S, period_s * every * known.board.record_capacity() / 3)
 
 
-def _data(row: Row) -> RecordRow:
+def _data(row: RecordedPixel) -> RecordRow:
     found = row.record
     return {
         "line": row.line,

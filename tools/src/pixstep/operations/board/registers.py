@@ -7,7 +7,7 @@ from typing import NotRequired, TypedDict
 
 from pixstep.board import boards, settings, values
 from pixstep.board import registers as regs
-from pixstep.board.device import Board
+from pixstep.board.device import Device
 from pixstep.board.link import World
 from pixstep.board.settings import ChangeData
 from pixstep.board.values import SETTING, RegisterReading
@@ -136,7 +136,7 @@ class Set(ToBoards):
         return rows.result()
 
 
-def _require(board: Board, names: tuple[str, ...]) -> None:
+def _require(board: Device, names: tuple[str, ...]) -> None:
     """Refuse a register asked for by its name that says nothing on this board."""
     needed = {
         boards.FEATURE_OF_REGISTERS[name] for name in names if name in boards.FEATURE_OF_REGISTERS
@@ -173,7 +173,7 @@ def _text(reading: RegisterReading) -> str:
     return f"{reading.item.name} = {reading.value}{unit}{words}"
 
 
-def _set(board: Board, wanted: dict[str, int], world: World, *, store: bool) -> SetBoard:
+def _set(board: Device, wanted: dict[str, int], world: World, *, store: bool) -> SetBoard:
     """Set one board; return what changed."""
     needed = {
         boards.FEATURE_OF_REGISTERS[name] for name in wanted if name in boards.FEATURE_OF_REGISTERS

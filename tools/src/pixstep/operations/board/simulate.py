@@ -113,7 +113,7 @@ class Simulate(OfClock):
         ):  # fmt: skip
             port = str(self.link or bench.port)
             drawn = terminal.opened(bench, port) if terminal else None
-            told = _Told(desk, bench, port, rows)
+            told = _PlainRows(desk, bench, port, rows)
             with drawn or contextlib.nullcontext(told) as show:
                 _serve(bench, orders, hands, show)
         return Result({"board": self.board, "events": rows}, status=hands.status, told=True)
@@ -195,7 +195,7 @@ class _Hands:
             self.status = self.status or (FINE if keys else error.status)
 
 
-class _Told:
+class _PlainRows:
     """Plain lines and rows of data."""
 
     def __init__(self, desk: Desk, bench: VirtualBench, port: str, rows: list[BenchEvent]) -> None:

@@ -62,7 +62,7 @@ class Screen(Protocol):
 
 
 @operation("board watch")
-class Watch(ToBoards):
+class WatchBoards(ToBoards):
     """Watch boards live; Ctrl-C ends it.
 
     Status, fault, axes, switches, pixel clock, rates. Where nobody watches (no terminal) it prints

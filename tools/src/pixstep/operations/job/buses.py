@@ -10,13 +10,15 @@ from typing import TYPE_CHECKING
 from pixstep.board.errors import BoardError
 from pixstep.board.port import BAUD, Port
 from pixstep.errors import UserError
+from pixstep.operations.asked import AskedError
 from pixstep.operations.desk import Desk
+from pixstep.operations.facts import NO_MACHINE
 from pixstep.operations.request import Request
 from pixstep.server import remote
 
 if TYPE_CHECKING:
     from pixstep.board.link import Link
-    from pixstep.jobs.comparison import Row
+    from pixstep.jobs.comparison import ComparisonRow
     from pixstep.jobs.job import Job
     from pixstep.jobs.machine_copy import MachineCopy
     from pixstep.machine.files import MachineFile
@@ -40,7 +42,7 @@ def today(facts: Facts) -> MachineCopy:
 
     path = facts.path
     if path is None:
-        raise UserError("no machine file")
+        raise AskedError(NO_MACHINE)
     try:
         return MachineCopy.of(path.read_bytes(), path)
     except OSError as error:
@@ -74,11 +76,11 @@ def opened(
         yield bus_of
 
 
-def compared(job: Job, machine: MachineFile, bus_of: BusOf) -> list[Row]:
+def compared(job: Job, machine: MachineFile, bus_of: BusOf) -> list[ComparisonRow]:
     """Return the rows of all boards of a job."""
     from pixstep.jobs import on_boards
 
-    rows: list[Row] = []
+    rows: list[ComparisonRow] = []
     for name in boards_of(job, machine):
         try:
             board = bus_of(name).board(machine.boards[name].unit)

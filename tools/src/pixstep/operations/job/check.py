@@ -19,7 +19,7 @@ from pixstep.operations.result import Page, Result
 from pixstep.simulation.report import new_table
 
 if TYPE_CHECKING:
-    from pixstep.jobs.comparison import Row
+    from pixstep.jobs.comparison import ComparisonRow
     from pixstep.jobs.job import Job
     from pixstep.machine.files import MachineFile
 
@@ -98,6 +98,7 @@ class JobCheck(Compares):
         machine = today.tables
         rows = comparison.with_machine(found, today)
         rows += self._on_boards(desk, found, machine)
+        desk.say(judging.apart(found, machine))
         worst = comparison.verdict(rows).word
         accepted = self.accept_amber and worst == "amber"
         rooms = ((name, judging.room(found, machine, name)) for name in found.motors
@@ -119,7 +120,7 @@ class JobCheck(Compares):
         status = FINE if accepted else _STATUSES[worst]
         return Result(data, partial(_write, data, self.all_fields), status)
 
-    def _on_boards(self, desk: Desk, job: Job, machine: MachineFile) -> list[Row]:
+    def _on_boards(self, desk: Desk, job: Job, machine: MachineFile) -> list[ComparisonRow]:
         """Return the rows of all boards of the job, if they are asked."""
         if desk.link is None and self.port is None and not self.boards:
             return []
@@ -127,7 +128,7 @@ class JobCheck(Compares):
             return buses.compared(job, machine, bus_of)
 
 
-def _field(row: Row) -> ComparedField:
+def _field(row: ComparisonRow) -> ComparedField:
     return cast("ComparedField", row.told())
 
 

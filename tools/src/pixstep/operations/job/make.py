@@ -3,14 +3,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
 
-from pixstep.errors import UserError
+from pixstep.errors import AskedText, UserError
 from pixstep.jobs import judging, line_files, making
-from pixstep.jobs.image import Image
-from pixstep.jobs.making import Asked, AskedImage, Made
+from pixstep.jobs.image import ImageGeometry
+from pixstep.jobs.making import AskedImage, JobOptions, NewJob
 from pixstep.lazy import require_package
 from pixstep.lines import units
 from pixstep.lines.units import DISTANCE, Quantity, parse_pixels
@@ -168,8 +169,9 @@ class JobMake(Request):
         made = self._made(machine, source)
         desk.say(made.notes)
         with desk.progress("checking") as show:
-            warned = judging.judge(made.job, machine, machine.path, show, refuse=self.check)
-        desk.say(warned)
+            path_of = self._path_of(machine)
+            warned = judging.judge(made.job, machine, path_of, show, refuse=self.check)
+        desk.say([*warned, *judging.apart(made.job, machine)])
         size = made.job.write(self.output)
         job = made.job
         data: MadeJob = {
@@ -191,7 +193,13 @@ class JobMake(Request):
             raise AskedError(f"{{{alone[0]}}}: not with {{{given[0]}}}, which says that")
         return given[0]
 
-    def _made(self, machine: MachineFile, source: str) -> Made:
+    def _path_of(self, machine: MachineFile) -> Callable[[str], Path]:
+        """Return what says which file a motor's lines come from; an image has only the machine."""
+        lines = pairs("lines_of", self.lines_of)
+        source = self.table or self.useq or self.scanspec or machine.path
+        return lambda name: lines.get(name, source)
+
+    def _made(self, machine: MachineFile, source: str) -> NewJob:
         asked = self._asked(machine)
         if source == "lines_of":
             paths = pairs("lines_of", self.lines_of)
@@ -201,9 +209,16 @@ class JobMake(Request):
 
             assert self.table is not None
             return position_table.of_table(machine, self.table, asked)
-        return making.of_image(machine, self._image(machine, source), asked)
+        image = self._image(machine, source)
+        try:
+            return making.of_image(machine, image, asked)
+        except UserError as error:
+            path = self.useq or self.scanspec
+            if path is None or str(error).startswith(str(machine.path)):
+                raise
+            raise UserError(AskedText("{path}: {error}", path=path, error=error)) from None
 
-    def _asked(self, machine: MachineFile) -> Asked:
+    def _asked(self, machine: MachineFile) -> JobOptions:
         signs = {name: -1 if motor.negative else 1 for name, motor in machine.motors.items()}
         starts = in_steps(machine, pairs("start", self.start))
         plays = in_steps(machine, pairs("backlash_of", self.backlash_of))
@@ -212,7 +227,7 @@ class JobMake(Request):
                 raise UserError(f"motor {name}: backlash {steps}: 0 or more, of a smooth motor")
         for name in (*pairs("profile", self.profile), *self.still):
             _ = machine[name]  # names the motors that there are
-        return Asked(
+        return JobOptions(
             pairs("profile", self.profile),
             plays,
             {name: signs[name] * place for name, place in starts.items()},
@@ -256,7 +271,9 @@ class JobMake(Request):
         turns = in_steps(machine, pairs("turn", self.turn))
         return replace(found, image=common, turns=turns, still=(*found.still, *self.still))
 
-    def _common(self, machine: MachineFile, lines: int, pixels: int, motor: str | None) -> Image:
+    def _common(
+        self, machine: MachineFile, lines: int, pixels: int, motor: str | None
+    ) -> ImageGeometry:
         """Return an image with the lead-in, lead-out and offsets that are asked for."""
         lead_in = self.lead_in
         if lead_in is None:
@@ -267,7 +284,7 @@ class JobMake(Request):
             or getattr(machine.line, f"scan_offset_{name}")
             for name in ("forward", "back")
         }
-        return Image(
+        return ImageGeometry(
             lines, pixels, lead_in, lead_in if lead_out is None else lead_out, self.alternate,
             *(_offset(machine, motor, offsets[name]) for name in ("forward", "back")),
         )  # fmt: skip

@@ -24,11 +24,11 @@ from pixstep.operations.request import flag, option, shared_fields
 from pixstep.operations.result import Result
 
 if TYPE_CHECKING:
-    from pixstep.jobs.comparison import Row
+    from pixstep.jobs.comparison import ComparisonRow
     from pixstep.jobs.job import Job
     from pixstep.jobs.machine_copy import MachineCopy
-    from pixstep.jobs.runner import Watch
-    from pixstep.jobs.session import Session
+    from pixstep.jobs.runner import RunWatch
+    from pixstep.jobs.session import JobSession
     from pixstep.machine.files import MachineFile
 
 Confirm = Callable[[str], bool]
@@ -92,12 +92,12 @@ class Prints(Compares):
         The boards' clock is set in between, for which nothing may move. Raises RefusedError for
         red, and for amber to which nobody agrees.
         """
-        from pixstep.jobs import comparison, stations
+        from pixstep.jobs import comparison, judging, stations
         from pixstep.jobs.rules import GREEN
 
-        rows = comparison.with_machine(job, found)
-        comparison.require(job, rows, accept_amber=True)
+        rows = self.compare_file(job, found)
         machine = found.tables
+        desk.say(judging.apart(job, machine))
         stations.set_clock(stations.of_job(job, machine, bus_of), machine)
         rows += buses.compared(job, machine, bus_of)
         accepted = self._accepted(desk, rows)
@@ -112,7 +112,16 @@ class Prints(Compares):
             told["accepted_by"] = _user()
         return told
 
-    def _accepted(self, desk: Desk, rows: list[Row]) -> bool:
+    @staticmethod
+    def compare_file(job: Job, found: MachineCopy) -> list[ComparisonRow]:
+        """Compare a job with the machine file alone. Raises RefusedError for red."""
+        from pixstep.jobs import comparison
+
+        rows = comparison.with_machine(job, found)
+        comparison.require(job, rows, accept_amber=True)
+        return rows
+
+    def _accepted(self, desk: Desk, rows: list[ComparisonRow]) -> bool:
         from pixstep.jobs import comparison
         from pixstep.jobs.rules import AMBER
 
@@ -134,12 +143,12 @@ def safe(job: Job, machine: MachineFile) -> bool:
 
 
 @contextlib.contextmanager
-def watched(desk: Desk, pause_asked: Callable[[], bool]) -> Iterator[Watch]:
+def watched(desk: Desk, pause_asked: Callable[[], bool]) -> Iterator[RunWatch]:
     """Yield what a run is watched by.
 
     While lines move, Ctrl-C asks for a pause and the second one stops; before that it stops.
     """
-    from pixstep.jobs.runner import Watch
+    from pixstep.jobs.runner import RunWatch
 
     asked = threading.Event()
 
@@ -149,7 +158,7 @@ def watched(desk: Desk, pause_asked: Callable[[], bool]) -> Iterator[Watch]:
         asked.set()
 
     with desk.progress("printing") as show, _on_ctrl_c(take):
-        watch = Watch(lambda: asked.is_set() or pause_asked(), show, desk.aside)
+        watch = RunWatch(lambda: asked.is_set() or pause_asked(), show, desk.aside)
         yield watch
 
 
@@ -166,7 +175,7 @@ def _on_ctrl_c(take: Callable[[int, Any], None]) -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def make(session: Session, path: Path, *, may_move: bool) -> Result:
+def make(session: JobSession, path: Path, *, may_move: bool) -> Result:
     """Make the lines that are left, and return the result.
 
     Raises StoppedError after a signal, JobBrokenError after a fault, both saying where all is.

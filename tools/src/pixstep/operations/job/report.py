@@ -15,7 +15,7 @@ from pixstep.operations.request import Request, operation, option
 from pixstep.operations.result import Result
 
 if TYPE_CHECKING:
-    from pixstep.jobs.report.pixels import Figures
+    from pixstep.jobs.report.pixels import ReportFigures
     from pixstep.jobs.report.story import Story
 
 
@@ -83,7 +83,7 @@ def write(run: Path, output: Path, measured: Path | None = None) -> ReportedJob:
     return _facts(run, output, len(text.encode()), story, figures)
 
 
-def _facts(run: Path, output: Path, size: int, story: Story, figures: Figures) -> ReportedJob:
+def _facts(run: Path, output: Path, size: int, story: Story, figures: ReportFigures) -> ReportedJob:
     from pixstep.jobs.report import page
 
     return {

@@ -19,8 +19,8 @@ from pixstep.operations.result import Result
 
 if TYPE_CHECKING:
     from pixstep.jobs.job import Job
-    from pixstep.jobs.resuming import Verdict
-    from pixstep.jobs.session import Session
+    from pixstep.jobs.resuming import ResumeVerdict
+    from pixstep.jobs.session import JobSession
     from pixstep.machine.files import MachineFile
 
 _SPARE_S = 5.0
@@ -56,20 +56,20 @@ class JobResume(Prints):
         """Look at the boards, and print what is left."""
         folder, job = opened(self.run_path)
         from pixstep.jobs import history, resuming
-        from pixstep.jobs.history import History
         from pixstep.jobs.parts import Parts
-        from pixstep.jobs.session import Session
+        from pixstep.jobs.session import JobSession
         from pixstep.jobs.stations import of_job
 
         found = buses.today(desk.facts)
         machine = found.tables
         with folder.log() as log:
-            told = History.of(folder.events())
+            told = folder.history()
             if told.finished:
                 data = printing.facts_of(self.run_path, job, told, "finished")
                 return Result(data, printing.text_of(data))
             if (told.chain or told.printed) and not job.header.resumable:
                 raise RefusedError(f"{self.run_path}: the job is not resumable: begin it again")
+            self.compare_file(job, found)  # red needs no board, and nobody homes for it in vain
             with buses.opened(desk, machine, self.port, self.timeout) as bus_of:
                 stations = of_job(job, machine, bus_of)
                 most_s = 2 * job.pixels / float(job.pixel_hz) + _SPARE_S
@@ -83,7 +83,7 @@ class JobResume(Prints):
                     _home_direction(machine, name)
                 with printing.watched(desk, lambda: folder.pause_asked) as watch:
                     parts = Parts(self.run_path) if self.records else None
-                    session = Session(job, machine, stations, log, told, watch, parts)
+                    session = JobSession(job, machine, stations, log, told, watch, parts)
                     if self.time_gaps:
                         session.time_gaps()
                     self._settle(session, verdict)
@@ -99,7 +99,7 @@ class JobResume(Prints):
                     finally:
                         folder.forget_pause()
 
-    def _undecided(self, job: Job, told: Any, verdict: Verdict) -> Result | None:
+    def _undecided(self, job: Job, told: Any, verdict: ResumeVerdict) -> Result | None:
         """Return what somebody has to decide first; None if all is decided."""
         asked = {one.number for one in verdict.asked}
         for number in (*self.redo, *self.skip):
@@ -133,7 +133,7 @@ class JobResume(Prints):
                  if one.number not in asked]  # fmt: skip
         return Result(data, "\n".join([*rows, *texts, "nothing has moved"]), REFUSED)
 
-    def _settle(self, session: Session, verdict: Verdict) -> None:
+    def _settle(self, session: JobSession, verdict: ResumeVerdict) -> None:
         """Log what became of the lines in flight."""
         from pixstep.jobs import history
         from pixstep.jobs.resuming import Fate
@@ -146,7 +146,7 @@ class JobResume(Prints):
             else:
                 session.note({"event": history.REDO, "line": one.number, "was": one.text})
 
-    def _home(self, desk: Desk, session: Session, verdict: Verdict) -> None:
+    def _home(self, desk: Desk, session: JobSession, verdict: ResumeVerdict) -> None:
         """Home motors whose positions do not hold, and bring them to their line from its side."""
         from pixstep.jobs import history, positioning
 
@@ -193,7 +193,7 @@ def _home_direction(machine: MachineFile, name: str) -> str:
     return motor.home_is_limit
 
 
-def _add_boards(data: RunOfJob, verdict: Verdict) -> None:
+def _add_boards(data: RunOfJob, verdict: ResumeVerdict) -> None:
     data["boards"] = [
         {
             "board": one.station.name, "unit": one.station.board.unit, "trusted": one.trusted,
@@ -255,5 +255,7 @@ class JobPause(Request):
         folder.ask_pause()
         told = folder.history()
         data = printing.facts_of(self.run_path, job, told, "running")
-        last = max(told.in_flight, default=told.next_line)
-        return Result(data, f"{self.run_path}: pauses at the end of line {last}")
+        where = "the line after the one that moves"  # where that is not known yet
+        if len(told.in_flight) > 1 or job.lines in told.in_flight:
+            where = f"line {max(told.in_flight)}"
+        return Result(data, f"{self.run_path}: pauses at the end of {where}")

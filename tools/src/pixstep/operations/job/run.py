@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pixstep.errors import AskedText, RefusedError
 from pixstep.operations.desk import Desk
 from pixstep.operations.job import buses, printing
 from pixstep.operations.job.printing import Prints, RunOfJob
@@ -42,15 +41,11 @@ class JobRun(Prints):
         from pixstep.jobs.history import History
         from pixstep.jobs.parts import Parts
         from pixstep.jobs.run_folder import SUFFIX, RunFolder
-        from pixstep.jobs.session import Session, elsewhere
+        from pixstep.jobs.session import JobSession, elsewhere
         from pixstep.jobs.stations import of_job
 
         path = self.folder or Path(self.job.name).with_suffix(SUFFIX)
-        if RunFolder.is_begun(path):
-            raise RefusedError(AskedText(
-                "{path}: has a run already: `pixstep job resume {path}` goes on with it, {folder} "
-                "names another one", path=path,
-            ))  # fmt: skip
+        RunFolder.refuse_other(path, job)
         machine = found.tables
         with buses.opened(desk, machine, self.port, self.timeout) as bus_of:
             told = self.compare(desk, job, found, bus_of)
@@ -61,7 +56,7 @@ class JobRun(Prints):
             folder = RunFolder.begin(path, job)
             with folder.log() as log, printing.watched(desk, lambda: folder.pause_asked) as watch:
                 parts = Parts(path) if self.records else None
-                session = Session(job, machine, stations, log, History(0), watch, parts)
+                session = JobSession(job, machine, stations, log, History(0), watch, parts)
                 if self.time_gaps:
                     session.time_gaps()
                 session.begin(told, safe=printing.safe(job, machine))

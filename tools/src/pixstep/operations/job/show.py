@@ -21,7 +21,7 @@ from pixstep.simulation.report import new_table
 
 if TYPE_CHECKING:
     from pixstep.jobs.job import Job
-    from pixstep.jobs.shapes import Run
+    from pixstep.jobs.shapes import MotorRun
 
 _PIXELS_SHOWN = 12  # of a line, at either end
 
@@ -194,7 +194,7 @@ def _motor(job: Job, name: str) -> JobMotor:
     }
 
 
-def _motor_line(job: Job, name: str, run: Run) -> MotorLine:
+def _motor_line(job: Job, name: str, run: MotorRun) -> MotorLine:
     made = job.line(run.line)[name]
     return {
         "motor": name,

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from pixstep.jobs.job import Job
     from pixstep.jobs.simulated.campaign import Campaign
     from pixstep.jobs.simulated.crews import Crew
-    from pixstep.jobs.simulated.folder import Told
+    from pixstep.jobs.simulated.folder import SimFolder, Told
 
 _MOST_PROCESSES, _MOST_LINES = 1024, 1000
 _REMOTE_EDGES = Path("~/.cache/pixstep/edges")
@@ -112,21 +112,21 @@ class JobSimulate(FlawFields):
         from pixstep.jobs.simulated.folder import SUFFIX, SimFolder
 
         began = time.monotonic()
-        world = cuts.World(self.pixel_ppm, self.flaws, self.seed, self.block)
+        world = cuts.SimulatedWorld(self.pixel_ppm, self.flaws, self.seed, self.block)
         cuts.refuse(found, world)
         own = cuts.tools_of(found, world)
         edges = self.edges or (None if self.scheduler is None else _REMOTE_EDGES)
         folder = SimFolder(self.out or Path(self.job.name).with_suffix(SUFFIX), edges)
         about = {"job": str(self.job), "id": found.header.id, "tools": dict(own)}
-        with desk.progress("simulating") as show:
+        with signals.once(), desk.progress("simulating") as show:
             campaign = Campaign(found, world, own, folder, show)
             missing = campaign.missing()
             if missing:
-                with self._crew(campaign, found) as crew:
+                with _swept(folder), self._crew(campaign, found) as crew:
                     folder.begin(about)
                     with _told_on_stop(campaign):
                         campaign.run(crew, missing)
-        told = folder.assemble(found, campaign.cuts())
+            told = folder.assemble(found, campaign.cuts())
         data = self._data(found, campaign, told, time.monotonic() - began)
         folder.write_about({**about, **data})
         status = NEGATIVE if told.failed else FINE
@@ -134,10 +134,10 @@ class JobSimulate(FlawFields):
 
     def _crew(self, campaign: Campaign, job: Job) -> contextlib.AbstractContextManager[Crew]:
         from pixstep.jobs.simulated import crews
-        from pixstep.jobs.simulated.cuts import Place
+        from pixstep.jobs.simulated.cuts import MotorPlaces
 
         if self.scheduler is not None:
-            return crews.cluster(self.scheduler, campaign.tools, Place.of(job).kinds)
+            return crews.cluster(self.scheduler, campaign.tools, MotorPlaces.of(job).kinds)
         return crews.processes(self.processes or len(os.sched_getaffinity(0)))
 
     def _data(self, job: Job, campaign: Campaign, told: Told, seconds: float) -> SimulatedJob:
@@ -155,6 +155,15 @@ class JobSimulate(FlawFields):
             "seconds": round(seconds, 1), "sha256": told.sha256,
             "out": str(campaign.folder.path), "lines_file": str(campaign.folder.lines),
         }  # fmt: skip
+
+
+@contextlib.contextmanager
+def _swept(folder: SimFolder) -> Iterator[None]:
+    """Leave no unfinished edges, once those who made them are gone."""
+    try:
+        yield
+    finally:
+        folder.sweep()
 
 
 @contextlib.contextmanager

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
@@ -18,7 +19,7 @@ from pixstep.lines import core, line_check, units
 from pixstep.lines.line import Line
 from pixstep.lines.line_check import Finding, FindingFacts, Limits
 from pixstep.lines.units import Quantity
-from pixstep.operations import judging, shared, showing
+from pixstep.operations import judging, machine_defaults, reading_lines, shared, showing
 from pixstep.operations.asked import AskedError, AskedRefusedError
 from pixstep.operations.clocks import OfClock
 from pixstep.operations.desk import Desk
@@ -30,19 +31,25 @@ from pixstep.operations.showing import ShownMotion
 from pixstep.profiles.kinematics import LineDrawing
 
 
-class CheckedLine(TypedDict):
-    """What a check says of a line; speeds in steps/pixel."""
+class LineFindings(TypedDict):
+    """What a check says of one line; its speed in steps/pixel."""
 
     file: str
     line: int
     decode: str
     backlash: int
-    board: str | None
     verdict: str
     pixels: int
     steps: int
     line_speed: int | None
     findings: list[FindingFacts]
+
+
+class CheckedLine(LineFindings):
+    """The same of the first line and of those beside it; the first verdict is that of them all."""
+
+    board: str | None
+    beside: list[LineFindings]
 
 
 @operation("line check")
@@ -51,24 +58,21 @@ class LineCheck(OfClock):
 
     With a pixel frequency by the limits of the board too and by those of the machine file's motor.
     Where the board is named, by what it is guaranteed to follow in time: several files are lines
-    that run together.
+    that run together, each with its own findings.
     What is refused here `sim` and `board upload` refuse too, unless they are given --no-check.
     Exit status 0 fine, 1 warnings, 3 refused.
     """
 
     result = CheckedLine
 
-    csv: Path = argument(FILE, shown="FILE")
-    beside: tuple[Path, ...] = argument(
-        FILE, "Lines of other axes that run together with it.", shown="[FILE...]", many=True,
-        required=False,
-    )  # fmt: skip
-    decode: str = shared.decode()
-    backlash: int = shared.backlash()
+    csv: tuple[Path, ...] = reading_lines.line_files()
+    decode: tuple[str, ...] = reading_lines.decodes()
+    backlash: tuple[int, ...] = reading_lines.backlashes()
     raw: bool = shared.raw()
     lenient: bool = flag("Accept LF and a missing final newline, as `file check` does.")
-    line_number: int | None = shared.line_number()
+    line_number: tuple[int, ...] = reading_lines.line_numbers()
     needs_clock = False  # with a frequency the board's step rate and reversals are checked too
+    negative = False  # a line that runs backwards is judged as one that runs forwards
 
     sync: str = shared.sync()
     board: str = shared.timer_of()
@@ -79,99 +83,153 @@ class LineCheck(OfClock):
     baud: int = option(Whole(300, 4_000_000), "Of the serial line while they move.", default=BAUD)
     beyond: bool = judging.beyond()
     min_interval: int | None = option(Whole(1, 65_535), "Ticks. [default: the board's]")
-    max_speed: Quantity | None = shared.max_speed("steps/px or steps/s")
-    max_acceleration: Quantity | None = shared.max_acceleration("steps/px2 or steps/s2")
+    max_speed: Quantity | None = shared.max_speed(
+        "steps/px or steps/s", machine=machine_defaults.limit_of_one("max_speed")
+    )
+    max_acceleration: Quantity | None = shared.max_acceleration(
+        "steps/px2 or steps/s2", machine=machine_defaults.limit_of_one("max_acceleration")
+    )
     start_stop: Quantity | None = shared.start_stop(
-        "steps/px or steps/s; up to here a plain line may start, stop and turn without a ramp."
+        "steps/px or steps/s; up to here a plain line may start, stop and turn without a ramp.",
+        machine=machine_defaults.limit_of_one("start_stop"),
     )
     jerk_warn: Quantity | None = option(JERK_FIGURE, "Warn of larger acceleration changes.")
 
     def run(self, desk: Desk) -> Result:
-        """Read the line and check it."""
-        line, *beside = (self._load(desk, path) for path in (self.csv, *self.beside))
-        found = line_check.check(line, self._bounds(line, desk))
-        for other in beside:
-            line_check.raise_if_refused(
-                other.name, line_check.check(other, self._bounds(other, desk))
-            )
-        if not line_check.refused(found):
-            found += self._together([line, *beside], desk)
-        severity = line_check.exit_status(found)
+        """Read the lines and check them."""
+        self._refuse_axes(desk)
+        lines = self._read(desk)
+        found = [
+            line_check.check(*one) for one in zip(lines, self._bounds(lines, desk), strict=True)
+        ]
+        if not any(map(line_check.refused, found)):
+            for axis, item in self._together(lines, desk):
+                found[axis].append(item)
+        first, *beside = map(self._facts, range(len(lines)), lines, found)
+        severity = max(map(line_check.exit_status, found))
         data: CheckedLine = {
-            "file": str(self.csv),
-            "line": self.line_number or 1,
-            "decode": self.decode,
-            "backlash": line.backlash,
+            **first,
+            "verdict": VERDICTS[severity],
             "board": self.board if self.pixel_hz else None,
+            "beside": beside,
+        }
+        names = [line.name for line in lines] if beside else [first["file"]]
+        page = functools.partial(_page, names, [first, *beside], found)
+        return Result(data, page, STATUSES[severity])
+
+    @property
+    def together(self) -> int:
+        """How many axes move at once."""
+        return self.axes or len(self.csv)
+
+    def _refuse_axes(self, desk: Desk) -> None:
+        """Refuse fewer axes than files, and more than the board has, where one is judged by."""
+        if self.together < len(self.csv):
+            raise AskedError(
+                f"{{axes}} {self.axes}: {len(self.csv)} files are lines of as many axes",
+                cure=f": {{axes}} {len(self.csv)} or more, or none",
+            )
+        is_judged = self.axes or self.pixel_hz or _board_is_named(desk)
+        if is_judged and self.together > boards.load(self.board).axes:
+            asked = f"{{axes}} {self.axes}" if self.axes else f"{len(self.csv)} files, {{board}}"
+            raise AskedError(f"{asked}: {boards.axes_text(self.board)}")
+
+    def _read(self, desk: Desk) -> list[Line]:
+        return reading_lines.read_lines(
+            desk,
+            self,
+            pixel_hz=self.pixel_hz,
+            divider=self.edges,
+            refuse_faster=True,
+            read=functools.partial(_read_strictly, lenient=self.lenient),
+        )
+
+    def _facts(self, index: int, line: Line, found: list[Finding]) -> LineFindings:
+        severity = line_check.exit_status(found)
+        numbers = reading_lines.per_line("line_number", self.line_number, len(self.csv), 1)
+        return {
+            "file": str(self.csv[index]),
+            "line": numbers[index],
+            "decode": line.decode,
+            "backlash": line.backlash,
             "verdict": VERDICTS[severity],
             "pixels": line.pixels,
             "steps": line.total_steps,
             "line_speed": line.line_speed if severity < 2 else None,
             "findings": line_check.as_json(found),
         }
-        return Result(data, functools.partial(_page, data, found), STATUSES[severity])
 
-    @property
-    def together(self) -> int:
-        """How many axes move at once."""
-        return max(self.axes or 1, 1 + len(self.beside))
-
-    def _load(self, desk: Desk, path: Path) -> Line:
-        return load_line(
-            desk,
-            path,
-            self.decode,
-            self.backlash,
-            raw=self.raw,
-            number=self.line_number,
-            read=functools.partial(_read_strictly, lenient=self.lenient),
-            pixel_hz=self.pixel_hz,
-            refuse_faster=True,
-            divider=self.edges,
-        )
-
-    def _together(self, lines: list[Line], desk: Desk) -> list[Finding]:
-        """Return what the board's time says: of one line as many as there are axes."""
+    def _together(self, lines: list[Line], desk: Desk) -> Iterator[tuple[int, Finding]]:
+        """Yield what the board's time says and of which line: of one as many as there are axes."""
         if not self.pixel_hz or not _board_is_named(desk):
-            return []
+            return
         several = [*lines, *[lines[0]] * (self.together - len(lines))]
         clock = settings.of_clock(self.sync, self.edges)
         world = guarantee.world(self.board, self.pixel_hz, clock, self.baud)
         late = guarantee.judge(several, world)
         if late is None:
-            return []
+            return
         told_only = self.beyond or not guarantee.is_binding(world)
         severity = line_check.WARNING if told_only else line_check.ERROR
-        name = several[late.axis].name
         told = guarantee.reason(late, several, world)
-        return [Finding(guarantee.NAME, severity, late.pixel, f"{name}: {told}")]
+        place = late.axis if late.axis < len(lines) else 0
+        yield place, Finding(guarantee.NAME, severity, late.pixel, told)
 
-    def _bounds(self, line: Line, desk: Desk) -> Limits:
-        """Return what the board and the motor let the line do."""
+    def _bounds(self, lines: list[Line], desk: Desk) -> list[Limits]:
+        """Return what the board and its motor let each line do."""
+        if self.pixel_hz and not _board_is_named(desk):
+            label = boards.load(self.board).label
+            desk.say([AskedText(
+                "{path}: checked by what the {label} can do ({board})",
+                path=self.csv[0], label=label,
+            )])  # fmt: skip
+        motors = self._of_motors(lines, desk)
+        _refuse_idle(desk, lines, motors)
+        return [
+            self._of_board(line).lower(motor) for line, motor in zip(lines, motors, strict=True)
+        ]
+
+    def _of_motors(self, lines: list[Line], desk: Desk) -> list[Limits]:
+        """Return the limits of the motors: what is asked for comes before a machine file's."""
         from pixstep.machine import line_limits  # pydantic takes a while to load
 
-        hz, of_board = self.pixel_hz, Limits()
-        if self.together > boards.load(self.board).axes:
-            raise AskedError(f"{{axes}} {self.together}: {boards.axes_text(self.board)}")
+        names = ("max_speed", "max_acceleration", "start_stop")
+        motors = desk.facts.motors_in_force
+        found = []
+        for index, line in enumerate(lines):
+            motor = motors[index] if len(motors) == len(lines) > 1 else None
+            asked = [
+                motor.limit(name) if motor and not desk.given(name) else getattr(self, name)
+                for name in names
+            ]
+            limits = line_limits.of_quantities(line, self.pixel_hz, *asked)
+            by_motor = not desk.given("max_acceleration")
+            found.append(limits.with_rounding(line) if by_motor else limits)
+        return found
+
+    def _of_board(self, line: Line) -> Limits:
+        hz, found = self.pixel_hz, Limits()
         if hz:
             clock = settings.of_clock(self.sync, self.edges)
-            of_board = named_limits(self.board, hz, axes=self.together, clock=clock).of(line)
-            if not _board_is_named(desk):
-                label = boards.load(self.board).label
-                desk.say([AskedText(
-                    "{path}: checked by what the {label} can do ({board})",
-                    path=self.csv, label=label,
-                )])  # fmt: skip
-        motor = line_limits.of_quantities(
-            line, hz, self.max_speed, self.max_acceleration, self.start_stop
-        )
-        if desk.by_machine("max_acceleration"):
-            motor = motor.with_rounding(line)
+            found = named_limits(self.board, hz, axes=self.together, clock=clock).of(line)
         jerk = self.jerk_warn
         return replace(
-            of_board.lower(motor),
+            found,
             jerk_warning=None if jerk is None else units.whole_limit(jerk, hz, least=0),
-            min_interval_ticks=self.min_interval or of_board.min_interval_ticks,
+            min_interval_ticks=self.min_interval or found.min_interval_ticks,
+        )
+
+
+def _refuse_idle(desk: Desk, lines: list[Line], limits: list[Limits]) -> None:
+    """Refuse a start/stop speed that nothing would be judged by."""
+    if not desk.given("start_stop"):
+        return
+    plain = [motor for line, motor in zip(lines, limits, strict=True) if not line.smooth]
+    if not plain:
+        raise AskedError("{start_stop}: is for plain lines, these are smooth")
+    if not all(motor.max_acceleration for motor in plain):
+        raise AskedError(
+            "{start_stop}: needs {max_acceleration}, which judges starts and stops beyond it"
         )
 
 
@@ -198,9 +256,17 @@ def _reads_leniently(path: Path, *, raw: bool) -> bool:
     return True
 
 
-def _page(data: CheckedLine, found: list[Finding], page: Page) -> None:
-    """Write the findings, one for neighbours that say the same, and the verdict."""
-    name = data["file"]
+def _page(
+    names: Sequence[str], checked: Sequence[LineFindings], found: Sequence[list[Finding]],
+    page: Page,
+) -> None:  # fmt: skip
+    """Write the findings of each line, and its verdict."""
+    for name, data, items in zip(names, checked, found, strict=True):
+        _write_line(name, data, items, page)
+
+
+def _write_line(name: str, data: LineFindings, found: list[Finding], page: Page) -> None:
+    """Write the findings of a line, one for neighbours that say the same, and the verdict."""
     # Neighbours are alike but for their pixels, which count up as their places do.
     placed = [(replace(item, pixel=item.pixel - place), item) for place, item in enumerate(found)]
     for _, run in groupby(placed, lambda one: one[0]):
@@ -221,7 +287,7 @@ class PlannedLine(TypedDict):
 
 
 @operation("ticks")
-class Ticks(OfClock):
+class PlanTicks(OfClock):
     """Plan the edges of a line of a CSV or CSB with the native build of the firmware's core."""
 
     result = PlannedLine

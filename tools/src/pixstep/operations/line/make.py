@@ -150,7 +150,7 @@ class LineMake(OfClock):
 
 
 @dataclass(frozen=True)
-class _Made:
+class _MadeLine:
     """A line, its speed in steps/pixel, the clock edges of its pixels."""
 
     made: generator.GeneratedLine
@@ -158,10 +158,10 @@ class _Made:
     divider: int
 
 
-Make = Callable[[LineMake, Desk, generator.LineRequest], _Made]
+Make = Callable[[LineMake, Desk, generator.LineRequest], _MadeLine]
 
 
-def _made(asked: LineMake, desk: Desk) -> _Made:
+def _made(asked: LineMake, desk: Desk) -> _MadeLine:
     request = generator.LineRequest(
         0, asked.pixels or 0, asked.backlash, asked.lead_in, asked.is_plain
     )
@@ -178,7 +178,7 @@ def _made(asked: LineMake, desk: Desk) -> _Made:
     return _turned(asked, desk, make, request) if asked.turn else make(asked, desk, request)
 
 
-def _turned(asked: LineMake, desk: Desk, make: Make, request: generator.LineRequest) -> _Made:
+def _turned(asked: LineMake, desk: Desk, make: Make, request: generator.LineRequest) -> _MadeLine:
     """Make a line that turns: a way out, a rest, and the way back."""
     if not asked.is_plain:
         raise AskedError("{turn}: only a plain line turns: {decode} plain")
@@ -192,7 +192,7 @@ def _turned(asked: LineMake, desk: Desk, make: Make, request: generator.LineRequ
     return replace(made, made=replace(made.made, counts=list(counts)))
 
 
-def _of_profile(asked: LineMake, desk: Desk, request: generator.LineRequest) -> _Made:
+def _of_profile(asked: LineMake, desk: Desk, request: generator.LineRequest) -> _MadeLine:
     """Make a line by a profile, whose speeds are per pixel."""
     profile = asked.prn
     assert profile is not None
@@ -207,23 +207,23 @@ def _of_profile(asked: LineMake, desk: Desk, request: generator.LineRequest) -> 
     desk.say(origin.frequency_notes(profile, None, line_hz, refuse=True))
     speed = units.whole_speed(asked.speed, line_hz, desk.facts.scale(), smooth=not asked.is_plain)
     made = generator.generate(speeds, replace(request, speed=speed), str(profile))
-    return _Made(made, speed, divider)
+    return _MadeLine(made, speed, divider)
 
 
-def _of_acceleration(asked: LineMake, desk: Desk, request: generator.LineRequest) -> _Made:
+def _of_acceleration(asked: LineMake, desk: Desk, request: generator.LineRequest) -> _MadeLine:
     """Make the shortest ramps within an acceleration, in pixels that allow it."""
     scale, acceleration = desk.facts.scale(), asked.max_acceleration
     assert acceleration is not None
-    wanted = accelerate.Wanted(
+    wanted = accelerate.WantedLine(
         asked.speed.in_steps(scale), acceleration, asked.max_jerk, asked.edges_hz, asked.is_plain
     )
     divider = asked.divider or accelerate.choose_divider(wanted)
     made, speed, notes = accelerate.line(wanted, divider, asked.length, request, scale)
     desk.say(notes)
-    return _Made(made, speed, divider)
+    return _MadeLine(made, speed, divider)
 
 
-def _data(asked: LineMake, line: _Made) -> MadeLine:
+def _data(asked: LineMake, line: _MadeLine) -> MadeLine:
     made = line.made
     return {
         "file": str(asked.output),
@@ -263,7 +263,7 @@ def _use_text(facts: Facts, edges: int) -> str:
     )
 
 
-def _warn_of_jerk(desk: Desk, line: _Made, limit: int) -> int:
+def _warn_of_jerk(desk: Desk, line: _MadeLine, limit: int) -> int:
     """Say where the acceleration changes by more than `limit`; return the exit status."""
     counts = line.made.counts
     found = line_check.check(Line(tuple(counts)), line_check.Limits(jerk_warning=limit))

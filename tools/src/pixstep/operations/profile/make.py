@@ -211,11 +211,11 @@ def _legal(limit: Quantity, hz: Fraction | None, desk: Desk) -> int:
     return legal
 
 
-def _figures(speeds: list[int]) -> kinematics.Figures:
+def _figures(speeds: list[int]) -> kinematics.LineMagnitudes:
     """Return the peaks of the line that the profile makes, and the length of the profile."""
     counts = tuple(generator.acceleration_counts(speeds, speeds[-1]))
     whole = kinematics.figures(Line(whole_line(counts, START)))
-    return kinematics.Figures(
+    return kinematics.LineMagnitudes(
         len(counts), sum(counts), whole.peak_speed, whole.peak_acceleration, whole.peak_jerk
     )
 

@@ -10,7 +10,7 @@ from typing import Any, NotRequired, TypedDict
 
 from pixstep.board import boards, capability, settings, upload
 from pixstep.board.capability import connected_limits
-from pixstep.board.run import Lines
+from pixstep.board.run import LinesOfBoard
 from pixstep.lines.units import refuse_period
 from pixstep.operations import bus, reading_lines, shared
 from pixstep.operations.asked import AskedError
@@ -307,7 +307,7 @@ class BoardTrajectory(BoardPlayFields, RecordFields, BoardLineClock, ToBoard):
                 board, self.edges_hz(board), self.sync, self.divider, self.gate_edges
             )
             edges = self.divider or settings.divider(board)
-            queues = Lines(board, axes)
+            queues = LinesOfBoard(board, axes)
             with recorded(desk, [queues], self.record_file, wanted=self.record) as records:
                 done = run_lines(
                     desk, queues, found.world, lines, edges, records, arm=True, wait=True

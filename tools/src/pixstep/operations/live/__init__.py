@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""What the page of `pixstep watch --web` shows: boards as they are looked at, a run of a job."""

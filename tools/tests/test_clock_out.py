@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: MIT
+"""The clock that a board makes itself, on the real images: pin, wire, capture, lines on it."""
+
+import itertools
+from pathlib import Path
+
+import pytest
+
+from pixstep.board import boards, run
+from pixstep.board.device import Device
+from pixstep.board.errors import MissingFeatureError
+from pixstep.board.selftest import FAILED, OK, SelfTest
+from pixstep.board.upload import LineUpload
+from pixstep.lines.line import PLAIN, Line
+from pixstep.lines.runs import queue_entries
+from pixstep.simulation.logs import read_edges
+from test_board_images import Live
+from test_board_images import live as live
+
+pytestmark = pytest.mark.usefixtures("simulator")
+BUILT = [board.name for board in boards.all_boards() if board.all_features]
+WIRE = ("--clock-wire", "0:0")
+STEPS = 10  # a pixel
+
+
+class Wired:
+    """A board whose own clock is wired to its input, and the edges of its outputs."""
+
+    def __init__(self, live, folder, name, *more, wire=WIRE):
+        self.path = Path(folder) / "edges.csv"
+        self.one: Live = live(name, *more, edges=self.path, extra=wire)
+        self.sim, self.board = self.one.sim, Device(self.one.client)
+        self.kind = boards.load(name)
+
+    def set_clock(self, hz):
+        """Let the board make a clock; return its period in cycles."""
+        self.one.out("set", f"clock_out_hz={hz}")
+        made = boards.clock_out_hz(hz, self.kind.tick_hz)
+        period = self.kind.tick_hz / made
+        assert period.denominator == 1
+        return int(period)
+
+    def clock(self):
+        """Return the cycles of the clock's rising edges."""
+        self.sim.flush()
+        edges = read_edges(self.path).axis(0, 0)
+        return edges.clock_out_cycles[edges.clock_out_levels == 1].tolist()
+
+    def edges(self, axis):
+        return read_edges(self.path).axis(0, axis)
+
+
+def differences(cycles):
+    return {after - before for before, after in itertools.pairwise(cycles)}
+
+
+@pytest.mark.parametrize("name", BUILT)
+@pytest.mark.parametrize("hz", [2, 30, 500, 977, 2000])
+def test_every_edge_comes_to_the_cycle(live, tmp_path, name, hz):
+    wired = Wired(live, tmp_path, name)
+    period = wired.set_clock(hz)
+    assert abs(period * hz / wired.kind.tick_hz - 1) <= hz * 64 / wired.kind.tick_hz / 2
+    wired.sim.wait_s(0.1)
+    began, first = wired.sim.cycle, wired.board.input("pixel_edges")
+    wired.sim.wait_s(0.2 + 4 / hz)
+    ended, last = wired.sim.cycle, wired.board.input("pixel_edges")
+    came = wired.clock()
+    assert differences(came) == {period}
+    assert last - first - len([edge for edge in came if began < edge <= ended]) in (-1, 0, 1)
+    levels = read_edges(wired.path).axis(0, 0).clock_out_cycles
+    assert {int(b - a) for a, b in itertools.pairwise(levels)} <= {
+        period // 2 // 64 * 64, period - period // 2 // 64 * 64,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BUILT)
+def test_lines_run_on_it(live, tmp_path, name):
+    """All axes at once: each step is in its place after an edge, none disturbs the clock."""
+    wired = Wired(live, tmp_path, name)
+    period = wired.set_clock(200)
+    made = boards.clock_out_hz(200, wired.kind.tick_hz)
+    wired.one.out("set", f"pixel_hz={made.numerator}/{made.denominator}")
+    wired.sim.wait_s(0.5)
+    axes = list(range(wired.kind.axes))
+    line = Line((STEPS,) * 40, PLAIN, name="on its own clock")
+    uploads = [LineUpload(wired.board, axis, queue_entries(line)) for axis in axes]
+    for one in uploads:
+        one.push()
+    group = [run.LinesOfBoard(wired.board, axes, uploads)]
+    run.arm_queued(group[0])
+    run.follow(group, wired.one.console.world)
+    came = wired.clock()
+    assert differences(came) == {period}
+    for axis in axes:
+        steps = wired.edges(axis).rising.tolist()
+        assert len(steps) == 40 * STEPS and not wired.board.axis(axis)["underruns"]
+        zero = max(edge for edge in came if edge <= steps[0])
+        late = [step - zero - (k + 1) * period / STEPS for k, step in enumerate(steps)]
+        assert max(map(abs, late)) <= 1, f"axis {axis}"
+
+
+@pytest.mark.parametrize("name", BUILT)
+def test_a_stored_clock_goes_on_after_a_reset(live, tmp_path, name):
+    wired = Wired(live, tmp_path, name)
+    wired.one.out("set", "clock_out_hz=100", "--store")
+    wired.sim.wait_s(0.1)
+    wired.sim.reset(0)
+    wired.sim.wait_s(0.5)
+    assert wired.board.setting("clock_out_hz") == 100
+    assert wired.board.input("pixel_edges") in (49, 50, 51)
+    wired.one.out("set", "clock_out_hz=0")
+    wired.sim.wait_s(0.1)
+    came = len(wired.clock())
+    wired.sim.wait_s(0.1)
+    assert len(wired.clock()) == came
+
+
+def test_an_image_without_it_refuses_by_name(live):
+    one = live("uno")
+    said = one.err("set", "clock_out_hz=30", status=3)
+    assert "built without clock_out (bit 0 of register features_high is 0)" in said
+    with pytest.raises(MissingFeatureError):
+        Device(one.client).require("clock_out")
+
+
+class Agreeing:
+    """Someone who says yes to what is about the clock, and no to all else."""
+
+    def agrees(self, question, *, default=True):
+        del default
+        return "No pixel clock comes" in question
+
+    def says(self, text):
+        raise AssertionError(text)
+
+
+def clock_check(wired, person=None):
+    test = SelfTest(wired.board, wired.board.who(), wired.one.console.world, person, [0])
+    (found,) = [result for result in test.go() if result.name == "pixel clock"]
+    return found.verdict, found.text
+
+
+PINS = {"mega": ("D4", "D48 and D49"), "m1284": ("PB4", "PB5")}
+
+
+@pytest.mark.parametrize("name", BUILT)
+def test_the_selftest_measures_it(live, tmp_path, name):
+    wired = Wired(live, tmp_path, name)
+    out, _ = PINS[name]
+    verdict, text = clock_check(wired)
+    assert verdict == FAILED
+    assert text.endswith(f"`pixstep board set clock_out_hz=30` makes a clock on CLOCK_OUT on {out}")
+    verdict, text = clock_check(wired, Agreeing())
+    assert verdict == OK and f"the board's own on CLOCK_OUT on {out}: measured " in text
+    assert text.endswith(f"set {float(boards.clock_out_hz(30, wired.kind.tick_hz)):.6g} Hz")
+    assert wired.board.setting("clock_out_hz") == 0
+    wired.one.out("set", "clock_out_hz=100", "pixel_hz=100")
+    assert clock_check(wired)[0] == OK
+    wired.one.out("set", "pixel_hz=50")
+    verdict, text = clock_check(wired)
+    assert verdict == FAILED and text.endswith("set 100 Hz; but pixel_hz is 50 Hz")
+
+
+@pytest.mark.parametrize("name", BUILT)
+def test_the_selftest_names_the_missing_wire(live, tmp_path, name):
+    wired = Wired(live, tmp_path, name, wire=())
+    out, into = PINS[name]
+    wired.sim.clock("off")
+    wired.one.out("set", "clock_out_hz=30")
+    verdict, text = clock_check(wired)
+    assert verdict == FAILED and "no edge on the clock input" in text
+    assert text.endswith(f"is CLOCK_OUT on {out} wired to PIXEL_CLOCK on {into}?")
+
+
+def test_a_second_board_makes_the_clock(live, tmp_path):
+    """A Mega for an Uno, whose oscillator is another: the Uno follows what comes."""
+    wire = ("--clock-wire", "0:1")
+    wired = Wired(live, tmp_path, "mega", "uno", wire=wire)
+    period = wired.set_clock(30)
+    wired.sim.wait_s(2)
+    uno = Device(wired.one.client, 2)
+    first = uno.input("pixel_edges")
+    wired.sim.wait_s(2)
+    assert uno.input("pixel_edges") - first in (60, 61)
+    assert uno.input("clock_period_ticks") in range(period - 40, period + 41)
