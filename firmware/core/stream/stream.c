@@ -171,7 +171,10 @@ void stream_place_marks(struct stream *stream, uint8_t early)
     while (stream_mark_waits(stream)) {
         struct waypoint *waypoint = place_next(stream, stream->head, stream->end_ticks);
 
-        waypoint->way |= stream->plain | early;
+        if (waypoint->way == 0) {
+            waypoint->way = stream->plain;
+        }
+        waypoint->way |= early;
         stream->plain = early == 0 ? WAYPOINT_PLAIN : 0;
     }
 }

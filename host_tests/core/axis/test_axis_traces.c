@@ -693,7 +693,7 @@ static void chained(void)
 
 static void chained_lines(void)
 {
-    lines(chained, 0x51A8uL, 0x799381A2uL, 0x3CD1168DuL, 0xE5F49E95uL);
+    lines(chained, 0x51A8uL, 0xC695FBCCuL, 0x51FE5C15uL, 0x77856D59uL);
 }
 
 static void open_clock(uint16_t divider)
