@@ -152,8 +152,8 @@ bool axes_advance_at(uint8_t i, enum ledger_extent extent)
 {
     struct axis *axis = axes_get(i);
 
-    // How far ahead a seek is decoded, the account tells: it must not wait for the waypoint that comes
-    // with the next pixel.
+    // How far ahead a seek is decoded, the account tells: it must not wait for the waypoint that
+    // comes with the next pixel.
     if (FEATURE_HOMING && axis->line.seek && stream_is_open(&axis->feed.stream)) {
         extent = LEDGER_EXACTLY;
     }

@@ -28,8 +28,8 @@ void axes_start(void);
 // One of the axes, 0..CONFIG_AXES-1. The functions of motion/axis.h change its state.
 struct axis *axes_get(uint8_t axis);
 
-// Advance an axis's account to what its step interrupt has done by now; by waypoints, only when
-// the account has fallen behind far enough to be worth the time. Returns false and changes nothing when
+// Advance an axis's account to what its step interrupt has done by now; by waypoints, only when the
+// account has fallen behind far enough to be worth the time. Returns false and changes nothing when
 // a captured edge must be taken first, because the edge is placed by an older sample.
 bool axes_advance_at(uint8_t i, enum ledger_extent extent);
 

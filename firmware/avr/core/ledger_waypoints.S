@@ -1,5 +1,5 @@
 ; SPDX-License-Identifier: MIT
-; The account's way from waypoint to waypoint: the assembly of ledger_waypoints.c, where the C is that
+; The account from waypoint to waypoint: the assembly of ledger_waypoints.c, which is the C that
 ; this file stands for.
 #include "avr/core/asm.inc" // macros
 #include "build_features.h" // FEATURE_CLOCK_STATISTICS, SEVERAL_AXES

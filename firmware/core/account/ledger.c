@@ -250,10 +250,8 @@ static APART_LARGE void arrive_in_train(struct ledger *ledger,
 
     ledger->left = stream->retired == sample->tail ? sample->left : 0;
     if (ledger->left == 0 && loaded == stream->trains[ledger->train].steps) {
-        close_train(ledger,
-                    stream,
-                    loaded,
-                    stream_train_ticks(stream, ledger->train, loaded));
+        close_train(
+            ledger, stream, loaded, stream_train_ticks(stream, ledger->train, loaded));
     }
 }
 
@@ -418,8 +416,9 @@ static uint32_t start_beside(const struct ledger *ledger,
     return ahead ? ledger->loaded_ticks + ticks : ledger->loaded_ticks - ticks;
 }
 
-// Start of period `back`, or of the first one before it that is as long as the captured count, among
-// the single periods around this place that still stand in the ring. False if it is none of them.
+// Start of period `back`, or of the first one before it that is as long as the captured count,
+// among the single periods around this place that still stand in the ring. False if it is none of
+// them.
 static bool start_in_ring(const struct ledger *ledger,
                           const struct stream *stream,
                           uint8_t tail,

@@ -137,9 +137,9 @@ void ledger_pass_edge(struct ledger *ledger,
                       int32_t position_steps,
                       uint16_t expected_steps);
 
-// Pass the waypoints that single periods alone lead to, up to slot `tail`, where the interrupt reads
-// next: time is what the waypoint tells, steps are counted by the slots. Returns true when the
-// interrupt is on such a way now (stream_on_plain_way()). Only outside a train.
+// Pass the waypoints that single periods alone lead to, up to slot `tail`, where the interrupt
+// reads next: time is what the waypoint tells, steps are counted by the slots. Returns true when
+// the interrupt is on such a way now (stream_on_plain_way()). Only outside a train.
 bool ledger_pass_waypoints(struct ledger *ledger, struct stream *stream, uint8_t tail);
 
 // All that an advance by waypoints would do without a sample, if the interrupt reads slot `tail`

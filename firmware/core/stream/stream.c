@@ -42,7 +42,8 @@ static struct waypoint *place_next(struct stream *stream, uint8_t slot, uint32_t
 // waypoints enough for pixel edges, too. A single axis has the time to add up.
 static void note_place(struct stream *stream, uint8_t from)
 {
-    if (SEVERAL_AXES && stream->plain != 0 && (uint8_t)(stream->head - from) >= PLACE_PERIODS &&
+    if (SEVERAL_AXES && stream->plain != 0 &&
+        (uint8_t)(stream->head - from) >= PLACE_PERIODS &&
         (uint8_t)(stream->mark_head - stream->mark_tail) < PLACE_WAYPOINTS) {
         stream->mark_head++;
         place_next(stream, stream->head, stream->end_ticks)->way = WAYPOINT_PLACE;
@@ -185,8 +186,8 @@ void stream_put_pixel(struct stream *stream,
                       uint16_t first_ticks,
                       uint16_t position)
 {
-    struct waypoint *waypoint = place_next(
-        stream, (uint8_t)(stream->head + 1u), stream->end_ticks + first_ticks);
+    struct waypoint *waypoint =
+        place_next(stream, (uint8_t)(stream->head + 1u), stream->end_ticks + first_ticks);
 
     waypoint->way |= stream->plain;
     stream->plain = WAYPOINT_PLAIN;
@@ -241,7 +242,8 @@ uint32_t stream_newest_train_ticks(const struct stream *stream)
 {
     uint8_t train = stream->newest_train;
 
-    return multiply_u32_u16(stream_train_base(stream, train), stream->trains[train].steps);
+    return multiply_u32_u16(stream_train_base(stream, train),
+                            stream->trains[train].steps);
 }
 
 uint32_t stream_train_ticks(const struct stream *stream, uint8_t train, uint16_t index)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The stream of an axis: what its decoder wrote and its ledger accounts for, in one order. Its
-// entries stand in the step ring; beside them stand waypoints, which tell what the entries alone do
-// not. Main loop only; the step interrupt reads the entries between the two ends and writes nothing.
+// The stream of an axis: what its decoder wrote and its ledger accounts for, in one order. Its entries stand in the step ring; beside them stand waypoints,
+// which tell what the entries alone do not. Main loop only; the step interrupt reads the entries
+// between the two ends and writes nothing.
 //
 //                   reader's end                            writer's end
 //     entries    ...  | retired ...          tail |  ...          head |
@@ -10,8 +10,8 @@
 //     trains          0, 1                                         evenly spaced steps
 //
 // feed.c and the writers of whole pixels call the functions of the writer's end, ledger.c alone
-// those of the reader's end; the others only read. A slot may be written again as soon as the reader
-// has passed it, except for the last three, whose periods may still be asked for.
+// those of the reader's end; the others only read. A slot may be written again as soon as the
+// reader has passed it, except for the last three, whose periods may still be asked for.
 #pragma once
 
 #include <stdbool.h>
@@ -85,8 +85,8 @@ struct stream {
     uint8_t mark_head;   // writer: next to write (free running)
     uint8_t mark_placed; // writer: waypoints before this one have their slot
     uint8_t mark_tail;   // reader: next to pass
-    // Writer: WAYPOINT_PLAIN if single periods alone were written since the newest waypoint that has
-    // its slot, else 0.
+    // Writer: WAYPOINT_PLAIN if single periods alone were written since the newest waypoint that
+    // has its slot, else 0.
     uint8_t plain;
     // The end of the newest entry, ticks since the timers started, but for delay_ticks; wraps.
     uint32_t end_ticks;
@@ -298,8 +298,8 @@ static inline bool stream_is_open(const struct stream *stream)
     return !stream_has_mark(stream) && stream->plain != 0;
 }
 
-// True when the interrupt, which reads slot `tail` next, is on its way from the reader to a waypoint
-// by single periods alone: they may wait to be passed as a whole.
+// True when the interrupt, which reads slot `tail` next, is on its way from the reader to a
+// waypoint by single periods alone: they may wait to be passed as a whole.
 static inline bool stream_on_plain_way(const struct stream *stream, uint8_t tail)
 {
     uint8_t made = (uint8_t)(tail - stream->retired);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The account is the same whether waypoints are passed one by one or many at once, and whether by the
-// assembly of a board or by the C that it stands for, in all of the memory.
+// The account is the same whether waypoints are passed one by one or many at once, and whether by the assembly of a board or by the C that it stands for, in all of
+// the memory.
 #include <stdbool.h>
 #include <stdint.h>
 #include <string.h>
@@ -132,13 +132,14 @@ static void begin_stream(uint8_t most_periods)
             steps = start.ledger.negative ? (uint16_t)(steps - more)
                                           : (uint16_t)(steps + more);
         }
-        stream->waypoints[(uint8_t)(stream->mark_tail + pixels) &
-                          (STREAM_WAYPOINTS - 1u)] = (struct waypoint){
-            .slot = (uint8_t)(stream->retired + periods),
-            .way = any_way(),
-            .ticks_low = (uint16_t)ticks,
-            .ticks_high = (uint8_t)(ticks >> 16),
-            .position = (uint16_t)(steps + (once_in(40) ? 1u : 0u)),
+        stream
+            ->waypoints[(uint8_t)(stream->mark_tail + pixels) & (STREAM_WAYPOINTS - 1u)] =
+            (struct waypoint){
+                .slot = (uint8_t)(stream->retired + periods),
+                .way = any_way(),
+                .ticks_low = (uint16_t)ticks,
+                .ticks_high = (uint8_t)(ticks >> 16),
+                .position = (uint16_t)(steps + (once_in(40) ? 1u : 0u)),
         };
     }
     uint8_t end = (uint8_t)(stream->mark_tail + pixels);
@@ -160,10 +161,9 @@ static void take_one_by_one(uint8_t tail, bool *inside)
     uint8_t made = (uint8_t)(tail - stream->retired);
 
     for (uint8_t i = 0; i < pixels; i++) {
-        uint8_t slot = stream
-                           ->waypoints[(uint8_t)(stream->mark_tail + i) &
-                                       (STREAM_WAYPOINTS - 1u)]
-                           .slot;
+        uint8_t slot =
+            stream->waypoints[(uint8_t)(stream->mark_tail + i) & (STREAM_WAYPOINTS - 1u)]
+                .slot;
         if ((uint8_t)(slot - stream->retired) < made) {
             take(&one_by_one, slot, inside);
         }

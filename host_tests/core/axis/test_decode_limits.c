@@ -97,7 +97,7 @@ static void a_seek_is_decoded_a_little_ahead(void)
 
 // The fewest ticks of so many steps with intervals that are long enough.
 #define STEPS_WAITED 122
-#define TICKS_WAITED \
+#define TICKS_WAITED                                                                     \
     ((TRAIN_WAIT_TICKS + STEPS_WAITED - 1u) / STEPS_WAITED * STEPS_WAITED)
 
 // What the decoder does with a third pixel, while the first two are trains of so many ticks.
@@ -108,15 +108,14 @@ static uint8_t phase_behind_two_trains(uint32_t ticks)
     return bench.axis.phase;
 }
 
-// A train whose shorter intervals make 2^13 ticks is worth waiting for; the steps behind a shorter one
-// become periods.
+// A train whose shorter intervals make 2^13 ticks is worth waiting for; the steps behind a shorter
+// one become periods.
 static void trains_are_awaited_from_a_length_on(void)
 {
     if (!SEVERAL_AXES) {
         return; // it has no such pixels
     }
-    TEST_ASSERT_EQUAL(DECODE_PIXEL_AWAITS_TRAIN,
-                      phase_behind_two_trains(TICKS_WAITED));
+    TEST_ASSERT_EQUAL(DECODE_PIXEL_AWAITS_TRAIN, phase_behind_two_trains(TICKS_WAITED));
     TEST_ASSERT_NOT_EQUAL(DECODE_PIXEL_AWAITS_TRAIN,
                           phase_behind_two_trains(TICKS_WAITED - 1u));
 }

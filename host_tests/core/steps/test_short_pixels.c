@@ -170,8 +170,7 @@ static void count_whole_pixels(void)
     const struct stream *stream = &bench.axis.feed.stream;
 
     for (; seen_marks != stream->mark_placed; seen_marks++) {
-        if (waypoint_is_plain(
-                &stream->waypoints[seen_marks & (STREAM_WAYPOINTS - 1u)])) {
+        if (waypoint_is_plain(&stream->waypoints[seen_marks & (STREAM_WAYPOINTS - 1u)])) {
             whole_pixels++;
         }
     }
@@ -186,7 +185,8 @@ static void follow(void)
 
     if (what < 4) {
         if (ledger_due(&axis->ledger, &axis->feed.stream, &sample)) {
-            ledger_advance(&axis->ledger, &axis->feed.stream, &sample, LEDGER_BY_WAYPOINTS);
+            ledger_advance(
+                &axis->ledger, &axis->feed.stream, &sample, LEDGER_BY_WAYPOINTS);
         }
     } else if (what == 4) {
         ledger_advance(&axis->ledger, &axis->feed.stream, &sample, LEDGER_EXACTLY);
