@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The stream of an axis: what its decoder wrote and its ledger accounts for, in one order. Its entries stand in the step ring; beside them stand waypoints,
-// which tell what the entries alone do not. Main loop only; the step interrupt reads the entries
-// between the two ends and writes nothing.
+// The stream of an axis: what its decoder wrote and its ledger accounts for, in one order. Its
+// entries stand in the step ring; beside them stand waypoints, which tell what the entries alone do
+// not. Main loop only; the step interrupt reads the entries between the two ends and writes
+// nothing.
 //
 //                   reader's end                            writer's end
 //     entries    ...  | retired ...          tail |  ...          head |

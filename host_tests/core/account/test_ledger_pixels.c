@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The account is the same whether waypoints are passed one by one or many at once, and whether by the assembly of a board or by the C that it stands for, in all of
-// the memory.
+// The account is the same whether waypoints are passed one by one or many at once,
+// and whether by the assembly of a board or by the C that it stands for, in all of the memory.
 #include <stdbool.h>
 #include <stdint.h>
 #include <string.h>
