@@ -47,7 +47,7 @@ function(pixstep_read_board name)
     endif()
     set(BOARD_DEFINITIONS
         "BOARD_FILE=<avr/boards/${name}.def>" "RECORDS_KEPT=${BOARD_RECORDS}"
-        "STREAM_BATCHES=${BOARD_STREAM_BATCHES}u" "BAUD_CLOCK_100=${baud_clock_100}u"
+        "BAUD_CLOCK_100=${baud_clock_100}u"
         "LOCK_GRID_EDGES=${grid_edges}"
         PARENT_SCOPE
     )

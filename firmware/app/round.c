@@ -195,7 +195,7 @@ static void advance_in_turn(void)
                           step_timer_state(i) == STEP_ENGINE_IN_LINE))) {
             continue;
         }
-        (void)axes_advance(i, LEDGER_BY_BATCHES);
+        (void)axes_advance(i, LEDGER_BY_WAYPOINTS);
     }
 }
 
@@ -224,7 +224,7 @@ static bool advance_now(uint8_t i)
     if (i == CONFIG_PIXEL_CLOCK_AXIS) {
         clock_edges_poll();
     }
-    return axes_advance(i, LEDGER_BY_BATCHES);
+    return axes_advance(i, LEDGER_BY_WAYPOINTS);
 }
 
 // Advance these accounts, right before the decoding. A pixel's edge ends the trains of all axes,
@@ -271,7 +271,7 @@ static uint8_t decode_one(uint8_t i, uint8_t budget)
     }
     // An axis that waited for a train has one now: its account was advanced for that.
     if (CONFIG_AXES == 1 || !axis_awaits_train(axis)) {
-        (void)axes_advance(i, LEDGER_BY_BATCHES);
+        (void)axes_advance(i, LEDGER_BY_WAYPOINTS);
     }
 #if CONFIG_AXES > 1
     if (axis->line.smooth) { // of others nobody asks
@@ -293,7 +293,7 @@ static void decode_in_turn(uint8_t at_once)
 }
 #else
 // True when the ring of an axis may look full only because its account lags: slots are free when
-// they are accounted for, and the interrupt has made a batch or more of what stands there.
+// they are accounted for, and the interrupt has made much of what stands there.
 static inline bool account_lags(const struct axis *axis, uint8_t tail)
 {
     const struct stream *stream = &axis->feed.stream;
@@ -345,7 +345,7 @@ static inline uint8_t first_of_others(uint8_t out)
     uint32_t found_ticks = 0;
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        uint32_t end_ticks = axes_get(i)->feed.stream.end_ticks;
+        uint32_t end_ticks = stream_end_ticks(&axes_get(i)->feed.stream);
         if ((out & axis_bit(i)) == 0 &&
             (found == NO_AXIS || (int32_t)(end_ticks - found_ticks) < 0)) {
             found = i;
@@ -523,7 +523,7 @@ void round_poll(void)
 static inline bool lasts_until(const struct axis *axis, uint32_t until_ticks)
 {
     return axis->phase == DECODE_OUTSIDE || axis->phase == DECODE_DRY ||
-           (int32_t)(axis->feed.stream.end_ticks - until_ticks) >= 0;
+           (int32_t)(stream_end_ticks(&axis->feed.stream) - until_ticks) >= 0;
 }
 
 // True when no axis comes near the end of what is decoded for it before the next look.

@@ -34,22 +34,22 @@
 
 // What the assembly takes for granted.
 _Static_assert(
-    LINE_GRID_EXACT == 0 && LEDGER_NO_TRAIN == UINT8_MAX && STREAM_UNKNOWN == UINT8_MAX &&
-        EVEN_PIXEL_WAITS == UINT8_MAX,
+    LINE_GRID_EXACT == 0 && WAYPOINT_PLACE == UINT8_MAX && EVEN_PIXEL_WAITS == UINT8_MAX,
     "compared with a register of zeros, or found by one instruction that counts");
 _Static_assert(offsetof(struct line, queue) == 0 &&
                    offsetof(struct kept_record, actual_steps) == 0 &&
                    offsetof(struct records_thinning, every) == 0,
                "reached without an offset");
+_Static_assert(offsetof(struct waypoint, ticks_high) ==
+                   offsetof(struct waypoint, ticks_low) + 2,
+               "a number of three bytes");
 _Static_assert(offsetof(struct curve_steep, at.step) ==
                        offsetof(struct curve_steep, at.step_low) + 2 &&
                    offsetof(struct step_ring, high) == STEP_RING_SLOTS,
                "reached from the place before");
 
-// Bytes of bit-fields: the flags of a line, behind its segment,
+// A byte of bit-fields: the flags of a line, behind its segment.
 #define LINE_FLAGS (offsetof(struct line, segment) + sizeof(struct segment))
-// and the number of periods of a mark, behind its slot.
-#define MARK_PERIODS (offsetof(struct stream_mark, slot) + 1u)
 
 void layout_base(void);
 void layout_base(void)
@@ -110,17 +110,19 @@ void layout_stream(void)
     OFFSET(EVEN_PIXEL_MARK_HEAD, struct stream, mark_head);
     OFFSET(EVEN_PIXEL_MARK_PLACED, struct stream, mark_placed);
     OFFSET(EVEN_PIXEL_MARK_TAIL, struct stream, mark_tail);
-    LAYOUT(EVEN_PIXEL_MARK_COUNT, STREAM_MARKS);
-    OFFSET(EVEN_PIXEL_BEHIND_PERIODS, struct stream, behind_periods);
-    OFFSET(EVEN_PIXEL_BEHIND_TICKS, struct stream, behind_ticks);
+    LAYOUT(EVEN_PIXEL_MARK_COUNT, STREAM_WAYPOINTS);
+    OFFSET(EVEN_PIXEL_PLAIN, struct stream, plain);
+    OFFSET(EVEN_PIXEL_DELAY_TICKS, struct stream, delay_ticks);
     OFFSET(EVEN_PIXEL_END_TICKS, struct stream, end_ticks);
-    OFFSET(EVEN_PIXEL_MARKS, struct stream, marks);
+    OFFSET(EVEN_PIXEL_MARKS, struct stream, waypoints);
+    LAYOUT(EVEN_PIXEL_LAG_MOST, STREAM_LAG_MOST);
 
-    OFFSET(EVEN_PIXEL_MARK_SLOT, struct stream_mark, slot);
-    LAYOUT(EVEN_PIXEL_MARK_PERIODS, MARK_PERIODS);
-    OFFSET(EVEN_PIXEL_MARK_POSITION, struct stream_mark, position);
-    OFFSET(EVEN_PIXEL_MARK_TICKS, struct stream_mark, ticks);
-    LAYOUT(EVEN_PIXEL_MARK_BYTES, sizeof(struct stream_mark));
+    OFFSET(EVEN_PIXEL_MARK_SLOT, struct waypoint, slot);
+    OFFSET(EVEN_PIXEL_MARK_WAY, struct waypoint, way);
+    OFFSET(EVEN_PIXEL_MARK_POSITION, struct waypoint, position);
+    OFFSET(EVEN_PIXEL_MARK_TICKS, struct waypoint, ticks_low);
+    LAYOUT(EVEN_PIXEL_MARK_BYTES, sizeof(struct waypoint));
+    LAYOUT(EVEN_PIXEL_WAY_PLAIN, WAYPOINT_PLAIN);
 }
 
 void layout_line(void);
@@ -154,8 +156,6 @@ void layout_ledger(void)
 {
     OFFSET(LEDGER_PULSE, struct ledger, pulse);
     OFFSET(LEDGER_NEGATIVE, struct ledger, negative);
-    OFFSET(LEDGER_TRAIN, struct ledger, train);
-    OFFSET(LEDGER_IDLE_SEEN, struct ledger, idle_seen);
     OFFSET(LEDGER_FRESH, struct ledger, fresh);
     OFFSET(LEDGER_LOADED, struct ledger, loaded_ticks);
     OFFSET(LEDGER_POSITION, struct ledger, position_steps);
@@ -178,10 +178,6 @@ void layout_ledger(void)
     LAYOUT(LEDGER_RECORDS_EARLIER, RECORDS_EARLY);
     OFFSET(LEDGER_RECORD_ERROR, struct kept_record, edge_error_ticks);
 #endif
-
-    OFFSET(LEDGER_SAMPLE_TAIL, struct engine_sample, tail);
-    OFFSET(LEDGER_SAMPLE_CUT, struct engine_sample, cut);
-    OFFSET(LEDGER_SAMPLE_IDLE, struct engine_sample, idle_count);
 }
 
 void layout_clock(void);
@@ -202,17 +198,6 @@ void layout_clock(void)
     OFFSET(LOCK_GRID_SLACK, struct lock_grid, slack_ticks);
     OFFSET(LOCK_GRID_WHOLE, struct lock_grid, pixel.whole_ticks);
     OFFSET(LOCK_GRID_TIMES, struct lock_grid, times);
-}
-
-void layout_batches(void);
-void layout_batches(void)
-{
-#if STREAM_BATCHES > 0
-    _Static_assert(offsetof(struct stream, batch_tail) ==
-                       offsetof(struct stream, batch_head) + 1,
-                   "reached from the byte before");
-    OFFSET(EVEN_PIXEL_BATCH_HEAD, struct stream, batch_head);
-#endif
 }
 
 void layout_step_isr(void);

@@ -9,7 +9,6 @@
 #include <avr/io.h>
 
 #include "account/ledger.h"
-#include "account/ledger_pixels.h"
 #include "base/divide.h"
 #include "base/multiply.h"
 #include "base/wide.h"
@@ -44,18 +43,18 @@ uint16_t curve_steep_root(uint32_t value);
 #else
 #define CALL_LESS 2u
 #endif
-// pixel_grid_advance() with the call, and a whole pixel in ledger_take_pixels().
+// pixel_grid_advance() with the call, and a pixel in ledger_pass_waypoints().
 #define GRID_CYCLES  76u
 #define WHOLE_CYCLES 40u // where the period is a whole number of ticks
-#define PIXEL_CYCLES 235u
+#define PIXEL_CYCLES 241u
 // line_grid_advance() with the call: a locked pixel whose edge has its time, on several axes.
 #define LOCKED_CYCLES 99u
 #define BELOW_CYCLES  6u // more where it is shorter than nominal
 // Pixels whose records are not kept.
-#define PASSING_CYCLES 210u
+#define PASSING_CYCLES 216u
 // Whole pixels of up to 24 steps in even_pixels_write().
-#define EVEN_CYCLES     318u // with a segment of its own, and
-#define SAME_CYCLES     240u // inside a run, besides its steps; up to
+#define EVEN_CYCLES     320u // with a segment of its own, and
+#define SAME_CYCLES     242u // inside a run, besides its steps; up to
 #define GROUPS_CYCLES   8u   // less, as the steps make groups of one, two, four and eight
 #define EQUAL_CYCLES    4u   // a step where all are equally long
 #define MIXED_CYCLES    2u   // more for a pixel where some are a tick longer:
@@ -448,16 +447,16 @@ MEASURING time_pixels(uint8_t count, int16_t error_ticks, uint16_t every)
     ledger.line_origin = ORIGIN_STEPS;
     stream = (struct stream){.mark_placed = count};
     for (uint8_t i = 0; i < count; i++) {
-        stream.marks[i] = (struct stream_mark){
+        stream.waypoints[i] = (struct waypoint){
             .slot = (uint8_t)(PIXEL_STEPS * (i + 1u)),
-            .periods = PIXEL_STEPS,
-            .ticks = 800,
+            .way = WAYPOINT_PLAIN,
+            .ticks_low = (uint16_t)(2000u + 800u * (i + 1u)),
             .position = (uint16_t)(PIXEL_STEPS * (i + 1u)),
         };
         records_note_early(&ledger.records, (uint16_t)(i + 1u), error_ticks);
     }
     uint16_t start = now();
-    result = ledger_take_pixels(&ledger, &stream, (uint8_t)(PIXEL_STEPS * count));
+    result = ledger_pass_waypoints(&ledger, &stream, (uint8_t)(PIXEL_STEPS * count));
     uint16_t end = now();
 
     TEST_ASSERT_EQUAL_INT32(ORIGIN_STEPS + (int32_t)(PIXEL_STEPS * count),

@@ -136,31 +136,11 @@ bool bench_start_line(void)
     return axis_released(axis);
 }
 
-// The reader passes a batch as a whole, without looking for marks inside.
-static void check_batches(const struct stream *stream)
-{
-#if STREAM_BATCHES > 0
-    for (uint8_t i = stream->batch_tail; i != stream->batch_head; i++) {
-        const struct stream_batch *batch = &stream->batches[i & (STREAM_BATCHES - 1u)];
-        for (uint8_t m = stream->mark_tail; m != stream->mark_placed; m++) {
-            uint8_t slot = stream->marks[m & (STREAM_MARKS - 1u)].slot;
-            uint8_t behind_first = (uint8_t)(slot - (uint8_t)(batch->slot + 1u));
-            if (behind_first < batch->count - 1) {
-                bench.mark_inside_batch = true;
-            }
-        }
-    }
-#else
-    (void)stream;
-#endif
-}
-
 struct step_load bench_period(void)
 {
     struct step_load load;
 
     decode_axis(&bench.axis, &bench.period, budget());
-    check_batches(&bench.axis.feed.stream);
     load = step_engine_next(&bench.engine, &bench.ring);
     struct engine_sample sample = step_engine_sample(&bench.engine);
     ledger_advance(&bench.axis.ledger, &bench.axis.feed.stream, &sample, LEDGER_EXACTLY);

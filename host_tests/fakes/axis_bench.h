@@ -30,9 +30,8 @@ struct axis_bench {
     struct line_limits limits;
     struct step_engine engine;
     uint8_t queue_bytes[4u * BENCH_SLOTS];
-    uint16_t divider;       // clock edges of a pixel; 0: a line must not change them
-    uint8_t budget;         // of each call of the decoder; 0: that of a round
-    bool mark_inside_batch; // a mark stood inside a batch of periods: must never be
+    uint16_t divider; // clock edges of a pixel; 0: a line must not change them
+    uint8_t budget;   // of each call of the decoder; 0: that of a round
 };
 
 extern struct axis_bench bench;

@@ -143,7 +143,7 @@ bool axes_sample(uint8_t i, struct engine_sample *sample)
         return false;
     }
     cpu_section(CPU_SECTION_LEDGER);
-    ledger_advance(&axis->ledger, &axis->feed.stream, sample, LEDGER_BY_BATCHES);
+    ledger_advance(&axis->ledger, &axis->feed.stream, sample, LEDGER_BY_WAYPOINTS);
     cpu_section(CPU_SECTION_CALLER);
     return true;
 }
@@ -152,14 +152,19 @@ bool axes_advance_at(uint8_t i, enum ledger_extent extent)
 {
     struct axis *axis = axes_get(i);
 
-    // Batches of a curve and whole pixels are nearly all there is, and need no sample.
-    if (CONFIG_AXES > 1 && extent == LEDGER_BY_BATCHES) {
+    // How far ahead a seek is decoded, the account tells: it must not wait for the waypoint that
+    // comes with the next pixel.
+    if (FEATURE_HOMING && axis->line.seek && stream_is_open(&axis->feed.stream)) {
+        extent = LEDGER_EXACTLY;
+    }
+    // Single periods are nearly all there is, and need no sample.
+    if (CONFIG_AXES > 1 && extent == LEDGER_BY_WAYPOINTS) {
         uint8_t tail = step_timer_tail(i);
 
         if (capture_waits(i)) {
             return false;
         }
-        if (ledger_advance_whole(&axis->ledger, &axis->feed.stream, tail)) {
+        if (ledger_advance_plain(&axis->ledger, &axis->feed.stream, tail)) {
             return true;
         }
     }

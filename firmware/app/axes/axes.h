@@ -28,7 +28,7 @@ void axes_start(void);
 // One of the axes, 0..CONFIG_AXES-1. The functions of motion/axis.h change its state.
 struct axis *axes_get(uint8_t axis);
 
-// Advance an axis's account to what its step interrupt has done by now; by batches, only when the
+// Advance an axis's account to what its step interrupt has done by now; by waypoints, only when the
 // account has fallen behind far enough to be worth the time. Returns false and changes nothing when
 // a captured edge must be taken first, because the edge is placed by an older sample.
 bool axes_advance_at(uint8_t i, enum ledger_extent extent);
@@ -40,14 +40,14 @@ static inline bool axes_advance(uint8_t i, enum ledger_extent extent)
 
 // The time of an axis by its account, ticks since the timers started: where its timer stands at
 // this count of the period that its interrupt has served last, as `sample` says, which was taken
-// just now. The account comes to the sample, but for a batch or a pixel that it is inside. Returns
-// false, and the account stays, as above. On boards of several axes.
+// just now. The account comes to the sample. Returns false, and the account stays, as above. On
+// boards of several axes.
 bool axes_time_at(uint8_t i,
                   const struct engine_sample *sample,
                   uint16_t counter,
                   uint32_t *ticks);
 
-// What an axis's step interrupt has done by now; its account is advanced by batches, for
+// What an axis's step interrupt has done by now; its account is advanced by waypoints, for
 // ledger_position_at(). Returns false, and the account stays, as above.
 bool axes_sample(uint8_t i, struct engine_sample *sample);
 

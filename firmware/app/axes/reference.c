@@ -8,7 +8,7 @@
 #include "clock/lock_grid.h"       // lock_grid_now
 #include "hal/clock.h"             // clock_now_units
 #include "hal/pixel_clock.h"       // pixel_clock_waiting
-#include "stream/stream.h"         // STREAM_MARKS
+#include "stream/stream.h"         // STREAM_WAYPOINTS
 
 // Time for decoding a pixel of a locked line before it begins: 8 ms on every board. Boards that fix
 // a pixel edge equally many clock edges ahead have equal grids.
@@ -42,7 +42,7 @@ static APART uint16_t edges_in(uint32_t ticks)
 // as far as the stream's marks go.
 static uint16_t edges_ahead(uint32_t lead_ticks, uint16_t divider)
 {
-    uint16_t most = (uint16_t)(STREAM_MARKS * divider);
+    uint16_t most = (uint16_t)(STREAM_WAYPOINTS * divider);
     uint16_t edges = edges_in(lead_ticks);
 
     return edges < most ? edges : most;

@@ -32,7 +32,7 @@ static APART void note_elsewhere(uint8_t i, uint16_t pixel, int16_t error_ticks)
         return;
     }
     if (pixels_behind(axis, pixel) <= UINT16_MAX / 2u) {
-        (void)axes_advance(i, LEDGER_BY_BATCHES);
+        (void)axes_advance(i, LEDGER_BY_WAYPOINTS);
     }
     if (pixels_behind(axis, pixel) < RECORDS_EARLY) {
         records_note_early(&axis->ledger.records, pixel, error_ticks);

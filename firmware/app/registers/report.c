@@ -129,8 +129,8 @@ static uint16_t ring_fill(uint8_t axis, bool low)
 }
 
 // The position at the instant when its first word is read; the second word belongs to that
-// position. Where there are several axes the account stays outside a batch of steps, which is
-// cheaper to take as a whole: a host that follows a line reads all positions, and often.
+// position. Where there are several axes the account stays at a waypoint, which is cheaper: a host
+// that follows a line reads all positions, and often.
 static uint16_t position_steps(uint8_t axis, bool low)
 {
     static int32_t shown_steps;

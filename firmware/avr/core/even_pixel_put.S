@@ -12,7 +12,7 @@
 ;     r23      so many intervals are a tick longer              Z         a mark, then the next
 ;                                                                         entry's high byte
 ;
-; Cycles: 132 and 12 for each step, 14 for a longer one.
+; Cycles: 118 and 12 for each step, 14 for a longer one.
 #include "avr/core/asm.inc" // macros
 #include "build_features.h" // SEVERAL_AXES
 #include "layout.h" // offsets
@@ -47,13 +47,11 @@ function even_pixel_put
     ldd STEPS, Z + EVEN_PIXEL_STEPS
     ldd REMAINDER, Z + EVEN_PIXEL_REMAINDER
 
-    ldd r26, Y + EVEN_PIXEL_MARK_HEAD   ; 27  the mark at the end of this pixel waits
+    ldd r26, Y + EVEN_PIXEL_MARK_HEAD   ; 20  the waypoint at the end of this pixel waits
     find_mark r26
     inc r26
     std Y + EVEN_PIXEL_MARK_HEAD, r26
-    std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_PERIODS, r1
-    std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_TICKS, r1
-    std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_TICKS + 1, r1
+    std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_WAY, r1
     std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_POSITION, r20
     std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_POSITION + 1, r21
 
@@ -64,32 +62,30 @@ function even_pixel_put
     ldd r20, Y + EVEN_PIXEL_HEAD
     inc r20
     std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_SLOT, r20
+    ldd r20, Y + EVEN_PIXEL_PLAIN       ; 10
+    ldd r21, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_WAY
+    or r20, r21
+    std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_WAY, r20
+    ldi r20, EVEN_PIXEL_WAY_PLAIN
+    std Y + EVEN_PIXEL_PLAIN, r20
     subi r18, 1                         ; 2
     sbci r19, 0
     movw r26, r18                       ; 7   the first interval is a longer one if any is
     cpse REMAINDER, r1
     adiw r26, 1
     adiw r26, 1
-    ldd r20, Y + EVEN_PIXEL_BEHIND_TICKS ; 16 time from the mark before that one
-    ldd r21, Y + EVEN_PIXEL_BEHIND_TICKS + 1
+    .irp byte, 0, 1, 2                  ; 15  the time of the waypoint
+    ldd r20, Y + EVEN_PIXEL_END_TICKS + \byte
+    .if \byte == 0
     add r20, r26
-    adc r21, r27
-    brcs 1f
-    ldd r0, Y + EVEN_PIXEL_BEHIND_PERIODS ;   not known is one below 0
-    inc r0
-    breq 1f
-    std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_PERIODS, r0
-    std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_TICKS, r20
-    std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_TICKS + 1, r21
-1:  mov r20, STEPS                      ; 11
-    dec r20
-    std Y + EVEN_PIXEL_BEHIND_PERIODS, r20
-    movw r30, r24
-    sub r30, r26
-    sbc r31, r27
-    std Y + EVEN_PIXEL_BEHIND_TICKS, r30
-    std Y + EVEN_PIXEL_BEHIND_TICKS + 1, r31
-    .irp byte, 0, 1, 2, 3               ; 20
+    .elseif \byte == 1
+    adc r20, r27
+    .else
+    adc r20, r1
+    .endif
+    std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_TICKS + \byte, r20
+    .endr
+    .irp byte, 0, 1, 2, 3               ; 20  and of the end of the pixel
     ldd r21, Y + EVEN_PIXEL_END_TICKS + \byte
     .if \byte == 0
     add r21, r24

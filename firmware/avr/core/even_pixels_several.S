@@ -7,10 +7,10 @@
 ;                               uint8_t budget)
 ;
 ;     r8, r9    line, while Y is the stream      r14        WAYS
-;     r10       pixels that are still to be      r7, r15    time that is still to be added to the
-;               written of those that were                  stream's end
-;               taken from the segment           r16, r17   stream
-;     r11       what is left of the budget       r22, r23   length of the pixel, ticks
+;     r10       pixels that are still to be      r16, r17   stream
+;               written of those that were       r22, r23   length of the pixel, ticks
+;               taken from the segment
+;     r11       what is left of the budget
 ;     r12       third byte of the pixel's length Y          line
 ;     r13       steps of a pixel
 ;
@@ -29,7 +29,7 @@
 ; A pixel below 2^16 ticks takes the last quotient of as many steps, on whatever axis, if one
 ; product shows that it holds. Only another one is divided, by way of the reciprocals.
 ;
-; Cycles of a pixel on a grid of whole ticks: 240 inside a run, 318 with a segment of one byte of
+; Cycles of a pixel on a grid of whole ticks: 242 inside a run, 320 with a segment of one byte of
 ; its own; for each step 6, 10 for a longer one, or 4 where all are equally long. Where the grid has
 ; fractions of a tick some 30 more, or 90 if 16 bits do not hold them; where no quotient holds 46
 ; more.
@@ -42,7 +42,6 @@
 
 #define PIXELS    r10
 #define LEFT      r11
-#define TIME      r7, r15
 #define WAYS      r14
 #define EXACT_BIT 1
 #define PLAIN_BIT 2
@@ -102,11 +101,7 @@ give_cost:
     adc r19, r1
     std Y + EVEN_PIXEL_REPEAT, r18
     std Y + EVEN_PIXEL_REPEAT + 1, r19
-    movw r28, r16                       ; 21
-    load_plain EVEN_PIXEL_END_TICKS, r18, r19, r20, r21
-    add_number r18, r19, r20, r21, TIME, r1, r1
-    store_plain EVEN_PIXEL_END_TICKS, r18, r19, r20, r21
-    .irp register, 29, 28, 17, 16, 15, 14, 13, 12, 11, 10, 9, 8, 7 ; 31
+    .irp register, 29, 28, 17, 16, 14, 13, 12, 11, 10, 9, 8 ; 27
     pop r\register
     .endr
     ret
@@ -148,15 +143,13 @@ ask_segment:
     rjmp next_pixel
 
 function even_pixels_write
-    .irp register, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 28, 29, 18
+    .irp register, 8, 9, 10, 11, 12, 13, 14, 16, 17, 28, 29, 18
     push r\register
     .endr
     movw r28, r24
     movw r16, r22
     mov LEFT, r18
     clr PIXELS
-    clr r7
-    clr r15
     ldd r18, Y + EVEN_PIXEL_FLAGS
     sbrs r18, EVEN_PIXEL_SMOOTH_BIT
     ori r20, 1 << PLAIN_BIT
@@ -341,7 +334,7 @@ divided:
 ; number of longer ones r24, the position r19:r18.
     movw r8, r28                        ; 2
     movw r28, r16
-    ldd r26, Y + EVEN_PIXEL_MARK_HEAD   ; 18  its end's mark waits; the one before gets a place
+    ldd r26, Y + EVEN_PIXEL_MARK_HEAD   ; 18  its end's waypoint waits; the one before gets a slot
     mov r27, r26
     inc r27
     std Y + EVEN_PIXEL_MARK_HEAD, r27
@@ -362,53 +355,36 @@ divided:
 1:  ldd r25, Y + EVEN_PIXEL_HEAD        ; 5   behind the first period
     inc r25
     std Z + EVEN_PIXEL_MARK_SLOT, r25
+    ldd r25, Y + EVEN_PIXEL_PLAIN       ; 10
+    ldd r26, Z + EVEN_PIXEL_MARK_WAY
+    or r25, r26
+    std Z + EVEN_PIXEL_MARK_WAY, r25
+    ldi r25, EVEN_PIXEL_WAY_PLAIN
+    std Y + EVEN_PIXEL_PLAIN, r25
     movw r26, r20                       ; 4   which is a longer one if any is
     cpse r24, r1
     adiw r26, 1
-    ldd r25, Y + EVEN_PIXEL_BEHIND_PERIODS ; 18 not known is one below 0
-    inc r25
-    breq 2f
-    std Z + EVEN_PIXEL_MARK_PERIODS, r25
-    ldd r25, Y + EVEN_PIXEL_BEHIND_TICKS ;    time from the mark before that one
+    ldd r25, Y + EVEN_PIXEL_END_TICKS   ; 37  time there, and at the end of the pixel
+    mov r0, r25
     add r25, r26
     std Z + EVEN_PIXEL_MARK_TICKS, r25
-    ldd r25, Y + EVEN_PIXEL_BEHIND_TICKS + 1
+    ldd r26, Y + EVEN_PIXEL_END_TICKS + 1
+    mov r25, r26
     adc r25, r27
     std Z + EVEN_PIXEL_MARK_TICKS + 1, r25
-    brcc 2f
-    std Z + EVEN_PIXEL_MARK_PERIODS, r1 ;     more than 16 bits
-    std Z + EVEN_PIXEL_MARK_TICKS, r1
-    std Z + EVEN_PIXEL_MARK_TICKS + 1, r1
-2:  brtc 3f                             ; 12
+    ldd r27, Y + EVEN_PIXEL_END_TICKS + 2
+    mov r25, r27
+    adc r25, r1
+    std Z + EVEN_PIXEL_MARK_TICKS + 2, r25
+    ldd r25, Y + EVEN_PIXEL_END_TICKS + 3
+    add_number r0, r26, r27, r25, r22, r23, TICKS2, r1
+    store_plain EVEN_PIXEL_END_TICKS, r0, r26, r27, r25
+    brtc 3f                             ; 10  its end's waypoint waits
     subi r30, lo8(EVEN_PIXEL_MARK_COUNT * EVEN_PIXEL_MARK_BYTES)
     sbci r31, hi8(EVEN_PIXEL_MARK_COUNT * EVEN_PIXEL_MARK_BYTES)
-3:  std Z + EVEN_PIXEL_MARK_BYTES + EVEN_PIXEL_MARK_PERIODS, r1
-    std Z + EVEN_PIXEL_MARK_BYTES + EVEN_PIXEL_MARK_TICKS, r1
-    std Z + EVEN_PIXEL_MARK_BYTES + EVEN_PIXEL_MARK_TICKS + 1, r1
+3:  std Z + EVEN_PIXEL_MARK_BYTES + EVEN_PIXEL_MARK_WAY, r1
     std Z + EVEN_PIXEL_MARK_BYTES + EVEN_PIXEL_MARK_POSITION, r18
     std Z + EVEN_PIXEL_MARK_BYTES + EVEN_PIXEL_MARK_POSITION + 1, r19
-    mov r25, STEPS                      ; 7
-    dec r25
-    cpse TICKS2, r1                     ;     of the time above 16 bits the marks know nothing
-    ldi r25, 0xFF
-    std Y + EVEN_PIXEL_BEHIND_PERIODS, r25
-    movw r30, r22                       ; 7
-    sub r30, r26
-    sbc r31, r27
-    std Y + EVEN_PIXEL_BEHIND_TICKS, r30
-    std Y + EVEN_PIXEL_BEHIND_TICKS + 1, r31
-    add r7, r22                         ; 6
-    adc r15, r23
-    mov r25, TICKS2
-    adc r25, r1
-    breq 4f
-    ldd r30, Y + EVEN_PIXEL_END_TICKS + 2
-    ldd r31, Y + EVEN_PIXEL_END_TICKS + 3
-    add r30, r25
-    adc r31, r1
-    std Y + EVEN_PIXEL_END_TICKS + 2, r30
-    std Y + EVEN_PIXEL_END_TICKS + 3, r31
-4:
 ; Its periods. The slot behind the last one reads empty, and the interrupt must not see the first
 ; one yet: its high byte is written last.
 ;

@@ -114,11 +114,9 @@ forget:
     rjmp next_pixel
 3:  rjmp next_segment
 
-; The time above 16 bits, of which the marks know nothing.
+; The time above 16 bits.
 longer_than_16_bits:
     movw r30, r16
-    ldi r24, 0xFF
-    std Z + EVEN_PIXEL_BEHIND_PERIODS, r24
     ldd r24, Z + EVEN_PIXEL_END_TICKS + 2
     add r24, TICKS2
     std Z + EVEN_PIXEL_END_TICKS + 2, r24

@@ -3,7 +3,7 @@
 
 #include "base/apart.h"         // APART
 #include "base/multiply.h"      // multiply_u32_u16
-#include "build_features.h"     // SEVERAL_AXES
+#include "build_features.h"     // FEATURE_BACKLASH, SEVERAL_AXES
 #include "ring/step_ring_sum.h" // step_ring_sum
 
 void ledger_reset(struct ledger *ledger, uint16_t first_period_ticks)
@@ -145,18 +145,18 @@ static void ledger_begin_line(struct ledger *ledger, int32_t position_steps)
 static void pass_marks(struct ledger *ledger, struct stream *stream)
 {
     while (stream_has_mark(stream)) {
-        const struct stream_mark *mark = stream_mark(stream);
-        uint8_t early = stream_mark_early(mark);
+        const struct waypoint *waypoint = stream_mark(stream);
+        uint8_t early = waypoint_early(waypoint);
 
-        if (mark->slot != stream->retired || ledger->left > early) {
+        if (waypoint->slot != stream->retired || ledger->left > early) {
             return;
         }
         int32_t position_steps =
             ledger->position_steps + (ledger->negative ? (int8_t)early : -(int8_t)early);
-        if (mark->line_start) {
+        if (waypoint->way < WAYPOINT_START) {
+            ledger_pass_edge(ledger, position_steps, waypoint->position);
+        } else if (waypoint->way != WAYPOINT_PLACE) {
             ledger_begin_line(ledger, position_steps);
-        } else {
-            ledger_pass_edge(ledger, position_steps, mark->position);
         }
         stream_pass_mark(stream);
     }
@@ -187,22 +187,14 @@ static void ledger_execute(struct ledger *ledger, uint8_t command)
     }
 }
 
-// Account for single periods. Returns false when the interrupt is inside a batch that must be taken
-// as a whole.
-static bool take_periods(struct ledger *ledger,
-                         struct stream *stream,
-                         uint8_t tail,
-                         bool whole)
+// Account for single periods.
+static void take_periods(struct ledger *ledger, struct stream *stream, uint8_t tail)
 {
     uint32_t ticks = 0;
-    uint8_t count = stream_pass_periods(stream, tail, whole, &ticks);
+    uint8_t count = stream_pass_periods(stream, tail, &ticks);
 
-    if (count == 0) {
-        return false;
-    }
     ledger->loaded_ticks += ticks;
     ledger_pass_periods(ledger, count);
-    return true;
 }
 
 // Note the last intervals of a train that is over, backwards from the interrupt's sum: an interval
@@ -254,12 +246,12 @@ static APART_LARGE void arrive_in_train(struct ledger *ledger,
                                         const struct engine_sample *sample)
 {
     BY_POINTER_SMALL(ledger);
-    const struct stream_train *train = &stream->trains[ledger->train];
     uint16_t loaded = ledger->train_steps;
 
     ledger->left = stream->retired == sample->tail ? sample->left : 0;
-    if (ledger->left == 0 && loaded == train->steps) {
-        close_train(ledger, stream, loaded, train->ticks);
+    if (ledger->left == 0 && loaded == stream->trains[ledger->train].steps) {
+        close_train(
+            ledger, stream, loaded, stream_train_ticks(stream, ledger->train, loaded));
     }
 }
 
@@ -336,56 +328,39 @@ static void add_idle(struct ledger *ledger, struct stream *stream, uint16_t idle
     stream_delay(stream, ticks);
 }
 
-// Returns false when the interrupt is inside something that must be taken as a whole.
+// Account for the entries at this place, up to the interrupt or to the next waypoint.
+static void take_entries(struct ledger *ledger, struct stream *stream, uint8_t tail)
+{
+    uint8_t kind = stream_peek(stream);
+
+    if (kind >= STEP_HIGH_TRAIN) {
+        take_special(ledger, stream, tail, kind);
+    } else {
+        take_periods(ledger, stream, tail);
+    }
+}
+
+// Returns false when the rest is left to be passed by a waypoint later.
 static APART_LARGE bool advance_by_entries(struct ledger *ledger,
                                            struct stream *stream,
                                            const struct engine_sample *sample,
                                            bool whole)
 {
-    ledger_arrive(ledger, stream, sample);
-    while (stream->retired != sample->tail) {
-        if (ledger->train == LEDGER_NO_TRAIN &&
-            ledger_take_pixels(ledger, stream, sample->tail) && whole) {
-            return false;
-        }
-        if (stream->retired == sample->tail) {
-            break;
-        }
-        uint8_t kind = stream_peek(stream);
-        if (kind >= STEP_HIGH_TRAIN) {
-            take_special(ledger, stream, sample->tail, kind);
-        } else if (!take_periods(ledger, stream, sample->tail, whole)) {
-            return false;
-        }
-        ledger_arrive(ledger, stream, sample);
-    }
-    return true;
-}
-
-bool ledger_advance_batches(struct ledger *ledger, struct stream *stream, uint8_t tail)
-{
-    if (ledger->train != LEDGER_NO_TRAIN) {
-        return false;
-    }
     for (;;) {
-        if (stream_mark_within(stream, 0)) {
-            pass_marks(ledger, stream);
-        }
-        const struct stream_batch *batch = stream_batch_here(stream);
-        if (batch == NULL) {
-            return false;
-        }
-        if (batch->count > (uint8_t)(tail - stream->retired)) {
+        ledger_arrive(ledger, stream, sample);
+        if (stream->retired == sample->tail) {
             return true;
         }
-        ledger->loaded_ticks += batch->ticks;
-        ledger_pass_periods(ledger, batch->count);
-        stream_pass_batch(stream, batch);
+        if (ledger_advance_plain(ledger, stream, sample->tail) && whole) {
+            return false;
+        }
+        if (stream->retired != sample->tail) {
+            take_entries(ledger, stream, sample->tail);
+        }
     }
 }
 
-// True unless an idle period or a cut has come: behind those nothing is left to be accounted for as
-// a whole later.
+// True unless an idle period or a cut has come: behind those nothing is left to be passed later.
 static inline bool goes_on(const struct ledger *ledger,
                            const struct engine_sample *sample)
 {
@@ -397,11 +372,8 @@ void ledger_advance(struct ledger *ledger,
                     const struct engine_sample *sample,
                     enum ledger_extent extent)
 {
-    bool whole = extent == LEDGER_BY_BATCHES && goes_on(ledger, sample);
+    bool whole = extent == LEDGER_BY_WAYPOINTS && goes_on(ledger, sample);
 
-    if (whole && ledger_advance_whole(ledger, stream, sample->tail)) {
-        return;
-    }
     if (!advance_by_entries(ledger, stream, sample, whole)) {
         return;
     }
@@ -421,8 +393,7 @@ int32_t ledger_position_at(const struct ledger *ledger,
     if (!ledger->pulse) {
         return position;
     }
-    // Inside a batch there are single periods alone.
-    if (stream_inside_batch(stream, tail)) {
+    if (stream_on_plain_way(stream, tail)) {
         slot = tail;
     } else {
         (void)step_ring_sum(stream->ring, &slot, tail);
@@ -445,6 +416,29 @@ static uint32_t start_beside(const struct ledger *ledger,
     return ahead ? ledger->loaded_ticks + ticks : ledger->loaded_ticks - ticks;
 }
 
+// Start of period `back`, or of the first one before it that is as long as the captured count,
+// among the single periods around this place that still stand in the ring. False if it is none of
+// them.
+static bool start_in_ring(const struct ledger *ledger,
+                          const struct stream *stream,
+                          uint8_t tail,
+                          uint8_t back,
+                          uint16_t captured_ticks,
+                          uint32_t *start_ticks)
+{
+    uint8_t ahead = (uint8_t)(tail - stream->retired);
+    uint8_t known = (uint8_t)(ahead + ledger->fresh);
+
+    for (uint8_t at = back; at < known; at++) {
+        uint8_t slot = (uint8_t)(tail - 1u - at);
+        if (captured_ticks < stream_entry_ticks(stream, slot)) {
+            *start_ticks = start_beside(ledger, stream, slot, at < ahead);
+            return true;
+        }
+    }
+    return false;
+}
+
 // Start of the period that the interrupt of an axis at rest was in, by a sample that is not
 // accounted for yet.
 static uint32_t idle_start(const struct ledger *ledger,
@@ -456,34 +450,23 @@ static uint32_t idle_start(const struct ledger *ledger,
            multiply_u32_u16(STEP_IDLE_TICKS, count);
 }
 
-// Apart from the quick way of ledger_capture.S, which boards of several axes take first.
-#if defined(__AVR__) && SEVERAL_AXES
-#define TO_CAPTURE ledger_capture_anywhere
-#else
-#define TO_CAPTURE ledger_advance_to_capture
-#endif
-
-APART uint32_t TO_CAPTURE(struct ledger *ledger,
-                          struct stream *stream,
-                          const struct engine_sample *sample,
-                          uint8_t back,
-                          uint16_t captured_ticks)
+APART uint32_t ledger_advance_to_capture(struct ledger *ledger,
+                                         struct stream *stream,
+                                         const struct engine_sample *sample,
+                                         uint8_t back,
+                                         uint16_t captured_ticks)
 {
-    // Most edges come while the clock's axis rests, or while it is in a pixel that stays whole.
+    // Most edges come while the clock's axis rests, or among single periods.
     if (SEVERAL_AXES && back == 1 && stream->retired == sample->tail &&
         ledger_idles(ledger)) {
         return idle_start(ledger, sample) + captured_ticks;
     }
-    ledger_advance(ledger, stream, sample, LEDGER_BY_BATCHES);
-    uint8_t ahead = (uint8_t)(sample->tail - stream->retired);
-    uint8_t known = (uint8_t)(ahead + ledger->fresh);
-
-    // The period, or the first one before it that is as long as the captured count, among the
-    // single periods around this place that still stand in the ring.
-    for (uint8_t at = back; at < known; at++) {
-        uint8_t slot = (uint8_t)(sample->tail - 1u - at);
-        if (captured_ticks < stream_entry_ticks(stream, slot)) {
-            return start_beside(ledger, stream, slot, at < ahead) + captured_ticks;
+    if (SEVERAL_AXES) {
+        uint32_t start_ticks = 0;
+        ledger_advance(ledger, stream, sample, LEDGER_BY_WAYPOINTS);
+        if (start_in_ring(
+                ledger, stream, sample->tail, back, captured_ticks, &start_ticks)) {
+            return start_ticks + captured_ticks;
         }
     }
     ledger_advance(ledger, stream, sample, LEDGER_EXACTLY);

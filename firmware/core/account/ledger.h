@@ -7,17 +7,67 @@
 //     stream     | retired ...            tail |  ...       head |
 //                |<-- made, not accounted for ->|<-- decoded --->|
 //
-// ledger_advance() alone moves the account: up to the interrupt's `tail`, by entries or batches.
+// ledger_advance() alone moves the account: from waypoint to waypoint where single periods alone
+// stand between, and else entry by entry, up to the interrupt's `tail`.
 #pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "account/ledger_data.h"   // struct ledger
-#include "account/ledger_pixels.h" // ledger_take_pixels
-#include "build_features.h"        // SEVERAL_AXES
-#include "ring/step_engine.h"      // struct engine_sample
-#include "stream/stream.h"         // struct stream
+#include "account/play.h"     // struct play
+#include "account/records.h"  // struct records
+#include "ring/step_engine.h" // struct engine_sample
+#include "stream/stream.h"    // struct stream
+
+// Value of ledger.train outside a pulse train.
+#define LEDGER_NO_TRAIN 0xFFu
+
+// What the account of an axis knows.
+//
+//     single periods | lengths[2] | lengths[1] | lengths[0] | a train: train_steps of it, of which
+//                                                           | `left` are not loaded yet
+//                                              loaded_ticks ^
+struct ledger {
+    // Periods at this place of the stream pulse,
+    bool pulse;
+    // and in this direction.
+    bool negative;
+    // Periods that are accounted for but not loaded yet; all of them belong to a train.
+    uint8_t left;
+    // The train at this place, 0 or 1; LEDGER_NO_TRAIN if there is none.
+    uint8_t train;
+    // Its steps that are accounted for, those of `left` included.
+    uint16_t train_steps;
+    // Idle periods that are accounted for.
+    uint16_t idle_seen;
+    // Lengths of the last three single periods before the train, ticks, the newest first.
+    uint16_t lengths[3];
+    // Number of newer single periods whose lengths are not in lengths[] yet, because they still
+    // stand in the ring (0..3).
+    uint8_t fresh;
+    // Of the periods in lengths[], bit 0 the newest: the period began with a STEP edge.
+    uint8_t pulsed;
+    // End of the newest single period, ticks since the timers started; wraps.
+    uint32_t loaded_ticks;
+    // Signed steps since reset, those of `left` included.
+    int32_t position_steps;
+    // Position where the line began: records count from here.
+    int32_t line_origin;
+    // Pixel edges passed in the line, so that the newest record is that of this pixel, 1-based.
+    uint32_t pixel;
+    // Lines whose end was passed since reset; wraps.
+    uint16_t lines_done;
+    // What is taken up of the play, at this place.
+    struct play play;
+    // Last, so that the members before it lie within reach of a pointer's displacement (63 bytes).
+    struct records records;
+};
+
+// Count steps in the direction that periods have at this place.
+static inline void ledger_move_position(struct ledger *ledger, uint16_t steps)
+{
+    ledger->position_steps += ledger->negative ? -(int16_t)steps : (int16_t)steps;
+}
 
 // Entries of a pulse train that may wait to be accounted for.
 #define LEDGER_LAG_ENTRIES 8u
@@ -32,13 +82,13 @@ void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks);
 
 // How far ledger_advance() goes.
 enum ledger_extent {
-    // To the sample, into the middle of a batch if need be.
+    // To the sample.
     LEDGER_EXACTLY,
-    // Not into a batch that is not over: later it can be taken as a whole, at a much lower cost.
-    LEDGER_BY_BATCHES,
+    // Not into single periods that a waypoint follows: later they are passed at a much lower cost.
+    LEDGER_BY_WAYPOINTS,
 };
 
-// False when an advance by batches would do nothing, or would only count periods of a train that
+// False when an advance by waypoints would do nothing, or would only count periods of a train that
 // continues: that can wait until somebody asks for the position.
 static inline bool ledger_due(const struct ledger *ledger,
                               const struct stream *stream,
@@ -50,12 +100,8 @@ static inline bool ledger_due(const struct ledger *ledger,
         return true;
     }
     if (ledger->train == LEDGER_NO_TRAIN) {
-        uint8_t whole = stream_whole_pixel(stream);
-        if (whole != 0) {
-            return behind >= whole;
-        }
         if (behind != 0) {
-            return !stream_inside_batch(stream, sample->tail);
+            return !stream_on_plain_way(stream, sample->tail);
         }
     } else if (sample->left == 0 || sample->train != ledger->train || sample->cut ||
                behind >= LEDGER_LAG_ENTRIES) {
@@ -72,31 +118,38 @@ static inline bool ledger_has_passed(const struct ledger *ledger,
     return (int16_t)(sample->idle_count - ledger->idle_seen) < 0;
 }
 
-// Advance the account of time and steps to the sample: consume entries, batches, marks and trains
-// of the stream, and write a record at each pixel edge on the way. Samples must not go back in
-// time.
+// Advance the account of time and steps to the sample: pass waypoints, entries and trains of the
+// stream, and write a record at each pixel edge on the way. Samples must not go back in time.
 void ledger_advance(struct ledger *ledger,
                     struct stream *stream,
                     const struct engine_sample *sample,
                     enum ledger_extent extent);
 
-// Account for the batches that are over when the interrupt reads slot `tail` next, and for the
-// marks between them: all that an advance by batches would do from curve to curve, without a
-// sample. Returns true when it would do nothing more: the interrupt is inside a batch.
-bool ledger_advance_batches(struct ledger *ledger, struct stream *stream, uint8_t tail);
+// The three functions below are nearly all that there is to do where the pixel clock runs at
+// kilohertz, so that they are assembly on a board; their C is ledger_waypoints.c.
 
-// The same for what stands here, batches or whole pixels. Returns true when the interrupt is inside
-// one of them.
-static inline bool ledger_advance_whole(struct ledger *ledger,
+// `count` single pulsing or quiet periods were passed. The ring still holds the last three.
+void ledger_pass_periods(struct ledger *ledger, uint8_t count);
+
+// The edge of the line's next pixel was passed, at this position. expected_steps: as of
+// records_add().
+void ledger_pass_edge(struct ledger *ledger,
+                      int32_t position_steps,
+                      uint16_t expected_steps);
+
+// Pass the waypoints that single periods alone lead to, up to slot `tail`, where the interrupt
+// reads next: time is what the waypoint tells, steps are counted by the slots. Returns true when
+// the interrupt is on such a way now (stream_on_plain_way()). Only outside a train.
+bool ledger_pass_waypoints(struct ledger *ledger, struct stream *stream, uint8_t tail);
+
+// All that an advance by waypoints would do without a sample, if the interrupt reads slot `tail`
+// next. Returns true when it would do nothing more.
+static inline bool ledger_advance_plain(struct ledger *ledger,
                                         struct stream *stream,
                                         uint8_t tail)
 {
-    if (ledger->train != LEDGER_NO_TRAIN) {
-        return false;
-    }
-    return stream_batch_here(stream) != NULL
-               ? ledger_advance_batches(ledger, stream, tail)
-               : ledger_take_pixels(ledger, stream, tail);
+    return ledger->train == LEDGER_NO_TRAIN &&
+           ledger_pass_waypoints(ledger, stream, tail);
 }
 
 // Position of the axis: signed steps since reset, or since ledger_zero().
@@ -140,25 +193,16 @@ uint32_t ledger_capture_ticks(struct ledger *ledger,
                               uint16_t captured_ticks);
 
 // Advance to the sample that was taken at a captured edge, and return the edge's time as
-// ledger_capture_ticks() does. A pixel or a batch that the interrupt is inside stays whole.
+// ledger_capture_ticks() does.
 uint32_t ledger_advance_to_capture(struct ledger *ledger,
                                    struct stream *stream,
                                    const struct engine_sample *sample,
                                    uint8_t back,
                                    uint16_t captured_ticks);
 
-#if defined(__AVR__) && SEVERAL_AXES
-// The same, for ledger_capture.S, which knows a quick way.
-uint32_t ledger_capture_anywhere(struct ledger *ledger,
-                                 struct stream *stream,
-                                 const struct engine_sample *sample,
-                                 uint8_t back,
-                                 uint16_t captured_ticks) __attribute__((used));
-#endif
-
-// Position by a sample to which the account was advanced by batches: with the single periods of a
-// batch or of a pixel that the interrupt has made beyond the account. `tail` is the sample's. Of an
-// account that no sample may advance now: as far as single periods tell.
+// Position by a sample to which the account was advanced by waypoints: with the single periods that
+// the interrupt has made beyond the account. `tail` is the sample's. Of an account that no sample
+// may advance now: as far as single periods tell.
 int32_t ledger_position_at(const struct ledger *ledger,
                            const struct stream *stream,
                            uint8_t tail);

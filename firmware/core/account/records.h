@@ -79,7 +79,7 @@ struct records_thinning {
     uint16_t error_ticks;
 };
 
-// For ledger_pixels.S, which reads it.
+// For ledger_waypoints.S, which reads it.
 extern struct records_thinning records_thinned;
 
 // Keep the record of every Nth pixel, 1.., and those whose edge error has changed by more than
@@ -115,7 +115,7 @@ static inline void records_note_early(struct records *records,
 void records_note_error(struct records *records, uint16_t pixel, int16_t error_ticks);
 
 #if FEATURE_CLOCK_STATISTICS
-// For ledger_pixels.S: the error of the newest pixel's edge is known.
+// For ledger_waypoints.S: the error of the newest pixel's edge is known.
 void records_note_newest(struct records *records, int16_t error_ticks);
 
 // The same as records_note_error() for the newest pixel, of which there is one.

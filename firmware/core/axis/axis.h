@@ -75,8 +75,8 @@ struct axis {
 #if SEVERAL_AXES
     // Steps of an even piece before it is handed over as a pulse train (app/axes/axes.c).
     uint8_t stagger : 4; // up to TRAIN_STAGGER_MAX
-    // Entries that the interrupt has made of those in the ring: the rest of a batch or a pixel that
-    // is accounted for as a whole. As of when the decoding was begun last.
+    // Entries that the interrupt has made of those in the ring, on the way to a waypoint. As of
+    // when the decoding was begun last.
     uint8_t made_entries;
 #endif
 #if FEATURE_LINE_ENDS

@@ -61,7 +61,7 @@ static void begin_piece(struct axis *axis)
 
 APART_LARGE uint32_t decode_ahead_ticks(const struct axis *axis)
 {
-    uint32_t ahead = axis->feed.stream.end_ticks - axis->ledger.loaded_ticks;
+    uint32_t ahead = stream_end_ticks(&axis->feed.stream) - axis->ledger.loaded_ticks;
 
     if (axis->ledger.train != LEDGER_NO_TRAIN) {
         ahead -= (uint32_t)ledger_train_loaded(&axis->ledger) *
@@ -84,7 +84,6 @@ static bool next_piece(struct axis *axis, const struct pixel_period *period)
     if (no_more_pieces(axis)) {
         return false;
     }
-    stream_lose_count(&axis->feed.stream);
     axis->line.curve_half = 0;
     switch (line_next(&axis->line, &axis->piece)) {
     case LINE_PIECE:
@@ -131,7 +130,7 @@ static bool train_awaited(const struct axis *axis)
     const struct stream *stream = &axis->feed.stream;
 
     return axis->walk.steps.even.base_ticks < TRAIN_ENTRY_MIN_TICKS ||
-           stream->trains[stream->newest_train].ticks >= TRAIN_WAIT_TICKS;
+           stream_newest_train_ticks(stream) >= TRAIN_WAIT_TICKS;
 }
 
 // Entries that must be free for decode_axis() to begin.
@@ -234,7 +233,7 @@ static uint8_t burst_size(const struct axis *axis, uint8_t budget, uint8_t shift
     if (count == 0) {
         count = 1;
     }
-    // The slots of a batch are free when all of it is made. A single axis has no batches.
+    // The slots of a batch are free when all of it is made. A single axis notes no batch.
     if (SEVERAL_AXES && count > CURVE_BATCH) {
         count = CURVE_BATCH;
     }

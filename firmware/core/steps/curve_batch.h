@@ -6,12 +6,13 @@
 
 #include <stdint.h>
 
-#include "steps/walk.h"    // struct walk
-#include "stream/stream.h" // struct stream
+#include "build_features.h" // SEVERAL_AXES
+#include "steps/walk.h"     // struct walk
+#include "stream/stream.h"  // struct stream
 
-// Most steps of a batch; the second holds for a low ring. The ledger accounts for such a batch as a
-// whole, so that a batch's slots stay in use until then.
-#define CURVE_BATCH     (STREAM_BATCHES > 0 ? 60u : 120u)
+// Most steps of a batch; the second holds for a low ring. With several axes the ledger accounts for
+// such a batch as a whole, so that a batch's slots stay in use until then.
+#define CURVE_BATCH     (SEVERAL_AXES ? 60u : 120u)
 #define CURVE_BATCH_LOW 16u
 
 // The most steps of a batch when the ring has so many entries.

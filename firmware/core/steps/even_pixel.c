@@ -6,8 +6,8 @@
 #include "base/flash.h"  // IN_FLASH
 #include "line/line.h"   // struct line
 
-// Where no batches are noted, flash is short too: every quotient by division.
-#if STREAM_BATCHES > 0
+// Where flash is short every quotient is a division.
+#if SEVERAL_AXES
 const uint16_t even_pixel_reciprocals[EVEN_PIXEL_MAX_STEPS + 1u] IN_FLASH = {
     0,    65535, 32768, 21845, 16384, 13107, 10922, 9362, 8192, 7281, 6553, 5957, 5461,
     5041, 4681,  4369,  4096,  3855,  3640,  3449,  3276, 3120, 2978, 2849, 2730, 2621,
@@ -47,7 +47,7 @@ static void divide_short(struct even_rate *rate, uint16_t ticks, uint8_t steps)
 bool even_pixel_divide(struct even_rate *rate, uint8_t steps, uint32_t ticks)
 {
     BY_POINTER_SMALL(rate);
-    if (STREAM_BATCHES > 0 && ticks <= UINT16_MAX) {
+    if (SEVERAL_AXES && ticks <= UINT16_MAX) {
         divide_short(rate, (uint16_t)ticks, steps);
     } else if (ticks >> 16 >= steps) {
         return false;
@@ -106,16 +106,17 @@ static void write_periods(const struct even_rate *rate,
     ring->high[first] = first_high;
 }
 
-// Append the pixel, and a mark at its end. The marks know its length modulo 2^16.
+// Append the pixel, and a mark at its end.
 static void even_pixel_put(struct stream *stream,
                            const struct even_rate *rate,
+                           uint32_t ticks,
                            uint16_t position)
 {
     uint8_t slot = stream->head;
 
     stream_put_pixel(stream,
                      rate->steps,
-                     rate->ticks,
+                     ticks,
                      (uint16_t)(rate->base_ticks + (rate->remainder != 0)),
                      position);
     write_periods(rate, stream->ring, slot);
@@ -141,11 +142,7 @@ static inline uint8_t write_pixel(struct line *line,
         return 0;
     }
     line_pass_even(line, (int16_t)(negative ? -steps : steps));
-    even_pixel_put(stream, &line->even, (uint16_t)line->position);
-    if (ticks > UINT16_MAX) {
-        stream_delay(stream, ticks & ~(uint32_t)UINT16_MAX);
-        stream_lose_count(stream);
-    }
+    even_pixel_put(stream, &line->even, ticks, (uint16_t)line->position);
     return (uint8_t)(EVEN_PIXEL_COST + steps / 4u);
 }
 

@@ -51,7 +51,7 @@ uint8_t even_pixels_write(struct line *line,
 // short or too long for single periods. For even_pixels_write() only, which is assembly on a board.
 bool even_pixel_divide(struct even_rate *rate, uint8_t steps, uint32_t ticks);
 
-#if STREAM_BATCHES > 0
+#if SEVERAL_AXES
 // floor(65536 / n) of a number of steps n, in flash; 65535 for n = 1. For even_pixel.c and its
 // assembly only.
 extern const uint16_t even_pixel_reciprocals[EVEN_PIXEL_MAX_STEPS + 1u];

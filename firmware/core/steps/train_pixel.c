@@ -53,7 +53,7 @@ uint32_t train_pixel_singles(struct even *even, struct stream *stream, uint8_t c
         slot = stream_write(ring, slot, ticks);
     }
     even->sum = next.sum;
-    stream_note_batch(stream, (uint8_t)(slot - stream->head), sum);
+    stream_add_periods(stream, (uint8_t)(slot - stream->head), sum);
     return sum;
 }
 
@@ -120,7 +120,7 @@ APART enum train_pixel train_pixel_write(struct line *line,
     }
     if (!stream_train_free(stream)) {
         return steps <= TRAIN_PIXEL_MAX_STEPS &&
-                       stream->trains[stream->newest_train].ticks >= TRAIN_WAIT_TICKS
+                       stream_newest_train_ticks(stream) >= TRAIN_WAIT_TICKS
                    ? TRAIN_PIXEL_WAITS
                    : TRAIN_PIXEL_OTHER;
     }
@@ -138,6 +138,5 @@ APART enum train_pixel train_pixel_write(struct line *line,
     if (made == TRAIN_PIXEL_DONE) {
         stream_add_mark(stream, false, (uint16_t)line->position);
     }
-    stream_lose_count(stream);
     return made;
 }

@@ -2,8 +2,15 @@
 #include "stream/stream.h"
 
 #include "base/apart.h"         // APART
+#include "base/multiply.h"      // multiply_u32_u16
 #include "base/require.h"       // REQUIRE
+#include "build_features.h"     // SEVERAL_AXES
 #include "ring/step_ring_sum.h" // step_ring_sum
+
+// A place is noted behind so many single periods since the newest waypoint,
+#define PLACE_PERIODS 24u
+// and while fewer waypoints than this are in use.
+#define PLACE_WAYPOINTS 10u
 
 APART void stream_reset(struct stream *stream, uint8_t slot, uint32_t end_ticks)
 {
@@ -12,46 +19,50 @@ APART void stream_reset(struct stream *stream, uint8_t slot, uint32_t end_ticks)
     stream->mark_head = 0;
     stream->mark_placed = 0;
     stream->mark_tail = 0;
-    stream_lose_count(stream);
+    stream->plain = 0;
     stream->end_ticks = end_ticks;
+    stream->delay_ticks = 0;
     stream->trains[0].steps = 0;
     stream->trains[1].steps = 0;
-#if STREAM_BATCHES > 0
-    stream->batch_head = 0;
-    stream->batch_tail = 0;
-#endif
     stream->ring->high[slot] = STEP_HIGH_EMPTY;
 }
 
-// The single periods around a pixel's edge are accounted for with the batch in front of them: the
-// period to be written joins the newest batch if it follows that, the reader has not passed the
-// batch, and no mark stands in between.
-static inline void continue_batch(struct stream *stream, uint16_t ticks)
+// Place the waypoint that is next in turn at `slot`, where time is `ticks`.
+static struct waypoint *place_next(struct stream *stream, uint8_t slot, uint32_t ticks)
 {
-#if STREAM_BATCHES > 0
-    uint8_t head = stream->head;
-    uint8_t number = (uint8_t)(stream->batch_head - 1u) & (STREAM_BATCHES - 1u);
-    struct stream_batch *newest = &stream->batches[number];
-    uint8_t count = newest->count;
+    struct waypoint *waypoint =
+        &stream->waypoints[stream->mark_placed++ & (STREAM_WAYPOINTS - 1u)];
 
-    if (stream->batch_head == stream->batch_tail || count >= STREAM_BATCH_MOST ||
-        (uint8_t)(newest->slot + count) != head) {
-        return;
+    waypoint->slot = slot;
+    waypoint_set_ticks(waypoint, ticks);
+    return waypoint;
+}
+
+// Note a place behind the newest entry, where many single periods lead there and there are
+// waypoints enough for pixel edges, too. A single axis has the time to add up.
+static void note_place(struct stream *stream, uint8_t from)
+{
+    if (SEVERAL_AXES && stream->plain != 0 &&
+        (uint8_t)(stream->head - from) >= PLACE_PERIODS &&
+        (uint8_t)(stream->mark_head - stream->mark_tail) < PLACE_WAYPOINTS) {
+        stream->mark_head++;
+        place_next(stream, stream->head, stream->end_ticks)->way = WAYPOINT_PLACE;
     }
-    number = (uint8_t)(stream->mark_placed - 1u) & (STREAM_MARKS - 1u);
-    if (!stream_has_mark(stream) || stream->marks[number].slot != head) {
-        newest->count = (uint8_t)(count + 1u);
-        newest->ticks += ticks;
-    }
-#else
-    (void)stream;
-    (void)ticks;
-#endif
+}
+
+void stream_add_periods(struct stream *stream, uint8_t count, uint32_t ticks)
+{
+    uint8_t newest = (uint8_t)(stream->mark_placed - 1u) & (STREAM_WAYPOINTS - 1u);
+    uint8_t from =
+        stream_has_mark(stream) ? stream->waypoints[newest].slot : stream->retired;
+
+    stream->head = (uint8_t)(stream->head + count);
+    stream->end_ticks += ticks;
+    note_place(stream, from);
 }
 
 void stream_put_period(struct stream *stream, uint16_t ticks)
 {
-    continue_batch(stream, ticks);
     stream->head = stream_write(stream->ring, stream->head, ticks);
     stream->end_ticks += ticks;
     stream_place_marks(stream, 0);
@@ -60,6 +71,7 @@ void stream_put_period(struct stream *stream, uint16_t ticks)
 // Append an entry that is no period. It is stored like a period whose high byte says so.
 static void put_entry(struct stream *stream, uint16_t high_low)
 {
+    stream->plain = 0;
     stream->head = stream_write(stream->ring, stream->head, (uint16_t)(high_low + 1u));
 }
 
@@ -101,7 +113,6 @@ static inline void put_train(struct stream *stream,
                              uint16_t steps,
                              uint32_t ticks)
 {
-    stream->trains[train].ticks = ticks;
     stream->newest_train = train;
     while (steps != 0) {
         uint8_t now =
@@ -137,6 +148,7 @@ uint8_t stream_reserve(struct stream *stream, uint8_t count)
 {
     uint8_t slot = stream->head;
 
+    stream->plain = 0;
     stream->head = (uint8_t)(slot + count);
     stream->ring->high[stream->head] = STEP_HIGH_EMPTY;
     return slot;
@@ -144,43 +156,28 @@ uint8_t stream_reserve(struct stream *stream, uint8_t count)
 
 void stream_add_mark(struct stream *stream, bool line_start, uint16_t position)
 {
-    struct stream_mark *mark = &stream->marks[stream->mark_head & (STREAM_MARKS - 1u)];
+    struct waypoint *waypoint =
+        &stream->waypoints[stream->mark_head++ & (STREAM_WAYPOINTS - 1u)];
 
-    mark->periods = 0;
-    mark->line_start = line_start;
-    mark->ticks = 0;
-    mark->position = position;
-    stream->mark_head++;
+    waypoint->way = 0;
+    waypoint->position = position;
+    if (line_start) {
+        waypoint->way = WAYPOINT_START;
+        stream->plain = 0;
+    }
 }
 
 void stream_place_marks(struct stream *stream, uint8_t early)
 {
     while (stream_mark_waits(stream)) {
-        struct stream_mark *mark =
-            &stream->marks[stream->mark_placed & (STREAM_MARKS - 1u)];
-        mark->slot = stream->head;
-        mark->periods = early & 0x7Fu;
-        stream->mark_placed++;
+        struct waypoint *waypoint = place_next(stream, stream->head, stream->end_ticks);
+
+        if (waypoint->way == 0) {
+            waypoint->way = stream->plain;
+        }
+        waypoint->way |= early;
+        stream->plain = early == 0 ? WAYPOINT_PLAIN : 0;
     }
-}
-
-// Note what lies between the mark before and this one, and what the pixel leaves behind this one.
-static void count_periods(struct stream *stream,
-                          struct stream_mark *mark,
-                          uint8_t steps,
-                          uint32_t ticks,
-                          uint16_t first_ticks)
-{
-    uint16_t behind_ticks = stream->behind_ticks;
-
-    uint16_t whole_ticks = (uint16_t)(behind_ticks + first_ticks);
-
-    if (stream->behind_periods != STREAM_UNKNOWN && whole_ticks >= behind_ticks) {
-        mark->periods = (uint8_t)(stream->behind_periods + 1u) & 0x7Fu;
-        mark->ticks = whole_ticks;
-    }
-    stream->behind_periods = ticks <= UINT16_MAX ? (uint8_t)(steps - 1u) : STREAM_UNKNOWN;
-    stream->behind_ticks = (uint16_t)(ticks - first_ticks);
 }
 
 void stream_put_pixel(struct stream *stream,
@@ -189,11 +186,11 @@ void stream_put_pixel(struct stream *stream,
                       uint16_t first_ticks,
                       uint16_t position)
 {
-    struct stream_mark *mark =
-        &stream->marks[stream->mark_placed++ & (STREAM_MARKS - 1u)];
+    struct waypoint *waypoint =
+        place_next(stream, (uint8_t)(stream->head + 1u), stream->end_ticks + first_ticks);
 
-    mark->slot = (uint8_t)(stream->head + 1u);
-    count_periods(stream, mark, steps, ticks, first_ticks);
+    waypoint->way |= stream->plain;
+    stream->plain = WAYPOINT_PLAIN;
     stream->head = (uint8_t)(stream->head + steps);
     stream->ring->high[stream->head] = STEP_HIGH_EMPTY;
     stream->end_ticks += ticks;
@@ -208,68 +205,26 @@ static uint8_t sooner(const struct stream *stream, uint8_t one, uint8_t other)
     return first ? one : other;
 }
 
-// The oldest batch, NULL if there is none.
-static struct stream_batch *oldest_batch(struct stream *stream)
+// Where the reader has to stop on its way to slot `tail`: at the next waypoint, or there.
+static uint8_t next_stop(const struct stream *stream, uint8_t tail)
 {
-#if STREAM_BATCHES > 0
-    return stream->batch_tail == stream->batch_head
-               ? NULL
-               : &stream->batches[stream->batch_tail & (STREAM_BATCHES - 1u)];
-#else
-    (void)stream;
-    return NULL;
-#endif
+    return stream_has_mark(stream) ? sooner(stream, stream_mark(stream)->slot, tail)
+                                   : tail;
 }
 
-uint8_t stream_pass_batches(struct stream *stream, uint8_t tail, uint32_t *ticks)
+uint8_t stream_pass_periods(struct stream *stream, uint8_t tail, uint32_t *ticks)
 {
     uint8_t first = stream->retired;
-    const struct stream_batch *batch = stream_batch_here(stream);
 
-    *ticks = 0;
-    while (batch != NULL && batch->count <= (uint8_t)(tail - stream->retired)) {
-        *ticks += batch->ticks;
-        stream_pass_batch(stream, batch);
-        batch = stream_mark_within(stream, 0) ? NULL : stream_batch_here(stream);
-    }
+    *ticks = step_ring_sum(stream->ring, &stream->retired, next_stop(stream, tail));
     return (uint8_t)(stream->retired - first);
-}
-
-uint8_t stream_pass_periods(struct stream *stream,
-                            uint8_t tail,
-                            bool whole,
-                            uint32_t *ticks)
-{
-    struct stream_batch *batch = oldest_batch(stream);
-    uint8_t first = stream->retired;
-    uint8_t stop =
-        stream_has_mark(stream) ? sooner(stream, stream_mark(stream)->slot, tail) : tail;
-    bool at_batch = batch != NULL && batch->slot == first;
-
-    if (at_batch) {
-        uint8_t count = stream_pass_batches(stream, tail, ticks);
-        if (count != 0 || whole) {
-            return count;
-        }
-    } else if (batch != NULL) {
-        stop = sooner(stream, batch->slot, stop);
-    }
-    *ticks = step_ring_sum(stream->ring, &stream->retired, stop);
-    uint8_t count = (uint8_t)(stream->retired - first);
-    if (at_batch) {
-        batch->slot = stream->retired;
-        batch->count = (uint8_t)(batch->count - count);
-        batch->ticks -= *ticks;
-    }
-    return count;
 }
 
 uint16_t stream_pass_train(struct stream *stream, uint8_t train, uint8_t tail)
 {
     const struct step_ring *ring = stream->ring;
     uint8_t slot = stream->retired;
-    uint8_t stop =
-        stream_has_mark(stream) ? sooner(stream, stream_mark(stream)->slot, tail) : tail;
+    uint8_t stop = next_stop(stream, tail);
     uint16_t steps = 0;
 
     for (; slot != stop && ring->high[slot] == STEP_HIGH_TRAIN; slot++) {
@@ -281,6 +236,14 @@ uint16_t stream_pass_train(struct stream *stream, uint8_t train, uint8_t tail)
     }
     stream->retired = slot;
     return steps;
+}
+
+uint32_t stream_newest_train_ticks(const struct stream *stream)
+{
+    uint8_t train = stream->newest_train;
+
+    return multiply_u32_u16(stream_train_base(stream, train),
+                            stream->trains[train].steps);
 }
 
 uint32_t stream_train_ticks(const struct stream *stream, uint8_t train, uint16_t index)

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: MIT
 // The stream of an axis: what its decoder wrote and its ledger accounts for, in one order. Its
-// entries stand in the step ring; beside them stand notes of what the entries alone do not tell.
-// Main loop only; the step interrupt reads the entries between the two ends and writes nothing.
+// entries stand in the step ring; beside them stand waypoints, which tell what the entries alone do
+// not. Main loop only; the step interrupt reads the entries between the two ends and writes
+// nothing.
 //
 //                   reader's end                            writer's end
 //     entries    ...  | retired ...          tail |  ...          head |
 //                     |<- made, not accounted for->|<-- still to make ---->|
-//     batches         oldest ...                    ... newest     lengths of periods
-//     marks           oldest ...                    ... newest     line starts, pixel edges
+//     waypoints       oldest ...                    ... newest     line starts, pixel edges, places
 //     trains          0, 1                                         evenly spaced steps
 //
-// feed.c, and decode.c for batches, call the functions of the writer's end, ledger.c alone those of
-// the reader's end; the others only read. A slot may be written again as soon as the reader has
-// passed it, except for the last three, whose periods may still be asked for.
+// feed.c and the writers of whole pixels call the functions of the writer's end, ledger.c alone
+// those of the reader's end; the others only read. A slot may be written again as soon as the
+// reader has passed it, except for the last three, whose periods may still be asked for.
 #pragma once
 
 #include <stdbool.h>
@@ -22,48 +22,48 @@
 #include "ring/step_ring.h" // struct step_ring, struct pulse_train
 #include "stream/even.h"    // struct even
 
-// Pixel edges and line starts that can be decoded ahead, a power of two.
-#define STREAM_MARKS 16
+// Waypoints that can be written ahead, a power of two.
+#define STREAM_WAYPOINTS 16
 
-// Batches whose length the stream remembers for the reader, a power of two; 0: none, the reader
-// adds up every period. The build sets 0 for the smaller board, which needs the memory elsewhere.
-#if !defined(STREAM_BATCHES)
-#define STREAM_BATCHES 8u
-#endif
+// What a waypoint is, and how the reader gets there. The lower 7 bits: in the middle of the last
+// entry before the slot, so many periods of a train before the end of that entry; or
+#define WAYPOINT_PLAIN 0x7Fu // from the waypoint before by single periods alone
+// The upper bit: not a pixel edge. What is reached by single periods alone is then nothing but a
+// place of known time,
+#define WAYPOINT_PLACE 0xFFu
+// and the others are line starts: the ledger counts pixels from here.
+#define WAYPOINT_START 0x80u
 
-// Single periods join the batch in front of them up to so many entries: two, around a pixel's edge,
-// beyond what is written together at most.
-#define STREAM_BATCH_MOST 62u
+// The reader passes single periods as a whole, up to the next waypoint, unless it lags this many
+// entries behind.
+#define STREAM_LAG_MOST 124u
 
-// Single periods from `slot` on that were written together, or one behind the other: the reader
-// takes them as a whole instead of adding them up. No mark stands inside a batch.
+// A place between two periods, which the account jumps to when the interrupt has passed it.
 //
-//     marks                         M                   M: behind the first period of its pixel
-//     periods    | batch ... | last | first | batch ...
-//     batches    |<------- one ------------>|<- the next
-struct stream_batch {
-    uint8_t slot;
-    // Number of entries.
-    uint8_t count;
-    // Length of all of them, ticks.
-    uint32_t ticks;
+//     periods    | | | | | | | | |          the account jumps by slot where single periods alone
+//     waypoints    ^edge 1    place^        stand between; else it takes entry by entry
+struct waypoint {
+    uint8_t slot; // reached when the reader has passed every entry before this slot
+    // WAYPOINT_PLAIN and the others.
+    uint8_t way;
+    // Expected position at a pixel edge: signed steps of the line, modulo 2^16.
+    uint16_t position;
+    // If single periods alone lead here: the end of the last of them as end_ticks has it, modulo
+    // 2^24. All periods of a ring together are shorter.
+    uint16_t ticks_low;
+    uint8_t ticks_high;
 };
 
-// A place between two periods.
-struct stream_mark {
-    uint8_t slot; // reached when the reader has passed every entry before this slot
-    // Of a pixel that was written as a whole: number of periods behind the mark before. Else the
-    // mark is reached so many periods of a train's entry before the slot.
-    uint8_t periods : 7;
-    // The ledger counts pixels from here; else the mark is a pixel edge.
-    bool line_start : 1;
-    // Expected position at a pixel edge: signed steps of the line, modulo 2^16. At a line's start:
-    // lines that end there, 0 or 1.
-    uint16_t position;
-    // Of a pixel that was written as a whole: length of these periods together, ticks; 0: not
-    // known.
-    uint16_t ticks;
-};
+static inline void waypoint_set_ticks(struct waypoint *waypoint, uint32_t ticks)
+{
+    waypoint->ticks_low = (uint16_t)ticks;
+    waypoint->ticks_high = (uint8_t)(ticks >> 16);
+}
+
+static inline uint32_t waypoint_ticks(const struct waypoint *waypoint)
+{
+    return (uint32_t)waypoint->ticks_high << 16 | waypoint->ticks_low;
+}
 
 // A pulse train as it was when it was written; the interrupt changes its own copy.
 struct stream_train {
@@ -71,11 +71,7 @@ struct stream_train {
     uint16_t steps;
     // Sum of struct even at the start of the train.
     uint16_t sum;
-    uint32_t ticks; // of all its steps
 };
-
-// Value of stream.behind_periods: the mark that comes next does not tell what lies before it.
-#define STREAM_UNKNOWN 0xFFu
 
 struct stream {
     struct step_ring *ring;
@@ -88,24 +84,18 @@ struct stream {
     // The train that was written last, 0 or 1.
     uint8_t newest_train;
     uint8_t mark_head;   // writer: next to write (free running)
-    uint8_t mark_placed; // writer: marks before this one have their slot
+    uint8_t mark_placed; // writer: waypoints before this one have their slot
     uint8_t mark_tail;   // reader: next to pass
-    // Writer: periods behind the newest placed mark, if they are those of a pixel written as a
-    // whole; else STREAM_UNKNOWN.
-    uint8_t behind_periods;
-    // Length of these periods together, ticks.
-    uint16_t behind_ticks;
-    // The end of the newest entry, ticks since the timers started, if no idle period comes before
-    // that entry; wraps. Without the delay of a held line.
+    // Writer: WAYPOINT_PLAIN if single periods alone were written since the newest waypoint that
+    // has its slot, else 0.
+    uint8_t plain;
+    // The end of the newest entry, ticks since the timers started, but for delay_ticks; wraps.
     uint32_t end_ticks;
+    // Time that has come before entries since the stream was empty last.
+    uint32_t delay_ticks;
     // The writer fills a train that is free, the reader frees a train that is over.
     struct stream_train trains[STEP_TRAINS];
-    struct stream_mark marks[STREAM_MARKS];
-#if STREAM_BATCHES > 0
-    uint8_t batch_head; // writer: next to write (free running)
-    uint8_t batch_tail; // reader: next to take
-    struct stream_batch batches[STREAM_BATCHES];
-#endif
+    struct waypoint waypoints[STREAM_WAYPOINTS];
 };
 
 // Empty the stream, both ends at `slot`. end_ticks: the end of the newest period that was loaded.
@@ -127,14 +117,21 @@ static inline uint8_t stream_space(const struct stream *stream)
 // Time comes before whatever is not passed yet: idle periods, or the delay of a held line.
 static inline void stream_delay(struct stream *stream, uint32_t ticks)
 {
-    stream->end_ticks += ticks;
+    stream->delay_ticks += ticks;
+}
+
+// The end of the newest entry, ticks since the timers started, if no more idle period comes before
+// that entry; wraps. Without the delay of a held line.
+static inline uint32_t stream_end_ticks(const struct stream *stream)
+{
+    return stream->end_ticks + stream->delay_ticks;
 }
 
 // The writer's end. The caller keeps to stream_space().
 
 // Write one period into `slot`, while the caller keeps the head. The store of the empty slot behind
 // the period comes first and its high byte last, so that the interrupt sees either the old end or
-// the new one. Returns the next slot, for stream_note_batch().
+// the new one. Returns the next slot, for stream_add_periods().
 static inline uint8_t stream_write(struct step_ring *ring, uint8_t slot, uint16_t ticks)
 {
     uint16_t top = (uint16_t)(ticks - 1u);
@@ -147,19 +144,8 @@ static inline uint8_t stream_write(struct step_ring *ring, uint8_t slot, uint16_
 }
 
 // Append the `count` single periods that stand in the ring from the head on, `ticks` long together.
-// When there is no room for another batch, the reader adds these periods up instead.
-static inline void stream_note_batch(struct stream *stream, uint8_t count, uint32_t ticks)
-{
-#if STREAM_BATCHES > 0
-    if ((uint8_t)(stream->batch_head - stream->batch_tail) < STREAM_BATCHES) {
-        stream->batches[stream->batch_head & (STREAM_BATCHES - 1u)] =
-            (struct stream_batch){stream->head, count, ticks};
-        stream->batch_head++;
-    }
-#endif
-    stream->head = (uint8_t)(stream->head + count);
-    stream->end_ticks += ticks;
-}
+// Only when no waypoint waits for its slot.
+void stream_add_periods(struct stream *stream, uint8_t count, uint32_t ticks);
 
 // The same for `count` periods that the interrupt cannot see yet, because the first one's high byte
 // is missing: all of them become visible at once by the store of that byte.
@@ -170,7 +156,7 @@ static inline void stream_publish_batch(struct stream *stream,
 {
     stream->ring->high[(uint8_t)(stream->head + count)] = STEP_HIGH_EMPTY;
     stream->ring->high[stream->head] = first_high;
-    stream_note_batch(stream, count, ticks);
+    stream_add_periods(stream, count, ticks);
 }
 
 // Append one period. Marks that waited for it are placed behind it.
@@ -188,12 +174,6 @@ void stream_put_pixel(struct stream *stream,
                       uint32_t ticks,
                       uint16_t first_ticks,
                       uint16_t position);
-
-// Something else than a pixel as a whole is written next.
-static inline void stream_lose_count(struct stream *stream)
-{
-    stream->behind_periods = STREAM_UNKNOWN;
-}
 
 // Append a command.
 void stream_put_command(struct stream *stream, enum step_command command);
@@ -252,7 +232,7 @@ uint8_t stream_reserve(struct stream *stream, uint8_t count);
 // True when no further mark fits until the reader passes one.
 static inline bool stream_marks_full(const struct stream *stream)
 {
-    return (uint8_t)(stream->mark_head - stream->mark_tail) >= STREAM_MARKS - 1u;
+    return (uint8_t)(stream->mark_head - stream->mark_tail) >= STREAM_WAYPOINTS - 1u;
 }
 
 // True when a mark waits for its place.
@@ -282,15 +262,21 @@ static inline bool stream_has_mark(const struct stream *stream)
 }
 
 // The oldest of these marks, if there is one.
-static inline const struct stream_mark *stream_mark(const struct stream *stream)
+static inline const struct waypoint *stream_mark(const struct stream *stream)
 {
-    return &stream->marks[stream->mark_tail & (STREAM_MARKS - 1u)];
+    return &stream->waypoints[stream->mark_tail & (STREAM_WAYPOINTS - 1u)];
 }
 
-// The mark is reached so many periods of a train's entry before its slot.
-static inline uint8_t stream_mark_early(const struct stream_mark *mark)
+// Single periods alone lead to this waypoint.
+static inline bool waypoint_is_plain(const struct waypoint *waypoint)
 {
-    return mark->ticks != 0 ? 0 : mark->periods;
+    return (waypoint->way & WAYPOINT_PLAIN) == WAYPOINT_PLAIN;
+}
+
+// The waypoint is reached so many periods of a train's entry before its slot.
+static inline uint8_t waypoint_early(const struct waypoint *waypoint)
+{
+    return waypoint_is_plain(waypoint) ? 0 : waypoint->way & WAYPOINT_PLAIN;
 }
 
 // True when the oldest mark's slot is at most `count` entries ahead of the reader; 0: the reader
@@ -301,36 +287,33 @@ static inline bool stream_mark_within(const struct stream *stream, uint8_t count
            (uint8_t)(stream_mark(stream)->slot - stream->retired) <= count;
 }
 
-// Periods that can be passed as a whole up to the oldest mark, mark->ticks long together; 0: it is
-// not known how long they are.
-static inline uint8_t stream_whole_pixel(const struct stream *stream)
-{
-    const struct stream_mark *mark = stream_mark(stream);
-
-    return stream_has_mark(stream) && mark->ticks != 0 &&
-                   (uint8_t)(mark->slot - mark->periods) == stream->retired
-               ? mark->periods
-               : 0;
-}
-
 // What the marks stand for is not reached any more.
 static inline void stream_forget_marks(struct stream *stream)
 {
     stream->mark_tail = stream->mark_placed;
 }
 
-// True when the interrupt is inside the pixel that was written last as a whole: the mark at the end
-// of that pixel has no place yet.
-static inline bool stream_inside_newest(const struct stream *stream, uint8_t tail)
+// True when single periods were written behind the newest waypoint, and the reader has passed that.
+static inline bool stream_is_open(const struct stream *stream)
 {
-    return !stream_has_mark(stream) && stream->behind_periods != STREAM_UNKNOWN &&
-           (uint8_t)(tail - stream->retired) <= stream->behind_periods;
+    return !stream_has_mark(stream) && stream->plain != 0;
 }
 
-// Length of those periods, ticks.
-static inline uint16_t stream_whole_ticks(const struct stream *stream)
+// True when the interrupt, which reads slot `tail` next, is on its way from the reader to a
+// waypoint by single periods alone: they may wait to be passed as a whole.
+static inline bool stream_on_plain_way(const struct stream *stream, uint8_t tail)
 {
-    return stream_mark(stream)->ticks;
+    uint8_t made = (uint8_t)(tail - stream->retired);
+
+    if (made >= STREAM_LAG_MOST) {
+        return false;
+    }
+    if (!stream_has_mark(stream)) {
+        return stream->plain != 0;
+    }
+    const struct waypoint *next = stream_mark(stream);
+
+    return waypoint_is_plain(next) && made < (uint8_t)(next->slot - stream->retired);
 }
 
 // The oldest mark was passed.
@@ -338,45 +321,6 @@ static inline void stream_pass_mark(struct stream *stream)
 {
     stream->mark_tail++;
 }
-
-// The batch that begins where the reader is; NULL: none does.
-static inline const struct stream_batch *stream_batch_here(const struct stream *stream)
-{
-#if STREAM_BATCHES > 0
-    const struct stream_batch *batch =
-        &stream->batches[stream->batch_tail & (STREAM_BATCHES - 1u)];
-
-    return stream->batch_tail != stream->batch_head && batch->slot == stream->retired
-               ? batch
-               : NULL;
-#else
-    (void)stream;
-    return NULL;
-#endif
-}
-
-// Pass that batch, which is over.
-static inline void stream_pass_batch(struct stream *stream,
-                                     const struct stream_batch *batch)
-{
-    stream->retired = (uint8_t)(stream->retired + batch->count);
-#if STREAM_BATCHES > 0
-    stream->batch_tail++;
-#endif
-}
-
-// True when the interrupt is inside the batch that begins where the reader is.
-static inline bool stream_inside_batch(const struct stream *stream, uint8_t tail)
-{
-    const struct stream_batch *batch = stream_batch_here(stream);
-
-    return batch != NULL && (uint8_t)(tail - stream->retired) < batch->count;
-}
-
-// Pass the batches from here on that follow one another up to the next mark and are over: the
-// interrupt reads slot `tail` next. Returns the number of their periods, and their length in
-// *ticks. Only when no mark stands here.
-uint8_t stream_pass_batches(struct stream *stream, uint8_t tail, uint32_t *ticks);
 
 // Kind of the next entry: STEP_HIGH_TRAIN, STEP_HIGH_COMMAND, or less for a single period. Only
 // while the reader is not at the interrupt's tail.
@@ -395,13 +339,9 @@ static inline uint8_t stream_pass_entry(struct stream *stream)
 // of their steps.
 uint16_t stream_pass_train(struct stream *stream, uint8_t train, uint8_t tail);
 
-// Pass single periods up to slot `tail`, the next mark or an entry of another kind, or a batch.
-// With `whole` set a batch that the interrupt has not finished is not passed. Returns the number of
-// periods, and their length in *ticks; 0: the interrupt is inside such a batch.
-uint8_t stream_pass_periods(struct stream *stream,
-                            uint8_t tail,
-                            bool whole,
-                            uint32_t *ticks);
+// Pass single periods up to slot `tail`, the next waypoint or an entry of another kind. Returns the
+// number of periods, and their length in *ticks.
+uint8_t stream_pass_periods(struct stream *stream, uint8_t tail, uint32_t *ticks);
 
 // Length of the single period in this slot, ticks.
 static inline uint16_t stream_entry_ticks(const struct stream *stream, uint8_t slot)
@@ -429,6 +369,9 @@ static inline uint16_t stream_train_base(const struct stream *stream, uint8_t tr
 
     return (uint16_t)(top_ticks + carried->short_low + 1u);
 }
+
+// Ticks of the train that was written last, or less by its number of steps at most.
+uint32_t stream_newest_train_ticks(const struct stream *stream);
 
 // The train (0 or 1) is over.
 static inline void stream_free_train(struct stream *stream, uint8_t train)

@@ -77,7 +77,7 @@ static uint16_t edges_longer(uint32_t ticks, uint16_t divider)
     while ((uint32_t)edges * whole_ticks <= ticks) {
         edges++;
     }
-    uint16_t most = (uint16_t)(STREAM_MARKS * divider);
+    uint16_t most = (uint16_t)(STREAM_WAYPOINTS * divider);
     return edges < most ? edges : most;
 }
 

@@ -4,6 +4,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "app/axes/axes.h"
 #include "app/watch/time_check.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"
@@ -49,10 +50,14 @@ static void an_axis_at_rest_passes_whenever_it_is_asked(void)
     no_fault();
 }
 
-// The start of all timers may lie anywhere between two counts of the clock.
+// The start of all timers may lie anywhere between two counts of the clock. The accounts begin anew
+// with the timers.
 static void start_is_found(uint16_t phase)
 {
     fake_power_on();
+    for (uint8_t axis = 0; axis < CONFIG_AXES; axis++) {
+        ledger_restart(&axes_get(axis)->ledger, STEP_IDLE_TICKS);
+    }
     fake_pass(10000u + phase);
     time_check_start();
     for (uint8_t i = 0; i < 40; i++) {

@@ -344,7 +344,7 @@ static void the_pixel_written_last_stays_whole(void)
     }
     struct engine_sample sample = step_engine_sample(&engine);
 
-    ledger_advance(&ledger, &feed.stream, &sample, LEDGER_BY_BATCHES);
+    ledger_advance(&ledger, &feed.stream, &sample, LEDGER_BY_WAYPOINTS);
     TEST_ASSERT_EQUAL_UINT8(slot + 1u, feed.stream.retired);
     TEST_ASSERT_EQUAL_UINT32(1, ledger.pixel);
     TEST_ASSERT_EQUAL_UINT32(now_ticks - 400u, ledger.loaded_ticks);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The account of whole pixels is the same whether they are taken one by one or many at once, when
-// those whose records are not kept pass in a row; and whether by the assembly of a board or by the
-// C that it stands for, in all of the memory. The same of an edge's place.
+// The account is the same whether waypoints are passed one by one or many at once,
+// and whether by the assembly of a board or by the C that it stands for, in all of the memory.
 #include <stdbool.h>
 #include <stdint.h>
 #include <string.h>
@@ -12,7 +11,7 @@
 #include "stream/stream.h"
 #include "unity.h"
 
-#include "twins/ledger_pixel_twin.inc" // twin_ledger_take_pixels, twin_ledger_pass_edge
+#include "twins/ledger_waypoint_twin.inc" // twin_ledger_pass_waypoints
 
 #define TRIALS       2000u
 #define TWIN_TRIALS  400u
@@ -24,10 +23,10 @@ struct account {
     struct stream stream;
 };
 
+static struct step_ring ring;
 static struct account start;
 static struct account at_once;
 static struct account one_by_one;
-static struct step_ring ring;
 static uint8_t pixels;
 
 void setUp(void)
@@ -88,30 +87,58 @@ static void begin_ledger(void)
 #endif
 }
 
-// So many whole pixels, as many as fit the ring; a deviation now and then.
+// Periods of any length from `slot` on. Returns how long they are together.
+static uint32_t fill_ring(uint8_t slot, uint8_t count)
+{
+    uint32_t ticks = 0;
+
+    for (; count != 0; count--, slot++) {
+        uint16_t top = (uint16_t)chance_between(0, STEP_PERIOD_MAX_TICKS - 1u);
+        ring.high[slot] = (uint8_t)(top >> 8);
+        ring.low[slot] = (uint8_t)top;
+        ticks += (uint32_t)top + 1u;
+    }
+    return ticks;
+}
+
+static uint8_t any_way(void)
+{
+    if (once_in(60)) {
+        return once_in(2) ? 0 : WAYPOINT_START;
+    }
+    return once_in(6) ? WAYPOINT_PLACE : WAYPOINT_PLAIN;
+}
+
+// So many pixels, as many as fit the ring; a deviation and a place now and then.
 static void begin_stream(uint8_t most_periods)
 {
     struct stream *stream = &start.stream;
     uint16_t periods = 0;
     uint16_t steps = (uint16_t)(start.ledger.position_steps - start.ledger.line_origin);
 
+    stream->ring = &ring;
     stream->retired = (uint8_t)chance();
     stream->mark_tail = (uint8_t)chance();
-    for (pixels = 0; pixels < STREAM_MARKS - 1u; pixels++) {
+    stream->delay_ticks = chance();
+    uint32_t ticks = start.ledger.loaded_ticks - stream->delay_ticks;
+    for (pixels = 0; pixels < STREAM_WAYPOINTS - 1u; pixels++) {
         uint8_t more = (uint8_t)chance_between(1, most_periods);
         if (periods + more > 252u) {
             break;
         }
+        ticks += fill_ring((uint8_t)(stream->retired + periods), more);
         periods = (uint16_t)(periods + more);
         if (start.ledger.pulse) {
             steps = start.ledger.negative ? (uint16_t)(steps - more)
                                           : (uint16_t)(steps + more);
         }
-        stream->marks[(uint8_t)(stream->mark_tail + pixels) & (STREAM_MARKS - 1u)] =
-            (struct stream_mark){
+        stream
+            ->waypoints[(uint8_t)(stream->mark_tail + pixels) & (STREAM_WAYPOINTS - 1u)] =
+            (struct waypoint){
                 .slot = (uint8_t)(stream->retired + periods),
-                .periods = more & 0x7Fu,
-                .ticks = once_in(60) ? 0 : (uint16_t)chance(),
+                .way = any_way(),
+                .ticks_low = (uint16_t)ticks,
+                .ticks_high = (uint8_t)(ticks >> 16),
                 .position = (uint16_t)(steps + (once_in(40) ? 1u : 0u)),
         };
     }
@@ -119,12 +146,12 @@ static void begin_stream(uint8_t most_periods)
 
     stream->mark_placed = once_in(4) ? (uint8_t)(end - 1u) : end;
     stream->mark_head = (uint8_t)(end + 1u);
-    stream->behind_periods = once_in(4) ? STREAM_UNKNOWN : (uint8_t)chance_between(0, 40);
+    stream->plain = once_in(4) ? 0 : WAYPOINT_PLAIN;
 }
 
 static void take(struct account *account, uint8_t tail, bool *inside)
 {
-    *inside = ledger_take_pixels(&account->ledger, &account->stream, tail);
+    *inside = ledger_pass_waypoints(&account->ledger, &account->stream, tail);
 }
 
 // The ends of pixels up to `tail`, in order, and then that itself.
@@ -135,7 +162,8 @@ static void take_one_by_one(uint8_t tail, bool *inside)
 
     for (uint8_t i = 0; i < pixels; i++) {
         uint8_t slot =
-            stream->marks[(uint8_t)(stream->mark_tail + i) & (STREAM_MARKS - 1u)].slot;
+            stream->waypoints[(uint8_t)(stream->mark_tail + i) & (STREAM_WAYPOINTS - 1u)]
+                .slot;
         if ((uint8_t)(slot - stream->retired) < made) {
             take(&one_by_one, slot, inside);
         }
@@ -164,7 +192,7 @@ static void compare(uint8_t most_periods)
         return;
     }
     memcpy(&one_by_one, &start, sizeof start);
-    inside = twin_ledger_take_pixels(&one_by_one.ledger, &one_by_one.stream, tail);
+    inside = twin_ledger_pass_waypoints(&one_by_one.ledger, &one_by_one.stream, tail);
     TEST_ASSERT_EQUAL(inside, inside_at_once);
     TEST_ASSERT_EQUAL_MEMORY(&one_by_one, &at_once, sizeof start);
 }
@@ -202,86 +230,6 @@ static void edges_and_periods_by_themselves(void)
     }
 }
 
-// Periods of about the length of a captured count, commands here and there.
-static void begin_ring(uint16_t about_ticks)
-{
-    for (uint16_t i = 0; i < STEP_RING_SLOTS; i++) {
-        uint16_t ticks = (uint16_t)(about_ticks + chance_between(0, 4) - 2u);
-        ring.low[i] = (uint8_t)ticks;
-        ring.high[i] = (uint8_t)(ticks >> 8);
-        if (once_in(3)) {
-            ring.low[i] = (uint8_t)chance();
-            ring.high[i] = (uint8_t)chance_between(0, STEP_HIGH_TRAIN - 1u);
-        }
-        if (once_in(200)) {
-            ring.low[i] =
-                (uint8_t)chance_between(STEP_COMMAND_QUIET, STEP_COMMAND_NEGATIVE);
-            ring.high[i] = STEP_HIGH_COMMAND;
-        }
-    }
-}
-
-// By the quick way and by the long one, which is the C of all places.
-static uint32_t place(struct account *account,
-                      bool quick,
-                      const struct engine_sample *sample,
-                      uint8_t back,
-                      uint16_t ticks)
-{
-#if defined(__AVR__) && SEVERAL_AXES
-    if (!quick) {
-        return ledger_capture_anywhere(
-            &account->ledger, &account->stream, sample, back, ticks);
-    }
-#else
-    (void)quick;
-#endif
-    return ledger_advance_to_capture(
-        &account->ledger, &account->stream, sample, back, ticks);
-}
-
-static void begin_batches(struct stream *stream)
-{
-#if STREAM_BATCHES > 0
-    stream->batch_head = stream->batch_tail = (uint8_t)chance();
-    if (once_in(8)) {
-        stream->batch_head++;
-        stream->batches[stream->batch_tail & (STREAM_BATCHES - 1u)] =
-            (struct stream_batch){stream->retired, 5, 4000};
-    }
-#else
-    (void)stream;
-#endif
-}
-
-static void an_edge_in_a_pixel_has_its_place(void)
-{
-    for (uint16_t trial = 0; trial < TWIN_TRIALS; trial++) {
-        uint16_t ticks = (uint16_t)chance_between(2, 0xFCF0u);
-
-        memset(&start, 0, sizeof start);
-        begin_ledger();
-        begin_stream(once_in(2) ? FEW_PERIODS : MANY_PERIODS);
-        begin_ring(ticks);
-        begin_batches(&start.stream);
-        start.stream.ring = &ring;
-        start.ledger.idle_seen = (uint16_t)chance();
-        struct engine_sample sample = {
-            .tail = (uint8_t)(start.stream.retired + chance_between(0, 60)),
-            .cut = once_in(16),
-            .idle_count =
-                (uint16_t)(start.ledger.idle_seen + (once_in(16) ? chance() : 0)),
-        };
-        uint8_t back = (uint8_t)chance_between(0, 2);
-        memcpy(&at_once, &start, sizeof start);
-        memcpy(&one_by_one, &start, sizeof start);
-
-        uint32_t quick = place(&at_once, true, &sample, back, ticks);
-        TEST_ASSERT_EQUAL_UINT32(place(&one_by_one, false, &sample, back, ticks), quick);
-        TEST_ASSERT_EQUAL_MEMORY(&one_by_one, &at_once, sizeof start);
-    }
-}
-
 // The number of a pixel has 32 bits, also where its upper half changes.
 static void numbers_of_pixels_wrap(void)
 {
@@ -295,16 +243,20 @@ static void numbers_of_pixels_wrap(void)
             records_reset(&start.ledger.records);
             start.ledger.pixel = before[i];
             start.ledger.pulse = true;
+            start.stream.ring = &ring;
+            uint32_t ticks = start.ledger.loaded_ticks;
             for (uint8_t k = 0; k < 4u; k++) {
-                start.stream.marks[k] =
-                    (struct stream_mark){.slot = (uint8_t)(60u * (k + 1u)),
-                                         .periods = 60,
-                                         .position = (uint16_t)(60u * (k + 1u)),
-                                         .ticks = 800};
+                ticks += fill_ring((uint8_t)(60u * k), 60);
+                start.stream.waypoints[k] =
+                    (struct waypoint){.slot = (uint8_t)(60u * (k + 1u)),
+                                      .way = WAYPOINT_PLAIN,
+                                      .position = (uint16_t)(60u * (k + 1u)),
+                                      .ticks_low = (uint16_t)ticks,
+                                      .ticks_high = (uint8_t)(ticks >> 16)};
             }
             start.stream.mark_placed = 4;
             start.stream.mark_head = 5;
-            (void)ledger_take_pixels(&start.ledger, &start.stream, 240);
+            (void)ledger_pass_waypoints(&start.ledger, &start.stream, 240);
             TEST_ASSERT_EQUAL_UINT32(before[i] + 4u, start.ledger.pixel);
         }
     }
@@ -316,7 +268,6 @@ int main(void)
     RUN_TEST(pixels_of_few_periods);
     RUN_TEST(pixels_of_many_periods);
     RUN_TEST(edges_and_periods_by_themselves);
-    RUN_TEST(an_edge_in_a_pixel_has_its_place);
     RUN_TEST(numbers_of_pixels_wrap);
     return UNITY_END();
 }

@@ -18,7 +18,6 @@ void setUp(void)
 void tearDown(void)
 {
     TEST_ASSERT_EQUAL_UINT16(0, promise_broken);
-    TEST_ASSERT_FALSE(bench.mark_inside_batch);
 }
 
 static void run_to_the_end(void)

@@ -25,7 +25,6 @@ void setUp(void)
 void tearDown(void)
 {
     TEST_ASSERT_EQUAL_UINT16(0, promise_broken);
-    TEST_ASSERT_FALSE(bench.mark_inside_batch);
 }
 
 static void watch_edges(void)

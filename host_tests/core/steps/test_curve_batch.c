@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Batches of a narrow curve against the same curve taken step by step: intervals in the ring, what
-// the interrupt may see, the note for the account, what the walk has left.
+// the interrupt may see, time, what the walk has left.
 #include <stdint.h>
 
 #include "steps/curve_batch.h"
@@ -51,14 +51,11 @@ static void start(uint32_t ticks, uint16_t start_speed, uint16_t steps)
 static uint8_t batch(uint8_t count)
 {
     uint8_t slot = stream.head;
-    uint8_t notes = stream.batch_head;
     uint8_t changes = 0;
     uint16_t until = walk.until;
     uint32_t end_ticks = stream.end_ticks;
     uint32_t exact_ticks = walk.exact_ticks;
     uint32_t ticks = 0;
-    bool full =
-        (uint8_t)(stream.batch_head - stream.batch_tail) == (uint8_t)STREAM_BATCHES;
 
     uint8_t behind = (uint8_t)(slot + count);
     ring.high[behind] = UNTOUCHED;
@@ -78,13 +75,6 @@ static uint8_t batch(uint8_t count)
     TEST_ASSERT_EQUAL_UINT32(end_ticks + ticks, stream.end_ticks);
     TEST_ASSERT_EQUAL_UINT32(exact_ticks + ticks, walk.exact_ticks);
     TEST_ASSERT_EQUAL_UINT16((uint16_t)(until - count), walk.until);
-    TEST_ASSERT_EQUAL_UINT8(full ? notes : (uint8_t)(notes + 1u), stream.batch_head);
-    if (!full) {
-        const struct stream_batch *note = &stream.batches[notes & (STREAM_BATCHES - 1u)];
-        TEST_ASSERT_EQUAL_UINT8((uint8_t)(slot - count), note->slot);
-        TEST_ASSERT_EQUAL_UINT8(count, note->count);
-        TEST_ASSERT_EQUAL_UINT32(ticks, note->ticks);
-    }
     return changes;
 }
 
@@ -99,10 +89,6 @@ static uint16_t run(uint8_t most)
         uint8_t count = curve_narrow(&walk.steps.curve, wanted);
         TEST_ASSERT_TRUE(count != 0 && count <= wanted);
         changes = (uint16_t)(changes + batch(count));
-        // Never more than are there.
-        if (number_below(2) != 0 && stream.batch_tail != stream.batch_head) {
-            stream.batch_tail++;
-        }
     }
     return changes;
 }
@@ -139,23 +125,11 @@ static void batches_of_a_few_steps(void)
     (void)run(5);
 }
 
-// Behind eight batches that nobody has accounted for there is no note.
-static void no_room_for_a_note(void)
-{
-    start(AT_30_HZ, 1000, 1010);
-    for (uint8_t i = 0; i < (uint8_t)(STREAM_BATCHES + 2u); i++) {
-        (void)batch(3);
-    }
-    TEST_ASSERT_EQUAL_UINT8(STREAM_BATCHES,
-                            (uint8_t)(stream.batch_head - stream.batch_tail));
-}
-
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(across_a_high_byte);
     RUN_TEST(fast_curves);
     RUN_TEST(batches_of_a_few_steps);
-    RUN_TEST(no_room_for_a_note);
     return UNITY_END();
 }

@@ -186,25 +186,20 @@ static void choose_line(struct line *line)
 
 static void choose_stream(struct stream *stream)
 {
-    memset(stream->marks, 0x5A, sizeof stream->marks);
+    memset(stream->waypoints, 0x5A, sizeof stream->waypoints);
     stream->head = (uint8_t)chance();
     stream->retired =
         (uint8_t)(stream->head - (once_in(2) ? chance_between(100, 252) : small(100)));
     stream->mark_head = (uint8_t)chance();
     stream->mark_placed = (uint8_t)(stream->mark_head - 1u);
     stream->mark_tail = (uint8_t)(stream->mark_head - chance_between(1, 15));
-    stream->behind_periods = once_in(3) ? STREAM_UNKNOWN : small(119);
-    stream->behind_ticks = (uint16_t)chance();
-    // The mark that waits; what lies behind a line's start is not known.
-    stream->marks[stream->mark_placed & (STREAM_MARKS - 1u)] = (struct stream_mark){
+    stream->plain = once_in(3) ? 0 : WAYPOINT_PLAIN;
+    // The waypoint that waits; a line's start is reached entry by entry.
+    stream->waypoints[stream->mark_placed & (STREAM_WAYPOINTS - 1u)] = (struct waypoint){
         .position = (uint16_t)chance(),
-        .line_start = stream->behind_periods == STREAM_UNKNOWN && once_in(2),
+        .way = stream->plain == 0 && once_in(2) ? WAYPOINT_START : 0,
     };
     stream->end_ticks = chance();
-#if STREAM_BATCHES > 0
-    stream->batch_head = (uint8_t)chance();
-    stream->batch_tail = (uint8_t)(stream->batch_head - small(STREAM_BATCHES));
-#endif
 }
 
 static void choose_even(struct even *even)

@@ -160,7 +160,7 @@ static void same_periods_as_one_by_one(void)
         TEST_ASSERT_EQUAL_UINT16(expected.sum, even.sum);
         TEST_ASSERT_EQUAL_UINT8(LEDGER_NO_TRAIN, ledger.train);
         TEST_ASSERT_EQUAL_UINT16(0, feed.stream.trains[0].steps);
-        TEST_ASSERT_EQUAL_UINT32(feed.stream.end_ticks, ledger.loaded_ticks);
+        TEST_ASSERT_EQUAL_UINT32(stream_end_ticks(&feed.stream), ledger.loaded_ticks);
     }
 }
 

@@ -74,11 +74,11 @@ static uint32_t appended_ticks(uint8_t slot, uint8_t count)
 }
 
 // Pass periods up to the tail and compare their length with what was appended. Returns how many.
-static uint8_t pass(uint8_t tail, bool whole)
+static uint8_t pass(uint8_t tail)
 {
     uint8_t first = stream.retired;
     uint32_t ticks = 0;
-    uint8_t count = stream_pass_periods(&stream, tail, whole, &ticks);
+    uint8_t count = stream_pass_periods(&stream, tail, &ticks);
 
     TEST_ASSERT_EQUAL_UINT8((uint8_t)(first + count), stream.retired);
     if (count != 0) {
@@ -89,14 +89,14 @@ static uint8_t pass(uint8_t tail, bool whole)
 
 static void check_mark(bool line_start, uint8_t early, uint16_t position)
 {
-    const struct stream_mark *mark = stream_mark(&stream);
+    const struct waypoint *mark = stream_mark(&stream);
 
     if (!stream_has_mark(&stream)) {
         TEST_FAIL_MESSAGE("no mark");
         return;
     }
-    TEST_ASSERT_EQUAL(line_start, mark->line_start);
-    TEST_ASSERT_EQUAL_UINT8(early, stream_mark_early(mark));
+    TEST_ASSERT_EQUAL(line_start, mark->way >= WAYPOINT_START);
+    TEST_ASSERT_EQUAL_UINT8(early, waypoint_early(mark));
     TEST_ASSERT_EQUAL_UINT16(position, mark->position);
 }
 
@@ -125,7 +125,7 @@ static void reset_forgets_everything(void)
     TEST_ASSERT_EQUAL_UINT8(7, stream.retired);
     TEST_ASSERT_EQUAL_UINT32(99, stream.end_ticks);
     TEST_ASSERT_FALSE(stream_has_mark(&stream));
-    TEST_ASSERT_FALSE(stream_inside_batch(&stream, 9));
+    TEST_ASSERT_FALSE(stream_on_plain_way(&stream, 9));
     TEST_ASSERT_EQUAL_UINT16(0, stream.trains[0].steps);
     TEST_ASSERT_EQUAL_UINT16(0, stream.trains[1].steps);
     TEST_ASSERT_EQUAL_HEX8(STEP_HIGH_EMPTY, ring.high[7]);
@@ -144,7 +144,7 @@ static void end_is_the_sum_of_all_entries(void)
     TEST_ASSERT_EQUAL_UINT32(START_TICKS + ticks + 100003u, stream.end_ticks);
     stream_delay(&stream, STEP_IDLE_TICKS);
     TEST_ASSERT_EQUAL_UINT32(START_TICKS + ticks + 100003u + STEP_IDLE_TICKS,
-                             stream.end_ticks);
+                             stream_end_ticks(&stream));
 }
 
 // A train to the end of its piece needs no sum of its steps: everything else is alike.
@@ -167,7 +167,6 @@ static void the_rest_of_a_piece_is_a_train_like_others(void)
     TEST_ASSERT_EQUAL_MEMORY(&put, &trains[0], sizeof(put));
     TEST_ASSERT_EQUAL_UINT16(noted.steps, stream.trains[0].steps);
     TEST_ASSERT_EQUAL_UINT16(noted.sum, stream.trains[0].sum);
-    TEST_ASSERT_EQUAL_UINT32(noted.ticks, stream.trains[0].ticks);
     TEST_ASSERT_EQUAL_UINT8(head, stream.head);
     TEST_ASSERT_EQUAL_MEMORY(&other_ring, &ring, sizeof(ring));
 }
@@ -240,7 +239,7 @@ static void marks_are_read_behind_their_period(void)
     stream_add_mark(&stream, false, 0xFFFE);
     put_periods(1);
     TEST_ASSERT_FALSE(stream_mark_within(&stream, 0));
-    TEST_ASSERT_EQUAL_UINT8(1, pass(stream.head, false));
+    TEST_ASSERT_EQUAL_UINT8(1, pass(stream.head));
     TEST_ASSERT_TRUE(stream_mark_within(&stream, 0));
     check_mark(true, 0, 0);
     stream_pass_mark(&stream);
@@ -251,13 +250,13 @@ static void marks_are_read_behind_their_period(void)
 
 static void marks_fill_up(void)
 {
-    for (uint8_t i = 0; i < STREAM_MARKS - 1u; i++) {
+    for (uint8_t i = 0; i < STREAM_WAYPOINTS - 1u; i++) {
         TEST_ASSERT_FALSE(stream_marks_full(&stream));
         stream_add_mark(&stream, false, i);
         put_periods(1);
     }
     TEST_ASSERT_TRUE(stream_marks_full(&stream));
-    TEST_ASSERT_EQUAL_UINT8(1, pass(stream.head, false));
+    TEST_ASSERT_EQUAL_UINT8(1, pass(stream.head));
     stream_pass_mark(&stream);
     TEST_ASSERT_FALSE(stream_marks_full(&stream));
 }
@@ -270,12 +269,12 @@ static void periods_end_at_marks_and_other_entries(void)
     put_periods(3);
     stream_put_command(&stream, STEP_COMMAND_QUIET);
     put_periods(1);
-    TEST_ASSERT_EQUAL_UINT8(2, pass(stream.head, false));
+    TEST_ASSERT_EQUAL_UINT8(2, pass(stream.head));
     stream_pass_mark(&stream);
-    TEST_ASSERT_EQUAL_UINT8(3, pass(stream.head, true));
+    TEST_ASSERT_EQUAL_UINT8(3, pass(stream.head));
     TEST_ASSERT_EQUAL_HEX8(STEP_HIGH_COMMAND, stream_peek(&stream));
     TEST_ASSERT_EQUAL_HEX8(STEP_COMMAND_QUIET, stream_pass_entry(&stream));
-    TEST_ASSERT_EQUAL_UINT8(1, pass(stream.head, false));
+    TEST_ASSERT_EQUAL_UINT8(1, pass(stream.head));
     TEST_ASSERT_EQUAL_UINT16(lengths[(uint8_t)(stream.retired - 1u)],
                              stream_passed_ticks(&stream, 1));
 }
@@ -304,93 +303,128 @@ static void train_entries_name_their_train(void)
     TEST_ASSERT_EQUAL_UINT8(0, stream_used(&stream));
 }
 
-#if STREAM_BATCHES > 0
-static void batch_is_passed_whole_or_split(void)
+// Waypoints behind a line's start.
+static void begin_line(void)
 {
-    put_batch(10);
-    uint8_t tail = (uint8_t)(FIRST_SLOT + 4u);
-
-    TEST_ASSERT_TRUE(stream_inside_batch(&stream, tail));
-    TEST_ASSERT_EQUAL_UINT8(0, pass(tail, true));
-    TEST_ASSERT_EQUAL_UINT8(4, pass(tail, false));
-    TEST_ASSERT_TRUE(stream_inside_batch(&stream, (uint8_t)(tail + 5u)));
-    TEST_ASSERT_FALSE(stream_inside_batch(&stream, stream.head));
-    TEST_ASSERT_EQUAL_UINT8(6, pass(stream.head, true));
+    stream_add_mark(&stream, true, 0);
+    stream_place_marks(&stream, 0);
+    stream_pass_mark(&stream);
 }
 
-static void batches_are_passed_together(void)
+static void check_way(uint8_t slot, uint8_t way, uint32_t ticks)
 {
+    const struct waypoint *next = stream_mark(&stream);
+
+    TEST_ASSERT_TRUE(stream_has_mark(&stream));
+    TEST_ASSERT_EQUAL_UINT8((uint8_t)(FIRST_SLOT + slot), next->slot);
+    TEST_ASSERT_EQUAL_HEX8(way, next->way);
+    TEST_ASSERT_EQUAL_UINT32((START_TICKS + ticks) & 0xFFFFFFuL, waypoint_ticks(next));
+    stream_pass_mark(&stream);
+}
+
+static void many_periods_end_at_a_place(void)
+{
+    begin_line();
     put_batch(10);
-    put_batch(20);
+    TEST_ASSERT_FALSE(stream_has_mark(&stream));
     put_batch(30);
-    TEST_ASSERT_EQUAL_UINT8(30, pass((uint8_t)(FIRST_SLOT + 59u), true));
-    TEST_ASSERT_EQUAL_UINT8(30, pass(stream.head, true));
-}
-
-// The last period of a pixel and the first one of the next, behind which the mark stands.
-static void periods_behind_a_batch_join_it(void)
-{
     put_batch(5);
-    put_periods(1);
-    stream_add_mark(&stream, false, 1);
-    put_periods(1);
-    put_periods(2); // behind the mark
-    TEST_ASSERT_EQUAL_UINT8(0, pass((uint8_t)(FIRST_SLOT + 6u), true));
-    TEST_ASSERT_EQUAL_UINT8(7, pass(stream.head, true));
-    TEST_ASSERT_TRUE(stream_mark_within(&stream, 0));
-    check_mark(false, 0, 1);
-    stream_pass_mark(&stream);
-    TEST_ASSERT_EQUAL_UINT8(1, pass((uint8_t)(stream.retired + 1u), true));
-    TEST_ASSERT_EQUAL_UINT8(1, pass(stream.head, true));
+    put_batch(30);
+    check_way(40, WAYPOINT_PLACE, appended_ticks(FIRST_SLOT, 40));
+    check_way(75, WAYPOINT_PLACE, appended_ticks(FIRST_SLOT, 75));
+    TEST_ASSERT_FALSE(stream_has_mark(&stream));
 }
 
-static void batches_on_both_sides_of_a_mark_are_passed_one_by_one(void)
+// Pixel edges find room however many batches are written.
+static void places_leave_room_for_edges(void)
 {
-    put_batch(5);
-    stream_add_mark(&stream, false, 1);
-    put_periods(1);
-    put_batch(5);
-    TEST_ASSERT_EQUAL_UINT8(6, pass(stream.head, true));
-    stream_pass_mark(&stream);
-    TEST_ASSERT_EQUAL_UINT8(5, pass(stream.head, true));
-}
-
-static void no_period_joins_a_batch_that_was_passed(void)
-{
-    put_batch(5);
-    TEST_ASSERT_EQUAL_UINT8(5, pass(stream.head, true));
-    put_periods(2);
-    TEST_ASSERT_FALSE(stream_inside_batch(&stream, (uint8_t)(stream.head - 1u)));
-    TEST_ASSERT_EQUAL_UINT8(1, pass((uint8_t)(stream.head - 1u), true));
-}
-
-static void a_batch_grows_up_to_its_most(void)
-{
-    put_batch(STREAM_BATCH_MOST - 1u);
-    put_periods(2);
-    TEST_ASSERT_EQUAL_UINT8(STREAM_BATCH_MOST,
-                            pass((uint8_t)(FIRST_SLOT + STREAM_BATCH_MOST), true));
-    TEST_ASSERT_EQUAL_UINT8(1, pass(stream.head, true));
-}
-
-static void periods_before_a_batch_end_there(void)
-{
-    put_periods(3);
-    put_batch(10);
-    TEST_ASSERT_EQUAL_UINT8(3, pass(stream.head, true));
-    TEST_ASSERT_EQUAL_UINT8(10, pass(stream.head, true));
-}
-
-static void batch_without_a_note_is_added_up(void)
-{
-    for (uint8_t i = 0; i < STREAM_BATCHES + 1u; i++) {
-        put_batch(3);
+    begin_line();
+    for (uint8_t i = 0; i < 20u; i++) {
+        put_batch(30);
     }
-    TEST_ASSERT_EQUAL_UINT8(3u * STREAM_BATCHES, pass(stream.head, true));
-    TEST_ASSERT_EQUAL_UINT8(1, pass((uint8_t)(stream.retired + 1u), true));
-    TEST_ASSERT_EQUAL_UINT8(2, pass(stream.head, true));
+    TEST_ASSERT_TRUE((uint8_t)(stream.mark_head - stream.mark_tail) < 12u);
 }
-#endif
+
+static void single_periods_lead_from_edge_to_edge(void)
+{
+    begin_line();
+    put_periods(3);
+    stream_add_mark(&stream, false, 3);
+    put_periods(1);
+    put_periods(2);
+    stream_add_mark(&stream, false, 5);
+    stream_place_marks(&stream, 0);
+    check_way(4, WAYPOINT_PLAIN, appended_ticks(FIRST_SLOT, 4));
+    check_way(6, WAYPOINT_PLAIN, appended_ticks(FIRST_SLOT, 6));
+}
+
+// An edge behind a command or in a train is reached entry by entry, and so is a line's start.
+static void other_entries_are_no_plain_way(void)
+{
+    begin_line();
+    put_periods(3);
+    stream_put_command(&stream, STEP_COMMAND_QUIET);
+    put_periods(1);
+    stream_add_mark(&stream, false, 3);
+    stream_place_marks(&stream, 0);
+    stream_add_mark(&stream, true, 0);
+    stream_add_mark(&stream, false, 3);
+    put_pulse_train(300);
+    put_periods(1);
+    stream_add_mark(&stream, false, 4);
+    stream_place_marks(&stream, 0);
+    TEST_ASSERT_EQUAL_HEX8(0, stream_mark(&stream)->way);
+    stream_pass_mark(&stream);
+    TEST_ASSERT_EQUAL_HEX8(WAYPOINT_START | 126u, stream_mark(&stream)->way);
+    stream_pass_mark(&stream);
+    TEST_ASSERT_EQUAL_HEX8(126, stream_mark(&stream)->way);
+    stream_pass_mark(&stream);
+    TEST_ASSERT_EQUAL_HEX8(0, stream_mark(&stream)->way);
+}
+
+// The reader waits for a waypoint, written or not, but not behind too many periods.
+static void on_the_plain_way(void)
+{
+    uint8_t first = (uint8_t)(FIRST_SLOT + 3u);
+
+    begin_line();
+    put_periods(3);
+    stream_add_mark(&stream, false, 3);
+    stream_place_marks(&stream, 0);
+    TEST_ASSERT_TRUE(stream_on_plain_way(&stream, (uint8_t)(first - 1u)));
+    TEST_ASSERT_FALSE(stream_on_plain_way(&stream, first));
+    TEST_ASSERT_EQUAL_UINT8(3, pass(first));
+    stream_pass_mark(&stream);
+    put_periods(200);
+    TEST_ASSERT_TRUE(
+        stream_on_plain_way(&stream, (uint8_t)(first + STREAM_LAG_MOST - 1u)));
+    TEST_ASSERT_FALSE(stream_on_plain_way(&stream, (uint8_t)(first + STREAM_LAG_MOST)));
+    stream_put_command(&stream, STEP_COMMAND_QUIET);
+    TEST_ASSERT_FALSE(stream_on_plain_way(&stream, first));
+}
+
+// Waypoints know the time but for what comes before all of them.
+static void a_delay_moves_no_waypoint(void)
+{
+    begin_line();
+    put_batch(30);
+    stream_delay(&stream, 0x12345678uL);
+    put_batch(30);
+    check_way(30, WAYPOINT_PLACE, appended_ticks(FIRST_SLOT, 30));
+    check_way(60, WAYPOINT_PLACE, appended_ticks(FIRST_SLOT, 60));
+    TEST_ASSERT_EQUAL_UINT32(START_TICKS + 0x12345678uL + appended_ticks(FIRST_SLOT, 60),
+                             stream_end_ticks(&stream));
+}
+
+// Whether to wait for a train is asked by its shorter interval.
+static void length_of_the_newest_train(void)
+{
+    struct even even;
+
+    even_start(&even, 100003, 300);
+    (void)stream_put_train(&stream, &even, 300);
+    TEST_ASSERT_EQUAL_UINT32(333uL * 300u, stream_newest_train_ticks(&stream));
+}
 
 static void append_some(void)
 {
@@ -406,20 +440,7 @@ static void append_some(void)
     }
 }
 
-// Pass one part of what lies before tail; *ticks is what was appended there. Returns false when the
-// rest must wait.
-static bool pass_part(uint8_t tail, bool whole, uint32_t *ticks)
-{
-    uint8_t first = stream.retired;
-    uint8_t count = pass(tail, whole);
-
-    *ticks += appended_ticks(first, count);
-    TEST_ASSERT_TRUE(count <= (uint8_t)(tail - first));
-    TEST_ASSERT_TRUE(count != 0 || (whole && stream_inside_batch(&stream, tail)));
-    return count != 0;
-}
-
-// Passed is what was appended, wherever the interrupt is, whole batches or not.
+// Passed is what was appended, wherever the interrupt is.
 static void random_streams(void)
 {
     uint32_t ticks = START_TICKS;
@@ -428,10 +449,15 @@ static void random_streams(void)
         append_some();
         uint8_t tail =
             (uint8_t)(stream.retired + chance_between(0, stream_used(&stream)));
-        bool whole = chance_between(0, 1) != 0;
-        bool passed = true;
-        while (passed && stream.retired != tail) {
-            passed = pass_part(tail, whole, &ticks);
+        while (stream.retired != tail) {
+            uint8_t first = stream.retired;
+            uint8_t count = pass(tail);
+            ticks += appended_ticks(first, count);
+            if (stream_mark_within(&stream, 0)) {
+                TEST_ASSERT_EQUAL_UINT32(waypoint_ticks(stream_mark(&stream)),
+                                         ticks & 0xFFFFFFuL);
+                stream_pass_mark(&stream);
+            }
         }
     }
     ticks += appended_ticks(stream.retired, stream_used(&stream));
@@ -453,16 +479,13 @@ int main(void)
     RUN_TEST(the_rest_of_a_piece_is_a_train_like_others);
     RUN_TEST(entries_of_a_train_are_passed_together);
     RUN_TEST(the_older_train_is_known_by_its_entries);
-#if STREAM_BATCHES > 0
-    RUN_TEST(batch_is_passed_whole_or_split);
-    RUN_TEST(batches_are_passed_together);
-    RUN_TEST(periods_behind_a_batch_join_it);
-    RUN_TEST(batches_on_both_sides_of_a_mark_are_passed_one_by_one);
-    RUN_TEST(no_period_joins_a_batch_that_was_passed);
-    RUN_TEST(a_batch_grows_up_to_its_most);
-    RUN_TEST(periods_before_a_batch_end_there);
-    RUN_TEST(batch_without_a_note_is_added_up);
-#endif
+    RUN_TEST(many_periods_end_at_a_place);
+    RUN_TEST(places_leave_room_for_edges);
+    RUN_TEST(single_periods_lead_from_edge_to_edge);
+    RUN_TEST(other_entries_are_no_plain_way);
+    RUN_TEST(on_the_plain_way);
+    RUN_TEST(a_delay_moves_no_waypoint);
+    RUN_TEST(length_of_the_newest_train);
     RUN_TEST(random_streams);
     return UNITY_END();
 }

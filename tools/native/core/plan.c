@@ -18,9 +18,9 @@
 #define RING_SLOTS      0x100u
 
 // A period passes no more pixel edges than there are marks.
-_Static_assert(RECORDS_KEPT >= STREAM_MARKS,
+_Static_assert(RECORDS_KEPT >= STREAM_WAYPOINTS,
                "a period passes more pixel edges than are kept");
-_Static_assert(PLAN_MIN_ROOM / 2u >= 2u * STREAM_MARKS,
+_Static_assert(PLAN_MIN_ROOM / 2u >= 2u * STREAM_WAYPOINTS,
                "a period makes more rows than fit");
 
 struct plan {

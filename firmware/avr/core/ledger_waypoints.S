@@ -1,9 +1,72 @@
 ; SPDX-License-Identifier: MIT
-; The account of periods and pixel edges: the assembly half of ledger_pixels.c, where the C is that
+; The account from waypoint to waypoint: the assembly of ledger_waypoints.c, which is the C that
 ; this file stands for.
 #include "avr/core/asm.inc" // macros
 #include "build_features.h" // FEATURE_CLOCK_STATISTICS, SEVERAL_AXES
-#include "avr/core/ledger_records.inc" // macros, layouts
+#include "layout.h" // offsets
+
+; Y is the ledger in all macros.
+
+; Z, the stream, becomes the place of mark r24 from there on (less EVEN_PIXEL_MARKS). r18 and
+; `scratch` are lost. 8 cycles.
+.macro find_mark scratch
+    mov r18, r24
+    andi r18, EVEN_PIXEL_MARK_COUNT - 1
+    ldi \scratch, EVEN_PIXEL_MARK_BYTES
+    mul r18, \scratch
+    add r30, r0
+    adc r31, r1
+    clr r1
+.endm
+
+; So many periods more: at most three lengths are told by the ring. r26 is lost. 9 cycles.
+.macro count_fresh periods
+    ldd r26, Y + LEDGER_FRESH
+    add r26, \periods
+    brcs 1f
+    cpi r26, 4
+    brlo 2f
+1:  ldi r26, 3
+2:  std Y + LEDGER_FRESH, r26
+.endm
+
+; Z becomes the place of the next record, which is that of the newest one if it is passed over. r26
+; is lost. 23 cycles.
+.macro find_record
+    ldd r30, Y + LEDGER_RECORDS_NEWEST
+    ldd r26, Y + LEDGER_RECORDS_PASSING
+    tst r26
+    brne 8f
+    inc r30
+    cpi r30, RECORDS_KEPT
+    brlo 7f
+    clr r30
+7:  std Y + LEDGER_RECORDS_NEWEST, r30
+    ldd r26, Y + LEDGER_RECORDS_COUNT
+    cpi r26, RECORDS_KEPT
+    brsh 8f
+    inc r26
+    std Y + LEDGER_RECORDS_COUNT, r26
+8:  ldi r26, LEDGER_RECORD_BYTES
+    mul r30, r26
+    movw r30, r0
+    clr r1
+    add r30, r28
+    adc r31, r29
+    adiw r30, LEDGER_RECORDS_KEPT
+.endm
+
+; The record at Z: the steps in four registers from number `steps` on, so many beyond those
+; expected, and the pixel r25:r24. 16 cycles.
+.macro fill_record steps, beyond_low, beyond_high
+    .irp byte, 0, 1, 2, 3
+    std Z + \byte, \steps + \byte
+    .endr
+    std Z + LEDGER_RECORD_BEYOND, \beyond_low
+    std Z + LEDGER_RECORD_BEYOND + 1, \beyond_high
+    std Z + LEDGER_RECORD_PIXEL, r24
+    std Z + LEDGER_RECORD_PIXEL + 1, r25
+.endm
 
 #define STEPS    r20, r21, r22, r23
 #define EXPECTED r18, r19
@@ -149,39 +212,40 @@ function ledger_pass_edge
     ret
 end_function ledger_pass_edge
 
-; bool ledger_take_pixels(struct ledger *ledger, struct stream *stream, uint8_t tail)
+; bool ledger_pass_waypoints(struct ledger *ledger, struct stream *stream, uint8_t tail)
 ;
-;     r15  where the interrupt reads next   r16, r17  stream   Y  ledger   r22  periods of a pixel
+;     r15  where the interrupt reads next   r16, r17  stream   Y  ledger   r22  periods passed
 ;
-; Cycles of a pixel: 235, all included but an error of an edge that is another than the one before;
-; with a single axis 249.
+; Cycles of a pixel edge: 241, all included but an error of an edge that is another than the one
+; before; with a single axis 255.
 #define TAIL    r15
 #define PERIODS r22
 
-    .section .text.ledger_take_pixels, "ax", @progbits
-ways_out_of_take_pixels:
-17: ldd r25, Z + EVEN_PIXEL_BEHIND_PERIODS ;  no: inside the pixel written last? Not known is one
-    inc r25                             ;     below 0
-    sub r20, TAIL
-    neg r20
-    cp r20, r25
-    brlo 15f
+    .section .text.ledger_pass_waypoints, "ax", @progbits
+ways_out_of_pass_waypoints:
+17: ldd r24, Z + EVEN_PIXEL_PLAIN       ;     no waypoint yet: on the way to one?
+    tst r24
+    breq 14f
+    mov r0, TAIL
+    sub r0, r20
+15: ldi r24, 1                          ;     unless it lags too far, by r0 periods
+    ldi r20, EVEN_PIXEL_LAG_MOST
+    cp r0, r20
+    brlo 16f
 14: clr r24
-    rjmp 16f
-15: ldi r24, 1
 16: .irp register, 29, 28, 17, 16, 15
     pop r\register
     .endr
     ret
 
-function ledger_take_pixels
+function ledger_pass_waypoints
     .irp register, 15, 16, 17, 28, 29
     push r\register
     .endr
     movw r28, r24
     movw r16, r22
     mov TAIL, r20
-13: movw r30, r16                       ; 10  a mark that has its place?
+13: movw r30, r16                       ; 10  a waypoint that has its slot?
     ldd r24, Z + EVEN_PIXEL_MARK_TAIL
     ldd r25, Z + EVEN_PIXEL_MARK_PLACED
     ldd r20, Z + EVEN_PIXEL_RETIRED
@@ -189,42 +253,61 @@ function ledger_take_pixels
     breq 17b
     movw r26, r30                       ; 9
     find_mark r25
-    ldd r18, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_TICKS ; 9 of a pixel as a whole,
-    ldd r19, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_TICKS + 1
-    mov r0, r18
-    or r0, r19
-    breq 14b
-    ldd PERIODS, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_PERIODS
-    ldd r21, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_SLOT ; 6 that begins here,
-    mov r0, r21
-    sub r0, PERIODS
-    cp r0, r20
+    ldd r19, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_WAY ; 6 by single periods alone,
+    mov r25, r19
+    andi r25, EVEN_PIXEL_WAY_PLAIN
+    cpi r25, EVEN_PIXEL_WAY_PLAIN
     brne 14b
-    mov r0, TAIL                        ; 4   and that is over?
+    ldd r21, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_SLOT ; 8 and passed?
+    mov PERIODS, r21
+    sub PERIODS, r20
+    mov r0, TAIL
     sub r0, r20
     cp r0, PERIODS
     brlo 15b
 
-    adiw r26, EVEN_PIXEL_RETIRED        ; 9   the mark is passed
+    adiw r26, EVEN_PIXEL_RETIRED        ; 9
     st X, r21
     adiw r26, EVEN_PIXEL_MARK_TAIL - EVEN_PIXEL_RETIRED
     inc r24
     st X, r24
-    pass_time r26, r18, r19, r1
+    movw r26, r16                       ; 28  time, of which the waypoint knows 24 bits
+    adiw r26, EVEN_PIXEL_DELAY_TICKS
+    ldd r0, Y + LEDGER_LOADED + 2
+    .irp byte, 0, 1, 2
+    ld r25, X+
+    ldd r18, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_TICKS + \byte
+    .if \byte == 0
+    add r18, r25
+    .else
+    adc r18, r25
+    .endif
+    std Y + LEDGER_LOADED + \byte, r18
+    .endr
+    cp r18, r0
+    brsh 19f
+    ldd r18, Y + LEDGER_LOADED + 3
+    inc r18
+    std Y + LEDGER_LOADED + 3, r18
+19:
+    sbrc r19, 7                         ; 2   a place, no edge
+    rjmp 18f
     ldd r18, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_POSITION ; 14
     ldd r19, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_POSITION + 1
 #if SEVERAL_AXES
     count_periods
     write_record
 #if FEATURE_CLOCK_STATISTICS
-    take_early_error .Lnext_pixel
+    take_early_error .Lnext_waypoint
     call records_note_newest
 #endif
-.Lnext_pixel:
+.Lnext_waypoint:
 #else
     call pass_periods
     call pass_edge
 #endif
     rjmp 13b
+18: call pass_periods
+    rjmp 13b
 
-end_function ledger_take_pixels
+end_function ledger_pass_waypoints
