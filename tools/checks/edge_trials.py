@@ -141,7 +141,8 @@ def seeking(rng: random.Random, board: str) -> Trial:
     seek = Seek(rising, hold_px=max(1, 3 * HOME_STEPS // rising[-1]))
     axis = rng.randrange(boards.load(board).axes)
     knobs = f"home={HOME_STEPS + rng.randint(0, 99)},hyst=5,start=0,active=low"
-    knobs += f",bounce={rng.choice((0, 2, 6))},bounce_ticks={rng.randint(1, 2000)}"
+    bounce, bounce_ticks = rng.choice((0, 2, 6)), rng.randint(1, 2000)
+    knobs += f",bounce={bounce},bounce_ticks={max(bounce, bounce_ticks)}"
     stand_in = Line(rising, PLAIN, name="seek")
     job = LineExperiment(
         board, {axis: stand_in}, hz, seed=rng.randint(1, 1 << 30), plants={axis: knobs}

@@ -21,7 +21,11 @@ printed. Counted by themselves, as what an image that is only faster or slower m
 * a locked run whose STEP edges are all there and within LOCK_TICKS of the old ones, and the clock's
   jitter (rms) more: a line is planned by what the clock has done when it is decoded;
 * a stopped or seeking run that is the same up to the stop or the switch, and ends as the other
-  does: its last edge within ANSWER_MS, and by its own account where its edges have brought it.
+  does: its last edge within ANSWER_MS, and by its own account where its edges have brought it;
+* a seek of more or fewer pixels, if the old image makes the same one when it is armed at another
+  phase of the clock: whether the next pixel is decoded before the switch has settled is chance;
+* a run of which one image or both ended in a fault that an overloaded line has (LATE_FAULTS), the
+  same up to there: one image came further than the other. Counted by which of the two that is.
 
 The exit status is 0 if no run differs otherwise.
 """
@@ -62,11 +66,16 @@ MEASURED_MS, MEASURED_EDGES = 500, 800  # until a lock can begin, however poor t
 LOCK_TICKS = 2
 ANSWER_MS = 2
 PHASES = (Fraction(1, 2), Fraction(1, 4), Fraction(3, 4))  # of the clock, in which lines are armed
+RACE_PHASES = tuple(Fraction(number, 32) for number in range(1, 32, 2))
+LATE_FAULTS = ("decoder_late", "underrun")
 MISCOUNTED = "steps miscounted"
 MOVED = "begin elsewhere"
 FALLS = "have pulses that end elsewhere"
 NEAR = "are locked and some ticks apart"
 ANSWERED = "are the same until a stop or a switch"
+RACED = "seek as the old image does at another phase"
+FURTHER = "come further before a fault of an overloaded line"
+LESS_FAR = "come less far before a fault of an overloaded line"
 STOPPED_S = 0.1  # an axis is at rest by then
 RECORDS_S = 0.1  # between two looks at them
 
@@ -403,6 +412,35 @@ def answers(old: Made, new: Made, tick_hz: int) -> bool:
     return not difference(*firsts) and apart_ms <= ANSWER_MS
 
 
+def rises(made: Made) -> dict[bytes, list[int]]:
+    """Return the cycles of the rising STEP edges of each axis."""
+    found: dict[bytes, list[int]] = {}
+    for edge in made.edges:
+        if edge.rest.endswith(b",STEP,1"):
+            found.setdefault(edge.axis, []).append(edge.cycle)
+    return found
+
+
+def overloaded(made: Made) -> bool:
+    """True if a run ended in a fault that an overloaded line has."""
+    return made.ended.rpartition(" ")[2] in LATE_FAULTS
+
+
+def further(old: Made, new: Made, period: Fraction) -> str:
+    """Return which of two runs of an overloaded line came further; empty if they differ before."""
+    cycles = first_step(new) - first_step(old)
+    if abs(cycles - round(cycles / period) * period) > 1 or MISCOUNTED in old.ended + new.ended:
+        return ""
+    ends = [made.ended for made in (old, new) if not overloaded(made)]
+    if len(ends) == 2 or any("fault" in end for end in ends):
+        return ""
+    one, other = rises(old), rises(aligned(old, new))
+    for axis in one.keys() & other.keys():
+        if any(a != b for a, b in zip(one[axis], other[axis], strict=False)):
+            return ""
+    return LESS_FAR if new.steps < old.steps or not overloaded(old) else FURTHER
+
+
 def first_step(made: Made) -> int:
     """The cycle of the first STEP edge, 0 if there is none."""
     return next((edge.cycle for edge in made.edges if edge.signal == b"STEP"), 0)
@@ -463,15 +501,31 @@ def compare(
         outcome.kinds[trial.kind] = outcome.kinds.get(trial.kind, 0) + 1
         outcome.ends[old.ended] = outcome.ends.get(old.ended, 0) + 1
         outcome.direction_shift_cycles = max(outcome.direction_shift_cycles, shift(old, new))
-        judge(trial, number, old, new, outcome)
+        judge(trial, number, (old, new), outcome, run_old)
         show((number + 1) / len(wanted))
     return outcome
 
 
-def judge(trial: Trial, number: int, old: Made, new: Made, outcome: Outcome) -> None:
+def raced(trial: Trial, new: Made, run_old: Callable[[Trial], Made]) -> str:
+    """Return RACED if the old image makes the same seek at another phase; empty if it does not."""
+    for phase in RACE_PHASES if trial.seek else ():
+        old = run_old(replace(trial, phase=phase))
+        if not difference(old, aligned(old, new)):
+            return RACED
+    return ""
+
+
+def judge(
+    trial: Trial,
+    number: int,
+    made: tuple[Made, Made],
+    outcome: Outcome,
+    run_old: Callable[[Trial], Made],
+) -> None:
     """Count a run that differs."""
+    old, new = made
     found = difference(old, new)
-    why = excuse(trial, old, new) if found else ""
+    why = (excuse(trial, old, new) or raced(trial, new, run_old)) if found else ""
     if why:
         outcome.excused[why] = outcome.excused.get(why, 0) + 1
     elif found:
@@ -495,7 +549,9 @@ def excuse(trial: Trial, old: Made, new: Made) -> str:
         return NEAR
     if answers(old, new, trial.job.tick_hz):
         return ANSWERED
-    return MOVED if moved_pixels(old, new, trial.job.clock_period) else ""
+    if moved_pixels(old, new, trial.job.clock_period):
+        return MOVED
+    return further(old, new, trial.job.clock_period)
 
 
 def report(board: str, outcome: Outcome) -> bool:
@@ -504,7 +560,7 @@ def report(board: str, outcome: Outcome) -> bool:
         f"{board}: {outcome.runs} runs, {outcome.steps} steps, {outcome.edges} edges compared, "
         f"{outcome.refused} runs refused before, {outcome.differing} runs differ"
     )
-    for why in (MOVED, FALLS, NEAR, ANSWERED):
+    for why in (MOVED, FALLS, NEAR, ANSWERED, RACED, FURTHER, LESS_FAR):
         print(f"{outcome.excused.get(why, 0)} {why}")
     if outcome.near_ticks:
         print(f"locked steps are up to {outcome.near_ticks} ticks from their old places")

@@ -198,6 +198,40 @@ def test_a_seek_may_begin_anywhere():
     assert excuse(LINE, made(), made(later(4096))) == ""
 
 
+def test_a_seek_may_be_as_the_old_image_makes_it_at_another_phase():
+    trial = Trial(JOB, "seek", seek=Seek((4, 8), 10))
+    longer = CSV + "40000,0,1,STEP,1\n40032,0,1,STEP,0\n"
+
+    def at(phases):
+        return lambda trial: made(longer if trial.phase in phases else CSV, event=2600)
+
+    chance = at(same_edges.RACE_PHASES[6:7])
+    outcome = same_edges.compare([trial], chance, lambda _: made(longer, event=2600))
+    assert (outcome.differing, outcome.excused) == (0, {same_edges.RACED: 1})
+    outcome = same_edges.compare([trial], at(()), lambda _: made(longer, event=2600))
+    assert (outcome.differing, outcome.excused) == (1, {})
+    outcome = same_edges.compare([LINE], chance, lambda _: made(longer, event=2600))
+    assert outcome.differing == 1
+
+
+def test_an_overloaded_line_may_come_further_or_less_far():
+    late, shorter = "fault decoder_late", CSV.replace("3000,0,1,STEP,1\n3032,0,1,STEP,0\n", "")
+    for old, new, found in (
+        (made(shorter, late), made(), same_edges.FURTHER),
+        (made(shorter, late), made(CSV, "fault underrun"), same_edges.FURTHER),
+        (made(shorter, late), made(later(533_333), late), same_edges.FURTHER),
+        (made(CSV, late), made(shorter, late), same_edges.LESS_FAR),
+        (made(), made(shorter, late), same_edges.LESS_FAR),
+        (made(shorter, late), made(CSV, "fault estop"), ""),
+        (made(shorter), made(), ""),
+        (made(shorter, "fault estop"), made(), ""),
+        (made(shorter, late), made(CSV.replace("2000,0,1", "2001,0,1")), ""),
+        (made(shorter, late), made(CSV, "done, steps miscounted"), ""),
+        (made(shorter, late), made(later(533_300)), ""),
+    ):
+        assert excuse(LINE, old, new) == found
+
+
 def test_another_phase_is_tried_where_two_images_begin_on_different_edges():
     tried = []
 
@@ -210,6 +244,11 @@ def test_another_phase_is_tried_where_two_images_begin_on_different_edges():
     assert (outcome.differing, outcome.excused) == (0, {})
     always = same_edges.compare([LINE], lambda _: made(), lambda _: made(later(533_333)))
     assert (always.differing, always.excused) == (0, {same_edges.MOVED: 1})
+
+
+def knobs_of(trial):
+    """Return what is set of each plant of a trial."""
+    return [dict(one.split("=") for one in text.split(",")) for text in trial.job.plants.values()]
 
 
 def test_the_trials_are_those_that_are_promised():
@@ -233,6 +272,8 @@ def test_the_trials_are_those_that_are_promised():
     assert all(trial.records for trial in by_kind["stream"])
     assert {trial.by_contact for trial in by_kind["stop"]} == {True, False}
     assert all(trial.seek and trial.job.plants for trial in by_kind["seek"])
+    for knobs in (text for trial in edge_trials.trials("m1284", 40, 1) for text in knobs_of(trial)):
+        assert 0 < int(knobs["bounce_ticks"]) >= int(knobs["bounce"])
 
 
 def test_an_image_makes_the_edges_that_it_makes_in_every_kind():
