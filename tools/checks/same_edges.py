@@ -412,6 +412,11 @@ def answers(old: Made, new: Made, tick_hz: int) -> bool:
     return not difference(*firsts) and apart_ms <= ANSWER_MS
 
 
+def lock_ticks(job: LineExperiment) -> float:
+    """How far apart the steps of two runs of a line may be: not at all, unless it is locked."""
+    return LOCK_TICKS + job.flaws.jitter_us * job.tick_hz / 1e6 if job.locked else 0
+
+
 def rises(made: Made) -> dict[bytes, list[int]]:
     """Return the cycles of the rising STEP edges of each axis."""
     found: dict[bytes, list[int]] = {}
@@ -426,17 +431,19 @@ def overloaded(made: Made) -> bool:
     return made.ended.rpartition(" ")[2] in LATE_FAULTS
 
 
-def further(old: Made, new: Made, period: Fraction) -> str:
+def further(job: LineExperiment, old: Made, new: Made) -> str:
     """Return which of two runs of an overloaded line came further; empty if they differ before."""
-    cycles = first_step(new) - first_step(old)
-    if abs(cycles - round(cycles / period) * period) > 1 or MISCOUNTED in old.ended + new.ended:
+    period, cycles = job.clock_period, first_step(new) - first_step(old)
+    beside = abs(cycles - round(cycles / period) * period)
+    if beside > (period / 8 if job.locked else 1) or MISCOUNTED in old.ended + new.ended:
         return ""
     ends = [made.ended for made in (old, new) if not overloaded(made)]
     if len(ends) == 2 or any("fault" in end for end in ends):
         return ""
     one, other = rises(old), rises(aligned(old, new))
     for axis in one.keys() & other.keys():
-        if any(a != b for a, b in zip(one[axis], other[axis], strict=False)):
+        pairs = zip(one[axis], other[axis], strict=False)
+        if any(abs(before - now) > lock_ticks(job) for before, now in pairs):
             return ""
     return LESS_FAR if new.steps < old.steps or not overloaded(old) else FURTHER
 
@@ -544,14 +551,13 @@ def excuse(trial: Trial, old: Made, new: Made) -> str:
     if falls_elsewhere(old, new):
         return FALLS
     near = near_ticks(old, new) if trial.job.locked else None
-    jitter_ticks = trial.job.flaws.jitter_us * trial.job.tick_hz / 1e6
-    if near is not None and near <= LOCK_TICKS + jitter_ticks:
+    if near is not None and near <= lock_ticks(trial.job):
         return NEAR
     if answers(old, new, trial.job.tick_hz):
         return ANSWERED
     if moved_pixels(old, new, trial.job.clock_period):
         return MOVED
-    return further(old, new, trial.job.clock_period)
+    return further(trial.job, old, new)
 
 
 def report(board: str, outcome: Outcome) -> bool:

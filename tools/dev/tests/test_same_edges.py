@@ -230,6 +230,11 @@ def test_an_overloaded_line_may_come_further_or_less_far():
         (made(shorter, late), made(later(533_300)), ""),
     ):
         assert excuse(LINE, old, new) == found
+    locked = Trial(replace(JOB, sync=LOCK), "lock")
+    old, near = made(shorter, late), made(later(533_000).replace("535000,0,1", "535002,0,1"))
+    assert excuse(locked, old, near) == same_edges.FURTHER
+    off = made(later(533_000).replace("535000,0,1", "535003,0,1"))
+    assert [excuse(locked, old, off), excuse(LINE, old, near)] == ["", ""]
 
 
 def test_another_phase_is_tried_where_two_images_begin_on_different_edges():
