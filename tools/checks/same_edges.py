@@ -65,9 +65,12 @@ ENTRY_MS = Fraction(1, 2)  # for an entry at 115200 baud, with its share of the 
 MEASURED_MS, MEASURED_EDGES = 500, 800  # until a lock can begin, however poor the clock
 LOCK_TICKS = 2
 ANSWER_MS = 2
-PHASES = (Fraction(1, 2), Fraction(1, 4), Fraction(3, 4))  # of the clock, in which lines are armed
 RACE_PHASES = tuple(Fraction(number, 32) for number in range(1, 32, 2))
-LATE_FAULTS = ("decoder_late", "underrun")
+PHASES = (  # of the clock, in which lines are armed
+    *(Fraction(1, 2), Fraction(1, 4), Fraction(3, 4)),
+    *(Fraction(1, 16), Fraction(15, 16)),
+)
+LATE_FAULTS = ("decoder_late", "underrun", "clock_edge_lost")
 MISCOUNTED = "steps miscounted"
 MOVED = "begin elsewhere"
 FALLS = "have pulses that end elsewhere"
