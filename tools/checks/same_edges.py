@@ -14,8 +14,9 @@ software: their edges must follow the same number of steps, and the largest shif
 printed. Counted by themselves, as what an image that is only faster or slower may do:
 
 * a run whose edges all lie whole clock periods away, because its line was ready in time for another
-  edge: it is armed at other phases of the clock first, until both images begin on the same one; and
-  a seek, which waits for no edge, wherever it has begun;
+  edge: it is armed at other phases of the clock first, until both images begin on the same one (a
+  locked run may then be LOCK_TICKS off, as below); and a seek, which waits for no edge, wherever it
+  has begun;
 * a run in whose rests STEP falls elsewhere: the pulse before a rest ends when the timer's period
   does;
 * a locked run whose STEP edges are all there and within LOCK_TICKS of the old ones, and the clock's
@@ -420,6 +421,12 @@ def lock_ticks(job: LineExperiment) -> float:
     return LOCK_TICKS + job.flaws.jitter_us * job.tick_hz / 1e6 if job.locked else 0
 
 
+def is_near(job: LineExperiment, old: Made, new: Made) -> bool:
+    """True if two runs of a locked line differ by the ticks of the lock alone."""
+    near = near_ticks(old, new) if job.locked else None
+    return near is not None and near <= lock_ticks(job)
+
+
 def rises(made: Made) -> dict[bytes, list[int]]:
     """Return the cycles of the rising STEP edges of each axis."""
     found: dict[bytes, list[int]] = {}
@@ -553,12 +560,14 @@ def excuse(trial: Trial, old: Made, new: Made) -> str:
             return MOVED
     if falls_elsewhere(old, new):
         return FALLS
-    near = near_ticks(old, new) if trial.job.locked else None
-    if near is not None and near <= lock_ticks(trial.job):
+    if is_near(trial.job, old, new):
         return NEAR
     if answers(old, new, trial.job.tick_hz):
         return ANSWERED
-    if moved_pixels(old, new, trial.job.clock_period):
+    period = trial.job.clock_period
+    if moved_pixels(old, new, period) or (
+        begins_elsewhere(old, new, period) and is_near(trial.job, old, aligned(old, new))
+    ):
         return MOVED
     return further(trial.job, old, new)
 

@@ -168,6 +168,15 @@ def test_a_locked_run_may_be_ticks_apart_and_no_more():
     assert excuse(poor, made(), made(CSV.replace("3000", "3035").replace("3032", "3067"))) == ""
 
 
+def test_a_locked_run_at_another_edge_may_be_ticks_apart_too():
+    trial = Trial(replace(JOB, sync=LOCK), "lock")
+    near = made(later(533_000).replace("535000,0,1", "535002,0,1"))
+    off = made(later(533_000).replace("535000,0,1", "535003,0,1"))
+    half = made(later(266_000))
+    assert [excuse(trial, made(), new) for new in (near, off, half)] == [same_edges.MOVED, "", ""]
+    assert excuse(LINE, made(), near) == ""
+
+
 def test_a_pulse_may_end_elsewhere():
     assert excuse(LINE, made(), made(CSV.replace("3032", "3099"))) == same_edges.FALLS
     assert excuse(LINE, made(), made(CSV.replace("3032", "3099").replace("3000", "3001"))) == ""
