@@ -290,8 +290,10 @@ function ledger_pass_waypoints
     inc r18
     std Y + LEDGER_LOADED + 3, r18
 19:
+#if SEVERAL_AXES
     sbrc r19, 7                         ; 2   a place, no edge
     rjmp 18f
+#endif
     ldd r18, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_POSITION ; 14
     ldd r19, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_POSITION + 1
 #if SEVERAL_AXES
@@ -307,7 +309,9 @@ function ledger_pass_waypoints
     call pass_edge
 #endif
     rjmp 13b
+#if SEVERAL_AXES
 18: call pass_periods
     rjmp 13b
+#endif
 
 end_function ledger_pass_waypoints

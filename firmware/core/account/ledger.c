@@ -450,25 +450,40 @@ static uint32_t idle_start(const struct ledger *ledger,
            multiply_u32_u16(STEP_IDLE_TICKS, count);
 }
 
+// The same wherever the account and the edge are.
+static APART_LARGE uint32_t capture_anywhere(struct ledger *ledger,
+                                             struct stream *stream,
+                                             const struct engine_sample *sample,
+                                             uint8_t back,
+                                             uint16_t captured_ticks)
+{
+    uint32_t start_ticks = 0;
+
+    ledger_advance(ledger, stream, sample, LEDGER_BY_WAYPOINTS);
+    if (start_in_ring(ledger, stream, sample->tail, back, captured_ticks, &start_ticks)) {
+        return start_ticks + captured_ticks;
+    }
+    ledger_advance(ledger, stream, sample, LEDGER_EXACTLY);
+    return ledger_capture_ticks(ledger, stream, back, captured_ticks);
+}
+
 APART uint32_t ledger_advance_to_capture(struct ledger *ledger,
                                          struct stream *stream,
                                          const struct engine_sample *sample,
                                          uint8_t back,
                                          uint16_t captured_ticks)
 {
+    uint32_t start_ticks = 0;
+
     // Most edges come while the clock's axis rests, or among single periods.
     if (SEVERAL_AXES && back == 1 && stream->retired == sample->tail &&
         ledger_idles(ledger)) {
         return idle_start(ledger, sample) + captured_ticks;
     }
-    if (SEVERAL_AXES) {
-        uint32_t start_ticks = 0;
-        ledger_advance(ledger, stream, sample, LEDGER_BY_WAYPOINTS);
-        if (start_in_ring(
-                ledger, stream, sample->tail, back, captured_ticks, &start_ticks)) {
-            return start_ticks + captured_ticks;
-        }
+    if (SEVERAL_AXES && goes_on(ledger, sample) &&
+        ledger_advance_plain(ledger, stream, sample->tail) &&
+        start_in_ring(ledger, stream, sample->tail, back, captured_ticks, &start_ticks)) {
+        return start_ticks + captured_ticks;
     }
-    ledger_advance(ledger, stream, sample, LEDGER_EXACTLY);
-    return ledger_capture_ticks(ledger, stream, back, captured_ticks);
+    return capture_anywhere(ledger, stream, sample, back, captured_ticks);
 }
