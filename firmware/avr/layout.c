@@ -34,7 +34,7 @@
 
 // What the assembly takes for granted.
 _Static_assert(
-    LINE_GRID_EXACT == 0 && WAYPOINT_PLACE == UINT8_MAX && EVEN_PIXEL_WAITS == UINT8_MAX,
+    LINE_GRID_EXACT == 0 && LEDGER_NO_TRAIN == UINT8_MAX && WAYPOINT_PLACE == UINT8_MAX && EVEN_PIXEL_WAITS == UINT8_MAX,
     "compared with a register of zeros, or found by one instruction that counts");
 _Static_assert(offsetof(struct line, queue) == 0 &&
                    offsetof(struct kept_record, actual_steps) == 0 &&
@@ -156,6 +156,8 @@ void layout_ledger(void)
 {
     OFFSET(LEDGER_PULSE, struct ledger, pulse);
     OFFSET(LEDGER_NEGATIVE, struct ledger, negative);
+    OFFSET(LEDGER_TRAIN, struct ledger, train);
+    OFFSET(LEDGER_IDLE_SEEN, struct ledger, idle_seen);
     OFFSET(LEDGER_FRESH, struct ledger, fresh);
     OFFSET(LEDGER_LOADED, struct ledger, loaded_ticks);
     OFFSET(LEDGER_POSITION, struct ledger, position_steps);
@@ -178,6 +180,10 @@ void layout_ledger(void)
     LAYOUT(LEDGER_RECORDS_EARLIER, RECORDS_EARLY);
     OFFSET(LEDGER_RECORD_ERROR, struct kept_record, edge_error_ticks);
 #endif
+
+    OFFSET(LEDGER_SAMPLE_TAIL, struct engine_sample, tail);
+    OFFSET(LEDGER_SAMPLE_CUT, struct engine_sample, cut);
+    OFFSET(LEDGER_SAMPLE_IDLE, struct engine_sample, idle_count);
 }
 
 void layout_clock(void);

@@ -450,28 +450,18 @@ static uint32_t idle_start(const struct ledger *ledger,
            multiply_u32_u16(STEP_IDLE_TICKS, count);
 }
 
-// The same wherever the account and the edge are.
-static APART_LARGE uint32_t capture_anywhere(struct ledger *ledger,
-                                             struct stream *stream,
-                                             const struct engine_sample *sample,
-                                             uint8_t back,
-                                             uint16_t captured_ticks)
-{
-    uint32_t start_ticks = 0;
+// Apart from the quick way of ledger_capture.S, which boards of several axes take first.
+#if defined(__AVR__) && SEVERAL_AXES
+#define TO_CAPTURE ledger_capture_anywhere
+#else
+#define TO_CAPTURE ledger_advance_to_capture
+#endif
 
-    ledger_advance(ledger, stream, sample, LEDGER_BY_WAYPOINTS);
-    if (start_in_ring(ledger, stream, sample->tail, back, captured_ticks, &start_ticks)) {
-        return start_ticks + captured_ticks;
-    }
-    ledger_advance(ledger, stream, sample, LEDGER_EXACTLY);
-    return ledger_capture_ticks(ledger, stream, back, captured_ticks);
-}
-
-APART uint32_t ledger_advance_to_capture(struct ledger *ledger,
-                                         struct stream *stream,
-                                         const struct engine_sample *sample,
-                                         uint8_t back,
-                                         uint16_t captured_ticks)
+APART uint32_t TO_CAPTURE(struct ledger *ledger,
+                          struct stream *stream,
+                          const struct engine_sample *sample,
+                          uint8_t back,
+                          uint16_t captured_ticks)
 {
     uint32_t start_ticks = 0;
 
@@ -480,10 +470,10 @@ APART uint32_t ledger_advance_to_capture(struct ledger *ledger,
         ledger_idles(ledger)) {
         return idle_start(ledger, sample) + captured_ticks;
     }
-    if (SEVERAL_AXES && goes_on(ledger, sample) &&
-        ledger_advance_plain(ledger, stream, sample->tail) &&
-        start_in_ring(ledger, stream, sample->tail, back, captured_ticks, &start_ticks)) {
+    ledger_advance(ledger, stream, sample, LEDGER_BY_WAYPOINTS);
+    if (start_in_ring(ledger, stream, sample->tail, back, captured_ticks, &start_ticks)) {
         return start_ticks + captured_ticks;
     }
-    return capture_anywhere(ledger, stream, sample, back, captured_ticks);
+    ledger_advance(ledger, stream, sample, LEDGER_EXACTLY);
+    return ledger_capture_ticks(ledger, stream, back, captured_ticks);
 }

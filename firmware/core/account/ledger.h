@@ -200,6 +200,15 @@ uint32_t ledger_advance_to_capture(struct ledger *ledger,
                                    uint8_t back,
                                    uint16_t captured_ticks);
 
+#if defined(__AVR__) && SEVERAL_AXES
+// The same, for ledger_capture.S, which knows a quick way.
+uint32_t ledger_capture_anywhere(struct ledger *ledger,
+                                 struct stream *stream,
+                                 const struct engine_sample *sample,
+                                 uint8_t back,
+                                 uint16_t captured_ticks) __attribute__((used));
+#endif
+
 // Position by a sample to which the account was advanced by waypoints: with the single periods that
 // the interrupt has made beyond the account. `tail` is the sample's. Of an account that no sample
 // may advance now: as far as single periods tell.
