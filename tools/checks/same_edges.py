@@ -438,7 +438,7 @@ def rises(made: Made) -> dict[bytes, list[int]]:
 
 def overloaded(made: Made) -> bool:
     """True if a run ended in a fault that an overloaded line has."""
-    return made.ended.rpartition(" ")[2] in LATE_FAULTS
+    return any(f"fault {name}" in made.ended for name in LATE_FAULTS)
 
 
 def further(job: LineExperiment, old: Made, new: Made) -> str:

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 // The account is the same whether waypoints are passed one by one or many at once,
-// and whether by the assembly of a board or by the C that it stands for, in all of the memory.
+// and whether by the assembly of a board or by the C that it stands for, in all of the memory. The
+// same of an edge's place.
 #include <stdbool.h>
 #include <stdint.h>
 #include <string.h>
 
 #include "account/ledger.h"
 #include "account/records.h"
+#include "build_features.h"
 #include "fakes/chance.h"
 #include "stream/stream.h"
 #include "unity.h"
@@ -106,7 +108,8 @@ static uint8_t any_way(void)
     if (once_in(60)) {
         return once_in(2) ? 0 : WAYPOINT_START;
     }
-    return once_in(6) ? WAYPOINT_PLACE : WAYPOINT_PLAIN;
+    // A single axis notes no places.
+    return SEVERAL_AXES && once_in(6) ? WAYPOINT_PLACE : WAYPOINT_PLAIN;
 }
 
 // So many pixels, as many as fit the ring; a deviation and a place now and then.
@@ -262,6 +265,60 @@ static void numbers_of_pixels_wrap(void)
     }
 }
 
+// By the quick way and by the long one, which is the C of all places.
+static uint32_t place(struct account *account,
+                      bool quick,
+                      const struct engine_sample *sample,
+                      uint8_t back,
+                      uint16_t ticks)
+{
+#if defined(__AVR__) && SEVERAL_AXES
+    if (!quick) {
+        return ledger_capture_anywhere(
+            &account->ledger, &account->stream, sample, back, ticks);
+    }
+#else
+    (void)quick;
+#endif
+    return ledger_advance_to_capture(
+        &account->ledger, &account->stream, sample, back, ticks);
+}
+
+// A captured count: any one, or about as long as a period around this slot.
+static uint16_t any_count(uint8_t slot)
+{
+    slot = (uint8_t)(slot - chance_between(0, 3));
+    uint16_t ticks = (uint16_t)(ring.high[slot] << 8 | ring.low[slot]);
+
+    return once_in(3) ? (uint16_t)chance_between(2, STEP_PERIOD_MAX_TICKS - 1u)
+                      : (uint16_t)(ticks + chance_between(0, 4));
+}
+
+static void an_edge_among_periods_has_its_place(void)
+{
+    for (uint16_t trial = 0; trial < TWIN_TRIALS; trial++) {
+        memset(&start, 0, sizeof start);
+        begin_ledger();
+        (void)fill_ring(0, 255);
+        begin_stream(once_in(2) ? FEW_PERIODS : MANY_PERIODS);
+        start.ledger.idle_seen = (uint16_t)chance();
+        struct engine_sample sample = {
+            .tail = (uint8_t)(start.stream.retired + chance_between(0, 60)),
+            .cut = once_in(16),
+            .idle_count =
+                (uint16_t)(start.ledger.idle_seen + (once_in(16) ? chance() : 0)),
+        };
+        uint8_t back = (uint8_t)chance_between(0, 2);
+        uint16_t ticks = any_count(sample.tail);
+        memcpy(&at_once, &start, sizeof start);
+        memcpy(&one_by_one, &start, sizeof start);
+
+        uint32_t quick = place(&at_once, true, &sample, back, ticks);
+        TEST_ASSERT_EQUAL_UINT32(place(&one_by_one, false, &sample, back, ticks), quick);
+        TEST_ASSERT_EQUAL_MEMORY(&one_by_one, &at_once, sizeof start);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -269,5 +326,6 @@ int main(void)
     RUN_TEST(pixels_of_many_periods);
     RUN_TEST(edges_and_periods_by_themselves);
     RUN_TEST(numbers_of_pixels_wrap);
+    RUN_TEST(an_edge_among_periods_has_its_place);
     return UNITY_END();
 }

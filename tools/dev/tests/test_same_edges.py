@@ -229,6 +229,7 @@ def test_an_overloaded_line_may_come_further_or_less_far():
         (made(shorter, late), made(), same_edges.FURTHER),
         (made(shorter, late), made(CSV, "fault underrun"), same_edges.FURTHER),
         (made(shorter, late), made(later(533_333), late), same_edges.FURTHER),
+        (made(shorter, f"trouble: {late} on axis 0"), made(), same_edges.FURTHER),
         (made(CSV, late), made(shorter, late), same_edges.LESS_FAR),
         (made(), made(shorter, late), same_edges.LESS_FAR),
         (made(shorter, late), made(CSV, "fault estop"), ""),
