@@ -155,7 +155,7 @@ static void pass_marks(struct ledger *ledger, struct stream *stream)
             ledger->position_steps + (ledger->negative ? (int8_t)early : -(int8_t)early);
         if (waypoint->way < WAYPOINT_START) {
             ledger_pass_edge(ledger, position_steps, waypoint->position);
-        } else if (waypoint->way != WAYPOINT_PLACE) {
+        } else if (!SEVERAL_AXES || waypoint->way != WAYPOINT_PLACE) {
             ledger_begin_line(ledger, position_steps);
         }
         stream_pass_mark(stream);

@@ -14,60 +14,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "account/play.h"     // struct play
-#include "account/records.h"  // struct records
-#include "ring/step_engine.h" // struct engine_sample
-#include "stream/stream.h"    // struct stream
-
-// Value of ledger.train outside a pulse train.
-#define LEDGER_NO_TRAIN 0xFFu
-
-// What the account of an axis knows.
-//
-//     single periods | lengths[2] | lengths[1] | lengths[0] | a train: train_steps of it, of which
-//                                                           | `left` are not loaded yet
-//                                              loaded_ticks ^
-struct ledger {
-    // Periods at this place of the stream pulse,
-    bool pulse;
-    // and in this direction.
-    bool negative;
-    // Periods that are accounted for but not loaded yet; all of them belong to a train.
-    uint8_t left;
-    // The train at this place, 0 or 1; LEDGER_NO_TRAIN if there is none.
-    uint8_t train;
-    // Its steps that are accounted for, those of `left` included.
-    uint16_t train_steps;
-    // Idle periods that are accounted for.
-    uint16_t idle_seen;
-    // Lengths of the last three single periods before the train, ticks, the newest first.
-    uint16_t lengths[3];
-    // Number of newer single periods whose lengths are not in lengths[] yet, because they still
-    // stand in the ring (0..3).
-    uint8_t fresh;
-    // Of the periods in lengths[], bit 0 the newest: the period began with a STEP edge.
-    uint8_t pulsed;
-    // End of the newest single period, ticks since the timers started; wraps.
-    uint32_t loaded_ticks;
-    // Signed steps since reset, those of `left` included.
-    int32_t position_steps;
-    // Position where the line began: records count from here.
-    int32_t line_origin;
-    // Pixel edges passed in the line, so that the newest record is that of this pixel, 1-based.
-    uint32_t pixel;
-    // Lines whose end was passed since reset; wraps.
-    uint16_t lines_done;
-    // What is taken up of the play, at this place.
-    struct play play;
-    // Last, so that the members before it lie within reach of a pointer's displacement (63 bytes).
-    struct records records;
-};
-
-// Count steps in the direction that periods have at this place.
-static inline void ledger_move_position(struct ledger *ledger, uint16_t steps)
-{
-    ledger->position_steps += ledger->negative ? -(int16_t)steps : (int16_t)steps;
-}
+#include "account/ledger_data.h"      // struct ledger
+#include "account/ledger_waypoints.h" // ledger_pass_waypoints
+#include "build_features.h"           // SEVERAL_AXES
+#include "ring/step_engine.h"         // struct engine_sample
+#include "stream/stream.h"            // struct stream
 
 // Entries of a pulse train that may wait to be accounted for.
 #define LEDGER_LAG_ENTRIES 8u
@@ -124,23 +75,6 @@ void ledger_advance(struct ledger *ledger,
                     struct stream *stream,
                     const struct engine_sample *sample,
                     enum ledger_extent extent);
-
-// The three functions below are nearly all that there is to do where the pixel clock runs at
-// kilohertz, so that they are assembly on a board; their C is ledger_waypoints.c.
-
-// `count` single pulsing or quiet periods were passed. The ring still holds the last three.
-void ledger_pass_periods(struct ledger *ledger, uint8_t count);
-
-// The edge of the line's next pixel was passed, at this position. expected_steps: as of
-// records_add().
-void ledger_pass_edge(struct ledger *ledger,
-                      int32_t position_steps,
-                      uint16_t expected_steps);
-
-// Pass the waypoints that single periods alone lead to, up to slot `tail`, where the interrupt
-// reads next: time is what the waypoint tells, steps are counted by the slots. Returns true when
-// the interrupt is on such a way now (stream_on_plain_way()). Only outside a train.
-bool ledger_pass_waypoints(struct ledger *ledger, struct stream *stream, uint8_t tail);
 
 // All that an advance by waypoints would do without a sample, if the interrupt reads slot `tail`
 // next. Returns true when it would do nothing more.

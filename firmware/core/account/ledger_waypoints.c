@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The C of ledger_waypoints.S.
-#include "account/ledger.h"
+#include "account/ledger_waypoints.h"
+
 #include "base/require.h"       // REQUIRE
 #include "ring/step_ring_sum.h" // step_ring_sum
 

@@ -8,7 +8,6 @@
 
 #include "account/ledger.h"
 #include "account/records.h"
-#include "build_features.h"
 #include "fakes/chance.h"
 #include "stream/stream.h"
 #include "unity.h"

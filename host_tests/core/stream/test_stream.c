@@ -382,7 +382,7 @@ static void other_entries_are_no_plain_way(void)
     TEST_ASSERT_EQUAL_HEX8(0, stream_mark(&stream)->way);
 }
 
-// The reader waits for a waypoint, written or not, but not behind too many periods.
+// The reader waits for a waypoint, written or not, but does not lag too many periods.
 static void on_the_plain_way(void)
 {
     uint8_t first = (uint8_t)(FIRST_SLOT + 3u);
@@ -393,14 +393,18 @@ static void on_the_plain_way(void)
     stream_place_marks(&stream, 0);
     TEST_ASSERT_TRUE(stream_on_plain_way(&stream, (uint8_t)(first - 1u)));
     TEST_ASSERT_FALSE(stream_on_plain_way(&stream, first));
-    TEST_ASSERT_EQUAL_UINT8(3, pass(first));
-    stream_pass_mark(&stream);
+}
+
+static void the_plain_way_ends_where_the_reader_lags(void)
+{
+    uint8_t last = (uint8_t)(FIRST_SLOT + STREAM_LAG_MOST - 1u);
+
+    begin_line();
     put_periods(200);
-    TEST_ASSERT_TRUE(
-        stream_on_plain_way(&stream, (uint8_t)(first + STREAM_LAG_MOST - 1u)));
-    TEST_ASSERT_FALSE(stream_on_plain_way(&stream, (uint8_t)(first + STREAM_LAG_MOST)));
+    TEST_ASSERT_TRUE(stream_on_plain_way(&stream, last));
+    TEST_ASSERT_FALSE(stream_on_plain_way(&stream, (uint8_t)(last + 1u)));
     stream_put_command(&stream, STEP_COMMAND_QUIET);
-    TEST_ASSERT_FALSE(stream_on_plain_way(&stream, first));
+    TEST_ASSERT_FALSE(stream_on_plain_way(&stream, FIRST_SLOT));
 }
 
 // Waypoints know the time but for what comes before all of them.
@@ -484,6 +488,7 @@ int main(void)
     RUN_TEST(single_periods_lead_from_edge_to_edge);
     RUN_TEST(other_entries_are_no_plain_way);
     RUN_TEST(on_the_plain_way);
+    RUN_TEST(the_plain_way_ends_where_the_reader_lags);
     RUN_TEST(a_delay_moves_no_waypoint);
     RUN_TEST(length_of_the_newest_train);
     RUN_TEST(random_streams);

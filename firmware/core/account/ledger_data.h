@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+// What the account of an axis knows (ledger.h).
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "account/play.h"    // struct play
+#include "account/records.h" // struct records
+
+// Value of ledger.train outside a pulse train.
+#define LEDGER_NO_TRAIN 0xFFu
+
+// What the account of an axis knows.
+//
+//     single periods | lengths[2] | lengths[1] | lengths[0] | a train: train_steps of it, of which
+//                                                           | `left` are not loaded yet
+//                                              loaded_ticks ^
+struct ledger {
+    // Periods at this place of the stream pulse,
+    bool pulse;
+    // and in this direction.
+    bool negative;
+    // Periods that are accounted for but not loaded yet; all of them belong to a train.
+    uint8_t left;
+    // The train at this place, 0 or 1; LEDGER_NO_TRAIN if there is none.
+    uint8_t train;
+    // Its steps that are accounted for, those of `left` included.
+    uint16_t train_steps;
+    // Idle periods that are accounted for.
+    uint16_t idle_seen;
+    // Lengths of the last three single periods before the train, ticks, the newest first.
+    uint16_t lengths[3];
+    // Number of newer single periods whose lengths are not in lengths[] yet, because they still
+    // stand in the ring (0..3).
+    uint8_t fresh;
+    // Of the periods in lengths[], bit 0 the newest: the period began with a STEP edge.
+    uint8_t pulsed;
+    // End of the newest single period, ticks since the timers started; wraps.
+    uint32_t loaded_ticks;
+    // Signed steps since reset, those of `left` included.
+    int32_t position_steps;
+    // Position where the line began: records count from here.
+    int32_t line_origin;
+    // Pixel edges passed in the line, so that the newest record is that of this pixel, 1-based.
+    uint32_t pixel;
+    // Lines whose end was passed since reset; wraps.
+    uint16_t lines_done;
+    // What is taken up of the play, at this place.
+    struct play play;
+    // Last, so that the members before it lie within reach of a pointer's displacement (63 bytes).
+    struct records records;
+};
+
+// Count steps in the direction that periods have at this place.
+static inline void ledger_move_position(struct ledger *ledger, uint16_t steps)
+{
+    ledger->position_steps += ledger->negative ? -(int16_t)steps : (int16_t)steps;
+}
