@@ -130,7 +130,7 @@ static bool train_awaited(const struct axis *axis)
     const struct stream *stream = &axis->feed.stream;
 
     return axis->walk.steps.even.base_ticks < TRAIN_ENTRY_MIN_TICKS ||
-           stream_newest_train_ticks(stream) >= TRAIN_WAIT_TICKS;
+           stream->newest_train_ticks >= TRAIN_WAIT_TICKS;
 }
 
 // Entries that must be free for decode_axis() to begin.

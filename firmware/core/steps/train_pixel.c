@@ -120,7 +120,7 @@ APART enum train_pixel train_pixel_write(struct line *line,
     }
     if (!stream_train_free(stream)) {
         return steps <= TRAIN_PIXEL_MAX_STEPS &&
-                       stream_newest_train_ticks(stream) >= TRAIN_WAIT_TICKS
+                       stream->newest_train_ticks >= TRAIN_WAIT_TICKS
                    ? TRAIN_PIXEL_WAITS
                    : TRAIN_PIXEL_OTHER;
     }

@@ -24,8 +24,8 @@ struct line;
 // a single period to a pulse train in time, only from one train to another.
 #define TRAIN_ENTRY_MIN_TICKS 160u
 // The next pulse train waits until one of the two trains is free if the newer one is at least this
-// long, ticks, but for a tick a step. Single periods, which follow otherwise, cost the main loop
-// four times as much: they are for the steps that a shorter train leaves no time to wait for.
+// long, ticks. Single periods, which follow otherwise, cost the main loop four times as much: they
+// are for the steps that a shorter train leaves no time to wait for.
 #define TRAIN_WAIT_TICKS ((uint32_t)0x2000)
 
 // The most steps in front of a train.

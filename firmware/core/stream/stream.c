@@ -2,7 +2,6 @@
 #include "stream/stream.h"
 
 #include "base/apart.h"         // APART
-#include "base/multiply.h"      // multiply_u32_u16
 #include "base/require.h"       // REQUIRE
 #include "build_features.h"     // SEVERAL_AXES
 #include "ring/step_ring_sum.h" // step_ring_sum
@@ -114,6 +113,7 @@ static inline void put_train(struct stream *stream,
                              uint32_t ticks)
 {
     stream->newest_train = train;
+    stream->newest_train_ticks = ticks;
     while (steps != 0) {
         uint8_t now =
             steps > STEP_TRAIN_ENTRY_MAX ? STEP_TRAIN_ENTRY_MAX : (uint8_t)steps;
@@ -236,14 +236,6 @@ uint16_t stream_pass_train(struct stream *stream, uint8_t train, uint8_t tail)
     }
     stream->retired = slot;
     return steps;
-}
-
-uint32_t stream_newest_train_ticks(const struct stream *stream)
-{
-    uint8_t train = stream->newest_train;
-
-    return multiply_u32_u16(stream_train_base(stream, train),
-                            stream->trains[train].steps);
 }
 
 uint32_t stream_train_ticks(const struct stream *stream, uint8_t train, uint16_t index)

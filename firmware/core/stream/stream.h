@@ -93,6 +93,8 @@ struct stream {
     uint32_t end_ticks;
     // Time that has come before entries since the stream was empty last.
     uint32_t delay_ticks;
+    // Of the train that was written last, all its steps.
+    uint32_t newest_train_ticks;
     // The writer fills a train that is free, the reader frees a train that is over.
     struct stream_train trains[STEP_TRAINS];
     struct waypoint waypoints[STREAM_WAYPOINTS];
@@ -369,9 +371,6 @@ static inline uint16_t stream_train_base(const struct stream *stream, uint8_t tr
 
     return (uint16_t)(top_ticks + carried->short_low + 1u);
 }
-
-// Ticks of the train that was written last, or less by its number of steps at most.
-uint32_t stream_newest_train_ticks(const struct stream *stream);
 
 // The train (0 or 1) is over.
 static inline void stream_free_train(struct stream *stream, uint8_t train)
