@@ -650,7 +650,7 @@ static void play_quickly(void)
 
 static void lines_with_play_at_short_intervals(void)
 {
-    lines(play_quickly, 0x51ADuL, 0xEF3F0FAFuL, 0x64D8427EuL, 0xB505A1AFuL);
+    lines(play_quickly, 0x51ADuL, 0xEF3F0FAFuL, 0x64D8427EuL, 0xF6373E66uL);
 }
 
 static void with_play(void)
@@ -744,7 +744,7 @@ static void locked_with_play(void)
 
 static void locked_lines_with_play(void)
 {
-    lines(locked_with_play, 0x51AAuL, 0x43409577uL, 0xAE52217DuL, 0xC8760201uL);
+    lines(locked_with_play, 0x51AAuL, 0x43409577uL, 0xAE52217DuL, 0xB425B816uL);
 }
 
 int main(void)
