@@ -295,10 +295,10 @@ static uint16_t any_count(uint8_t slot)
 
 static void an_edge_among_periods_has_its_place(void)
 {
+    (void)fill_ring(0, 255);
     for (uint16_t trial = 0; trial < TWIN_TRIALS; trial++) {
         memset(&start, 0, sizeof start);
         begin_ledger();
-        (void)fill_ring(0, 255);
         begin_stream(once_in(2) ? FEW_PERIODS : MANY_PERIODS);
         start.ledger.idle_seen = (uint16_t)chance();
         struct engine_sample sample = {
