@@ -95,29 +95,24 @@ static void a_seek_is_decoded_a_little_ahead(void)
     TEST_ASSERT_EQUAL_UINT8(4, pixels_of_a_seek(0x8001));
 }
 
-// The fewest ticks of so many steps with intervals that are long enough.
-#define STEPS_WAITED 122
-#define TICKS_WAITED                                                                     \
-    ((TRAIN_WAIT_TICKS + STEPS_WAITED - 1u) / STEPS_WAITED * STEPS_WAITED)
-
 // What the decoder does with a third pixel, while the first two are trains of so many ticks.
 static uint8_t phase_behind_two_trains(uint32_t ticks)
 {
     open_ticks(ticks);
-    arm_run(STEPS_WAITED, 6);
+    arm_run(122, 6);
     return bench.axis.phase;
 }
 
-// A train whose shorter intervals make 2^13 ticks is worth waiting for; the steps behind a shorter
-// one become periods.
+// A train of 2^13 ticks is worth waiting for; the steps behind a shorter one become periods.
 static void trains_are_awaited_from_a_length_on(void)
 {
     if (!SEVERAL_AXES) {
         return; // it has no such pixels
     }
-    TEST_ASSERT_EQUAL(DECODE_PIXEL_AWAITS_TRAIN, phase_behind_two_trains(TICKS_WAITED));
+    TEST_ASSERT_EQUAL(DECODE_PIXEL_AWAITS_TRAIN,
+                      phase_behind_two_trains(TRAIN_WAIT_TICKS));
     TEST_ASSERT_NOT_EQUAL(DECODE_PIXEL_AWAITS_TRAIN,
-                          phase_behind_two_trains(TICKS_WAITED - 1u));
+                          phase_behind_two_trains(TRAIN_WAIT_TICKS - 1u));
 }
 
 // A train takes what the ring has room for, less what the end of a piece may need: entries of 127
