@@ -114,8 +114,8 @@ bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks);
 
 // The expected edge is missing: go on to the next one. Returns false when more edges in a row are
 // missing than hold_over allows, or when none is expected, because the first one is still to come.
-// clock_filter_edge() does the same where an edge shows that edges before it were missing. Where the
-// second edge of all is missing, the filter begins again with the next edge: an interval of two
+// clock_filter_edge() does the same where an edge shows that edges before it were missing. Where
+// the second edge of all is missing, the filter begins again with the next edge: an interval of two
 // periods is no measure of one.
 bool clock_filter_bridge(struct clock_filter *filter);
 
