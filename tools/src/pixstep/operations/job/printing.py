@@ -80,7 +80,9 @@ class RunOfJob(TypedDict):
 class Prints(Compares):
     """A request that prints lines of a job."""
 
-    port: str | None = option(TEXT, "Port of the boards.", default_text="of the machine file")
+    port: str | None = option(
+        TEXT, "Port of the boards.", variable="PIXSTEP_PORT", default_text="of the machine file"
+    )
     timeout: float | None = shared.timeout()
     accept_amber: bool = flag("Agree to what is amber in the comparison.")
     records: bool = flag("Keep per-pixel records, a Parquet file a line in parts of the run.")
