@@ -196,6 +196,9 @@ def make(session: JobSession, path: Path, *, may_move: bool) -> Result:
         raise JobBrokenError(f"{error}; `pixstep job resume {path}` goes on", error.rows) from None
     data = facts_of(path, session.job, session.told, ended.value)
     reserve = None if math.isinf(session.reserve_px) else round(session.reserve_px, 1)
+    if reserve is not None and not session.rests:
+        # No line came too late: what is below 0 is this computer's clock against the board's.
+        reserve = max(0.0, reserve)
     data["rests"], data["reserve_px"] = session.rests, reserve
     if session.gaps:
         data["gap_px"] = session.gaps.px if session.gaps.looks else None
