@@ -27,7 +27,7 @@
 // timers hold when they start (the interrupt at the end of the first one loads the third).
 void ledger_reset(struct ledger *ledger, uint16_t first_period_ticks);
 
-// The timers were started anew: time begins again at 0; position and records stay. The stream must
+// The timers were started again: time begins at 0; position and records stay. The stream must
 // be reset afterwards.
 void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks);
 
@@ -135,7 +135,7 @@ uint32_t ledger_advance_to_capture(struct ledger *ledger,
                                    uint16_t captured_ticks);
 
 #if defined(__AVR__) && SEVERAL_AXES
-// The same, for ledger_capture.S, which knows a quick way.
+// ledger_advance_to_capture() for every case. ledger_capture.S calls it where its quick way fails.
 uint32_t ledger_capture_anywhere(struct ledger *ledger,
                                  struct stream *stream,
                                  const struct engine_sample *sample,

@@ -149,8 +149,8 @@ static inline uint8_t stream_write(struct step_ring *ring, uint8_t slot, uint16_
 // Only when no waypoint waits for its slot.
 void stream_add_periods(struct stream *stream, uint8_t count, uint32_t ticks);
 
-// The same for `count` periods that the interrupt cannot see yet, because the first one's high byte
-// is missing: all of them become visible at once by the store of that byte.
+// stream_add_periods() for `count` periods that the interrupt cannot see yet, because the first
+// period's high byte is missing. The store of that byte makes all of them visible at once.
 static inline void stream_publish_batch(struct stream *stream,
                                         uint8_t count,
                                         uint32_t ticks,
@@ -161,7 +161,7 @@ static inline void stream_publish_batch(struct stream *stream,
     stream_add_periods(stream, count, ticks);
 }
 
-// Append one period. Marks that waited for it are placed behind it.
+// Append one period. Marks that waited for this period are placed after it.
 void stream_put_period(struct stream *stream, uint16_t ticks);
 
 // Append `steps` single periods, `ticks` long together, the first one first_ticks long, that stand
@@ -220,8 +220,8 @@ static inline bool stream_fits_train(const struct stream *stream, const struct e
 // train's ticks.
 uint32_t stream_put_train(struct stream *stream, struct even *even, uint16_t steps);
 
-// The same for all steps that are left in *even, which are known to be `ticks` long together: their
-// sum needs no division then. *even stays.
+// stream_put_train() for all steps that are left in *even, which the caller knows to be `ticks`
+// long together: this saves a division. *even stays.
 void stream_put_rest(struct stream *stream,
                      const struct even *even,
                      uint16_t steps,
@@ -243,7 +243,7 @@ static inline bool stream_mark_waits(const struct stream *stream)
     return stream->mark_placed != stream->mark_head;
 }
 
-// True when exactly one mark does.
+// True when exactly one mark waits for its place.
 static inline bool stream_one_mark_waits(const struct stream *stream)
 {
     return (uint8_t)(stream->mark_placed + 1u) == stream->mark_head;
