@@ -164,7 +164,9 @@ bool axes_advance_at(uint8_t i, enum ledger_extent extent)
         if (capture_waits(i)) {
             return false;
         }
-        if (ledger_advance_plain(&axis->ledger, &axis->feed.stream, tail)) {
+        // Idle periods may follow where the ring has nothing more: a sample tells of them.
+        if (ledger_advance_plain(&axis->ledger, &axis->feed.stream, tail) &&
+            tail != axis->feed.stream.head) {
             return true;
         }
     }
