@@ -12,7 +12,7 @@ instructions.
 
     timer 0 overflows          clock.c, the clock of 4 us and of milliseconds
     idle_count, idle_seen      idle periods loaded and accounted for, of each axis
-    loaded_ticks, end_ticks    the account of time of each axis, the end of its stream
+    loaded_ticks, delay_ticks  the account of time of each axis, what came before its stream
 
 Nothing else changes in an idle board. The timers' own counters stand as they were: the rest is a
 whole number of their periods. If the board was just writing its account, the words no longer agree;

@@ -156,7 +156,7 @@ class OrdersWorld:
             f"engine[{axis}].idle_count": IDLE_TICKS,
             f"axes[{axis}].ledger.idle_seen": IDLE_TICKS,
             f"axes[{axis}].ledger.loaded_ticks": 1,
-            f"axes[{axis}].feed.stream.end_ticks": 1,
+            f"axes[{axis}].feed.stream.delay_ticks": 1,
         }
         return [
             (self.memory.address(path), self.memory.place(path).size, unit)
