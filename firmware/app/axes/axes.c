@@ -164,9 +164,7 @@ bool axes_advance_at(uint8_t i, enum ledger_extent extent)
         if (capture_waits(i)) {
             return false;
         }
-        // Idle periods may follow where the ring has nothing more: a sample tells of them.
-        if (ledger_advance_plain(&axis->ledger, &axis->feed.stream, tail) &&
-            tail != axis->feed.stream.head) {
+        if (ledger_advance_plain(&axis->ledger, &axis->feed.stream, tail)) {
             return true;
         }
     }
