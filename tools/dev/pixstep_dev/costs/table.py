@@ -5,8 +5,8 @@ from dataclasses import asdict
 from pathlib import Path
 
 from pixstep import atomic
-from pixstep.board import boards, costs
-from pixstep.board.costs import NAMES, PATH
+from pixstep.board import boards, guarantee
+from pixstep.board.guarantee import NAMES, PATH
 from pixstep_dev.costs import bus, fit, probes
 
 TOLERANCE = 0.02
@@ -22,7 +22,7 @@ def measure(board: str) -> dict[str, float]:
 
 def stale(board: str, found: dict[str, float]) -> list[str]:
     """Return in which costs the table does not fit what was found."""
-    known = asdict(costs.of(board))
+    known = asdict(guarantee.costs_of(board))
     return [
         f"{board}: {name} costs {found[name]:g}, the table has {known[name]:g}"
         for name in NAMES

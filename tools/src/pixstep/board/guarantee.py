@@ -6,21 +6,107 @@ some margins: which part of a line comes first depends on every cost, so that no
 the worst one. A line that passes runs without a fault whatever a host asks meanwhile, and with
 every record kept. What a replay cannot know it does not promise: a clock that is worse than
 declared, a host that sends line data too late.
+
+What an image costs its board, in cycles, `pixstep-dev costs` measures. The names are those of
+struct guarantee_costs (tools/native/core/guarantee.h), and `data_request` the longest request that
+brings line data.
 """
 
+import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from fractions import Fraction
+from functools import cache
 from itertools import pairwise
+from pathlib import Path
 
-from pixstep.board import boards, costs, settings
+from pixstep.board import boards, settings
 from pixstep.board.device import Device
 from pixstep.board.port import BAUD
 from pixstep.errors import RefusedError
 from pixstep.lines import runs
+from pixstep.lines.core import Loop, Replay, ReplayVerdict
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.lines.replay import Loop, Replay, ReplayVerdict
 from pixstep.lines.units import period_ticks, refuse_periods
+
+PATH = Path(__file__).resolve().parents[1] / "data" / "costs.json"
+
+
+@dataclass(frozen=True)
+class Costs:
+    """Cycles of the main loop, interrupts excluded, and of the interrupts."""
+
+    call: float
+    even_px: float
+    even_step: float
+    even_changed: float
+    train_px: float
+    train_step: float
+    single_px: float
+    single_step: float
+    curved_px: float
+    curved_start: float
+    curved_step: float
+    piece_px: float
+    piece_step: float
+    curve_px: float
+    shifted_px: float
+    turned_px: float
+    flat_step: float
+    wide_step: float
+    steep_step: float
+    slow_step: float
+    moved_tick: float
+    missed_tick: float
+    short_batch: float
+    zero_px: float
+    pump: float
+    locked_px: float
+    early: float
+    account: float
+    account_px: float
+    account_entry: float
+    account_long_entry: float
+    account_piece_px: float
+    account_train_px: float
+    edge: float
+    round: float
+    edge_locked: float
+    round_locked: float
+    turn: float
+    request: float
+    data_request: float
+    request_byte: float
+    step_isr: float
+    train_isr: float
+    edge_isr: float
+    byte_isr: float
+    other_isr_share: float
+
+
+NAMES = tuple(field.name for field in fields(Costs))
+_DATA = "data_request"
+OF_REPLAY = tuple(name for name in NAMES if name != _DATA)
+
+
+def costs_of(board: str) -> Costs:
+    """Return the costs of a board's image."""
+    return cost_table()[board]
+
+
+def of_replay(board: str, *, streamed: bool) -> dict[str, float]:
+    """Return them as a replay takes them; `streamed`: line data come while the board moves."""
+    found = asdict(costs_of(board))
+    data = found.pop(_DATA)
+    return found | ({"request": max(found["request"], data)} if streamed else {})
+
+
+@cache
+def cost_table() -> dict[str, Costs]:
+    """Return the costs of every board, as they were measured."""
+    rows = json.loads(PATH.read_text(encoding="utf-8"))
+    return {board: Costs(**row) for board, row in rows.items()}
+
 
 NAME = "beyond_guarantee"  # of what is found
 INTERVALS = 1.1  # of the shortest interval of several axes
@@ -82,7 +168,7 @@ def of_board(
     name = board.who().board
     known = settings.read(board)
     baud = known["baud_100"] * 100
-    return world(name, pixel_hz, known | dict(clock or {}), baud) if name in costs.table() else None
+    return world(name, pixel_hz, known | dict(clock or {}), baud) if name in cost_table() else None
 
 
 @dataclass(frozen=True)
@@ -131,7 +217,7 @@ def _margins(world: LineConditions) -> tuple[float, ...]:
 
 def verdicts(lines: Sequence[Line], world: LineConditions) -> Iterator[ReplayVerdict]:
     """Yield how the lines fare with each margin."""
-    found = costs.of_replay(world.board, streamed=_is_streamed(lines, world))
+    found = of_replay(world.board, streamed=_is_streamed(lines, world))
     replay = Replay(lines)
     for margin in _margins(world):
         yield replay.judge(found, loop_of(world, margin))

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pixstep.api.motion import AxisRecords
-from pixstep.fly.places import FlownAxis
 from pixstep.fly.scan_line import ScanLine
-from pixstep.fly.tracks import FlightTrack
+from pixstep.fly.tracks import FlightTrack, FlownAxis
 from pixstep.lazy import lazy
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from pixstep.board import boards
 from pixstep.jobs.shapes import MINUS, PLUS
-from pixstep.jobs.simulated.blocks import JobBlock
+from pixstep.jobs.simulated.cuts import JobBlock
 from pixstep.jobs.simulated.rows import FAIL, MOST_REASON, PASS, Edges, LineRow
 from pixstep.lazy import lazy
 from pixstep.lines import exact
