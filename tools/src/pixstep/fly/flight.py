@@ -24,7 +24,7 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pixstep.api.motion import AxisRecords, Motion
 from pixstep.board import clock_marks, settings, snapshot, values
@@ -36,14 +36,7 @@ from pixstep.board.link import Link, World
 from pixstep.errors import PlainError
 from pixstep.fly.documents import Columns, DocumentLayout, FlightRows
 from pixstep.fly.tracks import FlightTrack, FlownAxis
-from pixstep.lazy import lazy
-
-if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-else:
-    np, npt = lazy("numpy"), lazy("numpy.typing")
-
+from pixstep.lazy import np, npt
 
 _MARK_BITS = 15 * 11  # of the frame that carries it: bytes, each with start, parity and stop
 

@@ -21,18 +21,13 @@ from pixstep.api.words import Decode
 from pixstep.errors import RefusedError, UserError
 from pixstep.fly.scan_line import ScanLine
 from pixstep.fly.scan_points import Points
-from pixstep.lazy import lazy
+from pixstep.lazy import np, npt
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.line_check import Limits
 from pixstep.lines.units import Scale
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
     Places = npt.NDArray[np.float64]
-else:
-    np, npt = lazy("numpy"), lazy("numpy.typing")
 
 _SLOWER = (2, 4, 8, 16, 32)  # times as many pixels a point, to say what fits
 _MOST_TRIED = 20_000  # pixels of a slower scan, for that

@@ -15,16 +15,11 @@ from typing import TYPE_CHECKING, Any
 
 from pixstep import arguments
 from pixstep.errors import RefusedError, UserError
-from pixstep.lazy import lazy
+from pixstep.lazy import np, npt
 from pixstep.profiles.generator import MOST_PIXELS
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
     Places = npt.NDArray[np.float64]
-else:
-    np, npt = lazy("numpy"), lazy("numpy.typing")
 
 _WHOLE = 1e-6  # of a pixel: a point's time may be off by so much
 _SAME = 1e-9  # of a scan's size: bounds that differ by less are the same

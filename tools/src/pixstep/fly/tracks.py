@@ -25,16 +25,11 @@ from pixstep.api.motions import MotionLine
 from pixstep.api.running import Lines, by_axis
 from pixstep.errors import RefusedError
 from pixstep.fly.scan_line import ScanLine
-from pixstep.lazy import lazy
+from pixstep.lazy import np, npt
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
     Whole = npt.NDArray[np.int64]
     Known = npt.NDArray[np.bool_]
-else:
-    np, npt = lazy("numpy"), lazy("numpy.typing")
 
 
 @dataclass(frozen=True)

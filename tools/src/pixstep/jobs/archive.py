@@ -23,18 +23,11 @@ from dataclasses import dataclass, fields
 from functools import cached_property, lru_cache
 from itertools import accumulate
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pixstep.errors import RefusedError, UserError, one_line
 from pixstep.jobs.shapes import MotorRun, Shape
-from pixstep.lazy import lazy, require_package
-
-if TYPE_CHECKING:
-    import pyarrow
-    from pyarrow import parquet
-else:
-    pyarrow, parquet = lazy("pyarrow"), lazy("pyarrow.parquet")
-
+from pixstep.lazy import parquet, pyarrow, require_package
 
 _GROUP = 192  # rows
 _GROUPS_KEPT = 8

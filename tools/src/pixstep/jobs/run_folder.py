@@ -15,7 +15,6 @@ import contextlib
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from pixstep import atomic
 from pixstep.board.state import Record
@@ -23,14 +22,7 @@ from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.jobs import run_log
 from pixstep.jobs.job import Job
 from pixstep.jobs.run_log import BEGIN, Event, History, RunLog
-from pixstep.lazy import lazy
-
-if TYPE_CHECKING:
-    import pyarrow
-    from pyarrow import parquet
-else:
-    pyarrow, parquet = lazy("pyarrow"), lazy("pyarrow.parquet")
-
+from pixstep.lazy import parquet, pyarrow
 
 FOLDER = "parts"
 FIELDS = ("pixel", "expected_steps", "actual_steps", "edge_error_ticks")

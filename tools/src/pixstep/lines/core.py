@@ -16,20 +16,15 @@ from fractions import Fraction
 from functools import cache, cached_property
 from itertools import count
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pixstep import natives
 from pixstep.errors import RefusedError, UserError
-from pixstep.lazy import lazy
+from pixstep.lazy import np
 from pixstep.lines import runs
 from pixstep.lines.line import Line
 from pixstep.lines.runs import MAX_WORD, safe_entries
 from pixstep.lines.units import refuse_period
-
-if TYPE_CHECKING:
-    import numpy as np
-else:
-    np = lazy("numpy")
 
 
 @dataclass(frozen=True)

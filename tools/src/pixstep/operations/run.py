@@ -8,13 +8,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from pixstep import atomic, formats, natives, outfolder
 from pixstep.board import boards, capability, guarantee, settings
 from pixstep.board.port import BAUD
 from pixstep.errors import FINE, NEGATIVE, UserError
-from pixstep.lazy import have_package, lazy
+from pixstep.lazy import have_package, rich
 from pixstep.lines import core, exact, line_check
 from pixstep.lines.line import Line
 from pixstep.operations import judging, reading_lines, shared
@@ -31,12 +31,6 @@ from pixstep.simulation.experiment import simulate
 from pixstep.simulation.job import LineExperiment
 from pixstep.simulation.judge import Judgement
 from pixstep.simulation.summary import Summary
-
-if TYPE_CHECKING:
-    import rich.rule
-else:
-    rich = lazy("rich")
-
 
 JudgedRun = TypeVar("JudgedRun", bound=report.JudgedSummary)
 

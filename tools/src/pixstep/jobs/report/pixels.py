@@ -22,14 +22,14 @@ from typing import TYPE_CHECKING, Any
 from pixstep.errors import RefusedError, UserError
 from pixstep.jobs import run_folder
 from pixstep.jobs.job import Job
-from pixstep.lazy import lazy
+from pixstep.lazy import lazy, parquet
 
 if TYPE_CHECKING:
     import numpy
     from numpy.typing import NDArray
-    from pyarrow import csv, parquet
+    from pyarrow import csv
 else:
-    numpy, csv, parquet = lazy("numpy"), lazy("pyarrow.csv"), lazy("pyarrow.parquet")
+    numpy, csv = (lazy("numpy"), lazy("pyarrow.csv"))
 
 MISSING = -(1 << 31)
 _KINDS = ("int8", "int16", "int32")

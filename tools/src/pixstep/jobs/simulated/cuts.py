@@ -29,7 +29,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict, astuple, dataclass, field, replace
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pixstep import natives
 from pixstep.board import registers as regs
@@ -39,17 +39,11 @@ from pixstep.errors import AskedText, UserError
 from pixstep.jobs.header import JobHeader
 from pixstep.jobs.job import MACHINE, Job
 from pixstep.jobs.shapes import MotorRun, Shape
-from pixstep.lazy import lazy
+from pixstep.lazy import np
 from pixstep.lines.units import hz_text
 from pixstep.simulation.pixel_clock import ClockFlaws
 from pixstep.simulation.small_pickle import SmallPickle
 from pixstep.version import __version__
-
-if TYPE_CHECKING:
-    import numpy as np
-else:
-    np = lazy("numpy")
-
 
 Tools = Mapping[str, str]
 Images = Mapping[str, Path]  # by kind of board, where it is not the built one
