@@ -220,25 +220,6 @@ def expected_positions(line: Line) -> list[int]:
     return table
 
 
-def brute_force_positions(line: Line, period: Fraction) -> list[int]:
-    """Return the same table by counting exact events against each edge, without a formula."""
-    table = []
-    position = 0
-    events = (
-        (when, piece.direction)
-        for piece in pieces(line)
-        for when in (instant(piece, step, period) for step in range(1, piece.steps + 1))
-    )
-    pending = next(events, None)
-    for pixel in range(1, line.pixels + 1):
-        edge = pixel * period
-        while pending is not None and pending[0].at_or_before(edge):
-            position += pending[1]
-            pending = next(events, None)
-        table.append(position)
-    return table
-
-
 def edge_ends(line: Line) -> list[tuple[int, int]]:
     """Return (pixel, steps made) for every pixel whose last step falls exactly on its end edge.
 
