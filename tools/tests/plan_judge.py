@@ -27,7 +27,7 @@ def judge(tested: LineCase) -> None:
 
 
 def brute_force_positions(line: Line, period: Fraction) -> list[int]:
-    """Return the same table by counting exact events against each edge, without a formula."""
+    """Return expected positions by counting exact events against each edge, without a formula."""
     table = []
     position = 0
     events = (
