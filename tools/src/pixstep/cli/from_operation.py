@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A click command from an operation: its options, help and page, and nothing of its own.
 
-What commands print: notes, and facts as JSON.
-
-The click types of the kinds of values: what click itself knows is left to it.
+What click itself knows of the kinds of values is left to it.
 """
 
 from __future__ import annotations

@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Motors as motor records of EPICS.
-
-The drives of a machine's motors: of boards on ports, or of simulated boards.
-"""
+"""Motors as motor records of EPICS, with their drives: of boards on ports, or simulated ones."""
 
 from __future__ import annotations
 

@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: MIT
 """One processing of the record: a status is followed up, then wishes are looked at.
 
-What the record does next: it looks at the wishes of clients in a fixed order.
-
-Status, stop, resolution, buttons, targets: the first that is there settles this processing.
-
-What follows when the motor rests: second legs, ends of jogs, homing after a stop, retries.
+What follows when the motor rests are second legs, ends of jogs, homing after a stop, retries. The
+wishes of clients have a fixed order, status, stop, resolution, buttons, targets: the first that is
+there settles this processing.
 """
 
 from enum import Enum, auto

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""All settings of boards: as a TOML file and back, stored, defaults, compared.
+"""Registers of boards by name: get them, set those that are settings.
 
-Registers of boards by name: get them, set those that are settings.
+All settings at once: as a TOML file and back, stored, defaults, compared.
 """
 
 from __future__ import annotations

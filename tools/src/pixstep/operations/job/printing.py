@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""What running and resuming a job have in common: the comparison, the boards, signals, the end.
+"""Print a job: compared, armed once, its lines without a gap, every line logged.
 
-Print a job: compared, armed once, its lines without a gap, every line logged.
+What resuming a job has in common with that is here too: the comparison, the boards, signals, the
+end.
 """
 
 from __future__ import annotations

@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Look into a job: its lines, and the configuration that it carries.
-
-The lines of a job as files again.
-"""
+"""Look into a job: its lines, also as files again, and the configuration that it carries."""
 
 from __future__ import annotations
 
