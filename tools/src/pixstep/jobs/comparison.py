@@ -83,6 +83,7 @@ RULES: dict[Keys, Rule] = {
     ("boards", ANY, "unit"): _NAMES_ONLY,
     ("boards", ANY, "baud"): _NAMES_ONLY,
     ("boards", ANY, "parity"): _NAMES_ONLY,
+    ("boards", ANY, "clock_out_hz"): Rule(AMBER, "the pixel clock comes from another source"),
     ("motors", ANY, "board"): Rule(RED, "the motor is on another board", key=True),
     ("motors", ANY, "axis"): Rule(RED, "the motor is on another axis", key=True),
     ("motors", ANY, "kind"): Rule(RED, "the counts are decoded in another way", key=True),
@@ -156,7 +157,7 @@ _TABLES = {
     "line": ("motor", "pixels", "lead_in", "lead_out", "scan_offset_forward", "scan_offset_back"),
     "program": ("feed_time", "top_feed", "other_feed", "segment_time"),
 }
-_BOARD = ("kind", "port", "unit", "baud", "parity")
+_BOARD = ("kind", "port", "unit", "baud", "parity", "clock_out_hz")
 _USES = ("line", "move", "home")
 
 
