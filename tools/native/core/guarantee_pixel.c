@@ -237,7 +237,7 @@ static double cycles_of(const struct steps_found *n,
 
     return n->flat * c->flat_step + n->wide * c->wide_step + n->steep * steep +
            n->slow * c->slow_step + n->moved * c->moved_tick +
-           n->missed * c->missed_tick + n->batches * c->short_batch;
+           n->wide_moved * c->wide_moved_tick + n->missed * c->missed_tick + n->batches * c->short_batch;
 }
 
 static struct curve_shape shape_of(const struct walk *w, bool whole)
@@ -272,6 +272,7 @@ static void cost_curve(const struct walk *w,
     double steps = job->part.steps;
     bool first = w->done <= 0.0;
     bool several = board->axes > 1;
+    bool steep = guarantee_curve_steep(&shape, fmax(0.0, w->done + steps - 1.0));
 
     guarantee_curve(&shape, w->done, w->done + steps, &n);
     job->part.entries = steps;
@@ -283,7 +284,11 @@ static void cost_curve(const struct walk *w,
     } else {
         job->units += 2.0 * n.steep + 24.0 * n.slow;
     }
-    job->part.account = (first ? c->account_px : 0.0) + entry_cost(w, c) * steps;
+    if (job->last) { // a step on its own
+        job->units += several ? (steep ? 36.0 : 22.0) : (steep ? 24.0 : 12.0);
+    }
+    job->part.account =
+        (first ? c->account_curve_px : 0.0) + entry_cost(w, c) * steps;
 }
 
 // Entries of steps between which the counter wraps: as the wraps pass, each some 4 ms, there is

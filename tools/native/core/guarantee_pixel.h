@@ -19,7 +19,7 @@ enum kind { EVEN, TRAIN, SINGLES, CURVED, PIECE, CURVE, ZERO };
 // which a steep step is guessed wrong, costs beside the step itself; so does a short batch.
 struct steps_found {
     double flat, wide, steep, slow;
-    double moved, missed, batches;
+    double moved, wide_moved, missed, batches;
 };
 
 // A piece of a curve: its ticks and steps, its speed at the start, half its acceleration.

@@ -2,7 +2,8 @@
 """What an image costs its board, in cycles: measured by `pixstep-dev costs`, kept in the package.
 
 The names are those of struct guarantee_costs (tools/native/core/guarantee.h), and `data_request`
-the longest request that brings line data.
+the longest request that brings line data, and `low` by what share the table reckons the main
+loop's work too low in that probe of an image where it does so most.
 """
 
 import json
@@ -38,6 +39,7 @@ class Costs:
     steep_step: float
     slow_step: float
     moved_tick: float
+    wide_moved_tick: float
     missed_tick: float
     short_batch: float
     zero_px: float
@@ -48,6 +50,7 @@ class Costs:
     account_px: float
     account_entry: float
     account_long_entry: float
+    account_curve_px: float
     account_piece_px: float
     account_train_px: float
     edge: float
@@ -63,11 +66,13 @@ class Costs:
     edge_isr: float
     byte_isr: float
     other_isr_share: float
+    low: float
 
 
 NAMES = tuple(field.name for field in fields(Costs))
-_DATA = "data_request"
-OF_REPLAY = tuple(name for name in NAMES if name != _DATA)
+_DATA, MARGIN = "data_request", "low"
+SHARES = ("other_isr_share", MARGIN)
+OF_REPLAY = tuple(name for name in NAMES if name not in (_DATA, MARGIN))
 
 
 def of(board: str) -> Costs:
@@ -79,6 +84,7 @@ def of_replay(board: str, *, streamed: bool) -> dict[str, float]:
     """Return them as a replay takes them; `streamed`: line data come while the board moves."""
     found = asdict(of(board))
     data = found.pop(_DATA)
+    del found[MARGIN]
     return found | ({"request": max(found["request"], data)} if streamed else {})
 
 

@@ -25,7 +25,6 @@ from pixstep.lines.units import period_ticks, refuse_periods
 NAME = "beyond_guarantee"  # of what is found
 INTERVALS = 1.1  # of the shortest interval of several axes
 ADVICE = "beyond=True lets the board try"
-MARGINS = (1.0, 1.07, 1.15)
 MOTIONS = ("constant", "smooth", "ramp")
 DECLARED_PPM = 1000  # a clock may be so much faster
 # A master that asks again as soon as it has a reply: bytes of a request and its reply, and how long
@@ -33,7 +32,6 @@ DECLARED_PPM = 1000  # a clock may be so much faster
 _BYTES, _REST_S, _BYTE_BITS = 100, 0.0043, 11
 _WINDOW_S, _FRAME_BYTES = 0.008, 256  # as long as rings last; all of it may fall into a frame
 _DATA_SHARE = 0.2  # of the bytes on the bus are line data, its checks and records the rest
-_FAST_HZ, _FAST_MARGIN = 2500, 1.2  # of a clock: the table's own probes cost up to 15 % more there
 _LOCKED_HZ, _LOCKED_MARGIN = 3000, 1.35  # of one that lines are locked to
 _ROUND_S = 0.004  # firmware/app/round.c
 _LEAD_TICKS = 0x20000  # firmware/app/reference.c
@@ -122,11 +120,11 @@ def loop_of(world: LineConditions, margin: float = 1.0) -> Loop:
 
 
 def _margins(world: LineConditions) -> tuple[float, ...]:
-    """Return the margins: edges that come fast cost more than the table has, locked ones most."""
-    clock_hz = world.pixel_hz * world.divider
-    if clock_hz >= _LOCKED_HZ and settings.locks({"sync": world.sync}):
-        return (*MARGINS, _LOCKED_MARGIN)
-    return (*MARGINS, _FAST_MARGIN) if clock_hz >= _FAST_HZ else MARGINS
+    """Return the margins: the table's own, and of fast edges that lines are locked to."""
+    found = (1.0, 1.0 + costs.of(world.board).low)
+    if world.pixel_hz * world.divider >= _LOCKED_HZ and settings.locks({"sync": world.sync}):
+        return (*found, _LOCKED_MARGIN)
+    return found
 
 
 def verdicts(lines: Sequence[Line], world: LineConditions) -> Iterator[ReplayVerdict]:
