@@ -18,6 +18,7 @@
 // A single axis is accounted for every so many rounds; any one where so many entries are made.
 #define ADVANCE_ROUNDS 8u
 #define URGENT_ENTRIES 64.0
+#define LOAD_TICKS     1000.0 // most that an interrupt waits, and takes
 #define MOST_BUSY      0.98 // of the interrupts: some time is always left
 // Edges that the capture queue holds, of boards of several axes and of one.
 #define EDGES_SEVERAL 8.0
@@ -198,12 +199,13 @@ static double request_ticks(struct loop *r)
     return r->cost->request / (1.0 - interrupts(r, &until));
 }
 
-// What is written now must be there two intervals before what stands in front of it is over, the
-// longest request still to come.
+// What is written now must be there before the interrupt begins the last period of what stands in
+// front of it, since it then loads the next one; the longest request is still to come.
 static void note_time(struct loop *r, const struct axis *a)
 {
     struct guarantee_verdict *v = r->verdict;
-    double slack = a->end - 2.0 * a->interval - r->now - request_ticks(r);
+    double load = fmin(a->last_ticks, LOAD_TICKS);
+    double slack = a->end - a->last_ticks - load - r->now - request_ticks(r);
 
     if (slack < v->slack_ticks) {
         v->slack_ticks = slack;
@@ -318,7 +320,7 @@ static void write_part(struct loop *r, struct axis *a)
     a->marks += job->part.mark ? 1u : 0u;
     a->trains += job->part.train ? 1u : 0u;
     a->end = job->part.end;
-    a->interval = job->interval;
+    a->last_ticks = job->last_ticks;
     walk_pass(&a->walk, job);
     a->known = false;
 }
@@ -469,6 +471,15 @@ static double next_event(const struct loop *r)
     return next;
 }
 
+// Nothing is to be written until then: edges are taken as they come, and a single axis looks at its
+// account only in one of some rounds after that.
+static void wait_until(struct loop *r, double ticks)
+{
+    r->now = ticks;
+    r->rounds = 0;
+    r->edges = fmax(r->edges, floor(r->now / r->edge_ticks));
+}
+
 static bool all_written(const struct loop *r)
 {
     for (uint32_t i = 0; i < r->axes; i++) {
@@ -509,11 +520,9 @@ void loop_play(struct loop *loop)
         bool any = loop->several ? decode_in_turn(loop) : decode_alone(loop);
         if (!any && loop->verdict->follows) {
             double next = next_event(loop);
-            // It may come right after the look at it: a round goes by until the next, and a single
-            // axis looks at its account in one of some rounds.
+            // It may come right after the look at it: a round goes by until the next.
             if (next > loop->now && next < NEVER_TICKS) {
-                loop->now = next;
-                loop->rounds = 0;
+                wait_until(loop, next);
             }
         }
     }

@@ -10,6 +10,7 @@
 #define CURVED_STEPS     64u
 #define SLOW_ENTRIES     48.0
 #define TRAIN_ENTRY      127.0
+#define CHUNK_TICKS      32768.0
 #define PIXEL_SLACK      0.0002 // a clock may be off by so much
 
 void walk_begin(struct walk *walk, const struct guarantee_axis *line)
@@ -381,6 +382,15 @@ static double batch(const struct walk *w,
     return fmin(left, steep ? fmin(most, STEEP_BATCH) : most);
 }
 
+// Long intervals are cut into chunks, but for the last period; of a wait without a step that one
+// is written with the step that follows.
+static double last_period(double ticks)
+{
+    return ticks > PERIOD_TICKS
+               ? ticks - CHUNK_TICKS * ceil((ticks - PERIOD_TICKS) / CHUNK_TICKS)
+               : ticks;
+}
+
 void walk_job(const struct walk *walk,
               const struct guarantee_costs *costs,
               const struct guarantee_board *board,
@@ -399,9 +409,9 @@ void walk_job(const struct walk *walk,
     if (board->lead_edges != 0 && walk->done <= 0.0) {
         job->cycles += costs->locked_px;
     }
-    job->interval = steps > 0.0 ? job->part.end - when(walk, walk->done + steps - 1.0)
-                                : fmin(walk->ticks, PERIOD_TICKS);
-    job->interval = fmin(job->interval, PERIOD_TICKS);
+    job->last_ticks = steps > 0.0
+                          ? last_period(job->part.end - when(walk, walk->done + steps - 1.0))
+                          : fmin(walk->ticks, PERIOD_TICKS + CHUNK_TICKS);
 }
 
 void walk_pass(struct walk *walk, const struct job *job)

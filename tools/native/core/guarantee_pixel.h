@@ -39,7 +39,7 @@ struct part {
 struct job {
     struct part part;
     double cycles, units; // to write it, and of the budget of a call
-    double interval;      // of its last steps, ticks
+    double last_ticks;    // of the last period that is written
     bool last;            // of its piece
 };
 
