@@ -31,6 +31,7 @@ OF_CURVES = (
     "slow_step", "moved_tick", "wide_moved_tick", "missed_tick", "short_batch",
 )  # fmt: skip
 _LEAD_TICKS, _MARKS = 0x20000, 13  # of lines that are locked
+_OFTEN = 5  # in a probe
 _NOTHING = dict.fromkeys(OF_REPLAY, 0.0)
 
 
@@ -92,6 +93,7 @@ def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
 
     accounts = _solve(spent, ("account", *ACCOUNTS), account, lambda row: row.account)
     _raise(decoding, "turned_px", spent, ("turns",), decode, lambda row: row.decode)
+    _raise(accounts, "account_curve_px", spent, ("bends",), account, lambda row: row.account)
     _raise(accounts, "account_piece_px", spent, ("turns",), account, lambda row: row.account)
     _raise(accounts, "account_train_px", spent, ("train",), account, lambda row: row.account)
     found = decoding | accounts | _rounds(spent)
@@ -112,10 +114,10 @@ def _raise(
     costs: dict[str, float], name: str, rows: Sequence[Spent], kinds: tuple[str, ...],
     times: Callable[[Spent, str], float], value: Callable[[Spent], float],
 ) -> None:  # fmt: skip
-    """Raise a cost until no probe of these kinds is reckoned cheaper than by LOW."""
+    """Raise a cost until no probe of these kinds that has it often is reckoned cheaper than by LOW."""
     for row in rows:
         often = times(row, name)
-        if row.probe.name.startswith(kinds) and often > 0:
+        if row.probe.name.startswith(kinds) and often >= _OFTEN:
             reckoned = sum(cost * times(row, one) for one, cost in costs.items())
             costs[name] += max(0.0, value(row) / (1 + LOW) - reckoned) / often
 
