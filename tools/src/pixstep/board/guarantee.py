@@ -32,7 +32,6 @@ DECLARED_PPM = 1000  # a clock may be so much faster
 _BYTES, _REST_S, _BYTE_BITS = 100, 0.0043, 11
 _WINDOW_S, _FRAME_BYTES = 0.008, 256  # as long as rings last; all of it may fall into a frame
 _DATA_SHARE = 0.2  # of the bytes on the bus are line data, its checks and records the rest
-_LOCKED_HZ, _LOCKED_MARGIN = 3000, 1.35  # of one that lines are locked to
 _ROUND_S = 0.004  # firmware/app/round.c
 _LEAD_TICKS = 0x20000  # firmware/app/reference.c
 _MARKS = 16
@@ -119,19 +118,11 @@ def loop_of(world: LineConditions, margin: float = 1.0) -> Loop:
     )
 
 
-def _margins(world: LineConditions) -> tuple[float, ...]:
-    """Return the margins: the table's own, and of fast edges that lines are locked to."""
-    found = (1.0, 1.0 + costs.of(world.board).low)
-    if world.pixel_hz * world.divider >= _LOCKED_HZ and settings.locks({"sync": world.sync}):
-        return (*found, _LOCKED_MARGIN)
-    return found
-
-
 def verdicts(lines: Sequence[Line], world: LineConditions) -> Iterator[ReplayVerdict]:
     """Yield how the lines fare with each margin."""
     found = costs.of_replay(world.board, streamed=_is_streamed(lines, world))
     replay = Replay(lines)
-    for margin in _margins(world):
+    for margin in (1.0, 1.0 + costs.of(world.board).low):
         yield replay.judge(found, loop_of(world, margin))
 
 
