@@ -119,8 +119,14 @@ def loop_of(world: LineConditions, margin: float = 1.0) -> Loop:
 
 
 def verdicts(lines: Sequence[Line], world: LineConditions) -> Iterator[ReplayVerdict]:
-    """Yield how the lines fare with each margin."""
-    found = costs.of_replay(world.board, streamed=_is_streamed(lines, world))
+    """Yield how the lines fare with each margin.
+
+    Of a line that does not fit its queue more comes while the board moves.
+    """
+    streamed = [line for line in lines if _size(line) > _room(world)]
+    found = costs.of_replay(
+        world.board, streamed=bool(streamed), turning=any(map(_turns, streamed))
+    )
     replay = Replay(lines)
     for margin in (1.0, 1.0 + costs.of(world.board).low):
         yield replay.judge(found, loop_of(world, margin))
@@ -169,9 +175,8 @@ def _starved(lines: Sequence[Line], world: LineConditions) -> ReplayVerdict | No
     return ReplayVerdict(False, axis, pixel, 0.0, 0.0, 0.0)
 
 
-def _is_streamed(lines: Sequence[Line], world: LineConditions) -> bool:
-    """Return whether a line does not fit its queue: more of it comes while the board moves."""
-    return any(_size(line) > _room(world) for line in lines)
+def _turns(line: Line) -> bool:
+    return min(line.counts) < 0 < max(line.counts)
 
 
 def _room(world: LineConditions) -> int:
