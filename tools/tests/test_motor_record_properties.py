@@ -202,13 +202,18 @@ def test_a_move_ends_at_its_target_and_from_the_side_of_the_approach(
     bench = Trial(fields, ratio).bench
     if ratio:
         bench.put("UEIP", 1)
+    last = None
     for target in targets:
         before = bench.stepper.position
         bench.put("VAL", offset + target)
         assert bench.settle()[1]
         assert abs(bench.record["RBV"] - offset - target) <= abs(step) * 0.501
-        if bench.stepper.position != before and abs(distance) >= abs(step):
+        # The record reckons from target to target: to the last one once more it makes no approach,
+        # also where the drive rounds half a step the other way this time.
+        moved = bench.stepper.position != before and target != last
+        if moved and abs(distance) >= abs(step):
             assert bench.stepper.forwards == (distance * step > 0)
+        last = target
 
 
 @only_long

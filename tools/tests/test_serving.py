@@ -77,7 +77,7 @@ class Shop:
             stdout=subprocess.PIPE, text=True,
         )  # fmt: skip
         self.port = self.simulator.stdout.readline().strip()
-        self.more = more
+        self.more, self.clients = more, []
         self.start()
 
     def start(self):
@@ -94,6 +94,7 @@ class Shop:
     def client(self, what, *more):
         """Return another process that has begun."""
         process = Process(CLIENT, what, self.port, *more)
+        self.clients.append(process)
         assert process.line() == "begun\n"
         return process
 
@@ -120,7 +121,7 @@ class Shop:
         return [json.loads(text) for text in out.splitlines()]
 
     def close(self):
-        for process in (self.server, self.simulator):
+        for process in (self.server, self.simulator, *self.clients):
             if process.poll() is None:
                 process.kill()
             process.communicate()

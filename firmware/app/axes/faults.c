@@ -7,6 +7,7 @@
 #include "app/axes/token.h"  // token_set
 #include "base/apart.h"      // APART
 #include "base/require.h"    // require_failed
+#include "hal/estop.h"       // estop_latched
 #include "hal/step_timer.h"  // step_timer_halt
 
 static struct fault_record first_fault;
@@ -61,6 +62,10 @@ void faults_latch_underrun(uint8_t axis)
 
     late->underruns++;
     time_lost = true;
+    // The handler of the stop may be what the step interrupt waited for.
+    if (estop_latched()) {
+        faults_latch_plain(FAULT_estop, axis);
+    }
     faults_latch(FAULT_underrun, axis, late->underruns);
     if (CONFIG_AXES > 1) {
         // The check of time may see it before the round has taken what the interrupt noted.

@@ -46,7 +46,8 @@ static inline void faults_latch_plain(enum fault code, uint8_t axis)
     faults_latch_plain_at(code, CONFIG_INDEX(axis));
 }
 
-// The step interrupt of this axis came too late: latch the fault and request a restart of time.
+// The step interrupt of this axis came too late: latch the fault and request a restart of time. An
+// emergency stop that has come by then is latched first.
 void faults_latch_underrun(uint8_t axis);
 
 // This axis made steps that nobody requested: latch the fault and request a restart of time.

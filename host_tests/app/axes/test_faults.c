@@ -244,6 +244,24 @@ static void underrun_seen_twice_counts_once(void)
     check_recovery(BENCH_THIRD);
 }
 
+// The stop's interrupt delays those of the steps: its fault is the first one.
+static void underrun_beside_an_emergency_stop(void)
+{
+    start_plain(BENCH_THIRD, 10, 100);
+    bench_rounds(20);
+    fake_estop(false);
+    fake_underrun(BENCH_THIRD);
+    bench_rounds(3);
+    TEST_ASSERT_EQUAL(FAULT_estop, faults_record()->code);
+    TEST_ASSERT_EQUAL_UINT8(BENCH_THIRD, faults_record()->axis);
+    TEST_ASSERT_BITS_HIGH((uint32_t)1 << FAULT_underrun, faults_record()->mask);
+    TEST_ASSERT_EQUAL_UINT16(1, axes_get(BENCH_THIRD)->underruns);
+    TEST_ASSERT_TRUE(faults_time_lost());
+    fake_estop(true);
+    bench_rounds(3);
+    check_recovery(BENCH_THIRD);
+}
+
 static void underrun_at_rest(void)
 {
     fake_underrun(BENCH_LAST);
@@ -426,6 +444,7 @@ int main(void)
     RUN_TEST(restart_of_time_begins_every_ring_again);
     RUN_TEST(clock_edge_that_waits_does_not_survive_a_restart);
     RUN_TEST(underrun_seen_twice_counts_once);
+    RUN_TEST(underrun_beside_an_emergency_stop);
     RUN_TEST(underrun_at_rest);
     RUN_TEST(pixel_clock_missing_in_a_line);
     RUN_TEST(pixel_clock_missing_when_armed);
