@@ -19,7 +19,7 @@
 #define ADVANCE_ROUNDS 8u
 #define URGENT_ENTRIES 64.0
 #define LOAD_TICKS     1000.0 // most that an interrupt waits, and takes
-#define MOST_BUSY      0.98 // of the interrupts: some time is always left
+#define MOST_BUSY      0.98   // of the interrupts: some time is always left
 // Edges that the capture queue holds, of boards of several axes and of one.
 #define EDGES_SEVERAL 8.0
 #define EDGES_ONE     5.0

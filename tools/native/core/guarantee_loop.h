@@ -16,8 +16,8 @@ struct axis {
     double used;
     uint32_t marks, trains;
     double end, last_ticks; // of what is written, and of its last period
-    bool known;           // the job that is to be written next,
-    double most;          // in a batch of so many steps at most
+    bool known;             // the job that is to be written next,
+    double most;            // in a batch of so many steps at most
     struct job next;
 };
 

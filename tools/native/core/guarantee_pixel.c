@@ -238,7 +238,8 @@ static double cycles_of(const struct steps_found *n,
 
     return n->flat * c->flat_step + n->wide * c->wide_step + n->steep * steep +
            n->slow * c->slow_step + n->moved * c->moved_tick +
-           n->wide_moved * c->wide_moved_tick + n->missed * c->missed_tick + n->batches * c->short_batch;
+           n->wide_moved * c->wide_moved_tick + n->missed * c->missed_tick +
+           n->batches * c->short_batch;
 }
 
 static struct curve_shape shape_of(const struct walk *w, bool whole)
@@ -288,8 +289,7 @@ static void cost_curve(const struct walk *w,
     if (job->last) { // a step on its own
         job->units += several ? (steep ? 36.0 : 22.0) : (steep ? 24.0 : 12.0);
     }
-    job->part.account =
-        (first ? c->account_curve_px : 0.0) + entry_cost(w, c) * steps;
+    job->part.account = (first ? c->account_curve_px : 0.0) + entry_cost(w, c) * steps;
 }
 
 // Entries of steps between which the counter wraps: as the wraps pass, each some 4 ms, there is
@@ -409,9 +409,9 @@ void walk_job(const struct walk *walk,
     if (board->lead_edges != 0 && walk->done <= 0.0) {
         job->cycles += costs->locked_px;
     }
-    job->last_ticks = steps > 0.0
-                          ? last_period(job->part.end - when(walk, walk->done + steps - 1.0))
-                          : fmin(walk->ticks, PERIOD_TICKS + CHUNK_TICKS);
+    job->last_ticks =
+        steps > 0.0 ? last_period(job->part.end - when(walk, walk->done + steps - 1.0))
+                    : fmin(walk->ticks, PERIOD_TICKS + CHUNK_TICKS);
 }
 
 void walk_pass(struct walk *walk, const struct job *job)

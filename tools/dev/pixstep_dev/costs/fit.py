@@ -114,7 +114,7 @@ def _raise(
     costs: dict[str, float], name: str, rows: Sequence[Spent], kinds: tuple[str, ...],
     times: Callable[[Spent, str], float], value: Callable[[Spent], float],
 ) -> None:  # fmt: skip
-    """Raise a cost until no probe of these kinds that has it often is reckoned cheaper than by LOW."""
+    """Raise a cost until no probe of these kinds that has it often is reckoned too low by LOW."""
     for row in rows:
         often = times(row, name)
         if row.probe.name.startswith(kinds) and often >= _OFTEN:
@@ -141,13 +141,9 @@ def _times_round(row: Spent, name: str) -> float:
     return row.passes if name.startswith("round") else row.edges
 
 
-def misses(
-    board: str, spent: Sequence[Spent], costs: dict[str, float]
-) -> list[tuple[str, float]]:
+def misses(board: str, spent: Sequence[Spent], costs: dict[str, float]) -> list[tuple[str, float]]:
     """Return of each probe by how much the main loop's work is reckoned too low, as a share."""
-    return [
-        (row.probe.name, _work(row) / _reckoned(board, row, costs) - 1) for row in spent
-    ]
+    return [(row.probe.name, _work(row) / _reckoned(board, row, costs) - 1) for row in spent]
 
 
 def _work(row: Spent) -> float:

@@ -137,9 +137,7 @@ class BoardUpload(RecordFields, BoardLineClock, ToBoard):
             world = guarantee.of_board(known.board, pixel_hz, clock)
             if world:
                 gated = bool(self.gate_edges)
-                judging.together(
-                    desk, list(lines.values()), world, beyond=self.beyond, gated=gated
-                )
+                judging.together(desk, list(lines.values()), world, beyond=self.beyond, gated=gated)
 
     def _set(self, board: Device) -> None:
         """Write the settings that were asked for."""
