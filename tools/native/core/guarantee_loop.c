@@ -8,9 +8,9 @@
 #define ROOM_IN_CURVE 40.0
 #define ROOM_TO_GO_ON 20.0
 #define MARKS         15u
+#define TRAINS        2u
 #define BATCH_ALONE   120.0 // most steps of a batch of a single axis,
 #define BATCH_LOW     16.0  // and where its ring is low
-#define TRAINS        2u
 // Budget of a call of the firmware's decoder, in units of a step of a flat curve (round.c).
 #define CALL_UNITS    120.0
 #define WAITING_LEADS 4u

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """What a board is guaranteed to follow: lines that run together, its clock, its bus.
 
-The board's main loop is replayed with the costs that were measured on its image, once for each of
-some margins: which part of a line comes first depends on every cost, so that no single margin is
-the worst one. A line that passes runs without a fault whatever a host asks meanwhile, and with
+The board's main loop is replayed with the costs that were measured on its image, as they are and
+higher by what their table misses of the worst of its probes: which part of a line comes first
+depends on every cost, so that no single margin is the worst one. A line that passes runs without a fault whatever a host asks meanwhile, and with
 every record kept. What a replay cannot know it does not promise: a clock that is worse than
 declared, a host that sends line data too late.
 """
@@ -23,7 +23,7 @@ from pixstep.lines.replay import Loop, Replay, ReplayVerdict
 from pixstep.lines.units import period_ticks, refuse_periods
 
 NAME = "beyond_guarantee"  # of what is found
-INTERVALS = 1.1  # of the shortest interval of several axes
+INTERVALS = 1.1  # of the shortest interval of several axes: at 1.05 some runs end in underruns
 ADVICE = "beyond=True lets the board try"
 MOTIONS = ("constant", "smooth", "ramp")
 DECLARED_PPM = 1000  # a clock may be so much faster
