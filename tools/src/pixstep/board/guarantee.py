@@ -3,9 +3,9 @@
 
 The board's main loop is replayed with the costs that were measured on its image, as they are and
 higher by what their table misses of the worst of its probes: which part of a line comes first
-depends on every cost, so that no single margin is the worst one. A line that passes runs without a fault whatever a host asks meanwhile, and with
-every record kept. What a replay cannot know it does not promise: a clock that is worse than
-declared, a host that sends line data too late.
+depends on every cost, so that no single margin is the worst one. A line that passes runs without a
+fault whatever a host asks meanwhile, and with every record kept. What a replay cannot know it does
+not promise: a clock that is worse than declared, a host that sends line data too late.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
