@@ -2,17 +2,21 @@
 """The clock that a board makes itself, on the real images: pin, wire, capture, lines on it."""
 
 import itertools
+import json
 from pathlib import Path
 
 import pytest
 
-from pixstep.board import boards, run
+from pixstep import formats
+from pixstep.board import boards, run, settings
 from pixstep.board.device import Device
 from pixstep.board.errors import MissingFeatureError
 from pixstep.board.selftest import FAILED, OK, SelfTest
 from pixstep.board.upload import LineUpload
+from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
+from pixstep.machine.files import MachineFile
 from pixstep.simulation.logs import read_edges
 from test_board_images import Live
 from test_board_images import live as live
@@ -183,3 +187,110 @@ def test_a_second_board_makes_the_clock(live, tmp_path):
     wired.sim.wait_s(2)
     assert uno.input("pixel_edges") - first in (60, 61)
     assert uno.input("clock_period_ticks") in range(period - 40, period + 41)
+
+
+MACHINE = """\
+[clock]
+pixel = "{pixel}"
+[boards.main]
+kind = "{kind}"
+clock_out_hz = {out}
+[boards.other]
+kind = "mega"
+unit = 2
+{other}
+[motors.X]
+axis = 0
+kind = "plain"
+board = "main"
+"""
+
+
+@pytest.fixture
+def machine(tmp_path, monkeypatch):
+    """Return a function that puts a machine file into the current folder."""
+    monkeypatch.chdir(tmp_path)
+
+    def put(pixel="30 Hz", kind="mega", out='"30 Hz"', other=""):
+        text = MACHINE.format(pixel=pixel, kind=kind, out=out, other=other)
+        Path("machine.toml").write_text(text)
+
+    return put
+
+
+@pytest.mark.parametrize(
+    ("values", "wrong"),
+    [
+        ({"out": 2001}, r"machine.toml:5: boards.main.clock_out_hz = 2001: .*1 to 2,000 Hz"),
+        ({"out": '"2.5 Hz"'}, r":5: boards.main.clock_out_hz = '2.5 Hz': .*whole number.*Hz"),
+        ({"out": 0}, r":5: boards.main.clock_out_hz = 0: .*above 0 Hz"),
+        ({"out": '"30 mm"'}, r":5: boards.main.clock_out_hz = '30 mm': .*expected Hz"),
+        ({"out": "true"}, r":5: boards.main.clock_out_hz = True: "),
+        ({"out": 100}, r":5: boards.main.clock_out_hz = 100: the pixel clock .* has 30 Hz$"),
+        ({"other": "clock_out_hz = 30"},
+         r":9: boards.other.clock_out_hz = 30: board main makes the clock already"),
+    ],
+)  # fmt: skip
+def test_a_machine_file_says_which_clock_a_board_makes(machine, values, wrong):
+    machine(**values)
+    with pytest.raises(UserError, match=wrong):
+        MachineFile.load("machine.toml")
+
+
+@pytest.mark.parametrize(("hz", "pixel"), [(1, "1 Hz"), (2000, "2 kHz"), (30, "30000/1001 Hz")])
+def test_a_machine_may_have_a_clock_that_a_board_can_make(machine, hz, pixel):
+    machine(pixel=pixel, out=hz)
+    assert MachineFile.load("machine.toml").boards["main"].clock_out_hz == hz
+
+
+def test_a_machine_shows_it(machine, pixstep):
+    machine()
+    assert "30" in pixstep("machine", "show").split("main", 1)[1].splitlines()[0]
+    shown = json.loads(pixstep("machine", "show", "--json"))["boards"]
+    assert (shown["main"]["clock_out_hz"], shown["other"]["clock_out_hz"]) == (30, None)
+
+
+@pytest.mark.parametrize("name", BUILT)
+def test_a_line_of_a_machine_runs_on_the_clock_of_its_board(live, machine, tmp_path, name):
+    """No clock but the board's own: the file switches it on, --clock-out-hz 0 off again."""
+    machine(pixel="200 Hz", kind=name, out=200)
+    formats.write_csv(Path("line.csv"), [STEPS] * 40)
+    wired = Wired(live, tmp_path, name)
+    wired.one.out("upload", "line.csv", "--arm")
+    assert wired.board.setting("clock_out_hz") == 200
+    wired.sim.flush()
+    assert len(wired.edges(0).rising) == 40 * STEPS
+    told = wired.one.json("info")["boards"][0]["pixel_clock"]
+    assert told["clock_out_hz"] == 200
+    assert "200 Hz made by the board itself" in wired.one.out("info")
+    wired.one.out("upload", "line.csv", "--clock-out-hz", "0")
+    assert wired.board.setting("clock_out_hz") == 0
+
+
+@pytest.mark.parametrize("name", BUILT)
+def test_the_selftest_takes_the_clock_of_the_machine(live, machine, tmp_path, name):
+    machine(kind=name)
+    wired = Wired(live, tmp_path, name)
+    checks = wired.one.json("selftest", "--yes", status=0)["checks"]
+    (found,) = [check for check in checks if check["name"] == "pixel clock"]
+    assert found["verdict"] == OK and "the board's own" in found["text"]
+
+
+def test_a_machine_of_an_image_without_it_is_refused_by_name(live, machine):
+    machine(kind="uno")
+    formats.write_csv(Path("line.csv"), [STEPS] * 4)
+    one = live("uno")
+    said = one.err("upload", "line.csv", status=3)
+    assert "built without clock_out (bit 0 of register features_high is 0)" in said
+    settings.set_clock(Device(one.client), None, clock_out_hz=0)
+
+
+def test_a_simulated_board_has_the_wire_of_its_machine(machine, pixstep):
+    """The board to practise on has no other clock: its edges come by the wire."""
+    machine()
+    Path("hands").write_text("status\nquit\n")
+    assert "pixel clock by a wire from CLOCK_OUT" in pixstep(
+        "board", "simulate", "--script", "hands"
+    )
+    outside = pixstep("board", "simulate", "--script", "hands", "--no-clock-wire")
+    assert "pixel clock 30 Hz" in outside

@@ -12,6 +12,7 @@ import pytest
 from pixstep import natives
 from pixstep.lazy import lazy, missing_package
 
+CLONE = " (in a clone: tools/setup)"
 PROFILE = natives.example("AccProfM39-30Hz-1.PRN")
 # A process in which some packages are not installed.
 WITHOUT = """
@@ -83,7 +84,7 @@ def test_records_need_caproto_and_their_list_does_not(tmp_path):
     (tmp_path / "machine.toml").write_text(MACHINE)
     done = run(COMMAND, ["caproto"], tmp_path, "ioc", "--simulate")
     assert done.returncode == 2
-    assert done.stderr == "pixstep: EPICS needs caproto: pip install 'pixstep[epics]'\n"
+    assert done.stderr == f"pixstep: EPICS needs caproto: pip install 'pixstep[epics]'{CLONE}\n"
     assert run(COMMAND, ["caproto"], tmp_path, "ioc", "--list").returncode == 0
 
 
@@ -127,7 +128,9 @@ def test_what_is_missing_is_named_before_anything_is_done(tmp_path, line, withou
     shutil.copy(line, tmp_path)
     done = run(COMMAND, without, tmp_path, *words)
     assert done.returncode == 2
-    assert re.fullmatch(rf"pixstep: .* pip install 'pixstep\[{extra}\]'\n", done.stderr)
+    assert re.fullmatch(
+        rf"pixstep: .* pip install 'pixstep\[{extra}\]'{re.escape(CLONE)}\n", done.stderr
+    )
     assert [path.name for path in tmp_path.iterdir()] == ["line.csv"]
 
 
@@ -150,7 +153,7 @@ except px.UserError as error:
 )  # fmt: skip
 def test_a_call_says_what_is_missing(tmp_path, call, extra):
     done = run(CALLS.format(call), ["numpy", "matplotlib"], tmp_path)
-    assert done.stdout.endswith(f"pip install 'pixstep[{extra}]'\n"), done.stderr
+    assert done.stdout.endswith(f"pip install 'pixstep[{extra}]'{CLONE}\n"), done.stderr
 
 
 def test_another_missing_module_is_an_error_as_ever(tmp_path):
@@ -163,7 +166,7 @@ def test_another_missing_module_is_an_error_as_ever(tmp_path):
 def test_the_extra_that_is_named_brings_the_package(package):
     project = tomllib.loads(natives.source("pyproject.toml").read_text())["project"]
     error = missing_package(ModuleNotFoundError("No module", name=f"{package}.part"))
-    (extra,) = re.findall(r"pip install 'pixstep\[(\w+)\]'$", str(error))
+    (extra,) = re.findall(rf"pip install 'pixstep\[(\w+)\]'{re.escape(CLONE)}$", str(error))
     brought = project["optional-dependencies"][extra]
     assert package in {re.match(r"[\w-]+", text)[0] for text in brought}
     assert package not in {re.match(r"[\w-]+", text)[0] for text in project["dependencies"]}

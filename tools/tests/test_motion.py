@@ -447,4 +447,6 @@ def test_boards_move_without_numpy():
     assert done.stderr == ""
     moved, steps, records = done.stdout.splitlines()
     assert "state='done', position_steps=24" in moved and moved.endswith(" None 1.0")
-    assert steps == "5" and records == "this needs numpy: pip install 'pixstep[numpy]'"
+    assert steps == "5" and records == (
+        "this needs numpy: pip install 'pixstep[numpy]' (in a clone: tools/setup)"
+    )

@@ -26,7 +26,7 @@
 // timers hold when they start (the interrupt at the end of the first one loads the third).
 void ledger_reset(struct ledger *ledger, uint16_t first_period_ticks);
 
-// The timers were started anew: time begins again at 0; position and records stay. The stream must
+// The timers were started again: time begins at 0; position and records stay. The stream must
 // be reset afterwards.
 void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks);
 
@@ -85,8 +85,8 @@ void ledger_advance(struct ledger *ledger,
 // sample. Returns true when it would do nothing more: the interrupt is inside a batch.
 bool ledger_advance_batches(struct ledger *ledger, struct stream *stream, uint8_t tail);
 
-// The same for what stands here, batches or whole pixels. Returns true when the interrupt is inside
-// one of them.
+// Account for the batches or the whole pixels that stand here. Returns true when the interrupt is
+// inside one of them.
 static inline bool ledger_advance_whole(struct ledger *ledger,
                                         struct stream *stream,
                                         uint8_t tail)
@@ -148,7 +148,7 @@ uint32_t ledger_advance_to_capture(struct ledger *ledger,
                                    uint16_t captured_ticks);
 
 #if defined(__AVR__) && SEVERAL_AXES
-// The same, for ledger_capture.S, which knows a quick way.
+// ledger_advance_to_capture() for every case. ledger_capture.S calls it where its quick way fails.
 uint32_t ledger_capture_anywhere(struct ledger *ledger,
                                  struct stream *stream,
                                  const struct engine_sample *sample,

@@ -16,15 +16,15 @@
 #define LEDGER_NO_TRAIN 0xFFu
 
 struct ledger {
-    // Periods at this place of the stream pulse,
+    // Periods at this place of the stream pulse.
     bool pulse;
-    // and in this direction.
+    // Their direction.
     bool negative;
     // Periods that are accounted for but not loaded yet; all of them belong to a train.
     uint8_t left;
     // The train at this place, 0 or 1; LEDGER_NO_TRAIN if there is none.
     uint8_t train;
-    // Its steps that are accounted for, those of `left` included.
+    // Steps of this train that are accounted for, the steps of `left` included.
     uint16_t train_steps;
     // Idle periods that are accounted for.
     uint16_t idle_seen;
@@ -37,15 +37,15 @@ struct ledger {
     uint8_t pulsed;
     // End of the newest single period, ticks since the timers started; wraps.
     uint32_t loaded_ticks;
-    // Signed steps since reset, those of `left` included.
+    // Signed steps since reset, the steps of `left` included.
     int32_t position_steps;
     // Position where the line began: records count from here.
     int32_t line_origin;
-    // Pixel edges passed in the line, so that the newest record is that of this pixel, 1-based.
+    // Pixel edges passed in the line; the newest record is of the pixel with this number, from 1.
     uint32_t pixel;
     // Lines whose end was passed since reset; wraps.
     uint16_t lines_done;
-    // What is taken up of the play, at this place.
+    // How much of the play is taken up at this place.
     struct play play;
     // Last, so that the members before it lie within reach of a pointer's displacement (63 bytes).
     struct records records;

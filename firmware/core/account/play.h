@@ -17,7 +17,7 @@
 // Of `steps` of struct play: the motor has not crossed the play since reset, or since another
 // number was told. Then the run is the least that can be taken up.
 #define PLAY_UNKNOWN 0x8000u
-// And the bits of the number.
+// The bits of the number of steps.
 #define PLAY_STEPS 0x7FFFu
 // The number before anybody told one; more than a line may tell.
 #define PLAY_UNTOLD PLAY_STEPS
@@ -56,8 +56,8 @@ static inline uint16_t play_settle(struct play *play, uint16_t place)
     return run;
 }
 
-// The play has so many steps, 1 to PLAY_UNTOLD - 1. Of a number that differs from the one told
-// before, nothing is known. run: as play_settle() returned it.
+// The play has this number of steps, 1 to PLAY_UNTOLD - 1. If another number was told before,
+// nothing is known of the new play. run: as play_settle() returned it.
 static inline void play_tell(struct play *play, uint16_t run, uint16_t steps)
 {
     uint16_t before = play->steps & PLAY_STEPS;

@@ -66,7 +66,7 @@ struct records {
 #if FEATURE_CLOCK_STATISTICS
     // Edge error of the newest record that was to be kept.
     int16_t shown_ticks;
-    // Edge errors of the pixels behind the newest one, by the low bits of their numbers: the
+    // Edge errors of the pixels after the newest record, by the low bits of their numbers: the
     // account of an axis may lag some pixels behind the clock.
     int16_t early_ticks[RECORDS_EARLY];
 #endif
@@ -96,7 +96,7 @@ void records_add(struct records *records,
                  int32_t actual_steps,
                  uint16_t expected_steps);
 
-// Note the error of the clock's edge at the end of a pixel 1..RECORDS_EARLY behind the newest one.
+// Note the error of the clock's edge at the end of a pixel 1..RECORDS_EARLY after the newest one.
 static inline void records_note_early(struct records *records,
                                       uint16_t pixel,
                                       int16_t error_ticks)
@@ -110,15 +110,16 @@ static inline void records_note_early(struct records *records,
 #endif
 }
 
-// Note how far the clock's edge at the end of a pixel lay from its planned time. Of a pixel that
-// was passed over the newest record takes the error; of one before the oldest record nothing does.
+// Note how far the clock's edge at the end of a pixel lay from its planned time. If the pixel was
+// passed over, the newest record takes the error. The error of a pixel before the oldest record is
+// dropped.
 void records_note_error(struct records *records, uint16_t pixel, int16_t error_ticks);
 
 #if FEATURE_CLOCK_STATISTICS
 // For ledger_pixels.S: the error of the newest pixel's edge is known.
 void records_note_newest(struct records *records, int16_t error_ticks);
 
-// The same as records_note_error() for the newest pixel, of which there is one.
+// records_note_error() for the newest pixel. The line must have one.
 static inline void records_note_last(struct records *records, int16_t error_ticks)
 {
     records->kept[records->newest].edge_error_ticks = error_ticks;
@@ -134,16 +135,16 @@ static inline uint8_t records_shown(const struct records *records)
     return records->passing ? (uint8_t)(records->count - 1u) : records->count;
 }
 
-// Record `number`, 0..count-1; 0 is the oldest. The one behind those shown is the newest pixel's.
+// Record `number`, 0..count-1; 0 is the oldest. After the shown records comes the newest pixel's.
 struct pixel_record records_get(const struct records *records, uint8_t number);
 
-// The same of `count` records from `number` on, big-endian as the registers show them; zeros where
-// there is none.
+// Write `count` records from `number` on to *to, big-endian as the registers show them; zeros where
+// there is no record.
 void records_write(const struct records *records,
                    uint8_t number,
                    uint8_t count,
                    uint8_t *to);
 
-// The same, word by word as the registers show it: pixel, expected (high, low), actual (high, low),
-// error of the clock's edge.
+// One word of record `number`, in the registers' order: pixel, expected (high, low), actual (high,
+// low), error of the clock's edge.
 uint16_t records_word(const struct records *records, uint8_t number, uint8_t word);

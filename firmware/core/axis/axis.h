@@ -19,7 +19,7 @@
 enum block_result {
     // The block was queued.
     BLOCK_TAKEN,
-    // The number is that of the block before: acknowledged, not queued again.
+    // The block has the number of the block before it: acknowledged, not queued again.
     BLOCK_REPEATED,
     // The number is neither the next nor the last one.
     BLOCK_WRONG,
@@ -54,9 +54,9 @@ enum decode_phase {
     // Inside a piece whose steps are a pulse train, but the interrupt still needs both of its
     // trains.
     DECODE_AWAITS_TRAIN,
-    // A pixel edge follows what the feed still has to write; behind the edge come steps.
+    // The feed still has something to write. A pixel edge follows, then steps.
     DECODE_EDGE_INSIDE,
-    // A pixel edge follows what the feed still has to write; behind the edge comes the next piece.
+    // The feed still has something to write. A pixel edge follows, then the next piece.
     DECODE_EDGE_BEHIND,
 };
 
@@ -80,11 +80,11 @@ struct axis {
     uint8_t made_entries;
 #endif
 #if FEATURE_LINE_ENDS
-    // The newest line that was begun says that another one follows,
+    // The line that was begun last says that another line follows.
     bool more : 1;
-    // and so did the one that was armed: the axis ends at the same line as its company.
+    // The line that was armed said so too: the axis ends at the same line as its company.
     bool joint : 1;
-    // Lines begun since the one that was armed; wraps.
+    // Lines begun since the armed line; wraps.
     uint8_t lines_begun;
 #endif
     // Lines queued from start mark to end mark.
@@ -103,17 +103,17 @@ struct axis {
     uint32_t zero_ticks;
     // Lines that are not decoded yet.
     struct segment_queue queue;
-    // The line in work,
+    // The line in work. `phase` says which of line, walk and piece are valid.
     struct line line;
-    // the place in its piece,
+    // The place in the line's piece.
     struct walk walk;
-    // and that piece; `phase` says which of them are valid.
+    // The piece of the line in work.
     struct piece piece;
     // The writer's end of the stream, and the stream.
     struct feed feed;
     // The reader's end of the stream: the account of time and position.
     struct ledger ledger;
-    // Checks what is queued; it stands behind the newest entry of the queue.
+    // Checks each entry as it is queued; the newest entry of the queue was checked last.
     struct line_check check;
 };
 
@@ -137,11 +137,11 @@ struct axis_parts {
 void axis_init(struct axis *axis, const struct axis_parts *parts);
 
 #if FEATURE_LINE_ENDS
-// These axes, one behind the other in memory, are the company of each other.
+// These axes, one after the other in memory, are the company of each other.
 void axis_company(struct axis *axes, uint8_t count);
 
-// hold: no axis begins another line behind the one in work, unless an axis of its company has begun
-// it already.
+// hold: after the line in work no axis begins another line, unless an axis of its company has begun
+// that line already.
 void axis_hold(bool hold);
 
 // True once after an axis has ended because of axis_hold(), with its next line queued.
@@ -162,8 +162,8 @@ struct block {
 
 #if FEATURE_LINE_DIVIDER
 // The divider in front of a block's first segment, if the block may be queued and no segment of
-// another line comes before it: the setting that the limits are of may then become this one. Else
-// 0.
+// another line comes before the divider. The caller may then write this divider into the setting
+// from which the limits follow. Else 0.
 uint16_t axis_block_divider(const struct axis *axis, const struct block *block);
 #endif
 
@@ -175,10 +175,9 @@ enum block_result axis_queue_block(struct axis *axis,
 // Decode the front line ahead: LOADED becomes ARMED. Returns false when there is no line to arm.
 bool axis_arm(struct axis *axis, const struct pixel_period *period);
 
-// The front line waits for the pixel clock. For the line that axis_arm() would arm.
+// The line that axis_arm() would arm waits for the pixel clock.
 bool axis_waits_for_edge(const struct axis *axis);
-// The front line is a seek; *opening: for the switch to open. For the line that axis_arm() would
-// arm.
+// The line that axis_arm() would arm is a seek; *opening: the seek waits for the switch to open.
 bool axis_seeks(const struct axis *axis, bool *opening);
 
 // Line zero of the armed line is known, and its release is near: ARMED becomes STARTING.
@@ -226,8 +225,8 @@ static inline bool axis_streams(const struct axis *axis)
     return axis->phase != DECODE_OUTSIDE && axis->whole_lines == 0;
 }
 
-// Of the entries in the ring those that the interrupt has made, at least: some time has passed
-// since they were counted. With a single axis they are not counted: 0.
+// At least this many of the ring's entries were made by the interrupt: the count is of a moment
+// ago, and the interrupt has gone on. With a single axis nobody counts: 0.
 static inline uint8_t axis_made_entries(const struct axis *axis)
 {
 #if SEVERAL_AXES

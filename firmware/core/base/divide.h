@@ -38,7 +38,7 @@ uint32_t divide_product(uint32_t a, uint32_t b, uint32_t divisor, uint32_t *rest
 
 #else
 
-// The same functions in C, for every other compiler and as the meaning of the assembly.
+// These functions in C: for every other compiler, and as the meaning of the assembly.
 static inline uint16_t divide_u32_u16(uint32_t value, uint16_t divisor)
 {
     return (uint16_t)(value / divisor);

@@ -44,7 +44,7 @@ static inline void fine_add(struct fine_ticks *to, const struct fine_ticks *by)
     to->fraction = fraction;
 }
 
-// Halve it so many times, rounded down. Returns what has to be added to round to the nearest.
+// Halve *length this many times, rounded down. Add the result to round to the nearest instead.
 static inline struct fine_ticks fine_halve(struct fine_ticks *length, uint8_t times)
 {
     struct fine_ticks rest = {.fraction = 0};

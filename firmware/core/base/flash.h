@@ -13,11 +13,11 @@
 
 #if defined(__AVR__)
 
-// Put behind the name of a constant: the constant stays in flash. Read it by the functions below
-// only.
+// Write IN_FLASH after the name of a constant, and the constant stays in flash. Read the constant
+// by the functions below only.
 #define IN_FLASH __attribute__((__progmem__))
 
-// The same for a large table: behind the step interrupts, which have to lie near the vectors.
+// IN_FLASH for a large table: it lies after the step interrupts, which have to be near the vectors.
 #define IN_FLASH_BEHIND __attribute__((section(".lowtext.tables")))
 
 // The byte at this address of a table in flash.
@@ -29,7 +29,7 @@ static inline char flash_char(const char *at)
     return byte;
 }
 
-// The same, and *at goes on to the byte behind it.
+// As flash_char(), and advances *at to the next byte.
 static inline char flash_next(const char **at)
 {
     const char *from = *at;

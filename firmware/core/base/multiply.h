@@ -32,7 +32,7 @@ static inline __attribute__((always_inline)) uint32_t multiply_u32_u16(uint32_t 
 
 #else
 
-// The same function in C; a * b wraps at 2^32 like the assembly.
+// The function in C; a * b wraps at 2^32 like the assembly.
 static inline uint32_t multiply_u32_u16(uint32_t a, uint16_t b)
 {
     return a * b;

@@ -98,8 +98,8 @@ void clock_filter_restart(struct clock_filter *filter);
 // The clock rests. The period of a filter that has settled stays; any other filter restarts.
 void clock_filter_rest(struct clock_filter *filter);
 
-// Begin anew with another nominal period, for predictions that lie this many edges ahead: their
-// noise chooses the final shift, the smallest with which it stays below 0.6 of the clock's jitter.
+// Begin again with another nominal period, for predictions that lie this many edges ahead. The
+// final shift is the smallest with which their noise stays below 0.6 of the clock's jitter.
 void clock_filter_aim(struct clock_filter *filter,
                       uint32_t nominal_ticks,
                       uint16_t edges_ahead);
@@ -114,18 +114,17 @@ bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks);
 
 // The expected edge is missing: go on to the next one. Returns false when more edges in a row are
 // missing than hold_over allows, or when none is expected, because the first one is still to come.
-// clock_filter_edge() does it where an edge shows that edges before it were missing. Where the
-// second edge of all is missing the filter begins anew with the edge that comes: an interval of two
+// clock_filter_edge() does the same where an edge shows that edges before it were missing. Where
+// the second edge of all is missing, the filter begins again with the next edge: an interval of two
 // periods is no measure of one.
 bool clock_filter_bridge(struct clock_filter *filter);
 
-// Enough edges have come: 29 of them behind the first, or more where the final shift is a larger
-// one.
+// Enough edges have come: 29 after the first one, or more where the final shift is larger.
 static inline bool clock_filter_settled(const struct clock_filter *filter)
 {
     return filter->stages == 0;
 }
 
-// Time of the edge that comes `edges` behind the newest one, 1 or more, rounded to a tick. Only
+// Time of the edge that comes `edges` after the newest one, 1 or more, rounded to a tick. Only
 // when clock_filter_settled().
 uint32_t clock_filter_ahead(const struct clock_filter *filter, uint16_t edges);

@@ -40,7 +40,7 @@ struct clock_watch {
     // Less than a thirty-second of the period, 0x3FF at most: two edges whose errors differ by less
     // are no odd distance apart.
     uint16_t near_ticks;
-    // Number of the pixel edge at or before it in the line; 0: line zero. It wraps.
+    // Number of the pixel edge at or before the newest edge in the line; 0: line zero. Wraps.
     uint16_t pixel;
     // Clock edges of a pixel; 0 means 1. The reference line must end before it changes.
     uint16_t divider;
@@ -71,7 +71,7 @@ bool clock_watch_edge(struct clock_watch *watch,
                       uint16_t *pixel);
 
 #if FEATURE_CLOCK_STATISTICS
-// The newest edge came so many ticks later than planned.
+// The newest edge came this many ticks later than planned.
 void clock_watch_note(struct clock_watch *watch, int32_t error_ticks);
 #endif
 

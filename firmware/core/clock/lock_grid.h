@@ -38,21 +38,21 @@ struct lock_grid {
     bool ignored;
     // Clock edges of a pixel.
     uint16_t divider;
-    // A pixel edge is fixed at most so many clock edges ahead, and a pixel.
+    // A pixel edge is fixed at most this many clock edges and one pixel ahead.
     uint16_t lead_edges;
 #if SEVERAL_AXES
-    // So many more for a line whose line zero is known: time behind a missing edge.
+    // Added to lead_edges for a line whose line zero is known: time after a missing edge.
     uint16_t more_edges;
 #endif
-    // The newest pixel edge that has its time, and the clock edge that it is.
+    // The newest pixel edge that has its time, and the number of its clock edge.
     uint16_t newest;
     uint16_t newest_edge;
-    // The same of the next pixel edge whose clock edge is to come.
+    // The next pixel edge whose clock edge is still to come, and the number of its clock edge.
     uint16_t due;
     uint16_t due_edge;
-    // A locked pixel may be so much longer or shorter than that of the settings, ticks.
+    // A locked pixel may be this much longer or shorter than the pixel of the settings, ticks.
     uint32_t slack_ticks;
-    // The clock's period may be so much longer or shorter than its nominal one, ticks.
+    // The clock's period may be this much longer or shorter than its nominal period, ticks.
     uint32_t tolerance_ticks;
     // A pixel of a line that waits.
     struct fine_ticks waiting;
@@ -81,7 +81,7 @@ enum line_grid_mode {
 struct line_grid {
     // enum line_grid_mode.
     uint8_t mode;
-    // Number of the pixel edge reached; that of line zero is 0 while the line waits.
+    // Number of the pixel edge reached; line zero has number 0 while the line waits.
     uint16_t edge;
     union {
         // While LINE_GRID_EXACT.
@@ -95,13 +95,13 @@ struct line_grid {
 extern struct lock_grid lock_grid;
 struct lock_grid *lock_grid_now(void);
 
-// The period of the clock may be so much longer or shorter than nominal. Call it when `pixel` and
+// The period of the clock may be this much longer or shorter than nominal. Call it when `pixel` and
 // `divider` are set.
 void lock_grid_tolerate(uint32_t tolerance_ticks);
 
-// Walk along an exact grid,
+// Walk along an exact grid.
 void line_grid_start_exact(struct line_grid *grid, const struct pixel_period *period);
-// or wait for line zero on the clock's.
+// Wait for line zero on the clock's grid.
 void line_grid_start_locked(struct line_grid *grid);
 
 // True when the line is locked to the clock.
@@ -113,10 +113,10 @@ static inline bool line_grid_locked(const struct line_grid *grid)
 // Go to the next pixel edge. Returns the ticks from the one before.
 uint32_t line_grid_advance(struct line_grid *grid);
 
-// Parts of it. The line has come to an edge of the clock's by a pixel of so many ticks: shift the
-// edge until the pixel keeps to its limits. Returns the ticks that it has now.
+// Parts of line_grid_advance(). A pixel of `ticks` has brought the line to an edge of the clock:
+// shift the edge until the pixel keeps to its limits. Returns the pixel's ticks afterwards.
 uint32_t line_grid_limit(struct line_grid *grid, uint32_t ticks);
-// The line waits for line zero: a pixel of the period that is held.
+// The line waits for line zero: its pixel has the held period.
 uint32_t line_grid_wait(struct line_grid *grid);
 
 // True when the clock has not come near enough to the edge reached for the line to go on. A line
@@ -126,8 +126,8 @@ bool line_grid_early(const struct line_grid *grid, bool runs_ahead);
 // A line is armed while no other one waits: fix the period of pixels of waiting lines.
 void lock_grid_hold_period(void);
 
-// Number the pixel edges anew: 0 is the clock edge that comes `edges` behind the newest one. No
-// locked line may be running. Returns its time.
+// Number the pixel edges again: 0 is the clock edge that comes `edges` after the newest one. No
+// locked line may be running. Returns the time of edge 0.
 uint32_t lock_grid_begin(uint16_t edges);
 
 // Fix one more pixel edge. Returns its time; its number is lock_grid_now()->newest.
@@ -148,9 +148,9 @@ static inline uint16_t line_grid_decoded(const struct line_grid *grid, uint16_t 
     return grid->mode == LINE_GRID_LOCKED ? (uint16_t)(grid->edge - number) : 0;
 }
 
-// Behind lock_grid_begin(): so many pixel edges, LOCK_GRID_EDGES at most, have the times that a
-// line was decoded ahead with, whatever the filter says, for the lines that were not decoded that
-// far. On boards of several axes.
+// After lock_grid_begin(): the first `edges` pixel edges, LOCK_GRID_EDGES at most, keep the times
+// with which a line was decoded ahead, whatever the filter says. Lines that were not decoded that
+// far then get the same times. On boards of several axes.
 void lock_grid_keep(uint16_t edges, uint32_t zero_ticks);
 
 // Lines follow the clock from its newest edge on, however many came before.

@@ -33,13 +33,13 @@ struct piece {
     bool curved;
     // Direction of the steps.
     bool negative;
-    // A pixel edge falls into this piece,
+    // A pixel edge falls into this piece.
     bool has_edge;
-    // after so many of its steps,
+    // Steps of the piece before that edge.
     uint16_t edge_steps;
-    // where this position is expected (signed steps of the line, modulo 2^16),
+    // Expected position at that edge: signed steps of the line, modulo 2^16.
     int16_t edge_position;
-    // and so many ticks from the start of the piece (1..ticks).
+    // Ticks from the start of the piece to that edge (1..ticks).
     uint32_t edge_ticks;
 };
 
@@ -82,9 +82,9 @@ struct line {
     // The pixel edges.
     struct line_grid edges;
     union {
-        // The ends of the shifted pieces,
+        // The ends of the shifted pieces.
         struct pixel_grid pieces;
-        // and of a locked line how far its next pixel runs ahead, ticks.
+        // Of a locked line: how far its next pixel runs ahead, ticks.
         uint32_t next_ahead_ticks;
     };
 };
@@ -105,8 +105,8 @@ void line_begin(struct line *line,
                 const struct pixel_period *period,
                 struct segment_queue *queue);
 
-// Of a line that was begun: take up so many steps, at most those of the backlash parameter. With 0
-// the leading zero pixel stays idle.
+// Of a line that was begun: take up `steps` steps, at most the backlash parameter. With 0 the
+// leading zero pixel stays idle.
 static inline void line_take_up(struct line *line, uint16_t steps)
 {
     line->backlash_steps = steps;
@@ -146,13 +146,13 @@ static inline uint16_t line_many_steps(const struct line *line, bool negative)
     return even && line->segment.repeat != 0 ? steps : 0;
 }
 
-// Length of that pixel, ticks; 0 while line_is_early(). A locked line's pixel gets it here, so as
-// late as possible.
+// Length of the next pixel, ticks; 0 while line_is_early(). A locked line's pixel gets its length
+// here, as late as possible.
 uint32_t line_pixel_ticks(struct line *line);
-// The same where line_is_early() was asked.
+// As line_pixel_ticks(), where the caller has asked line_is_early() already.
 uint32_t line_known_ticks(struct line *line);
 
-// Pass over one pixel of the segment in work, of so many signed steps, as line_next() would. After
+// Pass over one pixel of `steps` signed steps of the segment in work, as line_next() would. After
 // line_pixel_ticks().
 static inline void line_pass_even(struct line *line, int16_t steps)
 {

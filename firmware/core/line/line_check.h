@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Checks whether the board can run a line. The check gets the segments one by one as they arrive,
 // so that a line longer than the memory is checked too. A line may be armed only when its end mark
-// was accepted; of a line that is streamed, no segment behind a refused one reaches the decoder.
+// was accepted. Of a streamed line no segment after a refused one reaches the decoder.
 // The host tools run the same code.
 //
 //     OUTSIDE -- start mark --> PARAMETER -- parameter --> SEGMENTS -- end mark --> OUTSIDE

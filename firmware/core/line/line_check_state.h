@@ -22,13 +22,13 @@
 struct line_limits {
     // Whole ticks of a pixel period; intervals are judged with the fraction left out.
     uint32_t pixel_ticks;
-    // Shortest interval between two steps of a plain line,
+    // Shortest interval between two steps of a plain line.
     uint16_t min_interval_ticks;
-    // of a smooth line,
+    // Shortest interval of a smooth line.
     uint16_t smooth_min_interval_ticks;
-    // of a seek,
+    // Shortest interval of a seek.
     uint16_t seek_min_interval_ticks;
-    // and between two steps of opposite direction.
+    // Shortest interval between two steps of opposite direction.
     uint16_t reversal_min_ticks;
     // Largest acceleration of a smooth line, steps/pixel^2; 0: any.
     uint16_t max_acceleration;

@@ -9,10 +9,10 @@
 //     end        (LINE_MARK_END, 0)
 //
 // A seek is a line that ends early, when the axis's home switch closes or opens. Its segments
-// accelerate and then hold the speed; the segments behind the down mark mirror the acceleration.
+// accelerate and then hold the speed; the segments after the down mark mirror the acceleration.
 // When the switch trips, the seek finishes the current pixel and continues with the first segment
-// behind the down mark whose count is below the current speed. The current speed of a plain line is
-// the count of its last pixel; that of a smooth line is the speed at the end of its last pixel.
+// after the down mark whose count is below the current speed. The current speed of a plain line is
+// the count of its last pixel; of a smooth line, the speed at the end of its last pixel.
 //
 //     (1, 1) (2, 1) (4, 1) (8, 900)  (LINE_MARK_DOWN, 0)  (4, 1) (2, 1) (1, 1)
 //                   ^ trips here: one pixel of 4, then ----------^

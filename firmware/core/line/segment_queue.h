@@ -57,7 +57,7 @@ void segment_queue_append(struct segment_queue *queue,
 // Remove the front entry and copy it to *segment. Returns false and changes nothing when the queue
 // is empty.
 bool segment_queue_pop(struct segment_queue *queue, struct segment *segment);
-// The same, unless a mark is at the front, which stays there: *segment is then its copy.
+// As segment_queue_pop(), but a mark at the front stays there: *segment is then its copy.
 bool segment_queue_pop_pixels(struct segment_queue *queue, struct segment *segment);
 // The word of the start mark at the front, which stays there; 0 when the queue is empty. A start
 // mark is always in full.

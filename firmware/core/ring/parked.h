@@ -41,9 +41,9 @@ static inline uint16_t parked_count(uint32_t base, uint32_t units, uint16_t coun
     return (uint16_t)((units - counter / PARKED_UNIT_TICKS - base) / PARKED_PERIOD_UNITS);
 }
 
-// The same for an edge that was captured at `captured`, when a little later, by PARKED_SLACK_TICKS
-// at most, the coarse clock's low 16 bits were `units`. now_count: parked_count() at any time
-// within a quarter of a second behind the edge.
+// Idle periods counted at an edge that was captured at `captured`. units: low 16 bits of the coarse
+// clock, read at most PARKED_SLACK_TICKS later. now_count: parked_count() at any time within a
+// quarter of a second after the edge.
 static inline uint16_t parked_count_at(uint32_t base,
                                        uint16_t units,
                                        uint16_t captured,
@@ -51,7 +51,7 @@ static inline uint16_t parked_count_at(uint32_t base,
 {
     uint16_t since = (uint16_t)(units - captured / PARKED_UNIT_TICKS - (uint16_t)base);
     uint16_t periods = since / (uint16_t)PARKED_PERIOD_UNITS;
-    // 16 bits of units hold so many periods.
+    // The number of periods that 16 bits of units hold, less 1.
     uint16_t mask = (uint16_t)(0x10000uL / PARKED_PERIOD_UNITS - 1u);
 
     return (uint16_t)(now_count - (uint16_t)((uint16_t)(now_count - periods) & mask));

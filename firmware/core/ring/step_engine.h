@@ -125,9 +125,9 @@ static inline struct step_load step_engine_next(struct step_engine *engine,
     return load;
 }
 
-// Start anew after a halt. Returns false and changes nothing while the engine is going, because the
-// timer still holds a period that pulses. *slot: where the writer continues. Called with the step
-// interrupt off.
+// Start again after a halt. Returns false and changes nothing while the engine is going, because
+// the timer still holds a period that pulses. *slot: where the writer continues. Called with the
+// step interrupt off.
 bool step_engine_settle(struct step_engine *engine,
                         struct step_ring *ring,
                         uint8_t *slot);
@@ -149,8 +149,8 @@ static inline void step_engine_halt(struct step_engine *engine)
     }
 }
 
-// The same, for a caller that interrupted step_engine_take(): what the engine has begun to take
-// counts as taken, and the interrupt calls step_engine_halt() when it is done.
+// Halt, for a caller that interrupted step_engine_take(). The period that the engine has begun to
+// take counts as taken, and the interrupt calls step_engine_halt() at its end.
 static inline void step_engine_halt_soon(struct step_engine *engine)
 {
     engine->stop = true;

@@ -55,9 +55,9 @@ enum step_command {
 struct pulse_train {
     // The fraction carried from step to step; its sign chooses the interval.
     volatile int16_t sum;
-    // Added to the sum behind a short interval: the remainder.
+    // Added to the sum after a short interval: the remainder.
     int16_t after_short;
-    // Added to the sum behind a long interval: the remainder - n.
+    // Added to the sum after a long interval: the remainder - n.
     int16_t after_long;
     // Low byte of the short interval's TOP, base - 1.
     uint8_t short_low;

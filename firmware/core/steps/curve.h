@@ -61,6 +61,6 @@ void curve_burst(struct curve *curve,
                  uint8_t count,
                  struct curve_made *made);
 
-// The number of steps, `count` at most, that are to be made next as those of a narrow curve
-// (curve->state.flat); 0 if the curve is none. count is not 0.
+// The number of steps, `count` at most, that are to be made next as steps of a narrow curve
+// (curve->state.flat); 0 if the curve is not narrow. count is not 0.
 uint8_t curve_narrow(struct curve *curve, uint8_t count);

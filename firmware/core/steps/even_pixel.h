@@ -28,7 +28,7 @@ struct even_rate;
 
 // Longest interval of such a pixel, ticks, with room for a longer one beside it.
 #define EVEN_PIXEL_MAX_INTERVAL 0xFBFFu
-// Longest such pixel, ticks: some 60 Hz. A longer one may cost more.
+// Longest such pixel, ticks: some 60 Hz. A longer pixel may cost more.
 #define EVEN_PIXEL_MAX_TICKS 0x3FFFFuL
 
 // What one pixel costs of a round's budget, besides a quarter of its steps.
@@ -47,7 +47,7 @@ uint8_t even_pixels_write(struct line *line,
 // Result of even_pixels_write(): the ring or the marks have no room for the next pixel.
 #define EVEN_PIXEL_WAITS 0xFFu
 
-// The interval of a pixel of so many steps and ticks. Returns false when the intervals are too
+// The interval of a pixel of this many steps and ticks. Returns false when the intervals are too
 // short or too long for single periods. For even_pixels_write() only, which is assembly on a board.
 bool even_pixel_divide(struct even_rate *rate, uint8_t steps, uint32_t ticks);
 

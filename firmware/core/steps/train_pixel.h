@@ -18,10 +18,10 @@
 
 struct line;
 
-// Fewer evenly spaced steps than this are not worth a pulse train,
+// Fewer evenly spaced steps than this are not worth a pulse train, unless their interval is short.
 #define TRAIN_MIN_STEPS 16u
-// unless their interval is short. Below this interval (ticks) the step interrupt cannot switch from
-// a single period to a pulse train in time, only from one train to another.
+// Below this interval (ticks) the step interrupt cannot switch from a single period to a pulse
+// train in time, only from one train to another.
 #define TRAIN_ENTRY_MIN_TICKS 160u
 // The next pulse train waits until one of the two trains is free if the newer one is at least this
 // long, ticks. Single periods, which follow otherwise, cost the main loop four times as much: they
@@ -37,11 +37,11 @@ struct line;
 
 // What became of the next pixel.
 enum train_pixel {
-    // The next pixel is no such one.
+    // The next pixel does not have many even steps.
     TRAIN_PIXEL_OTHER,
     // Written.
     TRAIN_PIXEL_DONE,
-    // It must wait until one of the two trains is free.
+    // The pixel must wait until one of the two trains is free.
     TRAIN_PIXEL_WAITS,
     // No train can make it: its first step is written. train_pixel_singles() is to write the
     // others, and a mark must follow.

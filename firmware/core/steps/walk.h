@@ -4,7 +4,7 @@
 // and only if it does so in exact arithmetic. Main loop only.
 //
 // A step that needs care to keep these promises is called special: the last step before the edge,
-// the two behind it, and the last step of the piece.
+// the two after the edge, and the last step of the piece.
 //
 //     piece       |------------------------ ticks -----------------------|
 //     steps       |  1    2    3    4 ^  5    6    7    8    9    10   11|

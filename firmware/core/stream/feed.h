@@ -11,7 +11,7 @@
 //     periods    |P    d2    |P  32768  |Q     the rest    |P       P pulses, Q does not
 //
 // A line that waits for the pixel clock is decoded ahead behind a held slot: the ring looks empty
-// to the interrupt until feed_release() fills that slot and the delay behind it.
+// to the interrupt until feed_release() fills that slot and the delay after it.
 #pragma once
 
 #include <stdbool.h>
@@ -24,13 +24,13 @@
 struct feed {
     // Shortest time from a change of direction to the next step, ticks; app/axes/limits.c sets it.
     uint16_t reversal_ticks;
-    bool pulse;    // what the entries written so far leave behind: pulsing,
-    bool negative; //   and direction
+    bool pulse;    // the entries written so far end with a period that pulses
+    bool negative; // direction of the newest written step
     // The next period begins with a STEP edge.
     bool lead;
-    // pending_ticks ends with a step
+    // A step comes at the end of pending_ticks.
     bool step_due;
-    // in this direction.
+    // Direction of that step.
     bool due_negative;
     // The front of the line is not released yet.
     bool held;

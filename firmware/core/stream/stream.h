@@ -31,11 +31,11 @@
 #define STREAM_BATCHES 8u
 #endif
 
-// Single periods join the batch in front of them up to so many entries: two, around a pixel's edge,
-// beyond what is written together at most.
+// Single periods join the batch before them until the batch has this many entries: the most that
+// is written together, and two around a pixel's edge.
 #define STREAM_BATCH_MOST 62u
 
-// Single periods from `slot` on that were written together, or one behind the other: the reader
+// Single periods from `slot` on that were written together, or one after the other: the reader
 // takes them as a whole instead of adding them up. No mark stands inside a batch.
 //
 //     marks                         M                   M: behind the first period of its pixel
@@ -53,7 +53,7 @@ struct stream_batch {
 struct stream_mark {
     uint8_t slot; // reached when the reader has passed every entry before this slot
     // Of a pixel that was written as a whole: number of periods behind the mark before. Else the
-    // mark is reached so many periods of a train's entry before the slot.
+    // mark is reached this many periods of a train's entry before the slot.
     uint8_t periods : 7;
     // The ledger counts pixels from here; else the mark is a pixel edge.
     bool line_start : 1;
@@ -161,8 +161,8 @@ static inline void stream_note_batch(struct stream *stream, uint8_t count, uint3
     stream->end_ticks += ticks;
 }
 
-// The same for `count` periods that the interrupt cannot see yet, because the first one's high byte
-// is missing: all of them become visible at once by the store of that byte.
+// stream_note_batch() for `count` periods that the interrupt cannot see yet, because the first
+// period's high byte is missing. The store of that byte makes all of them visible at once.
 static inline void stream_publish_batch(struct stream *stream,
                                         uint8_t count,
                                         uint32_t ticks,
@@ -173,7 +173,7 @@ static inline void stream_publish_batch(struct stream *stream,
     stream_note_batch(stream, count, ticks);
 }
 
-// Append one period. Marks that waited for it are placed behind it.
+// Append one period. Marks that waited for this period are placed after it.
 void stream_put_period(struct stream *stream, uint16_t ticks);
 
 // Append `steps` single periods, `ticks` long together, the first one first_ticks long, that stand
@@ -238,8 +238,8 @@ static inline bool stream_fits_train(const struct stream *stream, const struct e
 // train's ticks.
 uint32_t stream_put_train(struct stream *stream, struct even *even, uint16_t steps);
 
-// The same for all steps that are left in *even, which are known to be `ticks` long together: their
-// sum needs no division then. *even stays.
+// stream_put_train() for all steps that are left in *even, which the caller knows to be `ticks`
+// long together: this saves a division. *even stays.
 void stream_put_rest(struct stream *stream,
                      const struct even *even,
                      uint16_t steps,
@@ -261,7 +261,7 @@ static inline bool stream_mark_waits(const struct stream *stream)
     return stream->mark_placed != stream->mark_head;
 }
 
-// True when exactly one mark does.
+// True when exactly one mark waits for its place.
 static inline bool stream_one_mark_waits(const struct stream *stream)
 {
     return (uint8_t)(stream->mark_placed + 1u) == stream->mark_head;
@@ -287,7 +287,7 @@ static inline const struct stream_mark *stream_mark(const struct stream *stream)
     return &stream->marks[stream->mark_tail & (STREAM_MARKS - 1u)];
 }
 
-// The mark is reached so many periods of a train's entry before its slot.
+// The mark is reached this many periods of a train's entry before its slot.
 static inline uint8_t stream_mark_early(const struct stream_mark *mark)
 {
     return mark->ticks != 0 ? 0 : mark->periods;

@@ -17,7 +17,7 @@
 // Longest frame that the standard allows, bytes, address and checksum included.
 #define FRAME_MAX_BYTES 256u
 
-// Room for a short frame behind a long one that is examined late, or behind a damaged one: a stop
+// Room for a short frame after a long frame that is examined late, or after a damaged frame: a stop
 // must not be lost.
 // The serial port receives straight into this buffer (UART_BUFFER_BYTES in hal/uart.h).
 #define FRAME_ROOM_BYTES (FRAME_MAX_BYTES + 16u)
@@ -26,7 +26,7 @@ enum frame_status {
     // No whole frame yet: the caller looks again when more bytes or a silence have come.
     FRAME_PARTIAL,
     FRAME_READY, // for us or, address 0, for all: bytes[0..length-3] hold address and PDU
-    // A request to another board, or the reply of one. It counts as a message, and is dropped.
+    // A request to another board, or its reply. The frame counts as a message, and is dropped.
     FRAME_FOREIGN,
     // The bytes ended by silence with a wrong checksum, or they are more than any frame has.
     FRAME_BAD,
@@ -59,8 +59,8 @@ void frame_reset(struct frame *frame);
 enum frame_status frame_look(struct frame *frame, bool ended, uint8_t address);
 
 // A function's request as frame_rule() knows it.
-// RULE_SERVED: the image serves the function. RULE_BROADCAST: a served request is executed when it
-// goes to address 0, that is to all boards, too.
+// RULE_SERVED: the image serves the function. RULE_BROADCAST: a request to address 0, which means
+// all boards, is executed too.
 #define RULE_SERVED    0x40u // by the server
 #define RULE_BROADCAST 0x80u // when it goes to all, too
 

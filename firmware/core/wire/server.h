@@ -35,7 +35,7 @@ struct server_counters {
             uint16_t busy_replies; // exceptions 06
             uint16_t rx_overruns;  // bytes lost by the receiver
         };
-        // The same eight counters by number: all[0] is bus_messages.
+        // These eight counters by number: all[0] is bus_messages.
         uint16_t all[SERVER_COUNTERS];
     };
     // While it is set, no request is answered, and none but a restart (function 08, sub-function 1)

@@ -17,6 +17,7 @@ from pixstep import natives
 from pixstep.errors import PlainError, UserError
 
 _CONFIG = "tools/site/mkdocs.yml"
+_STYLE = "tools/site/pixstep.css"
 # What lets the search work on a page opened as a file; of tools/setup.
 _KIND = re.compile(r"^```(\w+) .*$", re.MULTILINE)
 _WORKER = "build/deps/site/node_modules/iframe-worker/shim/index.js"
@@ -73,6 +74,7 @@ def _lay_out(root: Path, source: Path) -> None:
         path.write_text(text, encoding="utf-8")
     (source / "assets").mkdir()
     shutil.copy(natives.source(_WORKER), source / "assets" / "iframe-worker.js")
+    shutil.copy(natives.source(_STYLE), source / "assets")
 
 
 def _run(source: Path, out: Path) -> list[str]:

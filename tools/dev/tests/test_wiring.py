@@ -16,6 +16,7 @@ from pixstep_dev.docs import parts, wiring
 
 SVG = "{http://www.w3.org/2000/svg}"
 DRAWINGS = wiring.drawings()
+_PIN = r"(?:P[A-D]|[AD])\d+"
 SIGNALS = ("HOME", "LIMIT_MINUS", "LIMIT_PLUS", "ESTOP", "PERMIT", "PIXEL_CLOCK")
 
 
@@ -47,9 +48,35 @@ def share_a_line(one, other):
 @pytest.mark.parametrize("name", sorted(DRAWINGS))
 def test_no_two_wires_share_a_line(name):
     found = list(wires(DRAWINGS[name]))
-    assert len(found) > 4
+    assert len(found) > 1
     for first, second in combinations(found, 2):
         assert not any(share_a_line(one, other) for one in first for other in second)
+
+
+def labels(text):
+    """Return each text as (words, x0, y0, x1, y1), as wide as it may be drawn."""
+    for node in ElementTree.fromstring(text).iter(f"{SVG}text"):
+        x, y = float(node.get("x")), float(node.get("y"))
+        width = len(node.text) * (8.5 if node.get("class") == "title" else 7)
+        share = {"end": 1, "middle": 0.5}.get(node.get("text-anchor"), 0)
+        yield node.text, x - share * width, y - 9, x + (1 - share) * width, y + 1
+
+
+def crosses(one, other):
+    """True if two rectangles have a point in common."""
+    return one[0] <= other[2] and other[0] <= one[2] and one[1] <= other[3] and other[1] <= one[3]
+
+
+@pytest.mark.parametrize("name", sorted(DRAWINGS))
+def test_no_label_is_crossed_or_leaves_the_drawing(name):
+    found = list(labels(DRAWINGS[name]))
+    _, _, wide, high = map(float, ElementTree.fromstring(DRAWINGS[name]).get("viewBox").split())
+    pieces = [piece for wire in wires(DRAWINGS[name]) for piece in wire]
+    for words_, *box in found:
+        assert box[0] >= 0 and box[2] <= wide and box[3] <= high, words_
+        assert not any(crosses(box, piece) for piece in pieces), words_
+    for (first, *one), (second, *other) in combinations(found, 2):
+        assert not crosses(one, other), f"{first} and {second}"
 
 
 @pytest.mark.parametrize("board", wiring.BOARDS)
@@ -64,9 +91,28 @@ def test_each_pin_is_the_boards_own(board):
 
 
 def assert_pins(board, signal, said):
-    (row,) = [text for text in said if re.match(rf"{signal} [AD]\d", text)]
+    (row,) = [text for text in said if re.match(rf"{signal} {_PIN}", text)]
     pins = [pin.header for pin in boards.load(board).pins if pin.signal == signal]
-    assert re.findall(r"[AD]\d+", row.partition(" ")[2]) == pins
+    assert re.findall(_PIN, row.partition(" ")[2]) == pins
+
+
+def test_the_bare_chip_has_every_signal_on_its_leg():
+    """The legs of the DIP-40, as the data sheet has them."""
+    said = words(DRAWINGS["m1284-chip.svg"])
+    legs = {"PA0": 40, "PA5": 35, "PB2": 3, "PB5": 6, "PB7": 8, "PC0": 22, "PC7": 29, "PD4": 18}
+    shown = dict(re.findall(r"(P[A-D]\d) (\d+)$", "\n".join(said), re.MULTILINE))
+    assert {pin: int(shown[pin]) for pin in legs} == legs
+    for pin in boards.load("m1284").pins:
+        assert any(text.startswith(pin.signal) and f" {pin.header} " in text for text in said)
+
+
+def test_the_wire_of_a_clock_joins_output_and_inputs():
+    said = words(DRAWINGS["clock-own.svg"])
+    for name in wiring.BOARDS:
+        for pin in boards.load(name).pins:
+            if pin.signal.startswith(("CLOCK_OUT", "PIXEL_CLOCK")):
+                assert f"{pin.signal} {pin.header}" in said
+    assert len(list(wires(DRAWINGS["clock-own.svg"]))) == len(wiring.BOARDS)
 
 
 def test_what_differs_is_named_and_rewritten(tmp_path):

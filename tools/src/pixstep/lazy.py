@@ -18,6 +18,7 @@ from pixstep.errors import UserError
 
 _LOADED = "__loaded__"
 _MISSING = object()
+_CLONE = " (in a clone: tools/setup)"
 # The package: what needs it, and the extra that brings it (pyproject.toml).
 _EXTRAS = {
     "numpy": ("this needs numpy", "numpy"),
@@ -58,7 +59,7 @@ def missing_package(error: ModuleNotFoundError) -> MissingPackageError | None:
 
 def _missing(package: str) -> MissingPackageError:
     need, extra = _EXTRAS[package]
-    return MissingPackageError(f"{need}: pip install 'pixstep[{extra}]'")
+    return MissingPackageError(f"{need}: pip install 'pixstep[{extra}]'{_CLONE}")
 
 
 class _Lazy(ModuleType):

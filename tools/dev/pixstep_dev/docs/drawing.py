@@ -81,7 +81,7 @@ class DrawnWire:
 
 @dataclass(frozen=True)
 class Series:
-    """A resistor in the wire that leaves a pin of the gap's left column."""
+    """A resistor or a capacitor in the wire that leaves a pin of the gap's left column."""
 
     label: str
     end: End
@@ -275,7 +275,10 @@ def _draw_part(canvas: _Canvas, gap: int, part: Part, x: float, wired: Set[End])
     """Draw a part on or between wires; a pin that has no wire gets one as far as the part."""
     if isinstance(part, Series):
         _, y = canvas.pin(gap, part.end)
-        _symbol(canvas, part.label, x + 6, y - 6, 34, 12)
+        if part.label.endswith("F"):
+            _plates(canvas, x + 20, y)
+        else:
+            _symbol(canvas, part.label, x + 6, y - 6, 34, 12)
         canvas.text(x + 23, y - 9, part.label, "small", "middle")
         return
     centre = x + 8
@@ -290,6 +293,12 @@ def _draw_part(canvas: _Canvas, gap: int, part: Part, x: float, wired: Set[End])
         canvas.dot(centre, y, "#444")
     _symbol(canvas, part.label, centre - 6, middle - half, 12, 2 * half)
     canvas.text(centre + 11, middle + 4.5, part.label, "small")
+
+
+def _plates(canvas: _Canvas, x: float, y: float) -> None:
+    """Draw a capacitor into a wire that runs across."""
+    canvas.box(x, y - 8, 6, 16, "#fff", "")
+    canvas.line(f"M{x:.1f} {y - 8:.1f}v16m6-16v16", "#444")
 
 
 def _symbol(canvas: _Canvas, label: str, x: float, y: float, width: float, height: float) -> None:

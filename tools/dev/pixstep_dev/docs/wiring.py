@@ -17,7 +17,8 @@ from pixstep_dev.docs.drawing import (
     svg,
 )
 
-BOARDS = ("uno", "mega")
+BOARDS = ("uno", "mega", "m1284")
+_CHIP = "m1284"  # the board that is built from its chip
 _SUPPLY = PinBlock("Motor supply", "", ("+", "-"))
 _MOTOR = PinBlock("Stepper motor", "two coils", ("A +", "A -", "B +", "B -"))
 _HOT = "Never plug or unplug a motor or a driver while the motor supply is on."
@@ -31,6 +32,9 @@ def drawings() -> dict[str, str]:
         for driver, draw in _DRIVERS.items():
             made[f"{name}-{driver}.svg"] = svg(draw(name))
         made[f"{name}-inputs.svg"] = svg(_inputs(name))
+    made[f"{_CHIP}-chip.svg"] = svg(_chip(_CHIP))
+    made["clock-own.svg"] = svg(_own_clock())
+    made["clock-board.svg"] = svg(_clock_of_a_board())
     made["rs485.svg"] = svg(_rs485())
     return made
 
@@ -72,9 +76,11 @@ def _row(name: str, signal: str) -> str:
 
 
 def _axes_note(name: str) -> tuple[str, ...]:
-    if boards.load(name).axes == 1:
+    others = [str(axis) for axis in range(1, boards.load(name).axes)]
+    if not others:
         return ()
-    return ("Drawn for axis 0; in parentheses the pins of axes 1, 2 and 3.",)
+    axes = f"axes {', '.join(others[:-1])} and {others[-1]}" if others[1:] else "axis 1"
+    return (f"Drawn for axis 0; in parentheses the pins of {axes}.",)
 
 
 def _title(name: str) -> str:
@@ -180,10 +186,9 @@ def _opto(name: str) -> WiringDrawing:
 
 def _inputs(name: str) -> WiringDrawing:
     """Return a board with switches, emergency stop, permit output and pixel clock."""
-    own = {pin.signal for pin in boards.load(name).pins}
     first = [_row(name, signal) for signal in ("HOME", "LIMIT_MINUS", "LIMIT_PLUS")]
     stop, permit = _row(name, "ESTOP"), _row(name, "PERMIT")
-    clocks = [_row(name, one) for one in ("PIXEL_CLOCK", "PIXEL_CLOCK_COPY") if one in own]
+    clocks = _clock_rows(name)
     board = PinBlock(_title(name), "", right=(*first, "5V", stop, "GND", permit, *clocks))
     switch = [
         PinBlock("Home switch", "closes to ground", ("contact", "common")),
@@ -223,6 +228,106 @@ def _inputs(name: str) -> WiringDrawing:
             "Contact 2 cuts the power without asking the board.",
         ),
         staggered=True,
+    )  # fmt: skip
+
+
+def _chip(name: str) -> WiringDrawing:
+    """Return a bare chip: what it needs to run on the left, every signal on the right."""
+    title = boards.load(name).part
+    signals = [
+        f"{pin.signal}{f' {pin.axis}' if _is_of_axis(name, pin.signal) else ''} {_leg(pin)}"
+        for pin in boards.load(name).pins
+    ]
+    needs = ("RESET 9", "RXD0 PD0 14", "TXD0 PD1 15", "VCC 10, AVCC 30", "GND 11, 31",
+             "AREF 32", "XTAL1 13", "XTAL2 12")  # fmt: skip
+    chip = PinBlock(title, "numbers: legs of the DIP-40", needs, signals)
+    serial = PinBlock(
+        "Serial adapter", "5 V, USB to the host", right=("DTR", "TX", "RX", "5V", "GND")
+    )
+    crystal = PinBlock("Crystal", "20 MHz", right=("1", "2"))
+    reset, receive, send, five, ground, reference, *clocks = needs
+    wires = [
+        DrawnWire("enable", ((serial.title, "DTR"), (title, reset))),
+        DrawnWire("signal", ((serial.title, "TX"), (title, receive))),
+        DrawnWire("step", ((serial.title, "RX"), (title, send))),
+        DrawnWire("5v", ((serial.title, "5V"), (title, five))),
+        DrawnWire("ground", ((serial.title, "GND"), (title, ground))),
+        *[DrawnWire("coil", ((crystal.title, its), (title, mine)))
+          for its, mine in zip(crystal.right, clocks, strict=True)],
+    ]  # fmt: skip
+    parts = (
+        Series("100 nF", (serial.title, "DTR")),
+        Across("10 kΩ", (title, reset), (title, five)),
+        Across("100 nF", (title, five), (title, ground)),
+        Across("100 nF", (title, ground), (title, reference)),
+    )
+    return WiringDrawing(
+        f"{title}: the bare chip",
+        ((serial, crystal), (chip,)),
+        (Gap(wires, parts),),
+        (
+            "22 pF from each leg of the crystal to GND; crystal and capacitors close to the chip.",
+            "100 nF at each supply leg, too. DTR resets the chip for its boot loader.",
+        ),
+    )
+
+
+def _is_of_axis(name: str, signal: str) -> bool:
+    """True if a board has a signal for each axis."""
+    return sum(pin.signal == signal for pin in boards.load(name).pins) > 1
+
+
+def _leg(pin: boards.Pin) -> str:
+    """Return a port of the chip and its leg of the DIP-40: "PD4 18"."""
+    bit = pin.bit
+    legs = {"A": 40 - bit, "B": 1 + bit, "C": 22 + bit, "D": 14 + bit}
+    return f"{pin.header} {legs[pin.port]}"
+
+
+def _clock_rows(name: str) -> list[str]:
+    """Return the labels of a board's clock inputs."""
+    own = {pin.signal for pin in boards.load(name).pins}
+    return [_row(name, one) for one in ("PIXEL_CLOCK", "PIXEL_CLOCK_COPY") if one in own]
+
+
+def _own_clock() -> WiringDrawing:
+    """Return each board with the wire from its own clock to its clock input."""
+    columns, gaps = [], []
+    for name in ("mega", "m1284", "uno"):
+        out, clocks = _row(name, "CLOCK_OUT"), _clock_rows(name)
+        about = "" if boards.load(name).all_features else "image with FEATURE_CLOCK_OUT"
+        board = PinBlock(_title(name), about, right=(out, *clocks))
+        columns.append((board,))
+        gaps.append(Gap([DrawnWire("dir", [(board.title, row) for row in board.right])]))
+    return WiringDrawing(
+        "A clock to try with: one wire on the board itself",
+        columns,
+        gaps,
+        (
+            "Disconnect every other clock source first. Then: pixstep board set clock_out_hz=30",
+            "The default image of the Uno makes no clock.",
+        ),
+    )
+
+
+def _clock_of_a_board() -> WiringDrawing:
+    """Return a board that makes the clock of two others."""
+    out = _row("mega", "CLOCK_OUT")
+    maker = PinBlock(_title("mega"), "makes the clock", right=(out, "GND"))
+    others = [
+        PinBlock(_title(name), "follows it", (*_clock_rows(name), "GND"))
+        for name in ("uno", "m1284")
+    ]  # fmt: skip
+    clock = [(one.title, one.left[0]) for one in others]
+    ground = [(one.title, "GND") for one in others]
+    return WiringDrawing(
+        "A clock to try with: a board that makes the clock of others",
+        ((maker,), others),
+        (Gap([
+            DrawnWire("dir", ((maker.title, out), *clock)),
+            DrawnWire("ground", ((maker.title, "GND"), *ground)),
+        ]),),
+        ("On the board that makes it: pixstep board set clock_out_hz=100 --store",),
     )  # fmt: skip
 
 

@@ -120,7 +120,11 @@ class _DisagreeTrial:
             self._complain(f"is {done['state']}, not paused")
 
     def by_a_line(self, link: SimLink) -> None:
-        """Let one board make a line alone: its host dies before the other board has it."""
+        """Let the first board make a line alone: its host dies before the other board has it.
+
+        The other way round there is no such line: no board gets any of it before the first one has.
+        """
+        self.board = 0
         line = self.chance.randint(3, self.press.job.lines - 1)
         with _dies_with(link, line, 1 - self.board), contextlib.suppress(BoardError):
             self.press.run(link, self.where, to_start=True)

@@ -45,6 +45,8 @@ class Motor(Shown):
     gate_edges: int | None
     """How many edges behind the first one of a burst of a gated clock its lines begin; 0: the clock
     is not gated, None: not said."""
+    clock_out_hz: int | None
+    """The pixel clock in Hz that its board makes itself, on pin CLOCK_OUT; None: not said."""
     backlash_steps: int
     """Play between motor and load in steps."""
     negative: bool
@@ -144,6 +146,7 @@ def _motor(read: files.MachineFile, table: MotorTable) -> Motor:
         divider=read.clock.edges,
         sync=read.clock.sync,
         gate_edges=read.clock.gate_edges,
+        clock_out_hz=board.clock_out_hz,
         backlash_steps=table.backlash_steps,
         negative=table.negative,
         steps_per_unit=table.steps_per_unit,

@@ -82,6 +82,7 @@ class Clocking:
     sync: str | None = None
     divider: int | None = None
     gate_edges: int | None = None
+    clock_out_hz: int | None = None
 
     def of_lines(self, lines: Mapping[int, MotionLine]) -> Self:
         """Return what is given, else what the machine of the lines has.
@@ -91,6 +92,7 @@ class Clocking:
         """
         wanted: str | None = given.sync(self.sync)
         divider, gate_edges = given.divider(self.divider), given.gate_edges(self.gate_edges)
+        own = self.clock_out_hz
         for item in lines.values():
             motor = item.motor
             if item.divider is not None:
@@ -99,9 +101,10 @@ class Clocking:
                 continue
             wanted = wanted or motor.sync
             gate_edges = motor.gate_edges if gate_edges is None else gate_edges
+            own = motor.clock_out_hz if own is None else own
             if item.divider is None and item.hz == motor.pixel_hz:
                 divider = _agreed_divider(item, motor.divider, divider, "its machine's clock")
-        return type(self)(wanted, divider, gate_edges)
+        return type(self)(wanted, divider, gate_edges, own)
 
 
 def _agreed_divider(item: MotionLine, own: int, other: int | None, clock: str) -> int:
@@ -138,8 +141,9 @@ class Prepared:
         """Set the board's clock to that of the lines."""
         wanted = self.clocking
         settings.set_clock(
-            self.device, self.clock_hz, wanted.sync, wanted.divider, wanted.gate_edges
-        )
+            self.device, self.clock_hz, wanted.sync, wanted.divider, wanted.gate_edges,
+            wanted.clock_out_hz,
+        )  # fmt: skip
 
     def recorded(
         self, axes_together: int

@@ -202,6 +202,7 @@ def missing_feature(unit: int, name: str) -> MissingFeatureError:
 CLOCK_OUT_SETTING = "clock_out_hz"
 CLOCK_OUT_FEATURE = "clock_out"
 MOST_CLOCK_OUT_HZ = 2000
+CLOCK_OUT_SHARE = 0.01  # of the frequency that lines expect, by which it may be off
 _CLOCK_OUT_TICKS = 64
 
 
@@ -209,6 +210,11 @@ def clock_out_hz(asked_hz: int, tick_hz: int) -> Fraction:
     """Return the exact frequency that a board makes of setting `clock_out_hz`, which is not 0."""
     counts_hz = tick_hz // _CLOCK_OUT_TICKS
     return Fraction(counts_hz, (counts_hz + asked_hz // 2) // asked_hz)
+
+
+def clock_out_of(name: str, asked_hz: int) -> Fraction:
+    """Return the exact frequency that a board of a kind makes of the setting."""
+    return clock_out_hz(asked_hz, load(name).tick_hz)
 
 
 GATE_SETTING = "gate_edges"

@@ -228,13 +228,17 @@ def gate_of(known: Mapping[str, int]) -> int:
 
 
 def of_clock(
-    sync: str | None, divider: int | None, gate_edges: int | None = None
+    sync: str | None,
+    divider: int | None,
+    gate_edges: int | None = None,
+    clock_out_hz: int | None = None,
 ) -> dict[str, int]:
     """Return the settings that say what lines are to the pixel clock; without what is None."""
     given = {
         "sync": None if sync is None else regs.SYNCS[sync],
         "divider": divider,
         boards.GATE_SETTING: gate_edges,
+        boards.CLOCK_OUT_SETTING: clock_out_hz,
     }
     return {name: value for name, value in given.items() if value is not None}
 
@@ -245,16 +249,19 @@ def set_clock(
     sync: str | None = None,
     divider: int | None = None,
     gate_edges: int | None = None,
+    clock_out_hz: int | None = None,
 ) -> None:
     """Set the pixel clock of a board as far as it is given and differs, in one request.
 
     Raises UserError for a gate whose line zero is too near, MissingFeatureError for a board that
-    knows of no gate; nothing is written then.
+    knows of no gate or makes no clock itself; nothing is written then.
     """
     if gate_edges:
         board.require(boards.GATE_FEATURE)
+    if clock_out_hz:
+        board.require(boards.CLOCK_OUT_FEATURE)
     old = read(board)
-    wanted = old | of_clock(sync, divider, gate_edges)
+    wanted = old | of_clock(sync, divider, gate_edges, clock_out_hz)
     if clock is not None and values.hz_of(old) != clock:
         wanted |= {"pixel_hz_num": clock.numerator, "pixel_hz_den": clock.denominator}
     if gate_edges:

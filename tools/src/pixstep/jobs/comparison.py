@@ -27,7 +27,7 @@ _TABLES = {
     "line": ("motor", "pixels", "lead_in", "lead_out", "scan_offset_forward", "scan_offset_back"),
     "program": ("feed_time", "top_feed", "other_feed", "segment_time"),
 }
-_BOARD = ("kind", "port", "unit", "baud", "parity")
+_BOARD = ("kind", "port", "unit", "baud", "parity", "clock_out_hz")
 _USES = ("line", "move", "home")
 
 

@@ -70,6 +70,11 @@ class _OnBoard:
             found = axis if has else f"axes 0 to {self.who.axis_count - 1}"
             yield self._row(f"axis of {name}", rules.BOARD_AXIS, axis, found)
 
+    @property
+    def _clock_out_hz(self) -> int | None:
+        """The clock that the machine file lets this board make."""
+        return self.machine.boards[self.name].clock_out_hz
+
     def _clock(self) -> Iterator[ComparisonRow]:
         """Yield the clock that the job was made for beside the registers."""
         clock = self.job.machine.tables.clock
@@ -78,7 +83,8 @@ class _OnBoard:
         divider = settings.divider_of(self.there)
         yield self._row("divider", rules.BOARD_CLOCK, clock.edges, divider)
         gate = clock.gate_edges or (0 if self.board.has(boards.GATE_FEATURE) else None)
-        for key, wanted in settings.of_clock(clock.sync, None, gate).items():
+        wanted_here = settings.of_clock(clock.sync, None, gate, self._clock_out_hz)
+        for key, wanted in wanted_here.items():
             texts = (self._words(key, value) for value in (wanted, self.there[key]))
             yield self._row(key, rules.BOARD_FOLLOWS, *texts)
 
@@ -86,10 +92,11 @@ class _OnBoard:
         """Yield the other settings: beside the job's, or beside those of a new board."""
         copy = self._copy()
         wanted = copy[values.TABLE] if copy else settings.defaults()
+        own = self._clock_out_hz
         if copy and "firmware" in copy:
             yield self._row("firmware", rules.FIRMWARE, copy["firmware"], self.who.firmware)
         for name, held in self.there.items():
-            if name in _CLOCK or name not in wanted:
+            if name in _CLOCK or name not in wanted or (name == boards.CLOCK_OUT_SETTING and own):
                 continue
             rule = self._rule(name, copied=copy is not None)
             if held != wanted[name] or copy:

@@ -67,6 +67,7 @@ RULES: dict[Keys, Rule] = {
     ("boards", ANY, "unit"): _NAMES_ONLY,
     ("boards", ANY, "baud"): _NAMES_ONLY,
     ("boards", ANY, "parity"): _NAMES_ONLY,
+    ("boards", ANY, "clock_out_hz"): Rule(AMBER, "the pixel clock comes from another source"),
     ("motors", ANY, "board"): Rule(RED, "the motor is on another board", key=True),
     ("motors", ANY, "axis"): Rule(RED, "the motor is on another axis", key=True),
     ("motors", ANY, "kind"): Rule(RED, "the counts are decoded in another way", key=True),

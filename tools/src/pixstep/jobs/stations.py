@@ -91,7 +91,10 @@ def set_clock(stations: list[Station], machine: MachineFile) -> None:
     clock = machine.clock
     for station in stations:
         gate = clock.gate_edges or (0 if station.board.has(boards.GATE_FEATURE) else None)
-        settings.set_clock(station.board, machine.clock_hz, clock.sync, clock.edges, gate)
+        settings.set_clock(
+            station.board, machine.clock_hz, clock.sync, clock.edges, gate,
+            machine.boards[station.name].clock_out_hz,
+        )  # fmt: skip
 
 
 def ready(stations: list[Station]) -> None:

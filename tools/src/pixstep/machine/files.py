@@ -186,6 +186,7 @@ kind = "{board}"
 # unit = 1 # Modbus address
 # baud = 115200
 # parity = "E" # E, O or N
+# clock_out_hz = {out_hz} # the board makes the pixel clock itself, on its pin CLOCK_OUT
 """
 
 _MOTOR = """
@@ -271,6 +272,7 @@ def _filled_text(
     head = _HEAD.format(
         hz=hz,
         board=board,
+        out_hz=min(max(round(clock_hz), 1), boards.MOST_CLOCK_OUT_HZ),
         motor_key=key,
         divider=f"divider = {divider}" if divider else "# divider = 4",
         sync=f'sync = "{sync}"' if sync else '# sync = "lock"',

@@ -14,7 +14,16 @@ from pixstep.board.port import LAST_UNIT, LEAST_BAUD, MOST_BAUD
 from pixstep.errors import AskedText, UserError
 from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH
-from pixstep.lines.units import ACCELERATION, DISTANCE, JERK, SPEED, Quantity, Scale, parse_hz
+from pixstep.lines.units import (
+    ACCELERATION,
+    DISTANCE,
+    JERK,
+    SPEED,
+    Quantity,
+    Scale,
+    hz_words,
+    parse_hz,
+)
 from pixstep.profiles.origin import MOST_EDGES
 
 PARITIES = ("E", "O", "N")
@@ -40,7 +49,15 @@ def _board_kind(text: str) -> str:
     return text
 
 
+def _clock_out_hz(text: str) -> int:
+    hz = parse_hz(text)
+    if hz.denominator != 1 or hz > boards.MOST_CLOCK_OUT_HZ:
+        raise UserError(f"expected a whole number from 1 to {boards.MOST_CLOCK_OUT_HZ:,} Hz")
+    return int(hz)
+
+
 Hz = Annotated[Fraction, _by(parse_hz)]
+ClockOutHz = Annotated[int, _by(_clock_out_hz)]
 Seconds = Annotated[Fraction, _by(units.parse_seconds)]
 StepScale = Annotated[Scale, _by(units.parse_scale)]
 Pixels = Annotated[int, _by(units.parse_pixels)]
@@ -81,6 +98,7 @@ class BoardTable(_MachineTable):
     unit: Annotated[int, Field(ge=1, le=LAST_UNIT)] = 1
     baud: Annotated[int, Field(ge=LEAST_BAUD, le=MOST_BAUD)] | None = None
     parity: Literal["E", "O", "N"] | None = None
+    clock_out_hz: ClockOutHz | None = None
 
 
 class LimitsTable(_MachineTable):
@@ -242,6 +260,7 @@ def contradictions(machine: MachineTables) -> Iterator[Problem]:
     if machine.line.motor and machine.line.motor not in machine.motors:
         yield ("line", "motor"), f"there is no motor of this name: {', '.join(machine.motors)}"
     yield from _places_of_boards(machine)
+    yield from _clock_makers(machine)
     for name, motor in machine.motors.items():
         if motor.name != name:
             yield ("motors", name, "name"), f"its name is that of the table: {name}"
@@ -261,6 +280,18 @@ def _places_of_boards(machine: MachineTables) -> Iterator[Problem]:
             where = "on this port" if board.port else "too, and neither has a port of its own"
             yield ("boards", name, "unit"), f"board {seen[place]} has this address {where}"
         seen.setdefault(place, name)
+
+
+def _clock_makers(machine: MachineTables) -> Iterator[Problem]:
+    """Yield every board that makes another clock than the machine's, or a second one."""
+    makers = {name: board for name, board in machine.boards.items() if board.clock_out_hz}
+    for name, board in makers.items():
+        where = ("boards", name, boards.CLOCK_OUT_SETTING)
+        made, wanted = boards.clock_out_of(board.kind, board.clock_out_hz or 0), machine.clock_hz
+        if abs(made - wanted) > boards.CLOCK_OUT_SHARE * wanted:
+            yield where, f"the pixel clock of the table [clock] has {hz_words(wanted)} Hz"
+        elif name != next(iter(makers)):
+            yield where, f"board {next(iter(makers))} makes the clock already"
 
 
 def _board_problems(machine: MachineTables, motor: MotorTable) -> Iterator[Problem]:

@@ -117,6 +117,14 @@ class BoardLineClock(BoardClock):
         "gated.",
         default=None, default_text=_THE_BOARDS,
     )  # fmt: skip
+    clock_out_hz: int | None = shared.clock_out_hz()
+
+    def set_clock(self, board: Device) -> None:
+        """Set what is given of the board's clock."""
+        settings.set_clock(
+            board, self.edges_hz(board), self.sync, self.divider, self.gate_edges,
+            self.clock_out_hz,
+        )  # fmt: skip
 
 
 class _Pair(Parsed):

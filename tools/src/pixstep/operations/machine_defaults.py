@@ -169,6 +169,12 @@ def of_board(key: str) -> Default:
     return value
 
 
+@_of("boards.NAME.clock_out_hz")
+def clock_wire(facts: Facts) -> bool:
+    """Whether a simulated board has a wire from its own clock to its clock input."""
+    return bool(facts.board.clock_out_hz)
+
+
 def limit(key: str) -> Default:
     """Return a limit of the motor."""
     return _of(f"motors.NAME.limits.{key}")(lambda facts: facts.motor.limit(key))

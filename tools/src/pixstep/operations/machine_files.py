@@ -210,7 +210,7 @@ def _kinds(texts: tuple[str, ...]) -> dict[str, str]:
 
 
 def _boards_table(found: MachineFile) -> rich.table.Table:
-    table = new_table("board", "kind", "port", "unit", "baud", "parity")
+    table = new_table("board", "kind", "port", "unit", "baud", "parity", "own clock, Hz")
     for name, board in found.boards.items():
         values = board.model_dump().values()
         table.add_row(name, *("-" if value is None else str(value) for value in values))

@@ -33,6 +33,7 @@ LINE_NUMBER = Whole(1)
 EDGES = Whole(1, MOST_EDGES)
 SYNC = Choice(list(regs.SYNCS))
 GATE_EDGES = Whole(0, boards.MOST_GATE_EDGES)
+CLOCK_OUT_HZ = Whole(0, boards.MOST_CLOCK_OUT_HZ)
 
 
 def decode(about: str = "What the motor is.", **more: Any) -> Any:
@@ -83,6 +84,15 @@ def gate_edges(
     """Return the field of how far behind a burst's first edge lines begin."""
     given = {"default": 0, "shown": "N", "machine": machine.gate_edges}
     return option(GATE_EDGES, about, **{**given, **more})
+
+
+def clock_out_hz() -> Any:
+    """Return the field of the pixel clock that the board makes itself."""
+    return option(
+        CLOCK_OUT_HZ, "Let the board make the pixel clock itself, in Hz, on its pin CLOCK_OUT; "
+        "0: none.",
+        shown="HZ", machine=machine.of_board("clock_out_hz"), default_text="the board's",
+    )  # fmt: skip
 
 
 def timer_of(about: str = "Whose timer ticks are counted.") -> Any:

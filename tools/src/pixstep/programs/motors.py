@@ -80,9 +80,10 @@ class Setup:
     """Everything that a program does not say: the motors, the pixel clock, times.
 
     `pixel_hz` is the frequency of pixels, each of `divider` edges of the clock. `sync` is what the
-    lines are to the clock, `gate_edges` how far behind a burst's first edge they begin; None leaves
-    it to the board. `path_tolerance` and `arc_tolerance` are in steps, the latter in those of the
-    finer motor of a circle.
+    lines are to the clock, `gate_edges` how far behind a burst's first edge they begin,
+    `clock_out_hz` the clock that the board makes itself; None leaves each to the board.
+    `path_tolerance` and `arc_tolerance` are in steps, the latter in those of the finer motor of a
+    circle.
     """
 
     motors: tuple[PlanMotor, ...]
@@ -96,6 +97,7 @@ class Setup:
     divider: int = 1
     sync: str | None = None
     gate_edges: int | None = None
+    clock_out_hz: int | None = None
     words: dict[str, int] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -152,6 +154,7 @@ def of_machine(machine: MachineTables) -> Setup:
         divider=machine.clock.edges,
         sync=machine.clock.sync,
         gate_edges=machine.clock.gate_edges,
+        clock_out_hz=machine.board_of(chosen[0]).clock_out_hz,
     )
 
 

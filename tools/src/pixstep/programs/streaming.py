@@ -243,8 +243,9 @@ def prepared(board: Device, request: PlanRequest, known: Report | None = None) -
     setup = request.setup
     refuse_period(setup.pixel_hz, board.tick_hz())
     settings.set_clock(
-        board, setup.pixel_hz * setup.divider, setup.sync, setup.divider, setup.gate_edges
-    )
+        board, setup.pixel_hz * setup.divider, setup.sync, setup.divider, setup.gate_edges,
+        setup.clock_out_hz,
+    )  # fmt: skip
     axes = [motor.axis for motor in setup.motors]
     before = dict(running.positions(board, axes))
     with PlanProcess(request) as source:

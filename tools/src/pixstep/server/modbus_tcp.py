@@ -18,7 +18,7 @@ from pixstep.server.meaning import RequestMeaning
 from pixstep.server.messages import Message
 from pixstep.server.sessions import ClientSession, Sessions
 
-EXTRA = "pyModbusTCP is not installed: pip install 'pixstep[modbus-tcp]'"
+EXTRA = "pyModbusTCP is not installed: pip install 'pixstep[modbus-tcp]' (in a clone: tools/setup)"
 _ILLEGAL_FUNCTION, _BUSY = 1, 6
 _NO_PATH, _NO_ANSWER = 10, 11  # of a gateway: the port is gone; the unit does not answer
 _EXCEPTIONS = {

@@ -22,6 +22,7 @@ SIGNALS = {"home": "HOME", "minus": "LIMIT_MINUS", "plus": "LIMIT_PLUS"}
 START_S = 0.3  # what is sent to a board while it starts is lost
 SLICE_S = 0.05  # of a wait: how often someone may look
 REST_S = 0.1  # an axis without an edge for so long is at rest
+_CLOCK_WIRE = ("--clock-wire", "0:0")
 _PARAMETER_OF = {"home": "home", "minus": "travel", "plus": "travel"}
 
 
@@ -52,17 +53,19 @@ class Wiring:
     clock_hz: Fraction
     clock_ppm: float = 0.0
     clock_runs: bool = True
+    clock_wire: bool = False
     powered: bool = True
     estop_pressed: bool = False
     axes: list[AxisWiring] = field(default_factory=list)
 
 
 class ClockStatus(TypedDict):
-    """The pixel clock that is connected."""
+    """The pixel clock that is connected; `own`: it is the board's, by a wire, and no other."""
 
     hz: float
     ppm: float
     runs: bool
+    own: bool
 
 
 class AxisStatus(TypedDict):
@@ -101,7 +104,10 @@ class VirtualBench:
         self.look = look
         self.ended = False
         axes = [AxisWiring() for _ in range(self.kind.axes)]
-        self.wiring = Wiring(options.pixel_hz, options.pixel_ppm, axes=axes)
+        self.wiring = Wiring(
+            options.pixel_hz, options.pixel_ppm, clock_wire=_CLOCK_WIRE[0] in options.extra,
+            axes=axes,
+        )  # fmt: skip
         self._pins = {(pin.signal, pin.axis): pin for pin in self.kind.pins}
         self.simulator = Simulator(options)
         try:
@@ -207,6 +213,7 @@ class VirtualBench:
             "permit": self.permit(),
             "clock": {
                 "hz": float(wiring.clock_hz), "ppm": wiring.clock_ppm, "runs": wiring.clock_runs,
+                "own": wiring.clock_wire,
             },
             "lost_s": self.lost_s,
             "axes": [self._axis_status(axis) for axis in range(self.kind.axes)],
@@ -240,12 +247,20 @@ def wired(kind: boards.BoardKind, switch: str, axis: int) -> bool:
 
 def options(
     name: str, pixel_hz: Fraction, *, image: Path | None = None, seed: int = 1,
-    gate: tuple[int, float] | None = None,
+    gate: tuple[int, float] | None = None, wired: bool = False,
 ) -> SimOptions:  # fmt: skip
     """Return the options of a bench; `gate` is edges and the rest after them in ms.
+
+    `wired`: a wire from the board's CLOCK_OUT is its only clock.
 
     Raises UserError if simulator or image is not there.
     """
     natives.program("pixstep-sim")
     flaws = ClockFlaws(0.0, 0.0, 0.0, 0, 0, 0, *(gate or ()))
-    return SimOptions([(name, image or natives.image(name))], pixel_hz, flaws=flaws, seed=seed)
+    return SimOptions(
+        [(name, image or natives.image(name))],
+        pixel_hz,
+        flaws=flaws,
+        seed=seed,
+        extra=_CLOCK_WIRE if wired else (),
+    )

@@ -7,7 +7,7 @@ import shlex
 from pathlib import Path
 from typing import Protocol, TypedDict
 
-from pixstep.board import flash, selftest
+from pixstep.board import flash, selftest, settings
 from pixstep.board.flash import FirmwareImage, FlashError
 from pixstep.board.selftest import FAILED, OK, SKIPPED, Person, SelfTest
 from pixstep.errors import FINE, NEGATIVE, UserError
@@ -126,12 +126,14 @@ class WiringTest(ToBoard):
         Time("s", 1, 600), "Time to wait for a switch.", "--limit", default=30.0,
         default_text="30s",
     )  # fmt: skip
+    clock_out_hz: int | None = shared.clock_out_hz()
     steps: int = option(Steps(1, 100_000), "Slow steps to turn each motor, and back.", default=200)
 
     def run(self, desk: Desk) -> Result:
         """Make the checks; without anybody to ask, those that need nobody."""
         person: AtTerminal | None = desk.view
         with bus.one_board(desk, self) as (found, known):
+            settings.set_clock(known.board, None, clock_out_hz=self.clock_out_hz)
             test = SelfTest(
                 known.board, known.who, found.world, None if self.yes else person,
                 known.axes(self.axes), self.limit_s, self.steps,

@@ -79,11 +79,15 @@ class Features(TypedDict):
 
 
 class BoardPixelClock(TypedDict):
-    """A board's pixel clock: as it is set, and as it was measured."""
+    """A board's pixel clock: as it is set, and as it was measured.
+
+    `clock_out_hz` is the clock that the board makes itself; 0: none.
+    """
 
     present: bool
     edges: int
     set_hz: str
+    clock_out_hz: int
     divider: int
     measured_hz: float | None
     measured: ClockData | None
@@ -301,6 +305,7 @@ def _info(known: Known) -> BoardInfo:
             "present": regs.flags(state["status"])["clock"],
             "edges": state["pixel_edges"],
             "set_hz": f"{told['pixel_hz_num']}/{told['pixel_hz_den']}",
+            "clock_out_hz": told.get(boards.CLOCK_OUT_SETTING, 0),
             "divider": settings.divider_of(told),
             "measured_hz": snapshot.measured_hz(clock, state, board.tick_hz()),
             "measured": clock.as_json() if clock else None,
@@ -374,6 +379,8 @@ def _write_info(page: Page, told: BoardInfo) -> None:
     clock = told["pixel_clock"]
     seen = "present" if clock["present"] else "not present"
     set_to = f"set to {clock['set_hz']} Hz{_measured_text(clock)}"
+    if clock["clock_out_hz"]:
+        set_to += f", {clock['clock_out_hz']} Hz made by the board itself"
     for name, text in (
         ("status", told["status"]),
         ("fault", told["fault"] or "none"),

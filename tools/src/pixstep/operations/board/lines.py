@@ -141,7 +141,7 @@ class BoardUpload(RecordFields, BoardLineClock, ToBoard):
 
     def _set(self, board: Device) -> None:
         """Write the settings that were asked for."""
-        settings.set_clock(board, self.edges_hz(board), self.sync, self.divider, self.gate_edges)
+        self.set_clock(board)
         if self.backlash_policy:
             board.write_setting("backlash_policy", POLICIES[self.backlash_policy])
 

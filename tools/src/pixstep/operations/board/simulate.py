@@ -12,11 +12,12 @@ from typing import Protocol, TypedDict
 from pixstep import atomic, signals
 from pixstep.board import boards
 from pixstep.errors import FINE, PlainError, RefusedError, UserError
+from pixstep.operations import machine_defaults as machine
 from pixstep.operations import shared
 from pixstep.operations.clocks import OfClock, pixel_gate
 from pixstep.operations.desk import Desk
 from pixstep.operations.kinds import FILE, PATH
-from pixstep.operations.request import operation, option
+from pixstep.operations.request import flag, operation, option
 from pixstep.operations.result import Result
 from pixstep.simulation import bench_script, virtual_bench
 from pixstep.simulation.bench_script import Order
@@ -92,6 +93,10 @@ class Simulate(OfClock):
 
     board: str = shared.simulated_board()
     pixel_gate: tuple[int, float] | None = pixel_gate()
+    clock_wire: bool = flag(
+        "In place of the clock source a wire joins the board's CLOCK_OUT and its clock input.",
+        off="--no-clock-wire", machine=machine.clock_wire,
+    )  # fmt: skip
     link: Path | None = option(
         PATH, "A name for the port that stays the same: a symbolic link, taken away at the end."
     )
@@ -103,8 +108,9 @@ class Simulate(OfClock):
         """Simulate until somebody ends it."""
         orders = self._orders()
         options = virtual_bench.options(
-            self.board, self.edges_hz, image=self.image, seed=self.seed, gate=self.pixel_gate
-        )
+            self.board, self.edges_hz, image=self.image, seed=self.seed, gate=self.pixel_gate,
+            wired=self.clock_wire,
+        )  # fmt: skip
         terminal: Terminal | None = desk.view
         typed = terminal.typed(scripted=self.script is not None) if terminal else None
         hands, rows = _Hands(typed), list[BenchEvent]()
@@ -248,6 +254,8 @@ def wires(status: BenchStatus) -> Iterator[tuple[str, bool, str]]:
     """Yield supply, clock, emergency stop and permit output: name, whether it is on, in words."""
     clock, on = status["clock"], status["powered"]
     rate = f"{clock['hz']:g} Hz" + (f" {clock['ppm']:+g} ppm" if clock["ppm"] else "")
+    if clock["own"]:
+        rate = "by a wire from CLOCK_OUT"
     pressed, permit = status["estop_pressed"], bool(status["permit"])
     yield "5 V", on, "on" if on else "off"
     yield "pixel clock", clock["runs"], rate if clock["runs"] else "stopped"

@@ -65,7 +65,10 @@ def opened(
         table = machine.boards[name]
         place = port or table.port
         if place is None:
-            raise UserError(f"{machine.path}: boards.{name} has no port, and none is given")
+            raise AskedError(
+                "{path}: board {name} has no port: {port} PORT, or port in [boards.{name}]",
+                path=machine.path, name=name,
+            )  # fmt: skip
         if place not in found:
             asked = Port(place, table.baud or BAUD, table.parity, timeout)
             found[place] = remote.open_bus(asked, lambda text: desk.say((text,)))

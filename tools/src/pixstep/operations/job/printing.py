@@ -80,7 +80,9 @@ class RunOfJob(TypedDict):
 class Prints(Compares):
     """A request that prints lines of a job."""
 
-    port: str | None = option(TEXT, "Port of the boards.", default_text="of the machine file")
+    port: str | None = option(
+        TEXT, "Port of the boards.", variable="PIXSTEP_PORT", default_text="of the machine file"
+    )
     timeout: float | None = shared.timeout()
     accept_amber: bool = flag("Agree to what is amber in the comparison.")
     records: bool = flag("Keep per-pixel records, a Parquet file a line in parts of the run.")
@@ -194,6 +196,9 @@ def make(session: JobSession, path: Path, *, may_move: bool) -> Result:
         raise JobBrokenError(f"{error}; `pixstep job resume {path}` goes on", error.rows) from None
     data = facts_of(path, session.job, session.told, ended.value)
     reserve = None if math.isinf(session.reserve_px) else round(session.reserve_px, 1)
+    if reserve is not None and not session.rests:
+        # No line came too late: what is below 0 is this computer's clock against the board's.
+        reserve = max(0.0, reserve)
     data["rests"], data["reserve_px"] = session.rests, reserve
     if session.gaps:
         data["gap_px"] = session.gaps.px if session.gaps.looks else None

@@ -303,9 +303,7 @@ class BoardTrajectory(BoardPlayFields, RecordFields, BoardLineClock, ToBoard):
             lines = dict(zip(axes, runs.turned(chosen, motor_ways), strict=True))
             check_lines(desk, known, lines, hz, clock)
             upload.require_idle(board, axes)
-            settings.set_clock(
-                board, self.edges_hz(board), self.sync, self.divider, self.gate_edges
-            )
+            self.set_clock(board)
             edges = self.divider or settings.divider(board)
             queues = LinesOfBoard(board, axes)
             with recorded(desk, [queues], self.record_file, wanted=self.record) as records:
