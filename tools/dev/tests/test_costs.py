@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import pytest
 
-from pixstep.board import boards, guarantee
+from pixstep.board import boards, costs, guarantee
 from pixstep_dev.costs import table
 
 
@@ -16,14 +16,16 @@ def test_the_table_fits_the_image(board):
     assert table.stale(board, table.measure(board)) == []
 
 
-@pytest.mark.parametrize(("name", "more"), [("step_isr", 20), ("even_px", 500), ("edge", 2000)])
+@pytest.mark.parametrize(
+    ("name", "more"), [("step_isr", 20), ("even_px", 500), ("edge", 2000), ("low", 0.2)]
+)
 def test_a_costlier_image_is_told_and_guaranteed_less(monkeypatch, name, more):
-    known = guarantee.costs_of("mega")
+    known = costs.of("mega")
     costlier = replace(known, **{name: getattr(known, name) + more})
     assert table.stale("mega", asdict(costlier)) == [
         f"mega: {name} costs {getattr(costlier, name):g}, the table has {getattr(known, name):g}"
     ]
     world = guarantee.LineConditions("mega", Fraction(1500))
     before = guarantee.rate("constant", 4, world, 40)
-    monkeypatch.setattr(guarantee, "cost_table", lambda: {"mega": costlier})
+    monkeypatch.setattr(costs, "table", lambda: {"mega": costlier})
     assert guarantee.rate("constant", 4, world, 40) < before

@@ -8,7 +8,7 @@ from dataclasses import asdict
 import click
 
 from pixstep import progress
-from pixstep.board import boards, guarantee
+from pixstep.board import boards, costs
 from pixstep.cli.command import command
 from pixstep_dev.cli.findings import finish, json_option, seed_option
 
@@ -41,8 +41,7 @@ def costs_command(
         table.write(found)
     head = f"{'cycles':20}" + "".join(f"{name:>10}" for name in found)
     rows = [
-        f"{one:20}" + "".join(f"{found[name][one]:10g}" for name in found)
-        for one in guarantee.NAMES
+        f"{one:20}" + "".join(f"{found[name][one]:10g}" for name in found) for one in costs.NAMES
     ]
     facts = {"costs": found, "complaints": complaints}
     finish(ctx, facts, [head, *rows], "the table fits the images", as_json=as_json)

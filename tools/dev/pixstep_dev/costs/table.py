@@ -5,8 +5,8 @@ from dataclasses import asdict
 from pathlib import Path
 
 from pixstep import atomic
-from pixstep.board import boards, guarantee
-from pixstep.board.guarantee import NAMES, PATH
+from pixstep.board import boards, costs
+from pixstep.board.costs import NAMES, PATH
 from pixstep_dev.costs import bus, fit, probes
 
 TOLERANCE = 0.02
@@ -17,17 +17,21 @@ def measure(board: str) -> dict[str, float]:
     """Measure the costs of a board's image."""
     spent = probes.run_all(board, probes.of_board(board))
     found = fit.fit(board, spent) | interrupts(board, spent) | bus.costs(board)
-    return {name: round(found[name], 6 if "share" in name else 1) for name in NAMES}
+    return {name: round(found[name], 6 if name in costs.SHARES else 1) for name in NAMES}
 
 
 def stale(board: str, found: dict[str, float]) -> list[str]:
     """Return in which costs the table does not fit what was found."""
-    known = asdict(guarantee.costs_of(board))
+    known = asdict(costs.of(board))
     return [
         f"{board}: {name} costs {found[name]:g}, the table has {known[name]:g}"
         for name in NAMES
-        if abs(found[name] - known[name]) > max(LEAST, TOLERANCE * known[name])
+        if abs(found[name] - known[name]) > _allowed(name, known[name])
     ]
+
+
+def _allowed(name: str, known: float) -> float:
+    return TOLERANCE if name == costs.MARGIN else max(LEAST, TOLERANCE * known)
 
 
 def interrupts(board: str, spent: list[probes.Spent]) -> dict[str, float]:

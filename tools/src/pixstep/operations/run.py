@@ -130,7 +130,7 @@ class Sim(OfClock, FlawFields):
         for line, motor in zip(lines, motors, strict=True):
             judging.check(desk, line, found, motor)
         world = guarantee.world(self.board, line_hz, clock, self.baud, self.pixel_ppm)
-        judging.together(desk, lines, world, beyond=self.beyond)
+        judging.together(desk, lines, world, beyond=self.beyond, gated=bool(self.gate_edges))
 
     def _job(self, desk: Desk, lines: dict[int, Line]) -> LineExperiment:
         plants, ideals = self._plants(desk, lines)
